@@ -15,7 +15,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/types.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/intrinsic/loops/dual_loops.h"
+#include "flipfree/intrinsic/loops.h"
 
 namespace flipfree::python {
 

@@ -3,7 +3,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include "flipfree/conformal/metric/refined_metric.h"
+#include "flipfree/conformal/refined_metric.h"
 #include "options.h"
 
 namespace flipfree::python {

@@ -12,7 +12,7 @@
 
 #include "flipfree/base/types.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/intrinsic/loops/dual_loops.h"
+#include "flipfree/intrinsic/loops.h"
 
 namespace flipfree::python {
 

@@ -5,11 +5,8 @@
 
 #include "finding.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/certify/measures/flips.h"
-#include "flipfree/certify/measures/seamless.h"
-#include "flipfree/certify/measures/winding.h"
-#include "flipfree/certify/overlap/island_overlap.h"
-#include "flipfree/certify/overlap/overlap.h"
+#include "flipfree/certify/measures.h"
+#include "flipfree/certify/overlap.h"
 #include "judge.h"
 #include "planar_maps.h"
 #include "targets.h"

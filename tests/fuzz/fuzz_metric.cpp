@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "finding.h"
-#include "flipfree/conformal/metric/metric.h"
+#include "flipfree/conformal/metric.h"
 #include "flipfree/mesh/topology.h"
 #include "meshes.h"
 #include "targets.h"

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "bytes.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::fuzz {

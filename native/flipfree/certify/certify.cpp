@@ -6,20 +6,14 @@
 #include <numbers>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/elements.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/base/tolerances.h"
-#include "flipfree/certify/measures/energy.h"
-#include "flipfree/certify/measures/flips.h"
-#include "flipfree/certify/measures/provenance.h"
-#include "flipfree/certify/measures/quarter_turns.h"
-#include "flipfree/certify/measures/seamless.h"
-#include "flipfree/certify/measures/winding.h"
-#include "flipfree/certify/overlap/island_overlap.h"
-#include "flipfree/certify/overlap/overlap.h"
+#include "flipfree/certify/measures.h"
+#include "flipfree/certify/overlap.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 
 namespace flipfree::certify {
 namespace {

@@ -8,12 +8,11 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/base/failure/elements.h"
-#include "flipfree/base/failure/renumber.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/certify/pins.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
-#include "flipfree/mesh/separated/rest_positions.h"
+#include "flipfree/mesh/separated/separated.h"
 #include "flipfree/mesh/validate.h"
 
 namespace flipfree::certify {

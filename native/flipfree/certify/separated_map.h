@@ -7,7 +7,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/translate_errors.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/parametrization.h"
@@ -35,7 +35,7 @@ class SeparatedMap {
                const ExecutionContext& context);
 
   const mesh::SeparatedSurface& separated() const { return separated_; }
-  // The surface, at positions where every face has an area (mesh/separated/rest_positions.h).
+  // The surface, at positions where every face has an area (mesh/separated/separated.h).
   const mesh::Surface& surface() const { return rest_; }
   IndexPairs edges(const IndexPairs& of_input) const;
   // Edges of surface() as those of the input that they come from, each once, ascending.

@@ -15,11 +15,11 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/own_map.h"
-#include "flipfree/distortion/minimize/boundary_grid.h"
-#include "flipfree/distortion/minimize/targets.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
+#include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/valid_map.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/own_unit.h"
 
 namespace flipfree::distortion {

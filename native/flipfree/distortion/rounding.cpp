@@ -6,11 +6,11 @@
 #include <string>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/elements.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/stored.h"
-#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/minimizer.h"
-#include "flipfree/mesh/islands/part.h"
+#include "flipfree/mesh/islands.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::distortion {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/elements.h"
-#include "flipfree/certify/measures/flips.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/mesh/validate.h"
 
 namespace flipfree::distortion {

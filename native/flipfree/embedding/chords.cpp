@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "flipfree/base/stored.h"
-#include "flipfree/embedding/disk/boundary.h"
+#include "flipfree/embedding/disk/disk.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::embedding {

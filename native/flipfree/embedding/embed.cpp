@@ -9,9 +9,9 @@
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/give_up.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/embedding/chords.h"
-#include "flipfree/embedding/disk/require_disk.h"
+#include "flipfree/embedding/disk/disk.h"
 #include "flipfree/embedding/progressive/planar_map.h"
 #include "flipfree/embedding/progressive/progressive.h"
 #include "flipfree/embedding/progressive/room.h"

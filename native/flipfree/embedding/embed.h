@@ -12,7 +12,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/base/types.h"
-#include "flipfree/embedding/disk/boundary.h"
+#include "flipfree/embedding/disk/disk.h"
 #include "flipfree/embedding/embedding.h"
 
 namespace flipfree::embedding {

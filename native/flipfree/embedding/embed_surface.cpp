@@ -6,12 +6,10 @@
 #include <string>
 #include <variant>
 
-#include "flipfree/base/failure/give_up.h"
-#include "flipfree/base/failure/in_time.h"
-#include "flipfree/base/failure/translate_errors.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/certify/measures/energy.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/embedding/chords.h"

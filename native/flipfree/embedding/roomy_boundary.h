@@ -10,7 +10,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/types.h"
-#include "flipfree/embedding/disk/boundary.h"
+#include "flipfree/embedding/disk/disk.h"
 
 namespace flipfree::embedding {
 

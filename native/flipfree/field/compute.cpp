@@ -5,12 +5,9 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/in_time.h"
-#include "flipfree/field/guidance/guidance.h"
-#include "flipfree/field/guidance/sized_frames.h"
-#include "flipfree/field/prescribed/prescribed.h"
-#include "flipfree/field/prescribed/relax.h"
-#include "flipfree/field/prescribed/simplify.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/field/guidance.h"
+#include "flipfree/field/prescribed.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
 

@@ -14,8 +14,8 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/field/topology/cross_field.h"
-#include "flipfree/field/topology/turning.h"
+#include "flipfree/field/cross_field.h"
+#include "flipfree/field/turning.h"
 
 namespace flipfree::field {
 

@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/outcome.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/certify/certified_map.h"
-#include "flipfree/field/topology/turning.h"
-#include "flipfree/seamless/padding/engine/padding.h"
+#include "flipfree/field/turning.h"
+#include "flipfree/seamless/padding/padding.h"
 
 namespace flipfree::holonomy {
 namespace {

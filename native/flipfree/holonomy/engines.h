@@ -5,13 +5,13 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/field/topology/cross_field.h"
+#include "flipfree/field/cross_field.h"
 #include "flipfree/holonomy/needed_topology.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/exact/seamless_map.h"
-#include "flipfree/seamless/padding/engine/refined_pieces.h"
-#include "flipfree/seamless/padding/topology/topology.h"
+#include "flipfree/seamless/padding/padding.h"
+#include "flipfree/seamless/padding/topology.h"
 #include "flipfree/seamless/penner/penner.h"
 
 namespace flipfree::holonomy {

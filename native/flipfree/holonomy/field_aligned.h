@@ -13,7 +13,9 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
-#include "flipfree/field/topology/cross_field.h"
+#include "flipfree/field/cross_field.h"
+#include "flipfree/holonomy/loops.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/exact/seamless_map.h"
 
@@ -42,12 +44,30 @@ struct AlignedOptions {
 // What an aligned boundary would flatten is divided (divided_sides.h), counted in "divided_chords";
 // other refinement is taken back before the alignment (seamless/exact/take_back.h). Stats: those of
 // engine_map() and of align(), "angle_mean" and "angle_p95" (distortion::angles_off() by area,
-// radians), "loops_checked", "enlarged_islands" (seamless/exact/parts/enlarged_parts.h). Throws
+// radians), "loops_checked", "enlarged_islands" (seamless/exact/parts.h). Throws
 // InvalidInput (defects; cones of no angle; sizing), Infeasible (signatures that no map has),
 // NotConverged, Cancelled.
 certify::Parametrization compute_field_aligned_map(const mesh::Surface& surface,
                                                    const field::CrossField& field,
                                                    const AlignedOptions& options,
                                                    ExecutionContext& context);
+
+// A cross field as one direction per face of a map that has the field's cones and turns: chosen so
+// that across every edge that is not cut the directions go together. Then they are what the map can
+// take to +u everywhere.
+
+// Per face of the refinement: angle from its half-edge 3 f to the direction, counter-clockwise. The
+// first face of each piece between cuts begins, with the field's own direction. Precondition: cut
+// along `cuts`, the surface consists of disks without cones inside. Cost: O(#F).
+std::vector<double> combed_directions(const Refined& refined, const mesh::EdgeFlags& cuts,
+                                      const mesh::Surface& input,
+                                      const mesh::Adjacency& input_adjacency,
+                                      const field::CrossField& field);
+
+// Turns the UVs (3 #F x 2) of each component of the surface, as a whole, so that the map takes the
+// directions to +u in the mean by area. `upright`: components with a boundary, which runs along the
+// axes, turn by whole quarters. Cost: O(#F).
+void turn_towards(const Refined& refined, const std::vector<double>& direction, bool upright,
+                  Points2& corner_uv);
 
 }  // namespace flipfree::holonomy

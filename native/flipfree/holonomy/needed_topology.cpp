@@ -5,9 +5,9 @@
 #include <numbers>
 #include <utility>
 
-#include "flipfree/field/topology/turning.h"
+#include "flipfree/field/turning.h"
 #include "flipfree/intrinsic/intrinsic_mesh.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/seamless/bordered/loop_turns.h"
 

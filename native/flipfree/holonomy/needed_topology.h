@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/field/topology/cross_field.h"
-#include "flipfree/intrinsic/loops/dual_loops.h"
+#include "flipfree/field/cross_field.h"
+#include "flipfree/intrinsic/loops.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
 

@@ -6,8 +6,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/in_time.h"
-#include "flipfree/base/failure/outcome.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/matchmaker/finish/usable_map.h"

@@ -12,16 +12,14 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/in_time.h"
-#include "flipfree/base/failure/outcome.h"
-#include "flipfree/base/failure/translate_errors.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/improve.h"
 #include "flipfree/matchmaker/request/constraints.h"
 #include "flipfree/matchmaker/request/time_share.h"
-#include "flipfree/mesh/cut_graph/fill.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"

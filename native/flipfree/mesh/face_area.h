@@ -21,7 +21,7 @@ inline constexpr double kLittleArea = 1e-6;
 
 // Faces without an area, and faces thinner than kThinnest if these are few, or hardly any of the
 // surface; ascending. They get
-// shapes of their own (mesh/separated/rest_positions.h), and have no share in figures of
+// shapes of their own (mesh/separated/separated.h), and have no share in figures of
 // distortion. Cost: O(#F).
 std::vector<FaceId> shapeless_faces(const Points3& positions, const Triangles& faces);
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "flipfree/base/failure/elements.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/topology.h"

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/base/error.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::seamless {
@@ -19,5 +20,17 @@ void check_surface(const mesh::Surface& surface, ExecutionContext& context);
 // O(#F).
 void check_request(const mesh::Surface& surface, const std::vector<Index>& cones,
                    ExecutionContext& context);
+
+// Errors of a part, or of a refined map, with the places of the caller's mesh.
+
+// `faces`, `vertices`: the caller's number of each of those that the error counts; elements beyond
+// are left out, corners become faces. Each is named once, but for the ends of edges.
+Error placed_in(Error error, const std::vector<FaceId>& faces,
+                const std::vector<VertexId>& vertices);
+
+// To be called in a catch block: throws the exception at hand again, NotConverged (a failed
+// certificate too) with its places; others as they are.
+[[noreturn]] void rethrow_placed(const std::vector<FaceId>& faces,
+                                 const std::vector<VertexId>& vertices);
 
 }  // namespace flipfree::seamless

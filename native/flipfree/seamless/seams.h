@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "flipfree/certify/parametrization.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 
 namespace flipfree::seamless {
 

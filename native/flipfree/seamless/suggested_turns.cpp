@@ -6,12 +6,11 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
-#include "flipfree/seamless/bordered/boundary_cones.h"
-#include "flipfree/seamless/error_places.h"
+#include "flipfree/seamless/bordered/corners.h"
 #include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/conformal/cones/suggest_cones.h"
+#include "flipfree/conformal/suggest_cones.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::seamless {

@@ -11,11 +11,11 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/elements.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/own_unit.h"
-#include "flipfree/mesh/separated/polygons.h"
+#include "flipfree/mesh/separated/orientation.h"
 #include "flipfree/unwrap/chart/chart_pins.h"
 #include "flipfree/unwrap/chart/flattening.h"
 #include "flipfree/unwrap/islands/cut_around.h"

@@ -1,7 +1,7 @@
 #include "flipfree/certify/certify.h"
 #include "arrays.h"
 #include "bind/bindings.h"
-#include "flipfree/base/failure/in_time.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/separated_map.h"
 #include "flipfree/mesh/validate.h"

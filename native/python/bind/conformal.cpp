@@ -8,7 +8,7 @@
 
 #include "arrays.h"
 #include "bind/bindings.h"
-#include "flipfree/conformal/metric/refined_metric.h"
+#include "flipfree/conformal/refined_metric.h"
 #include "flipfree/numeric/scalar.h"
 #include "job.h"
 #include "metric_object.h"

@@ -4,9 +4,9 @@
 
 #include "arrays.h"
 #include "bind/bindings.h"
-#include "flipfree/conformal/cones/boundary_angles.h"
-#include "flipfree/conformal/cones/suggest_cones.h"
-#include "flipfree/conformal/map/map.h"
+#include "flipfree/conformal/boundary_angles.h"
+#include "flipfree/conformal/map.h"
+#include "flipfree/conformal/suggest_cones.h"
 #include "job.h"
 #include "metric_object.h"
 

@@ -6,7 +6,7 @@
 
 #include "arrays.h"
 #include "bind/bindings.h"
-#include "flipfree/base/failure/in_time.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/field/compute.h"
 #include "flipfree/holonomy/engines.h"
 #include "flipfree/holonomy/field_aligned.h"

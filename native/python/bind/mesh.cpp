@@ -4,9 +4,8 @@
 
 #include "arrays.h"
 #include "bind/bindings.h"
-#include "flipfree/mesh/islands/islands.h"
-#include "flipfree/mesh/separated/fans.h"
-#include "flipfree/mesh/separated/rest_positions.h"
+#include "flipfree/mesh/islands.h"
+#include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/mesh/separated/separated.h"
 
 namespace py = pybind11;

@@ -5,7 +5,7 @@
 
 #include "arrays.h"
 #include "bind/bindings.h"
-#include "flipfree/base/failure/in_time.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/unwrap/packing/pack.h"
 #include "flipfree/unwrap/repair/repair.h"
 #include "flipfree/unwrap/seams/seams.h"

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "flipfree/certify/measures/provenance.h"
+#include "flipfree/certify/measures.h"
 #include "support/shapes.h"
 
 namespace flipfree::certify::parametrization_test {

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
-#include "flipfree/conformal/cones/boundary_angles.h"
-#include "flipfree/conformal/cones/suggest_cones.h"
-#include "flipfree/conformal/map/map.h"
+#include "flipfree/conformal/boundary_angles.h"
+#include "flipfree/conformal/map.h"
+#include "flipfree/conformal/suggest_cones.h"
 #include "support/shapes.h"
 
 namespace flipfree::conformal::time_limit_test {

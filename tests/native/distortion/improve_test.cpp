@@ -7,7 +7,7 @@
 #include <string>
 
 #include "flipfree/base/error.h"
-#include "flipfree/certify/measures/flips.h"
+#include "flipfree/certify/measures.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 

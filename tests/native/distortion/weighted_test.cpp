@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "flipfree/certify/measures/energy.h"
+#include "flipfree/certify/measures.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 

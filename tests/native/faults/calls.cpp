@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "flipfree/base/failure/in_time.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/distortion/improve.h"

@@ -4,10 +4,10 @@
 #include <variant>
 
 #include "faults/calls.h"
-#include "flipfree/conformal/cones/boundary_angles.h"
-#include "flipfree/conformal/cones/suggest_cones.h"
-#include "flipfree/conformal/map/map.h"
-#include "flipfree/conformal/metric/metric.h"
+#include "flipfree/conformal/boundary_angles.h"
+#include "flipfree/conformal/map.h"
+#include "flipfree/conformal/metric.h"
+#include "flipfree/conformal/suggest_cones.h"
 #include "support/shapes.h"
 
 namespace flipfree::test {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "flipfree/base/stats.h"
-#include "flipfree/conformal/metric/newton_system.h"
+#include "flipfree/conformal/newton_system.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/field/topology/cross_field.h"
+#include "flipfree/field/cross_field.h"
 #include "support/shapes.h"
 
 namespace flipfree::field {

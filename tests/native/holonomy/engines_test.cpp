@@ -4,7 +4,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/field/compute.h"
-#include "flipfree/field/topology/turning.h"
+#include "flipfree/field/turning.h"
 #include "flipfree/holonomy/field_aligned.h"
 #include "seamless/padding/engine/side_by_side.h"
 #include "seamless/padding/reroute/wished_fields.h"

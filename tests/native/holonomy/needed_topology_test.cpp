@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "flipfree/field/compute.h"
-#include "flipfree/field/topology/turning.h"
+#include "flipfree/field/turning.h"
 #include "support/shapes.h"
 
 namespace flipfree::holonomy::needed_topology_test {

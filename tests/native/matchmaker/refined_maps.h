@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/certify/measures/winding.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/matchmaker/at_once/class_overlay.h"
 #include "flipfree/matchmaker/coarsening/remove_vertex.h"

@@ -1,4 +1,4 @@
-#include "flipfree/seamless/error_places.h"
+#include "flipfree/seamless/request.h"
 
 #include <gtest/gtest.h>
 

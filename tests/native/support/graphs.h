@@ -5,7 +5,7 @@
 #include <set>
 #include <utility>
 
-#include "flipfree/numeric/ordering/graph.h"
+#include "flipfree/numeric/graph.h"
 
 namespace flipfree::test {
 

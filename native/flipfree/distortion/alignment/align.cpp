@@ -11,7 +11,7 @@
 #include "flipfree/distortion/energy/grain.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/minimizer.h"
-#include "flipfree/distortion/seams/eliminate/constraints.h"
+#include "flipfree/distortion/seams/constraints.h"
 #include "flipfree/distortion/seams/seam_system.h"
 
 namespace flipfree::distortion {

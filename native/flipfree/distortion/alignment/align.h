@@ -12,7 +12,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/distortion/seams/eliminate/cut_map.h"
+#include "flipfree/distortion/seams/constraints.h"
 
 namespace flipfree::distortion {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "flipfree/base/types.h"
-#include "flipfree/numeric/cholesky/elimination_memory.h"
+#include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::distortion {
 

@@ -1,9 +1,12 @@
 #include "flipfree/distortion/minimize/minimize.h"
 
+#include <algorithm>
+#include <cmath>
+#include <complex>
 #include <string>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/elements.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 
 namespace flipfree::distortion {
@@ -64,6 +67,152 @@ Points2 minimize_distortion(const mesh::Surface& chart, const Points2& initial_u
   Minimizer minimizer(chart.faces, build_rest_shapes(chart, context), &chart, initial_uv, options,
                       context);
   return minimizer.run(stats);
+}
+
+namespace {
+
+// Targets go this far towards the first flip at once, with so many steps of recovery in between;
+// they have got stuck when this many rounds in a row brought them no more than a hundredth nearer.
+constexpr double kPullShare = 0.7;
+constexpr int kRecoveries = 3;
+constexpr int kIdlePulls = 8;
+
+}  // namespace
+
+// Turns, scales and moves the whole map to where the targets are met best in the mean: z -> a z + b
+// in complex numbers. Only if nothing is fixed yet, and the exact tests still hold.
+void Minimizer::align(const std::vector<std::pair<VertexId, Vector2>>& targets) {
+  using Complex = std::complex<double>;
+  const auto from = [&](VertexId v) { return Complex(uv_(v, 0), uv_(v, 1)); };
+  const auto to = [](const Vector2& p) { return Complex(p.x(), p.y()); };
+  Complex from_mean = 0;
+  Complex to_mean = 0;
+  const auto count = static_cast<double>(targets.size());
+  for (const auto& [v, target] : targets) {
+    from_mean += from(v) / count;
+    to_mean += to(target) / count;
+  }
+  Complex product = 0;
+  double square = 0;
+  double to_square = 0;
+  for (const auto& [v, target] : targets) {
+    product += std::conj(from(v) - from_mean) * (to(target) - to_mean);
+    square += std::norm(from(v) - from_mean);
+    to_square += std::norm(to(target) - to_mean);
+  }
+  Complex a = 1;
+  if (square > 0) {
+    a = product / square;
+    // Targets that are reflected or scattered have no direction; then only the size is taken over.
+    const double size = std::sqrt(to_square / square);
+    if (std::abs(a) < 0.2 * size) a = size;
+    if (a == 0.0) a = 1;
+  }
+  trial_.resize(uv_.rows(), 2);
+  for (Eigen::Index v = 0; v < uv_.rows(); ++v) {
+    const Complex w = a * (Complex(uv_(v, 0), uv_(v, 1)) - from_mean) + to_mean;
+    trial_.row(v) << w.real(), w.imag();
+  }
+  if (acceptable()) uv_.swap(trial_);
+}
+
+// The Newton step with the targets' remaining way prescribed: minimises the quadratic model over
+// all other vertices. It goes as far as triangles stay open, then the map recovers with the targets
+// held, and again.
+double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets) {
+  if (targets.empty()) return 1.0;
+  barrier_on_ = barrier_.has_value();
+  if (options_.fixed.size() == targets.size()) align(targets);
+  sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+  for (const auto& [v, target] : targets) fixed_[static_cast<std::size_t>(v)] = 1;
+  system_.reset();
+  const auto distance = [&] {
+    double sum = 0;
+    for (const auto& [v, target] : targets) sum += (target - uv_.row(v).transpose()).norm();
+    return sum;
+  };
+  const double whole = distance();
+  double left = whole;
+  int idle = 0;
+  for (int round = 0; left > 0 && round < options_.max_pulls && idle < kIdlePulls; ++round) {
+    const ProgressRange range(context_, progress_, 1.0);
+    context_.report("moving to the targets", 0.5 * (1 - left / whole));
+    Points2 motion = Points2::Zero(uv_.rows(), 2);
+    for (const auto& [v, target] : targets) motion.row(v) = target.transpose() - uv_.row(v);
+    const double scale = scale_of(sums_);
+    frozen_scale_ = scale;
+    scale_rest(rest_.triangles, scale, context_, working_);
+    assemble(scale, false);
+    system_->add_prescribed(motion);
+    system_->solve(direction_, context_);
+    ++factorizations_;
+    direction_ += motion;  // the system leaves fixed vertices where they are
+    double step = std::min(1.0, kPullShare * step_to_first_flip(faces_, uv_, direction_, context_));
+    for (; step > kShortestStep; step *= 0.5) {
+      trial_ = uv_ + step * direction_;
+      if (step == 1.0) {
+        for (const auto& [v, target] : targets) trial_.row(v) = target.transpose();
+      }
+      if (acceptable()) break;
+    }
+    if (step <= kShortestStep) ++idle;
+    if (step > kShortestStep) {
+      uv_.swap(trial_);
+      sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+    }
+    const double now = distance();
+    idle = now < 0.99 * left ? 0 : idle + 1;
+    left = now;
+    for (int i = 0; i < kRecoveries && left > 0; ++i) {
+      frozen_scale_ = 0;
+      const Step result = iterate(worst(sums_) > 10 * kProgressiveBound);
+      ++iterations_;
+      if (result != Step::kTaken) break;
+    }
+  }
+  frozen_scale_ = 0;
+  barrier_on_ = false;
+  return whole > 0 ? 1 - left / whole : 1.0;
+}
+
+TargetsResult minimize_with_targets(const mesh::Surface& chart, const Points2& initial_uv,
+                                    const std::vector<std::pair<VertexId, Vector2>>& targets,
+                                    const MinimizeOptions& options, ExecutionContext& context,
+                                    Stats& stats) {
+  MinimizeOptions held = options;
+  for (const auto& [v, target] : targets) {
+    held.fixed.push_back(v);
+    if (!target.allFinite()) {
+      throw_invalid(ErrorCode::kBadPins,
+                    "The target of vertex " + std::to_string(v) + " is not finite. Correct it.",
+                    ElementKind::kVertex, {v});
+    }
+  }
+  std::sort(held.fixed.begin(), held.fixed.end());
+  const auto twice = std::adjacent_find(held.fixed.begin(), held.fixed.end());
+  if (twice != held.fixed.end()) {
+    throw_invalid(ErrorCode::kBadPins,
+                  "Vertex " + std::to_string(*twice) + " is pinned twice. Give it one place.",
+                  ElementKind::kVertex, {*twice});
+  }
+  check_start(chart, initial_uv, held, context);
+  Minimizer minimizer(chart.faces, build_rest_shapes(chart, context), &chart, initial_uv, held,
+                      context);
+  TargetsResult result;
+  {
+    const ProgressRange range(context, 0.0, 0.5);
+    result.fraction = minimizer.pull(targets);
+  }
+  const ProgressRange range(context, 0.5, 1.0);
+  result.uv = minimizer.run(stats);
+  result.energy = minimizer.energy();
+  result.factorizations = minimizer.factorizations();
+  for (const auto& [v, target] : targets) {
+    if (result.uv.row(v) != target.transpose()) result.missed.push_back(v);
+  }
+  std::sort(result.missed.begin(), result.missed.end());
+  stats["targets.fraction"] = result.fraction;
+  return result;
 }
 
 }  // namespace flipfree::distortion

@@ -7,13 +7,14 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/elements.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/base/parallel.h"
 #include "flipfree/distortion/minimize/minimizer.h"
-#include "flipfree/distortion/seams/eliminate/nodes.h"
-#include "flipfree/distortion/seams/grid_repair.h"
+#include "flipfree/distortion/seams/constraints.h"
 #include "flipfree/distortion/seams/seam_system.h"
 
 namespace flipfree::distortion {
+
 namespace {
 
 using numeric::GaussianInteger;
@@ -204,6 +205,236 @@ std::optional<Points2> unfold_on_grid(const SeamConstraints& constraints, const 
   if (!folded.empty()) folded = GridRepair(constraints, faces, points, context).sweep(folded);
   if (!folded.empty()) return std::nullopt;
   return Points2(points.cast<double>() * step);
+}
+
+namespace {
+
+constexpr int kMostGridSweeps = 8;  // over single points, before the region is opened as a whole
+constexpr std::size_t kFaceGrain = 16384;
+
+void make_unique(std::vector<Index>& values) {
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+}
+
+}  // namespace
+
+std::int64_t twice_grid_area(const Triangles& faces, const GridPoints& points, FaceId f) {
+  const auto* a = points.data() + 2 * static_cast<std::ptrdiff_t>(faces(f, 0));
+  const auto* b = points.data() + 2 * static_cast<std::ptrdiff_t>(faces(f, 1));
+  const auto* c = points.data() + 2 * static_cast<std::ptrdiff_t>(faces(f, 2));
+  return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+}
+
+std::vector<FaceId> folded_faces(const Triangles& faces, const GridPoints& points,
+                                 const ExecutionContext& context) {
+  const auto count = static_cast<std::size_t>(faces.rows());
+  std::vector<std::vector<FaceId>> parts(chunk_count(count, kFaceGrain));
+  parallel_for(context, count, kFaceGrain,
+               [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                 for (std::size_t f = begin; f < end; ++f) {
+                   const auto face = static_cast<FaceId>(f);
+                   if (twice_grid_area(faces, points, face) <= 0) parts[chunk].push_back(face);
+                 }
+               });
+  context.check();
+  std::vector<FaceId> folded;
+  for (const auto& part : parts) folded.insert(folded.end(), part.begin(), part.end());
+  return folded;
+}
+
+GridRepair::GridRepair(const SeamConstraints& constraints, const Triangles& faces,
+                       GridPoints& points, const ExecutionContext& context)
+    : real_(constraints.real), faces_(faces), points_(points), context_(context) {
+  const std::size_t vertices = constraints.divisor.size();
+  node_of_.assign(vertices, kInvalid);
+  copy_begin_.assign(constraints.position.size() + 1, 0);
+  std::vector<Index> turns(vertices, 0);
+  for (std::size_t v = 0; v < vertices; ++v) {
+    for (Index t = constraints.begin[v]; t < constraints.begin[v + 1]; ++t) {
+      const NodeTerm& term = constraints.terms[at(t)];
+      if (term.node >= constraints.position_count()) continue;
+      node_of_[v] = term.node;
+      ++copy_begin_[at(term.node) + 1];
+      // The factor is a unit times the divisor.
+      turns[v] = term.factor.re > 0 ? 0 : term.factor.im > 0 ? 1 : term.factor.re < 0 ? 2 : 3;
+    }
+  }
+  for (std::size_t n = 0; n + 1 < copy_begin_.size(); ++n) copy_begin_[n + 1] += copy_begin_[n];
+  copies_.resize(at(copy_begin_.back()));
+  std::vector<Index> next(copy_begin_.begin(), copy_begin_.end() - 1);
+  for (std::size_t v = 0; v < vertices; ++v) {
+    if (node_of_[v] == kInvalid) continue;
+    copies_[at(next[at(node_of_[v])]++)] = {static_cast<VertexId>(v), turns[v]};
+  }
+  corner_begin_.assign(vertices + 1, 0);
+  for (const Index v : faces.reshaped()) ++corner_begin_[at(v) + 1];
+  for (std::size_t v = 0; v < vertices; ++v) corner_begin_[v + 1] += corner_begin_[v];
+  corners_.resize(at(corner_begin_.back()));
+  std::vector<Index> free(corner_begin_.begin(), corner_begin_.end() - 1);
+  for (Index c = 0; c < static_cast<Index>(faces.size()); ++c)
+    corners_[at(free[at(faces.data()[c])]++)] = c;
+}
+
+std::vector<Index> GridRepair::nodes_of_faces(const std::vector<FaceId>& chosen) const {
+  std::vector<Index> nodes;
+  for (const FaceId f : chosen) {
+    for (int k = 0; k < 3; ++k) {
+      const Index node = node_of_[at(faces_(f, k))];
+      if (node != kInvalid) nodes.push_back(node);
+    }
+  }
+  make_unique(nodes);
+  return nodes;
+}
+
+std::vector<Index> GridRepair::grown(const std::vector<Index>& nodes) const {
+  std::vector<FaceId> around;
+  for (const Index n : nodes) {
+    for (Index i = copy_begin_[at(n)]; i < copy_begin_[at(n) + 1]; ++i) {
+      const std::size_t v = at(copies_[at(i)].vertex);
+      for (Index c = corner_begin_[v]; c < corner_begin_[v + 1]; ++c)
+        around.push_back(corners_[at(c)] / 3);
+    }
+  }
+  std::vector<Index> wider = nodes_of_faces(around);
+  wider.insert(wider.end(), nodes.begin(), nodes.end());
+  make_unique(wider);
+  return wider;
+}
+
+std::vector<VertexId> GridRepair::grow(const std::vector<VertexId>& region) const {
+  std::vector<VertexId> wider = region;
+  for (const VertexId v : region) {
+    for (Index c = corner_begin_[at(v)]; c < corner_begin_[at(v) + 1]; ++c) {
+      for (int k = 0; k < 3; ++k) wider.push_back(faces_(corners_[at(c)] / 3, k));
+    }
+  }
+  make_unique(wider);
+  const std::size_t reached = wider.size();
+  for (std::size_t i = 0; i < reached; ++i) {
+    const Index node = node_of_[at(wider[i])];
+    if (node == kInvalid) continue;
+    for (Index c = copy_begin_[at(node)]; c < copy_begin_[at(node) + 1]; ++c)
+      wider.push_back(copies_[at(c)].vertex);
+  }
+  make_unique(wider);
+  return wider;
+}
+
+std::vector<FaceId> GridRepair::sweep(std::vector<FaceId> folded) {
+  std::vector<Index> region = nodes_of_faces(folded);
+  for (int round = 0; !folded.empty() && round < kMostGridSweeps; ++round) {
+    enough_ = std::ldexp(1.0, round);
+    bool any = false;
+    for (std::size_t i = 0; i < region.size(); ++i) {
+      if (i % 64 == 0) context_.check();
+      any = improve(region[i]) || any;
+    }
+    folded = folded_faces(faces_, points_, context_);
+    const std::size_t before = region.size();
+    const std::vector<Index> seeds = nodes_of_faces(folded);
+    region.insert(region.end(), seeds.begin(), seeds.end());
+    make_unique(region);
+    if (!any || round % 2 == 1) region = grown(region);
+    if (!any && region.size() == before && round > 3) break;
+  }
+  return folded;
+}
+
+void GridRepair::shift(Index node, std::int64_t x, std::int64_t y) {
+  for (Index i = copy_begin_[at(node)]; i < copy_begin_[at(node) + 1]; ++i) {
+    const numeric::GaussianInteger by =
+        numeric::quarter_turn(copies_[at(i)].turns) * numeric::GaussianInteger{x, y};
+    points_(copies_[at(i)].vertex, 0) += by.re;
+    points_(copies_[at(i)].vertex, 1) += by.im;
+  }
+}
+
+bool GridRepair::within(Index node) const {
+  for (Index i = copy_begin_[at(node)]; i < copy_begin_[at(node) + 1]; ++i) {
+    const auto p = points_.row(copies_[at(i)].vertex);
+    if (p.cwiseAbs().maxCoeff() > kLargestGridNumber) return false;
+  }
+  return true;
+}
+
+// Tries other grid points for the node; true if it moved.
+bool GridRepair::improve(Index node) {
+  // Mean of the neighbours and the largest distance to one, seen from the node's own copy.
+  Vector2 sum = Vector2::Zero();
+  double radius = 0;
+  int count = 0;
+  for (Index i = copy_begin_[at(node)]; i < copy_begin_[at(node) + 1]; ++i) {
+    const auto& [v, turns] = copies_[at(i)];
+    for (Index c = corner_begin_[at(v)]; c < corner_begin_[at(v) + 1]; ++c) {
+      for (const CornerId other :
+           {next_corner(corners_[at(c)]), previous_corner(corners_[at(c)])}) {
+        const VertexId w = faces_.data()[other];
+        const auto by =
+            numeric::quarter_turn(-turns) *
+            numeric::GaussianInteger{points_(w, 0) - points_(v, 0), points_(w, 1) - points_(v, 1)};
+        const Vector2 offset(static_cast<double>(by.re), static_cast<double>(by.im));
+        sum += offset;
+        radius = std::max(radius, offset.norm());
+        ++count;
+      }
+    }
+  }
+  if (count == 0) return false;
+  double best = score(node);
+  if (best >= enough_) return false;
+  const bool real = real_[at(node)] != 0;
+  std::int64_t moved[2] = {0, 0};
+  const auto attempt = [&](double x, double y) {
+    const std::int64_t to[2] = {std::llround(x), real ? 0 : std::llround(y)};
+    const std::int64_t by[2] = {to[0] - moved[0], to[1] - moved[1]};
+    if (by[0] == 0 && by[1] == 0) return;
+    shift(node, by[0], by[1]);
+    const double s = within(node) ? score(node) : -std::numeric_limits<double>::infinity();
+    if (s > best) {
+      best = s;
+      std::copy(to, to + 2, moved);
+    } else {
+      shift(node, -by[0], -by[1]);
+    }
+  };
+  const auto around = [&](double x, double y, double r) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        if ((dx != 0 || dy != 0) && best < enough_) attempt(x + r * dx, y + r * dy);
+      }
+    }
+  };
+  // Near by first: what is far distorts.
+  for (double r = 1; r <= radius && best < enough_; r *= 2) around(0, 0, r);
+  // Pattern search from the star's size down to single steps, from the best point so far.
+  if (best < enough_) attempt(sum.x() / count, sum.y() / count);
+  for (double r = radius; r >= 0.5 && best < enough_; r *= 0.5)
+    around(static_cast<double>(moved[0]), static_cast<double>(moved[1]), r);
+  return moved[0] != 0 || moved[1] != 0;
+}
+
+// Lowest height of a triangle around the node, signed; the number of folded ones counts first.
+double GridRepair::score(Index node) const {
+  double lowest = std::numeric_limits<double>::infinity();
+  double folded = 0;
+  for (Index i = copy_begin_[at(node)]; i < copy_begin_[at(node) + 1]; ++i) {
+    const std::size_t v = at(copies_[at(i)].vertex);
+    for (Index c = corner_begin_[v]; c < corner_begin_[v + 1]; ++c) {
+      const FaceId f = corners_[at(c)] / 3;
+      const std::int64_t area = twice_grid_area(faces_, points_, f);
+      double longest = 1;
+      for (int k = 0; k < 3; ++k) {
+        const Eigen::RowVector2d edge =
+            (points_.row(faces_(f, (k + 1) % 3)) - points_.row(faces_(f, k))).cast<double>();
+        longest = std::max(longest, edge.norm());
+      }
+      lowest = std::min(lowest, static_cast<double>(area) / longest);
+      if (area <= 0) folded += 1;
+    }
+  }
+  return std::min(lowest, enough_) - 2.0 * static_cast<double>(kLargestGridNumber) * folded;
 }
 
 }  // namespace flipfree::distortion

@@ -7,7 +7,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/working_rest.h"
+#include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 #include "flipfree/distortion/seams/seam_system.h"
 

@@ -7,7 +7,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
-#include "flipfree/distortion/seams/eliminate/constraints.h"
+#include "flipfree/distortion/seams/constraints.h"
 
 namespace flipfree::distortion {
 

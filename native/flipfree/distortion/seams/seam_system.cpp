@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
-#include "flipfree/distortion/seams/eliminate/nodes.h"
+#include "flipfree/distortion/seams/constraints.h"
 
 namespace flipfree::distortion {
 namespace {

@@ -9,7 +9,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/distortion/energy/step_system.h"
 #include "flipfree/distortion/minimize/newton_system.h"
-#include "flipfree/distortion/seams/eliminate/constraints.h"
+#include "flipfree/distortion/seams/constraints.h"
 
 namespace flipfree::distortion {
 

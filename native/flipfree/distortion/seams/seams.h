@@ -14,7 +14,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/certify/parametrization.h"
-#include "flipfree/distortion/seams/eliminate/cut_map.h"
+#include "flipfree/distortion/seams/constraints.h"
 
 namespace flipfree::distortion {
 

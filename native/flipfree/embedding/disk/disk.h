@@ -8,6 +8,52 @@
 
 namespace flipfree::embedding {
 
+// Where the boundary of a disk goes: circle, square, equilateral triangle, or the caller's convex
+// polygon.
+//
+// Polygons that are ours to choose are chosen so that they survive storage: every coordinate is a
+// 32-bit float (held in a double), neighbouring points are distinct, and the circle is strictly
+// convex by exact test, also with 100 000 points; beyond what the grid of 32-bit numbers has
+// corners for, its points are 64-bit numbers. Positions run counter-clockwise, the surface on the
+// left.
+
+enum class BoundaryShape { kCircle, kSquare, kTriangle };
+
+// Boundary positions with the side on which each lies: side s runs from corner s to corner s + 1.
+// Empty `corners` means that every point is a corner (circle).
+struct BoundaryPlacement {
+  Points2 positions;           // #B x 2
+  std::vector<Index> corners;  // increasing indices into positions; empty for the circle
+};
+
+// `edge_lengths[i]` is the length of the boundary edge from point i to point i + 1; #B of them,
+// positive (or all equal to 1). Points are spread by arc length, but no edge gets less than a few
+// per cent of the mean, and as much more as distinct (circle: strictly convex) 32-bit positions
+// need. Circle: radius 1 at the origin; square:
+// [-1, 1]^2; triangle: equilateral, circumradius 1, base horizontal. A point is put into each
+// corner. Throws InvalidInput (kBadBoundary) if there are fewer points than corners, or fewer
+// than 3. Cost: O(#B).
+BoundaryPlacement place_boundary(BoundaryShape shape, const std::vector<double>& edge_lengths);
+
+// The unit circle's points by arc length as place_boundary() spreads them, but without regard to
+// what 32 bits can hold where that costs strict convexity: 64-bit positions then.
+Points2 spread_on_circle(const std::vector<double>& edge_lengths);
+
+// Strictly convex polygon of `count` >= 3 points near the unit circle whose coordinates are
+// multiples of 2^-24, all edges of nearly equal length. Works up to at least 100 000 points (Jarnik
+// 1925: a convex lattice polygon in a square of N has at most c N^(2/3) vertices); beyond that
+// returns an empty matrix.
+Points2 lattice_circle(Index count);
+
+// Throws InvalidInput unless the polygon is finite, runs counter-clockwise once around, has no
+// repeated neighbours and no reflex vertex. Reflex by no more than the rounding of 32-bit
+// coordinates is let through (samples of a straight side are so): this refuses wrong input early,
+// the result is judged by its own exact check. `loop` gives the vertex ids that messages name.
+void require_convex(const Points2& polygon, const std::vector<VertexId>& loop);
+
+// Every three consecutive points turn strictly left (exact), and the polygon winds once.
+bool is_strictly_convex(const Points2& polygon);
+
 // Numbering of the vertices of a disk: boundary vertices by their place in the loop, inner ones by
 // vertex id.
 struct DiskNumbering {
@@ -27,5 +73,13 @@ struct InnerStars {
   std::vector<HalfedgeId> halfedge;
 };
 InnerStars inner_stars(const Triangles& faces, const DiskNumbering& numbering);
+
+// Is a mesh a disk, and a list of vertices its boundary?
+
+// Throws InvalidInput unless `faces` (manifold, oriented) are a disk, `loop` lists its boundary in
+// order with the surface on the left, and `boundary` has one position per vertex of the loop. Cost:
+// O(#F).
+void require_disk_with_boundary(const Triangles& faces, Index vertex_count,
+                                const std::vector<VertexId>& loop, const Points2& boundary);
 
 }  // namespace flipfree::embedding

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "flipfree/base/error.h"
-#include "flipfree/numeric/ordering/nested_dissection.h"
+#include "flipfree/numeric/nested_dissection.h"
 
 namespace flipfree::embedding {
 namespace {

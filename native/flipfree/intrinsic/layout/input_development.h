@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "flipfree/intrinsic/layout/development.h"
-#include "flipfree/intrinsic/overlay/overlay_positions.h"
-#include "flipfree/intrinsic/overlay/overlay_trace.h"
+#include "flipfree/intrinsic/overlay.h"
 #include "flipfree/intrinsic/refined_start/split_surface.h"
 #include "flipfree/mesh/adjacency.h"
 

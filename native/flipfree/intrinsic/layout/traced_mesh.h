@@ -4,8 +4,7 @@
 
 #include <vector>
 
-#include "flipfree/intrinsic/overlay/overlay_positions.h"
-#include "flipfree/intrinsic/overlay/overlay_trace.h"
+#include "flipfree/intrinsic/overlay.h"
 
 namespace flipfree::intrinsic {
 

@@ -6,7 +6,7 @@
 
 #include "flipfree/base/debug_check.h"
 #include "flipfree/intrinsic/refined_start/face_triangulation.h"
-#include "flipfree/mesh/refined/invariants.h"
+#include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::intrinsic {
 namespace {

@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/base/failure/outcome.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/energy/own_map.h"
-#include "flipfree/distortion/minimize/targets.h"
+#include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/at_once/star_map.h"
 #include "flipfree/matchmaker/coarsening/relax.h"

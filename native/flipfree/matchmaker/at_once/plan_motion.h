@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/intrinsic/overlay/normal_coordinates.h"
+#include "flipfree/intrinsic/overlay.h"
 #include "flipfree/matchmaker/request/polygon.h"
 
 namespace flipfree::matchmaker {
@@ -23,7 +23,7 @@ namespace flipfree::matchmaker {
 // A homeomorphism of the polygon that takes pins from their sources to their targets is known up to
 // isotopy by the images of the edges of a triangulation of the sources (the arcs). These are known
 // by how often they cross each edge of a triangulation of the places where the pins are now: normal
-// coordinates (intrinsic/overlay/normal_coordinates.h). When pins move, the triangulation is kept
+// coordinates (intrinsic/overlay.h). When pins move, the triangulation is kept
 // Delaunay by flips. A pin that makes a loop around another one and comes home changes
 // the class; where everything lies is as before. All that costs microseconds, so thousands of
 // classes can be tried.

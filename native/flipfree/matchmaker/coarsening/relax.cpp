@@ -8,12 +8,11 @@
 #include <numbers>
 #include <utility>
 
-#include "flipfree/base/failure/outcome.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
-#include "flipfree/distortion/energy/working_rest.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/matchmaker/start/first_try.h"
 

@@ -10,7 +10,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/refined/refined_map.h"
-#include "flipfree/numeric/cholesky/elimination_memory.h"
+#include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::matchmaker {
 

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/base/failure/outcome.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/distortion/energy/own_map.h"
-#include "flipfree/distortion/minimize/targets.h"
+#include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/matchmaker/at_once/arms.h"
 #include "flipfree/matchmaker/at_once/class_overlay.h"
@@ -18,7 +18,7 @@
 #include "flipfree/matchmaker/coarsening/relax.h"
 #include "flipfree/matchmaker/finish/usable_map.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/mesh/decimated/prolong.h"
+#include "flipfree/mesh/decimated/decimated.h"
 
 namespace flipfree::matchmaker {
 namespace {

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/outcome.h"
-#include "flipfree/certify/overlap/overlap.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/certify/overlap.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/rounding.h"

@@ -6,11 +6,11 @@
 #include <set>
 #include <utility>
 
-#include "flipfree/base/failure/outcome.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
-#include "flipfree/distortion/minimize/targets.h"
+#include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/coarsening/coarsen.h"

@@ -6,7 +6,7 @@
 #include <deque>
 
 #include "flipfree/base/plane.h"
-#include "flipfree/embedding/disk/boundary.h"
+#include "flipfree/embedding/disk/disk.h"
 
 namespace flipfree::matchmaker {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/outcome.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/embedding/embed.h"

@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "flipfree/base/failure/give_up.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/mesh/refined/refined_map.h"
 

@@ -19,7 +19,7 @@
 #include "flipfree/matchmaker/request/time_share.h"
 #include "flipfree/matchmaker/target/outline_target.h"
 #include "flipfree/matchmaker/target/sheet_target.h"
-#include "flipfree/mesh/refined/invariants.h"
+#include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
 namespace {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/base/types.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::mesh {
@@ -47,5 +48,40 @@ EdgePairs pair_edges(const PairingInput& input, const ExecutionContext& context)
 // none. Cost: O(k^2) for edges of k faces, O(k log k) beyond 64.
 void pair_crowds(const PairingInput& input, const std::vector<char>& turned, EdgePairs& pairs,
                  const ExecutionContext& context);
+
+// Vertices where faces touch only in a point, separated: what user interfaces cut out of a mesh
+// ("the selected faces") often has such points, and the stages want manifold vertices.
+
+struct Fans {
+  Triangles faces;               // #F x 3, over the new vertices
+  std::vector<VertexId> origin;  // new vertex -> input vertex, not descending
+};
+
+// Renumbers triangles so that every fan of edge-connected triangles around a point has a vertex of
+// its own. Vertices keep the input's order, fans of one vertex the order of their first triangles;
+// input vertices without triangles are left out. All triangles of an edge count as connected,
+// however many they are and whichever way they run: validate() shall name such an edge and nothing
+// else. Edges in `cuts` (vertex pairs, in any order) connect nothing; pairs that are no edge are
+// ignored. Throws InvalidInput (kIndexOutOfRange) for a negative index. Cost: linear but for a sort
+// of each vertex's neighbours and of the cuts.
+Fans split_fans(const Triangles& faces, const IndexPairs& cuts);
+
+// The vertices of paired faces: one for every fan, and edges that indices can tell apart.
+
+struct Sheets {
+  std::vector<VertexId> vertex;    // 3 #F: the new vertex at every corner
+  std::vector<VertexId> origin;    // new vertex -> old one, not descending
+  std::vector<HalfedgeId> parted;  // lower half-edge of the pairs that were undone, ascending
+};
+
+// `opposite`: 3 #F, of oriented faces, kInvalid on borders. Faces around a vertex that follow each
+// other across mates share a new vertex. Pairs of vertices name edges afterwards: where two edges
+// would have the same ends, fans between them are cut (`opposite` changes, `parted` lists it).
+// `doubtful`: lists of half-edges between the same two old vertices, of every edge that has more
+// than one pair or border. `polygon`: #F or null; cuts run between polygons where they can. Cost:
+// O(#F) for each round of cuts, of which one is enough as a rule.
+Sheets make_sheets(const Triangles& faces, std::vector<HalfedgeId>& opposite,
+                   std::vector<std::vector<HalfedgeId>> doubtful,
+                   const std::vector<Index>* polygon = nullptr);
 
 }  // namespace flipfree::mesh

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/numeric/ordering/nested_dissection.h"
+#include "flipfree/numeric/nested_dissection.h"
 
 namespace flipfree::numeric {
 

@@ -17,6 +17,7 @@
 
 #include "flipfree/base/types.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/seamless/padding/admissible_cut.h"
 
 namespace flipfree::seamless {
@@ -69,5 +70,17 @@ struct EqualizationSystem {
 
 // Throws InternalError if both sides of a branch lie at flat sectors (Definition 5.4 forbids it).
 EqualizationSystem equalization_system(const AdmissibleCut& cut, const CutSegments& segments);
+
+// The surface cut open along an admissible cut, and the angles that its pieces shall have there.
+
+struct OpenCut {
+  mesh::CutMesh mesh;
+  std::vector<double> angle;  // per vertex of it, total, radians: cones, straight sides, corners
+};
+
+// `adjacency`, `segments`: of the cut. `cones`: quarter turns per vertex of cut.surface. Cost:
+// O(#F).
+OpenCut open_cut(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
+                 const CutSegments& segments, const std::vector<Index>& cones);
 
 }  // namespace flipfree::seamless

@@ -8,14 +8,14 @@
 #include <string>
 #include <utility>
 
-#include "flipfree/base/failure/in_time.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/conformal/map/map.h"
+#include "flipfree/conformal/map.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
-#include "flipfree/seamless/error_places.h"
+#include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {
 namespace {

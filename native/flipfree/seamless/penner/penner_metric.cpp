@@ -11,16 +11,15 @@
 #include <tuple>
 #include <utility>
 
-#include "flipfree/base/failure/in_time.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/conformal/engine/engine.h"
-#include "flipfree/intrinsic/loops/loop_carrier.h"
+#include "flipfree/intrinsic/loops.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/seamless/near_turns.h"
 #include "flipfree/seamless/penner/penner_newton.h"
 #include "flipfree/seamless/penner/relaxation.h"
-#include "flipfree/seamless/penner/shortest_newton.h"
 #include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/conformal/metric/metric.h"
+#include "flipfree/conformal/metric.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/seamless/bordered/boundary_cones.h"
+#include "flipfree/seamless/bordered/corners.h"
 #include "flipfree/seamless/bordered/loop_turns.h"
 
 namespace flipfree::seamless {

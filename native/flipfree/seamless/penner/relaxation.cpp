@@ -1,13 +1,95 @@
 #include "flipfree/seamless/penner/relaxation.h"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "flipfree/intrinsic/flip_lengths.h"
+#include "flipfree/numeric/dense_factors.h"
+#include "flipfree/seamless/bordered/loop_turns.h"
 #include "flipfree/seamless/penner/penner_newton.h"
 
 namespace flipfree::seamless {
+
+using intrinsic::IntrinsicMesh;
+
+namespace {
+
+using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
+
+// Jv', #E x #V.
+SparseRows vertex_derivatives(const IntrinsicMesh& mesh, Eigen::Index vertex_count,
+                              const std::vector<double>& cotangent) {
+  const double share = face_share(mesh);
+  const auto vertex = [&](std::size_t h) { return mesh.unknown[at(mesh.origin[h])]; };
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  entries.reserve(4 * mesh.edge_count() + 2 * mesh.edge_count());
+  for (std::size_t h = 0; h < cotangent.size(); ++h) {
+    const HalfedgeId n = mesh.next[h], p = mesh.next[at(n)];
+    const auto e = static_cast<Index>(h / 2);
+    entries.emplace_back(e, vertex(at(p)), share * (cotangent[at(n)] + cotangent[at(p)]));
+    entries.emplace_back(e, vertex(h), -share * cotangent[at(p)]);
+    entries.emplace_back(e, vertex(at(n)), -share * cotangent[at(n)]);
+  }
+  SparseRows j(static_cast<Index>(mesh.edge_count()), static_cast<Index>(vertex_count));
+  j.setFromTriplets(entries.begin(), entries.end());
+  return j;
+}
+
+}  // namespace
+
+bool ShortestSystem::solve(const IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
+                           const PennerAngles& angles, const std::vector<double>& wish,
+                           std::vector<double>& direction, ExecutionContext& context) {
+  const auto vertex_count = static_cast<Eigen::Index>(angles.vertices.value.size());
+  const Eigen::Index n = vertex_count - 1;
+  const SparseRows jt = vertex_derivatives(mesh, vertex_count, angles.cotangent);
+  SparseRows cut = jt.leftCols(n);
+  numeric::SparseMatrix symmetric;
+  if (mesh.symmetric()) {
+    symmetric = symmetric_changes(mesh, angles.cotangent);
+    cut = SparseRows(symmetric.transpose()) * cut;
+  }
+  const numeric::SparseMatrix rows = numeric::SparseMatrix(cut.transpose());
+  numeric::SparseMatrix product = rows * cut;
+  product.makeCompressed();
+  numeric::SparseMatrix lower = product.triangularView<Eigen::Lower>();
+  lower.makeCompressed();
+  cholesky_.analyze(lower, context);
+  if (!cholesky_.factorize(lower, context)) return false;
+  Eigen::VectorXd w =
+      Eigen::Map<const Eigen::VectorXd>(wish.data(), static_cast<Eigen::Index>(wish.size()));
+  if (mesh.symmetric()) {
+    for (Eigen::Index e = 0; e < w.size(); ++e) {
+      if (mesh.label_of_edge(static_cast<EdgeId>(e)) == intrinsic::EdgeLabel::kDiagonal) w[e] = 0.0;
+    }
+    w = symmetric.transpose() * w.eval();
+  }
+  const Eigen::Map<const Eigen::VectorXd> g(angles.vertices.value.data(), n);
+  const Eigen::VectorXd right = g - rows * w;
+  Eigen::VectorXd d = w;
+  if (loops.size() > 0) {
+    numeric::SparseMatrix q = loop_derivatives(mesh, loops, angles.cotangent);
+    if (mesh.symmetric()) q = numeric::SparseMatrix(symmetric.transpose() * q);
+    const Eigen::MatrixXd mixed = rows * q;
+    const Eigen::MatrixXd x = cholesky_.solve(mixed, context);
+    const Eigen::Map<const Eigen::VectorXd> f(angles.loops.data(),
+                                              static_cast<Eigen::Index>(loops.size()));
+    const Eigen::MatrixXd schur = Eigen::MatrixXd(q.transpose() * q) - mixed.transpose() * x;
+    const Eigen::VectorXd m =
+        numeric::solve_symmetric(schur, f - q.transpose() * w - x.transpose() * right);
+    d += q * m;
+    const Eigen::VectorXd rest = right - mixed * m;
+    d += cut * cholesky_.solve(rest, context);
+  } else {
+    d += cut * cholesky_.solve(right, context);
+  }
+  if (mesh.symmetric()) d = symmetric * d.eval();
+  direction.assign(d.data(), d.data() + d.size());
+  return d.allFinite();
+}
 
 using conformal::MetricEngine;
 using intrinsic::FlipRecord;
@@ -133,6 +215,63 @@ double scaling_energy(const std::vector<double>& scale, const std::vector<double
     smaller += area[v] * std::exp(-2.0 * scale[v]);
   }
   return std::sqrt((larger / whole) * (smaller / whole));
+}
+
+namespace {
+
+constexpr double kMostNewtonChange = 1.0;  // of a logarithm of a length in one step
+constexpr double kLeastShareOfStep = 1e-3;
+
+}  // namespace
+
+PennerRun run_shortest(std::unique_ptr<conformal::MetricEngine>& engine,
+                       intrinsic::LoopCarrier& loops, const PennerTargets& targets,
+                       const PennerNewtonOptions& options, ExecutionContext& context) {
+  require_same_mesh(*engine, loops);
+  PennerRun run;
+  ShortestSystem system;
+  PennerAngles angles, trial;
+  const std::vector<double> no_wish(engine->mesh().edge_count(), 0.0);
+  std::vector<double> direction;
+  measure(*engine, loops, targets, angles, context);
+  run.error_history.push_back(angles.max_error);
+  run.end = PennerEnd::kIterations;
+  while (angles.max_error > options.tolerance && run.iterations < options.max_iterations) {
+    context.check();
+    run.end = PennerEnd::kStalled;
+    if (!system.solve(engine->mesh(), loops, angles, no_wish, direction, context)) break;
+    double most = 0.0;
+    for (const double d : direction) most = std::max(most, std::abs(d));
+    const intrinsic::LoopCarrier saved = loops;
+    const std::size_t first = engine->flips().size();
+    engine->remember();
+    bool found = false;
+    for (double step = std::min(1.0, kMostNewtonChange / std::max(most, 1e-300));
+         !found && step * most > kLeastShareOfStep * std::min(most, kMostNewtonChange);
+         step *= 0.5) {
+      ++run.evaluations;
+      std::vector<double> part = direction;
+      for (double& d : part) d *= step;
+      engine->stretch(part, context);
+      if (engine->restore_delaunay(context)) {
+        intrinsic::replay_flips(engine->flips(), first, engine->flips().size(), context,
+                                [&](EdgeId e) { loops.flip(e); });
+        measure(*engine, loops, targets, trial, context);
+        found = trial.norm < (1.0 - kArmijo * step) * angles.norm;
+      }
+      if (found) continue;
+      engine->go_back();
+      loops = saved;
+    }
+    if (!found) break;
+    ++run.iterations;
+    std::swap(angles, trial);
+    run.error_history.push_back(angles.max_error);
+    run.end = PennerEnd::kIterations;
+  }
+  if (angles.max_error <= options.tolerance) run.end = PennerEnd::kConverged;
+  run.error = angles.max_error;
+  return run;
 }
 
 }  // namespace flipfree::seamless

@@ -14,10 +14,30 @@
 #include "flipfree/base/context.h"
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/intrinsic/flipped_metric.h"
-#include "flipfree/intrinsic/loops/loop_carrier.h"
-#include "flipfree/seamless/penner/shortest_system.h"
+#include "flipfree/intrinsic/loops.h"
+#include "flipfree/numeric/cholesky/cholesky.h"
+#include "flipfree/seamless/penner/penner_newton.h"
 
 namespace flipfree::seamless {
+
+// The shortest change of the logarithms of edge lengths that meets the linearised equations for
+// cone and loop angles (Capouellez, Zorin 2024): d = w + J' m with J d = g, nearest to a wish w.
+//
+// Unlike penner_system.h it counts conformal changes as well: it is what keeps a metric near
+// another one, and what has to be factorized is J J', with twelve neighbours a vertex.
+
+class ShortestSystem {
+ public:
+  // `wish`, `direction`: per edge. False if J J' is not positive definite to working precision.
+  // Cost: an analysis and a factorization of the vertices' part, O(genus) solutions; loops enter by
+  // their Schur complement.
+  bool solve(const intrinsic::IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
+             const PennerAngles& angles, const std::vector<double>& wish,
+             std::vector<double>& direction, ExecutionContext& context);
+
+ private:
+  numeric::SparseCholesky cholesky_;
+};
 
 // The input's metric in Penner coordinates of a triangulation that is flipped.
 class ReferenceMetric {
@@ -63,5 +83,18 @@ std::vector<double> vertex_means(const intrinsic::IntrinsicMesh& mesh,
 // Symmetric Dirichlet energy, at the best global scale, of a map that scales the surroundings of
 // every vertex by exp(scale) alone; area: of the vertices.
 double scaling_energy(const std::vector<double>& scale, const std::vector<double>& area);
+
+// Newton's method for cone and loop angles by the shortest steps, from the input's own metric
+// (Capouellez, Zorin 2024, Algorithm 1, in the coordinates of the current triangulation).
+//
+// The way from the conformal metric (penner_newton.h) is shorter, refines less and keeps to the
+// shape. But where cones are far from a handle, that handle is exponentially large in the conformal
+// metric, its loops turn by next to nothing, and making it larger still brings them nearer to
+// nothing for free, with no end. Here every change of a length costs.
+
+// As run_penner(). Loses its quadratic end to rounding earlier: run_penner() may follow.
+PennerRun run_shortest(std::unique_ptr<conformal::MetricEngine>& engine,
+                       intrinsic::LoopCarrier& loops, const PennerTargets& targets,
+                       const PennerNewtonOptions& options, ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -5,8 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "flipfree/base/failure/elements.h"
-#include "flipfree/base/failure/translate_errors.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/unwrap/chart/chart.h"

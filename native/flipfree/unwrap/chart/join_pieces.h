@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/unwrap/chart/overlapping_faces.h"
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "flipfree/base/stats.h"
-#include "flipfree/certify/measures/energy.h"
-#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/certify/measures.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/weighted.h"
 #include "flipfree/unwrap/packing/layout.h"
 

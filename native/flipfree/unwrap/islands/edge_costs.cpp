@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/mesh/cut_graph/shortest_paths.h"
+#include "flipfree/mesh/shortest_paths.h"
 
 namespace flipfree::unwrap {
 namespace {

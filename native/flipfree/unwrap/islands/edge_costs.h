@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "flipfree/certify/separated_map.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/unwrap/islands/seam_options.h"
 

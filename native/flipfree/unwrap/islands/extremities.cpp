@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
-#include "flipfree/mesh/cut_graph/shortest_paths.h"
+#include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/unwrap/islands/scale_field.h"
 
 namespace flipfree::unwrap {

@@ -8,7 +8,7 @@
 #pragma once
 
 #include "flipfree/base/context.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 
 namespace flipfree::unwrap {
 

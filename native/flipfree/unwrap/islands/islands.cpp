@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/mesh/cut_graph/cut_graph.h"
+#include "flipfree/mesh/cut_graph.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/unwrap/islands/extremities.h"
 

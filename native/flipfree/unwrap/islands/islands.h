@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 
 namespace flipfree::unwrap {
 

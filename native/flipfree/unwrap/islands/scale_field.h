@@ -7,7 +7,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/numeric/cholesky/elimination_memory.h"
+#include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::unwrap {
 

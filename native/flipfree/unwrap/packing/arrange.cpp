@@ -6,7 +6,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/unwrap/packing/boxes/pack_rectangles.h"
 #include "flipfree/unwrap/packing/nest/contacts.h"
 

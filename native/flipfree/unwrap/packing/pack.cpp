@@ -5,15 +5,15 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/elements.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/separated_map.h"
-#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/valid_map.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/unwrap/packing/boxes/pack_rectangles.h"
 #include "flipfree/unwrap/packing/place.h"

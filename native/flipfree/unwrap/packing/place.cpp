@@ -12,8 +12,8 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/certify/measures/flips.h"
-#include "flipfree/certify/overlap/island_overlap.h"
+#include "flipfree/certify/measures.h"
+#include "flipfree/certify/overlap.h"
 #include "flipfree/unwrap/packing/arrange.h"
 #include "flipfree/unwrap/packing/boxes/pack_rectangles.h"
 #include "flipfree/unwrap/packing/layout.h"

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "flipfree/base/plane.h"
-#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/unwrap/packing/layout.h"
 
 namespace flipfree::unwrap {

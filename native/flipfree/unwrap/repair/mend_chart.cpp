@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "flipfree/base/failure/renumber.h"
-#include "flipfree/base/failure/translate_errors.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/numeric/predicates.h"
 #include "flipfree/unwrap/chart/apart/draw_apart.h"

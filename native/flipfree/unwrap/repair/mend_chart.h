@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/unwrap/repair/repair_options.h"
 
 namespace flipfree::unwrap {

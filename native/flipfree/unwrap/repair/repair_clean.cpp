@@ -11,7 +11,7 @@
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/texture.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/unwrap/repair/given/given_map.h"
 #include "flipfree/unwrap/repair/mend_chart.h"
 #include "flipfree/unwrap/repair/places/one_scale.h"

@@ -7,7 +7,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
-#include "flipfree/certify/overlap/island_overlap.h"
+#include "flipfree/certify/overlap.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/packing/place.h"

@@ -6,12 +6,12 @@
 #include <numeric>
 #include <utility>
 
-#include "flipfree/base/failure/outcome.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/certify/measures/energy.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/own_map.h"
-#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/unwrap/packing/layout.h"

@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/outcome.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
-#include "flipfree/mesh/cut_graph/shortest_paths.h"
 #include "flipfree/mesh/own_unit.h"
+#include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/unwrap/chart/flattening.h"
 #include "flipfree/unwrap/chart/stretch.h"
 #include "flipfree/unwrap/islands/edge_costs.h"

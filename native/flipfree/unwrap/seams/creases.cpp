@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
-#include "flipfree/mesh/cut_graph/shortest_paths.h"
+#include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/unwrap/islands/edge_costs.h"
 

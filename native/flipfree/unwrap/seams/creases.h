@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::unwrap {

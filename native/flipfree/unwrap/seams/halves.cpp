@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "flipfree/base/disjoint_sets.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/numeric/dense_factors.h"
 #include "flipfree/unwrap/chart/separate.h"
 

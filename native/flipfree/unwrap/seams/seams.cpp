@@ -1,7 +1,7 @@
 #include "flipfree/unwrap/seams/seams.h"
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/in_time.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/certify/separated_map.h"
 #include "flipfree/unwrap/islands/edge_costs.h"
 #include "flipfree/unwrap/islands/normalised.h"

@@ -1,4 +1,4 @@
-#include "flipfree/base/failure/elements.h"
+#include "flipfree/base/failure.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/base/failure/give_up.h"
+#include "flipfree/base/failure.h"
 
 #include <gtest/gtest.h>
 

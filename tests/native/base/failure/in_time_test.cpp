@@ -1,4 +1,4 @@
-#include "flipfree/base/failure/in_time.h"
+#include "flipfree/base/failure.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,8 @@
-#include "flipfree/base/failure/outcome.h"
+#include "flipfree/base/failure.h"
 
 #include <gtest/gtest.h>
 
 #include <memory>
-
-#include "flipfree/base/failure/translate_errors.h"
 
 namespace flipfree::outcome_test {
 namespace {

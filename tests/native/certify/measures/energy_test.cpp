@@ -1,4 +1,4 @@
-#include "flipfree/certify/measures/energy.h"
+#include "flipfree/certify/measures.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "flipfree/certify/overlap/overlap.h"
+#include "flipfree/certify/overlap.h"
 #include "fuzz/rational.h"
 #include "support/corner_maps.h"
 #include "support/dense.h"

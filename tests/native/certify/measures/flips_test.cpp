@@ -1,4 +1,4 @@
-#include "flipfree/certify/measures/flips.h"
+#include "flipfree/certify/measures.h"
 
 #include <gtest/gtest.h>
 

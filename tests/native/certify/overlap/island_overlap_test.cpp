@@ -1,4 +1,4 @@
-#include "flipfree/certify/overlap/island_overlap.h"
+#include "flipfree/certify/overlap.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,6 @@
 #include <set>
 
 #include "flipfree/certify/certify.h"
-#include "flipfree/certify/overlap/overlap.h"
 #include "fuzz/rational.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"

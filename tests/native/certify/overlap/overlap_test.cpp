@@ -1,4 +1,4 @@
-#include "flipfree/certify/overlap/overlap.h"
+#include "flipfree/certify/overlap.h"
 
 #include <gtest/gtest.h>
 

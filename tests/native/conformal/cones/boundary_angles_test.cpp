@@ -1,4 +1,4 @@
-#include "flipfree/conformal/cones/boundary_angles.h"
+#include "flipfree/conformal/boundary_angles.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/conformal/cones/cone_rounding.h"
+#include "flipfree/conformal/suggest_cones.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/conformal/cones/suggest_cones.h"
+#include "flipfree/conformal/suggest_cones.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "flipfree/conformal/metric/metric.h"
+#include "flipfree/conformal/metric.h"
 #include "support/shapes.h"
 
 namespace flipfree::conformal::suggest_cones_test {

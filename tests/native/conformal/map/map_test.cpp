@@ -1,4 +1,4 @@
-#include "flipfree/conformal/map/map.h"
+#include "flipfree/conformal/map.h"
 
 #include <gtest/gtest.h>
 

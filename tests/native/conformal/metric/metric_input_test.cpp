@@ -1,4 +1,4 @@
-#include "flipfree/conformal/metric/metric_input.h"
+#include "flipfree/conformal/metric.h"
 
 #include <gtest/gtest.h>
 

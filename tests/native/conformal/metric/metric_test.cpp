@@ -1,6 +1,6 @@
 // The metric of prescribed angles: identities, closed forms, agreement of independent computations,
 // refusals.
-#include "flipfree/conformal/metric/metric.h"
+#include "flipfree/conformal/metric.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/conformal/metric/pinned_metric.h"
+#include "flipfree/conformal/pinned_metric.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/conformal/metric/refined_metric.h"
+#include "flipfree/conformal/refined_metric.h"
 
 #include <gtest/gtest.h>
 

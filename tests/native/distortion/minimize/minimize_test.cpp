@@ -8,7 +8,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
-#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "support/shapes.h"
 
 namespace flipfree::distortion::minimize_test {

@@ -1,4 +1,4 @@
-#include "flipfree/distortion/minimize/targets.h"
+#include "flipfree/distortion/minimize/minimize.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "support/shapes.h"
 
 namespace flipfree::distortion::targets_test {

@@ -6,7 +6,6 @@
 
 #include "distortion/seams/polycubes.h"
 #include "flipfree/base/error.h"
-#include "flipfree/distortion/seams/grid_repair.h"
 
 namespace flipfree::distortion::exact_grid_test {
 namespace {

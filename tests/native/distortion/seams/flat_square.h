@@ -1,7 +1,7 @@
 // A square in the plane that is its own map, with a boundary along the axes.
 #pragma once
 
-#include "flipfree/distortion/seams/eliminate/cut_map.h"
+#include "flipfree/distortion/seams/constraints.h"
 #include "support/shapes.h"
 
 namespace flipfree::test {

@@ -1,4 +1,4 @@
-#include "flipfree/distortion/seams/grid_repair.h"
+#include "flipfree/distortion/seams/exact_grid.h"
 
 #include <gtest/gtest.h>
 

@@ -11,9 +11,7 @@
 #include <vector>
 
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/seams/eliminate/constraints.h"
-#include "flipfree/distortion/seams/eliminate/cut_map.h"
-#include "flipfree/distortion/seams/eliminate/nodes.h"
+#include "flipfree/distortion/seams/constraints.h"
 #include "flipfree/mesh/adjacency.h"
 
 namespace flipfree::test {

@@ -1,4 +1,4 @@
-#include "flipfree/embedding/disk/boundary.h"
+#include "flipfree/embedding/disk/disk.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/embedding/disk/require_disk.h"
+#include "flipfree/embedding/disk/disk.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/embedding/progressive/planar_mesh.h"
+#include "flipfree/embedding/progressive/planar_map.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "flipfree/embedding/disk/boundary.h"
+#include "flipfree/embedding/disk/disk.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/topology.h"
 #include "support/shapes.h"

@@ -1,5 +1,5 @@
 // Frames of scaled surfaces, against angles of scaled triangles.
-#include "flipfree/field/guidance/sized_frames.h"
+#include "flipfree/field/guidance.h"
 
 #include <gtest/gtest.h>
 

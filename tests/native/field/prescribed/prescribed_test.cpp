@@ -1,10 +1,10 @@
-#include "flipfree/field/prescribed/prescribed.h"
+#include "flipfree/field/prescribed.h"
 
 #include <gtest/gtest.h>
 
 #include "field/fields.h"
 #include "flipfree/base/error.h"
-#include "flipfree/field/topology/tree_cotree.h"
+#include "flipfree/field/turning.h"
 #include "flipfree/mesh/topology.h"
 
 namespace flipfree::field::prescribed_test {

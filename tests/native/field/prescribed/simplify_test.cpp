@@ -1,10 +1,9 @@
-#include "flipfree/field/prescribed/simplify.h"
+#include "flipfree/field/prescribed.h"
 
 #include <gtest/gtest.h>
 
 #include "field/fields.h"
-#include "flipfree/field/prescribed/prescribed.h"
-#include "flipfree/field/topology/turning.h"
+#include "flipfree/field/turning.h"
 
 namespace flipfree::field::simplify_test {
 namespace {

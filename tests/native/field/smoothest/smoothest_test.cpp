@@ -1,11 +1,11 @@
-#include "flipfree/field/smoothest/smoothest.h"
+#include "flipfree/field/smoothest.h"
 
 #include <gtest/gtest.h>
 
 #include "field/fields.h"
 #include "flipfree/base/error.h"
-#include "flipfree/field/guidance/guidance.h"
-#include "flipfree/field/topology/turning.h"
+#include "flipfree/field/guidance.h"
+#include "flipfree/field/turning.h"
 
 namespace flipfree::field::smoothest_test {
 namespace {

@@ -1,4 +1,4 @@
-#include "flipfree/field/topology/cross_field.h"
+#include "flipfree/field/cross_field.h"
 
 #include <gtest/gtest.h>
 

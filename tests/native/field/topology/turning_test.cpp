@@ -1,9 +1,8 @@
-#include "flipfree/field/topology/turning.h"
+#include "flipfree/field/turning.h"
 
 #include <gtest/gtest.h>
 
 #include "field/fields.h"
-#include "flipfree/field/topology/tree_cotree.h"
 #include "flipfree/mesh/topology.h"
 
 namespace flipfree::field::turning_test {

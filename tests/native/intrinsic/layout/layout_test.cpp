@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "flipfree/mesh/cut_graph/map_cut.h"
+#include "flipfree/mesh/cut_graph.h"
 #include "intrinsic/layout/traced.h"
 #include "support/flipped_metrics.h"
 #include "support/shapes.h"

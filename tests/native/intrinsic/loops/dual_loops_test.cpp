@@ -1,5 +1,5 @@
 // Dual loops: a basis of the homology, carried through flips.
-#include "flipfree/intrinsic/loops/dual_loops.h"
+#include "flipfree/intrinsic/loops.h"
 
 #include <gtest/gtest.h>
 

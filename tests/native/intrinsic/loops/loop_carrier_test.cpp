@@ -1,4 +1,4 @@
-#include "flipfree/intrinsic/loops/loop_carrier.h"
+#include "flipfree/intrinsic/loops.h"
 
 #include <gtest/gtest.h>
 

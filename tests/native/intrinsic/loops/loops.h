@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "flipfree/intrinsic/intrinsic_mesh.h"
-#include "flipfree/intrinsic/loops/dual_loops.h"
+#include "flipfree/intrinsic/loops.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::test {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/intrinsic/overlay/overlay_coordinates.h"
+#include "flipfree/intrinsic/overlay.h"
 #include "support/flip_meshes.h"
 
 namespace flipfree::test {

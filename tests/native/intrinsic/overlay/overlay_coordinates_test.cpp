@@ -5,9 +5,7 @@
 #include <random>
 #include <set>
 
-#include "flipfree/intrinsic/overlay/overlay_coordinates.h"
-#include "flipfree/intrinsic/overlay/overlay_positions.h"
-#include "flipfree/intrinsic/overlay/overlay_trace.h"
+#include "flipfree/intrinsic/overlay.h"
 #include "flipfree/numeric/predicates.h"
 #include "support/flip_meshes.h"
 #include "support/shapes.h"

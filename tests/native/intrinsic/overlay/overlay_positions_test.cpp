@@ -1,6 +1,6 @@
 // Positions of crossings against chords of one circle (where Penner lengths are Euclidean lengths
 // and hyperbolic lines are straight), and against the two-triangle chart of thesis 4.5.
-#include "flipfree/intrinsic/overlay/overlay_positions.h"
+#include "flipfree/intrinsic/overlay.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Straight lines over a plane triangulation against the plane itself.
-#include "flipfree/intrinsic/overlay/overlay_straight.h"
+#include "flipfree/intrinsic/overlay.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The overlay of a metric that was only flipped, against straight segments in the plane.
-#include "flipfree/intrinsic/overlay/overlay.h"
+#include "flipfree/intrinsic/overlay.h"
 
 #include <gtest/gtest.h>
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
-#include "flipfree/conformal/metric/refined_metric.h"
+#include "flipfree/conformal/refined_metric.h"
 #include "flipfree/intrinsic/refined_start/split_surface.h"
 #include "intrinsic/refined_start/flat_surfaces.h"
 

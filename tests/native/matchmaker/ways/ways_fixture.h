@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "flipfree/matchmaker/request/request.h"
-#include "flipfree/mesh/refined/invariants.h"
+#include "flipfree/mesh/refined/refined_map.h"
 #include "matchmaker/refined_maps.h"
 
 namespace flipfree::test {

@@ -1,4 +1,4 @@
-#include "flipfree/mesh/cut_graph/cut_graph.h"
+#include "flipfree/mesh/cut_graph.h"
 
 #include <gtest/gtest.h>
 

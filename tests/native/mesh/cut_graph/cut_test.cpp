@@ -1,4 +1,4 @@
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 
 #include <gtest/gtest.h>
 

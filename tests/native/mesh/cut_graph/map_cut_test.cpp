@@ -1,4 +1,4 @@
-#include "flipfree/mesh/cut_graph/map_cut.h"
+#include "flipfree/mesh/cut_graph.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/mesh/cut_graph/shortest_paths.h"
+#include "flipfree/mesh/shortest_paths.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/mesh/decimated/prolong.h"
+#include "flipfree/mesh/decimated/decimated.h"
 
 #include <gtest/gtest.h>
 

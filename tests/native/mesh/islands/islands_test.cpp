@@ -1,4 +1,4 @@
-#include "flipfree/mesh/islands/islands.h"
+#include "flipfree/mesh/islands.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,7 @@
-#include "flipfree/mesh/refined/invariants.h"
+#include "flipfree/mesh/refined/refined_map.h"
 
 #include <gtest/gtest.h>
 
-#include "flipfree/mesh/refined/refined_map.h"
 #include "support/shapes.h"
 
 namespace flipfree::mesh::invariants_test {

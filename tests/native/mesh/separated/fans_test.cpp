@@ -1,4 +1,4 @@
-#include "flipfree/mesh/separated/fans.h"
+#include "flipfree/mesh/separated/edge_pairs.h"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/separated/rest_positions.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
 #include "support/shapes.h"

@@ -1,14 +1,12 @@
 // Elimination orders carried from one mesh to the next: correct whatever is remembered, and nearly
 // as good as new ones.
-#include "flipfree/numeric/cholesky/elimination_memory.h"
+#include "flipfree/numeric/cholesky/cholesky.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
 #include <random>
 #include <vector>
-
-#include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::numeric::elimination_memory_test {
 namespace {

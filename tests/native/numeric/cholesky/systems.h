@@ -9,7 +9,7 @@
 
 #include "flipfree/numeric/cholesky/cholesky.h"
 #include "flipfree/numeric/cholesky/multifrontal.h"
-#include "flipfree/numeric/ordering/nested_dissection.h"
+#include "flipfree/numeric/nested_dissection.h"
 
 namespace flipfree::test {
 

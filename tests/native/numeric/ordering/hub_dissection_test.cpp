@@ -1,11 +1,10 @@
-#include "flipfree/numeric/ordering/hub_dissection.h"
+#include "flipfree/numeric/nested_dissection.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
 
-#include "flipfree/numeric/ordering/nested_dissection.h"
 #include "support/graphs.h"
 
 namespace flipfree::numeric::hub_dissection_test {

@@ -1,4 +1,4 @@
-#include "flipfree/numeric/ordering/nested_dissection.h"
+#include "flipfree/numeric/nested_dissection.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/seamless/bordered/boundary_cones.h"
+#include "flipfree/seamless/bordered/corners.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/seamless/exact/recut.h"
+#include "flipfree/seamless/exact/take_back.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 
 #include "flipfree/certify/certify.h"
 #include "flipfree/seamless/exact/seamless_map.h"
-#include "flipfree/seamless/padding/engine/padding.h"
-#include "flipfree/seamless/padding/topology/topology.h"
+#include "flipfree/seamless/padding/padding.h"
+#include "flipfree/seamless/padding/topology.h"
 #include "flipfree/seamless/seams.h"
 #include "support/shapes.h"
 

@@ -6,7 +6,7 @@
 
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/conformal/map/map.h"
+#include "flipfree/conformal/map.h"
 #include "flipfree/seamless/penner/penner.h"
 #include "support/shapes.h"
 

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/field/topology/turning.h"
-#include "flipfree/holonomy/projected_loops.h"
+#include "flipfree/field/turning.h"
+#include "flipfree/holonomy/loops.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/seamless/padding/admissible_cut.h"
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
-#include "flipfree/intrinsic/loops/loop_carrier.h"
+#include "flipfree/intrinsic/loops.h"
 #include "seamless/penner/penner_state.h"
 #include "support/shapes.h"
 

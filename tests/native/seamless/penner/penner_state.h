@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "flipfree/conformal/engine/engine.h"
-#include "flipfree/intrinsic/loops/loop_carrier.h"
-#include "flipfree/seamless/penner/penner_system.h"
+#include "flipfree/intrinsic/loops.h"
+#include "flipfree/seamless/penner/penner_newton.h"
 #include "support/shapes.h"
 
 namespace flipfree::test {

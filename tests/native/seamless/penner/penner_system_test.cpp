@@ -1,4 +1,4 @@
-#include "flipfree/seamless/penner/penner_system.h"
+#include "flipfree/seamless/penner/penner_newton.h"
 
 #include <gtest/gtest.h>
 

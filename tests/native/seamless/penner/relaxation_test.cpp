@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "flipfree/intrinsic/loops/dual_loops.h"
+#include "flipfree/intrinsic/loops.h"
 #include "flipfree/seamless/penner/penner_metric.h"
 #include "support/shapes.h"
 

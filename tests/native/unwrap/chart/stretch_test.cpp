@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "flipfree/base/stats.h"
-#include "flipfree/certify/measures/energy.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"

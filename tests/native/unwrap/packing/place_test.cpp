@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/certify/measures/flips.h"
+#include "flipfree/certify/measures.h"
 
 namespace flipfree::unwrap::place_test {
 namespace {

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "flipfree/base/error.h"
-#include "flipfree/certify/measures/flips.h"
+#include "flipfree/certify/measures.h"
 #include "support/shapes.h"
 
 namespace flipfree::unwrap::mend_chart_test {

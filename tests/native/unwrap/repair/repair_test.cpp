@@ -8,7 +8,7 @@
 #include <random>
 
 #include "flipfree/base/error.h"
-#include "flipfree/certify/measures/flips.h"
+#include "flipfree/certify/measures.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 

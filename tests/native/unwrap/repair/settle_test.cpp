@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "flipfree/certify/overlap/island_overlap.h"
+#include "flipfree/certify/overlap.h"
 #include "support/shapes.h"
 
 namespace flipfree::unwrap::settle_test {

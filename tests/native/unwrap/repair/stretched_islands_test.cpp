@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "flipfree/certify/measures/energy.h"
-#include "flipfree/certify/measures/flips.h"
+#include "flipfree/certify/measures.h"
 #include "support/shapes.h"
 
 namespace flipfree::unwrap::stretched_islands_test {

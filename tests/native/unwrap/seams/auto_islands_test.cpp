@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "flipfree/certify/measures/energy.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/unwrap/chart/stretch.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"

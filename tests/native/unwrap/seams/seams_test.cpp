@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/unwrap/unwrap.h"
 #include "support/shapes.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 
 namespace flipfree::unwrap {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/certify/measures/flips.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/certify/texture.h"
 #include "flipfree/unwrap/repair/given/rejoin.h"
 

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "flipfree/certify/measures/energy.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/unwrap/repair/patches/damage.h"
 
 namespace flipfree::unwrap {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 
 namespace flipfree::unwrap {
 

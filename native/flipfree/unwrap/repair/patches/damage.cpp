@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "flipfree/base/plane.h"
-#include "flipfree/certify/measures/energy.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/unwrap/packing/layout.h"

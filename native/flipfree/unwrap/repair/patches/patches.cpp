@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/outcome.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/untangle.h"
-#include "flipfree/mesh/islands/part.h"
+#include "flipfree/mesh/islands.h"
 
 namespace flipfree::unwrap {
 namespace {

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <utility>
 
-#include "flipfree/certify/overlap/island_overlap.h"
+#include "flipfree/certify/overlap.h"
 
 namespace flipfree::unwrap {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "flipfree/mesh/cut_graph/cut_graph.h"
-#include "flipfree/mesh/cut_graph/fill.h"
+#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/cut_graph.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/unwrap/seams/search/hills.h"
 

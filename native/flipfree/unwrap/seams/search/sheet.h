@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/mesh/cut_graph/cut.h"
-#include "flipfree/mesh/cut_graph/shortest_paths.h"
+#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/unwrap/islands/scale_field.h"
 #include "flipfree/unwrap/seams/search/mirror.h"
 

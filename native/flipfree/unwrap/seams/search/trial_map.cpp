@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "flipfree/base/stats.h"
-#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/unwrap/chart/chart.h"
 #include "flipfree/unwrap/chart/stretch.h"

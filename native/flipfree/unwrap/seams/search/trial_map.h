@@ -2,12 +2,12 @@
 #pragma once
 
 #include "flipfree/base/context.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/unwrap/islands/seam_options.h"
 
 namespace flipfree::unwrap {
 
-// The chart with its corners separated along `cut` (mesh/cut_graph/cut.h).
+// The chart with its corners separated along `cut` (mesh/cut.h).
 mesh::Surface slit_surface(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
                            const mesh::EdgeFlags& cut);
 

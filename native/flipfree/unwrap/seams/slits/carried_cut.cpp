@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "flipfree/mesh/cut_graph/shortest_paths.h"
+#include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/mesh/topology.h"
 
 namespace flipfree::unwrap {

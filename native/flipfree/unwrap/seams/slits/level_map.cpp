@@ -6,10 +6,9 @@
 #include <vector>
 
 #include "flipfree/base/stats.h"
-#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/mesh/decimated/decimated.h"
-#include "flipfree/mesh/decimated/prolong.h"
 #include "flipfree/unwrap/chart/stretch.h"
 #include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/seams/search/trial_map.h"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "flipfree/base/context.h"
-#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/unwrap/seams/search/search.h"
 
 namespace flipfree::unwrap {
@@ -17,7 +17,7 @@ struct LevelMap {
 
 // The least distorted map of the chart cut along `cut`, which does not divide it, without flip: its
 // slit surface is decimated and laid flat, held apart or divided there, and the map brought back
-// (mesh/decimated/prolong.h), from where few steps are left. Throws what TrialMap throws.
+// (mesh/decimated/decimated.h), from where few steps are left. Throws what TrialMap throws.
 LevelMap map_by_levels(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
                        const mesh::EdgeFlags& cut, const mesh::EdgeFlags& uncuttable,
                        const SlitOptions& options, ExecutionContext& context);

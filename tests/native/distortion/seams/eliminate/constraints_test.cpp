@@ -1,10 +1,9 @@
-#include "flipfree/distortion/seams/eliminate/constraints.h"
+#include "flipfree/distortion/seams/constraints.h"
 
 #include <gtest/gtest.h>
 
 #include "distortion/seams/polycubes.h"
 #include "flipfree/base/error.h"
-#include "flipfree/distortion/seams/eliminate/nodes.h"
 
 namespace flipfree::distortion::constraints_test {
 namespace {

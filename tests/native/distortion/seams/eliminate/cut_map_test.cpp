@@ -1,4 +1,4 @@
-#include "flipfree/distortion/seams/eliminate/cut_map.h"
+#include "flipfree/distortion/seams/constraints.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/intrinsic/layout/polygon/polygon_triangulation.h"
+#include "flipfree/intrinsic/layout/polygon_triangulation.h"
 
 #include <gtest/gtest.h>
 

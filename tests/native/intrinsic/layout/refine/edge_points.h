@@ -6,7 +6,7 @@
 
 #include "flipfree/base/plane.h"
 #include "flipfree/intrinsic/layout/input_development.h"
-#include "flipfree/intrinsic/layout/refine/edge_point_map.h"
+#include "flipfree/intrinsic/layout/refine_map.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
 

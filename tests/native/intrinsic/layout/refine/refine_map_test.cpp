@@ -1,4 +1,4 @@
-#include "flipfree/intrinsic/layout/refine/refine_map.h"
+#include "flipfree/intrinsic/layout/refine_map.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/seamless/exact/divided/divided_sides.h"
+#include "flipfree/seamless/exact/parts.h"
 
 #include <gtest/gtest.h>
 

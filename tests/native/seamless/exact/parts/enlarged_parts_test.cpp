@@ -1,4 +1,4 @@
-#include "flipfree/seamless/exact/parts/enlarged_parts.h"
+#include "flipfree/seamless/exact/parts.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 // The engine "padding" from cones to maps.
-#include "flipfree/seamless/padding/engine/padding.h"
+#include "flipfree/seamless/padding/padding.h"
 
 #include <gtest/gtest.h>
 
 #include "flipfree/base/error.h"
-#include "flipfree/seamless/padding/topology/topology.h"
+#include "flipfree/seamless/padding/topology.h"
 #include "seamless/padding/engine/side_by_side.h"
 #include "seamless/padding/geometry/hand_cuts.h"
 

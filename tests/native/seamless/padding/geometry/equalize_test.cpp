@@ -1,5 +1,5 @@
 // Padding widths: not negative, and mates equally long to the last of many bits.
-#include "flipfree/seamless/padding/geometry/equalize.h"
+#include "flipfree/seamless/padding/padded_metric.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/seamless/padding/geometry/assembly.h"
+#include "flipfree/seamless/padding/padded_metric.h"
 #include "seamless/padding/cuts.h"
 
 namespace flipfree::test {

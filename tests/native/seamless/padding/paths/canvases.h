@@ -4,8 +4,7 @@
 #include <set>
 #include <vector>
 
-#include "flipfree/seamless/padding/paths/canvas.h"
-#include "flipfree/seamless/padding/paths/disk_boundary.h"
+#include "flipfree/seamless/padding/paths.h"
 #include "seamless/padding/topology/made_cuts.h"
 
 namespace flipfree::test {

@@ -1,5 +1,5 @@
 // Paths that leave the right cones on either side.
-#include "flipfree/seamless/padding/paths/separating_path.h"
+#include "flipfree/seamless/padding/paths.h"
 
 #include "seamless/padding/paths/canvases.h"
 

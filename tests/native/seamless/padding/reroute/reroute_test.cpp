@@ -1,11 +1,10 @@
 // Cuts that turn as a field does, judged on loops and by code that the solver does not know.
-#include "flipfree/seamless/padding/reroute/reroute.h"
+#include "flipfree/seamless/padding/reroute.h"
 
 #include <gtest/gtest.h>
 
 #include "faults/samples.h"
 #include "flipfree/base/error.h"
-#include "flipfree/seamless/padding/reroute/turn_changes.h"
 #include "seamless/padding/reroute/wished_fields.h"
 #include "seamless/padding/topology/made_cuts.h"
 #include "seamless/padding/turning_judge.h"

@@ -5,10 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/field/topology/tree_cotree.h"
-#include "flipfree/field/topology/turning.h"
+#include "flipfree/field/turning.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/seamless/padding/topology/topology.h"
+#include "flipfree/seamless/padding/topology.h"
 
 namespace flipfree::test {
 

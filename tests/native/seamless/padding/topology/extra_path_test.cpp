@@ -1,9 +1,9 @@
 // Which pattern cones ask for, and the paths of the existence proof where the search is not asked.
-#include "flipfree/seamless/padding/topology/extra_path.h"
+#include "flipfree/seamless/padding/extra_path.h"
 
 #include "flipfree/base/error.h"
-#include "flipfree/seamless/padding/reroute/branch_graph.h"
-#include "flipfree/seamless/padding/topology/hole_chain.h"
+#include "flipfree/seamless/padding/hole_chain.h"
+#include "flipfree/seamless/padding/reroute.h"
 #include "seamless/padding/paths/canvases.h"
 
 namespace flipfree::seamless::extra_path_test {

@@ -9,7 +9,7 @@
 #include <set>
 #include <vector>
 
-#include "flipfree/seamless/padding/topology/topology.h"
+#include "flipfree/seamless/padding/topology.h"
 #include "seamless/padding/admissible_judge.h"
 #include "seamless/padding/cuts.h"
 #include "support/shapes.h"

@@ -1,9 +1,9 @@
 // Cuts for all kinds of cones, judged by Definition 5.4 and by the rank of their equations.
-#include "flipfree/seamless/padding/topology/topology.h"
+#include "flipfree/seamless/padding/topology.h"
 
 #include "faults/samples.h"
 #include "flipfree/base/error.h"
-#include "flipfree/seamless/padding/straight/linear_scale.h"
+#include "flipfree/seamless/padding/straight.h"
 #include "seamless/padding/topology/made_cuts.h"
 
 namespace flipfree::seamless::topology_test {

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "flipfree/base/stats.h"
-#include "flipfree/certify/overlap/island_overlap.h"
+#include "flipfree/certify/overlap.h"
 
 namespace flipfree::unwrap::make_way_test {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "flipfree/certify/measures/energy.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/unwrap/chart/stretch.h"
 #include "flipfree/unwrap/islands/edge_costs.h"
 #include "support/corner_maps.h"

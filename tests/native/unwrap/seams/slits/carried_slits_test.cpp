@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "flipfree/certify/measures/energy.h"
-#include "flipfree/mesh/cut_graph/shortest_paths.h"
+#include "flipfree/certify/measures.h"
+#include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/unwrap/islands/edge_costs.h"
 #include "support/corner_maps.h"

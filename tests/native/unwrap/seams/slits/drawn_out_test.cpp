@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "flipfree/certify/measures/energy.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "support/shapes.h"
 

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "flipfree/certify/measures/energy.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/unwrap/seams/search/trial_map.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "flipfree/certify/measures/energy.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/unwrap/islands/edge_costs.h"
 #include "support/corner_maps.h"

@@ -1,0 +1,164 @@
+// The ids in a sentence for people, in another numbering.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <typeinfo>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/error.h"
+#include "flipfree/base/types.h"
+
+namespace flipfree {
+
+// Failure as a value, for steps inside a stage that may well end without a result: whoever asks for
+// one has another way, and is no place for an exception handler.
+
+// A T, or why there is none.
+template <typename T>
+class Outcome {
+ public:
+  Outcome(T value) : state_(std::in_place_index<0>, std::move(value)) {}
+  Outcome(Error error) : state_(std::in_place_index<1>, std::move(error)) {}
+
+  explicit operator bool() const { return state_.index() == 0; }
+  // Precondition of the first three: there is a value; of error(): there is none.
+  T& operator*() { return std::get<0>(state_); }
+  const T& operator*() const { return std::get<0>(state_); }
+  T* operator->() { return &std::get<0>(state_); }
+  const Error& error() const { return std::get<1>(state_); }
+
+ private:
+  std::variant<T, Error> state_;
+};
+
+// What step() returns, or the error of the NotConverged that it ends in. All else goes on, as it is
+// no matter of this step: Cancelled, TimeIsOver, InvalidInput, Infeasible and bugs.
+template <typename Step>
+auto attempt(Step&& step) -> Outcome<std::invoke_result_t<Step>> {
+  try {
+    return std::forward<Step>(step)();
+  } catch (const NotConverged& failure) {
+    return failure.error();
+  }
+}
+
+// Ways and steps that may be given up: because they fail, or because their time is over.
+
+// attempt() of a part of a problem, or of one way to solve it, whose Infeasible proves nothing for
+// the whole: it is an error like the others.
+template <typename Step>
+auto attempt_part(Step&& step) -> Outcome<std::invoke_result_t<Step>> {
+  try {
+    return attempt(std::forward<Step>(step));
+  } catch (const Infeasible& failure) {
+    return failure.error();
+  }
+}
+
+// The error of the NotConverged that a step without a value ends in; nothing if it comes to its
+// end.
+template <typename Step>
+std::optional<Error> failure_of(Step&& step) {
+  const Outcome<bool> outcome = attempt([&] {
+    std::forward<Step>(step)();
+    return true;
+  });
+  return outcome ? std::nullopt : std::optional<Error>(outcome.error());
+}
+
+// Runs `work`; false if time was over before it ended.
+template <typename Work>
+bool ended_in_time(Work&& work) {
+  try {
+    std::forward<Work>(work)();
+    return true;
+  } catch (const TimeIsOver&) {
+    return false;
+  }
+}
+
+// The same for `way` and its share of the time; TimeIsOver if all of it is over.
+template <typename Way>
+bool ended_in_share(ExecutionContext& context, Way&& way) {
+  if (ended_in_time(std::forward<Way>(way))) return true;
+  context.check();
+  return false;
+}
+
+// A whole call under the limit of time that its caller set.
+
+// work(), with `context` limited to max_seconds; 0: no limit. Throws NotConverged (kTimeLimit) when
+// they are over: `what` did not happen, `cure` besides more time. A step of the work that had a
+// share of them, and says so, is one of this call, whose number and cure the caller knows. What a
+// limit around this one ends is not ours: TimeIsOver goes on.
+template <typename Work>
+auto in_time(ExecutionContext& context, double max_seconds, const std::string& what,
+             const std::string& cure, Work&& work) {
+  try {
+    const TimeLimit limit(context, limit_of(max_seconds));
+    return std::forward<Work>(work)();
+  } catch (const TimeIsOver&) {
+    if (!(max_seconds > 0.0) || context.time_is_over()) throw;
+    throw_out_of_time(what, max_seconds, cure);
+  } catch (const NotConverged& failure) {
+    if (!(max_seconds > 0.0) || failure.error().code != ErrorCode::kTimeLimit ||
+        typeid(failure) != typeid(NotConverged))
+      throw;
+    throw_out_of_time(what, max_seconds, cure);
+  }
+}
+
+// Errors in terms of what the caller gave, where a stage works on something made of it.
+
+// work(), whose InvalidInput, Infeasible and NotConverged carry translate(error). Classes derived
+// from these, which carry more than an error, and all others go on as they are.
+template <typename Translate, typename Work>
+auto with_errors(const Translate& translate, Work&& work) -> decltype(std::forward<Work>(work)()) {
+  try {
+    return std::forward<Work>(work)();
+  } catch (const InvalidInput& e) {
+    if (typeid(e) != typeid(InvalidInput)) throw;
+    throw InvalidInput(translate(e.error()));
+  } catch (const Infeasible& e) {
+    if (typeid(e) != typeid(Infeasible)) throw;
+    throw Infeasible(translate(e.error()));
+  } catch (const NotConverged& e) {
+    if (typeid(e) != typeid(NotConverged)) throw;
+    throw NotConverged(translate(e.error()));
+  }
+}
+
+// The elements that an error or a certificate names: how many, and the faces there.
+
+// Enough to select and to look at, few enough to hand on where a whole mesh is at fault.
+inline constexpr std::size_t kMostElements = 1000;
+
+inline std::vector<Index> first_elements(const std::vector<Index>& elements) {
+  return {elements.begin(),
+          elements.begin() + static_cast<std::ptrdiff_t>(std::min(elements.size(), kMostElements))};
+}
+
+// The faces that an error names, or those at the vertices that it names; none of other kinds. Cost:
+// O(#F) times the vertices.
+std::vector<FaceId> faces_at(const Error& error, const Triangles& faces);
+
+struct Renumbering {
+  std::function<Index(Index)> vertex;
+  std::function<Index(Index)> face;
+  std::function<Index(Index)> corner;
+};
+
+// Our messages name an element by its word and its id: "vertex 3", "vertices 3 and 5", "edge 3-5",
+// "face 7", "corner 21", in small or with a capital. These ids are renumbered, nothing else is. An
+// id that its function maps to kInvalid stays.
+std::string renumbered(const std::string& text, const Renumbering& numbers);
+
+}  // namespace flipfree

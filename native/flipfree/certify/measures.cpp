@@ -1,0 +1,497 @@
+#include "flipfree/certify/measures.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/base/tolerances.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/face_area.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::certify {
+
+namespace {
+
+// The least value with at least `share` of the weights at or below it; pairs of value and weight.
+double percentile(std::vector<std::pair<double, double>> weighted, double share) {
+  // Not finite sorts last: values that cannot be compared would make the order undefined.
+  for (auto& [value, weight] : weighted) {
+    if (!(value <= std::numeric_limits<double>::max()))
+      value = std::numeric_limits<double>::infinity();
+  }
+  std::sort(weighted.begin(), weighted.end());
+  double sum = 0.0;
+  double reached = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& [value, weight] : weighted) {
+    reached = value;
+    sum += weight;
+    if (sum >= share) break;
+  }
+  return reached;
+}
+
+// A number as the sum of two doubles that do not overlap.
+struct Pair {
+  double high = 0.0;
+  double low = 0.0;
+};
+
+Pair difference(double x, double y) {
+  const double high = x - y;
+  const double back = x - high;
+  return {high, (x - (high + back)) + (back - y)};
+}
+
+Pair product(const Pair& x, const Pair& y) {
+  const double high = x.high * y.high;
+  const double low = std::fma(x.high, y.high, -high) + (x.high * y.low + x.low * y.high);
+  return {high, low + x.low * y.low};
+}
+
+// Twice the area of a triangle so thin that its cross product has no correct digit in doubles.
+double thin_area(const Vector2& p, const Vector2& q, const Vector2& r) {
+  const Pair first = product(difference(q.x(), p.x()), difference(r.y(), p.y()));
+  const Pair second = product(difference(q.y(), p.y()), difference(r.x(), p.x()));
+  return (first.high - second.high) + (first.low - second.low);
+}
+
+// What has no shape has no distortion: no weight, unless nothing has any.
+void leave_out_shapeless(const mesh::Surface& surface, Points3& parts) {
+  const std::vector<FaceId> shapeless = mesh::shapeless_faces(surface.vertices, surface.faces);
+  if (shapeless.size() == static_cast<std::size_t>(parts.rows())) return;
+  for (const FaceId f : shapeless) parts(f, 2) = 0.0;
+}
+
+}  // namespace
+
+Points3 symmetric_dirichlet_parts(const mesh::Surface& surface, const Points2& corner_uv,
+                                  double aspect) {
+  Points3 parts(surface.faces.rows(), 3);
+  for (FaceId f = 0; f < surface.faces.rows(); ++f) {
+    const Vector3 p = surface.vertices.row(surface.faces(f, 0));
+    const Vector3 e1 = surface.vertices.row(surface.faces(f, 1)).transpose() - p;
+    const Vector3 e2 = surface.vertices.row(surface.faces(f, 2)).transpose() - p;
+    const Vector2 q = corner_uv.row(3 * f);
+    Vector2 d1 = corner_uv.row(3 * f + 1).transpose() - q;
+    Vector2 d2 = corner_uv.row(3 * f + 2).transpose() - q;
+    const double area2 = aspect * cross(d1, d2);
+    d1.x() *= aspect;
+    d2.x() *= aspect;
+    // |J|^2 is a ratio of dot products and areas (Pinkall and Polthier 1993), |J^-1|^2 the same
+    // with the roles swapped; for 2 x 2 matrices |J^-1| = |J| / det J.
+    const double area3 = e1.cross(e2).norm();
+    const double numerator = d1.squaredNorm() * e2.squaredNorm() - 2.0 * d1.dot(d2) * e1.dot(e2) +
+                             d2.squaredNorm() * e1.squaredNorm();
+    const double norm = numerator / (area3 * area3);
+    parts(f, 0) = norm;
+    if (area2 > 0.0) {
+      parts(f, 1) = numerator / (area2 * area2);
+    } else {
+      const double area = aspect * thin_area(q, corner_uv.row(3 * f + 1).transpose(),
+                                             corner_uv.row(3 * f + 2).transpose());
+      parts(f, 1) = area > 0.0 ? numerator / area / area : std::numeric_limits<double>::infinity();
+    }
+    parts(f, 2) = 0.5 * area3;
+  }
+  leave_out_shapeless(surface, parts);
+  return parts;
+}
+
+EnergyFigures symmetric_dirichlet(const mesh::Surface& surface, const Points2& corner_uv,
+                                  double aspect) {
+  const Points3 parts = symmetric_dirichlet_parts(surface, corner_uv, aspect);
+  double direct = 0.0;
+  double inverse = 0.0;
+  double area = 0.0;
+  for (Eigen::Index f = 0; f < parts.rows(); ++f) {
+    if (!(parts(f, 2) > 0.0)) continue;
+    direct += parts(f, 2) * parts(f, 0);
+    inverse += parts(f, 2) * parts(f, 1);
+    area += parts(f, 2);
+  }
+  EnergyFigures figures;
+  // direct s^2 + inverse / s^2 is smallest at s^4 = inverse / direct.
+  figures.mean = 2.0 * std::sqrt(direct) * std::sqrt(inverse) / (4.0 * area);
+  figures.scale = std::sqrt(std::sqrt(inverse) / std::sqrt(direct));
+  const double s2 = figures.scale * figures.scale;
+  std::vector<std::pair<double, double>> of_face;  // energy, area
+  of_face.reserve(static_cast<std::size_t>(parts.rows()));
+  for (Eigen::Index f = 0; f < parts.rows(); ++f) {
+    if (!(parts(f, 2) > 0.0)) continue;
+    of_face.emplace_back((parts(f, 0) * s2 + parts(f, 1) / s2) / 4.0, parts(f, 2));
+    figures.maximum = std::max(figures.maximum, of_face.back().first);
+  }
+  figures.percentile99 = percentile(std::move(of_face), 0.99 * area);
+  return figures;
+}
+
+EnergyFigures worse_of(const EnergyFigures& a, const EnergyFigures& b) {
+  EnergyFigures worse = b.mean <= a.mean ? a : b;
+  worse.maximum = std::max(a.maximum, b.maximum);
+  worse.percentile99 = std::max(a.percentile99, b.percentile99);
+  return worse;
+}
+
+namespace {
+
+template <typename Matrix>
+std::vector<FaceId> collect(const Matrix& uv) {
+  std::vector<FaceId> flipped;
+  for (FaceId f = 0; f < uv.rows() / 3; ++f) {
+    const auto* a = uv.data() + 6 * static_cast<std::ptrdiff_t>(f);
+    const bool finite = uv.template middleRows<3>(3 * f).allFinite();
+    if (!finite || numeric::orientation(a, a + 2, a + 4) <= 0) flipped.push_back(f);
+  }
+  return flipped;
+}
+
+}  // namespace
+
+std::vector<FaceId> flipped_faces(const Points2& corner_uv) { return collect(corner_uv); }
+std::vector<FaceId> flipped_faces(const Points2f& corner_uv) { return collect(corner_uv); }
+
+namespace {
+
+struct Checker {
+  const mesh::Surface& refined;
+  const Provenance& provenance;
+  ProvenanceReport report;
+  void fail(const std::string& what, FaceId face) {
+    if (report.failures++ == 0) report.first = what;
+    if (face != kInvalid && report.faces.size() < kMostElements) report.faces.push_back(face);
+  }
+
+  bool shapes_fit() const {
+    const auto faces = static_cast<std::size_t>(refined.faces.rows());
+    const auto vertices = static_cast<std::size_t>(refined.vertices.rows());
+    return provenance.parent_face->size() == faces &&
+           provenance.vertex_parent->size() == vertices &&
+           provenance.vertex_barycentric->rows() == refined.vertices.rows() &&
+           refined.vertices.rows() >= provenance.parent->vertices.rows();
+  }
+
+  void check_vertices() {
+    const mesh::Surface& parent = *provenance.parent;
+    const Eigen::Index kept = parent.vertices.rows();
+    for (Eigen::Index v = 0; v < refined.vertices.rows(); ++v) {
+      if (v < kept) {
+        if (refined.vertices.row(v) != parent.vertices.row(v)) {
+          fail("vertex " + std::to_string(v) + " of the input was moved", kInvalid);
+        }
+        continue;
+      }
+      const FaceId f = (*provenance.vertex_parent)[static_cast<std::size_t>(v)];
+      const Vector3 weights = provenance.vertex_barycentric->row(v);
+      if (f < 0 || f >= parent.faces.rows() || !(weights.minCoeff() >= 0.0) ||
+          !(std::abs(weights.sum() - 1.0) <= kProvenanceTolerance)) {
+        fail("added vertex " + std::to_string(v) + " has no valid place in an input face",
+             kInvalid);
+        continue;
+      }
+      Vector3 expected = Vector3::Zero();
+      double size = 0.0;
+      for (Index k = 0; k < 3; ++k) {
+        expected += weights[k] * parent.vertices.row(parent.faces(f, k)).transpose();
+        size = std::max(size, parent.vertices.row(parent.faces(f, k)).cwiseAbs().maxCoeff());
+      }
+      // (The largest of some coefficients, one of them NaN, may be any.)
+      const Vector3 off = refined.vertices.row(v).transpose() - expected;
+      if (!off.allFinite() || !(off.cwiseAbs().maxCoeff() <= kProvenanceTolerance * size)) {
+        fail("added vertex " + std::to_string(v) + " does not lie where its weights say", kInvalid);
+      }
+    }
+  }
+
+  // Weights of vertex v in face f of the parent; false if v does not lie in that face.
+  bool weights_in(VertexId v, FaceId f, Vector3& weights) const {
+    const mesh::Surface& parent = *provenance.parent;
+    weights.setZero();
+    const auto add = [&](VertexId corner, double weight) {
+      for (Index k = 0; k < 3; ++k) {
+        if (parent.faces(f, k) == corner) {
+          weights[k] += weight;
+          return true;
+        }
+      }
+      return weight == 0.0;
+    };
+    if (v < parent.vertices.rows()) return add(v, 1.0);
+    const FaceId own = (*provenance.vertex_parent)[static_cast<std::size_t>(v)];
+    if (own < 0 || own >= parent.faces.rows()) return false;
+    if (own == f) {
+      weights = provenance.vertex_barycentric->row(v).transpose();
+      return true;
+    }
+    bool inside = true;
+    for (Index k = 0; k < 3; ++k) {
+      inside = add(parent.faces(own, k), (*provenance.vertex_barycentric)(v, k)) && inside;
+    }
+    return inside;
+  }
+
+  void check_faces() {
+    const mesh::Surface& parent = *provenance.parent;
+    std::vector<double> covered(static_cast<std::size_t>(parent.faces.rows()), 0.0);
+    std::vector<FaceId> first(covered.size(), kInvalid);
+    for (FaceId f = 0; f < refined.faces.rows(); ++f) {
+      const FaceId p = (*provenance.parent_face)[static_cast<std::size_t>(f)];
+      if (p < 0 || p >= parent.faces.rows()) {
+        fail("face " + std::to_string(f) + " has no parent face", f);
+        continue;
+      }
+      FaceId& first_part = first[static_cast<std::size_t>(p)];
+      if (first_part == kInvalid) first_part = f;
+      Vector3 a;
+      Vector3 b;
+      Vector3 c;
+      if (!weights_in(refined.faces(f, 0), p, a) || !weights_in(refined.faces(f, 1), p, b) ||
+          !weights_in(refined.faces(f, 2), p, c)) {
+        fail("face " + std::to_string(f) + " leaves its parent face " + std::to_string(p), f);
+        continue;
+      }
+      const double area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+      if (!(area >= -kProvenanceTolerance)) {
+        fail("face " + std::to_string(f) + " is turned over within its parent face " +
+                 std::to_string(p),
+             f);
+      }
+      covered[static_cast<std::size_t>(p)] += area;
+    }
+    for (std::size_t p = 0; p < covered.size(); ++p) {
+      if (!(std::abs(covered[p] - 1.0) <= kProvenanceTolerance)) {
+        fail("input face " + std::to_string(p) + " is not covered exactly once by its parts",
+             first[p]);
+      }
+    }
+  }
+
+  // Every edge glued as the parent's surface is there. For faces that passed check_faces().
+  void check_gluing() {
+    const auto adjacency_of = [](const mesh::Surface& surface) {
+      return mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+    };
+    const mesh::Adjacency adjacency = adjacency_of(refined);
+    const mesh::Adjacency across = adjacency_of(*provenance.parent);
+    const auto neighbour = [](const mesh::Adjacency& of, HalfedgeId h) {
+      const HalfedgeId o = of.opposite[static_cast<std::size_t>(h)];
+      return o == kInvalid ? kInvalid : o / 3;
+    };
+    for (FaceId f = 0; f < refined.faces.rows(); ++f) {
+      const FaceId p = (*provenance.parent_face)[static_cast<std::size_t>(f)];
+      Vector3 corner[3];
+      for (Index k = 0; k < 3; ++k) weights_in(refined.faces(f, k), p, corner[k]);
+      for (Index k = 0; k < 3; ++k) {
+        const FaceId other = neighbour(adjacency, 3 * f + k);
+        const FaceId parent = other == kInvalid
+                                  ? kInvalid
+                                  : (*provenance.parent_face)[static_cast<std::size_t>(other)];
+        bool glued = parent == p;
+        for (Index m = 0; m < 3 && !glued; ++m) {
+          const bool along_side = corner[k][m] <= kProvenanceTolerance &&
+                                  corner[(k + 1) % 3][m] <= kProvenanceTolerance;
+          glued = along_side && parent == neighbour(across, 3 * p + (m + 1) % 3);
+        }
+        if (!glued) {
+          fail("face " + std::to_string(f) + " is torn off at the edge of vertices " +
+                   std::to_string(refined.faces(f, k)) + " and " +
+                   std::to_string(refined.faces(f, (k + 1) % 3)),
+               f);
+        }
+      }
+    }
+  }
+};
+
+}  // namespace
+
+ProvenanceReport check_provenance(const mesh::Surface& refined, const Provenance& provenance) {
+  Checker checker{refined, provenance, {}};
+  if (!checker.shapes_fit()) {
+    checker.fail("the provenance arrays do not have the sizes of the refined mesh", kInvalid);
+    return checker.report;
+  }
+  checker.check_vertices();
+  checker.check_faces();
+  if (checker.report.failures == 0) checker.check_gluing();
+  return checker.report;
+}
+
+namespace {
+
+// The quadrant of the direction from o to p: [0, pi/2) is 0, and so on; a quarter turn takes each
+// to the next one exactly.
+Index quadrant(const Points2& uv, CornerId o, CornerId p) {
+  const bool right = uv(p, 0) > uv(o, 0);
+  const bool left = uv(p, 0) < uv(o, 0);
+  const bool above = uv(p, 1) > uv(o, 1);
+  const bool below = uv(p, 1) < uv(o, 1);
+  if (right && !below) return 0;
+  if (above && !right) return 1;
+  if (left && !above) return 2;
+  return 3;
+}
+
+// Those that the corner's sides enter from the first to the second: a positive corner turns by less
+// than half a turn, into at most two further quadrants.
+Index entered_by(const Points2& uv, CornerId c) {
+  return (quadrant(uv, c, previous_corner(c)) - quadrant(uv, c, next_corner(c)) + 4) % 4;
+}
+
+}  // namespace
+
+std::vector<Index> quarter_turns_around(const mesh::Adjacency& adjacency,
+                                        const Points2& corner_uv) {
+  std::vector<Index> turns(adjacency.vertex_halfedge.size(), kInvalid);
+  for (std::size_t v = 0; v < turns.size(); ++v) {
+    const HalfedgeId start = adjacency.vertex_halfedge[v];
+    if (start == kInvalid || adjacency.opposite[static_cast<std::size_t>(start)] == kInvalid)
+      continue;
+    Index total = 0;
+    HalfedgeId h = start;
+    do {
+      total += entered_by(corner_uv, h);
+      h = mesh::rotate_ccw(adjacency, h);
+    } while (h != kInvalid && h != start);
+    turns[v] = total;
+  }
+  return turns;
+}
+
+Index quarter_turns_along(const mesh::Adjacency& adjacency, const Points2& corner_uv,
+                          const std::vector<HalfedgeId>& strip) {
+  const auto count = static_cast<HalfedgeId>(adjacency.opposite.size());
+  Index total = 0;
+  for (std::size_t i = 0; i < strip.size(); ++i) {
+    const HalfedgeId leaving = strip[(i + 1) % strip.size()];
+    if (strip[i] < 0 || strip[i] >= count || leaving < 0 || leaving >= count) return kNoStrip;
+    const HalfedgeId entered = adjacency.opposite[static_cast<std::size_t>(strip[i])];
+    if (entered == kInvalid || entered / 3 != leaving / 3 || entered == leaving) return kNoStrip;
+    // The corner between both edges: on the left hand it is where the entered one begins.
+    const bool right = leaving == next_corner(entered);
+    total += right ? -entered_by(corner_uv, leaving) : entered_by(corner_uv, entered);
+  }
+  return total;
+}
+
+namespace {
+
+// a - b as an unevaluated sum of two doubles, exact and unique (Knuth's two-sum): equal differences
+// give equal pairs.
+struct Difference {
+  double head;
+  double tail;
+  bool operator==(const Difference&) const = default;
+  Difference operator-() const { return {-head, -tail}; }
+};
+
+Difference exact_difference(double a, double b) {
+  const double head = a - b;
+  const double b_part = head - a;
+  const double a_part = head - b_part;
+  return {head, (a - a_part) + (-b - b_part)};
+}
+
+// A vector between two corners.
+struct Vector {
+  Difference x;
+  Difference y;
+  bool operator==(const Vector&) const = default;
+};
+Vector vector(const Points2& uv, CornerId from, CornerId to) {
+  return {exact_difference(uv(to, 0), uv(from, 0)), exact_difference(uv(to, 1), uv(from, 1))};
+}
+Vector turned(const Vector& a) { return {-a.y, a.x}; }
+
+double distance(const Vector& a, const Vector& b) {
+  return std::hypot((a.x.head - b.x.head) + (a.x.tail - b.x.tail),
+                    (a.y.head - b.y.head) + (a.y.tail - b.y.tail));
+}
+
+// R^turns of a point.
+Vector2 turned(double x, double y, Index turns) {
+  if (turns == 0) return {x, y};
+  if (turns == 1) return {-y, x};
+  if (turns == 2) return {-x, -y};
+  return {y, -x};
+}
+
+}  // namespace
+
+std::vector<SeamMeasure> measure_seams(const mesh::Adjacency& adjacency,
+                                       const mesh::EdgeFlags& cuts, const Points2& corner_uv) {
+  std::vector<SeamMeasure> measures;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cuts.size()); ++h) {
+    const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
+    if (o < h || !cuts[static_cast<std::size_t>(h)]) continue;
+    Vector here = vector(corner_uv, h, next_corner(h));
+    // The same edge seen from the other side, in the same direction.
+    const Vector there = vector(corner_uv, next_corner(o), o);
+    SeamMeasure best{h, 0, {}, std::numeric_limits<double>::infinity()};
+    for (Index turns = 0; turns < 4; ++turns, here = turned(here)) {
+      const double off = here == there ? 0.0
+                                       : std::max(distance(here, there),
+                                                  std::numeric_limits<double>::denorm_min());
+      if (off >= best.deviation) continue;
+      best.deviation = off;
+      best.quarter_turns = turns;
+    }
+    const CornerId end = next_corner(o);
+    const Vector2 image = turned(corner_uv(h, 0), corner_uv(h, 1), best.quarter_turns);
+    best.translation = corner_uv.row(end).transpose() - image;
+    measures.push_back(best);
+  }
+  return measures;
+}
+
+std::vector<HalfedgeId> seam_failures(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& cuts,
+                                      const Points2& corner_uv) {
+  std::vector<HalfedgeId> failures;
+  for (const SeamMeasure& seam : measure_seams(adjacency, cuts, corner_uv)) {
+    if (seam.deviation != 0) failures.push_back(seam.h);
+  }
+  return failures;
+}
+
+namespace {
+
+// Is the direction p - o in the half-open half-plane of angles [0, pi)? Comparisons of coordinates
+// are exact.
+bool upper(const Points2& uv, CornerId o, CornerId p) {
+  return uv(p, 1) > uv(o, 1) || (uv(p, 1) == uv(o, 1) && uv(p, 0) > uv(o, 0));
+}
+
+}  // namespace
+
+std::vector<VertexId> winding_failures(const mesh::Adjacency& adjacency,
+                                       const mesh::EdgeFlags& cuts, const Points2& corner_uv) {
+  std::vector<VertexId> failures;
+  const auto vertex_count = static_cast<VertexId>(adjacency.vertex_halfedge.size());
+  for (VertexId v = 0; v < vertex_count; ++v) {
+    const HalfedgeId start = adjacency.vertex_halfedge[static_cast<std::size_t>(v)];
+    if (start == kInvalid || adjacency.opposite[static_cast<std::size_t>(start)] == kInvalid)
+      continue;
+    // Each positively oriented corner turns counter-clockwise by less than pi, so the number of
+    // turns is the number of corners in which the direction enters the upper half-plane.
+    Index turns = 0;
+    bool uncut = true;
+    HalfedgeId h = start;
+    do {
+      uncut = uncut && !cuts[static_cast<std::size_t>(h)];
+      const bool from = upper(corner_uv, h, next_corner(h));
+      const bool to = upper(corner_uv, h, previous_corner(h));
+      if (!from && to) ++turns;
+      h = mesh::rotate_ccw(adjacency, h);
+    } while (h != start);  // an inner vertex: its faces close around it
+    if (uncut && turns != 1) failures.push_back(v);
+  }
+  return failures;
+}
+
+}  // namespace flipfree::certify

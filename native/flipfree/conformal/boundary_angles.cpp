@@ -1,0 +1,338 @@
+#include "flipfree/conformal/boundary_angles.h"
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/conformal/metric.h"
+#include "flipfree/conformal/pinned_metric.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/validate.h"
+#include "flipfree/numeric/dense_factors.h"
+
+namespace flipfree::conformal {
+
+namespace {
+
+using std::numbers::pi;
+
+constexpr double kBoundaryTolerance = 1e-11;
+constexpr int kCircleRounds = 60;
+constexpr double kCircleTolerance = 1e-9;  // relative change of boundary lengths
+
+struct Shape {
+  mesh::Adjacency adjacency;
+  std::vector<std::vector<VertexId>> loops;
+  std::vector<bool> on_boundary;
+  Index euler = 0;
+};
+
+Shape shape_of(const mesh::Surface& surface, const ExecutionContext& context) {
+  mesh::ValidateOptions rules;
+  rules.require_connected = true;
+  rules.allow_isolated_vertices = false;
+  mesh::validate(surface, rules, context);
+  Shape shape;
+  shape.adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  shape.loops = mesh::boundary_loops(surface.faces, shape.adjacency);
+  shape.on_boundary.assign(at(static_cast<Index>(surface.vertices.rows())), false);
+  for (const auto& loop : shape.loops) {
+    for (const VertexId v : loop) shape.on_boundary[at(v)] = true;
+  }
+  shape.euler = mesh::topology(surface.faces, shape.adjacency).euler();
+  return shape;
+}
+
+// Names the vertex if there is one of this number.
+[[noreturn]] void refuse_vertex(ErrorCode code, std::string message, VertexId v, Index count) {
+  const bool there = v >= 0 && v < count;
+  throw_invalid(code, std::move(message), there ? ElementKind::kVertex : ElementKind::kNone,
+                there ? std::vector<Index>{v} : std::vector<Index>{});
+}
+
+void check_places(const Shape& shape, const BoundaryAnglesOptions& options) {
+  const auto count = static_cast<Index>(shape.on_boundary.size());
+  for (const auto& [v, angle] : options.cones) {
+    if (v < 0 || v >= count || shape.on_boundary[at(v)] || !(angle > 0.0) ||
+        !std::isfinite(angle)) {
+      refuse_vertex(ErrorCode::kBadAngles,
+                    "The cone at vertex " + std::to_string(v) +
+                        " is not an interior vertex with a positive angle. Give interior vertices "
+                        "and angles in "
+                        "radians.",
+                    v, count);
+    }
+  }
+  for (const VertexId v : options.corners) {
+    if (v < 0 || v >= count || !shape.on_boundary[at(v)]) {
+      refuse_vertex(ErrorCode::kBadBoundary,
+                    "Corner " + std::to_string(v) +
+                        " is not a boundary vertex. Give boundary vertices as corners.",
+                    v, count);
+    }
+  }
+}
+
+// What the boundary must turn altogether: 2 pi chi minus the curvature of the cones.
+double total_turning(const Shape& shape, const BoundaryAnglesOptions& options) {
+  double total = 2 * pi * shape.euler;
+  for (const auto& [v, angle] : options.cones) total -= 2 * pi - angle;
+  return total;
+}
+
+void make_straight(const Shape& shape, const BoundaryAnglesOptions& options,
+                   std::vector<double>& angles) {
+  const double turning = total_turning(shape, options);
+  if (options.corners.empty()) return;  // close_gauss_bonnet complains if something is left
+  const double share = turning / static_cast<double>(options.corners.size());
+  if (share >= pi) {
+    throw_infeasible(
+        ErrorCode::kGaussBonnet,
+        std::to_string(options.corners.size()) + " corners cannot take " + std::to_string(turning) +
+            " radians of turning: each must turn by less than pi. Add corners or cones.",
+        {"corner turning",
+         {{"turning", {turning}}, {"corners", {static_cast<double>(options.corners.size())}}}});
+  }
+  for (const VertexId v : options.corners) angles[at(v)] = pi - share;
+}
+
+// Lengths of boundary edges in the metric of scale factors u, half of both neighbours per vertex.
+std::vector<double> boundary_shares(const mesh::Surface& surface, const std::vector<VertexId>& loop,
+                                    const std::vector<double>& u) {
+  std::vector<double> share(loop.size(), 0.0);
+  double total = 0.0;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    const std::size_t j = (i + 1) % loop.size();
+    const VertexId a = loop[i], b = loop[j];
+    const double length = (surface.vertices.row(a) - surface.vertices.row(b)).norm() *
+                          std::exp(0.5 * (u[at(a)] + u[at(b)]));
+    share[i] += 0.5 * length;
+    share[j] += 0.5 * length;
+    total += length;
+  }
+  for (double& s : share) s /= total;
+  return share;
+}
+
+// Anderson acceleration of x -> g(x): combines the last few steps so that their residuals cancel
+// best (Walker, Ni 2011).
+class Anderson {
+ public:
+  Eigen::VectorXd next(const Eigen::VectorXd& x, const Eigen::VectorXd& g) {
+    const Eigen::VectorXd residual = g - x;
+    if (last_g_.size() > 0) {
+      if (steps_.size() == kDepth) {
+        steps_.erase(steps_.begin());
+        changes_.erase(changes_.begin());
+      }
+      steps_.emplace_back(g - last_g_);
+      changes_.emplace_back(residual - last_residual_);
+    }
+    last_g_ = g;
+    last_residual_ = residual;
+    if (changes_.empty()) return g;
+    Eigen::MatrixXd matrix(x.size(), static_cast<Eigen::Index>(changes_.size()));
+    for (std::size_t i = 0; i < changes_.size(); ++i) {
+      matrix.col(static_cast<Eigen::Index>(i)) = changes_[i];
+    }
+    const Eigen::VectorXd weight = numeric::solve_least_squares(matrix, residual);
+    Eigen::VectorXd out = g;
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+      out -= weight[static_cast<Eigen::Index>(i)] * steps_[i];
+    }
+    return out.allFinite() ? out : g;
+  }
+
+ private:
+  static constexpr std::size_t kDepth = 6;
+  Eigen::VectorXd last_g_, last_residual_;
+  std::vector<Eigen::VectorXd> steps_, changes_;
+};
+
+[[noreturn]] void throw_no_lengths(VertexId v) {
+  throw_not_converged(ErrorCode::kIterationLimit,
+                      "The round boundary was not reached: the lengths of the boundary edges at "
+                      "vertex " +
+                          std::to_string(v) +
+                          " left the range of numbers. Remove nearly degenerate triangles, or take "
+                          "a free or straight boundary.",
+                      ElementKind::kVertex, {v});
+}
+
+// Fixed point: curvature proportional to length in the metric that this curvature gives; the
+// unknowns are the logarithms of the lengths' shares. The longest loop turns once around, the
+// others turn the other way; it takes what cones and handles leave.
+void make_round(const mesh::Surface& surface, const Shape& shape,
+                const BoundaryAnglesOptions& options, std::vector<double>& angles,
+                ExecutionContext& context) {
+  std::size_t outer = 0;
+  double longest = -1.0;
+  for (std::size_t l = 0; l < shape.loops.size(); ++l) {
+    double length = 0.0;
+    const auto& loop = shape.loops[l];
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      length += (surface.vertices.row(loop[i]) - surface.vertices.row(loop[(i + 1) % loop.size()]))
+                    .norm();
+    }
+    if (length > longest) {
+      longest = length;
+      outer = l;
+    }
+  }
+  const double others = -2 * pi;
+  const double turning =
+      total_turning(shape, options) - others * static_cast<double>(shape.loops.size() - 1);
+  std::vector<double> u(angles.size(), 0.0);
+  Eigen::Index count = 0;
+  for (const auto& loop : shape.loops) count += static_cast<Eigen::Index>(loop.size());
+  const auto measure = [&] {
+    Eigen::VectorXd logs(count);
+    Eigen::Index row = 0;
+    for (const auto& loop : shape.loops) {
+      for (const double share : boundary_shares(surface, loop, u)) logs[row++] = std::log(share);
+    }
+    return logs;
+  };
+  const auto set_angles = [&](const Eigen::VectorXd& logs) {
+    Eigen::Index row = 0;
+    for (std::size_t l = 0; l < shape.loops.size(); ++l) {
+      const auto size = static_cast<Eigen::Index>(shape.loops[l].size());
+      const Eigen::VectorXd share = logs.segment(row, size).array().exp();
+      const double total = share.sum();
+      for (Index i = 0; i < size; ++i) {
+        const VertexId v = shape.loops[l][at(i)];
+        angles[at(v)] = pi - share[i] / total * (l == outer ? turning : others);
+        if (!std::isfinite(angles[at(v)])) throw_no_lengths(v);
+        if (angles[at(v)] > 0.0) continue;
+        // Of this step towards the round boundary: no proof that there is none.
+        throw_not_converged(
+            ErrorCode::kBadAngles,
+            "The boundary edges at vertex " + std::to_string(v) +
+                " are too long for a round boundary: its angle would not be positive. Split them.",
+            ElementKind::kVertex, {v});
+      }
+      row += size;
+    }
+    close_gauss_bonnet(angles, shape.on_boundary, shape.euler, 1e-6);
+  };
+  Anderson anderson;
+  Eigen::VectorXd x = measure();
+  double change = 0.0;
+  for (int round = 0; round < kCircleRounds; ++round) {
+    const ProgressRange range(context, round / double{kCircleRounds},
+                              (round + 1) / double{kCircleRounds});
+    set_angles(x);
+    MetricOptions metric;
+    metric.tolerance = 1e-11;
+    u = compute_conformal_metric(surface, angles, metric, context).scale_factors;
+    const Eigen::VectorXd g = measure();
+    change = (g - x).cwiseAbs().maxCoeff();
+    if (change <= kCircleTolerance) return;
+    x = anderson.next(x, g);
+  }
+  throw_not_converged(ErrorCode::kIterationLimit,
+                      "The round boundary was not reached: lengths still change by a factor of " +
+                          std::to_string(1.0 + change) + ". Use a finer boundary, or a free one.");
+}
+
+void make_free(const mesh::Surface& surface, const Shape& shape, std::vector<double>& angles,
+               ExecutionContext& context) {
+  std::vector<char> pinned(angles.size(), 0);
+  for (std::size_t v = 0; v < pinned.size(); ++v) pinned[v] = shape.on_boundary[v];
+  const PinnedMetric metric =
+      compute_pinned_metric(surface, angles, pinned, kBoundaryTolerance, context);
+  for (std::size_t v = 0; v < pinned.size(); ++v) {
+    if (metric.angles[v] > 0.0 && metric.error <= 1e-6) continue;
+    throw_not_converged(ErrorCode::kIterationLimit,
+                        "No metric with u = 0 on the boundary was found (largest angle error " +
+                            std::to_string(metric.error) + "). Use a straight or round boundary.",
+                        ElementKind::kVertex, {static_cast<Index>(v)});
+  }
+  angles = metric.angles;
+}
+
+}  // namespace
+
+void close_gauss_bonnet(std::vector<double>& angles, const std::vector<bool>& on_boundary,
+                        Index euler, double tolerance) {
+  long double missing = 2 * std::numbers::pi_v<long double> * euler;
+  for (std::size_t v = 0; v < angles.size(); ++v) {
+    missing -= (on_boundary[v] ? 1 : 2) * std::numbers::pi_v<long double> - angles[v];
+  }
+  if (!(std::abs(missing) <= tolerance)) {
+    throw_infeasible(
+        ErrorCode::kGaussBonnet,
+        "The angles do not add up (Gauss-Bonnet): " + std::to_string(static_cast<double>(missing)) +
+            " radians of curvature are missing. Add corners or cones, or another boundary.",
+        {"curvature sum",
+         {{"missing", {static_cast<double>(missing)}}, {"euler", {static_cast<double>(euler)}}}});
+  }
+  // The largest angle takes it: flat vertices stay exactly flat.
+  std::size_t largest = 0;
+  for (std::size_t v = 0; v < angles.size(); ++v) {
+    const double flat = (on_boundary[v] ? 1 : 2) * pi;
+    if (std::abs(angles[v] - flat) >
+        std::abs(angles[largest] - (on_boundary[largest] ? 1 : 2) * pi))
+      largest = v;
+  }
+  angles[largest] -= static_cast<double>(missing);
+}
+
+void close_measured_angles(std::vector<double>& angles, const std::vector<bool>& on_boundary,
+                           Index euler, double tolerance) {
+  try {
+    close_gauss_bonnet(angles, on_boundary, euler, tolerance);
+  } catch (const Infeasible&) {
+    throw_not_converged(ErrorCode::kIterationLimit,
+                        "The angles of the metric that was reached do not add up to rounding "
+                        "(Gauss-Bonnet). Remove nearly degenerate triangles from the mesh.");
+  }
+}
+
+namespace {
+
+// As boundary_angles, within the limit of `context`.
+std::vector<double> angles_in_time(const mesh::Surface& surface,
+                                   const BoundaryAnglesOptions& options,
+                                   ExecutionContext& context) {
+  const Shape shape = shape_of(surface, context);
+  check_places(shape, options);
+  std::vector<double> angles(shape.on_boundary.size());
+  for (std::size_t v = 0; v < angles.size(); ++v) angles[v] = shape.on_boundary[v] ? pi : 2 * pi;
+  for (const auto& [v, angle] : options.cones) angles[at(v)] = angle;
+  context.report("boundary", 0.0);
+  if (!shape.loops.empty()) {
+    switch (options.shape) {
+      case BoundaryGoal::kFree:
+        make_free(surface, shape, angles, context);
+        close_measured_angles(angles, shape.on_boundary, shape.euler, 1e-6);
+        break;
+      case BoundaryGoal::kStraight:
+        make_straight(shape, options, angles);
+        break;
+      case BoundaryGoal::kCircle:
+        make_round(surface, shape, options, angles, context);
+        break;
+    }
+  }
+  close_gauss_bonnet(angles, shape.on_boundary, shape.euler, 1e-6);
+  return angles;
+}
+
+}  // namespace
+
+std::vector<double> boundary_angles(const mesh::Surface& surface,
+                                    const BoundaryAnglesOptions& options,
+                                    ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "The boundary's angles were not found",
+                 "or take a straight boundary",
+                 [&] { return angles_in_time(surface, options, context); });
+}
+
+}  // namespace flipfree::conformal

@@ -1,0 +1,95 @@
+// A conformal map with prescribed angles: metric -> overlay -> layout -> refinement -> certificate
+// (thesis 4 whole).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/error.h"
+#include "flipfree/base/types.h"
+#include "flipfree/certify/certificate.h"
+#include "flipfree/certify/parametrization.h"
+#include "flipfree/conformal/metric.h"
+#include "flipfree/conformal/refined_metric.h"
+#include "flipfree/intrinsic/layout/layout.h"
+
+namespace flipfree::conformal {
+
+struct ConformalMapOptions {
+  IndexPairs cuts;  // seam edges that the user wants; others are added only where the cones and
+                    // handles need them
+  IndexPairs uncuttable;  // edges that added cuts avoid: diagonals of polygons
+  intrinsic::Refinement refinement = intrinsic::Refinement::kAuto;
+  MetricOptions metric;  // its max_seconds are those of the whole map
+  StartRefinement intrinsic_refinement = StartRefinement::kAuto;
+  // An interior vertex is a cone, and lies on a cut, if its target differs from 2 pi by more
+  // (radians).
+  double flat_tolerance = 1e-8;
+  std::int64_t max_crossings = intrinsic::kMaxCrossings;
+  // Where 64 bits do not hold the map: crossings of the overlay are spread by this share
+  // (intrinsic/overlay.h). The map is then the metric's at the vertices only. 0:
+  // never.
+  double spread = 0.0;
+  // The vertex positions may have no area, as the metric is not theirs; see
+  // CertifyRequest::require_distortion.
+  bool positions_are_metric = true;
+};
+
+// What came out. The metric is there whenever it converged, also if it cannot be stored as a map.
+struct ConformalMapResult {
+  ConformalMetric metric;
+  certify::Parametrization map;  // certified; valid if and only if `failure` is empty
+  std::optional<Error>
+      failure;  // why there is no valid map: kRoundingFlips, kCertificateFailed, kIterationLimit
+};
+
+// The map of a converged metric of this surface, which may have been refined for it.
+// `target_angles` as for the metric; boundary targets below zero are "free" and not certified. A
+// failure to store the map is returned in `failure`, with the certificate of the best attempt in
+// map.certificate; so is a limit of time that ends it (kTimeLimit). Throws InvalidInput for cuts
+// that are no edges, Cancelled, InternalError.
+ConformalMapResult map_from_metric(const mesh::Surface& surface,
+                                   const std::vector<double>& target_angles, RefinedMetric solved,
+                                   const ConformalMapOptions& options, ExecutionContext& context);
+
+// Metric and map. `lengths`: #F x 3, the metric to start from (metric.h), or null: that of the
+// vertex positions. Errors of the metric are thrown (metric.h).
+ConformalMapResult conformal_map(const mesh::Surface& surface, const Points3* lengths,
+                                 const std::vector<double>& target_angles,
+                                 const ConformalMapOptions& options, ExecutionContext& context);
+
+// Why a conformal map cannot be used, in words: the place, the reason, the cure.
+
+// Three significant digits.
+std::string scientific(double x);
+
+// These input faces (at least one) are too small in the map for 32-bit values.
+Error not_storable(const ConformalMetric& metric, const std::vector<FaceId>& faces);
+// The certificate has failures.
+Error not_certified(const ConformalMetric& metric, const certify::Certificate& certificate);
+// The metric was there, but time was over before its map was.
+Error out_of_time(const ConformalMetric& metric);
+// These input faces (at least one) need added points, which the caller did not allow.
+Error needs_refinement(const std::vector<FaceId>& faces);
+
+// A laid out map as it is stored: in the fields that every solver returns, and in 32 bits.
+
+// Moves surface, UVs, provenance and cut edges to `map`, with the nearest 32-bit UVs. What else
+// `layout` holds stays
+// there.
+void take_map(intrinsic::MetricLayout& layout, certify::Parametrization& map);
+
+// A map that is valid in 64 bits, rounded to other 32-bit points than the nearest where these would
+// flip a triangle. False, and the map unchanged, if there are none.
+bool repair_rounding(certify::Parametrization& map, ExecutionContext& context);
+
+// Largest difference, over the vertices with a prescribed angle, between that angle and the one of
+// the stored values.
+double stored_angle_error(const certify::Parametrization& map,
+                          const std::vector<std::pair<VertexId, double>>& prescribed);
+
+}  // namespace flipfree::conformal

@@ -1,0 +1,493 @@
+#include "flipfree/conformal/metric.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/debug_check.h"
+#include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/conformal/newton.h"
+#include "flipfree/mesh/validate.h"
+#include "flipfree/numeric/scalar.h"
+
+namespace flipfree::conformal {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+void check_options(const MetricOptions& options) {
+  if (!(options.tolerance > 0.0) || !std::isfinite(options.tolerance)) {
+    throw_invalid(ErrorCode::kBadOption, "tolerance must be a positive number of radians.");
+  }
+  if (options.bits != 0 && (options.bits < 53 || options.bits > kLargestBits)) {
+    throw_invalid(ErrorCode::kBadOption,
+                  "precision must be \"auto\" or 53 to 4096 mantissa bits, not " +
+                      std::to_string(options.bits) + ".");
+  }
+}
+
+void check_topology(const std::vector<Error>& defects) {
+  if (!defects.empty()) throw InvalidInput(defects.front());
+}
+
+// Lengths per edge from lengths per corner; both sides must agree and every face be a proper
+// triangle.
+std::vector<double> edge_lengths(const intrinsic::IntrinsicSetup& setup, const Points3& lengths) {
+  std::vector<double> result(setup.mesh.edge_count(), 0.0);
+  for (Eigen::Index f = 0; f < lengths.rows(); ++f) {
+    const auto l = lengths.row(f);
+    const bool proper = l.allFinite() && l.minCoeff() > 0.0 && l[0] + l[1] > l[2] &&
+                        l[1] + l[2] > l[0] && l[2] + l[0] > l[1];
+    if (!proper) {
+      throw_invalid(ErrorCode::kZeroAreaFace,
+                    "The lengths of face " + std::to_string(f) + " (" + short_text(l[0]) + ", " +
+                        short_text(l[1]) + ", " + short_text(l[2]) +
+                        ") do not satisfy the strict triangle inequality. Correct them.",
+                    ElementKind::kFace, {static_cast<Index>(f)});
+    }
+    for (int k = 0; k < 3; ++k) {
+      const HalfedgeId h = setup.input_halfedge[static_cast<std::size_t>(3 * f + k)];
+      double& stored = result[static_cast<std::size_t>(h >> 1)];
+      if (stored != 0.0 && std::abs(stored - l[k]) > 1e-12 * stored) {
+        throw_invalid(ErrorCode::kBadShape,
+                      "The two faces at the edge from corner " + std::to_string(k) + " of face " +
+                          std::to_string(f) + " give it different lengths, " + short_text(stored) +
+                          " and " + short_text(l[k]) + ". Make them equal.",
+                      ElementKind::kFace, {static_cast<Index>(f)});
+      }
+      if (stored == 0.0) stored = l[k];
+    }
+  }
+  if (setup.mesh.symmetric()) {
+    for (std::size_t e = 0; e < result.size(); ++e) {
+      const HalfedgeId r = setup.mesh.reflection[2 * e];
+      if (result[e] == 0.0) result[e] = result[static_cast<std::size_t>(r >> 1)];
+    }
+  }
+  return result;
+}
+
+Index euler_characteristic(const intrinsic::IntrinsicSetup& setup, Index vertex_count,
+                           Index face_count) {
+  const intrinsic::IntrinsicMesh& m = setup.mesh;
+  Index edges = static_cast<Index>(m.edge_count());
+  if (m.symmetric()) {
+    edges = static_cast<Index>(std::count_if(
+        m.edge_label.begin(), m.edge_label.end(),
+        [](intrinsic::EdgeLabel label) { return label != intrinsic::EdgeLabel::kTwo; }));
+  }
+  return vertex_count - edges + face_count;
+}
+
+}  // namespace
+
+std::string short_text(double value) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof(buffer), "%.6g", value);
+  return buffer;
+}
+
+EngineInput checked_input(const mesh::Surface& surface, const Points3* lengths,
+                          const MetricOptions& options) {
+  check_options(options);
+  if (lengths != nullptr && lengths->rows() != surface.faces.rows())
+    throw_invalid(ErrorCode::kBadShape, "lengths must have one row per face.");
+  EngineInput input;
+  input.vertex_count = static_cast<Index>(surface.vertices.rows());
+  mesh::ValidateOptions rules;
+  rules.require_connected = true;
+  rules.allow_isolated_vertices = false;
+  if (lengths == nullptr) {
+    check_topology(mesh::find_defects(surface, rules));
+  } else {
+    rules.reject_zero_area = false;
+    check_topology(
+        mesh::find_defects({Points3::Zero(input.vertex_count, 3), surface.faces}, rules));
+  }
+  input.setup = intrinsic::build_intrinsic_mesh(input.vertex_count, surface.faces);
+  if (lengths == nullptr) {
+    input.positions = &surface.vertices;
+  } else {
+    input.edge_length = edge_lengths(input.setup, *lengths);
+  }
+  return input;
+}
+
+std::vector<double> checked_targets(const std::vector<double>& target, const EngineInput& input,
+                                    double tolerance) {
+  const intrinsic::IntrinsicSetup& setup = input.setup;
+  const Index vertex_count = input.vertex_count;
+  const auto face_count = static_cast<Index>(setup.input_halfedge.size() / 3);
+  const Index euler = euler_characteristic(setup, vertex_count, face_count);
+  if (target.size() != static_cast<std::size_t>(vertex_count)) {
+    throw_invalid(ErrorCode::kBadShape, "target_angles has " + std::to_string(target.size()) +
+                                            " entries for " + std::to_string(vertex_count) +
+                                            " vertices. Give one angle per vertex.");
+  }
+  std::vector<Index> bad;
+  for (std::size_t v = 0; v < target.size(); ++v) {
+    if (!(target[v] > 0.0) || !std::isfinite(target[v])) bad.push_back(static_cast<Index>(v));
+  }
+  if (!bad.empty()) {
+    throw_invalid(
+        ErrorCode::kBadAngles,
+        "The target angle of vertex " + std::to_string(bad.front()) +
+            " is not a positive number. Every angle must be greater than 0 (flat interior is 2 pi, "
+            "straight boundary pi).",
+        ElementKind::kVertex, first_elements(bad));
+  }
+  long double sum = 0.0L;
+  long double curvature = 0.0L;
+  for (std::size_t v = 0; v < target.size(); ++v) {
+    sum += target[v];
+    curvature += (setup.on_boundary[v] ? 1.0L : 2.0L) * std::numbers::pi_v<long double> - target[v];
+  }
+  const long double missing = std::numbers::pi_v<long double> * face_count - sum;
+  const double share = static_cast<double>(missing / vertex_count);
+  if (std::abs(share) > std::max(0.5 * tolerance, 1e-12)) {
+    throw_infeasible(ErrorCode::kGaussBonnet,
+                     "The prescribed curvatures sum to " +
+                         short_text(static_cast<double>(curvature)) +
+                         ", but 2 pi times the Euler "
+                         "characteristic " +
+                         std::to_string(euler) + " is " + short_text(2.0 * kPi * euler) +
+                         " (Gauss-Bonnet). Add " + short_text(static_cast<double>(missing)) +
+                         " radians (" + short_text(static_cast<double>(missing) / (0.5 * kPi)) +
+                         " quarter turns) to the sum of the target angles.",
+                     {"angle sum",
+                      {{"sum", {static_cast<double>(sum)}},
+                       {"needed", {std::numbers::pi * static_cast<double>(face_count)}}}});
+  }
+  std::vector<double> spread = target;
+  for (double& t : spread) t += share;
+  return spread;
+}
+
+ConformalMetric compute_conformal_metric(const mesh::Surface& surface, const Points3* lengths,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context) {
+  EngineInput input = checked_input(surface, lengths, options);
+  input.target = checked_targets(target_angles, input, options.tolerance);
+  ConformalMetric metric = climb_precision_ladder(input, options, context);
+  debug_check("compute_conformal_metric", [&] { return find_broken_invariant(metric); });
+  return metric;
+}
+
+ConformalMetric compute_conformal_metric(const mesh::Surface& surface,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context) {
+  return compute_conformal_metric(surface, nullptr, target_angles, options, context);
+}
+
+ConformalMetric compute_conformal_metric(Index vertex_count, const Triangles& faces,
+                                         const Points3& lengths,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context) {
+  return compute_conformal_metric({Points3::Zero(vertex_count, 3), faces}, &lengths, target_angles,
+                                  options, context);
+}
+
+void validate_metric_input(const mesh::Surface& surface, const Points3* lengths,
+                           const std::vector<double>& target_angles, const MetricOptions& options) {
+  checked_targets(target_angles, checked_input(surface, lengths, options), options.tolerance);
+}
+
+namespace {
+
+// Flips per edge from which on a direct way is worth its search: an overlay replays a flip in some
+// 50 ns, while the search costs about a microsecond per edge.
+constexpr std::size_t kLongWay = 4;
+constexpr double kFineAngles =
+    1e-13;                           // radians: what the angles of a result are known to, at least
+constexpr double kFinishing = 0.05;  // seconds
+
+// Sums over the rungs of the precision ladder.
+struct Totals {
+  std::size_t exact_tests = 0;
+  int rungs = 0;
+  int evaluations = 0;
+  int relaxed = 0;
+  double seconds_start = 0.0;
+  double seconds_flips = 0.0;
+  double seconds_angles = 0.0;
+  double seconds_relax = 0.0;
+};
+
+// Adds a run and its errors; the first of them repeats the last of the rung before.
+void add_run(const NewtonRun& run, Totals& totals, ConformalMetric& result) {
+  result.iterations += run.iterations;
+  totals.evaluations += run.evaluations;
+  totals.relaxed += run.relaxed_iterations;
+  totals.seconds_flips += run.seconds_flips;
+  totals.seconds_angles += run.seconds_angles;
+  totals.seconds_relax += run.seconds_relax;
+  // Errors of angles that were no numbers are none.
+  bool repeated = !result.error_history.empty();
+  for (const double error : run.error_history) {
+    if (!repeated && std::isfinite(error)) result.error_history.push_back(error);
+    repeated = false;
+  }
+}
+
+void write_stats(const Totals& totals, const NewtonSystem& system, Stats& stats) {
+  stats["seconds_start"] = totals.seconds_start;
+  stats["seconds_flips"] = totals.seconds_flips;
+  stats["seconds_angles"] = totals.seconds_angles;
+  stats["seconds_relax"] = totals.seconds_relax;
+  stats["seconds_symbolic"] = system.seconds_symbolic();
+  stats["seconds_direction"] = system.seconds_numeric();
+  stats["precision_rungs"] = static_cast<std::int64_t>(totals.rungs);
+  stats["evaluations"] = static_cast<std::int64_t>(totals.evaluations);
+  stats["factorizations"] = static_cast<std::int64_t>(system.factorizations());
+  stats["old_factor_solves"] = static_cast<std::int64_t>(system.old_factor_solves());
+  stats["accurate_factorizations"] = static_cast<std::int64_t>(system.accurate_factorizations());
+  stats["relaxed_iterations"] = static_cast<std::int64_t>(totals.relaxed);
+  stats["orderings"] = static_cast<std::int64_t>(system.orderings());
+  stats["symbolic_analyses"] = static_cast<std::int64_t>(system.analyses());
+  stats["exact_delaunay_tests"] = static_cast<std::int64_t>(totals.exact_tests);
+  stats["intrinsic_refinement"] = static_cast<std::int64_t>(0);
+}
+
+// Whether all lengths are in the range of numbers, which few bits may leave.
+bool has_lengths(const ConformalMetric& metric) {
+  return std::visit(
+      [](const auto& lengths) {
+        using T = typename std::decay_t<decltype(lengths)>::value_type;
+        return std::all_of(lengths.begin(), lengths.end(), [](const T& length) {
+          return numeric::ScalarTraits<T>::finite(length) && length > T(0.0);
+        });
+      },
+      metric.length);
+}
+
+// The metric where the last run ended, its true angles and why it ended there. A metric that was
+// reached is worth kFinishing seconds more than there are; of one that was not, doubles are enough.
+void finish_result(MetricEngine& engine, const EngineInput& input, const MetricOptions& options,
+                   const NewtonRun& run, ConformalMetric& result, ExecutionContext& context) {
+  const double seconds = std::max(kFinishing, context.seconds_left());
+  const Untimed finishing(context);
+  const TimeLimit limit(context, seconds);
+  result.converged = run.end == NewtonEnd::kConverged;
+  engine.finish(result, result.converged, context);
+  Gradient gradient;
+  const bool fine = result.converged && options.tolerance < kFineAngles;
+  engine.evaluate(fine ? options.tolerance : kFineAngles, gradient, context);
+  result.angle_error = gradient.max_error;
+  result.angles.resize(input.target.size());
+  for (std::size_t v = 0; v < input.target.size(); ++v)
+    result.angles[v] = input.target[v] - gradient.value[v];
+  result.stats["noise"] = run.noise;
+  result.end = run.end;
+  result.stats["stopped_by"] = std::string(name_of(run.end));
+}
+
+// The input face whose sides come nearest to breaking the triangle inequality, as doubles see it.
+FaceId flattest_face(const EngineInput& input) {
+  const intrinsic::IntrinsicSetup& setup = input.setup;
+  FaceId flattest = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t c = 0; c < setup.input_halfedge.size(); c += 3) {
+    std::array<double, 3> side{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto h = static_cast<std::size_t>(setup.input_halfedge[c + k]);
+      const auto end = [&](std::size_t i) {
+        return setup.mesh.unknown[static_cast<std::size_t>(setup.mesh.origin[i])];
+      };
+      side[k] =
+          input.positions == nullptr
+              ? input.edge_length[h / 2]
+              : (input.positions->row(end(h)) - input.positions->row(end(h ^ 1))).stableNorm();
+    }
+    std::sort(side.begin(), side.end());
+    const double excess = ((side[0] - side[2]) + side[1]) / side[2];
+    if (excess >= least) continue;
+    least = excess;
+    flattest = static_cast<FaceId>(c / 3);
+    if (std::isnan(excess)) break;
+  }
+  return flattest;
+}
+
+// `what` failed for lack of bits.
+[[noreturn]] void throw_too_degenerate(const char* what, const EngineInput& input,
+                                       const MetricOptions& options) {
+  const FaceId face = flattest_face(input);
+  throw_not_converged(ErrorCode::kIterationLimit,
+                      std::string(what) + " with " +
+                          std::to_string(options.bits == 0 ? kLargestBits : options.bits) +
+                          " bits. The flattest triangle is face " + std::to_string(face) + ". " +
+                          (options.bits == 0 ? "Remove nearly degenerate triangles from the mesh."
+                                             : "Use precision=\"auto\" or more bits."),
+                      ElementKind::kFace, {face});
+}
+
+// The rungs of the precision ladder: Newton in double, and from where rounding decides, with ever
+// more bits.
+class Ladder {
+ public:
+  Ladder(const EngineInput& input, const MetricOptions& options, ExecutionContext& context)
+      : input_(input), options_(options), context_(context), limit_(options.max_seconds) {
+    newton_.tolerance = options.tolerance;
+  }
+
+  ConformalMetric climb() {
+    auto more_seconds = options_.more_seconds;
+    bool replayed = false;
+    // In double also before a given precision: it takes most of the way at a fraction of the cost.
+    int bits = 53;
+    for (;;) {
+      const NewtonRun run = take_rung(bits);
+      // A long way there and back is replaced by the direct one, for the sake of what replays the
+      // flips: the same scale factors from the start again, which the uniqueness of the Delaunay
+      // triangulation allows, then Newton to remove what rounding left.
+      const bool enough_bits = options_.bits == 0 || bits == options_.bits;
+      if (enough_bits && run.end == NewtonEnd::kConverged && !replayed && is_long_way()) {
+        replayed = true;
+        continue;
+      }
+      if (run.end == NewtonEnd::kSeconds && more_seconds) {
+        const double more = more_seconds();
+        more_seconds = {};
+        if (more > 0.0) {
+          limit_ = watch_.seconds() + more;
+          continue;
+        }
+      }
+      const bool more_bits_help =
+          run.end == NewtonEnd::kPrecision && options_.bits == 0 && bits < kLargestBits;
+      const bool out_of_time = run.end == NewtonEnd::kIterations || run.end == NewtonEnd::kSeconds;
+      if (out_of_time || (enough_bits && !more_bits_help)) return finished(run);
+      bits = options_.bits != 0 ? options_.bits
+             : bits == 53       ? 128
+                                : std::min(2 * bits, kLargestBits);
+    }
+  }
+
+ private:
+  // A fresh engine where the last one stands, and Newton from there. Where it does not get there,
+  // the last one stays.
+  NewtonRun take_rung(int bits) {
+    ++totals_.rungs;
+    const double seconds = limit_ > 0.0 ? std::max(1e-3, limit_ - watch_.seconds()) : 0.0;
+    newton_.max_iterations = options_.max_iterations - result_.iterations;
+    newton_.earlier_tests = totals_.exact_tests;
+    newton_.more_bits = options_.bits == 0 ? bits < kLargestBits : bits < options_.bits;
+    NewtonRun run;
+    run.end = NewtonEnd::kPrecision;
+    std::unique_ptr<MetricEngine> reached;  // what a replay is to improve on
+    const Stopwatch starting;
+    const bool in_time = ended_in_time([&] {
+      const TimeLimit limit(context_, limit_of(seconds));
+      std::unique_ptr<MetricEngine> fresh = make_engine(input_, bits, context_);
+      if (!fresh->started()) {
+        run.reason = "start not Delaunay";
+      } else if (engine_ != nullptr && !fresh->go_to(engine_->scaled_so_far(context_), context_)) {
+        run.reason = "scale factors out of range";
+      } else {
+        std::swap(engine_, fresh);
+        if (last_.end == NewtonEnd::kConverged) reached = std::move(fresh);
+        fresh.reset();
+      }
+      if (fresh != nullptr) totals_.exact_tests += fresh->exact_tests();
+    });
+    if (!in_time) {
+      if (!(seconds > 0.0)) throw TimeIsOver();
+      run.end = NewtonEnd::kSeconds;
+      run.reason = "time was over at the start";
+    }
+    totals_.seconds_start += starting.seconds();
+    if (run.reason[0] == '\0') {
+      newton_.max_seconds = seconds > 0.0 ? std::max(1e-3, limit_ - watch_.seconds()) : 0.0;
+      run = run_newton(*engine_, system_, newton_, descent_, context_);
+      if (run.end == NewtonEnd::kConverged && !engine_->has_triangles()) {
+        run.end = NewtonEnd::kPrecision;
+        run.reason = "a triangle's sides have lost it";
+      }
+      add_run(run, totals_, result_);
+      totals_.exact_tests += engine_->exact_tests();
+      if (reached != nullptr && run.end == NewtonEnd::kSeconds) {
+        engine_ = std::move(reached);
+      } else {
+        last_ = run;
+      }
+    }
+    if (run.end == NewtonEnd::kPrecision && totals_.rungs == 1)
+      result_.stats["climbed_because"] = std::string(run.reason);
+    return run;
+  }
+
+  bool is_long_way() const {
+    const std::size_t direct = engine_->flips().size() - engine_->euclidean_flips();
+    return direct > kLongWay * engine_->mesh().edge_count();
+  }
+
+  // `run`: the last one, which may not have got as far as Newton.
+  ConformalMetric finished(const NewtonRun& run) {
+    if (engine_ == nullptr && run.end == NewtonEnd::kSeconds)
+      throw_out_of_time("The intrinsic Delaunay triangulation of the input was not reached",
+                        options_.max_seconds, "or remove nearly degenerate triangles");
+    if (engine_ == nullptr)
+      throw_too_degenerate("The intrinsic Delaunay triangulation of the input was not reached",
+                           input_, options_);
+    // Where a replay had no time, the long way has led to the metric as well.
+    const bool reached = last_.end == NewtonEnd::kConverged;
+    finish_result(*engine_, input_, options_, reached ? last_ : run, result_, context_);
+    result_.stats["seconds"] = watch_.seconds();
+    write_stats(totals_, system_, result_.stats);
+    if (!std::isfinite(result_.angle_error) || !has_lengths(result_)) {
+      if (run.end == NewtonEnd::kSeconds)
+        throw_out_of_time("No metric with angles in the range of numbers was reached",
+                          options_.max_seconds, "or remove nearly degenerate triangles");
+      throw_too_degenerate("The angles of the metric could not be measured", input_, options_);
+    }
+    if (!result_.converged && options_.require_convergence) throw_not_reached(result_, options_);
+    return std::move(result_);
+  }
+
+  const EngineInput& input_;
+  const MetricOptions& options_;
+  ExecutionContext& context_;
+  const Stopwatch watch_;
+  double limit_;
+  ConformalMetric result_;
+  std::unique_ptr<MetricEngine> engine_;  // the last one that got to its place
+  NewtonRun last_;                        // its run
+  NewtonSystem system_;
+  NewtonOptions newton_;
+  Descent descent_ = Descent::kUnknown;
+  Totals totals_;
+};
+
+}  // namespace
+
+ConformalMetric climb_precision_ladder(const EngineInput& input, const MetricOptions& options,
+                                       ExecutionContext& context) {
+  return Ladder(input, options, context).climb();
+}
+
+void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options) {
+  const bool seconds = metric.end == NewtonEnd::kSeconds;
+  const char* cure =
+      seconds ? "Allow more seconds (max_seconds), or spread the curvature over more vertices."
+      : metric.end == NewtonEnd::kIterations
+          ? "Spread the curvature over more vertices, or remove nearly degenerate triangles."
+      : options.bits != 0 ? "Use precision=\"auto\" or more bits."
+                          : "Spread the curvature over more vertices.";
+  throw_not_converged(seconds ? ErrorCode::kTimeLimit : ErrorCode::kIterationLimit,
+                      "The conformal metric was not reached: the largest angle error is " +
+                          short_text(metric.angle_error) + " radians after " +
+                          std::to_string(metric.iterations) + " Newton steps with " +
+                          std::to_string(metric.bits) + " bits (stopped by " + name_of(metric.end) +
+                          "). " + cure);
+}
+
+}  // namespace flipfree::conformal

@@ -1,0 +1,84 @@
+// Discretely conformally equivalent metric with prescribed angles (thesis 4.2-4.4, Algorithm 3).
+//
+// Guarantee: the metric (mesh, length) that comes back is intrinsically Delaunay and has at every
+// vertex the prescribed total angle up to `angle_error` (measured on the returned lengths in the
+// precision of the run, at most the tolerance); it is discretely conformally equivalent to the
+// input in the sense of Definition 4.2: `flips` leads from the input triangulation through Delaunay
+// ones to the final one.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/conformal/engine/conformal_metric.h"
+#include "flipfree/conformal/engine/engine.h"
+#include "flipfree/mesh/surface.h"
+
+namespace flipfree::conformal {
+
+// What the search for a metric starts from, checked: the words for everything that is wrong with a
+// mesh, lengths, options or target angles.
+
+inline constexpr int kLargestBits = 4096;
+
+struct MetricOptions {
+  double tolerance = 1e-10;  // of every vertex' total angle, radians
+  int bits =
+      0;  // mantissa: 0 = auto (double, then only as many as needed); 53 = double; up to 4096
+  int max_iterations = 500;  // Newton steps, all precisions together
+  double max_seconds = 0.0;  // give up after so many seconds of wall time; 0 = never
+  // Asked once when max_seconds are over: how many more there are. Null: none.
+  std::function<double()> more_seconds = {};
+  bool require_convergence =
+      true;  // throw NotConverged; else return what was reached, converged = false
+};
+
+// Six significant digits.
+std::string short_text(double value);
+
+// The engine's input without targets. `lengths`: #F x 3 (metric.h), or null: those of the vertex
+// positions. Throws InvalidInput as compute_conformal_metric(). With lengths the positions are not
+// read.
+EngineInput checked_input(const mesh::Surface& surface, const Points3* lengths,
+                          const MetricOptions& options);
+
+// Positive, finite, one per vertex, and meeting Gauss-Bonnet: the angles of #F triangles sum to pi
+// #F. What rounding leaves of the remainder is spread evenly. Returns the targets to solve for.
+std::vector<double> checked_targets(const std::vector<double>& target, const EngineInput& input,
+                                    double tolerance);
+
+// `target_angles`: per vertex the total angle, interior 2 pi - curvature, boundary pi - geodesic
+// curvature. Errors: InvalidInput (mesh not valid, connected and free of isolated vertices; angles
+// not positive or not finite), Infeasible/kGaussBonnet (names the remainder), NotConverged (says
+// what was reached), Cancelled.
+ConformalMetric compute_conformal_metric(const mesh::Surface& surface,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context);
+// The same for given lengths: lengths(f, k) belongs to the edge from corner k to k + 1 of face f;
+// both sides of an edge must agree and every face must satisfy the strict triangle inequality.
+ConformalMetric compute_conformal_metric(Index vertex_count, const Triangles& faces,
+                                         const Points3& lengths,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context);
+
+// Either: `lengths` may be null.
+ConformalMetric compute_conformal_metric(const mesh::Surface& surface, const Points3* lengths,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context);
+
+// The checks that all do first; `lengths` may be null. Throws as they do.
+void validate_metric_input(const mesh::Surface& surface, const Points3* lengths,
+                           const std::vector<double>& target_angles, const MetricOptions& options);
+
+// Newton's method in double, and from where rounding decides, with ever more bits.
+
+// `input`: with targets. Errors: NotConverged as compute_conformal_metric(), Cancelled.
+ConformalMetric climb_precision_ladder(const EngineInput& input, const MetricOptions& options,
+                                       ExecutionContext& context);
+
+// NotConverged, saying what a metric that did not converge reached.
+[[noreturn]] void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options);
+
+}  // namespace flipfree::conformal

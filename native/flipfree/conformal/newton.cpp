@@ -1,0 +1,364 @@
+#include "flipfree/conformal/newton.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "flipfree/base/failure.h"
+
+namespace flipfree::conformal {
+
+namespace {
+
+constexpr double kAlpha = 0.1;       // Armijo-like constant of Algorithm 3
+constexpr double kNormStep = 1e-10;  // below this step the norm decrease is no longer asked for
+constexpr double kSmallestStep = 1e-16;
+// Accuracy of angles with more bits than a double has, and the error of the gradient below which
+// the coarse one is not good enough.
+constexpr double kCoarse = 1e-9;
+constexpr double kCoarseUntil = 1e-5;
+constexpr double kFine = 1e-13;
+constexpr double kMuchLess = 0.5;  // a first step that lowers the norm so far needs no other test
+// Vertices whose angle is off by more than `error` radians are relaxed one by one, `sweeps` times
+// at most: kThorough when a line search had to cut its step below kShortStep; kQuick, in double,
+// after any step that was not whole or left more than that, since a sweep costs a tenth of a Newton
+// step. Chosen by measurement (docs/benchmarks.md).
+struct Relaxation {
+  double error;
+  int sweeps;
+};
+constexpr double kShortStep = 0.3;
+constexpr Relaxation kThorough{0.03, 8};
+constexpr Relaxation kQuick{0.1, 1};
+constexpr double kLessError = 0.3;  // of the error before a relaxed step: leaving less is thorough
+// An error at the start beyond kFar radians goes by relaxed steps from the beginning (kRelaxed).
+// Measured with single cones on g-tori (docs/benchmarks.md).
+constexpr double kFar = 200.0;
+// Delaunay tests in full precision, per edge and anyway, after which more lead nowhere: among
+// needles thinner than scale factors can be told apart every vertex that is relaxed takes all the
+// moves that it may, and Newton steps creep. They cost nearly all of the time.
+constexpr std::size_t kTestsPerEdge = 2000;
+constexpr std::size_t kTestsAnyway = 20'000;
+// Relaxed steps need angles that are known to less than what relaxation leaves.
+constexpr double kMostNoise = 0.01;
+
+double dot(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+double norm(const std::vector<double>& a) {
+  // Scaled: gradients of 1e-200 are legitimate with many bits.
+  double largest = 0.0;
+  for (const double x : a) largest = std::max(largest, std::abs(x));
+  if (!(largest > 0.0)) return largest;
+  double sum = 0.0;
+  for (const double x : a) sum += (x / largest) * (x / largest);
+  return largest * std::sqrt(sum);
+}
+
+class Deadline {
+ public:
+  explicit Deadline(double seconds) : seconds_(seconds) {}
+  bool over() const { return seconds_ > 0.0 && watch_.seconds() > seconds_; }
+
+ private:
+  Stopwatch watch_;
+  double seconds_;
+};
+
+// The engine on the ray u + step d.
+class Ray {
+ public:
+  Ray(MetricEngine& engine, const FineVector& direction, double tolerance, NewtonRun& run)
+      : engine_(engine), direction_(direction), tolerance_(tolerance), run_(run) {
+    part_.high.resize(direction.high.size());
+    part_.low.resize(direction.low.size());
+    part_.full.resize(direction.full.size());
+  }
+
+  // Moves to `step` and evaluates there. False if the engine could not follow; it is then somewhere
+  // on the ray still.
+  bool move(double step, Gradient& gradient, ExecutionContext& context) {
+    const Stopwatch watch;
+    const double change = 0.5 * (step - step_);
+    for (std::size_t v = 0; v < part_.high.size(); ++v) {
+      part_.high[v] = change * direction_.high[v];
+      if (!part_.low.empty()) {
+        part_.low[v] =
+            std::fma(change, direction_.high[v], -part_.high[v]) + change * direction_.low[v];
+      }
+      if (!part_.full.empty()) part_.full[v] = direction_.full[v] * numeric::BigFloat<16>(change);
+    }
+    engine_.scale(part_, context);
+    step_ = step;
+    ++run_.evaluations;
+    const bool followed = engine_.restore_delaunay(context);
+    run_.seconds_flips += watch.seconds();
+    if (!followed) return false;
+    evaluate(gradient, context);
+    return std::isfinite(gradient.max_error);
+  }
+
+  void evaluate(Gradient& gradient, ExecutionContext& context) {
+    const Stopwatch watch;
+    engine_.evaluate(kCoarse, gradient, context);
+    if (engine_.bits() > 53) {
+      if (gradient.max_error < kCoarseUntil) engine_.evaluate(kFine, gradient, context);
+      // Close to the end sums of thousands of angles at one vertex need more than double.
+      if (gradient.max_error < std::max(1e-9, 1e2 * tolerance_))
+        engine_.evaluate(std::min(tolerance_, 1e-15), gradient, context);
+    }
+    run_.seconds_angles += watch.seconds();
+  }
+
+  double step() const { return step_; }
+
+ private:
+  MetricEngine& engine_;
+  const FineVector& direction_;
+  double tolerance_;
+  double step_ = 0.0;
+  NewtonRun& run_;
+  FineVector part_;
+};
+
+// Algorithm 3, LineSearch. The midpoint of the Armijo-like condition is only evaluated when the
+// full step has passed the minimum along the ray: otherwise the full step is taken by the first
+// test of the loop anyway. A step that halves the norm of the gradient is taken unseen: near
+// needles the projected gradient is a difference of far larger numbers. On return the engine stands
+// at the step taken and `trial` is the gradient there. False if no step can be told from rounding.
+bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<double>& d,
+                 double slope, const Gradient& start, Gradient& trial, const Deadline& deadline,
+                 ExecutionContext& context) {
+  const double start_norm = norm(start.value);
+  double step = first_step;
+  double descending = 0.0;  // largest step seen at which the energy still descends
+  bool known = false;       // trial belongs to `step` already
+  for (bool first = true;; first = false) {
+    const bool moved = known || ray.move(step, trial, context);
+    known = false;
+    if (moved && first && norm(trial.value) <= kMuchLess * start_norm) return true;
+    const double projected = moved ? dot(d, trial.value) : std::numeric_limits<double>::infinity();
+    if (projected <= 0.0) {
+      if (!ask_norm || norm(trial.value) < start_norm) return true;
+      if (descending == 0.0) descending = step;
+    } else if (first && moved) {
+      if (ray.move(0.5 * step, trial, context)) {
+        if (0.5 * (projected + dot(d, trial.value)) <= kAlpha * slope) {
+          return ray.move(step, trial, context);
+        }
+        known = true;
+      }
+    }
+    step *= 0.5;
+    if (deadline.over()) return false;
+    if (descending > 0.0 && step < kNormStep * first_step)
+      return ray.move(descending, trial, context);
+    if (step < kSmallestStep * first_step) return false;
+  }
+}
+
+// Where a run ends that has not arrived.
+struct Limits {
+  Deadline deadline;
+  std::size_t most_tests;  // of the engine
+
+  bool time_is_over() const { return deadline.over(); }
+  bool are_reached(const MetricEngine& engine) const {
+    return time_is_over() || is_worn_out(engine);
+  }
+  bool is_worn_out(const MetricEngine& engine) const { return engine.exact_tests() > most_tests; }
+};
+
+Limits limits_of(const MetricEngine& engine, const NewtonOptions& options) {
+  const std::size_t most = kTestsAnyway + kTestsPerEdge * engine.mesh().edge_count();
+  return {Deadline(options.max_seconds), most - std::min(most, options.earlier_tests)};
+}
+
+// Thesis 4.6.4 describes the stalls: where triangles are nearly degenerate, a few stiff unknowns -
+// the scale of a vertex among neighbours that are far away - allow only tiny steps, and one step
+// length serves all. Our cure is nonlinear elimination: those vertices solve their own equation
+// alone, by a monotone search that flips only around them, after which the next Newton direction
+// fits again. It leaves the minimum of the convex energy where it is. The worst come first: a
+// vertex whose scale is far too small is joined to hundreds of others, and each of their flips
+// would pass by it.
+bool relax(MetricEngine& engine, Ray& ray, const Relaxation& how, Gradient& gradient,
+           const Limits& limits, NewtonRun& run, ExecutionContext& context) {
+  const Stopwatch watch;
+  std::vector<VertexId> list;
+  bool followed = true;
+  for (int sweep = 0; followed && sweep < how.sweeps; ++sweep) {
+    list.clear();
+    for (std::size_t v = 0; v < gradient.value.size(); ++v) {
+      if (std::abs(gradient.value[v]) > how.error) list.push_back(static_cast<VertexId>(v));
+    }
+    if (list.empty() || limits.are_reached(engine)) break;
+    std::stable_sort(list.begin(), list.end(), [&](VertexId a, VertexId b) {
+      return std::abs(gradient.value[static_cast<std::size_t>(a)]) >
+             std::abs(gradient.value[static_cast<std::size_t>(b)]);
+    });
+    const auto stop = [&] { return limits.are_reached(engine); };
+    followed = engine.relax(list, 0.1 * how.error, stop, context);
+    if (!followed) break;
+    ray.evaluate(gradient, context);
+    followed = std::isfinite(gradient.max_error);
+  }
+  run.seconds_relax += watch.seconds();
+  return followed;
+}
+
+// Steps of Descent::kRelaxed: along the ray as far as the bound on steps allows, then relaxation,
+// which repairs what one step length for all has spoiled; taken if the energy has become less.
+// Where the difference drowns in rounding, the norm of the gradient decides. Otherwise half the
+// step, from the same start.
+enum class Found { kStep, kNone, kDeadline };
+
+Found relaxed_step(MetricEngine& engine, const FineVector& direction, double first_step,
+                   const NewtonOptions& options, const Gradient& start, Gradient& trial,
+                   const Limits& limits, NewtonRun& run, ExecutionContext& context) {
+  const double start_norm = norm(start.value);
+  const Relaxation how{std::min(kThorough.error, kLessError * start.max_error), kThorough.sweeps};
+  const Energy before = engine.energy(context);
+  engine.remember();
+  for (double step = first_step; step > kNormStep * first_step; step *= 0.5) {
+    Ray ray(engine, direction, options.tolerance, run);
+    if (ray.move(step, trial, context) && relax(engine, ray, how, trial, limits, run, context)) {
+      const Energy after = engine.energy(context);
+      const double change = after.value - before.value;
+      const double noise = before.noise + after.noise;
+      const bool undecided = std::abs(change) <= noise;
+      const double bound = engine.bits() > 53 ? start_norm : kMuchLess * start_norm;
+      if (change < -noise || (undecided && norm(trial.value) < bound)) return Found::kStep;
+      // By convexity the energy has become less if it still falls along the way done.
+      if (undecided && engine.bits() > 53 && dot(engine.moved(), trial.value) < 0.0)
+        return Found::kStep;
+      // In double, whose kinks are rounded off, creeping on would only cost time.
+      if (undecided && engine.bits() <= 53) {
+        engine.go_back();
+        return Found::kNone;
+      }
+    }
+    engine.go_back();
+    if (limits.time_is_over()) return Found::kDeadline;
+  }
+  return Found::kNone;
+}
+
+// Algorithm 3.
+void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
+             Descent& descent, NewtonRun& run, ExecutionContext& context) {
+  const Limits limits = limits_of(engine, options);
+  const bool limited = options.max_seconds > 0.0;
+  if (limited) engine.remember();
+  Gradient gradient;
+  Gradient trial;
+  FineVector direction;
+  {
+    Ray here(engine, direction, options.tolerance, run);
+    here.evaluate(gradient, context);
+  }
+  run.error_history.push_back(gradient.max_error);
+  if (descent == Descent::kUnknown) {
+    descent = gradient.max_error > kFar ? Descent::kRelaxed : Descent::kLineSearch;
+  }
+  bool hard = false;  // the norm decrease, a heuristic, is no longer asked for
+  const double start_error = std::max(gradient.max_error, options.tolerance);
+  for (;;) {
+    run.error = gradient.max_error;
+    run.noise = gradient.noise;
+    if (run.error <= options.tolerance) {
+      run.end = NewtonEnd::kConverged;
+      return;
+    }
+    if (run.iterations >= options.max_iterations || limits.is_worn_out(engine)) {
+      run.end = NewtonEnd::kIterations;
+      return;
+    }
+    if (limits.time_is_over()) {
+      run.end = NewtonEnd::kSeconds;
+      return;
+    }
+    // Most of the way is measured in digits of the error.
+    const double way =
+        std::log(start_error / run.error) / std::log(start_error / options.tolerance + 1.0);
+    const double fraction = std::isfinite(way) ? std::clamp(way, 0.0, 1.0) : 0.0;
+    context.report("conformal metric", fraction);
+    const ProgressRange still(context, fraction, fraction);  // factorizations report as well
+    run.end = NewtonEnd::kPrecision;
+    if (gradient.noise > 0.1 * run.error ||
+        (options.more_bits && descent == Descent::kRelaxed && gradient.noise > kMostNoise)) {
+      run.reason = "gradient below its noise";
+      return;
+    }
+    if (!system.solve(engine.mesh(), gradient, engine.bits(), direction, context)) {
+      run.reason = "no descent direction";
+      return;
+    }
+    double range = 0.0;
+    for (const double x : direction.high) range = std::max(range, 2.0 * std::abs(x));
+    const bool quick = engine.bits() == 53 && descent == Descent::kLineSearch;
+    const double most = quick ? options.max_quick_step_range : options.max_step_range;
+    const double first_step = range > most ? most / range : 1.0;
+    Found found = Found::kStep;
+    if (descent == Descent::kRelaxed) {
+      found = relaxed_step(engine, direction, first_step, options, gradient, trial, limits, run,
+                           context);
+      ++run.relaxed_iterations;
+    }
+    // The energy is known in double only, whatever the bits; the slope along a ray is not.
+    if (descent == Descent::kLineSearch || (found == Found::kNone && engine.bits() > 53)) {
+      found = Found::kStep;
+      Ray ray(engine, direction, options.tolerance, run);
+      if (!line_search(ray, first_step, !hard, direction.high, system.slope(), gradient, trial,
+                       limits.deadline, context)) {
+        found = limits.time_is_over() ? Found::kDeadline : Found::kNone;
+      } else {
+        const bool cut = ray.step() < kShortStep;
+        hard = hard || cut;
+        const Relaxation& how = cut ? kThorough : kQuick;
+        if (cut || (quick && (ray.step() < 1.0 || trial.max_error > how.error))) {
+          ++run.relaxed_iterations;
+          if (!relax(engine, ray, how, trial, limits, run, context)) {
+            run.reason = "relaxation left the range of numbers";
+            return;
+          }
+        }
+      }
+    }
+    if (found != Found::kStep) {
+      if (found == Found::kDeadline) {
+        run.end = NewtonEnd::kSeconds;
+        engine.go_back();
+      }
+      run.reason = "no step along the direction";
+      return;
+    }
+    if (limited) engine.remember();
+    std::swap(gradient, trial);
+    ++run.iterations;
+    run.error_history.push_back(gradient.max_error);
+  }
+}
+
+}  // namespace
+
+NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
+                     Descent& descent, ExecutionContext& context) {
+  NewtonRun run;
+  const bool in_time = ended_in_time([&] {
+    const TimeLimit limit(context, limit_of(options.max_seconds));
+    iterate(engine, system, options, descent, run, context);
+  });
+  if (!in_time) {
+    if (!(options.max_seconds > 0.0)) throw TimeIsOver();
+    engine.go_back();
+    run.end = NewtonEnd::kSeconds;
+    run.reason = "time was over during a step";
+  }
+  return run;
+}
+
+}  // namespace flipfree::conformal

@@ -1,0 +1,388 @@
+#include "flipfree/conformal/newton_system.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "flipfree/base/stats.h"
+
+namespace flipfree::conformal {
+
+namespace {
+
+constexpr int kRefinementRounds = 3;  // of refinement, Cholesky
+constexpr double kNegligible = 1e-6;  // of the gradient: what dropping low parts may change
+constexpr int kAccurateRounds = 8;    // with the accurate factorization
+constexpr int kLeastBits = 256;       // of its direction
+// Below kNear radians of error the last factor serves as a preconditioner, for up to
+// kOldFactorRounds rounds: a solve costs a tenth of an analysis and factorization. The residual
+// must fall to the part kInexact * error of the error, kLoosest of it at most: Newton's next error
+// goes with the square of this one as well.
+constexpr double kNear = 0.3;
+constexpr int kOldFactorRounds = 12;
+constexpr double kInexact = 0.1;
+constexpr double kLoosest = 1e-2;
+
+void add(FineVector& d, std::size_t i, double x) {
+  const double sum = d.high[i] + x;
+  const double part = sum - d.high[i];
+  d.low[i] += (d.high[i] - (sum - part)) + (x - part);
+  d.high[i] = sum;
+}
+
+// A gradient sums to zero; what rounding adds would all land on the fixed unknown.
+std::vector<double> without_mean(std::vector<double> g) {
+  double mean = 0.0;
+  for (const double x : g) mean += x / static_cast<double>(g.size());
+  for (double& x : g) x -= mean;
+  return g;
+}
+
+void clear(FineVector& d, std::size_t n) {
+  d.high.assign(n, 0.0);
+  d.low.assign(n, 0.0);
+  d.full.clear();
+}
+
+// d_j - d_i, from two doubles or from all bits.
+double difference_along(const numeric::Coupling& c, const FineVector& d) {
+  const std::size_t i = at(c.low), j = at(c.high);
+  return d.full.empty() ? (d.high[j] - d.high[i]) + (d.low[j] - d.low[i])
+                        : (d.full[j] - d.full[i]).to_double();
+}
+
+// Infinite if an entry is not a number: comparisons with it would pass it by.
+class Largest {
+ public:
+  void add(double value) {
+    const double size =
+        std::isnan(value) ? std::numeric_limits<double>::infinity() : std::abs(value);
+    value_ = std::max(value_, size);
+  }
+  double value() const { return value_; }
+
+ private:
+  double value_ = 0.0;
+};
+
+double largest_of(const std::vector<double>& x) {
+  Largest largest;
+  for (const double value : x) largest.add(value);
+  return largest.value();
+}
+
+}  // namespace
+
+bool NewtonSystem::collect_couplings(const intrinsic::IntrinsicMesh& mesh,
+                                     const Gradient& gradient) {
+  const std::size_t n = gradient.value.size();
+  // Edges of copy 2 couple the same unknowns as their mirror images; only their part from symmetric
+  // faces is not zero.
+  unsorted_.clear();
+  for (std::size_t e = 0; e < mesh.edge_count(); ++e) {
+    const Index a = mesh.unknown[at(mesh.origin[2 * e])];
+    const Index b = mesh.unknown[at(mesh.origin[2 * e + 1])];
+    if (a == b || mesh.label_of_edge(static_cast<EdgeId>(e)) == intrinsic::EdgeLabel::kDiagonal)
+      continue;
+    const double w = gradient.half_cotangent[2 * e] + gradient.half_cotangent[2 * e + 1];
+    if (w == 0.0 && mesh.label_of_edge(static_cast<EdgeId>(e)) == intrinsic::EdgeLabel::kTwo)
+      continue;
+    unsorted_.push_back({std::min(a, b), std::max(a, b), w});
+  }
+  // Sorted by (low, high): two stable counting sorts.
+  const auto sort_by = [&](auto key) {
+    bucket_.assign(n + 1, 0);
+    for (const numeric::Coupling& c : unsorted_) ++bucket_[at(key(c)) + 1];
+    for (std::size_t i = 0; i < n; ++i) bucket_[i + 1] += bucket_[i];
+    couplings_.resize(unsorted_.size());
+    for (const numeric::Coupling& c : unsorted_) couplings_[at(bucket_[at(key(c))]++)] = c;
+    unsorted_.swap(couplings_);
+  };
+  sort_by([](const numeric::Coupling& c) { return c.high; });
+  sort_by([](const numeric::Coupling& c) { return c.low; });
+  couplings_.clear();
+  for (const numeric::Coupling& c : unsorted_) {
+    if (!couplings_.empty() && couplings_.back().low == c.low && couplings_.back().high == c.high) {
+      couplings_.back().weight += c.weight;
+    } else {
+      couplings_.push_back(c);
+    }
+  }
+  // Delaunay weights are not negative; what rounding says otherwise is zero.
+  bool finite = true;
+  for (numeric::Coupling& c : couplings_) {
+    finite = finite && std::isfinite(c.weight);
+    c.weight = std::max(c.weight, 0.0);
+  }
+  return finite;
+}
+
+void NewtonSystem::build_matrix(Index last) {
+  matrix_.resize(last, last);
+  matrix_.resizeNonZeros(last + static_cast<Index>(couplings_.size()));
+  Index* outer = matrix_.outerIndexPtr();
+  Index* inner = matrix_.innerIndexPtr();
+  double* value = matrix_.valuePtr();
+  Index position = 0;
+  std::size_t next = 0;
+  for (Index column = 0; column < last; ++column) {
+    outer[column] = position;
+    inner[position] = column;
+    value[position] = 0.0;
+    ++position;
+    for (; next < couplings_.size() && couplings_[next].low == column; ++next) {
+      if (couplings_[next].high == last) continue;
+      inner[position] = couplings_[next].high;
+      value[position] = -couplings_[next].weight;
+      ++position;
+    }
+  }
+  outer[last] = position;
+  matrix_.resizeNonZeros(position);
+  value = matrix_.valuePtr();
+  for (const numeric::Coupling& c : couplings_) {
+    value[outer[c.low]] += c.weight;
+    if (c.high != last) value[outer[c.high]] += c.weight;
+  }
+}
+
+double NewtonSystem::residual(const std::vector<double>& g, const FineVector& d,
+                              std::vector<double>& r) const {
+  // H d as weighted differences: no cancellation of diagonals.
+  for (std::size_t i = 0; i < g.size(); ++i) r[i] = -g[i];
+  for (const numeric::Coupling& c : couplings_) {
+    const double flow = c.weight * difference_along(c, d);
+    r[at(c.low)] += flow;
+    r[at(c.high)] -= flow;
+  }
+  Largest largest;
+  for (std::size_t i = 0; i + 1 < r.size(); ++i) largest.add(r[i]);
+  return largest.value();
+}
+
+double NewtonSystem::rounding(const FineVector& d) const {
+  double largest = 0.0;
+  for (const numeric::Coupling& c : couplings_) {
+    const double size = std::max(std::abs(d.high[at(c.low)]), std::abs(d.high[at(c.high)]));
+    largest = std::max(largest, c.weight * size * std::numeric_limits<double>::epsilon());
+  }
+  return largest;
+}
+
+bool NewtonSystem::factorize(ExecutionContext& context) {
+  const Index* outer = matrix_.outerIndexPtr();
+  const Index* inner = matrix_.innerIndexPtr();
+  const auto outer_count = at(static_cast<Index>(matrix_.cols()) + 1);
+  const auto inner_count = at(static_cast<Index>(matrix_.nonZeros()));
+  const bool same = analysed_outer_.size() == outer_count &&
+                    analysed_inner_.size() == inner_count &&
+                    std::equal(analysed_outer_.begin(), analysed_outer_.end(), outer) &&
+                    std::equal(analysed_inner_.begin(), analysed_inner_.end(), inner);
+  if (!same) {
+    const Stopwatch watch;
+    // A new order costs as much as some thousand flops per unknown: it must save more than that.
+    const double order_cost = 4000.0 * static_cast<double>(matrix_.cols());
+    if (cholesky_.analyzed()) cholesky_.analyze_again(matrix_, context);
+    if (!cholesky_.analyzed() || cholesky_.factor_flops() > 1.2 * order_flops_ + order_cost) {
+      cholesky_.analyze(matrix_, context);
+      order_flops_ = cholesky_.factor_flops();
+      ++orderings_;
+    }
+    analysed_outer_.assign(outer, outer + outer_count);
+    analysed_inner_.assign(inner, inner + inner_count);
+    ++analyses_;
+    seconds_symbolic_ += watch.seconds();
+  }
+  ++factorizations_;
+  return cholesky_.factorize(matrix_, context);
+}
+
+bool NewtonSystem::factorize(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient,
+                             ExecutionContext& context) {
+  if (!collect_couplings(mesh, gradient)) return false;
+  build_matrix(static_cast<Index>(gradient.value.size()) - 1);
+  factor_kept_ = factorize(context);
+  return factor_kept_;
+}
+
+Eigen::MatrixXd NewtonSystem::solve_columns(const Eigen::Ref<const Eigen::MatrixXd>& columns,
+                                            ExecutionContext& context) const {
+  const Eigen::Index last = columns.rows() - 1;
+  Eigen::MatrixXd x(columns.rows(), columns.cols());
+  x.topRows(last) = cholesky_.solve(columns.topRows(last), context);
+  x.row(last).setZero();
+  return x;
+}
+
+bool NewtonSystem::solve(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient, int bits,
+                         FineVector& d, ExecutionContext& context) {
+  const Stopwatch watch;
+  const double symbolic_before = seconds_symbolic_;
+  const bool solved = find_direction(mesh, gradient, bits, d, context);
+  seconds_numeric_ += watch.seconds() - (seconds_symbolic_ - symbolic_before);
+  return solved;
+}
+
+// The factor of an earlier step as preconditioner: near the end the Hessian changes little from
+// step to step, and a flip, which happens where its edge has next to no weight, hardly more.
+bool NewtonSystem::by_old_factor(const std::vector<double>& g, double goal, FineVector& d,
+                                 ExecutionContext& context) {
+  const std::size_t n = g.size();
+  const auto last = static_cast<Eigen::Index>(n - 1);
+  clear(d, n);
+  std::vector<double> r(n), p(n, 0.0), q(n);
+  const double start = residual(g, d, r);
+  r.back() = 0.0;
+  Eigen::VectorXd z(last);
+  double before = 0.0;
+  for (int round = 0; round < kOldFactorRounds; ++round) {
+    std::copy(r.begin(), r.end() - 1, z.data());
+    z = cholesky_.solve(z, context);
+    ++old_factor_solves_;
+    double product = 0.0;
+    for (Eigen::Index i = 0; i < last; ++i) product += z[i] * r[at(static_cast<Index>(i))];
+    if (!(product > 0.0)) return false;
+    const double beta = round == 0 ? 0.0 : product / before;
+    for (Eigen::Index i = 0; i < last; ++i) {
+      const std::size_t k = at(static_cast<Index>(i));
+      p[k] = z[i] + beta * p[k];
+    }
+    before = product;
+    std::fill(q.begin(), q.end(), 0.0);
+    double curvature = 0.0;
+    for (const numeric::Coupling& c : couplings_) {
+      const double difference = p[at(c.low)] - p[at(c.high)];
+      const double flow = c.weight * difference;
+      q[at(c.low)] += flow;
+      q[at(c.high)] -= flow;
+      curvature += flow * difference;
+    }
+    if (!(curvature > 0.0)) return false;
+    const double alpha = product / curvature;
+    for (std::size_t i = 0; i + 1 < n; ++i) {
+      d.high[i] += alpha * p[i];
+      r[i] -= alpha * q[i];
+    }
+    const double left = largest_of(r);
+    if (left <= 0.5 * goal) return residual(g, d, r) <= goal;
+    // Is the pace such that the goal is met in time?
+    const double share = static_cast<double>(round + 1) / kOldFactorRounds;
+    if (round >= 2 && left > 10.0 * start * std::pow(0.5 * goal / start, share)) return false;
+  }
+  return false;
+}
+
+// Residual left; infinite if the matrix is not positive definite to working precision.
+double NewtonSystem::by_new_factor(const std::vector<double>& g, double goal, FineVector& d,
+                                   ExecutionContext& context) {
+  double residual_left = std::numeric_limits<double>::infinity();
+  const auto last = static_cast<Eigen::Index>(g.size() - 1);
+  build_matrix(static_cast<Index>(last));
+  factor_kept_ = factorize(context);
+  if (!factor_kept_) return residual_left;
+  clear(d, g.size());
+  std::vector<double> r(g.size());
+  Eigen::VectorXd rhs(last);
+  double before = residual(g, d, r);
+  for (int round = 0; round < kRefinementRounds; ++round) {
+    std::copy(r.begin(), r.end() - 1, rhs.data());
+    const Eigen::VectorXd x = cholesky_.solve(rhs, context);
+    for (Eigen::Index i = 0; i < last; ++i) add(d, static_cast<std::size_t>(i), x[i]);
+    residual_left = residual(g, d, r);
+    if (!(residual_left > goal) || residual_left > 0.5 * before) break;
+    before = residual_left;
+  }
+  return residual_left;
+}
+
+// Without any subtraction. Residual left.
+double NewtonSystem::by_accurate_factor(const std::vector<double>& g, double error, int bits,
+                                        FineVector& d, ExecutionContext& context) {
+  const std::size_t n = g.size();
+  double residual_left = std::numeric_limits<double>::infinity();
+  ++accurate_factorizations_;
+  if (!accurate_.factorize(static_cast<Index>(n), couplings_, context)) return residual_left;
+  using Number = numeric::BigFloat<16>;
+  const Number zero(0.0, std::clamp(bits, kLeastBits, Number::kMaxBits));
+  d.low.clear();
+  d.full.assign(n, zero);
+  // The residual in full as well: what flows through a heavy coupling must leave its ends in
+  // balance.
+  std::vector<Number> r(n, zero);
+  for (std::size_t i = 0; i < n; ++i) r[i] -= Number(g[i]);
+  double before = std::numeric_limits<double>::infinity();
+  std::vector<Number> last;
+  for (int round = 0; round < kAccurateRounds; ++round) {
+    context.check();
+    accurate_.solve(r, context);
+    last = d.full;
+    for (std::size_t i = 0; i < n; ++i) {
+      d.full[i] += r[i];
+      r[i] = zero - Number(g[i]);
+    }
+    for (const numeric::Coupling& c : couplings_) {
+      const Number flow(c.weight * (d.full[at(c.high)] - d.full[at(c.low)]).to_double());
+      r[at(c.low)] += flow;
+      r[at(c.high)] -= flow;
+    }
+    Largest largest;
+    for (std::size_t i = 0; i + 1 < n; ++i) largest.add(r[i].to_double());
+    residual_left = largest.value();
+    if (!(residual_left < 0.5 * before)) {
+      residual_left = before;
+      std::swap(d.full, last);
+      break;
+    }
+    before = residual_left;
+    if (before <= 1e-12 * error) break;
+  }
+  d.high.resize(n);
+  for (std::size_t i = 0; i < n; ++i) d.high[i] = d.full[i].to_double();
+  return residual_left;
+}
+
+bool NewtonSystem::find_direction(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient,
+                                  int bits, FineVector& d, ExecutionContext& context) {
+  const std::vector<double> g = without_mean(gradient.value);
+  const double error = gradient.max_error;
+  clear(d, g.size());
+  // Angles that doubles cannot tell from 0 or pi have no cotangent.
+  if (!std::isfinite(error) || !collect_couplings(mesh, gradient)) return false;
+  // Cholesky first; where it fails or leaves a residual, the factorization that is accurate entry
+  // by entry.
+  double residual_left = std::numeric_limits<double>::infinity();
+  bool near = false;
+  if (!use_accurate_) {
+    const double goal = std::min(kInexact * error, kLoosest) * error;
+    near = factor_kept_ && error < kNear && by_old_factor(g, goal, d, context);
+    if (near) {
+      residual_left = goal;
+    } else {
+      residual_left = by_new_factor(g, 1e-10 * error, d, context);
+    }
+  }
+  if (!near && !(residual_left <= 1e-8 * error)) {
+    use_accurate_ = true;
+    residual_left = by_accurate_factor(g, error, bits, d, context);
+  }
+  if (!(residual_left < 0.5 * error) || !std::isfinite(largest_of(d.high))) return false;
+  const auto [low, high] = std::minmax_element(d.high.begin(), d.high.end());
+  slope_ = 0.0;
+  for (const numeric::Coupling& c : couplings_) {
+    const double difference = difference_along(c, d);
+    slope_ -= c.weight * difference * difference;
+  }
+  const double middle = 0.5 * (*low + *high);
+  for (std::size_t i = 0; i < d.high.size(); ++i) {
+    if (d.full.empty()) {
+      add(d, i, -middle);
+    } else {
+      d.full[i] -= numeric::BigFloat<16>(middle);
+      d.high[i] = d.full[i].to_double();
+    }
+  }
+  if (!d.low.empty() && rounding(d) <= kNegligible * error) d.low.clear();
+  return true;
+}
+
+}  // namespace flipfree::conformal

@@ -1,0 +1,679 @@
+#include "flipfree/conformal/suggest_cones.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/conformal/boundary_angles.h"
+#include "flipfree/conformal/metric.h"
+#include "flipfree/conformal/pinned_metric.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/validate.h"
+
+namespace flipfree::conformal {
+
+LinearPlacement::LinearPlacement(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient,
+                                 std::vector<char> base, ExecutionContext& context)
+    : base_(std::move(base)), laplacian_(mesh, gradient, base_, context) {
+  if (!laplacian_.valid()) {
+    throw_not_converged(
+        ErrorCode::kFactorizationFailed,
+        "The Laplacian of the surface is not positive definite to working precision: its "
+        "triangles are too degenerate. Remesh the surface.");
+  }
+  free_ = laplacian_.solve(gradient.value, context);
+  for (double& x : free_) x = -x;
+  for (const double x : gradient.value) total_curvature += x;
+  u = free_;
+}
+
+std::vector<double> LinearPlacement::response(VertexId v, ExecutionContext& context) const {
+  std::vector<double> unit(free_.size(), 0.0);
+  unit[at(v)] = 1.0;
+  return laplacian_.solve(unit, context);
+}
+
+void LinearPlacement::add(VertexId v, ExecutionContext& context) {
+  green_.push_back(response(v, context));
+  cones.push_back(v);
+  const auto k = static_cast<Eigen::Index>(cones.size());
+  Eigen::MatrixXd a(k, k);
+  Eigen::VectorXd b(k);
+  for (Eigen::Index i = 0; i < k; ++i) {
+    const std::size_t row = at(cones[static_cast<std::size_t>(i)]);
+    b[i] = free_[row];
+    for (Eigen::Index j = 0; j < k; ++j) a(i, j) = green_[static_cast<std::size_t>(j)][row];
+  }
+  // By way of a new vector: Eigen frees before it allocates, and would free again if it gets none.
+  charge = Eigen::VectorXd(-a.ldlt().solve(b));
+  u = free_;
+  for (std::size_t j = 0; j < cones.size(); ++j) {
+    const double q = charge[static_cast<Eigen::Index>(j)];
+    for (std::size_t w = 0; w < u.size(); ++w) u[w] += q * green_[j][w];
+  }
+}
+
+VertexId LinearPlacement::extreme() const {
+  VertexId best = kInvalid;
+  double most = 0.0;
+  for (std::size_t v = 0; v < u.size(); ++v) {
+    if (base_[v] || !(std::abs(u[v]) > most)) continue;
+    if (std::find(cones.begin(), cones.end(), static_cast<VertexId>(v)) != cones.end()) continue;
+    most = std::abs(u[v]);
+    best = static_cast<VertexId>(v);
+  }
+  return best;
+}
+
+double LinearPlacement::range() const {
+  const auto [low, high] = std::minmax_element(u.begin(), u.end());
+  return std::max(*high, 0.0) - std::min(*low, 0.0);
+}
+
+namespace {
+
+using std::numbers::pi;
+
+// True metrics in a search, and of them in a row without a better one.
+constexpr int kRounds = 16;
+constexpr int kPatience = 3;
+// Exchanges between two true metrics: the linear model is not trusted for more.
+constexpr int kMovesPerRound = 12;
+// Cones near an extreme that it may exchange a quantum with.
+constexpr std::size_t kPartners = 16;
+// The linear model aims below the bound, the true metric being a little different.
+constexpr double kAim = 0.95;
+// An extreme may also exchange with the place of the opposite extreme in rings around it that begin
+// at these numbers of edges.
+constexpr std::array<int, 7> kRings{1, 2, 4, 8, 16, 32, 64};
+constexpr std::size_t kMostNumbers = 32'000'000;  // of responses kept: 256 MB
+constexpr double kLeastGain = 1e-3;               // of the cost, relative
+constexpr double kMostConeSteps = 1e6;            // of negative curvature at one cone
+
+struct Extremes {
+  VertexId low = 0, high = 0;
+  double middle = 0.0, range = 0.0;
+};
+Extremes extremes_of(const std::vector<double>& u) {
+  const auto [low, high] = std::minmax_element(u.begin(), u.end());
+  return {static_cast<VertexId>(low - u.begin()), static_cast<VertexId>(high - u.begin()),
+          0.5 * (*low + *high), *high - *low};
+}
+
+// One quantum more at `to`, one less at `from`; kInvalid: none.
+struct Exchange {
+  VertexId to = kInvalid, from = kInvalid;
+};
+
+class Searcher {
+ public:
+  Searcher(const LinearPlacement& linear, const ConeSearch& search, const mesh::Surface& surface,
+           ExecutionContext& context)
+      : linear_(linear),
+        search_(search),
+        context_(context),
+        faces_(surface.faces),
+        adjacency_(
+            mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces)),
+        distance_(at(static_cast<Index>(surface.vertices.rows())), -1) {}
+
+  // Exchanges until the linear model is content or none helps. False if there was none.
+  bool improve(std::vector<double>& u, ConeSteps& cones) {
+    for (int move = 0; move < kMovesPerRound; ++move) {
+      context_.check();
+      if (responses_.size() * u.size() > kMostNumbers) responses_.clear();
+      const Extremes e = extremes_of(u);
+      if (e.range <= kAim * search_.allowed) return move > 0;
+      const double present = cost(u, {});
+      Exchange best;
+      double least = present * (1.0 - kLeastGain);
+      for (const Exchange& x : candidates(u, cones, e)) {
+        if (!possible(cones, x)) continue;
+        const double c = cost(u, x);
+        if (c < least) least = c, best = x;
+      }
+      if (best.to == kInvalid && best.from == kInvalid) return move > 0;
+      apply(u, best);
+      change(cones, best.to, 1);
+      change(cones, best.from, -1);
+    }
+    return true;
+  }
+
+ private:
+  const std::vector<double>& response(VertexId v) {
+    const auto known = responses_.find(v);
+    if (known != responses_.end()) return known->second;
+    return responses_.emplace(v, linear_.response(v, context_)).first->second;
+  }
+
+  static void change(ConeSteps& cones, VertexId v, int by) {
+    if (v == kInvalid) return;
+    if ((cones[v] += by) == 0) cones.erase(v);
+  }
+  static int steps_at(const ConeSteps& cones, VertexId v) {
+    const auto it = cones.find(v);
+    return it == cones.end() ? 0 : it->second;
+  }
+
+  bool possible(const ConeSteps& cones, const Exchange& x) const {
+    if (x.to == x.from) return false;
+    std::size_t fresh = 0;
+    for (const VertexId v : {x.to, x.from}) {
+      if (v == kInvalid) continue;
+      if (search_.fixed[at(v)]) return false;
+      if (!cones.contains(v)) ++fresh;
+    }
+    if (x.to != kInvalid && steps_at(cones, x.to) >= search_.most_steps) return false;
+    return fresh == 0 || cones.size() + fresh <= static_cast<std::size_t>(search_.max_cones);
+  }
+
+  // Exchanges of both extremes with each other and with cones near them; alone, if a boundary
+  // takes the rest.
+  std::vector<Exchange> candidates(const std::vector<double>& u, const ConeSteps& cones,
+                                   const Extremes& e) {
+    std::vector<Exchange> all{{e.low, e.high}};
+    if (!search_.balanced) all.insert(all.end(), {{e.low, kInvalid}, {kInvalid, e.high}});
+    for (const VertexId v : near(cones, e.low)) all.push_back({e.low, v});
+    for (const VertexId v : near(cones, e.high)) all.push_back({v, e.high});
+    for (const VertexId v : best_in_rings(e.low, u, 1.0)) all.push_back({e.low, v});
+    for (const VertexId v : best_in_rings(e.high, u, -1.0)) all.push_back({v, e.high});
+    return all;
+  }
+
+  // In every ring around v the vertex where sign * u is largest.
+  std::vector<VertexId> best_in_rings(VertexId v, const std::vector<double>& u, double sign) {
+    std::vector<VertexId> best;
+    if (search_.fixed[at(v)]) return best;
+    std::vector<VertexId> front{v}, visited{v}, next;
+    distance_[at(v)] = 0;
+    std::size_t ring = 0;
+    VertexId top = kInvalid;
+    for (int d = 1; d < 2 * kRings.back() && !front.empty(); ++d) {
+      next.clear();
+      for (const VertexId w : front) {
+        visit_neighbours(w, [&](VertexId x) {
+          if (distance_[at(x)] >= 0) return;
+          distance_[at(x)] = d;
+          visited.push_back(x);
+          next.push_back(x);
+          if (!search_.fixed[at(x)] && (top == kInvalid || sign * u[at(x)] > sign * u[at(top)]))
+            top = x;
+        });
+      }
+      std::swap(front, next);
+      const bool last = ring + 1 == kRings.size() || front.empty();
+      if (last ? front.empty() : d + 1 == kRings[ring + 1]) {
+        if (top != kInvalid) best.push_back(top);
+        top = kInvalid;
+        ++ring;
+      }
+    }
+    if (top != kInvalid) best.push_back(top);
+    for (const VertexId w : visited) distance_[at(w)] = -1;
+    return best;
+  }
+  template <typename Visit>
+  void visit_neighbours(VertexId v, const Visit& visit) const {
+    const HalfedgeId first = adjacency_.vertex_halfedge[at(v)];
+    HalfedgeId h = first;
+    do {
+      visit(mesh::target(faces_, h));
+      const HalfedgeId before = previous_corner(h);
+      h = adjacency_.opposite[at(before)];
+      if (h == kInvalid) visit(mesh::source(faces_, before));
+    } while (h != kInvalid && h != first);
+  }
+
+  // Cones in order of their influence on v.
+  std::vector<VertexId> near(const ConeSteps& cones, VertexId v) {
+    if (search_.fixed[at(v)]) return {};
+    const std::vector<double>& g = response(v);
+    std::vector<VertexId> list;
+    for (const auto& [c, steps] : cones) {
+      if (c != v) list.push_back(c);
+    }
+    const std::size_t count = std::min(kPartners, list.size());
+    std::partial_sort(
+        list.begin(), list.begin() + static_cast<std::ptrdiff_t>(count), list.end(),
+        [&](VertexId a, VertexId b) { return g[at(a)] != g[at(b)] ? g[at(a)] > g[at(b)] : a < b; });
+    list.resize(count);
+    return list;
+  }
+
+  template <typename Visit>
+  void after(const std::vector<double>& u, const Exchange& x, const Visit& visit) {
+    const std::vector<double>* plus = x.to == kInvalid ? nullptr : &response(x.to);
+    const std::vector<double>* minus = x.from == kInvalid ? nullptr : &response(x.from);
+    for (std::size_t v = 0; v < u.size(); ++v) {
+      double value = u[v];
+      if (plus != nullptr) value += search_.quantum * (*plus)[v];
+      if (minus != nullptr) value -= search_.quantum * (*minus)[v];
+      visit(v, value);
+    }
+  }
+
+  // A high power of the distance from the middle of the range: nearly the largest one, but it also
+  // falls when only one of several peaks does.
+  double cost(const std::vector<double>& u, const Exchange& x) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    scratch_.resize(u.size());
+    after(u, x, [&](std::size_t v, double value) {
+      scratch_[v] = value;
+      low = std::min(low, value);
+      high = std::max(high, value);
+    });
+    const double middle = 0.5 * (low + high), unit = 2.0 / search_.allowed;
+    double sum = 0.0;
+    for (const double value : scratch_) {
+      const double d = (value - middle) * unit, d2 = d * d, d4 = d2 * d2;
+      sum += d4 * d4 * d4;
+    }
+    return sum;
+  }
+
+  void apply(std::vector<double>& u, const Exchange& x) {
+    after(u, x, [&](std::size_t v, double value) { scratch_[v] = value; });
+    u = scratch_;
+  }
+
+  const LinearPlacement& linear_;
+  const ConeSearch& search_;
+  ExecutionContext& context_;
+  std::unordered_map<VertexId, std::vector<double>> responses_;
+  std::vector<double> scratch_;
+  const Triangles& faces_;
+  mesh::Adjacency adjacency_;
+  std::vector<int> distance_;  // #V: scratch, -1 outside best_in_rings
+};
+
+// Prim's algorithm: the order in which points are reached, and the one that each hangs on.
+struct Tree {
+  std::vector<std::size_t> order, parent;
+};
+Tree shortest_tree(const mesh::Surface& surface, const std::vector<VertexId>& points) {
+  const std::size_t count = points.size();
+  Tree tree{{0}, std::vector<std::size_t>(count, 0)};
+  std::vector<double> distance(count, std::numeric_limits<double>::infinity());
+  std::vector<char> reached(count, 0);
+  reached[0] = 1;
+  while (tree.order.size() < count) {
+    const std::size_t last = tree.order.back();
+    std::size_t nearest = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (reached[i]) continue;
+      const double d =
+          (surface.vertices.row(points[i]) - surface.vertices.row(points[last])).squaredNorm();
+      if (d < distance[i]) {
+        distance[i] = d;
+        tree.parent[i] = last;
+      }
+      if (nearest == 0 || distance[i] < distance[nearest]) nearest = i;
+    }
+    reached[nearest] = 1;
+    tree.order.push_back(nearest);
+  }
+  return tree;
+}
+
+}  // namespace
+
+ConeSteps round_cones(const mesh::Surface& surface, const std::vector<double>& angles,
+                      const std::vector<VertexId>& cones, double quantum, int most_steps) {
+  ConeSteps out;
+  if (cones.empty()) return out;
+  const Tree tree = shortest_tree(surface, cones);
+  std::vector<double> wanted;
+  wanted.reserve(cones.size());
+  for (const VertexId v : cones) wanted.push_back((2 * pi - angles[at(v)]) / quantum);
+  for (std::size_t k = cones.size(); k-- > 0;) {
+    const std::size_t i = tree.order[k];
+    // Curvatures of a surface too degenerate to have any are no numbers of steps.
+    const double steps =
+        std::isfinite(wanted[i])
+            ? std::clamp(std::round(wanted[i]), -kMostConeSteps,
+                         std::max(-kMostConeSteps, static_cast<double>(most_steps)))
+            : 0.0;
+    if (k > 0) wanted[tree.parent[i]] += wanted[i] - steps;
+    if (steps != 0.0) out[cones[i]] = static_cast<int>(steps);
+  }
+  return out;
+}
+
+FoundCones search_cones(const mesh::Surface& surface, const LinearPlacement& linear,
+                        const ConeSearch& search, ConeSteps start,
+                        const std::function<TrueScale(const ConeSteps&)>& measure,
+                        ExecutionContext& context) {
+  Searcher searcher(linear, search, surface, context);
+  FoundCones best{start, std::numeric_limits<double>::infinity()};
+  int failures = 0;
+  for (int round = 0; round < kRounds && failures < kPatience; ++round) {
+    context.report("round cones", static_cast<double>(round) / kRounds);
+    TrueScale scale = measure(start);
+    if (scale.u.empty()) break;
+    ++failures;
+    if (scale.range < best.range) {
+      best = {start, scale.range};
+      failures = 0;
+    }
+    if (scale.range <= search.allowed) break;
+    if (!searcher.improve(scale.u, start)) break;
+  }
+  return best;
+}
+
+namespace {
+
+using std::numbers::pi;
+
+constexpr double kPinnedTolerance = 1e-10;
+// Metrics until the true scale factors, not only the linear ones, stay within the bound.
+constexpr int kTrueRounds = 40;
+// A metric with pinned cones that stopped short of its tolerance still shows where the next goes.
+constexpr double kUsableError = 1e-6;
+// Radians: rounding of the curvatures, and of target angles that came from a metric, to be spread.
+constexpr double kQuantumSpread = 1e-6;
+constexpr double kSpread = 1e-5;
+constexpr double kCheckTolerance = 1e-8;  // of the metric that only measures the scale
+constexpr double kStartAccuracy = 1e-12;
+constexpr double kFlat = 1e-9;  // radians: vertices nearer to 2 pi are no cones
+constexpr double kRelativeSlack = 1e-9;
+// Rounded cones need more of them: shares of the bound's logarithm to which the linear problem is
+// tightened, one after the other, until the rounded ones keep the bound.
+constexpr std::array<double, 3> kTighter{0.7, 0.5, 0.35};
+
+void check_options(const SuggestConesOptions& options) {
+  if (!(options.bound > 1.0)) {
+    throw_invalid(ErrorCode::kBadOption,
+                  "bound must be larger than 1, not " + std::to_string(options.bound) + ".");
+  }
+  if (options.max_cones < 1) throw_invalid(ErrorCode::kBadOption, "max_cones must be at least 1.");
+  if (!(options.quantum >= 0.0) || !(options.least_angle > 0.0) ||
+      !(options.least_angle < 2 * pi)) {
+    throw_invalid(ErrorCode::kBadOption,
+                  "quantum must not be negative, least_angle must lie in (0, 2 pi).");
+  }
+}
+
+double range_of(const std::vector<double>& u) {
+  const auto [low, high] = std::minmax_element(u.begin(), u.end());
+  return *high - *low;
+}
+
+// Of a range of logarithms; finite.
+double ratio_of(double range) {
+  return std::min(std::exp(range), std::numeric_limits<double>::max());
+}
+
+VertexId extreme_of(const std::vector<double>& u, const std::vector<char>& pinned) {
+  const auto [low, high] = std::minmax_element(u.begin(), u.end());
+  const double middle = 0.5 * (*low + *high);
+  VertexId best = kInvalid;
+  double most = -1.0;
+  for (std::size_t v = 0; v < u.size(); ++v) {
+    if (pinned[v] || !(std::abs(u[v] - middle) > most)) continue;
+    most = std::abs(u[v] - middle);
+    best = static_cast<VertexId>(v);
+  }
+  return best;
+}
+
+// The surface as all steps see it.
+struct Problem {
+  const mesh::Surface& surface;
+  const SuggestConesOptions& options;
+  std::vector<bool> on_boundary;
+  std::vector<double> flat;  // target angles without cones
+  bool closed = true;
+  Index euler = 0;
+  double allowed = 0.0;  // range of u
+  Stopwatch watch = {};
+
+  bool is_limited() const { return options.max_seconds > 0.0 || options.enough_seconds > 0.0; }
+  // Seconds of a TimeLimit from where there are cones on.
+  double enough_left() const {
+    return options.enough_seconds > 0.0 ? std::max(0.0, options.enough_seconds - watch.seconds())
+                                        : limit_of(0.0);
+  }
+};
+
+Problem make_problem(const mesh::Surface& surface, const SuggestConesOptions& options,
+                     const std::vector<bool>& on_boundary) {
+  const auto count = static_cast<Index>(surface.vertices.rows());
+  Problem p{surface, options, on_boundary, std::vector<double>(at(count)), true, 0, 0.0};
+  for (std::size_t v = 0; v < p.flat.size(); ++v) {
+    p.flat[v] = on_boundary[v] ? pi : 2 * pi;
+    p.closed = p.closed && !on_boundary[v];
+  }
+  p.euler = mesh::topology(surface.faces, mesh::build_adjacency(count, surface.faces)).euler();
+  p.allowed = std::log(options.bound);
+  return p;
+}
+
+// Cones until the linear problem keeps the range and no cone is too sharp.
+void place_linearly(const Problem& p, double allowed, LinearPlacement& linear,
+                    std::vector<VertexId>& cones, ExecutionContext& context) {
+  const double most_curvature = 2 * pi - p.options.least_angle;
+  const auto too_sharp = [&] {
+    return (linear.charge.size() > 0 && linear.charge.maxCoeff() > most_curvature) ||
+           (p.closed && linear.base_charge() > most_curvature);
+  };
+  while (static_cast<Index>(cones.size()) < p.options.max_cones &&
+         (linear.range() > allowed || too_sharp())) {
+    const VertexId v = linear.extreme();
+    if (v == kInvalid) break;
+    linear.add(v, context);
+    cones.push_back(v);
+    context.report("suggest cones", 0.5 * std::min(1.0, allowed / linear.range()));
+  }
+}
+
+// Does the metric give its cones positive angles?
+bool is_usable(const PinnedMetric& metric) {
+  return !metric.angles.empty() && metric.error <= kUsableError &&
+         std::all_of(metric.angles.begin(), metric.angles.end(),
+                     [](double angle) { return angle > 0.0; });
+}
+
+// The true metric with u = 0 at the cones; more cones at its extremes until the bound holds.
+PinnedMetric place_truly(const Problem& p, std::vector<char> pinned, std::vector<VertexId>& cones,
+                         ExecutionContext& context) {
+  for (const VertexId v : cones) pinned[at(v)] = 1;
+  PinnedMetric metric;
+  std::size_t measured = 0;  // cones of `metric`
+  const bool in_time = ended_in_time([&] {
+    for (int round = 0; round < kTrueRounds; ++round) {
+      const TimeLimit enough(context, is_usable(metric) ? p.enough_left() : limit_of(0.0));
+      context.report("suggest cones", 0.5 + 0.3 * round / kTrueRounds);
+      metric = compute_pinned_metric(p.surface, p.flat, pinned, kPinnedTolerance, context);
+      measured = cones.size();
+      bool positive = true;
+      for (const double angle : metric.angles)
+        positive = positive && angle >= p.options.least_angle;
+      const bool usable = metric.converged || metric.error < kUsableError;
+      if (usable && positive && range_of(metric.u) <= p.allowed) break;
+      if (static_cast<Index>(cones.size()) >= p.options.max_cones) break;
+      const VertexId v = extreme_of(metric.u, pinned);
+      if (v == kInvalid) break;
+      pinned[at(v)] = 1;
+      cones.push_back(v);
+    }
+  });
+  if (!in_time) {
+    // Cones whose angles are positive serve, though the bound does not hold.
+    if (!p.is_limited() || !is_usable(metric)) throw TimeIsOver();
+    cones.resize(measured);
+  }
+  for (std::size_t v = 0; v < metric.angles.size(); ++v) {
+    if (!(metric.angles[v] > 0.0) || !(metric.error <= kUsableError)) {
+      throw_not_converged(ErrorCode::kIterationLimit,
+                          "No cones with positive angles were found with at most " +
+                              std::to_string(p.options.max_cones) +
+                              " cones. Allow more cones (max_cones).",
+                          ElementKind::kVertex, {static_cast<Index>(v)});
+    }
+  }
+  return metric;
+}
+
+struct MeasuredCones {
+  std::vector<double> target_angles;  // the boundary's as they come out
+  TrueScale scale;
+};
+
+// The true metric of cones with curvatures in quanta. A free boundary takes what they leave.
+MeasuredCones measure(const Problem& p, const ConeSteps& cones, ExecutionContext& context) {
+  MeasuredCones out;
+  out.target_angles = p.flat;
+  for (const auto& [v, steps] : cones) out.target_angles[at(v)] -= steps * p.options.quantum;
+  if (p.closed) {
+    close_gauss_bonnet(out.target_angles, p.on_boundary, p.euler, kQuantumSpread);
+    MetricOptions check;
+    check.tolerance = kCheckTolerance;
+    check.require_convergence = false;
+    const auto reached = compute_conformal_metric(p.surface, out.target_angles, check, context);
+    if (reached.converged) out.scale = {reached.scale_factors, reached.scale_range};
+  } else {
+    const std::vector<char> boundary(p.on_boundary.begin(), p.on_boundary.end());
+    auto metric =
+        compute_pinned_metric(p.surface, out.target_angles, boundary, kPinnedTolerance, context);
+    if (metric.error < kUsableError) {
+      out.target_angles = metric.angles;
+      out.scale.range = range_of(metric.u);
+      out.scale.u = std::move(metric.u);
+    }
+  }
+  return out;
+}
+
+// Angles that the linear problem gives its cones.
+std::vector<double> linear_angles(const Problem& p, const LinearPlacement& linear, VertexId base) {
+  std::vector<double> angles = p.flat;
+  if (p.closed) angles[at(base)] -= linear.base_charge();
+  for (std::size_t i = 0; i < linear.cones.size(); ++i)
+    angles[at(linear.cones[i])] -= linear.charge[static_cast<Eigen::Index>(i)];
+  return angles;
+}
+
+// Replaces cones of any curvature by ones of whole quanta. Where their scale leaves the bound, it
+// is tried again from more cones than free curvatures need.
+void quantise(const Problem& p, LinearPlacement& linear, SuggestedCones& out,
+              ExecutionContext& context) {
+  ConeSearch search;
+  search.quantum = p.options.quantum;
+  search.most_steps = static_cast<int>(std::ceil(2 * pi / search.quantum - kRelativeSlack)) - 1;
+  search.balanced = p.closed;
+  search.allowed = p.allowed;
+  search.max_cones = p.options.max_cones;
+  search.fixed.assign(p.on_boundary.begin(), p.on_boundary.end());
+  // What was measured best: it is the result also where time is over in the search for better.
+  MeasuredCones best_measured;
+  FoundCones best{{}, std::numeric_limits<double>::infinity()};
+  std::optional<TimeLimit> enough;  // from the first ones on
+  const auto scale_of = [&](const ConeSteps& cones) {
+    // Other cones may have a metric, or can take the curvature in whole quanta.
+    Outcome<MeasuredCones> measured = attempt_part([&] { return measure(p, cones, context); });
+    if (!measured) return TrueScale{};
+    TrueScale scale = measured->scale;
+    if (!scale.u.empty() && scale.range < best.range) {
+      best = {cones, scale.range};
+      best_measured = std::move(*measured);
+      if (!enough) enough.emplace(context, p.enough_left());
+    }
+    return scale;
+  };
+  std::vector<double> angles = out.target_angles;
+  std::vector<VertexId> cones = out.cones;
+  const bool in_time = ended_in_time([&] {
+    for (std::size_t i = 0; i <= kTighter.size(); ++i) {
+      const double part = 0.2 / static_cast<double>(kTighter.size() + 1);
+      const ProgressRange range(context, 0.8 + part * static_cast<double>(i),
+                                0.8 + part * static_cast<double>(i + 1));
+      search_cones(p.surface, linear, search,
+                   round_cones(p.surface, angles, cones, search.quantum, search.most_steps),
+                   scale_of, context);
+      if (best.range <= p.allowed || i == kTighter.size()) break;
+      cones.assign(out.cones.begin(), out.cones.begin() + (p.closed ? 1 : 0));
+      cones.insert(cones.end(), linear.cones.begin(), linear.cones.end());
+      place_linearly(p, kTighter[i] * p.allowed, linear, cones, context);
+      angles = linear_angles(p, linear, cones.front());
+    }
+  });
+  enough.reset();
+  if (!in_time && (!p.is_limited() || best_measured.scale.u.empty())) throw TimeIsOver();
+  if (best_measured.scale.u.empty() && !p.closed) best_measured = measure(p, {}, context);
+  if (best_measured.scale.u.empty()) {
+    throw_not_converged(ErrorCode::kIterationLimit,
+                        "The metric of the rounded cones was not reached. Use a finer mesh without "
+                        "nearly degenerate triangles, or cones of any angle "
+                        "(quarter_turns=False).");
+  }
+  out.target_angles = std::move(best_measured.target_angles);
+  out.scale_ratio = ratio_of(best_measured.scale.range);
+  out.cones.clear();
+  for (const auto& [v, steps] : best.cones) out.cones.push_back(v);
+}
+
+// As suggest_cones, within the limit of `context`.
+SuggestedCones cones_in_time(const mesh::Surface& surface, const SuggestConesOptions& options,
+                             ExecutionContext& context) {
+  check_options(options);
+  mesh::ValidateOptions rules;
+  rules.require_connected = true;
+  rules.allow_isolated_vertices = false;
+  mesh::validate(surface, rules, context);
+
+  EngineInput input;
+  input.vertex_count = static_cast<Index>(surface.vertices.rows());
+  input.setup = intrinsic::build_intrinsic_mesh(input.vertex_count, surface.faces);
+  input.positions = &surface.vertices;
+  const Problem p = make_problem(surface, options, input.setup.on_boundary);
+  input.target = p.flat;
+
+  SuggestedCones out;
+  context.report("suggest cones", 0.0);
+  const auto engine = make_double_engine(input, context);
+  Gradient gradient;
+  engine->evaluate(kStartAccuracy, gradient, context);
+  std::vector<char> pinned(p.on_boundary.begin(), p.on_boundary.end());
+  // A closed surface needs one vertex to measure u against: the most curved one, which is the first
+  // cone.
+  if (p.closed) {
+    const auto sharpest = std::max_element(gradient.value.begin(), gradient.value.end());
+    const auto first = static_cast<VertexId>(sharpest - gradient.value.begin());
+    pinned[at(first)] = 1;
+    out.cones.push_back(first);
+  }
+  LinearPlacement linear(engine->mesh(), gradient, pinned, context);
+  place_linearly(p, p.allowed, linear, out.cones, context);
+  const PinnedMetric metric = place_truly(p, std::move(pinned), out.cones, context);
+  out.target_angles = metric.angles;
+  out.scale_ratio = ratio_of(range_of(metric.u));
+  if (options.quantum > 0.0) quantise(p, linear, out, context);
+  close_measured_angles(out.target_angles, p.on_boundary, p.euler, kSpread);
+  std::erase_if(out.cones,
+                [&](VertexId v) { return std::abs(out.target_angles[at(v)] - 2 * pi) < kFlat; });
+  out.bound_holds = out.scale_ratio <= options.bound * (1.0 + kRelativeSlack);
+  return out;
+}
+
+}  // namespace
+
+SuggestedCones suggest_cones(const mesh::Surface& surface, const SuggestConesOptions& options,
+                             ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "No cones were found", "or allow a larger bound",
+                 [&] { return cones_in_time(surface, options, context); });
+}
+
+}  // namespace flipfree::conformal

@@ -1,0 +1,590 @@
+#include "flipfree/distortion/seams/constraints.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/disjoint_sets.h"
+#include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
+
+namespace flipfree::distortion {
+
+CutMap cut_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+               const mesh::EdgeFlags& cuts, const Points2& corner_uv) {
+  const mesh::CutMesh cut = mesh::cut_along(surface.faces, adjacency, cuts);
+  CutMap map;
+  const auto count = static_cast<Eigen::Index>(cut.vertex_origin.size());
+  map.surface.faces = cut.faces;
+  map.surface.vertices.resize(count, 3);
+  map.uv.resize(count, 2);
+  for (Eigen::Index v = 0; v < count; ++v) {
+    map.surface.vertices.row(v) =
+        surface.vertices.row(cut.vertex_origin[static_cast<std::size_t>(v)]);
+  }
+  for (auto c = static_cast<CornerId>(corner_uv.rows()) - 1; c >= 0; --c)
+    map.uv.row(cut.faces(c / 3, c % 3)) = corner_uv.row(c);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cuts.size()); ++h) {
+    const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
+    if (o < h || !cuts[static_cast<std::size_t>(h)]) continue;
+    const auto vector = [&](CornerId from, CornerId to) -> Vector2 {
+      return (map.uv.row(cut.faces(to / 3, to % 3)) - map.uv.row(cut.faces(from / 3, from % 3)))
+          .transpose();
+    };
+    const Vector2 a = vector(h, next_corner(h));
+    const Vector2 b = vector(next_corner(o), o);
+    // |R^k a - b| is least where their product is largest.
+    const std::array<double, 4> product = {a.dot(b), cross(a, b), -a.dot(b), -cross(a, b)};
+    const auto best = std::max_element(product.begin(), product.end()) - product.begin();
+    map.seams.push_back({h, o, static_cast<Index>(best)});
+  }
+  return map;
+}
+
+std::vector<StraightEdge> straight_boundary(const CutMap& map, const mesh::Adjacency& adjacency) {
+  std::vector<StraightEdge> edges;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
+    if (adjacency.opposite[static_cast<std::size_t>(h)] != kInvalid) continue;
+    const HalfedgeId n = next_corner(h);
+    const Vector2 along =
+        (map.uv.row(map.surface.faces(n / 3, n % 3)) - map.uv.row(map.surface.faces(h / 3, h % 3)))
+            .transpose();
+    const std::array<double, 4> forward = {along.x(), along.y(), -along.x(), -along.y()};
+    const auto best = std::max_element(forward.begin(), forward.end()) - forward.begin();
+    edges.push_back({h, static_cast<Index>(best)});
+  }
+  return edges;
+}
+
+std::vector<Arc> list_arcs(Index vertex_count, const Triangles& faces,
+                           const std::vector<SeamEdge>& seams) {
+  std::vector<Arc> arcs;
+  arcs.reserve(2 * seams.size());
+  const auto corners = static_cast<HalfedgeId>(3 * faces.rows());
+  for (std::size_t e = 0; e < seams.size(); ++e) {
+    const auto& [h, o, r] = seams[e];
+    if (h < 0 || o < 0 || h >= corners || o >= corners || h == o) {
+      throw_invalid(ErrorCode::kBadOption,
+                    "Seam edge " + std::to_string(e) +
+                        " names half-edges that do not exist, or one twice. Name the two sides of "
+                        "a cut edge.");
+    }
+    const auto edge = static_cast<Index>(e);
+    arcs.push_back({mesh::source(faces, h), mesh::target(faces, o), r, edge});
+    arcs.push_back({mesh::target(faces, h), mesh::source(faces, o), r, edge});
+  }
+  for (const Arc& a : arcs) {
+    if (a.from < 0 || a.to < 0 || a.from >= vertex_count || a.to >= vertex_count) {
+      throw_invalid(ErrorCode::kIndexOutOfRange,
+                    "A face at a seam edge names a vertex that does not exist. Correct the faces.",
+                    ElementKind::kFace, {seams[at(a.edge)].h / 3});
+    }
+  }
+  return arcs;
+}
+
+using numeric::GaussianInteger;
+using numeric::LinearForm;
+
+namespace {
+
+GaussianInteger conjugate(const GaussianInteger& a) { return {a.re, -a.im}; }
+
+}  // namespace
+
+Branches::Branches(std::size_t count) : parent_(count), unit_(count, {1, 0}) {
+  std::iota(parent_.begin(), parent_.end(), Index{0});
+}
+
+std::pair<Index, GaussianInteger> Branches::root(Index e) {
+  GaussianInteger unit{1, 0};
+  Index top = e;
+  while (parent_[at(top)] != top) {
+    unit = unit * unit_[at(top)];
+    top = parent_[at(top)];
+  }
+  // Path compression.
+  GaussianInteger rest = unit;
+  while (parent_[at(e)] != top && e != top) {
+    const Index next = parent_[at(e)];
+    const GaussianInteger own = unit_[at(e)];
+    parent_[at(e)] = top;
+    unit_[at(e)] = rest;
+    rest = rest * conjugate(own);
+    e = next;
+  }
+  return {top, unit};
+}
+
+LinearForm Branches::join(Index e, const GaussianInteger& unit, Index f) {
+  const auto [p, a] = root(e);
+  const auto [q, b] = root(f);
+  if (p == q) {
+    LinearForm form{{p, a}, {p, -(unit * b)}};
+    numeric::normalise(form);
+    return form;
+  }
+  // a t_p = unit b t_q; the lower number stays the root.
+  if (p > q) {
+    parent_[at(p)] = q;
+    unit_[at(p)] = conjugate(a) * unit * b;
+  } else {
+    parent_[at(q)] = p;
+    unit_[at(q)] = conjugate(unit * b) * a;
+  }
+  return {};
+}
+
+namespace {
+
+using numeric::GaussianInteger;
+using numeric::LinearForm;
+using numeric::quarter_turn;
+
+// Finer grids for translations than this leave too few of 24 bits.
+constexpr std::int64_t kMostEliminationSteps = 4096;
+
+// A vertex of the cut surface before the elimination: (i^turns z + shift) / divisor, z the position
+// of the first copy, or nothing if that is a cone's.
+struct Copy {
+  VertexId first = kInvalid;
+  Index turns = 0;
+  LinearForm shift;  // over seam edges that are roots of their branch
+};
+struct Cone {
+  LinearForm form;
+  std::int64_t divisor = 0;  // 0: no cone, free
+};
+
+// A boundary vertex on lines, in the frame of its first copy: i^direction (along + i across).
+struct Edge {
+  bool on_line = false;
+  Index direction = 0;
+  LinearForm across;    // over real unknowns
+  bool corner = false;  // of two lines: `along` is no free coordinate
+  LinearForm along;
+};
+
+class Builder {
+ public:
+  Builder(Index vertex_count, const Triangles& faces, const std::vector<SeamEdge>& seams,
+          const std::vector<StraightEdge>& straight, const ExecutionContext& context)
+      : context_(context),
+        vertex_count_(vertex_count),
+        seam_count_(static_cast<Index>(seams.size())),
+        arcs_(list_arcs(vertex_count, faces, seams)),
+        branches_(seams.size()),
+        copies_(at(vertex_count)),
+        cones_(at(vertex_count)),
+        real_(!straight.empty()),
+        lines_(straight_lines(vertex_count, faces, straight)) {}
+
+  SeamConstraints build() {
+    index_arcs();
+    join_chains();
+    for (VertexId v = 0; v < vertex_count_; ++v) {
+      if (v % 65536 == 0) context_.check();
+      if (copies_[at(v)].first == kInvalid) go_around(v);
+    }
+    Index unknowns = seam_count_;
+    if (real_) {
+      split_rows();
+      put_on_lines();
+      unknowns = first_line() + static_cast<Index>(lines_.vertices.size());
+    }
+    const auto solved = numeric::eliminate(unknowns, rows_, context_);
+    if (!solved) too_large();
+    return assemble(*solved, unknowns);
+  }
+
+ private:
+  [[noreturn]] static void too_large() {
+    throw_not_converged(ErrorCode::kFactorizationFailed,
+                        "The translations across the seams depend on each other through numbers "
+                        "that are too large. Cut the surface by fewer seams.");
+  }
+  static LinearForm checked(std::optional<LinearForm> form) {
+    if (!form) too_large();
+    return std::move(*form);
+  }
+
+  void index_arcs() {
+    offset_.assign(at(vertex_count_) + 1, 0);
+    for (const Arc& a : arcs_) {
+      ++offset_[at(a.from) + 1];
+      ++offset_[at(a.to) + 1];
+    }
+    for (std::size_t v = 0; v < at(vertex_count_); ++v) offset_[v + 1] += offset_[v];
+    at_.resize(at(offset_.back()));
+    std::vector<Index> next(offset_.begin(), offset_.end() - 1);
+    for (const Arc& a : arcs_) {
+      at_[at(next[at(a.from)]++)] = {a.to, a.turns, a.edge, {1, 0}};
+      at_[at(next[at(a.to)]++)] = {a.from, -a.turns, a.edge, -quarter_turn(-a.turns)};
+    }
+  }
+
+  // Two copies that two seam edges relate by the same turn: the edges have one translation.
+  void join_chains() {
+    for (VertexId v = 0; v < vertex_count_; ++v) {
+      if (offset_[at(v) + 1] - offset_[at(v)] != 2) continue;
+      const DirectedArc& a = at_[at(offset_[at(v)])];
+      const DirectedArc& b = at_[at(offset_[at(v)]) + 1];
+      const bool pair = a.to == b.to && v < a.to && (a.turns - b.turns) % 4 == 0 &&
+                        offset_[at(a.to) + 1] - offset_[at(a.to)] == 2;
+      if (!pair) continue;
+      // a.unit t_a = b.unit t_b
+      const GaussianInteger inverse{a.unit.re, -a.unit.im};
+      LinearForm form = branches_.join(a.edge, inverse * b.unit, b.edge);
+      if (!form.empty()) rows_.push_back(std::move(form));
+    }
+  }
+
+  // The copies of one vertex of the surface, from the first one.
+  void go_around(VertexId first) {
+    copies_[at(first)].first = first;
+    std::vector<VertexId> queue{first};
+    for (std::size_t i = 0; i < queue.size(); ++i) {
+      const VertexId v = queue[i];
+      for (Index k = offset_[at(v)]; k < offset_[at(v) + 1]; ++k) {
+        context_.check();
+        const DirectedArc& arc = at_[at(k)];
+        const auto [root, unit] = branches_.root(arc.edge);
+        const LinearForm own{{root, arc.unit * unit}};
+        const Copy& from = copies_[at(v)];
+        const Index turns = from.turns + arc.turns;
+        LinearForm shift = checked(sum(own, quarter_turn(arc.turns), from.shift));
+        Copy& to = copies_[at(arc.to)];
+        if (to.first == kInvalid) {
+          to = {first, turns, std::move(shift)};
+          queue.push_back(arc.to);
+        } else {
+          close(first, turns, shift, to);
+        }
+      }
+    }
+  }
+
+  // i^turns z + shift = i^to.turns z + to.shift.
+  void close(VertexId first, Index turns, const LinearForm& shift, const Copy& to) {
+    LinearForm difference = checked(sum(to.shift, {-1, 0}, shift));
+    const GaussianInteger factor = quarter_turn(turns) + -quarter_turn(to.turns);
+    if (factor.is_zero()) {
+      if (!difference.empty()) rows_.push_back(std::move(difference));
+      return;
+    }
+    // z = difference / factor.
+    const std::int64_t norm = factor.re * factor.re + factor.im * factor.im;
+    const GaussianInteger conjugate{factor.re, -factor.im};
+    Cone found{checked(sum({}, conjugate, difference)), norm};
+    if (norm == 4) {  // factor is +-2 or +-2 i
+      found.divisor = 2;
+      for (numeric::Term& t : found.form) t.factor = {t.factor.re / 2, t.factor.im / 2};
+    }
+    Cone& cone = cones_[at(first)];
+    if (cone.divisor == 0) {
+      cone = std::move(found);
+      return;
+    }
+    LinearForm row = checked(sum({}, {found.divisor, 0}, cone.form));
+    row = checked(sum(row, {-cone.divisor, 0}, found.form));
+    if (!row.empty()) rows_.push_back(std::move(row));
+  }
+
+  // With a straight boundary the unknowns are real: translations in two parts, then lines.
+  Index first_line() const { return 2 * seam_count_; }
+  LinearForm over_unknowns(const LinearForm& form) const {
+    if (!real_) return form;
+    LinearForm out;
+    for (const numeric::Term& t : form) {
+      out.push_back({2 * t.unknown, t.factor});
+      out.push_back({2 * t.unknown + 1, quarter_turn(1) * t.factor});
+    }
+    return out;
+  }
+  static LinearForm imaginary_part(const LinearForm& form) {
+    LinearForm out;
+    for (const numeric::Term& t : form) {
+      if (t.factor.im != 0) out.push_back({t.unknown, {t.factor.im, 0}});
+    }
+    return out;
+  }
+  void split_rows() {
+    std::vector<LinearForm> rows;
+    for (const LinearForm& row : rows_) {
+      const LinearForm both = over_unknowns(row);
+      for (const Index turn : {0, 1}) {
+        LinearForm part = imaginary_part(checked(sum({}, quarter_turn(turn), both)));
+        if (!part.empty()) rows.push_back(std::move(part));
+      }
+    }
+    rows_ = std::move(rows);
+  }
+
+  // Boundary vertices by the lines through them: in the first copy's frame a line of direction d is
+  // where the second coordinate of i^-d z is q.
+  void put_on_lines() {
+    edges_.resize(at(vertex_count_));
+    for (VertexId v = 0; v < vertex_count_; ++v) {
+      const Copy& copy = copies_[at(v)];
+      for (const LineSide& side : lines_.sides[at(v)]) {
+        if (side.line == kInvalid) continue;
+        const LinearForm shift = imaginary_part(
+            checked(sum({}, quarter_turn(-side.direction), over_unknowns(copy.shift))));
+        LinearForm q = checked(sum({{first_line() + side.line, {1, 0}}}, {-1, 0}, shift));
+        meet(edges_[at(copy.first)], side.direction - copy.turns, std::move(q));
+      }
+    }
+  }
+  void meet(Edge& edge, Index direction, LinearForm q) {
+    if (!edge.on_line) {
+      edge.on_line = true;
+      edge.direction = direction;
+      edge.across = std::move(q);
+      return;
+    }
+    const Index turn = (((direction - edge.direction) % 4) + 4) % 4;
+    if (turn % 2 == 0) {
+      LinearForm row = checked(sum(q, {turn == 0 ? -1 : 1, 0}, edge.across));
+      if (!row.empty()) rows_.push_back(std::move(row));
+      return;
+    }
+    edge.corner = true;
+    edge.along = checked(sum({}, {turn == 1 ? -1 : 1, 0}, q));
+  }
+  // i^direction (along + i across), without a free coordinate along the line.
+  LinearForm place_of(const Edge& edge) const {
+    const LinearForm place = checked(sum(edge.along, quarter_turn(1), edge.across));
+    return checked(sum({}, quarter_turn(edge.direction), place));
+  }
+
+  // form over unknowns -> form over free branches, divided by `divisor`, in lowest terms.
+  numeric::Elimination::Value substitute(const LinearForm& form, std::int64_t divisor,
+                                         const numeric::Elimination& solved) const {
+    std::int64_t common = 1;
+    for (const numeric::Term& t : form)
+      common = std::lcm(common, solved.value[at(t.unknown)].divisor);
+    if (common > kMostEliminationSteps) too_large();
+    numeric::Elimination::Value out;
+    for (const numeric::Term& t : form) {
+      context_.check();  // either may have as many terms as there are branches
+      const auto& v = solved.value[at(t.unknown)];
+      const GaussianInteger times{t.factor.re * (common / v.divisor),
+                                  t.factor.im * (common / v.divisor)};
+      out.form = checked(sum(out.form, times, v.form));
+    }
+    out.divisor = divisor * common;
+    std::int64_t shared = out.divisor;
+    for (const numeric::Term& t : out.form)
+      shared = std::gcd(shared, std::gcd(t.factor.re, t.factor.im));
+    for (numeric::Term& t : out.form) t.factor = {t.factor.re / shared, t.factor.im / shared};
+    out.divisor /= shared;
+    return out;
+  }
+
+  // Positions, then translations and lines that are free; returns the node of each unknown.
+  std::vector<Index> number_nodes(const numeric::Elimination& solved, Index unknowns,
+                                  std::vector<Index>& node_of_vertex, SeamConstraints& out) {
+    for (VertexId v = 0; v < vertex_count_; ++v) {
+      if (copies_[at(v)].first != v || cones_[at(v)].divisor != 0) continue;
+      const bool on_line = real_ && edges_[at(v)].on_line;
+      if (on_line && edges_[at(v)].corner) continue;
+      node_of_vertex[at(v)] = out.position_count();
+      out.position.push_back(v);
+      out.direction.push_back(on_line ? edges_[at(v)].direction : 0);
+      out.real.push_back(on_line ? 1 : 0);
+    }
+    std::vector<Index> node_of(at(unknowns), kInvalid);
+    const auto add = [&](Index unknown, Index place, ShiftSource::Part part) {
+      if (!solved.free[at(unknown)]) return;
+      node_of[at(unknown)] = out.node_count();
+      out.translation.push_back({place, part});
+      out.real.push_back(part == ShiftSource::Part::kWhole ? 0 : 1);
+    };
+    for (Index e = 0; e < seam_count_; ++e) {
+      const auto [root, unit] = branches_.root(e);
+      out.branch.push_back(root);
+      out.branch_unit.push_back(unit);
+      if (root != e) continue;
+      if (!real_) {
+        add(e, e, ShiftSource::Part::kWhole);
+        continue;
+      }
+      add(2 * e, e, ShiftSource::Part::kReal);
+      add(2 * e + 1, e, ShiftSource::Part::kImaginary);
+    }
+    for (Index line = 0; line < static_cast<Index>(lines_.vertices.size()); ++line)
+      add(first_line() + line, line, ShiftSource::Part::kLine);
+    out.lines = lines_.vertices;
+    return node_of;
+  }
+
+  SeamConstraints assemble(const numeric::Elimination& solved, Index unknowns) {
+    SeamConstraints out;
+    std::vector<Index> node_of_vertex(at(vertex_count_), kInvalid);
+    const std::vector<Index> node_of_unknown = number_nodes(solved, unknowns, node_of_vertex, out);
+    out.begin.reserve(at(vertex_count_) + 1);
+    out.divisor.reserve(at(vertex_count_));
+    out.begin.push_back(0);
+    for (VertexId v = 0; v < vertex_count_; ++v) {
+      const Copy& copy = copies_[at(v)];
+      const Cone& cone = cones_[at(copy.first)];
+      const Index node = node_of_vertex[at(copy.first)];
+      const Edge* edge =
+          real_ && edges_[at(copy.first)].on_line ? &edges_[at(copy.first)] : nullptr;
+      const Index turns = copy.turns + (edge != nullptr && node != kInvalid ? edge->direction : 0);
+      if (node != kInvalid) out.terms.push_back({node, quarter_turn(turns)});
+      std::int64_t divisor = 1;
+      if (cone.divisor != 0 || edge != nullptr || !copy.shift.empty()) {
+        const std::int64_t d = cone.divisor != 0 ? cone.divisor : 1;
+        LinearForm form = checked(sum({}, {d, 0}, copy.shift));
+        if (cone.divisor != 0) form = checked(sum(form, quarter_turn(copy.turns), cone.form));
+        form = over_unknowns(form);
+        if (edge != nullptr) form = checked(sum(form, quarter_turn(copy.turns), place_of(*edge)));
+        const auto value = substitute(form, d, solved);
+        divisor = value.divisor;
+        if (node != kInvalid)
+          out.terms.back().factor = out.terms.back().factor * GaussianInteger{divisor, 0};
+        for (const numeric::Term& t : value.form)
+          out.terms.push_back({node_of_unknown[at(t.unknown)], t.factor});
+      }
+      out.divisor.push_back(divisor);
+      out.begin.push_back(static_cast<Index>(out.terms.size()));
+      out.translation_step = std::lcm(out.translation_step, divisor);
+      if (out.translation_step > kMostEliminationSteps) too_large();
+    }
+    return out;
+  }
+
+  const ExecutionContext& context_;
+  Index vertex_count_;
+  Index seam_count_;
+  std::vector<Arc> arcs_;
+  Branches branches_;
+  std::vector<Copy> copies_;
+  std::vector<Cone> cones_;  // by first copy
+  std::vector<Index> offset_;
+  std::vector<DirectedArc> at_;
+  std::vector<LinearForm> rows_;
+  bool real_;  // are the unknowns
+  StraightLines lines_;
+  std::vector<Edge> edges_;  // by first copy
+};
+
+}  // namespace
+
+SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
+                                const std::vector<SeamEdge>& seams,
+                                const std::vector<StraightEdge>& straight,
+                                const ExecutionContext& context) {
+  return Builder(vertex_count, faces, seams, straight, context).build();
+}
+
+SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
+                                const std::vector<SeamEdge>& seams,
+                                const ExecutionContext& context) {
+  return eliminate_seams(vertex_count, faces, seams, {}, context);
+}
+
+using numeric::GaussianInteger;
+using numeric::quarter_turn;
+
+namespace {
+
+// factor times (x, y), as complex numbers.
+Vector2 product(const GaussianInteger& factor, const Vector2& p) {
+  const auto re = static_cast<double>(factor.re);
+  const auto im = static_cast<double>(factor.im);
+  return {re * p.x() - im * p.y(), re * p.y() + im * p.x()};
+}
+
+}  // namespace
+
+Points2 nodes_of(const SeamConstraints& constraints, const Triangles& faces,
+                 const std::vector<SeamEdge>& seams, const Points2& uv) {
+  Points2 nodes = Points2::Zero(constraints.node_count(), 2);
+  const auto turned_back = [&](VertexId v, Index direction) {
+    return product(quarter_turn(-direction), uv.row(v).transpose());
+  };
+  for (Index n = 0; n < constraints.position_count(); ++n) {
+    nodes.row(n) = turned_back(constraints.position[at(n)], constraints.direction[at(n)]);
+    if (constraints.real[at(n)]) nodes(n, 1) = 0;
+  }
+  std::vector<Vector2> sum(seams.size(), Vector2::Zero());
+  std::vector<double> count(seams.size(), 0.0);
+  for (std::size_t e = 0; e < seams.size(); ++e) {
+    const auto point = [&](CornerId c) -> Vector2 {
+      return uv.row(mesh::source(faces, c)).transpose();
+    };
+    const auto& [h, o, r] = seams[e];
+    const GaussianInteger turn = quarter_turn(r);
+    const Vector2 own = 0.5 * (point(next_corner(o)) - product(turn, point(h)) + point(o) -
+                               product(turn, point(next_corner(h))));
+    const GaussianInteger unit = constraints.branch_unit[e];
+    const std::size_t branch = at(constraints.branch[e]);
+    sum[branch] += product({unit.re, -unit.im}, own);
+    count[branch] += 1;
+  }
+  for (std::size_t t = 0; t < constraints.translation.size(); ++t) {
+    const auto& [place, part] = constraints.translation[t];
+    auto node = nodes.row(constraints.position_count() + static_cast<Index>(t));
+    const std::size_t i = at(place);
+    if (part == ShiftSource::Part::kWhole) node = (sum[i] / count[i]).transpose();
+    if (part == ShiftSource::Part::kReal) node.x() = sum[i].x() / count[i];
+    if (part == ShiftSource::Part::kImaginary) node.x() = sum[i].y() / count[i];
+    if (part != ShiftSource::Part::kLine) continue;
+    for (const auto& [v, direction] : constraints.lines[i])
+      node.x() += turned_back(v, direction).y() / static_cast<double>(constraints.lines[i].size());
+  }
+  return nodes;
+}
+
+Points2 map_of(const SeamConstraints& constraints, const Points2& nodes) {
+  const std::size_t count = constraints.divisor.size();
+  Points2 uv(static_cast<Eigen::Index>(count), 2);
+  for (std::size_t v = 0; v < count; ++v) {
+    Vector2 total = Vector2::Zero();
+    for (Index t = constraints.begin[v]; t < constraints.begin[v + 1]; ++t) {
+      const NodeTerm& term = constraints.terms[at(t)];
+      total += product(term.factor, nodes.row(term.node).transpose());
+    }
+    uv.row(static_cast<Eigen::Index>(v)) =
+        total.transpose() / static_cast<double>(constraints.divisor[v]);
+  }
+  return uv;
+}
+
+StraightLines straight_lines(Index vertex_count, const Triangles& faces,
+                             const std::vector<StraightEdge>& straight) {
+  StraightLines lines;
+  lines.sides.resize(at(vertex_count));
+  // Edges first; then those that continue each other are one line.
+  for (std::size_t e = 0; e < straight.size(); ++e) {
+    const auto& [h, direction] = straight[e];
+    const HalfedgeId n = next_corner(h);
+    lines.sides[at(faces(h / 3, h % 3))][1] = {static_cast<Index>(e), direction};
+    lines.sides[at(faces(n / 3, n % 3))][0] = {static_cast<Index>(e), direction};
+  }
+  DisjointSets sets(static_cast<Index>(straight.size()));
+  for (const auto& [in, out] : lines.sides) {
+    if (in.line == kInvalid || out.line == kInvalid || in.direction != out.direction) continue;
+    sets.join(out.line, in.line);
+  }
+  std::vector<Index> number(straight.size(), kInvalid);
+  for (VertexId v = 0; v < vertex_count; ++v) {
+    for (LineSide& side : lines.sides[at(v)]) {
+      if (side.line == kInvalid) continue;
+      Index& line = number[at(sets.find(side.line))];
+      if (line == kInvalid) {
+        line = static_cast<Index>(lines.vertices.size());
+        lines.vertices.emplace_back();
+      }
+      side.line = line;
+      lines.vertices[at(line)].emplace_back(v, side.direction);
+    }
+  }
+  return lines;
+}
+
+}  // namespace flipfree::distortion

@@ -1,0 +1,203 @@
+// The constraints of a seamless map, eliminated: which coordinates are free, and how all others
+// follow from them without error.
+//
+// Points of the plane are complex numbers, a quarter turn is i. Across every cut edge the two
+// copies of an end point are b = i^r a + t, with one t per branch (a chain of cut edges that
+// nothing else joins). Going around a vertex of the surface, its copies are i^k z + (sum of units
+// times t); coming back, either the turn is whole, and a sum of units times t must be zero; or it
+// is not, and z = (such a sum) / (1 - i^s): a cone. The sums that must be zero are few, one per
+// joint of the cut graph, sparse, and eliminated exactly (numeric/exact_elimination.h). What
+// remains free are the position of one copy of each other vertex, and some of the translations: the
+// nodes.
+//
+// Every vertex of the cut surface is then (sum of Gaussian integers times nodes) / divisor: one
+// node with factor 1 almost everywhere, a position and one or a few translations on the far side of
+// a seam.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/surface.h"
+#include "flipfree/numeric/exact_elimination.h"
+
+namespace flipfree::distortion {
+
+// A map of a surface that is cut open, and what belongs together across the cut: plain data that
+// any engine for seamless maps can make.
+//
+//           b = o's source    a' = h's target
+//        ----o<---------    ---------->----         one edge of the surface, seen from both sides;
+//             side of o    side of h                half-edges o and h of the cut surface
+//
+//   uv on the side of o = R^quarter_turns uv on the side of h + translation,   R = (x, y) -> (-y,
+//   x)
+
+struct SeamEdge {
+  HalfedgeId h = kInvalid;
+  HalfedgeId o = kInvalid;
+  Index quarter_turns = 0;  // 0 to 3
+};
+
+// A boundary edge of the surface that runs along an axis: h's target - h's source is a positive
+// multiple of R^direction (1, 0).
+struct StraightEdge {
+  HalfedgeId h = kInvalid;
+  Index direction = 0;  // 0 to 3
+};
+
+struct CutMap {
+  mesh::Surface surface;        // cut: a vertex for every wedge of the cut; faces as they were
+  Points2 uv;                   // #V x 2, of the cut surface's vertices
+  std::vector<SeamEdge> seams;  // in order of h, the lower half-edge of each edge
+  std::vector<StraightEdge> straight;  // in order of h; empty where the boundary is free
+};
+
+// Cuts `surface` along `cuts` and reads the quarter turn of each cut edge that is nearest to the
+// map (a tie: the lower one). `corner_uv`: 3 #F x 2; where corners of one wedge differ, the first
+// counts. Precondition: valid surface. Cost: O(#F).
+CutMap cut_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+               const mesh::EdgeFlags& cuts, const Points2& corner_uv);
+
+// The boundary edges of `surface` with the directions that are nearest to the map, in order.
+std::vector<StraightEdge> straight_boundary(const CutMap& map, const mesh::Adjacency& adjacency);
+
+// What seam edges say of the vertices of the cut surface.
+
+// to = i^turns from + (unit of the edge) times its translation.
+struct Arc {
+  VertexId from = kInvalid;
+  VertexId to = kInvalid;
+  Index turns = 0;
+  Index edge = kInvalid;
+};
+// The same from the other end: from = i^-turns to - i^-turns t.
+struct DirectedArc {
+  VertexId to = kInvalid;
+  Index turns = 0;
+  Index edge = kInvalid;
+  numeric::GaussianInteger unit;
+};
+
+// Both ends of every seam edge. Throws InvalidInput (kBadOption, kIndexOutOfRange) for half-edges
+// or vertices that do not exist.
+std::vector<Arc> list_arcs(Index vertex_count, const Triangles& faces,
+                           const std::vector<SeamEdge>& seams);
+
+// Seam edges with one translation: disjoint sets with a quarter turn between each edge and the root
+// of its branch.
+
+class Branches {
+ public:
+  explicit Branches(std::size_t count);
+
+  // The lowest edge of e's branch, and the unit: t of e = unit times t of that one.
+  std::pair<Index, numeric::GaussianInteger> root(Index e);
+  // t of e = unit times t of f. If they have one root already: what must be zero for that; else
+  // empty.
+  numeric::LinearForm join(Index e, const numeric::GaussianInteger& unit, Index f);
+
+ private:
+  std::vector<Index> parent_;
+  std::vector<numeric::GaussianInteger> unit_;
+};
+
+struct NodeTerm {
+  Index node = kInvalid;
+  numeric::GaussianInteger factor;
+};
+
+// What a node of a translation is read off a map by.
+struct ShiftSource {
+  enum class Part : std::uint8_t { kWhole, kReal, kImaginary, kLine };
+  Index place = kInvalid;  // seam edge: h's side to o's; or, for kLine, a line
+  Part part = Part::kWhole;
+};
+
+struct SeamConstraints {
+  // Nodes below are positions: UVs of the cut vertices in `position`, for real nodes their first
+  // coordinate after turning by -direction. Nodes from there on are translations.
+  std::vector<VertexId> position;
+  std::vector<Index> direction;  // per position: 0 where it is not real
+  std::vector<ShiftSource> translation;
+  std::vector<char> real;  // per node
+  // Per line of the boundary: cut vertices on it, and the direction it runs in there; c is the
+  // second coordinate after turning by -direction.
+  std::vector<std::vector<std::pair<VertexId, Index>>> lines;
+  Index position_count() const { return static_cast<Index>(position.size()); }
+  Index node_count() const { return static_cast<Index>(position.size() + translation.size()); }
+
+  // Per seam edge: the edge that stands for its branch, and the unit by which the translation of
+  // that one is to be multiplied to get its own.
+  std::vector<Index> branch;
+  std::vector<numeric::GaussianInteger> branch_unit;
+
+  // Per cut vertex: terms begin[v] to begin[v + 1], to be divided by divisor[v].
+  std::vector<Index> begin;
+  std::vector<NodeTerm> terms;
+  std::vector<std::int64_t> divisor;
+  // Are positions integers and translations multiples of this integer, then every vertex is an
+  // integer point (2 where there are cones).
+  std::int64_t translation_step = 1;
+
+  // Is v the very position of its node?
+  bool is_own_node(VertexId v) const {
+    const auto first = static_cast<std::size_t>(begin[static_cast<std::size_t>(v)]);
+    return begin[static_cast<std::size_t>(v) + 1] == begin[static_cast<std::size_t>(v)] + 1 &&
+           terms[first].node < position_count() &&
+           position[static_cast<std::size_t>(terms[first].node)] == v &&
+           real[static_cast<std::size_t>(terms[first].node)] == 0 &&
+           terms[first].factor == numeric::GaussianInteger{1, 0} &&
+           divisor[static_cast<std::size_t>(v)] == 1;
+  }
+};
+
+// `vertex_count` and `faces` of the cut surface. Throws InvalidInput (kBadOption) naming the faces
+// at a seam edge whose ends do not pair up, NotConverged (kFactorizationFailed) if translations
+// depend on each other through numbers beyond 64 bits or grids finer than 2^12 steps.
+// Cost: O(#seams log #seams) plus the elimination, with one row per joint and two per end of a seam
+// at a straight boundary. `straight`: all boundary edges, or none.
+SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
+                                const std::vector<SeamEdge>& seams,
+                                const std::vector<StraightEdge>& straight,
+                                const ExecutionContext& context);
+
+// The same with a free boundary.
+SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
+                                const std::vector<SeamEdge>& seams,
+                                const ExecutionContext& context);
+
+// From the free coordinates of a seamless map to the map, and back.
+
+// The nodes of a map that meets the constraints up to rounding: translations are the means over
+// their seam edges' ends, lines those over their vertices.
+Points2 nodes_of(const SeamConstraints& constraints, const Triangles& faces,
+                 const std::vector<SeamEdge>& seams, const Points2& uv);
+// The map of given nodes, in floating point.
+Points2 map_of(const SeamConstraints& constraints, const Points2& nodes);
+
+// The lines on which a boundary lies that runs along the axes: boundary edges of the cut surface
+// that follow each other in one direction.
+
+struct LineSide {
+  Index line = kInvalid;
+  Index direction = 0;  // in which the boundary runs on it
+};
+
+struct StraightLines {
+  // Per cut vertex: of the boundary edge that ends there and of the one that begins there.
+  std::vector<std::array<LineSide, 2>> sides;
+  // Per line: its vertices, with the direction in which it runs; some twice.
+  std::vector<std::vector<std::pair<VertexId, Index>>> vertices;
+};
+
+// Cost: O(#V).
+StraightLines straight_lines(Index vertex_count, const Triangles& faces,
+                             const std::vector<StraightEdge>& straight);
+
+}  // namespace flipfree::distortion

@@ -1,0 +1,261 @@
+#include "flipfree/field/cross_field.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
+
+namespace flipfree::field {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// What is less than this of a unit vector is rounding.
+constexpr double kUpright = 1e-9;
+
+// Of length one, or zero. A power of two first: in a part that is 1e-308 as large as another one
+// lengths have lost most of their digits.
+Vector3 unit(const Vector3& v) {
+  constexpr double kSmall = 0x1p-900;
+  const bool small = v.cwiseAbs().maxCoeff() < kSmall;
+  return (small ? Vector3(v / kSmall) : v).stableNormalized();
+}
+
+// The two axes of a face: along its first edge, and to the left of it.
+struct Axes {
+  Vector3 x, y;
+};
+Axes axes_of(const mesh::Surface& surface, FaceId f) {
+  const Vector3 a = surface.vertices.row(surface.faces(f, 0));
+  const Vector3 b = surface.vertices.row(surface.faces(f, 1));
+  const Vector3 c = surface.vertices.row(surface.faces(f, 2));
+  const Vector3 x = unit(b - a);
+  // The longer of the other sides, and twice, so that needles keep a normal.
+  Vector3 y = unit((c - a).squaredNorm() > (c - b).squaredNorm() ? c - a : c - b);
+  for (int again = 0; again < 2; ++again) y = (y - x * x.dot(y)).stableNormalized();
+  if (!(std::abs(x.dot(y)) < kUpright && y.norm() > 0.5)) y = x.unitOrthogonal();
+  return {x, y};
+}
+
+[[noreturn]] void refuse_edge(HalfedgeId h, const std::string& what, double by) {
+  throw_invalid(ErrorCode::kBadAngles,
+                "The rotation across edge " + std::to_string(h % 3) + " of face " +
+                    std::to_string(h / 3) + " " + what + ", by " + std::to_string(by) +
+                    " radians. Give the angle between the field's directions on both sides, as "
+                    "seen from the edge, with the sign of the half-edge.",
+                ElementKind::kFace, {h / 3});
+}
+
+// The matching that makes the rotation across h what it should be.
+Index matching_across(const Frames& frames, const std::vector<double>& angle, HalfedgeId h,
+                      HalfedgeId o, double rotation, double tolerance) {
+  const double turns =
+      (rotation - from_edge(frames, angle, h) + from_edge(frames, angle, o)) / kQuarterTurn;
+  const double whole = std::round(turns);
+  const double off = std::abs(turns - whole) * kQuarterTurn;
+  if (!(off <= tolerance) || std::abs(whole) > 1e9)
+    refuse_edge(h, "is not that of a cross field", off);
+  return static_cast<Index>(whole);
+}
+
+}  // namespace
+
+Frames measure_frames(const mesh::Surface& surface) {
+  const auto count = static_cast<Index>(surface.faces.rows());
+  Frames frames{std::vector<double>(at(3 * count)), std::vector<double>(at(3 * count))};
+  for (FaceId f = 0; f < count; ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const Vector3 p = surface.vertices.row(surface.faces(f, k));
+      const Vector3 a = Vector3(surface.vertices.row(surface.faces(f, (k + 1) % 3))) - p;
+      const Vector3 b = Vector3(surface.vertices.row(surface.faces(f, (k + 2) % 3))) - p;
+      frames.corner[at(3 * f + k)] = std::atan2(a.cross(b).norm(), a.dot(b));
+    }
+    frames.direction[at(3 * f)] = 0.0;
+    frames.direction[at(3 * f + 1)] = kPi - frames.corner[at(3 * f + 1)];
+    frames.direction[at(3 * f + 2)] = kPi + frames.corner[at(3 * f)];
+  }
+  return frames;
+}
+
+CrossField match_nearest(const mesh::Adjacency& adjacency, const Frames& frames,
+                         std::vector<double> angle) {
+  CrossField field{std::move(angle), std::vector<Index>(adjacency.opposite.size(), 0)};
+  for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o == kInvalid || o < h) continue;
+    const double turns =
+        (from_edge(frames, field.angle, o) - from_edge(frames, field.angle, h)) / kQuarterTurn;
+    field.matching[at(h)] = static_cast<Index>(std::lround(turns));
+    field.matching[at(o)] = -field.matching[at(h)];
+  }
+  return field;
+}
+
+std::vector<double> rotation_form(const mesh::Adjacency& adjacency, const Frames& frames,
+                                  const CrossField& field) {
+  std::vector<double> rotation(adjacency.opposite.size(), 0.0);
+  for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o == kInvalid || o < h) continue;
+    rotation[at(h)] = from_edge(frames, field.angle, h) - from_edge(frames, field.angle, o) +
+                      kQuarterTurn * field.matching[at(h)];
+    rotation[at(o)] = -rotation[at(h)];
+  }
+  return rotation;
+}
+
+CrossField match_by_rotation(const mesh::Adjacency& adjacency, const Frames& frames,
+                             std::vector<double> angle, const std::vector<double>& rotation,
+                             double tolerance) {
+  CrossField field{std::move(angle), std::vector<Index>(adjacency.opposite.size(), 0)};
+  for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o == kInvalid || o < h) continue;
+    const double sum = std::abs(rotation[at(h)] + rotation[at(o)]);
+    if (!(sum <= tolerance)) refuse_edge(h, "is not the opposite of the one coming back", sum);
+    field.matching[at(h)] = matching_across(frames, field.angle, h, o, rotation[at(h)], tolerance);
+    field.matching[at(o)] = -field.matching[at(h)];
+  }
+  return field;
+}
+
+CrossField field_of_rotation(const mesh::Adjacency& adjacency, const Frames& frames,
+                             const std::vector<double>& rotation, double tolerance) {
+  const auto faces = static_cast<Index>(adjacency.opposite.size() / 3);
+  std::vector<double> angle(at(faces), 0.0);
+  std::vector<char> known(at(faces), 0);
+  std::vector<FaceId> queue;
+  for (FaceId first = 0; first < faces; ++first) {
+    if (known[at(first)] != 0) continue;
+    known[at(first)] = 1;
+    queue.assign(1, first);
+    for (std::size_t i = 0; i < queue.size(); ++i) {
+      for (HalfedgeId h = 3 * queue[i]; h < 3 * queue[i] + 3; ++h) {
+        const HalfedgeId o = adjacency.opposite[at(h)];
+        if (o == kInvalid || known[at(o / 3)] != 0) continue;
+        known[at(o / 3)] = 1;
+        const double turned =
+            from_edge(frames, angle, h) - rotation[at(h)] + frames.direction[at(o)];
+        if (!std::isfinite(turned)) refuse_edge(h, "is not finite", rotation[at(h)]);
+        angle[at(o / 3)] = std::remainder(turned, 2.0 * kPi);
+        queue.push_back(o / 3);
+      }
+    }
+  }
+  return match_by_rotation(adjacency, frames, std::move(angle), rotation, tolerance);
+}
+
+std::vector<Index> quarters_across(const mesh::Adjacency& adjacency, const CrossField& field) {
+  std::vector<Index> quarters(adjacency.opposite.size(), 0);
+  for (HalfedgeId h = 0; at(h) < quarters.size(); ++h) {
+    // Half-edges run against each other: half a turn between the two faces' edges.
+    if (adjacency.opposite[at(h)] != kInvalid)
+      quarters[at(h)] = ((-field.matching[at(h)] - 2) % 4 + 4) % 4;
+  }
+  return quarters;
+}
+
+CrossField match_by_quarters(const mesh::Adjacency& adjacency, const Frames& frames,
+                             std::vector<double> angle, const std::vector<Index>& quarters) {
+  CrossField field{std::move(angle), std::vector<Index>(adjacency.opposite.size(), 0)};
+  for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o == kInvalid || o < h) continue;
+    if ((std::int64_t{quarters[at(h)]} + quarters[at(o)]) % 4 != 0) {
+      throw_invalid(ErrorCode::kBadOption,
+                    "The matching across edge " + std::to_string(h % 3) + " of face " +
+                        std::to_string(h / 3) +
+                        " is not the opposite of the one coming back. Make their sum 0, 4 or 8.",
+                    ElementKind::kFace, {h / 3, o / 3});
+    }
+    const double d = from_edge(frames, field.angle, h) - from_edge(frames, field.angle, o);
+    const Index least = -(quarters[at(h)] % 4) - 2;
+    const double turns = (-kPi - d - least * kQuarterTurn) / (2.0 * kPi);
+    field.matching[at(h)] = least + 4 * static_cast<Index>(std::ceil(turns));
+    field.matching[at(o)] = -field.matching[at(h)];
+  }
+  return field;
+}
+
+Points3 directions_of(const mesh::Surface& surface, const std::vector<double>& angle) {
+  Points3 directions(surface.faces.rows(), 3);
+  for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
+    const Axes axes = axes_of(surface, f);
+    directions.row(f) = std::cos(angle[at(f)]) * axes.x + std::sin(angle[at(f)]) * axes.y;
+  }
+  return directions;
+}
+
+std::vector<double> angles_of(const mesh::Surface& surface, const Points3& directions) {
+  std::vector<double> angle(at(static_cast<Index>(surface.faces.rows())));
+  std::vector<FaceId> none;
+  for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
+    const Axes axes = axes_of(surface, f);
+    const Vector3 d = Vector3(directions.row(f)).stableNormalized();
+    const double x = d.dot(axes.x), y = d.dot(axes.y);
+    // Less than this of the direction in the plane is rounding.
+    constexpr double kLeastPart = 1e-6;
+    if (!(std::hypot(x, y) > kLeastPart)) none.push_back(f);
+    angle[at(f)] = std::atan2(y, x);
+  }
+  if (!none.empty()) {
+    const std::string first = std::to_string(none.front());
+    const std::size_t count = none.size();
+    none.resize(std::min<std::size_t>(count, 1000));
+    throw_invalid(ErrorCode::kBadAngles,
+                  "The field has no direction in the plane of face " + first + " (" +
+                      std::to_string(count) +
+                      " faces in all). Give every face a vector that is not across it.",
+                  ElementKind::kFace, std::move(none));
+  }
+  return angle;
+}
+
+namespace {
+
+constexpr double kHeaviest = 1e5;
+constexpr double kLightest = 1e-5;
+
+}  // namespace
+
+std::vector<double> face_areas(const mesh::Surface& surface) {
+  std::vector<double> area(at(static_cast<Index>(surface.faces.rows())));
+  for (FaceId f = 0; at(f) < area.size(); ++f) {
+    const Vector3 p = surface.vertices.row(surface.faces(f, 0));
+    const Vector3 a = Vector3(surface.vertices.row(surface.faces(f, 1))) - p;
+    const Vector3 b = Vector3(surface.vertices.row(surface.faces(f, 2))) - p;
+    area[at(f)] = 0.5 * a.cross(b).norm();
+  }
+  return area;
+}
+
+double extent_of(const mesh::Surface& surface) {
+  double sum = 0.0;
+  for (const double a : face_areas(surface)) sum += a;
+  return std::sqrt(sum);
+}
+
+std::vector<double> edge_weights(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                 const std::vector<double>& area) {
+  std::vector<double> weight(adjacency.opposite.size(), 0.0);
+  for (HalfedgeId h = 0; at(h) < weight.size(); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o == kInvalid || o < h) continue;
+    const double square = (surface.vertices.row(mesh::target(surface.faces, h)) -
+                           surface.vertices.row(mesh::source(surface.faces, h)))
+                              .squaredNorm();
+    const double ratio = 1.5 * square / (area[at(h / 3)] + area[at(o / 3)]);
+    // Squares and areas that vanish among doubles say nothing.
+    weight[at(h)] = std::isnan(ratio) ? 1.0 : std::clamp(ratio, kLightest, kHeaviest);
+    weight[at(o)] = weight[at(h)];
+  }
+  return weight;
+}
+
+}  // namespace flipfree::field

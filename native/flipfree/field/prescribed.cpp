@@ -1,0 +1,499 @@
+#include "flipfree/field/prescribed.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <queue>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/field/cross_field.h"
+#include "flipfree/field/turning.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/numeric/dense_factors.h"
+
+namespace flipfree::field {
+
+namespace {
+
+// Pulls of a smaller share of the weights of a component's edges do not hold it against rounding.
+constexpr double kHolds = 1e-9;
+
+}  // namespace
+
+AngleSystem::AngleSystem(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                         std::vector<char> held, std::vector<double> pull,
+                         ExecutionContext& context)
+    : adjacency_(adjacency),
+      weight_(edge_weights(surface, adjacency, face_areas(surface))),
+      pull_(std::move(pull)) {
+  const mesh::Components components = mesh::face_components(adjacency);
+  std::vector<char> anchored(at(components.count), 0);
+  std::vector<double> pulled(at(components.count), 0.0), joined(at(components.count), 0.0);
+  for (std::size_t f = 0; f < held.size(); ++f) {
+    const std::size_t part = at(components.of_face[f]);
+    if (held[f] != 0) anchored[part] = 1;
+    pulled[part] += pull_[f];
+    for (std::size_t h = 3 * f; h < 3 * f + 3; ++h) joined[part] += weight_[h];
+  }
+  for (std::size_t part = 0; part < anchored.size(); ++part) {
+    if (pulled[part] > kHolds * joined[part]) anchored[part] = 1;
+  }
+  for (std::size_t f = 0; f < held.size(); ++f) {
+    char& done = anchored[at(components.of_face[f])];
+    if (done == 0) held[f] = done = 1;
+  }
+  unknown_.assign(held.size(), kInvalid);
+  for (std::size_t f = 0; f < held.size(); ++f) {
+    if (held[f] == 0) unknown_[f] = count_++;
+  }
+  if (count_ == 0) return;
+  std::vector<Index> start{0}, row;
+  std::vector<double> value;
+  for (std::size_t f = 0; f < held.size(); ++f) {
+    if (held[f] != 0) continue;
+    double own = pull_[f];
+    std::array<std::pair<Index, double>, 3> later{};
+    int count = 0;
+    for (HalfedgeId h = 3 * static_cast<Index>(f); h < 3 * static_cast<Index>(f) + 3; ++h) {
+      own += weight_[at(h)];
+      const HalfedgeId o = adjacency.opposite[at(h)];
+      const Index g = o == kInvalid ? kInvalid : unknown_[at(o / 3)];
+      if (g <= unknown_[f]) continue;
+      // Kept in order; two faces may share two edges.
+      int k = 0;
+      while (k < count && later[at(k)].first < g) ++k;
+      if (k == count || later[at(k)].first != g) {
+        for (int i = count++; i > k; --i) later[at(i)] = later[at(i - 1)];
+        later[at(k)] = {g, 0.0};
+      }
+      later[at(k)].second -= weight_[at(h)];
+    }
+    row.push_back(unknown_[f]);
+    value.push_back(own);
+    for (int k = 0; k < count; ++k) {
+      row.push_back(later[at(k)].first);
+      value.push_back(later[at(k)].second);
+    }
+    start.push_back(static_cast<Index>(row.size()));
+  }
+  const numeric::SparseMatrix lower =
+      Eigen::Map<const numeric::SparseMatrix>(count_, count_, static_cast<Eigen::Index>(row.size()),
+                                              start.data(), row.data(), value.data());
+  cholesky_.analyze(lower, context);
+  if (!cholesky_.factorize(lower, context)) {
+    throw_not_converged(ErrorCode::kFactorizationFailed,
+                        "The field with this signature could not be computed: the mesh has "
+                        "needles beyond what 64-bit numbers hold. Improve its triangles.");
+  }
+}
+
+std::vector<double> AngleSystem::solve(const std::vector<double>& rotation,
+                                       const std::vector<double>& wish,
+                                       ExecutionContext& context) const {
+  std::vector<double> turned(unknown_.size(), 0.0);
+  if (count_ == 0) return turned;
+  Eigen::MatrixXd rhs = Eigen::MatrixXd::Zero(count_, 1);
+  for (HalfedgeId h = 0; at(h) < rotation.size(); ++h) {
+    const Index f = unknown_[at(h / 3)];
+    if (f != kInvalid && adjacency_.opposite[at(h)] != kInvalid)
+      rhs(f, 0) -= weight_[at(h)] * rotation[at(h)];
+  }
+  for (std::size_t f = 0; f < wish.size(); ++f) {
+    if (unknown_[f] != kInvalid) rhs(unknown_[f], 0) += pull_[f] * wish[f];
+  }
+  const Eigen::MatrixXd x = cholesky_.solve(rhs, context);
+  for (std::size_t f = 0; f < unknown_.size(); ++f) {
+    if (unknown_[f] != kInvalid) turned[f] = x(unknown_[f], 0);
+  }
+  return turned;
+}
+
+void relax(const mesh::Adjacency& adjacency, const Frames& frames, const AngleSystem& system,
+           CrossField& field, ExecutionContext& context) {
+  const std::vector<double> turned =
+      system.solve(rotation_form(adjacency, frames, field), {}, context);
+  for (std::size_t f = 0; f < turned.size(); ++f) field.angle[f] += turned[f];
+}
+
+void descend(const mesh::Adjacency& adjacency, const Frames& frames, const AngleSystem& system,
+             const std::vector<double>& wish, CrossField& field, ExecutionContext& context) {
+  // Every round lowers the sum: relaxing is a minimum, and the nearest matching the least rotation.
+  constexpr int kMostRounds = 5;
+  for (int round = 0; round < kMostRounds; ++round) {
+    std::vector<double> offset(wish.size());
+    for (std::size_t f = 0; f < wish.size(); ++f)
+      offset[f] = std::remainder(wish[f] - field.angle[f], 0.5 * std::numbers::pi);
+    const std::vector<double> turned =
+        system.solve(rotation_form(adjacency, frames, field), offset, context);
+    for (std::size_t f = 0; f < turned.size(); ++f) field.angle[f] += turned[f];
+    CrossField next = match_nearest(adjacency, frames, field.angle);
+    const bool same = next.matching == field.matching;
+    field = std::move(next);
+    if (same) break;
+  }
+}
+
+namespace {
+
+[[noreturn]] void refuse_sum(Index root, std::int64_t missing) {
+  const std::string amount = std::to_string(std::abs(missing));
+  throw_infeasible(ErrorCode::kGaussBonnet,
+                   "The quarter turns of the cones on the component of vertex " +
+                       std::to_string(root) + " do not fit its genus (Gauss-Bonnet). " +
+                       (missing > 0 ? "Add " : "Take ") + amount + (missing > 0 ? " to" : " from") +
+                       " their sum.",
+                   {"angle sum", {{"missing quarter turns", {static_cast<double>(missing)}}}},
+                   ElementKind::kVertex, {root});
+}
+
+// Every vertex but the roots gets its number from its parent; the roots then have theirs, if the
+// sum is right.
+void meet_cones(const Triangles& faces, const mesh::Adjacency& adjacency, const Frames& frames,
+                const std::vector<Index>& cones, const TreeCotree& tree, CrossField& field) {
+  const std::vector<Index> now = cone_turns(faces, adjacency, frames, field);
+  std::vector<std::int64_t> lacking(cones.size(), 0);
+  for (std::size_t v = 0; v < cones.size(); ++v) lacking[v] = std::int64_t{cones[v]} - now[v];
+  for (auto v = tree.order.rbegin(); v != tree.order.rend(); ++v) {
+    if (adjacency.vertex_halfedge[at(*v)] == kInvalid) continue;
+    const HalfedgeId up = tree.to_parent[at(*v)];
+    if (up == kInvalid) {
+      if (lacking[at(*v)] != 0) refuse_sum(*v, -lacking[at(*v)]);
+      continue;
+    }
+    // Along `up` the matching is lowered: its source gains, its target loses.
+    const auto by = static_cast<Index>(lacking[at(*v)]);
+    field.matching[at(up)] -= by;
+    field.matching[at(adjacency.opposite[at(up)])] += by;
+    lacking[at(mesh::target(faces, up))] += by;
+    lacking[at(*v)] = 0;
+  }
+}
+
+void check_strips(const std::vector<LoopTurn>& loops, const mesh::Adjacency& adjacency) {
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    const DualLoop& loop = loops[i].loop;
+    const auto inside = [&](HalfedgeId h) { return h >= 0 && at(h) < adjacency.opposite.size(); };
+    bool good = !loop.empty();
+    for (std::size_t k = 0; good && k < loop.size(); ++k) {
+      const HalfedgeId after = loop[(k + 1) % loop.size()];
+      const HalfedgeId entered = inside(loop[k]) ? adjacency.opposite[at(loop[k])] : kInvalid;
+      good = entered != kInvalid && inside(after) && entered / 3 == after / 3 && entered != after;
+    }
+    if (!good) {
+      throw_invalid(ErrorCode::kBadOption,
+                    "Loop " + std::to_string(i) +
+                        " is not a closed strip of faces. Give faces each of which shares an edge "
+                        "with the next one, without turning back.");
+    }
+  }
+}
+
+std::vector<EdgeChain> chains_of(const Triangles& faces, const mesh::Adjacency& adjacency,
+                                 const TreeCotree& tree) {
+  std::vector<EdgeChain> chains;
+  for (std::size_t i = 0; i < tree.loops.size(); ++i)
+    chains.push_back(chain_of(faces, adjacency, tree, i));
+  return chains;
+}
+
+// How often each loop crosses each chain, from right to left.
+Eigen::MatrixXd crossings(const mesh::Adjacency& adjacency, const std::vector<LoopTurn>& loops,
+                          const std::vector<EdgeChain>& chains) {
+  const auto count = static_cast<Eigen::Index>(loops.size());
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(chains.size()));
+  std::vector<Index> on(adjacency.opposite.size(), 0);
+  for (std::size_t j = 0; j < chains.size(); ++j) {
+    const auto add = [&](Index by) {
+      for (const HalfedgeId h : chains[j]) {
+        on[at(h)] += by;
+        on[at(adjacency.opposite[at(h)])] -= by;
+      }
+    };
+    add(1);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      for (const HalfedgeId h : loops[static_cast<std::size_t>(i)].loop)
+        matrix(i, static_cast<Eigen::Index>(j)) += on[at(h)];
+    }
+    add(-1);
+  }
+  return matrix;
+}
+
+void meet_loops(const Triangles& faces, const mesh::Adjacency& adjacency,
+                const std::vector<LoopTurn>& loops, const TreeCotree& tree, CrossField& field) {
+  check_strips(loops, adjacency);
+  const std::vector<EdgeChain> chains = chains_of(faces, adjacency, tree);
+  const auto refuse = [&] {
+    throw_invalid(
+        ErrorCode::kBadOption,
+        "The loops do not generate the surface's homology: " + std::to_string(loops.size()) +
+            " loops, of which " + std::to_string(chains.size()) +
+            " are needed that are independent and leave nothing out. Give those of a "
+            "homology basis, such as signature() has them.");
+  };
+  if (loops.size() != chains.size()) refuse();
+  if (loops.empty()) return;
+  Eigen::VectorXd lacking(static_cast<Eigen::Index>(loops.size()));
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    lacking[static_cast<Eigen::Index>(i)] =
+        loops[i].quarter_turns - turning_number(adjacency, field, loops[i].loop);
+  }
+  const Eigen::FullPivLU<Eigen::MatrixXd> factor(crossings(adjacency, loops, chains));
+  if (!factor.isInvertible()) refuse();
+  const Eigen::VectorXd by = factor.solve(lacking);
+  for (std::size_t j = 0; j < chains.size(); ++j) {
+    const double whole = std::round(by[static_cast<Eigen::Index>(j)]);
+    if (!(std::abs(whole) < 1e8)) refuse();
+    add_along(adjacency, chains[j], static_cast<Index>(whole), field);
+  }
+  // Rounded, then counted: what is returned is exact.
+  for (const LoopTurn& loop : loops) {
+    if (turning_number(adjacency, field, loop.loop) != loop.quarter_turns) refuse();
+  }
+}
+
+// Turns that need nearly the least rotation: least squares over the real numbers, rounded.
+void choose_turns(const Triangles& faces, const mesh::Adjacency& adjacency, const Frames& frames,
+                  const TreeCotree& tree, const AngleSystem& system, CrossField& field,
+                  ExecutionContext& context) {
+  const std::vector<EdgeChain> chains = chains_of(faces, adjacency, tree);
+  if (chains.empty()) return;
+  const std::vector<double> rotation = rotation_form(adjacency, frames, field);
+  const auto count = static_cast<Eigen::Index>(chains.size());
+  // The part of each chain that no turning of directions takes away: a harmonic form.
+  std::vector<std::vector<double>> harmonic;
+  for (const EdgeChain& chain : chains) {
+    std::vector<double>& form = harmonic.emplace_back(adjacency.opposite.size(), 0.0);
+    for (const HalfedgeId h : chain) {
+      form[at(h)] += kQuarterTurn;
+      form[at(adjacency.opposite[at(h)])] -= kQuarterTurn;
+    }
+    const std::vector<double> turned = system.solve(form, {}, context);
+    for (HalfedgeId h = 0; at(h) < form.size(); ++h)
+      form[at(h)] += turned[at(h / 3)] - turned[at(adjacency.opposite[at(h)] / 3)];
+  }
+  const auto product = [&](const std::vector<double>& a, const std::vector<double>& b) {
+    double sum = 0.0;
+    for (std::size_t h = 0; h < a.size(); ++h) sum += system.weight()[h] * a[h] * b[h];
+    return sum;
+  };
+  Eigen::MatrixXd gram(count, count);
+  Eigen::VectorXd share(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    share[i] = product(harmonic[static_cast<std::size_t>(i)], rotation);
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      gram(i, j) = gram(j, i) =
+          product(harmonic[static_cast<std::size_t>(i)], harmonic[static_cast<std::size_t>(j)]);
+    }
+    context.check();
+  }
+  const Eigen::VectorXd by = numeric::solve_symmetric(gram, -share);
+  for (std::size_t j = 0; j < chains.size(); ++j) {
+    const double whole = std::round(by[static_cast<Eigen::Index>(j)]);
+    if (std::abs(whole) < 1e6) add_along(adjacency, chains[j], static_cast<Index>(whole), field);
+  }
+}
+
+}  // namespace
+
+void add_along(const mesh::Adjacency& adjacency, const std::vector<HalfedgeId>& chain, Index by,
+               CrossField& field) {
+  for (const HalfedgeId h : chain) {
+    field.matching[at(h)] += by;
+    field.matching[at(adjacency.opposite[at(h)])] -= by;
+  }
+}
+
+CrossField field_with_signature(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                const Frames& frames, const std::vector<Index>& cones,
+                                const std::optional<std::vector<LoopTurn>>& loops,
+                                ExecutionContext& context) {
+  const auto faces = static_cast<std::size_t>(surface.faces.rows());
+  CrossField field{std::vector<double>(faces, 0.0), std::vector<Index>(3 * faces, 0)};
+  const TreeCotree tree = tree_cotree(surface, adjacency, context);
+  meet_cones(surface.faces, adjacency, frames, cones, tree, field);
+  if (loops) meet_loops(surface.faces, adjacency, *loops, tree, field);
+  const AngleSystem system(surface, adjacency, std::vector<char>(faces, 0),
+                           std::vector<double>(faces, 0.0), context);
+  if (!loops) choose_turns(surface.faces, adjacency, frames, tree, system, field, context);
+  relax(adjacency, frames, system, field, context);
+  return field;
+}
+
+namespace {
+
+// Share of the square root of the area at which a vertex takes a part of a sharp cone, and how many
+// times farther one is looked for that has too many quarter turns.
+constexpr double kSpread = 0.05;
+constexpr double kFarther = 4.0;
+
+class Mover {
+ public:
+  Mover(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+        const std::vector<char>& held, const ExecutionContext& context)
+      : surface_(surface), adjacency_(adjacency), held_(held), context_(context) {
+    on_boundary_.assign(adjacency.vertex_halfedge.size(), 0);
+    for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
+      if (adjacency.opposite[at(h)] == kInvalid)
+        on_boundary_[at(mesh::source(surface.faces, h))] =
+            on_boundary_[at(mesh::target(surface.faces, h))] = 1;
+    }
+  }
+
+  bool is_inside(VertexId v) const {
+    return on_boundary_[at(v)] == 0 && adjacency_.vertex_halfedge[at(v)] != kInvalid;
+  }
+
+  struct Found {
+    double distance = 0.0;
+    std::vector<HalfedgeId> path;  // from the start to it; empty: nothing was found
+  };
+  // The nearest vertex that is wanted, up to `most` away.
+  Found nearest(VertexId from, double most,
+                const std::function<bool(VertexId, double)>& wanted) const {
+    std::unordered_map<VertexId, std::pair<double, HalfedgeId>> reached;
+    using Entry = std::pair<double, VertexId>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+    reached[from] = {0.0, kInvalid};
+    queue.push({0.0, from});
+    std::size_t done = 0;
+    while (!queue.empty()) {
+      const auto [distance, v] = queue.top();
+      queue.pop();
+      if (distance > reached[v].first) continue;
+      if (++done % 1024 == 0) context_.check();
+      if (v != from && wanted(v, distance)) return {distance, path_to(reached, v)};
+      const HalfedgeId first = adjacency_.vertex_halfedge[at(v)];
+      HalfedgeId h = first;
+      do {
+        const VertexId w = mesh::target(surface_.faces, h);
+        const double further =
+            distance + (surface_.vertices.row(w) - surface_.vertices.row(v)).norm();
+        const auto known = reached.find(w);
+        if (further <= most && is_open(h) && is_inside(w) &&
+            (known == reached.end() || further < known->second.first)) {
+          reached[w] = {further, h};
+          queue.push({further, w});
+        }
+        h = mesh::rotate_ccw(adjacency_, h);
+      } while (h != first);
+    }
+    return {};
+  }
+
+ private:
+  bool is_open(HalfedgeId h) const {
+    return held_[at(h / 3)] == 0 || held_[at(adjacency_.opposite[at(h)] / 3)] == 0;
+  }
+  std::vector<HalfedgeId> path_to(
+      const std::unordered_map<VertexId, std::pair<double, HalfedgeId>>& reached,
+      VertexId v) const {
+    std::vector<HalfedgeId> path;
+    for (HalfedgeId h = reached.at(v).second; h != kInvalid;
+         h = reached.at(mesh::source(surface_.faces, h)).second)
+      path.push_back(h);
+    std::reverse(path.begin(), path.end());
+    return path;
+  }
+
+  const mesh::Surface& surface_;
+  const mesh::Adjacency& adjacency_;
+  const std::vector<char>& held_;
+  const ExecutionContext& context_;
+  std::vector<char> on_boundary_;
+};
+
+}  // namespace
+
+Simplified simplify(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                    const Frames& frames, const std::vector<char>& held,
+                    const SimplifyOptions& options, CrossField& field, ExecutionContext& context) {
+  std::vector<Index> cones = cone_turns(surface.faces, adjacency, frames, field);
+  const Mover mover(surface, adjacency, held, context);
+  const double extent = extent_of(surface);
+  const double reach = options.reach * extent;
+  const double spread = kSpread * extent;
+  Simplified result;
+  // From one that has too many quarter turns to one that has too few.
+  const auto move = [&](VertexId from, VertexId to, const std::vector<HalfedgeId>& path) {
+    add_along(adjacency, path, 1, field);
+    --cones[at(from)];
+    ++cones[at(to)];
+  };
+  const auto end_of = [&](const Mover::Found& found) {
+    return mesh::target(surface.faces, found.path.back());
+  };
+  // Nearest pairs first. Each move brings two cones nearer to 4, so there is an end; what was found
+  // before its partner was used up is looked for anew.
+  const auto partner = [&](VertexId v) {
+    return mover.nearest(v, reach, [&](VertexId w, double) { return cones[at(w)] < 4; });
+  };
+  struct Pair {
+    double distance;
+    VertexId from;
+    std::vector<HalfedgeId> path;
+    bool operator<(const Pair& other) const {
+      return distance != other.distance ? distance > other.distance : from > other.from;
+    }
+  };
+  std::priority_queue<Pair> pairs;
+  const auto look = [&](VertexId v) {
+    context.check();
+    Mover::Found found = partner(v);
+    if (!found.path.empty()) pairs.push({found.distance, v, std::move(found.path)});
+  };
+  for (VertexId v = 0; reach > 0.0 && at(v) < cones.size(); ++v) {
+    if (cones[at(v)] > 4 && mover.is_inside(v)) look(v);
+  }
+  while (!pairs.empty()) {
+    const Pair pair = pairs.top();
+    pairs.pop();
+    const VertexId to = mesh::target(surface.faces, pair.path.back());
+    if (cones[at(to)] < 4) {
+      move(pair.from, to, pair.path);
+      ++result.cancelled;
+    }
+    if (cones[at(pair.from)] > 4) look(pair.from);
+  }
+  for (VertexId v = 0; at(v) < cones.size(); ++v) {
+    while (cones[at(v)] < options.least_turns && mover.is_inside(v)) {
+      context.check();
+      // A cone that has too many, else a regular vertex at some distance; three are left there.
+      Mover::Found found =
+          mover.nearest(v, kFarther * spread, [&](VertexId w, double) { return cones[at(w)] > 4; });
+      const bool regular = found.path.empty();
+      for (double least = spread; found.path.empty() && least > 1e-3 * spread; least *= 0.5) {
+        found = mover.nearest(v, kFarther * spread, [&](VertexId w, double distance) {
+          return cones[at(w)] == 4 && distance >= least;
+        });
+      }
+      // On coarse meshes there is none so near.
+      if (found.path.empty()) {
+        found = mover.nearest(v, std::numeric_limits<double>::infinity(),
+                              [&](VertexId w, double) { return cones[at(w)] >= 4; });
+      }
+      if (found.path.empty()) break;
+      std::vector<HalfedgeId> back(found.path.rbegin(), found.path.rend());
+      for (HalfedgeId& h : back) h = adjacency.opposite[at(h)];
+      move(end_of(found), v, back);
+      ++(regular ? result.spread : result.cancelled);
+    }
+  }
+  if (result.cancelled + result.spread > 0) {
+    const AngleSystem system(surface, adjacency, held, std::vector<double>(held.size(), 0.0),
+                             context);
+    relax(adjacency, frames, system, field, context);
+  }
+  return result;
+}
+
+}  // namespace flipfree::field

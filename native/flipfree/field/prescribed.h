@@ -1,0 +1,98 @@
+// A cross field with the cones and turning numbers that are asked for, exactly: integers first,
+// then the smoothest directions that go with them (relax.h).
+//
+// Across edges along a chain the matching may be raised by one: the chain's first vertex loses a
+// quarter turn, its last one gains it, and every loop that it crosses turns by one more. Chains of
+// a tree of edges bring every vertex to its number, closed chains every loop (tree_cotree.h).
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/field/cross_field.h"
+#include "flipfree/field/turning.h"
+#include "flipfree/numeric/cholesky/cholesky.h"
+
+namespace flipfree::field {
+
+// The smoothest directions for a given matching: that with the least rotation, a scalar Laplacian.
+//
+// With all that is topological fixed, angle(f) are the only unknowns, and sum w rotation^2 is
+// quadratic in them: the trivial connection with these cones and turns (Crane, Desbrun, Schroeder
+// 2010, "Trivial Connections on Discrete Surfaces"). Fixing the integers instead of solving for
+// potentials on vertices and harmonic forms makes it exact by construction.
+
+// The Laplacian of a surface's faces: held ones, and the first of a component without, keep their
+// angle.
+class AngleSystem {
+ public:
+  // `pull`: per face, how much it weighs that its direction stays; of a component without any,
+  // and without held faces, the first face is held. Throws NotConverged (kFactorizationFailed),
+  // Cancelled.
+  AngleSystem(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+              std::vector<char> held, std::vector<double> pull, ExecutionContext& context);
+
+  // Turns the directions of `rotation` (3 #F, antisymmetric) so that sum w rotation^2 is least:
+  // rotation(h) changes by turned(f) - turned(g); and, per face, pull (turned - wish)^2; no
+  // wishes: 0. Result: turned, per face.
+  std::vector<double> solve(const std::vector<double>& rotation, const std::vector<double>& wish,
+                            ExecutionContext& context) const;
+  // w, per half-edge.
+  const std::vector<double>& weight() const { return weight_; }
+
+ private:
+  const mesh::Adjacency& adjacency_;
+  std::vector<double> weight_;
+  std::vector<double> pull_;
+  std::vector<Index> unknown_;
+  Index count_ = 0;
+  numeric::SparseCholesky cholesky_;
+};
+
+// Changes field.angle alone, and lets wishes be.
+void relax(const mesh::Adjacency& adjacency, const Frames& frames, const AngleSystem& system,
+           CrossField& field, ExecutionContext& context);
+
+// A field near to this one that needs less rotation: relaxed, matched anew with the nearest, and so
+// on while that lowers the sum of w rotation^2 and of pull (angle - wish)^2, where a wish means any
+// of its four directions. A few rounds, each of them a solution.
+void descend(const mesh::Adjacency& adjacency, const Frames& frames, const AngleSystem& system,
+             const std::vector<double>& wish, CrossField& field, ExecutionContext& context);
+
+// `cones`: quarter turns per vertex, 4 where the field is regular. `loops`: with their turns; they
+// generate the homology of each component; none: the turns that need the least rotation.
+// Precondition: a valid closed surface. Throws Infeasible (kGaussBonnet) naming what is missing on
+// a component, InvalidInput (kBadOption: loops that are no closed strips of faces, that are not
+// independent or too few), NotConverged, Cancelled. Cost: a factorization, O(genus) solutions.
+CrossField field_with_signature(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                const Frames& frames, const std::vector<Index>& cones,
+                                const std::optional<std::vector<LoopTurn>>& loops,
+                                ExecutionContext& context);
+
+// Raises the matching along a chain of half-edges, head to tail, by so much.
+void add_along(const mesh::Adjacency& adjacency, const std::vector<HalfedgeId>& chain, Index by,
+               CrossField& field);
+
+// Fewer and gentler cones: near pairs that cancel are merged, cones of one quarter turn share their
+// curvature with a neighbour. Quarter turns are moved along chains of edges, so that the rest of
+// the signature stays as it is (prescribed.h).
+
+struct SimplifyOptions {
+  double reach = 0.05;    // pairs nearer than this share of the square root of the area cancel
+  Index least_turns = 2;  // cones of fewer quarter turns are spread
+};
+
+struct Simplified {
+  Index cancelled = 0;  // quarter turns that were moved between cones of opposite sign
+  Index spread = 0;     // quarter turns that were moved to a vertex that was regular
+};
+
+// Changes the matching, and the directions to the smoothest that go with it, but for faces that are
+// `held` (flags). Nothing moves across the boundary, or along edges whose faces are both held.
+// Cost: a search around every cone, and a factorization if anything was moved.
+Simplified simplify(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                    const Frames& frames, const std::vector<char>& held,
+                    const SimplifyOptions& options, CrossField& field, ExecutionContext& context);
+
+}  // namespace flipfree::field

@@ -1,0 +1,420 @@
+#include "flipfree/field/smoothest.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/field/cross_field.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/numeric/dense_factors.h"
+
+namespace flipfree::field {
+
+namespace {
+
+// Column-compressed matrix written column by column.
+struct Columns {
+  explicit Columns(Index size) : start{0} { start.reserve(at(size) + 1); }
+  void entry(Index r, double v) {
+    row.push_back(r);
+    value.push_back(v);
+  }
+  void end_column() { start.push_back(static_cast<Index>(row.size())); }
+  std::vector<Index> start, row;
+  std::vector<double> value;
+};
+
+}  // namespace
+
+std::vector<FaceGraph> face_graphs(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                   const Frames& frames) {
+  const mesh::Components components = mesh::face_components(adjacency);
+  std::vector<FaceGraph> graphs(at(components.count));
+  const auto count = static_cast<FaceId>(surface.faces.rows());
+  std::vector<Index> place(at(count));
+  const std::vector<double> area = face_areas(surface);
+  const std::vector<double> weight = edge_weights(surface, adjacency, area);
+  for (FaceId f = 0; f < count; ++f) {
+    FaceGraph& graph = graphs[at(components.of_face[at(f)])];
+    place[at(f)] = static_cast<Index>(graph.faces.size());
+    graph.faces.push_back(f);
+    graph.area.push_back(area[at(f)]);
+  }
+  for (FaceId f = 0; f < count; ++f) {
+    FaceGraph& graph = graphs[at(components.of_face[at(f)])];
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      const HalfedgeId o = adjacency.opposite[at(h)];
+      if (o == kInvalid || o / 3 < f) continue;
+      graph.edges.push_back(
+          {place[at(f)], place[at(o / 3)], weight[at(h)],
+           std::polar(1.0, 4.0 * (frames.direction[at(h)] - frames.direction[at(o)]))});
+    }
+  }
+  for (FaceGraph& graph : graphs) {
+    double sum = 0.0;
+    for (const double a : graph.area) sum += a;
+    // A face without area would resist nothing.
+    const double mean = 1.0 / static_cast<double>(graph.area.size());
+    for (double& a : graph.area) a = sum > 0.0 ? std::max(a / sum, 1e-6 * mean) : mean;
+    graph.bent.assign(graph.area.size(), 0.0);
+    std::stable_sort(graph.edges.begin(), graph.edges.end(), [](const auto& a, const auto& b) {
+      return a.f != b.f ? a.f < b.f : a.g < b.g;
+    });
+  }
+  return graphs;
+}
+
+bool FieldSystem::factorize(const CrossGraph& graph, const std::vector<double>& diagonal,
+                            const std::vector<char>& fixed, ExecutionContext& context) {
+  unknown_.assign(graph.area.size(), kInvalid);
+  count_ = 0;
+  for (std::size_t f = 0; f < fixed.size(); ++f) {
+    if (fixed[f] == 0) unknown_[f] = count_++;
+  }
+  std::vector<double> own(at(count_), 0.0);
+  for (std::size_t f = 0; f < fixed.size(); ++f) {
+    if (fixed[f] == 0) own[at(unknown_[f])] = graph.bent[f] + diagonal[f];
+  }
+  to_fixed_.clear();
+  // Neighbours that come later, of each node in order; two nodes may share two edges.
+  struct Later {
+    Index f, g;
+    std::complex<double> value;
+  };
+  std::vector<Later> later;
+  for (const CrossGraph::Edge& e : graph.edges) {
+    const Index f = unknown_[at(e.f)], g = unknown_[at(e.g)];
+    if (f != kInvalid) own[at(f)] += e.weight;
+    if (g != kInvalid) own[at(g)] += e.weight;
+    if (f == kInvalid || g == kInvalid) {
+      if (f != g) to_fixed_.push_back(e);
+    } else if (!later.empty() && later.back().f == f && later.back().g == g) {
+      later.back().value += e.weight * e.carry;
+    } else {
+      later.push_back({f, g, e.weight * e.carry});
+    }
+  }
+  Columns matrix(2 * count_);
+  std::size_t first = 0;
+  for (Index f = 0; f < count_; ++f) {
+    std::size_t end = first;
+    while (end < later.size() && later[end].f == f) ++end;
+    for (int half = 0; half < 2; ++half) {
+      if (half == 0) matrix.entry(2 * f, own[at(f)]);
+      matrix.entry(2 * f + 1, half == 0 ? 0.0 : own[at(f)]);
+      for (std::size_t k = first; k < end; ++k) {
+        const Index g = later[k].g;
+        const std::complex<double> value = later[k].value;
+        matrix.entry(2 * g, half == 0 ? -value.real() : -value.imag());
+        matrix.entry(2 * g + 1, half == 0 ? value.imag() : -value.real());
+      }
+      matrix.end_column();
+    }
+    first = end;
+  }
+  const Eigen::Map<const numeric::SparseMatrix> view(
+      2 * count_, 2 * count_, static_cast<Eigen::Index>(matrix.row.size()), matrix.start.data(),
+      matrix.row.data(), matrix.value.data());
+  if (count_ == 0) return true;
+  const numeric::SparseMatrix lower = view;
+  cholesky_.analyze(lower, context);
+  return cholesky_.factorize(lower, context);
+}
+
+Crosses FieldSystem::solve(const Crosses& rhs, const Crosses& given,
+                           ExecutionContext& context) const {
+  Crosses own(count_);
+  for (std::size_t f = 0; f < unknown_.size(); ++f) {
+    if (unknown_[f] != kInvalid) own[unknown_[f]] = rhs[static_cast<Eigen::Index>(f)];
+  }
+  for (const CrossGraph::Edge& e : to_fixed_) {
+    if (unknown_[at(e.f)] != kInvalid) {
+      own[unknown_[at(e.f)]] += e.weight * e.carry * given[e.g];
+    } else {
+      own[unknown_[at(e.g)]] += e.weight * std::conj(e.carry) * given[e.f];
+    }
+  }
+  Crosses result = given;
+  if (count_ == 0) return result;
+  const Eigen::Map<const Eigen::MatrixXd> flat(reinterpret_cast<const double*>(own.data()),
+                                               2 * count_, 1);
+  const Eigen::MatrixXd x = cholesky_.solve(flat, context);
+  for (std::size_t f = 0; f < unknown_.size(); ++f) {
+    const Index i = unknown_[f];
+    if (i != kInvalid) result[static_cast<Eigen::Index>(f)] = {x(2 * i, 0), x(2 * i + 1, 0)};
+  }
+  return result;
+}
+
+namespace {
+
+// Per node the edges that it has, as ranges of one array.
+struct Incidence {
+  std::vector<std::size_t> begin;
+  std::vector<std::size_t> edge;
+};
+Incidence incidence_of(const CrossGraph& graph) {
+  Incidence incidence{std::vector<std::size_t>(graph.area.size() + 1, 0), {}};
+  for (const CrossGraph::Edge& e : graph.edges) {
+    ++incidence.begin[at(e.f) + 1];
+    ++incidence.begin[at(e.g) + 1];
+  }
+  for (std::size_t i = 1; i < incidence.begin.size(); ++i)
+    incidence.begin[i] += incidence.begin[i - 1];
+  incidence.edge.resize(2 * graph.edges.size());
+  std::vector<std::size_t> next(incidence.begin.begin(), incidence.begin.end() - 1);
+  for (std::size_t i = 0; i < graph.edges.size(); ++i) {
+    incidence.edge[next[at(graph.edges[i].f)]++] = i;
+    incidence.edge[next[at(graph.edges[i].g)]++] = i;
+  }
+  return incidence;
+}
+
+// Pairs, each node with the neighbour of the heaviest edge that is still single.
+void pair_nodes(const CrossGraph& graph, const std::vector<char>& alone, Coarsened& out) {
+  const Incidence incidence = incidence_of(graph);
+  const auto count = static_cast<Index>(graph.area.size());
+  out.node.assign(at(count), kInvalid);
+  out.carry.assign(at(count), 1.0);
+  for (Index f = 0; f < count; ++f) {
+    if (out.node[at(f)] != kInvalid) continue;
+    const auto own = static_cast<Index>(out.graph.area.size());
+    out.node[at(f)] = own;
+    out.graph.area.push_back(graph.area[at(f)]);
+    out.graph.bent.push_back(graph.bent[at(f)]);
+    if (alone[at(f)] != 0) continue;
+    const CrossGraph::Edge* best = nullptr;
+    for (std::size_t i = incidence.begin[at(f)]; i < incidence.begin[at(f) + 1]; ++i) {
+      const CrossGraph::Edge& e = graph.edges[incidence.edge[i]];
+      const Index g = e.f == f ? e.g : e.f;
+      if (g == f || out.node[at(g)] != kInvalid || alone[at(g)] != 0) continue;
+      if (best == nullptr || e.weight > best->weight) best = &e;
+    }
+    if (best == nullptr) continue;
+    const Index g = best->f == f ? best->g : best->f;
+    out.node[at(g)] = own;
+    out.carry[at(g)] = best->f == f ? std::conj(best->carry) : best->carry;
+    out.graph.area.back() += graph.area[at(g)];
+    out.graph.bent.back() += graph.bent[at(g)];
+  }
+}
+
+}  // namespace
+
+Coarsened coarsen(const CrossGraph& graph, const std::vector<char>& alone) {
+  Coarsened out;
+  pair_nodes(graph, alone, out);
+  std::vector<CrossGraph::Edge> edges;
+  for (const CrossGraph::Edge& e : graph.edges) {
+    const Index f = out.node[at(e.f)], g = out.node[at(e.g)];
+    const std::complex<double> carry = std::conj(out.carry[at(e.f)]) * e.carry * out.carry[at(e.g)];
+    if (f == g) {
+      out.graph.bent[at(f)] += e.weight * std::norm(1.0 - carry);
+    } else if (f < g) {
+      edges.push_back({f, g, e.weight, carry});
+    } else {
+      edges.push_back({g, f, e.weight, std::conj(carry)});
+    }
+  }
+  std::stable_sort(edges.begin(), edges.end(),
+                   [](const auto& a, const auto& b) { return a.f != b.f ? a.f < b.f : a.g < b.g; });
+  // Edges between the same two nodes become one: sum w |u_f - t u_g|^2 = |sum w t| |u_f - .. u_g|^2
+  // and what is left over of the weights, on both.
+  for (std::size_t i = 0; i < edges.size();) {
+    std::complex<double> sum = 0.0;
+    double weight = 0.0;
+    std::size_t k = i;
+    for (; k < edges.size() && edges[k].f == edges[i].f && edges[k].g == edges[i].g; ++k) {
+      sum += edges[k].weight * edges[k].carry;
+      weight += edges[k].weight;
+    }
+    const double left = std::abs(sum);
+    out.graph.bent[at(edges[i].f)] += weight - left;
+    out.graph.bent[at(edges[i].g)] += weight - left;
+    if (left > 0.0) out.graph.edges.push_back({edges[i].f, edges[i].g, left, sum / left});
+    i = k;
+  }
+  return out;
+}
+
+namespace {
+
+// The flow's step: share of the component's area that it smooths over. Its inverse is added to E
+// per area, for the eigenvector too: then one factorization does for both. Eigenvalues are some
+// tens.
+constexpr double kFlowArea = 0.01;
+constexpr int kMostFlowSteps = 16;
+// Larger graphs are coarsened first: faces in clusters are as good, relaxed afterwards.
+constexpr std::size_t kEnoughNodes = 20'000;
+// Mean change of a cross at which the flow ends.
+constexpr double kSettled = 2e-3;
+constexpr int kMostLanczosSteps = 24;
+constexpr int kStepsBetweenChecks = 3;
+// Of the eigenvalue: the vector is where the flow begins.
+constexpr double kResidual = 1e-2;
+
+[[noreturn]] void fail() {
+  throw_not_converged(ErrorCode::kFactorizationFailed,
+                      "The smoothest cross field could not be computed: the mesh has needles "
+                      "beyond what 64-bit numbers hold. Improve its triangles.");
+}
+
+Eigen::Map<const Eigen::VectorXd> areas_of(const CrossGraph& graph) {
+  return {graph.area.data(), static_cast<Eigen::Index>(graph.area.size())};
+}
+
+// Of the least eigenvalues, with the factor of E + area / kFlowArea: the first eigenvector, and
+// what is known of the second, both of unit length in the mean.
+struct Eigenvectors {
+  Crosses first, second;
+};
+Eigenvectors least_eigenvectors(const CrossGraph& graph, const FieldSystem& system,
+                                ExecutionContext& context) {
+  const auto count = static_cast<Eigen::Index>(graph.area.size());
+  const Eigen::VectorXd root = areas_of(graph).cwiseMax(1e-300).cwiseSqrt();
+  // Lanczos: root B^-1 root, whose largest eigenvalue is wanted.
+  const auto most = std::min<Eigen::Index>(kMostLanczosSteps, count);
+  Eigen::MatrixXcd basis(count, most);
+  Eigen::MatrixXd projected = Eigen::MatrixXd::Zero(most, most);
+  basis.col(0) = root.cast<std::complex<double>>() / root.norm();
+  const Crosses none = Crosses::Zero(count);
+  for (Eigen::Index k = 0; k < most; ++k) {
+    context.report("cross field", 0.5 + 0.25 * static_cast<double>(k) / static_cast<double>(most));
+    Crosses next = system.solve(root.cwiseProduct(basis.col(k)), none, context).cwiseProduct(root);
+    projected(k, k) = basis.col(k).dot(next).real();
+    const Eigen::VectorXcd share = basis.leftCols(k + 1).adjoint() * next;
+    next -= basis.leftCols(k + 1) * share;
+    const double beta = next.norm();
+    const bool last = k + 1 == most || beta <= 1e-12 * projected(0, 0);
+    if (last || (k + 1) % kStepsBetweenChecks == 0) {
+      const auto small =
+          numeric::symmetric_eigen(Eigen::MatrixXd(projected.topLeftCorner(k + 1, k + 1)));
+      const auto vector = [&](Eigen::Index i) -> Crosses {
+        const Eigen::VectorXd share = small.vectors.col(i);
+        return (basis.leftCols(k + 1) * share.cast<std::complex<double>>()).cwiseQuotient(root);
+      };
+      const double left = beta * std::abs(small.vectors(k, k));
+      if (last || left <= kResidual * small.values[k])
+        return {vector(k), vector(std::max<Eigen::Index>(k - 1, 0))};
+    }
+    projected(k, k + 1) = projected(k + 1, k) = beta;
+    basis.col(k + 1) = next / beta;
+  }
+  fail();
+}
+
+void to_unit_length(Crosses& u) {
+  for (Eigen::Index f = 0; f < u.size(); ++f) {
+    const double length = std::abs(u[f]);
+    if (length > 1e-290) u[f] /= length;
+  }
+}
+
+// What the nodes of one graph are asked for.
+struct Asked {
+  Crosses pull;                // weight * area * wish
+  std::vector<double> weight;  // times area
+  std::vector<char> held;
+  Crosses given;  // of held nodes
+  bool any = false;
+};
+
+double energy(const CrossGraph& graph, const Crosses& u) {
+  double sum = 0.0;
+  for (const CrossGraph::Edge& e : graph.edges)
+    sum += e.weight * std::norm(u[e.f] - e.carry * u[e.g]);
+  return sum;
+}
+
+// The flow from crosses of unit length to where it changes them no more.
+Crosses settled(const CrossGraph& graph, const Asked& asked, const FieldSystem& system, Crosses u,
+                ExecutionContext& context) {
+  const Eigen::VectorXd inertia = areas_of(graph) / kFlowArea;
+  for (int step = 0; step < kMostFlowSteps; ++step) {
+    context.report("cross field", 0.75 + 0.25 * step / kMostFlowSteps);
+    Crosses next = system.solve(asked.pull + inertia.cwiseProduct(u), asked.given, context);
+    to_unit_length(next);
+    const double change = (next - u).cwiseAbs().dot(areas_of(graph));
+    u = std::move(next);
+    if (change < kSettled) break;
+  }
+  return u;
+}
+
+Crosses flow(const CrossGraph& graph, const Asked& asked, ExecutionContext& context) {
+  std::vector<double> diagonal(asked.weight);
+  for (std::size_t i = 0; i < diagonal.size(); ++i) diagonal[i] += graph.area[i] / kFlowArea;
+  FieldSystem system;
+  {
+    const ProgressRange range(context, 0.0, 0.5);
+    if (!system.factorize(graph, diagonal, asked.held, context)) fail();
+  }
+  const auto run = [&](Crosses u) {
+    to_unit_length(u);
+    return settled(graph, asked, system, std::move(u), context);
+  };
+  if (asked.any) return run(system.solve(asked.pull, asked.given, context));
+  // The first eigenvector may be one of many, and one with cones that nobody wants: on a sphere of
+  // meridians and parallels it has two without any angle. Mixed with the second it is another.
+  const Eigenvectors start = least_eigenvectors(graph, system, context);
+  Crosses one = run(start.first), other = run(start.first + start.second);
+  return energy(graph, other) < energy(graph, one) ? other : one;
+}
+
+Asked restricted(const Asked& fine, const Coarsened& to) {
+  const auto count = static_cast<Eigen::Index>(to.graph.area.size());
+  Asked asked{Crosses::Zero(count), std::vector<double>(at(count), 0.0),
+              std::vector<char>(at(count), 0), Crosses::Zero(count), fine.any};
+  for (std::size_t i = 0; i < to.node.size(); ++i) {
+    const Index node = to.node[i];
+    const auto f = static_cast<Eigen::Index>(i);
+    asked.pull[node] += std::conj(to.carry[i]) * fine.pull[f];
+    asked.weight[at(node)] += fine.weight[i];
+    if (fine.held[i] == 0) continue;
+    asked.held[at(node)] = 1;
+    asked.given[node] = fine.given[f];
+  }
+  return asked;
+}
+
+Crosses flow_coarsely(const CrossGraph& graph, const Asked& asked, ExecutionContext& context) {
+  if (graph.area.size() <= kEnoughNodes) return flow(graph, asked, context);
+  const Coarsened to = coarsen(graph, asked.held);
+  // Where next to nothing was joined, because it is held, nothing is gained.
+  if (to.graph.area.size() > graph.area.size() / 10 * 9) return flow(graph, asked, context);
+  const Crosses coarse = flow_coarsely(to.graph, restricted(asked, to), context);
+  Crosses u(static_cast<Eigen::Index>(to.node.size()));
+  for (std::size_t i = 0; i < to.node.size(); ++i)
+    u[static_cast<Eigen::Index>(i)] = to.carry[i] * coarse[to.node[i]];
+  return u;
+}
+
+}  // namespace
+
+Crosses smoothest(const std::vector<FaceGraph>& graphs, const Wishes& wishes,
+                  ExecutionContext& context) {
+  Crosses all(wishes.cross.size());
+  double done = 0.0;
+  for (const FaceGraph& graph : graphs) {
+    const auto count = static_cast<Eigen::Index>(graph.faces.size());
+    const double share = static_cast<double>(count) / static_cast<double>(all.size());
+    const ProgressRange range(context, done, std::min(1.0, done + share));
+    done += share;
+    Asked asked{Crosses(count), std::vector<double>(at(count)), std::vector<char>(at(count)),
+                Crosses::Zero(count)};
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const FaceId f = graph.faces[at(i)];
+      asked.weight[at(i)] = wishes.weight[at(f)] * graph.area[at(i)];
+      asked.held[at(i)] = wishes.held[at(f)];
+      asked.pull[i] = asked.weight[at(i)] * wishes.cross[f];
+      if (asked.held[at(i)] != 0) asked.given[i] = wishes.cross[f];
+      asked.any = asked.any || asked.weight[at(i)] > 0.0 || asked.held[at(i)] != 0;
+    }
+    const Crosses u = flow_coarsely(graph, asked, context);
+    for (Eigen::Index i = 0; i < count; ++i) all[graph.faces[at(i)]] = u[i];
+  }
+  return all;
+}
+
+}  // namespace flipfree::field

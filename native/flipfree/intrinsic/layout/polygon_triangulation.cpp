@@ -1,0 +1,268 @@
+#include "flipfree/intrinsic/layout/polygon_triangulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::intrinsic {
+
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+// Least-cost triangulation by dynamic programming over diagonals (Klincsek 1980). A vertex is
+// complete when the triangle that joins the two chains ending in it is chosen; its angles must then
+// sum to the prescribed one.
+class ExactTriangulation {
+ public:
+  ExactTriangulation(const std::vector<PolygonVertex>& polygon, const std::vector<double>& angles,
+                     Storage storage)
+      : p_(polygon), angles_(angles), storage_(storage), n_(polygon.size()), chains_(n_ * n_) {}
+
+  bool run(std::vector<PolygonTriangle>& triangles, const ExecutionContext& context) {
+    for (std::size_t span = 2; span < n_; ++span) {
+      context.check();
+      for (std::size_t i = 0; i + span < n_; ++i) best_apex(i, i + span);
+    }
+    const Chain& whole = chains_[n_ - 1];
+    if (!(whole.cost < kNever) || !fits(0, whole.at_start) || !fits(n_ - 1, whole.at_end))
+      return false;
+    std::vector<std::array<std::size_t, 2>> stack{{0, n_ - 1}};
+    while (!stack.empty()) {
+      const auto [i, j] = stack.back();
+      stack.pop_back();
+      if (j < i + 2) continue;
+      const std::size_t k = chains_[i * n_ + j].apex;
+      triangles.push_back({static_cast<Index>(i), static_cast<Index>(k), static_cast<Index>(j)});
+      stack.push_back({i, k});
+      stack.push_back({k, j});
+    }
+    return true;
+  }
+
+ private:
+  // The part of the polygon between vertices i and j, closed by the diagonal.
+  struct Chain {
+    double cost = 0.0;
+    double at_start = 0.0, at_end = 0.0;  // angles of its triangles at i and j
+    std::size_t apex = 0;
+  };
+
+  bool fits(std::size_t i, double sum) const {
+    return angles_.empty() || std::abs(sum - angles_[i]) < kAngleSlack;
+  }
+
+  void best_apex(std::size_t i, std::size_t j) {
+    Chain best;
+    best.cost = kNever;
+    for (std::size_t k = i + 1; k < j; ++k) {
+      const Chain &left = chains_[i * n_ + k], &right = chains_[k * n_ + j];
+      const double sides = left.cost + right.cost;
+      if (!(sides < best.cost) || !valid_triangle(p_[i], p_[k], p_[j], storage_)) continue;
+      const double total = sides + distortion_cost(p_[i], p_[k], p_[j]);
+      if (!(total < best.cost)) continue;
+      Chain chain{total, 0.0, 0.0, k};
+      if (!angles_.empty()) {
+        if (!fits(k, left.at_end + corner_angle(p_[k], p_[j], p_[i]) + right.at_start)) continue;
+        chain.at_start = left.at_start + corner_angle(p_[i], p_[k], p_[j]);
+        chain.at_end = right.at_end + corner_angle(p_[j], p_[i], p_[k]);
+      }
+      // The ends are not complete yet, but can only grow.
+      if (!angles_.empty() &&
+          (chain.at_start > angles_[i] + kAngleSlack || chain.at_end > angles_[j] + kAngleSlack)) {
+        continue;
+      }
+      best = chain;
+    }
+    chains_[i * n_ + j] = best;
+  }
+
+  const std::vector<PolygonVertex>& p_;
+  const std::vector<double>& angles_;
+  Storage storage_;
+  std::size_t n_;
+  std::vector<Chain> chains_;
+};
+
+bool triangulate_by_ears(const std::vector<PolygonVertex>& p, Storage storage,
+                         std::vector<PolygonTriangle>& triangles, const ExecutionContext& context) {
+  std::vector<Index> left(p.size());
+  for (std::size_t i = 0; i < p.size(); ++i) left[i] = static_cast<Index>(i);
+  const auto at = [&](std::size_t i) -> const PolygonVertex& {
+    return p[static_cast<std::size_t>(left[i % left.size()])];
+  };
+  const auto ear_cost = [&](std::size_t i) {
+    const std::size_t n = left.size();
+    const PolygonVertex &a = at(i + n - 1), &b = at(i), &c = at(i + 1);
+    if (!valid_triangle(a, b, c, storage)) return kNever;
+    // What is left must not lie within one side.
+    unsigned common = 0xff;
+    for (std::size_t j = 0; j < n && common != 0; ++j) {
+      if (j != i) common &= at(j).sides;
+    }
+    if (common != 0) return kNever;
+    // Relative to its own area: a sliver is as bad small as large.
+    const double area = (b.domain[0] - a.domain[0]) * (c.domain[1] - a.domain[1]) -
+                        (b.domain[1] - a.domain[1]) * (c.domain[0] - a.domain[0]);
+    return distortion_cost(a, b, c) / area;
+  };
+  std::vector<double> cost(p.size());
+  for (std::size_t i = 0; i < p.size(); ++i) cost[i] = ear_cost(i);
+  while (left.size() > 3) {
+    const std::size_t n = left.size();
+    if (n % 16 == 0) context.check();
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < n; ++i) {
+      if (cost[i] < cost[best]) best = i;
+    }
+    if (!(cost[best] < kNever)) return false;
+    // Cutting others may have left this ear the last corner off one side.
+    cost[best] = ear_cost(best);
+    if (!(cost[best] < kNever)) continue;
+    triangles.push_back({left[(best + n - 1) % n], left[best], left[(best + 1) % n]});
+    left.erase(left.begin() + static_cast<std::ptrdiff_t>(best));
+    cost.erase(cost.begin() + static_cast<std::ptrdiff_t>(best));
+    const std::size_t m = left.size();
+    const std::size_t before = (best + m - 1) % m, after = best % m;
+    cost[before] = ear_cost(before);
+    cost[after] = ear_cost(after);
+  }
+  if (!valid_triangle(at(0), at(1), at(2), storage)) return false;
+  triangles.push_back({left[0], left[1], left[2]});
+  return true;
+}
+
+}  // namespace
+
+bool valid_triangle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c,
+                    Storage storage) {
+  if ((a.sides & b.sides & c.sides) != 0) return false;
+  return (storage == Storage::k64Only ||
+          numeric::orientation(a.uv32.data(), b.uv32.data(), c.uv32.data()) > 0) &&
+         numeric::orientation(a.uv.data(), b.uv.data(), c.uv.data()) > 0 &&
+         numeric::orientation(a.domain.data(), b.domain.data(), c.domain.data()) > 0;
+}
+
+double distortion_cost(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c) {
+  const double e1x = b.domain[0] - a.domain[0], e1y = b.domain[1] - a.domain[1];
+  const double e2x = c.domain[0] - a.domain[0], e2y = c.domain[1] - a.domain[1];
+  const double f1x = b.uv[0] - a.uv[0], f1y = b.uv[1] - a.uv[1];
+  const double f2x = c.uv[0] - a.uv[0], f2y = c.uv[1] - a.uv[1];
+  const double area = e1x * e2y - e1y * e2x;
+  const double image = f1x * f2y - f1y * f2x;
+  // |J|^2 = |f1 (x) e2' - f2 (x) e1'|^2 / area^2 with e' the quarter-turned edges.
+  const double j00 = f1x * e2y - f2x * e1y, j01 = f2x * e1x - f1x * e2x;
+  const double j10 = f1y * e2y - f2y * e1y, j11 = f2y * e1x - f1y * e2x;
+  const double squared = (j00 * j00 + j01 * j01 + j10 * j10 + j11 * j11) / area;
+  const double cost = squared / (2.0 * image);  // = |J|^2 area / (2 det J), det J = image / area
+  return cost > 0.0 && cost < kNever ? cost : 1e300;
+}
+
+double corner_angle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c) {
+  const double ux = b.uv[0] - a.uv[0], uy = b.uv[1] - a.uv[1];
+  const double vx = c.uv[0] - a.uv[0], vy = c.uv[1] - a.uv[1];
+  return std::atan2(ux * vy - uy * vx, ux * vx + uy * vy);
+}
+
+bool triangulate_small_or_by_ears(const std::vector<PolygonVertex>& polygon,
+                                  const std::vector<double>& angles, Storage storage,
+                                  std::vector<PolygonTriangle>& triangles,
+                                  const ExecutionContext& context) {
+  triangles.clear();
+  if (polygon.size() <= kExactPolygon)
+    return triangulate_exactly(polygon, angles, storage, triangles, context);
+  if (!triangulate_by_ears(polygon, storage, triangles, context)) return false;
+  std::vector<double> sums(polygon.size(), 0.0);
+  for (const PolygonTriangle& t : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto place = [&](std::size_t i) { return static_cast<std::size_t>(t[i % 3]); };
+      sums[place(k)] +=
+          corner_angle(polygon[place(k)], polygon[place(k + 1)], polygon[place(k + 2)]);
+    }
+  }
+  bool right = true;
+  for (std::size_t i = 0; i < angles.size(); ++i)
+    right = right && std::abs(sums[i] - angles[i]) < kAngleSlack;
+  return right;
+}
+
+bool triangulate_exactly(const std::vector<PolygonVertex>& polygon,
+                         const std::vector<double>& angles, Storage storage,
+                         std::vector<PolygonTriangle>& triangles, const ExecutionContext& context) {
+  triangles.clear();
+  return polygon.size() >= 3 && polygon.size() <= kLargestExactPolygon &&
+         ExactTriangulation(polygon, angles, storage).run(triangles, context);
+}
+
+bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
+                         const std::vector<double>& angles, Storage storage,
+                         std::vector<PolygonTriangle>& triangles, const ExecutionContext& context) {
+  if (triangulate_small_or_by_ears(polygon, angles, storage, triangles, context)) return true;
+  return polygon.size() > kExactPolygon &&
+         triangulate_exactly(polygon, angles, storage, triangles, context);
+}
+
+std::vector<std::array<Index, 2>> face_chords(const std::array<Index, 3>& count,
+                                              const std::vector<SidePlace>& place) {
+  // Per side, the position in the polygon of every corner and point; kInvalid where it is missing.
+  std::array<std::vector<Index>, 3> position;
+  for (std::size_t k = 0; k < 3; ++k) position[k].assign(at(count[k]) + 1, kInvalid);
+  for (std::size_t i = 0; i < place.size(); ++i)
+    position[at(place[i].side)][at(place[i].place)] = static_cast<Index>(i);
+  std::vector<std::array<Index, 2>> chords;
+  const auto add = [&](Index a, Index b) {
+    if (a != kInvalid && b != kInvalid) chords.push_back({std::min(a, b), std::max(a, b)});
+  };
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t out = k, across = (k + 1) % 3, in = (k + 2) % 3;
+    const Index n_out = count[out], n_across = count[across], n_in = count[in];
+    // Around the corner where `in` ends and `out` begins.
+    const Index around = std::clamp((n_out + n_in - n_across) / 2, Index{0}, std::min(n_out, n_in));
+    for (Index i = 1; i <= around; ++i) add(position[out][at(i)], position[in][at(n_in + 1 - i)]);
+    // From that corner to the side opposite to it, between those around its ends.
+    for (Index i = n_out + 1; i <= n_across - n_in; ++i)
+      add(position[out][0], position[across][at(i)]);
+  }
+  return chords;
+}
+
+bool triangulate_cells(const std::vector<PolygonVertex>& polygon,
+                       const std::vector<std::array<Index, 2>>& chords, Storage storage,
+                       std::vector<PolygonTriangle>& triangles, const ExecutionContext& context) {
+  triangles.clear();
+  std::vector<std::array<Index, 2>> sorted = chords;
+  // By the later end; of one end, the shortest first.
+  std::sort(sorted.begin(), sorted.end(),
+            [](const auto& a, const auto& b) { return a[1] != b[1] ? a[1] < b[1] : a[0] > b[0]; });
+  std::vector<Index> open;  // what no chord has cut off yet
+  std::vector<PolygonVertex> cell;
+  std::vector<PolygonTriangle> local;
+  const auto close = [&](std::size_t first) {
+    if (open.size() - first < 3) return true;
+    cell.clear();
+    for (std::size_t i = first; i < open.size(); ++i) cell.push_back(polygon[at(open[i])]);
+    if (!triangulate_polygon(cell, {}, storage, local, context)) return false;
+    for (const PolygonTriangle& t : local) {
+      triangles.push_back({open[first + at(t[0])], open[first + at(t[1])], open[first + at(t[2])]});
+    }
+    return true;
+  };
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    open.push_back(static_cast<Index>(i));
+    for (; next < sorted.size() && at(sorted[next][1]) == i; ++next) {
+      std::size_t first = open.size();
+      while (first > 0 && open[first - 1] != sorted[next][0]) --first;
+      if (first-- == 0) return false;
+      if (!close(first)) return false;
+      open.resize(first + 1);
+      open.push_back(static_cast<Index>(i));
+    }
+  }
+  return close(0);
+}
+
+}  // namespace flipfree::intrinsic

@@ -1,0 +1,611 @@
+#include "flipfree/intrinsic/overlay.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/debug_check.h"
+#include "flipfree/base/error.h"
+#include "flipfree/base/parallel.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/intrinsic/symmetric_flips.h"
+
+namespace flipfree::intrinsic {
+
+namespace {
+
+constexpr std::int64_t kMostCrossings = std::int64_t{1} << 60;
+
+}  // namespace
+
+OverlayCoordinates::OverlayCoordinates(FlipMesh mesh)
+    : input_(std::move(mesh)),
+      current_(input_),
+      crossings_(input_.next.size(), -1),
+      roundabout_(input_.next.size(), 0),
+      star_begin_(at(count_vertices(input_)) + 1, 0),
+      star_(input_.next.size()) {
+  const auto count = static_cast<Index>(input_.halfedge_count());
+  for (HalfedgeId h = 0; h < count; ++h) ++star_begin_[at(input_.origin_of(h)) + 1];
+  for (std::size_t v = 1; v < star_begin_.size(); ++v) star_begin_[v] += star_begin_[v - 1];
+  std::vector<char> placed(at(count), 0);
+  for (HalfedgeId first = 0; first < count; ++first) {
+    if (placed[at(first)]) continue;
+    const Index begin = star_begin_[at(input_.origin_of(first))];
+    Index place = 0;
+    HalfedgeId h = first;
+    do {
+      star_[at(begin + place)] = h;
+      roundabout_[at(h)] = place++;
+      placed[at(h)] = 1;
+      h = input_.rotate_ccw(h);
+    } while (h != first);
+    if (place != degree(input_.origin_of(first))) {
+      throw InternalError("overlay: the half-edges out of vertex " +
+                          std::to_string(input_.origin_of(first)) + " are not one cycle");
+    }
+  }
+}
+
+CornerCounts OverlayCoordinates::corner(HalfedgeId h) const {
+  const HalfedgeId n = current_.next_of(h), p = current_.next_of(n);
+  const std::int64_t a = crossings(h), b = crossings(p), c = crossings(n);
+  return {emanating(a, b, c), turning(a, b, c)};
+}
+
+// The roundabout of the half-edge that follows h counter-clockwise, from those of h.
+Index OverlayCoordinates::roundabout_after(HalfedgeId h) const {
+  const std::int64_t between = corner(h).emanating + (shared(h) ? 1 : 0);
+  const std::int64_t place = roundabout(h) + between;
+  const Index size = degree(current_.origin_of(h));
+  return static_cast<Index>(place % size);
+}
+
+void OverlayCoordinates::flip(HalfedgeId h) {
+  const HalfedgeId o = current_.opposite(h);
+  const HalfedgeId hn = current_.next_of(h), hp = current_.next_of(hn);
+  const HalfedgeId on = current_.next_of(o), op = current_.next_of(on);
+  const FlippedCrossings kl = after_flip(
+      {crossings(h), crossings(hn), crossings(hp), crossings(on), crossings(op), shared(h)});
+  if (kl.count > kMostCrossings) {
+    throw InternalError("overlay: an edge is crossed more than 2^60 times");
+  }
+
+  flip_edge(current_, h >> 1);
+  crossings_[at(h)] = crossings_[at(o)] = kl.along ? -1 : kl.count;
+  // Counter-clockwise around l: op, h, opposite(on); around k: hp, o, opposite(hn).
+  roundabout_[at(h)] = roundabout_after(op);
+  roundabout_[at(o)] = roundabout_after(hp);
+}
+
+namespace {
+
+[[noreturn]] void broken(HalfedgeId g, const char* what) {
+  throw InternalError("overlay: input half-edge " + std::to_string(g) + " " + what);
+}
+
+// For every half-edge of M0 where it starts in T.
+std::vector<CurveStart> find_starts(const OverlayCoordinates& coordinates) {
+  const FlipMesh& mesh = coordinates.current();
+  std::vector<CurveStart> start(mesh.halfedge_count());
+  for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); ++h) {
+    const VertexId v = mesh.origin_of(h);
+    const Index degree = coordinates.degree(v);
+    const HalfedgeId* star = coordinates.star(v);
+    Index place = coordinates.roundabout(h);
+    const auto assign = [&](std::int32_t rank) {
+      CurveStart& s = start[at(star[place])];
+      if (s.halfedge != kInvalid) broken(star[place], "starts in two corners");
+      s = {h, rank};
+      place = place + 1 == degree ? 0 : place + 1;
+    };
+    if (coordinates.shared(h)) assign(-1);
+    const std::int64_t count = coordinates.corner(h).emanating;
+    if (count > degree) broken(star[place], "starts in a corner with too many others");
+    for (std::int32_t i = 0; i < count; ++i) assign(i);
+  }
+  return start;
+}
+
+// Position of a curve on half-edge `through`, counted from its source; moves it into the next face.
+// Returns false if the curve ends at the vertex opposite to `through` there.
+bool advance(const OverlayCoordinates& coordinates, HalfedgeId& through, std::int64_t& position) {
+  const FlipMesh& mesh = coordinates.current();
+  const HalfedgeId o = FlipMesh::opposite(through);
+  const std::int64_t from_source = coordinates.crossings(o) - 1 - position;
+  const HalfedgeId on = mesh.next_of(o), op = mesh.next_of(on);
+  const std::int64_t turning = coordinates.corner(o).turning;
+  if (from_source < turning) {
+    through = op;
+    position = coordinates.crossings(op) - 1 - from_source;
+    return true;
+  }
+  if (from_source < turning + coordinates.corner(op).emanating) return false;
+  through = on;
+  position = coordinates.crossings(o) - 1 - from_source;
+  return true;
+}
+
+}  // namespace
+
+OverlayTrace trace_overlay(const OverlayCoordinates& coordinates, std::vector<HalfedgeId> curves,
+                           std::int64_t max_crossings, const ExecutionContext& context) {
+  const FlipMesh& mesh = coordinates.current();
+  OverlayTrace trace;
+  trace.start = find_starts(coordinates);
+  trace.curves = std::move(curves);
+  trace.begin.reserve(trace.curves.size() + 1);
+  trace.begin.push_back(0);
+  for (std::size_t c = 0; c < trace.curves.size(); ++c) {
+    if (c % 4096 == 0) context.check();
+    const HalfedgeId g = trace.curves[c];
+    const CurveStart& s = trace.start[at(g)];
+    if (s.halfedge == kInvalid) broken(g, "starts nowhere");
+    if (!s.shared()) {
+      HalfedgeId through = mesh.next_of(s.halfedge);
+      std::int64_t position = coordinates.crossings(s.halfedge) + s.place;
+      do {
+        if (static_cast<std::int64_t>(trace.crossings.size()) >= max_crossings) {
+          throw_not_converged(
+              ErrorCode::kIterationLimit,
+              "The common refinement of input and final triangulation has more than " +
+                  std::to_string(max_crossings) +
+                  " crossings. Use a finer or better shaped mesh, or milder target angles.");
+        }
+        if (trace.crossings.size() % 65536 == 65535) context.check();
+        trace.crossings.push_back(
+            {through, through % 2 == 0 ? position : coordinates.crossings(through) - 1 - position});
+      } while (advance(coordinates, through, position));
+      const HalfedgeId apex = mesh.previous(FlipMesh::opposite(through));
+      if (mesh.origin_of(apex) != coordinates.input().origin_of(FlipMesh::opposite(g))) {
+        broken(g, "does not end at its target");
+      }
+    }
+    trace.begin.push_back(static_cast<std::int64_t>(trace.crossings.size()));
+  }
+  return trace;
+}
+
+namespace {
+
+// Penner lengths from one end of a curve to the two ends of the half-edge it crosses.
+struct Reach {
+  long double source = 0;
+  long double target = 0;
+};
+
+Between normalised(long double source, long double target) {
+  // Divide by the larger first: the weights themselves may be near the ends of the range.
+  const long double largest = std::max(source, target);
+  const long double a = source / largest, b = target / largest;
+  return {static_cast<double>(a / (a + b)), static_cast<double>(b / (a + b))};
+}
+
+}  // namespace
+
+OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const OverlayTrace& trace,
+                                  const std::vector<long double>& lengths,
+                                  const std::vector<long double>& scale,
+                                  const ExecutionContext& context) {
+  const FlipMesh& mesh = coordinates.current();
+  const auto length = [&](HalfedgeId h) { return lengths[at(h >> 1)]; };
+  OverlayPositions positions;
+  positions.on_edge.resize(trace.crossings.size());
+  positions.on_curve.resize(trace.crossings.size());
+  const auto locate = [&](std::size_t c, std::vector<Reach>& ahead) {
+    const auto crossings = trace.of_curve(c);
+    if (crossings.empty()) return;
+    const std::size_t count = crossings.size();
+    // From the far end b, backwards: the reach of b to the ends of each crossed half-edge.
+    ahead.resize(count);
+    {
+      const HalfedgeId last = FlipMesh::opposite(crossings[count - 1].through);
+      // `last` runs target -> source of the crossed half-edge; its next leaves the source, its
+      // previous the apex.
+      ahead[count - 1] = {length(mesh.next_of(last)), length(mesh.previous(last))};
+      for (std::size_t i = count - 1; i-- > 0;) {
+        // The triangle between crossings i and i + 1: sides `near` (crossed before) and `far`
+        // (crossed after) share one vertex; the other end of `near` is new as seen from b.
+        const HalfedgeId near = FlipMesh::opposite(crossings[i].through);
+        const HalfedgeId far = crossings[i + 1].through;
+        const Reach& r = ahead[i + 1];
+        const HalfedgeId third =
+            far == mesh.next_of(near) ? mesh.previous(near) : mesh.next_of(near);
+        // b's lengths to the ends of `near` (source(near) = target of the crossed half-edge i).
+        if (far == mesh.next_of(near)) {
+          // far: source(crossed) -> apex, shared vertex = source(crossed i) = source(far).
+          const long double fresh =
+              (r.source * length(third) + r.target * length(near)) / length(far);
+          ahead[i] = {r.source, fresh};
+        } else {
+          // far: apex -> target(crossed i), shared vertex = target(far).
+          const long double fresh =
+              (r.target * length(third) + r.source * length(near)) / length(far);
+          ahead[i] = {fresh, r.target};
+        }
+      }
+    }
+    const HalfedgeId first = crossings[0].through;
+    Reach behind{length(mesh.previous(first)), length(mesh.next_of(first))};
+    const VertexId a = coordinates.input().origin_of(trace.curves[c]);
+    const VertexId b = coordinates.input().origin_of(FlipMesh::opposite(trace.curves[c]));
+    const long double ratio = std::exp(scale[at(b)] - scale[at(a)]);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i > 0) {
+        const HalfedgeId near = FlipMesh::opposite(crossings[i - 1].through);
+        const HalfedgeId far = crossings[i].through;
+        // Ptolemy across `near`: fresh = (a to one end * opposite side + ...) / near; `behind` is
+        // for the crossed half-edge i - 1, whose source is target(near).
+        const HalfedgeId next = mesh.next_of(near), previous = mesh.previous(near);
+        const long double apex =
+            (behind.source * length(previous) + behind.target * length(next)) / length(near);
+        behind = far == next ? Reach{behind.source, apex} : Reach{apex, behind.target};
+      }
+      const Reach& r = ahead[i];
+      const std::size_t id = static_cast<std::size_t>(trace.begin[c]) + i;
+      // Ratios first: products of two lengths may leave even this range.
+      const long double across = (behind.source / behind.target) * (r.source / r.target);
+      positions.on_edge[id] = normalised(1, across);
+      const long double along = (behind.source / r.source) * (behind.target / r.target) * ratio;
+      positions.on_curve[id] = normalised(1, along);
+    }
+  };
+  constexpr std::size_t kCurvesPerChunk = 4096;
+  parallel_for(context, trace.curves.size(), kCurvesPerChunk,
+               [&](std::size_t begin, std::size_t end, std::size_t) {
+                 std::vector<Reach> ahead;
+                 for (std::size_t c = begin; c < end; ++c) locate(c, ahead);
+               });
+  return positions;
+}
+
+namespace {
+
+// Areas before and after a replayed flip may differ by so much (relative): else the lengths are not
+// trusted.
+constexpr long double kAreaTolerance = 1e-9L;
+
+struct Spot {
+  long double x = 0, y = 0;
+  long double cross(const Spot& b) const { return x * b.y - y * b.x; }
+  long double dot(const Spot& b) const { return x * b.x + y * b.y; }
+};
+
+// Apex over a side c along the x axis: `a` beside its far end, `b` beside the origin.
+Spot apex_over(long double c, long double a, long double b) {
+  return {(c + (b - a) * ((b + a) / c)) / 2, quadruple_area(a, b, c) / (2 * c)};
+}
+
+// Euclidean lengths on the Delaunay start.
+class StartLengths {
+ public:
+  StartLengths(const FlippedMetric& metric, const std::vector<long double>& initial_length)
+      : length_(initial_length) {
+    FlipMesh mesh = metric.initial;
+    for (std::size_t i = 0; i < metric.euclidean_flips; ++i) {
+      const PlainFlips& plain = metric.flips[i].plain;
+      for (int k = 0; k < plain.count; ++k) flip(mesh, plain.edges[static_cast<std::size_t>(k)]);
+    }
+  }
+  bool trusted() const { return trusted_; }
+  long double of(HalfedgeId h) const { return length_[at(h >> 1)]; }
+  Spot apex(const FlipMesh& mesh, HalfedgeId h) const {
+    return apex_over(of(h), of(mesh.next_of(h)), of(mesh.previous(h)));
+  }
+
+ private:
+  // A flip keeps the area of its two triangles, if they form a convex quadrilateral.
+  void flip(FlipMesh& mesh, EdgeId e) {
+    const HalfedgeId h = 2 * e;
+    const Spot k = apex(mesh, h), m = apex(mesh, h ^ 1);
+    const Spot d{k.x - (of(h) - m.x), k.y + m.y};
+    const long double before = of(h) * (k.y + m.y);
+    flip_edge(mesh, e);
+    length_[at(e)] = std::sqrt(d.dot(d));
+    const long double after = of(h) * (apex(mesh, h).y + apex(mesh, h ^ 1).y);
+    trusted_ = trusted_ && std::abs(after - before) <= kAreaTolerance * before;
+  }
+  std::vector<long double> length_;
+  bool trusted_ = true;
+};
+
+class StraightLines {
+ public:
+  StraightLines(const FlipMesh& mesh, const StartLengths& lengths)
+      : mesh_(mesh), lengths_(lengths) {}
+
+  // Writes one crossing for each of `crossings` to `out`.
+  void follow(const CurveStart& start, std::span<const Crossing> crossings, StraightCrossing* out) {
+    ends_.clear();
+    // The start lies at the origin, the side before the line on the x axis.
+    Spot p{lengths_.of(start.halfedge), 0};
+    Spot q = lengths_.apex(mesh_, start.halfedge);
+    Spot apex;
+    for (std::size_t i = 0; i < crossings.size(); ++i) {
+      ends_.push_back({p, q});
+      const HalfedgeId o = FlipMesh::opposite(crossings[i].through);
+      const Spot local = lengths_.apex(mesh_, o);
+      const long double l = lengths_.of(o);
+      const Spot x{(p.x - q.x) / l, (p.y - q.y) / l};
+      apex = {q.x + local.x * x.x - local.y * x.y, q.y + local.x * x.y + local.y * x.x};
+      if (i + 1 == crossings.size()) break;
+      (crossings[i + 1].through == mesh_.next_of(o) ? q : p) = apex;
+    }
+    const long double whole = apex.dot(apex);
+    for (std::size_t i = 0; i < crossings.size(); ++i) {
+      const auto& [a, b] = ends_[i];
+      const long double right = -apex.cross(a), left = apex.cross(b);
+      StraightCrossing& s = out[i];
+      s.through = crossings[i].through;
+      s.on_edge.source = -1.0;
+      if (right > 0 && left > 0) {
+        const long double sum = right + left;
+        const Spot hit{(a.x * left + b.x * right) / sum, (a.y * left + b.y * right) / sum};
+        const long double along = hit.dot(apex) / whole;
+        if (along > 0 && along < 1) {
+          s.on_edge = {static_cast<double>(left / sum), static_cast<double>(right / sum)};
+          s.on_curve = {static_cast<double>(1 - along), static_cast<double>(along)};
+        }
+      }
+    }
+  }
+
+ private:
+  const FlipMesh& mesh_;
+  const StartLengths& lengths_;
+  std::vector<std::array<Spot, 2>> ends_;
+};
+
+Between scaled(const Between& b, long double source, long double target) {
+  const long double s = b.source * source, t = b.target * target, sum = s + t;
+  return {static_cast<double>(s / sum), static_cast<double>(t / sum)};
+}
+
+class Straightener {
+ public:
+  Straightener(const FlippedMetric& metric, const OverlayTrace& trace,
+               const std::vector<long double>& scale, OverlayPositions& positions)
+      : metric_(metric), trace_(trace), scale_(scale), positions_(positions) {
+    made_later_.assign(metric.mesh.edge_count(), 0);
+    for (std::size_t i = metric.euclidean_flips; i < metric.flips.size(); ++i) {
+      const PlainFlips& plain = metric.flips[i].plain;
+      for (int k = 0; k < plain.count; ++k)
+        made_later_[at(plain.edges[static_cast<std::size_t>(k)])] = 1;
+    }
+    wish_.resize(trace.crossings.size());
+    for (Wish& w : wish_) w.on_edge.source = -1.0;
+  }
+
+  // The same crossings in D and in T: those of edges that both have, in the same order. Different
+  // curves may be matched at the same time.
+  void match(std::size_t curve, std::span<const StraightCrossing> straight) {
+    const auto crossings = trace_.of_curve(curve);
+    std::size_t j = 0;
+    for (std::size_t i = 0; i < crossings.size(); ++i) {
+      const HalfedgeId h = crossings[i].through;
+      if (made_later_[at(h >> 1)]) continue;
+      while (j < straight.size() && made_later_[at(straight[j].through >> 1)]) ++j;
+      if (j == straight.size() || straight[j].through != h) return;
+      if (straight[j].on_edge.source > 0.0) {
+        const long double us = scale_[at(metric_.mesh.origin[at(h)])];
+        const long double ut = scale_[at(metric_.mesh.origin[at(h ^ 1)])];
+        // Weights of an edge are divided by the factors of its ends; only the ratio counts.
+        const long double most = std::max(us, ut);
+        Wish& w = wish_[static_cast<std::size_t>(trace_.begin[curve]) + i];
+        w.on_edge = scaled(straight[j].on_edge, std::exp(ut - most), std::exp(us - most));
+        w.on_curve = straight[j].on_curve;
+      }
+      ++j;
+    }
+  }
+
+  // Moves the crossings of every edge whose places are in order.
+  void move_on_edges(const ExecutionContext& context) {
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < trace_.crossings.size(); ++i) {
+      if (!made_later_[at(trace_.crossings[i].through >> 1)]) order.push_back(i);
+    }
+    const auto forward = [&](std::size_t i) { return (trace_.crossings[i].through & 1) == 0; };
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      const EdgeId ea = trace_.crossings[a].through >> 1, eb = trace_.crossings[b].through >> 1;
+      if (ea != eb) return ea < eb;
+      return trace_.crossings[a].position < trace_.crossings[b].position;
+    });
+    context.check();
+    for (std::size_t begin = 0; begin < order.size();) {
+      const EdgeId e = trace_.crossings[order[begin]].through >> 1;
+      std::size_t end = begin;
+      double last = 0.0;
+      bool ordered = true;
+      for (; end < order.size() && trace_.crossings[order[end]].through >> 1 == e; ++end) {
+        const Between& b = wish_[order[end]].on_edge;
+        const double share = forward(order[end]) ? b.target : b.source;
+        ordered = ordered && b.source > 0.0 && b.target > 0.0 && share > last;
+        last = share;
+      }
+      for (std::size_t i = begin; i < end; ++i) {
+        if (ordered) positions_.on_edge[order[i]] = wish_[order[i]].on_edge;
+        ++(ordered ? result.moved : result.kept);
+      }
+      begin = end;
+    }
+  }
+
+  // Along a curve: known places are taken if they are in order, others keep their share of the way
+  // between their neighbours.
+  void move_on_curve(std::size_t curve) {
+    const auto first = static_cast<std::size_t>(trace_.begin[curve]);
+    const auto last = static_cast<std::size_t>(trace_.begin[curve + 1]);
+    double reached = 0.0;
+    for (std::size_t i = first; i < last; ++i) {
+      if (!(wish_[i].on_edge.source > 0.0)) continue;
+      if (!(wish_[i].on_curve.target > reached)) return;
+      reached = wish_[i].on_curve.target;
+    }
+    Between old_from{1.0, 0.0}, new_from{1.0, 0.0};
+    for (std::size_t i = first; i < last;) {
+      std::size_t known = i;
+      while (known < last && !(wish_[known].on_edge.source > 0.0)) ++known;
+      const Between old_to = known < last ? positions_.on_curve[known] : Between{0.0, 1.0};
+      const Between new_to = known < last ? wish_[known].on_curve : Between{0.0, 1.0};
+      for (; i < known; ++i) {
+        const double span = old_to.target - old_from.target;
+        const double share =
+            span > 0.0
+                ? std::clamp((positions_.on_curve[i].target - old_from.target) / span, 0.0, 1.0)
+                : 0.5;
+        positions_.on_curve[i] = {(1.0 - share) * new_from.source + share * new_to.source,
+                                  (1.0 - share) * new_from.target + share * new_to.target};
+      }
+      if (known == last) break;
+      result.largest_move = std::max(result.largest_move, std::abs(new_to.target - old_to.target));
+      positions_.on_curve[known] = new_to;
+      old_from = old_to;
+      new_from = new_to;
+      i = known + 1;
+    }
+  }
+
+  Straightened result;
+
+ private:
+  struct Wish {
+    Between on_edge, on_curve;
+  };
+  const FlippedMetric& metric_;
+  const OverlayTrace& trace_;
+  const std::vector<long double>& scale_;
+  OverlayPositions& positions_;
+  std::vector<char> made_later_;  // #E: by a Ptolemy flip
+  std::vector<Wish> wish_;
+};
+
+}  // namespace
+
+StraightCurves follow_straight(const FlippedMetric& metric, const OverlayCoordinates& start,
+                               const std::vector<HalfedgeId>& curves,
+                               const std::vector<long double>& initial_length,
+                               const ExecutionContext& context) {
+  StraightCurves out;
+  const StartLengths lengths(metric, initial_length);
+  if (!lengths.trusted()) return out;
+  const OverlayTrace trace =
+      trace_overlay(start, curves, std::numeric_limits<std::int64_t>::max(), context);
+  out.begin = trace.begin;
+  out.crossings.resize(trace.crossings.size());
+  StraightLines lines(start.current(), lengths);
+  for (std::size_t c = 0; c < curves.size(); ++c) {
+    if (c % 1024 == 0) context.check();
+    const auto crossings = trace.of_curve(c);
+    if (crossings.empty()) continue;
+    lines.follow(trace.start[at(curves[c])], crossings, out.crossings.data() + out.begin[c]);
+  }
+  return out;
+}
+
+Straightened straighten(const FlippedMetric& metric, const OverlayTrace& trace,
+                        const StraightCurves& straight, const std::vector<long double>& scale,
+                        OverlayPositions& positions, const ExecutionContext& context) {
+  if (straight.begin.empty()) return {};
+  Straightener straightener(metric, trace, scale, positions);
+  std::vector<std::size_t> bent;  // curves that are not edges of the Delaunay start
+  for (std::size_t c = 0; c < trace.curves.size(); ++c)
+    if (!straight.of_curve(c).empty()) bent.push_back(c);
+  constexpr std::size_t kCurvesPerChunk = 1024;
+  parallel_for(context, bent.size(), kCurvesPerChunk,
+               [&](std::size_t begin, std::size_t end, std::size_t) {
+                 for (std::size_t i = begin; i < end; ++i)
+                   straightener.match(bent[i], straight.of_curve(bent[i]));
+               });
+  straightener.move_on_edges(context);
+  for (const std::size_t c : bent) straightener.move_on_curve(c);
+  return straightener.result;
+}
+
+Overlay build_overlay(const FlippedMetric& metric, const std::vector<HalfedgeId>& curves,
+                      std::int64_t max_crossings, const ExecutionContext& context) {
+  debug_check("build_overlay", [&] { return find_broken_invariant(metric); });
+  Overlay overlay{OverlayCoordinates(metric.initial), {}, {}, {}};
+  const auto replay = [&](std::size_t from, std::size_t to) {
+    replay_flips(metric.flips, from, to, context,
+                 [&](EdgeId e) { overlay.coordinates.flip(FlipMesh::halfedge(e)); });
+  };
+  replay(0, metric.euclidean_flips);
+  std::optional<OverlayCoordinates> start;
+  if (metric.euclidean_flips > 0) start = overlay.coordinates;
+  replay(metric.euclidean_flips, metric.flips.size());
+  if (overlay.coordinates.current().next != metric.mesh.next) {
+    throw InternalError("overlay: the recorded flips do not lead to the final triangulation");
+  }
+  const std::vector<long double> u = widened(metric.u);
+  std::vector<long double> scale;
+  scale.reserve(metric.mesh.unknown.size());
+  for (const VertexId v : metric.mesh.unknown) scale.push_back(u[static_cast<std::size_t>(v)]);
+  StraightCurves straight;
+  parallel_for(context, 2, 1, [&](std::size_t task, std::size_t, std::size_t) {
+    if (task == 0) {
+      overlay.trace = trace_overlay(overlay.coordinates, curves, max_crossings, context);
+      overlay.positions = locate_crossings(overlay.coordinates, overlay.trace,
+                                           widened(metric.length), scale, context);
+    } else if (start) {
+      straight = follow_straight(metric, *start, curves, widened(metric.initial_length), context);
+    }
+  });
+  overlay.straightened =
+      straighten(metric, overlay.trace, straight, scale, overlay.positions, context);
+  return overlay;
+}
+
+namespace {
+
+// The place of the i-th of so many, drawn towards an even spacing; not before `least`, where
+// rounding has put the last one.
+Between spread(const Between& b, std::size_t i, std::size_t count, double share, double& least) {
+  const double even = static_cast<double>(i + 1) / static_cast<double>(count + 1);
+  const double target = std::max((1.0 - share) * b.target, least) + share * even;
+  least = target - share * even;
+  const double rest = (1.0 - share) * b.source + share * (1.0 - even);
+  return {std::min(rest, 1.0 - target), target};
+}
+
+Between reversed(const Between& b) { return {b.target, b.source}; }
+
+}  // namespace
+
+void spread_crossings(const OverlayTrace& trace, double share, OverlayPositions& positions) {
+  for (std::size_t c = 0; c < trace.curves.size(); ++c) {
+    const auto first = static_cast<std::size_t>(trace.begin[c]);
+    const auto end = static_cast<std::size_t>(trace.begin[c + 1]);
+    double least = 0.0;
+    for (std::size_t i = first; i < end; ++i) {
+      positions.on_curve[i] = spread(positions.on_curve[i], i - first, end - first, share, least);
+    }
+  }
+  std::vector<std::size_t> order(trace.crossings.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto edge = [&](std::size_t i) { return trace.crossings[i].through >> 1; };
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    if (edge(a) != edge(b)) return edge(a) < edge(b);
+    return trace.crossings[a].position < trace.crossings[b].position;
+  });
+  for (std::size_t first = 0, end = 0; first < order.size(); first = end) {
+    while (end < order.size() && edge(order[end]) == edge(order[first])) ++end;
+    double least = 0.0;
+    for (std::size_t i = first; i < end; ++i) {
+      Between& b = positions.on_edge[order[i]];
+      const bool forward = (trace.crossings[order[i]].through & 1) == 0;
+      const Between moved = spread(forward ? b : reversed(b), i - first, end - first, share, least);
+      b = forward ? moved : reversed(moved);
+    }
+  }
+}
+
+}  // namespace flipfree::intrinsic

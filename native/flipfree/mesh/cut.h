@@ -1,0 +1,66 @@
+// Cutting a surface along edges into charts, and finding the cuts that corner UVs imply (welding
+// back).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/surface.h"
+#include "flipfree/mesh/topology.h"
+
+namespace flipfree::mesh {
+
+// One flag per half-edge; both half-edges of an edge carry the same. Boundary half-edges are never
+// flagged.
+using EdgeFlags = std::vector<char>;
+
+// Flags of the edges given as vertex pairs (either order). Throws InvalidInput kNotAnEdge naming
+// the first pair that is no edge. Boundary edges are accepted and change nothing.
+EdgeFlags flag_edges(const Triangles& faces, const Adjacency& adjacency,
+                     const IndexPairs& vertex_pairs);
+
+// Throws that InvalidInput, for pair i.
+[[noreturn]] void throw_not_an_edge(const IndexPairs& vertex_pairs, Eigen::Index i,
+                                    Index vertex_count);
+
+// The flagged edges as vertex pairs (lower id first), each once, in half-edge order.
+IndexPairs flagged_edges(const Triangles& faces, const Adjacency& adjacency,
+                         const EdgeFlags& flags);
+
+// Edges across which the corner UVs (3 #F x 2) differ in at least one end point.
+EdgeFlags uv_cuts(const Adjacency& adjacency, const Points2& corner_uv);
+
+// Faces joined across edges that are not cut; numbered by their smallest face.
+Components components_between(Adjacency adjacency, const EdgeFlags& cut);
+
+// The surface with corners separated: every fan of faces between two cut (or boundary) edges around
+// a vertex gets a vertex of its own. Vertices are numbered by their first corner.
+struct CutMesh {
+  Triangles faces;                      // #F x 3, over the cut vertices
+  std::vector<VertexId> vertex_origin;  // cut vertex -> input vertex
+};
+CutMesh cut_along(const Triangles& faces, const Adjacency& adjacency, const EdgeFlags& cut);
+
+// One connected piece with indices of its own.
+struct Chart {
+  Surface surface;
+  std::vector<FaceId> faces;       // chart face -> input face, ascending
+  std::vector<VertexId> vertices;  // chart vertex -> vertex of the mesh that was split
+};
+// Pieces of a cut mesh that share no edge, ordered by their smallest face. `positions` belong to
+// the input's vertices.
+std::vector<Chart> split_into_charts(const Points3& positions, const CutMesh& mesh);
+
+// Filling holes virtually: a fan around one new vertex per boundary loop, so that a surface with
+// holes can be embedded as a disk at the start. The fans never reach the user's mesh.
+
+struct FilledSurface {
+  Surface
+      surface;  // the input's vertices and faces first, then one vertex and a fan of faces per loop
+};
+
+// Fills the given loops (boundary half-edges in order). New vertices lie at the loops' centroids.
+FilledSurface fill_holes(const Surface& surface, const std::vector<std::vector<HalfedgeId>>& loops);
+
+}  // namespace flipfree::mesh

@@ -1,0 +1,71 @@
+#include "flipfree/mesh/shortest_paths.h"
+
+#include <algorithm>
+
+namespace flipfree::mesh {
+
+ShortestPaths::ShortestPaths(const Triangles& faces, const Adjacency& adjacency,
+                             const std::vector<double>& length)
+    : faces_(faces),
+      adjacency_(adjacency),
+      length_(length),
+      distance_(adjacency.vertex_halfedge.size(), kUnreached),
+      arrival_(adjacency.vertex_halfedge.size(), kInvalid) {}
+
+std::pair<double, VertexId> ShortestPaths::Queue::pop() {
+  std::size_t first = 0;
+  while (buckets_[first].empty()) ++first;
+  if (first > 0) {
+    std::vector<Entry>& bucket_of_least = buckets_[first];
+    last_ = bucket_of_least.front().bits;
+    for (const Entry& e : bucket_of_least) last_ = std::min(last_, e.bits);
+    // All of them go to lower buckets, the least to the lowest.
+    for (const Entry& e : bucket_of_least) buckets_[bucket(e.bits)].push_back(e);
+    bucket_of_least.clear();
+  }
+  const Entry least = buckets_[0].back();
+  buckets_[0].pop_back();
+  // Empty: the next may be any.
+  if (--count_ == 0) last_ = 0;
+  return {std::bit_cast<double>(least.bits), least.vertex};
+}
+
+void ShortestPaths::add_source(VertexId v) {
+  distance_[static_cast<std::size_t>(v)] = 0.0;
+  arrival_[static_cast<std::size_t>(v)] = kInvalid;
+  queue_.push(0.0, v);
+}
+
+void ShortestPaths::grow(const ExecutionContext& context) {
+  std::size_t steps = 0;
+  while (!queue_.empty()) {
+    const auto [d, v] = queue_.pop();
+    if (d > distance(v)) continue;
+    if ((++steps & 0xfff) == 0) context.check();
+    const HalfedgeId start = adjacency_.vertex_halfedge[static_cast<std::size_t>(v)];
+    for (HalfedgeId h = start; h != kInvalid;) {
+      relax(v, target(faces_, h), h);
+      const HalfedgeId next = rotate_ccw(adjacency_, h);
+      // The fan's last edge has no half-edge that leaves v.
+      if (next == kInvalid) relax(v, source(faces_, previous_corner(h)), previous_corner(h));
+      if (next == start) break;
+      h = next;
+    }
+  }
+}
+
+void ShortestPaths::relax(VertexId from, VertexId to, HalfedgeId h) {
+  const double through = distance(from) + length_[static_cast<std::size_t>(h)];
+  if (!(through < distance(to))) return;
+  distance_[static_cast<std::size_t>(to)] = through;
+  arrival_[static_cast<std::size_t>(to)] = h;
+  queue_.push(through, to);
+}
+
+VertexId ShortestPaths::before(VertexId v) const {
+  const HalfedgeId h = arrival(v);
+  const VertexId a = source(faces_, h);
+  return a == v ? target(faces_, h) : a;
+}
+
+}  // namespace flipfree::mesh

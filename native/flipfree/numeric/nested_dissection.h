@@ -1,0 +1,104 @@
+// Fill-reducing elimination order by nested dissection of our own: unlike a library call it can be
+// cancelled, it uses all threads, and where a planar drawing is known it need not search for one.
+//
+// A part of the graph is split by a small separator that is eliminated last; its two sides
+// recursively. Separators come from sweeping several keys over the part - the drawing's coordinates
+// and diagonals, and breadth-first distances, which do not care how distorted the drawing is -,
+// taking the cheapest cut, and refining it with vertex moves (Fiduccia, Mattheyses 1982; in the
+// form for vertex separators of Hendrickson, Rothberg 1998). Parts of up to 64 vertices are ordered
+// by minimum degree.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/types.h"
+#include "flipfree/numeric/graph.h"
+
+namespace flipfree::numeric {
+
+// Where the vertices of a graph lie in the tree of its nested dissection (dissection_tree.h).
+
+// A node by its path from the root, 0 = left, 1 = right, first step in the highest bit; padded with
+// ones, and 63 - depth in the six lowest bits: keys in ascending order are the postorder.
+class TreeNode {
+ public:
+  static constexpr int kDeepest = 57;
+
+  constexpr TreeNode() = default;  // the root
+  constexpr TreeNode child(int side) const {
+    const int d = depth() + 1;
+    const std::uint64_t bit = std::uint64_t{1} << (64 - d);
+    return TreeNode((key_ & ~bit) | (side != 0 ? bit : 0), d);
+  }
+  constexpr int depth() const { return 63 - static_cast<int>(key_ & 63); }
+  constexpr std::uint64_t key() const { return key_; }
+  // Which child of its ancestor at `depth` it lies below; depth < depth().
+  constexpr int side_at(int depth) const { return static_cast<int>(key_ >> (63 - depth)) & 1; }
+  // Depth of the lowest common node.
+  friend constexpr int common_depth(TreeNode a, TreeNode b) {
+    const int equal = std::countl_zero((a.key_ ^ b.key_) & ~std::uint64_t{63});
+    return std::min({equal, a.depth(), b.depth()});
+  }
+  // Is one of them an ancestor of the other (or the same)?
+  friend constexpr bool on_one_branch(TreeNode a, TreeNode b) {
+    return common_depth(a, b) == std::min(a.depth(), b.depth());
+  }
+  constexpr TreeNode ancestor(int depth) const { return TreeNode(key_, depth); }
+  friend constexpr bool operator==(TreeNode a, TreeNode b) = default;
+
+ private:
+  constexpr TreeNode(std::uint64_t path, int depth)
+      : key_(((path | (~std::uint64_t{0} >> depth)) & ~std::uint64_t{63}) |
+             static_cast<std::uint64_t>(63 - depth)) {}
+  std::uint64_t key_ = ~std::uint64_t{0};
+};
+
+// Node of every vertex of a graph.
+using DissectionTree = std::vector<TreeNode>;
+
+// Elimination order of a graph of at most 64 vertices by minimum degree, on sets of 64 bits.
+
+inline constexpr Index kMinimumDegreeLimit = 64;
+
+// near[v]: set of the neighbours of v, without v. outside[v]: neighbours beyond this graph that are
+// eliminated later; they count as far as the input names them. Returns the local order.
+std::vector<Index> minimum_degree(std::vector<std::uint64_t>& near,
+                                  const std::vector<Index>& outside);
+
+// Elimination position -> vertex. places: null, or x and y per vertex; any finite values are
+// correct, a good drawing is faster. tree: null, or receives the node of every vertex. Cost:
+// O(n log n). Checks for cancel. The same order for any number of threads.
+std::vector<Index> nested_dissection(const Graph& graph, const double* places,
+                                     const ExecutionContext& context,
+                                     DissectionTree* tree = nullptr);
+
+// The tree behind an order by nested dissection, and its repair after a few edges of the graph
+// changed.
+//
+// A node of the tree is a part of the graph; its own vertices are its separator (or all of it, at a
+// leaf), and the order is the postorder of the tree: left side, right side, separator. The order is
+// good as long as no edge joins vertices of nodes on different branches. A flip joins two vertices
+// that were two steps apart, which rarely lie on different branches; where they do, one of them
+// moves up to the lowest common node, and vertices that no longer hold two sides apart sink.
+// Everything else stays, so a repair costs a few sweeps over the graph where a new order searches
+// every separator again.
+
+// Moves vertices until every edge of `graph` lies on one branch, and returns the order: elimination
+// position -> vertex. Vertices of one node keep the order they had in `before`, those of leaves are
+// ordered anew; leaves that have grown too large are split. Deterministic. Cost: O(n log n) with
+// small constants.
+std::vector<Index> repair_dissection(const Graph& graph, const std::vector<Index>& before,
+                                     DissectionTree& tree, const ExecutionContext& context);
+
+// Nested dissection of graphs that may have hubs: vertices with very many neighbours, as the
+// translations of a seamless map are, beside others with few.
+
+// As nested_dissection().
+std::vector<Index> hub_dissection(const Graph& graph, const double* places,
+                                  const ExecutionContext& context, DissectionTree& tree);
+
+}  // namespace flipfree::numeric

@@ -1,0 +1,333 @@
+#include "flipfree/seamless/exact/parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/seamless/bordered/corners.h"
+#include "flipfree/seamless/bordered/side_chords.h"
+
+namespace flipfree::seamless {
+
+std::vector<SurfacePart> parts_with_boundaries(const mesh::Surface& surface,
+                                               const mesh::Adjacency& adjacency,
+                                               const std::vector<Index>& cones) {
+  const mesh::CutMesh whole =
+      mesh::cut_along(surface.faces, adjacency, mesh::EdgeFlags(adjacency.opposite.size(), 0));
+  std::vector<SurfacePart> parts;
+  for (mesh::Chart& chart : mesh::split_into_charts(surface.vertices, whole)) {
+    SurfacePart part;
+    for (const VertexId v : chart.vertices) {
+      const VertexId own = whole.vertex_origin[at(v)];
+      part.vertices.push_back(own);
+      part.cones.push_back(cones[at(own)]);
+      const HalfedgeId h = adjacency.vertex_halfedge[at(own)];
+      if (adjacency.opposite[at(h)] != kInvalid) continue;
+      part.bordered = true;
+      part.corners_given = part.corners_given || cones[at(own)] != kNotGiven;
+    }
+    part.surface = std::move(chart.surface);
+    part.faces = std::move(chart.faces);
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+std::vector<Index> with_corners(const std::vector<SurfacePart>& parts,
+                                const std::vector<char>& freed, const std::vector<Index>& cones,
+                                ExecutionContext& context) {
+  std::vector<Index> all = cones;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (!parts[i].bordered || freed[i] != 0) continue;
+    context.check();
+    const std::vector<Index> own = aligned_cones(parts[i].surface, parts[i].cones, context);
+    for (std::size_t v = 0; v < own.size(); ++v) all[at(parts[i].vertices[v])] = own[v];
+  }
+  return all;
+}
+
+std::vector<char> aligned_faces(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                const std::vector<Index>& cones) {
+  const mesh::Components parts = mesh::face_components(adjacency);
+  std::vector<char> aligned(at(parts.count), 0);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
+    if (adjacency.opposite[at(h)] == kInvalid &&
+        cones[at(mesh::source(surface.faces, h))] != kNotGiven)
+      aligned[at(parts.of_face[at(h / 3)])] = 1;
+  }
+  std::vector<char> of_face;
+  for (const Index part : parts.of_face) of_face.push_back(aligned[at(part)]);
+  return of_face;
+}
+
+std::vector<distortion::StraightEdge> straight_where(const std::vector<char>& aligned,
+                                                     const std::vector<FaceId>& parent,
+                                                     const distortion::CutMap& cut,
+                                                     const mesh::Adjacency& adjacency) {
+  std::vector<distortion::StraightEdge> edges = distortion::straight_boundary(cut, adjacency);
+  std::erase_if(edges, [&](const distortion::StraightEdge& edge) {
+    return aligned[at(parent[at(edge.h / 3)])] == 0;
+  });
+  return edges;
+}
+
+namespace {
+
+using Pair = std::pair<VertexId, VertexId>;
+
+std::vector<Pair> sorted(const IndexPairs& pairs) {
+  std::vector<Pair> list;
+  for (Eigen::Index e = 0; e < pairs.rows(); ++e)
+    list.emplace_back(std::minmax(pairs(e, 0), pairs(e, 1)));
+  std::sort(list.begin(), list.end());
+  return list;
+}
+
+}  // namespace
+
+void turn_along_edges(const Triangles& faces, const mesh::Adjacency& adjacency,
+                      const std::vector<Index>& chart_of_face, Index charts,
+                      const IndexPairs& diagonals, Points2& corner_uv) {
+  const std::vector<Pair> left_out = sorted(diagonals);
+  std::vector<std::complex<double>> sum(static_cast<std::size_t>(charts), 0.0);
+  std::vector<char> open(sum.size(), 0);
+  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3;
+      const auto chart = static_cast<std::size_t>(chart_of_face[static_cast<std::size_t>(f)]);
+      if (adjacency.opposite[static_cast<std::size_t>(3 * f + k)] == kInvalid) open[chart] = 1;
+      const Pair edge = std::minmax(faces(f, k), faces(f, next));
+      if (std::binary_search(left_out.begin(), left_out.end(), edge)) continue;
+      const Vector2 along = corner_uv.row(3 * f + next) - corner_uv.row(3 * f + k);
+      const double length = along.norm();
+      if (!(length > 0.0)) continue;
+      const std::complex<double> direction(along.x() / length, along.y() / length);
+      const std::complex<double> twice = direction * direction;
+      sum[chart] += length * twice * twice;
+    }
+  }
+  std::vector<std::complex<double>> turn;
+  for (std::size_t i = 0; i < sum.size(); ++i)
+    turn.push_back(open[i] != 0 ? 1.0 : std::polar(1.0, -0.25 * std::arg(sum[i])));
+  for (Eigen::Index c = 0; c < corner_uv.rows(); ++c) {
+    const auto chart = static_cast<std::size_t>(chart_of_face[static_cast<std::size_t>(c / 3)]);
+    const std::complex<double> turned =
+        turn[chart] * std::complex<double>(corner_uv(c, 0), corner_uv(c, 1));
+    corner_uv.row(c) << turned.real(), turned.imag();
+  }
+}
+
+namespace {
+
+std::vector<VertexId> places_of(const mesh::Surface& surface, const RefinedPieces& pieces) {
+  std::vector<VertexId> places;
+  for (const mesh::SurfacePoint& point : pieces.provenance.vertex) {
+    Index k = 0;
+    point.weight.maxCoeff(&k);
+    places.push_back(surface.faces(point.face, k));
+  }
+  return places;
+}
+
+// Edges inside faces, and what `diagonals` were divided into.
+IndexPairs diagonals_of(const mesh::Surface& surface, const RefinedPieces& pieces,
+                        const IndexPairs& diagonals) {
+  const auto count = static_cast<Index>(surface.vertices.rows());
+  std::map<std::pair<VertexId, VertexId>, VertexId> middle;
+  for (VertexId v = count; v < static_cast<VertexId>(pieces.surface.vertices.rows()); ++v) {
+    const mesh::SurfacePoint& point = pieces.provenance.vertex[static_cast<std::size_t>(v)];
+    std::vector<VertexId> ends;
+    for (Index k = 0; k < 3; ++k) {
+      if (point.weight[k] != 0.0) ends.push_back(surface.faces(point.face, k));
+    }
+    middle[std::minmax(ends[0], ends[1])] = v;
+  }
+  std::vector<std::pair<VertexId, VertexId>> pairs;
+  for (Eigen::Index e = 0; e < diagonals.rows(); ++e) {
+    const VertexId a = diagonals(e, 0), b = diagonals(e, 1);
+    const auto divided = middle.find(std::minmax(a, b));
+    if (divided == middle.end()) {
+      pairs.emplace_back(a, b);
+    } else {
+      pairs.emplace_back(a, divided->second);
+      pairs.emplace_back(divided->second, b);
+    }
+  }
+  const Triangles& faces = pieces.surface.faces;
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(pieces.surface.vertices.rows()), faces);
+  const std::vector<FaceId>& parent = pieces.provenance.face;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
+    const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
+    if (o > h && parent[static_cast<std::size_t>(h / 3)] == parent[static_cast<std::size_t>(o / 3)])
+      pairs.emplace_back(mesh::source(faces, h), mesh::target(faces, h));
+  }
+  IndexPairs out(static_cast<Eigen::Index>(pairs.size()), 2);
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    out.row(static_cast<Eigen::Index>(i)) << pairs[i].first, pairs[i].second;
+  return out;
+}
+
+}  // namespace
+
+std::optional<DividedSides> divided_sides(const mesh::Surface& surface,
+                                          const mesh::Adjacency& adjacency,
+                                          const std::vector<Index>& cones,
+                                          const IndexPairs& uncuttable, ExecutionContext& context) {
+  const std::vector<HalfedgeId> chords = side_chords(surface.faces, adjacency, cones, context);
+  if (chords.empty()) return std::nullopt;
+  DividedSurface divided = split_in_the_middle(surface, adjacency, chords, cones);
+  DividedSides out;
+  out.pieces = {
+      std::move(divided.surface), std::move(divided.provenance), std::move(divided.cones), {}};
+  out.uncuttable = diagonals_of(surface, out.pieces, uncuttable);
+  out.place = places_of(surface, out.pieces);
+  return out;
+}
+
+namespace {
+
+constexpr double kLargest = 8388608.0;  // 2^23, steps
+constexpr double kGap = 0.02;           // between boxes, of the size of a mean one
+
+struct Box {
+  Vector2 low, high;
+  Vector2 size() const { return high - low; }
+};
+
+std::vector<Box> boxes_of(const std::vector<Index>& chart_of_face, Index charts,
+                          const Points2& uv) {
+  std::vector<Box> boxes(static_cast<std::size_t>(charts),
+                         {Vector2::Constant(HUGE_VAL), Vector2::Constant(-HUGE_VAL)});
+  for (Eigen::Index c = 0; c < uv.rows(); ++c) {
+    Box& box = boxes[static_cast<std::size_t>(chart_of_face[static_cast<std::size_t>(c / 3)])];
+    box.low = box.low.cwiseMin(uv.row(c).transpose());
+    box.high = box.high.cwiseMax(uv.row(c).transpose());
+  }
+  return boxes;
+}
+
+}  // namespace
+
+void spread_charts(const std::vector<Index>& chart_of_face, Index charts, double step,
+                   Points2& corner_uv) {
+  if (charts < 2) return;
+  const std::vector<Box> boxes = boxes_of(chart_of_face, charts, corner_uv);
+  double area = 0.0, widest = 0.0;
+  for (const Box& box : boxes) {
+    area += box.size().x() * box.size().y();
+    widest = std::max(widest, box.size().x());
+  }
+  const double gap = step * std::ceil(kGap * std::sqrt(area / charts) / step);
+  const double width = std::max(widest, std::sqrt(area));
+  std::vector<std::size_t> order(boxes.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return boxes[a].size().y() > boxes[b].size().y();
+  });
+  std::vector<Vector2> place(boxes.size());  // of the lower left corners
+  Vector2 at(0.0, 0.0), extent(0.0, 0.0);
+  double row_height = 0.0;
+  for (const std::size_t i : order) {
+    const Vector2 size = boxes[i].size();
+    if (at.x() > 0.0 && at.x() + size.x() > width) {
+      at = {0.0, at.y() + row_height + gap};
+      row_height = 0.0;
+    }
+    place[i] = at;
+    row_height = std::max(row_height, size.y());
+    extent = extent.cwiseMax(at + size);
+    at.x() += size.x() + gap;
+  }
+  if (extent.maxCoeff() > 2.0 * kLargest * step) return;
+  const Vector2 middle((0.5 * extent / step).array().floor() * step);
+  for (Eigen::Index c = 0; c < corner_uv.rows(); ++c) {
+    const auto i = static_cast<std::size_t>(chart_of_face[static_cast<std::size_t>(c / 3)]);
+    corner_uv.row(c) += (place[i] - boxes[i].low - middle).transpose();
+  }
+}
+
+namespace {
+
+struct MeasuredPart {
+  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
+  Vector3 high = Vector3::Constant(-std::numeric_limits<double>::infinity());
+  Index faces = 0;
+  int exponent = 0;  // binary, of what it is multiplied by
+
+  // Half of it: the difference of two huge coordinates may not be finite.
+  double half_extent() const { return (0.5 * high - 0.5 * low).maxCoeff(); }
+};
+
+std::vector<MeasuredPart> measured(const mesh::Surface& surface, const mesh::Components& parts) {
+  std::vector<MeasuredPart> result(at(parts.count));
+  for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
+    MeasuredPart& part = result[at(parts.of_face[at(f)])];
+    ++part.faces;
+    for (Index k = 0; k < 3; ++k) {
+      const Vector3 p = surface.vertices.row(surface.faces(f, k)).transpose();
+      part.low = part.low.cwiseMin(p);
+      part.high = part.high.cwiseMax(p);
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+std::optional<EnlargedParts> enlarge_parts(const mesh::Surface& surface,
+                                           const mesh::Adjacency& adjacency, double least_edge) {
+  const mesh::Components components = mesh::face_components(adjacency);
+  if (components.count < 2) return std::nullopt;
+  std::vector<MeasuredPart> parts = measured(surface, components);
+  double largest = 0.0;
+  for (const MeasuredPart& part : parts) largest = std::max(largest, part.half_extent());
+  EnlargedParts result;
+  for (MeasuredPart& part : parts) {
+    const double extent = part.half_extent();
+    const double least = least_edge * largest * std::sqrt(static_cast<double>(part.faces));
+    if (!(extent > 0.0) || extent >= least) continue;
+    // The quotient itself may not be finite.
+    int own = 0, wanted = 0;
+    std::frexp(extent, &own);
+    std::frexp(least, &wanted);
+    part.exponent = wanted - own + 1;
+    ++result.count;
+  }
+  if (result.count == 0) return std::nullopt;
+  result.surface = surface;
+  for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
+    const MeasuredPart& part = parts[at(components.of_face[at(f)])];
+    if (part.exponent == 0) continue;
+    for (Index k = 0; k < 3; ++k) {
+      const VertexId v = surface.faces(f, k);
+      for (Index i = 0; i < 3; ++i)
+        result.surface.vertices(v, i) =
+            std::ldexp(surface.vertices(v, i) - part.low[i], part.exponent);
+    }
+  }
+  return result;
+}
+
+void place_on(const mesh::Surface& surface, certify::Parametrization& map) {
+  const Eigen::Index own = surface.vertices.rows();
+  map.surface.vertices.topRows(own) = surface.vertices;
+  for (Eigen::Index v = own; v < map.surface.vertices.rows(); ++v) {
+    const FaceId f = map.vertex_parent[static_cast<std::size_t>(v)];
+    Vector3 place = Vector3::Zero();
+    for (Index k = 0; k < 3; ++k) {
+      place += map.vertex_barycentric(v, k) * surface.vertices.row(surface.faces(f, k)).transpose();
+    }
+    map.surface.vertices.row(v) = place.transpose();
+  }
+}
+
+}  // namespace flipfree::seamless

@@ -1,0 +1,135 @@
+// Connected parts so small beside the others that a grid of 32-bit values would hold them as
+// points: mapped larger than in scale.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/error.h"
+#include "flipfree/base/types.h"
+#include "flipfree/certify/parametrization.h"
+#include "flipfree/distortion/seams/constraints.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/surface.h"
+#include "flipfree/seamless/padding/padding.h"
+
+namespace flipfree::seamless {
+
+// Which connected parts of a surface have an aligned boundary, and what that takes.
+
+// A connected part of a surface.
+struct SurfacePart {
+  mesh::Surface surface;
+  std::vector<FaceId> faces;       // of the whole
+  std::vector<VertexId> vertices;  // of the whole, per vertex of the part
+  std::vector<Index> cones;
+  bool bordered = false;
+  bool corners_given = false;  // are there angles at its boundary?
+};
+
+// In the order of their smallest face. `cones`: kNotGiven where nothing is given.
+std::vector<SurfacePart> parts_with_boundaries(const mesh::Surface& surface,
+                                               const mesh::Adjacency& adjacency,
+                                               const std::vector<Index>& cones);
+
+// aligned_cones() of every part (errors: there), but for those that `freed` names: there nothing is
+// given at the boundary, as at first.
+std::vector<Index> with_corners(const std::vector<SurfacePart>& parts,
+                                const std::vector<char>& freed, const std::vector<Index>& cones,
+                                ExecutionContext& context);
+
+// Per face: is the boundary of its part aligned, as with_corners() says? Closed parts: no.
+std::vector<char> aligned_faces(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                const std::vector<Index>& cones);
+
+// Edges on the boundary of a cut map that lie on an axis; `parent`: faces of the input, for which
+// `aligned` says it.
+std::vector<distortion::StraightEdge> straight_where(const std::vector<char>& aligned,
+                                                     const std::vector<FaceId>& parent,
+                                                     const distortion::CutMap& cut,
+                                                     const mesh::Adjacency& adjacency);
+
+// Which way up a seamless map lies: its axes along the edges of the mesh.
+
+// Turns every chart of a closed part so that its edges, `diagonals` left out, run along the axes as
+// well as one turn can make them: the sum of length cos(4 angle) is largest. Seams stay seams up to
+// rounding, as quarter turns are the same in every direction. `chart_of_face`: numbers from 0 to
+// `charts` - 1; `diagonals`: vertex pairs. A chart with an edge on the surface's boundary stays:
+// there the boundary decides. Cost: O(#F + diagonals log diagonals).
+void turn_along_edges(const Triangles& faces, const mesh::Adjacency& adjacency,
+                      const std::vector<Index>& chart_of_face, Index charts,
+                      const IndexPairs& diagonals, Points2& corner_uv);
+
+// A surface with an aligned boundary, without the edges that this would flatten
+// (bordered/side_chords.h), and the way back to the user's.
+
+struct DividedSides {
+  RefinedPieces pieces;   // no cuts; every such edge has a vertex on its middle, after the input's
+  IndexPairs uncuttable;  // edges of it that are none of the user's polygons
+  std::vector<VertexId> place;  // per vertex of it: its own number, or that of an end of its edge
+};
+
+// Nothing if there is no such edge. `cones`: quarter turns per vertex, 2 where the boundary is
+// straight; `uncuttable`: edges of the input, diagonals of polygons. Throws NotConverged
+// (split_in_the_middle()), Cancelled. Cost: that of side_chords(), and O(#F log #F) if there are
+// any.
+std::optional<DividedSides> divided_sides(const mesh::Surface& surface,
+                                          const mesh::Adjacency& adjacency,
+                                          const std::vector<Index>& cones,
+                                          const IndexPairs& uncuttable, ExecutionContext& context);
+
+// Where the charts of a map on a grid lie: beside each other, in rows.
+
+// Moves charts by multiples of `step` so that their boxes lie in rows and do not meet, about as
+// wide as high altogether, centred at the origin. `chart_of_face`: numbers from 0 to `charts` - 1.
+// Precondition: all coordinates are multiples of `step`, at most 2^23 of them. Guarantee:
+// afterwards too, without rounding; a map that would not fit, or has one chart, stays as it is.
+// Cost: O(#F + charts log charts).
+void spread_charts(const std::vector<Index>& chart_of_face, Index charts, double step,
+                   Points2& corner_uv);
+
+// Typical edges of a part over the extent of the largest one: no grid of 32-bit values holds
+// shorter ones; those up to the second it holds if they have room to move.
+inline constexpr double kLostEdge = 0x1p-21, kCrampedEdge = 0x1p-12;
+
+struct EnlargedParts {
+  mesh::Surface surface;  // the same triangles
+  Index count = 0;        // of the parts that are larger
+};
+
+// Parts whose typical edge, the extent over the square root of the number of faces, is shorter than
+// `least_edge` times the extent of the largest part, each enlarged by the power of two that mends
+// this; nullopt if there is none. Precondition: no vertex belongs to two parts. Cost: O(#F).
+std::optional<EnlargedParts> enlarge_parts(const mesh::Surface& surface,
+                                           const mesh::Adjacency& adjacency, double least_edge);
+
+// A map of the enlarged surface, as one of `surface`: places of all vertices, by their provenance.
+void place_on(const mesh::Surface& surface, certify::Parametrization& map);
+
+// solve(parts), of `surface` itself where parts is null, else of parts->surface, whose map it
+// returns as one of `surface`: with lost parts enlarged, and with cramped ones too where the map
+// that was found could not be stored, which more room may mend. Stats: "enlarged_islands", where
+// some were.
+template <typename Solve>
+certify::Parametrization solve_in_scale(const mesh::Surface& surface,
+                                        const mesh::Adjacency& adjacency, const Solve& solve) {
+  const auto solved = [&](const std::optional<EnlargedParts>& parts) {
+    certify::Parametrization map = solve(parts ? &*parts : nullptr);
+    if (parts) map.stats["enlarged_islands"] = static_cast<std::int64_t>(parts->count);
+    return map;
+  };
+  const std::optional<EnlargedParts> lost = enlarge_parts(surface, adjacency, kLostEdge);
+  try {
+    return solved(lost);
+  } catch (const NotConverged& failure) {
+    const ErrorCode code = failure.error().code;
+    if (code != ErrorCode::kRoundingFlips && code != ErrorCode::kCertificateFailed) throw;
+    const std::optional<EnlargedParts> cramped = enlarge_parts(surface, adjacency, kCrampedEdge);
+    if (!cramped || (lost && lost->count == cramped->count)) throw;
+    return solved(cramped);
+  }
+}
+
+}  // namespace flipfree::seamless

@@ -1,0 +1,109 @@
+// A metric of a disk with prescribed angles, near to its own (thesis 5.2.2, 5.4.2).
+//
+// Deviation from the thesis: the metric need not be conformal, so it is not. Along handles and
+// between far cones a conformal metric shrinks exponentially, by hundreds of orders of magnitude on
+// surfaces of high genus; the nearest metric in the logarithms of edge lengths does not.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/conformal/engine/conformal_metric.h"
+#include "flipfree/conformal/engine/engine.h"
+#include "flipfree/conformal/metric.h"
+#include "flipfree/intrinsic/flip_mesh.h"
+#include "flipfree/intrinsic/flipped_metric.h"
+#include "flipfree/intrinsic/loops.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/surface.h"
+#include "flipfree/seamless/padding/flat_surface.h"
+#include "flipfree/seamless/padding/segments.h"
+#include "flipfree/seamless/penner/penner_newton.h"
+#include "flipfree/seamless/penner/relaxation.h"
+
+namespace flipfree::seamless {
+
+// Of a metric on a disk with straight boundary, which lives on the double cover: a triangulation of
+// the disk itself, boundary edges and all, and how it leads back to the disk's own one.
+//
+// Where the final triangulation crosses the line of symmetry, a boundary edge from b to b' lies
+// under a row of triangles and trapezoids. Their upper halves are a polygon over that edge, with
+// its other corners in order along it:
+//
+//          c ------ d            1  Flips along the edge b b', in the double cover, make of the
+//         /:        : \.            polygon a fan around b: that is a matter of isotopy alone.
+//       a  :        :   e        2  Cutting off the corners that point upwards, one flip each,
+//       makes
+//      / : :        :   : \.        of the fan triangles that are positive in the metric.
+//     b ====================b'
+
+struct HalfTriangulation {
+  // The double cover's arrays; what is not in `inside` is of no interest.
+  intrinsic::FlipMesh mesh;
+  std::vector<char> inside;  // per half-edge: its face belongs to the disk
+  std::vector<Wide> length;  // per edge of the disk
+  // Flips of `mesh`, in order, that lead to the disk's own triangulation; and which of its
+  // half-edges (3 f + k) each half-edge inside is then.
+  std::vector<EdgeId> flips_home;
+  std::vector<HalfedgeId> home;  // per half-edge; kInvalid outside
+};
+
+// `metric`: of a disk with these faces, all boundary angles multiples of a quarter turn, straight
+// between them. Throws NotConverged if the metric is not precise enough to tell triangles apart,
+// Cancelled. Cost: O(#F + flips).
+HalfTriangulation halve(const intrinsic::FlippedMetric& metric, const mesh::Adjacency& adjacency,
+                        const ExecutionContext& context);
+
+// The pieces of a surface cut along an admissible cut, each with a metric whose boundary is
+// straight between right angles (thesis 5.2.2, 5.4.2).
+
+struct CutDisk {
+  mesh::Chart chart;  // of the cut surface
+  HalfTriangulation half;
+  int iterations = 0;  // of Newton's method
+  int bits = 53;
+  double scale_range = 0.0;
+};
+
+// The conformal metrics of all components, in their order. `cones`: quarter turns per vertex of
+// cut.surface. Throws NotConverged, Cancelled. Cost: that of the metrics.
+std::vector<CutDisk> solve_disks(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
+                                 const CutSegments& segments, const std::vector<Index>& cones,
+                                 ExecutionContext& context);
+
+// `angle`: per vertex, total. By the shortest steps from the disk's own metric; where these do not
+// get there, the conformal one. On the double cover (conformal/metric). Errors: NotConverged,
+// Cancelled.
+conformal::ConformalMetric compute_disk_metric(const mesh::Surface& disk,
+                                               const std::vector<double>& angle,
+                                               ExecutionContext& context);
+
+// Brings a metric with prescribed angles nearer to that of the input, as far as it goes.
+//
+// As penner/relaxation.h, but every step meets the angles again by the shortest steps, not by
+// conformal ones, which would lead away; and where no step leads nearer in the coordinates of the
+// current triangulation, one is taken that leads away for a while. What a padded metric is far off
+// by is not scale but shear: the vertices of a segment move along it.
+
+// A metric on its triangulation, with what is carried along.
+struct CarriedMetric {
+  std::unique_ptr<conformal::MetricEngine> engine;
+  intrinsic::LoopCarrier loops;
+  ReferenceMetric reference;
+
+  CarriedMetric copy() const { return {engine->copy(), loops, reference}; }
+  // Sum of the squares of the logarithms of lengths over the reference's.
+  double distance() const;
+  // Symmetric Dirichlet energy of its scale alone, all vertices alike (relaxation.h).
+  double energy() const;
+};
+
+// Takes up to `most` steps, each of which meets `targets` up to `tolerance`, until the energy is at
+// most `enough`; leaves the nearest metric found. Returns the number of steps. Precondition: the
+// targets are met. Cost: some twenty linear systems a step.
+int come_near(CarriedMetric& metric, const PennerTargets& targets, double tolerance, int most,
+              double enough, ExecutionContext& context);
+
+}  // namespace flipfree::seamless

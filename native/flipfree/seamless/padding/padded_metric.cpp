@@ -1,0 +1,684 @@
+#include "flipfree/seamless/padding/padded_metric.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <queue>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/conformal/engine/engine.h"
+#include "flipfree/intrinsic/loops.h"
+#include "flipfree/numeric/dense_factors.h"
+#include "flipfree/seamless/padding/disk_metric.h"
+#include "flipfree/seamless/padding/segments.h"
+#include "flipfree/seamless/penner/penner_newton.h"
+#include "flipfree/seamless/penner/relaxation.h"
+
+namespace flipfree::seamless {
+
+namespace {
+
+using intrinsic::FlipMesh;
+
+// Radians that a frame may miss a quarter turn by.
+constexpr double kLargestClosingError = 1e-2;
+
+// The flat metric of one disk as vectors, written to `out` under the names `name` (per half-edge of
+// the disk).
+class Development {
+ public:
+  Development(const HalfTriangulation& half, const std::vector<HalfedgeId>& name, FlatSurface& out)
+      : half_(half), name_(name), out_(out) {
+    for (std::size_t h = 0; h < half.inside.size(); ++h) {
+      if (!half.inside[h]) continue;
+      const auto e = static_cast<EdgeId>(h / 2);
+      if (!open(static_cast<HalfedgeId>(h)) && first_ == kInvalid)
+        first_ = static_cast<HalfedgeId>(h);
+      largest_ = std::max(largest_, exponent(e));
+    }
+  }
+
+  // Returns the closing error.
+  double run(const ExecutionContext& context) {
+    std::vector<char> placed(half_.inside.size(), 0);
+    // Large edges first: small triangles come last, between large ones that are known.
+    std::priority_queue<std::pair<std::int64_t, HalfedgeId>> front;
+    const auto enter = [&](HalfedgeId h, const WideVector& side) {
+      place_face(h, side);
+      for (const HalfedgeId g : {h, half_.mesh.next_of(h), half_.mesh.previous(h)}) {
+        placed[at(g)] = 1;
+        if (open(g) && !placed[at(g ^ 1)]) front.push({exponent(g >> 1), g});
+      }
+    };
+    enter(first_, {half_.length[at(first_ >> 1)], Wide(0.0)});
+    for (std::size_t count = 0; !front.empty(); ++count) {
+      if (count % 1024 == 0) context.check();
+      const HalfedgeId g = front.top().second;
+      front.pop();
+      if (!placed[at(g ^ 1)]) enter(g ^ 1, -vector(g));
+    }
+    double error = 0.0;
+    for (std::size_t h = 0; h < placed.size(); h += 2) {
+      const auto g = static_cast<HalfedgeId>(h);
+      if (half_.inside[h] && open(g)) error = std::max(error, match(g));
+    }
+    return error;
+  }
+
+ private:
+  // Is there more of the disk beyond h?
+  bool open(HalfedgeId h) const { return half_.inside[at(h)] && half_.inside[at(h ^ 1)]; }
+  WideVector& vector(HalfedgeId h) { return out_.vector[at(name_[at(h)])]; }
+  std::int64_t exponent(EdgeId e) const {
+    std::int64_t x = 0;
+    half_.length[at(e)].to_double_scaled(x);
+    return x;
+  }
+
+  // The face of h, from the vector of h and the lengths.
+  void place_face(HalfedgeId h, const WideVector& side) {
+    const HalfedgeId n = half_.mesh.next_of(h), p = half_.mesh.next_of(n);
+    const Wide &a = half_.length[at(h >> 1)], &b = half_.length[at(n >> 1)],
+               &c = half_.length[at(p >> 1)];
+    const Wide two(2.0);
+    const Wide along = (a + ((c - b) / a) * (c + b)) / two;
+    const Wide square = (a + b + c) * ((c - a) + b) * ((b - c) + a) * ((c - b) + a);
+    if (square.sign() <= 0) {
+      throw_not_converged(ErrorCode::kIterationLimit,
+                          "The metric of a piece of the surface is not precise enough to be "
+                          "padded. Spread the cones further apart, or use the engine \"penner\".");
+    }
+    const Wide height = sqrt(square) / (two * a);
+    const Wide x = along / a, y = height / a;
+    vector(h) = side;
+    vector(p) = -(WideVector{x * side.x - y * side.y, x * side.y + y * side.x});
+    vector(n) = -(vector(h) + vector(p));
+  }
+
+  // The quarter turns across an edge; how far from them it is.
+  double match(HalfedgeId h) {
+    const WideVector a = vector(h), b = -vector(h ^ 1);
+    const Index t = turns_between(a, b);
+    out_.turns[at(name_[at(h)])] = t;
+    out_.turns[at(name_[at(h ^ 1)])] = (4 - t) & 3;
+    const WideVector c = turned(a, t);
+    return std::abs(numeric::ratio(cross(c, b), dot(c, b)));
+  }
+
+  const HalfTriangulation& half_;
+  const std::vector<HalfedgeId>& name_;
+  FlatSurface& out_;
+  HalfedgeId first_ = kInvalid;
+  std::int64_t largest_ = 0;
+};
+
+}  // namespace
+
+AssembledSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::IntrinsicSetup& setup,
+                          const AdmissibleCut& cut, const ExecutionContext& context) {
+  AssembledSurface out;
+  FlatSurface& flat = out.flat;
+  flat.mesh = setup.mesh;
+  flat.vector.resize(flat.mesh.halfedge_count());
+  flat.turns.assign(flat.mesh.halfedge_count(), 0);
+  flat.fixed.assign(flat.mesh.edge_count(), 0);
+  flat.axis.assign(flat.mesh.halfedge_count(), 0);
+  for (const auto& branch : cut.branches) {
+    for (const HalfedgeId h : branch) flat.fixed[at(setup.input_halfedge[at(h)] >> 1)] = 1;
+  }
+  for (const CutDisk& disk : disks) {
+    const HalfTriangulation& half = disk.half;
+    std::vector<HalfedgeId> name(half.home.size(), kInvalid);
+    for (std::size_t h = 0; h < name.size(); ++h) {
+      const HalfedgeId c = half.home[h];
+      if (c != kInvalid)
+        name[h] = setup.input_halfedge[at(3 * disk.chart.faces[at(c / 3)] + c % 3)];
+    }
+    // Backwards from home. A flip that undoes another one leaves the halves exchanged.
+    for (std::size_t i = half.flips_home.size(); i-- > 0;) {
+      if (i % 65536 == 65535) context.check();
+      const auto e = at(half.flips_home[i]);
+      intrinsic::flip_edge(flat.mesh, name[2 * e] >> 1);
+      flat.flips.push_back(name[2 * e] >> 1);
+      std::swap(name[2 * e], name[2 * e + 1]);
+    }
+    for (std::size_t h = 0; h < name.size(); ++h) {
+      if (name[h] == kInvalid) continue;
+      const HalfedgeId next = name[at(half.mesh.next[h])];
+      if (flat.mesh.next_of(name[h]) != next)
+        throw InternalError("assembly: the way home does not lead back");
+    }
+    out.closing_error = std::max(out.closing_error, Development(half, name, flat).run(context));
+  }
+  for (std::size_t h = 0; h < flat.axis.size(); ++h) {
+    if (flat.fixed[h / 2]) flat.axis[h] = turns_between({Wide(1.0), Wide(0.0)}, flat.vector[h]);
+  }
+  if (!(out.closing_error < kLargestClosingError)) {
+    throw_not_converged(ErrorCode::kIterationLimit,
+                        "The metric of a piece of the surface closes only up to " +
+                            std::to_string(out.closing_error) +
+                            " radians. Spread the cones further apart, or use the engine "
+                            "\"penner\".");
+  }
+  return out;
+}
+
+namespace {
+
+// Lengths are equal if they differ by less than this share of the longest one; every refinement
+// gains some 45 bits of it.
+constexpr int kEqualBits = 160;
+// What rounding of the metric may leave where rows depend on each other: in the fourfold case
+// lengths that cannot be changed alone are equal by themselves.
+constexpr double kLeftOver = 1e-6;
+// A width below this share of the longest segment is none.
+constexpr double kNoWidth = 1e-5;
+
+double logarithm(const Wide& value) {
+  std::int64_t exponent = 0;
+  const double mantissa = value.to_double_scaled(exponent);
+  return std::log(mantissa) + std::numbers::ln2 * static_cast<double>(exponent);
+}
+
+Wide mates_length(const EqualizationRow& row, const std::vector<Wide>& length) {
+  Wide sum(0.0);
+  for (const Index mate : row.mates) sum += length[at(mate)];
+  return sum;
+}
+
+// b - A w of a row.
+Wide lacking(const EqualizationRow& row, const std::vector<Wide>& length,
+             const std::vector<Wide>& width) {
+  Wide rest = mates_length(row, length) - length[at(row.segment)];
+  for (const auto& [segment, coefficient] : row.terms)
+    rest -= Wide(static_cast<double>(coefficient)) * width[at(segment)];
+  return rest;
+}
+
+}  // namespace
+
+std::vector<double> component_scales(const CutSegments& segments, const EqualizationSystem& system,
+                                     const std::vector<Wide>& length) {
+  const auto count = static_cast<Eigen::Index>(segments.component_count());
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(count, count);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(count);
+  // The first component keeps its scale; rows weigh much more than what makes the rest definite.
+  constexpr double kWeight = 1e6;
+  normal(0, 0) = 1e12;
+  for (const EqualizationRow& row : system.rows) {
+    const Index a = segments.segments[at(row.segment)].component;
+    const Index b = segments.segments[at(row.mates.front())].component;
+    if (a == b) continue;
+    const double wish =
+        kWeight * (logarithm(mates_length(row, length)) - logarithm(length[at(row.segment)]));
+    normal(a, a) += kWeight;
+    normal(b, b) += kWeight;
+    normal(a, b) -= kWeight;
+    normal(b, a) -= kWeight;
+    right[a] += wish;
+    right[b] -= wish;
+  }
+  const Eigen::VectorXd logarithms = numeric::solve_symmetric(normal, right);
+  std::vector<double> scale;
+  for (Eigen::Index i = 0; i < count; ++i) scale.push_back(std::exp(logarithms[i]));
+  return scale;
+}
+
+namespace {
+
+// A with the columns of some segments only, and what is needed to solve A w = b for these.
+class Widths {
+ public:
+  Widths(const EqualizationSystem& system, const std::vector<Wide>& length)
+      : system_(system),
+        length_(length),
+        a_(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(system.rows.size()), system.unknowns)) {
+    for (Eigen::Index r = 0; r < a_.rows(); ++r) {
+      for (const auto& [segment, coefficient] : system.rows[static_cast<std::size_t>(r)].terms)
+        a_(r, segment) += coefficient;
+    }
+    for (const Wide& l : length) largest_ = std::max(largest_, l);
+    padded_.assign(at(system.unknowns), 1);
+    for (const Index s : system.unpadded) padded_[at(s)] = 0;
+  }
+
+  const std::vector<char>& padded() const { return padded_; }
+  const Wide& largest() const { return largest_; }
+
+  // The nearest solution to `width` that changes the segments in `use` alone, in the precision of
+  // the lengths; `left_over`: what may be missing, over the longest segment. False if there is
+  // none.
+  bool solve(const std::vector<char>& use, double left_over, std::vector<Wide>& width) const {
+    const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(columns(use));
+    Wide before = Wide(2.0 * static_cast<double>(length_.size()) + 2.0) * largest_;
+    for (;;) {
+      Wide most(0.0);
+      const std::vector<Wide> rest = lacking_all(width, most);
+      if (most <= Wide(std::ldexp(1.0, -kEqualBits)) * largest_) return true;
+      if (most > Wide(0.5) * before) return most <= Wide(left_over) * largest_;
+      before = most;
+      const Eigen::VectorXd step = solver.solve(relative(rest, most));
+      for (Index s = 0; s < system_.unknowns; ++s) {
+        if (use[at(s)]) width[at(s)] += most * Wide(step[s]);
+      }
+    }
+  }
+
+  // The non-negative solution of least norm, nearly: Dykstra's alternating projections. Over the
+  // longest segment.
+  Eigen::VectorXd least() const {
+    const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(columns(padded_));
+    Wide most(0.0);
+    const std::vector<Wide> none(at(system_.unknowns), Wide(0.0));
+    const Eigen::VectorXd b = relative(lacking_all(none, most), largest_);
+    const Eigen::MatrixXd inverse = solver.pseudoInverse();
+    Eigen::VectorXd w = Eigen::VectorXd::Zero(system_.unknowns), excess = w;
+    for (int i = 0; i < kProjections; ++i) {
+      w += inverse * (b - a_ * w);
+      const Eigen::VectorXd sum = w + excess;
+      const Eigen::VectorXd next = sum.cwiseMax(0.0);
+      excess = sum - next;
+      w = next;
+    }
+    return w;
+  }
+
+ private:
+  static constexpr int kProjections = 2000;
+
+  Eigen::MatrixXd columns(const std::vector<char>& use) const {
+    Eigen::MatrixXd a = a_;
+    for (Index s = 0; s < system_.unknowns; ++s) {
+      if (!use[at(s)]) a.col(s).setZero();
+    }
+    return a;
+  }
+  std::vector<Wide> lacking_all(const std::vector<Wide>& width, Wide& most) const {
+    std::vector<Wide> rest;
+    for (const EqualizationRow& row : system_.rows) {
+      rest.push_back(lacking(row, length_, width));
+      most = std::max(most, abs(rest.back()));
+    }
+    return rest;
+  }
+  static Eigen::VectorXd relative(const std::vector<Wide>& values, const Wide& unit) {
+    Eigen::VectorXd out(static_cast<Eigen::Index>(values.size()));
+    for (std::size_t i = 0; i < values.size(); ++i)
+      out[static_cast<Eigen::Index>(i)] = numeric::ratio(values[i], unit);
+    return out;
+  }
+
+  const EqualizationSystem& system_;
+  const std::vector<Wide>& length_;
+  Eigen::MatrixXd a_;
+  Wide largest_{0.0};
+  std::vector<char> padded_;
+};
+
+bool none_negative(const std::vector<Wide>& width) {
+  return std::all_of(width.begin(), width.end(), [](const Wide& w) { return w.sign() >= 0; });
+}
+
+}  // namespace
+
+std::vector<Wide> padding_widths(const EqualizationSystem& system,
+                                 const std::vector<Wide>& length) {
+  const Widths widths(system, length);
+  const std::vector<Wide> zero(at(system.unknowns), Wide(0.0, kWideBits));
+  // Small widths first.
+  const Eigen::VectorXd least = widths.least();
+  std::vector<char> use(zero.size(), 0);
+  std::vector<Wide> width = zero;
+  for (std::size_t s = 0; s < use.size(); ++s) {
+    const double w = least[static_cast<Eigen::Index>(s)];
+    use[s] = widths.padded()[s] && w > kNoWidth;
+    if (use[s]) width[s] = Wide(w) * widths.largest();
+  }
+  if (widths.solve(use, 0.0, width) && none_negative(width)) return width;
+  // What always works: a solution, and the same number added to all.
+  width = zero;
+  if (!widths.solve(widths.padded(), kLeftOver, width))
+    throw InternalError("padding: the equalization system has no solution");
+  Wide smallest(0.0);
+  for (std::size_t s = 0; s < width.size(); ++s) {
+    if (widths.padded()[s]) smallest = std::min(smallest, width[s]);
+  }
+  for (std::size_t s = 0; s < width.size(); ++s) {
+    if (widths.padded()[s]) width[s] -= smallest;
+  }
+  return width;
+}
+
+std::vector<Wide> padded_lengths(const CutSegments& segments, const std::vector<Wide>& length,
+                                 const std::vector<Wide>& width) {
+  std::vector<Wide> padded;
+  for (std::size_t s = 0; s < length.size(); ++s) {
+    const auto i = static_cast<Index>(s);
+    padded.push_back(width[at(segments.previous(i))] + length[s] + width[at(segments.next(i))]);
+  }
+  return padded;
+}
+
+using conformal::ConformalMetric;
+using intrinsic::FlipMesh;
+
+namespace {
+
+// The half-edges of every side of the cut, in order, and how they are measured.
+class MeasuredSides {
+ public:
+  MeasuredSides(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
+                const intrinsic::IntrinsicSetup& setup, const FlatSurface& flat) {
+    halfedges_.resize(2 * cut.branches.size());
+    lengths_.resize(halfedges_.size());
+    for (std::size_t side = 0; side < halfedges_.size(); ++side) {
+      for (const HalfedgeId h : side_halfedges(cut, adjacency, static_cast<Index>(side))) {
+        const HalfedgeId g = setup.input_halfedge[at(h)];
+        halfedges_[side].push_back(g);
+        lengths_[side].push_back(norm(flat.vector[at(g)]));
+      }
+    }
+  }
+
+  const std::vector<HalfedgeId>& halfedges(Index side) const { return halfedges_[at(side)]; }
+  const std::vector<Wide>& lengths(Index side) const { return lengths_[at(side)]; }
+  Wide length(Index side) const {
+    Wide sum(0.0);
+    for (const Wide& l : lengths_[at(side)]) sum += l;
+    return sum;
+  }
+  void scale(Index side, const Wide& factor) {
+    for (Wide& l : lengths_[at(side)]) l *= factor;
+  }
+
+ private:
+  std::vector<std::vector<HalfedgeId>> halfedges_;
+  std::vector<std::vector<Wide>> lengths_;
+};
+
+std::vector<Wide> segment_lengths(const CutSegments& segments, const MeasuredSides& sides) {
+  std::vector<Wide> length;
+  for (const CutSegment& segment : segments.segments) {
+    length.emplace_back(0.0);
+    for (const Index side : segment.sides) length.back() += sides.length(side);
+  }
+  return length;
+}
+
+// Where the vertices of a branch lie in the end, as shares of its length, from its start on: half
+// way between where they lie on its two sides.
+std::vector<Wide> common_shares(const MeasuredSides& sides, Index side) {
+  const std::vector<Wide>&one = sides.lengths(side), &two = sides.lengths(mate_of(side));
+  const Wide all_one = sides.length(side), all_two = sides.length(mate_of(side));
+  std::vector<Wide> share{Wide(0.0)};
+  Wide from_one(0.0), from_two(0.0);
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    from_one += one[i];
+    from_two += two[two.size() - 1 - i];
+    share.push_back(Wide(0.5) * (from_one / all_one + from_two / all_two));
+  }
+  share.back() = Wide(1.0);
+  return share;
+}
+
+struct Move {
+  HalfedgeId first;
+  Wide along, outward;
+};
+
+class Padder {
+ public:
+  Padder(const AdmissibleCut& cut, const CutSegments& segments, MeasuredSides& sides,
+         FlatSurface& flat)
+      : cut_(cut), segments_(segments), sides_(sides), flat_(flat) {}
+
+  // Scales the components, and pads every segment. Returns the largest width, over the longest
+  // segment.
+  double run(const ExecutionContext& context) {
+    const EqualizationSystem system = equalization_system(cut_, segments_);
+    scale_components(component_scales(segments_, system, segment_lengths(segments_, sides_)));
+    const std::vector<Wide> length = segment_lengths(segments_, sides_);
+    width_ = padding_widths(system, length);
+    const std::vector<Wide> padded = padded_lengths(segments_, length, width_);
+    final_length_.resize(2 * cut_.branches.size());
+    for (std::size_t side = 0; side < final_length_.size(); ++side) {
+      const Index segment = segments_.of_side[side];
+      if (segments_.segments[at(segment)].sides.size() > 1) continue;
+      const Index other = segments_.of_side[side ^ 1];
+      final_length_[side] = segments_.segments[at(other)].sides.size() > 1
+                                ? padded[at(segment)]
+                                : Wide(0.5) * (padded[at(segment)] + padded[at(other)]);
+      final_length_[side ^ 1] = final_length_[side];
+    }
+    move_all(context);
+    Wide widest(0.0), longest(0.0);
+    for (const Wide& w : width_) widest = std::max(widest, w);
+    for (const Wide& l : length) longest = std::max(longest, l);
+    return numeric::ratio(widest, longest);
+  }
+
+ private:
+  void scale_components(const std::vector<double>& scale) {
+    std::vector<char> seen(flat_.vector.size(), 0);
+    std::vector<HalfedgeId> line;
+    for (const CutSegment& segment : segments_.segments) {
+      const Wide factor(scale[at(segment.component)]);
+      for (const Index side : segment.sides) {
+        sides_.scale(side, factor);
+        line.push_back(sides_.halfedges(side).front());
+      }
+      while (!line.empty()) {
+        const HalfedgeId h = line.back();
+        line.pop_back();
+        if (seen[at(h)]) continue;
+        for (const HalfedgeId g : {h, flat_.mesh.next_of(h), flat_.mesh.previous(h)}) {
+          seen[at(g)] = 1;
+          flat_.vector[at(g)] = factor * flat_.vector[at(g)];
+          if (!flat_.fixed[at(g >> 1)]) line.push_back(g ^ 1);
+        }
+      }
+    }
+  }
+
+  // How the vertices of a segment but for its end move; the corner where it begins first.
+  std::vector<Move> moves_of(Index segment) const {
+    std::vector<Move> moves;
+    Wide before = width_[at(segments_.previous(segment))];
+    before = -before;  // of the new start, along the segment
+    Wide old(0.0);
+    for (const Index side : segments_.segments[at(segment)].sides) {
+      const std::vector<HalfedgeId>& halfedges = sides_.halfedges(side);
+      const std::vector<Wide> share = common_shares(sides_, side & ~1);
+      for (std::size_t i = 0; i < halfedges.size(); ++i) {
+        const Wide place = (side & 1) != 0 ? Wide(1.0) - share[halfedges.size() - i] : share[i];
+        moves.push_back(
+            {halfedges[i], before + place * final_length_[at(side)] - old, width_[at(segment)]});
+        old += sides_.lengths(side)[i];
+      }
+      before += final_length_[at(side)];
+    }
+    return moves;
+  }
+
+  void move(const Move& m, const ExecutionContext& context) {
+    // The surface is on the left, outside on the right.
+    move_wedge(flat_, m.first, turned({m.along, -m.outward}, flat_.axis[at(m.first)]), context);
+  }
+
+  // Corners first. Then, so that no vertex of a segment passes its neighbour even where nothing
+  // moves outwards, those that move towards the segment's end, last first, and the others.
+  void move_all(const ExecutionContext& context) {
+    std::vector<std::vector<Move>> moves;
+    for (std::size_t s = 0; s < segments_.segments.size(); ++s)
+      moves.push_back(moves_of(static_cast<Index>(s)));
+    for (const auto& of_segment : moves) move(of_segment.front(), context);
+    for (const auto& of_segment : moves) {
+      for (std::size_t i = of_segment.size(); i-- > 1;) {
+        if (of_segment[i].along.sign() > 0) move(of_segment[i], context);
+      }
+      for (std::size_t i = 1; i < of_segment.size(); ++i) {
+        if (of_segment[i].along.sign() <= 0) move(of_segment[i], context);
+      }
+    }
+  }
+
+  const AdmissibleCut& cut_;
+  const CutSegments& segments_;
+  MeasuredSides& sides_;
+  FlatSurface& flat_;
+  std::vector<Wide> width_;         // per segment
+  std::vector<Wide> final_length_;  // per side
+};
+
+// As a metric that was reached by flips from the surface's own triangulation.
+ConformalMetric as_metric(const AdmissibleCut& cut, const intrinsic::IntrinsicSetup& setup,
+                          const std::vector<Index>& cones, const FlatSurface& flat,
+                          ExecutionContext& context) {
+  ConformalMetric out;
+  conformal::EngineInput input;
+  input.setup = setup;
+  input.vertex_count = static_cast<Index>(cones.size());
+  input.positions = &cut.surface.vertices;
+  input.target.assign(cones.size(), 0.0);
+  const auto engine = make_engine(input, 53, context);
+  engine->finish(out, false, context);
+  out.mesh = setup.mesh;
+  // From the Delaunay triangulation of the surface back to its own: four flips are none.
+  const auto add = [&](EdgeId e) {
+    intrinsic::FlipRecord record;
+    record.plain = {1, {e, kInvalid, kInvalid}};
+    out.flips.push_back(record);
+  };
+  for (std::size_t i = out.flips.size(); i-- > 0;) {
+    const EdgeId e = out.flips[i].plain.edges[0];
+    for (int k = 0; k < 3; ++k) add(e);
+  }
+  for (const EdgeId e : flat.flips) {
+    intrinsic::flip_edge(out.mesh, e);
+    add(e);
+  }
+  std::vector<Wide> length;
+  Wide sum(0.0);
+  for (std::size_t e = 0; e < flat.mesh.edge_count(); ++e) {
+    length.push_back(norm(flat.vector[2 * e]));
+    sum += length.back();
+  }
+  const Wide mean = sum / Wide(static_cast<double>(length.size()));
+  std::vector<double> rounded;
+  for (const Wide& l : length) rounded.push_back(numeric::ratio(l, mean));
+  out.scale_factors = vertex_means(out.mesh, ReferenceMetric(out).ratios(rounded));
+  const auto [low, high] = std::minmax_element(out.scale_factors.begin(), out.scale_factors.end());
+  out.scale_range = *high - *low;
+  out.u = out.scale_factors;
+  out.length = std::move(rounded);
+  out.angles.assign(cones.size(), 0.0);
+  out.converged = true;
+  return out;
+}
+
+}  // namespace
+
+bool come_near(const AdmissibleCut& cut, const std::vector<Index>& cones, int most, double enough,
+               PaddedMetric& padded, ExecutionContext& context) {
+  constexpr double kTolerance = 1e-6;  // radians, of every step
+  constexpr double kWrongTurn = 0.1;
+  ConformalMetric& metric = padded.metric;
+  const intrinsic::IntrinsicSetup setup =
+      intrinsic::build_intrinsic_mesh(static_cast<Index>(cones.size()), cut.surface.faces);
+  PennerTargets targets;
+  for (const Index k : cones) targets.vertex_angle.push_back(k * kQuarterTurn);
+  conformal::EngineInput input;
+  input.setup = {metric.mesh, metric.input_halfedge, metric.on_boundary};
+  input.vertex_count = static_cast<Index>(cones.size());
+  input.edge_length = intrinsic::to_doubles(metric.length);
+  input.target = targets.vertex_angle;
+  CarriedMetric carried{
+      make_engine(input, 53, context),
+      {setup.mesh,
+       intrinsic::homology_basis(setup.mesh, intrinsic::steps_across(cut.surface, setup), context)},
+      ReferenceMetric(metric)};
+  if (!carried.engine->started()) return false;
+  intrinsic::replay_flips(metric.flips, 0, metric.flips.size(), context,
+                          [&](EdgeId e) { carried.loops.flip(e); });
+  const auto& flips = carried.engine->flips();
+  intrinsic::replay_flips(flips, 0, flips.size(), context, [&](EdgeId e) {
+    carried.loops.flip(e);
+    carried.reference.flip(e);
+  });
+  // What the loops turn by now is what they shall turn by, but for rounding.
+  targets.loop_angle.assign(carried.loops.size(), 0.0);
+  PennerAngles angles;
+  measure(*carried.engine, carried.loops, targets, angles, context);
+  for (std::size_t i = 0; i < angles.loops.size(); ++i) {
+    const double turns = std::round(-angles.loops[i] / kQuarterTurn);
+    targets.loop_angle[i] = turns * kQuarterTurn;
+    if (!(std::abs(-angles.loops[i] - targets.loop_angle[i]) < kWrongTurn)) return false;
+  }
+  PennerNewtonOptions newton;
+  const std::size_t first = flips.size();
+  if (run_penner(carried.engine, carried.loops, targets, newton, context).end !=
+      PennerEnd::kConverged) {
+    return false;
+  }
+  intrinsic::replay_flips(carried.engine->flips(), first, carried.engine->flips().size(), context,
+                          [&](EdgeId e) { carried.reference.flip(e); });
+  padded.steps += come_near(carried, targets, kTolerance, most, enough, context);
+  ConformalMetric near;
+  carried.engine->finish(near, false, context);
+  metric.flips.insert(metric.flips.end(), near.flips.begin(), near.flips.end());
+  metric.mesh = std::move(near.mesh);
+  metric.length = std::move(near.length);
+  metric.scale_factors =
+      vertex_means(metric.mesh, carried.reference.ratios(carried.engine->lengths()));
+  const auto [low, high] =
+      std::minmax_element(metric.scale_factors.begin(), metric.scale_factors.end());
+  metric.scale_range = *high - *low;
+  metric.u = metric.scale_factors;
+  padded.energy = carried.energy();
+  return true;
+}
+
+PaddedMetric compute_padded_metric(const AdmissibleCut& cut, const std::vector<Index>& cones,
+                                   ExecutionContext& context) {
+  const auto vertex_count = static_cast<Index>(cut.surface.vertices.rows());
+  const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, cut.surface.faces);
+  const CutSegments segments = cut_segments(cut, adjacency);
+  PaddedMetric out;
+  out.components = segments.component_count();
+  out.segments = segments.segments.size();
+  std::vector<CutDisk> disks;
+  {
+    const ProgressRange range(context, 0.0, 0.8);
+    disks = solve_disks(cut, adjacency, segments, cones, context);
+  }
+  for (const CutDisk& disk : disks) {
+    out.bits = std::max(out.bits, disk.bits);
+    out.scale_range = std::max(out.scale_range, disk.scale_range);
+    out.metric.iterations += disk.iterations;
+  }
+  const int iterations = out.metric.iterations;
+  const intrinsic::IntrinsicSetup setup =
+      intrinsic::build_intrinsic_mesh(vertex_count, cut.surface.faces);
+  context.report("padding", 0.8);
+  AssembledSurface assembled = assemble(disks, setup, cut, context);
+  out.closing_error = assembled.closing_error;
+  FlatSurface& flat = assembled.flat;
+  MeasuredSides sides(cut, adjacency, setup, flat);
+  out.largest_width = Padder(cut, segments, sides, flat).run(context);
+  std::vector<EdgeId> seams;
+  for (std::size_t e = 0; e < flat.fixed.size(); ++e) {
+    if (flat.fixed[e]) seams.push_back(static_cast<EdgeId>(e));
+  }
+  glue(flat, seams);
+  make_delaunay(flat, context);
+  out.metric = as_metric(cut, setup, cones, flat, context);
+  out.metric.iterations = iterations;
+  return out;
+}
+
+}  // namespace flipfree::seamless

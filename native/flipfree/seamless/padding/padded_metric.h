@@ -1,0 +1,85 @@
+// From an admissible cut to a seamless metric (thesis 5.2.2 to 5.2.5, 5.4.2 to 5.4.5).
+//
+//   solve_disks()      metrics with straight boundary         disks/cut_disks.h
+//   assemble()         vectors in frames along the axes       assembly.h
+//   padding_widths()   how far every segment is padded        equalize.h
+//   move_wedge()       stretch and shift                      plane/flat_surface.h
+//   glue(), make_delaunay()
+//
+// Deviation from the thesis: the metric is padded, not a map. A vertex of a segment moves outwards
+// by the segment's width and along it to its place (stretch and shift at once); triangles that it
+// would turn over are flipped. That is the thesis' padded map up to isotopy, with strips thinner
+// than anything, and needs neither lines across the mesh nor new vertices.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/conformal/engine/conformal_metric.h"
+#include "flipfree/intrinsic/intrinsic_mesh.h"
+#include "flipfree/seamless/padding/admissible_cut.h"
+#include "flipfree/seamless/padding/disk_metric.h"
+#include "flipfree/seamless/padding/flat_surface.h"
+#include "flipfree/seamless/padding/segments.h"
+
+namespace flipfree::seamless {
+
+// The pieces of a cut surface in one triangulation again, each flat, the cut still open.
+
+// `setup`: of the surface that is cut; `flips` of the result lead from its mesh to that of the
+// result. Edges of the cut are `fixed` and keep their half-edges. Every frame has the cut along its
+// axes.
+struct AssembledSurface {
+  FlatSurface flat;
+  double closing_error = 0.0;  // largest angle that frames miss quarter turns by, radians
+};
+
+// Throws NotConverged if the metrics are not precise enough. Cost: O(#F log #F).
+AssembledSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::IntrinsicSetup& setup,
+                          const AdmissibleCut& cut, const ExecutionContext& context);
+
+// How far every segment is padded so that the two sides of every branch become equally long
+// (thesis 5.2.5, 5.4.3).
+
+// Factors for the components' metrics, each known up to scale, by which mates become as equally
+// long as scaling alone can make them. `length`: per segment.
+std::vector<double> component_scales(const CutSegments& segments, const EqualizationSystem& system,
+                                     const std::vector<Wide>& length);
+
+// Widths w >= 0, one per segment, with A w = b in the precision of the lengths (in the fourfold
+// case, where rows depend on each other, up to what the lengths miss of that): the solution of
+// least norm, then the same number added to all of them (those of the extra path stay zero:
+// Proposition 12). Throws InternalError if A cannot be solved, which no cut from topology/ allows.
+// Cost: cubic in the number of segments, small.
+std::vector<Wide> padding_widths(const EqualizationSystem& system, const std::vector<Wide>& length);
+
+// Lengths of all segments after padding (5.2).
+std::vector<Wide> padded_lengths(const CutSegments& segments, const std::vector<Wide>& length,
+                                 const std::vector<Wide>& width);
+
+struct PaddedMetric {
+  // On cut.surface: flat but for the cones, all loops turn by quarter turns, up to the angle errors
+  // of the disks' metrics. Its flips lead from the surface's own triangulation to it.
+  conformal::ConformalMetric metric;
+  int steps = 0;        // that brought the glued metric nearer to the surface's own
+  double energy = 0.0;  // near_metric.h
+  int components = 0;
+  std::size_t segments = 0;
+  int bits = 53;               // most of a component's
+  double scale_range = 0.0;    // largest of a component's
+  double largest_width = 0.0;  // over the longest segment before padding
+  double closing_error = 0.0;  // assembly.h
+};
+
+// Brings the metric nearer to the surface's own by up to `most` steps, until its energy is at most
+// `enough` (near_metric.h); can be called again where the last one ended. Returns false, and leaves
+// the metric as it is, if its angles cannot be met in double. Cost: seconds for 20 000 triangles.
+bool come_near(const AdmissibleCut& cut, const std::vector<Index>& cones, int most, double enough,
+               PaddedMetric& padded, ExecutionContext& context);
+
+// `cones`: quarter turns per vertex of cut.surface. Throws NotConverged, Cancelled, InternalError
+// (a cut that is not admissible).
+PaddedMetric compute_padded_metric(const AdmissibleCut& cut, const std::vector<Index>& cones,
+                                   ExecutionContext& context);
+
+}  // namespace flipfree::seamless

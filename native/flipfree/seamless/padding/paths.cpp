@@ -1,0 +1,715 @@
+#include "flipfree/seamless/padding/paths.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <queue>
+#include <set>
+#include <unordered_map>
+#include <utility>
+
+#include "flipfree/base/error.h"
+
+namespace flipfree::seamless {
+
+namespace {
+
+mesh::RefinedSurface on_closed(const mesh::Surface& surface) {
+  mesh::RefinedSurface refined;
+  refined.input = &surface;
+  const auto n = static_cast<Index>(surface.vertices.rows());
+  for (Index v = 0; v < n; ++v) {
+    refined.support.push_back({{v, kInvalid, kInvalid}, {1.0, 0.0, 0.0}});
+    refined.position.emplace_back(surface.vertices.row(v).transpose());
+  }
+  refined.mesh = mesh::EditableTriangulation(n, surface.faces);
+  return refined;
+}
+
+}  // namespace
+
+Canvas::Canvas(const mesh::Surface& surface, const std::vector<Index>& cones)
+    : refined_(on_closed(surface)), cones_(cones), state_(cones.size(), State::kFree) {
+  const auto n = static_cast<VertexId>(cones.size());
+  for (VertexId v = 0; v < n; ++v) {
+    if (excess(v) != 0) state_[at(v)] = State::kCone;
+  }
+  for (VertexId v = 0; v < n; ++v) {
+    if (!is_free(v)) refine_around(v);
+  }
+}
+
+double Canvas::length(HalfedgeId h) const {
+  return (refined_.position[at(mesh().source(h))] - refined_.position[at(mesh().target(h))]).norm();
+}
+
+HalfedgeId Canvas::sector_of(HalfedgeId h) const {
+  while (!is_drawn(h)) h = mesh().rotate_cw(h);
+  return h;
+}
+
+std::vector<HalfedgeId> Canvas::drawn_around(VertexId v) const {
+  std::vector<HalfedgeId> drawn;
+  mesh().for_each_outgoing(v, [&](HalfedgeId h) {
+    if (is_drawn(h)) drawn.push_back(h);
+  });
+  return drawn;
+}
+
+std::vector<HalfedgeId> Canvas::edges_of(const std::vector<VertexId>& cycle) const {
+  std::vector<HalfedgeId> edges;
+  for (std::size_t i = 0; i < cycle.size(); ++i)
+    edges.push_back(mesh().find(cycle[i], cycle[(i + 1) % cycle.size()]));
+  return edges;
+}
+
+void Canvas::draw(const std::vector<HalfedgeId>& path, Curve kind) {
+  std::vector<VertexId> taken;
+  for (const HalfedgeId h : path) {
+    refined_.mesh.set_mark(h, static_cast<Index>(kind));
+    for (const VertexId v : {mesh().source(h), mesh().target(h)}) {
+      if (on_curve(v) || state_[at(v)] == State::kFenced) continue;
+      // A cone at the end of a fence is a cone again when the fence goes.
+      state_[at(v)] = kind == Curve::kFence ? State::kFenced : State::kOnCurve;
+      taken.push_back(v);
+    }
+  }
+  for (const VertexId v : taken) refine_around(v);
+}
+
+void Canvas::erase(const std::vector<HalfedgeId>& path) {
+  for (const HalfedgeId h : path) refined_.mesh.set_mark(h, static_cast<Index>(Curve::kNone));
+  for (const HalfedgeId h : path) {
+    for (const VertexId v : {mesh().source(h), mesh().target(h)}) {
+      if (drawn_around(v).empty()) state_[at(v)] = State::kFree;
+    }
+  }
+}
+
+void Canvas::erase_all() {
+  std::vector<HalfedgeId> drawn;
+  for (HalfedgeId h = 0; h < mesh().halfedge_slots(); ++h) {
+    if (is_drawn(h)) drawn.push_back(h);
+  }
+  erase(drawn);
+}
+
+std::vector<VertexId> Canvas::divide(const std::vector<HalfedgeId>& chain, std::size_t edges) {
+  std::vector<std::pair<VertexId, VertexId>> ends;
+  for (const HalfedgeId h : chain) ends.emplace_back(mesh().source(h), mesh().target(h));
+  while (ends.size() < edges) {
+    const auto longest =
+        std::max_element(ends.begin(), ends.end(), [&](const auto& a, const auto& b) {
+          return length(mesh().find(a.first, a.second)) < length(mesh().find(b.first, b.second));
+        });
+    const VertexId target = longest->second;
+    const VertexId s = split(mesh().find(longest->first, target));
+    state_[at(s)] = State::kOnCurve;
+    longest->second = s;
+    ends.insert(longest + 1, {s, target});
+    refine_around(s);
+  }
+  std::vector<VertexId> vertices = {ends.front().first};
+  for (const auto& [source, target] : ends) vertices.push_back(target);
+  return vertices;
+}
+
+VertexId Canvas::halve(HalfedgeId h) { return split(h); }
+
+void Canvas::remove_fences() {
+  for (HalfedgeId h = 0; h < mesh().halfedge_slots(); ++h) {
+    if (curve(h) == Curve::kFence) refined_.mesh.set_mark(h, static_cast<Index>(Curve::kNone));
+  }
+  for (VertexId v = 0; v < vertex_count(); ++v) {
+    if (state_[at(v)] == State::kFenced)
+      state_[at(v)] = excess(v) == 0 ? State::kFree : State::kCone;
+  }
+}
+
+HalfedgeId Canvas::input_side(HalfedgeId h) const {
+  const FaceId parent = mesh().parent(h / 3);
+  if (parent == mesh().parent(mesh().opposite(h) / 3)) return kInvalid;
+  for (HalfedgeId side = 3 * parent; side < 3 * parent + 3; ++side) {
+    // The edge lies where the corner beyond the side has no weight.
+    const HalfedgeId beyond = previous_corner(side);
+    const VertexId apex = refined_.input->faces(beyond / 3, beyond % 3);
+    if (refined_.support[at(mesh().source(h))].of(apex) == 0.0 &&
+        refined_.support[at(mesh().target(h))].of(apex) == 0.0)
+      return side;
+  }
+  throw InternalError("an edge between two faces that lies on no side of them");
+}
+
+mesh::Surface Canvas::surface() const {
+  mesh::Surface surface;
+  surface.faces = mesh().faces();
+  surface.vertices.resize(vertex_count(), 3);
+  for (VertexId v = 0; v < vertex_count(); ++v)
+    surface.vertices.row(v) = refined_.position[at(v)].transpose();
+  return surface;
+}
+
+mesh::Provenance Canvas::provenance() const {
+  mesh::Provenance provenance;
+  provenance.vertex.resize(at(vertex_count()));
+  for (FaceId f = 0; f < mesh().face_slots(); ++f) {
+    const FaceId parent = mesh().parent(f);
+    provenance.face.push_back(parent);
+    for (const VertexId v : mesh().corners(f)) {
+      mesh::SurfacePoint& point = provenance.vertex[at(v)];
+      if (point.face != kInvalid) continue;
+      point.face = parent;
+      for (Index k = 0; k < 3; ++k)
+        point.weight[k] = refined_.support[at(v)].of(refined_.input->faces(parent, k));
+    }
+  }
+  return provenance;
+}
+
+VertexId Canvas::split(HalfedgeId h) {
+  const HalfedgeId o = mesh().opposite(h);
+  const mesh::Support where = mesh::rounded_between(refined_.support[at(mesh().source(h))],
+                                                    refined_.support[at(mesh().target(h))], 0.5);
+  const auto has_room = [&](HalfedgeId side) {
+    const FaceId parent = mesh().parent(side / 3);
+    const mesh::Support& apex = refined_.support[at(mesh().apex(side))];
+    return refined_.orientation_in_parent(parent, refined_.support[at(mesh().source(side))], where,
+                                          apex) > 0 &&
+           refined_.orientation_in_parent(parent, where, refined_.support[at(mesh().target(side))],
+                                          apex) > 0;
+  };
+  if (!has_room(h) || !has_room(o)) {
+    throw_not_converged(ErrorCode::kIterationLimit,
+                        "The curves of the cut leave no room in double precision for another "
+                        "vertex at vertex " +
+                            std::to_string(mesh().source(h)) +
+                            ". Refine the mesh there, or take other cones.",
+                        ElementKind::kVertex, {mesh().source(h)});
+  }
+  const VertexId s = refined_.split_edge(h, where);
+  state_.push_back(State::kFree);
+  return s;
+}
+
+void Canvas::refine_around(VertexId v) {
+  std::vector<VertexId> taken;
+  mesh().for_each_outgoing(v, [&](HalfedgeId h) {
+    if (!is_drawn(h) && !is_free(mesh().target(h))) taken.push_back(mesh().target(h));
+  });
+  for (const VertexId w : taken) split(mesh().find(v, w));
+}
+
+namespace {
+
+HalfedgeId some_drawn_at_node(const Canvas& canvas) {
+  for (VertexId v = 0; v < canvas.vertex_count(); ++v) {
+    if (!canvas.on_curve(v)) continue;
+    const std::vector<HalfedgeId> drawn = canvas.drawn_around(v);
+    if (drawn.size() > 2) return drawn.front();
+  }
+  throw InternalError("curves without a node");
+}
+
+// The faces from the root on, each after the one that it was reached from, across `back`.
+struct FaceTree {
+  std::vector<FaceId> order;
+  std::vector<HalfedgeId> back;  // per face: its half-edge towards the root; kInvalid at the root
+};
+
+FaceTree breadth_first(const Canvas& canvas, FaceId root) {
+  const mesh::EditableTriangulation& mesh = canvas.mesh();
+  FaceTree tree;
+  tree.order.push_back(root);
+  tree.back.assign(at(mesh.face_slots()), kInvalid);
+  std::vector<char> seen(at(mesh.face_slots()), 0);
+  seen[at(root)] = 1;
+  for (std::size_t i = 0; i < tree.order.size(); ++i) {
+    for (HalfedgeId h = 3 * tree.order[i]; h < 3 * tree.order[i] + 3; ++h) {
+      const HalfedgeId o = mesh.opposite(h);
+      if (canvas.is_drawn(h) || seen[at(o / 3)] != 0) continue;
+      seen[at(o / 3)] = 1;
+      tree.back[at(o / 3)] = o;
+      tree.order.push_back(o / 3);
+    }
+  }
+  return tree;
+}
+
+}  // namespace
+
+Index DiskBoundary::corners_between(Index from, Index to) const {
+  const Index rest = corners_below[at(to)] - corners_below[at(from) + 1];
+  return from < to ? rest : rest + corners_below.back();
+}
+
+std::vector<Index> DiskBoundary::places_between(Index from, Index to) const {
+  std::vector<Index> places;
+  for (Index i = (from + 1) % size(); i != to; i = (i + 1) % size()) places.push_back(i);
+  return places;
+}
+
+DiskBoundary disk_boundary(const Canvas& canvas) {
+  const mesh::EditableTriangulation& mesh = canvas.mesh();
+  DiskBoundary boundary;
+  boundary.place.assign(at(mesh.halfedge_slots()), kInvalid);
+  const HalfedgeId start = some_drawn_at_node(canvas);
+  HalfedgeId h = start;
+  do {
+    boundary.place[at(h)] = boundary.size();
+    boundary.corner.push_back(canvas.drawn_around(mesh.source(h)).size() > 2 ? 1 : 0);
+    boundary.halfedges.push_back(h);
+    h = canvas.sector_of(next_corner(h));
+  } while (h != start);
+  for (HalfedgeId d = 0; d < mesh.halfedge_slots(); ++d) {
+    if (canvas.is_drawn(d) && boundary.place[at(d)] == kInvalid)
+      throw InternalError("the curves do not cut the surface into one disk");
+  }
+  Index corners = 0;
+  Index branches = 0;
+  for (Index i = 0; i < boundary.size(); ++i) {
+    boundary.corners_below.push_back(corners);
+    corners += boundary.corner[at(i)];
+    const Index mate = boundary.place[at(mesh.opposite(boundary.halfedges[at(i)]))];
+    if (boundary.corner[at(i)] == 0) {
+      boundary.branch.push_back(boundary.branch.back());
+    } else {
+      // The branch's other side ends where this one begins.
+      boundary.branch.push_back(mate < i ? boundary.branch[at(mate)] : branches++);
+    }
+  }
+  boundary.corners_below.push_back(corners);
+  return boundary;
+}
+
+std::vector<Index> excess_crossed(const Canvas& canvas, const DiskBoundary& boundary) {
+  const mesh::EditableTriangulation& mesh = canvas.mesh();
+  const HalfedgeId exit = boundary.halfedges.front();
+  const FaceTree tree = breadth_first(canvas, exit / 3);
+  std::vector<Index> beyond(at(mesh.face_slots()), 0);
+  for (VertexId v = 0; v < canvas.vertex_count(); ++v) {
+    if (canvas.excess(v) != 0) beyond[at(mesh.outgoing(v) / 3)] += canvas.excess(v);
+  }
+  std::vector<Index> crossed(at(mesh.halfedge_slots()), 0);
+  for (auto face = tree.order.rbegin(); face != tree.order.rend(); ++face) {
+    const HalfedgeId back = tree.back[at(*face)];
+    if (back == kInvalid) {
+      crossed[at(exit)] = beyond[at(*face)];
+    } else {
+      crossed[at(back)] = beyond[at(*face)];
+      crossed[at(mesh.opposite(back))] = -beyond[at(*face)];
+      beyond[at(mesh.opposite(back) / 3)] += beyond[at(*face)];
+    }
+  }
+  return crossed;
+}
+
+namespace {
+
+constexpr int kWaysPerCheck = 1024;
+// Looked at per vertex before the search gives up; fewer where there is another way (detours.h).
+constexpr std::size_t kMostSeparating = 24;
+constexpr std::size_t kMostEnclosing = 6;
+
+// A path from a place to a vertex.
+struct Way {
+  VertexId vertex;
+  Index excess;  // passed so far, and the start's own share
+  double distance;
+  Index before;        // the way that it continues, or kInvalid
+  HalfedgeId arrival;  // its last half-edge
+  Index from;          // place where it began
+  Index steps;         // half-edges so far
+  Index jump;          // some way that this one continues: see continues()
+  bool has_gone_on;
+};
+
+std::vector<double> distances_to(const Canvas& canvas, const DiskBoundary& boundary,
+                                 const std::vector<Index>& to, const ExecutionContext& context) {
+  std::vector<HalfedgeId> first;
+  for (const Index place : to) {
+    canvas.for_each_inside(boundary.halfedges[at(place)],
+                           [&](HalfedgeId h) { first.push_back(h); });
+  }
+  return free_distances(canvas, first, kInvalid, context).distance;
+}
+
+// Is a path between these places one that is looked for, with cones of this excess on its left?
+using Fits = std::function<bool(const PathEnds& ends, Index enclosed)>;
+
+class CoverSearch {
+ public:
+  CoverSearch(const Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& to,
+              const Fits& fits, const ExecutionContext& context)
+      : canvas_(canvas),
+        boundary_(boundary),
+        is_end_(at(boundary.size()), 0),
+        fits_(fits),
+        crossed_(excess_crossed(canvas, boundary)),
+        left_(distances_to(canvas, boundary, to, context)),
+        ways_of_(at(canvas.vertex_count())) {
+    for (const Index place : to) is_end_[at(place)] = 1;
+    along_.push_back(0);
+    for (const HalfedgeId h : boundary.halfedges) along_.push_back(along_.back() + crossed_[at(h)]);
+  }
+
+  void start(Index place) {
+    canvas_.for_each_inside(boundary_.halfedges[at(place)], [&](HalfedgeId h) {
+      cross(h, {kInvalid, share(place), 0.0, kInvalid, kInvalid, place, 0, kInvalid, false},
+            kInvalid);
+    });
+  }
+
+  // A* (Hart, Nilsson, Raphael 1968): ways by their length and what is left of them at least.
+  std::optional<SeparatingPath> run(std::size_t most_per_vertex, const ExecutionContext& context) {
+    const std::size_t most = most_per_vertex * at(canvas_.vertex_count());
+    for (int step = 1; !queue_.empty() && queue_.top().first < best_distance_; ++step) {
+      if (step % kWaysPerCheck == 0) context.check();
+      if (ways_.size() > most) break;
+      const Index way = queue_.top().second;
+      queue_.pop();
+      const Way here = ways_[at(way)];
+      const std::vector<Index>& known = ways_of_[at(here.vertex)];
+      if (std::find(known.begin(), known.end(), way) == known.end())
+        continue;  // a shorter one came
+      ways_[at(way)].has_gone_on = true;
+      canvas_.mesh().for_each_outgoing(here.vertex, [&](HalfedgeId h) { cross(h, here, way); });
+    }
+    return found();
+  }
+
+ private:
+  using Entry = std::pair<double, Index>;
+
+  // What makes ways comparable that began in different places: which way they would go on in a
+  // flat metric with right angles at corners.
+  Index share(Index place) const { return along_[at(place)] - boundary_.corners_below[at(place)]; }
+
+  void cross(HalfedgeId h, const Way& here, Index way) {
+    Way next = here;
+    next.vertex = canvas_.mesh().target(h);
+    next.excess += crossed_[at(h)];
+    next.distance += canvas_.length(h);
+    next.before = way;
+    next.arrival = h;
+    ++next.steps;
+    next.has_gone_on = false;
+    if (canvas_.is_free(next.vertex)) {
+      go_on(next);
+    } else if (canvas_.on_curve(next.vertex) && next.distance < best_distance_) {
+      arrive(next);
+    }
+  }
+
+  void go_on(const Way& way) {
+    if (left_[at(way.vertex)] == FreeDistances::kUnreached) return;
+    std::vector<Index>& known = ways_of_[at(way.vertex)];
+    // Those that were replaced by shorter ones had not gone on.
+    if (std::any_of(known.begin(), known.end(),
+                    [&](Index other) { return continues(way.before, other); }))
+      return;
+    const auto index = static_cast<Index>(ways_.size());
+    const auto same = std::find_if(known.begin(), known.end(), [&](Index other) {
+      return ways_[at(other)].excess == way.excess;
+    });
+    if (same != known.end()) {
+      if (ways_[at(*same)].distance <= way.distance || ways_[at(*same)].has_gone_on) return;
+      *same = index;
+    } else {
+      known.push_back(index);
+    }
+    ways_.push_back(way);
+    if (way.before == kInvalid) {
+      ways_.back().jump = index;
+    } else {
+      const Way& before = ways_[at(way.before)];
+      const Way& jump = ways_[at(before.jump)];
+      const bool level = before.steps - jump.steps == jump.steps - ways_[at(jump.jump)].steps;
+      ways_.back().jump = level ? jump.jump : way.before;
+    }
+    queue_.push({way.distance + left_[at(way.vertex)], index});
+  }
+
+  // Is `first` this way or one that it continues? By jump pointers (Myers 1983).
+  bool continues(Index way, Index first) const {
+    if (way == kInvalid) return false;
+    const Index steps = ways_[at(first)].steps;
+    while (ways_[at(way)].steps > steps) {
+      const Index jump = ways_[at(way)].jump;
+      way = ways_[at(jump)].steps >= steps ? jump : ways_[at(way)].before;
+    }
+    return way == first;
+  }
+
+  void arrive(const Way& way) {
+    const HalfedgeId sector = canvas_.sector_of(canvas_.mesh().opposite(way.arrival));
+    const PathEnds ends{way.from, boundary_.place[at(sector)]};
+    if (ends.from == ends.to || is_end_[at(ends.to)] == 0) return;
+    // Closed along the boundary, counter-clockwise.
+    Index enclosed = way.excess - share(ends.from) + along_[at(ends.from)] - along_[at(ends.to)];
+    if (ends.from < ends.to) enclosed += along_.back();
+    if (!fits_(ends, enclosed)) return;
+    best_distance_ = way.distance;
+    best_ = way;
+    best_ends_ = ends;
+  }
+
+  std::optional<SeparatingPath> found() const {
+    if (best_ends_.from == kInvalid) return std::nullopt;
+    SeparatingPath path{best_ends_, left_corners(boundary_, best_ends_), {best_.arrival}};
+    for (Index way = best_.before; way != kInvalid; way = ways_[at(way)].before)
+      path.halfedges.push_back(ways_[at(way)].arrival);
+    std::reverse(path.halfedges.begin(), path.halfedges.end());
+    return path;
+  }
+
+  const Canvas& canvas_;
+  const DiskBoundary& boundary_;
+  std::vector<char> is_end_;  // per place
+  const Fits& fits_;
+  std::vector<Index> crossed_;
+  std::vector<double> left_;  // per vertex: length to the nearest of the places `to`, at least
+  std::vector<Index> along_;  // per place, and in all: excess crossed by the boundary before it
+  std::vector<Way> ways_;
+  std::vector<std::vector<Index>> ways_of_;  // per vertex: the best of each sheet
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue_;
+  double best_distance_ = std::numeric_limits<double>::infinity();
+  Way best_{};
+  PathEnds best_ends_;
+};
+
+}  // namespace
+
+std::optional<SeparatingPath> shortest_separating_path(
+    const Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& from,
+    const std::vector<Index>& to, const std::function<bool(const PathEnds&)>& allowed,
+    const ExecutionContext& context) {
+  const Fits fits = [&](const PathEnds& ends, Index enclosed) {
+    const Index corners = left_corners(boundary, ends);
+    return corners % 4 != 0 && corners == 4 + enclosed && allowed(ends);
+  };
+  CoverSearch search(canvas, boundary, to, fits, context);
+  for (const Index place : from) search.start(place);
+  return search.run(kMostSeparating, context);
+}
+
+std::optional<SeparatingPath> shortest_enclosing_path(const Canvas& canvas,
+                                                      const DiskBoundary& boundary,
+                                                      const PathEnds& ends, Index excess,
+                                                      const ExecutionContext& context) {
+  const Fits fits = [&](const PathEnds&, Index enclosed) { return enclosed == excess; };
+  CoverSearch search(canvas, boundary, {ends.to}, fits, context);
+  search.start(ends.from);
+  return search.run(kMostEnclosing, context);
+}
+
+namespace {
+
+[[noreturn]] void no_way(VertexId v) {
+  throw_not_converged(ErrorCode::kIterationLimit,
+                      "The cut found no way between the cones from vertex " + std::to_string(v) +
+                          " on. Refine the mesh, or take other cones.",
+                      ElementKind::kVertex, {v});
+}
+
+class Fencer {
+ public:
+  Fencer(Canvas& canvas, const DiskBoundary& boundary, const ExecutionContext& context)
+      : canvas_(canvas), context_(context) {
+    for (const HalfedgeId h : boundary.halfedges)
+      places_.emplace_back(canvas.mesh().source(h), canvas.mesh().target(h));
+  }
+
+  // Refinement renumbers half-edges: places are known by their edge's ends.
+  HalfedgeId sector(Index place) const {
+    return canvas_.mesh().find(places_[at(place)].first, places_[at(place)].second);
+  }
+
+  // A tree from places of the boundary to all these cones. Returns the vertex and the second one of
+  // the first fence.
+  std::pair<VertexId, VertexId> fence(const std::vector<Index>& places, std::set<VertexId> cones) {
+    std::pair<VertexId, VertexId> first = {kInvalid, kInvalid};
+    std::vector<VertexId> tree;
+    while (!cones.empty()) {
+      WayStart from;
+      for (const Index place : places) from.sectors.push_back(sector(place));
+      from.vertices = tree;
+      const std::vector<HalfedgeId> path = free_path(
+          canvas_, from, {nullptr, [&](VertexId v) { return cones.contains(v); }}, context_);
+      if (path.empty()) no_way(*cones.begin());
+      if (tree.empty())
+        first = {canvas_.mesh().source(path.front()), canvas_.mesh().target(path.front())};
+      for (const HalfedgeId h : path) tree.push_back(canvas_.mesh().target(h));
+      cones.erase(tree.back());
+      canvas_.draw(path, Curve::kFence);
+    }
+    return first;
+  }
+
+  std::vector<HalfedgeId> pass(HalfedgeId from, HalfedgeId to) {
+    std::vector<HalfedgeId> path = free_path(
+        canvas_, {{from}, {}}, {[&](HalfedgeId s) { return s == to; }, nullptr}, context_);
+    if (path.empty()) no_way(canvas_.mesh().source(from));
+    canvas_.remove_fences();
+    return path;
+  }
+
+ private:
+  Canvas& canvas_;
+  const ExecutionContext& context_;
+  std::vector<std::pair<VertexId, VertexId>> places_;
+};
+
+std::set<VertexId> other_cones(const Canvas& canvas, const std::vector<VertexId>& cones) {
+  std::set<VertexId> others;
+  for (VertexId v = 0; v < canvas.vertex_count(); ++v) {
+    if (canvas.excess(v) != 0) others.insert(v);
+  }
+  for (const VertexId v : cones) others.erase(v);
+  return others;
+}
+
+}  // namespace
+
+std::vector<HalfedgeId> fenced_path(Canvas& canvas, const DiskBoundary& boundary,
+                                    const PathEnds& ends, const std::vector<VertexId>& inside,
+                                    const ExecutionContext& context) {
+  Fencer fencer(canvas, boundary, context);
+  fencer.fence(boundary.places_between(ends.to, ends.from), {inside.begin(), inside.end()});
+  fencer.fence(boundary.places_between(ends.from, ends.to), other_cones(canvas, inside));
+  return fencer.pass(fencer.sector(ends.from), fencer.sector(ends.to));
+}
+
+std::vector<HalfedgeId> fenced_loop(Canvas& canvas, const DiskBoundary& boundary, Index place,
+                                    VertexId inside, const ExecutionContext& context) {
+  Fencer fencer(canvas, boundary, context);
+  // The fence to the cone divides the place's sector in two: the loop's ends.
+  const auto [root, second] = fencer.fence({place}, {inside});
+  fencer.fence(boundary.places_between(place, place), other_cones(canvas, {inside}));
+  return fencer.pass(canvas.mesh().find(root, second), fencer.sector(place));
+}
+
+FreeDistances free_distances(const Canvas& canvas, const std::vector<HalfedgeId>& first,
+                             VertexId root, const ExecutionContext& context) {
+  using Entry = std::pair<double, VertexId>;
+  const mesh::EditableTriangulation& mesh = canvas.mesh();
+  FreeDistances found;
+  found.distance.assign(at(canvas.vertex_count()), FreeDistances::kUnreached);
+  found.arrival.assign(at(canvas.vertex_count()), kInvalid);
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  const auto cross = [&](HalfedgeId h, double so_far) {
+    const VertexId v = mesh.target(h);
+    const double distance = so_far + canvas.length(h);
+    if (!canvas.is_free(v) || distance >= found.distance[at(v)]) return;
+    found.distance[at(v)] = distance;
+    found.arrival[at(v)] = h;
+    queue.push({distance, v});
+  };
+  for (const HalfedgeId h : first) cross(h, 0.0);
+  if (root != kInvalid) {
+    found.distance[at(root)] = 0.0;
+    found.arrival[at(root)] = kInvalid;
+    queue.push({0.0, root});
+  }
+  std::vector<char> done(found.distance.size(), 0);
+  for (int step = 1; !queue.empty(); ++step) {
+    if (step % kFreeStepsPerCheck == 0) context.check();
+    const auto [distance, v] = queue.top();
+    queue.pop();
+    if (done[at(v)] != 0) continue;
+    done[at(v)] = 1;
+    found.order.push_back(v);
+    mesh.for_each_outgoing(v, [&, so_far = distance](HalfedgeId h) { cross(h, so_far); });
+  }
+  return found;
+}
+
+namespace {
+
+struct Entry {
+  double distance;
+  VertexId vertex;
+  bool operator>(const Entry& other) const {
+    return distance != other.distance ? distance > other.distance : vertex > other.vertex;
+  }
+};
+
+class Front {
+ public:
+  Front(const Canvas& canvas, const WayEnd& to) : canvas_(canvas), to_(to) {}
+
+  void cross(HalfedgeId h, double so_far) {
+    const double distance = so_far + canvas_.length(h);
+    const VertexId v = canvas_.mesh().target(h);
+    if (canvas_.is_free(v)) {
+      Reached& reached = reached_[v];
+      if (distance >= reached.distance) return;
+      reached = {distance, h};
+      queue_.push({distance, v});
+    } else if (distance < best_.distance && is_end(h)) {
+      best_ = {distance, h};
+    }
+  }
+
+  void run(const ExecutionContext& context) {
+    for (int step = 1; !queue_.empty() && queue_.top().distance < best_.distance; ++step) {
+      if (step % kFreeStepsPerCheck == 0) context.check();
+      const Entry entry = queue_.top();
+      queue_.pop();
+      if (entry.distance > reached_.at(entry.vertex).distance) continue;
+      canvas_.mesh().for_each_outgoing(entry.vertex,
+                                       [&](HalfedgeId h) { cross(h, entry.distance); });
+    }
+  }
+
+  std::vector<HalfedgeId> path() const {
+    std::vector<HalfedgeId> path;
+    HalfedgeId h = best_.arrival;
+    while (h != kInvalid) {
+      path.push_back(h);
+      const auto before = reached_.find(canvas_.mesh().source(h));
+      h = before == reached_.end() ? kInvalid : before->second.arrival;
+    }
+    std::reverse(path.begin(), path.end());
+    return path;
+  }
+
+ private:
+  struct Reached {
+    double distance = std::numeric_limits<double>::infinity();
+    HalfedgeId arrival = kInvalid;
+  };
+
+  bool is_end(HalfedgeId h) const {
+    const HalfedgeId back = canvas_.mesh().opposite(h);
+    const VertexId v = canvas_.mesh().source(back);
+    if (canvas_.on_curve(v)) return to_.sector && to_.sector(canvas_.sector_of(back));
+    return to_.cone && to_.cone(v);
+  }
+
+  const Canvas& canvas_;
+  const WayEnd& to_;
+  std::unordered_map<VertexId, Reached> reached_;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue_;
+  Reached best_;
+};
+
+}  // namespace
+
+std::vector<HalfedgeId> free_path(const Canvas& canvas, const WayStart& from, const WayEnd& to,
+                                  const ExecutionContext& context) {
+  context.check();
+  Front front(canvas, to);
+  // Edges between vertices that are not free are drawn or were split: paths have two edges or more.
+  for (const HalfedgeId sector : from.sectors)
+    canvas.for_each_inside(sector, [&](HalfedgeId h) { front.cross(h, 0.0); });
+  for (const VertexId v : from.vertices) {
+    canvas.mesh().for_each_outgoing(v, [&](HalfedgeId h) {
+      if (!canvas.is_drawn(h)) front.cross(h, 0.0);
+    });
+  }
+  front.run(context);
+  return front.path();
+}
+
+}  // namespace flipfree::seamless

@@ -1,0 +1,227 @@
+// Shortest ways through free vertices, from sector to sector of the curves that are drawn already.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/refined/provenance.h"
+#include "flipfree/mesh/refined/refined_surface.h"
+#include "flipfree/mesh/surface.h"
+#include "flipfree/seamless/signature.h"
+
+namespace flipfree::seamless {
+
+// The surface on which the curves of a cut are drawn, refined as they come (thesis 5.4.1).
+//
+// Curves run along edges. A vertex is free if it is neither a cone nor on a curve. After every
+// curve each edge that is not on one and joins two vertices that are not free is split, so that
+// whatever the curves leave connected is connected through free vertices: faces that meet in an
+// edge share its free end, and the free vertices of a face are joined by its edges.
+//
+// A sector is what lies between two curves around a vertex, named by the half-edge of the first of
+// them in counter-clockwise order: it leaves the vertex and has the sector on its left. A point
+// inside a curve has two sectors, one per side.
+
+// What an edge is part of.
+enum class Curve : Index {
+  kNone = mesh::EditableTriangulation::kUnmarked,
+  kLoop,
+  kConnector,
+  kExtra,
+  kFence
+};
+
+// Steps of a search through free vertices between two looks at whether it was cancelled.
+inline constexpr int kFreeStepsPerCheck = 4096;
+
+class Canvas {
+ public:
+  // `surface`: closed, connected, in a unit in which squares of lengths neither overflow nor
+  // vanish; must outlive this. `cones`: #V, quarter turns.
+  Canvas(const mesh::Surface& surface, const std::vector<Index>& cones);
+
+  const mesh::EditableTriangulation& mesh() const { return refined_.mesh; }
+  Index vertex_count() const { return refined_.mesh.vertex_count(); }
+  double length(HalfedgeId h) const;
+  // k - 4: what a cone adds to the corners around it; 0 where it is flat.
+  Index excess(VertexId v) const {
+    return v < static_cast<VertexId>(cones_.size()) ? cones_[at(v)] - kFlat : 0;
+  }
+  bool is_free(VertexId v) const { return state_[at(v)] == State::kFree; }
+  bool on_curve(VertexId v) const { return state_[at(v)] == State::kOnCurve; }
+  Curve curve(HalfedgeId h) const { return static_cast<Curve>(refined_.mesh.mark(h)); }
+  bool is_drawn(HalfedgeId h) const { return curve(h) != Curve::kNone; }
+
+  // The sector of h, which leaves a vertex on a curve and is not drawn itself (or names one).
+  HalfedgeId sector_of(HalfedgeId h) const;
+  // Calls visit(h) for the half-edges strictly inside a sector, counter-clockwise.
+  template <typename Visit>
+  void for_each_inside(HalfedgeId sector, const Visit& visit) const {
+    for (HalfedgeId h = mesh().rotate_ccw(sector); !is_drawn(h); h = mesh().rotate_ccw(h)) visit(h);
+  }
+  // Drawn half-edges around v, counter-clockwise.
+  std::vector<HalfedgeId> drawn_around(VertexId v) const;
+  // The half-edges of a cycle of vertices, in order.
+  std::vector<HalfedgeId> edges_of(const std::vector<VertexId>& cycle) const;
+
+  // Draws edges and refines. `path`: half-edges in any order; none drawn yet.
+  void draw(const std::vector<HalfedgeId>& path, Curve kind);
+  // Undraws edges; vertices that no drawn edge is left at are free again. The refinement stays.
+  void erase(const std::vector<HalfedgeId>& path);
+  // Undraws all. The refinement stays.
+  void erase_all();
+  // Splits edges of a chain of drawn half-edges until it has `edges`; returns its vertices.
+  std::vector<VertexId> divide(const std::vector<HalfedgeId>& chain, std::size_t edges);
+  // Puts a free vertex on an edge that is not drawn.
+  VertexId halve(HalfedgeId h);
+  // Undraws every fence. The refinement stays.
+  void remove_fences();
+
+  // The half-edge 3 f + k of the input's face f across which h leaves it; kInvalid if h and its
+  // opposite lie in the same one.
+  HalfedgeId input_side(HalfedgeId h) const;
+
+  // The surface as it is now, half-edges 3 f + k the same.
+  mesh::Surface surface() const;
+  mesh::Provenance provenance() const;
+
+ private:
+  enum class State : char { kFree, kCone, kOnCurve, kFenced };
+  VertexId split(HalfedgeId h);
+  void refine_around(VertexId v);
+
+  mesh::RefinedSurface refined_;
+  std::vector<Index> cones_;  // of the input's vertices
+  std::vector<State> state_;  // #V
+};
+
+// The boundary of the disk that a canvas is when cut along the curves drawn on it, and the cones
+// inside as seen from paths through it (thesis 5.4.1, "Extra Cut").
+//
+//   <--h_2--.           Places are numbered counter-clockwise, the disk on the left: place i is the
+//           |           sector that begins with half-edge h_i, between h_i and the opposite of
+//     disk  h_1         h_(i-1).
+//           |
+//   --h_0-->'
+
+struct DiskBoundary {
+  std::vector<HalfedgeId> halfedges;
+  std::vector<Index> branch;  // of each half-edge: both sides of a branch have the same number
+  std::vector<char> corner;   // per place: is it a sector of a node
+  std::vector<Index> corners_below;  // per place, and in all: how many corners are before it
+  std::vector<Index> place;          // per half-edge of the canvas: i, or kInvalid
+
+  Index size() const { return static_cast<Index>(halfedges.size()); }
+  // Corners strictly between two different places, counter-clockwise.
+  Index corners_between(Index from, Index to) const;
+  // Places strictly between, in order.
+  std::vector<Index> places_between(Index from, Index to) const;
+};
+
+// Throws InternalError if the curves do not cut the canvas into one disk. Cost: O(#F).
+DiskBoundary disk_boundary(const Canvas& canvas);
+
+// Per half-edge an integer, opposite ones of opposite signs, such that those along a simple closed
+// counter-clockwise edge path through no cone, within the disk or on its boundary, sum to the
+// excess (k - 4) of the cones that it encloses: ways from face to face lead from every cone to
+// the boundary, and a path that crosses one from left to right passes that cone. Cost: O(#F).
+std::vector<Index> excess_crossed(const Canvas& canvas, const DiskBoundary& boundary);
+
+// The shortest path that divides a disk so that both parts have the corners that the cones in them
+// ask for (thesis 5.2.1, equation 5.1): Dijkstra's algorithm, led by the distance that is left, on
+// the branched cover of the disk, whose sheets are the excess that a path has passed (5.4.1, "Extra
+// Cut").
+
+// From one place of the boundary to another one. The part on its left has the corners strictly
+// between `to` and `from`, and two more at the path's ends.
+struct PathEnds {
+  Index from = kInvalid;
+  Index to = kInvalid;
+};
+struct SeparatingPath {
+  PathEnds ends;
+  Index corners = 0;  // of the part on its left
+  std::vector<HalfedgeId> halfedges;
+};
+
+// Corners of the left part.
+inline Index left_corners(const DiskBoundary& boundary, const PathEnds& ends) {
+  return boundary.corners_between(ends.to, ends.from) + 2;
+}
+
+// From one place to another one, with cones of this excess on its left in all; nothing if the
+// search ends without one, likewise.
+std::optional<SeparatingPath> shortest_enclosing_path(const Canvas& canvas,
+                                                      const DiskBoundary& boundary,
+                                                      const PathEnds& ends, Index excess,
+                                                      const ExecutionContext& context);
+
+// From one of the places `from` to one of the places `to` for which `allowed(ends)` is true, such
+// that the left part has 4 + sum of (k - 4) corners over its cones, not a multiple of four. Nothing
+// if the search ends without one, which does not prove that there is none: of paths on the same
+// sheet that meet in a vertex only the shorter one goes on, if it does not meet itself, and at most
+// a fixed multiple of #V are looked at. Cost: O(n log n) for n of them.
+std::optional<SeparatingPath> shortest_separating_path(
+    const Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& from,
+    const std::vector<Index>& to, const std::function<bool(const PathEnds&)>& allowed,
+    const ExecutionContext& context);
+
+// Paths around chosen cones of a disk, which always exist: what the proof of Proposition 11 (thesis
+// 5.3.2) draws, for any set of cones.
+//
+//    from                  Fences (=) join the cones inside (o) with the boundary between `to` and
+//   --*---------------     `from`, all others (x) with the rest of it. What is left of the disk is
+//     |   x=======         connected, so a path leads between the fences.
+//     '---------.
+//   ======o     |
+//   ------------*-----
+//               to
+
+// The path with exactly the cones `inside` on its left. Fences are removed and leave their
+// refinement behind. Preconditions: places strictly between the ends on both sides. Throws
+// NotConverged if there is no way, which cannot happen in a disk. Cost: O(cones #F log #F).
+std::vector<HalfedgeId> fenced_path(Canvas& canvas, const DiskBoundary& boundary,
+                                    const PathEnds& ends, const std::vector<VertexId>& inside,
+                                    const ExecutionContext& context);
+
+// The same from a place, which is no corner, around one cone back to it: what is inside has one
+// corner.
+std::vector<HalfedgeId> fenced_loop(Canvas& canvas, const DiskBoundary& boundary, Index place,
+                                    VertexId inside, const ExecutionContext& context);
+
+// Distances through free vertices to all of them.
+
+struct FreeDistances {
+  static constexpr double kUnreached = std::numeric_limits<double>::infinity();
+
+  std::vector<double>
+      distance;  // #V; kUnreached where no way leads and at vertices that are not free
+  std::vector<HalfedgeId>
+      arrival;                  // #V: the last half-edge; kInvalid at the root and where unreached
+  std::vector<VertexId> order;  // those reached, from near to far
+};
+
+// `first`: half-edges to begin with, from vertices at distance zero. root: a free vertex to begin
+// at too, or kInvalid. Cost: O(#F log #F).
+FreeDistances free_distances(const Canvas& canvas, const std::vector<HalfedgeId>& first,
+                             VertexId root, const ExecutionContext& context);
+
+// Where a path may begin: in sectors, or at vertices that are not free, in any direction.
+struct WayStart {
+  std::vector<HalfedgeId> sectors;
+  std::vector<VertexId> vertices;
+};
+// Where it may end: in sectors, or at cones. Null: in none.
+struct WayEnd {
+  std::function<bool(HalfedgeId)> sector;
+  std::function<bool(VertexId)> cone;
+};
+// The shortest path, as half-edges; all its vertices but the first and the last are free. Empty if
+// there is none. Cost: O(F log F), F being the faces that are nearer.
+std::vector<HalfedgeId> free_path(const Canvas& canvas, const WayStart& from, const WayEnd& to,
+                                  const ExecutionContext& context);
+
+}  // namespace flipfree::seamless

@@ -1,0 +1,579 @@
+#include "flipfree/seamless/padding/reroute.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+#include <functional>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/disjoint_sets.h"
+#include "flipfree/base/error.h"
+#include "flipfree/seamless/padding/paths.h"
+#include "flipfree/seamless/signature.h"
+
+namespace flipfree::seamless {
+
+namespace {
+
+constexpr std::size_t kEdgesPerBranch = 4;
+
+// The half-edges of the branch that begins with h.
+std::vector<HalfedgeId> walk_branch(const Canvas& canvas, HalfedgeId h) {
+  std::vector<HalfedgeId> branch = {h};
+  while (true) {
+    const std::vector<HalfedgeId> drawn = canvas.drawn_around(canvas.mesh().target(h));
+    if (drawn.size() != 2) return branch;
+    h = drawn[0] == canvas.mesh().opposite(h) ? drawn[1] : drawn[0];
+    branch.push_back(h);
+  }
+}
+
+}  // namespace
+
+std::vector<VertexId> BranchGraph::walked_from(Index end) const {
+  std::vector<VertexId> vertices = branch_of(end).vertices;
+  if (end % 2 != 0) std::reverse(vertices.begin(), vertices.end());
+  return vertices;
+}
+
+BranchGraph branch_graph(const Canvas& canvas) {
+  BranchGraph graph;
+  std::map<HalfedgeId, Index> end_at;
+  std::vector<std::vector<HalfedgeId>> nodes;
+  for (VertexId v = 0; v < canvas.vertex_count(); ++v) {
+    if (!canvas.on_curve(v)) continue;
+    const std::vector<HalfedgeId> drawn = canvas.drawn_around(v);
+    if (drawn.size() == 2) continue;
+    nodes.push_back(drawn);
+    for (const HalfedgeId first : drawn) {
+      if (end_at.contains(first)) continue;
+      const std::vector<HalfedgeId> walked = walk_branch(canvas, first);
+      BranchGraph::Branch& branch = graph.branches.emplace_back();
+      branch.kind = canvas.curve(first);
+      branch.vertices.push_back(v);
+      for (const HalfedgeId h : walked) branch.vertices.push_back(canvas.mesh().target(h));
+      const auto end = static_cast<Index>(2 * (graph.branches.size() - 1));
+      end_at[first] = end;
+      end_at[canvas.mesh().opposite(walked.back())] = end + 1;
+    }
+  }
+  graph.next_end.assign(2 * graph.branches.size(), kInvalid);
+  for (const std::vector<HalfedgeId>& drawn : nodes) {
+    for (std::size_t i = 0; i < drawn.size(); ++i)
+      graph.next_end[at(end_at.at(drawn[i]))] = end_at.at(drawn[(i + 1) % drawn.size()]);
+  }
+  return graph;
+}
+
+HalfedgeId leaving(const Canvas& canvas, const BranchGraph& graph, Index end) {
+  const std::vector<VertexId> vertices = graph.walked_from(end);
+  return canvas.mesh().find(vertices[0], vertices[1]);
+}
+
+Index end_of(const Canvas& canvas, const BranchGraph& graph, HalfedgeId h) {
+  for (Index end = 0; at(end) < graph.next_end.size(); ++end) {
+    if (graph.node(end) == canvas.mesh().source(h) && leaving(canvas, graph, end) == h) return end;
+  }
+  throw InternalError("a half-edge that begins no branch");
+}
+
+void divide_branches(Canvas& canvas, BranchGraph& graph) {
+  for (BranchGraph::Branch& branch : graph.branches) {
+    std::vector<HalfedgeId> chain;
+    for (std::size_t i = 0; i + 1 < branch.vertices.size(); ++i)
+      chain.push_back(canvas.mesh().find(branch.vertices[i], branch.vertices[i + 1]));
+    branch.vertices = canvas.divide(chain, kEdgesPerBranch);
+  }
+}
+
+std::vector<BranchLoop> homology_loops(const BranchGraph& graph) {
+  // Breadth first; per node the end at which the branch that leads back to the root begins.
+  std::map<VertexId, Index> back = {{graph.node(0), kInvalid}};
+  std::vector<VertexId> queue = {graph.node(0)};
+  std::vector<char> in_tree(graph.branches.size(), 0);
+  for (std::size_t i = 0; i < queue.size(); ++i) {
+    for (Index end = 0; at(end) < graph.next_end.size(); ++end) {
+      if (graph.node(end) != queue[i] || !back.try_emplace(graph.node(end ^ 1), end ^ 1).second)
+        continue;
+      in_tree[at(end / 2)] = 1;
+      queue.push_back(graph.node(end ^ 1));
+    }
+  }
+  const auto to_root = [&](VertexId v) {
+    BranchLoop way;
+    for (Index end = back.at(v); end != kInvalid; end = back.at(graph.node(end ^ 1)))
+      way.push_back(end);
+    return way;
+  };
+  std::vector<BranchLoop> loops;
+  for (Index b = 0; at(b) < graph.branches.size(); ++b) {
+    if (in_tree[at(b)] != 0) continue;
+    BranchLoop home = to_root(graph.node(2 * b + 1));
+    BranchLoop out = to_root(graph.node(2 * b));
+    while (!home.empty() && !out.empty() && home.back() == out.back()) {
+      home.pop_back();
+      out.pop_back();
+    }
+    BranchLoop& loop = loops.emplace_back(BranchLoop{2 * b});
+    loop.insert(loop.end(), home.begin(), home.end());
+    for (auto end = out.rbegin(); end != out.rend(); ++end) loop.push_back(*end ^ 1);
+  }
+  return loops;
+}
+
+namespace {
+
+using Vertices = std::vector<VertexId>;
+
+Vertices reversed(Vertices vertices) {
+  std::reverse(vertices.begin(), vertices.end());
+  return vertices;
+}
+
+std::vector<HalfedgeId> edges_along(const Canvas& canvas, const Vertices& vertices) {
+  std::vector<HalfedgeId> path;
+  for (std::size_t i = 0; i + 1 < vertices.size(); ++i)
+    path.push_back(canvas.mesh().find(vertices[i], vertices[i + 1]));
+  return path;
+}
+
+Vertices vertices_along(const Canvas& canvas, const std::vector<HalfedgeId>& path) {
+  Vertices vertices = {canvas.mesh().source(path.front())};
+  for (const HalfedgeId h : path) vertices.push_back(canvas.mesh().target(h));
+  return vertices;
+}
+
+double length(const Canvas& canvas, const std::vector<HalfedgeId>& path) {
+  double sum = 0.0;
+  for (const HalfedgeId h : path) sum += canvas.length(h);
+  return sum;
+}
+
+// From an inner vertex of a branch, on its left, to a cone.
+struct Spur {
+  Vertices vertices;
+  double length = 0.0;
+};
+
+// The nearest cone of one of the excesses that are wanted.
+std::optional<Spur> nearest_spur(const Canvas& canvas, const Vertices& branch,
+                                 const std::function<bool(Index)>& is_wanted,
+                                 const ExecutionContext& context) {
+  WayStart from;
+  for (std::size_t i = 1; i + 1 < branch.size(); ++i)
+    from.sectors.push_back(canvas.mesh().find(branch[i], branch[i + 1]));
+  const auto is_end = [&](VertexId v) { return is_wanted(canvas.excess(v)); };
+  const std::vector<HalfedgeId> path = free_path(canvas, from, {nullptr, is_end}, context);
+  if (path.empty()) return std::nullopt;
+  return Spur{vertices_along(canvas, path), length(canvas, path)};
+}
+
+// The vertices beside a spur that is drawn as a fence, from the one after its root on the branch
+// around its cone to the one before the root: a half-edge from the spur for each, in that order.
+// One vertex may have several.
+std::vector<HalfedgeId> spokes_around(const Canvas& canvas, VertexId root, VertexId after,
+                                      VertexId before) {
+  const mesh::EditableTriangulation& mesh = canvas.mesh();
+  std::vector<HalfedgeId> spokes;
+  const HalfedgeId last = mesh.find(root, before);
+  for (HalfedgeId h = mesh.rotate_ccw(mesh.find(root, after)); h != last; h = mesh.rotate_ccw(h)) {
+    if (canvas.is_drawn(h)) {
+      h = mesh.opposite(h);
+    } else {
+      spokes.push_back(h);
+    }
+  }
+  return spokes;
+}
+
+// The vertices beside the spur, each once; refines until there is such a path.
+Vertices path_beside(Canvas& canvas, VertexId root, VertexId after, VertexId before) {
+  // Halved once, every spoke has an end of its own.
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    Vertices beside;
+    std::set<VertexId> seen, met_again;
+    std::vector<std::pair<VertexId, VertexId>> spokes;
+    for (const HalfedgeId h : spokes_around(canvas, root, after, before)) {
+      const VertexId v = canvas.mesh().target(h);
+      spokes.emplace_back(canvas.mesh().source(h), v);
+      if (!beside.empty() && beside.back() == v) continue;
+      if (!seen.insert(v).second) met_again.insert(v);
+      beside.push_back(v);
+    }
+    if (met_again.empty()) return beside;
+    for (const auto& [center, v] : spokes) {
+      if (met_again.contains(v)) canvas.halve(canvas.mesh().find(center, v));
+    }
+  }
+  throw InternalError("the vertices beside a path to a cone make no path");
+}
+
+// Takes the branch, which has the spur on its left, around it.
+Vertices draw_around(Canvas& canvas, const Vertices& branch, const Vertices& spur) {
+  const auto root = std::find(branch.begin() + 1, branch.end() - 1, spur.front());
+  const VertexId before = *(root - 1), after = *(root + 1);
+  const Curve kind = canvas.curve(canvas.mesh().find(before, *root));
+  canvas.draw(edges_along(canvas, spur), Curve::kFence);
+  const Vertices beside = path_beside(canvas, *root, after, before);
+  canvas.remove_fences();
+  canvas.erase(edges_along(canvas, {before, *root, after}));
+  Vertices detour(branch.begin(), root);
+  detour.insert(detour.end(), beside.rbegin(), beside.rend());
+  detour.insert(detour.end(), root + 1, branch.end());
+  Vertices drawn = {before};
+  drawn.insert(drawn.end(), beside.rbegin(), beside.rend());
+  drawn.push_back(after);
+  canvas.draw(edges_along(canvas, drawn), kind);
+  return detour;
+}
+
+}  // namespace
+
+std::optional<Vertices> draw_shortest_detour(Canvas& canvas, const Vertices& branch, Index change,
+                                             const ExecutionContext& context) {
+  const DiskBoundary boundary = disk_boundary(canvas);
+  Vertices detour;
+  double shortest = 0.0;
+  for (const bool on_right : {false, true}) {
+    const std::vector<HalfedgeId> along = edges_along(canvas, on_right ? reversed(branch) : branch);
+    // Back from the end of the branch, so that the cones between are on the left.
+    const PathEnds ends{(boundary.place[at(along.back())] + 1) % boundary.size(),
+                        boundary.place[at(along.front())]};
+    const auto path =
+        shortest_enclosing_path(canvas, boundary, ends, on_right ? change : -change, context);
+    if (!path) continue;
+    const double own = length(canvas, path->halfedges);
+    if (!detour.empty() && own >= shortest) continue;
+    shortest = own;
+    detour = vertices_along(canvas, path->halfedges);
+    if (!on_right) detour = reversed(detour);
+  }
+  if (detour.empty()) return std::nullopt;
+  const std::vector<HalfedgeId> old = edges_along(canvas, branch);
+  const Curve kind = canvas.curve(old.front());
+  canvas.erase(old);
+  canvas.draw(edges_along(canvas, detour), kind);
+  return detour;
+}
+
+Detour draw_detour_around_cone(Canvas& canvas, const Vertices& branch,
+                               const std::set<Index>& changes, const ExecutionContext& context) {
+  const auto left = nearest_spur(
+      canvas, branch, [&](Index excess) { return changes.contains(-excess); }, context);
+  const auto right = nearest_spur(
+      canvas, reversed(branch), [&](Index excess) { return changes.contains(excess); }, context);
+  if (!left && !right) throw InternalError("no way from the cut to a cone");
+  if (left && (!right || left->length <= right->length)) {
+    const Index change = -canvas.excess(left->vertices.back());
+    return {draw_around(canvas, branch, left->vertices), change};
+  }
+  const Index change = canvas.excess(right->vertices.back());
+  return {reversed(draw_around(canvas, reversed(branch), right->vertices)), change};
+}
+
+Index turn_to_come(const BranchGraph& graph, const BranchLoop& loop, const Ending& ending) {
+  const auto corners = [&](Index sector) {
+    const auto& divided = ending.divided;
+    return std::find(divided.begin(), divided.end(), sector) == divided.end() ? 1 : 2;
+  };
+  Index turn = 0;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    if (loop[i] == ending.bent) --turn;
+    if ((loop[i] ^ 1) == ending.bent) ++turn;
+    const Index arrival = loop[i] ^ 1;
+    turn += 2;
+    for (Index end = loop[(i + 1) % loop.size()]; end != arrival; end = graph.next_end[at(end)])
+      turn -= corners(end);
+  }
+  return turn;
+}
+
+intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
+                                   const std::vector<VertexId>& cycle) {
+  intrinsic::DualLoop strip;
+  const auto cross = [&](HalfedgeId h) {
+    const HalfedgeId side = canvas.input_side(h);
+    if (side == kInvalid) return;
+    if (!strip.empty() && strip.back() == input_adjacency.opposite[at(side)]) {
+      strip.pop_back();
+    } else {
+      strip.push_back(side);
+    }
+  };
+  const std::size_t n = cycle.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const VertexId v = cycle[i];
+    const HalfedgeId out = canvas.mesh().find(v, cycle[(i + 1) % n]);
+    HalfedgeId h = next_corner(canvas.mesh().find(cycle[(i + n - 1) % n], v));
+    for (; h != out; h = next_corner(canvas.mesh().opposite(h))) cross(h);
+  }
+  std::size_t first = 0;
+  while (first + 1 < strip.size() && strip[first] == input_adjacency.opposite[at(strip.back())]) {
+    strip.pop_back();
+    ++first;
+  }
+  strip.erase(strip.begin(), strip.begin() + static_cast<std::ptrdiff_t>(first));
+  if (strip.empty()) throw InternalError("a loop of the cut that shrinks to a point");
+  return strip;
+}
+
+intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
+                                   const BranchGraph& graph, const BranchLoop& loop) {
+  std::vector<VertexId> vertices;
+  for (const Index end : loop) {
+    const std::vector<VertexId> branch = graph.walked_from(end);
+    vertices.insert(vertices.end(), branch.begin(), branch.end() - 1);
+  }
+  return strip_on_input(canvas, input_adjacency, vertices);
+}
+
+namespace {
+
+// Where the loop comes to a branch, or leaves it on the other side: the sector that begins with the
+// edge from `vertex` to `along`. Gates 2 i and 2 i + 1 are the two sides of one branch.
+struct Gate {
+  VertexId vertex = kInvalid;
+  VertexId along = kInvalid;
+};
+
+HalfedgeId sector(const Canvas& canvas, const Gate& gate) {
+  return canvas.mesh().find(gate.vertex, gate.along);
+}
+
+std::vector<Gate> gates_of(const BranchGraph& graph, const std::vector<Index>& branches) {
+  std::vector<Gate> gates;
+  for (const Index b : branches) {
+    const std::vector<VertexId>& vertices = graph.branches[at(b)].vertices;
+    const std::size_t middle = vertices.size() / 2;
+    gates.push_back({vertices[middle], vertices[middle + 1]});
+    gates.push_back({vertices[middle], vertices[middle - 1]});
+  }
+  return gates;
+}
+
+// Per gate the one to go on to through the disk, such that these ways can be disjoint and make one
+// loop. At first each is joined to its neighbour on the boundary; two ways that border on the same
+// part of the disk but belong to different loops exchange ends, which makes one loop of both.
+std::vector<Index> partners(const Canvas& canvas, const std::vector<Gate>& gates) {
+  const DiskBoundary boundary = disk_boundary(canvas);
+  std::vector<std::pair<Index, Index>> order;
+  for (Index g = 0; at(g) < gates.size(); ++g)
+    order.emplace_back(boundary.place[at(sector(canvas, gates[at(g)]))], g);
+  std::sort(order.begin(), order.end());
+  DisjointSets loops(static_cast<Index>(gates.size()));
+  for (Index g = 0; at(g) < gates.size(); g += 2) loops.join(g, g + 1);
+  std::vector<Index> partner(gates.size(), kInvalid);
+  const auto join = [&](Index a, Index b) {
+    partner[at(a)] = b;
+    partner[at(b)] = a;
+    loops.join(a, b);
+  };
+  for (std::size_t i = 0; i < order.size(); i += 2) join(order[i].second, order[i + 1].second);
+  const Index first = order.front().second;
+  Index last = order[1].second;
+  for (std::size_t i = 2; i < order.size(); i += 2) {
+    const Index next = order[i].second;
+    const Index after = order[i + 1].second;
+    if (loops.find(first) == loops.find(next)) {
+      // Both ways border on the middle of the disk, and stay there.
+      continue;
+    }
+    // (first last)(next after) to (first after)(last next): the outer one is in the middle's sight.
+    join(last, next);
+    join(first, after);
+    last = after;
+  }
+  return partner;
+}
+
+}  // namespace
+
+std::vector<Index> odd_branches(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
+                                const BranchGraph& graph, const LoopTurning& turning) {
+  std::vector<Index> odd;
+  for (const BranchLoop& loop : homology_loops(graph)) {
+    if (turning(strip_on_input(canvas, input_adjacency, graph, loop)) % 2 != 0)
+      odd.push_back(loop.front() / 2);
+  }
+  return odd;
+}
+
+std::vector<VertexId> draw_loop_across(Canvas& canvas, const BranchGraph& graph,
+                                       const std::vector<Index>& branches,
+                                       const ExecutionContext& context) {
+  const std::vector<Gate> gates = gates_of(graph, branches);
+  const std::vector<Index> partner = partners(canvas, gates);
+  std::vector<VertexId> loop;
+  Index gate = 0;
+  do {
+    const Index end = partner[at(gate)];
+    const HalfedgeId goal = sector(canvas, gates[at(end)]);
+    const std::vector<HalfedgeId> way =
+        free_path(canvas, {{sector(canvas, gates[at(gate)])}, {}},
+                  {[goal](HalfedgeId s) { return s == goal; }, nullptr}, context);
+    if (way.empty()) throw InternalError("no way through the disk from branch to branch");
+    for (const HalfedgeId h : way) loop.push_back(canvas.mesh().source(h));
+    canvas.draw(way, Curve::kFence);
+    gate = end ^ 1;
+  } while (gate != 0);
+  canvas.remove_fences();
+  canvas.erase_all();
+  canvas.draw(canvas.edges_of(loop), Curve::kLoop);
+  return loop;
+}
+
+namespace {
+
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+
+// By how much each loop is asked to turn now.
+std::vector<Index> wished_turns(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
+                                const BranchGraph& graph, const std::vector<BranchLoop>& loops,
+                                const LoopTurning& turning) {
+  std::vector<Index> turns;
+  for (const BranchLoop& loop : loops)
+    turns.push_back(turning(strip_on_input(canvas, input_adjacency, graph, loop)));
+  return turns;
+}
+
+// By how much more it must be asked to turn, so that it is by what it will.
+std::vector<Index> changes(const BranchGraph& graph, const std::vector<BranchLoop>& loops,
+                           const std::vector<Index>& wished, const Ending& ending) {
+  std::vector<Index> changes;
+  for (std::size_t i = 0; i < loops.size(); ++i)
+    changes.push_back(turn_to_come(graph, loops[i], ending) - wished[i]);
+  return changes;
+}
+
+// All of them, or -1 if one cannot be reached.
+Index quarters_off(const std::vector<Index>& changes, Index least) {
+  Index sum = 0;
+  for (const Index change : changes) {
+    if (change != 0 && (least == 0 || change % least != 0)) return -1;
+    sum += std::abs(change);
+  }
+  return sum;
+}
+
+// Changes what one branch is asked for; false if the shortest detour was not enough.
+bool reroute_branch(Canvas& canvas, const std::vector<Index>& cones, Index change, Index most_added,
+                    std::vector<VertexId>& branch, const ExecutionContext& context) {
+  for (bool first = true;; first = false) {
+    context.check();
+    if (canvas.vertex_count() - static_cast<Index>(cones.size()) > most_added) {
+      throw_not_converged(
+          ErrorCode::kIterationLimit,
+          "The branches of the cut wind around the cones so often that it has more than " +
+              std::to_string(most_added) +
+              " vertices more than the surface. Take a field that turns less along the handles, or "
+              "with more cones.");
+    }
+    if (auto shortest = draw_shortest_detour(canvas, branch, change, context)) {
+      branch = std::move(*shortest);
+      return first;
+    }
+    Detour detour = draw_detour_around_cone(canvas, branch, next_changes(cones, change), context);
+    branch = std::move(detour.branch);
+    change -= detour.change;
+    if (change == 0) return false;
+  }
+}
+
+}  // namespace
+
+Reroutings& Reroutings::operator+=(const Reroutings& other) {
+  loops += other.loops;
+  shortest += other.shortest;
+  fallback += other.fallback;
+  quarters += other.quarters;
+  straight += other.straight;
+  return *this;
+}
+
+std::size_t reroute(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
+                    const std::vector<Ending>& endings, const WishedTurns& wished,
+                    BranchGraph& graph, const ExecutionContext& context) {
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(input.vertices.rows()), input.faces);
+  const std::vector<BranchLoop> loops = homology_loops(graph);
+  const std::vector<Index> turns = wished_turns(canvas, adjacency, graph, loops, wished.turning);
+  const Index least = least_change(cones);
+  std::size_t best = kNone;
+  Index fewest = 0;
+  for (std::size_t i = 0; i < endings.size(); ++i) {
+    const Index off = quarters_off(changes(graph, loops, turns, endings[i]), least);
+    if (off < 0 || (best != kNone && off >= fewest)) continue;
+    best = i;
+    fewest = off;
+  }
+  if (best == kNone) {
+    throw_not_converged(
+        ErrorCode::kBadAngles,
+        "The cut cannot turn as the map shall: going around the cones changes its turns by "
+        "multiples of " +
+            std::to_string(least) +
+            " quarters only. Take the engine \"penner\", or a field with one cone more of index "
+            "+-1/4.");
+  }
+  const std::vector<Index> change = changes(graph, loops, turns, endings[best]);
+  Reroutings done;
+  done.loops = static_cast<Index>(loops.size());
+  done.quarters = fewest;
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    if (change[i] == 0) continue;
+    std::vector<VertexId>& branch =
+        graph.branches[static_cast<std::size_t>(loops[i].front() / 2)].vertices;
+    const bool by_detour =
+        reroute_branch(canvas, cones, change[i], wished.most_added, branch, context);
+    ++(by_detour ? done.shortest : done.fallback);
+  }
+  divide_branches(canvas, graph);
+  const std::vector<Index> now = wished_turns(canvas, adjacency, graph, loops, wished.turning);
+  for (const Index off : changes(graph, loops, now, endings[best])) {
+    if (off != 0) throw InternalError("a rerouted cut that does not turn as it was wished");
+  }
+  if (wished.done != nullptr) *wished.done += done;
+  return best;
+}
+
+Index least_change(const std::vector<Index>& cones) {
+  Index divisor = 0;
+  for (const Index k : cones) divisor = std::gcd(divisor, k - kFlat);
+  return divisor;
+}
+
+std::set<Index> next_changes(const std::vector<Index>& cones, Index wanted) {
+  std::set<Index> changes;
+  for (const Index k : cones) {
+    if (k != kFlat) changes.insert({k - kFlat, kFlat - k});
+  }
+  if (changes.empty()) throw InternalError("no cone to go around");
+  // In a good order no sum is farther from 0 and `wanted` than the largest change.
+  const Index most = std::abs(wanted) + *changes.rbegin();
+  const auto slot = [most](Index sum) { return static_cast<std::size_t>(sum + most); };
+  std::vector<Index> terms(2 * static_cast<std::size_t>(most) + 1, kInvalid);  // per sum, fewest
+  terms[slot(0)] = 0;
+  std::vector<Index> sums = {0};
+  for (std::size_t i = 0; i < sums.size() && terms[slot(wanted)] == kInvalid; ++i) {
+    for (const Index change : changes) {
+      const Index sum = sums[i] + change;
+      if (std::abs(sum) > most || terms[slot(sum)] != kInvalid) continue;
+      terms[slot(sum)] = terms[slot(sums[i])] + 1;
+      sums.push_back(sum);
+    }
+  }
+  if (terms[slot(wanted)] == kInvalid) throw InternalError("no sum of changes is the wanted one");
+  std::set<Index> next;
+  for (const Index change : changes) {
+    const Index rest = wanted - change;
+    if (std::abs(rest) <= most && terms[slot(rest)] == terms[slot(wanted)] - 1) next.insert(change);
+  }
+  return next;
+}
+
+}  // namespace flipfree::seamless

@@ -1,0 +1,255 @@
+#include "flipfree/seamless/padding/topology.h"
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <utility>
+
+#include "flipfree/base/failure.h"
+#include "flipfree/mesh/own_unit.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/seamless/padding/extra_path.h"
+#include "flipfree/seamless/padding/hole_chain.h"
+#include "flipfree/seamless/padding/reroute.h"
+#include "flipfree/seamless/padding/straight.h"
+#include "flipfree/seamless/signature.h"
+
+namespace flipfree::seamless {
+
+namespace {
+
+// A cut is drawn again, straighter, from this range of scales on (straight/linear_scale.h).
+constexpr double kFarOff = 100.0;
+// Straightness::quarter_price: in the cones' own flat angles, of which drifts grow from handle to
+// handle, and along a field, whose loops turn by whole quarters.
+constexpr double kConesPrice = 3.0;
+constexpr double kFieldPrice = 2.0;
+
+// Draws the cut for one pattern after the other.
+class Drawer {
+ public:
+  // `straight`: if the chain shall be; or null.
+  Drawer(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
+         const WishedTurns* wished, const Straightness* straight, const ExecutionContext& context)
+      : canvas_(canvas),
+        input_(input),
+        input_adjacency_(
+            mesh::build_adjacency(static_cast<Index>(input.vertices.rows()), input.faces)),
+        cones_(cones),
+        wished_(wished),
+        straight_(straight),
+        context_(context) {}
+
+  void draw(Pattern pattern, Index genus) {
+    if (wished_ != nullptr && can_be_twisted(cones_, genus)) {
+      draw_hole_chain(canvas_, genus, context_, turns());
+      divide();
+      const std::vector<Index> odd =
+          odd_branches(canvas_, input_adjacency_, graph_, wished_->turning);
+      if (!odd.empty()) {
+        const std::vector<VertexId> first = draw_loop_across(canvas_, graph_, odd, context_);
+        join(straight_ == nullptr
+                 ? draw_twisted_chain(canvas_, first, genus, context_, turns())
+                 : draw_straight_twisted_chain(canvas_, first, genus, *straight_, context_));
+        return;
+      }
+      canvas_.erase_all();
+    }
+    if (pattern == Pattern::kTwoTNodes) {
+      join(straight_ == nullptr
+               ? draw_chain_with_t_nodes(canvas_, genus, context_, turns())
+               : draw_straight_chain_with_t_nodes(canvas_, genus, *straight_, context_));
+      return;
+    }
+    if (straight_ != nullptr) {
+      draw_straight_chain(canvas_, genus, *straight_, context_);
+    } else {
+      draw_hole_chain(canvas_, genus, context_, turns());
+    }
+    divide();
+    if (pattern == Pattern::kLoop) {
+      close_loop();
+      return;
+    }
+    if (wished_ != nullptr) end_as({Ending{}});
+    if (pattern == Pattern::kExtraPath && !draw_shortest_extra_path(canvas_, context_))
+      draw_fenced_extra_path(canvas_, cones_, genus, context_);
+  }
+
+ private:
+  CycleTurns turns() const {
+    if (wished_ == nullptr) return nullptr;
+    return [this](const std::vector<VertexId>& cycle) {
+      return wished_->turning(strip_on_input(canvas_, input_adjacency_, cycle));
+    };
+  }
+
+  void divide() {
+    graph_ = branch_graph(canvas_);
+    divide_branches(canvas_, graph_);
+  }
+
+  std::size_t end_as(const std::vector<Ending>& endings) {
+    return reroute(canvas_, input_, cones_, endings, *wished_, graph_, context_);
+  }
+
+  void join(const std::array<VertexId, 2>& t_nodes) {
+    divide();
+    std::vector<JoinedSectors> sectors = joinable_sectors(canvas_, t_nodes, cones_);
+    if (wished_ != nullptr) {
+      std::vector<Ending> endings;
+      for (const auto& [from, to] : sectors)
+        endings.push_back({{end_of(canvas_, graph_, from), end_of(canvas_, graph_, to)}});
+      const Ending& ending = endings[end_as(endings)];
+      sectors = {{leaving(canvas_, graph_, ending.divided[0]),
+                  leaving(canvas_, graph_, ending.divided[1])}};
+    }
+    if (!draw_shortest_joining_path(canvas_, sectors, context_))
+      draw_fenced_joining_path(canvas_, sectors, cones_, context_);
+  }
+
+  void close_loop() {
+    std::vector<HalfedgeId> sectors = sectors_on_holes(canvas_);
+    if (wished_ != nullptr) {
+      std::vector<Ending> endings;
+      for (Index end = 0; at(end) < graph_.next_end.size(); ++end) {
+        if (graph_.branch_of(end).kind == Curve::kLoop) endings.push_back({{}, end});
+      }
+      const std::vector<VertexId> bent = graph_.walked_from(endings[end_as(endings)].bent);
+      sectors.clear();
+      for (std::size_t i = 1; i + 1 < bent.size(); ++i)
+        sectors.push_back(canvas_.mesh().find(bent[i], bent[i + 1]));
+    }
+    draw_loop_around_cone(canvas_, sectors, cones_, context_);
+  }
+
+  Canvas& canvas_;
+  const mesh::Surface& input_;
+  const mesh::Adjacency input_adjacency_;
+  const std::vector<Index>& cones_;
+  const WishedTurns* wished_;
+  const Straightness* straight_;
+  const ExecutionContext& context_;
+  BranchGraph graph_;
+};
+
+// Branches, flat sectors, and the extra path if T-nodes make it one.
+void read_branches(const Canvas& canvas, AdmissibleCut& cut) {
+  const BranchGraph graph = branch_graph(canvas);
+  const auto first = [&](Index end) { return leaving(canvas, graph, end); };
+  for (Index b = 0; at(b) < graph.branches.size(); ++b) {
+    const BranchGraph::Branch& branch = graph.branches[at(b)];
+    std::vector<HalfedgeId>& halfedges = cut.branches.emplace_back();
+    for (std::size_t i = 0; i + 1 < branch.vertices.size(); ++i)
+      halfedges.push_back(canvas.mesh().find(branch.vertices[i], branch.vertices[i + 1]));
+    if (branch.kind != Curve::kExtra) continue;
+    for (const Index end : {2 * b, 2 * b + 1}) {
+      const Index next = graph.next_end[at(end)];
+      if (graph.next_end[at(graph.next_end[at(next)])] != end) continue;
+      // A T-node: opposite of the extra path.
+      cut.flat_sectors.push_back(first(next));
+      cut.extra_path = b;
+    }
+  }
+}
+
+Index genus_of(const mesh::Surface& surface) {
+  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
+  return mesh::topology(surface.faces, mesh::build_adjacency(vertex_count, surface.faces)).genus();
+}
+
+// `straight`: for a straight chain; or null.
+AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& cones, Index genus,
+                       const WishedTurns* wished, const Straightness* straight,
+                       const ExecutionContext& context) {
+  const Pattern pattern = pattern_for(cones, genus);
+  // A sphere is not cut: its cones may be neighbours.
+  Canvas canvas(surface, pattern == Pattern::kNone ? std::vector<Index>(cones.size(), 4) : cones);
+  AdmissibleCut cut;
+  if (pattern != Pattern::kNone)
+    Drawer(canvas, surface, cones, wished, straight, context).draw(pattern, genus);
+  cut.surface = canvas.surface();
+  cut.provenance = canvas.provenance();
+  if (pattern != Pattern::kNone) read_branches(canvas, cut);
+  return cut;
+}
+
+// A cut of the surface in its own unit, on the surface itself.
+AdmissibleCut in_given_unit(AdmissibleCut cut, const mesh::Surface& surface, double unit) {
+  cut.surface.vertices *= unit;
+  cut.surface.vertices.topRows(surface.vertices.rows()) = surface.vertices;
+  return cut;
+}
+
+struct DrawnCut {
+  AdmissibleCut cut;
+  Reroutings done;
+};
+
+// Of two ways to draw a cut, the one whose pieces are nearer to what they shall be; the second is
+// tried only if the first is far off, or not there.
+DrawnCut nearer_cut(const std::vector<Index>& cones, const std::function<DrawnCut()>& draw_first,
+                    const std::function<DrawnCut()>& draw_second, ExecutionContext& context) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const auto measure = [&](Outcome<DrawnCut>& drawn, double first) {
+    if (!drawn) return kInfinity;
+    const auto found = attempt([&] { return scale_range(drawn->cut, cones, context); });
+    if (!found) return kInfinity;
+    drawn->cut.range = *found;
+    drawn->cut.first_range = first < kInfinity ? first : *found;
+    return *found;
+  };
+  auto first = attempt(draw_first);
+  const double reached = measure(first, kInfinity);
+  if (reached < kFarOff) return std::move(*first);
+  auto second = attempt(draw_second);
+  if (!first && !second) throw NotConverged(first.error());
+  return !first || measure(second, reached) < reached ? std::move(*second) : std::move(*first);
+}
+
+}  // namespace
+
+AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                  ExecutionContext& context) {
+  const Index genus = genus_of(surface);
+  check_cones(cones, genus);
+  const mesh::InOwnUnit scaled(surface);
+  const auto draw = [&](const Straightness* straight) {
+    return DrawnCut{draw_cut(scaled.surface(), cones, genus, nullptr, straight, context), {}};
+  };
+  const auto draw_straight = [&] {
+    const std::vector<double> crossings = flat_crossings(scaled.surface(), cones, context);
+    const Straightness straight{crossings, kConesPrice};
+    return draw(&straight);
+  };
+  DrawnCut drawn = genus == 0 ? draw(nullptr)
+                              : nearer_cut(
+                                    cones, [&] { return draw(nullptr); }, draw_straight, context);
+  return in_given_unit(std::move(drawn.cut), surface, scaled.unit());
+}
+
+AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
+                               const WishedTurns& wished, ExecutionContext& context) {
+  const Index genus = genus_of(surface);
+  check_cones(cones, genus);
+  const mesh::InOwnUnit scaled(surface);
+  const auto draw = [&](const Straightness* straight) {
+    DrawnCut drawn;
+    WishedTurns own = wished;
+    own.done = &drawn.done;
+    drawn.done.straight = straight == nullptr ? 0 : 1;
+    drawn.cut = draw_cut(scaled.surface(), cones, genus, &own, straight, context);
+    return drawn;
+  };
+  const auto draw_short = [&] { return draw(nullptr); };
+  const Straightness along{wished.crossings, kFieldPrice};
+  DrawnCut drawn = genus == 0 || wished.crossings.empty()
+                       ? draw_short()
+                       : nearer_cut(
+                             cones, [&] { return draw(&along); }, draw_short, context);
+  if (wished.done != nullptr) *wished.done += drawn.done;
+  return in_given_unit(std::move(drawn.cut), surface, scaled.unit());
+}
+
+}  // namespace flipfree::seamless

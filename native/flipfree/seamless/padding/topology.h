@@ -1,0 +1,42 @@
+// Cuts that make a closed surface with cones ready for padding (thesis 5.3, 5.4.1).
+//
+//   genus 0                   no cut at all
+//   cones all multiples of 4  hole chain: one component (Proposition 10); so no cones on a torus
+//   genus 1, 2                chain with two T-nodes, joined by a path: all nodes have four
+//   branches genus 3 and more          hole chain and an extra path (Proposition 11) otherwise hole
+//   chain and a loop around a cone with k = 1
+//
+// Without turns to be met, a cut of genus 2 and more whose disk is far from having right angles is
+// drawn again with curves that turn little (straight_chain.h), if that brings it nearer.
+//
+// A cut all of whose nodes have four branches can be equalized if no component has a multiple of
+// four corners: its matrix has full row rank (Lemma 5.10 for both components at once), and the
+// vector of ones in its kernel. That the thesis lists patterns for parts with 2, 3, 5, 6 and 7
+// corners but not with one is why cones as (1, 7) on a torus or (1, 15) on genus 2 are missing
+// there.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/surface.h"
+#include "flipfree/seamless/padding/admissible_cut.h"
+#include "flipfree/seamless/padding/reroute.h"
+
+namespace flipfree::seamless {
+
+// `surface`: closed, connected, valid. `cones`: #V, quarter turns k of every vertex, 4 where it is
+// flat. The cut's surface has the input's vertices first; new ones halve edges. The same input
+// gives the same cut. Throws InvalidInput (kBadAngles) for k < 1, Infeasible (kGaussBonnet,
+// kBadAngles) if no surface of this genus has such cones, NotConverged naming the step if doubles
+// leave no room for it. Cost: O(genus #F log #F), mostly much less.
+AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                  ExecutionContext& context);
+
+// The same with loops that turn as `wished` says, which must be so for a cross field with exactly
+// these cones; also where there are no cones at all. Throws NotConverged (kBadAngles) besides where
+// the excesses of all cones have a common divisor that keeps this cut from it.
+AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
+                               const WishedTurns& wished, ExecutionContext& context);
+
+}  // namespace flipfree::seamless
