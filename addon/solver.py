@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import flipfree
-from flipfree.maps.distortion import STRETCH_BOUND
+from flipfree.distortion import STRETCH_BOUND
 
 from . import preferences
 from .preferences import threads

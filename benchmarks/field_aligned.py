@@ -23,7 +23,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterable, Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,10 +32,10 @@ from runner import Options, Row, data, main, table, timed
 
 import flipfree as ff
 from flipfree import _native
-from flipfree.arrays import as_indices, as_vertices
-from flipfree.conversions import parametrization_from
-from flipfree.fields.cross_fields import arrays_of
-from flipfree.job import Job, run
+from flipfree.calls.seamless import arrays_of
+from flipfree.checks import as_mesh
+from flipfree.job import run, start_job
+from flipfree.results import parametrization_from
 
 from judges import fields, holonomy
 from judges.unfoldings import unfolding
@@ -191,14 +190,11 @@ def random(options: Options) -> Iterator[Row]:
     yield from rows(with_random_fields(options), options)
 
 
-def drawn_cut(mesh: Mesh, field: ff.CrossField, reroute: bool) -> tuple[dict[str, int], float]:
-    """What was done to padding's cut, and how long it is."""
-    _, vertices, faces = mesh
-    face_array = as_indices(faces, "faces", 3)
-    positions = as_vertices(vertices, face_array).scaled
-    arrays = arrays_of(field, face_array)
-    stats, lines = _native.field_cut(positions, face_array, *arrays, reroute, 1).result()
-    return stats, sum(np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in lines)
+def drawn_cut(mesh: Mesh, field: ff.CrossField, way: str, options: Options) -> tuple[Any, float]:
+    """The stats of padding's map, and how long its cut is."""
+    found = aligned(mesh, field, way, options.seconds)
+    ends = found.vertices[found.cut_edges]
+    return found.stats, float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
 
 
 @table(
@@ -211,25 +207,24 @@ def cuts(options: Options) -> Iterator[Row]:
             continue
         with timed() as cost:
             try:
-                s, length = drawn_cut(mesh, field, True)
+                s, length = drawn_cut(mesh, field, WAYS[0], options)
             except ff.FlipfreeError as error:
                 if not isinstance(error, ff.Infeasible):
                     options.fail(f"{mesh[0]}: {error}")
                 continue
-        bare, bare_length = drawn_cut(mesh, field, False)
-        done = s["loops"], s["quarters"], s["guided"], s["fallback"], s["added_vertices"]
+        bare, bare_length = drawn_cut(mesh, field, WAYS[1], options)
+        names = ("loops", "quarters", "guided", "fallback")
+        done = *(s[f"reroutings.{name}"] for name in names), s["engine.added_vertices"]
         ratio = f"{length / bare_length:.2f}", f"{cost.cpu:.2f}"
-        yield mesh[0], genus_of(mesh), len(mesh[2]), *done, bare["added_vertices"], *ratio
+        yield mesh[0], genus_of(mesh), len(mesh[2]), *done, bare["engine.added_vertices"], *ratio
 
 
 def aligned(mesh: Mesh, field: ff.CrossField, way: str, seconds: float) -> ff.Parametrization:
     _, vertices, faces = mesh
-    face_array = as_indices(faces, "faces", 3)
-    positions = as_vertices(vertices, face_array)
+    given = as_mesh(vertices, faces)
     how = dict(engine=way.split(",")[0], reroute=way != WAYS[1], max_seconds=seconds)
-    arrays = arrays_of(field, face_array)
-    native = _native.field_aligned(positions.scaled, face_array, arrays, {}, how, 0)
-    return run(Job(native, partial(parametrization_from, positions=positions)))
+    how |= dict(field=arrays_of(field, given.faces), made={})
+    return run(start_job(_native.field_aligned, given, how, 0, parametrization_from))
 
 
 @table("model | genus | rerouted | " + " | ".join(f"{way}: E | E_A | mean angle" for way in WAYS))

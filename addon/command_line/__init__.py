@@ -17,7 +17,7 @@ from pathlib import Path
 import bpy
 
 from flipfree.batch import arguments, numbers, worker
-from flipfree.batch.plan import PlanError, one_file
+from flipfree.batch.plan import PlanError
 
 from .. import records
 from . import files, unit
@@ -79,14 +79,6 @@ def _run_one_file(given) -> int:
     return 0
 
 
-def _run_batch(given) -> int:
-    items, formats = None, files.formats()
-    if arguments.is_one_file(given):
-        source, target = map(Path, given.inputs)
-        items = [one_file(source, target, formats, again=given.resume)]
-    return arguments.main(given, formats, unit.engine_of, unit.versions(), items=items)
-
-
 def main(argv: list[str]) -> int:
     """The command; returns its exit status."""
     if argv == ["--worker"]:
@@ -99,7 +91,9 @@ def main(argv: list[str]) -> int:
     except SystemExit as stop:  # argparse has said why
         return int(stop.code or 0)
     try:
-        return _run_one_file(given) if _one_file(given) else _run_batch(given)
+        if _one_file(given):
+            return _run_one_file(given)
+        return arguments.main(given, files.formats(), unit.engine_of, unit.versions())
     except PlanError as error:
         print(f"flipfree: {error}", file=sys.stderr)
         return 2

@@ -5,7 +5,7 @@ task."""
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from flipfree.batch import numbers, seams
+from flipfree.batch import arguments, numbers
 
 from ..fields import arguments as field_arguments
 from ..operators import check, common, conformal, match, seamless, unwrap
@@ -37,7 +37,7 @@ _OVERLAPS = "islands may overlap themselves"
 
 
 def _unwrap_arguments(parser):
-    seams.arguments(parser)
+    arguments.add_seam_arguments(parser)
     _flags(
         parser,
         keep_placement="islands stay where they were, if that is a usable layout; otherwise all are packed",

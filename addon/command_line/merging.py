@@ -7,7 +7,7 @@ UVs, colours and normals are kept: they belong to corners of faces.
 import bmesh
 import numpy as np
 
-from flipfree.batch.models.welding import welded_along
+from flipfree.batch.models.model import welded_along
 
 from .. import compat
 
@@ -15,7 +15,7 @@ _NORMALS = "flipfree_normals"
 
 
 def merge_split_vertices(mesh) -> int:
-    """Joins edges that were one (flipfree.batch.models.welding); returns how many vertices went."""
+    """Joins edges that were one (flipfree.batch.models.model); returns how many vertices went."""
     if not len(mesh.polygons):
         return 0
     corners = compat.corner_vertices(mesh)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from flipfree.shaped import held_by_pins
+from flipfree.calls.matching import held_by_pins
 
 from .. import solver
 from ..meshes import islands, labels, mesh_io, refine, separated

@@ -11,7 +11,7 @@ these classes. `tests/blender/test_registration.py` looks at every operator's pr
 
 import bpy
 
-from flipfree.maps.distortion import STRETCH_BOUND
+from flipfree.distortion import STRETCH_BOUND
 
 from .. import aspect, modal, preferences
 from ..meshes import mesh_io

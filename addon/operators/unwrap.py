@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from flipfree.calls.unwrapping import SEAMS
-from flipfree.maps.distortion import STRETCH_BOUND
+from flipfree.distortion import STRETCH_BOUND
 
 from .. import modal, solver
 from ..meshes import islands, labels, mesh_io, selection

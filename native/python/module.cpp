@@ -1,31 +1,28 @@
-// The compiled module flipfree._native: thin, boring, no logic. One bind_*.cpp per stage.
-#include <pybind11/pybind11.h>
-#include <pybind11/stl.h>
+// The compiled module flipfree._native: thin, boring, no logic.
+#include <array>
 
-#include <new>
-
-#include "arrays.h"
-#include "bind/bindings.h"
+#include "casters.h"
 #include "flipfree/base/error.h"
 #include "flipfree/certify/certified_map.h"
-#include "flipfree/certify/certify.h"
 #include "job.h"
 
-namespace py = pybind11;
-
 namespace flipfree::python {
+
+using namespace pybind11::literals;
+
 namespace {
 
-// Raises flipfree.errors.<name>(message, code=..., kind=..., elements=[...]).
+// Raises flipfree.errors.<name>.
 void raise(const char* name, const Error& error, const py::object& certificate = py::none()) {
-  const py::object type = py::module_::import("flipfree.errors").attr(name);
   py::dict witness;
   if (!error.witness.rule.empty()) witness["rule"] = error.witness.rule;
-  for (const auto& [key, numbers] : error.witness.numbers) witness[py::str(key)] = numbers;
+  for (const auto& [key, numbers] : error.witness.numbers) {
+    witness[py::str(key)] = py::list(py::cast(numbers));
+  }
+  const py::object type = py::module_::import("flipfree.errors").attr(name);
   const py::object instance =
-      type(error.message, py::arg("code") = std::string(describe(error.code)),
-           py::arg("kind") = kind_name(error.kind), py::arg("elements") = error.elements,
-           py::arg("certificate") = certificate, py::arg("witness") = witness);
+      type(error.message, "code"_a = describe(error.code), "kind"_a = kind_name(error.kind),
+           "elements"_a = error.elements, "certificate"_a = certificate, "witness"_a = witness);
   PyErr_SetObject(type.ptr(), instance.ptr());
 }
 
@@ -37,10 +34,8 @@ void translate(std::exception_ptr failure) {
   } catch (const Infeasible& e) {
     raise("Infeasible", e.error());
   } catch (const certify::CertificateFailed& e) {
-    const py::object make = py::module_::import("flipfree.conversions").attr("certificate_from");
-    raise("NotConverged", e.error(), make(to_dict(e.certificate())));
-  } catch (const NotConverged& e) {
-    raise("NotConverged", e.error());
+    const py::object make = py::module_::import("flipfree.results").attr("certificate_from");
+    raise("NotConverged", e.error(), make(to_python(e.certificate())));
   } catch (const Cancelled& e) {
     raise("Cancelled", e.error());
   } catch (const Exception& e) {
@@ -48,29 +43,87 @@ void translate(std::exception_ptr failure) {
   }
 }
 
+// (quarter turns, translations).
+template <typename Transitions>
+py::tuple transitions_of(const Transitions& transitions) {
+  std::vector<Index> turns;
+  Points2 translations(static_cast<Eigen::Index>(transitions.size()), 2);
+  for (const auto& t : transitions) {
+    translations.row(static_cast<Eigen::Index>(turns.size())) = t.translation.transpose();
+    turns.push_back(t.quarter_turns);
+  }
+  return py::make_tuple(std::move(turns), std::move(translations));
+}
+
 }  // namespace
+
+const char* kind_name(ElementKind kind) {
+  constexpr std::array kNames = {"none", "vertex", "edge", "face", "corner"};
+  return kNames.at(static_cast<std::size_t>(kind));
+}
+
+py::object to_python(const Stats& stats) {
+  py::dict d;
+  for (const auto& [name, value] : stats) {
+    std::visit([&, &key = name](const auto& v) { d[py::str(key)] = py::cast(v); }, value);
+  }
+  return d;
+}
+
+py::object to_python(const mesh::Mend& mend) {
+  return py::make_tuple(describe(mend.kind), kind_name(mend.element), mend.count, mend.elements);
+}
+
+py::object to_python(const certify::Certificate& c) {
+  IndexPairs ends(static_cast<Eigen::Index>(c.seams.size()), 2);
+  for (std::size_t i = 0; i < c.seams.size(); ++i) {
+    ends.row(static_cast<Eigen::Index>(i)) << c.seams[i].from, c.seams[i].to;
+  }
+  return py::dict(
+      "ok"_a = c.ok, "triangles"_a = c.triangles, "flips64"_a = c.flips64, "flips32"_a = c.flips32,
+      "winding_failures"_a = c.winding_failures, "pin_failures"_a = c.pin_failures,
+      "seam_failures"_a = c.seam_failures, "seam_edges"_a = c.seam_edges,
+      "seams_exact64"_a = c.seams_exact64, "seams_exact32"_a = c.seams_exact32,
+      "seam_deviation"_a = c.seam_deviation, "seam_vertices"_a = std::move(ends),
+      "seam_transitions"_a = transitions_of(c.seams), "quarter_cones"_a = c.quarter_cones,
+      "cone_failures"_a = c.cone_failures, "holonomy_failures"_a = c.holonomy_failures,
+      "provenance_failures"_a = c.provenance_failures, "overlaps"_a = c.overlaps,
+      "island_overlaps"_a = c.island_overlaps, "island_overlap_faces"_a = c.island_overlap_faces,
+      "energy"_a = c.energy, "max_energy"_a = c.max_energy, "energy_p99"_a = c.energy_p99,
+      "mends"_a = c.mends, "failures"_a = c.failures, "failed_faces"_a = c.failed_faces);
+}
+
+py::object to_python(certify::Parametrization&& map) {
+  const auto corners = [](auto&& values) {
+    return py::object(py::cast(std::move(values)).attr("reshape")(-1, 3, 2));
+  };
+  const bool agreed = map.agreed.rows() == map.uv.rows();
+  const py::object uv64 = corners(std::move(map.uv));
+  return py::dict(
+      "vertices"_a = std::move(map.surface.vertices), "faces"_a = std::move(map.surface.faces),
+      "uv64"_a = uv64, "uv"_a = agreed ? corners(std::move(map.agreed)) : uv64,
+      "_uv32"_a = corners(std::move(map.uv32)), "parent_face"_a = std::move(map.parent_face),
+      "vertex_parent"_a = std::move(map.vertex_parent),
+      "vertex_barycentric"_a = std::move(map.vertex_barycentric),
+      "cut_edges"_a = std::move(map.cut_edges), "transitions"_a = transitions_of(map.transitions),
+      "certificate"_a = map.certificate, "stats"_a = map.stats);
+}
+
 }  // namespace flipfree::python
 
 PYBIND11_MODULE(_native, module) {
   using namespace flipfree::python;
   module.doc() = "Compiled solver of Flipfree UV; use the package `flipfree`, not this module.";
   module.attr("version") = FLIPFREE_VERSION;
-  py::register_exception_translator(&flipfree::python::translate);
-  py::class_<flipfree::python::Job>(module, "Job")
-      .def("wait", &flipfree::python::Job::wait, py::arg("seconds"))
-      .def("cancel", &flipfree::python::Job::cancel)
-      .def("accept", &flipfree::python::Job::accept)
-      .def("progress", &flipfree::python::Job::progress)
-      .def("result", &flipfree::python::Job::result);
-  flipfree::python::bind_certify(module);
-  flipfree::python::bind_conformal(module);
-  flipfree::python::bind_conformal_map(module);
-  flipfree::python::bind_distortion(module);
-  flipfree::python::bind_embedding(module);
-  flipfree::python::bind_field(module);
-  flipfree::python::bind_files(module);
-  flipfree::python::bind_matchmaker(module);
-  flipfree::python::bind_mesh(module);
-  flipfree::python::bind_seamless(module);
-  flipfree::python::bind_unwrap(module);
+  py::register_exception_translator(&translate);
+  py::class_<Job>(module, "Job")
+      .def("wait", &Job::wait)
+      .def("cancel", &Job::cancel)
+      .def("accept", &Job::accept)
+      .def("progress", &Job::progress)
+      .def("result", &Job::result);
+  bind_conformal(module);
+  bind_maps(module);
+  bind_meshes(module);
+  bind_seamless(module);
 }

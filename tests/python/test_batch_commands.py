@@ -11,7 +11,7 @@ import pytest
 
 import flipfree as ff
 from flipfree.__main__ import main
-from flipfree.batch.models.welding import welded
+from flipfree.batch.models.model import welded
 
 import surfaces
 

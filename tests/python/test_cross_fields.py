@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import flipfree as ff
-from flipfree.fields.cross_fields import halfedges_of_strip
+from flipfree.calls.seamless import halfedges_of_strip
 
 from judges import fields, holonomy
 from mesh_files import data_folder, read_mesh

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flipfree as ff
-from flipfree.maps.distortion import BOUND_ENERGY, STRETCH_BOUND, energies
+from flipfree.distortion import BOUND_ENERGY, STRETCH_BOUND, energies
 
 from surfaces import bumpy_grid
 

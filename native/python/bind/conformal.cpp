@@ -1,61 +1,28 @@
+// Conformal metrics and maps, and the angles for them.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <string>
+#include <tuple>
 #include <utility>
+#include <vector>
 
-#include <pybind11/stl.h>
-
-#include "arrays.h"
-#include "bind/bindings.h"
+#include "flipfree/conformal/boundary_angles.h"
+#include "flipfree/conformal/map.h"
 #include "flipfree/conformal/refined_metric.h"
+#include "flipfree/conformal/suggest_cones.h"
 #include "flipfree/numeric/scalar.h"
 #include "job.h"
-#include "metric_object.h"
-
-namespace py = pybind11;
 
 namespace flipfree::python {
+
+using namespace pybind11::literals;
+
 namespace {
-
-struct MetricRequest {
-  mesh::Surface surface;
-  std::optional<Points3> lengths;
-  std::vector<double> target_angles;
-  conformal::MetricOptions options;
-  conformal::StartRefinement refinement = conformal::StartRefinement::kAuto;
-};
-
-conformal::ConformalMetric solve(const MetricRequest& request, ExecutionContext& context) {
-  return conformal::compute_refined_metric(
-             request.surface, request.lengths ? &*request.lengths : nullptr, request.target_angles,
-             request.options, request.refinement, context)
-      .metric;
-}
-
-// The vertices that were added: scale factors and where they lie on the user's surface.
-void add_refinement(const conformal::ConformalMetric& metric, py::dict& d) {
-  const std::size_t own = metric.scale_factors.size() - metric.added.size();
-  const auto part = [own](const std::vector<double>& v) {
-    return std::vector<double>(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(own));
-  };
-  d["scale_factors"] = from_vector(part(metric.scale_factors));
-  d["angles"] = from_vector(part(metric.angles));
-  d["added_scale_factors"] = from_vector(std::vector<double>(
-      metric.scale_factors.begin() + static_cast<std::ptrdiff_t>(own), metric.scale_factors.end()));
-  std::vector<FaceId> parent;
-  Points3 weights(static_cast<Eigen::Index>(metric.added.size()), 3);
-  for (const mesh::SurfacePoint& v : metric.added) {
-    weights.row(static_cast<Eigen::Index>(parent.size())) = v.weight.transpose();
-    parent.push_back(v.face);
-  }
-  d["added_parent"] = from_vector(parent);
-  d["added_barycentric"] = from_matrix(weights);
-}
 
 // Final triangulation as the single cover sees it: vertices of the user's mesh, natural logarithms
 // of lengths.
-void add_mesh(const conformal::ConformalMetric& metric, py::dict& d) {
+void add_triangulation(const conformal::ConformalMetric& metric, py::dict& d) {
   const intrinsic::IntrinsicMesh& mesh = metric.mesh;
   Triangles faces(static_cast<Eigen::Index>(mesh.face_count()), 3);
   Points3 log_length(faces.rows(), 3);
@@ -66,14 +33,12 @@ void add_mesh(const conformal::ConformalMetric& metric, py::dict& d) {
         for (std::size_t f = 0; f < mesh.face_count(); ++f) {
           HalfedgeId h = mesh.face_halfedge[f];
           label[f] = static_cast<std::int8_t>(mesh.label_of_face(static_cast<FaceId>(f)));
-          for (int k = 0; k < 3; ++k, h = mesh.next[static_cast<std::size_t>(h)]) {
+          for (int k = 0; k < 3; ++k, h = mesh.next[at(h)]) {
             const auto row = static_cast<Eigen::Index>(f);
-            faces(row, k) =
-                mesh.unknown[static_cast<std::size_t>(mesh.origin[static_cast<std::size_t>(h)])];
+            faces(row, k) = mesh.unknown[at(mesh.origin[at(h)])];
             // With many bits a logarithm in full takes half a millisecond.
             std::int64_t exponent = 0;
-            const double mantissa =
-                Traits::scaled(length[static_cast<std::size_t>(h >> 1)], exponent);
+            const double mantissa = Traits::scaled(length[at(h >> 1)], exponent);
             const bool near_one = exponent >= -1 && exponent <= 1;
             log_length(row, k) =
                 near_one ? std::log(std::ldexp(mantissa, static_cast<int>(exponent)))
@@ -82,71 +47,152 @@ void add_mesh(const conformal::ConformalMetric& metric, py::dict& d) {
         }
       },
       metric.length);
-  d["faces"] = from_matrix(faces);
-  d["log_lengths"] = from_matrix(log_length);
-  d["face_labels"] = from_vector(label);
+  d["faces"] = std::move(faces);
+  d["log_lengths"] = std::move(log_length);
+  d["face_labels"] = std::move(label);
 }
 
 }  // namespace
 
-void read_metric(OptionReader& read, conformal::MetricOptions& options) {
+// What flipfree/results.py makes its ConformalMetric of.
+py::object to_python(const conformal::ConformalMetric& metric) {
+  const auto own = static_cast<std::ptrdiff_t>(metric.scale_factors.size() - metric.added.size());
+  const auto begin = metric.scale_factors.begin();
+  std::vector<FaceId> parent;
+  Points3 weights(static_cast<Eigen::Index>(metric.added.size()), 3);
+  for (const mesh::SurfacePoint& v : metric.added) {
+    weights.row(static_cast<Eigen::Index>(parent.size())) = v.weight.transpose();
+    parent.push_back(v.face);
+  }
+  py::dict d("scale_factors"_a = std::vector<double>(begin, begin + own),
+             "angles"_a = std::vector<double>(metric.angles.begin(), metric.angles.begin() + own),
+             "added_scale_factors"_a = std::vector<double>(begin + own, metric.scale_factors.end()),
+             "added_parent"_a = std::move(parent), "added_barycentric"_a = std::move(weights),
+             "angle_error"_a = metric.angle_error, "scale_range"_a = metric.scale_range,
+             "flips"_a = metric.flips.size() - metric.euclidean_flips,
+             "euclidean_flips"_a = metric.euclidean_flips,
+             "flip_counts"_a = py::tuple(py::cast(
+                 std::vector<std::size_t>(metric.flip_counts.begin(), metric.flip_counts.end()))),
+             "iterations"_a = metric.iterations, "bits"_a = metric.bits,
+             "converged"_a = metric.converged, "error_history"_a = metric.error_history,
+             "symmetric"_a = metric.mesh.symmetric(), "stats"_a = metric.stats);
+  add_triangulation(metric, d);
+  return d;
+}
+
+// {map, figures, error, metric}: error is None or what flipfree.errors take, with the metric; the
+// map is valid only without one.
+py::object to_python(conformal::ConformalMapResult&& result) {
+  const conformal::ConformalMetric& metric = result.metric;
+  py::dict d(
+      "map"_a = std::move(result.map), "error"_a = py::none(), "metric"_a = py::none(),
+      "figures"_a = py::dict("angle_error"_a = metric.angle_error,
+                             "scale_range"_a = metric.scale_range, "flips"_a = metric.flips.size(),
+                             "iterations"_a = metric.iterations, "bits"_a = metric.bits));
+  if (const auto& failure = result.failure) {
+    d["error"] = py::dict("message"_a = failure->message, "code"_a = describe(failure->code),
+                          "kind"_a = kind_name(failure->kind), "elements"_a = failure->elements);
+    d["metric"] = to_python(metric);
+  }
+  return d;
+}
+
+namespace {
+
+// What metric and map are of.
+struct Request {
+  std::vector<double> target_angles;
+  std::optional<Points3> lengths;
+
+  explicit Request(OptionReader& read) {
+    read("target_angles", target_angles);
+    read("lengths", lengths);
+  }
+  const Points3* own_lengths() const { return lengths ? &*lengths : nullptr; }
+};
+
+conformal::MetricOptions read_metric(OptionReader& read) {
+  conformal::MetricOptions options;
   read("tolerance", options.tolerance);
   read("bits", options.bits);
   read("iterations", options.max_iterations);
   read("max_seconds", options.max_seconds);
   read("require_convergence", options.require_convergence);
+  return options;
 }
 
-void read_start_refinement(OptionReader& read, conformal::StartRefinement& refinement) {
+conformal::StartRefinement read_refinement(OptionReader& read) {
   using conformal::StartRefinement;
+  auto refinement = StartRefinement::kAuto;
   read.choice("intrinsic_refinement", refinement,
               {{"auto", StartRefinement::kAuto},
                {"on", StartRefinement::kOn},
                {"off", StartRefinement::kOff}});
+  return refinement;
 }
 
-py::object to_object(const conformal::ConformalMetric& metric) {
-  py::dict d;
-  add_refinement(metric, d);
-  d["angle_error"] = metric.angle_error;
-  d["scale_range"] = metric.scale_range;
-  d["flips"] = metric.flips.size() - metric.euclidean_flips;
-  d["euclidean_flips"] = metric.euclidean_flips;
-  d["flip_counts"] = std::vector<std::size_t>(metric.flip_counts.begin(), metric.flip_counts.end());
-  d["iterations"] = metric.iterations;
-  d["bits"] = metric.bits;
-  d["converged"] = metric.converged;
-  d["error_history"] = from_vector(metric.error_history);
-  d["symmetric"] = metric.mesh.symmetric();
-  add_mesh(metric, d);
-  d["stats"] = to_dict(metric.stats);
-  return d;
+conformal::ConformalMapOptions read_map(OptionReader& read) {
+  using intrinsic::Refinement;
+  conformal::ConformalMapOptions options;
+  read("cuts", options.cuts);
+  read("uncuttable", options.uncuttable);
+  read.choice(
+      "refinement", options.refinement,
+      {{"auto", Refinement::kAuto}, {"never", Refinement::kNever}, {"full", Refinement::kFull}});
+  options.metric = read_metric(read);
+  options.intrinsic_refinement = read_refinement(read);
+  return options;
 }
+
+conformal::SuggestConesOptions read_cones(OptionReader& read) {
+  conformal::SuggestConesOptions options;
+  read("bound", options.bound);
+  read("max_cones", options.max_cones);
+  read("quantum", options.quantum);
+  read("least_angle", options.least_angle);
+  read("max_seconds", options.max_seconds);
+  return options;
+}
+
+conformal::BoundaryAnglesOptions read_boundary(OptionReader& read) {
+  using conformal::BoundaryGoal;
+  conformal::BoundaryAnglesOptions options;
+  read.choice("shape", options.shape,
+              {{"free", BoundaryGoal::kFree},
+               {"straight", BoundaryGoal::kStraight},
+               {"circle", BoundaryGoal::kCircle}});
+  read("cones", options.cones);
+  read("corners", options.corners);
+  read("max_seconds", options.max_seconds);
+  return options;
+}
+
+}  // namespace
 
 void bind_conformal(py::module_& module) {
-  module.def(
-      "conformal_metric",
-      [](const Array<double>& vertices, const Array<Index>& faces,
-         const Array<double>& target_angles, const py::dict& options, const py::object& lengths,
-         int threads) {
-        MetricRequest request;
-        request.surface = to_surface(vertices, faces);
-        request.target_angles.assign(target_angles.data(),
-                                     target_angles.data() + target_angles.size());
-        OptionReader read(options);
-        read_metric(read, request.options);
-        read_start_refinement(read, request.refinement);
-        read.end();
-        if (!lengths.is_none())
-          request.lengths = to_matrix<Points3>(lengths.cast<Array<double>>(), "lengths");
-        return start_job(
-            [request = std::move(request)](ExecutionContext& context) {
-              return solve(request, context);
-            },
-            [](const conformal::ConformalMetric& metric) { return to_object(metric); }, threads);
-      },
-      py::arg("vertices"), py::arg("faces"), py::arg("target_angles"), py::arg("options"),
-      py::arg("lengths"), py::arg("threads"));
+  def_job(module, "conformal_metric", [](OptionReader& read) {
+    return [request = Request(read), options = read_metric(read),
+            refinement = read_refinement(read)](const mesh::Surface& surface,
+                                                ExecutionContext& context) {
+      return conformal::compute_refined_metric(surface, request.own_lengths(),
+                                               request.target_angles, options, refinement, context)
+          .metric;
+    };
+  });
+  def_job(module, "conformal", [](OptionReader& read) {
+    return [request = Request(read), options = read_map(read)](const mesh::Surface& surface,
+                                                               ExecutionContext& context) {
+      return conformal::conformal_map(surface, request.own_lengths(), request.target_angles,
+                                      options, context);
+    };
+  });
+  def_job(module, "suggest_cones", [](OptionReader& read) {
+    return [options = read_cones(read)](const mesh::Surface& surface, ExecutionContext& context) {
+      const conformal::SuggestedCones found = conformal::suggest_cones(surface, options, context);
+      return std::tuple(found.target_angles, found.cones, found.scale_ratio, found.bound_holds);
+    };
+  });
+  def_call(module, "boundary_angles", read_boundary, &conformal::boundary_angles);
 }
 
 }  // namespace flipfree::python

@@ -1,58 +1,31 @@
+// Seamless maps, cross fields, and maps that follow them.
 #include <optional>
-#include <string>
+#include <tuple>
 #include <utility>
+#include <vector>
 
-#include "arrays.h"
-#include "bind/bindings.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/field/compute.h"
+#include "flipfree/holonomy/field_aligned.h"
 #include "flipfree/seamless/exact/seamless_map.h"
-#include "flipfree/seamless/penner/penner.h"
 #include "job.h"
-
-namespace py = pybind11;
 
 namespace flipfree::python {
 namespace {
 
-using seamless::LoopTurn;
-using seamless::PennerMap;
+using field::GivenField;
 
-std::vector<Index> to_cones(const Array<Index>& given) {
-  return {given.data(), given.data() + given.size()};
+// (directions, rotation, quarters), each of which may be empty.
+using FieldArrays = std::tuple<Points3, std::vector<double>, std::vector<Index>>;
+
+GivenField to_field(const FieldArrays& arrays) {
+  const auto& [directions, rotation, quarters] = arrays;
+  return {directions, rotation, quarters};
 }
 
-py::object to_object(PennerMap&& result) {
-  py::dict d;
-  d["map"] = to_dict(std::move(result.map));
-  py::list branches;
-  for (const seamless::SeamBranch& branch : result.branches) {
-    const certify::Transition& t = branch.transition;
-    branches.append(py::make_tuple(from_vector(branch.halfedges), t.quarter_turns,
-                                   py::make_tuple(t.translation.x(), t.translation.y())));
-  }
-  d["branches"] = branches;
-  d["loops"] = from_loops(result.loops);
-  d["seam_error"] = result.seam_error;
-  d["not_stored"] = py::none();
-  if (result.not_stored) d["not_stored"] = result.not_stored->message;
-  return d;
+FieldArrays to_arrays(const GivenField& given) {
+  return {given.directions, given.rotation, given.quarters};
 }
-
-seamless::SeamlessOptions to_seamless_options(const py::dict& given) {
-  seamless::SeamlessOptions options;
-  OptionReader read(given);
-  read("uncuttable", options.engine.uncuttable);
-  read("engine_iterations", options.engine.metric.max_iterations);
-  read_ways(read, options.which, options.boundary);
-  read("loops", options.loops);
-  read("optimise", options.optimise);
-  read("exact", options.exact);
-  read("max_iterations", options.max_iterations);
-  read("max_seconds", options.max_seconds);
-  read.end();
-  return options;
-}
-
-}  // namespace
 
 void read_ways(OptionReader& read, seamless::Engine& engine, seamless::Boundary& boundary) {
   using seamless::Boundary;
@@ -66,54 +39,111 @@ void read_ways(OptionReader& read, seamless::Engine& engine, seamless::Boundary&
                {"free", Boundary::kFree}});
 }
 
+seamless::SeamlessOptions read_seamless(OptionReader& read) {
+  seamless::SeamlessOptions options;
+  read_ways(read, options.which, options.boundary);
+  read("uncuttable", options.engine.uncuttable);
+  if (read("max_iterations", options.max_iterations))
+    options.engine.metric.max_iterations = options.max_iterations;
+  read("optimise", options.optimise);
+  read("exact", options.exact);
+  read("max_seconds", options.max_seconds);
+  return options;
+}
+
+field::FieldOptions read_field(OptionReader& read) {
+  field::FieldOptions options;
+  read("alignment", options.alignment);
+  read("edges", options.edges);
+  read("boundary", options.boundary);
+  read("edge_weight", options.edge_weight);
+  read("simplify", options.simplify);
+  read("sizing", options.sizing);
+  read("cones", options.cones);
+  read("loops", options.loops);
+  read("max_seconds", options.max_seconds);
+  return options;
+}
+
+holonomy::AlignedOptions read_aligned(OptionReader& read) {
+  holonomy::AlignedOptions options;
+  read_ways(read, options.which, options.boundary);
+  read("uncuttable", options.engine.uncuttable);
+  read("iterations", options.engine.metric.max_iterations);
+  read("sizing", options.sizing);
+  read("optimise", options.optimise);
+  read("exact", options.exact);
+  read("reroute", options.reroute);  // for benchmarks
+  read("max_seconds", options.max_seconds);
+  return options;
+}
+
+certify::Parametrization follow(const mesh::Surface& surface,
+                                const std::optional<FieldArrays>& given,
+                                const field::FieldOptions& made,
+                                const holonomy::AlignedOptions& options,
+                                ExecutionContext& context) {
+  const auto find = [&] {
+    field::CrossField own;
+    {
+      const ProgressRange range(context, 0.0, 0.2);
+      own = given ? field::read_field(surface, to_field(*given), context)
+                  : field::compute_cross_field(surface, made, context).field;
+    }
+    const ProgressRange range(context, 0.2, 1.0);
+    return holonomy::compute_field_aligned_map(surface, own, options, context);
+  };
+  return in_time(context, options.max_seconds, "The field-aligned map was not reached",
+                 "or simplify the field", find);
+}
+
+}  // namespace
+
 void bind_seamless(py::module_& module) {
-  module.def(
-      "seamless",
-      [](const Array<double>& vertices, const Array<Index>& faces, const py::object& cones,
-         const py::dict& options, int threads) {
-        std::optional<std::vector<Index>> turns;
-        if (!cones.is_none()) turns = to_cones(cones.cast<Array<Index>>());
-        return start_job(
-            [surface = to_surface(vertices, faces), turns = std::move(turns),
-             options = to_seamless_options(options)](ExecutionContext& context) {
-              return turns ? seamless::compute_seamless_map(surface, *turns, options, context)
-                           : seamless::map_with_suggested_cones(surface, options, context);
-            },
-            [](certify::Parametrization& map) -> py::object { return to_dict(std::move(map)); },
-            threads);
-      },
-      py::arg("vertices"), py::arg("faces"), py::arg("cones"), py::arg("options"),
-      py::arg("threads"));
-  module.def(
-      "seamless_penner",
-      [](const Array<double>& vertices, const Array<Index>& faces, const Array<Index>& cones,
-         const py::object& loops, const Array<Index>& uncuttable, double tolerance,
-         int max_iterations, int relaxation, double max_seconds, int threads) {
-        struct Request {
-          mesh::Surface surface;
-          std::vector<Index> cones;
-          std::optional<std::vector<LoopTurn>> loops;
-          seamless::PennerMapOptions options;
+  def_job(module, "seamless", [](OptionReader& read) {
+    return
+        [cones = read.value<std::optional<std::vector<Index>>>("cones"),
+         options = read_seamless(read)](const mesh::Surface& surface, ExecutionContext& context) {
+          return cones ? seamless::compute_seamless_map(surface, *cones, options, context)
+                       : seamless::map_with_suggested_cones(surface, options, context);
         };
-        Request request;
-        request.surface = to_surface(vertices, faces);
-        request.cones = to_cones(cones);
-        request.loops = to_loops(loops);
-        request.options.uncuttable = to_matrix<IndexPairs>(uncuttable, "uncuttable");
-        request.options.metric.tolerance = tolerance;
-        request.options.metric.max_iterations = max_iterations;
-        request.options.metric.relaxation = relaxation;
-        request.options.metric.max_seconds = max_seconds;
-        return start_job(
-            [request = std::move(request)](ExecutionContext& context) {
-              return seamless::compute_penner_map(request.surface, request.cones, request.loops,
-                                                  request.options, context);
-            },
-            [](PennerMap& result) -> py::object { return to_object(std::move(result)); }, threads);
+  });
+  def_job(module, "field_aligned", [](OptionReader& read) {
+    OptionReader read_made(read.value<py::dict>("made"));
+    const field::FieldOptions made = read_field(read_made);
+    read_made.end();
+    return [given = read.value<std::optional<FieldArrays>>("field"), made,
+            options = read_aligned(read)](const mesh::Surface& surface, ExecutionContext& context) {
+      return follow(surface, given, made, options, context);
+    };
+  });
+  def_job(module, "cross_field", [](OptionReader& read) {
+    return [options = read_field(read)](const mesh::Surface& surface, ExecutionContext& context) {
+      field::FoundField found = field::compute_cross_field(surface, options, context);
+      return std::tuple(to_arrays(field::describe(surface, found.field)), std::move(found.stats));
+    };
+  });
+  def_job(module, "field_signature", [](OptionReader& read) {
+    return [given = to_field(read.value<FieldArrays>("field")),
+            max_seconds = read.value<double>("max_seconds")](const mesh::Surface& surface,
+                                                             ExecutionContext& context) {
+      const field::Signature found =
+          in_time(context, max_seconds, "The signature was not reached",
+                  "or ask for that of fewer faces", [&] {
+                    return field::read_signature(
+                        surface, field::read_field(surface, given, context), context);
+                  });
+      return std::tuple(found.cones, found.loops);
+    };
+  });
+  module.def(
+      "read_field",
+      [](const Points3& vertices, const Triangles& faces, const FieldArrays& arrays) {
+        const mesh::Surface surface{vertices, faces};
+        return to_arrays(field::describe(
+            surface, field::read_field(surface, to_field(arrays), ExecutionContext())));
       },
-      py::arg("vertices"), py::arg("faces"), py::arg("cones"), py::arg("loops"),
-      py::arg("uncuttable"), py::arg("tolerance"), py::arg("max_iterations"), py::arg("relaxation"),
-      py::arg("max_seconds"), py::arg("threads"));
+      py::call_guard<py::gil_scoped_release>());
 }
 
 }  // namespace flipfree::python

@@ -13,22 +13,15 @@ load_native()  # before anything else imports it
 from . import jobs
 from ._native import version as __version__
 from .calls.certification import certify
-from .calls.conformal import conformal_metric
-from .calls.conformal_map import conformal
-from .calls.embedding import embed
-from .calls.fans import islands, split_fans
+from .calls.conformal import boundary_angles, conformal, conformal_metric, suggest_cones
 from .calls.improving import improve, repair
-from .calls.matching import match
+from .calls.matching import embed, match
 from .calls.mesh_files import MeshFile, read, write
-from .calls.packing import pack
-from .calls.seamless import seamless
-from .calls.target_angles import boundary_angles, suggest_cones
-from .calls.unwrapping import auto_seams, unwrap
+from .calls.seamless import CrossField, Signature, cross_field, field_aligned, seamless, signature
+from .calls.unwrapping import auto_seams, pack, unwrap
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
-from .fields.aligned import field_aligned
-from .fields.cross_fields import CrossField, Signature, cross_field, signature
 from .results import Certificate, ConformalMetric, Mend, Parametrization, Transitions
-from .separated import SeparatedSurface, separate
+from .separated import SeparatedSurface, islands, separate, split_fans
 
 __all__ = [
     "Cancelled",

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 
 from .batch import arguments, worker
-from .batch.models.commands import COMMANDS
-from .batch.models.unit import FORMATS, engine_of, unit_of, versions
-from .batch.plan import PlanError, one_file
+from .batch.models.unit import COMMANDS, FORMATS, engine_of, unit_of, versions
+from .batch.plan import PlanError
 
 
 def parser() -> argparse.ArgumentParser:
@@ -32,16 +30,12 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: list[str]) -> int:
     if argv == ["--worker"]:
         return worker.serve(unit_of)
-    items = None
     try:
         given = parser().parse_args(arguments.with_lists(argv))
-        if arguments.is_one_file(given):
-            source, target = map(Path, given.inputs)
-            items = [one_file(source, target, FORMATS, again=given.resume)]
     except PlanError as error:
         print(f"flipfree: {error}", file=sys.stderr)
         return 2
-    return arguments.main(given, FORMATS, engine_of, versions(), items=items)
+    return arguments.main(given, FORMATS, engine_of, versions())
 
 
 if __name__ == "__main__":

@@ -32,13 +32,25 @@ class FlipfreeError(Exception):
         super().__init__(message)
         self.code = code
         self.kind = kind
-        self.elements = list(elements)
+        self.elements = [int(element) for element in elements]
         self.certificate = certificate
         self.witness = dict(witness or {})
 
 
 class InvalidInput(FlipfreeError, ValueError):
     """The input is malformed; the message names the place and the cure."""
+
+
+def bad_option(message: str) -> InvalidInput:
+    return InvalidInput(message, code="bad option")
+
+
+def bad_pins(message: str) -> InvalidInput:
+    return InvalidInput(message, code="bad pins")
+
+
+def bad_shape(message: str) -> InvalidInput:
+    return InvalidInput(message, code="array of the wrong shape")
 
 
 class Infeasible(FlipfreeError):

@@ -9,14 +9,18 @@ from __future__ import annotations
 
 import errno
 import inspect
+import time
 from collections.abc import Callable
 from functools import wraps
 from typing import Any, Generic, NoReturn, ParamSpec, TypeVar, cast
 
-from .errors import Cancelled, FlipfreeError, InvalidInput, NotConverged
-from .options import real_number, shown
+from .checks import as_threads, real_number, shown
+from .errors import Cancelled, FlipfreeError, NotConverged, bad_option
+from .results import Mesh
 
 Result = TypeVar("Result")
+First = TypeVar("First")
+Kept = TypeVar("Kept")
 Arguments = ParamSpec("Arguments")
 Progress = Callable[[str, float], bool | None]
 
@@ -60,18 +64,17 @@ def ours_only(start: Callable[Arguments, Result]) -> Callable[Arguments, Result]
 class Job(Generic[Result]):
     """A running solver call."""
 
+    _collected = False
+
     def __init__(self, native: Any, convert: Callable[[Any], Result]) -> None:
         self._native = native
         self._convert = convert
-        self._collected = False
 
     def wait(self, seconds: float) -> bool:
         """Waits up to ``seconds``, without the GIL; True when the call has ended, well or badly."""
         number = real_number(seconds)
         if number is None or number != number:
-            raise InvalidInput(
-                f"seconds must be a number, not {shown(seconds)}.", code="bad option"
-            )
+            raise bad_option(f"seconds must be a number, not {shown(seconds)}.")
         ended: bool = self._native.wait(min(max(number, 0.0), LONGEST_WAIT))
         return ended
 
@@ -93,16 +96,88 @@ class Job(Generic[Result]):
     def result(self) -> Result:
         """Waits for the end; the result, once, or the solver's exception."""
         if self._collected:
-            raise InvalidInput(
-                "The result of this job was already collected. Keep it, it is not held here.",
-                code="bad option",
+            raise bad_option(
+                "The result of this job was already collected. Keep it, it is not held here."
             )
         try:
-            result = self._convert(self._native.result())
+            result = self._result()
         except Exception as error:
             _raise_ours(error)
         self._collected = True
         return result
+
+    def _result(self) -> Result:
+        return self._convert(self._native.result())
+
+
+def start_job(
+    call: Callable[..., Any],
+    mesh: Mesh,
+    options: dict[str, Any],
+    threads: Any,
+    convert: Callable[[Any, Mesh], Result],
+) -> Job[Result]:
+    """The job of a call of the compiled module, whose result ``convert`` makes of what it returns and the mesh."""
+    native = call(mesh.scaled, mesh.faces, options, as_threads(threads))
+    return Job(native, lambda data: convert(data, mesh))
+
+
+class FollowedJob(Job[Result], Generic[Result, First, Kept]):
+    """A job, and perhaps a second one that its result begins."""
+
+    def __init__(
+        self,
+        first: Job[First],
+        begin: Callable[[First], tuple[Kept, Job[Any] | None]],
+        end: Callable[[Kept, Job[Any] | None], Result],
+        share: float,
+    ) -> None:
+        """begin: what is kept of the first job's result, and the second one. end: makes the result of both. share: of the
+        first one in the progress."""
+        self._first, self._begin, self._end, self._share = first, begin, end, share
+        self._second: Job[Any] | None = None
+        self._kept: Kept | None = None
+        self._error: FlipfreeError | None = None
+        self._begun = self._cancelled = False
+
+    def wait(self, seconds: float) -> bool:
+        begin = time.monotonic()
+        if not self._begun:
+            if not self._first.wait(seconds):
+                return False
+            self._begun = True
+            try:
+                self._kept, self._second = self._begin(self._first.result())
+            except FlipfreeError as error:
+                self._error = error
+            if self._second is not None and self._cancelled:
+                self._second.cancel()
+        if self._second is None:
+            return True
+        return self._second.wait(max(seconds - (time.monotonic() - begin), 0.0))
+
+    def progress(self) -> tuple[str, float]:
+        if not self._begun:
+            stage, fraction = self._first.progress()
+            return stage, self._share * fraction
+        if self._second is None:
+            return "done", 1.0
+        stage, fraction = self._second.progress()
+        return stage, self._share + (1.0 - self._share) * fraction
+
+    def cancel(self) -> None:
+        self._cancelled = True
+        (self._second or self._first).cancel()
+
+    def accept(self) -> None:
+        self._first.accept()
+
+    def _result(self) -> Result:
+        while not self.wait(LONGEST_WAIT):
+            pass
+        if self._error is not None:
+            raise self._error
+        return self._end(cast(Kept, self._kept), self._second)
 
 
 def run(job: Job[Result], progress: Progress | None = None) -> Result:
@@ -116,18 +191,16 @@ def run(job: Job[Result], progress: Progress | None = None) -> Result:
         try:
             return answer is not None and not answer
         except Exception:  # such as an array's, whose truth is ambiguous
-            raise InvalidInput(
-                f"progress must return None, True or False, not {shown(answer)}.", code="bad option"
+            raise bad_option(
+                f"progress must return None, True or False, not {shown(answer)}."
             ) from None
 
-    if progress is not None and not callable(progress):
-        job.cancel()
-        raise InvalidInput(
-            f"progress must be a function of (stage, fraction), not {shown(progress)}.",
-            code="bad option",
-        )
     stopped = False
     try:
+        if progress is not None and not callable(progress):
+            raise bad_option(
+                f"progress must be a function of (stage, fraction), not {shown(progress)}."
+            )
         while not stopped and not job.wait(POLL_SECONDS):
             stopped = stops(*job.progress())
     except BaseException:
@@ -152,36 +225,25 @@ def solver_call(declared: Callable[Arguments, Job[Result]]) -> Callable[Argument
     result = str(signature.return_annotation).removeprefix("Job[").removesuffix("]")
     parameters = [p for name, p in signature.parameters.items() if name != "progress"]
     job_signature = signature.replace(parameters=parameters)
-    guarded = ours_only(declared)
+    guarded = cast("Callable[..., Job[Result]]", ours_only(declared))
 
     @wraps(declared)
     def start(*args: Any, **kwargs: Any) -> Job[Result]:
         job_signature.bind(*args, **kwargs)
-        return cast(Callable[..., Job[Result]], guarded)(*args, **kwargs)
+        return guarded(*args, **kwargs)
 
     @wraps(declared)
-    def blocking(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
-        progress = cast("Progress | None", kwargs.pop("progress", None))
+    def blocking(*args: Any, progress: Progress | None = None, **kwargs: Any) -> Result:
         return run(start(*args, **kwargs), progress)
 
-    for function, shown_signature in (
-        (start, job_signature),
-        (blocking, signature.replace(return_annotation=result)),
-    ):
-        function.__dict__["__signature__"] = shown_signature
-        function.__annotations__ = {
-            **declared.__annotations__,
-            "return": shown_signature.return_annotation,
-        }
     start.__doc__ = f"As :func:`flipfree.{declared.__name__}`, at once, on a thread."
-    blocking.__dict__["__wrapped__"] = start
-    return blocking
+    start.__dict__["__signature__"] = job_signature
+    blocking.__dict__.update(
+        __signature__=signature.replace(return_annotation=result), _start_job=start
+    )
+    return cast("Callable[Arguments, Result]", blocking)
 
 
 def job_of(blocking: Callable[Arguments, Result]) -> Callable[Arguments, Job[Result]]:
     """The function that starts the job of what :func:`solver_call` has made; it takes no ``progress``."""
-    return cast("Callable[Arguments, Job[Result]]", inspect.unwrap(blocking, stop=_is_start))
-
-
-def _is_start(function: Callable[..., Any]) -> bool:
-    return "Job[" in str(function.__annotations__.get("return"))
+    return cast("Callable[Arguments, Job[Result]]", blocking.__dict__["_start_job"])

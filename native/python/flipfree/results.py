@@ -1,13 +1,14 @@
-"""What the solvers return: plain dataclasses over numpy arrays. Imports only words of the package: errors carry results."""
+"""What the solvers return: plain dataclasses over numpy arrays, made of what the compiled module returns."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .distortion import BOUND_ENERGY, energies, stretched_islands, stretched_share
 from .texts import above_bound, counted, mended
 
 FloatArray = npt.NDArray[np.float64]
@@ -25,8 +26,47 @@ FLIP_TYPES = (
 )
 
 
+def in_unit(array: FloatArray, exponent: int) -> FloatArray:
+    """``array`` divided by 2 to the exponent."""
+    with np.errstate(over="ignore"):
+        return np.ldexp(array, -exponent) if exponent else array
+
+
 @dataclass(frozen=True, eq=False)
-class Transitions:
+class Mesh:
+    """A mesh: as given, and as the solvers take it.
+
+    Attributes:
+        given: (n, 3), vertices in the caller's unit.
+        scaled: (n, 3), divided by 2 to the exponent, which is exact: squares of areas neither overflow nor vanish.
+            Vertices that no face uses are at the origin there, so that they decide nothing.
+        faces: (m, 3). exponent: 0 for ordinary coordinates.
+    """
+
+    given: FloatArray
+    scaled: FloatArray
+    faces: IntArray
+    exponent: int
+
+    def restored(self, vertices: FloatArray) -> FloatArray:
+        """The vertices of a result, which begin with those that were given, in the caller's unit."""
+        result = in_unit(vertices, -self.exponent)
+        result[: len(self.given)] = self.given
+        return result
+
+
+class ReadOnly:
+    """Copies and pickles forget that arrays are read-only."""
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                frozen(value)
+
+
+@dataclass(frozen=True, eq=False)
+class Transitions(ReadOnly):
     """Per cut edge: uv on the second side = quarter turns of uv on the first side + translation."""
 
     quarter_turns: IntArray
@@ -78,7 +118,7 @@ class Certificate:
         energy: symmetric Dirichlet, area-weighted mean at the best global scale, 1 = isometric; max_energy: of the
             worst triangle; energy_p99: 99th percentile by area. Of the 64-bit map or of the stored one, whichever is worse.
             -1: not measured (``conformal`` with ``lengths``).
-        poor: valid, but above the stretch bound: energy above 1.03, about what ``maps.distortion.STRETCH_BOUND`` 1.25 has.
+        poor: valid, but above the stretch bound: energy above 1.03, about what ``distortion.STRETCH_BOUND`` 1.25 has.
         stretched: share of the surface's area whose own stretch is above the bound, 0 to 1. -1: not measured.
         area: of the surface, in the unit of its vertices; -1 where ``stretched`` was not measured.
         poor_islands: (k,) a face of each chart whose own mean energy is above the bound, worst first, at most 100.
@@ -152,7 +192,7 @@ class Certificate:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Parametrization:
+class Parametrization(ReadOnly):
     """A map to the plane. Its arrays are read-only: they are what was certified.
 
     Attributes:
@@ -190,13 +230,10 @@ class Parametrization:
             "uv rounds to uv32()>"
         )
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)  # copies and pickles forget that arrays are read-only
-        for value in state.values():
-            if isinstance(value, np.ndarray):
-                frozen(value)
-        for array in (self.transitions.quarter_turns, self.transitions.translation):
-            frozen(array)
+    def at(self, other: Parametrization, **changes: Any) -> Parametrization:
+        """The same with the UVs of another map of these faces, and its certificate unless there is another one."""
+        changes = {"certificate": other.certificate} | changes
+        return replace(self, uv=other.uv, uv64=other.uv64, _uv32=other._uv32, **changes)
 
     def uv32(self) -> npt.NDArray[np.float32]:
         """The (m', 3, 2) values that Blender stores: ``uv`` rounded to nearest. A copy."""
@@ -252,3 +289,57 @@ def frozen(array: Any) -> Any:
     """``array``, read-only from now on."""
     array.flags.writeable = False
     return array
+
+
+def certificate_from(
+    data: dict[str, Any], mesh: Mesh | None = None, uv32: Any = None, aspect: float = 1.0
+) -> Certificate:
+    """Of a map of this mesh, scaled vertices and all, as stored. Errors have one without its map, and so without ``stretched``
+    and what goes with it."""
+    data = dict(data) | {"stretched": -1.0, "area": -1.0, "poor": False}
+    data["poor_islands"] = np.zeros(0, np.int32)
+    if data["energy"] != -1.0:  # a metric that is not the surface's has none
+        data["poor"] = not data["energy"] <= BOUND_ENERGY
+        if mesh is not None:
+            energy, area = energies(mesh.scaled, mesh.faces, uv32, aspect)
+            with np.errstate(over="ignore", under="ignore"):
+                data["area"] = float(np.ldexp(area.sum(), 2 * mesh.exponent))
+            data["stretched"] = stretched_share(energy, area)
+            if data["stretched"] > 0.0:
+                data["poor_islands"] = stretched_islands(mesh.faces, uv32, energy, area)
+    data["quarter_cones"] = np.array(data["quarter_cones"], np.int32).reshape(-1, 2)
+    for name in ("failed_faces", "seam_vertices", "quarter_cones", "poor_islands"):
+        frozen(data[name])
+    data["mends"] = mends_from(data["mends"])
+    data["seam_transitions"] = Transitions(*map(frozen, data["seam_transitions"]))
+    return Certificate(**data)
+
+
+def mends_from(data: list[tuple[str, str, int, IntArray]]) -> tuple[Mend, ...]:
+    return tuple(Mend(what, kind, count, frozen(ids)) for what, kind, count, ids in data)
+
+
+def parametrization_from(data: dict[str, Any], mesh: Mesh, aspect: float = 1.0) -> Parametrization:
+    """aspect: of the texture on which distortion is measured."""
+    vertices = mesh.restored(data["vertices"])
+    for value in data.values():
+        if isinstance(value, np.ndarray):
+            frozen(value)
+    refined = replace(mesh, scaled=data["vertices"], faces=data["faces"])
+    certificate = certificate_from(data["certificate"], refined, data["_uv32"], aspect)
+    return Parametrization(
+        **data
+        | {
+            "vertices": frozen(vertices),
+            "transitions": Transitions(*map(frozen, data["transitions"])),
+            "certificate": certificate,
+        }
+    )
+
+
+def metric_from(data: dict[str, Any], exponent: int = 0) -> ConformalMetric:
+    """Of lengths in units of 2 to the exponent."""
+    metric = ConformalMetric(**data)
+    if exponent:
+        metric.log_lengths[...] += exponent * np.log(2.0)
+    return metric

@@ -1,4 +1,4 @@
-"""Any triangles as a clean surface, for the solvers that want one: match, conformal, seamless, embed.
+"""What belongs together in a mesh and in its map, and any triangles as a clean surface for the solvers that want one.
 
 ``unwrap``, ``improve``, ``pack`` and ``certify`` do this themselves.
 """
@@ -13,10 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from .arrays import FloatArray, IntArray, as_face_numbers, as_indices, as_vertices
-from .errors import InvalidInput
+from .checks import as_corner_uv, as_face_numbers, as_indices, as_mesh
+from .errors import InvalidInput, bad_shape
 from .job import ours_only
-from .results import Mend, Parametrization, frozen
+from .results import FloatArray, IntArray, Mend, Parametrization, frozen, mends_from
 
 Value = TypeVar("Value")
 
@@ -53,18 +53,17 @@ class SeparatedSurface:
 
     def edges(self, pairs: Any) -> IntArray:
         """(s', 2) edges that come from these (s, 2) vertex pairs of the input, such as seams."""
-        wanted = np.unique(self._keys(np.asarray(as_indices(pairs, "pairs", 2), np.int64)))
+        wanted = edge_keys(as_indices(pairs, "pairs", 2))
         sides = np.concatenate([self.faces[:, (k, (k + 1) % 3)] for k in range(3)])
-        chosen = np.isin(self._keys(self.vertex_origin[sides].astype(np.int64)), wanted)
+        chosen = np.isin(edge_keys(self.vertex_origin[sides]), wanted)
         return np.unique(np.sort(sides[chosen], axis=1), axis=0).astype(np.int32)
 
     def corners(self, values: npt.ArrayLike) -> npt.NDArray[Any]:
         """Values (m, 3, ...) at corners of the input, such as UVs, at those of this surface (m', 3, ...)."""
         given = np.asarray(values)
         if given.shape[:2] != (len(self.input_faces), 3):
-            raise InvalidInput(
-                f"values must have shape ({len(self.input_faces)}, 3, ...), one for each corner of the input.",
-                code="array of the wrong shape",
+            raise bad_shape(
+                f"values must have shape ({len(self.input_faces)}, 3, ...), one for each corner of the input."
             )
         return _turned(given[self.face_origin], self.turned)
 
@@ -144,10 +143,12 @@ class SeparatedSurface:
         at = any_corner[self.input_faces[self.collapsed]]
         return np.where(at >= 0, at, at.max(axis=1, keepdims=True, initial=-1))
 
-    @staticmethod
-    def _keys(pairs: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-        keys: npt.NDArray[np.int64] = pairs.min(axis=1) << 32 | pairs.max(axis=1)
-        return keys
+
+def edge_keys(pairs: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
+    """A number for each pair (s, 2) of vertices, whichever comes first."""
+    wide = pairs.astype(np.int64)
+    keys: npt.NDArray[np.int64] = wide.min(axis=1) << 32 | wide.max(axis=1)
+    return keys
 
 
 def _turned(values: npt.NDArray[Any], turned: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:
@@ -176,31 +177,64 @@ def separate(
 
     Linear.
     """
-    face_array = as_indices(faces, "faces", 3)
-    positions = as_vertices(vertices, face_array)
+    mesh = as_mesh(vertices, faces)
+    count = len(mesh.faces)
     rest, triangles, vertex_origin, face_origin, turned, collapsed, mends = _native.separate(
-        positions.scaled,
-        face_array,
-        as_indices([] if seams is None else seams, "seams", 2),
-        as_face_numbers(materials, "materials", len(face_array)),
-        as_face_numbers(polygons, "polygons", len(face_array)),
+        mesh.scaled,
+        mesh.faces,
+        as_indices(seams, "seams", 2),
+        as_face_numbers(materials, "materials", count),
+        as_face_numbers(polygons, "polygons", count),
     )
     if len(triangles) == 0:
         raise InvalidInput(
             "Every face uses a vertex twice, so that there is nothing to map. Delete degenerate faces.",
             code="face uses a vertex twice",
         )
-    moved = (rest != positions.scaled[vertex_origin]).any(axis=1)
-    placed = positions.given[vertex_origin]
-    placed[moved] = np.ldexp(rest[moved], positions.exponent)
-    return SeparatedSurface(
-        vertices=frozen(placed),
-        faces=frozen(triangles),
-        vertex_origin=frozen(vertex_origin),
-        face_origin=frozen(face_origin),
-        turned=frozen(turned.astype(bool)),
-        collapsed=frozen(collapsed),
-        mends=tuple(Mend(what, kind, n, frozen(ids)) for what, kind, n, ids in mends),
-        input_vertices=positions.given,
-        input_faces=face_array,
+    moved = (rest != mesh.scaled[vertex_origin]).any(axis=1)
+    placed = mesh.given[vertex_origin]
+    placed[moved] = np.ldexp(rest[moved], mesh.exponent)
+    arrays = (placed, triangles, vertex_origin, face_origin, turned.astype(bool), collapsed)
+    for array in arrays:
+        frozen(array)
+    return SeparatedSurface(*arrays, mends_from(mends), mesh.given, mesh.faces)
+
+
+@ours_only
+def split_fans(faces: Any, *, cuts: Any = None) -> tuple[IntArray, IntArray]:
+    """Renumbers triangles so that every fan of edge-connected triangles around a point has a vertex of its own.
+
+    Args:
+        faces: (m, 3). All triangles of an edge count as connected, however many they are and whichever way they run.
+        cuts: (s, 2) vertex pairs; these edges connect nothing. Pairs that are no edge are ignored.
+
+    Returns:
+        (faces (m, 3) over the new vertices, (n,) the old vertex of each). Vertices keep their order, fans of one vertex
+        the order of their first triangles; vertices without triangles are left out. Linear, 0.1 s for two million triangles.
+    """
+    triangles, origin = _native.split_fans(
+        as_indices(faces, "faces", 3), as_indices(cuts, "cuts", 2)
     )
+    return triangles, origin
+
+
+@ours_only
+def islands(faces: Any, uv: Any = None) -> tuple[IntArray, int]:
+    """Which faces make an island: those that share an edge and the UVs at both its ends, bit for bit as 32-bit floats.
+
+    Args:
+        faces: (m, 3), any triangles, whichever way they run. uv: (m, 3, 2), one per face corner; None: a common edge is enough.
+
+    Returns:
+        ((m,) the smallest face of each face's island, how many edges have sides that differ in the last bits only, which were
+        never meant to be cuts). Linear, 0.2 s for two million triangles.
+    """
+    triangles = as_indices(faces, "faces", 3)
+    places = None
+    if isinstance(uv, np.ndarray) and uv.dtype == np.float32 and uv.shape == (*triangles.shape, 2):
+        places = uv.reshape(-1, 2)  # of a million faces the way through doubles would be felt
+    elif uv is not None:
+        with np.errstate(over="ignore"):  # beyond 32 bits: infinite, as it would be stored
+            places = as_corner_uv(uv, "uv", len(triangles)).astype(np.float32)
+    first, nearly_joined = _native.islands(triangles, places)
+    return first, nearly_joined

@@ -7,34 +7,22 @@ import io
 import os
 import sys
 from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from ..checks import usable_cores
+from ..distortion import STRETCH_BOUND
 from . import numbers
 from .child import Engine, Limits, NotStarted, memory_can_be_limited
-from .farm import on_dask
-from .plan import Formats, Item, PlanError, plan, shard
-from .progress import Progress
-from .run import on_this_machine, run, sorted_out, work_of
+from .plan import Formats, Item, PlanError, one_file, plan, shard
+from .run import Progress, Work, on_dask, on_this_machine, results_in, run, sorted_out
 
 #: Of a run, not of how a model is solved.
 _OF_RUN = {
-    *(
-        "command",
-        "inputs",
-        "out",
-        "suffix",
-        "keep_endings",
-        "keep_going",
-        "jobs",
-        "timeout",
-        "memory",
-        "resume",
-        "retry",
-    ),
-    *("shard", "list", "json", "quiet", "dask", "threads"),
+    *("command", "inputs", "out", "suffix", "keep_endings", "keep_going", "jobs", "timeout"),
+    *("memory", "resume", "retry", "shard", "list", "json", "quiet", "dask", "threads"),
 }
-
 
 _COUNT, _POSITIVE = numbers.whole(1), numbers.real(above=0.0)
 
@@ -54,25 +42,21 @@ def add_run_arguments(parser: argparse.ArgumentParser, *, writes: bool) -> None:
         parser.add_argument(
             "--suffix", metavar=".ENDING", help="type of the outputs, if not that of the input"
         )
-        parser.add_argument(
-            "--keep-endings",
-            action="store_true",
-            help="with --suffix: m.stl becomes m.stl.obj, not m.obj",
-        )
+        numbers.add_flags(parser, keep_endings="with --suffix: m.stl becomes m.stl.obj, not m.obj")
     parser.add_argument(
         "--json", metavar="FILE", help="results: one line of JSON per input, as each ends"
     )
-    parser.add_argument("--resume", action="store_true", help="go on with the results in --json")
-    parser.add_argument(
-        "--retry", action="store_true", help="on resuming, try those that failed again"
+    numbers.add_flags(
+        parser,
+        resume="go on with the results in --json",
+        retry="on resuming, try those that failed again",
+        list="say what would be done, and do nothing",
+        quiet="no line per model",
     )
     parser.add_argument("--jobs", type=_COUNT, default=1, metavar="N", help="models at a time")
     parser.add_argument("--timeout", type=_POSITIVE, metavar="SECONDS", help="most for one model")
     parser.add_argument("--memory", type=_POSITIVE, metavar="MB", help="most for one model")
     parser.add_argument("--shard", metavar="I/N", help="do the I-th of N shares of the inputs")
-    parser.add_argument(
-        "--list", action="store_true", help="say what would be done, and do nothing"
-    )
     parser.add_argument(
         "--keep-going",
         action=argparse.BooleanOptionalAction,
@@ -82,7 +66,6 @@ def add_run_arguments(parser: argparse.ArgumentParser, *, writes: bool) -> None:
     parser.add_argument(
         "--threads", type=_COUNT, metavar="N", help="per model; default: cores / jobs"
     )
-    parser.add_argument("--quiet", action="store_true", help="no line per model")
     parser.add_argument(
         "--dask",
         default=argparse.SUPPRESS,
@@ -94,9 +77,7 @@ def add_run_arguments(parser: argparse.ArgumentParser, *, writes: bool) -> None:
 def add_model_arguments(parser: argparse.ArgumentParser, *, has_limit: bool = False) -> None:
     """How models are read, and how long one is worked on, whatever is made of them. has_limit: the command has an option for
     that."""
-    parser.add_argument(
-        "--no-merge", action="store_true", help="vertices that a file has twice stay apart"
-    )
+    numbers.add_flags(parser, no_merge="vertices that a file has twice stay apart")
     if not has_limit:
         parser.add_argument(
             "--max-seconds",
@@ -104,6 +85,23 @@ def add_model_arguments(parser: argparse.ArgumentParser, *, has_limit: bool = Fa
             metavar="S",
             help="of the solver, which then returns the best map so far",
         )
+
+
+def add_seam_arguments(parser: argparse.ArgumentParser) -> None:
+    """Where unwraps cut: the rule is the package's (``flipfree.unwrap``), here are its options."""
+    numbers.add_choice(
+        parser,
+        "--seams",
+        "auto given",
+        "auto: also where islands are closed, have handles, or would be stretched more than --stretch; given: no more than "
+        "it takes to open them",
+    )
+    parser.add_argument(
+        "--stretch",
+        type=numbers.stretch,
+        default=STRETCH_BOUND,
+        help="of automatic seams: lengths change by about this factor at most",
+    )
 
 
 def with_lists(words: list[str], inside: tuple[Path, ...] = ()) -> list[str]:
@@ -147,25 +145,20 @@ def options_of(given: argparse.Namespace) -> dict[str, Any]:
     return {name: value for name, value in sorted(vars(given).items()) if name not in _OF_RUN}
 
 
-def threads_of(given: argparse.Namespace) -> int:
-    cores = (
-        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    )
-    return int(given.threads or max(1, cores // given.jobs))
-
-
 def main(
     given: argparse.Namespace,
     formats: Formats,
     engine_of: Callable[[Mapping[str, Any]], Engine],
     versions: Mapping[str, str],
-    *,
-    items: list[Item] | None = None,
 ) -> int:
-    """Carries a parsed command line out; the exit status. engine_of: settings -> engine. items: instead of the inputs."""
+    """Carries a parsed command line out; the exit status. engine_of: settings -> engine."""
     progress = Progress(None if given.quiet else sys.stderr)
     options = options_of(given)
-    settings = {"command": given.command, "options": options, "threads": threads_of(given)}
+    settings = {
+        "command": given.command,
+        "options": options,
+        "threads": given.threads or max(1, usable_cores() // given.jobs),
+    }
     limits = Limits(given.timeout, given.memory)
     try:
         numbers.refuse_together(options)
@@ -173,15 +166,17 @@ def main(
             raise PlanError(
                 "--memory: this system does not say how much a process has. Leave it out."
             )
-        if items is None:
-            writes = hasattr(given, "out")
+        if is_one_file(given):
+            source, target = map(Path, given.inputs)
+            items = [one_file(source, target, formats, again=given.resume)]
+        else:
             items = plan(
                 given.inputs,
-                out=given.out if writes else None,
-                suffix=given.suffix if writes else None,
+                out=getattr(given, "out", None),
+                suffix=getattr(given, "suffix", None),
                 formats=formats,
-                writes=writes,
-                keep_endings=writes and given.keep_endings,
+                writes=hasattr(given, "out"),
+                keep_endings=getattr(given, "keep_endings", False),
             )
         if given.json == "-":
             raise PlanError(
@@ -189,23 +184,17 @@ def main(
             )
         if given.shard:
             items = shard(items, given.shard)
-        work = work_of(engine_of(settings), limits, given.command, options, versions)
+        said = {"command": given.command, "options": options, "versions": dict(versions)}
+        work = Work(engine_of(settings), limits, {**said, "limits": asdict(limits)}, Path.cwd())
         file = Path(given.json) if given.json else None
+        kept, left = sorted_out(items, work, file=file, resume=given.resume, retry=given.retry)
         if given.list:
-            _, left = sorted_out(items, work, file=file, resume=given.resume, retry=given.retry)
             _print_list(items, left)
             return 0
         address = getattr(given, "dask", None)
-        return run(
-            items,
-            work,
-            runner=on_dask(address) if address else on_this_machine(given.jobs),
-            file=file,
-            resume=given.resume,
-            retry=given.retry,
-            keep_going=given.keep_going,
-            progress=progress,
-        )
+        runner = on_dask(address) if address else on_this_machine(given.jobs)
+        with results_in(file, kept, left) as results:
+            return run(items, left, work, runner, results, progress, keep_going=given.keep_going)
     except PlanError as error:
         print(f"flipfree: {error}", file=sys.stderr)
         return 2

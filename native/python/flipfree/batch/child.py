@@ -2,20 +2,14 @@
 
     parent --{"settings"}--> child --ready--> parent --request--> child --answer--> parent --request--> ...
 
-Requests and answers are lines of JSON on the child's standard input and output; what else it prints there is kept for
-the report of a crash. A child that dies takes the request with it, which is tried once more in a fresh one if others were
+Requests and answers go through the child's standard input and output (process/pipes.py); what else it prints there is kept
+for the report of a crash. A child that dies takes the request with it, which is tried once more in a fresh one if others were
 solved there before: no model pays for what another left behind.
 """
 
 from __future__ import annotations
 
-import collections
-import contextlib
-import json
 import os
-import queue
-import signal
-import subprocess
 import threading
 import time
 from collections.abc import Mapping, Sequence
@@ -26,12 +20,8 @@ from typing import Any
 from ..process import pipes
 from .results import Record
 
-#: Begins every answer of a child.
-MARK = "@flipfree-batch "
-
 _LOOK = 0.05  # seconds between looks at a child's memory
 _START = 300.0  # seconds that a child may take to start: disks of farms can be slow
-_KEPT_LINES = 12
 
 
 class NotStarted(RuntimeError):
@@ -71,17 +61,19 @@ class Child:
         """stop: when it is set, a model that is being solved is given up (``solve`` returns None)."""
         self._engine, self._limits = engine, limits
         self._stop = stop or threading.Event()
-        self._process: subprocess.Popen[bytes] | None = None
-        self._lines: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
-        self._said: collections.deque[str] = collections.deque(maxlen=_KEPT_LINES)
+        self._process: pipes.Child | None = None
         self._solved = 0  # by this process
 
     def solve(self, request: Mapping[str, Any]) -> Record | None:
         """The child's answer, or what became of it as a record with status "failed". Raises NotStarted."""
-        if self._process is None:
-            self._start()
+        process = self._process or self._start()
         fresh = self._solved == 0
-        answer = self._ask(request)
+        begin = time.monotonic()
+        process.said.clear()
+        process.tell(request)
+        answer = self._answer(process, self._limits.timeout, self._limits.memory)
+        if answer is not None and answer.get("restart"):
+            answer["seconds"] = round(time.monotonic() - begin, 3)
         if answer is not None and answer.get("reason") in ("crash", "memory") and not fresh:
             self.close()
             return self.solve(request)
@@ -93,99 +85,56 @@ class Child:
     def close(self) -> None:
         """Ends the process, whatever it is doing."""
         process, self._process = self._process, None
-        if process is None:
-            return
-        with contextlib.suppress(OSError):
-            if os.name == "posix":
-                os.killpg(process.pid, signal.SIGKILL)
-            else:
-                process.kill()
-        process.wait()
-        for stream in (process.stdin, process.stdout):
-            if stream is not None:
-                with contextlib.suppress(OSError):
-                    stream.close()
+        if process is not None:
+            process.end()
 
-    def _start(self) -> None:
-        self._lines = queue.SimpleQueue()
-        self._said.clear()
+    def _start(self) -> pipes.Child:
+        """The process; where all is to be stopped, it may not be ready."""
         self._solved = 0
+        engine = self._engine
         try:
-            self._process = subprocess.Popen(
-                list(self._engine.command),
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                env={**os.environ, **self._engine.environment},
-                start_new_session=os.name == "posix",
-            )
+            process = pipes.Child(engine.command, engine.environment)
         except OSError as error:
-            raise NotStarted(f"{self._engine.command[0]} cannot be started: {error}") from error
-        assert self._process.stdout is not None
-        threading.Thread(
-            target=_pass_on, args=(self._process.stdout, self._lines), daemon=True
-        ).start()
-        self._send({"parent": os.getpid(), "settings": self._engine.settings})
-        ready = self._answer(_START, None)
-        if self._stop.is_set():
-            return
-        if ready is None or not ready.get("ready"):
+            raise NotStarted(f"{engine.command[0]} cannot be started: {error}") from error
+        self._process = process
+        process.tell({"parent": os.getpid(), "settings": engine.settings})
+        ready = self._answer(process, _START, None)
+        if not self._stop.is_set() and (ready is None or not ready.get("ready")):
             self.close()
-            said = "\n  ".join(self._said) or "it said nothing"
+            said = "\n  ".join(process.said) or "it said nothing"
             raise NotStarted(f"A process that solves models did not start:\n  {said}")
+        return process
 
-    def _ask(self, request: Mapping[str, Any]) -> Record | None:
-        begin = time.monotonic()
-        self._said.clear()
-        self._send(request)
-        record = self._answer(self._limits.timeout, self._limits.memory)
-        if record is not None and record.get("restart"):
-            record["seconds"] = round(time.monotonic() - begin, 3)
-        return record
-
-    def _send(self, line: Mapping[str, Any]) -> None:
-        assert self._process is not None and self._process.stdin is not None
-        # If it has died, the answer says so.
-        pipes.send(self._process.stdin, json.dumps(line).encode() + b"\n")
-
-    def _answer(self, seconds: float | None, memory: float | None) -> Record | None:
+    def _answer(
+        self, process: pipes.Child, seconds: float | None, memory: float | None
+    ) -> Record | None:
         """Waits for it; None if all is to be stopped."""
-        assert self._process is not None
         end = None if seconds is None else time.monotonic() + seconds
         peak = 0.0
         while not self._stop.is_set():
-            try:
-                line = self._lines.get(timeout=_LOOK)
-            except queue.Empty:
-                now = resident(self._process.pid)
-                peak = max(peak, now)
-                if memory is not None and now > memory:
-                    text = f"needed more than the {memory:g} MB that --memory allows"
-                    return _lost("memory", text, peak)
-                if end is not None and time.monotonic() > end:
-                    text = f"took longer than the {seconds:g} s that --timeout allows"
-                    return _lost("timeout", text, peak)
-                continue
-            if line is None:
-                return self._death(peak)
-            text = line.decode(errors="replace").rstrip()
-            if text.startswith(MARK):
-                found: Record = json.loads(text[len(MARK) :])
-                return found
-            if text:
-                self._said.append(text)
+            messages = process.heard(_LOOK)
+            if messages is None:
+                return _death(process, peak)
+            if messages:
+                return messages[0]
+            now = resident(process.pid)
+            peak = max(peak, now)
+            if memory is not None and now > memory:
+                text = f"needed more than the {memory:g} MB that --memory allows"
+                return _lost("memory", text, peak)
+            if end is not None and time.monotonic() > end:
+                text = f"took longer than the {seconds:g} s that --timeout allows"
+                return _lost("timeout", text, peak)
         return None
 
-    def _death(self, peak: float) -> Record:
-        assert self._process is not None
-        status = self._process.wait()
-        how = f"ended with status {status}"
-        if status < 0:
-            how = f"was ended by signal {-status} ({signal.Signals(-status).name})"
-        if status == -signal.SIGKILL if os.name == "posix" else False:
-            how += ", perhaps because the machine ran out of memory: fewer --jobs, or --memory, keep it from that"
-        said = f" Last it said: {self._said[-1]}" if self._said else ""
-        return _lost("crash", f"its process {how}.{said}", peak)
+
+def _death(process: pipes.Child, peak: float) -> Record:
+    status = process.wait()
+    how = pipes.how_ended(status)
+    if pipes.was_killed(status):
+        how += ", perhaps because the machine ran out of memory: fewer --jobs, or --memory, keep it from that"
+    said = f" Last it said: {process.said[-1]}" if process.said else ""
+    return _lost("crash", f"its process {how}.{said}", peak)
 
 
 def _lost(reason: str, message: str, peak: float) -> Record:
@@ -196,13 +145,6 @@ def _lost(reason: str, message: str, peak: float) -> Record:
         "peak_memory": round(peak, 1),
         "restart": True,
     }
-
-
-def _pass_on(stream: Any, lines: queue.SimpleQueue[bytes | None]) -> None:
-    with contextlib.suppress(OSError, ValueError):
-        for line in iter(stream.readline, b""):
-            lines.put(line)
-    lines.put(None)
 
 
 def resident(pid: int) -> float:

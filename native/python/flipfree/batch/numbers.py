@@ -3,62 +3,56 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
-from ..options import LARGEST_COUNT, MOST_ASPECT
+from ..checks import LARGEST_COUNT, MOST_ASPECT
 from .plan import PlanError
+
+Number = TypeVar("Number", int, float)
 
 
 def real(
-    least: float | None = None,
-    most: float | None = None,
+    least: float = -math.inf,
+    most: float = math.inf,
     *,
-    above: float | None = None,
-    below: float | None = None,
+    above: float = -math.inf,
+    below: float = math.inf,
 ) -> Callable[[str], float]:
     """For argparse: a finite number within the bounds, of which ``above`` and ``below`` are excluded themselves."""
-    words = _words("a number", least, most, above, below)
-
-    def number(text: str) -> float:
-        try:
-            value = float(text)
-        except ValueError:
-            value = float("nan")
-        if (
-            not float("-inf") < value < float("inf")
-            or (least is not None and value < least)
-            or (most is not None and value > most)
-            or (above is not None and not value > above)
-            or (below is not None and not value < below)
-        ):
-            raise argparse.ArgumentTypeError(f"must be {words}, not {text!r}")
-        return value
-
-    return number
+    return _number(
+        float,
+        lambda value: least <= value <= most and above < value < below,
+        "a number",
+        {"from": least, "above": above, "to": most, "below": below},
+    )
 
 
 def whole(least: int, most: int = LARGEST_COUNT) -> Callable[[str], int]:
     """For argparse: a whole number within the bounds."""
-    words = _words("a whole number", least, None if most == LARGEST_COUNT else most, None, None)
+    bounds = {"from": least, "to": math.inf if most == LARGEST_COUNT else most}
+    return _number(int, lambda value: least <= value <= most, "a whole number", bounds)
 
-    def number(text: str) -> int:
-        try:
-            value = int(text)
-        except ValueError:
-            value = least - 1
-        if not least <= value <= most:
-            raise argparse.ArgumentTypeError(f"must be {words}, not {text!r}")
-        return value
+
+def _number(
+    kind: Callable[[str], Number],
+    fits: Callable[[Number], bool],
+    words: str,
+    bounds: dict[str, float],
+) -> Callable[[str], Number]:
+    for word, bound in bounds.items():
+        words += f" {word} {bound:g}" if math.isfinite(bound) else ""
+
+    def number(text: str) -> Number:
+        with contextlib.suppress(ValueError):
+            value = kind(text)
+            if fits(value):
+                return value
+        raise argparse.ArgumentTypeError(f"must be {words}, not {text!r}")
 
     return number
-
-
-def _words(
-    kind: str, least: float | None, most: float | None, above: float | None, below: float | None
-) -> str:
-    named = (("from", least), ("above", above), ("to", most), ("below", below))
-    return " ".join([kind, *(f"{word} {bound:g}" for word, bound in named if bound is not None)])
 
 
 #: Space between islands, in widths of the unit square.
@@ -72,6 +66,48 @@ texture_size = whole(1)
 tile = whole(1001, 1100)
 tiles = whole(1, 100)
 iterations = whole(0)
+
+
+#: Options that several commands have: their type and default.
+_OPTIONS: dict[str, tuple[Callable[[str], float], float]] = {
+    "bound": (bound, 4.0),
+    "effort": (effort, 1.0),
+    "iterations": (iterations, 200),
+    "margin": (margin, 0.005),
+    "margin_pixels": (pixels, 2.0),
+    "texture_size": (texture_size, 1024),
+    "tile": (tile, 1001),
+    "tiles": (tiles, 1),
+}
+
+
+def add_options(parser: argparse.ArgumentParser, **texts: str) -> None:
+    for name, text in texts.items():
+        kind, default = _OPTIONS[name]
+        parser.add_argument(f"--{name.replace('_', '-')}", type=kind, default=default, help=text)
+
+
+def add_flags(parser: argparse.ArgumentParser, **texts: str) -> None:
+    for name, text in texts.items():
+        parser.add_argument(f"--{name.replace('_', '-')}", action="store_true", help=text)
+
+
+def add_choice(
+    parser: argparse.ArgumentParser, name: str, choices: str, text: str | None = None
+) -> None:
+    """The first choice is the default."""
+    words = choices.split()
+    parser.add_argument(name, choices=words, default=words[0], help=text)
+
+
+def add_aspect(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--aspect",
+        type=aspect,
+        default=1.0,
+        metavar="W:H",
+        help="of the texture, if it is no square: 2, 16:9, 2048x1024",
+    )
 
 
 def aspect(text: str) -> float:

@@ -92,8 +92,14 @@ class Results:
             )
 
     def add(self, record: Record) -> None:
-        if self._file is not None:
+        if self._file is None:
+            return
+        try:
             self._file.write(_line(record))
+        except OSError as error:  # the disk is full: no result would be kept
+            raise PlanError(
+                f"{self._file.name}: the results cannot be written: {error.strerror}."
+            ) from error
 
     def close(self) -> None:
         if self._file is not None:

@@ -1,21 +1,27 @@
-"""Solves items in children, several at a time, and writes a line of results as each ends."""
+"""Solves items in children, several at a time, and writes a line of results as each ends.
+
+On the workers of a Dask scheduler too: every worker solves in children of its own, with the same limits.
+"""
 
 from __future__ import annotations
 
-import os
+import asyncio
+import collections
+import contextlib
 import queue
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+import time
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from ..texts import counted
 from .child import Child, Engine, Limits, NotStarted
-from .plan import OTHER_KIND, Item, PlanError
-from .progress import Progress
-from .results import Record, Results, hash_of, in_use, load, still_holds
+from .plan import OTHER_KIND, Item, PlanError, listed
+from .results import STATUSES, Record, Results, hash_of, in_use, load, still_holds
 
 #: Reason of a record: the model is solved, and the place for its output fails, as it would for the next one.
 NOT_WRITTEN = "output cannot be written"
@@ -45,19 +51,9 @@ class Work:
     root: Path
 
 
-def work_of(
-    engine: Engine,
-    limits: Limits,
-    command: str,
-    options: Mapping[str, Any],
-    versions: Mapping[str, str],
-) -> Work:
-    said = {"command": command, "options": dict(options), "versions": dict(versions)}
-    return Work(engine, limits, {**said, "limits": asdict(limits)}, Path.cwd())
-
-
 #: Solves items in whatever order; ends early when the event is set.
-Runner = Callable[[Sequence[Item], Work, threading.Event], Iterator[Record]]
+Records = Generator[Record, None, None]
+Runner = Callable[[Sequence[Item], Work, threading.Event], Records]
 
 
 def solve_item(child: Child, item: Item, work: Work) -> Record | None:
@@ -66,115 +62,148 @@ def solve_item(child: Child, item: Item, work: Work) -> Record | None:
     target = None if item.target is None else str(work.root / item.target)
     content = hash_of(source)
     if item.refusal:
-        answer: Record | None = _refused(item)
+        answer: Record | None = {
+            "status": "refused",
+            "reason": OTHER_KIND,
+            "message": item.refusal,
+            "seconds": 0.0,
+        }
     else:
         answer = child.solve({"source": str(source), "target": target})
-    if answer is None:
-        return None
-    answer.pop("restart", None)
+    return None if answer is None else record_of(item, work, content, answer)
+
+
+def record_of(item: Item, work: Work, content: str | None, answer: Record) -> Record:
+    """content: hash of the input. answer: what a child says, or what became of it."""
     record: Record = {
         "input": item.source.as_posix(),
         "output": None if item.target is None else item.target.as_posix(),
-        "status": answer.pop("status"),
-        "message": answer.pop("message", ""),
-        "reason": answer.pop("reason", ""),
-        "written": answer.pop("written", False),
+        "status": answer["status"],
+        "message": answer.get("message", ""),
+        "reason": answer.get("reason", ""),
+        "written": answer.get("written", False),
         "hash": content,
         **work.said,
     }
-    return record | {name: answer[name] for name in sorted(answer)}
-
-
-def _refused(item: Item) -> Record:
-    return {
-        "status": "refused",
-        "reason": OTHER_KIND,
-        "message": item.refusal,
-        "seconds": 0.0,
-    }
+    more = sorted(answer.keys() - record.keys() - {"restart"})
+    return record | {name: answer[name] for name in more}
 
 
 def on_this_machine(jobs: int) -> Runner:
     """That many models at a time, each in a child process."""
 
-    def runner(items: Sequence[Item], work: Work, stop: threading.Event) -> Iterator[Record]:
-        waiting: queue.SimpleQueue[Item] = queue.SimpleQueue()
-        for item in items:
-            waiting.put(item)
-        ended: queue.SimpleQueue[Record | BaseException | None] = queue.SimpleQueue()
-        threads = [
-            threading.Thread(target=_solve_waiting, args=(waiting, ended, work, stop))
-            for _ in range(min(jobs, len(items)))
-        ]
-        for thread in threads:
-            thread.start()
-        living = len(threads)
+    def runner(items: Sequence[Item], work: Work, stop: threading.Event) -> Records:
+        children = [Child(work.engine, work.limits, stop) for _ in range(min(jobs, len(items)))]
+        idle: queue.SimpleQueue[Child] = queue.SimpleQueue()
+        for child in children:
+            idle.put(child)
+
+        def solve(item: Item) -> Record | None:
+            child = idle.get()
+            try:
+                return solve_item(child, item, work)
+            finally:
+                idle.put(child)
+
+        pool = ThreadPoolExecutor(max(len(children), 1))
         try:
-            while living:
-                found = ended.get()
-                if found is None:
-                    living -= 1
-                elif isinstance(found, BaseException):
-                    raise found
-                else:
-                    yield found
+            for future in as_completed([pool.submit(solve, item) for item in items]):
+                record = future.result()
+                if record is not None:
+                    yield record
         finally:
             stop.set()
-            for thread in threads:
-                thread.join()
+            pool.shutdown(cancel_futures=True)
+            for child in children:
+                child.close()
 
     return runner
 
 
-def _solve_waiting(
-    waiting: queue.SimpleQueue[Item],
-    ended: queue.SimpleQueue[Record | BaseException | None],
-    work: Work,
-    stop: threading.Event,
-) -> None:
-    child = Child(work.engine, work.limits, stop)
-    try:
-        while not stop.is_set():
-            record = solve_item(child, waiting.get_nowait(), work)
-            if record is not None:
-                ended.put(record)
-    except queue.Empty:
-        pass
-    except BaseException as error:
-        ended.put(error)
-    finally:
-        child.close()
-        ended.put(None)
+#: Times that a model is given up by the scheduler, after several workers each, before it counts as failed.
+_MOST_DEATHS = 4
+
+_here = threading.local()  # of a worker's thread: its child, which outlives a model
+
+
+def solve_on_worker(item: Item, work: Work) -> Record | None:
+    """Runs on the worker; the thread's child goes from one model to the next as long as the work is the same."""
+    known = getattr(_here, "child", None)
+    if known is None or _here.work != work:
+        if known is not None:
+            known.close()
+        _here.child, _here.work = Child(work.engine, work.limits), work
+    child: Child = _here.child
+    return solve_item(child, item, work)
+
+
+def on_dask(address: str) -> Runner:
+    def runner(items: Sequence[Item], work: Work, stop: threading.Event) -> Records:
+        try:
+            import distributed
+        except ImportError:
+            raise PlanError(
+                "--dask needs the package distributed: pip install distributed."
+            ) from None
+        try:
+            client = distributed.Client(address, timeout=30)
+        except (OSError, ValueError) as error:
+            raise NotStarted(f"--dask {address}: no scheduler answers there: {error}") from error
+        with client:
+            yield from _solved(client, items, work)
+
+    return runner
+
+
+def _solved(client: Any, items: Sequence[Item], work: Work) -> Records:
+    import distributed
+
+    def submitted(item: Item) -> Any:
+        return client.submit(solve_on_worker, item, work, pure=False)
+
+    item_of = {submitted(item): item for item in items}
+    deaths: collections.Counter[Item] = collections.Counter()
+    ended = distributed.as_completed(item_of)
+    for future in ended:
+        item = item_of.pop(future)
+        try:
+            record = future.result()
+        except distributed.KilledWorker as error:
+            # Its workers died with it; not necessarily of it, so it is asked for again.
+            deaths[item] += 1
+            if deaths[item] < _MOST_DEATHS:
+                again = submitted(item)
+                item_of[again] = item
+                ended.add(again)
+                continue
+            record = _lost(item, work, f"the workers that solved it died: {error}")
+        except (asyncio.CancelledError, CancelledError, OSError) as error:
+            raise NotStarted(
+                f"The scheduler was lost ({error}). --resume goes on with what is left."
+            ) from error
+        future.release()
+        yield record if record is not None else _lost(item, work, "its worker was stopped")
+
+
+def _lost(item: Item, work: Work, message: str) -> Record:
+    answer = {"status": "failed", "message": message, "reason": "crash", "seconds": 0.0}
+    return record_of(item, work, hash_of(work.root / item.source), answer)
 
 
 def run(
     items: Sequence[Item],
+    left: Sequence[Item],
     work: Work,
-    *,
     runner: Runner,
-    file: Path | None,
-    resume: bool,
-    retry: bool,
-    keep_going: bool,
+    results: Results,
     progress: Progress,
+    *,
+    keep_going: bool,
 ) -> int:
-    """Solves all items that the file of results does not have yet; the exit status.
+    """Solves those that are left of all items; the exit status. Raises PlanError, NotStarted: nothing more can be solved.
 
-    Args:
-        file: of the results. resume: it may have lines already; those that still hold are kept.
-        retry: lines with status "failed" are not.
-        keep_going: False ends the run at the first model that is refused or fails.
-
-    Raises:
-        PlanError, NotStarted: nothing, or nothing more, can be solved.
+    keep_going: False ends the run at the first model that is refused or fails.
     """
-    kept, left = sorted_out(items, work, file=file, resume=resume, retry=retry)
-    _refuse_bad_places(left)
-    _make_folders(left, file)
-    try:
-        results = Results(file, kept)
-    except OSError as error:
-        raise _no_results(file, error) from error
     progress.begin(items, left)
     stop, status = threading.Event(), 0
     records = runner(left, work, stop)
@@ -187,16 +216,27 @@ def run(
                 status = 1
             if bad and not keep_going:
                 break
-    except OSError as error:  # the disk is full: no result would be kept
-        raise PlanError(f"{file}: the results cannot be written: {error.strerror}.") from error
     finally:
         stop.set()
-        close = getattr(records, "close", None)
-        if close is not None:
-            close()
-        results.close()
+        records.close()
     progress.end()
     return status
+
+
+@contextlib.contextmanager
+def results_in(
+    file: Path | None, kept: Sequence[Record], left: Sequence[Item]
+) -> Iterator[Results]:
+    """The file of results, which begins anew with the lines ``kept``; the folders of all outputs are there. Raises PlanError."""
+    _make_folders(left, file)
+    try:
+        results = Results(file, kept)
+    except OSError as error:
+        raise _no_results(file, error) from error
+    try:
+        yield results
+    finally:
+        results.close()
 
 
 def sorted_out(
@@ -230,59 +270,95 @@ def sorted_out(
     return list(last.values()), left
 
 
-def _refuse_bad_places(items: Sequence[Item]) -> None:
-    """Folders that cannot be made or written to are found before anything is solved."""
-    for folder in _folders(items):
-        there = folder
-        while not there.exists() and there != there.parent:
-            there = there.parent
+def _make_folders(items: Sequence[Item], file: Path | None) -> None:
+    """Those of outputs and of the results, before anything is solved. Permissions are not all that keeps files from being made,
+    so it is tried."""
+    folders = sorted({item.target.parent for item in items if item.target is not None})
+    for folder in folders:
+        there = next(place for place in (folder, *folder.parents) if place.exists())
         if not there.is_dir():
             raise PlanError(f"{folder}: {there} is a file, not a folder. Give another --out.")
-        if not os.access(there, os.W_OK | os.X_OK):
-            raise PlanError(
-                f"{folder}: {there} cannot be written to. Give another --out, or change its permissions."
-            )
-
-
-def _make_folders(items: Sequence[Item], file: Path | None) -> None:
-    """Those of outputs and of the results. Permissions are not all that keeps files from being made, so it is tried."""
-    try:
-        if file is not None:
-            _try(file.parent)
-    except OSError as error:
-        raise _no_results(file, error) from error
-    for folder in _folders(items):
+    for folder in [*([] if file is None else [file.parent]), *folders]:
         try:
-            _try(folder)
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
         except OSError as error:
+            if file is not None and folder == file.parent:
+                raise _no_results(file, error) from error
             raise PlanError(
                 f"{folder}: no files can be made there: {error.strerror or error}. Give another --out."
             ) from error
-
-
-def _folders(items: Sequence[Item]) -> list[Path]:
-    return sorted({item.target.parent for item in items if item.target is not None})
-
-
-def _try(folder: Path) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryFile(dir=folder):
-        pass
 
 
 def _no_results(file: Path | None, error: OSError) -> PlanError:
     return PlanError(f"{file}: the results cannot be written there: {error.strerror or error}.")
 
 
-__all__ = [
-    "NOT_WRITTEN",
-    "NotStarted",
-    "Runner",
-    "Work",
-    "not_written",
-    "on_this_machine",
-    "run",
-    "solve_item",
-    "sorted_out",
-    "work_of",
-]
+#: Bytes of input that cost as much as what every model costs.
+_EACH = 20_000
+
+
+class Progress:
+    """Lines on a stream; None: nothing is said."""
+
+    def __init__(self, stream: TextIO | None) -> None:
+        self._stream = stream
+        self._counts: collections.Counter[str] = collections.Counter()
+        self._other_kinds: list[str] = []
+
+    def begin(self, items: Sequence[Item], left: Sequence[Item]) -> None:
+        self._begin = time.monotonic()
+        self._total, self._done = len(items), len(items) - len(left)
+        self._sizes = {item.source.as_posix(): _size(item) for item in left}
+        self._size_left = self._size = sum(self._sizes.values())
+        if self._done:
+            self._say(
+                f"{self._done} of {counted(self._total, 'model')} {'is' if self._total == 1 else 'are'} done already"
+            )
+
+    def ended(self, record: Record) -> None:
+        self._done += 1
+        self._counts[record["status"]] += 1
+        if record["reason"] == OTHER_KIND:
+            self._other_kinds.append(record["input"])
+        self._size_left -= self._sizes.get(record["input"], 0)
+        width = len(str(self._total))
+        line = f"[{self._done:{width}}/{self._total}] {record['status']:9} {record['input']}  {record['seconds']:.2f} s"
+        if self._done < self._total:
+            line += f"  ({self._left()} left)"
+        text = record["message"].splitlines()
+        self._say(f"{line}\n    {text[0]}" if text else line)
+
+    def end(self) -> None:
+        parts = [f"{self._counts[name]} {name}" for name in STATUSES if self._counts[name]]
+        seconds = _time(time.monotonic() - self._begin)
+        self._say(
+            f"{counted(self._counts.total(), 'model')} in {seconds}: {', '.join(parts) or 'none'}"
+        )
+        if self._other_kinds:
+            self._say(f"Not mapped, as files of another type: {listed(self._other_kinds)}")
+
+    def _left(self) -> str:
+        done = self._size - self._size_left
+        passed = time.monotonic() - self._begin
+        return _time(passed * self._size_left / done) if done else "?"
+
+    def _say(self, text: str) -> None:
+        if self._stream is not None:
+            print(text, file=self._stream, flush=True)
+
+
+def _size(item: Item) -> int:
+    try:
+        return item.source.stat().st_size + _EACH
+    except OSError:
+        return _EACH
+
+
+def _time(seconds: float) -> str:
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    if seconds < 6000:
+        return f"{seconds / 60:.0f} min"
+    return f"{seconds / 3600:.1f} h"

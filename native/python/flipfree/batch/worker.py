@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
 import time
 import traceback
@@ -12,9 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import FlipfreeError, Infeasible, InvalidInput
-from ..process.lifetime import die_with
-from .child import MARK
-from .messages import in_command_line_terms
+from ..process.pipes import die_with, say
 from .results import Record
 
 #: What one model is solved by: (input, output or None) -> record with "status" at least.
@@ -80,11 +79,8 @@ def of_error(error: FlipfreeError, max_seconds: float | None = None) -> Record:
 
 
 def _say(line: Mapping[str, Any]) -> None:
-    """In one piece, on a line of its own, past whatever is still in buffers."""
     sys.stdout.flush()
-    data = f"\n{MARK}{json.dumps(line, allow_nan=False)}\n".encode()
-    while data:
-        data = data[os.write(1, data) :]
+    say(line)
 
 
 def _reset_peak() -> None:
@@ -108,3 +104,32 @@ def _peak() -> float:
         return 0.0
     unit = 2**20 if sys.platform == "darwin" else 2**10
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
+
+
+#: Argument of the package, or words of Blender's windows -> option.
+_WORDS = {
+    r"\bmax_seconds = ": "--max-seconds ",
+    r"\(max_seconds\)": "(--max-seconds)",
+    r"\bmax_seconds\b": "--max-seconds",
+    r"\bmargin_pixels\b": "--margin-pixels",
+    r"\btexture_size\b": "--texture-size",
+    r"\bthreads\b(?= must)": "--threads",
+    r"\bmargin\b(?= must)": "--margin",
+    r"\bbound\b(?= must)": "--bound",
+    r"\biterations\b(?= must)": "--iterations",
+    r"Allow more time in the redo panel": "Allow more time with --max-seconds",
+    r"Change them in the redo panel": "Change the options of the command",
+    r"[Tt]urn on Cut Open in the redo panel": "give --cut-open",
+    r"Turn on May Add Vertices in the redo panel": "Leave --no-new-vertices out",
+    r"allow stacked ones in the redo panel": "allow stacked ones with --allow-stacked",
+    r"in the redo panel": "with the options of the command (--help)",
+}
+
+
+def in_command_line_terms(text: str, max_seconds: float | None = None) -> str:
+    """max_seconds: as given, where solvers got a part of it."""
+    if max_seconds is not None:
+        text = re.sub(r"\bmax_seconds = [\d.e+-]*\d", f"max_seconds = {max_seconds:g}", text)
+    for words, option in _WORDS.items():
+        text = re.sub(words, option, text)
+    return text

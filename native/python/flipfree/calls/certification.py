@@ -7,76 +7,66 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _native
-from ..arrays import (
+from ..checks import (
+    as_angles,
     as_corner_uv,
     as_floats,
     as_indices,
     as_items,
-    as_vertex_map,
-    as_vertices,
+    as_mesh,
+    checked,
     refuse_beyond_storage,
+    shown,
+    whole_number,
 )
-from ..conversions import certificate_from
-from ..errors import InvalidInput
-from ..fields.cross_fields import Signature, as_signature
-from ..job import Job, Progress, solver_call
-from ..options import as_aspect, as_flag, as_number, as_seconds, as_threads, shown, whole_number
-from ..results import Certificate
+from ..errors import InvalidInput, bad_option, bad_pins
+from ..job import Job, Progress, solver_call, start_job
+from ..results import Certificate, FloatArray, IntArray, certificate_from
+from .seamless import Signature, as_signature
 
 Pins = Mapping[Any, tuple[float, float]]
 
 
-def pins_to_corners(
-    pins: Pins | None, faces: npt.NDArray[np.int32], name: str = "pins"
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float64]]:
+def pins_to_corners(pins: Pins | None, faces: IntArray) -> tuple[IntArray, FloatArray]:
     """{vertex or (face, corner): (u, v)} as corner ids 3 f + k and their targets; a vertex pins all its corners."""
-    corners: list[int] = []
-    targets: list[tuple[float, float]] = []
-    by_vertex: dict[int, tuple[float, float]] = {}
-    meaning = "{vertex or (face, corner): (u, v)}"
-    for key, value in as_items(pins, name, meaning, "bad pins"):
-        place_name = f"{name}[{shown(key)}]"
-        target = as_floats(value, place_name)
-        if target.shape != (2,) or not np.isfinite(target).all():
-            raise InvalidInput(f"{place_name} must be two finite numbers (u, v).", code="bad pins")
-        refuse_beyond_storage(target, place_name)
-        place = (float(target[0]), float(target[1]))
-        pair = isinstance(key, tuple) and len(key) == 2
-        corner = whole_number(key[1] if pair else key)
-        face = whole_number(key[0]) if pair else None
-        if corner is None or (pair and face is None):
-            raise InvalidInput(
-                f"{name} has the key {shown(key)}, which is neither a vertex nor a pair (face, corner).",
-                code="bad pins",
+    targets: list[tuple[int, FloatArray]] = []
+    by_vertex: dict[int, FloatArray] = {}
+    for key, value in as_items(pins, "pins", "{vertex or (face, corner): (u, v)}", "bad pins"):
+        name = f"pins[{shown(key)}]"
+        place = as_floats(value, name)
+        if place.shape != (2,) or not np.isfinite(place).all():
+            raise bad_pins(f"{name} must be two finite numbers (u, v).")
+        refuse_beyond_storage(place, name)
+        is_pair = isinstance(key, tuple) and len(key) == 2
+        face, corner = map(whole_number, key if is_pair else (0, key))
+        if face is None or corner is None:
+            raise bad_pins(
+                f"pins has the key {shown(key)}, which is neither a vertex nor a pair (face, corner)."
             )
-        if face is None:
+        if not is_pair:
             by_vertex[corner] = place
         elif 0 <= face < len(faces) and 0 <= corner < 3:
-            corners.append(3 * face + corner)
-            targets.append(place)
+            targets.append((3 * face + corner, place))
         else:
-            raise InvalidInput(
-                f"{name} names corner {shown(corner)} of face {shown(face)}, which does not exist.",
-                code="bad pins",
+            raise bad_pins(
+                f"pins names corner {shown(corner)} of face {shown(face)}, which does not exist."
             )
-    if by_vertex:
-        flat = faces.reshape(-1)
-        missing = set(by_vertex) - set(np.unique(flat).tolist())
-        if missing:
-            largest = int(flat.max(initial=-1))  # beyond it, nobody here knows whether they exist
-            raise InvalidInput(
-                f"{name} names vertex {shown(min(missing))}, which belongs to no face.",
-                code="bad pins",
-                kind="vertex",
-                elements=[v for v in sorted(missing) if 0 <= v <= largest][:1000],
-            )
-        for found in np.flatnonzero(np.isin(flat, list(by_vertex))).tolist():
-            corners.append(found)
-            targets.append(by_vertex[int(flat[found])])
-    return as_indices(corners, name), as_floats(targets, name, 2)
+    flat = faces.reshape(-1)
+    missing = by_vertex.keys() - set(np.unique(flat).tolist() if by_vertex else ())
+    if missing:
+        largest = int(flat.max(initial=-1))  # beyond it, nobody here knows whether they exist
+        raise InvalidInput(
+            f"pins names vertex {shown(min(missing))}, which belongs to no face.",
+            code="bad pins",
+            kind="vertex",
+            elements=[v for v in sorted(missing) if 0 <= v <= largest][:1000],
+        )
+    pinned = np.flatnonzero(np.isin(flat, list(by_vertex))).tolist() if by_vertex else ()
+    targets += [(corner, by_vertex[int(flat[corner])]) for corner in pinned]
+    corners, places = [corner for corner, _ in targets], [place for _, place in targets]
+    return as_indices(corners, "pins"), as_floats(places, "pins", 2)
 
 
 @solver_call
@@ -122,65 +112,34 @@ def certify(
     Raises:
         InvalidInput (a mesh that is none, arrays of the wrong shape), NotConverged (time is over), Cancelled.
     """
-    face_array = as_indices(faces, "faces", 3)
-    pin_corners, pin_uv = pins_to_corners(pins, face_array)
-    cone_angles = as_vertex_map(cones, "cones", "angle")
-    positions = as_vertices(vertices, face_array)
-    must_be_seamless, loops = as_flag(seamless, "seamless"), None
+    mesh = as_mesh(vertices, faces)
+    options = checked(locals(), "seamless bijective disjoint aspect max_seconds")
+    angles = as_angles(cones)
     if signature is not None:
         if cones is not None:
-            raise InvalidInput(
-                "Both cones and signature are given. Give one of them: a signature has cones of its own.",
-                code="bad option",
+            raise bad_option(
+                "Both cones and signature are given. Give one of them: a signature has cones of its own."
             )
-        turns, given = as_signature(signature, face_array, len(positions.scaled))
-        must_be_seamless, loops = True, given or []
-        cone_angles = {int(v): turns[v] * (np.pi / 2) for v in signature.cones}
-    corner_uv = as_corner_uv(uv, "uv", len(face_array))
-    parent_parts = None
+        turns, loops = as_signature(signature, mesh)
+        angles = [(int(v), float(turns[v] * (np.pi / 2))) for v in signature.cones]
+        options |= dict(seamless=True, loops=loops or [])
     if parent is not None:
         if not isinstance(parent, (tuple, list)) or len(parent) != 5:
-            raise InvalidInput(
+            raise bad_option(
                 "parent must be (vertices, faces, parent_face, vertex_parent, vertex_barycentric): "
-                "the input mesh and the map's provenance arrays.",
-                code="bad option",
+                "the input mesh and the map's provenance arrays."
             )
-        parent_faces = as_indices(parent[1], "parent faces", 3)
-        parent_parts = (
-            as_vertices(parent[0], parent_faces, "parent vertices", positions.exponent).scaled,
-            parent_faces,
+        whole = as_mesh(parent[0], parent[1], "parent ", mesh.exponent)
+        options["parent"] = (
+            whole.scaled,
+            whole.faces,
             as_indices(parent[2], "parent_face"),
             as_indices(parent[3], "vertex_parent"),
             as_floats(parent[4], "vertex_barycentric", 3),
         )
-    texture = as_aspect(aspect)
-    native = _native.certify(
-        positions.scaled,
-        face_array,
-        corner_uv,
-        pin_corners=pin_corners,
-        pin_uv=pin_uv,
-        cone_vertices=as_indices(list(cone_angles), "cones"),
-        cone_angles=as_floats(
-            [as_number(a, f"cones[{v}]") for v, a in cone_angles.items()], "cones"
-        ),
-        loops=loops,
-        parent=parent_parts,
-        require_bijective=as_flag(bijective, "bijective"),
-        require_disjoint=as_flag(disjoint, "disjoint"),
-        require_seamless=must_be_seamless,
-        aspect=texture,
-        max_seconds=as_seconds(max_seconds, "max_seconds"),
-        threads=as_threads(threads),
-    )
+    corner_uv = as_corner_uv(uv, "uv", len(mesh.faces))
+    options |= dict(uv=corner_uv, cones=angles, pins=pins_to_corners(pins, mesh.faces))
     with np.errstate(over="ignore"):
         stored = corner_uv.astype(np.float32)
-    convert = partial(
-        certificate_from,
-        vertices=positions.scaled,
-        faces=face_array,
-        uv32=stored,
-        exponent=positions.exponent,
-        aspect=texture,
-    )
-    return Job(native, convert)
+    convert = partial(certificate_from, uv32=stored, aspect=options["aspect"])
+    return start_job(_native.certify, mesh, options, threads, convert)

@@ -1,25 +1,36 @@
-"""Discretely conformally equivalent metrics with prescribed cone and boundary angles."""
+"""Discretely conformal metrics and maps with prescribed cone and boundary angles, and angles for them."""
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from .. import _native
-from ..arrays import as_floats, as_indices, as_lengths, as_vertices
-from ..conversions import metric_from
-from ..errors import InvalidInput
-from ..job import Job, Progress, solver_call
-from ..options import (
+from ..checks import (
+    as_angles,
     as_choice,
     as_count,
     as_flag,
-    as_positive,
-    as_seconds,
-    as_threads,
+    as_floats,
+    as_lengths,
+    as_mesh,
+    as_number,
+    checked,
     shown,
 )
-from ..results import ConformalMetric
+from ..errors import InvalidInput, NotConverged, bad_option
+from ..job import Job, Progress, solver_call, start_job
+from ..results import (
+    ConformalMetric,
+    FloatArray,
+    IntArray,
+    Mesh,
+    Parametrization,
+    metric_from,
+    parametrization_from,
+)
 
 #: What ``precision`` may be.
 LEAST_BITS, MOST_BITS = 53, 4096
@@ -35,10 +46,24 @@ def precision_bits(precision: int | str) -> int:
     try:
         return as_count(precision, "precision", LEAST_BITS, MOST_BITS)
     except InvalidInput:
-        raise InvalidInput(
-            f"precision must be 'auto' or {LEAST_BITS} to {MOST_BITS} mantissa bits, not {shown(precision)}.",
-            code="bad option",
+        raise bad_option(
+            f"precision must be 'auto' or {LEAST_BITS} to {MOST_BITS} mantissa bits, not {shown(precision)}."
         ) from None
+
+
+def _of_angles(given: Mapping[str, Any], mesh: Mesh, names: str) -> tuple[dict[str, Any], int]:
+    """What metric and map have in common: their options, and the exponent of the metric's unit."""
+    options, exponent = checked(given, f"tolerance max_seconds {names}"), mesh.exponent
+    if given["lengths"] is not None:
+        options["lengths"], exponent = as_lengths(given["lengths"])
+    options |= dict(
+        bits=precision_bits(given["precision"]),
+        intrinsic_refinement=as_choice(
+            given["intrinsic_refinement"], "intrinsic_refinement", REFINEMENT_CHOICES
+        ),
+        target_angles=as_floats(given["target_angles"], "target_angles"),
+    )
+    return options, exponent
 
 
 @solver_call
@@ -83,29 +108,213 @@ def conformal_metric(
         InvalidInput: the mesh, an angle, or a length; names the place. Infeasible: Gauss-Bonnet fails; names the
         remainder. NotConverged: says what was reached. Cancelled.
     """
-    bits = precision_bits(precision)
-    edge_lengths = None
-    face_array = as_indices(faces, "faces", 3)
-    positions = as_vertices(vertices, face_array)
-    exponent = positions.exponent
-    if lengths is not None:
-        edge_lengths, exponent = as_lengths(lengths)
-    options = dict(
-        tolerance=as_positive(tolerance, "tolerance"),
-        bits=bits,
-        iterations=as_count(iterations, "iterations"),
-        max_seconds=as_seconds(max_seconds, "max_seconds"),
-        require_convergence=as_flag(require_convergence, "require_convergence"),
-        intrinsic_refinement=as_choice(
-            intrinsic_refinement, "intrinsic_refinement", REFINEMENT_CHOICES
-        ),
-    )
-    native = _native.conformal_metric(
-        positions.scaled,
-        face_array,
-        as_floats(target_angles, "target_angles"),
+    mesh = as_mesh(vertices, faces)
+    options, exponent = _of_angles(locals(), mesh, "iterations require_convergence")
+    return start_job(
+        _native.conformal_metric,
+        mesh,
         options,
-        edge_lengths,
-        as_threads(threads),
+        threads,
+        lambda data, _mesh: metric_from(data, exponent),
     )
-    return Job(native, partial(metric_from, exponent=exponent))
+
+
+def _result_from(data: dict[str, Any], mesh: Mesh, metric_exponent: int) -> Parametrization:
+    error = data["error"]
+    if error is None:
+        parametrization = parametrization_from(data["map"], mesh)
+        parametrization.stats.update(data["figures"])
+        return parametrization
+    failure = NotConverged(**error)
+    if len(data["map"]["faces"]):
+        best = parametrization_from(data["map"], mesh)
+        failure.parametrization = best
+        failure.certificate = best.certificate
+    failure.metric = metric_from(data["metric"], metric_exponent)
+    raise failure
+
+
+@solver_call
+def conformal(
+    vertices: Any,
+    faces: Any,
+    target_angles: Any,
+    *,
+    cuts: Any = None,
+    uncuttable: Any = None,
+    tolerance: float = 1e-10,
+    precision: int | str = "auto",
+    max_seconds: float | None = None,
+    lengths: Any = None,
+    original_triangles: bool | str = "auto",
+    intrinsic_refinement: str = "auto",
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Job[Parametrization]:
+    """The conformal map with exactly these angles, as a locally injective, certified map.
+
+    The discrete metric that is conformally equivalent to the surface and has the prescribed angles (see
+    ``conformal_metric``) is laid out in the plane, cut along a short graph through all cones, and written on the
+    input's triangles. Where one of them would be flipped, points are added on input edges, where these cross the
+    final triangulation.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented, connected.
+        target_angles: (n,) total angle at every vertex: 2 pi - curvature inside, pi - geodesic curvature on the
+            boundary. They must add up (Gauss-Bonnet).
+        cuts: (s, 2) vertex pairs: seam edges. More are added only where cones or handles need them.
+        uncuttable: (d, 2) vertex pairs that added cuts avoid where there is another way, such as diagonals of polygons.
+        tolerance: largest angle error of the metric, radians. precision: "auto", or mantissa bits.
+        max_seconds: of the clock, for metric and map; None or 0 is no limit. NotConverged (code "time limit reached")
+            when they are over, with ``error.metric`` if only the map is missing.
+        lengths: (m, 3) edge lengths (corner k to k + 1) to be used instead of those of the vertex positions, which may
+            be anything then. Energies are still measured against the positions: -1 where these have no area.
+        original_triangles: "auto" adds points only where a triangle would flip; True never does and raises
+            NotConverged instead; False writes the common refinement with the final triangulation.
+        intrinsic_refinement: of the metric, see ``conformal_metric``: "on", "off", or "auto", if the metric or the map
+            fails otherwise. The vertices that it adds are not written, only the map on the input's triangles.
+        threads: None is all cores; the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Raises:
+        InvalidInput, Infeasible, Cancelled; NotConverged if the metric was not reached, or if 32-bit UVs cannot
+        hold the map (then ``error.metric`` has the metric, ``error.parametrization`` the best map).
+    """
+    if isinstance(original_triangles, str) and original_triangles == "auto":
+        refinement = "auto"
+    else:
+        try:
+            refinement = "never" if as_flag(original_triangles, "original_triangles") else "full"
+        except InvalidInput:
+            raise bad_option(
+                f"original_triangles must be 'auto', True or False, not {shown(original_triangles)}."
+            ) from None
+    mesh = as_mesh(vertices, faces)
+    options, exponent = _of_angles(locals(), mesh, "cuts uncuttable")
+    options["refinement"] = refinement
+    return start_job(
+        _native.conformal,
+        mesh,
+        options,
+        threads,
+        lambda data, _mesh: _result_from(data, mesh, exponent),
+    )
+
+
+BOUNDARIES = ("free", "straight", "circle")
+
+
+class SuggestedAngles(np.ndarray):
+    """(n,) target angles, with ``cones`` (vertex ids in order of placement), ``scale_ratio``, ``bound_holds``."""
+
+    cones: IntArray
+    scale_ratio: float
+    bound_holds: bool
+
+    @property
+    def quarter_turns(self) -> dict[int, int]:
+        """{cone: k}, the angles to the next multiple k pi / 2: what ``seamless`` takes, from a suggestion with
+        ``quarter_turns``."""
+        turns = np.rint(np.asarray(self)[self.cones] / (np.pi / 2)).astype(int)
+        return dict(zip(self.cones.tolist(), turns.tolist(), strict=True))
+
+    def __array_finalize__(self, parent: Any) -> None:
+        self.cones = getattr(parent, "cones", np.zeros(0, np.int32))
+        self.scale_ratio = getattr(parent, "scale_ratio", float("nan"))
+        self.bound_holds = getattr(parent, "bound_holds", False)
+
+    def __reduce__(self) -> Any:
+        """Arrays that are pickled or copied forget attributes of their own."""
+        return _suggestion, ((np.asarray(self), self.cones, self.scale_ratio, self.bound_holds),)
+
+    def __deepcopy__(self, _memo: Any) -> SuggestedAngles:
+        return _suggestion((np.array(self), self.cones.copy(), self.scale_ratio, self.bound_holds))
+
+
+def _suggestion(
+    data: tuple[FloatArray, IntArray, float, bool], _mesh: Mesh | None = None
+) -> SuggestedAngles:
+    angles = np.asarray(data[0]).view(SuggestedAngles)
+    angles.cones, angles.scale_ratio, angles.bound_holds = data[1], data[2], data[3]
+    return angles
+
+
+@solver_call
+def suggest_cones(
+    vertices: Any,
+    faces: Any,
+    *,
+    bound: float = 4.0,
+    max_cones: int = 200,
+    quarter_turns: bool = False,
+    least_angle: float = np.pi / 6,
+    max_seconds: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Job[SuggestedAngles]:
+    """Cones that keep the scale distortion of the conformal map within a bound, as (n,) target angles.
+
+    Greedy: the next cone is where the scale factor is most extreme with the present ones. The boundary is free
+    (u = 0).
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented, connected.
+        bound: largest allowed ratio between the largest and the smallest scale over all vertices.
+        max_cones: stop there even if the bound does not hold (``result.bound_holds`` says so).
+        quarter_turns: cone angles are multiples of pi / 2, as seamless maps want them. They are searched for, more
+            than otherwise where the bound needs it; tight bounds cannot always be met with them.
+        least_angle: no suggested cone is sharper.
+        max_seconds: of the clock; None or 0 is no limit. When they are over, the best cones that were measured come
+            back (``result.bound_holds`` says what they keep); NotConverged (code "time limit reached") if there are none.
+        threads: None is all cores; the result has the same bits for every number, unless a limit of time is reached.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Raises:
+        InvalidInput, NotConverged (no positive angles with so few cones), Cancelled.
+    """
+    mesh = as_mesh(vertices, faces)
+    options = checked(locals(), "max_cones max_seconds")
+    options |= dict(
+        bound=as_number(bound, "bound", "must be larger than 1", lambda x: x > 1.0),
+        least_angle=as_number(
+            least_angle,
+            "least_angle",
+            "must lie in (0, 2 pi)",
+            lambda x: 0.0 < x < 2 * np.pi,
+        ),
+        quantum=np.pi / 2 if as_flag(quarter_turns, "quarter_turns") else 0.0,
+    )
+    return start_job(_native.suggest_cones, mesh, options, threads, _suggestion)
+
+
+@solver_call
+def boundary_angles(
+    vertices: Any,
+    faces: Any,
+    boundary: str = "free",
+    *,
+    cones: Mapping[int, float] | None = None,
+    corners: Any = None,
+    max_seconds: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Job[FloatArray]:
+    """(n,) target angles that are flat inside except at ``cones``, for a boundary of this shape.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented, connected.
+        boundary: "free" (no scaling on the boundary, least area distortion), "straight" (angle pi except at the
+            corners, which share what is left) or "circle" (constant geodesic curvature; further loops turn the other
+            way).
+        cones: {interior vertex: total angle}. corners: boundary vertices, for "straight".
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
+        threads: None is all cores; the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Raises:
+        InvalidInput, Infeasible (Gauss-Bonnet; names the remainder), NotConverged, Cancelled.
+    """
+    mesh = as_mesh(vertices, faces)
+    options = checked(locals(), "corners max_seconds")
+    options |= dict(shape=as_choice(boundary, "boundary", BOUNDARIES), cones=as_angles(cones))
+    return start_job(_native.boundary_angles, mesh, options, threads, lambda data, _mesh: data)

@@ -1,28 +1,33 @@
-"""Improve and repair: less distortion, or no flips, for an existing map."""
+"""Improve and repair: less distortion, or no flips, for an existing map, whose islands stay in their UDIM tiles."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from .. import _native
-from ..arrays import as_corner_uv, as_indices, as_vertices, refuse_beyond_storage
-from ..conversions import parametrization_from
-from ..errors import InvalidInput
-from ..job import Job, Progress, solver_call
-from ..maps.tiles import improved, repaired
-from ..options import (
-    as_aspect,
-    as_choice,
-    as_count,
-    as_flag,
-    as_margin,
-    as_positive,
-    as_seconds,
-    as_threads,
+from ..checks import as_choice, as_corner_uv, as_mesh, checked, refuse_beyond_storage
+from ..errors import FlipfreeError, bad_shape
+from ..job import FollowedJob, Job, Progress, job_of, solver_call, start_job
+from ..results import (
+    Certificate,
+    FloatArray,
+    IntArray,
+    Parametrization,
+    frozen,
+    parametrization_from,
 )
-from ..results import Parametrization
-from .certification import Pins, pins_to_corners
+from ..separated import islands
+from .certification import Pins, certify, pins_to_corners
+from .unwrapping import pack
+
+#: Islands brought back end this far inside, so that 32 bits do not put them out again.
+_INSIDE = 1e-5
 
 
 @solver_call
@@ -68,42 +73,32 @@ def improve(
         try:
             vertices, faces, uv = map_or_arrays
         except Exception:  # it has another number of parts, or none
-            raise InvalidInput(
-                "improve takes a Parametrization or (vertices, faces, uv).",
-                code="array of the wrong shape",
-            ) from None
-    face_array = as_indices(faces, "faces", 3)
-    pin_corners, pin_uv = pins_to_corners(pins, face_array)
-    corner_uv = as_corner_uv(uv, "uv", len(face_array))
+            raise bad_shape("improve takes a Parametrization or (vertices, faces, uv).") from None
+    mesh = as_mesh(vertices, faces)
+    pinned = pins_to_corners(pins, mesh.faces)
+    corner_uv = as_corner_uv(uv, "uv", len(mesh.faces))
     refuse_beyond_storage(corner_uv, "uv")
-    positions = as_vertices(vertices, face_array)
-    shape, bijective = as_aspect(aspect), as_flag(keep_bijective, "keep_bijective")
-    options = dict(
-        pins=(pin_corners, pin_uv),
-        keep_bijective=bijective,
-        iterations=as_count(iterations, "iterations"),
-        tolerance=as_positive(tolerance, "tolerance"),
-        aspect=shape,
-        max_seconds=as_seconds(max_seconds, "max_seconds"),
-    )
-    native = _native.improve(
-        positions.scaled,
-        face_array,
-        corner_uv,
-        options,
-        as_flag(repair, "repair"),
-        as_threads(threads),
-    )
-    job = Job(native, partial(parametrization_from, positions=positions, aspect=shape))
-    return improved(
-        job,
-        before=corner_uv.reshape(-1, 3, 2),
-        pinned=pin_corners,
-        pins=pins,
-        bijective=bijective,
-        aspect=shape,
-        threads=threads,
-    )
+    options = checked(locals(), "keep_bijective repair iterations tolerance aspect max_seconds")
+    aspect, bijective = options["aspect"], options["keep_bijective"]
+    options |= dict(pins=pinned, uv=corner_uv)
+    convert = partial(parametrization_from, aspect=aspect)
+    job = start_job(_native.improve, mesh, options, threads, convert)
+
+    def bring(found: Parametrization, seen: Strays) -> Second:
+        uv = moved_back(found, seen)
+        if uv is None:
+            return None, None
+        return uv, job_of(certify)(
+            found.vertices,
+            found.faces,
+            uv.astype(np.float32),
+            pins=pins,
+            bijective=bijective and found.certificate.overlaps == 0,
+            aspect=aspect,
+            threads=threads,
+        )
+
+    return _kept_in_tiles(job, corner_uv, pinned[0], bring)
 
 
 @solver_call
@@ -160,32 +155,151 @@ def repair(
     Raises:
         InvalidInput, NotConverged (also for pins that no map on these triangles was found for), Cancelled.
     """
-    face_array = as_indices(faces, "faces", 3)
-    pin_corners, pin_uv = pins_to_corners(pins, face_array)
-    corner_uv = as_corner_uv(uv, "uv", len(face_array))
-    positions = as_vertices(vertices, face_array)
-    shape, room = as_aspect(aspect), as_margin(margin)
-    options = dict(
-        cuts=as_indices([] if cuts is None else cuts, "cuts", 2),
-        uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
-        pins=(pin_corners, pin_uv),
+    mesh = as_mesh(vertices, faces)
+    pinned = pins_to_corners(pins, mesh.faces)
+    corner_uv = as_corner_uv(uv, "uv", len(mesh.faces))
+    options = checked(locals(), "cuts uncuttable disjoint margin iterations tolerance aspect")
+    options |= checked(locals(), "max_seconds")
+    margin, aspect = options["margin"], options["aspect"]
+    options |= dict(
         overlaps=as_choice(overlaps, "overlaps", ("cut", "open", "keep")),
         stretched=as_choice(stretched, "stretched", ("keep", "improve")),
-        disjoint=as_flag(disjoint, "disjoint"),
-        margin=room,
-        iterations=as_count(iterations, "iterations"),
-        tolerance=as_positive(tolerance, "tolerance"),
-        aspect=shape,
-        max_seconds=as_seconds(max_seconds, "max_seconds"),
+        pins=pinned,
+        uv=corner_uv,
     )
-    native = _native.repair(positions.scaled, face_array, corner_uv, options, as_threads(threads))
-    job = Job(native, partial(parametrization_from, positions=positions, aspect=shape))
-    if shape != 1.0:  # packing is of squares
+    convert = partial(parametrization_from, aspect=aspect)
+    job = start_job(_native.repair, mesh, options, threads, convert)
+    if aspect != 1.0:  # packing is of squares
         return job
-    return repaired(
-        job,
-        before=corner_uv.reshape(-1, 3, 2),
-        pinned=pin_corners,
-        margin=room,
-        threads=threads,
-    )
+
+    def bring(found: Parametrization, seen: Strays) -> Second:
+        """A place beside all others of their tile, at a smaller scale if need be. Of several tiles that have lost islands,
+        the first one's."""
+        free = seen.stray & ~seen.held & ((seen.tile >= 0) & (seen.tile < 10)).all(axis=1)
+        if not free.any():
+            return None, None
+        tile = seen.tile[np.flatnonzero(free)[0]]
+        moves = (free & (seen.tile == tile).all(axis=1))[seen.island]
+        return None, job_of(pack)(
+            found.vertices,
+            found.faces,
+            found.uv,
+            unmoved=3 * np.flatnonzero(~moves).astype(np.int32),
+            margin=margin,
+            scale_true=True,
+            tile=1001 + int(tile[0] + 10 * tile[1]),
+            effort=0.2,
+            threads=threads,
+        )
+
+    return _kept_in_tiles(job, corner_uv, pinned[0], bring)
+
+
+@dataclass(frozen=True)
+class Strays:
+    """Islands of a map that were within one tile and no longer are.
+
+    Attributes:
+        island: (m,) number of each face's island. low, high: (k, 2) its box. tile: (k, 2) lower corner of its tile.
+        stray: (k,) whether it has left its tile. held: (k,) whether it has pins, and so stays where it is.
+    """
+
+    island: npt.NDArray[np.int64]
+    low: FloatArray
+    high: FloatArray
+    tile: FloatArray
+    stray: npt.NDArray[np.bool_]
+    held: npt.NDArray[np.bool_]
+
+
+def strays(found: Parametrization, before: FloatArray, pinned: IntArray) -> Strays:
+    """before: (m, 3, 2) UVs that the map was made of. pinned: corners 3 face + corner."""
+    island = np.unique(islands(found.faces, found.uv32())[0], return_inverse=True)[1].reshape(-1)
+    count = int(island.max(initial=-1)) + 1
+    old_low, old_high = _boxes(before.reshape(-1, 3, 2), island, count)
+    low, high = _boxes(found.uv32().astype(np.float64), island, count)
+    with np.errstate(invalid="ignore"):
+        tile = np.floor((old_low + old_high) / 2)
+        within = ((old_low >= tile) & (old_high <= tile + 1)).all(axis=1)
+        out = ((low < tile) | (high > tile + 1)).any(axis=1)
+    held = np.zeros(count, bool)
+    held[island[pinned // 3]] = True
+    left = np.asarray(within & out, bool)
+    return Strays(island, low, high, tile, left, held)
+
+
+def _boxes(
+    uv: FloatArray, island: npt.NDArray[np.int64], count: int
+) -> tuple[FloatArray, FloatArray]:
+    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
+    with np.errstate(invalid="ignore"):  # of places that are no numbers: no tile has them
+        for axis in range(2):
+            np.minimum.at(low[:, axis], island, uv[:, :, axis].min(axis=1))
+            np.maximum.at(high[:, axis], island, uv[:, :, axis].max(axis=1))
+    return low, high
+
+
+def moved_back(found: Parametrization, seen: Strays) -> FloatArray | None:
+    """(m, 3, 2) with strays in their tiles again, all islands without pins smaller at one scale if some would not fit; None if
+    there is nothing to move."""
+    free = seen.stray & ~seen.held
+    if not free.any():
+        return None
+    room = 1.0 - 2.0 * _INSIDE
+    scale = min(1.0, room / float((seen.high - seen.low)[free].max()))
+    middle, half = (seen.low + seen.high) / 2, (seen.high - seen.low) / 2 * scale
+    low, high = seen.tile + _INSIDE + half, seen.tile + 1.0 - _INSIDE - half
+    to = np.where(free[:, None], np.clip(middle, low, np.maximum(low, high)), middle)
+    moves = ~seen.held if scale < 1.0 else free
+    own, there = middle[seen.island][:, None], to[seen.island][:, None]
+    uv = np.where(moves[seen.island][:, None, None], (found.uv - own) * scale + there, found.uv)
+    return np.asarray(uv, np.float64)
+
+
+#: UVs that are certified meanwhile, if it is that; the second job.
+Second = tuple[FloatArray | None, Job[Any] | None]
+Kept = tuple[Parametrization, FloatArray | None]
+
+
+def _kept_in_tiles(
+    first: Job[Parametrization],
+    before: FloatArray,
+    pinned: IntArray,
+    bring: Callable[[Parametrization, Strays], Second],
+) -> Job[Parametrization]:
+    """A job, and where its map has left tiles a second one that brings it back: a certificate, or a packing.
+    ``stats["left_tiles"]``: islands that have left theirs all the same, as their pins or what else is there leave no room."""
+
+    def begin(found: Parametrization) -> tuple[Kept, Job[Any] | None]:
+        uv, second = bring(found, strays(found, before, pinned))
+        return (found, uv), second
+
+    def end(kept: Kept, second: Job[Any] | None) -> Parametrization:
+        found = _brought_back(*kept, second)
+        left = int(np.count_nonzero(strays(found, before, pinned).stray))
+        return replace(found, stats={**found.stats, "left_tiles": left})
+
+    return FollowedJob(first, begin, end, 0.9)
+
+
+def _brought_back(
+    found: Parametrization, uv: FloatArray | None, second: Job[Any] | None
+) -> Parametrization:
+    if second is None:
+        return found
+    try:
+        brought: Certificate | Parametrization = second.result()
+    except FlipfreeError as error:
+        if error.code == "cancelled":
+            raise
+        return found
+    if isinstance(brought, Parametrization):
+        uv, stored, judged = brought.uv, brought.uv32(), brought.certificate
+    else:
+        assert uv is not None
+        stored, judged = uv.astype(np.float32), brought
+    if not judged.ok:
+        return found
+    judged = replace(judged, mends=found.certificate.mends)
+    uv = frozen(uv)
+    return replace(found, uv=uv, uv64=uv, _uv32=frozen(stored), certificate=judged)

@@ -1,41 +1,120 @@
-"""Hard constraints: pinned vertices, lines and whole boundaries met bit for bit, without a fold (thesis 3.3)."""
+"""Disks onto convex polygons (thesis 3.2); pinned vertices, lines and whole boundaries met bit for bit (thesis 3.3)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _native
-from ..arrays import as_floats, as_indices, as_list, as_place, as_places, as_vertex_map, as_vertices
-from ..conversions import parametrization_from
-from ..errors import InvalidInput
-from ..job import Job, Progress, solver_call
-from ..options import as_choice, as_count, as_flag, as_seconds, as_threads, shown
-from ..results import Parametrization
+from ..checks import (
+    as_choice,
+    as_floats,
+    as_indices,
+    as_list,
+    as_mesh,
+    as_places,
+    as_vertex_map,
+    checked,
+    refuse_beyond_storage,
+    shown,
+)
+from ..errors import InvalidInput, bad_shape
+from ..job import Job, Progress, solver_call, start_job
+from ..results import FloatArray, IntArray, Parametrization, parametrization_from
 
 Points = Mapping[int, tuple[float, float]]
 Lines = Sequence[tuple[Sequence[int], Any]]
 
-#: What ``engine`` may be: both in turn, or one of them alone (for tests and benchmarks).
+#: What ``engine`` of match may be: all in turn, or one of them alone (for tests and benchmarks).
 ENGINES = ("auto", "first try", "outline", "arms", "matchmaker")
 
+SHAPES = ("circle", "square", "triangle")
+STARTS = ("tutte", "nothing")
+METHODS = ("ladder", "schnyder", "progressive", "tutte")
 
-def _lines(lines: Lines | None) -> list[tuple[npt.NDArray[np.int32], npt.NDArray[np.float64]]]:
+
+@solver_call
+def embed(
+    vertices: Any,
+    faces: Any,
+    *,
+    boundary: Any = "circle",
+    boundary_loop: Any = None,
+    initial_uv: Any = None,
+    method: str = "ladder",
+    start: str = "tutte",
+    low_distortion: bool = False,
+    optimise: bool = False,
+    iterations: int = 200,
+    tolerance: float = 1e-4,
+    max_seconds: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Job[Parametrization]:
+    """A disk onto a convex polygon without flips, in 64 bits and as stored in 32.
+
+    Inner edges between two points of one straight side of the polygon are split (``stats["added_vertices"]``);
+    everything else keeps the given triangulation.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), one disk, consistently oriented.
+        boundary: "circle" (radius 1), "square" ([-1, 1]^2) or "triangle" (equilateral, circumradius 1), all around
+            the origin, by arc length; or (b, 2) positions of a convex polygon, kept bit for bit.
+        boundary_loop: (b,) the boundary's vertex ids in order; default: from the smallest id, surface on the left.
+        initial_uv: (n, 2) start, may be invalid or random; boundary rows are ignored.
+        method: "ladder" (Tutte, Schnyder-weighted Tutte, repair, progressive embedding; the first that is flip-free by
+            exact test), "schnyder" (the ladder without Tutte), "progressive" (the thesis' algorithm alone) or "tutte"
+            (raises NotConverged if it flips).
+        start: with method "progressive" and no initial_uv: "tutte" or "nothing".
+        low_distortion: where Tutte fails, go to progressive embedding at once: about twice the time, and energies that are
+            a thousand times smaller. Implied by optimise.
+        optimise: lower the distortion with the boundary fixed. iterations, tolerance: of that optimisation.
+        max_seconds: of the clock; None or 0 is no limit. What was gained by then is kept, and
+            ``stats["time_limit_reached"]`` is 1; NotConverged (code "time limit reached") if there is no map yet.
+        threads: None is all cores; the result has the same bits for every number, unless a limit of time is reached.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Returns:
+        A certified map; ``stats["rung"]`` says which step of the ladder made it.
+
+    Raises:
+        InvalidInput, Infeasible (the polygon has no room in these numbers), NotConverged, Cancelled.
+    """
+    mesh = as_mesh(vertices, faces)
+    options = checked(locals(), "low_distortion optimise iterations tolerance max_seconds")
+    if isinstance(boundary, str):
+        options["shape"] = as_choice(boundary, "boundary", SHAPES, ", or an array of positions")
+    else:
+        options["polygon"] = as_places(boundary, "boundary")
+    if initial_uv is not None:
+        options["initial"] = as_floats(initial_uv, "initial_uv", 2)
+    options |= dict(
+        loop=as_indices(boundary_loop, "boundary_loop"),
+        method=as_choice(method, "method", METHODS),
+        start_from_tutte=as_choice(start, "start", STARTS) == "tutte",
+    )
+    return start_job(_native.embed, mesh, options, threads, parametrization_from)
+
+
+def _lines(lines: Lines | None) -> list[tuple[IntArray, FloatArray]]:
     result = []
-    for i, line in enumerate(
-        () if lines is None else as_list(lines, "lines", "a list of pairs (vertices, polyline)")
-    ):
+    for i, line in enumerate(as_list(lines, "lines", "a list of pairs (vertices, polyline)")):
         pair = as_list(line, f"lines[{i}]", "a pair (vertices, polyline)")
         if len(pair) != 2:
-            raise InvalidInput(
-                f"lines[{i}] must be a pair (vertices, polyline).", code="array of the wrong shape"
-            )
+            raise bad_shape(f"lines[{i}] must be a pair (vertices, polyline).")
         result.append((as_indices(pair[0], f"lines[{i}]"), as_places(pair[1], f"lines[{i}]")))
     return result
+
+
+def _place(value: Any, name: str) -> FloatArray:
+    place = as_floats(value, name)
+    if place.shape != (2,):
+        raise bad_shape(f"{name} must be two numbers (u, v).")
+    refuse_beyond_storage(place, name)
+    return place
 
 
 @solver_call
@@ -88,31 +167,34 @@ def match(
         InvalidInput, NotConverged, Cancelled.
     """
     pins = as_vertex_map(points, "points", "(u, v)")
-    targets = [as_place(value, f"points[{shown(v)}]") for v, value in pins.items()]
-    native_paths = []
+    targets = [_place(value, f"points[{shown(v)}]") for v, value in pins.items()]
+    chains = []
     for vertex, path in as_vertex_map(paths, "paths", "[vertices to the boundary]").items():
         chain = as_indices(path, f"paths[{shown(vertex)}]")
         if len(chain) == 0 or chain[0] != vertex:
             chain = np.concatenate([as_indices([vertex], "paths"), chain])
-        native_paths.append(chain)
+        chains.append(chain)
     if boundary_uv is None and boundary_loop is not None:
         raise InvalidInput("boundary_loop is given without boundary_uv.", code="bad boundary")
-    face_array = as_indices(faces, "faces", 3)
-    positions = as_vertices(vertices, face_array)
-    request = dict(
+    mesh = as_mesh(vertices, faces)
+    options = checked(locals(), "optimise bijective iterations movable max_seconds")
+    options |= dict(
         points=(as_indices(list(pins), "points"), as_floats(targets, "points", 2)),
         lines=_lines(lines),
-        boundary_loop=as_indices([] if boundary_loop is None else boundary_loop, "boundary_loop"),
-        boundary_uv=as_places([] if boundary_uv is None else boundary_uv, "boundary_uv"),
-        paths=native_paths,
-        movable=as_indices([] if movable is None else movable, "movable"),
-    )
-    options = dict(
-        optimise=as_flag(optimise, "optimise"),
-        bijective=as_flag(bijective, "bijective"),
-        iterations=as_count(iterations, "iterations"),
+        boundary_loop=as_indices(boundary_loop, "boundary_loop"),
+        boundary_uv=as_places(boundary_uv, "boundary_uv"),
+        paths=chains,
         engine=as_choice(engine, "engine", ENGINES),
-        max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
-    native = _native.match(positions.scaled, face_array, request, options, as_threads(threads))
-    return Job(native, partial(parametrization_from, positions=positions))
+    return start_job(_native.match, mesh, options, threads, parametrization_from)
+
+
+def held_by_pins(
+    found: Parametrization, faces: IntArray, pinned: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.bool_]:
+    """Of a map that met pins: its vertices that may not move any more, as a mask. They are the pinned ones of the input, whose
+    faces these are, and new ones on edges between two of them, which may be a line or a part of the boundary."""
+    n = len(pinned)
+    weights, corners = found.vertex_barycentric[n:], pinned[faces[found.vertex_parent[n:]]]
+    between = ((weights == 0.0) | corners).all(axis=1) & (weights == 0.0).any(axis=1)
+    return np.concatenate([pinned, between])

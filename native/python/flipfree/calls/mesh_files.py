@@ -11,22 +11,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _native
-from ..arrays import (
-    BAD_SHAPE,
-    FloatArray,
-    IntArray,
+from ..checks import (
     as_corner_uv,
     as_floats,
     as_indices,
     refuse_beyond_storage,
+    shown,
 )
-from ..errors import InvalidInput
+from ..errors import InvalidInput, bad_option, bad_shape
 from ..job import ours_only
-from ..options import shown
-from ..results import Parametrization
+from ..results import FloatArray, IntArray, Parametrization
 from ..rewriting import obj, ply
 from ..rewriting.polygons import NewMap
 from ..texts import counted
@@ -49,13 +45,13 @@ class MeshFile:
             triangles again. None: triangles are all there is.
     """
 
-    vertices: npt.NDArray[np.float64]
-    faces: npt.NDArray[np.int32]
-    uv: npt.NDArray[np.float64] | None
-    polygons: npt.NDArray[np.int32]
-    corners: npt.NDArray[np.int32] | None = None
+    vertices: FloatArray
+    faces: IntArray
+    uv: FloatArray | None
+    polygons: IntArray
+    corners: IntArray | None = None
 
-    def seams(self) -> npt.NDArray[np.int32]:
+    def seams(self) -> IntArray:
         """(s, 2) edges on whose two sides the texture coordinates differ: the ``cuts`` of :func:`unwrap` that keep the
         file's charts."""
         if self.uv is None:
@@ -65,28 +61,21 @@ class MeshFile:
         backward = ends[:, 0] > ends[:, 1]
         ends[backward] = ends[backward, ::-1]
         sides[backward] = sides[backward, ::-1]
-        edges, edge, first = _grouped(ends)
+        edges, first, edge = np.unique(ends, axis=0, return_index=True, return_inverse=True)
+        edge = edge.reshape(-1)
         known = sides[first][edge]
         same = (sides == known) | (np.isnan(sides) & np.isnan(known))
-        differing: npt.NDArray[np.int32] = edges[np.unique(edge[~same.all(axis=(1, 2))])]
+        differing: IntArray = edges[np.unique(edge[~same.all(axis=(1, 2))])]
         return differing
 
 
-def _grouped(pairs: npt.NDArray[Any]) -> tuple[Any, Any, Any]:
-    """Distinct pairs, which of them each pair is, and where each comes first."""
-    edges, first, edge = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
-    return edges, edge.reshape(-1), first
-
-
-def _as_path(path: Any) -> Path:
+def as_path(path: Any) -> Path:
     try:
         text = os.fspath(path)
     except Exception:  # not a path, or one that fails
         text = None
     if not isinstance(text, str) or not text or "\0" in text:
-        raise InvalidInput(
-            f"path must be the path of a file, not {shown(path)}.", code="bad option"
-        )
+        raise bad_option(f"path must be the path of a file, not {shown(path)}.")
     return Path(text)
 
 
@@ -101,10 +90,10 @@ def _named(path: Path) -> Iterator[None]:
         ) from None
 
 
-def _no_access(path: Path, doing: str, error: OSError) -> InvalidInput:
+def no_access(path: Path, doing: str, error: Exception) -> InvalidInput:
+    reason = getattr(error, "strerror", None) or error
     return InvalidInput(
-        f"{path} cannot be {doing}: {error.strerror or error}. Check the path and its permissions.",
-        code=NO_ACCESS,
+        f"{path} cannot be {doing}: {reason}. Check the path and its permissions.", code=NO_ACCESS
     )
 
 
@@ -114,7 +103,7 @@ def _content_of(file: Path) -> bytes:
             raise InvalidInput(f"{file} is not a file. Give the path of one.", code=NO_ACCESS)
         return file.read_bytes()
     except OSError as error:
-        raise _no_access(file, "read", error) from error
+        raise no_access(file, "read", error) from error
 
 
 def _mesh_of(file: Path, content: bytes) -> MeshFile:
@@ -136,7 +125,7 @@ def read(path: str | os.PathLike[str]) -> MeshFile:
         InvalidInput: the file cannot be read (code "file not accessible"), or is no such file (code "malformed file"); the
             message names the line or element, and what to do.
     """
-    file = _as_path(path)
+    file = as_path(path)
     return _mesh_of(file, _content_of(file))
 
 
@@ -161,7 +150,7 @@ def write(
         InvalidInput: also for texture coordinates in formats that have none for corners (.off, .stl), where ``keep`` has
             another mesh, and where the file cannot be written (code "file not accessible").
     """
-    file = _as_path(path)
+    file = as_path(path)
     vertices, faces, uv, polygons, corners = _parts(mesh)
     face_array = as_indices(faces, "faces", 3)
     positions = as_floats(vertices, "vertices", 3)
@@ -178,7 +167,7 @@ def write(
     corner_uv = np.zeros((0, 2)) if uv is None else as_corner_uv(uv, "uv", len(face_array))
     refuse_beyond_storage(corner_uv, "uv")
     if keep is not None:
-        content = _kept(_as_path(keep), file, mesh, positions, face_array, corner_uv)
+        content = _kept(as_path(keep), file, mesh, positions, face_array, corner_uv)
     else:
         with _named(file):
             content = _native.write_mesh(
@@ -203,9 +192,8 @@ def _kept(
     """The content of ``source`` with these texture coordinates (3 m, 2); none: without any."""
     ending = file.suffix.lower()
     if source.suffix.lower() != ending or ending not in _REWRITERS:
-        raise InvalidInput(
-            f"keep must be a file of the type of path, .obj or .ply, not {source.name} for {file.name}. Leave it out.",
-            code="bad option",
+        raise bad_option(
+            f"keep must be a file of the type of path, .obj or .ply, not {source.name} for {file.name}. Leave it out."
         )
     content = _content_of(source)
     old = _mesh_of(source, content)
@@ -217,9 +205,8 @@ def _kept(
         or (len(faces) and not 0 <= parent.min() <= parent.max() < len(old.faces))
         or (not is_map and (len(vertices) != count or len(faces) != len(old.faces)))
     ):
-        raise InvalidInput(
-            f"keep names {source}, which has another mesh. Give the file that the mesh was read from.",
-            code="bad option",
+        raise bad_option(
+            f"keep names {source}, which has another mesh. Give the file that the mesh was read from."
         )
     origins, weights = np.zeros((0, 3), np.int32), np.zeros((0, 3))
     if is_map:
@@ -265,10 +252,10 @@ def _parts(mesh: Any) -> tuple[Any, Any, Any, Any, Any]:
     if isinstance(mesh, MeshFile):
         polygons = as_indices(mesh.polygons, "polygons")
         if len(polygons) != len(mesh.faces):
-            raise InvalidInput("polygons must have one entry per face.", code=BAD_SHAPE)
+            raise bad_shape("polygons must have one entry per face.")
         corners = none[1] if mesh.corners is None else as_indices(mesh.corners, "corners", 3)
         if mesh.corners is not None and len(corners) != len(mesh.faces):
-            raise InvalidInput("corners must have one row per face.", code=BAD_SHAPE)
+            raise bad_shape("corners must have one row per face.")
         return mesh.vertices, mesh.faces, mesh.uv, polygons, corners
     try:
         parts = list(islice(iter(mesh), 4))
@@ -276,9 +263,8 @@ def _parts(mesh: Any) -> tuple[Any, Any, Any, Any, Any]:
         parts = []
     if len(parts) in (2, 3):
         return parts[0], parts[1], parts[2] if len(parts) == 3 else None, *none
-    raise InvalidInput(
-        "write takes a Parametrization, a MeshFile, (vertices, faces) or (vertices, faces, uv).",
-        code=BAD_SHAPE,
+    raise bad_shape(
+        "write takes a Parametrization, a MeshFile, (vertices, faces) or (vertices, faces, uv)."
     )
 
 
@@ -296,8 +282,7 @@ def _replace(file: Path, content: bytes) -> None:
         part.replace(target)
         part = None
     except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle, before Python 3.13
-        reason = error if isinstance(error, OSError) else OSError(str(error))
-        raise _no_access(file, "written", reason) from error
+        raise no_access(file, "written", error) from error
     finally:
         if part is not None:
             part.unlink(missing_ok=True)

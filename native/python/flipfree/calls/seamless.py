@@ -1,91 +1,223 @@
-"""Seamless maps: cones in quarter turns, seams that match by quarter turns and translations."""
+"""Seamless maps, whose seams match by quarter turns and translations; cross fields, four directions in every face, a quarter
+turn apart; maps with exactly the cones and turning numbers of these; and files of fields: .rawfield (Directional), .ffield
+(Myles, Pietroni, Zorin 2014), and rotation forms."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import gzip
+import os
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .. import _native
-from ..arrays import Positions, as_indices, as_vertex_map, as_vertices
-from ..conversions import parametrization_from
-from ..errors import InvalidInput
-from ..job import Job, Progress, ours_only, solver_call
-from ..options import (
+from ..checks import (
     as_choice,
     as_count,
     as_flag,
-    as_seconds,
-    as_threads,
+    as_floats,
+    as_indices,
+    as_list,
+    as_mesh,
+    as_number,
+    as_vertex_map,
+    checked,
     shown,
     whole_number,
 )
-from ..results import IntArray, Parametrization
+from ..errors import InvalidInput, bad_option, bad_shape
+from ..job import Job, Progress, ours_only, solver_call, start_job
+from ..results import (
+    FloatArray,
+    IntArray,
+    Mesh,
+    Parametrization,
+    ReadOnly,
+    frozen,
+    parametrization_from,
+)
+from ..texts import counted
+from .mesh_files import MALFORMED, as_path, no_access
 
 ENGINES = ("auto", "penner", "padding")
 BOUNDARIES = ("aligned", "aligned_or_free", "free")
+FIELD_BOUNDARIES = ("aligned", "free")
+
+#: Quarter turns are whole numbers below this, either way.
+_MOST_TURNS = 2**20
 
 
-@dataclass(frozen=True)
-class SeamBranch:
-    """A chain of cut edges between two nodes, or around.
+#: What .ffield files have for a period jump that is not known.
+UNSET = 999999
+
+
+class FieldArrays(NamedTuple):
+    """Directions (m, 3), rotation (3 m,), quarters (3 m,) as the solver takes them; empty where there are none."""
+
+    directions: FloatArray = np.zeros((0, 3))
+    rotation: FloatArray = np.zeros(0)
+    quarters: IntArray = np.zeros(0, np.int32)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CrossField(ReadOnly):
+    """A cross field on the faces of a mesh. Its arrays are read-only.
 
     Attributes:
-        halfedges: (k,) 3 f + c: from corner c of face f of the map to the next one, head to tail; their faces are the
-            first side.
-        quarter_turns, translation: uv on the second side = turned uv on the first side + translation.
+        directions: (m, 3) float64, one of the four directions of each face; others are it turned by quarters.
+        matching: (m, 3) int32: across edge k of face f, from corner k to k + 1, its direction goes with that of the
+            neighbour turned counter-clockwise by so many quarter turns, 0 to 3. 0 on the boundary. None: with the nearest.
+        rotation: (m, 3) float64: by how much the field turns from the neighbour to face f, radians: the angle from the edge
+            to the field here, less that there. It tells whole turns, which ``matching`` does not. None: within half a turn.
+        stats: of :func:`cross_field`.
     """
 
-    halfedges: IntArray
-    quarter_turns: int
-    translation: tuple[float, float]
+    directions: FloatArray
+    matching: IntArray | None = None
+    rotation: FloatArray | None = None
+    stats: dict[str, Any] | None = None
+
+    def __post_init__(self) -> None:
+        directions = frozen(as_floats(self.directions, "directions", 3).copy())
+        object.__setattr__(self, "directions", directions)
+        for name, convert in (("matching", as_indices), ("rotation", as_floats)):
+            given = getattr(self, name)
+            if given is None:
+                continue
+            array = convert(given, name, 3)
+            if len(array) != len(directions):
+                raise bad_shape(
+                    f"{name} has {counted(len(array), 'row')}, directions {len(directions)}. Give one for each face."
+                )
+            object.__setattr__(self, name, frozen(array.copy()))
+
+    def __repr__(self) -> str:
+        return f"<CrossField: {counted(len(self.directions), 'face')}>"
+
+    @staticmethod
+    @ours_only
+    def from_rotation(vertices: Any, faces: Any, rotation: Any) -> CrossField:
+        """The field of a rotation form (m, 3): radians by which the field turns from the neighbour across each edge to the
+        face, as seen from the edge. On a closed mesh it says all but one turn of all directions.
+
+        Raises:
+            InvalidInput: the mesh; a form that is not antisymmetric, or not that of a cross field, within 1e-6.
+        """
+        mesh = as_mesh(vertices, faces)
+        turned = as_floats(rotation, "rotation", 3)
+        if len(turned) == 0 or len(turned) != len(mesh.faces):
+            raise bad_shape(
+                f"rotation must have shape ({len(mesh.faces)}, 3), one number for each half-edge."
+            )
+        return _field_from(_described(mesh, FieldArrays(rotation=turned.ravel())))
+
+    @staticmethod
+    @ours_only
+    def read(path: str | os.PathLike[str], vertices: Any, faces: Any) -> CrossField:
+        """The field of a file, on the mesh that it was made for.
+
+        Args:
+            path: ``.rawfield`` (Directional: 4 vectors a face; each goes with the nearest across an edge), ``.ffield`` (Myles,
+                Pietroni, Zorin 2014: angles and period jumps), or any other name, with ``.gz`` too: a rotation form, one
+                number per half-edge and line.
+            vertices, faces: the mesh.
+        """
+        mesh = as_mesh(vertices, faces)
+        return _field_from(_described(mesh, read_field_file(path, mesh.scaled, mesh.faces)))
+
+    @ours_only
+    def write(self, path: str | os.PathLike[str], vertices: Any, faces: Any) -> None:
+        """The same formats, chosen by the name."""
+        mesh = as_mesh(vertices, faces)
+        arrays = _described(mesh, arrays_of(self, mesh.faces))
+        write_field_file(path, mesh.scaled, mesh.faces, arrays)
 
 
-@dataclass(frozen=True)
-class SeamlessMap:
-    """What an engine found.
+@dataclass(frozen=True, eq=False)
+class Signature:
+    """What is topological about a cross field or a seamless map, in quarter turns.
 
     Attributes:
-        map: valid in 64 bits; its certificate says whether its rounding to 32 bits is.
-        branches: its seams.
-        loops: (half-edges 3 f + c of the input, quarter turns to the left): closed strips of faces that generate the
-            homology; each half-edge is crossed from its own face.
-        seam_error: largest distance between the two sides of a seam, in the units of uv.
-        not_stored: why 32 bits do not hold the map, if they do not.
+        cones: {vertex: k}: total angle k pi / 2, where k is not 4 (on the boundary: not 2, the angle between its edges).
+        loops: [(face ids, quarter turns)]: closed strips of faces, each sharing an edge with the next one and the last with
+            the first, that generate the homology, then those along each boundary loop; and by how much each turns to the
+            left.
     """
 
-    map: Parametrization
-    branches: list[SeamBranch]
+    cones: dict[int, int]
     loops: list[tuple[IntArray, int]]
-    seam_error: float
-    not_stored: str | None
 
 
-def _map_from(data: dict[str, Any], positions: Positions) -> SeamlessMap:
-    return SeamlessMap(
-        parametrization_from(data["map"], positions),
-        [SeamBranch(*branch) for branch in data["branches"]],
-        data["loops"],
-        data["seam_error"],
-        data["not_stored"],
+def _described(mesh: Mesh, arrays: FieldArrays) -> FieldArrays:
+    """All three arrays of a field of which some may be empty."""
+    return FieldArrays(*_native.read_field(mesh.scaled, mesh.faces, arrays))
+
+
+def _field_from(data: FieldArrays, stats: dict[str, Any] | None = None) -> CrossField:
+    directions, rotation, quarters = data
+    return CrossField(directions, quarters.reshape(-1, 3), rotation.reshape(-1, 3), stats)
+
+
+def arrays_of(field: Any, faces: IntArray) -> FieldArrays:
+    """Directions, rotation and quarters as the solver takes them, empty where there are none."""
+    if not isinstance(field, CrossField):
+        raise bad_option(
+            f"field must be a CrossField, not {shown(field)}. Make one by CrossField(directions)."
+        )
+    if len(field.directions) != len(faces) or len(faces) == 0:
+        raise bad_shape(
+            f"field has {counted(len(field.directions), 'direction')}, but the mesh has "
+            f"{counted(len(faces), 'face')}. Give the mesh that the "
+            "field was made for."
+        )
+    none = FieldArrays(field.directions)
+    return FieldArrays(
+        field.directions,
+        none.rotation if field.rotation is None else field.rotation.ravel(),
+        none.quarters if field.matching is None else field.matching.ravel(),
     )
 
 
-def _quarter_turns(cones: Any, count: int) -> IntArray:
-    turns = np.zeros(count, np.int32)  # 0: not given
-    for vertex, value in as_vertex_map(cones, "cones", "quarter turns").items():
+def halfedges_of_strip(faces: IntArray, strip: Any, name: str) -> IntArray:
+    """The half-edges across which a closed strip of faces is left; the first one that two faces share."""
+    ids = as_indices(strip, name)
+    if len(ids) == 0 or ids.min() < 0 or ids.max() >= len(faces):
+        raise InvalidInput(
+            f"{name} must name faces of the mesh, which has {len(faces)}, and at least one.",
+            code="index out of range",
+        )
+    corners, following = faces[ids], np.roll(faces[ids], -1, axis=1)
+    others, beyond = np.roll(corners, -1, axis=0), np.roll(following, -1, axis=0)
+    shared = (corners[:, :, None] == beyond[:, None, :]) & (
+        following[:, :, None] == others[:, None, :]
+    )
+    meets = shared.any(axis=2)
+    if not meets.any(axis=1).all():
+        place = int(np.flatnonzero(~meets.any(axis=1))[0])
+        raise InvalidInput(
+            f"{name}: face {ids[place]} at place {place} shares no edge with the next one. Give a closed strip of faces.",
+            code="bad option",
+            kind="face",
+            elements=[int(ids[place])],
+        )
+    return np.asarray(3 * ids + meets.argmax(axis=1), np.int32)
+
+
+def as_quarter_turns(values: Any, name: str, count: int, usual: int, least: int) -> IntArray:
+    """{vertex: quarter turns} as (count,), ``usual`` elsewhere."""
+    turns = np.full(count, usual, np.int32)
+    for vertex, value in as_vertex_map(values, name, "quarter turns").items():
         if not 0 <= vertex < count:
             raise InvalidInput(
-                f"cones names vertex {shown(vertex)}, which does not exist (the mesh has {count}). Leave it out.",
+                f"{name} names vertex {shown(vertex)}, which does not exist (the mesh has {count}). Leave it out.",
                 code="index out of range",
             )
         number = whole_number(value)
-        if number is None or not 1 <= number < 2**20:
+        if number is None or not least <= number < _MOST_TURNS:
+            more = ", 1 or more" if least == 1 else ""
             raise InvalidInput(
-                f"cones[{vertex}] must be a whole number of quarter turns, 1 or more, not {shown(value)}. "
+                f"{name}[{vertex}] must be a whole number of quarter turns{more}, not {shown(value)}. "
                 "Give 3 for the corner of a cube, 4 for flat, 5 for a saddle.",
                 code="bad angles",
                 kind="vertex",
@@ -95,41 +227,209 @@ def _quarter_turns(cones: Any, count: int) -> IntArray:
     return turns
 
 
-@ours_only
-def start_penner(
+def as_sizing(value: Any, count: int) -> FloatArray:
+    """One number per vertex."""
+    sizes = as_floats(value, "sizing")
+    if len(sizes) == 0 or len(sizes) != count:
+        raise bad_shape(f"sizing must have shape ({count},), one number per vertex.")
+    return sizes
+
+
+def as_signature(value: Any, mesh: Mesh) -> tuple[IntArray, Any]:
+    """A :class:`Signature` as cones (n,) and loops of half-edges with their turns, None without any."""
+    if not isinstance(value, Signature):
+        raise bad_option(
+            f"signature must be a Signature, not {shown(value)}. Make one by Signature(cones, loops)."
+        )
+    cones = as_quarter_turns(value.cones, "signature.cones", len(mesh.scaled), 4, -_MOST_TURNS)
+    loops = []
+    for i, item in enumerate(as_list(value.loops, "signature.loops", "a list of loops")):
+        name = f"signature.loops[{i}]"
+        pair = as_list(item, name, "a pair (face ids, quarter turns)")
+        turns = whole_number(pair[1]) if len(pair) == 2 else None
+        if turns is None or abs(turns) >= _MOST_TURNS:
+            raise bad_shape(f"{name} must be a pair (face ids, quarter turns), not {shown(item)}.")
+        loops.append((halfedges_of_strip(mesh.faces, pair[0], name), turns))
+    return cones, loops or None
+
+
+def _of_field(mesh: Mesh, signature: Any, sizing: Any) -> dict[str, Any]:
+    """The options of a field that is made."""
+    options: dict[str, Any] = {}
+    if sizing is not None:
+        options["sizing"] = as_sizing(sizing, len(mesh.scaled))
+    if signature is not None:
+        options["cones"], options["loops"] = as_signature(signature, mesh)
+    return options
+
+
+@solver_call
+def cross_field(
     vertices: Any,
     faces: Any,
-    cones: Any,
     *,
-    engine: str = "auto",
-    loops: Sequence[tuple[Any, int]] | None = None,
-    uncuttable: Any = None,
-    max_iterations: int = 200,
-    relaxation: int | None = None,
+    sharp_edges: Any = None,
+    alignment: float = 0.0,
+    boundary: bool = True,
+    edge_weight: float = 1.0,
+    signature: Signature | None = None,
+    sizing: Any = None,
+    simplify: bool = False,
     max_seconds: float | None = None,
     threads: int | None = None,
-) -> Job[SeamlessMap]:
-    """The map of the engine "penner", at once, on a thread.
+    progress: Progress | None = None,
+) -> Job[CrossField]:
+    """The smoothest cross field, following what it is asked to follow; or the smoothest with a given signature.
 
-    ``loops`` as in :class:`SeamlessMap`, None: chosen. ``relaxation``: steps towards the input's metric, which lower
-    the energy and cost refinement; None: only where the energy would be large.
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented; any number of components.
+        sharp_edges: (s, 2) vertex pairs: edges that the field follows.
+        alignment: to the principal curvatures, from 0 to less than 1: 0 not at all, 0.5 as much as smoothness over a tenth
+            of the surface's extent. Where the surface bends equally in all directions it has no say.
+        boundary: the field follows the boundary, if there is one.
+        edge_weight: how much edges and boundary count, on the scale of ``alignment``; 1: the field follows them exactly.
+        signature: cones, and turns of the loops of a homology basis, that the field shall have exactly; without loops
+            (``Signature(cones, [])``) turns that need little rotation are chosen. Closed surfaces only; what the field
+            should follow has no say then.
+        sizing: (n,) positive: length in the map of a length 1 there, relative to the others: the field turns, and has its
+            cones, where a map of such sizes needs it. None: all alike.
+        simplify: near pairs of cones of opposite sign are merged, and cones of one quarter turn share their curvature with
+            a vertex near by. ``stats["cancelled"]`` and ``stats["spread"]`` say how many quarter turns were moved.
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
+        threads: None is all cores; the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Returns:
+        The field, with ``stats``: "cones" inside the surface, "sharp_cones" of one quarter turn or less, "seconds".
+
+    Raises:
+        InvalidInput, Infeasible (cones that do not add up), NotConverged, Cancelled.
     """
-    as_choice(engine, "engine", ENGINES[:2])
-    face_array = as_indices(faces, "faces", 3)
-    positions = as_vertices(vertices, face_array)
-    native = _native.seamless_penner(
-        positions.scaled,
-        face_array,
-        _quarter_turns(cones, len(positions.scaled)),
-        None if loops is None else [(np.asarray(h, np.int32), int(turns)) for h, turns in loops],
-        as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
-        1e-10,
-        as_count(max_iterations, "max_iterations", 1),
-        -1 if relaxation is None else as_count(relaxation, "relaxation"),
-        as_seconds(max_seconds, "max_seconds"),
-        as_threads(threads),
+    mesh = as_mesh(vertices, faces)
+    options = checked(locals(), "simplify max_seconds")
+    options |= dict(
+        alignment=as_number(alignment, "alignment"),
+        edges=as_indices(sharp_edges, "sharp_edges", 2),
+        boundary=as_flag(boundary, "boundary"),
+        edge_weight=as_number(edge_weight, "edge_weight"),
+        **_of_field(mesh, signature, sizing),
     )
-    return Job(native, partial(_map_from, positions=positions))
+    return start_job(
+        _native.cross_field, mesh, options, threads, lambda data, _mesh: _field_from(*data)
+    )
+
+
+def _regular(faces: IntArray, count: int) -> IntArray:
+    """(n,) quarter turns of a regular vertex: 2 on the boundary, else 4."""
+    ends = np.stack([faces, np.roll(faces, -1, axis=1)], -1).reshape(-1, 2).astype(np.int64)
+    key, back = ends[:, 0] * count + ends[:, 1], ends[:, 1] * count + ends[:, 0]
+    usual = np.full(count, 4, np.int32)
+    usual[ends[~np.isin(key, back)].ravel()] = 2
+    return usual
+
+
+@solver_call
+def signature(
+    vertices: Any,
+    faces: Any,
+    field: CrossField,
+    *,
+    max_seconds: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Job[Signature]:
+    """The cones of a cross field, and how much it turns along the loops of a homology basis: exact, in whole quarters.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented; any number of components.
+        field: of this mesh.
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
+        threads: as elsewhere. progress: called with (stage, fraction); returning False cancels.
+
+    Raises:
+        InvalidInput, NotConverged, Cancelled.
+    """
+    mesh = as_mesh(vertices, faces)
+    options = checked(locals(), "max_seconds") | dict(field=arrays_of(field, mesh.faces))
+    return start_job(_native.field_signature, mesh, options, threads, _signature_from)
+
+
+def _signature_from(data: tuple[IntArray, list[tuple[IntArray, int]]], mesh: Mesh) -> Signature:
+    cones, loops = data
+    places = np.flatnonzero(cones != _regular(mesh.faces, len(mesh.scaled)))
+    return Signature(
+        {int(v): int(cones[v]) for v in places},
+        [(frozen(halfedges // 3), turns) for halfedges, turns in loops],
+    )
+
+
+@solver_call
+def field_aligned(
+    vertices: Any,
+    faces: Any,
+    *,
+    field: CrossField | None = None,
+    signature: Signature | None = None,
+    sizing: Any = None,
+    engine: str = "auto",
+    boundary: str = "aligned",
+    optimise: bool = True,
+    exact: bool = True,
+    uncuttable: Any = None,
+    iterations: int = 200,
+    max_seconds: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Job[Parametrization]:
+    """A seamless map with exactly the cones and turning numbers of a cross field, that follows it.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented; any number of components.
+        field: a field of this mesh; None: the smoothest, which follows the boundary if that is aligned, or the smoothest
+            with the signature.
+        signature: what the map shall have exactly, instead of a field: see :func:`cross_field`.
+        sizing: (n,) positive: length in the map of a length 1 there, relative to the others. None: all alike. A field
+            that is given should have been made for it (:func:`cross_field`); the one that is made here is.
+        engine: "penner" changes lengths of edges until all angles fit; "padding" cuts into disks, along branches that are
+            led around cones until all loops turn as the field does (closed surfaces only); "auto" takes padding where
+            penner finds no map.
+        boundary: where the surface is open. "aligned": it runs exactly along the axes, with corners where the field turns
+            between its edges. "free": as near to the surface as the inside allows, turning in all as the field does.
+        optimise: the map is brought to follow the field; without, it is the engine's, turned towards the field.
+        exact: seams match exactly, in 64 and in 32 bits; without, up to rounding.
+        uncuttable: (k, 2) edges that the cut avoids, diagonals of polygons.
+        iterations: Newton steps of the engine. max_seconds: of the clock; None or 0 is no limit.
+        threads: None is all cores; the result has the same bits for every number, unless a limit of time is reached.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Returns:
+        The certified map (G1, G2, G4, G5, G6, G7); G6 on loops that the engine has not seen. ``stats["angle_mean"]`` and
+        ``stats["angle_p95"]`` say how far its isolines are from the field, radians, by area; ``stats["engine"]`` which engine
+        it was, and of padding ``stats["reroutings.guided"]`` and ``stats["reroutings.fallback"]`` how many branches of its
+        cut had to be rerouted.
+
+    Raises:
+        InvalidInput, Infeasible (signatures that no map has), NotConverged, Cancelled.
+    """
+    open_boundary = as_choice(boundary, "boundary", FIELD_BOUNDARIES)
+    if field is not None and signature is not None:
+        raise bad_option(
+            "Both field and signature are given. Give one of them: a field has a signature of its own."
+        )
+    mesh = as_mesh(vertices, faces)
+    made = _of_field(mesh, signature, sizing)
+    options = checked(locals(), "uncuttable optimise exact max_seconds")
+    options |= dict(
+        engine=as_choice(engine, "engine", ENGINES),
+        iterations=as_count(iterations, "iterations", 1),
+        boundary=open_boundary,
+        made=made | dict(boundary=open_boundary == "aligned"),
+    )
+    if sizing is not None:
+        options["sizing"] = made["sizing"]
+    if field is not None:
+        options["field"] = arrays_of(field, mesh.faces)
+    return start_job(_native.field_aligned, mesh, options, threads, parametrization_from)
 
 
 @solver_call
@@ -189,23 +489,169 @@ def seamless(
         InvalidInput (the mesh; a cone; names the place), Infeasible (Gauss-Bonnet, with what is missing; cones that no
         surface of this genus has), NotConverged, Cancelled.
     """
-    face_array = as_indices(faces, "faces", 3)
-    positions = as_vertices(vertices, face_array)
-    options = dict(
+    mesh = as_mesh(vertices, faces)
+    options = checked(locals(), "optimise exact uncuttable max_iterations max_seconds")
+    options |= dict(
         engine=as_choice(engine, "engine", ENGINES),
         boundary=as_choice(boundary, "boundary", BOUNDARIES),
-        optimise=as_flag(optimise, "optimise"),
-        exact=as_flag(exact, "exact"),
-        uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
-        engine_iterations=as_count(max_iterations, "max_iterations", 1),
-        max_iterations=as_count(max_iterations, "max_iterations", 1),
-        max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
-    native = _native.seamless(
-        positions.scaled,
-        face_array,
-        None if cones is None else _quarter_turns(cones, len(positions.scaled)),
-        options,
-        as_threads(threads),
-    )
-    return Job(native, partial(parametrization_from, positions=positions))
+    if cones is not None:
+        options["cones"] = as_quarter_turns(cones, "cones", len(mesh.scaled), 0, 1)
+    return start_job(_native.seamless, mesh, options, threads, parametrization_from)
+
+
+def _malformed(path: Any, what: str) -> InvalidInput:
+    return InvalidInput(f"{path}: {what}", code=MALFORMED)
+
+
+def read_field_file(path: Any, vertices: FloatArray, faces: IntArray) -> FieldArrays:
+    """The field that the file holds for this mesh."""
+    place = as_path(path)
+    try:
+        raw = gzip.open(place, "rb").read() if place.suffix == ".gz" else place.read_bytes()
+    except (OSError, EOFError) as error:
+        raise no_access(place, "read", error) from None
+    text = raw.decode("latin-1")
+    kind = place.suffix.lower()
+    if kind == ".rawfield":
+        return _read_rawfield(place, text, faces)
+    if kind == ".ffield":
+        return _read_ffield(place, text, vertices, faces)
+    numbers = _numbers(place, text.split())
+    if len(numbers) != faces.size:
+        raise _malformed(
+            place,
+            f"{counted(len(numbers), 'number')} instead of {faces.size}, one for each half-edge.",
+        )
+    return FieldArrays(rotation=numbers)
+
+
+def _numbers(path: Any, words: list[str]) -> FloatArray:
+    try:
+        numbers = np.array(words, np.float64)
+    except ValueError as error:
+        raise _malformed(path, f"not a number: {error}.") from None
+    if not np.isfinite(numbers).all():
+        raise _malformed(path, "it has numbers that are not finite.")
+    return numbers
+
+
+def _read_rawfield(path: Any, text: str, faces: IntArray) -> FieldArrays:
+    numbers = _numbers(path, text.split())
+    if len(numbers) < 2 or numbers[0] != 4:
+        raise _malformed(path, "it does not begin with 4, the number of vectors of a cross.")
+    if numbers[1] != len(faces) or len(numbers) != 2 + 12 * len(faces):
+        raise _malformed(
+            path,
+            f"it has {counted(len(numbers) - 2, 'number')} for a count of faces of {numbers[1]:g}; "
+            f"the mesh has {len(faces)}, which take 12 each.",
+        )
+    return FieldArrays(directions=numbers[2:].reshape(-1, 4, 3)[:, 0].copy())
+
+
+def _read_ffield(path: Any, text: str, vertices: FloatArray, faces: IntArray) -> FieldArrays:
+    lines = [line.split() for line in text.splitlines() if line.strip()]
+    names = {line[0]: i for i, line in reversed(list(enumerate(lines)))}
+    if "crossfield_angles" not in names:
+        raise _malformed(path, "it has no crossfield_angles.")
+    row = names["crossfield_angles"] + 1
+    angles = _numbers(path, lines[row] if row < len(lines) else [])
+    if len(angles) != len(faces):
+        raise _malformed(
+            path, f"{counted(len(angles), 'angle')} for {counted(len(faces), 'face')}."
+        )
+    directions = _turned(vertices, faces, angles)
+    for name, sign in (("MI_matchings", 1), ("matchings", -1)):
+        for found in (name, name + "_and_sharp"):
+            if found in names:
+                jumps = _period_jumps(path, lines[names[found] + 1 :], faces)
+                if (jumps == UNSET).any():
+                    return FieldArrays(directions=directions)
+                return FieldArrays(directions=directions, quarters=_quarters(sign * jumps))
+    return FieldArrays(directions=directions)
+
+
+def _quarters(jumps: IntArray) -> IntArray:
+    # A period jump p makes the rotation (angle here) + (frames) - (angle there) + p pi / 2.
+    return np.asarray(-jumps % 4, np.int32).ravel()
+
+
+def _period_jumps(path: Any, lines: list[list[str]], faces: IntArray) -> IntArray:
+    if len(lines) < len(faces):
+        raise _malformed(
+            path, f"{counted(len(lines), 'line')} of matchings for {counted(len(faces), 'face')}."
+        )
+    rows = [line[:6] for line in lines[: len(faces)]]
+    if any(len(line) < 6 for line in rows):
+        raise _malformed(path, "a line of matchings has fewer than 6 numbers.")
+    table = _numbers(path, [word for line in rows for word in line]).reshape(-1, 6)
+    jumps = np.full(faces.shape, UNSET, np.int32)
+    for k in range(3):
+        # The half-edge that ends at the vertex with this id.
+        ends = np.roll(faces, -1, axis=1) == table[:, k, None]
+        if not (ends.sum(axis=1) == 1).all():
+            place = int(np.flatnonzero(ends.sum(axis=1) != 1)[0])
+            raise _malformed(path, f"the matchings of face {place} are of other vertices.")
+        jumps[ends] = table[:, 3 + k]
+    return jumps
+
+
+def _frames(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Of each face the unit vector from its last to its first corner, and that to the left of it."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    along = a - c
+    along = along / np.linalg.norm(along, axis=1, keepdims=True)
+    left = np.cross(np.cross(b - a, c - a), along)
+    return along, left / np.linalg.norm(left, axis=1, keepdims=True)
+
+
+def _turned(vertices: FloatArray, faces: IntArray, angles: FloatArray) -> FloatArray:
+    if faces.min(initial=0) < 0 or faces.max(initial=-1) >= len(vertices):
+        return np.zeros((len(faces), 3))  # the mesh is refused by name where the field is read
+    with np.errstate(all="ignore"):
+        along, left = _frames(vertices, faces)
+        turned: FloatArray = np.cos(angles)[:, None] * along + np.sin(angles)[:, None] * left
+    return turned
+
+
+def write_field_file(path: Any, vertices: FloatArray, faces: IntArray, data: FieldArrays) -> None:
+    """The field, all three arrays, to a file of the kind that its name says."""
+    place = as_path(path)
+    kind = place.suffix.lower()
+    if kind == ".rawfield":
+        text = _rawfield(vertices, faces, data.directions)
+    elif kind == ".ffield":
+        text = _ffield(vertices, faces, data.directions, data.quarters)
+    else:
+        text = "".join(f"{value!r}\n" for value in data.rotation.tolist())
+    content = text.encode()
+    try:
+        place.write_bytes(gzip.compress(content) if kind == ".gz" else content)
+    except OSError as error:
+        raise no_access(place, "written", error) from None
+
+
+def _rawfield(vertices: FloatArray, faces: IntArray, directions: FloatArray) -> str:
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    left = np.cross(normal, directions)
+    rows = np.concatenate([directions, left, -directions, -left], axis=1).tolist()
+    lines = (" ".join(map(repr, row)) for row in rows)
+    return "\n".join([f"4 {len(faces)}", *lines, ""])
+
+
+def _ffield(
+    vertices: FloatArray, faces: IntArray, directions: FloatArray, quarters: IntArray
+) -> str:
+    along, left = _frames(vertices, faces)
+    angles = np.arctan2((directions * left).sum(axis=1), (directions * along).sum(axis=1))
+    jumps = (-quarters % 4).reshape(-1, 3)
+    lines = ["# 1", "target_frame", str(len(faces)), "k1 k2 k1v_x k1v_y k1v_z k2v_x k2v_y k2v_z"]
+    second = np.cross(np.cross(along, left), directions)
+    for one, two in zip(directions.tolist(), second.tolist(), strict=True):
+        lines.append(" ".join(map(repr, [1.0, 1.0, *one, *two])))
+    lines += ["crossfield_angles", " ".join(map(repr, angles.tolist())), "fixed 0", "MI_matchings"]
+    ends = np.roll(faces, -1, axis=1)
+    lines += [" ".join(map(str, row)) for row in np.concatenate([ends, jumps], axis=1).tolist()]
+    return "\n".join([*lines, ""])

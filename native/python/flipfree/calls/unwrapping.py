@@ -1,42 +1,46 @@
-"""Unwrap Flip-Free: seam islands onto the plane, and the seams for it."""
+"""Unwrap Flip-Free: seam islands onto the plane, the seams for it, and the packing of charts.
+
+Textures that are no squares are packed in their pixels, of which the unit square has one shape only: the longer side has
+length 1 in the texture's own plane, where islands turn and gaps are measured; what lies beside it in the unit square is an
+obstacle. The way back to UVs is one factor for u or v, a rounding, and a certificate of what that left.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from .. import _native
-from ..arrays import (
-    BAD_SHAPE,
-    FloatArray,
+from ..checks import (
+    as_choice,
     as_corner_uv,
+    as_count,
     as_face_numbers,
     as_floats,
     as_indices,
-    as_vertices,
-)
-from ..conversions import parametrization_from
-from ..errors import InvalidInput
-from ..job import Job, Progress, solver_call
-from ..maps.distortion import STRETCH_BOUND
-from ..options import (
-    as_choice,
-    as_count,
-    as_effort,
-    as_flag,
-    as_margin,
+    as_mesh,
     as_number,
     as_positive,
-    as_seconds,
-    as_stretch,
-    as_threads,
+    checked,
     shown,
 )
-from ..results import IntArray, Parametrization
+from ..distortion import STRETCH_BOUND
+from ..errors import NotConverged, bad_option, bad_shape
+from ..job import FollowedJob, Job, Progress, job_of, solver_call, start_job
+from ..results import (
+    Certificate,
+    FloatArray,
+    IntArray,
+    Mesh,
+    Parametrization,
+    frozen,
+    parametrization_from,
+)
 from ..texts import counted
-from .certification import Pins, pins_to_corners
+from .certification import Pins, certify, pins_to_corners
 
 #: Where islands end unless a caller says otherwise.
 SEAMS = "auto"
@@ -109,31 +113,15 @@ def unwrap(
     Raises:
         InvalidInput, Infeasible, NotConverged, Cancelled.
     """
-    face_array = as_indices(faces, "faces", 3)
-    pin_corners, pin_uv = pins_to_corners(pins, face_array)
-    reference = (
-        None if place_like is None else as_corner_uv(place_like, "place_like", len(face_array))
-    )
-    positions = as_vertices(vertices, face_array)
-    options = dict(
-        cuts=as_indices([] if cuts is None else cuts, "cuts", 2),
-        uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
-        material=as_face_numbers(materials, "materials", len(face_array)),
-        polygon=as_face_numbers(polygons, "polygons", len(face_array)),
-        pins=(pin_corners, pin_uv),
-        find_seams=as_choice(seams, "seams", ("given", "auto")) == "auto" and not len(pin_corners),
-        stretch=as_stretch(stretch),
-        bijective=as_flag(bijective, "bijective"),
-        may_add_cuts=as_flag(may_add_cuts, "may_add_cuts"),
-        cut_extremities=as_flag(cut_extremities, "cut_extremities"),
-        iterations=as_count(iterations, "iterations"),
-        tolerance=as_positive(tolerance, "tolerance"),
-        margin=as_margin(margin),
-        effort=as_effort(effort),
-        max_seconds=as_seconds(max_seconds, "max_seconds"),
-    )
-    native = _native.unwrap(positions.scaled, face_array, options, reference, as_threads(threads))
-    return Job(native, partial(parametrization_from, positions=positions))
+    mesh = as_mesh(vertices, faces)
+    pinned = pins_to_corners(pins, mesh.faces)
+    options = _options(locals(), mesh, "bijective may_add_cuts cut_extremities margin effort")
+    options |= checked(locals(), "iterations tolerance")
+    find = as_choice(seams, "seams", ("given", "auto")) == "auto"
+    options |= dict(pins=pinned, find_seams=find and not len(pinned[0]))
+    if place_like is not None:
+        options["place_like"] = as_corner_uv(place_like, "place_like", len(mesh.faces))
+    return start_job(_native.unwrap, mesh, options, threads, parametrization_from)
 
 
 @solver_call
@@ -177,49 +165,254 @@ def auto_seams(
     Raises:
         InvalidInput, NotConverged, Cancelled.
     """
-    face_array = as_indices(faces, "faces", 3)
-    positions = as_vertices(vertices, face_array)
-    weighted, factors = _as_weights(weights)
-    options = dict(
-        cuts=as_indices([] if cuts is None else cuts, "cuts", 2),
-        uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
-        material=as_face_numbers(materials, "materials", len(face_array)),
-        polygon=as_face_numbers(polygons, "polygons", len(face_array)),
-        find_seams=True,
-        stretch=as_stretch(stretch),
-        sharp_angle=_as_sharp_angle(sharp_angle),
-        weighted=weighted,
-        weights=factors,
-        max_seconds=as_seconds(max_seconds, "max_seconds"),
-    )
-    native = _native.auto_seams(positions.scaled, face_array, options, as_threads(threads))
-    return Job(native, np.asarray)
-
-
-def _as_sharp_angle(value: Any) -> float:
-    if value is None:
-        return 0.0
-    angle = as_number(value, "sharp_angle")
-    if not 0.0 < angle <= np.pi:
-        raise InvalidInput(
-            f"sharp_angle must lie in (0, pi], not {shown(value)}.", code="bad option"
+    mesh = as_mesh(vertices, faces)
+    options = _options(locals(), mesh)
+    if sharp_angle is not None:
+        options["sharp_angle"] = as_number(
+            sharp_angle, "sharp_angle", "must lie in (0, pi]", lambda x: 0.0 < x <= np.pi
         )
-    return angle
+    options |= dict(find_seams=True, **_as_weights(weights))
+    return start_job(_native.auto_seams, mesh, options, threads, lambda data, _mesh: data)
 
 
-def _as_weights(values: Any) -> tuple[IntArray, FloatArray]:
+def _options(given: dict[str, Any], mesh: Mesh, names: str = "") -> dict[str, Any]:
+    """Those that unwrap and auto_seams have in common, and those with these names."""
+    options = checked(given, f"cuts uncuttable stretch max_seconds {names}")
+    for name in ("materials", "polygons"):
+        options[name] = as_face_numbers(given[name], name, len(mesh.faces))
+    return options
+
+
+def _as_weights(values: Any) -> dict[str, Any]:
     if values is None:
-        return np.zeros((0, 2), np.int32), np.zeros(0)
+        return {}
     try:
         edges, factors = values
     except Exception:  # whatever the object's own iteration raises
-        raise InvalidInput(
-            f"weights must be (edges, factors), not {shown(values)}.", code=BAD_SHAPE
-        ) from None
+        raise bad_shape(f"weights must be (edges, factors), not {shown(values)}.") from None
     pairs, numbers = as_indices(edges, "weights", 2), as_floats(factors, "weights")
     if len(pairs) != len(numbers):
-        raise InvalidInput(
-            f"weights has {counted(len(pairs), 'edge')} and {counted(len(numbers), 'factor')}. Give one factor for each edge.",
-            code=BAD_SHAPE,
+        raise bad_shape(
+            f"weights has {counted(len(pairs), 'edge')} and {counted(len(numbers), 'factor')}. Give one factor for each edge."
         )
-    return pairs, numbers
+    return dict(weighted=pairs, weights=numbers)
+
+
+#: What a certificate says of distortion.
+DISTORTION = "energy max_energy energy_p99 stretched area poor poor_islands".split()
+
+
+@dataclass(frozen=True)
+class Texture:
+    """aspect: width over height. column, row: of its UDIM tile."""
+
+    aspect: float
+    column: int = 0
+    row: int = 0
+
+    @property
+    def _scale(self) -> FloatArray:
+        return np.array([min(self.aspect, 1.0), min(1.0 / self.aspect, 1.0)])
+
+    def in_pixels(self, uv: FloatArray) -> FloatArray:
+        """UVs (..., 2) in the texture's plane."""
+        return (uv - (self.column, self.row)) * self._scale
+
+    def in_uv(self, points: FloatArray) -> FloatArray:
+        return points / self._scale + (self.column, self.row)
+
+    def beside(self) -> FloatArray:
+        """(6, 2), two triangles: what the unit square has beyond the texture."""
+        low = np.where(self._scale < 1.0, self._scale, 0.0)
+        a, b, c, d = low, np.array([1.0, low[1]]), np.array([1.0, 1.0]), np.array([low[0], 1.0])
+        return np.array([a, b, c, a, c, d])
+
+
+@solver_call
+def pack(
+    vertices: Any,
+    faces: Any,
+    uv: Any,
+    *,
+    margin: float = 0.005,
+    margin_pixels: float | None = None,
+    texture_size: int = 1024,
+    rotation: str = "straight",
+    together: bool = False,
+    scale_true: bool = False,
+    keep_bijective: bool = True,
+    groups: Any = None,
+    stack_similar: bool = False,
+    tile: int = 1001,
+    tiles: int = 1,
+    aspect: float = 1.0,
+    effort: float = 1.0,
+    unmoved: Any = None,
+    obstacles: Any = None,
+    density: float | None = None,
+    place_like: Any = None,
+    max_seconds: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Job[Parametrization]:
+    """Moves the charts of a flip-free map into the unit square, as ``unwrap`` does; only turns, shifts and scales.
+
+    Outlines are nested, holes are used. As stored in 32 bits no chart overlaps another, and any two are at least the margin
+    apart. ``stats["fill"]`` is the share of the tiles that the charts cover; ``stats["margin_met"]`` is 0 where a
+    gap, or half of one to the border, is below the margin as stored.
+
+    The map is cut where the UVs on the two sides of an edge differ. Where pinned charts and obstacles leave less than an
+    eighth of the scale that the empty unit square allows, the next free tile is taken, in the order of UDIM:
+    ``stats["tile"]`` is 1 for the tile on the right, 10 for the one above. ``stats["density"]`` is what came out.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), any triangles. uv: (m, 3, 2), one per face corner.
+        margin: least space between charts, in units of the unit square; half of it to the square's border. Lowered to
+            0.9 / (ceil(sqrt(n)) + 1) for n charts.
+        margin_pixels: the same in pixels of the texture; ``margin`` is not used then.
+        texture_size: pixels to a side, by which ``margin_pixels`` is measured.
+        rotation: "free"; "straight" (charts whose outlines run in two directions at a right angle, rectangles and the like,
+            stay along the axes, others are free); "quarters" (turns by 90 degrees only) or "none".
+        together: charts of one connected component turn and scale together, so that cuts whose sides are related by
+            a rotation and a shift stay so, with the same rotation. Otherwise every chart turns on its own.
+        scale_true: components (charts, if not together) get the size of their surface; otherwise scales keep their ratio.
+        keep_bijective: charts that do not overlap themselves go on not to, once rounded to 32 bits.
+        groups: (m,) one number per face: charts with faces of equal number keep their places relative to each other and
+            move as one; -1 is alone. Not with ``together``.
+        stack_similar: charts of equal outline lie on top of each other; ``stats["stacked"]`` counts them.
+        tile: UDIM number, 1001 to 1100, of the first tile to be considered.
+        tiles: how many, from that one on in the order of UDIM, the charts are spread over: of about equal area, at one
+            scale, which is the largest that the fullest allows. ``stats["tiles"]``: how many were taken.
+        aspect: width over height of the texture that the unit square shows. Charts turn, and gaps and distortion are measured,
+            in its pixels, the longer side being the unit of margins and densities and of ``texture_size``. In one tile only.
+        effort: of the search for a dense layout, at most: 0 puts boxes side by side, 1 is about a second of processor for 300
+            charts.
+            Below 0.5 more than 300 charts are put as boxes too.
+        unmoved: corners 3 face + corner that stay bit for bit, and their charts with them. The others keep clear of
+            them, and with scale_true take their area-weighted density if there is room.
+        obstacles: (k, 3, 2) triangles to keep clear of as well, of either orientation.
+        density: length in the plane per length of the surface, over all charts that move: taken if there is room for
+            it. Otherwise, and by default, the largest that there is room for.
+        place_like: (m, 3, 2) former UVs. If every chart that moves was a flip-free island of them, and if all of them
+            turned and moved to there, at one common scale, lie in the unit square on top of nothing, they stay there:
+            ``stats["kept_places"]`` is 1. Otherwise everything is packed. Not with ``together``.
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
+        threads: None is all cores; the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Raises:
+        InvalidInput (also for a map with flipped triangles, which are named), NotConverged, Cancelled.
+    """
+    mesh = as_mesh(vertices, faces)
+    corner_uv = as_corner_uv(uv, "uv", len(mesh.faces))
+    size = as_count(texture_size, "texture_size", least=1)
+    if margin_pixels is not None:
+        margin = (
+            as_number(
+                margin_pixels,
+                "margin_pixels",
+                f"must be at least 0 and below half of the {size} pixels of texture_size",
+                lambda x: 0.0 <= x < size / 2,
+            )
+            / size
+        )
+    options = checked(locals(), "margin groups stack_similar effort together scale_true")
+    options |= checked(locals(), "keep_bijective unmoved aspect max_seconds")
+    first = as_count(tile, "tile", least=1001, most=1100) - 1001
+    options |= dict(
+        rotation=as_choice(rotation, "rotation", ("free", "straight", "quarters", "none")),
+        tiles=as_count(tiles, "tiles", least=1, most=100),
+        first_tile=first,
+        obstacles=as_corner_uv(obstacles, "obstacles"),
+        uv=corner_uv,
+    )
+    if density is not None:
+        options["density"] = _times_power(as_positive(density, "density"), mesh.exponent)
+    if place_like is not None:
+        options["place_like"] = as_corner_uv(place_like, "place_like", len(mesh.faces))
+    texture = Texture(options.pop("aspect"), first % 10, first // 10)
+    if texture.aspect == 1.0:
+        job = start_job(_native.pack, mesh, options, threads, _packed_from)
+        return job if density is None else _OfDensity(job, float(density))
+    if options["tiles"] > 1:
+        raise bad_option(
+            "Charts are spread over several tiles only where these are squares. Pack into one tile, or leave aspect out."
+        )
+    for name in {"uv", "obstacles", "place_like"} & set(options):
+        options[name] = texture.in_pixels(options[name])
+    options["obstacles"] = np.concatenate([options["obstacles"], texture.beside()])
+    options["first_tile"] = 0
+    judge = partial(
+        job_of(certify),
+        vertices,
+        faces,
+        disjoint=not (len(options["unmoved"]) or stack_similar or groups is not None),
+        threads=threads,
+    )
+
+    def begin(packed: Parametrization) -> tuple[Parametrization, Job[Certificate]]:
+        found = _in_uv(packed, corner_uv.reshape(-1, 3, 2), texture)
+        return found, judge(found.uv)
+
+    job = start_job(_native.pack, mesh, options, threads, _packed_from)
+    job = job if density is None else _OfDensity(job, float(density))
+    return FollowedJob(job, begin, _judged, 0.8)
+
+
+def _in_uv(packed: Parametrization, before: FloatArray, texture: Texture) -> Parametrization:
+    """before: (m, 3, 2), UVs before the packing; what did not move has them again."""
+    if packed.stats["tile"] != 0:
+        raise bad_option(
+            "What stays leaves no room in the texture's tile. Pack into another tile, or leave aspect out."
+        )
+    stays = (packed.uv == texture.in_pixels(before)).all(axis=2, keepdims=True)
+    uv = frozen(np.where(stays, before, texture.in_uv(packed.uv)))
+    stats = {**packed.stats, "tile": texture.column + 10 * texture.row}
+    stats["fill"] *= max(texture.aspect, 1.0 / texture.aspect)
+    return replace(packed, uv=uv, uv64=uv, _uv32=frozen(uv.astype(np.float32)), stats=stats)
+
+
+def _judged(packed: Parametrization, judging: Job[Certificate] | None) -> Parametrization:
+    assert judging is not None
+    found = judging.result()
+    if not found.ok:
+        raise NotConverged(
+            f"The packed map failed its check: {'; '.join(found.failures)}. Leave aspect out, or pack fewer faces at once.",
+            code="certificate failed",
+            certificate=found,
+        )
+    # Distortion is that of the texture on the surface.
+    seen = {name: getattr(packed.certificate, name) for name in DISTORTION}
+    return replace(packed, certificate=replace(found, **seen))
+
+
+class _OfDensity(Job[Parametrization]):
+    """Charts that 32 bits cannot store at the density asked for are told so, not to be smaller."""
+
+    def __init__(self, job: Job[Parametrization], density: float) -> None:
+        super().__init__(job, lambda packed: packed)
+        self._density = density
+
+    def _result(self) -> Parametrization:
+        try:
+            return super()._result()
+        except NotConverged as error:
+            if error.code == "rounding to 32 bits flips triangles":
+                error.args = (
+                    f"{str(error).partition('. ')[0]}. The density asked for is {self._density:g}: give a larger one, "
+                    "or none, which makes the charts as large as there is room for.",
+                )
+            raise
+
+
+def _packed_from(data: dict[str, Any], mesh: Mesh) -> Parametrization:
+    packed = parametrization_from(data, mesh)
+    packed.stats["density"] = _times_power(packed.stats["density"], -mesh.exponent)
+    return packed
+
+
+def _times_power(number: float, exponent: int) -> float:
+    """``number`` times 2 to the exponent; beyond the range of doubles infinity, or the least number above zero."""
+    with np.errstate(over="ignore", under="ignore"):
+        result = float(np.ldexp(number, exponent))
+    return result if result > 0.0 or not number > 0.0 else 5e-324

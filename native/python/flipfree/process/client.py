@@ -11,8 +11,6 @@ import contextlib
 import json
 import os
 import shutil
-import signal
-import subprocess
 import sys
 import tempfile
 import time
@@ -21,10 +19,9 @@ from pathlib import Path
 from typing import Any
 
 from .. import jobs
-from ..errors import Cancelled, FlipfreeError, InvalidInput, NotConverged
+from ..errors import Cancelled, FlipfreeError, NotConverged
 from ..job import LONGEST_WAIT, Job
-from . import pipes, store
-from .server import MARK
+from .pipes import Child, Message, how_ended, read_object, was_killed, write_object
 
 #: Codes of errors that the process itself meets, see docs/errors.md.
 NOT_STARTED = "solver process not started"
@@ -34,7 +31,6 @@ _BOOT = (
     "import sys, json; opening = json.loads(sys.argv[1]); sys.path[:] = opening['path']; "
     "from flipfree.process import server; server.main(opening)"
 )
-_AT_ONCE = 1 << 16  # bytes
 
 
 class SolverProcess:
@@ -55,9 +51,8 @@ class SolverProcess:
         self._command = list(command)
         self._or_here = or_here
         self._environment = dict(environment or {})
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process: Child | None = None
         self._folder: Path | None = None
-        self._read = b""
         self._ready = False
         self._calls = 0
         self._job: ProcessJob | None = None
@@ -68,7 +63,7 @@ class SolverProcess:
         """Of the process, while there is one."""
         return None if self._process is None else self._process.pid
 
-    def start(self, name: str, *arguments: Any, **options: Any) -> Job[Any] | ProcessJob:
+    def start(self, name: str, *arguments: Any, **options: Any) -> Job[Any]:
         """Starts ``flipfree.jobs.<name>`` there. What it raises at once here, the job's ``result`` raises."""
         if self._job is not None and not self._job.ended:
             self.close()  # whoever started it has let go of it
@@ -78,7 +73,7 @@ class SolverProcess:
         try:
             self._open()
             assert self._folder is not None
-            store.write(self._folder / f"call-{self._calls}", (name, arguments, options))
+            write_object(self._folder / f"call-{self._calls}", (name, arguments, options))
         except OSError as error:
             self.close()
             why = f"{self._command[0]}: {error.strerror or error}"  # the system names no command
@@ -99,15 +94,7 @@ class SolverProcess:
         """Ends the process, whatever it is doing, and removes its files. What is mapped from them stays."""
         process, self._process = self._process, None
         if process is not None:
-            process.kill()
-            for stream in (process.stdin, process.stdout):
-                assert stream is not None
-                with contextlib.suppress(OSError):
-                    stream.close()
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                process.wait(
-                    timeout=0.05
-                )  # the system may still be busy with its memory; it ends by itself
+            process.end(patience=0.05)
         folder, self._folder = self._folder, None
         if folder is not None:
             shutil.rmtree(folder, ignore_errors=True)
@@ -122,43 +109,23 @@ class SolverProcess:
             return
         self.close()
         self._folder = folder = Path(tempfile.mkdtemp(prefix="flipfree-"))
-        self._read, self._ready = b"", False
+        self._ready = False
         opening = {
             "parent": os.getpid(),
             "folder": str(folder),
             "path": [entry for entry in sys.path if entry and os.path.exists(entry)],
         }
-        with (folder / "said").open("wb") as said:
-            self._process = subprocess.Popen(
-                [*self._command, "-I", "-B", "-c", _BOOT, json.dumps(opening)],
-                bufsize=0,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=said,
-                env={**os.environ, **self._environment},
-                start_new_session=os.name == "posix",  # the terminal's Ctrl C is the parent's
-                creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
-            )
+        command = [*self._command, "-I", "-B", "-c", _BOOT, json.dumps(opening)]
+        self._process = Child(command, self._environment)
 
-    def send(self, message: Mapping[str, Any]) -> None:
-        assert self._process is not None and self._process.stdin is not None
-        # If it has died, whoever waits for it will see.
-        pipes.send(self._process.stdin, json.dumps(message).encode() + b"\n")
+    def send(self, message: Message) -> None:
+        assert self._process is not None
+        self._process.tell(message)
 
     def receive(self, seconds: float) -> list[dict[str, Any]] | None:
         """What it has said by then; None once it has ended and all was read."""
-        if self._process is None:
-            return None
-        assert self._process.stdout is not None
-        found: list[dict[str, Any]] = []
-        while pipes.readable(self._process.stdout, seconds):
-            data = os.read(self._process.stdout.fileno(), _AT_ONCE)
-            if not data:
-                return found or None
-            *lines, self._read = (self._read + data).split(b"\n")
-            found += [json.loads(line[len(MARK) :]) for line in lines if line.startswith(MARK)]
-            seconds = 0.0
-        self._ready |= any("ready" in message for message in found)
+        found = None if self._process is None else self._process.heard(seconds)
+        self._ready |= any("ready" in message for message in found or ())
         return found
 
     def answer(self, number: int) -> tuple[str, Any]:
@@ -166,7 +133,7 @@ class SolverProcess:
         assert self._folder is not None
         answer: tuple[str, Any]
         try:
-            answer = store.read(self._folder / f"answer-{number}")
+            answer = read_object(self._folder / f"answer-{number}")
         except OSError as error:  # somebody tidies up
             return "error", _ended(f"left no answer: {error}")
         for name in ("call", "answer"):
@@ -177,13 +144,12 @@ class SolverProcess:
     def death(self) -> FlipfreeError:
         """Why it is no longer there, as an error for whoever waits for it."""
         assert self._process is not None
-        status, said = self._process.wait(), self._last_words()
+        status = self._process.wait()
+        said = next(reversed(self._process.said), "")
         if not self._ready:
             return not_started(said or f"it ended with status {status}")
-        how = f"ended with status {status}"
-        if status < 0:
-            how = f"was ended by signal {-status} ({signal.strsignal(-status)})"
-        if os.name == "posix" and status == -signal.SIGKILL:
+        how = how_ended(status)
+        if was_killed(status):
             how += ", perhaps because memory ran out"
         return _ended(f"{how}. {said}")
 
@@ -193,17 +159,9 @@ class SolverProcess:
             self.solved_here = str(error)
         return bool(self.solved_here)
 
-    def _last_words(self) -> str:
-        if self._folder is None:
-            return ""
-        with contextlib.suppress(OSError):
-            lines = (self._folder / "said").read_text(errors="replace").split("\n")
-            return next((line.strip() for line in reversed(lines) if line.strip()), "")
-        return ""
 
-
-class ProcessJob:
-    """A call that is being solved in another process; the same to its user as :class:`flipfree.job.Job`."""
+class ProcessJob(Job[Any]):
+    """A call that is being solved in another process."""
 
     def __init__(
         self,
@@ -218,7 +176,6 @@ class ProcessJob:
         self._answer: tuple[str, Any] | None = None
         self._here: Job[Any] | None = None  # the same call, where no process could be started
         self._accepted = False
-        self._collected = False
 
     @property
     def ended(self) -> bool:
@@ -280,23 +237,16 @@ class ProcessJob:
             self._process.close()
             self._answer = ("error", Cancelled("Cancelled by the caller.", code="cancelled"))
 
-    def result(self) -> Any:
-        """Waits for the end; the result, once, or the solver's exception."""
+    def _result(self) -> Any:
         while not self.wait(LONGEST_WAIT):
             pass
         if self._here is not None:
             return self._here.result()
-        if self._collected:
-            raise InvalidInput(
-                "The result of this job was already collected. Keep it, it is not held here.",
-                code="bad option",
-            )
-        self._collected = True
         assert self._answer is not None
         kind, value = self._answer
-        self._answer = ("error", None)
         if kind == "error":
             raise value
+        self._answer = ("error", None)  # it is not held here
         return value
 
 

@@ -1,12 +1,110 @@
-"""Pipes to and from a child, in a program that may not be Python's own: Blender leaves SIGPIPE at what ends a process."""
+"""Children that are talked to: in lines of JSON through pipes, with arrays in files, and not for longer than their parent lives.
+
+In a program that may not be Python's own: Blender leaves SIGPIPE at what ends a process.
+"""
 
 from __future__ import annotations
 
+import collections
+import contextlib
+import ctypes
+import json
+import mmap
 import os
+import pickle
 import select
 import signal
+import struct
+import subprocess
+import sys
 import time
-from typing import IO
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import IO, Any
+
+Message = Mapping[str, Any]
+
+#: Begins every line that a child says to its parent.
+_MARK = b"@flipfree "
+_AT_ONCE = 1 << 16  # bytes
+_KEPT_LINES = 12
+_ALIGNED = 64
+_PR_SET_PDEATHSIG = 1
+
+
+class Child(subprocess.Popen[bytes]):
+    """``said``: the last lines that are no messages."""
+
+    def __init__(self, command: Sequence[str], environment: Mapping[str, str]) -> None:
+        """Raises OSError."""
+        super().__init__(
+            list(command),
+            bufsize=0,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            env={**os.environ, **environment},
+            start_new_session=os.name == "posix",  # the terminal's Ctrl C is the parent's
+            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+        )
+        self.said: collections.deque[str] = collections.deque(maxlen=_KEPT_LINES)
+        self._read = b""
+
+    def tell(self, message: Message) -> None:
+        """If it has died, whoever waits for its answer will see."""
+        assert self.stdin is not None
+        send(self.stdin, json.dumps(message).encode() + b"\n")
+
+    def heard(self, seconds: float) -> list[dict[str, Any]] | None:
+        """Its messages by then; None once it has ended and all was read."""
+        assert self.stdout is not None
+        found: list[dict[str, Any]] = []
+        while readable(self.stdout, seconds):
+            data = os.read(self.stdout.fileno(), _AT_ONCE)
+            if not data:
+                return found or None
+            *lines, self._read = (self._read + data).split(b"\n")
+            for line in lines:
+                if line.startswith(_MARK):
+                    found.append(json.loads(line[len(_MARK) :]))
+                elif line.strip():
+                    self.said.append(line.decode(errors="replace").rstrip())
+            seconds = 0.0
+        return found
+
+    def end(self, patience: float | None = None) -> None:
+        """Ends it and what it has started, whatever it is doing; the system may be busy with its memory for longer than the
+        patience to wait."""
+        with contextlib.suppress(OSError):
+            if os.name == "posix" and self.poll() is None:
+                os.killpg(self.pid, signal.SIGKILL)
+            else:
+                self.kill()
+        for stream in (self.stdin, self.stdout):
+            assert stream is not None
+            with contextlib.suppress(OSError):
+                stream.close()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.wait(patience)
+
+
+def say(message: Message) -> None:
+    """The child's side: in one piece, on a line of its own, past whatever is still in buffers."""
+    data = b"\n" + _MARK + json.dumps(message, allow_nan=False).encode() + b"\n"
+    while data:
+        data = data[os.write(1, data) :]
+
+
+def how_ended(status: int) -> str:
+    """A process with this status, in words."""
+    if status < 0:
+        return f"was ended by signal {-status} ({signal.Signals(-status).name})"
+    return f"ended with status {status}"
+
+
+def was_killed(status: int) -> bool:
+    """Perhaps because memory ran out."""
+    return os.name == "posix" and status == -signal.SIGKILL
 
 
 def send(stream: IO[bytes], data: bytes) -> bool:
@@ -37,15 +135,11 @@ def readable(stream: IO[bytes], seconds: float) -> bool:
     """Whether it can be read without waiting, or has ended; waits for that as long."""
     if os.name != "nt":
         return bool(select.select([stream.fileno()], [], [], seconds)[0])
-    return _readable_on_windows(stream.fileno(), seconds)
-
-
-def _readable_on_windows(descriptor: int, seconds: float) -> bool:
-    """A pipe there can only be looked into."""
+    # A pipe there can only be looked into.
     import _winapi
     import msvcrt
 
-    handle = msvcrt.get_osfhandle(descriptor)  # type: ignore[attr-defined]
+    handle = msvcrt.get_osfhandle(stream.fileno())  # type: ignore[attr-defined]
     end = time.monotonic() + seconds
     while True:
         try:
@@ -56,3 +150,70 @@ def _readable_on_windows(descriptor: int, seconds: float) -> bool:
         if time.monotonic() >= end:
             return False
         time.sleep(0.005)
+
+
+def die_with(parent: int, by: int | None = None) -> bool:
+    """A parent that is killed takes its children along, where the system can do that; elsewhere they have to notice.
+
+    by: the signal that they get then; None is one that nobody can ignore. False: it had died before, so no signal will come.
+    """
+    if sys.platform.startswith("linux"):
+        ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, by or signal.SIGKILL)
+        return os.getppid() == parent or _is_ancestor(parent)
+    return True
+
+
+def _is_ancestor(pid: int) -> bool:
+    """A launcher may stand between a child and its parent."""
+    at = os.getpid()
+    while at > 1:
+        try:
+            at = int(Path(f"/proc/{at}/stat").read_text().rpartition(")")[2].split()[1])
+        except (OSError, ValueError, IndexError):
+            return True
+        if at == pid:
+            return True
+    return False
+
+
+def write_object(path: Path, value: object) -> None:
+    """A Python object, its arrays beside it as they lie in memory: reading one copies nothing.
+
+    count of arrays, their sizes (64-bit numbers) | the rest, pickled | each array, at a multiple of 64 bytes
+
+    Raises OSError if there is no room.
+    """
+    buffers: list[pickle.PickleBuffer] = []
+    rest = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
+    arrays = [buffer.raw() for buffer in buffers]
+    sizes = [len(rest), *(array.nbytes for array in arrays)]
+    with path.open("wb") as file:
+        file.write(struct.pack(f"<Q{len(sizes)}Q", len(sizes), *sizes))
+        file.write(rest)
+        for array in arrays:
+            file.seek(_aligned(file.tell()))
+            file.write(array)
+
+
+def read_object(path: Path) -> Any:
+    """Only of files that this user's own processes have written: whoever writes them decides what happens here. Arrays can be
+    written to, which changes no file."""
+    with path.open("rb") as file:
+        if os.name == "nt":  # which removes no file that is mapped
+            data = memoryview(bytearray(file.read()))
+        else:
+            data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_COPY))
+    (count,) = struct.unpack_from("<Q", data)
+    sizes = struct.unpack_from(f"<{count}Q", data, 8)
+    at = 8 + 8 * count
+    rest, at = data[at : at + sizes[0]], at + sizes[0]
+    arrays = []
+    for size in sizes[1:]:
+        at = _aligned(at)
+        arrays.append(data[at : at + size])
+        at += size
+    return pickle.loads(rest, buffers=arrays)
+
+
+def _aligned(place: int) -> int:
+    return -(-place // _ALIGNED) * _ALIGNED

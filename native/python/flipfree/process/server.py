@@ -10,28 +10,19 @@ import shutil
 import signal
 import sys
 import threading
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from .. import jobs
 from ..errors import FlipfreeError, NotConverged
 from ..job import POLL_SECONDS, Job
-from . import store
-from .lifetime import die_with
-
-#: Begins every line that a child says to its parent.
-MARK = b"@flipfree-process "
-
-Message = Mapping[str, Any]
+from .pipes import Message, die_with, read_object, say, write_object
 
 _NICER = 5
 
 
 def main(opening: Message) -> None:
     """opening: {"parent": pid, "folder": where calls and answers lie}. Does not return."""
-    out = os.dup(1)
-    os.dup2(2, 1)  # libraries that print say it elsewhere
     _stand_back()
     folder = Path(opening["folder"])
     signal.signal(signal.SIGTERM, lambda *_: _leave(folder))
@@ -39,11 +30,11 @@ def main(opening: Message) -> None:
         _leave(folder)
     messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(messages, folder), daemon=True).start()
-    _say(out, {"ready": True})
+    say({"ready": True})
     while True:
         message = messages.get()
         if "call" in message:
-            _answer(out, message, folder, messages)
+            _answer(message, folder, messages)
 
 
 def _listen(messages: queue.SimpleQueue[Message], folder: Path) -> None:
@@ -59,21 +50,21 @@ def _leave(folder: Path) -> None:
     os._exit(0)
 
 
-def _answer(out: int, message: Message, folder: Path, messages: queue.SimpleQueue[Message]) -> None:
+def _answer(message: Message, folder: Path, messages: queue.SimpleQueue[Message]) -> None:
     number, target = message["call"], folder / f"answer-{message['call']}"
     answer: tuple[str, object]
     try:
-        name, arguments, options = store.read(folder / f"call-{number}")
-        answer = ("result", _solve(out, getattr(jobs, name)(*arguments, **options), messages))
+        name, arguments, options = read_object(folder / f"call-{number}")
+        answer = ("result", _solve(getattr(jobs, name)(*arguments, **options), messages))
     except FlipfreeError as error:
         answer = ("error", error)
     except Exception as error:
         answer = ("error", _internal(error))
     try:
-        store.write(target, answer)
+        write_object(target, answer)
     except Exception as error:  # no room for it
-        store.write(target, ("error", _internal(error)))
-    _say(out, {"answer": number})
+        write_object(target, ("error", _internal(error)))
+    say({"answer": number})
 
 
 def _internal(error: Exception) -> NotConverged:
@@ -83,23 +74,17 @@ def _internal(error: Exception) -> NotConverged:
     )
 
 
-def _solve(out: int, job: Job[Any], messages: queue.SimpleQueue[Message]) -> object:
+def _solve(job: Job[Any], messages: queue.SimpleQueue[Message]) -> object:
     told = None
     while not job.wait(POLL_SECONDS):
         now = job.progress()
         if now != told:
             told = now
-            _say(out, {"progress": now})
+            say({"progress": now})
         while not messages.empty():
             if "accept" in messages.get():
                 job.accept()
     return job.result()
-
-
-def _say(out: int, line: Message) -> None:
-    data = MARK + json.dumps(line).encode() + b"\n"
-    while data:
-        data = data[os.write(out, data) :]
 
 
 def _stand_back() -> None:

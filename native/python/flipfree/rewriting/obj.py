@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import IntArray
+from ..results import IntArray
 from .polygons import NewMap, OnPolygons, on_polygons
 
 #: Statements besides faces whose words name vertices, and perhaps texture coordinates behind a slash.

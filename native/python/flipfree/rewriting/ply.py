@@ -5,13 +5,14 @@ Texture coordinates of vertices are the old map, which other programs would take
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from .ply_body import Body, Places, Property, body_of
 from .polygons import NewMap, on_polygons
 
 _TYPES = {
@@ -29,13 +30,30 @@ _OF_VERTICES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 
+#: (rows, properties + 1): where every property of every row begins, and the last one ends. Places are bytes of a binary file,
+#: words of a text.
+Places = npt.NDArray[np.int64]
+
+#: (a, b) -> values a to b as they are written.
+Cells = Callable[[int, int], bytes]
+
+
+@dataclass(frozen=True)
+class _Property:
+    """kind: numpy's name of its type. count: that of a list's length; empty: it is no list."""
+
+    name: str
+    kind: str
+    count: str = ""
+
+
 @dataclass
 class _Element:
     """header: its own line, then those of its properties with what stands between them."""
 
     name: str
     count: int
-    properties: list[Property] = field(default_factory=list)
+    properties: list[_Property] = field(default_factory=list)
     header: list[bytes] = field(default_factory=list)
 
     def announce(self, count: int, properties: dict[int, bytes | None]) -> None:
@@ -69,7 +87,7 @@ def rewritten(content: bytes, new: NewMap) -> bytes:
     return b"\n".join([*lines, b"end_header"]) + b"\n" + b"".join(parts) + body.rest()
 
 
-def _parsed(content: bytes) -> tuple[list[bytes], list[_Element], Body]:
+def _parsed(content: bytes) -> tuple[list[bytes], list[_Element], _Body]:
     """The header's lines before the first element, the elements with theirs, what follows the header."""
     elements: list[_Element] = []
     head: list[bytes] = []
@@ -81,25 +99,25 @@ def _parsed(content: bytes) -> tuple[list[bytes], list[_Element], Body]:
         words = [word.decode("latin-1") for word in line.split()]
         match words:
             case ["end_header", *_]:
-                return head, elements, body_of(content[at:], order)
+                return head, elements, _Body(content[at:], order) if order else _Words(content[at:])
             case ["format", name, *_]:
                 order = _ORDERS[name]
             case ["element", name, count, *_]:
                 elements.append(_Element(name, int(count)))
             case ["property", "list", count, kind, *name]:
-                one = Property(" ".join(name[:1]), _TYPES[kind], _TYPES[count])
+                one = _Property(" ".join(name[:1]), _TYPES[kind], _TYPES[count])
                 elements[-1].properties.append(one)
             case ["property", kind, *name]:
-                elements[-1].properties.append(Property(" ".join(name[:1]), _TYPES[kind]))
+                elements[-1].properties.append(_Property(" ".join(name[:1]), _TYPES[kind]))
         (elements[-1].header if elements else head).append(line)
 
 
-def _copied(body: Body, places: Places) -> Iterator[bytes]:
+def _copied(body: _Body, places: Places) -> Iterator[bytes]:
     for begin, end in body.runs(places):
         yield body.row([body.cut(begin, end)])
 
 
-def _vertices(element: _Element, places: Places, body: Body, new: NewMap) -> Iterator[bytes]:
+def _vertices(element: _Element, places: Places, body: _Body, new: NewMap) -> Iterator[bytes]:
     names = {p.name: k for k, p in reversed([*enumerate(element.properties)]) if not p.count}
     pair = next((pair for pair in _OF_VERTICES if set(pair) <= set(names)), ())
     old = sorted(names[name] for name in pair)
@@ -116,7 +134,7 @@ def _vertices(element: _Element, places: Places, body: Body, new: NewMap) -> Ite
 
 
 def _new_vertices(
-    element: _Element, places: Places, body: Body, new: NewMap, kept: list[int]
+    element: _Element, places: Places, body: _Body, new: NewMap, kept: list[int]
 ) -> Iterator[bytes]:
     """They have of every property what those around them have, weighted; empty lists."""
     ones = np.ones(element.count, np.int64)
@@ -136,7 +154,7 @@ def _new_vertices(
         yield body.row([cell(i, i + 1) for cell in cells])
 
 
-def _faces(element: _Element, places: Places, body: Body, new: NewMap) -> Iterator[bytes]:
+def _faces(element: _Element, places: Places, body: _Body, new: NewMap) -> Iterator[bytes]:
     lists = {p.name: k for k, p in reversed([*enumerate(element.properties)]) if p.count}
     corner_at = next(lists[name] for name in _CORNERS if name in lists)
     texture_at = lists.get(_TEXTURE, len(element.properties))
@@ -193,3 +211,136 @@ def _faces(element: _Element, places: Places, body: Body, new: NewMap) -> Iterat
         for _ in placed.pieces[p]:
             yield row_of(row, at, at + 3)
             at += 3
+
+
+class _Body:
+    """The values behind a header, which are found, cut out and written in the same terms; elements are taken from it one after
+    the other. order: of the bytes of numbers, "<" or ">"."""
+
+    def __init__(self, content: bytes, order: str) -> None:
+        self._at = 0
+        self._content: Sequence[Any] = content
+        self._order = order
+
+    def width(self, kind: str) -> int:
+        """Places that a value takes."""
+        return int(kind[1])
+
+    def cut(self, begin: int, end: int) -> bytes:
+        """What stands there."""
+        return bytes(self._content[begin:end])
+
+    def numbers(self, kind: str, starts: Places, counts: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Values of one type, as many as told from each of these places on."""
+        width = self.width(kind)
+        at = _each(starts, counts, width)
+        content = np.frombuffer(self._content, np.uint8)  # type: ignore[call-overload]
+        rows = np.ascontiguousarray(content[at[:, None] + np.arange(width)])
+        found: npt.NDArray[Any] = rows.view(self._order + kind).ravel()
+        return found
+
+    def cells(self, kind: str, values: npt.NDArray[Any]) -> Cells:
+        """Values that are to be written."""
+        width, text = self.width(kind), values.astype(self._order + kind).tobytes()
+        return lambda a, b: text[a * width : b * width]
+
+    def row(self, parts: list[bytes]) -> bytes:
+        """The parts of one row, or of several that are one part."""
+        return b"".join(parts)
+
+    def runs(self, places: Places) -> list[tuple[int, int]]:
+        """Rows that can be cut out in one piece."""
+        return [(int(places[0, 0]), int(places[-1, -1]))] if len(places) else []
+
+    def rest(self) -> bytes:
+        """What no element has taken."""
+        return self.cut(self._at, len(self._content))
+
+    def places(self, count: int, properties: list[_Property]) -> Places:
+        """Those of the element that comes next."""
+        if count == 0 or not properties:
+            return np.full((0, len(properties) + 1), self._at, np.int64)
+        found = self._uniform(count, properties)
+        if found is None:
+            rows, at = [], self._at
+            for _ in range(count):
+                rows.append(self._row(at, properties))
+                at = rows[-1][-1]
+            found = np.array(rows, np.int64)
+        self._at = int(found[-1, -1])
+        return found
+
+    def _row(self, at: int, properties: list[_Property]) -> list[int]:
+        row = [at]
+        for p in properties:
+            if p.count:
+                at += self.width(p.count) + self.width(p.kind) * self._length(p.count, at)
+            else:
+                at += self.width(p.kind)
+            row.append(at)
+        return row
+
+    def _uniform(self, count: int, properties: list[_Property]) -> Places | None:
+        """If all rows have lists as long as the first one's."""
+        first = np.array(self._row(self._at, properties), np.int64)
+        found: Places = first + (first[-1] - first[0]) * np.arange(count)[:, None]
+        if found[-1, -1] > len(self._content):
+            return None
+        ones = np.ones(count, np.int64)
+        for k, p in enumerate(properties):
+            if p.count:
+                try:
+                    lengths = self.numbers(p.count, found[:, k], ones)
+                except ValueError:  # words of longer rows before
+                    return None
+                if (lengths != lengths[0]).any():
+                    return None
+        return found
+
+    def _length(self, kind: str, at: int) -> int:
+        raw = self.cut(at, at + self.width(kind))
+        return int.from_bytes(raw, "big" if self._order == ">" else "little", signed=kind[0] == "i")
+
+
+class _Words(_Body):
+    """The same of a text."""
+
+    def __init__(self, content: bytes) -> None:
+        super().__init__(b"", "")
+        self._content = content.split()
+
+    def width(self, kind: str) -> int:
+        return 1
+
+    def cut(self, begin: int, end: int) -> bytes:
+        return b" ".join(self._content[begin:end])
+
+    def numbers(self, kind: str, starts: Places, counts: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        read = float if kind[0] == "f" else int
+        return np.array([read(self._content[at]) for at in _each(starts, counts, 1).tolist()])
+
+    def cells(self, kind: str, values: npt.NDArray[Any]) -> Cells:
+        form = {"f4": "%.9g", "f8": "%r"}.get(kind, "%d")
+        words = [(form % value).encode() for value in values.tolist()]
+        return lambda a, b: b" ".join(words[a:b])
+
+    def row(self, parts: list[bytes]) -> bytes:
+        return b" ".join(part for part in parts if part) + b"\n"
+
+    def runs(self, places: Places) -> list[tuple[int, int]]:
+        return [(row[0], row[-1]) for row in places.tolist()]
+
+    def rest(self) -> bytes:
+        return b""
+
+    def _length(self, kind: str, at: int) -> int:
+        return int(self._content[at])
+
+
+def _each(starts: Places, counts: npt.NDArray[Any], width: int) -> Places:
+    """Places of all values: counts[i] of them from starts[i] on."""
+    counts = counts.astype(np.int64)
+    before = np.cumsum(counts) - counts
+    within = np.arange(int(counts.sum())) - np.repeat(before, counts)
+    found: Places = np.repeat(starts, counts) + width * within
+    return found

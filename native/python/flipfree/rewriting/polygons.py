@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray, IntArray
+from ..results import FloatArray, IntArray
 
 Float32Array = npt.NDArray[np.float32]
 

@@ -1,38 +1,42 @@
-"""Commands that take any mesh: unwrap, improve, repair, pack, check."""
+"""Commands that take any mesh: unwrap, improve, repair, pack, check; and what they make of maps for textures that are no
+squares (--aspect)."""
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 from ...calls.certification import certify
 from ...calls.improving import improve as improve_map
 from ...calls.improving import repair as repair_map
-from ...calls.packing import pack as pack_map
+from ...calls.unwrapping import pack as pack_map
 from ...calls.unwrapping import unwrap as unwrap_mesh
-from .. import numbers, seams
-from . import texture
+from ...results import Parametrization
+from ..arguments import add_seam_arguments
+from ..numbers import add_aspect, add_choice, add_flags, add_options
 from .model import Model, Solved
 
 
-def flags(parser: argparse.ArgumentParser, **texts: str) -> None:
-    for name, text in texts.items():
-        parser.add_argument(f"--{name.replace('_', '-')}", action="store_true", help=text)
+def _taken(options: dict[str, Any], names: str) -> dict[str, Any]:
+    """Options that calls have by the same name."""
+    return {name: options[name] for name in names.split()}
 
 
 def unwrap_arguments(parser: argparse.ArgumentParser) -> None:
-    seams.arguments(parser)
-    flags(
+    add_seam_arguments(parser)
+    add_flags(
         parser,
         keep_charts="cut where the file's charts end",
         allow_overlaps="islands may overlap themselves",
         no_new_cuts="crush islands that would lie on top of themselves rather than cut them",
         short_cuts="do not cut closed parts along legs and fingers",
     )
-    parser.add_argument(
-        "--margin", type=numbers.margin, default=0.005, help="between packed islands"
-    )
-    texture.argument(parser)
+    add_options(parser, margin="between packed islands")
+    add_aspect(parser)
 
 
 def unwrap(model: Model, options: dict[str, Any]) -> Solved:
@@ -42,57 +46,65 @@ def unwrap(model: Model, options: dict[str, Any]) -> Solved:
         cuts=model.seams if options["keep_charts"] else None,
         uncuttable=model.diagonals,
         polygons=model.file.polygons,
-        seams=options["seams"],
-        stretch=options["stretch"],
         bijective=not options["allow_overlaps"],
         may_add_cuts=not options["no_new_cuts"],
         cut_extremities=not options["short_cuts"],
-        margin=options["margin"],
+        **_taken(options, "seams stretch margin"),
         effort=0.2 if options["aspect"] == 1.0 else 0.0,
         **model.limits,
     )
     if options["aspect"] != 1.0:
-        found = texture.packed(model, found, options)
+        found = _packed(model, found, options)
     return Solved(found.certificate, found, figures={"islands": int(found.stats["charts"])})
 
 
-def improve_arguments(parser: argparse.ArgumentParser) -> None:
-    flags(parser, allow_overlaps="islands may overlap themselves")
-    parser.add_argument(
-        "--iterations", type=numbers.iterations, default=200, help="most steps per island"
+def _packed(model: Model, found: Parametrization, options: dict[str, Any]) -> Parametrization:
+    """The islands of an unwrap, as the texture shows them."""
+    packed = pack_map(
+        model.vertices,
+        model.faces,
+        found.uv / [options["aspect"], 1.0],
+        margin=options["margin"],
+        scale_true=True,
+        keep_bijective=not options["allow_overlaps"],
+        effort=0.2,  # as unwrap itself packs
+        aspect=options["aspect"],
+        **model.limits,
     )
-    texture.argument(parser)
+    return found.at(
+        packed,
+        certificate=replace(packed.certificate, mends=found.certificate.mends),
+        stats={**found.stats, "fill": packed.stats["fill"]},
+    )
+
+
+def improve_arguments(parser: argparse.ArgumentParser) -> None:
+    add_flags(parser, allow_overlaps="islands may overlap themselves")
+    add_options(parser, iterations="most steps per island")
+    add_aspect(parser)
 
 
 def improve(model: Model, options: dict[str, Any]) -> Solved:
     found = improve_map(
         (model.vertices, model.faces, model.uv()),
         keep_bijective=not options["allow_overlaps"],
-        iterations=options["iterations"],
-        aspect=options["aspect"],
+        **_taken(options, "iterations aspect"),
         **model.limits,
     )
     return Solved(found.certificate, found)
 
 
 def repair_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--overlaps",
-        choices=("cut", "open", "keep"),
-        default="cut",
-        help="what becomes of islands on themselves",
-    )
-    parser.add_argument(
+    add_choice(parser, "--overlaps", "cut open keep", "what becomes of islands on themselves")
+    add_choice(
+        parser,
         "--stretched",
-        choices=("keep", "improve"),
-        default="keep",
-        help="what becomes of islands drawn out much more than an unwrap of them is",
+        "keep improve",
+        "what becomes of islands drawn out much more than an unwrap of them is",
     )
-    parser.add_argument(
-        "--margin", type=numbers.margin, default=0.005, help="around islands that move"
-    )
-    flags(parser, move_apart="islands that lie on larger ones are put where there is room")
-    texture.argument(parser)
+    add_options(parser, margin="around islands that move")
+    add_flags(parser, move_apart="islands that lie on larger ones are put where there is room")
+    add_aspect(parser)
 
 
 def repair(model: Model, options: dict[str, Any]) -> Solved:
@@ -101,11 +113,8 @@ def repair(model: Model, options: dict[str, Any]) -> Solved:
         model.faces,
         model.uv(whole=False),
         uncuttable=model.diagonals,
-        overlaps=options["overlaps"],
-        stretched=options["stretched"],
         disjoint=options["move_apart"],
-        margin=options["margin"],
-        aspect=options["aspect"],
+        **_taken(options, "overlaps stretched margin aspect"),
         **model.limits,
     )
     figures = {
@@ -118,26 +127,20 @@ def repair(model: Model, options: dict[str, Any]) -> Solved:
 
 
 def pack_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--margin-pixels", type=numbers.pixels, default=2.0, help="least gap between islands"
+    add_options(parser, margin_pixels="least gap between islands", texture_size="pixels to a side")
+    add_choice(parser, "--rotation", "straight free quarters none")
+    add_options(
+        parser,
+        tile="UDIM tile to pack into",
+        tiles="UDIM tiles to spread islands over",
+        effort="of the search",
     )
-    parser.add_argument(
-        "--texture-size", type=numbers.texture_size, default=1024, help="pixels to a side"
-    )
-    parser.add_argument(
-        "--rotation", choices=("free", "straight", "quarters", "none"), default="straight"
-    )
-    parser.add_argument("--tile", type=numbers.tile, default=1001, help="UDIM tile to pack into")
-    parser.add_argument(
-        "--tiles", type=numbers.tiles, default=1, help="UDIM tiles to spread islands over"
-    )
-    parser.add_argument("--effort", type=numbers.effort, default=1.0, help="of the search")
-    flags(
+    add_flags(
         parser,
         keep_sizes="islands keep their sizes relative to each other, not one texel density",
         stack_similar="islands of equal outline lie on top of each other",
     )
-    texture.argument(parser)
+    add_aspect(parser)
 
 
 def pack(model: Model, options: dict[str, Any]) -> Solved:
@@ -145,15 +148,9 @@ def pack(model: Model, options: dict[str, Any]) -> Solved:
         model.vertices,
         model.faces,
         model.uv(),
-        margin_pixels=options["margin_pixels"],
-        texture_size=options["texture_size"],
-        rotation=options["rotation"],
-        tile=options["tile"],
-        tiles=options["tiles"],
-        effort=options["effort"],
         scale_true=not options["keep_sizes"],
         stack_similar=options["stack_similar"],
-        aspect=options["aspect"],
+        **_taken(options, "margin_pixels texture_size rotation tile tiles effort aspect"),
         **model.limits,
     )
     warnings = []
@@ -165,8 +162,8 @@ def pack(model: Model, options: dict[str, Any]) -> Solved:
 
 
 def check_arguments(parser: argparse.ArgumentParser) -> None:
-    flags(parser, allow_stacked="islands may lie on each other")
-    texture.argument(parser)
+    add_flags(parser, allow_stacked="islands may lie on each other")
+    add_aspect(parser)
 
 
 def check(model: Model, options: dict[str, Any]) -> Solved:
@@ -180,3 +177,22 @@ def check(model: Model, options: dict[str, Any]) -> Solved:
         **model.limits,
     )
     return Solved(certificate)
+
+
+def with_aspect_of_pins(
+    model: Model, met: Parametrization, held: npt.NDArray[np.bool_], options: dict[str, Any]
+) -> Parametrization:
+    """A map that met pins, with its shape on the texture as far as what is held leaves it open."""
+    places = np.empty((len(met.vertices), 2))
+    places[met.faces] = met.uv
+    kept = np.flatnonzero(held).tolist()
+    found = improve_map(
+        met,
+        pins=dict(zip(kept, map(tuple, places[kept].tolist()), strict=True)),
+        keep_bijective=not options["allow_overlaps"],
+        repair=False,
+        aspect=options["aspect"],
+        **model.limits,
+    )
+    measured = met.certificate.provenance_failures
+    return met.at(found, certificate=replace(found.certificate, provenance_failures=measured))

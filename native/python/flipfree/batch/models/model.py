@@ -11,16 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ...calls.mesh_files import MeshFile, read
-from ...errors import InvalidInput
-from ...results import Certificate, Parametrization
-from ...separated import SeparatedSurface, separate
+from ...errors import InvalidInput, bad_option
+from ...results import Certificate, FloatArray, IntArray, Parametrization
+from ...separated import SeparatedSurface, edge_keys, separate
 from ..results import beside
-from .welding import welded
-
-IntArray = npt.NDArray[np.int32]
 
 #: What a call is left with when the time is over: it says so then, or has something to return.
 LEAST_SECONDS = 1e-3
@@ -50,7 +46,7 @@ class Model:
         return {"max_seconds": left, "threads": self.threads}
 
     @property
-    def vertices(self) -> npt.NDArray[np.float64]:
+    def vertices(self) -> FloatArray:
         return self.file.vertices
 
     @cached_property
@@ -70,7 +66,7 @@ class Model:
         """(s, 2) edges where the file's charts end."""
         return replace(self.file, faces=self.faces).seams()
 
-    def uv(self, *, whole: bool = True) -> npt.NDArray[np.float64]:
+    def uv(self, *, whole: bool = True) -> FloatArray:
         """(n, 3, 2) as in the file. NaN where it has none, which only ``whole=False`` lets pass."""
         uv = self.file.uv
         if uv is None or (whole and not np.isfinite(uv).all()):
@@ -92,13 +88,9 @@ class Model:
         try:
             found = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
-            raise InvalidInput(
-                f"{path} cannot be read: {error}. Correct it.", code="bad option"
-            ) from error
+            raise bad_option(f"{path} cannot be read: {error}. Correct it.") from error
         if not isinstance(found, dict):
-            raise InvalidInput(
-                f"{path} must hold one object {{...}}. Correct it.", code="bad option"
-            )
+            raise bad_option(f"{path} must hold one object {{...}}. Correct it.")
         return found
 
 
@@ -129,3 +121,61 @@ def as_written(model: Model, result: Parametrization) -> Parametrization | MeshF
         uv = result.uv32().astype(np.float64)
         return replace(model.file, uv=uv)
     return result
+
+
+def welded(vertices: FloatArray, faces: IntArray) -> IntArray:
+    """(n,) vertex that each vertex is taken for; see :func:`welded_along`. faces: (m, 3)."""
+    if len(faces) == 0 or not (0 <= faces.min() and faces.max() < len(vertices)):
+        return np.arange(len(vertices), dtype=np.int32)
+    face = np.repeat(np.arange(len(faces), dtype=np.int32), 3)
+    return welded_along(vertices, faces.ravel(), np.roll(faces, -1, axis=1).ravel(), face)
+
+
+def welded_along(vertices: FloatArray, start: IntArray, end: IntArray, face: IntArray) -> IntArray:
+    """(n,) vertex that each vertex is taken for, itself or a smaller number at exactly the same place.
+
+    Two boundary edges that lie on each other with opposite directions were one; where more lie there, none does. So no edge
+    gets more than two faces, and parts that touch in points or along whole sheets stay apart. No two corners of a
+    face become one. Linear but for sorting.
+
+    Args:
+        vertices: (n, 3). start, end: (s,) vertices of every side of every face, in the face's direction. face: (s,).
+    """
+    same = np.arange(len(vertices), dtype=np.int32)
+    _, place = np.unique(vertices + 0.0, axis=0, return_inverse=True)  # + 0.0: -0.0 is 0.0
+    place = place.reshape(-1)
+    sides = edge_keys(np.stack([start, end], axis=1))
+    _, edge, faces_there = np.unique(sides, return_inverse=True, return_counts=True)
+    rim = np.flatnonzero(faces_there[edge.reshape(-1)] == 1)
+    places = edge_keys(place[np.stack([start, end], axis=1)[rim]])
+    order = rim[np.argsort(places, kind="stable")]
+    _, first, sizes = np.unique(np.sort(places), return_index=True, return_counts=True)
+    a, b = order[first[sizes == 2]], order[first[sizes == 2] + 1]
+    opposite = (place[start[a]] == place[end[b]]) & (place[start[a]] != place[end[a]])
+    a, b = a[opposite], b[opposite]
+    label = _merged(same, np.r_[start[a], end[a]], np.r_[end[b], start[b]])
+    return _without_pinched(label, start, face)
+
+
+def _without_pinched(label: IntArray, corner: IntArray, face: IntArray) -> IntArray:
+    """The same without classes to which two corners of one face belong."""
+    rows = np.stack([face, label[corner], corner], axis=1)
+    rows = np.unique(rows, axis=0)  # a face's vertices, each once
+    twice = (rows[1:, 0] == rows[:-1, 0]) & (rows[1:, 1] == rows[:-1, 1])
+    pinched = np.zeros(len(label), bool)
+    pinched[rows[1:][twice, 1]] = True
+    apart = pinched[label]
+    found = label.copy()
+    found[apart] = np.flatnonzero(apart)
+    return found
+
+
+def _merged(label: IntArray, a: IntArray, b: IntArray) -> IntArray:
+    """The smallest vertex of every class that the pairs make; each round halves the longest chain at least."""
+    while True:
+        low = np.minimum(label[a], label[b])
+        if np.array_equal(label[a], label[b]):
+            return label
+        np.minimum.at(label, label[a], low)
+        np.minimum.at(label, label[b], low)
+        label = label[label]

@@ -1,9 +1,13 @@
-"""Commands that want a clean surface, which they make of what they get: match, conformal, seamless, field."""
+"""Commands that want a clean surface, which they make of what they get: match, conformal, seamless, field.
+
+Solvers that want one connected surface get the parts one after the other; they are packed together at the end.
+"""
 
 from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -11,41 +15,38 @@ import numpy as np
 import numpy.typing as npt
 
 from ...calls.certification import certify
-from ...calls.conformal_map import conformal as conformal_map
+from ...calls.conformal import boundary_angles, suggest_cones
+from ...calls.conformal import conformal as conformal_map
+from ...calls.matching import held_by_pins
 from ...calls.matching import match as match_pins
-from ...calls.packing import pack
+from ...calls.seamless import cross_field, field_aligned
 from ...calls.seamless import seamless as seamless_map
-from ...calls.target_angles import boundary_angles, suggest_cones
-from ...errors import Infeasible, InvalidInput, NotConverged
-from ...fields.aligned import field_aligned
-from ...fields.cross_fields import cross_field
-from ...results import Parametrization
-from ...separated import SeparatedSurface
-from ...shaped import held_by_pins
+from ...calls.unwrapping import pack
+from ...errors import FlipfreeError, Infeasible, InvalidInput, NotConverged, bad_pins
+from ...results import FloatArray, IntArray, Parametrization, Transitions
+from ...separated import SeparatedSurface, edge_keys, islands
 from .. import numbers
-from . import texture
-from .any_mesh import flags
+from .any_mesh import with_aspect_of_pins
 from .model import Model, Solved
-from .parts import IntArray, each_part
 
-FloatArray = npt.NDArray[np.float64]
+#: (vertices, faces, clean vertex of each vertex) -> map
+SolvePart = Callable[[FloatArray, IntArray, IntArray], Parametrization]
 
 _FREE = "a boundary is free, as no map was found with one along the axes"
 _ENLARGED = "parts too small beside the others for 32 bits are larger than in scale"
 
 
 def match_arguments(parser: argparse.ArgumentParser) -> None:
-    flags(parser, allow_overlaps="islands may overlap themselves")
-    texture.argument(parser)
+    numbers.add_flags(parser, allow_overlaps="islands may overlap themselves")
+    numbers.add_aspect(parser)
 
 
 def match(model: Model, options: dict[str, Any]) -> Solved:
     told = model.told("pins")
     if told is None:
-        raise InvalidInput(
+        raise bad_pins(
             f"{model.source.name}.pins.json is missing: the pins, such as "
-            '{"points": {"0": [0.0, 0.5]}, "lines": [{"vertices": [3, 4], "uv": [[0, 0], [1, 0]]}]}.',
-            code="bad pins",
+            '{"points": {"0": [0.0, 0.5]}, "lines": [{"vertices": [3, 4], "uv": [[0, 0], [1, 0]]}]}.'
         )
     clean = model.clean()
     points, lines = _points(model, clean, told), _lines(model, clean, told)
@@ -56,9 +57,7 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
         own_lines = [([number[v] for v in vs], uv) for vs, uv in lines if vs[0] in number]
         if not own and not own_lines:
             where = clean.vertex_origin[used[0]]
-            raise InvalidInput(
-                f"The part with vertex {where} has no pins. Give it some.", code="bad pins"
-            )
+            raise bad_pins(f"The part with vertex {where} has no pins. Give it some.")
         met = match_pins(
             vertices,
             faces,
@@ -71,7 +70,7 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
             return met
         pinned = np.zeros(len(vertices), bool)
         pinned[[*own, *(v for vs, _ in own_lines for v in vs)]] = True
-        return texture.of_pins(model, met, held_by_pins(met, faces, pinned), options)
+        return with_aspect_of_pins(model, met, held_by_pins(met, faces, pinned), options)
 
     found = each_part(clean, solve)
     whole = clean.on_input(found)
@@ -94,9 +93,8 @@ def _points(
     try:
         points = {int(v): (float(uv[0]), float(uv[1])) for v, uv in given.items()}
     except (AttributeError, TypeError, ValueError, IndexError):
-        raise InvalidInput(
-            'points must be {"vertex": [u, v], ...}. Correct the file with the pins.',
-            code="bad pins",
+        raise bad_pins(
+            'points must be {"vertex": [u, v], ...}. Correct the file with the pins.'
         ) from None
     _refuse_unknown(model, points)
     return clean.copies(points)
@@ -115,13 +113,13 @@ def _lines(
                 np.array(line["uv"], float).reshape(-1, 2),
             )
         except (KeyError, TypeError, ValueError):
-            raise InvalidInput(
-                'lines must be [{"vertices": [...], "uv": [[u, v], ...]}, ...]. Correct the file with the pins.',
-                code="bad pins",
+            raise bad_pins(
+                'lines must be [{"vertices": [...], "uv": [[u, v], ...]}, ...]. '
+                "Correct the file with the pins."
             ) from None
         _refuse_unknown(model, vertices)
         if len(vertices) < 2:
-            raise InvalidInput("A line needs two vertices at least. Correct it.", code="bad pins")
+            raise bad_pins("A line needs two vertices at least. Correct it.")
         lines.append((copy[vertices].tolist(), uv))
     return lines
 
@@ -130,26 +128,22 @@ def _refuse_unknown(model: Model, vertices: Any) -> None:
     known = set(np.unique(model.faces).tolist())
     for v in vertices:
         if v not in known:
-            raise InvalidInput(
-                f"Vertex {v} is no face's (numbers from 0, the first of those in one place). Correct the file beside the model.",
-                code="bad pins",
+            raise bad_pins(
+                f"Vertex {v} is no face's (numbers from 0, the first of those in one place). "
+                "Correct the file beside the model."
             )
 
 
 def conformal_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
+    numbers.add_choice(
+        parser,
         "--cones",
-        choices=("auto", "suggested", "none"),
-        default="auto",
-        help="auto: of the file beside the model, else suggested for closed parts",
+        "auto suggested none",
+        "auto: of the file beside the model, else suggested for closed parts",
     )
-    parser.add_argument(
-        "--bound", type=numbers.bound, default=4.0, help="of the scale, for suggested cones"
-    )
-    parser.add_argument("--boundary", choices=("free", "straight", "circle"), default="free")
-    parser.add_argument(
-        "--margin", type=numbers.margin, default=0.005, help="between packed islands"
-    )
+    numbers.add_options(parser, bound="of the scale, for suggested cones")
+    numbers.add_choice(parser, "--boundary", "free straight circle")
+    numbers.add_options(parser, margin="between packed islands")
 
 
 def conformal(model: Model, options: dict[str, Any]) -> Solved:
@@ -181,10 +175,7 @@ def conformal(model: Model, options: dict[str, Any]) -> Solved:
         margin=options["margin"],
         **model.limits,
     )
-    placed = replace(
-        found, uv=packed.uv, uv64=packed.uv64, _uv32=packed.uv32(), certificate=packed.certificate
-    )
-    whole = clean.on_input(placed)
+    whole = clean.on_input(found.at(packed))
     return Solved(whole.certificate, whole)
 
 
@@ -203,26 +194,28 @@ def _cones(model: Model) -> dict[int, float]:
 
 
 def _is_closed(faces: IntArray) -> bool:
-    sides = np.concatenate([faces[:, (k, (k + 1) % 3)] for k in range(3)])
-    keys = np.sort(sides, axis=1).astype(np.int64) @ np.array([1 << 32, 1])
-    return bool((np.unique(keys, return_counts=True)[1] == 2).all())
+    return bool((np.unique(_sides(faces), axis=0, return_counts=True)[1] == 2).all())
+
+
+def _sides(faces: IntArray) -> IntArray:
+    """(3 m, 2) sides of the faces, the smaller vertex first: all first sides, all second ones, all third ones."""
+    return np.sort(np.concatenate([faces[:, (k, (k + 1) % 3)] for k in range(3)]), axis=1)
 
 
 def seamless_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
+    numbers.add_choice(
+        parser,
         "--cones",
-        choices=("auto", "suggested"),
-        default="auto",
-        help="auto: of the file beside the model, else suggested",
+        "auto suggested",
+        "auto: of the file beside the model, else suggested",
     )
-    _seamless_arguments(parser, ("aligned_or_free", "aligned", "free"))
-    parser.add_argument("--engine", choices=("auto", "penner", "padding"), default="auto")
+    _add_seamless_arguments(parser)
+    numbers.add_choice(parser, "--engine", "auto penner padding")
 
 
-def _seamless_arguments(parser: argparse.ArgumentParser, boundaries: tuple[str, ...]) -> None:
-    """The first boundary is the default."""
-    parser.add_argument("--boundary", choices=boundaries, default=boundaries[0])
-    flags(
+def _add_seamless_arguments(parser: argparse.ArgumentParser) -> None:
+    numbers.add_choice(parser, "--boundary", "aligned_or_free aligned free")
+    numbers.add_flags(
         parser,
         no_optimise="leave the distortion as the engine does",
         surface_scale="one UV unit is one unit of the model; otherwise the map fits the unit square",
@@ -249,16 +242,12 @@ def seamless(model: Model, options: dict[str, Any]) -> Solved:
         uncuttable=clean.edges(model.diagonals),
         **model.limits,
     )
-    solved = _placed(model, clean, found, options)
-    if found.stats.get("freed_boundaries", 0):
-        solved.warnings.append(_FREE)
-    if found.stats.get("enlarged_islands", 0):
-        solved.warnings.append(_ENLARGED)
-    return solved
+    freed = bool(found.stats.get("freed_boundaries", 0))
+    return _placed(model, clean, found, options, freed)
 
 
 def _placed(
-    model: Model, clean: SeparatedSurface, found: Parametrization, options: dict[str, Any]
+    model: Model, clean: SeparatedSurface, found: Parametrization, options: Any, freed: bool
 ) -> Solved:
     """In the unit square unless it is to stay; judged again as it is written then."""
     certificate = found.certificate
@@ -280,15 +269,17 @@ def _placed(
         )
         found = replace(found, uv=uv, uv64=uv, _uv32=stored)
     whole = clean.on_input(replace(found, certificate=certificate))
-    return Solved(whole.certificate, whole, figures={"cones": len(cones)})
+    enlarged = bool(found.stats.get("enlarged_islands", 0))
+    warnings = [_FREE] * freed + [_ENLARGED] * enlarged
+    return Solved(whole.certificate, whole, warnings, {"cones": len(cones)})
 
 
 def field_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
+    numbers.add_choice(
+        parser,
         "--field",
-        choices=("curvature", "smooth", "edges", "flow"),
-        default="curvature",
-        help="what the map's lines run along: edges at which the surface folds, the flow of quads",
+        "curvature smooth edges flow",
+        "what the map's lines run along: edges at which the surface folds, the flow of quads",
     )
     parser.add_argument(
         "--curvature", type=numbers.real(0.0, 1.0), default=0.5, help="its weight, 0 to 1"
@@ -296,8 +287,8 @@ def field_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sharp-from", type=numbers.real(0.0, 180.0), default=30.0, help="degrees, for edges"
     )
-    parser.add_argument("--keep-near-cones", action="store_true", help="that bend opposite ways")
-    _seamless_arguments(parser, ("aligned_or_free", "aligned", "free"))
+    numbers.add_flags(parser, keep_near_cones="that bend opposite ways")
+    _add_seamless_arguments(parser)
 
 
 def field(model: Model, options: dict[str, Any]) -> Solved:
@@ -307,54 +298,38 @@ def field(model: Model, options: dict[str, Any]) -> Solved:
         sharp = _folds(clean, math.radians(options["sharp_from"]))
     elif options["field"] == "flow":
         sharp = clean.edges(_flow(model))
+
+    def follow(aligned: bool) -> Parametrization:
+        direction = cross_field(
+            clean.vertices,
+            clean.faces,
+            sharp_edges=sharp,
+            alignment=min(options["curvature"], 0.99) if options["field"] == "curvature" else 0.0,
+            boundary=aligned,
+            simplify=not options["keep_near_cones"],
+            **model.limits,
+        )
+        return field_aligned(
+            clean.vertices,
+            clean.faces,
+            field=direction,
+            boundary="aligned" if aligned else "free",
+            optimise=not options["no_optimise"],
+            uncuttable=clean.edges(model.diagonals),
+            **model.limits,
+        )
+
     freed = False
     try:
-        found = _followed(model, clean, sharp, options, aligned=options["boundary"] != "free")
+        found = follow(options["boundary"] != "free")
     except (InvalidInput, Infeasible, NotConverged):
-        if options["boundary"] != "aligned_or_free" or not _is_open(clean):
+        if options["boundary"] != "aligned_or_free" or _is_closed(clean.faces):
             raise
         freed = True
-        found = _followed(model, clean, sharp, options, aligned=False)
-    solved = _placed(model, clean, found, options)
+        found = follow(False)
+    solved = _placed(model, clean, found, options, freed)
     solved.figures["degrees_off_field"] = math.degrees(found.stats["angle_mean"])
-    if freed:
-        solved.warnings.append(_FREE)
-    if found.stats.get("enlarged_islands", 0):
-        solved.warnings.append(_ENLARGED)
     return solved
-
-
-def _followed(
-    model: Model,
-    clean: SeparatedSurface,
-    sharp: IntArray | None,
-    options: dict[str, Any],
-    *,
-    aligned: bool,
-) -> Parametrization:
-    direction = cross_field(
-        clean.vertices,
-        clean.faces,
-        sharp_edges=sharp,
-        alignment=min(options["curvature"], 0.99) if options["field"] == "curvature" else 0.0,
-        boundary=aligned,
-        simplify=not options["keep_near_cones"],
-        **model.limits,
-    )
-    return field_aligned(
-        clean.vertices,
-        clean.faces,
-        field=direction,
-        boundary="aligned" if aligned else "free",
-        optimise=not options["no_optimise"],
-        uncuttable=clean.edges(model.diagonals),
-        **model.limits,
-    )
-
-
-def _is_open(clean: SeparatedSurface) -> bool:
-    sides = np.sort(np.concatenate([clean.faces[:, (k, (k + 1) % 3)] for k in range(3)]), axis=1)
-    return bool((np.unique(sides, axis=0, return_counts=True)[1] == 1).any())
 
 
 def _folds(clean: SeparatedSurface, angle: float) -> IntArray:
@@ -362,9 +337,8 @@ def _folds(clean: SeparatedSurface, angle: float) -> IntArray:
     corner = clean.vertices[clean.faces]
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    sides = np.concatenate([clean.faces[:, (k, (k + 1) % 3)] for k in range(3)])
     face = np.tile(np.arange(len(clean.faces)), 3)
-    pairs = np.sort(sides, axis=1)
+    pairs = _sides(clean.faces)
     order = np.lexsort((pairs[:, 1], pairs[:, 0]))
     both = np.flatnonzero((pairs[order][1:] == pairs[order][:-1]).all(axis=1))
     left, right = order[both], order[both + 1]
@@ -376,7 +350,71 @@ def _flow(model: Model) -> IntArray:
     """(s, 2) sides of the file's faces with four corners."""
     polygons = model.file.polygons
     quads = np.isin(polygons, np.flatnonzero(np.bincount(polygons) == 2))
-    sides = np.concatenate([model.faces[quads][:, (k, (k + 1) % 3)] for k in range(3)])
-    pairs = np.unique(np.sort(sides, axis=1), axis=0)
-    inner = np.sort(model.diagonals, axis=1).astype(np.int64) @ np.array([1 << 32, 1])
-    return pairs[~np.isin(pairs.astype(np.int64) @ np.array([1 << 32, 1]), inner)]
+    pairs = np.unique(_sides(model.faces[quads]), axis=0)
+    return pairs[~np.isin(edge_keys(pairs), edge_keys(model.diagonals))]
+
+
+def each_part(clean: SeparatedSurface, solve: SolvePart) -> Parametrization:
+    """The parts' maps in the numbers of the clean surface, its vertices first. Places overlap; certificate and ``stats`` are
+    the first part's that is not ok, or the first one's: judge the whole again."""
+    pieces = []
+    label, _ = islands(clean.faces)
+    for first in np.unique(label):
+        own = np.flatnonzero(label == first).astype(np.int32)
+        used, numbers = np.unique(clean.faces[own], return_inverse=True)
+        faces = numbers.reshape(-1, 3).astype(np.int32)
+        try:
+            found = solve(clean.vertices[used], faces, used.astype(np.int32))
+        except FlipfreeError as error:
+            error.kind, error.elements = _on_input(clean, used, own, error)
+            raise
+        pieces.append((own, used, found))
+    return pieces[0][2] if len(pieces) == 1 else _combined(clean, pieces)
+
+
+def _on_input(
+    clean: SeparatedSurface, used: npt.NDArray[Any], own: IntArray, error: FlipfreeError
+) -> tuple[str, list[int]]:
+    ids = np.array(error.elements, np.int64)
+    if error.kind in ("vertex", "edge") and (ids < len(used)).all():
+        return error.kind, clean.vertex_origin[used[ids]].tolist()
+    if error.kind == "face" and (ids < len(own)).all():
+        return error.kind, clean.face_origin[own[ids]].tolist()
+    return "none", []
+
+
+def _combined(
+    clean: SeparatedSurface, pieces: list[tuple[IntArray, npt.NDArray[Any], Parametrization]]
+) -> Parametrization:
+    count = len(clean.vertices)
+    first_parent, first_weights = np.zeros(count, np.int32), np.zeros((count, 3))
+    rows: dict[str, list[npt.NDArray[Any]]] = {}
+    for own, used, found in pieces:
+        old, added = len(used), len(found.vertices) - len(used)
+        number = np.concatenate([used, count + np.arange(added)]).astype(np.int32)
+        count += added
+        first_parent[used] = own[found.vertex_parent[:old]]
+        first_weights[used] = found.vertex_barycentric[:old]
+        columns: dict[str, npt.NDArray[Any]] = {
+            "vertices": found.vertices[old:],
+            "faces": number[found.faces],
+            "uv": found.uv,
+            "uv64": found.uv64,
+            "_uv32": found.uv32(),
+            "parent_face": own[found.parent_face],
+            "vertex_parent": own[found.vertex_parent[old:]],
+            "vertex_barycentric": found.vertex_barycentric[old:],
+            "cut_edges": number[found.cut_edges].reshape(-1, 2),
+            "turns": found.transitions.quarter_turns,
+            "shifts": found.transitions.translation.reshape(-1, 2),
+        }
+        for name, values in columns.items():
+            rows.setdefault(name, []).append(values)
+    rows["vertices"].insert(0, clean.vertices)
+    rows["vertex_parent"].insert(0, first_parent)
+    rows["vertex_barycentric"].insert(0, first_weights)
+    arrays: dict[str, Any] = {name: np.concatenate(values) for name, values in rows.items()}
+    transitions = Transitions(arrays.pop("turns"), arrays.pop("shifts"))
+    results = [found for _, _, found in pieces]
+    worst = next((r for r in results if not r.certificate.ok), results[0])
+    return replace(worst, transitions=transitions, **arrays)

@@ -1,12 +1,15 @@
-"""One model of a batch, from its file to its map's file."""
+"""The commands of `python -m flipfree`, and one model of a batch, from its file to its map's file."""
 
 from __future__ import annotations
 
+import argparse
 import glob
+import math
 import os
 import platform
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +17,69 @@ import numpy as np
 
 from ... import _native
 from ...calls.mesh_files import write
+from ...distortion import derivatives, percentiles
 from ...errors import InvalidInput
+from ...results import Certificate, Parametrization
 from ...texts import above_bound, turned_over
 from ..child import Engine
 from ..plan import Formats
 from ..results import Record
 from ..run import not_written
 from ..worker import Unit
-from .commands import COMMANDS, Command
-from .figures import of_certificate, percentiles
-from .model import Model, Solved, as_written, read_model
+from . import any_mesh, surfaces
+from .model import Solve, Solved, as_written, read_model
 
 FORMATS = Formats(reads=(".obj", ".off", ".ply", ".stl"), writes=(".obj", ".ply"))
+
+
+@dataclass(frozen=True)
+class Command:
+    """``arguments`` adds the command's options to its parser; ``writes``: there is an output; ``cure``: what to do about a map
+    above the stretch bound."""
+
+    text: str
+    solve: Solve
+    arguments: Callable[[argparse.ArgumentParser], None]
+    writes: bool = True
+    cure: str = "unwrap it, which finds seams"
+
+
+COMMANDS = {
+    "unwrap": Command(
+        "islands onto the plane, packed",
+        any_mesh.unwrap,
+        any_mesh.unwrap_arguments,
+        cure="--seams auto and a lower --stretch cut it further",
+    ),
+    "match": Command(
+        "pins met exactly",
+        surfaces.match,
+        surfaces.match_arguments,
+        cure="move pins nearer to where their surroundings are",
+    ),
+    "conformal": Command(
+        "maps without shear",
+        surfaces.conformal,
+        surfaces.conformal_arguments,
+        cure="more cones even it out: --cones suggested with a lower --bound",
+    ),
+    "seamless": Command(
+        "seams match by quarters",
+        surfaces.seamless,
+        surfaces.seamless_arguments,
+        cure="more cones, in the file beside the model, even it out",
+    ),
+    "field": Command(
+        "seamless, along a field",
+        surfaces.field,
+        surfaces.field_arguments,
+        cure="a finer mesh or another field follows the surface better",
+    ),
+    "improve": Command("less distortion", any_mesh.improve, any_mesh.improve_arguments),
+    "repair": Command("flips mended", any_mesh.repair, any_mesh.repair_arguments),
+    "pack": Command("islands nested into a tile", any_mesh.pack, any_mesh.pack_arguments),
+    "check": Command("the certificate of a map", any_mesh.check, any_mesh.check_arguments, False),
+}
 
 
 def versions() -> dict[str, str]:
@@ -66,13 +120,10 @@ def unit_of(settings: Mapping[str, Any]) -> Unit:
             write(target, as_written(model, solved.map), keep=keep)
         except (OSError, InvalidInput) as error:
             return not_written(target, error)
-        return record | {"written": True, "vertices_added": added(model, solved)}
+        added = len(solved.map.vertices) - len(model.vertices)
+        return record | {"written": True, "vertices_added": added}
 
     return solve
-
-
-def added(model: Model, solved: Solved) -> int:
-    return 0 if solved.map is None else len(solved.map.vertices) - len(model.vertices)
 
 
 def record_of(command: Command, solved: Solved, options: Mapping[str, Any]) -> Record:
@@ -100,6 +151,59 @@ def record_of(command: Command, solved: Solved, options: Mapping[str, Any]) -> R
         **solved.figures,
     }
     if found is not None:
-        seen = found.uv * [options.get("aspect", 1.0), 1.0]
-        record["percentiles"] = percentiles(found.vertices, found.faces, seen)
+        record["percentiles"] = _percentiles(found, options.get("aspect", 1.0))
     return record
+
+
+#: Percentiles by area.
+_SHARES = (5, 50, 95, 99)
+
+_COUNTS = (
+    *("triangles", "flips64", "flips32", "turned", "overlaps", "island_overlaps"),
+    *("winding_failures", "pin_failures", "seam_failures", "cone_failures"),
+    *("seam_edges", "seams_exact32"),
+)
+
+
+def of_certificate(certificate: Certificate) -> dict[str, Any]:
+    """Counts of -1: not measured; figures that were not: null, as JSON has no NaN."""
+    found: dict[str, Any] = {"ok": certificate.ok}
+    found |= {name: int(getattr(certificate, name)) for name in _COUNTS}
+    for name in ("energy", "energy_p99", "max_energy"):
+        value = float(getattr(certificate, name))
+        found[name] = value if math.isfinite(value) and value >= 0 else None
+    found["stretched"] = certificate.stretched if certificate.stretched >= 0 else None
+    found["poor"] = certificate.poor
+    found["poor_islands"] = certificate.poor_islands.tolist()
+    found["mends"] = {mend.what: mend.count for mend in certificate.mends}
+    found["failures"] = list(certificate.failures)
+    return found
+
+
+def _percentiles(found: Parametrization, aspect: float) -> dict[str, dict[str, float]] | None:
+    """{"energy" | "angle" | "area": {"p5": ..., ...}} over the surface by area, at the scale that keeps the whole area.
+
+    energy: (|J|^2 + |J^-1|^2) / 4; angle: larger by smaller stretch; area: UV area by surface area. 1 is isometric. None for a
+    surface without area.
+    """
+    squares, area, twice = derivatives(found.vertices, found.faces, found.uv * [aspect, 1.0])
+    good = (twice > 0) & (area > 0)
+    if not good.any():
+        return None
+    squares, area, twice = squares[good], area[good], twice[good]
+    with np.errstate(all="ignore"):
+        scale = twice.sum() / (area * twice).sum()
+        squares, area = squares * scale, area * scale
+        root = np.sqrt(np.maximum(squares**2 - 4 * area**2, 0.0))
+        values = {
+            "energy": (squares + squares / area**2) / 4,
+            "angle": (squares + root) / (2 * area),
+            "area": area,
+        }
+        return {
+            name: {
+                f"p{share}": at if math.isfinite(at) else -1.0
+                for share, at in zip(_SHARES, percentiles(value, twice, _SHARES), strict=True)
+            }
+            for name, value in values.items()
+        }

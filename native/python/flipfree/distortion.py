@@ -8,12 +8,13 @@ crushed makes all others look stretched. So a map with a mean above the bound ha
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..calls.fans import islands
+from . import _native
 
 Array = npt.NDArray[Any]
 
@@ -28,30 +29,38 @@ _MOST_ISLANDS = 100
 def energies(vertices: Array, faces: Array, uv: Array, aspect: float = 1.0) -> tuple[Array, Array]:
     """((m,) energy, (m,) area on the surface) of the triangles of uv (m, 3, 2), whichever way they run there; those without
     area in the map have infinite energy. aspect: of the texture on which they are measured."""
-    corner = np.asarray(vertices, np.float64)[faces]
-    x, y = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
-    plane = np.asarray(uv, np.float64).reshape(-1, 3, 2) * [aspect, 1.0]
-    u, v = plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]
+    squares, mapped, twice = derivatives(vertices, faces, uv * np.array([aspect, 1.0]))
     with np.errstate(all="ignore"):
-        twice = np.linalg.norm(np.cross(x, y), axis=1)
-        mapped = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-        # |J|^2 is a ratio of dot products and areas (Pinkall and Polthier 1993); |J^-1| = |J| / |det J|.
-        squares = _dot(u, u) * _dot(y, y) - 2.0 * _dot(u, v) * _dot(x, y) + _dot(v, v) * _dot(x, x)
-        direct, inverse = squares / twice**2, squares / mapped**2
-        measured = np.isfinite(direct) & np.isfinite(inverse) & (twice > 0.0)
-        # Each triangle's own: direct s^2 + inverse / s^2 is smallest at s^4 = inverse / direct.
-        scale = _median(np.sqrt(inverse[measured] / direct[measured]), twice[measured])
-        energy = (direct * scale + inverse / scale) / 4.0
+        inverse = squares / mapped**2  # |J^-1| = |J| / |det J|
+        measured = np.isfinite(squares) & np.isfinite(inverse) & (twice > 0.0)
+        # Each triangle's own: squares s^2 + inverse / s^2 is smallest at s^4 = inverse / squares.
+        own = np.sqrt(inverse[measured] / squares[measured])
+        scale = percentiles(own, twice[measured], (50,))[0] if len(own) else 1.0
+        energy = (squares * scale + inverse / scale) / 4.0
     energy[~np.isfinite(energy)] = np.inf
     return energy, twice / 2.0
 
 
-def _median(values: Array, weights: Array) -> float:
-    if not len(values):
-        return 1.0
+def derivatives(vertices: Array, faces: Array, uv: Array) -> tuple[Array, Array, Array]:
+    """Of each triangle |J|^2, det J, and twice the area on the surface."""
+    corner = np.asarray(vertices, np.float64)[faces]
+    x, y = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    plane = np.asarray(uv, np.float64).reshape(-1, 3, 2)
+    u, v = plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]
+    with np.errstate(all="ignore"):
+        twice = np.linalg.norm(np.cross(x, y), axis=1)
+        mapped = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+        # |J|^2 is a ratio of dot products and areas (Pinkall and Polthier 1993).
+        squares = _dot(u, u) * _dot(y, y) - 2.0 * _dot(u, v) * _dot(x, y) + _dot(v, v) * _dot(x, x)
+        return squares / twice**2, mapped / twice, twice
+
+
+def percentiles(values: Array, weights: Array, shares: Sequence[int]) -> list[float]:
+    """Of values that weigh something together."""
     order = np.argsort(values, kind="stable")
     total = np.cumsum(weights[order])
-    return float(values[order[min(int(np.searchsorted(total, total[-1] / 2)), len(order) - 1)]])
+    places = np.searchsorted(total, [total[-1] * share / 100 for share in shares])
+    return [float(values[order[min(int(at), len(order) - 1)]]) for at in places]
 
 
 def _dot(a: Array, b: Array) -> Array:
@@ -67,7 +76,7 @@ def stretched_share(energy: Array, area: Array) -> float:
 
 def stretched_islands(faces: Array, uv: Array, energy: Array, area: Array) -> npt.NDArray[np.int32]:
     """(k,) a face of each island with a mean energy above the bound, the worst first, at most 100."""
-    label = islands(faces, np.asarray(uv, np.float32).reshape(-1, 3, 2))[0]
+    label = _native.islands(faces, np.asarray(uv, np.float32).reshape(-1, 2))[0]
     counted = area > 0.0
     whole = np.bincount(label, area, len(label))
     with np.errstate(all="ignore"):

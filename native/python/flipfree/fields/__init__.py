@@ -1,1 +1,0 @@
-"""Cross fields and maps that follow them."""

@@ -1,1 +1,0 @@
-"""What is known of a map by its values alone, and what follows from it."""
