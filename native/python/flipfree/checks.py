@@ -216,9 +216,8 @@ def _each(
 
 
 def as_indices(values: Any, name: str, columns: int | None = None) -> IntArray:
-    """``values`` as a C-contiguous int32 array, None as an empty one; fractions and values out of range are refused."""
-    array = _as_array([] if values is None else values, name, "whole numbers")
-    array = _shaped(array, name, columns)
+    """``values`` as a C-contiguous int32 array; fractions and values out of range are refused."""
+    array = _shaped(_as_array(values, name, "whole numbers"), name, columns)
     if array.size == 0:
         return np.zeros(array.shape, np.int32)
     array = _to_whole_numbers(array, name)
@@ -228,9 +227,14 @@ def as_indices(values: Any, name: str, columns: int | None = None) -> IntArray:
     return np.ascontiguousarray(array, dtype=np.int32)
 
 
+def as_optional_indices(values: Any, name: str, columns: int | None = None) -> IntArray:
+    """The same, and None as none."""
+    return as_indices([] if values is None else values, name, columns)
+
+
 def as_face_numbers(values: Any, name: str, face_count: int) -> IntArray:
     """One whole number for each face, or none at all for None."""
-    array = as_indices(values, name)
+    array = as_optional_indices(values, name)
     if values is not None and len(array) != face_count:
         raise bad_shape(
             f"{name} must have as many numbers as there are faces, {face_count}, not {len(array)}."
@@ -282,7 +286,7 @@ def _unit_of(array: FloatArray) -> int:
 
 def as_places(values: Any, name: str) -> FloatArray:
     """``values`` as (n, 2) places of the map, refused where no stored UV could be so large."""
-    array = as_floats([] if values is None else values, name, 2)
+    array = as_floats(values, name, 2)
     refuse_beyond_storage(array, name)
     return array
 
@@ -354,8 +358,8 @@ OPTIONS: dict[str, Callable[[Any, str], Any]] = {
     **dict.fromkeys(("keep_bijective", "low_distortion", "may_add_cuts", "optimise"), as_flag),
     **dict.fromkeys(("repair", "require_convergence", "scale_true", "seamless"), as_flag),
     **dict.fromkeys(("simplify", "stack_similar", "together"), as_flag),
-    **dict.fromkeys(("cuts", "uncuttable"), partial(as_indices, columns=2)),
-    **dict.fromkeys(("corners", "groups", "movable", "unmoved"), as_indices),
+    **dict.fromkeys(("cuts", "uncuttable"), partial(as_optional_indices, columns=2)),
+    **dict.fromkeys(("corners", "groups", "movable", "unmoved"), as_optional_indices),
     "aspect": partial(
         as_number,
         must=f"is the texture's width over its height, in [1/{MOST_ASPECT:g}, {MOST_ASPECT:g}]",

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from .checks import as_corner_uv, as_face_numbers, as_indices, as_mesh
+from .checks import as_corner_uv, as_face_numbers, as_indices, as_mesh, as_optional_indices
 from .errors import InvalidInput, bad_shape
 from .job import ours_only
 from .results import FloatArray, IntArray, Mend, Parametrization, frozen, mends_from
@@ -182,7 +182,7 @@ def separate(
     rest, triangles, vertex_origin, face_origin, turned, collapsed, mends = _native.separate(
         mesh.scaled,
         mesh.faces,
-        as_indices(seams, "seams", 2),
+        as_optional_indices(seams, "seams", 2),
         as_face_numbers(materials, "materials", count),
         as_face_numbers(polygons, "polygons", count),
     )
@@ -213,7 +213,7 @@ def split_fans(faces: Any, *, cuts: Any = None) -> tuple[IntArray, IntArray]:
         the order of their first triangles; vertices without triangles are left out. Linear, 0.1 s for two million triangles.
     """
     triangles, origin = _native.split_fans(
-        as_indices(faces, "faces", 3), as_indices(cuts, "cuts", 2)
+        as_indices(faces, "faces", 3), as_optional_indices(cuts, "cuts", 2)
     )
     return triangles, origin
 

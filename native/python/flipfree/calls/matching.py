@@ -15,6 +15,7 @@ from ..checks import (
     as_indices,
     as_list,
     as_mesh,
+    as_optional_indices,
     as_places,
     as_vertex_map,
     checked,
@@ -32,8 +33,6 @@ Lines = Sequence[tuple[Sequence[int], Any]]
 ENGINES = ("auto", "first try", "outline", "arms", "matchmaker")
 
 SHAPES = ("circle", "square", "triangle")
-STARTS = ("tutte", "nothing")
-METHODS = ("ladder", "schnyder", "progressive", "tutte")
 
 
 @solver_call
@@ -92,9 +91,9 @@ def embed(
     if initial_uv is not None:
         options["initial"] = as_floats(initial_uv, "initial_uv", 2)
     options |= dict(
-        loop=as_indices(boundary_loop, "boundary_loop"),
-        method=as_choice(method, "method", METHODS),
-        start_from_tutte=as_choice(start, "start", STARTS) == "tutte",
+        loop=as_optional_indices(boundary_loop, "boundary_loop"),
+        method=as_choice(method, "method", ("ladder", "schnyder", "progressive", "tutte")),
+        start_from_tutte=as_choice(start, "start", ("tutte", "nothing")) == "tutte",
     )
     return start_job(_native.embed, mesh, options, threads, parametrization_from)
 
@@ -181,8 +180,8 @@ def match(
     options |= dict(
         points=(as_indices(list(pins), "points"), as_floats(targets, "points", 2)),
         lines=_lines(lines),
-        boundary_loop=as_indices(boundary_loop, "boundary_loop"),
-        boundary_uv=as_places(boundary_uv, "boundary_uv"),
+        boundary_loop=as_optional_indices(boundary_loop, "boundary_loop"),
+        boundary_uv=as_places([] if boundary_uv is None else boundary_uv, "boundary_uv"),
         paths=chains,
         engine=as_choice(engine, "engine", ENGINES),
     )

@@ -21,6 +21,7 @@ from ..checks import (
     as_list,
     as_mesh,
     as_number,
+    as_optional_indices,
     as_vertex_map,
     checked,
     shown,
@@ -309,7 +310,7 @@ def cross_field(
     options = checked(locals(), "simplify max_seconds")
     options |= dict(
         alignment=as_number(alignment, "alignment"),
-        edges=as_indices(sharp_edges, "sharp_edges", 2),
+        edges=as_optional_indices(sharp_edges, "sharp_edges", 2),
         boundary=as_flag(boundary, "boundary"),
         edge_weight=as_number(edge_weight, "edge_weight"),
         **_of_field(mesh, signature, sizing),
