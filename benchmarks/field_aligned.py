@@ -4,7 +4,7 @@
     field_aligned.py own [--simplify]             closed models with their smoothest field (near cones merged)
     field_aligned.py opened [--boundary free]     the models of general/ with a boundary, which the field follows if it is aligned
     field_aligned.py random [--count 20] [--reach 1] [--halves]      signatures on each of six surfaces of genus 1 to 6
-    field_aligned.py cuts                         the cuts of the engine "padding" for fields/ (thesis table 6.1)
+    field_aligned.py cuts                         whole maps of the engine "padding" for fields/: what rerouting does to their cuts
     field_aligned.py rerouting                    what rerouting is for (thesis table 6.2)
     field_aligned.py sizes [--ratio 4]            how near maps come to sizes that they are asked for
 
