@@ -6,6 +6,7 @@
 
 #include "support/corner_maps.h"
 #include "support/shapes.h"
+#include "support/thread_seconds.h"
 
 namespace flipfree::unwrap::exposure_test {
 namespace {
@@ -86,9 +87,9 @@ TEST(Exposure, of_spokes_takes_little_more_than_of_a_ball) {
     ExecutionContext context;
     context.threads = 1;
     const mesh::Adjacency adjacency = test::adjacency_of(surface);
-    const double begin = thread_seconds();
+    const double begin = test::thread_seconds();
     exposure(surface.vertices, surface.faces, adjacency, context);
-    return thread_seconds() - begin;
+    return test::thread_seconds() - begin;
   };
   EXPECT_LT(seconds(test::sphere(10000, 2)), 12.0 * seconds(test::sphere(100, 100)));
 }

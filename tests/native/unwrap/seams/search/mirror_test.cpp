@@ -8,6 +8,7 @@
 #include "flipfree/unwrap/islands/edge_costs.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
+#include "support/thread_seconds.h"
 
 namespace flipfree::unwrap::mirror_test {
 namespace {
@@ -76,9 +77,9 @@ TEST(Mirror, is_found_wherever_the_chart_lies) {
 // Whoever looks for an edge at its hub walks past all spokes, for each of them.
 TEST(Mirror, of_spokes_takes_little_more_than_of_a_sheet) {
   const auto seconds = [](const Sample& sample) {
-    const double begin = thread_seconds();
+    const double begin = test::thread_seconds();
     const Mirror mirror = find_mirror(sample.surface, sample.adjacency, sample.cost);
-    const double end = thread_seconds();
+    const double end = test::thread_seconds();
     EXPECT_FALSE(mirror.empty());
     return end - begin;
   };
