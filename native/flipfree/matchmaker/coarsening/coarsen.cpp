@@ -13,8 +13,9 @@
 namespace flipfree::matchmaker {
 namespace {
 
-// Plain removals: Newton steps after each round; one that removes less than this share (in per
-// cent) is the last.
+// Plain removals: rounds at most, and Newton steps after each; one that removes less than this
+// share (in per cent) is the last.
+constexpr int kRounds = 12;
 constexpr int kStepsOfRound = 8;
 constexpr Index kWorthwhile = 2;
 // Untangling: rounds at most, and Newton steps after each. One that frees less than one vertex in
@@ -22,8 +23,6 @@ constexpr Index kWorthwhile = 2;
 constexpr int kUntanglingRounds = 12;
 constexpr int kStepsOfUntangling = 20;
 constexpr std::array<Index, 2> kWorthwhileUntangling = {7, 12};
-// Vertices to be looked at when there are few enough, in units of those that are kept.
-constexpr Index kMostLookedAt = 4;
 
 // Unfolding: so often, after so many Newton steps each.
 constexpr int kUnfoldings = 2;
@@ -38,12 +37,12 @@ class Coarsener {
   void run(const CoarsenOptions& options) {
     {
       const ProgressRange range(context_, 0.0, 0.5);
-      remove_plainly(options.rounds);
+      remove_plainly();
     }
     const ProgressRange rest(context_, 0.5, 1.0);
     if (added() > options.most_untangled * keep_) return;
     if (options.unfold) unfold();
-    untangle(options.enough);
+    untangle();
   }
 
  private:
@@ -57,9 +56,9 @@ class Coarsener {
     return relax_near_added(map_, seeds, keep_, held_, {steps, true, &order_}, context_);
   }
 
-  void remove_plainly(int rounds) {
-    for (int round = 0; round < rounds && added() > 0; ++round) {
-      const double share = 1.0 / rounds;
+  void remove_plainly() {
+    for (int round = 0; round < kRounds && added() > 0; ++round) {
+      const double share = 1.0 / kRounds;
       const ProgressRange range(context_, round * share, (round + 1) * share);
       context_.report("taking refinement back", 0.0);
       const Index before = added();
@@ -77,19 +76,16 @@ class Coarsener {
     }
   }
 
-  void untangle(Index enough) {
+  void untangle() {
     VainRemovals vain;
     UntangleRemovalOptions options;
     options.rings = 1;
     options.iterations = kThoroughIterations;
     options.vain = &vain;
-    Index looked_at = 0;
     for (int round = 0; round < kUntanglingRounds && added() > 0; ++round) {
-      if (added() <= enough && looked_at > kMostLookedAt * keep_) return;
       const double share = 1.0 / kUntanglingRounds;
       const ProgressRange range(context_, round * share, (round + 1) * share);
       const Index before = added();
-      looked_at += before;
       const std::vector<VertexId> seeds = beside();
       remove_by_untangling(map_, held_, keep_, context_, options);
       map_ = mesh::compacted_map(map_);

@@ -17,15 +17,11 @@
 namespace flipfree::matchmaker {
 
 struct CoarsenOptions {
-  int rounds = 12;  // of plain removals, at most
   // Vertices are untangled away where no more are added than so many times those to keep; 0:
   // nowhere, for maps whose refinement is what makes them good.
   double most_untangled = 2.0;
   // First, whole faces are unfolded, where the boundary is free to give way for them.
   bool unfold = false;
-  // Once so few are added, untangling soon ends: each vertex less costs more time and more energy
-  // than the one before.
-  Index enough = 0;
 };
 
 constexpr double kAllUntangled = std::numeric_limits<double>::infinity();
