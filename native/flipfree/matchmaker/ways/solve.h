@@ -2,6 +2,7 @@
 // blocked first, the guarantee last.
 #pragma once
 
+#include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/matchmaker/request/request.h"
 
