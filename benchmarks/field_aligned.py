@@ -190,11 +190,11 @@ def random(options: Options) -> Iterator[Row]:
     yield from rows(with_random_fields(options), options)
 
 
-def drawn_cut(mesh: Mesh, field: ff.CrossField, way: str, options: Options) -> tuple[Any, float]:
-    """The stats of padding's map, and how long its cut is."""
-    found = aligned(mesh, field, way, options.seconds)
-    ends = found.vertices[found.cut_edges]
-    return found.stats, float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
+def drawn_cut(mesh: Mesh, field: ff.CrossField, reroute: bool) -> Any:
+    _, vertices, faces = mesh
+    given = as_mesh(vertices, faces)
+    how = dict(field=arrays_of(field, given.faces), reroute=reroute)
+    return run(start_job(_native.field_cut, given, how, 0, lambda stats, _mesh: stats))
 
 
 @table(
@@ -207,16 +207,18 @@ def cuts(options: Options) -> Iterator[Row]:
             continue
         with timed() as cost:
             try:
-                s, length = drawn_cut(mesh, field, WAYS[0], options)
+                s = drawn_cut(mesh, field, True)
             except ff.FlipfreeError as error:
                 if not isinstance(error, ff.Infeasible):
                     options.fail(f"{mesh[0]}: {error}")
                 continue
-        bare, bare_length = drawn_cut(mesh, field, WAYS[1], options)
-        names = ("loops", "quarters", "guided", "fallback")
-        done = *(s[f"reroutings.{name}"] for name in names), s["engine.added_vertices"]
-        ratio = f"{length / bare_length:.2f}", f"{cost.cpu:.2f}"
-        yield mesh[0], genus_of(mesh), len(mesh[2]), *done, bare["engine.added_vertices"], *ratio
+        bare = drawn_cut(mesh, field, False)
+        done = (
+            *(s[name] for name in ("loops", "quarters", "guided", "fallback")),
+            s["added_vertices"],
+        )
+        ratio = f"{s['length'] / bare['length']:.2f}", f"{cost.cpu:.2f}"
+        yield mesh[0], genus_of(mesh), len(mesh[2]), *done, bare["added_vertices"], *ratio
 
 
 def aligned(mesh: Mesh, field: ff.CrossField, way: str, seconds: float) -> ff.Parametrization:

@@ -6,7 +6,9 @@
 
 #include "flipfree/base/failure.h"
 #include "flipfree/field/compute.h"
+#include "flipfree/holonomy/engines.h"
 #include "flipfree/holonomy/field_aligned.h"
+#include "flipfree/holonomy/needed_topology.h"
 #include "flipfree/seamless/exact/seamless_map.h"
 #include "job.h"
 
@@ -97,6 +99,39 @@ certify::Parametrization follow(const mesh::Surface& surface,
                  "or simplify the field", find);
 }
 
+double length_of(const seamless::AdmissibleCut& cut) {
+  double sum = 0.0;
+  for (const std::vector<HalfedgeId>& branch : cut.branches) {
+    for (const HalfedgeId h : branch)
+      sum += (cut.surface.vertices.row(mesh::target(cut.surface.faces, h)) -
+              cut.surface.vertices.row(mesh::source(cut.surface.faces, h)))
+                 .norm();
+  }
+  return sum;
+}
+
+// What the cut of the engine "padding" is like (thesis table 6.1); for benchmarks.
+Stats described_cut(const mesh::Surface& surface, const GivenField& given, bool reroute,
+                    ExecutionContext& context) {
+  const field::CrossField own = field::read_field(surface, given, context);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const std::vector<Index> cones =
+      holonomy::needed_topology(surface, adjacency, own, true, context).cones;
+  seamless::Reroutings done;
+  const seamless::RefinedPieces pieces =
+      holonomy::field_cut(surface, adjacency, own, cones, reroute, done, context);
+  double length = 0.0;
+  for (const seamless::AdmissibleCut& cut : pieces.cuts) length += length_of(cut);
+  return {{"loops", static_cast<std::int64_t>(done.loops)},
+          {"guided", static_cast<std::int64_t>(done.shortest)},
+          {"fallback", static_cast<std::int64_t>(done.fallback)},
+          {"quarters", static_cast<std::int64_t>(done.quarters)},
+          {"length", length},
+          {"added_vertices",
+           static_cast<std::int64_t>(pieces.surface.vertices.rows() - surface.vertices.rows())}};
+}
+
 }  // namespace
 
 void bind_seamless(py::module_& module) {
@@ -116,6 +151,13 @@ void bind_seamless(py::module_& module) {
             options = read_aligned(read)](const mesh::Surface& surface, ExecutionContext& context) {
       return follow(surface, given, made, options, context);
     };
+  });
+  def_job(module, "field_cut", [](OptionReader& read) {
+    return
+        [given = to_field(read.value<FieldArrays>("field")), reroute = read.value<bool>("reroute")](
+            const mesh::Surface& surface, ExecutionContext& context) {
+          return described_cut(surface, given, reroute, context);
+        };
   });
   def_job(module, "cross_field", [](OptionReader& read) {
     return [options = read_field(read)](const mesh::Surface& surface, ExecutionContext& context) {

@@ -33,14 +33,6 @@ std::vector<std::vector<HalfedgeId>> closed_loops(const mesh::Surface& surface,
 
 }  // namespace
 
-std::vector<std::vector<HalfedgeId>> input_homology_basis(const mesh::Surface& surface,
-                                                          const ExecutionContext& context) {
-  return closed_loops(
-      surface,
-      intrinsic::build_intrinsic_mesh(static_cast<Index>(surface.vertices.rows()), surface.faces),
-      context);
-}
-
 std::vector<LoopTurn> loops_to_turn(const mesh::Surface& surface,
                                     const intrinsic::IntrinsicSetup& setup, bool aligned,
                                     const ExecutionContext& context) {

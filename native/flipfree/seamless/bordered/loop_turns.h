@@ -15,13 +15,10 @@ namespace flipfree::seamless {
 // On the input's faces: half-edges 3 f + k.
 using intrinsic::LoopTurn;
 
-// The loops of a homology basis of the input, short ones, in half-edges of its faces; with a
-// boundary, of the surface with every curve of it contracted.
-std::vector<std::vector<HalfedgeId>> input_homology_basis(const mesh::Surface& surface,
-                                                          const ExecutionContext& context);
-
-// These, with turns of zero; and where the boundary is aligned, strips from its first curve to each
-// other one: all that is left to choose once the angles at vertices are.
+// The loops of a homology basis of the input, short ones, in half-edges of its faces, with turns of
+// zero; with a boundary, of the surface with every curve of it contracted, and where that is
+// aligned, strips from its first curve to each other one: all that is left to choose once the
+// angles at vertices are.
 std::vector<LoopTurn> loops_to_turn(const mesh::Surface& surface,
                                     const intrinsic::IntrinsicSetup& setup, bool aligned,
                                     const ExecutionContext& context);

@@ -220,19 +220,4 @@ void make_delaunay(FlatSurface& surface, const ExecutionContext& context) {
   }
 }
 
-FlatError measure_flatness(const FlatSurface& surface) {
-  FlatError error;
-  for (std::size_t e = 0; e < surface.mesh.edge_count(); ++e) {
-    const auto h = static_cast<HalfedgeId>(2 * e);
-    for (const HalfedgeId g : {h, h + 1}) {
-      if (surface.area(g).sign() <= 0) error.positive = false;
-    }
-    if (surface.fixed[e]) continue;
-    const WideVector gap =
-        surface.vector[at(h + 1)] + turned(surface.vector[at(h)], surface.turns[at(h)]);
-    error.length = std::max(error.length, numeric::ratio(norm(gap), norm(surface.vector[at(h)])));
-  }
-  return error;
-}
-
 }  // namespace flipfree::seamless

@@ -98,12 +98,4 @@ void glue(FlatSurface& surface, const std::vector<EdgeId>& edges);
 // end.
 void make_delaunay(FlatSurface& surface, const ExecutionContext& context);
 
-// Largest of |vector(h)| / |vector(opposite h)| over edges that are not fixed, less one: 0 but for
-// rounding. `least_area`: some positive number if all areas are. For tests.
-struct FlatError {
-  double length = 0.0;
-  bool positive = true;
-};
-FlatError measure_flatness(const FlatSurface& surface);
-
 }  // namespace flipfree::seamless
