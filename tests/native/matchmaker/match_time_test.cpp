@@ -9,8 +9,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/matchmaker/match_piece.h"
-#include "flipfree/mesh/topology.h"
-#include "support/shapes.h"
+#include "matchmaker/requests.h"
 
 namespace flipfree::matchmaker::match_time_test {
 namespace {
@@ -40,14 +39,7 @@ Outcome match_for(const mesh::Surface& surface, const MatchRequest& request, Mat
     if (map.stats.contains("ways_out_of_time"))
       outcome.given_up = std::get<std::int64_t>(map.stats.at("ways_out_of_time"));
     outcome.vertices = static_cast<Index>(map.surface.vertices.rows());
-    EXPECT_TRUE(map.certificate.ok);
-    for (const PinnedVertex& p : request.points) {
-      for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
-        if (map.surface.faces.data()[c] == p.vertex) {
-          EXPECT_EQ(map.uv.row(c).transpose(), p.uv);
-        }
-      }
-    }
+    test::expect_met(map, request);
   } catch (const NotConverged& error) {
     EXPECT_EQ(error.error().code, ErrorCode::kTimeLimit) << error.what();
     EXPECT_NE(std::string(error.what()).find("Allow more time"), std::string::npos);
@@ -121,14 +113,7 @@ TEST(MatchTime, ContinuationEndsAnywhereWithAMapOrTheTimeLimit) {
 TEST(MatchTime, PrescribedBoundariesEndAnywhereWithAMapOrTheTimeLimit) {
   const mesh::Surface surface = test::bumpy_grid(8, 8, 0.2, 3);
   MatchRequest request = swapped_pins(surface);
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  const auto loops = mesh::boundary_halfedge_loops(surface.faces, adjacency);
-  for (const HalfedgeId h : loops.front()) {
-    const VertexId v = mesh::source(surface.faces, h);
-    request.boundary_loop.push_back(v);
-    request.boundary_uv.emplace_back(surface.vertices.row(v).head<2>().transpose());
-  }
+  test::hold_as_it_is(surface, request);
   for (const MatchEngine engine : {MatchEngine::kAuto, MatchEngine::kOutline}) {
     MatchOptions options;
     options.engine = engine;
