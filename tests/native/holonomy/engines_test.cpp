@@ -6,10 +6,9 @@
 #include "flipfree/field/compute.h"
 #include "flipfree/field/turning.h"
 #include "flipfree/holonomy/field_aligned.h"
-#include "seamless/padding/engine/side_by_side.h"
-#include "seamless/padding/reroute/wished_fields.h"
-#include "seamless/padding/topology/made_cuts.h"
-#include "seamless/padding/turning_judge.h"
+#include "seamless/made_cuts.h"
+#include "seamless/turning_judge.h"
+#include "seamless/wished_fields.h"
 #include "support/shapes.h"
 
 namespace flipfree::holonomy::engines_test {
@@ -21,7 +20,7 @@ mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
 
 TEST(Engines, CutsOfAllComponentsTurnAsTheFieldDoes) {
   const mesh::Surface torus = test::torus(12, 9);
-  const mesh::Surface both = test::side_by_side(torus);
+  const mesh::Surface both = test::beside(torus, torus);
   const std::vector<Index> cones = test::scattered(torus, {3, 3, 5, 5}, 2);
   std::mt19937 random(1);
   std::vector<Index> all;

@@ -79,29 +79,6 @@ TEST(NearTurns, OffersOthersByRisingCost) {
   EXPECT_EQ(turns[3], (std::vector<Index>{1, -1}));
 }
 
-// Two long loops whose difference is a short one, which is dear to turn.
-TEST(NearTurns, ADearDifferenceIsKeptWhole) {
-  Eigen::MatrixXd norm(2, 2);
-  norm << 11.0, -10.0, -10.0, 11.0;
-  const auto turns = near_turns(quarters({0.45, 0.55}), norm, 1, anything);
-  EXPECT_EQ(turns.front()[0], turns.front()[1]);
-}
-
-// The same map whatever basis: loops a, b and loops a + 3 b, b with the norm that belongs to them.
-TEST(NearTurns, AnotherBasisHasTheSameNearest) {
-  std::mt19937 random(5);
-  Eigen::Matrix2d basis;
-  basis << 1.0, 3.0, 0.0, 1.0;
-  for (int i = 0; i < 1000; ++i) {
-    const Problem problem = at_random(random, 2, 0.4);
-    const auto turns = near_turns(problem.angles, problem.norm, 1, anything).front();
-    const Eigen::Vector2d other = basis * Eigen::Map<const Eigen::Vector2d>(problem.angles.data());
-    const Eigen::MatrixXd norm = basis.inverse().transpose() * problem.norm * basis.inverse();
-    const auto there = near_turns({other[0], other[1]}, norm, 1, anything).front();
-    EXPECT_EQ(there, (std::vector<Index>{turns[0] + 3 * turns[1], turns[1]})) << i;
-  }
-}
-
 // Of up to four loops, beside all numbers within three of the angles. Those of the reduced basis
 // that no two changes improve need not be the nearest, but hardly ever are not.
 TEST(NearTurns, NothingIsNearerThanTheFirst) {
@@ -134,28 +111,6 @@ TEST(NearTurns, NothingIsNearerThanTheFirst) {
   EXPECT_LE(missed, kTries / 200);
 }
 
-TEST(NearTurns, NoChangeOfOneOrTwoLoopsIsNearer) {
-  std::mt19937 random(11);
-  for (const Eigen::Index count : {6, 20}) {
-    const Problem problem = at_random(random, count, 0.5);
-    const auto found = near_turns(problem.angles, problem.norm, 1, anything).front();
-    const double least = cost(found, problem.angles, problem.norm) * (1.0 - 1e-8);
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      for (std::size_t k = 0; k < found.size(); ++k) {
-        for (const Index a : {-1, 1}) {
-          for (const Index b : {-1, 0, 1}) {
-            std::vector<Index> other = found;
-            other[i] += a;
-            other[k] += b;
-            EXPECT_GE(cost(other, problem.angles, problem.norm),
-                      i == k && a + b == 0 ? 0.0 : least);
-          }
-        }
-      }
-    }
-  }
-}
-
 TEST(NearTurns, WithoutANormEveryLoopCountsAlone) {
   const Eigen::MatrixXd none = Eigen::MatrixXd::Constant(2, 2, std::nan(""));
   EXPECT_EQ(near_turns(quarters({0.4, -1.7}), none, 1, anything).front(),
@@ -163,11 +118,6 @@ TEST(NearTurns, WithoutANormEveryLoopCountsAlone) {
   const Eigen::MatrixXd negative = -Eigen::MatrixXd::Identity(2, 2);
   EXPECT_EQ(near_turns(quarters({2.6, 0.1}), negative, 1, anything).front(),
             (std::vector<Index>{3, 0}));
-}
-
-TEST(NearTurns, NoLoopsHaveOneWay) {
-  EXPECT_EQ(near_turns(std::vector<double>{}, Eigen::MatrixXd(0, 0), 5, anything),
-            (std::vector<std::vector<Index>>{{}}));
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
-#include "support/shapes.h"
+#include "seamless/cones.h"
 
 namespace flipfree::seamless::seamless_map_test {
 namespace {
@@ -18,16 +18,72 @@ std::vector<Index> cones_of_a_torus(const mesh::Surface& surface) {
   return cones;
 }
 
-TEST(SeamlessMap, seamsAreExactAndConesWherePrescribed) {
-  const mesh::Surface surface = test::torus(12, 8);
-  ExecutionContext context;
-  const certify::Parametrization map =
-      compute_seamless_map(surface, cones_of_a_torus(surface), {}, context);
+// Each cut edge's two sides are one rotated by quarter turns and moved, as stored.
+void expect_exact_transitions(const certify::Parametrization& map) {
+  ASSERT_EQ(map.transitions.size(), static_cast<std::size_t>(map.cut_edges.rows()));
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  for (std::size_t e = 0; e < map.transitions.size(); ++e) {
+    const auto& [turns, translation] = map.transitions[e];
+    int sides = 0;
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
+      const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
+      if (o == kInvalid) continue;
+      const auto edge = map.cut_edges.row(static_cast<Eigen::Index>(e));
+      if (mesh::source(map.surface.faces, h) != edge[0] ||
+          mesh::source(map.surface.faces, o) != edge[1])
+        continue;
+      ++sides;
+      for (const auto& [from, to] : {std::pair{h, next_corner(o)}, std::pair{next_corner(h), o}}) {
+        Vector2 p = map.uv32.row(from).cast<double>();
+        for (Index k = 0; k < turns; ++k) p = Vector2(-p.y(), p.x());
+        EXPECT_EQ(Vector2(p + translation), Vector2(map.uv32.row(to).cast<double>()));
+      }
+    }
+    EXPECT_EQ(sides, 1);
+  }
+}
+
+void expect_seamless(const certify::Parametrization& map) {
   EXPECT_TRUE(map.certificate.ok);
-  EXPECT_GT(map.certificate.seam_edges, 0);
   EXPECT_EQ(map.certificate.seams_exact32, map.certificate.seam_edges);
   EXPECT_EQ(map.certificate.cone_failures, 0);
-  EXPECT_EQ(map.transitions.size(), static_cast<std::size_t>(map.cut_edges.rows()));
+  expect_exact_transitions(map);
+}
+
+TEST(SeamlessMap, seamsAreExactAndConesWherePrescribedOnEveryGenusByEitherEngine) {
+  struct Case {
+    mesh::Surface surface;
+    std::vector<Index> cones;
+    bool comes_back = false;  // to the user's triangles, whatever an engine adds
+  };
+  std::vector<Case> cases;
+  for (Index genus = 0; genus <= 2; ++genus) {
+    const mesh::Surface surface = genus == 0   ? test::sphere(16, 10)
+                                  : genus == 1 ? test::torus(12, 8)
+                                               : test::of_genus(2, 3);
+    cases.push_back({surface, test::random_cones(surface, genus, 16, 3)});
+  }
+  // Parts of different genus.
+  cases.push_back({test::beside(cases[0].surface, cases[2].surface), cases[0].cones});
+  cases.back().cones.insert(cases.back().cones.end(), cases[2].cones.begin(), cases[2].cones.end());
+  const mesh::Surface torus = test::torus(24, 16);
+  cases.push_back({torus, std::vector<Index>(24 * 16, 4), true});
+  cases.back().cones[5] = cases.back().cones[100] = 3;
+  cases.back().cones[200] = cases.back().cones[300] = 5;
+  for (const Case& c : cases) {
+    for (const Engine engine : {Engine::kPenner, Engine::kPadding}) {
+      SeamlessOptions options;
+      options.which = engine;
+      ExecutionContext context;
+      const certify::Parametrization map =
+          compute_seamless_map(c.surface, c.cones, options, context);
+      expect_seamless(map);
+      if (engine == Engine::kPenner || c.comes_back) {
+        EXPECT_EQ(map.surface.vertices.rows(), c.surface.vertices.rows());
+      }
+    }
+  }
 }
 
 TEST(SeamlessMap, hasTheSameBitsForAnyNumberOfThreads) {
@@ -44,14 +100,7 @@ TEST(SeamlessMap, hasTheSameBitsForAnyNumberOfThreads) {
 // A plate with a handle through it and three holes: corners are chosen, and every boundary edge
 // runs along an axis in the stored values.
 mesh::Surface plate_with_holes() {
-  mesh::Surface surface = test::perforated_plate(1, 4);
-  Triangles kept(surface.faces.rows(), 3);
-  Eigen::Index count = 0;
-  for (Eigen::Index f = 0; f < surface.faces.rows(); ++f) {
-    if (f % 97 != 5) kept.row(count++) = surface.faces.row(f);
-  }
-  surface.faces = kept.topRows(count);
-  return surface;
+  return test::faces_where(test::perforated_plate(1, 4), [](FaceId f) { return f % 97 != 5; });
 }
 
 std::vector<Index> no_cones(const mesh::Surface& surface) {
@@ -78,58 +127,29 @@ Index edges_off_axis(const certify::Parametrization& map) {
   return off;
 }
 
-TEST(SeamlessMap, alignedBoundariesRunAlongTheAxesExactly) {
+TEST(SeamlessMap, alignedBoundariesRunAlongTheAxesExactlyAndFreeOnesKeepTheirShape) {
   const mesh::Surface surface = plate_with_holes();
-  auto cones = no_cones(surface);
-  // Small triangular holes have three vertices: two straight ones are asked for nowhere.
-  ExecutionContext context;
-  const certify::Parametrization map = compute_seamless_map(surface, cones, {}, context);
-  EXPECT_TRUE(map.certificate.ok);
-  EXPECT_EQ(map.certificate.seams_exact32, map.certificate.seam_edges);
-  EXPECT_EQ(edges_off_axis(map), 0);
-}
-
-TEST(SeamlessMap, freeBoundariesKeepTheirShape) {
-  const mesh::Surface surface = plate_with_holes();
-  SeamlessOptions options;
-  options.boundary = Boundary::kFree;
-  ExecutionContext context;
-  const certify::Parametrization map =
-      compute_seamless_map(surface, no_cones(surface), options, context);
-  EXPECT_TRUE(map.certificate.ok);
-  EXPECT_EQ(map.certificate.seams_exact32, map.certificate.seam_edges);
-  EXPECT_GT(edges_off_axis(map), 0);
+  for (const Boundary boundary : {Boundary::kAligned, Boundary::kFree}) {
+    SeamlessOptions options;
+    options.boundary = boundary;
+    ExecutionContext context;
+    const certify::Parametrization map =
+        compute_seamless_map(surface, no_cones(surface), options, context);
+    expect_seamless(map);
+    EXPECT_EQ(edges_off_axis(map) == 0, boundary == Boundary::kAligned);
+  }
 }
 
 // A disk of the faces near the middle of a grid: its border has steps and triangles that stick out.
 mesh::Surface ragged_disk(Index size) {
   const mesh::Surface grid = test::bumpy_grid(size, size, 0.05, 3.0);
-  mesh::Surface disk;
-  std::vector<VertexId> number(static_cast<std::size_t>(grid.vertices.rows()), kInvalid);
-  std::vector<std::array<Index, 3>> faces;
-  Index count = 0;
   const Vector3 middle = grid.vertices.colwise().mean();
   const double radius = 0.45 * (grid.vertices.col(0).maxCoeff() - grid.vertices.col(0).minCoeff());
-  for (Eigen::Index f = 0; f < grid.faces.rows(); ++f) {
+  return test::faces_where(grid, [&](FaceId f) {
     Vector3 centre = Vector3::Zero();
     for (int k = 0; k < 3; ++k) centre += grid.vertices.row(grid.faces(f, k)).transpose() / 3.0;
-    if ((centre - middle).head<2>().norm() > radius) continue;
-    auto& face = faces.emplace_back();
-    for (std::size_t k = 0; k < 3; ++k) {
-      VertexId& v = number[static_cast<std::size_t>(grid.faces(f, static_cast<Index>(k)))];
-      if (v == kInvalid) v = count++;
-      face[k] = v;
-    }
-  }
-  disk.vertices.resize(count, 3);
-  for (std::size_t v = 0; v < number.size(); ++v) {
-    if (number[v] != kInvalid)
-      disk.vertices.row(number[v]) = grid.vertices.row(static_cast<Eigen::Index>(v));
-  }
-  disk.faces.resize(static_cast<Eigen::Index>(faces.size()), 3);
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    disk.faces.row(static_cast<Eigen::Index>(f)) << faces[f][0], faces[f][1], faces[f][2];
-  return disk;
+    return (centre - middle).head<2>().norm() <= radius;
+  });
 }
 
 TEST(SeamlessMap, raggedBordersAreAlignedWithModerateDistortion) {
@@ -147,14 +167,8 @@ TEST(SeamlessMap, raggedBordersAreAlignedWithModerateDistortion) {
 
 // Two parts: a grid, and a triangle whose three vertices leave no room for four corners.
 mesh::Surface sheet_and_triangle() {
-  mesh::Surface surface = test::grid(4, 4);
-  const Eigen::Index n = surface.vertices.rows(), m = surface.faces.rows();
-  surface.vertices.conservativeResize(n + 3, 3);
-  surface.vertices.bottomRows(3) << 9, 0, 0, 10, 0, 0, 9, 1, 0;
-  surface.faces.conservativeResize(m + 1, 3);
-  surface.faces.row(m) << static_cast<Index>(n), static_cast<Index>(n + 1),
-      static_cast<Index>(n + 2);
-  return surface;
+  const mesh::Surface sheet = test::grid(1, 1);
+  return test::beside(test::grid(4, 4), test::faces_where(sheet, [](FaceId f) { return f == 0; }));
 }
 
 TEST(SeamlessMap, partsThatCannotBeAlignedAreFreeIfTheCallerAllowsIt) {
@@ -174,6 +188,7 @@ TEST(SeamlessMap, partsThatCannotBeAlignedAreFreeIfTheCallerAllowsIt) {
       compute_seamless_map(sheet, no_cones(sheet), options, context);
   EXPECT_EQ(straight.stats.count("freed_boundaries"), 0U);
   EXPECT_EQ(edges_off_axis(straight), 0);
+  EXPECT_LT(straight.certificate.energy, 1.0 + 1e-6);  // corners are the sheet's own
 }
 
 TEST(SeamlessMap, cornersThatAreGivenAreNeverFreed) {

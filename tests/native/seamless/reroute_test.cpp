@@ -5,9 +5,9 @@
 
 #include "faults/samples.h"
 #include "flipfree/base/error.h"
-#include "seamless/padding/reroute/wished_fields.h"
-#include "seamless/padding/topology/made_cuts.h"
-#include "seamless/padding/turning_judge.h"
+#include "seamless/made_cuts.h"
+#include "seamless/turning_judge.h"
+#include "seamless/wished_fields.h"
 
 namespace flipfree::seamless::reroute_test {
 namespace {

@@ -4,7 +4,7 @@
 #include "faults/samples.h"
 #include "flipfree/base/error.h"
 #include "flipfree/seamless/padding/straight.h"
-#include "seamless/padding/topology/made_cuts.h"
+#include "seamless/made_cuts.h"
 
 namespace flipfree::seamless::topology_test {
 namespace {

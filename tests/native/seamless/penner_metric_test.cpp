@@ -12,7 +12,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/intrinsic/loops.h"
-#include "seamless/penner/penner_state.h"
+#include "seamless/cones.h"
 #include "support/shapes.h"
 
 namespace flipfree::seamless::penner_metric_test {
@@ -186,18 +186,6 @@ TEST(PennerMetric, ATubeCannotHaveTwoCornersAtOneEnd) {
   cones[0] = 1;
   cones[3] = 3;
   EXPECT_THROW(solve(cylinder, cones), Infeasible);
-}
-
-TEST(PennerMetric, LoopsOfASurfaceWithABoundaryAreCounted) {
-  const mesh::Surface surface = test::grid(4, 4);
-  std::vector<Index> cones(25, 4);
-  for (const std::size_t v :
-       {0U, 1U, 2U, 3U, 4U, 5U, 9U, 10U, 14U, 15U, 19U, 20U, 21U, 22U, 23U, 24U})
-    cones[v] = kNotGiven;
-  ExecutionContext context;
-  const std::vector<Index> aligned = aligned_cones(surface, cones, context);
-  EXPECT_TRUE(solve(surface, aligned, std::vector<LoopTurn>{}).loops.empty());
-  EXPECT_THROW(solve(surface, aligned, std::vector<LoopTurn>{{{0, 1, 2}, 0}}), InvalidInput);
 }
 
 TEST(PennerMetric, CanBeCancelledAndLimited) {

@@ -1,53 +1,20 @@
-// Cuts drawn by hand, and the rank of what they make, for tests.
+// Surfaces and cones to make cuts of, and everything that padding needs of a cut, for tests.
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
 #include <map>
-#include <utility>
+#include <set>
 #include <vector>
 
 #include "flipfree/seamless/padding/segments.h"
+#include "flipfree/seamless/padding/topology.h"
 #include "fuzz/rational.h"
-#include "support/shapes.h"
+#include "seamless/admissible_judge.h"
+#include "seamless/cones.h"
 
 namespace flipfree::test {
-
-// test::torus, whose vertex (i, j) has number sectors * j + i, with i to the right and j up as seen
-// from outside, and whose squares are cut from (i, j) to (i + 1, j + 1).
-struct GridTorus {
-  Index sectors, rows;
-  mesh::Surface surface;
-
-  GridTorus(Index sectors_, Index rows_)
-      : sectors(sectors_), rows(rows_), surface(torus(sectors_, rows_)) {}
-  VertexId at(Index i, Index j) const {
-    return sectors * ((j + rows) % rows) + (i + sectors) % sectors;
-  }
-};
-
-using Chain = std::vector<VertexId>;
-
-inline std::map<std::pair<VertexId, VertexId>, HalfedgeId> halfedges_of(const Triangles& faces) {
-  std::map<std::pair<VertexId, VertexId>, HalfedgeId> result;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(faces.size()); ++h)
-    result[{mesh::source(faces, h), mesh::target(faces, h)}] = h;
-  return result;
-}
-
-// Branches as chains of vertices, flat sectors as the first edge of each.
-inline seamless::AdmissibleCut drawn_cut(const mesh::Surface& surface,
-                                         const std::vector<Chain>& branches,
-                                         const std::vector<std::pair<VertexId, VertexId>>& flat) {
-  const auto halfedge = halfedges_of(surface.faces);
-  seamless::AdmissibleCut cut;
-  cut.surface = surface;
-  for (const Chain& chain : branches) {
-    cut.branches.emplace_back();
-    for (std::size_t k = 0; k + 1 < chain.size(); ++k)
-      cut.branches.back().push_back(halfedge.at({chain[k], chain[k + 1]}));
-  }
-  for (const auto& edge : flat) cut.flat_sectors.push_back(halfedge.at(edge));
-  return cut;
-}
 
 // Of the matrix, without the columns of segments that must not be padded if asked; by elimination
 // in rational numbers.
@@ -93,6 +60,33 @@ inline bool ones_are_in_kernel(const seamless::EqualizationSystem& system) {
     if (sum != 0) return false;
   }
   return true;
+}
+
+// Definition 5.4 by the judge; a row of ones in the kernel, and full rank, so that the equations
+// can be solved by positive widths whatever the lengths are, unless all cones are multiples of four
+// (Proposition 10). Returns the corners of the components.
+inline std::multiset<Index> expect_good_cut(const seamless::AdmissibleCut& cut,
+                                            const mesh::Surface& surface,
+                                            const std::vector<Index>& cones) {
+  AdmissibleJudge judge(cut, surface, cones);
+  EXPECT_EQ(judge.complaint(), "");
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(cut.surface.vertices.rows()), cut.surface.faces);
+  const seamless::EqualizationSystem system =
+      seamless::equalization_system(cut, seamless::cut_segments(cut, adjacency));
+  EXPECT_TRUE(ones_are_in_kernel(system));
+  const bool fourfold = std::all_of(cones.begin(), cones.end(), [](Index k) { return k % 4 == 0; });
+  if (!fourfold) {
+    EXPECT_EQ(rank_of(system, true), static_cast<Index>(system.rows.size()));
+  }
+  EXPECT_EQ(cut.extra_path == kInvalid, cut.flat_sectors.empty());
+  return judge.corner_counts();
+}
+
+inline std::multiset<Index> expect_good_cut(const mesh::Surface& surface,
+                                            const std::vector<Index>& cones) {
+  ExecutionContext context;
+  return expect_good_cut(seamless::make_admissible_cut(surface, cones, context), surface, cones);
 }
 
 }  // namespace flipfree::test
