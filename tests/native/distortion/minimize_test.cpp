@@ -49,16 +49,6 @@ TEST(Minimize, FlatMeshBecomesIsometricInItsOwnUnit) {
   }
 }
 
-TEST(Minimize, LowersTheEnergyAndStaysFlipFree) {
-  const mesh::Surface surface = test::bumpy_grid(40, 40, 0.4, 3);
-  ExecutionContext context;
-  Stats stats;
-  const Points2 uv = minimize_distortion(surface, plan(surface), {}, context, stats);
-  EXPECT_TRUE(is_flip_free(surface.faces, uv, context));
-  EXPECT_LT(number(stats, "distortion.energy"), number(stats, "distortion.energy_start"));
-  EXPECT_EQ(std::get<std::string>(stats.at("distortion.stop")), "converged");
-}
-
 TEST(Minimize, TerribleStartsReachTheSameEnergyAsGoodOnes) {
   const mesh::Surface surface = test::bumpy_grid(24, 24, 0.3, 2);
   ExecutionContext context;
@@ -104,12 +94,16 @@ mesh::Surface ramp(Index length, Index width, double turns) {
   return surface;
 }
 
+// The ramp as a narrow straight strip.
+Points2 straightened() {
+  Points2 uv = plan(test::grid(120, 6));
+  uv.col(1) *= 0.05;
+  return uv;
+}
+
 TEST(Minimize, BijectiveMapsDoNotMeetThemselvesWhereFreeOnesDo) {
   const mesh::Surface surface = ramp(120, 6, 1.6);
-  Points2 start(surface.vertices.rows(), 2);
-  const mesh::Surface flat = test::grid(120, 6);
-  start = plan(flat);
-  start.col(1) *= 0.05;
+  const Points2 start = straightened();
   const auto boundary = find_boundary(static_cast<Index>(surface.vertices.rows()), surface.faces);
   ExecutionContext context;
   MinimizeOptions options;
@@ -125,57 +119,28 @@ TEST(Minimize, BijectiveMapsDoNotMeetThemselvesWhereFreeOnesDo) {
   EXPECT_LT(number(held, "distortion.energy"), 1.5);
 }
 
-TEST(Minimize, EndsWithTheFirstMapThatOverlapsIfItShall) {
-  const mesh::Surface surface = ramp(120, 6, 1.6);
-  Points2 start = plan(test::grid(120, 6));
-  start.col(1) *= 0.05;
-  const auto boundary = find_boundary(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  ExecutionContext context;
-  MinimizeOptions options;
-  options.bijective = true;
-  Points2 whole;
-  options.overlapping = &whole;
-  Stats to_the_end;
-  minimize_distortion(surface, start, options, context, to_the_end);
-  Points2 first;
-  options.overlapping = &first;
-  options.ends_at_overlap = true;
-  Stats ended;
-  const Points2 uv = minimize_distortion(surface, start, options, context, ended);
-  EXPECT_FALSE(overlaps_itself(boundary, uv, context));
-  EXPECT_TRUE(overlaps_itself(boundary, first, context));
-  EXPECT_EQ(std::get<std::string>(ended.at("distortion.stop")), "overlap");
-  EXPECT_LT(std::get<std::int64_t>(ended.at("distortion.iterations")),
-            std::get<std::int64_t>(to_the_end.at("distortion.iterations")));
-}
-
-TEST(Minimize, NumberOfThreadsDoesNotChangeABit) {
-  const mesh::Surface surface = test::bumpy_grid(120, 120, 0.4, 5);
-  Points2 results[3];
-  for (int threads = 1; threads <= 3; ++threads) {
-    ExecutionContext context;
-    context.threads = threads;
-    Stats stats;
-    results[threads - 1] = minimize_distortion(surface, plan(surface), {}, context, stats);
+TEST(Minimize, ThreadsDoNotChangeABitAndACancelEndsIt) {
+  const struct {
+    mesh::Surface surface;
+    Points2 start;
+    bool bijective;
+  } cases[] = {{test::bumpy_grid(120, 120, 0.4, 5), plan(test::grid(120, 120)), false},
+               {ramp(120, 6, 1.6), straightened(), true}};
+  for (const auto& c : cases) {
+    MinimizeOptions options;
+    options.bijective = c.bijective;
+    Points2 first;
+    for (const int threads : {1, 2, 3}) {
+      ExecutionContext context;
+      context.threads = threads;
+      Stats stats;
+      const Points2 uv = minimize_distortion(c.surface, c.start, options, context, stats);
+      if (threads == 1) first = uv;
+      EXPECT_EQ(uv, first);
+      context.cancel();
+      EXPECT_THROW(minimize_distortion(c.surface, c.start, options, context, stats), Cancelled);
+    }
   }
-  EXPECT_EQ(results[0], results[1]);
-  EXPECT_EQ(results[0], results[2]);
-}
-
-TEST(Minimize, NumberOfThreadsDoesNotChangeABitOfBijectiveMapsEither) {
-  const mesh::Surface surface = ramp(120, 6, 1.6);
-  Points2 start = plan(test::grid(120, 6));
-  start.col(1) *= 0.05;
-  MinimizeOptions options;
-  options.bijective = true;
-  Points2 results[2];
-  for (int threads = 1; threads <= 2; ++threads) {
-    ExecutionContext context;
-    context.threads = threads;
-    Stats stats;
-    results[threads - 1] = minimize_distortion(surface, start, options, context, stats);
-  }
-  EXPECT_EQ(results[0], results[1]);
 }
 
 TEST(Minimize, AnOverlappingStartIsRefusedWhenTheMapIsToBeBijective) {
@@ -242,12 +207,70 @@ TEST(Minimize, RefusesAFlippedStartAndNamesTheFace) {
   }
 }
 
-TEST(Minimize, CancelledContextThrows) {
+using Targets = std::vector<std::pair<VertexId, Vector2>>;
+
+// The boundary of a grid bent into half a ring.
+Targets half_ring(const mesh::Surface& grid) {
+  Targets targets;
+  for (VertexId v = 0; v < grid.vertices.rows(); ++v) {
+    const double x = grid.vertices(v, 0), y = grid.vertices(v, 1);
+    if (x != 0 && y != 0 && x != 1 && y != 1) continue;
+    const double angle = 3.0 * x, radius = 1.0 - 0.5 * y;
+    targets.emplace_back(v, Vector2(-radius * std::cos(angle), -radius * std::sin(angle)));
+  }
+  return targets;
+}
+
+TEST(Minimize, TargetsAreMetBitForBitByFlipFreeMaps) {
+  const struct {
+    mesh::Surface surface;
+    Targets targets;
+    bool bijective;
+  } cases[] = {
+      {test::bumpy_grid(30, 30, 0.2, 2),
+       {{31 * 5 + 5, {0.1, 0.3}}, {31 * 15 + 15, {1.0 / 3.0, 0.7}}, {31 * 25 + 20, {0.9, 0.8}}},
+       false},
+      // Two that turn the map around.
+      {test::bumpy_grid(20, 20, 0.2, 2),
+       {{21 * 10 + 2, {0.9, 0.5}}, {21 * 10 + 18, {0.1, 0.5}}},
+       false},
+      {test::grid(20, 20), half_ring(test::grid(20, 20)), false},
+      // The ends of a strip are brought side by side: it bends into a hairpin.
+      {test::grid(60, 4), {{2 * 61, {0.2, 0.0}}, {2 * 61 + 60, {0.2, 0.9}}}, true},
+  };
+  for (const auto& c : cases) {
+    MinimizeOptions options;
+    options.bijective = c.bijective;
+    ExecutionContext context;
+    Stats stats;
+    const TargetsResult result =
+        minimize_with_targets(c.surface, plan(c.surface), c.targets, options, context, stats);
+    EXPECT_TRUE(is_flip_free(c.surface.faces, result.uv, context));
+    EXPECT_EQ(result.fraction, 1.0);
+    EXPECT_TRUE(result.missed.empty());
+    for (const auto& [v, target] : c.targets) EXPECT_EQ(result.uv.row(v).transpose(), target);
+    if (c.bijective) {
+      const auto boundary = find_boundary(static_cast<Index>(result.uv.rows()), c.surface.faces);
+      EXPECT_FALSE(overlaps_itself(boundary, result.uv, context));
+    }
+  }
+}
+
+TEST(Minimize, UnreachableTargetsAreNamedAndBadOnesRefused) {
   const mesh::Surface surface = test::grid(10, 10);
   ExecutionContext context;
-  context.cancel();
   Stats stats;
-  EXPECT_THROW(minimize_distortion(surface, plan(surface), {}, context, stats), Cancelled);
+  const auto solve = [&](const Targets& targets) {
+    return minimize_with_targets(surface, plan(surface), targets, {}, context, stats);
+  };
+  // A triangle's corners in the wrong order.
+  const TargetsResult result = solve({{60, {0.5, 0.5}}, {61, {0.5, 0.6}}, {72, {0.6, 0.5}}});
+  EXPECT_TRUE(is_flip_free(surface.faces, result.uv, context));
+  EXPECT_LT(result.fraction, 1.0);
+  EXPECT_FALSE(result.missed.empty());
+  EXPECT_THROW(solve({{3, {0, 0}}, {3, {1, 0}}}), InvalidInput);
+  EXPECT_THROW(solve({{999, {0, 0}}}), InvalidInput);
+  EXPECT_THROW(solve({{3, {std::nan(""), 0}}}), InvalidInput);
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "distortion/seams/polycubes.h"
+#include "distortion/polycubes.h"
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "support/shapes.h"
@@ -64,21 +64,6 @@ TEST(Align, perturbed_polycubes_come_back_to_follow_their_edges_and_keep_their_s
   }
 }
 
-TEST(Align, a_turned_map_turns_back) {
-  CutMap map = plane(6, 5);
-  const std::vector<double> direction = directions_of(map);
-  const Points2 before = map.uv;
-  const double c = std::cos(0.6), s = std::sin(0.6);
-  map.uv.col(0) = c * before.col(0) - s * before.col(1);
-  map.uv.col(1) = s * before.col(0) + c * before.col(1);
-  EXPECT_NEAR(mean_angle(map, direction, map.uv), 0.6, 1e-9);
-  AlignOptions options;
-  options.direction = direction;
-  ExecutionContext context;
-  Stats stats;
-  EXPECT_LT(mean_angle(map, direction, align(map, options, context, stats)), 1e-3);
-}
-
 TEST(Align, sizes_are_met_where_they_can_be) {
   // Twice as large on the right: the map is stretched there.
   const CutMap map = plane(20, 4);
@@ -102,16 +87,6 @@ TEST(Align, folded_maps_and_missing_directions_are_refused) {
   options.direction = directions_of(map);
   map.uv.row(5) << 9.0, 9.0;
   EXPECT_THROW(align(map, options, context, stats), InvalidInput);
-}
-
-TEST(Align, can_be_cancelled) {
-  const CutMap map = plane(3, 3);
-  AlignOptions options;
-  options.direction = directions_of(map);
-  ExecutionContext context;
-  context.cancel();
-  Stats stats;
-  EXPECT_THROW(align(map, options, context, stats), Cancelled);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "distortion/seams/polycubes.h"
+#include "distortion/polycubes.h"
 #include "flipfree/base/error.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/distortion/energy/energy.h"
@@ -92,13 +92,15 @@ TEST(MakeExact, maps_of_any_size_and_place_are_exact) {
   }
 }
 
-TEST(MakeExact, the_bits_do_not_depend_on_the_number_of_threads) {
+TEST(MakeExact, threads_change_no_bit_and_a_cancel_ends_it) {
   const CutMap map = perturbed(test::cut_map_of(test::unfold(test::polycubes()[2], 6, 2)), 0.3, 3);
   ExecutionContext one;
   one.threads = 1;
   ExecutionContext two;
   two.threads = 2;
   EXPECT_EQ(make_exact(map, {}, one).uv, make_exact(map, {}, two).uv);
+  one.cancel();
+  EXPECT_THROW((void)make_exact(map, {}, one), Cancelled);
 }
 
 TEST(MakeExact, a_map_with_a_flipped_triangle_is_refused_naming_it) {
@@ -125,16 +127,18 @@ TEST(MakeExact, uvs_beyond_floats_and_shapes_that_do_not_fit_are_refused) {
   EXPECT_THROW((void)make_exact({}, {}, context), InvalidInput);
 }
 
-TEST(MakeExact, cancelling_and_limits_of_time_end_it) {
-  const test::Unfolded u = test::unfold(test::polycubes()[2], 8, 2);
-  const CutMap map = perturbed(test::cut_map_of(u), 0.3, 3);
-  ExecutionContext cancelled;
-  cancelled.cancel();
-  EXPECT_THROW((void)make_exact(map, {}, cancelled), Cancelled);
+// Where points are crowded far below the grid's step, the folds of rounding are opened under the
+// seams' constraints, and the grid is as fine as 24 bits allow.
+TEST(MakeExact, crowds_are_opened_on_the_grid) {
+  const CutMap map = test::crowded();
   ExecutionContext context;
-  const ExactMap out = make_exact(map, {.max_seconds = 1e-9}, context);
-  EXPECT_EQ(std::get<std::int64_t>(out.stats.at("time_limit_reached")), 1);
-  EXPECT_TRUE(certified(u, map, out).ok);
+  const ExactMap out = make_exact(map, {.optimise = false}, context);
+  EXPECT_GT(std::get<std::int64_t>(out.stats.at("rounding.folded")), 0);
+  EXPECT_TRUE(is_flip_free(map.surface.faces, out.uv, context));
+  const Points2 steps = out.uv / out.step;
+  EXPECT_EQ(steps, steps.array().round().matrix());
+  EXPECT_LE(steps.cwiseAbs().maxCoeff(), 0x1p24);
+  EXPECT_GT(steps.cwiseAbs().maxCoeff(), 0x1p21);
 }
 
 // Where points are crowded, rounding takes long; what was set aside for it is not enough.

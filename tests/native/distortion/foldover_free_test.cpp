@@ -48,39 +48,6 @@ std::vector<Case> cases() {
   return all;
 }
 
-TEST(FoldoverFree, chi_is_positive_and_the_root_of_its_equation) {
-  for (const double d : {-1e3, -1.0, -1e-9, 0.0, 1e-9, 1.0, 1e3}) {
-    for (const double epsilon : {1e-10, 1e-3, 1.0}) {
-      const double c = foldover_free::chi(d, epsilon);
-      EXPECT_GT(c, 0.0);
-      // chi (chi - d) = (epsilon / 2)^2
-      EXPECT_NEAR(c * (c - d) / (0.25 * epsilon * epsilon), 1.0,
-                  d > 0 ? 1e-15 * d * c / (epsilon * epsilon) * 8 + 1e-14 : 1e-14);
-    }
-  }
-}
-
-TEST(FoldoverFree, jacobians_are_those_of_affine_maps) {
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> unit(-1, 1);
-  for (int i = 0; i < 100; ++i) {
-    // Hat functions of the rest triangle (0, 0), e1, e2.
-    Eigen::Matrix2d rest, map;
-    for (double& x : rest.reshaped()) x = unit(random);
-    for (double& x : map.reshaped()) x = unit(random);
-    if (rest.determinant() < 0.1) continue;
-    const Eigen::Matrix2d inverse = rest.inverse();
-    const double gradient[3][2] = {{-inverse.col(0).sum(), -inverse.col(1).sum()},
-                                   {inverse(0, 0), inverse(0, 1)},
-                                   {inverse(1, 0), inverse(1, 1)}};
-    const Eigen::Vector2d p0(1e6, -1e6);
-    const Eigen::Vector2d p1 = p0 + map * rest.col(0), p2 = p0 + map * rest.col(1);
-    const Vector4 j = foldover_free::jacobian(gradient, p0.data(), p1.data(), p2.data());
-    EXPECT_LT((j - Vector4(map(0, 0), map(0, 1), map(1, 0), map(1, 1))).norm(), 1e-8);
-    EXPECT_NEAR(foldover_free::determinant(j), map.determinant(), 1e-8);
-  }
-}
-
 TEST(FoldoverFree, the_gradient_agrees_with_differences_of_the_value) {
   for (const Case& c : cases()) {
     Vector4 gradient;

@@ -49,6 +49,15 @@ Matrix6 hessian_at(const RestTriangle& rest, const Vector6& x) {
   return full;
 }
 
+Matrix6 hessian_by_differences(const RestTriangle& rest, const Vector6& x, double step) {
+  Matrix6 hessian;
+  for (int i = 0; i < 6; ++i) {
+    const Vector6 e = step * Vector6::Unit(i);
+    hessian.col(i) = (gradient_at(rest, x + e) - gradient_at(rest, x - e)) / (2 * step);
+  }
+  return hessian;
+}
+
 // Random positively oriented triangles, `shrink` times as large as their rest shapes.
 struct Case {
   RestTriangle rest;
@@ -84,15 +93,11 @@ TEST(SymmetricDirichlet, GradientAgreesWithDifferencesOfTheValue) {
   for (const auto& [rest, x] : cases(1.0)) {
     const Vector6 g = gradient_at(rest, x);
     for (int i = 0; i < 6; ++i) {
-      const double step = 1e-6;
-      Vector6 plus = x;
-      Vector6 minus = x;
-      plus(i) += step;
-      minus(i) -= step;
+      const Vector6 e = 1e-6 * Vector6::Unit(i);
       const double difference = rest.weight *
-                                (symmetric_dirichlet(jacobian_at(rest, plus)) -
-                                 symmetric_dirichlet(jacobian_at(rest, minus))) /
-                                (2 * step);
+                                (symmetric_dirichlet(jacobian_at(rest, x + e)) -
+                                 symmetric_dirichlet(jacobian_at(rest, x - e))) /
+                                2e-6;
       EXPECT_NEAR(g(i), difference, 1e-6 * (1 + g.norm()));
     }
   }
@@ -107,14 +112,7 @@ TEST(SymmetricDirichlet, HessianAgreesWithDifferencesOfTheGradientWhereNothingIs
     if (s[1] <= 1.0) continue;
     ++exact;
     const Matrix6 h = hessian_at(rest, x);
-    Matrix6 difference;
-    for (int i = 0; i < 6; ++i) {
-      Vector6 plus = x;
-      Vector6 minus = x;
-      plus(i) += 1e-5;
-      minus(i) -= 1e-5;
-      difference.col(i) = (gradient_at(rest, plus) - gradient_at(rest, minus)) / 2e-5;
-    }
+    const Matrix6 difference = hessian_by_differences(rest, x, 1e-5);
     EXPECT_LT((h - difference).norm(), 1e-6 * h.norm());
   }
   EXPECT_GT(exact, 100);
@@ -124,14 +122,7 @@ TEST(SymmetricDirichlet, HessianIsPositiveSemidefiniteWhereTheTrueOneIsNot) {
   int clamped = 0;
   for (const auto& [rest, x] : cases(0.3)) {
     const Matrix6 h = hessian_at(rest, x);
-    Matrix6 difference;
-    for (int i = 0; i < 6; ++i) {
-      Vector6 plus = x;
-      Vector6 minus = x;
-      plus(i) += 1e-6;
-      minus(i) -= 1e-6;
-      difference.col(i) = (gradient_at(rest, plus) - gradient_at(rest, minus)) / 2e-6;
-    }
+    const Matrix6 difference = hessian_by_differences(rest, x, 1e-6);
     const Eigen::VectorXd projected = numeric::symmetric_eigen(Eigen::MatrixXd(h)).values;
     const Eigen::VectorXd truth =
         numeric::symmetric_eigen(Eigen::MatrixXd(0.5 * (difference + difference.transpose())))
