@@ -70,13 +70,6 @@ TEST(RefinedMetric, IsThePlainOneWhereThatWorksAndNothingElseIsAsked) {
   }
 }
 
-TEST(RefinedMetric, OfASurfaceWithoutBadTrianglesThereIsNone) {
-  const mesh::Surface surface = test::tetrahedron();
-  const std::vector<double> target(4, std::numbers::pi);
-  ExecutionContext context;
-  EXPECT_FALSE(refined_metric(surface, nullptr, target, {}, context));
-}
-
 TEST(RefinedMetric, BothWaysFailingTheErrorIsThatOfThePlainOne) {
   const mesh::Surface surface = with_needle();
   const std::vector<double> target = four_cones(surface);

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <map>
 #include <numbers>
 #include <numeric>
 #include <random>
@@ -67,37 +66,11 @@ std::vector<double> closing_gauss_bonnet(std::vector<double> target, const mesh:
   return target;
 }
 
-// Round, all triangles acute: Delaunay with a margin.
-mesh::Surface subdivided_octahedron(int levels) {
-  mesh::Surface s;
-  s.vertices.resize(6, 3);
+// All triangles acute: Delaunay with a margin.
+mesh::Surface octahedron() {
+  mesh::Surface s{Points3(6, 3), Triangles(8, 3)};
   s.vertices << 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1;
-  s.faces.resize(8, 3);
   s.faces << 0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5;
-  for (int level = 0; level < levels; ++level) {
-    std::map<std::pair<Index, Index>, Index> middle;
-    std::vector<Vector3> points;
-    for (Eigen::Index v = 0; v < s.vertices.rows(); ++v) points.push_back(s.vertices.row(v));
-    const auto between = [&](Index a, Index b) {
-      const auto [entry, is_new] =
-          middle.try_emplace(std::minmax(a, b), static_cast<Index>(points.size()));
-      if (is_new) points.push_back((points[at(a)] + points[at(b)]).normalized());
-      return entry->second;
-    };
-    Triangles finer(4 * s.faces.rows(), 3);
-    for (Eigen::Index f = 0; f < s.faces.rows(); ++f) {
-      const Index a = s.faces(f, 0), b = s.faces(f, 1), c = s.faces(f, 2);
-      const Index ab = between(a, b), bc = between(b, c), ca = between(c, a);
-      finer.row(4 * f) << a, ab, ca;
-      finer.row(4 * f + 1) << ab, b, bc;
-      finer.row(4 * f + 2) << ca, bc, c;
-      finer.row(4 * f + 3) << ab, bc, ca;
-    }
-    s.faces = finer;
-    s.vertices.resize(static_cast<Eigen::Index>(points.size()), 3);
-    for (std::size_t v = 0; v < points.size(); ++v)
-      s.vertices.row(static_cast<Eigen::Index>(v)) = points[v];
-  }
   return s;
 }
 
@@ -248,7 +221,7 @@ TEST(ConformalMetric, a_regular_pyramid_flattens_as_computed_by_hand) {
 }
 
 TEST(ConformalMetric, agrees_with_fixed_triangulation_newton_when_no_flip_is_needed) {
-  const mesh::Surface s = subdivided_octahedron(2);
+  const mesh::Surface s = octahedron();
   const Index n = static_cast<Index>(s.vertices.rows());
   const Points3 length = corner_lengths(s);
   std::vector<double> target = vertex_angles(n, s.faces, length);
@@ -390,55 +363,69 @@ TEST(ConformalMetric, a_single_tiny_or_huge_cone_is_met) {
   }
 }
 
-TEST(ConformalMetric, has_the_same_bits_for_any_number_of_threads) {
+TEST(ConformalMetric, threads_change_no_bit_and_a_cancel_ends_it) {
   const mesh::Surface s = test::sphere(60, 45);  // loops over its faces are shared between threads
   const std::vector<double> target = random_targets(s, 1, kPi, 3 * kPi);
-  std::vector<std::vector<double>> u;
+  std::vector<double> first;
   for (const int threads : {1, 2, 3}) {
     ExecutionContext context;
     context.threads = threads;
-    u.push_back(compute_conformal_metric(s, target, MetricOptions{}, context).scale_factors);
+    const auto u = compute_conformal_metric(s, target, MetricOptions{}, context).scale_factors;
+    if (threads == 1) first = u;
+    EXPECT_EQ(u, first);
+    context.cancel();
+    EXPECT_THROW(compute_conformal_metric(s, target, MetricOptions{}, context), Cancelled);
   }
-  EXPECT_EQ(u[0], u[1]);
-  EXPECT_EQ(u[0], u[2]);
 }
 
-TEST(ConformalMetric, refuses_what_cannot_be_met_and_says_why) {
-  const mesh::Surface s = test::tetrahedron();
-  try {
-    solve(s, {kPi, kPi, kPi, kPi + 0.5});
-    FAIL();
-  } catch (const Infeasible& e) {
-    EXPECT_EQ(e.error().code, ErrorCode::kGaussBonnet);
-    EXPECT_NE(std::string(e.what()).find("-0.5"), std::string::npos) << e.what();
+TEST(ConformalMetric, refuses_what_cannot_be_met_and_names_it) {
+  const double nan = std::nan("");
+  const struct {
+    std::vector<double> target;
+    int bits;
+    double tolerance;
+    std::vector<double> sides;  // of all faces but the third's first
+    ErrorCode code;
+    std::vector<Index> named;
+  } cases[] = {
+      {{kPi, kPi, kPi, kPi + 0.5}, 0, 1e-10, {1, 1}, ErrorCode::kGaussBonnet, {}},
+      {{kPi, 0.0, 2 * kPi, kPi}, 0, 1e-10, {1, 1}, ErrorCode::kBadAngles, {1}},
+      {{kPi, kPi, 2 * kPi}, 0, 1e-10, {1, 1}, ErrorCode::kBadShape, {}},
+      {{kPi, kPi, kPi, nan}, 0, 1e-10, {1, 1}, ErrorCode::kBadAngles, {3}},
+      {{kPi, kPi, kPi, kPi}, 10, 1e-10, {1, 1}, ErrorCode::kBadOption, {}},
+      {{kPi, kPi, kPi, kPi}, kLargestBits + 1, 1e-10, {1, 1}, ErrorCode::kBadOption, {}},
+      {{kPi, kPi, kPi, kPi}, 0, -1.0, {1, 1}, ErrorCode::kBadOption, {}},
+      {{kPi, kPi, kPi, kPi}, 0, nan, {1, 1}, ErrorCode::kBadOption, {}},
+      // No triangle, and two lengths of one edge.
+      {{kPi, kPi, kPi, kPi}, 0, 1e-10, {1, 2}, ErrorCode::kZeroAreaFace, {2}},
+      {{kPi, kPi, kPi, kPi}, 0, 1e-10, {1, 1.25}, ErrorCode::kBadShape, {}},
+  };
+  for (const auto& c : cases) {
+    const Triangles faces = test::tetrahedron().faces;
+    Points3 lengths = Points3::Constant(4, 3, c.sides[0]);
+    lengths(2, 0) = c.sides[1];
+    MetricOptions options;
+    options.bits = c.bits;
+    options.tolerance = c.tolerance;
+    ExecutionContext context;
+    const auto expect = [&](const Error& error) {
+      EXPECT_EQ(error.code, c.code) << error.message;
+      if (!c.named.empty()) {
+        EXPECT_EQ(error.elements, c.named);
+      }
+    };
+    try {
+      compute_conformal_metric(4, faces, lengths, c.target, options, context);
+      ADD_FAILURE() << "accepted";
+    } catch (const Infeasible& e) {
+      expect(e.error());
+      ASSERT_EQ(e.error().witness.numbers.size(), 2u);
+      EXPECT_NEAR(e.error().witness.numbers[0].second[0] - e.error().witness.numbers[1].second[0],
+                  0.5, 1e-12);
+    } catch (const InvalidInput& e) {
+      expect(e.error());
+    }
   }
-  try {
-    solve(s, {kPi, 0.0, 2 * kPi, kPi});
-    FAIL();
-  } catch (const InvalidInput& e) {
-    EXPECT_EQ(e.error().code, ErrorCode::kBadAngles);
-    EXPECT_EQ(e.error().elements, std::vector<Index>{1});
-  }
-  EXPECT_THROW(solve(s, {kPi, kPi, 2 * kPi}), InvalidInput);
-  EXPECT_THROW(solve(s, {kPi, kPi, kPi, std::nan("")}), InvalidInput);
-  EXPECT_THROW(solve(s, {kPi, kPi, kPi, kPi}, 10), InvalidInput);
-  EXPECT_THROW(solve(s, {kPi, kPi, kPi, kPi}, 0, -1.0), InvalidInput);
-}
-
-TEST(ConformalMetric, refuses_lengths_that_are_no_metric) {
-  const mesh::Surface s = test::tetrahedron();
-  ExecutionContext context;
-  const std::vector<double> target(4, kPi);
-  Points3 lengths = Points3::Constant(4, 3, 1.0);
-  EXPECT_LE(
-      compute_conformal_metric(4, s.faces, lengths, target, MetricOptions{}, context).angle_error,
-      1e-10);
-  lengths(2, 0) = 2.0;
-  EXPECT_THROW(compute_conformal_metric(4, s.faces, lengths, target, MetricOptions{}, context),
-               InvalidInput);
-  lengths(2, 0) = 1.25;
-  EXPECT_THROW(compute_conformal_metric(4, s.faces, lengths, target, MetricOptions{}, context),
-               InvalidInput);
 }
 
 TEST(ConformalMetric, reports_what_was_reached_when_it_may_not_iterate_on) {
@@ -453,15 +440,6 @@ TEST(ConformalMetric, reports_what_was_reached_when_it_may_not_iterate_on) {
   EXPECT_FALSE(m.converged);
   EXPECT_EQ(m.iterations, 2);
   EXPECT_GT(m.angle_error, 1e-10);
-}
-
-TEST(ConformalMetric, stops_when_cancelled) {
-  const mesh::Surface s = test::sphere(12, 8);
-  ExecutionContext context;
-  context.cancel();
-  EXPECT_THROW(
-      compute_conformal_metric(s, random_targets(s, 2, kPi, 3 * kPi), MetricOptions{}, context),
-      Cancelled);
 }
 
 // The pairs of the shared data folder that take well under a second each, hard ones included.
