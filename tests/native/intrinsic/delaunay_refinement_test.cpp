@@ -1,5 +1,4 @@
-// Intrinsic Delaunay refinement: angles of the refined start, provenance of its vertices, and what
-// it does for the metric.
+// Intrinsic Delaunay refinement: angles of the refined start, and provenance of its vertices.
 #include "flipfree/intrinsic/refined_start/delaunay_refinement.h"
 
 #include <gtest/gtest.h>
@@ -11,10 +10,8 @@
 #include <numbers>
 #include <vector>
 
-#include "flipfree/base/error.h"
-#include "flipfree/conformal/refined_metric.h"
 #include "flipfree/intrinsic/refined_start/split_surface.h"
-#include "intrinsic/refined_start/flat_surfaces.h"
+#include "support/shapes.h"
 
 namespace flipfree::intrinsic::delaunay_refinement_test {
 namespace {
@@ -53,7 +50,10 @@ struct Refined {
 };
 Refined refine(const mesh::Surface& s, RefinementOptions options = {}) {
   ExecutionContext context;
-  Refined r{test::flat(s), {}, {}};
+  Refined r{make_flat_surface(static_cast<Index>(s.vertices.rows()), s.faces,
+                              lengths_of(s.vertices, s.faces)),
+            {},
+            {}};
   r.found = find_refinement_points(r.input, options, context);
   EXPECT_TRUE(split_surface(r.input, r.found.points, context, r.split));
   return r;
@@ -128,18 +128,6 @@ TEST_P(Prisms, KnowExactlyWhereTheirNewVerticesLie) {
 
 INSTANTIATE_TEST_SUITE_P(Refinement, Prisms, testing::Values(true, false));
 
-TEST(Refinement, LeavesGoodTriangulationsAlone) {
-  EXPECT_TRUE(refine(test::torus(24, 12)).found.points.empty());
-  EXPECT_TRUE(refine(test::grid(6, 6)).found.points.empty());
-}
-
-TEST(Refinement, IsTheSameEveryTime) {
-  const mesh::Surface s = prism(80, 1.0, false);
-  const Refined a = refine(s), b = refine(s);
-  EXPECT_EQ(a.split.faces, b.split.faces);
-  EXPECT_EQ(a.split.lengths, b.split.lengths);
-}
-
 TEST(Refinement, StopsAtItsLimitAndSaysSo) {
   RefinementOptions options;
   options.max_added = 20;
@@ -147,75 +135,6 @@ TEST(Refinement, StopsAtItsLimitAndSaysSo) {
   EXPECT_FALSE(r.found.complete);
   EXPECT_EQ(r.found.points.size(), 20u);
   EXPECT_EQ(r.split.vertex_count, 240 + 20);
-}
-
-TEST(Refinement, CanBeCancelled) {
-  ExecutionContext context;
-  context.cancel();
-  const FlatSurface surface = test::flat(prism(120, 3.0, true));
-  EXPECT_THROW(find_refinement_points(surface, {}, context), Cancelled);
-}
-
-// Cones of +-pi / 2 on a closed prism.
-std::vector<double> few_cones(const mesh::Surface& s) {
-  std::vector<double> angles(at(static_cast<Index>(s.vertices.rows())), 2 * kPi);
-  for (const Index v : {3, 20, 41, 60, 83, 99, 110, 130, 150, 200}) angles[at(v)] = 1.5 * kPi;
-  for (const Index v : {12, 140}) angles[at(v)] = 2.5 * kPi;
-  return angles;
-}
-
-TEST(RefinedMetric, TakesFewerStepsAndFlipsFromAStartWithoutNeedles) {
-  const mesh::Surface s = prism(120, 3.0, true);
-  ExecutionContext context;
-  const auto plain = conformal::compute_refined_metric(s, nullptr, few_cones(s), {},
-                                                       conformal::StartRefinement::kOff, context);
-  const auto refined = conformal::compute_refined_metric(s, nullptr, few_cones(s), {},
-                                                         conformal::StartRefinement::kOn, context);
-  ASSERT_NE(refined.split, nullptr);
-  EXPECT_TRUE(refined.metric.converged);
-  EXPECT_LE(refined.metric.angle_error, 1e-10);
-  EXPECT_LT(refined.metric.iterations, plain.metric.iterations);
-  EXPECT_LT(10 * (refined.metric.flips.size() - refined.metric.euclidean_flips),
-            plain.metric.flips.size() - plain.metric.euclidean_flips);
-}
-
-TEST(RefinedMetric, IsOnlyUsedByItselfWhereThePlainWayFails) {
-  const mesh::Surface s = prism(120, 3.0, true);
-  ExecutionContext context;
-  conformal::MetricOptions options;
-  const auto easy = conformal::compute_refined_metric(s, nullptr, few_cones(s), options,
-                                                      conformal::StartRefinement::kAuto, context);
-  EXPECT_EQ(easy.split, nullptr);
-  EXPECT_EQ(std::get<std::int64_t>(easy.metric.stats.at("intrinsic_refinement")), 0);
-  // One step fewer than the plain way needs.
-  options.max_iterations = easy.metric.iterations - 1;
-  EXPECT_THROW(conformal::compute_refined_metric(s, nullptr, few_cones(s), options,
-                                                 conformal::StartRefinement::kOff, context),
-               NotConverged);
-  const auto hard = conformal::compute_refined_metric(s, nullptr, few_cones(s), options,
-                                                      conformal::StartRefinement::kAuto, context);
-  ASSERT_NE(hard.split, nullptr);
-  EXPECT_TRUE(hard.metric.converged);
-  EXPECT_EQ(std::get<std::int64_t>(hard.metric.stats.at("intrinsic_refinement")),
-            static_cast<std::int64_t>(hard.split->added.size()));
-}
-
-TEST(RefinedMetric, FailsAsThePlainOneWhereThereIsNothingToRefine) {
-  const mesh::Surface s = test::torus(24, 12);
-  std::vector<double> angles(at(static_cast<Index>(s.vertices.rows())), 2 * kPi);
-  angles[5] = kPi;
-  angles[80] = 3 * kPi;
-  conformal::MetricOptions options;
-  options.max_iterations = 1;
-  ExecutionContext context;
-  EXPECT_THROW(conformal::compute_refined_metric(s, nullptr, angles, options,
-                                                 conformal::StartRefinement::kAuto, context),
-               NotConverged);
-  options.require_convergence = false;
-  const auto reached = conformal::compute_refined_metric(
-      s, nullptr, angles, options, conformal::StartRefinement::kAuto, context);
-  EXPECT_FALSE(reached.metric.converged);
-  EXPECT_EQ(reached.metric.iterations, 1);
 }
 
 }  // namespace

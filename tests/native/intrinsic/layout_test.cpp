@@ -3,16 +3,27 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <random>
 #include <vector>
 
 #include "flipfree/mesh/cut_graph.h"
-#include "intrinsic/layout/traced.h"
 #include "support/flipped_metrics.h"
 #include "support/shapes.h"
 
 namespace flipfree::intrinsic::layout_test {
 namespace {
+
+// Its triangulation is far from Delaunay.
+mesh::Surface sheared_grid() {
+  mesh::Surface surface = test::grid(6, 5);
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> uniform(-0.02, 0.02);
+  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
+    const double x = surface.vertices(v, 0), y = surface.vertices(v, 1);
+    surface.vertices.row(v) << x + 1.3 * y + uniform(random), y + uniform(random), 0.0;
+  }
+  return surface;
+}
 
 MetricLayout lay_out(const mesh::Surface& surface, const FlippedMetric& metric,
                      Refinement refinement, const mesh::EdgeFlags& cuts) {
@@ -39,7 +50,7 @@ void expect_isometric(const mesh::Surface& surface, const Points2& uv, double to
 }
 
 TEST(LayOutMetric, AFlatDiskComesOutAsItIsWithoutAddedVertices) {
-  const mesh::Surface surface = test::sheared_grid();
+  const mesh::Surface surface = sheared_grid();
   const std::vector<double> u(static_cast<std::size_t>(surface.vertices.rows()), 0.0);
   const FlippedMetric metric = test::scaled_metric(surface, u);
   ASSERT_GT(metric.euclidean_flips, 10u);
@@ -57,7 +68,7 @@ TEST(LayOutMetric, AFlatDiskComesOutAsItIsWithoutAddedVertices) {
 }
 
 TEST(LayOutMetric, FullRefinementHasEveryCrossingAndKeepsTheShape) {
-  const mesh::Surface surface = test::sheared_grid();
+  const mesh::Surface surface = sheared_grid();
   const std::vector<double> u(static_cast<std::size_t>(surface.vertices.rows()), 0.0);
   const FlippedMetric metric = test::scaled_metric(surface, u);
   const mesh::EdgeFlags none(static_cast<std::size_t>(3 * surface.faces.rows()), 0);
@@ -65,21 +76,6 @@ TEST(LayOutMetric, FullRefinementHasEveryCrossingAndKeepsTheShape) {
   EXPECT_GT(layout.map.surface.vertices.rows(), surface.vertices.rows() + 10);
   EXPECT_EQ(find_broken_invariant(surface, layout.map), "");
   expect_isometric(layout.map.surface, layout.map.uv, 1e-12);
-}
-
-TEST(LayOutMetric, ABrokenLayoutIsFound) {
-  const mesh::Surface surface = test::grid(3, 3);
-  const std::vector<double> u(static_cast<std::size_t>(surface.vertices.rows()), 0.0);
-  const mesh::EdgeFlags none(static_cast<std::size_t>(3 * surface.faces.rows()), 0);
-  const MetricLayout good =
-      lay_out(surface, test::scaled_metric(surface, u), Refinement::kAuto, none);
-  ASSERT_EQ(find_broken_invariant(surface, good.map), "");
-  RefinedLayout map = good.map;
-  map.uv.row(0).swap(map.uv.row(1));
-  EXPECT_NE(find_broken_invariant(surface, map), "");
-  map = good.map;
-  map.provenance.face[0] = 7;
-  EXPECT_NE(find_broken_invariant(surface, map), "");
 }
 
 TEST(LayOutMetric, ATetrahedronIsCutOpenAtItsCones) {

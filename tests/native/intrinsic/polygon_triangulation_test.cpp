@@ -66,18 +66,6 @@ TEST(PolygonTriangulation, NeverUsesATriangleWithinOneSide) {
   }
 }
 
-TEST(PolygonTriangulation, LargePolygonsCanBeCancelled) {
-  ExecutionContext context;
-  context.cancel();
-  for (const Index count : {20, 200, 20000}) {
-    const auto polygon = side_polygon(count, [](double t) {
-      return std::array<double, 2>{t, t * (t - 1)};
-    });
-    std::vector<PolygonTriangle> triangles;
-    EXPECT_THROW(triangulate_polygon(polygon, {}, Storage::k64Only, triangles, context), Cancelled);
-  }
-}
-
 TEST(PolygonTriangulation, SaysWhenThereIsNone) {
   // The middle of the side is beyond the far corner: no triangle fan can be positive everywhere.
   const auto polygon = side_polygon(1, [](double) { return std::array<double, 2>{0.2, 2.0}; });
@@ -97,39 +85,6 @@ TEST(PolygonTriangulation, DecidesOnTheStoredValues) {
   std::vector<PolygonTriangle> triangles;
   EXPECT_TRUE(triangulate_polygon(polygon, {}, Storage::k64Only, triangles, ExecutionContext()));
   EXPECT_FALSE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles, ExecutionContext()));
-}
-
-TEST(PolygonTriangulation, CostIsTheAreaExactlyForConformalTriangles) {
-  auto polygon = side_polygon(0, [](double) { return std::array<double, 2>{0, 0}; });
-  EXPECT_NEAR(distortion_cost(polygon[0], polygon[1], polygon[2]), 1.0,
-              1e-15);  // twice 1/2: areas are doubled
-  const double angle = 0.7, scale = 3e-8;
-  for (PolygonVertex& v : polygon) {
-    v.uv = {scale * (std::cos(angle) * v.domain[0] - std::sin(angle) * v.domain[1]),
-            scale * (std::sin(angle) * v.domain[0] + std::cos(angle) * v.domain[1])};
-  }
-  EXPECT_NEAR(distortion_cost(polygon[0], polygon[1], polygon[2]), 1.0, 1e-12);
-  for (PolygonVertex& v : polygon) v.uv = {4.0 * v.domain[0], v.domain[1]};
-  EXPECT_NEAR(distortion_cost(polygon[0], polygon[1], polygon[2]), (16.0 + 1.0) / 8.0, 1e-12);
-}
-
-TEST(PolygonTriangulation, FindsThePathThroughANarrowBend) {
-  // A thin bend: the image of a long side that turns by more than pi around the far corner.
-  std::vector<PolygonVertex> polygon;
-  const Index n = 12;
-  polygon = side_polygon(n, [](double t) {
-    const double a = std::numbers::pi * (1.0 + 1.4 * t);
-    return std::array<double, 2>{std::cos(a), 1 + std::sin(a)};
-  });
-  polygon.front().uv = {std::cos(std::numbers::pi), 1.0};
-  polygon[static_cast<std::size_t>(n) + 1].uv = {std::cos(std::numbers::pi * 2.4),
-                                                 1 + std::sin(std::numbers::pi * 2.4)};
-  polygon.back().uv = {0.0, 1.0};
-  for (PolygonVertex& v : polygon)
-    v.uv32 = {static_cast<float>(v.uv[0]), static_cast<float>(v.uv[1])};
-  std::vector<PolygonTriangle> triangles;
-  ASSERT_TRUE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles, ExecutionContext()));
-  EXPECT_EQ(triangles.size(), polygon.size() - 2);
 }
 
 // A corner of 2 pi + 0.6 in the plane: the three corners of the input triangle alone form a
