@@ -58,16 +58,5 @@ TEST(Schnyder, EmbeddingOfALongTubeHasNoFlipWhereTutteHasThousands) {
   EXPECT_EQ(count_flips(disk.surface.faces, ours, context), 0U);
 }
 
-TEST(Schnyder, TriangleBoundaryUsesTheDrawingItself) {
-  ExecutionContext context;
-  const test::Disk disk =
-      test::make_disk(test::stacked(300, test::Stacking::kMixed), BoundaryShape::kTriangle);
-  const Points2 uv = schnyder_embedding(disk.surface.faces, disk.vertex_count(), disk.loop,
-                                        disk.boundary, context);
-  EXPECT_EQ(count_flips(disk.surface.faces, uv, context), 0U);
-  const Points2 again = tutte_mean_value(disk.surface.faces, uv, disk.loop, disk.boundary, context);
-  EXPECT_LT((again - uv).cwiseAbs().maxCoeff(), 1e-9);
-}
-
 }  // namespace
 }  // namespace flipfree::embedding::schnyder_test

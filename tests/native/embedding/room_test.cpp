@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include "embedding/disks.h"
@@ -71,26 +70,6 @@ TEST(FindRoom, counts_the_floats_that_see_the_whole_ring) {
   }
   EXPECT_GT(with_room, 50);
   EXPECT_GT(without, 50);
-}
-
-TEST(FindRoom, a_budget_below_all_rows_is_said_to_be_inexact) {
-  Points2 places(4, 2);
-  places << -1, -1, 1, -1, 1, 1, -1, 1;
-  const Ring ring = ring_of(places);
-  const Room room = find_room(ring.map, ring.star, 400);
-  EXPECT_FALSE(room.exact);
-  EXPECT_GT(room.points, 0U);
-  EXPECT_TRUE(star_positive(ring.map, ring.star, room.middle));
-}
-
-TEST(NarrowestExtent, names_the_edge_and_the_vertex_farthest_from_it) {
-  Points2 places(4, 2);
-  places << 0, 0, 10, 0, 10, 1, 0, 2;
-  const std::string text = narrowest_extent(ring_of(places).star);
-  // Across the long upper edge (2, 3): nothing of the ring is farther from it than vertex 0.
-  EXPECT_EQ(text, "between the edge (2, 3) and vertex 0");
-  places << 0, 0, 1, 0, 2, 0, 3, 0;
-  EXPECT_EQ(narrowest_extent(ring_of(places).star), "between vertices that lie on one line");
 }
 
 }  // namespace
