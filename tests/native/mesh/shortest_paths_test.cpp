@@ -66,24 +66,5 @@ TEST(ShortestPaths, agree_with_relaxing_every_edge_and_follow_their_arrivals) {
   }
 }
 
-TEST(ShortestPaths, infinitely_long_edges_are_never_used) {
-  const Surface surface = test::grid(6, 6);
-  const Adjacency adjacency = adjacency_of(surface);
-  std::vector<double> length = lengths(surface);
-  for (HalfedgeId h = 0; h < 3 * surface.faces.rows(); ++h) {
-    const Vector3 a = surface.vertices.row(source(surface.faces, h));
-    const Vector3 b = surface.vertices.row(target(surface.faces, h));
-    if ((a - b).head<2>().cwiseAbs().minCoeff() > 0.0)
-      length[static_cast<std::size_t>(h)] = ShortestPaths::kUnreached;
-  }
-  ShortestPaths paths(surface.faces, adjacency, length);
-  paths.add_source(0);
-  paths.grow(ExecutionContext());
-  for (VertexId v = 0; v < surface.vertices.rows(); ++v) {
-    const Vector3 d = surface.vertices.row(v) - surface.vertices.row(0);
-    EXPECT_NEAR(paths.distance(v), std::abs(d.x()) + std::abs(d.y()), 1e-12);
-  }
-}
-
 }  // namespace
 }  // namespace flipfree::mesh::shortest_paths_test

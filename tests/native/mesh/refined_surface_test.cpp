@@ -37,37 +37,6 @@ void expect_tidy(const Support& s) {
   }
 }
 
-TEST(Support, points_between_two_lie_where_rational_numbers_put_them) {
-  std::mt19937 random(1);
-  for (int i = 0; i < 500; ++i) {
-    // Two points of the face 3, 5, 8, often on its edges, in sixteenths.
-    const std::array<VertexId, 3> corner = {3, 5, 8};
-    const auto point = [&] {
-      const auto a = random() % 17, b = random() % (17 - a);
-      const std::array<double, 3> weight = {static_cast<double>(a), static_cast<double>(b),
-                                            static_cast<double>(16 - a - b)};
-      Support s;
-      std::size_t count = 0;
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (weight[k] == 0) continue;
-        s.vertex[count] = corner[k];
-        s.weight[count++] = weight[k] / 16.0;
-      }
-      return s;
-    };
-    const Support a = point(), b = point();
-    const double share = static_cast<double>(random() % 17) / 16.0;
-    const Support s = between(a, b, share);
-    for (const VertexId v : corner) {
-      EXPECT_EQ(Rational(s.of(v)),
-                (1 - Rational(share)) * Rational(a.of(v)) + Rational(share) * Rational(b.of(v)));
-    }
-    EXPECT_EQ(s.of(4), 0.0);
-    EXPECT_EQ(s.of(kInvalid), 0.0);
-    expect_tidy(s);
-  }
-}
-
 TEST(Support, rounded_points_sum_to_one_exactly_in_multiples_that_stay_exact) {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> any(0.0, 1.0);
@@ -88,12 +57,6 @@ TEST(Support, rounded_points_sum_to_one_exactly_in_multiples_that_stay_exact) {
       EXPECT_LE(std::abs(a.of(v) - exact.of(v)), std::ldexp(1.0, -50));
     }
   }
-}
-
-TEST(Support, points_without_a_common_face_are_an_internal_error) {
-  const Support a{{0, 1, kInvalid}, {0.5, 0.5, 0.0}};
-  const Support b{{2, 3, kInvalid}, {0.5, 0.5, 0.0}};
-  EXPECT_THROW(between(a, b, 0.5), InternalError);
 }
 
 // What has been promised of every refined surface: weights exact, faces turned as their parents,
@@ -165,20 +128,6 @@ TEST(RefinedSurface, random_splits_subdivide_the_input_exactly) {
   }
 }
 
-TEST(RefinedSurface, shares_are_kept_where_there_are_bits_left_and_halved_elsewhere) {
-  const Surface input = test::grid(1, 1);
-  RefinedSurface refined = make_refined_surface(input);
-  EXPECT_EQ(refined.exact_share(0, 3.0 / 16.0), 3.0 / 16.0);
-  EXPECT_EQ(refined.exact_share(0, 0.3), 0.5);
-  // Towards one end: each split takes four bits.
-  int kept = 0;
-  for (; refined.exact_share(0, 1.0 / 16.0) == 1.0 / 16.0 && kept < 99; ++kept)
-    refined.split_edge(0, 1.0 / 16.0);
-  EXPECT_GE(kept, 9);
-  EXPECT_LT(kept, 14);
-  EXPECT_EQ(refined.exact_share(0, 1.0 / 16.0), 0.5);
-}
-
 TEST(WithCollar, surrounds_the_surface_and_compacting_takes_it_away_again) {
   for (unsigned seed = 0; seed < 12; ++seed) {
     std::mt19937 random(seed);
@@ -214,27 +163,6 @@ TEST(WithCollar, surrounds_the_surface_and_compacting_takes_it_away_again) {
       EXPECT_EQ(compact.position[static_cast<std::size_t>(v)], refined.position[old]);
     }
   }
-}
-
-TEST(Compacted, keeps_the_inputs_isolated_vertices_and_no_other) {
-  Surface input = test::grid(2, 2);
-  input.vertices.conservativeResize(11, 3);
-  input.vertices.bottomRows<2>().setOnes();
-  RefinedSurface refined = make_refined_surface(input);
-  const std::array<VertexId, 3> face = refined.mesh.corners(0);
-  const VertexId gone = refined.split_face(
-      0, rounded_between(refined.support[static_cast<std::size_t>(face[0])],
-                         between(refined.support[static_cast<std::size_t>(face[1])],
-                                 refined.support[static_cast<std::size_t>(face[2])], 0.5),
-                         0.5));
-  const std::vector<FaceId> star = refined.mesh.star(gone);
-  refined.mesh.replace(star, std::array<EditableTriangulation::Triangle, 1>{face},
-                       std::array<FaceId, 1>{0});
-  std::vector<VertexId> old_vertex;
-  const RefinedSurface compact = compacted(refined, old_vertex);
-  EXPECT_EQ(compact.mesh.vertex_count(), 11);
-  EXPECT_EQ(compact.mesh.faces().rows(), 8);
-  expect_subdivides(compact);
 }
 
 }  // namespace

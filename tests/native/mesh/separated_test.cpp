@@ -130,49 +130,6 @@ TEST(Separate, PairsAllButOneOfAnOddFan) {
   }
 }
 
-TEST(Separate, TellsTheCubesApartThatShareAnEdge) {
-  // Two of the squares of a chess board, as boxes.
-  std::vector<std::array<double, 3>> points;
-  std::vector<std::array<Index, 3>> faces;
-  const auto add_box = [&](double x, double y) {
-    std::array<Index, 8> corner{};
-    for (std::size_t i = 0; i < 8; ++i) {
-      const std::array<double, 3> p = {x + (i & 1 ? 1.0 : 0.0), y + (i & 2 ? 1.0 : 0.0),
-                                       i & 4 ? 1.0 : 0.0};
-      const auto known = std::find(points.begin(), points.end(), p);
-      corner[i] = static_cast<Index>(known - points.begin());
-      if (known == points.end()) points.push_back(p);
-    }
-    const auto quad = [&](std::size_t a, std::size_t b, std::size_t c, std::size_t d) {
-      faces.push_back({corner[a], corner[b], corner[c]});
-      faces.push_back({corner[a], corner[c], corner[d]});
-    };
-    quad(0, 2, 3, 1);
-    quad(4, 5, 7, 6);
-    quad(0, 1, 5, 4);
-    quad(1, 3, 7, 5);
-    quad(3, 2, 6, 7);
-    quad(2, 0, 4, 6);
-  };
-  add_box(0, 0);
-  add_box(1, 1);
-  const Surface s = make(points, faces);
-  const SeparatedSurface result = separated(s);
-  EXPECT_EQ(broken(s, result), "");
-  EXPECT_EQ(topology_of(result).components, 2);
-  EXPECT_EQ(topology_of(result).boundary_loops, 0);
-}
-
-TEST(Separate, TurnsTheFewerFaces) {
-  Surface s = test::bumpy_grid(6, 6, 0.1, 1);
-  const Triangles before = s.faces;
-  for (const Index f : {3, 17, 40}) std::swap(s.faces(f, 0), s.faces(f, 2));
-  const SeparatedSurface result = separated(s);
-  EXPECT_EQ(broken(s, result), "");
-  EXPECT_EQ(mended(result, MendKind::kTurnedFace), 3U);
-  EXPECT_EQ(topology_of(result).components, 1);
-}
-
 TEST(Separate, TurnsWholePages) {
   Surface s = test::grid(8, 4);
   for (FaceId f = 0; f < s.faces.rows(); ++f) {
@@ -200,18 +157,6 @@ TEST(Separate, CutsAMoebiusStripOnce) {
     EXPECT_EQ(mended(result, MendKind::kOneSidedEdge), static_cast<std::size_t>(rows));
     EXPECT_EQ(mended(result, MendKind::kTurnedFace), 0U);
   }
-}
-
-TEST(Separate, KeepsDuplicatesApart) {
-  Surface s = test::grid(2, 2);
-  const Index n = static_cast<Index>(s.faces.rows());
-  s.faces.conservativeResize(2 * n, 3);
-  for (Index f = 0; f < n; ++f) s.faces.row(n + f) << s.faces(f, 0), s.faces(f, 2), s.faces(f, 1);
-  const SeparatedSurface result = separated(s);
-  EXPECT_EQ(broken(s, result), "");
-  EXPECT_EQ(mended(result, MendKind::kDuplicateFace), static_cast<std::size_t>(n));
-  EXPECT_EQ(topology_of(result).components, 2);
-  EXPECT_EQ(topology_of(result).boundary_loops, 2);
 }
 
 TEST(Separate, GivesEveryFanOfAPinchedVertexACopy) {

@@ -12,19 +12,6 @@
 namespace flipfree::mesh::map_cut_test {
 namespace {
 
-struct Case {
-  const char* name;
-  Surface surface;
-};
-
-std::vector<Case> cases() {
-  return {{"sphere", test::sphere(16, 12)},
-          {"torus", test::torus(18, 10)},
-          {"cylinder", test::cylinder(14, 8)},
-          {"disk", test::grid(9, 7)},
-          {"tetrahedron", test::tetrahedron()}};
-}
-
 // Charts of the surface cut along `cut`; every one must be a disk with the cones on its boundary.
 void expect_disks(const Surface& surface, const EdgeFlags& cut,
                   const std::vector<VertexId>& cones) {
@@ -48,10 +35,10 @@ void expect_disks(const Surface& surface, const EdgeFlags& cut,
 
 TEST(MapCut, OpensEveryTopologyIntoDisksWithTheConesOnTheBoundary) {
   std::mt19937 random(2);
-  for (const Case& c : cases()) {
-    SCOPED_TRACE(c.name);
-    const auto n = static_cast<Index>(c.surface.vertices.rows());
-    const Adjacency adjacency = build_adjacency(n, c.surface.faces);
+  for (const Surface& surface : {test::sphere(16, 12), test::torus(18, 10), test::cylinder(14, 8),
+                                 test::grid(9, 7), test::tetrahedron()}) {
+    const auto n = static_cast<Index>(surface.vertices.rows());
+    const Adjacency adjacency = build_adjacency(n, surface.faces);
     const ExecutionContext context;
     for (const std::size_t count :
          {std::size_t{0}, std::size_t{1}, std::size_t{2}, std::size_t{7}}) {
@@ -60,11 +47,11 @@ TEST(MapCut, OpensEveryTopologyIntoDisksWithTheConesOnTheBoundary) {
         cones.push_back(static_cast<VertexId>(random() % static_cast<unsigned>(n)));
       }
       // A closed sphere with fewer than two cones stays closed: it has no flat metric either.
-      if (count < 2 && topology(c.surface.faces, adjacency).euler() == 2) continue;
+      if (count < 2 && topology(surface.faces, adjacency).euler() == 2) continue;
       std::sort(cones.begin(), cones.end());
       cones.erase(std::unique(cones.begin(), cones.end()), cones.end());
       if (cones.size() < 2 && count >= 2) continue;
-      expect_disks(c.surface, cut_to_disks(c.surface, adjacency, {}, cones, {}, context), cones);
+      expect_disks(surface, cut_to_disks(surface, adjacency, {}, cones, {}, context), cones);
     }
   }
 }

@@ -11,8 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/base/error.h"
-
 namespace flipfree::mesh::fans_test {
 namespace {
 
@@ -100,13 +98,6 @@ TEST(SplitFans, takes_no_memory_for_ids_that_no_triangle_has) {
   EXPECT_EQ(fans.origin, (std::vector<VertexId>{7, 1000000000, far}));
   cuts.row(1) << far, 1000000000;
   EXPECT_EQ(split_fans(faces, cuts).origin, (std::vector<VertexId>{7, 1000000000, far, far}));
-}
-
-TEST(SplitFans, refuses_negative_vertices_and_takes_no_triangles) {
-  Triangles faces(1, 3);
-  faces << 0, 1, -2;
-  EXPECT_THROW(split_fans(faces, IndexPairs(0, 2)), InvalidInput);
-  EXPECT_TRUE(split_fans(Triangles(0, 3), IndexPairs(0, 2)).origin.empty());
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <random>
-#include <utility>
 #include <vector>
 
 #include "flipfree/base/error.h"
@@ -14,11 +13,10 @@
 namespace flipfree::mesh::islands_test {
 namespace {
 
-// Two triangles at the edge (0, 1), the second one running the other way or, `turned`, the same.
-Triangles pair_of_faces(bool turned = false) {
+// Two triangles at the edge (0, 1).
+Triangles pair_of_faces() {
   Triangles faces(2, 3);
   faces << 0, 1, 2, 1, 0, 3;
-  if (turned) std::swap(faces(1, 0), faces(1, 1));
   return faces;
 }
 
@@ -33,18 +31,6 @@ Points2f uv_of(const Triangles& faces) {
 
 using Faces = std::vector<FaceId>;
 
-TEST(Islands, FacesBelongTogetherWhereTheyShareAnEdgeAndItsPlaces) {
-  for (const bool turned : {false, true}) {
-    const Triangles faces = pair_of_faces(turned);
-    Points2f uv = uv_of(faces);
-    EXPECT_EQ(islands_of(faces, &uv).first, (Faces{0, 0}));
-    uv(0, 0) += 0.5F;  // one end is enough to part them
-    EXPECT_EQ(islands_of(faces, &uv).first, (Faces{0, 1}));
-    EXPECT_EQ(islands_of(faces, &uv).nearly_joined, 0);
-    EXPECT_EQ(islands_of(faces, nullptr).first, (Faces{0, 0}));
-  }
-}
-
 TEST(Islands, CountsEdgesWhoseSidesDifferInTheLastBitsOnly) {
   const Triangles faces = pair_of_faces();
   Points2f uv = uv_of(faces);
@@ -52,12 +38,6 @@ TEST(Islands, CountsEdgesWhoseSidesDifferInTheLastBitsOnly) {
   const Islands found = islands_of(faces, &uv);
   EXPECT_EQ(found.first, (Faces{0, 1}));
   EXPECT_EQ(found.nearly_joined, 1);
-}
-
-TEST(Islands, AVertexInCommonIsNotEnough) {
-  Triangles faces(2, 3);
-  faces << 0, 1, 2, 0, 3, 4;
-  EXPECT_EQ(islands_of(faces, nullptr).first, (Faces{0, 1}));
 }
 
 TEST(Islands, ZeroHasNoSignAndWhatIsNoNumberJoinsNothing) {
