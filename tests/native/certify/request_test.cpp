@@ -66,17 +66,6 @@ TEST(CertifyRequest, pins_and_cones_that_do_not_exist_are_refused) {
   }
 }
 
-TEST(CertifyRequest, stored_values_may_be_given_and_are_judged_as_they_are) {
-  Case c;
-  Points2f stored = c.uv.cast<float>();
-  c.request.uv32 = &stored;
-  EXPECT_TRUE(c.measure().ok);
-  stored.row(4) = stored.row(3);
-  const Certificate certificate = c.measure();
-  EXPECT_EQ(certificate.flips64, 0);
-  EXPECT_GT(certificate.flips32, 0);
-}
-
 TEST(CertifyRequest, pins_are_judged_in_each_coordinate_in_64_and_in_32_bits) {
   Case c;
   Points2f stored = c.uv.cast<float>();
@@ -141,24 +130,6 @@ TEST(CertifyRequest, isolated_vertices_have_no_angle_and_no_winding) {
   EXPECT_TRUE(c.measure().ok);
 }
 
-TEST(CertifyRequest, sentences_count_one_and_many) {
-  Case c;
-  c.uv.row(0) = c.uv.row(1);
-  const Certificate one = c.measure();
-  ASSERT_EQ(one.flips64, 1);
-  EXPECT_NE(one.failures[0].find("1 triangle is flipped"), std::string::npos);
-  c.uv.row(3) = c.uv.row(4);
-  EXPECT_NE(c.measure().failures[0].find("2 triangles are flipped"), std::string::npos);
-}
-
-TEST(CertifyRequest, figures_that_are_no_numbers_are_a_failure) {
-  Case c;
-  c.surface.vertices *= 1e-320;  // areas vanish
-  const Certificate certificate = c.measure();
-  EXPECT_FALSE(certificate.ok);
-  ASSERT_FALSE(certificate.failures.empty());
-}
-
 // Sizes so far apart that the mean is a number and the worst triangle is not.
 TEST(CertifyRequest, a_worst_triangle_beyond_doubles_is_a_failure_beside_a_finite_mean) {
   Case c;
@@ -191,16 +162,10 @@ TEST(CertifyRequest, distortion_that_is_not_required_is_minus_one_unless_it_is_f
   EXPECT_EQ(certificate.energy_p99, -1.0);
 }
 
-TEST(CertifyRequest, all_pins_that_are_missed_are_counted) {
-  Case c;
-  c.request.pins = {{0, Vector2(9, 9)}, {1, Vector2(9, 9)}};
-  const Certificate certificate = c.measure();
-  EXPECT_EQ(certificate.pin_failures, 2);
-  EXPECT_NE(certificate.failures[0].find("2 pins are"), std::string::npos);
-}
-
 TEST(CertifyRequest, all_angles_that_are_not_met_are_counted) {
   Case c;
+  c.request.cone_angles = {{5, 2.0 * std::numbers::pi}};
+  EXPECT_EQ(c.measure().cone_failures, 0);
   c.request.cone_angles = {{5, 1.0}, {6, 1.0}};
   EXPECT_EQ(c.measure().cone_failures, 2);
 }

@@ -66,24 +66,6 @@ TEST(SeparatedMap, JudgesEveryFaceThatHasATriangle) {
   EXPECT_EQ(bad.failed_faces.front(), 3);
 }
 
-TEST(SeparatedMap, SeesIslandsOnTopOfEachOther) {
-  const mesh::Surface s = t_wall();
-  Points2 uv = plane_map(s);
-  for (CornerId c = 12; c < 18; ++c) uv.row(c) -= Eigen::RowVector2d(4.5, 4.5);
-  EXPECT_EQ(judged(s, uv).island_overlaps, 1);
-}
-
-TEST(SeparatedMap, OfACleanSurfaceIsTheCertificateItself) {
-  const mesh::Surface s = test::grid(3, 2);
-  Points2 uv(s.faces.size(), 2);
-  for (CornerId c = 0; c < static_cast<CornerId>(uv.rows()); ++c)
-    uv.row(c) = s.vertices.row(s.faces(c / 3, c % 3)).head<2>();
-  const Certificate certificate = judged(s, uv);
-  EXPECT_TRUE(certificate.ok);
-  EXPECT_TRUE(certificate.mends.empty());
-  EXPECT_EQ(certificate.triangles, s.faces.rows());
-}
-
 TEST(SeparatedMap, TakesThereAndBackWhatASolverNeeds) {
   const mesh::Surface s = t_wall();
   const Points2 uv = plane_map(s);
@@ -178,12 +160,6 @@ TEST(SeparatedMap, ErrorsNameTheInputsElementsInWordsToo) {
     EXPECT_EQ(e.certificate().failed_faces, std::vector<Index>{6});
     EXPECT_NE(std::string(e.what()).find("first face 6"), std::string::npos);
   }
-}
-
-TEST(SeparatedMap, RefusesAMeshWithoutATriangle) {
-  mesh::Surface s = t_wall();
-  s.faces.col(1) = s.faces.col(0);
-  EXPECT_THROW(SeparatedMap(s, {}, ExecutionContext()), InvalidInput);
 }
 
 // A flat fan around vertex 0 behind a face that uses a vertex twice, so that ids are shifted; face

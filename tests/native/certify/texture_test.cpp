@@ -30,11 +30,5 @@ TEST(Texture, WhatStaysOnItKeepsItsBitsAndTheRestComesBackByItsShape) {
   }
 }
 
-TEST(Texture, OnePlaceIsSeenWhereARowOfManyIs) {
-  const Points2 uv = random_places(1);
-  const Vector2 place = uv.row(0).transpose();
-  EXPECT_TRUE(on_texture(uv, 1.6).row(0) == on_texture(place, 1.6).transpose());
-}
-
 }  // namespace
 }  // namespace flipfree::certify::texture_test

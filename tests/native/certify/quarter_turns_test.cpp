@@ -13,19 +13,6 @@ namespace {
 using test::adjacency_of;
 using test::flat;
 
-TEST(QuarterTurns, of_a_tetrahedron_whose_corners_are_right_angles_or_half) {
-  const mesh::Surface surface = test::tetrahedron();
-  const mesh::Adjacency adjacency = adjacency_of(surface);
-  // Every face a right triangle: only sums over whole turns are meaningful, but each corner enters
-  // as many quadrants as the reference says: 1 at the right angle, and 1 or 0 at the others.
-  Points2 uv(12, 2);
-  for (Index f = 0; f < 4; ++f) uv.middleRows<3>(3 * f) << 0, 0, 1, 0, 0, 1;
-  const auto turns = quarter_turns_around(adjacency, uv);
-  Index sum = 0;
-  for (const Index k : turns) sum += k;
-  EXPECT_EQ(sum, 4 * 2);  // half a turn per triangle
-}
-
 TEST(QuarterTurns, are_four_inside_a_grid_and_not_counted_on_its_boundary) {
   const mesh::Surface surface = test::grid(3, 3);
   const Points2 plane = flat(surface);

@@ -103,17 +103,8 @@ struct Pair {
 };
 Pair two_grids(const Vector2& offset) {
   const mesh::Surface one = test::grid(3, 3);
-  Pair pair;
-  const Eigen::Index n = one.vertices.rows();
-  const Eigen::Index m = one.faces.rows();
-  pair.surface.vertices.resize(2 * n, 3);
-  pair.surface.vertices << one.vertices, one.vertices;
-  pair.surface.faces.resize(2 * m, 3);
-  pair.surface.faces.topRows(m) = one.faces;
-  pair.surface.faces.bottomRows(m) = one.faces.array() + static_cast<Index>(n);
-  pair.uv.resize(6 * m, 2);
-  pair.uv.topRows(3 * m) = flat(one);
-  pair.uv.bottomRows(3 * m) = flat(one).rowwise() + offset.transpose();
+  Pair pair{test::beside(one, one), flat(one).replicate(2, 1)};
+  pair.uv.bottomRows(3 * one.faces.rows()).rowwise() += offset.transpose();
   return pair;
 }
 
@@ -142,40 +133,19 @@ TEST(IslandOverlap, an_island_in_the_hole_of_another_shares_no_area_and_one_insi
   // A 6 x 6 grid without its middle 2 x 2 squares, and a small triangle.
   const mesh::Surface full = test::grid(6, 6);
   const double unit = full.vertices.col(0).maxCoeff() / 6;
-  std::vector<FaceId> kept;
-  for (FaceId f = 0; f < full.faces.rows(); ++f) {
+  const mesh::Surface holed = test::faces_where(full, [&](FaceId f) {
     Vector2 centre = Vector2::Zero();
     for (Index k = 0; k < 3; ++k)
       centre += full.vertices.row(full.faces(f, k)).head<2>().transpose() / (3 * unit);
-    if (std::abs(centre.x() - 3) > 1 || std::abs(centre.y() - 3) > 1) kept.push_back(f);
-  }
-  mesh::Surface surface;
-  const auto n = static_cast<VertexId>(full.vertices.rows());
-  surface.vertices.resize(n + 3, 3);
-  surface.vertices.topRows(n) = full.vertices;
-  surface.vertices.bottomRows(3) << 0, 0, 0, 0.5 * unit, 0, 0, 0, 0.5 * unit, 0;
-  surface.faces.resize(static_cast<Eigen::Index>(kept.size()) + 1, 3);
-  for (std::size_t i = 0; i < kept.size(); ++i)
-    surface.faces.row(static_cast<Eigen::Index>(i)) = full.faces.row(kept[i]);
-  surface.faces.bottomRows(1) << n, n + 1, n + 2;
+    return std::abs(centre.x() - 3) > 1 || std::abs(centre.y() - 3) > 1;
+  });
+  const mesh::Surface surface = test::beside(holed, loose_triangles(1));
   for (const auto& [place, pairs] : {std::pair{3.0, 0}, std::pair{0.2, 1}, std::pair{-4.0, 0}}) {
     Points2 uv = flat(surface);
+    uv.bottomRows(3) << 0, 0, 0.5 * unit, 0, 0, 0.5 * unit;
     uv.bottomRows(3).array() += place * unit;
     EXPECT_EQ(measure(surface, uv).island_overlaps, pairs) << place;
   }
-}
-
-TEST(IslandOverlap, many_stacked_islands_are_counted_up_to_a_bound) {
-  mesh::Components charts;
-  charts.count = 2000;
-  Points2 uv(3 * 2000, 2);
-  for (Index c = 0; c < charts.count; ++c) {
-    charts.of_face.push_back(c);
-    uv.middleRows(3 * c, 3) << 0, 0, 1, 0, 0, 1;
-  }
-  const IslandOverlaps found = island_overlaps(charts, uv);
-  EXPECT_EQ(found.pairs, IslandOverlaps::kMostPairs);
-  EXPECT_LE(found.faces.size(), 1000U);
 }
 
 TEST(IslandOverlap, counting_ends_at_a_million_pairs_and_a_thousand_faces) {
@@ -204,15 +174,8 @@ TEST(IslandOverlap, charts_that_cover_nothing_overlap_nothing) {
 TEST(IslandOverlap, trees_of_many_triangles_are_searched_on_both_sides) {
   // Two combs of which only the last teeth meet, in either order.
   const mesh::Surface grid = test::grid(8, 8);
-  const Eigen::Index n = grid.vertices.rows();
   const Eigen::Index m = grid.faces.rows();
-  mesh::Surface surface;
-  surface.vertices.resize(n + 3, 3);
-  surface.vertices << grid.vertices, loose_triangles(1).vertices;
-  surface.faces.resize(m + 1, 3);
-  surface.faces.topRows(m) = grid.faces;
-  surface.faces.row(m) << static_cast<Index>(n), static_cast<Index>(n + 1),
-      static_cast<Index>(n + 2);
+  const mesh::Surface surface = test::beside(grid, loose_triangles(1));
   const mesh::Components charts =
       charts_of(adjacency_of(surface), mesh::EdgeFlags(static_cast<std::size_t>(3 * (m + 1)), 0));
   for (const double x : {-0.05, 0.5, 0.99}) {
@@ -225,42 +188,6 @@ TEST(IslandOverlap, trees_of_many_triangles_are_searched_on_both_sides) {
           << x << " " << y;
     }
   }
-}
-
-TEST(IslandOverlap, triangles_are_separated_by_a_side_of_either) {
-  const mesh::Surface surface = loose_triangles(2);
-  const mesh::Components charts = charts_of(adjacency_of(surface), mesh::EdgeFlags(6, 0));
-  Points2 uv(6, 2);
-  uv << 0, 0, 2, 0, 0, 2, 2, 2, 0.5, 1.9, 1.9, 0.5;  // a corner points at a long side
-  EXPECT_EQ(island_overlaps(charts, uv).pairs, 0);
-  const Points2 first = uv.topRows(3);
-  uv.topRows(3) = uv.bottomRows(3).eval();
-  uv.bottomRows(3) = first;
-  EXPECT_EQ(island_overlaps(charts, uv).pairs, 0);
-  uv.row(0) << 0, 0;
-  EXPECT_EQ(island_overlaps(charts, uv).pairs, 1);
-  uv.topRows(3) << 0, 0, 1, 1, 2, 2;  // it covers nothing
-  EXPECT_EQ(island_overlaps(charts, uv).pairs, 0);
-}
-
-// The first chart is one triangle, the second a tree.
-TEST(IslandOverlap, a_single_triangle_is_sought_on_both_sides_of_a_tree) {
-  const mesh::Surface grid = test::grid(8, 8);
-  const Eigen::Index m = grid.faces.rows();
-  mesh::Components charts;
-  charts.count = 2;
-  charts.of_face.assign(static_cast<std::size_t>(m + 1), 1);
-  charts.of_face[0] = 0;
-  Points2 uv(3 * (m + 1), 2);
-  uv.bottomRows(3 * m) = flat(grid);
-  for (const double x : {0.01, 0.3, 0.6, 0.9}) {
-    for (const double y : {0.01, 0.3, 0.6, 0.9}) {
-      uv.topRows<3>() << x, y, x + 0.06, y, x, y + 0.06;
-      EXPECT_EQ(island_overlaps(charts, uv).pairs, 1) << x << " " << y;
-    }
-  }
-  uv.topRows<3>() << 0.9, -0.15, 1.2, -0.15, 1.2, 0.15;  // its box meets the grid's corner, it not
-  EXPECT_EQ(island_overlaps(charts, uv).pairs, 0);
 }
 
 }  // namespace

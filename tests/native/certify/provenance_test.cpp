@@ -105,18 +105,6 @@ TEST(Provenance, vertices_of_neighbouring_faces_are_found_on_the_common_edge) {
   EXPECT_GT(check_provenance(surface, provenance).failures, 0);
 }
 
-TEST(Provenance, at_most_a_thousand_faces_are_named) {
-  Refined refined;
-  refined.parent = test::grid(30, 30);
-  refined.surface = refined.parent;
-  refined.parent_face.assign(1800, -1);
-  refined.vertex_parent.assign(961, 0);
-  refined.weights = Points3::Zero(961, 3);
-  const ProvenanceReport report = refined.check();
-  EXPECT_EQ(report.faces.size(), 1000U);
-  EXPECT_GE(report.failures, 1800);
-}
-
 // A square of two faces, the diagonal split in one of them only: all areas are right, and the map
 // may gape there.
 TEST(Provenance, refinement_that_does_not_meet_across_an_edge_is_a_tear) {

@@ -50,13 +50,8 @@ TEST(Overlap, a_slit_whose_sides_are_moved_past_each_other_is_an_overlap) {
   EXPECT_EQ(c.overlaps, 1);
   EXPECT_FALSE(c.ok);
   EXPECT_FALSE(c.failed_faces.empty());
-}
-
-TEST(Overlap, a_slit_that_gapes_is_none) {
-  const OpenedGrid grid = opened_grid(1.7, 2.3);
-  const Certificate c = measure(grid.surface, grid.uv, bijective());
-  EXPECT_EQ(c.overlaps, 0);
-  EXPECT_TRUE(c.ok);
+  const OpenedGrid gaping = opened_grid(1.7, 2.3);
+  EXPECT_TRUE(measure(gaping.surface, gaping.uv, bijective()).ok);
 }
 
 TEST(Overlap, an_annulus_wound_twice_is_an_overlap_and_once_is_none) {
@@ -92,21 +87,6 @@ TEST(Overlap, one_unit_in_the_last_place_decides) {
   const double step = std::nextafter(2.0, 3.0) - 2.0;
   EXPECT_EQ(measure(grid.surface, opened_grid(2.0, 2.0 + step).uv).overlaps, 0);
   EXPECT_EQ(measure(grid.surface, opened_grid(2.0 + step, 2.0).uv).overlaps, 1);
-}
-
-TEST(Overlap, names_at_most_a_thousand_faces) {
-  // A strip of 700 cells folded onto the same 7 places over and over: thousands of contacts.
-  const mesh::Surface surface = test::grid(700, 1);
-  Points2 uv(surface.vertices.rows(), 2);
-  for (VertexId v = 0; v < uv.rows(); ++v) {
-    const double angle = 2.0 * 3.14159265358979 * (v % 701) / 7.0;
-    const double radius = 2.0 - surface.vertices(v, 1);
-    uv.row(v) << radius * std::cos(angle), radius * std::sin(angle);
-  }
-  const Overlaps overlaps = boundary_overlaps(surface.faces, adjacency_of(surface),
-                                              mesh::EdgeFlags(3 * 1400, 0), corners(surface, uv));
-  EXPECT_GT(overlaps.contacts, 1000);
-  EXPECT_LE(overlaps.faces.size(), 1000U);
 }
 
 TEST(Overlap, names_at_most_a_thousand_faces_of_loops_turned_inside_out) {

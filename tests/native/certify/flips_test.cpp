@@ -67,7 +67,5 @@ TEST(Flips, what_is_not_finite_is_flipped) {
   }
 }
 
-TEST(Flips, of_nothing_are_none) { EXPECT_TRUE(flipped_faces(Points2(0, 2)).empty()); }
-
 }  // namespace
 }  // namespace flipfree::certify::flips_test

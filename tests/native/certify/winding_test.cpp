@@ -91,14 +91,5 @@ TEST(Winding, vertices_at_a_cut_or_on_the_boundary_may_wind_as_they_like) {
       winding_failures(adjacency_of(surface), mesh::EdgeFlags(18, 0), corner.topRows(18)).empty());
 }
 
-TEST(Winding, of_closed_surfaces_is_judged_at_every_uncut_vertex) {
-  const mesh::Surface surface = test::tetrahedron();
-  const mesh::Adjacency adjacency = adjacency_of(surface);
-  Points2 uv(12, 2);
-  for (Index f = 0; f < 4; ++f) uv.middleRows<3>(3 * f) << 0, 0, 1, 0, 0, 1;
-  EXPECT_FALSE(winding_failures(adjacency, mesh::EdgeFlags(12, 0), uv).empty());
-  EXPECT_TRUE(winding_failures(adjacency, mesh::EdgeFlags(12, 1), uv).empty());
-}
-
 }  // namespace
 }  // namespace flipfree::certify::winding_test
