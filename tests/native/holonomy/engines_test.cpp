@@ -48,21 +48,6 @@ TEST(Engines, CutsOfAllComponentsTurnAsTheFieldDoes) {
   }
 }
 
-TEST(Engines, ACutThatIsNotReroutedTurnsAsItHappensTo) {
-  const mesh::Surface torus = test::torus(12, 9);
-  const std::vector<Index> cones = test::scattered(torus, {3, 3, 5, 5}, 2);
-  std::mt19937 random(1);
-  const field::CrossField field = test::wished_field(torus, cones, 2, random);
-  seamless::Reroutings done;
-  ExecutionContext context;
-  seamless::RefinedPieces pieces =
-      field_cut(torus, adjacency_of(torus), field, cones, false, done, context);
-  ASSERT_EQ(pieces.cuts.size(), 1U);
-  EXPECT_EQ(done.loops, 0);
-  test::TurningJudge judge(pieces.cuts[0], torus, field);
-  EXPECT_NE(judge.complaint(1), "");
-}
-
 TEST(Engines, PaddingFindsACertifiedMapThatFollowsTheField) {
   const mesh::Surface torus = test::torus(16, 12);
   const std::vector<Index> cones = test::scattered(torus, {3, 3, 5, 5}, 2);

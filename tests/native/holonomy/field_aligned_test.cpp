@@ -140,13 +140,5 @@ TEST(FieldAligned, EdgesThatAnAlignedBoundaryFlattensAreDivided) {
   }
 }
 
-TEST(FieldAligned, TimeEndsIt) {
-  const mesh::Surface surface = test::torus(24, 12);
-  ExecutionContext context;
-  AlignedOptions options;
-  options.max_seconds = 1e-9;
-  EXPECT_THROW(compute_field_aligned_map(surface, smooth(surface), options, context), NotConverged);
-}
-
 }  // namespace
 }  // namespace flipfree::holonomy::field_aligned_test

@@ -59,13 +59,6 @@ TEST(SizedFrames, JumpsOfSizeTurnNoEdgeByMoreThanAnEighthOfPi) {
   }
 }
 
-TEST(SizedFrames, WhereSizesAreAlikeNoEdgeTurnsEvenOfATriangleWithoutAngles) {
-  Place p(test::cylinder(8, 3));
-  std::fill(p.frames.corner.begin(), p.frames.corner.end(), 0.0);
-  const std::vector<double> sizing(at(static_cast<Index>(p.surface.vertices.rows())), 2.0);
-  EXPECT_EQ(sized_frames(p.surface, p.adjacency, p.frames, sizing).direction, p.frames.direction);
-}
-
 TEST(SizedFrames, SizesThatAreNoneAreRefusedByVertex) {
   const Place p(test::cylinder(8, 3));
   const auto count = at(static_cast<Index>(p.surface.vertices.rows()));

@@ -111,24 +111,38 @@ TEST(NestedDissection, fills_lattices_far_less_than_elimination_row_by_row) {
   }
 }
 
-TEST(NestedDissection, a_cancelled_one_ends) {
-  ExecutionContext context;
-  context.cancel();
-  EXPECT_THROW(nested_dissection(test::lattice(40, 40), nullptr, context), Cancelled);
-}
-
-TEST(NestedDissection, OrdersEveryVertexOnce) {
-  Graph path;
-  path.offset = {0};
-  for (Index v = 0; v < 1000; ++v) {
-    if (v > 0) path.neighbour.push_back(v - 1);
-    if (v < 999) path.neighbour.push_back(v + 1);
-    path.offset.push_back(static_cast<Index>(path.neighbour.size()));
-  }
+// A hub is one more entry in every column at worst; distances through it say nothing.
+TEST(HubDissection, hubs_that_make_everything_near_hardly_add_to_the_fill) {
+  const Index side = 64, spacing = 8;
+  Graph graph = test::lattice(side, side);
   const ExecutionContext context;
-  std::vector<Index> order = nested_dissection(path, nullptr, context);
+  const double without =
+      static_cast<double>(fill(graph, nested_dissection(graph, nullptr, context)));
+  std::vector<std::vector<Index>> neighbours(static_cast<std::size_t>(side * side + 3));
+  for (Index v = 0; v < side * side; ++v) {
+    std::vector<Index>& own = neighbours[static_cast<std::size_t>(v)];
+    for_neighbours(graph, v, [&](Index u) { own.push_back(u); });
+    if (v % spacing > 2) continue;
+    const Index hub = side * side + v % spacing;
+    own.push_back(hub);
+    neighbours[static_cast<std::size_t>(hub)].push_back(v);
+  }
+  graph = {{0}, {}};
+  for (const std::vector<Index>& own : neighbours) {
+    graph.neighbour.insert(graph.neighbour.end(), own.begin(), own.end());
+    graph.offset.push_back(static_cast<Index>(graph.neighbour.size()));
+  }
+  DissectionTree tree;
+  std::vector<Index> order = hub_dissection(graph, nullptr, context, tree);
+  EXPECT_LT(static_cast<double>(fill(graph, order)), 1.1 * without + 3.0 * graph.count());
+  for (Index v = 0; v < graph.count(); ++v) {
+    for_neighbours(graph, v, [&](Index u) {
+      EXPECT_TRUE(
+          on_one_branch(tree[static_cast<std::size_t>(v)], tree[static_cast<std::size_t>(u)]));
+    });
+  }
   std::sort(order.begin(), order.end());
-  for (Index v = 0; v < 1000; ++v) EXPECT_EQ(order[static_cast<std::size_t>(v)], v);
+  for (Index v = 0; v < graph.count(); ++v) ASSERT_EQ(order[static_cast<std::size_t>(v)], v);
 }
 
 }  // namespace

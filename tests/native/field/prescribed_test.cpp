@@ -64,31 +64,6 @@ TEST(PrescribedTest, AnyBasisServes) {
   }
 }
 
-TEST(PrescribedTest, ChosenTurnsNeedLittleRotation) {
-  // Without cones a torus of revolution has a field without any turn along its circles.
-  const Place p(test::torus(40, 16, 0.2));
-  ExecutionContext context;
-  const std::vector<Index> none(static_cast<std::size_t>(p.surface.vertices.rows()), 4);
-  const CrossField field =
-      field_with_signature(p.surface, p.adjacency, p.frames, none, std::nullopt, context);
-  for (const double r : rotation_form(p.adjacency, p.frames, field))
-    EXPECT_LT(std::abs(r), 0.5 * kTestQuarter);
-}
-
-TEST(PrescribedTest, WrongSumsSayWhatIsMissing) {
-  const Place p(test::torus(6, 5));
-  ExecutionContext context;
-  std::vector<Index> cones(static_cast<std::size_t>(p.surface.vertices.rows()), 4);
-  cones[3] = 2;
-  try {
-    field_with_signature(p.surface, p.adjacency, p.frames, cones, std::nullopt, context);
-    FAIL();
-  } catch (const Infeasible& e) {
-    EXPECT_EQ(e.error().code, ErrorCode::kGaussBonnet);
-    EXPECT_NE(e.error().message.find("Add 2"), std::string::npos) << e.error().message;
-  }
-}
-
 TEST(PrescribedTest, LoopsThatAreNoBasisAreRefused) {
   const Place p(test::torus(6, 5));
   ExecutionContext context;

@@ -76,20 +76,5 @@ TEST(EliminationMemory, OrdersMeshesWhoseVerticesComeAndGoNearlyAsWellAsSearchin
   EXPECT_GE(used, 4) << "nothing was remembered";
 }
 
-TEST(EliminationMemory, SearchesAnewWhereLittleIsKnown) {
-  ExecutionContext context;
-  EliminationMemory memory(kSide * kSide / 3);  // forgets the labels above
-  std::vector<Index> label;
-  const SparseMatrix matrix = grid_without(some_gone(0.0, 0), label);
-  for (int round = 0; round < 2; ++round) {
-    SparseCholesky remembered;
-    remembered.analyze(matrix, context, nullptr, memory, label);
-    SparseCholesky searched;
-    searched.analyze(matrix, context);
-    EXPECT_EQ(remembered.factor_flops(), searched.factor_flops());
-    EXPECT_LT(residual(matrix, remembered, context), 1e-9);
-  }
-}
-
 }  // namespace
 }  // namespace flipfree::numeric::elimination_memory_test

@@ -4,14 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <random>
+#include <thread>
 #include <vector>
 
+#include "flipfree/base/error.h"
 #include "flipfree/numeric/cholesky/cholesky.h"
 #include "support/shapes.h"
 
-namespace flipfree::numeric::cholmod_oracle_test {
+namespace flipfree::numeric::cholesky_test {
 namespace {
 
 using Triplets = std::vector<Eigen::Triplet<double, Index>>;
@@ -161,5 +164,67 @@ TEST(CholmodOracle, TheSameMatricesAreNotPositiveDefinite) {
   EXPECT_LT(refused, 160);
 }
 
+TEST(Cholesky, NumberOfThreadsDoesNotChangeABit) {
+  const SparseMatrix matrix = laplacian(test::bumpy_grid(300, 300, 0.1, 3.0), 1e-2);
+  const Eigen::MatrixXd rhs = Eigen::MatrixXd::Ones(matrix.rows(), 2);
+  Eigen::MatrixXd first;
+  for (const int threads : {1, 2, 3, 4}) {
+    ExecutionContext context;
+    context.threads = threads;
+    SparseCholesky solver;
+    solver.analyze(matrix, context);
+    ASSERT_TRUE(solver.factorize(matrix, context));
+    const Eigen::MatrixXd x = solver.solve(rhs, context);
+    if (threads == 1) first = x;
+    EXPECT_EQ(x, first);
+  }
+}
+
+TEST(Cholesky, RefactorizesWithNewValuesIgnoresTheUpperTriangleAndRefusesIndefiniteOnes) {
+  SparseMatrix matrix = laplacian(test::bumpy_grid(40, 40, 0.3, 3.0), 1e-2);
+  ExecutionContext context;
+  SparseCholesky solver;
+  solver.analyze(matrix, context);
+  const Eigen::MatrixXd rhs = Eigen::MatrixXd::Ones(matrix.rows(), 1);
+  SparseMatrix bad = matrix;
+  for (const double wrong : {-1.0, std::nan("")}) {
+    bad.coeffRef(1000, 1000) = wrong;
+    EXPECT_FALSE(solver.factorize(bad, context));
+    EXPECT_THROW(solver.solve(rhs, context), InternalError);
+  }
+  matrix *= 3;
+  ASSERT_TRUE(solver.factorize(matrix, context));
+  const Eigen::MatrixXd x = solver.solve(rhs, context);
+  const SparseMatrix full = matrix.selfadjointView<Eigen::Lower>();
+  EXPECT_LT((full * x - rhs).norm(), 1e-11 * rhs.norm());
+  SparseCholesky other;
+  other.analyze(full, context);
+  ASSERT_TRUE(other.factorize(full, context));
+  EXPECT_EQ(other.solve(rhs, context), x);
+}
+
+TEST(Cholesky, CancelFromAnotherThreadEndsAnalysisAndFactorization) {
+  const SparseMatrix matrix = laplacian(test::bumpy_grid(250, 250, 0.1, 3.0), 1e-2);
+  for (const int milliseconds : {0, 5, 20, 60}) {
+    ExecutionContext context;
+    SparseCholesky solver;
+    std::jthread canceller([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+      context.cancel();
+    });
+    try {
+      solver.analyze(matrix, context);
+      for (;;) {
+        if (!solver.factorize(matrix, context)) FAIL() << "the matrix is positive definite";
+      }
+    } catch (const Cancelled&) {
+    }
+    // The same solver works afterwards.
+    ExecutionContext fresh;
+    solver.analyze(matrix, fresh);
+    ASSERT_TRUE(solver.factorize(matrix, fresh));
+  }
+}
+
 }  // namespace
-}  // namespace flipfree::numeric::cholmod_oracle_test
+}  // namespace flipfree::numeric::cholesky_test

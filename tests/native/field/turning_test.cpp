@@ -100,23 +100,5 @@ TEST(TurningTest, AStripAlongABoundaryTurnsAsTheBoundaryDoes) {
   }
 }
 
-TEST(TurningTest, AStripThatShrinksToAPointIsEmpty) {
-  const Place p(test::grid(1, 1));
-  ASSERT_EQ(boundary_strips(p.surface.faces, p.adjacency).size(), 1U);
-  EXPECT_TRUE(boundary_strips(p.surface.faces, p.adjacency)[0].empty());
-}
-
-TEST(TurningTest, ASignatureHasTwoLoopsPerHandleAndOnePerBoundary) {
-  const std::size_t expected[] = {0, 2, 4, 1, 2};
-  const std::vector<Place> all = places();
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const ExecutionContext context;
-    const Signature s = signature_of(all[i].surface, all[i].adjacency, all[i].frames,
-                                     all[i].random_field(1), context);
-    EXPECT_EQ(s.loops.size(), expected[i]);
-    EXPECT_EQ(s.cones.size(), static_cast<std::size_t>(all[i].surface.vertices.rows()));
-  }
-}
-
 }  // namespace
 }  // namespace flipfree::field::turning_test

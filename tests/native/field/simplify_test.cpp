@@ -41,40 +41,6 @@ TEST(SimplifyTest, NearPairsCancelAndFarOnesStay) {
   for (const Index k : cones_of(p, field)) EXPECT_EQ(k, 4);
 }
 
-TEST(SimplifyTest, ConesOfOneQuarterAreSpread) {
-  const Place p(test::sphere(30, 20));
-  std::vector<Index> cones(static_cast<std::size_t>(p.surface.vertices.rows()), 4);
-  cones[100] = 1;
-  cones[400] = 1;
-  cones[250] = 2;
-  CrossField field = with_cones(p, cones);
-  const Simplified done = simplified(p, 0.1, field);
-  EXPECT_EQ(done.spread, 2);
-  Index sum = 0;
-  for (const Index k : cones_of(p, field)) {
-    EXPECT_GE(k, 2);
-    EXPECT_LE(k, 4);
-    sum += 4 - k;
-  }
-  EXPECT_EQ(sum, 8);
-}
-
-TEST(SimplifyTest, ConesWithoutAngleAreSpreadWhereNothingElseIsAskedFor) {
-  const Place p(test::sphere(30, 20));
-  std::vector<Index> cones(static_cast<std::size_t>(p.surface.vertices.rows()), 4);
-  cones[100] = 0;
-  cones[400] = 1;
-  cones[250] = 3;
-  CrossField field = with_cones(p, cones);
-  ExecutionContext context;
-  const Simplified done = simplify(p.surface, p.adjacency, p.frames,
-                                   std::vector<char>(p.faces(), 0), {0.0, 1}, field, context);
-  EXPECT_EQ(done.spread, 1);
-  EXPECT_EQ(done.cancelled, 0);
-  for (const Index k : cones_of(p, field)) EXPECT_GE(k, 1);
-  EXPECT_EQ(cones_of(p, field)[400], 1);
-}
-
 TEST(SimplifyTest, NothingMovesOverTheBoundaryOrWithinHeldFaces) {
   const Place p(test::bumpy_grid(12, 12, 0.3, 2.0));
   CrossField field = p.random_field(3);
