@@ -4,8 +4,6 @@
 
 #include <atomic>
 #include <limits>
-#include <string>
-#include <vector>
 
 #include "flipfree/base/error.h"
 

@@ -8,7 +8,6 @@
 #include <set>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "flipfree/base/error.h"

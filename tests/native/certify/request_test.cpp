@@ -1,7 +1,6 @@
 // What may be asked of a certificate, and how much it says.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "distortion/random_maps.h"
 #include "flipfree/distortion/energy/rest_shapes.h"

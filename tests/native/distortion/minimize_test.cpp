@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/energy/energy.h"

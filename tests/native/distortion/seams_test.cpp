@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <random>
-
 #include "distortion/polycubes.h"
 #include "flipfree/base/error.h"
 #include "flipfree/certify/certify.h"

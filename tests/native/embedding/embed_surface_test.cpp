@@ -42,18 +42,6 @@ struct Case {
   }
 };
 
-TEST(EmbedSurface, puts_the_boundary_where_it_was_asked_for_bit_for_bit) {
-  const test::Disk disk = test::make_disk(test::bumpy_grid(9, 7, 0.3, 2.0), BoundaryShape::kSquare);
-  for (const bool optimise : {false, true}) {
-    EmbedSurfaceOptions options;
-    options.loop = disk.loop;
-    options.polygon = disk.boundary;
-    options.optimise = optimise;
-    ExecutionContext context;
-    expect_boundary(embed_surface(disk.surface, options, context), disk);
-  }
-}
-
 TEST(EmbedSurface, a_loop_against_the_orientation_takes_its_polygon_with_it) {
   const test::Disk disk = test::make_disk(test::grid(5, 4), BoundaryShape::kCircle);
   EmbedSurfaceOptions options;
@@ -61,22 +49,6 @@ TEST(EmbedSurface, a_loop_against_the_orientation_takes_its_polygon_with_it) {
   options.polygon = disk.boundary.colwise().reverse();
   ExecutionContext context;
   expect_boundary(embed_surface(disk.surface, options, context), disk);
-}
-
-TEST(EmbedSurface, optimising_lowers_the_energy) {
-  EmbedSurfaceOptions options;
-  ExecutionContext context;
-  const mesh::Surface surface = test::bumpy_grid(14, 14, 0.4, 2.0);
-  const double before = embed_surface(surface, options, context).certificate.energy;
-  options.optimise = true;
-  EXPECT_LT(embed_surface(surface, options, context).certificate.energy, before);
-}
-
-TEST(EmbedSurface, tutte_alone_does_not_hide_its_flips) {
-  EmbedSurfaceOptions options;
-  options.method = EmbedMethod::kTutte;
-  ExecutionContext context;
-  EXPECT_THROW(embed_surface(test::tube(8, 160), options, context), NotConverged);
 }
 
 TEST(EmbedSurface, wrong_loops_are_named) {

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "embedding/disks.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/stored.h"

@@ -1,7 +1,6 @@
 // The overlay is checked against geometry it knows nothing of: straight segments in the plane.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <random>
 #include <set>
 

@@ -100,41 +100,5 @@ TEST(OverlayPositions, ChordsOfOneCircleCrossWhereTheyCross) {
   }
 }
 
-TEST(OverlayPositions, HugeScaleRangesKeepRelativePrecision) {
-  const Index n = 24;
-  const InscribedPolygon polygon = inscribed_polygon(n, 1);
-  const FlipMesh& mesh = polygon.coordinates.current();
-  std::vector<long double> u(at(n) + 1, 0.0L), lengths(mesh.edge_count(), 1.0L);
-  for (Index v = 0; v < n; ++v) u[at(v)] = 120.0L * v;  // 10^1200 altogether
-  for (EdgeId e = 0; at(e) < mesh.edge_count(); ++e) {
-    const Index a = mesh.origin_of(2 * e), b = mesh.origin_of(2 * e + 1);
-    if (a < n && b < n) {
-      lengths[at(e)] =
-          static_cast<long double>((polygon.points[at(a)] - polygon.points[at(b)]).norm()) *
-          std::exp((u[at(a)] + u[at(b)]) / 2);
-    }
-  }
-  const ExecutionContext context;
-  std::vector<HalfedgeId> curves;
-  for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); h += 2) {
-    if (std::max(polygon.coordinates.input().origin_of(h),
-                 polygon.coordinates.input().origin_of(h ^ 1)) < n) {
-      curves.push_back(h);
-    }
-  }
-  const OverlayTrace trace = trace_overlay(polygon.coordinates, curves, 1'000'000, context);
-  const OverlayPositions scaled = locate_crossings(polygon.coordinates, trace, lengths, u, context);
-  for (EdgeId e = 0; at(e) < mesh.edge_count(); ++e) {
-    const Index a = mesh.origin_of(2 * e), b = mesh.origin_of(2 * e + 1);
-    if (a < n && b < n) lengths[at(e)] *= std::exp(-(u[at(a)] + u[at(b)]) / 2);
-  }
-  std::fill(u.begin(), u.end(), 0.0L);
-  const OverlayPositions plain = locate_crossings(polygon.coordinates, trace, lengths, u, context);
-  for (std::size_t i = 0; i < trace.crossings.size(); ++i) {
-    EXPECT_NEAR(scaled.on_curve[i].target / plain.on_curve[i].target, 1.0, 1e-11);
-    EXPECT_NEAR(scaled.on_curve[i].source / plain.on_curve[i].source, 1.0, 1e-11);
-  }
-}
-
 }  // namespace
 }  // namespace flipfree::intrinsic::overlay_positions_test

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "flipfree/base/error.h"
 
 namespace flipfree::intrinsic::polygon_triangulation_test {
 namespace {

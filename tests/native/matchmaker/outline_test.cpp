@@ -70,52 +70,6 @@ TEST(Outline, ABandThatOverlapsItselfIsMetByEitherEngine) {
   }
 }
 
-TEST(Outline, PinsLieOnTheOnlySheetOrTheOneTheirPathLeadsTo) {
-  const mesh::Surface surface = test::grid(12, 12);
-  MatchRequest request = overlapping_band(surface);
-  const auto columns = VertexId{13};
-  // Half way round, where there is one sheet.
-  request.points = {{6 * columns + 6, {-1.7, 0.0}}};
-  ExecutionContext context;
-  expect_met(match(surface, request, {}, context), request);
-  // Outside of all sheets.
-  request.points[0].uv = {0, 0};
-  EXPECT_THROW(match(surface, request, {}, context), Infeasible);
-  // Where there are two.
-  const Vector2 both = 1.75 * Vector2(std::cos(0.6), std::sin(0.6));
-  request.points[0].uv = both;
-  EXPECT_THROW(match(surface, request, {}, context), InvalidInput);
-  // A straight path to the boundary, at whose other end there is one of them.
-  const std::size_t n = request.boundary_loop.size();
-  int reached = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const VertexId b = request.boundary_loop[i];
-    if ((request.boundary_uv[i] - both).norm() > 0.7) continue;
-    const Index column = b % columns;
-    const Index row = b / columns;
-    std::vector<VertexId> path = {6 * columns + 6};
-    for (Index r = 6, c = 6; r != row || c != column;) {
-      if (c != column) {
-        c += c < column ? 1 : -1;
-      } else {
-        r += r < row ? 1 : -1;
-      }
-      path.push_back(r * columns + c);
-      if (r == 0 || c == 0 || r == columns - 1 || c == columns - 1) break;
-    }
-    if (path.back() != b) continue;
-    request.paths = {path};
-    try {
-      expect_met(match(surface, request, {}, context), request);
-      ++reached;
-    } catch (const Infeasible&) {
-      continue;  // not seen from there
-    }
-    if (reached == 2) break;
-  }
-  EXPECT_EQ(reached, 2);
-}
-
 TEST(Outline, ALineIsLaidExactly) {
   const mesh::Surface surface = test::grid(12, 12);
   MatchRequest request = overlapping_band(surface);
@@ -130,34 +84,6 @@ TEST(Outline, ALineIsLaidExactly) {
   for (std::size_t i = 0; i < line.vertices.size(); ++i)
     request.points.push_back({line.vertices[i], line.polyline[i]});
   expect_met(map, request);
-}
-
-TEST(Outline, MovableVerticesLowerTheEnergyAndOthersStay) {
-  const mesh::Surface surface = test::grid(10, 10);
-  MatchRequest request;
-  test::hold_as_it_is(surface, request);
-  // A square whose bottom side is dented.
-  for (Vector2& uv : request.boundary_uv) {
-    if (uv.y() == 0) uv.y() = 0.5 * std::sin(std::numbers::pi * uv.x());
-  }
-  ExecutionContext context;
-  const certify::Parametrization held = match(surface, request, {}, context);
-  MatchRequest others;
-  for (std::size_t i = 0; i < request.boundary_loop.size(); ++i) {
-    const VertexId v = request.boundary_loop[i];
-    const double x = surface.vertices(v, 0);
-    if (surface.vertices(v, 1) == 0 && x != 0 && x != 1) {
-      request.movable.push_back(v);
-    } else {
-      others.points.push_back({v, request.boundary_uv[i]});
-    }
-  }
-  const certify::Parametrization moved = match(surface, request, {}, context);
-  expect_met(moved, others);
-  EXPECT_EQ(moved.certificate.overlaps, 0);
-  EXPECT_LT(moved.certificate.energy, 0.9 * held.certificate.energy);
-  request.movable = {5 * 11 + 5};
-  EXPECT_THROW(match(surface, request, {}, context), InvalidInput);
 }
 
 }  // namespace

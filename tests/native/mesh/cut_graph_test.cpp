@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/topology.h"
 #include "support/corner_maps.h"

@@ -12,7 +12,6 @@
 #include <cstring>
 #include <limits>
 #include <random>
-#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -93,34 +92,6 @@ TEST(MeshFile, OffKeepsPositionsBitForBitAndStlTheirNearest32BitOnes) {
                   static_cast<double>(static_cast<float>(mesh.vertices(mesh.faces(f, k), i))));
 }
 
-TEST(MeshFile, FacesWithoutTextureCoordinatesAmongOthersHaveNaN) {
-  const std::string text =
-      std::string(kSquare) + "vt 0 0\nvt 1 0\nvt 1 1\nf 1 3 4\nf 1/1 2/2 3/3\n";
-  const MeshFile mesh = read_mesh(text, Format::kObj);
-  ASSERT_EQ(mesh.uv.rows(), 6);
-  EXPECT_TRUE(mesh.uv.topRows(3).array().isNaN().all());
-  EXPECT_TRUE(mesh.uv.bottomRows(3).allFinite());
-  for (const Format format : {Format::kObj, Format::kPly}) {
-    const MeshFile back = read_mesh(write_mesh(mesh, format), format);
-    EXPECT_TRUE(back.uv.topRows(3).array().isNaN().all());
-    EXPECT_EQ(back.uv.bottomRows(3), mesh.uv.bottomRows(3));
-  }
-}
-
-TEST(ReadMesh, FacesThatNoSurfaceHasAreKept) {
-  // Three faces at one edge, one turned over, one twice, a vertex without faces.
-  const std::string text =
-      "OFF\n6 5 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 -1 0\n5 5 5\n"
-      "3 0 1 2\n3 0 1 3\n3 0 1 4\n3 0 1 4\n3 2 1 1\n";
-  const MeshFile mesh = read_mesh(text, Format::kOff);
-  Triangles expected(5, 3);
-  expected << 0, 1, 2, 0, 1, 3, 0, 1, 4, 0, 1, 4, 2, 1, 1;
-  EXPECT_EQ(mesh.faces, expected);
-  EXPECT_EQ(mesh.vertices.rows(), 6);
-  const MeshFile ply = read_mesh(write_mesh(mesh, Format::kPly), Format::kPly);
-  EXPECT_EQ(ply.faces, expected);
-}
-
 TEST(ReadMesh, EndingsDecideTheFormat) {
   EXPECT_EQ(format_of("a.b/c.OBJ"), Format::kObj);
   EXPECT_EQ(format_of(".stl"), Format::kStl);
@@ -140,42 +111,6 @@ TEST(ReadObj, ReadsWhatOtherProgramsWrite) {
   EXPECT_EQ(mesh.uv(0, 1), 0.0F);
   EXPECT_EQ(mesh.uv(2, 1), 0.75F);
   EXPECT_TRUE(std::isnan(mesh.uv(3, 0)));
-}
-
-TEST(ReadObj, CornersThatAreThereTwiceStayWithTheirTextureCoordinates) {
-  const MeshFile mesh = read_mesh(std::string(kSquare) +
-                                      "vt 0 0\nvt 1 0\nvt 2 0\nvt 3 0\nvt 4 0\n"
-                                      "f 1/1 2/2 2/3 3/4 1/5\nf 1/1 3/3 4/4\n",
-                                  Format::kObj);
-  ASSERT_EQ(mesh.faces.rows(), 4);
-  EXPECT_EQ(mesh.vertices.rows(), 4);
-  EXPECT_EQ(mesh.polygons, (std::vector<Index>{0, 0, 0, 1}));
-  const std::array<Index, 5> vertices{0, 1, 1, 2, 0};
-  std::set<Index> used;
-  for (Index t = 0; t < 3; ++t)
-    for (Index i = 0; i < 3; ++i) {
-      const Index corner = mesh.corners(t, i);
-      ASSERT_LT(corner, 5);
-      used.insert(corner);
-      EXPECT_EQ(mesh.faces(t, i), vertices[at(corner)]);
-      EXPECT_EQ(mesh.uv(3 * t + i, 0), static_cast<float>(corner));
-    }
-  EXPECT_EQ(used.size(), 5U);
-  EXPECT_EQ(mesh.faces(3, 2), 3);
-}
-
-TEST(ReadObj, PolygonsWithTextureCoordinatesThatAreNotThereHaveNone) {
-  std::string begin(kSquare);
-  begin += "vt 0 0\nvt 1 0\nvt 2 0\nvt nan 0\nvt 1e39 0\n";
-  for (const std::string odd : {"f 1/1 2/2 3/9\n", "f 1/1 2/2 3/0\n", "f 1/-9 2/2 3/3\n",
-                                "f 1/1 2 3/3\n", "f 1/1 2/2 3/4\n", "f 1/1 2/2 3/5\n"}) {
-    const MeshFile mesh = read_mesh(begin + odd + "f 1/1 2/2 3/3\n", Format::kObj);
-    ASSERT_EQ(mesh.uv.rows(), 6);
-    for (Index c = 0; c < 3; ++c) {
-      EXPECT_TRUE(std::isnan(mesh.uv(c, 0)) && std::isnan(mesh.uv(c, 1))) << odd;
-      EXPECT_EQ(mesh.uv(3 + c, 0), static_cast<float>(c)) << odd;
-    }
-  }
 }
 
 TEST(ReadOff, StepsOverCommentsColoursAndTextureCoordinates) {
@@ -232,19 +167,6 @@ TEST(ReadPly, ReadsBothByteOrdersAndStepsOverTheRest) {
     for (std::size_t cut = 1; cut < 60; ++cut)
       EXPECT_NE(refusal(text.substr(0, text.size() - cut), Format::kPly), "accepted") << cut;
   }
-}
-
-TEST(ReadPly, OddFacesAndTextureCoordinatesCostNoOtherFace) {
-  const MeshFile mesh = read_mesh(
-      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
-      "property float z\nelement face 5\nproperty list uchar int vertex_indices\n"
-      "property list uchar float texcoord\nend_header\n0 0 0\n1 0 0\n0 1 0\n"
-      "2 0 1 4 1 2 3 4\n3 0 1 2 6 0 0 1 0 0 1\n0 0\n3 0 1 2 2 5 5\n3 0 1 2 6 0 0 nan 0 0 1\n",
-      Format::kPly);
-  EXPECT_EQ(mesh.polygons, (std::vector<Index>{1, 3, 4}));
-  ASSERT_EQ(mesh.uv.rows(), 9);
-  EXPECT_EQ(mesh.uv(1, 0), 1.0F);
-  for (Index c = 3; c < 9; ++c) EXPECT_TRUE(std::isnan(mesh.uv(c, 0)) && std::isnan(mesh.uv(c, 1)));
 }
 
 TEST(ReadStl, IsReadAsTextAndBinary) {
@@ -354,26 +276,6 @@ TEST(WriteMesh, OpenMeshReadsWhatIsWritten) {
       }
     }
   }
-}
-
-TEST(WriteMesh, TrianglesOfPolygonsAreJoinedAgain) {
-  const std::string text =
-      std::string(kSquare) +
-      "v 2 2 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\nf 3/1 5/2 4/3\n";
-  const MeshFile mesh = read_mesh(text, Format::kObj);
-  Triangles expected(3, 3);
-  expected << 0, 1, 2, 0, 2, 3, 2, 4, 3;
-  EXPECT_EQ(mesh.faces, expected);
-  EXPECT_EQ(mesh.polygons, (std::vector<Index>{0, 0, 1}));
-  for (const Format format : {Format::kObj, Format::kPly}) {
-    const MeshFile back = read_mesh(write_mesh(mesh, format), format);
-    EXPECT_EQ(back.polygons, mesh.polygons);
-    EXPECT_EQ(back.faces, expected);
-    EXPECT_TRUE(same_bits(back.uv, mesh.uv));
-  }
-  MeshFile torn = mesh;  // the two triangles differ at a corner that they share: two faces
-  torn.uv(3, 0) = 0.5F;
-  EXPECT_EQ(read_mesh(write_mesh(torn, Format::kObj), Format::kObj).polygons.back(), 2);
 }
 
 TEST(WriteMesh, RefusesWhatAFormatCannotHold) {

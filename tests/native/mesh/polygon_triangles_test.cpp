@@ -141,52 +141,6 @@ Outline2 uncrossed(Random& random, std::size_t n, int extent) {
   return tour;
 }
 
-// Along a tree of cells around a square grid: many corners on one line, arms and bays.
-Outline2 maze(Random& random, int size) {
-  std::vector<std::vector<int>> open(static_cast<std::size_t>(2 * size - 1),
-                                     std::vector<int>(static_cast<std::size_t>(2 * size - 1), 0));
-  const auto cell = [&](int x, int y) -> int& { return open[at(x)][at(y)]; };
-  std::vector<std::array<int, 2>> stack{{0, 0}};
-  cell(0, 0) = 1;
-  while (!stack.empty()) {
-    const auto [x, y] = stack.back();
-    std::array<std::array<int, 2>, 4> ways{{{2, 0}, {-2, 0}, {0, 2}, {0, -2}}};
-    std::shuffle(ways.begin(), ways.end(), random);
-    bool moved = false;
-    for (const auto& [dx, dy] : ways) {
-      const int nx = x + dx, ny = y + dy;
-      if (nx < 0 || ny < 0 || nx > 2 * size - 2 || ny > 2 * size - 2 || cell(nx, ny) != 0) continue;
-      cell(nx, ny) = cell(x + dx / 2, y + dy / 2) = 1;
-      stack.push_back({nx, ny});
-      moved = true;
-      break;
-    }
-    if (!moved) stack.pop_back();
-  }
-  const auto is_open = [&](int x, int y) {
-    return x >= 0 && y >= 0 && x <= 2 * size - 2 && y <= 2 * size - 2 && cell(x, y) != 0;
-  };
-  // Around, with open cells on the left.
-  Outline2 outline;
-  int x = 0, y = 0, dx = 1, dy = 0;
-  do {
-    outline.push_back({x, y});
-    x += dx;
-    y += dy;
-    // Cells ahead to the right and to the left of corner (x, y).
-    const auto side = [&](int left) {
-      const int cx = 2 * x + dx - left * dy, cy = 2 * y + dy + left * dx;
-      return is_open((cx - 1) / 2 - (cx < 1 ? 1 : 0), (cy - 1) / 2 - (cy < 1 ? 1 : 0));
-    };
-    if (side(-1)) {
-      std::tie(dx, dy) = std::pair(dy, -dx);
-    } else if (!side(1)) {
-      std::tie(dx, dy) = std::pair(-dy, dx);
-    }
-  } while (x != 0 || y != 0);
-  return outline;
-}
-
 TEST(PolygonTriangles, ConcavePolygonsStayInsideFromAnyFirstCorner) {
   const std::vector<unsigned> trials = test::sampled_seeds(4000);
   std::size_t tried = 0;
@@ -200,15 +154,6 @@ TEST(PolygonTriangles, ConcavePolygonsStayInsideFromAnyFirstCorner) {
     ASSERT_FALSE(HasFatalFailure()) << "polygon " << trial;
   }
   EXPECT_GT(4 * tried, 3 * trials.size());
-}
-
-TEST(PolygonTriangles, CornersOnOneLineCostNoTriangleItsArea) {
-  for (const unsigned trial : test::sampled_seeds(60)) {
-    Random random(trial);
-    const Outline2 outline = maze(random, 2 + static_cast<int>(trial % 9));
-    expect_inside_from_any_corner(outline, true);
-    ASSERT_FALSE(HasFatalFailure()) << "maze " << trial;
-  }
 }
 
 TEST(PolygonTriangles, ConvexPolygonsAreFansAndQuadsAreSplitAsBlenderDoes) {

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <random>
 
-#include "flipfree/base/error.h"
 #include "flipfree/mesh/topology.h"
 #include "fuzz/rational.h"
 #include "support/corner_maps.h"

@@ -3,10 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <limits>
 #include <set>
 
-#include "flipfree/base/error.h"
 #include "support/graphs.h"
 
 namespace flipfree::numeric::nested_dissection_test {
@@ -109,40 +107,6 @@ TEST(NestedDissection, fills_lattices_far_less_than_elimination_row_by_row) {
     EXPECT_LT(entries, 0.4 * by_rows);
     EXPECT_LT(entries, 7.75 * side * side * 12.0);
   }
-}
-
-// A hub is one more entry in every column at worst; distances through it say nothing.
-TEST(HubDissection, hubs_that_make_everything_near_hardly_add_to_the_fill) {
-  const Index side = 64, spacing = 8;
-  Graph graph = test::lattice(side, side);
-  const ExecutionContext context;
-  const double without =
-      static_cast<double>(fill(graph, nested_dissection(graph, nullptr, context)));
-  std::vector<std::vector<Index>> neighbours(static_cast<std::size_t>(side * side + 3));
-  for (Index v = 0; v < side * side; ++v) {
-    std::vector<Index>& own = neighbours[static_cast<std::size_t>(v)];
-    for_neighbours(graph, v, [&](Index u) { own.push_back(u); });
-    if (v % spacing > 2) continue;
-    const Index hub = side * side + v % spacing;
-    own.push_back(hub);
-    neighbours[static_cast<std::size_t>(hub)].push_back(v);
-  }
-  graph = {{0}, {}};
-  for (const std::vector<Index>& own : neighbours) {
-    graph.neighbour.insert(graph.neighbour.end(), own.begin(), own.end());
-    graph.offset.push_back(static_cast<Index>(graph.neighbour.size()));
-  }
-  DissectionTree tree;
-  std::vector<Index> order = hub_dissection(graph, nullptr, context, tree);
-  EXPECT_LT(static_cast<double>(fill(graph, order)), 1.1 * without + 3.0 * graph.count());
-  for (Index v = 0; v < graph.count(); ++v) {
-    for_neighbours(graph, v, [&](Index u) {
-      EXPECT_TRUE(
-          on_one_branch(tree[static_cast<std::size_t>(v)], tree[static_cast<std::size_t>(u)]));
-    });
-  }
-  std::sort(order.begin(), order.end());
-  for (Index v = 0; v < graph.count(); ++v) ASSERT_EQ(order[static_cast<std::size_t>(v)], v);
 }
 
 }  // namespace
