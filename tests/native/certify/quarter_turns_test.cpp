@@ -13,21 +13,6 @@ namespace {
 using test::adjacency_of;
 using test::flat;
 
-TEST(QuarterTurns, are_four_inside_a_grid_and_not_counted_on_its_boundary) {
-  const mesh::Surface surface = test::grid(3, 3);
-  const Points2 plane = flat(surface);
-  const double c = std::cos(0.3);
-  const double s = std::sin(0.3);
-  Points2 uv(plane.rows(), 2);
-  uv.col(0) = c * plane.col(0) - s * plane.col(1);
-  uv.col(1) = s * plane.col(0) + c * plane.col(1);
-  const auto turns = quarter_turns_around(adjacency_of(surface), uv);
-  for (VertexId v = 0; v < 16; ++v) {
-    const bool inside = v % 4 > 0 && v % 4 < 3 && v / 4 > 0 && v / 4 < 3;
-    EXPECT_EQ(turns[static_cast<std::size_t>(v)], inside ? 4 : kInvalid);
-  }
-}
-
 // A grid of unit squares whose inner corners are turned, face by face, by random quarters: no count
 // changes. Cones: k right corners around a vertex.
 TEST(QuarterTurns, do_not_depend_on_how_the_faces_are_turned) {

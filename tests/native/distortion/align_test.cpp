@@ -64,20 +64,6 @@ TEST(Align, perturbed_polycubes_come_back_to_follow_their_edges_and_keep_their_s
   }
 }
 
-TEST(Align, sizes_are_met_where_they_can_be) {
-  // Twice as large on the right: the map is stretched there.
-  const CutMap map = plane(20, 4);
-  AlignOptions options;
-  options.direction = directions_of(map);
-  for (Eigen::Index f = 0; f < map.surface.faces.rows(); ++f)
-    options.size.push_back(map.surface.vertices(map.surface.faces(f, 0), 0) < 0.5 ? 1.0 : 2.0);
-  ExecutionContext context;
-  Stats stats;
-  const Points2 uv = align(map, options, context, stats);
-  const auto width = [&](VertexId v) { return uv(v + 1, 0) - uv(v, 0); };
-  EXPECT_GT(width(17), 1.6 * width(2));
-}
-
 TEST(Align, folded_maps_and_missing_directions_are_refused) {
   CutMap map = plane(3, 3);
   ExecutionContext context;

@@ -162,20 +162,6 @@ TEST(Minimize, AnOverlappingStartIsRefusedWhenTheMapIsToBeBijective) {
   }
 }
 
-TEST(Minimize, UnitOfTheInputDoesNotMatter) {
-  for (const double unit : {1e-4, 1e5}) {
-    mesh::Surface surface = test::bumpy_grid(30, 30, 0.4, 3);
-    ExecutionContext context;
-    Stats reference;
-    const Points2 expected = minimize_distortion(surface, plan(surface), {}, context, reference);
-    surface.vertices *= unit;
-    Stats stats;
-    const Points2 uv = minimize_distortion(surface, plan(surface), {}, context, stats);
-    EXPECT_NEAR(number(stats, "distortion.energy"), number(reference, "distortion.energy"), 1e-9);
-    EXPECT_LT((uv / unit - expected).cwiseAbs().maxCoeff(), 1e-5);
-  }
-}
-
 TEST(Minimize, NeedlesInTheSurfaceDoNotStopIt) {
   mesh::Surface surface = test::bumpy_grid(20, 20, 0.3, 2);
   // Vertices drawn almost onto a neighbour: triangles with angles of 1e-9.

@@ -65,17 +65,6 @@ TEST(MakeExact, transitions_are_those_of_the_stored_values_bit_for_bit) {
   }
 }
 
-TEST(MakeExact, without_optimising_points_move_by_rounding_only) {
-  const test::Unfolded u = test::unfold(test::polycubes()[2], 3, 2);
-  const CutMap map = perturbed(test::cut_map_of(u), 0.2, 3);
-  ExecutionContext context;
-  const ExactMap out = make_exact(map, {.optimise = false}, context);
-  const Eigen::RowVector2d middle =
-      0.5 * (map.uv.colwise().minCoeff() + map.uv.colwise().maxCoeff());
-  EXPECT_LT((out.uv - (map.uv.rowwise() - middle)).cwiseAbs().maxCoeff(), 50 * out.step);
-  EXPECT_TRUE(certified(u, map, out).ok);
-}
-
 TEST(MakeExact, maps_of_any_size_and_place_are_exact) {
   const test::Unfolded u = test::unfold(test::polycubes()[1], 2, 2);
   const CutMap map = perturbed(test::cut_map_of(u), 0.2, 3);

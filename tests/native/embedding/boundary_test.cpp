@@ -45,12 +45,6 @@ TEST(Boundary, CircleWithEdgesOfWildlyDifferentLengthStaysStrictlyConvex) {
   EXPECT_TRUE(is_strictly_convex(p));
 }
 
-TEST(Boundary, ArcLengthIsKeptWhereEdgesAreOrdinary) {
-  const Points2 p = place_boundary(BoundaryShape::kCircle, {1.0, 2.0, 1.0, 2.0}).positions;
-  EXPECT_NEAR(std::atan2(p(1, 1), p(1, 0)), M_PI / 3, 1e-7);
-  EXPECT_NEAR(std::atan2(p(2, 1), p(2, 0)), M_PI, 1e-7);
-}
-
 TEST(Boundary, SquareAndTriangleHaveAPointInEveryCornerAndDistinctStoredPoints) {
   std::vector<double> lengths(57, 1.0);
   lengths[3] = 1e-12;
@@ -71,12 +65,6 @@ TEST(Boundary, SquareAndTriangleHaveAPointInEveryCornerAndDistinctStoredPoints) 
     }
     EXPECT_NO_THROW(require_convex(p, iota_loop(57)));
   }
-}
-
-TEST(Boundary, ShapesWithMoreCornersThanPointsAreRefused) {
-  EXPECT_THROW(place_boundary(BoundaryShape::kSquare, {1, 1, 1}), InvalidInput);
-  EXPECT_THROW(place_boundary(BoundaryShape::kTriangle, {1, 1}), InvalidInput);
-  EXPECT_NO_THROW(place_boundary(BoundaryShape::kTriangle, {1, 1, 1}));
 }
 
 TEST(Boundary, WrongPolygonsAreNamed) {

@@ -82,29 +82,6 @@ TEST(Progressive, FromTuttesFoldedMapEveryHardDiskIsEmbeddedInDouble) {
   }
 }
 
-TEST(Progressive, RepairGivesUpWhereItWouldCollapseMoreThanAllowed) {
-  test::Disk disk = test::make_disk(test::bumpy_grid(20, 20, 0.1, 2), BoundaryShape::kCircle);
-  ExecutionContext context;
-  Stats stats;
-  // Everything on one point: nothing has a kernel.
-  const Points2 uv = with_boundary(disk, Points2::Zero(disk.vertex_count(), 2));
-  ProgressiveOptions options = thorough(ProgressiveStart::kRepair);
-  for (const double share : {0.0, 0.1}) {
-    options.most_repaired = share;
-    PlanarMap map = make_planar_map(disk.surface.faces, disk.loop, uv, true);
-    try {
-      progressive_embedding(map, options, context, stats);
-      FAIL() << share;
-    } catch (const NotConverged& e) {
-      EXPECT_EQ(e.error().code, ErrorCode::kIterationLimit);
-    }
-  }
-  options.most_repaired = 1.0;
-  PlanarMap map = make_planar_map(disk.surface.faces, disk.loop, uv, true);
-  progressive_embedding(map, options, context, stats);
-  for (FaceId f = 0; f < map.mesh.face_count(); ++f) EXPECT_TRUE(map.positive(f));
-}
-
 TEST(Progressive, CancelStopsIt) {
   const test::Disk disk = test::make_disk(test::tube(8, 400), BoundaryShape::kCircle);
   ExecutionContext context;

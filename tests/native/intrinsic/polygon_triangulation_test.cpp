@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-
 namespace flipfree::intrinsic::polygon_triangulation_test {
 namespace {
 
@@ -63,13 +62,6 @@ TEST(PolygonTriangulation, NeverUsesATriangleWithinOneSide) {
                                  polygon[static_cast<std::size_t>(t[2])], Storage::k64And32));
     }
   }
-}
-
-TEST(PolygonTriangulation, SaysWhenThereIsNone) {
-  // The middle of the side is beyond the far corner: no triangle fan can be positive everywhere.
-  const auto polygon = side_polygon(1, [](double) { return std::array<double, 2>{0.2, 2.0}; });
-  std::vector<PolygonTriangle> triangles;
-  EXPECT_FALSE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles, ExecutionContext()));
 }
 
 TEST(PolygonTriangulation, DecidesOnTheStoredValues) {

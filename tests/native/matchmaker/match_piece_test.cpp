@@ -105,34 +105,5 @@ TEST(MatchPiece, AHoleWhoseRimIsStraightCanBeFilled) {
   test::expect_met(match_piece(slit, request, {}, context), request);
 }
 
-TEST(MatchPiece, TwoPinsAtOnePlaceAreNamed) {
-  MatchRequest request;
-  request.points = {{at(1, 1), {0.5, 0.5}}, {at(9, 9), {0.5, 0.5}}};
-  MatchOptions options;
-  options.bijective = true;
-  ExecutionContext context;
-  try {
-    match_piece(sheet_with_holes(), request, options, context);
-    FAIL() << "contradictory pins were accepted";
-  } catch (const Infeasible& e) {
-    EXPECT_EQ(e.error().code, ErrorCode::kContradictoryPins);
-    EXPECT_EQ(e.error().elements, (std::vector<Index>{at(1, 1), at(9, 9)}));
-  }
-}
-
-TEST(MatchPiece, LinesBetweenPinsAreMetWithoutOverlaps) {
-  const mesh::Surface piece = sheet_with_holes();
-  MatchRequest request;
-  request.lines = {{{at(6, 4), at(6, 5), at(6, 6)}, {{0.5, 0.4}, {0.55, 0.5}, {0.5, 0.6}}}};
-  MatchOptions options;
-  options.bijective = true;
-  ExecutionContext context;
-  const certify::Parametrization map = match_piece(piece, request, options, context);
-  for (std::size_t i = 0; i < 3; ++i)
-    request.points.push_back({request.lines[0].vertices[i], request.lines[0].polyline[i]});
-  test::expect_met(map, request);
-  EXPECT_EQ(map.certificate.overlaps, 0);
-}
-
 }  // namespace
 }  // namespace flipfree::matchmaker::match_piece_test

@@ -37,18 +37,6 @@ TEST(RefinedMapInvariants, AFlippedFaceIsFound) {
   EXPECT_NE(find_broken_map(surface, uv.topRows(4)), "");
 }
 
-// A plane that helps on the way is written in the coordinates of one triangle, which it overlaps.
-TEST(RefinedMapInvariants, APlanesWeightsMayHaveEitherSignButSumToOne) {
-  const Surface input = test::grid(1, 1);
-  RefinedSurface surface = make_refined_surface(input);
-  const Points2 uv = input.vertices.leftCols(2);
-  surface.support[3] = {{0, 1, 3}, {1.75, -0.25, -0.5}};
-  EXPECT_EQ(find_broken_map(surface, uv), "");
-  EXPECT_NE(find_broken_invariant(surface), "") << "the user's surface has no such point";
-  surface.support[3].weight[0] = 1.5;
-  EXPECT_NE(find_broken_map(surface, uv), "");
-}
-
 TEST(ProvenanceInvariants, EveryFaceLiesInItsParent) {
   const Surface input = test::grid(1, 1);  // faces share the diagonal
   Provenance provenance;

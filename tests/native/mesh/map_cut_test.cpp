@@ -71,18 +71,6 @@ TEST(MapCut, GivenCutsStayAndConesOnThemNeedNothing) {
   expect_disks(surface, cut, {11 * 3 + 4});
 }
 
-TEST(MapCut, EveryVertexMayBeACone) {
-  const Surface surface = test::sphere(12, 9);
-  const auto n = static_cast<Index>(surface.vertices.rows());
-  const Adjacency adjacency = build_adjacency(n, surface.faces);
-  std::vector<VertexId> cones;
-  for (VertexId v = 0; v < n; ++v) cones.push_back(v);
-  const ExecutionContext context;
-  const EdgeFlags cut = cut_to_disks(surface, adjacency, {}, cones, {}, context);
-  EXPECT_EQ(flagged_edges(surface.faces, adjacency, cut).rows(), n - 1);  // a spanning tree
-  expect_disks(surface, cut, cones);
-}
-
 TEST(MapCut, AvoidedEdgesAreCutOnlyWhereThereIsNoOtherWay) {
   const Surface surface = test::torus(9, 7);
   const Adjacency adjacency =

@@ -164,5 +164,26 @@ TEST(WithCollar, surrounds_the_surface_and_compacting_takes_it_away_again) {
   }
 }
 
+TEST(Compacted, keeps_the_inputs_isolated_vertices_and_no_other) {
+  Surface input = test::grid(2, 2);
+  input.vertices.conservativeResize(11, 3);
+  input.vertices.bottomRows<2>().setOnes();
+  RefinedSurface refined = make_refined_surface(input);
+  const std::array<VertexId, 3> face = refined.mesh.corners(0);
+  const VertexId gone = refined.split_face(
+      0, rounded_between(refined.support[static_cast<std::size_t>(face[0])],
+                         between(refined.support[static_cast<std::size_t>(face[1])],
+                                 refined.support[static_cast<std::size_t>(face[2])], 0.5),
+                         0.5));
+  const std::vector<FaceId> star = refined.mesh.star(gone);
+  refined.mesh.replace(star, std::array<EditableTriangulation::Triangle, 1>{face},
+                       std::array<FaceId, 1>{0});
+  std::vector<VertexId> old_vertex;
+  const RefinedSurface compact = compacted(refined, old_vertex);
+  EXPECT_EQ(compact.mesh.vertex_count(), 11);
+  EXPECT_EQ(compact.mesh.faces().rows(), 8);
+  expect_subdivides(compact);
+}
+
 }  // namespace
 }  // namespace flipfree::mesh::refined_surface_test

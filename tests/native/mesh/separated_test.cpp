@@ -95,16 +95,6 @@ Surface book(const std::vector<double>& degrees) {
   return make(points, faces);
 }
 
-TEST(Separate, LeavesACleanSurfaceAsItIs) {
-  for (const Surface& s : {test::torus(8, 6), test::bumpy_grid(5, 4, 0.2, 1), test::sphere(7, 5)}) {
-    const SeparatedSurface result = separated(s);
-    EXPECT_EQ(result.surface.faces, s.faces);
-    EXPECT_EQ(result.surface.vertices, s.vertices);
-    EXPECT_TRUE(result.mends.empty());
-    EXPECT_TRUE(result.collapsed.empty());
-  }
-}
-
 TEST(Separate, KeepsTheFlatWallOfATWhole) {
   Surface s = book({0, 180, 90});
   // The wall is wound one way.
@@ -130,18 +120,6 @@ TEST(Separate, PairsAllButOneOfAnOddFan) {
   }
 }
 
-TEST(Separate, TurnsWholePages) {
-  Surface s = test::grid(8, 4);
-  for (FaceId f = 0; f < s.faces.rows(); ++f) {
-    if (f / 2 % 8 < 4 || f == 12) std::swap(s.faces(f, 1), s.faces(f, 2));
-  }
-  const SeparatedSurface result = separated(s);
-  EXPECT_EQ(broken(s, result), "");
-  EXPECT_EQ(topology_of(result).components, 1);
-  EXPECT_EQ(mended(result, MendKind::kTurnedFace), 31U);
-  EXPECT_EQ(mended(result, MendKind::kOpposedEdge), 0U);
-}
-
 TEST(Separate, CutsAMoebiusStripOnce) {
   for (const Index rows : {1, 4}) {
     const Index columns = 24;
@@ -157,16 +135,6 @@ TEST(Separate, CutsAMoebiusStripOnce) {
     EXPECT_EQ(mended(result, MendKind::kOneSidedEdge), static_cast<std::size_t>(rows));
     EXPECT_EQ(mended(result, MendKind::kTurnedFace), 0U);
   }
-}
-
-TEST(Separate, GivesEveryFanOfAPinchedVertexACopy) {
-  const Surface s =
-      make({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}}, {{0, 1, 2}, {0, 3, 4}});
-  const SeparatedSurface result = separated(s);
-  EXPECT_EQ(broken(s, result), "");
-  ASSERT_EQ(result.mends.size(), 1U);
-  EXPECT_EQ(result.mends[0].kind, MendKind::kPinchedVertex);
-  EXPECT_EQ(result.mends[0].elements, std::vector<Index>{0});
 }
 
 TEST(Separate, NamesWhatHasNoTriangle) {

@@ -100,20 +100,6 @@ TEST(PennerMetric, TorusWithoutConesTurnsNowhere) {
   EXPECT_THROW(solve(surface, flat(surface), loops), Infeasible);
 }
 
-TEST(PennerMetric, TwoConesOnATorus) {
-  const mesh::Surface surface = test::torus(24, 10, 0.4);
-  for (const Index m : {2, 3}) {
-    std::vector<Index> cones = flat(surface);
-    cones[3] = 4 - m;
-    cones[117] = 4 + m;
-    expect_seamless(solve(surface, cones), cones);
-  }
-  std::vector<Index> cones = flat(surface);
-  cones[3] = 3;
-  cones[117] = 5;
-  EXPECT_THROW(solve(surface, cones), Infeasible);
-}
-
 TEST(PennerMetric, MeetsOtherTurnsThanTheNearest) {
   const mesh::Surface surface = test::perforated_plate(2, 4);
   const auto cones = test::random_cones(surface, 2, 20, 5);
@@ -125,15 +111,6 @@ TEST(PennerMetric, MeetsOtherTurnsThanTheNearest) {
     EXPECT_NEAR(result.loop_error[i], 0.0, 1e-10);
   }
   expect_seamless(result, cones);
-}
-
-TEST(PennerMetric, SameBitsForAnyNumberOfThreads) {
-  const mesh::Surface surface = test::perforated_plate(2, 6);
-  const auto cones = test::random_cones(surface, 2, 20, 1);
-  const PennerMetric one = solve(surface, cones, {}, 1), two = solve(surface, cones, {}, 2);
-  EXPECT_EQ(std::get<std::vector<double>>(one.metric.length),
-            std::get<std::vector<double>>(two.metric.length));
-  EXPECT_EQ(one.metric.mesh.next, two.metric.mesh.next);
 }
 
 TEST(PennerMetric, RefusesLoopsThatAreNoStrips) {
@@ -185,26 +162,6 @@ TEST(PennerMetric, ATubeCannotHaveTwoCornersAtOneEnd) {
   cones[0] = 1;
   cones[3] = 3;
   EXPECT_THROW(solve(cylinder, cones), Infeasible);
-}
-
-TEST(PennerMetric, CanBeCancelledAndLimited) {
-  const mesh::Surface surface = test::perforated_plate(3, 8);
-  const auto cones = test::random_cones(surface, 3, 20, 1);
-  ExecutionContext cancelled;
-  cancelled.cancel();
-  EXPECT_THROW(compute_penner_metric(surface, cones, {}, {}, cancelled), Cancelled);
-  ExecutionContext context;
-  double time = 0.0;
-  context.clock = [&] { return time += 0.01; };
-  context.threads = 1;
-  PennerOptions options;
-  options.max_seconds = 0.5;
-  try {
-    compute_penner_metric(surface, cones, {}, options, context);
-    FAIL();
-  } catch (const NotConverged& e) {
-    EXPECT_EQ(e.error().code, ErrorCode::kTimeLimit);
-  }
 }
 
 }  // namespace

@@ -92,15 +92,6 @@ TEST(Reroute, HigherGeneraTurnAsTheFieldDoes) {
   }
 }
 
-TEST(Reroute, AFieldThatNeedsNothingLeavesTheCutAlone) {
-  // Flat: its only field does not turn, nor does a square.
-  const mesh::Surface torus = test::of_genus(1, 1);
-  Reroutings done;
-  EXPECT_TRUE(check(torus, test::scattered(torus, {}, 0), 0, 0, done));
-  EXPECT_EQ(done.rerouted(), 0);
-  EXPECT_EQ(done.loops, 2);
-}
-
 // Whether a loop turns by an odd number of quarters is not for cones to change then.
 TEST(Reroute, CutsAmongEvenConesTurnByOddNumbersWhereTheFieldDoes) {
   for (const Index genus : {1, 2, 3}) {
@@ -142,35 +133,6 @@ TEST(Reroute, TurnsThatNoSumOfConesMakesAreRefused) {
         NotConverged);
   }
   EXPECT_EQ(done.loops, 0);
-}
-
-// Few cones and turns that need many rounds: as many vertices as it needs, or as many as it may.
-TEST(Reroute, ACutThatTakesMoreVerticesThanItMayIsRefused) {
-  const mesh::Surface torus = test::of_genus(1, 1);
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(torus.vertices.rows()), torus.faces);
-  const std::vector<Index> cones = test::scattered(torus, {3, 3, 5, 5}, 1);
-  std::mt19937 random(1);
-  const field::CrossField field = test::wished_field(torus, cones, 3, random);
-  ExecutionContext context;
-  Reroutings done;
-  WishedTurns wished = test::turns_of(torus, adjacency, field, done);
-  const AdmissibleCut cut = make_turning_cut(torus, cones, wished, context);
-  ASSERT_GT(done.quarters, 1);
-  const Index added = static_cast<Index>(cut.surface.vertices.rows() - torus.vertices.rows());
-  ASSERT_GT(added, 100);
-  wished.most_added = added;
-  EXPECT_EQ(make_turning_cut(torus, cones, wished, context).surface.vertices.rows(),
-            cut.surface.vertices.rows());
-  wished.most_added = 1;
-  try {
-    make_turning_cut(torus, cones, wished, context);
-    ADD_FAILURE() << "not refused";
-  } catch (const NotConverged& error) {
-    EXPECT_EQ(error.error().code, ErrorCode::kIterationLimit);
-    EXPECT_NE(std::string(error.what()).find("more than 1 vertices"), std::string::npos)
-        << error.what();
-  }
 }
 
 TEST(Reroute, TinySurfacesAreRefinedUntilThereIsRoom) {

@@ -159,31 +159,6 @@ TEST(Topology, EightyHandles) {
             (Corners{1, 639}));
 }
 
-TEST(Topology, TheSameInputGivesTheSameCut) {
-  const mesh::Surface surface = test::of_genus(3, 2);
-  const std::vector<Index> cones = test::scattered(surface, std::vector<Index>(16, 5), 3);
-  ExecutionContext context;
-  const AdmissibleCut a = make_admissible_cut(surface, cones, context);
-  const AdmissibleCut b = make_admissible_cut(surface, cones, context);
-  EXPECT_EQ(a.surface.faces, b.surface.faces);
-  EXPECT_EQ(a.surface.vertices, b.surface.vertices);
-  EXPECT_EQ(a.branches, b.branches);
-  EXPECT_EQ(a.flat_sectors, b.flat_sectors);
-}
-
-TEST(Topology, HugeAndMinuteSurfacesAreCutLikeOthers) {
-  const mesh::Surface surface = test::of_genus(2, 1);
-  const std::vector<Index> cones = test::scattered(surface, {7, 9}, 3);
-  ExecutionContext context;
-  const AdmissibleCut cut = make_admissible_cut(surface, cones, context);
-  for (const double unit : {0x1p500, 0x1p-500}) {
-    const mesh::Surface scaled = {surface.vertices * unit, surface.faces};
-    const AdmissibleCut same = make_admissible_cut(scaled, cones, context);
-    EXPECT_EQ(same.branches, cut.branches);
-    EXPECT_EQ(same.surface.vertices, (cut.surface.vertices * unit).eval());
-  }
-}
-
 // As they come, short loops and connectors ask for scales that span three times as much and more.
 TEST(Topology, CutsOfManyHandlesTurnLittle) {
   const Index genus = 14;
@@ -199,14 +174,6 @@ TEST(Topology, CutsOfManyHandlesTurnLittle) {
     EXPECT_NEAR(scale_range(cut, cones, context), cut.range, 1e-9 * cut.range);
     EXPECT_GT(cut.first_range, 3.0 * cut.range);
   }
-}
-
-TEST(Topology, CanBeCancelled) {
-  const mesh::Surface surface = test::of_genus(3, 1);
-  ExecutionContext context;
-  context.cancel();
-  EXPECT_THROW(make_admissible_cut(surface, test::scattered(surface, {3, 21}, 1), context),
-               Cancelled);
 }
 
 }  // namespace
