@@ -54,13 +54,6 @@ TEST(Error, reaches_the_catcher_with_all_its_parts) {
   EXPECT_EQ(infeasible.elements, (std::vector<Index>{7}));
   EXPECT_EQ(infeasible.witness.rule, "area");
   EXPECT_EQ(infeasible.witness.numbers.at(0).second, (std::vector<double>{1.0, 2.0}));
-
-  const Error stalled = thrown<NotConverged>([] {
-    throw_not_converged(ErrorCode::kLineSearchStalled, "Stalled.", ElementKind::kCorner, {2});
-  });
-  EXPECT_EQ(stalled.code, ErrorCode::kLineSearchStalled);
-  EXPECT_EQ(stalled.kind, ElementKind::kCorner);
-  EXPECT_EQ(stalled.elements, (std::vector<Index>{2}));
 }
 
 TEST(Error, those_without_an_argument_know_their_code) {
@@ -76,17 +69,6 @@ TEST(Error, neither_the_end_of_time_nor_a_cancel_is_a_failure_to_converge) {
   EXPECT_FALSE((std::is_base_of_v<NotConverged, TimeIsOver>));
   EXPECT_FALSE((std::is_base_of_v<NotConverged, Cancelled>));
   EXPECT_FALSE((std::is_base_of_v<NotConverged, InternalError>));
-}
-
-TEST(OutOfTime, names_the_limit_only_to_those_who_set_one) {
-  for (const double seconds : {0.0, 2.5}) {
-    const Error error = thrown<NotConverged>(
-        [&] { throw_out_of_time("The unwrap did not end", seconds, "or hide faces"); });
-    EXPECT_EQ(error.code, ErrorCode::kTimeLimit);
-    EXPECT_EQ(error.message, std::string("The unwrap did not end in the time allowed") +
-                                 (seconds > 0.0 ? " (max_seconds = 2.5)" : "") +
-                                 ". Allow more time, or hide faces.");
-  }
 }
 
 }  // namespace

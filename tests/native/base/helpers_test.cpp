@@ -35,22 +35,6 @@ TEST(WorkTogether, as_many_help_as_are_asked_for_whatever_the_machine_has) {
   for (const std::size_t helpers : {0U, 1U, 7U}) EXPECT_EQ(together(helpers).size(), helpers + 1);
 }
 
-TEST(WorkTogether, later_calls_get_the_helpers_of_earlier_ones) {
-  constexpr std::size_t kHelpers = 7;  // the most that any test here asks for
-  std::atomic<std::size_t> newcomers{0};
-  for (int i = 0; i < 100; ++i) {
-    std::atomic<std::size_t> inside{0};
-    work_together(kHelpers, [&] {
-      thread_local bool known = false;
-      if (!known) ++newcomers;
-      known = true;
-      ++inside;
-      while (inside < kHelpers + 1) std::this_thread::yield();
-    });
-  }
-  EXPECT_LE(newcomers.load(), kHelpers + 1);
-}
-
 TEST(WorkTogether, nobody_is_inside_any_more_when_it_returns) {
   for (int i = 0; i < 2000; ++i) {
     std::atomic<int> inside{0};

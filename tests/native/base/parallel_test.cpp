@@ -8,7 +8,6 @@
 #include <set>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "flipfree/base/error.h"
@@ -38,18 +37,6 @@ TEST(ParallelFor, chunks_are_those_of_the_grain_whatever_the_number_of_threads) 
       }
     }
   }
-}
-
-TEST(ParallelFor, one_thread_is_the_callers_and_goes_in_order) {
-  ExecutionContext context;
-  context.threads = 1;
-  std::vector<std::size_t> order;
-  const std::thread::id caller = std::this_thread::get_id();
-  parallel_for(context, 10, 3, [&](std::size_t begin, std::size_t, std::size_t) {
-    EXPECT_EQ(std::this_thread::get_id(), caller);
-    order.push_back(begin);
-  });
-  EXPECT_EQ(order, (std::vector<std::size_t>{0, 3, 6, 9}));
 }
 
 TEST(ParallelFor, of_several_chunks_that_throw_the_first_one_is_heard) {
@@ -85,18 +72,6 @@ TEST(ParallelFor, what_did_not_start_when_a_chunk_threw_is_dropped) {
   EXPECT_EQ(last, 4U);
 }
 
-TEST(ParallelFor, visits_every_index_exactly_once_for_any_number_of_threads) {
-  for (const int threads : {1, 2, 5}) {
-    ExecutionContext context;
-    context.threads = threads;
-    std::vector<std::atomic<int>> visits(1000);
-    parallel_for(context, visits.size(), 7, [&](std::size_t begin, std::size_t end, std::size_t) {
-      for (std::size_t i = begin; i < end; ++i) ++visits[i];
-    });
-    for (const auto& count : visits) EXPECT_EQ(count.load(), 1);
-  }
-}
-
 TEST(ParallelFor, sums_per_chunk_have_the_same_bits_for_any_number_of_threads) {
   const auto sum = [](int threads) {
     ExecutionContext context;
@@ -112,15 +87,6 @@ TEST(ParallelFor, sums_per_chunk_have_the_same_bits_for_any_number_of_threads) {
   };
   EXPECT_EQ(sum(1), sum(2));
   EXPECT_EQ(sum(1), sum(4));
-}
-
-TEST(ParallelFor, rethrows_what_a_chunk_threw) {
-  ExecutionContext context;
-  EXPECT_THROW(parallel_for(context, 100, 1,
-                            [](std::size_t begin, std::size_t, std::size_t) {
-                              if (begin == 42) throw_invalid(ErrorCode::kBadOption, "chunk 42");
-                            }),
-               InvalidInput);
 }
 
 TEST(ParallelFor, stops_when_cancelled_and_the_context_of_another_call_still_works) {

@@ -71,20 +71,5 @@ TEST(RequireCertificate, names_faces_of_the_input_each_once_and_says_so) {
   }
 }
 
-TEST(RequireCertificate, what_failed_is_said_when_a_certificate_is_required) {
-  Parametrization map = flat_map();
-  certify_map(map, map.surface, {}, ExecutionContext());
-  EXPECT_NO_THROW(require_certificate(map, "The test"));
-  map.uv.row(0).setConstant(9.0);
-  certify_map(map, map.surface, {}, ExecutionContext());
-  try {
-    require_certificate(map, "The test");
-    FAIL() << "a flip was accepted";
-  } catch (const CertificateFailed& e) {
-    EXPECT_NE(std::string(e.what()).find("G1:"), std::string::npos);
-    EXPECT_FALSE(e.certificate().ok);
-  }
-}
-
 }  // namespace
 }  // namespace flipfree::certify::certified_map_test

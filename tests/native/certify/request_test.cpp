@@ -1,7 +1,6 @@
 // What may be asked of a certificate, and how much it says.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -66,17 +65,6 @@ TEST(CertifyRequest, pins_and_cones_that_do_not_exist_are_refused) {
   }
 }
 
-TEST(CertifyRequest, stored_values_may_be_given_and_are_judged_as_they_are) {
-  Case c;
-  Points2f stored = c.uv.cast<float>();
-  c.request.uv32 = &stored;
-  EXPECT_TRUE(c.measure().ok);
-  stored.row(4) = stored.row(3);
-  const Certificate certificate = c.measure();
-  EXPECT_EQ(certificate.flips64, 0);
-  EXPECT_GT(certificate.flips32, 0);
-}
-
 TEST(CertifyRequest, pins_are_judged_in_each_coordinate_in_64_and_in_32_bits) {
   Case c;
   Points2f stored = c.uv.cast<float>();
@@ -93,18 +81,6 @@ TEST(CertifyRequest, pins_are_judged_in_each_coordinate_in_64_and_in_32_bits) {
     EXPECT_EQ(c.measure().pin_failures, 1);
     stored(corner, axis) = static_cast<float>(before);
   }
-}
-
-TEST(CertifyRequest, overlaps_are_measured_only_where_somebody_asks) {
-  Case c;
-  c.request.measure_overlaps = false;
-  EXPECT_EQ(c.measure().overlaps, -1);
-  EXPECT_EQ(c.measure().island_overlaps, -1);
-  c.request.require_disjoint = true;
-  EXPECT_EQ(c.measure().overlaps, 0);
-  c.request.require_disjoint = false;
-  c.request.require_bijective = true;
-  EXPECT_EQ(c.measure().overlaps, 0);
 }
 
 TEST(CertifyRequest, a_prescribed_angle_excuses_the_winding_at_its_vertex_alone) {
@@ -131,32 +107,6 @@ TEST(CertifyRequest, a_prescribed_angle_excuses_the_winding_at_its_vertex_alone)
   EXPECT_EQ(one.cone_failures, 1);  // the other one has no prescription, so 2 pi
   c.request.cone_angles.emplace_back(8, 4.0 * std::numbers::pi);
   EXPECT_TRUE(c.measure().ok);
-}
-
-TEST(CertifyRequest, isolated_vertices_have_no_angle_and_no_winding) {
-  Case c;
-  c.surface.vertices.conservativeResize(17, 3);
-  c.surface.vertices.row(16).setZero();
-  c.request.cone_angles = {{5, 2.0 * std::numbers::pi}};
-  EXPECT_TRUE(c.measure().ok);
-}
-
-TEST(CertifyRequest, sentences_count_one_and_many) {
-  Case c;
-  c.uv.row(0) = c.uv.row(1);
-  const Certificate one = c.measure();
-  ASSERT_EQ(one.flips64, 1);
-  EXPECT_NE(one.failures[0].find("1 triangle is flipped"), std::string::npos);
-  c.uv.row(3) = c.uv.row(4);
-  EXPECT_NE(c.measure().failures[0].find("2 triangles are flipped"), std::string::npos);
-}
-
-TEST(CertifyRequest, figures_that_are_no_numbers_are_a_failure) {
-  Case c;
-  c.surface.vertices *= 1e-320;  // areas vanish
-  const Certificate certificate = c.measure();
-  EXPECT_FALSE(certificate.ok);
-  ASSERT_FALSE(certificate.failures.empty());
 }
 
 // Sizes so far apart that the mean is a number and the worst triangle is not.
@@ -191,16 +141,10 @@ TEST(CertifyRequest, distortion_that_is_not_required_is_minus_one_unless_it_is_f
   EXPECT_EQ(certificate.energy_p99, -1.0);
 }
 
-TEST(CertifyRequest, all_pins_that_are_missed_are_counted) {
-  Case c;
-  c.request.pins = {{0, Vector2(9, 9)}, {1, Vector2(9, 9)}};
-  const Certificate certificate = c.measure();
-  EXPECT_EQ(certificate.pin_failures, 2);
-  EXPECT_NE(certificate.failures[0].find("2 pins are"), std::string::npos);
-}
-
 TEST(CertifyRequest, all_angles_that_are_not_met_are_counted) {
   Case c;
+  c.request.cone_angles = {{5, 2.0 * std::numbers::pi}};
+  EXPECT_EQ(c.measure().cone_failures, 0);
   c.request.cone_angles = {{5, 1.0}, {6, 1.0}};
   EXPECT_EQ(c.measure().cone_failures, 2);
 }

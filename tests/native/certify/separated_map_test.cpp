@@ -39,78 +39,6 @@ Points2 plane_map(const mesh::Surface& s) {
   return uv;
 }
 
-Certificate judged(const mesh::Surface& s, const Points2& uv) {
-  CertifyRequest request;
-  request.surface = &s;
-  request.uv = &uv;
-  request.require_bijective = request.require_disjoint = true;
-  return certify_any(request, ExecutionContext());
-}
-
-TEST(SeparatedMap, JudgesEveryFaceThatHasATriangle) {
-  const mesh::Surface s = t_wall();
-  Points2 uv = plane_map(s);
-  const Certificate good = judged(s, uv);
-  EXPECT_TRUE(good.ok) << (good.ok ? "" : good.failures.front());
-  EXPECT_EQ(good.triangles, 6);
-  EXPECT_NEAR(good.energy, 1.0, 1e-12);
-  ASSERT_EQ(good.mends.size(), 2U);
-  EXPECT_EQ(good.mends[0].kind, mesh::MendKind::kCrowdedEdge);
-  EXPECT_EQ(good.mends[0].elements, (std::vector<Index>{0, 1}));
-  EXPECT_EQ(good.mends[1].elements, std::vector<Index>{6});
-
-  uv.row(9) = uv.row(10);  // a corner of face 3
-  const Certificate bad = judged(s, uv);
-  EXPECT_FALSE(bad.ok);
-  EXPECT_EQ(bad.flips64, 1);
-  EXPECT_EQ(bad.failed_faces.front(), 3);
-}
-
-TEST(SeparatedMap, SeesIslandsOnTopOfEachOther) {
-  const mesh::Surface s = t_wall();
-  Points2 uv = plane_map(s);
-  for (CornerId c = 12; c < 18; ++c) uv.row(c) -= Eigen::RowVector2d(4.5, 4.5);
-  EXPECT_EQ(judged(s, uv).island_overlaps, 1);
-}
-
-TEST(SeparatedMap, OfACleanSurfaceIsTheCertificateItself) {
-  const mesh::Surface s = test::grid(3, 2);
-  Points2 uv(s.faces.size(), 2);
-  for (CornerId c = 0; c < static_cast<CornerId>(uv.rows()); ++c)
-    uv.row(c) = s.vertices.row(s.faces(c / 3, c % 3)).head<2>();
-  const Certificate certificate = judged(s, uv);
-  EXPECT_TRUE(certificate.ok);
-  EXPECT_TRUE(certificate.mends.empty());
-  EXPECT_EQ(certificate.triangles, s.faces.rows());
-}
-
-TEST(SeparatedMap, TakesThereAndBackWhatASolverNeeds) {
-  const mesh::Surface s = t_wall();
-  const Points2 uv = plane_map(s);
-  mesh::SeparateOptions options;
-  options.corner_uv = &uv;
-  const SeparatedMap separated(s, options, ExecutionContext());
-  EXPECT_EQ(separated.surface().faces.rows(), 6);
-  IndexPairs shared(1, 2);
-  shared << 1, 0;
-  EXPECT_EQ(separated.edges(shared).rows(), 2);  // one copy each of plane and wall
-  EXPECT_EQ(separated.pins({{0, {0.5, 0.5}}, {18, {0.0, 0.0}}}).size(), 1U);
-  EXPECT_THROW(separated.pins({{99, {0.5, 0.5}}}), InvalidInput);
-  Error error{ErrorCode::kRoundingFlips, "", ElementKind::kVertex, {}};
-  for (Index v = 0; v < separated.surface().vertices.rows(); ++v) error.elements.push_back(v);
-  EXPECT_EQ(separated.in_terms_of_input(error).elements, separated.separated().vertex_origin);
-
-  Parametrization solved;
-  solved.surface = separated.surface();
-  solved.uv = separated.corners(uv);
-  solved.uv32 = solved.uv.cast<float>();
-  const Parametrization back = separated.on_input(solved, {}, ExecutionContext());
-  EXPECT_TRUE(back.certificate.ok);
-  EXPECT_EQ(back.uv.topRows(18), uv.topRows(18));
-  EXPECT_EQ(back.uv.row(18), back.uv.row(19));
-  EXPECT_EQ(back.surface.faces, s.faces);
-}
-
 // Face 6, which uses vertex 6 twice, has corners 18 to 20.
 TEST(SeparatedMap, MeetsPinsOfFacesWithoutATriangleBitForBit) {
   const mesh::Surface s = t_wall();
@@ -178,12 +106,6 @@ TEST(SeparatedMap, ErrorsNameTheInputsElementsInWordsToo) {
     EXPECT_EQ(e.certificate().failed_faces, std::vector<Index>{6});
     EXPECT_NE(std::string(e.what()).find("first face 6"), std::string::npos);
   }
-}
-
-TEST(SeparatedMap, RefusesAMeshWithoutATriangle) {
-  mesh::Surface s = t_wall();
-  s.faces.col(1) = s.faces.col(0);
-  EXPECT_THROW(SeparatedMap(s, {}, ExecutionContext()), InvalidInput);
 }
 
 // A flat fan around vertex 0 behind a face that uses a vertex twice, so that ids are shifted; face

@@ -120,44 +120,6 @@ TEST(Rounding, FixedVerticesStayWhereTheyAreRoundedTo) {
   }
 }
 
-TEST(Rounding, BoundariesThatWouldTouchAreMovedApart) {
-  // Two strips joined at their left end, apart by less than the spacing of floats at 1 elsewhere.
-  const Index length = 10;
-  mesh::Surface strip = test::grid(length, 2);
-  Points2 uv = plan(strip);
-  // Bend the strip into a hairpin: first half forward, second half back above it.
-  const double gap = 1e-9;
-  for (Eigen::Index v = 0; v < uv.rows(); ++v) {
-    const double x = strip.vertices(v, 0);
-    const double y = strip.vertices(v, 1);
-    const double turn = std::acos(-1.0) * std::clamp((x - 0.3) / 0.4, 0.0, 1.0);
-    const double inner = 0.5 * gap;
-    const double radius = inner + 0.2 * (1.0 - y);
-    if (x <= 0.3) {
-      uv.row(v) << x, -radius;
-    } else if (x >= 0.7) {
-      uv.row(v) << 0.3 - (x - 0.7), radius;
-    } else {
-      uv.row(v) << 0.3 + radius * std::sin(turn), -radius * std::cos(turn);
-    }
-    uv.row(v).array() += 0.9;
-  }
-  ExecutionContext context;
-  if (!is_flip_free(strip.faces, uv, context)) uv.col(1) = 2 - uv.col(1).array();
-  ASSERT_TRUE(is_flip_free(strip.faces, uv, context));
-  const auto boundary = find_boundary(static_cast<Index>(uv.rows()), strip.faces);
-  ASSERT_FALSE(overlaps_itself(boundary, uv, context));
-  const Points2 nearest = uv.cast<float>().cast<double>();
-  ASSERT_TRUE(overlaps_itself(boundary, nearest, context) ||
-              !is_flip_free(strip.faces, nearest, context));
-  RoundingOptions options;
-  options.bijective = true;
-  Stats stats;
-  const Points2f stored = round_to_storage(strip.faces, uv, options, context, stats);
-  EXPECT_TRUE(stored_flip_free(strip.faces, stored));
-  EXPECT_FALSE(overlaps_itself(boundary, stored.cast<double>(), context));
-}
-
 TEST(Rounding, ImpossibleMapsAreRefusedAndNamed) {
   // All corners of a triangle are fixed within one 32-bit step.
   const mesh::Surface surface = test::grid(4, 4);

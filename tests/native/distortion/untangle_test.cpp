@@ -2,11 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <random>
 
 #include "flipfree/base/error.h"
-#include "fuzz/rational.h"
 #include "support/shapes.h"
 
 namespace flipfree::distortion::untangle_test {
@@ -47,19 +45,6 @@ TEST(Untangler, unfolds_random_insides_of_a_square_and_holds_its_boundary) {
   }
 }
 
-TEST(Untangler, says_how_many_flips_are_left_where_there_is_no_map) {
-  Tangle tangle(1);
-  // The boundary runs the other way round.
-  tangle.uv.col(0) *= -1.0;
-  UntangleOptions options;
-  options.max_iterations = 15;
-  const UntangleResult result = tangle.run(options);
-  EXPECT_GT(result.flips, 0);
-  EXPECT_EQ(result.flips,
-            static_cast<Index>(find_flips(tangle.surface.faces, result.uv, tangle.context).size()));
-  EXPECT_LE(result.iterations, 15 + options.extra_iterations);
-}
-
 TEST(Untangler, guarded_faces_stay_positive_whatever_the_others_do) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     Tangle tangle(seed);
@@ -84,20 +69,6 @@ TEST(Untangler, threads_do_not_change_a_bit_and_a_cancel_ends_it) {
   EXPECT_EQ(tangle.run().uv, one);
   tangle.context.cancel();
   EXPECT_THROW(tangle.run(), Cancelled);
-}
-
-TEST(FindFlips, agrees_with_rational_numbers) {
-  Tangle tangle(7);
-  // On a coarse lattice, where many triangles collapse.
-  tangle.uv = (tangle.uv.array() * 4).round().matrix();
-  std::vector<FaceId> expected;
-  for (FaceId f = 0; f < tangle.surface.faces.rows(); ++f) {
-    const auto at = [&](Index k) {
-      return fuzz::exact(tangle.uv.row(tangle.surface.faces(f, k)).transpose());
-    };
-    if (fuzz::side(at(0), at(1), at(2)) <= 0) expected.push_back(f);
-  }
-  EXPECT_EQ(find_flips(tangle.surface.faces, tangle.uv, tangle.context), expected);
 }
 
 }  // namespace

@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
+#include <algorithm>
+#include <string>
 
 #include "embedding/disks.h"
 #include "flipfree/base/error.h"
@@ -12,32 +13,8 @@
 namespace flipfree::embedding::embed_surface_test {
 namespace {
 
-TEST(EmbedSurface, puts_the_boundary_where_it_was_asked_for_bit_for_bit) {
-  const test::Disk disk = test::make_disk(test::bumpy_grid(9, 7, 0.3, 2.0), BoundaryShape::kSquare);
-  for (const bool optimise : {false, true}) {
-    EmbedSurfaceOptions options;
-    options.loop = disk.loop;
-    options.polygon = disk.boundary;
-    options.optimise = optimise;
-    ExecutionContext context;
-    const certify::Parametrization map = embed_surface(disk.surface, options, context);
-    EXPECT_TRUE(map.certificate.ok);
-    for (CornerId c = 0; c < map.uv.rows(); ++c) {
-      const VertexId v = map.surface.faces(c / 3, c % 3);
-      const auto place = std::find(disk.loop.begin(), disk.loop.end(), v);
-      if (place == disk.loop.end()) continue;
-      EXPECT_EQ(map.uv.row(c), disk.boundary.row(place - disk.loop.begin()));
-    }
-  }
-}
-
-TEST(EmbedSurface, a_loop_against_the_orientation_takes_its_polygon_with_it) {
-  const test::Disk disk = test::make_disk(test::grid(5, 4), BoundaryShape::kCircle);
-  EmbedSurfaceOptions options;
-  options.loop = {disk.loop.rbegin(), disk.loop.rend()};
-  options.polygon = disk.boundary.colwise().reverse();
-  ExecutionContext context;
-  const certify::Parametrization map = embed_surface(disk.surface, options, context);
+// Where `loop` is asked to be on `polygon`, it is, bit for bit.
+void expect_boundary(const certify::Parametrization& map, const test::Disk& disk) {
   EXPECT_TRUE(map.certificate.ok);
   for (CornerId c = 0; c < map.uv.rows(); ++c) {
     const auto place =
@@ -47,26 +24,92 @@ TEST(EmbedSurface, a_loop_against_the_orientation_takes_its_polygon_with_it) {
   }
 }
 
-TEST(EmbedSurface, optimising_lowers_the_energy) {
-  EmbedSurfaceOptions options;
-  ExecutionContext context;
-  const mesh::Surface surface = test::bumpy_grid(14, 14, 0.4, 2.0);
-  const double before = embed_surface(surface, options, context).certificate.energy;
-  options.optimise = true;
-  EXPECT_LT(embed_surface(surface, options, context).certificate.energy, before);
+Error refusal(const Triangles& faces, Index vertices, const std::vector<VertexId>& loop,
+              const Points2& boundary) {
+  try {
+    require_disk_with_boundary(faces, vertices, loop, boundary);
+  } catch (const InvalidInput& e) {
+    return e.error();
+  }
+  return {};
 }
 
-TEST(EmbedSurface, surfaces_that_are_no_disks_are_refused) {
+struct Case {
+  test::Disk disk = test::make_disk(test::grid(4, 3), BoundaryShape::kCircle);
+  Error refusal() const {
+    return embed_surface_test::refusal(disk.surface.faces, disk.vertex_count(), disk.loop,
+                                       disk.boundary);
+  }
+};
+
+TEST(EmbedSurface, a_loop_against_the_orientation_takes_its_polygon_with_it) {
+  const test::Disk disk = test::make_disk(test::grid(5, 4), BoundaryShape::kCircle);
+  EmbedSurfaceOptions options;
+  options.loop = {disk.loop.rbegin(), disk.loop.rend()};
+  options.polygon = disk.boundary.colwise().reverse();
   ExecutionContext context;
-  EXPECT_THROW(embed_surface(test::torus(6, 5), {}, context), InvalidInput);
-  EXPECT_THROW(embed_surface(test::cylinder(6, 2), {}, context), InvalidInput);
+  expect_boundary(embed_surface(disk.surface, options, context), disk);
 }
 
-TEST(EmbedSurface, tutte_alone_does_not_hide_its_flips) {
-  EmbedSurfaceOptions options;
-  options.method = EmbedMethod::kTutte;
-  ExecutionContext context;
-  EXPECT_THROW(embed_surface(test::tube(8, 160), options, context), NotConverged);
+TEST(EmbedSurface, wrong_loops_are_named) {
+  Case c;
+  c.disk.boundary.conservativeResize(5, 2);
+  EXPECT_EQ(c.refusal().code, ErrorCode::kBadBoundary);
+  c = {};
+  c.disk.loop[3] = 99;
+  EXPECT_EQ(c.refusal().code, ErrorCode::kIndexOutOfRange);
+  EXPECT_TRUE(c.refusal().elements.empty()) << "no vertex is to be shown";
+  c = {};
+  c.disk.loop[3] = c.disk.loop[1];
+  EXPECT_EQ(c.refusal().code, ErrorCode::kBadBoundary);
+  EXPECT_EQ(c.refusal().elements, std::vector<Index>{c.disk.loop[1]});
+  c = {};
+  std::swap(c.disk.loop[4], c.disk.loop[5]);
+  EXPECT_EQ(c.refusal().code, ErrorCode::kBadBoundary);
+  EXPECT_EQ(c.refusal().kind, ElementKind::kEdge);
+  c = {};
+  std::reverse(c.disk.loop.begin(), c.disk.loop.end());
+  EXPECT_EQ(c.refusal().code, ErrorCode::kBadBoundary) << "the surface on the right";
+}
+
+TEST(EmbedSurface, other_topologies_are_refused) {
+  // With one boundary loop each, or the loop of one of them.
+  mesh::Surface handle = test::torus(6, 5);
+  handle.faces.conservativeResize(handle.faces.rows() - 1, 3);
+  const test::Disk holed = test::make_disk(handle, BoundaryShape::kTriangle);
+  EXPECT_EQ(refusal(holed.surface.faces, 30, holed.loop, holed.boundary).code,
+            ErrorCode::kNotADisk);
+  const test::Disk tube = test::make_disk(test::cylinder(6, 2), BoundaryShape::kCircle);
+  EXPECT_EQ(refusal(tube.surface.faces, 18, tube.loop, tube.boundary).code,
+            ErrorCode::kBadBoundary);
+  // A disk beside a torus: their Euler characteristics add up to that of a disk.
+  const test::Disk disk = Case().disk;
+  const mesh::Surface both = test::beside(disk.surface, test::torus(6, 5));
+  EXPECT_EQ(refusal(both.faces, disk.vertex_count() + 30, disk.loop, disk.boundary).code,
+            ErrorCode::kNotADisk);
+}
+
+// Strips without inner vertices: the circle has room for all their edges, evenly spaced points do
+// not, and the cure that is named works.
+TEST(EmbedSurface, long_strips_are_embedded_without_new_vertices) {
+  for (const Index length : {1000, 100000}) {
+    const mesh::Surface strip = test::grid(length, 1);
+    EmbedSurfaceOptions options;
+    ExecutionContext context;
+    const certify::Parametrization map = embed_surface(strip, options, context);
+    EXPECT_TRUE(map.certificate.ok);
+    EXPECT_EQ(map.surface.vertices.rows(), strip.vertices.rows());
+    if (length < 100000) continue;
+    options.loop = test::make_disk(strip, BoundaryShape::kCircle).loop;
+    options.polygon = spread_on_circle(std::vector<double>(options.loop.size(), 1.0));
+    try {
+      embed_surface(strip, options, context);
+      FAIL() << "a map was found";
+    } catch (const NotConverged& e) {
+      EXPECT_NE(e.error().message.find("Take the circle as the boundary"), std::string::npos);
+      EXPECT_EQ(e.error().kind, ElementKind::kEdge);
+    }
+  }
 }
 
 // Triangles a few steps of the floats wide.

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "embedding/disks.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/stored.h"
@@ -65,40 +63,6 @@ TEST(Embed, LowDistortionStartsFromNothingWhereTutteFolds) {
   EXPECT_EQ(rung(stats), "progressive");
 }
 
-TEST(Embed, OnlyChordsOfOneStraightSideAreSplit) {
-  // A 1 x 4 strip without inner vertices: every inner edge is a chord. On the square, with corners
-  // at loop positions chosen by arc length, some chords join points of one side.
-  const auto disk = test::make_disk(test::grid(4, 1), BoundaryShape::kSquare);
-  Stats stats;
-  const Embedding e = embed(disk, {}, stats);
-  expect_flip_free(e);
-  const auto circle = test::make_disk(test::grid(4, 1), BoundaryShape::kCircle);
-  const Embedding kept = embed(circle, {}, stats);
-  expect_flip_free(kept);
-  EXPECT_TRUE(kept.added.empty());
-
-  // All boundary vertices but one on the lower side of a triangle.
-  test::Disk flat = test::make_disk(test::grid(3, 1), BoundaryShape::kCircle);
-  const Index n = static_cast<Index>(flat.loop.size());
-  for (Index i = 0; i + 1 < n; ++i) flat.boundary.row(i) << static_cast<double>(i) / (n - 2), 0.0;
-  flat.boundary.row(n - 1) << 0.5, 1.0;
-  const Embedding split = embed(flat, {}, stats);
-  expect_flip_free(split);
-  EXPECT_GT(split.added.size(), 0U);
-  for (const SplitVertex& added : split.added) {
-    EXPECT_EQ(flat.boundary(
-                  std::find(flat.loop.begin(), flat.loop.end(), added.a) - flat.loop.begin(), 1),
-              0.0);
-    EXPECT_EQ(flat.boundary(
-                  std::find(flat.loop.begin(), flat.loop.end(), added.b) - flat.loop.begin(), 1),
-              0.0);
-  }
-  ExecutionContext context;
-  EXPECT_THROW(embed_disk(flat.surface.faces, flat.vertex_count(), flat.loop, flat.boundary, {},
-                          context, stats),
-               Infeasible);
-}
-
 TEST(Embed, SameBitsForOneAndTwoThreads) {
   const auto disk = test::make_disk(test::tube(12, 300), BoundaryShape::kCircle);
   for (const auto method : {EmbedMethod::kLadder, EmbedMethod::kProgressive}) {
@@ -119,29 +83,6 @@ TEST(Embed, SameBitsForOneAndTwoThreads) {
       }
     }
   }
-}
-
-TEST(Embed, WrongLoopsAreNamed) {
-  const auto disk = test::make_disk(test::grid(3, 3), BoundaryShape::kCircle);
-  ExecutionContext context;
-  Stats stats;
-  const auto code = [&](const std::vector<VertexId>& loop, const Points2& positions) {
-    try {
-      embed_disk(disk.surface.faces, disk.vertex_count(), loop, positions, {}, context, stats);
-    } catch (const InvalidInput& e) {
-      return e.error().code;
-    }
-    return ErrorCode::kInternal;
-  };
-  EXPECT_EQ(code(disk.loop, disk.boundary.topRows(5)), ErrorCode::kBadBoundary);
-  auto loop = disk.loop;
-  loop[0] = 99;
-  EXPECT_EQ(code(loop, disk.boundary), ErrorCode::kIndexOutOfRange);
-  loop[0] = loop[1];
-  EXPECT_EQ(code(loop, disk.boundary), ErrorCode::kBadBoundary);
-  loop = disk.loop;
-  std::swap(loop[2], loop[3]);
-  EXPECT_EQ(code(loop, disk.boundary), ErrorCode::kBadBoundary);
 }
 
 // Thesis 3.5, Figure 3.13: the polygon's rows hold no number.
@@ -172,7 +113,6 @@ TEST(Embed, APolygonWithoutRoomIsInfeasibleByExactDecision) {
     run(flat, true);
   } catch (const Infeasible& e) {
     EXPECT_EQ(e.error().code, ErrorCode::kNoRoomInPolygon);
-    EXPECT_NE(e.error().message.find("edge (0, 1) and vertex 2"), std::string::npos);
   }
 }
 

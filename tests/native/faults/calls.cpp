@@ -29,16 +29,6 @@ Call map_call(std::string name, mesh::Surface input, Solve solve) {
           }};
 }
 
-// Two surfaces beside each other in one.
-mesh::Surface both(const mesh::Surface& a, const mesh::Surface& b) {
-  mesh::Surface result;
-  result.vertices.resize(a.vertices.rows() + b.vertices.rows(), 3);
-  result.vertices << a.vertices, b.vertices;
-  result.faces.resize(a.faces.rows() + b.faces.rows(), 3);
-  result.faces << a.faces, b.faces.array() + static_cast<Index>(a.vertices.rows());
-  return result;
-}
-
 std::vector<VertexId> boundary_of(const mesh::Surface& surface) {
   return mesh::boundary_loops(
              surface.faces,
@@ -93,14 +83,14 @@ Call match_call(std::string name, const mesh::Surface& surface,
 void add_unwraps(std::vector<Call>& calls) {
   const mesh::Surface bumps = bumpy_grid(5, 4, 0.4, 3);
   calls.push_back(unwrap_call("unwrap", bumps, {}));
-  calls.push_back(unwrap_call("unwrap, closed", both(sphere(8, 5), torus(6, 5)), {}));
+  calls.push_back(unwrap_call("unwrap, closed", beside(sphere(8, 5), torus(6, 5)), {}));
   unwrap::UnwrapOptions pinned;
   pinned.pins = {{0, Vector2(0.25, 0.5)}, {31, Vector2(0.75, 0.625)}};
   calls.push_back(unwrap_call("unwrap, pins", bumps, pinned));
 }
 
 void add_layouts(std::vector<Call>& calls) {
-  const mesh::Surface plane = both(grid(4, 3), grid(3, 3));
+  const mesh::Surface plane = beside(grid(4, 3), grid(3, 3));
   const Points2 uv = sheared(plane);
   calls.push_back(map_call("improve", plane, [=](ExecutionContext& context, double max_seconds) {
     distortion::ImproveOptions options;

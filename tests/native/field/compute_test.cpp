@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
-
 #include "field/fields.h"
 #include "flipfree/base/error.h"
 
@@ -11,13 +9,9 @@ namespace flipfree::field::compute_test {
 namespace {
 
 TEST(ComputeFieldTest, EveryComponentHasAFieldThatFitsIt) {
-  mesh::Surface two = test::sphere(16, 10);
-  const mesh::Surface other = test::perforated_plate(1, 2);
-  const Eigen::Index vertices = two.vertices.rows(), faces = two.faces.rows();
-  two.vertices.conservativeResize(vertices + other.vertices.rows(), 3);
-  two.vertices.bottomRows(other.vertices.rows()) = other.vertices;
-  two.faces.conservativeResize(faces + other.faces.rows(), 3);
-  two.faces.bottomRows(other.faces.rows()) = other.faces.array() + static_cast<Index>(vertices);
+  const mesh::Surface sphere = test::sphere(16, 10);
+  const mesh::Surface two = test::beside(sphere, test::perforated_plate(1, 2));
+  const Eigen::Index vertices = sphere.vertices.rows();
   ExecutionContext context;
   const FoundField found = compute_cross_field(two, {}, context);
   Index first = 0, second = 0;
@@ -25,64 +19,6 @@ TEST(ComputeFieldTest, EveryComponentHasAFieldThatFitsIt) {
     (static_cast<Eigen::Index>(v) < vertices ? first : second) += 4 - found.cones[v];
   EXPECT_EQ(first, 8);
   EXPECT_EQ(second, 0);
-}
-
-TEST(ComputeFieldTest, ABoxWithSharpEdgesHasItsConesAtCorners) {
-  // A plate without holes: 8 corners of three quarter turns once the field follows all edges.
-  const mesh::Surface box = test::perforated_plate(0, 3);
-  const Place p(box);
-  FieldOptions options;
-  std::vector<std::pair<VertexId, VertexId>> sharp;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(3 * p.faces()); ++h) {
-    const HalfedgeId o = p.adjacency.opposite[static_cast<std::size_t>(h)];
-    if (o < h) continue;
-    const auto normal = [&](FaceId f) {
-      const Vector3 a = box.vertices.row(box.faces(f, 0)), b = box.vertices.row(box.faces(f, 1)),
-                    c = box.vertices.row(box.faces(f, 2));
-      return Vector3((b - a).cross(c - a).normalized());
-    };
-    if (normal(h / 3).dot(normal(o / 3)) < 0.5)
-      sharp.emplace_back(mesh::source(box.faces, h), mesh::target(box.faces, h));
-  }
-  options.edges.resize(static_cast<Eigen::Index>(sharp.size()), 2);
-  for (std::size_t i = 0; i < sharp.size(); ++i)
-    options.edges.row(static_cast<Eigen::Index>(i)) << sharp[i].first, sharp[i].second;
-  ExecutionContext context;
-  const FoundField found = compute_cross_field(box, options, context);
-  std::vector<Index> cones;
-  for (const Index k : found.cones) {
-    if (k != 4) cones.push_back(k);
-  }
-  EXPECT_EQ(cones, std::vector<Index>(8, 3));
-}
-
-TEST(ComputeFieldTest, AFieldFollowsTheBoundary) {
-  const mesh::Surface grid = test::bumpy_grid(12, 9, 0.1, 1.0);
-  const Place p(grid);
-  ExecutionContext context;
-  const FoundField found = compute_cross_field(grid, {}, context);
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(3 * p.faces()); ++h) {
-    if (p.adjacency.opposite[static_cast<std::size_t>(h)] != kInvalid) continue;
-    int own = 0;
-    for (int k = 0; k < 3; ++k)
-      own += p.adjacency.opposite[static_cast<std::size_t>(3 * (h / 3) + k)] == kInvalid;
-    if (own == 1) {
-      EXPECT_NEAR(std::remainder(from_edge(p.frames, found.field.angle, h), kTestQuarter), 0.0,
-                  1e-9);
-    }
-  }
-}
-
-TEST(ComputeFieldTest, ARoundSphereHasEightConesWhateverItsMeshLooksLike) {
-  // The first eigenvector on meridians and parallels has cones without any angle at the poles.
-  ExecutionContext context;
-  const FoundField found = compute_cross_field(test::sphere(24, 16), {}, context);
-  Index count = 0;
-  for (const Index k : found.cones) {
-    EXPECT_GE(k, 3);
-    count += k == 3;
-  }
-  EXPECT_EQ(count, 8);
 }
 
 TEST(ComputeFieldTest, ThreadsDoNotChangeTheResult) {
@@ -93,29 +29,17 @@ TEST(ComputeFieldTest, ThreadsDoNotChangeTheResult) {
             compute_cross_field(plate, {}, two).field.angle);
 }
 
-TEST(ComputeFieldTest, BadOptionsAreNamed) {
+TEST(ComputeFieldTest, BadOptionsAreRefused) {
   const mesh::Surface grid = test::grid(3, 3);
-  const auto message = [&](const FieldOptions& options) -> std::string {
-    try {
-      ExecutionContext context;
-      compute_cross_field(grid, options, context);
-    } catch (const InvalidInput& e) {
-      return e.error().message;
-    }
-    return "";
-  };
-  FieldOptions options;
-  options.alignment = 1.0;
-  EXPECT_NE(message(options).find("alignment"), std::string::npos);
-  options = {};
-  options.edge_weight = 0.0;
-  EXPECT_NE(message(options).find("edge_weight"), std::string::npos);
-  options = {};
-  options.cones = std::vector<Index>(16, 4);
-  EXPECT_NE(message(options).find("boundary"), std::string::npos);
-  options = {};
-  options.loops.emplace();
-  EXPECT_NE(message(options).find("cones"), std::string::npos);
+  FieldOptions far, weightless, cones, loops;
+  far.alignment = 1.0;
+  weightless.edge_weight = 0.0;
+  cones.cones = std::vector<Index>(16, 4);
+  loops.loops.emplace();
+  for (const FieldOptions& options : {far, weightless, cones, loops}) {
+    ExecutionContext context;
+    EXPECT_THROW(compute_cross_field(grid, options, context), InvalidInput);
+  }
 }
 
 TEST(ComputeFieldTest, AGivenFieldIsReadAsItIsDescribed) {

@@ -42,6 +42,23 @@ void plain_ptolemy_flip(IntrinsicMesh& mesh, std::vector<double>& length, EdgeId
   length[at(e)] = z;
 }
 
+// The judge of the walks below.
+TEST(IntrinsicMesh, ABrokenReflectionLabelOrFaceIsFound) {
+  const IntrinsicMesh good = build_intrinsic_mesh(16, test::grid(3, 3).faces).mesh;
+  IntrinsicMesh mesh = good;
+  std::swap(mesh.reflection[0], mesh.reflection[2]);
+  EXPECT_NE(find_broken_invariant(mesh), "");
+  mesh = good;
+  mesh.edge_label[0] = mesh.edge_label[0] == EdgeLabel::kOne ? EdgeLabel::kTwo : EdgeLabel::kOne;
+  EXPECT_NE(find_broken_invariant(mesh), "");
+  mesh = good;
+  mesh.face_label[0] = FaceLabel::kQuad;
+  EXPECT_NE(find_broken_invariant(mesh), "");
+  mesh = good;
+  mesh.face_halfedge[0] = mesh.face_halfedge[1];
+  EXPECT_NE(find_broken_invariant(mesh), "");
+}
+
 struct Walk {
   IntrinsicMesh mesh;
   IntrinsicMesh plain_mesh;

@@ -1,3 +1,5 @@
+// Constraints are met bit for bit by a certified map, whatever they are and whichever engine makes
+// it; those that no map meets are refused with a witness.
 #include "flipfree/matchmaker/match.h"
 
 #include <gtest/gtest.h>
@@ -6,174 +8,270 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <random>
+#include <string>
 
 #include "flipfree/base/error.h"
-#include "flipfree/mesh/topology.h"
-#include "matchmaker/expect_met.h"
-#include "support/shapes.h"
+#include "matchmaker/requests.h"
 
 namespace flipfree::matchmaker::match_test {
 namespace {
 
-MatchRequest random_pins(const mesh::Surface& surface, int count, unsigned seed) {
-  std::mt19937 random(seed);
-  std::vector<char> used(static_cast<std::size_t>(surface.vertices.rows()), 0);
+using test::boundary_of;
+using test::expect_met;
+using test::random_pins;
+
+certify::Parametrization matched(const mesh::Surface& surface, const MatchRequest& request,
+                                 MatchEngine engine = MatchEngine::kAuto) {
+  ExecutionContext context;
+  MatchOptions options;
+  options.engine = engine;
+  return match(surface, request, options, context);
+}
+
+// Twelve vertices of a grid change places.
+MatchRequest exchange(const mesh::Surface& grid, Index side) {
   MatchRequest request;
-  while (static_cast<int>(request.points.size()) < count) {
-    const auto v = static_cast<VertexId>(random() % static_cast<unsigned>(surface.vertices.rows()));
-    if (used[static_cast<std::size_t>(v)]++ != 0) continue;
-    const auto coordinate = [&] { return static_cast<double>(random()) * 0x1p-32; };
-    const double u = coordinate();
-    request.points.push_back({v, {u, coordinate()}});
+  const auto vertex = [&](Index k) { return (side + 1) * (4 + 5 * (k / 3)) + 5 + 7 * (k % 3); };
+  for (Index i = 0; i < 12; ++i) {
+    const Vector2 other = grid.vertices.row(vertex((5 * i + 3) % 12)).head<2>();
+    request.points.push_back({vertex(i), other + Vector2(0.0123, 0.0077)});
   }
   return request;
 }
+
+MatchRequest exchange_in_its_outline(const mesh::Surface& grid, Index side) {
+  MatchRequest request = exchange(grid, side);
+  test::hold_as_it_is(grid, request);
+  return request;
+}
+
+MatchRequest three_in_a_circle(const mesh::Surface& grid, Index side) {
+  const Index n = side + 1;
+  MatchRequest request;
+  test::hold_boundary(
+      grid, [](double) { return 1.0; }, request);
+  request.points = {{n * (side / 2) + side / 3, {0.4, 0.1}},
+                    {n * (side / 2) + side - 2, {-0.4, 0}}};
+  return request;
+}
+
+// An outline of three lobes, which is not convex.
+MatchRequest leaf(const mesh::Surface& grid, Index) {
+  MatchRequest request;
+  test::hold_boundary(
+      grid, [](double angle) { return 1 + 0.4 * std::cos(3 * angle); }, request);
+  return request;
+}
+
+MatchRequest three_in_a_leaf(const mesh::Surface& grid, Index side) {
+  MatchRequest request = leaf(grid, side);
+  const Index row = side + 1;
+  request.points = {
+      {row * 5 + 3, {0.4, 0.1}}, {row * 5 + 7, {-0.3, 0.0}}, {row * 3 + 5, {0.0, 0.3}}};
+  return request;
+}
+
+// Inner vertices stirred about the centre of a circle on which the boundary is held.
+MatchRequest thirty_stirred(const mesh::Surface& grid, Index) {
+  const std::vector<VertexId> loop = boundary_of(grid);
+  MatchRequest request = random_pins(grid, 30, 7, loop);
+  for (PinnedVertex& pin : request.points) {
+    const Vector2 p =
+        3.0 * (grid.vertices.row(pin.vertex).head<2>().transpose() - Vector2(0.5, 0.5));
+    const double c = std::cos(3.0 * std::exp(-p.squaredNorm()));
+    const double s = std::sin(3.0 * std::exp(-p.squaredNorm()));
+    pin.uv = 0.8 * (Vector2(c * p.x() - s * p.y(), s * p.x() + c * p.y()) + 0.2 * pin.uv);
+  }
+  request.boundary_loop = loop;
+  for (const VertexId v : loop) {
+    const Vector2 p = grid.vertices.row(v).head<2>().transpose() - Vector2(0.5, 0.5);
+    request.boundary_uv.emplace_back(2.0 * p.normalized());
+  }
+  return request;
+}
+
+MatchRequest twenty_anywhere(const mesh::Surface& grid, Index) {
+  return random_pins(grid, 20, 100);
+}
+
+MatchRequest two_that_move_a_little(const mesh::Surface&, Index side) {
+  const Index row = side + 1;
+  MatchRequest request;
+  request.points = {{row * (2 * side / 7) + 2 * side / 7, {0.31, 0.3}},
+                    {row * (5 * side / 7) + 5 * side / 7, {0.69, 0.72}}};
+  return request;
+}
+
+struct Case {
+  const char* name;
+  Index side;  // squares of the grid
+  MatchRequest (*request)(const mesh::Surface& grid, Index side);
+  MatchEngine engine;
+  double most;  // vertices afterwards, in times of those before; 0: any number
+};
+
+const Case kCases[] = {
+    {"exchange_by_arms", 24, exchange, MatchEngine::kArms, 1.3},
+    {"exchange", 24, exchange, MatchEngine::kAuto, 1.3},
+    {"exchange_in_its_outline", 24, exchange_in_its_outline, MatchEngine::kAuto, 2},
+    {"circle", 10, three_in_a_circle, MatchEngine::kAuto, 1},
+    {"circle_by_matchmaker", 10, three_in_a_circle, MatchEngine::kMatchmaker, 0},
+    {"leaf", 10, leaf, MatchEngine::kFirstTry, 1},
+    {"leaf_by_homotopy", 10, leaf, MatchEngine::kOutline, 1},
+    {"leaf_by_matchmaker_takes_its_refinement_back", 10, leaf, MatchEngine::kMatchmaker, 1},
+    {"pins_in_a_leaf", 10, three_in_a_leaf, MatchEngine::kAuto, 2},
+    {"pins_in_a_leaf_by_matchmaker", 10, three_in_a_leaf, MatchEngine::kMatchmaker, 0},
+    {"thirty_in_a_circle", 24, thirty_stirred, MatchEngine::kAuto, 3},
+    {"twenty_anywhere", 30, twenty_anywhere, MatchEngine::kAuto, 2},
+    {"near_places_add_nothing", 10, two_that_move_a_little, MatchEngine::kAuto, 1},
+    {"near_places_on_a_large_surface", 70, two_that_move_a_little, MatchEngine::kAuto, 1},
+};
+
+class Constraint : public testing::TestWithParam<Case> {};
+
+TEST_P(Constraint, is_met_bit_for_bit_by_a_certified_map) {
+  const Case& given = GetParam();
+  const mesh::Surface surface = test::bumpy_grid(given.side, given.side, 0.15, 3);
+  const MatchRequest request = given.request(surface, given.side);
+  const certify::Parametrization map = matched(surface, request, given.engine);
+  expect_met(map, request);
+  EXPECT_EQ(map.surface.vertices.topRows(surface.vertices.rows()), surface.vertices);
+  if (given.most > 0) {
+    EXPECT_LE(static_cast<double>(map.surface.vertices.rows()),
+              given.most * static_cast<double>(surface.vertices.rows()));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Match, Constraint, testing::ValuesIn(kCases),
+                         [](const auto& info) { return info.param.name; });
 
 TEST(Match, RandomPinsAreMetBitForBitByEitherEngine) {
   const mesh::Surface surface = test::bumpy_grid(12, 12, 0.2, 3);
   for (const MatchEngine engine : {MatchEngine::kAuto, MatchEngine::kMatchmaker}) {
     for (unsigned seed = 0; seed < 3; ++seed) {
       for (const int count : {1, 2, 3, 8}) {
-        ExecutionContext context;
         const MatchRequest request = random_pins(surface, count, seed);
-        MatchOptions options;
-        options.engine = engine;
-        test::expect_met(match(surface, request, options, context), request);
+        expect_met(matched(surface, request, engine), request);
       }
     }
   }
 }
 
 TEST(Match, SameBitsForAnyNumberOfThreads) {
-  const mesh::Surface surface = test::bumpy_grid(12, 12, 0.2, 3);
-  const MatchRequest request = random_pins(surface, 6, 5);
-  ExecutionContext one;
-  one.threads = 1;
-  ExecutionContext two;
-  two.threads = 2;
-  const certify::Parametrization a = match(surface, request, {}, one);
-  const certify::Parametrization b = match(surface, request, {}, two);
-  ASSERT_EQ(a.uv.rows(), b.uv.rows());
-  EXPECT_EQ(a.uv, b.uv);
+  const mesh::Surface surface = test::bumpy_grid(24, 24, 0.2, 3);
+  for (const MatchRequest& request : {random_pins(surface, 6, 5), exchange(surface, 24)}) {
+    ExecutionContext one, two;
+    one.threads = 1;
+    two.threads = 2;
+    EXPECT_EQ(match(surface, request, {}, one).uv, match(surface, request, {}, two).uv);
+  }
 }
 
-std::vector<VertexId> boundary_of(const mesh::Surface& surface) {
-  return mesh::boundary_loops(
-             surface.faces,
-             mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces))
-      .front();
-}
-
-// Inner vertices stirred about the centre of a circle on which the boundary is held.
-TEST(Match, ThirtyPinsInsideAPrescribedBoundaryArrive) {
-  const mesh::Surface surface = test::bumpy_grid(24, 24, 0.15, 3);
-  const std::vector<VertexId> loop = boundary_of(surface);
-  MatchRequest request;
-  request.boundary_loop = loop;
-  for (const VertexId v : loop) {
-    const Vector2 p = surface.vertices.row(v).head<2>().transpose() - Vector2(0.5, 0.5);
-    request.boundary_uv.emplace_back(2.0 * p.normalized());
-  }
-  std::mt19937 random(7);
-  std::vector<char> used(static_cast<std::size_t>(surface.vertices.rows()), 0);
-  for (const VertexId v : loop) used[static_cast<std::size_t>(v)] = 1;
-  const auto coordinate = [&] { return static_cast<double>(random()) * 0x1p-32; };
-  while (request.points.size() < 30) {
-    const auto v = static_cast<VertexId>(random() % static_cast<unsigned>(surface.vertices.rows()));
-    if (used[static_cast<std::size_t>(v)]++ != 0) continue;
-    const Vector2 p = 3.0 * (surface.vertices.row(v).head<2>().transpose() - Vector2(0.5, 0.5));
-    const double turn = 3.0 * std::exp(-p.squaredNorm());
-    const double u = std::cos(turn) * p.x() - std::sin(turn) * p.y() + 0.2 * coordinate();
-    request.points.push_back({v, 0.8 * Vector2(u, std::sin(turn) * p.x() + std::cos(turn) * p.y() +
-                                                      0.2 * coordinate())});
-  }
+TEST(Match, ArmsRefuseAMapThatMustBeOneToOne) {
+  const mesh::Surface surface = test::grid(24, 24);
+  MatchOptions options;
+  options.engine = MatchEngine::kArms;
+  options.bijective = true;
   ExecutionContext context;
-  const certify::Parametrization map = match(surface, request, {}, context);
-  test::expect_met(map, request);
-  EXPECT_LE(map.surface.faces.rows(), 3 * surface.faces.rows());
+  EXPECT_THROW(match(surface, exchange(surface, 24), options, context), NotConverged);
 }
 
-TEST(Match, TwentyPinsWithAFreeBoundaryArrive) {
-  const mesh::Surface surface = test::bumpy_grid(30, 30, 0.15, 3);
-  const MatchRequest request = random_pins(surface, 20, 100);
-  ExecutionContext context;
-  const certify::Parametrization map = match(surface, request, {}, context);
-  test::expect_met(map, request);
-  EXPECT_LE(map.surface.faces.rows(), 2 * surface.faces.rows());
-}
-
-TEST(Match, WholeBoundaryOnARibbonThatOverlapsItself) {
-  const mesh::Surface surface = test::grid(40, 4);
-  const std::vector<VertexId> loop = boundary_of(surface);
+TEST(Match, LinesLieOnTheirPolylines) {
+  const mesh::Surface surface = test::grid(10, 10);
   MatchRequest request;
-  request.boundary_loop = loop;
-  for (const VertexId v : loop) {
-    const double angle = 2 * std::numbers::pi * 1.5 * surface.vertices(v, 0);
-    const double radius = 2 - surface.vertices(v, 1) + 0.3 * angle / (2 * std::numbers::pi);
-    request.boundary_uv.emplace_back(-radius * std::cos(angle), radius * std::sin(angle));
-  }
+  // Vertices 35 .. 41 run along a row; the polyline has a corner in the middle.
+  request.lines = {{{35, 36, 37, 38, 39, 40, 41}, {{0, 0}, {0.5, 0.25}, {1, 0}}}};
   for (const MatchEngine engine : {MatchEngine::kAuto, MatchEngine::kMatchmaker}) {
-    ExecutionContext context;
-    MatchOptions options;
-    options.engine = engine;
-    certify::Parametrization map;
-    try {
-      map = match(surface, request, options, context);
-    } catch (const Infeasible&) {
-      for (Vector2& uv : request.boundary_uv) uv.x() = -uv.x();
-      map = match(surface, request, options, context);
-    }
-    EXPECT_TRUE(map.certificate.ok);
-    EXPECT_GT(map.certificate.overlaps, 0);
+    const certify::Parametrization map = matched(surface, request, engine);
+    MatchRequest corners;
+    corners.points = {{35, {0, 0}}, {38, {0.5, 0.25}}, {41, {1, 0}}};
+    expect_met(map, corners);
   }
 }
 
-TEST(Match, ContradictionsNameTheVertices) {
+TEST(Match, CancelsWithoutAResult) {
+  const mesh::Surface surface = test::bumpy_grid(30, 30, 0.2, 3);
+  ExecutionContext context;
+  context.cancel();
+  EXPECT_THROW(match(surface, random_pins(surface, 10, 1), {}, context), Cancelled);
+}
+
+// What no map meets, with the rule that its witness names.
+TEST(Match, ContradictionsAreProvedAndNameTheVertices) {
   const mesh::Surface surface = test::grid(6, 6);
-  const std::vector<VertexId> loop = boundary_of(surface);
-  const auto expect_contradiction = [&](const MatchRequest& request, ErrorCode code,
-                                        std::vector<Index> named) {
+  const auto polygon = [&](auto&& at) {
+    MatchRequest request;
+    const std::size_t n = boundary_of(surface).size();
+    for (std::size_t i = 0; i < n; ++i)
+      request.boundary_uv.push_back(
+          at(2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(n)));
+    return request;
+  };
+  const auto on_circle = [](double t) { return Vector2(std::cos(t), std::sin(t)); };
+  const auto points = [](std::vector<PinnedVertex> pins) {
+    MatchRequest request;
+    request.points = std::move(pins);
+    return request;
+  };
+  const auto lines = [](std::vector<PinnedLine> given) {
+    MatchRequest request;
+    request.lines = std::move(given);
+    return request;
+  };
+  MatchRequest outside = polygon(on_circle);
+  outside.points = {{24, {1.1, 0}}};
+  const std::vector<VertexId> around = {16, 17, 24, 23, 16};
+  const struct {
+    MatchRequest request;
+    ErrorCode code;
+    std::string rule;
+    std::vector<Index> named;
+  } cases[] = {
+      {points({{8, {0.5, 0.5}}, {16, {0.5, std::nextafter(0.5, 1.0)}}}),
+       ErrorCode::kContradictoryPins,
+       "same place",
+       {8, 16}},
+      {points({{8, {0.5, 0.5}}, {8, {0.5, 1e-30}}}), ErrorCode::kContradictoryPins, "", {8}},
+      {lines({{{8, 9}, {{0, 0}, {1, 1}}}, {{22, 23}, {{0, 1}, {1, 0}}}}),
+       ErrorCode::kContradictoryPins,
+       "segments meet",
+       {8, 9, 22, 23}},
+      {lines({{around, {{0, 0}, {0, 1}, {1, 1}, {1, 0}, {0, 0}}}}),
+       ErrorCode::kContradictoryPins,
+       "",
+       {}},
+      {outside, ErrorCode::kContradictoryPins, "outside", {24}},
+      {polygon([](double t) { return Vector2(std::cos(t), -std::sin(t)); }),
+       ErrorCode::kContradictoryPins,
+       "turning number",
+       {}},
+      {polygon([](double t) { return Vector2(std::sin(2 * t + 0.1), std::sin(t + 0.05)); }),
+       ErrorCode::kNotSelfOverlapping,
+       "",
+       {}},
+  };
+  for (const auto& c : cases) {
     ExecutionContext context;
     MatchOptions options;
     options.bijective = true;
     try {
-      match(surface, request, options, context);
-      FAIL() << "accepted";
+      match(surface, c.request, options, context);
+      ADD_FAILURE() << "accepted: " << c.rule;
     } catch (const Infeasible& failure) {
-      EXPECT_EQ(failure.error().code, code) << failure.what();
-      EXPECT_FALSE(failure.error().witness.rule.empty());
-      for (const Index v : named) {
-        EXPECT_NE(std::find(failure.error().elements.begin(), failure.error().elements.end(), v),
-                  failure.error().elements.end());
+      const Error& error = failure.error();
+      EXPECT_EQ(error.code, c.code) << failure.what();
+      EXPECT_FALSE(error.witness.rule.empty());
+      if (!c.rule.empty()) {
+        EXPECT_EQ(error.witness.rule, c.rule);
+      }
+      for (const Index v : c.named) {
+        EXPECT_EQ(std::count(error.elements.begin(), error.elements.end(), v), 1) << v;
       }
     }
-  };
-  MatchRequest same;
-  same.points = {{8, {0.5, 0.5}}, {16, {0.5, 0.5}}};
-  expect_contradiction(same, ErrorCode::kContradictoryPins, {8, 16});
-  // Two sheets of a map that may overlap itself could have them both: no proof.
-  ExecutionContext context;
-  EXPECT_THROW(match(surface, same, {}, context), NotConverged);
-
-  MatchRequest crossing;
-  crossing.lines = {{{8, 9}, {{0, 0}, {1, 1}}}, {{22, 23}, {{0, 1}, {1, 0}}}};
-  expect_contradiction(crossing, ErrorCode::kContradictoryPins, {8, 9, 22, 23});
-
-  MatchRequest clockwise;
-  MatchRequest eight;
-  MatchRequest outside;
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    const double t =
-        2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(loop.size());
-    clockwise.boundary_uv.emplace_back(std::cos(t), -std::sin(t));
-    eight.boundary_uv.emplace_back(std::sin(2 * t + 0.1), std::sin(t + 0.05));
-    outside.boundary_uv.emplace_back(std::cos(t), std::sin(t));
   }
-  expect_contradiction(clockwise, ErrorCode::kContradictoryPins, {});
-  expect_contradiction(eight, ErrorCode::kNotSelfOverlapping, {});
-  outside.points = {{24, {3, 3}}};
-  expect_contradiction(outside, ErrorCode::kContradictoryPins, {24});
+  // Two sheets of a map that may overlap itself could have both pins: no proof.
+  EXPECT_THROW(matched(surface, points({{8, {0.5, 0.5}}, {16, {0.5, 0.5}}})), NotConverged);
+  EXPECT_NO_THROW(matched(surface, lines({{around, {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}}}})));
 }
 
 // A box around such pins has no corners among doubles, and exact predicates no sign.
@@ -181,9 +279,8 @@ TEST(Match, TargetsBeyondWhatUVsStoreAreRefusedAndNamed) {
   const mesh::Surface surface = test::grid(6, 6);
   const double largest = std::numeric_limits<float>::max();
   const auto expect_refused = [&](const MatchRequest& request, const std::vector<Index>& named) {
-    ExecutionContext context;
     try {
-      match(surface, request, {}, context);
+      matched(surface, request);
       FAIL() << "accepted";
     } catch (const InvalidInput& refusal) {
       EXPECT_EQ(refusal.error().code, ErrorCode::kNotFinite);
@@ -203,41 +300,10 @@ TEST(Match, TargetsBeyondWhatUVsStoreAreRefusedAndNamed) {
     split.lines[0].polyline = {{0, 0}, {far, 0}, {1, 1}};
     expect_refused(split, {});
     MatchRequest boundary;
-    for (const VertexId v : boundary_of(surface))
-      boundary.boundary_uv.emplace_back(surface.vertices.row(v).head<2>().transpose());
+    test::hold_as_it_is(surface, boundary);
     boundary.boundary_uv[3].x() = far;
     expect_refused(boundary, {boundary_of(surface)[3]});
   }
-}
-
-TEST(Match, LinesLieOnTheirPolylines) {
-  const mesh::Surface surface = test::grid(10, 10);
-  MatchRequest request;
-  // Vertices 35 .. 41 run along a row; the polyline has a corner in the middle.
-  request.lines = {{{35, 36, 37, 38, 39, 40, 41}, {{0, 0}, {0.5, 0.25}, {1, 0}}}};
-  for (const MatchEngine engine : {MatchEngine::kAuto, MatchEngine::kMatchmaker}) {
-    ExecutionContext context;
-    MatchOptions options;
-    options.engine = engine;
-    const certify::Parametrization map = match(surface, request, options, context);
-    EXPECT_TRUE(map.certificate.ok);
-    for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
-      const VertexId v = map.surface.faces.data()[c];
-      if (v == 38) {
-        EXPECT_EQ(map.uv.row(c).transpose(), Vector2(0.5, 0.25));
-      } else if (v == 41) {
-        EXPECT_EQ(map.uv.row(c).transpose(), Vector2(1, 0));
-      }
-    }
-  }
-}
-
-TEST(Match, CancelsWithoutAResult) {
-  const mesh::Surface surface = test::bumpy_grid(30, 30, 0.2, 3);
-  const MatchRequest request = random_pins(surface, 10, 1);
-  ExecutionContext context;
-  context.cancel();
-  EXPECT_THROW(match(surface, request, {}, context), Cancelled);
 }
 
 }  // namespace

@@ -5,12 +5,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "flipfree/base/error.h"
 #include "flipfree/matchmaker/match_piece.h"
-#include "flipfree/mesh/topology.h"
-#include "support/shapes.h"
+#include "matchmaker/requests.h"
 
 namespace flipfree::matchmaker::match_time_test {
 namespace {
@@ -40,14 +38,7 @@ Outcome match_for(const mesh::Surface& surface, const MatchRequest& request, Mat
     if (map.stats.contains("ways_out_of_time"))
       outcome.given_up = std::get<std::int64_t>(map.stats.at("ways_out_of_time"));
     outcome.vertices = static_cast<Index>(map.surface.vertices.rows());
-    EXPECT_TRUE(map.certificate.ok);
-    for (const PinnedVertex& p : request.points) {
-      for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
-        if (map.surface.faces.data()[c] == p.vertex) {
-          EXPECT_EQ(map.uv.row(c).transpose(), p.uv);
-        }
-      }
-    }
+    test::expect_met(map, request);
   } catch (const NotConverged& error) {
     EXPECT_EQ(error.error().code, ErrorCode::kTimeLimit) << error.what();
     EXPECT_NE(std::string(error.what()).find("Allow more time"), std::string::npos);
@@ -72,67 +63,29 @@ TEST(MatchTime, AcceptedBeforeThereIsAMapReturnsTheFirstOne) {
 }
 
 // Limits all over the time that the work takes: each gives a valid map with all pins, or says that
-// there was no time. Returns what came out, by ascending limit; the last had all the time.
-std::vector<Outcome> end_anywhere(const mesh::Surface& surface, const MatchRequest& request,
-                                  const MatchOptions& options, int limits) {
-  const Outcome whole = match_for(surface, request, options, kLong);
-  EXPECT_TRUE(whole.found);
-  EXPECT_FALSE(whole.limited);
-  std::vector<Outcome> outcomes;
-  for (int i = 0; i < limits; ++i) {
-    const double looks = std::max(1.0, 1.2 * whole.looks * i / limits);
-    outcomes.push_back(match_for(surface, request, options, looks));
-  }
-  outcomes.push_back(whole);
-  return outcomes;
-}
-
-// Two pins that change places on a sheet, in any engine's way.
-MatchRequest swapped_pins(const mesh::Surface& surface) {
-  MatchRequest request;
+// there was no time; with less time more vertices are left.
+TEST(MatchTime, EndsAnywhereWithAMapOrTheTimeLimit) {
+  const mesh::Surface surface = test::bumpy_grid(8, 8, 0.2, 3);
   const auto n = static_cast<VertexId>(surface.vertices.rows());
+  MatchRequest request;  // two that change places, and one between them
   request.points = {{n / 2 + 3, {0.25, 0.45}}, {n / 2 - 3, {0.75, 0.55}}, {n / 4, {0.5, 0.5}}};
-  return request;
-}
-
-TEST(MatchTime, MatchmakerEndsAnywhereWithAMapOrTheTimeLimit) {
-  const mesh::Surface surface = test::bumpy_grid(8, 8, 0.2, 3);
-  MatchOptions options;
-  options.engine = MatchEngine::kMatchmaker;
-  const auto outcomes = end_anywhere(surface, swapped_pins(surface), options, 12);
-  EXPECT_FALSE(outcomes.front().found);
-  const auto stopped = [](const Outcome& o) { return o.found && o.limited; };
-  EXPECT_TRUE(std::any_of(outcomes.begin(), outcomes.end(), stopped));
-  // With less time more vertices are left.
-  const auto first = std::find_if(outcomes.begin(), outcomes.end(), stopped);
-  EXPECT_GT(first->vertices, outcomes.back().vertices);
-}
-
-TEST(MatchTime, ContinuationEndsAnywhereWithAMapOrTheTimeLimit) {
-  const mesh::Surface surface = test::bumpy_grid(8, 8, 0.2, 3);
-  for (const bool bijective : {false, true}) {
-    MatchOptions options;
-    options.bijective = bijective;
-    const auto outcomes = end_anywhere(surface, swapped_pins(surface), options, 12);
-    EXPECT_FALSE(outcomes.front().found);
-  }
-}
-
-TEST(MatchTime, PrescribedBoundariesEndAnywhereWithAMapOrTheTimeLimit) {
-  const mesh::Surface surface = test::bumpy_grid(8, 8, 0.2, 3);
-  MatchRequest request = swapped_pins(surface);
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  const auto loops = mesh::boundary_halfedge_loops(surface.faces, adjacency);
-  for (const HalfedgeId h : loops.front()) {
-    const VertexId v = mesh::source(surface.faces, h);
-    request.boundary_loop.push_back(v);
-    request.boundary_uv.emplace_back(surface.vertices.row(v).head<2>().transpose());
-  }
-  for (const MatchEngine engine : {MatchEngine::kAuto, MatchEngine::kOutline}) {
+  for (const MatchEngine engine : {MatchEngine::kAuto, MatchEngine::kMatchmaker}) {
     MatchOptions options;
     options.engine = engine;
-    end_anywhere(surface, request, options, 5);
+    const Outcome whole = match_for(surface, request, options, kLong);
+    EXPECT_TRUE(whole.found);
+    EXPECT_FALSE(whole.limited);
+    int stopped = 0;
+    for (int i = 0; i < 12; ++i) {
+      const double looks = std::max(1.0, 1.2 * whole.looks * i / 12);
+      const Outcome outcome = match_for(surface, request, options, looks);
+      EXPECT_TRUE(i > 0 || !outcome.found);
+      if (!outcome.found || !outcome.limited) continue;
+      if (engine == MatchEngine::kMatchmaker && ++stopped == 1) {
+        EXPECT_GT(outcome.vertices, whole.vertices);
+      }
+    }
+    EXPECT_TRUE(engine == MatchEngine::kAuto || stopped > 0);
   }
 }
 

@@ -56,43 +56,6 @@ TEST(Adjacency, agrees_with_a_table_of_all_pairs_whatever_the_order) {
   }
 }
 
-TEST(Adjacency, rotations_go_around_the_source_and_undo_each_other) {
-  const Surface surface = test::grid(4, 3);
-  const Adjacency adjacency = adjacency_of(surface);
-  for (HalfedgeId h = 0; h < 3 * surface.faces.rows(); ++h) {
-    const HalfedgeId next = rotate_ccw(adjacency, h);
-    if (next == kInvalid) continue;
-    EXPECT_EQ(source(surface.faces, next), source(surface.faces, h));
-    EXPECT_EQ(target(surface.faces, next), source(surface.faces, previous_corner(h)));  // left of h
-    EXPECT_EQ(rotate_cw(adjacency, next), h);
-  }
-}
-
-TEST(Adjacency, isolated_vertices_have_no_halfedge) {
-  Surface surface = test::grid(2, 2);
-  surface.faces.array() += (surface.faces.array() >= 4).cast<Index>();  // vertex 4 is left out
-  const Adjacency adjacency = build_adjacency(11, surface.faces);
-  for (VertexId v = 0; v < 11; ++v) {
-    const HalfedgeId h = adjacency.vertex_halfedge[static_cast<std::size_t>(v)];
-    EXPECT_EQ(h == kInvalid, v == 4 || v == 10);
-    if (h == kInvalid) continue;
-    EXPECT_EQ(source(surface.faces, h), v);
-  }
-}
-
-TEST(Adjacency, opposite_is_an_involution_between_reversed_halfedges) {
-  for (const Surface& surface : {test::grid(5, 4), test::torus(7, 6), test::sphere(6, 4)}) {
-    const Adjacency adjacency = adjacency_of(surface);
-    for (HalfedgeId h = 0; h < 3 * surface.faces.rows(); ++h) {
-      const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
-      if (o == kInvalid) continue;
-      EXPECT_EQ(adjacency.opposite[static_cast<std::size_t>(o)], h);
-      EXPECT_EQ(source(surface.faces, h), target(surface.faces, o));
-      EXPECT_EQ(target(surface.faces, h), source(surface.faces, o));
-    }
-  }
-}
-
 TEST(Adjacency, rotation_from_the_stored_halfedge_visits_the_whole_fan) {
   const Surface surface = test::grid(4, 3);
   const Adjacency adjacency = adjacency_of(surface);

@@ -35,53 +35,31 @@ TEST(Validate, accepts_open_and_closed_manifolds_and_loose_vertices) {
   EXPECT_TRUE(find_defects(with_faces({{0, 1, 2}})).empty());
 }
 
-TEST(Validate, names_an_empty_mesh) {
-  EXPECT_EQ(first_defect(Surface{}).code, ErrorCode::kEmptyMesh);
-}
-
-TEST(Validate, names_the_face_with_an_index_out_of_range) {
-  const Error error = first_defect(with_faces({{0, 1, 2}, {0, 2, 99}}));
-  EXPECT_EQ(error.code, ErrorCode::kIndexOutOfRange);
-  EXPECT_EQ(error.elements, std::vector<Index>{1});
-  EXPECT_EQ(first_defect(with_faces({{-1, 1, 2}})).code, ErrorCode::kIndexOutOfRange);
-}
-
-TEST(Validate, names_the_vertex_with_nan_or_infinity) {
-  Surface surface = test::grid(2, 2);
-  surface.vertices(4, 1) = std::numeric_limits<double>::quiet_NaN();
-  surface.vertices(7, 0) = std::numeric_limits<double>::infinity();
-  const Error error = first_defect(surface);
-  EXPECT_EQ(error.code, ErrorCode::kNotFinite);
-  EXPECT_EQ(error.elements, (std::vector<Index>{4, 7}));
-}
-
-TEST(Validate, names_the_face_that_uses_a_vertex_twice) {
-  const Error error = first_defect(with_faces({{0, 1, 2}, {3, 4, 3}}));
-  EXPECT_EQ(error.code, ErrorCode::kRepeatedCorner);
-  EXPECT_EQ(error.elements, std::vector<Index>{1});
-}
-
-TEST(Validate, names_the_duplicate_face_in_either_orientation) {
-  EXPECT_EQ(first_defect(with_faces({{0, 1, 2}, {1, 2, 0}})).code, ErrorCode::kDuplicateFace);
-  EXPECT_EQ(first_defect(with_faces({{0, 1, 2}, {2, 1, 0}})).code, ErrorCode::kDuplicateFace);
-}
-
-TEST(Validate, names_the_edge_with_three_faces) {
-  const Error error = first_defect(with_faces({{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}));
-  EXPECT_EQ(error.code, ErrorCode::kNonManifoldEdge);
-  EXPECT_EQ(error.elements, (std::vector<Index>{0, 1}));
-}
-
-TEST(Validate, names_the_edge_whose_faces_are_oriented_against_each_other) {
-  const Error error = first_defect(with_faces({{0, 1, 2}, {0, 1, 3}}));
-  EXPECT_EQ(error.code, ErrorCode::kInconsistentOrientation);
-  EXPECT_EQ(error.elements, (std::vector<Index>{0, 1}));
-}
-
-TEST(Validate, names_the_vertex_that_joins_two_fans) {
-  const Error error = first_defect(with_faces({{0, 1, 2}, {0, 3, 4}}));
-  EXPECT_EQ(error.code, ErrorCode::kNonManifoldVertex);
-  EXPECT_EQ(error.elements, std::vector<Index>{0});
+TEST(Validate, names_what_is_wrong) {
+  Surface infinite = test::grid(2, 2);
+  infinite.vertices(4, 1) = std::numeric_limits<double>::quiet_NaN();
+  infinite.vertices(7, 0) = std::numeric_limits<double>::infinity();
+  const struct {
+    Surface surface;
+    ErrorCode code;
+    std::vector<Index> named;
+  } cases[] = {
+      {Surface{}, ErrorCode::kEmptyMesh, {}},
+      {with_faces({{0, 1, 2}, {0, 2, 99}}), ErrorCode::kIndexOutOfRange, {1}},
+      {with_faces({{-1, 1, 2}}), ErrorCode::kIndexOutOfRange, {0}},
+      {infinite, ErrorCode::kNotFinite, {4, 7}},
+      {with_faces({{0, 1, 2}, {3, 4, 3}}), ErrorCode::kRepeatedCorner, {1}},
+      {with_faces({{0, 1, 2}, {1, 2, 0}}), ErrorCode::kDuplicateFace, {1}},
+      {with_faces({{0, 1, 2}, {2, 1, 0}}), ErrorCode::kDuplicateFace, {1}},
+      {with_faces({{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}), ErrorCode::kNonManifoldEdge, {0, 1}},
+      {with_faces({{0, 1, 2}, {0, 1, 3}}), ErrorCode::kInconsistentOrientation, {0, 1}},
+      {with_faces({{0, 1, 2}, {0, 3, 4}}), ErrorCode::kNonManifoldVertex, {0}},
+  };
+  for (const auto& c : cases) {
+    const Error error = first_defect(c.surface);
+    EXPECT_EQ(error.code, c.code) << error.message;
+    EXPECT_EQ(error.elements, c.named) << error.message;
+  }
 }
 
 TEST(Validate, names_zero_area_faces_and_zero_length_edges_exactly) {
@@ -103,12 +81,6 @@ TEST(Validate, tells_disconnected_meshes_and_surfaces_that_are_no_disk) {
   EXPECT_EQ(first_defect(with_faces({{0, 1, 2}, {3, 4, 5}}), disk).code, ErrorCode::kDisconnected);
   EXPECT_EQ(first_defect(test::cylinder(5, 1), disk).code, ErrorCode::kNotADisk);
   EXPECT_EQ(first_defect(test::torus(5, 5), disk).code, ErrorCode::kNotADisk);
-}
-
-TEST(Validate, every_message_says_where_and_what_to_do) {
-  const Error error = first_defect(with_faces({{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}));
-  EXPECT_NE(error.message.find("Edge 0-1"), std::string::npos);
-  EXPECT_NE(error.message.find("Split"), std::string::npos);
 }
 
 }  // namespace

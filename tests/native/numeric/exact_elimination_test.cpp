@@ -5,8 +5,6 @@
 
 #include <random>
 
-#include "flipfree/base/error.h"
-
 namespace flipfree::numeric::exact_elimination_test {
 namespace {
 
@@ -111,20 +109,12 @@ std::vector<LinearForm> random_rows(std::mt19937& random, Index unknowns, int ro
   return out;
 }
 
-TEST(ExactElimination, agrees_with_rational_gauss_on_random_integer_systems) {
+TEST(ExactElimination, agrees_with_rational_gauss_on_random_systems) {
   std::mt19937 random(7);
-  for (int trial = 0; trial < 400; ++trial) {
+  for (int trial = 0; trial < 800; ++trial) {
     const Index unknowns = 2 + trial % 9;
     expect_solution(unknowns,
-                    random_rows(random, unknowns, 1 + trial % 7, 1 + trial % 4, 3, false));
-  }
-}
-
-TEST(ExactElimination, agrees_with_rational_gauss_on_random_gaussian_systems) {
-  std::mt19937 random(8);
-  for (int trial = 0; trial < 400; ++trial) {
-    const Index unknowns = 2 + trial % 8;
-    expect_solution(unknowns, random_rows(random, unknowns, 1 + trial % 6, 1 + trial % 4, 2, true));
+                    random_rows(random, unknowns, 1 + trial % 7, 1 + trial % 4, 3, trial < 400));
   }
 }
 
@@ -166,12 +156,6 @@ TEST(ExactElimination, numbers_beyond_64_bits_are_refused_not_wrapped) {
   for (Index i = 0; i + 1 < 20; ++i)
     rows.push_back({{i, {1'000'003 + i, 0}}, {i + 1, {999'983 - i, 0}}});
   EXPECT_FALSE(eliminate(20, rows, ExecutionContext()).has_value());
-}
-
-TEST(ExactElimination, cancelling_ends_it) {
-  ExecutionContext context;
-  context.cancel();
-  EXPECT_THROW((void)eliminate(2, {{{0, {1, 0}}, {1, {1, 0}}}}, context), Cancelled);
 }
 
 }  // namespace

@@ -75,6 +75,8 @@ TEST(SegmentsConflict, tells_crossings_touches_and_shared_ends_apart) {
   EXPECT_FALSE(segments_conflict(o, {1, 0}, {1, 0}, {2, 0})) << "collinear, shared end only";
   EXPECT_FALSE(segments_conflict(o, {1, 0}, {2, 0}, {3, 0})) << "collinear, apart";
   EXPECT_FALSE(segments_conflict(o, {1, 0}, {0, 1}, {1, 1})) << "parallel";
+  EXPECT_FALSE(segments_conflict(o, {1, 0}, {2, -1}, {2, 1})) << "its line alone is crossed";
+  EXPECT_FALSE(segments_conflict({2, -1}, {2, 1}, o, {1, 0})) << "the other's line alone";
 }
 
 TEST(Predicates, SayNothingOfWhatIsNotFinite) {

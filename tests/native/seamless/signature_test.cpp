@@ -14,31 +14,12 @@ std::vector<Index> with(std::vector<Index> cones) {
   return cones;
 }
 
-TEST(Signature, GaussBonnetNamesWhatIsMissing) {
+TEST(Signature, ConesThatDoNotSumUpOrHaveNoAngleAreRefused) {
   EXPECT_NO_THROW(check_cones(with({3, 3, 3, 3, 3, 3, 3, 3}), 0));
   EXPECT_NO_THROW(check_cones(with({12}), 2));
-  try {
-    check_cones(with({3, 3, 3}), 0);
-    FAIL();
-  } catch (const Infeasible& e) {
-    EXPECT_EQ(e.error().code, ErrorCode::kGaussBonnet);
-    EXPECT_NE(e.error().message.find("Take 5 from"), std::string::npos) << e.error().message;
-  }
-  try {
-    check_cones(with({3}), 1);
-    FAIL();
-  } catch (const Infeasible& e) {
-    EXPECT_NE(e.error().message.find("Add 1 to"), std::string::npos) << e.error().message;
-  }
-}
-
-TEST(Signature, ConesHaveAtLeastOneQuarterTurn) {
-  try {
-    check_cones({4, 0, 8}, 1);
-    FAIL();
-  } catch (const InvalidInput& e) {
-    EXPECT_EQ(e.error().elements, std::vector<Index>{1});
-  }
+  EXPECT_THROW(check_cones(with({3, 3, 3}), 0), Infeasible);
+  EXPECT_THROW(check_cones(with({3}), 1), Infeasible);
+  EXPECT_THROW(check_cones({4, 0, 8}, 1), InvalidInput);
 }
 
 TEST(Signature, EmptyStrataOfTheTorus) {

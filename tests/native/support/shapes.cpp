@@ -227,6 +227,35 @@ mesh::Surface stacked(Index vertices, Stacking stacking, unsigned seed) {
   return surface;
 }
 
+mesh::Surface beside(const mesh::Surface& first, const mesh::Surface& second) {
+  mesh::Surface both;
+  both.vertices.resize(first.vertices.rows() + second.vertices.rows(), 3);
+  both.vertices << first.vertices, second.vertices.array() + 20.0;
+  both.faces.resize(first.faces.rows() + second.faces.rows(), 3);
+  both.faces << first.faces, second.faces.array() + static_cast<Index>(first.vertices.rows());
+  return both;
+}
+
+mesh::Surface faces_where(const mesh::Surface& surface, const std::function<bool(FaceId)>& wanted) {
+  mesh::Surface part{Points3(surface.vertices.rows(), 3), Triangles(surface.faces.rows(), 3)};
+  std::vector<VertexId> number(static_cast<std::size_t>(surface.vertices.rows()), kInvalid);
+  Eigen::Index faces = 0;
+  for (FaceId f = 0; f < surface.faces.rows(); ++f) {
+    if (wanted(f)) part.faces.row(faces++) = surface.faces.row(f);
+  }
+  part.faces.conservativeResize(faces, 3);
+  for (const VertexId v : part.faces.reshaped()) number[static_cast<std::size_t>(v)] = 0;
+  VertexId count = 0;
+  for (std::size_t v = 0; v < number.size(); ++v) {
+    if (number[v] == kInvalid) continue;
+    part.vertices.row(count) = surface.vertices.row(static_cast<Eigen::Index>(v));
+    number[v] = count++;
+  }
+  part.vertices.conservativeResize(count, 3);
+  for (VertexId& v : part.faces.reshaped()) v = number[static_cast<std::size_t>(v)];
+  return part;
+}
+
 std::optional<std::string> shared_data(const std::string& relative) {
   const char* root = std::getenv("FLIPFREE_DATA");
   if (root == nullptr) return std::nullopt;

@@ -1,0 +1,499 @@
+// The metric of prescribed angles: identities, closed forms, agreement of independent computations,
+// refusals.
+#include "flipfree/conformal/metric.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <numeric>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "flipfree/base/error.h"
+#include "flipfree/intrinsic/flip_lengths.h"
+#include "support/dense.h"
+#include "support/shapes.h"
+
+namespace flipfree::conformal::metric_test {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+ConformalMetric solve(const mesh::Surface& surface, const std::vector<double>& target, int bits = 0,
+                      double tolerance = 1e-10) {
+  ExecutionContext context;
+  MetricOptions options;
+  options.bits = bits;
+  options.tolerance = tolerance;
+  return compute_conformal_metric(surface, target, options, context);
+}
+
+// Euclidean angles at the vertices of a triangulation with these corner lengths: corner k to k + 1.
+std::vector<double> vertex_angles(Index vertices, const Triangles& faces, const Points3& length) {
+  std::vector<double> sum(at(vertices), 0.0);
+  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const double a = length(f, k);
+      const double b = length(f, (k + 1) % 3);
+      const double c = length(f, (k + 2) % 3);
+      sum[at(faces(f, k))] +=
+          std::acos(std::clamp((a * a + c * c - b * b) / (2 * a * c), -1.0, 1.0));
+    }
+  }
+  return sum;
+}
+
+Points3 corner_lengths(const mesh::Surface& s) {
+  Points3 length(s.faces.rows(), 3);
+  for (Eigen::Index f = 0; f < s.faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      length(f, k) =
+          (s.vertices.row(s.faces(f, k)) - s.vertices.row(s.faces(f, (k + 1) % 3))).norm();
+    }
+  }
+  return length;
+}
+
+// Scales so that the angles of #F triangles sum to pi #F.
+std::vector<double> closing_gauss_bonnet(std::vector<double> target, const mesh::Surface& s) {
+  const double sum = std::accumulate(target.begin(), target.end(), 0.0);
+  for (double& t : target) t *= kPi * static_cast<double>(s.faces.rows()) / sum;
+  return target;
+}
+
+// All triangles acute: Delaunay with a margin.
+mesh::Surface octahedron() {
+  mesh::Surface s{Points3(6, 3), Triangles(8, 3)};
+  s.vertices << 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1;
+  s.faces << 0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5;
+  return s;
+}
+
+std::vector<double> random_targets(const mesh::Surface& s, unsigned seed, double low, double high) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(low, high);
+  std::vector<double> target(static_cast<std::size_t>(s.vertices.rows()));
+  for (double& t : target) t = uniform(random);
+  return closing_gauss_bonnet(target, s);
+}
+
+void expect_equal_up_to_constant(const std::vector<double>& a, const std::vector<double>& b,
+                                 double tolerance) {
+  ASSERT_EQ(a.size(), b.size());
+  double mean = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) mean += (a[i] - b[i]) / static_cast<double>(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i] - b[i], mean, tolerance) << i;
+}
+
+// Replays the recorded flips from the input and compares with the final mesh and lengths: the
+// contract with whoever carries maps across the flips. Then checks Delaunay, angles and invariants
+// from the lengths alone.
+void expect_consistent(const ConformalMetric& m, const std::vector<double>& target,
+                       double tolerance) {
+  ASSERT_EQ(intrinsic::find_broken_invariant(m.mesh), "");
+  intrinsic::IntrinsicMesh mesh = m.initial;
+  std::vector<double> length = std::get<std::vector<double>>(m.initial_length);
+  intrinsic::FlipLengths<double> lengths(length);
+  for (std::size_t i = 0; i < m.flips.size(); ++i) {
+    const EdgeId e = m.flips[i].plain.edges[0];
+    intrinsic::FlipType type = intrinsic::FlipType::kInterior;
+    ASSERT_TRUE(intrinsic::flip_type(mesh, e, type));
+    ASSERT_EQ(type, m.flips[i].type);
+    const intrinsic::FlipStencil stencil = intrinsic::flip_stencil(mesh, e, type);
+    ASSERT_EQ(stencil.plain.edges, m.flips[i].plain.edges);
+    if (i < m.euclidean_flips) {
+      lengths.euclidean(stencil);
+    } else {
+      lengths.ptolemy(stencil);
+    }
+    intrinsic::flip_symmetrically(mesh, stencil);
+  }
+  ASSERT_EQ(mesh.next, m.mesh.next);
+  ASSERT_EQ(mesh.origin, m.mesh.origin);
+  const auto& final_length = std::get<std::vector<double>>(m.length);
+  for (std::size_t e = 0; e < length.size(); ++e) {
+    const double ui = m.scale_factors[at(mesh.unknown[at(mesh.origin[2 * e])])];
+    const double uj = m.scale_factors[at(mesh.unknown[at(mesh.origin[2 * e + 1])])];
+    ASSERT_NEAR(final_length[e] / (length[e] * std::exp(0.5 * (ui + uj))), 1.0, 1e-9) << e;
+  }
+  // Angles by the law of cosines, and Delaunay: opposite angles sum to at most pi.
+  std::vector<double> sum(m.scale_factors.size(), 0.0);
+  std::vector<double> opposite(2 * length.size(), 0.0);
+  for (std::size_t h = 0; h < mesh.halfedge_count(); ++h) {
+    const HalfedgeId n = mesh.next[h];
+    const HalfedgeId p = mesh.next[at(n)];
+    const double a = final_length[h / 2];
+    const double b = final_length[at(n >> 1)];
+    const double c = final_length[at(p >> 1)];
+    ASSERT_LT(a, b + c);
+    opposite[h] = std::acos(std::clamp((b * b + c * c - a * a) / (2 * b * c), -1.0, 1.0));
+    sum[at(mesh.unknown[at(mesh.origin[at(p)])])] += opposite[h] * (mesh.symmetric() ? 0.5 : 1.0);
+  }
+  for (std::size_t v = 0; v < target.size(); ++v) ASSERT_NEAR(sum[v], target[v], tolerance) << v;
+  for (std::size_t e = 0; e < length.size(); ++e) {
+    if (mesh.label_of_edge(static_cast<EdgeId>(e)) == intrinsic::EdgeLabel::kDiagonal) continue;
+    ASSERT_LT(opposite[2 * e] + opposite[2 * e + 1], kPi + 1e-6) << e;
+  }
+}
+
+TEST(ConformalMetric, random_angles_on_a_sphere_are_met_and_the_flips_replay) {
+  const mesh::Surface s = test::sphere(16, 9);
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    const std::vector<double> target = random_targets(s, seed, kPi, 3 * kPi);
+    const ConformalMetric m = solve(s, target);
+    EXPECT_TRUE(m.converged);
+    EXPECT_LE(m.angle_error, 1e-10);
+    EXPECT_GT(m.flips.size(), 0u);
+    expect_consistent(m, target, 1e-8);
+  }
+}
+
+TEST(ConformalMetric, random_boundary_angles_on_a_disk_are_met_with_symmetric_flips) {
+  const mesh::Surface s = test::bumpy_grid(9, 7, 0.2, 3.0);
+  std::array<std::size_t, intrinsic::kFlipTypes> counts{};
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-2.6, 2.6);
+    const intrinsic::IntrinsicSetup setup =
+        intrinsic::build_intrinsic_mesh(static_cast<Index>(s.vertices.rows()), s.faces);
+    std::vector<double> target(setup.on_boundary.size(), 2 * kPi);
+    double excess = 0.0;
+    int boundary = 0;
+    for (std::size_t v = 0; v < target.size(); ++v) {
+      if (!setup.on_boundary[v]) continue;
+      target[v] = kPi + uniform(random);
+      excess += kPi - target[v];
+      ++boundary;
+    }
+    for (std::size_t v = 0; v < target.size(); ++v) {
+      if (setup.on_boundary[v]) target[v] += (excess - 2 * kPi) / boundary;
+    }
+    if (*std::min_element(target.begin(), target.end()) <= 0.05) continue;
+    const ConformalMetric m = solve(s, target);
+    EXPECT_LE(m.angle_error, 1e-10);
+    EXPECT_TRUE(m.mesh.symmetric());
+    expect_consistent(m, target, 1e-8);
+    for (std::size_t t = 0; t < counts.size(); ++t) counts[t] += m.flip_counts[t];
+  }
+  for (const intrinsic::FlipType t :
+       {intrinsic::FlipType::kInterior, intrinsic::FlipType::kParallel,
+        intrinsic::FlipType::kTriangle}) {
+    EXPECT_GT(counts[static_cast<std::size_t>(t)], 0u) << static_cast<int>(t);
+  }
+}
+
+TEST(ConformalMetric, keeping_the_angles_keeps_the_metric) {
+  const mesh::Surface s = test::torus(12, 9);
+  const Points3 length = corner_lengths(s);
+  const ConformalMetric start =
+      solve(s, vertex_angles(static_cast<Index>(s.vertices.rows()), s.faces, length));
+  for (const double u : start.scale_factors) EXPECT_NEAR(u, 0.0, 1e-9);
+  EXPECT_EQ(start.flips.size(), start.euclidean_flips);
+}
+
+TEST(ConformalMetric, a_regular_pyramid_flattens_as_computed_by_hand) {
+  // n isosceles triangles around an apex; flat disk with equal boundary angles: apex angles 2 pi /
+  // n.
+  const int n = 7;
+  mesh::Surface s;
+  s.vertices.resize(n + 1, 3);
+  s.faces.resize(n, 3);
+  for (int i = 0; i < n; ++i) {
+    s.vertices.row(i) << std::cos(2 * kPi * i / n), std::sin(2 * kPi * i / n), 0.0;
+    s.faces.row(i) << i, (i + 1) % n, n;
+  }
+  s.vertices.row(n) << 0.0, 0.0, 1.5;
+  std::vector<double> target(n + 1, kPi - 2 * kPi / n);
+  target[n] = 2 * kPi;
+  const ConformalMetric m = solve(s, target);
+  // base' / side' = 2 sin(pi / n) with base' = base e^ub, side' = side e^((ub + ua) / 2).
+  const double base = 2 * std::sin(kPi / n);
+  const double side = std::sqrt(1.0 + 1.5 * 1.5);
+  const double apex_minus_rim = 2 * std::log(base / side / base);
+  for (int i = 0; i < n; ++i) {
+    EXPECT_NEAR(m.scale_factors[n] - m.scale_factors[at(i)], apex_minus_rim, 1e-9);
+  }
+}
+
+TEST(ConformalMetric, agrees_with_fixed_triangulation_newton_when_no_flip_is_needed) {
+  const mesh::Surface s = octahedron();
+  const Index n = static_cast<Index>(s.vertices.rows());
+  const Points3 length = corner_lengths(s);
+  std::vector<double> target = vertex_angles(n, s.faces, length);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-0.05, 0.05);
+  for (double& t : target) t += uniform(random);
+  target = closing_gauss_bonnet(target, s);
+  const ConformalMetric m = solve(s, target);
+  ASSERT_EQ(m.flips.size(), 0u);
+  // Dense Newton with a Jacobian by finite differences, sharing nothing with the solver.
+  Eigen::VectorXd u = Eigen::VectorXd::Zero(n);
+  const auto angles = [&](const Eigen::VectorXd& at_u) {
+    Points3 scaled = length;
+    for (Eigen::Index f = 0; f < s.faces.rows(); ++f) {
+      for (int k = 0; k < 3; ++k) {
+        scaled(f, k) *= std::exp(0.5 * (at_u[s.faces(f, k)] + at_u[s.faces(f, (k + 1) % 3)]));
+      }
+    }
+    const std::vector<double> a = vertex_angles(n, s.faces, scaled);
+    return Eigen::Map<const Eigen::VectorXd>(a.data(), n).eval();
+  };
+  const Eigen::VectorXd goal = Eigen::Map<const Eigen::VectorXd>(target.data(), n);
+  for (int i = 0; i < 12; ++i) {
+    Eigen::MatrixXd jacobian(n, n);
+    for (Index v = 0; v < n; ++v) {
+      Eigen::VectorXd step = Eigen::VectorXd::Zero(n);
+      step[v] = 1e-6;
+      jacobian.col(v) = (angles(u + step) - angles(u - step)) / 2e-6;
+    }
+    u += test::shortest_least_squares(jacobian, goal - angles(u));
+  }
+  expect_equal_up_to_constant(m.scale_factors, {u.data(), u.data() + n}, 1e-7);
+}
+
+TEST(ConformalMetric, does_not_depend_on_numbering_hence_not_on_the_order_of_flips) {
+  const mesh::Surface s = test::sphere(14, 8);
+  const std::vector<double> target = random_targets(s, 11, 0.5 * kPi, 3.5 * kPi);
+  const ConformalMetric m = solve(s, target);
+  std::mt19937 random(2);
+  std::vector<Index> order(target.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::shuffle(order.begin(), order.end(), random);
+  std::vector<Index> rows(static_cast<std::size_t>(s.faces.rows()));
+  std::iota(rows.begin(), rows.end(), 0);
+  std::shuffle(rows.begin(), rows.end(), random);
+  mesh::Surface shuffled = s;
+  std::vector<double> shuffled_target(target.size());
+  for (std::size_t v = 0; v < order.size(); ++v) {
+    shuffled.vertices.row(order[v]) = s.vertices.row(static_cast<Eigen::Index>(v));
+    shuffled_target[at(order[v])] = target[v];
+  }
+  for (std::size_t f = 0; f < rows.size(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      shuffled.faces(static_cast<Eigen::Index>(f), k) = order[at(s.faces(rows[f], (k + 1) % 3))];
+    }
+  }
+  const ConformalMetric other = solve(shuffled, shuffled_target);
+  std::vector<double> back(target.size());
+  for (std::size_t v = 0; v < order.size(); ++v) back[v] = other.scale_factors[at(order[v])];
+  expect_equal_up_to_constant(m.scale_factors, back, 1e-8);
+}
+
+TEST(ConformalMetric, symmetric_run_equals_the_run_on_the_doubled_closed_surface) {
+  const mesh::Surface s = test::cylinder(7, 4);
+  const Index n = static_cast<Index>(s.vertices.rows());
+  const intrinsic::IntrinsicSetup setup = intrinsic::build_intrinsic_mesh(n, s.faces);
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> uniform(0.6, 1.4);
+  std::vector<double> target(at(n));
+  for (std::size_t v = 0; v < target.size(); ++v) {
+    target[v] = uniform(random) * (setup.on_boundary[v] ? kPi : 2 * kPi);
+  }
+  target = closing_gauss_bonnet(target, s);
+  const ConformalMetric half = solve(s, target);
+  // The double as an ordinary closed mesh with given lengths: no reflection is known to the solver.
+  std::vector<double> doubled(setup.mesh.unknown.size());
+  for (std::size_t v = 0; v < doubled.size(); ++v) {
+    const Index u = setup.mesh.unknown[v];
+    doubled[v] = target[at(u)] * (setup.on_boundary[at(u)] ? 2.0 : 1.0);
+  }
+  Triangles faces(2 * s.faces.rows(), 3);
+  Points3 lengths(faces.rows(), 3);
+  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+    HalfedgeId h = setup.mesh.face_halfedge[static_cast<std::size_t>(f)];
+    for (int k = 0; k < 3; ++k, h = setup.mesh.next[at(h)]) {
+      faces(f, k) = setup.mesh.origin[at(h)];
+      const Index a = setup.mesh.unknown[at(setup.mesh.origin[at(h)])];
+      const Index b = setup.mesh.unknown[at(setup.mesh.target(h))];
+      lengths(f, k) = (s.vertices.row(std::min(a, b)) - s.vertices.row(std::max(a, b))).norm();
+    }
+  }
+  ExecutionContext context;
+  const ConformalMetric full = compute_conformal_metric(static_cast<Index>(doubled.size()), faces,
+                                                        lengths, doubled, MetricOptions{}, context);
+  std::vector<double> first(full.scale_factors.begin(), full.scale_factors.begin() + n);
+  expect_equal_up_to_constant(half.scale_factors, first, 1e-7);
+  for (std::size_t v = at(n); v < doubled.size(); ++v) {
+    EXPECT_NEAR(full.scale_factors[v], full.scale_factors[at(setup.mesh.unknown[v])], 1e-7);
+  }
+}
+
+TEST(ConformalMetric, more_bits_reach_smaller_errors_and_agree_with_double) {
+  const mesh::Surface s = test::sphere(10, 6);
+  const std::vector<double> target = random_targets(s, 4, kPi, 3 * kPi);
+  const ConformalMetric in_double = solve(s, target, 53);
+  for (const int bits : {75, 113, 200, 300}) {
+    const ConformalMetric m = solve(s, target, bits, std::ldexp(1.0, -bits + 20));
+    EXPECT_EQ(m.bits, bits);
+    EXPECT_LE(m.angle_error, std::ldexp(1.0, -bits + 20));
+    expect_equal_up_to_constant(m.scale_factors, in_double.scale_factors, 1e-8);
+  }
+}
+
+TEST(ConformalMetric, threads_change_no_bit_and_a_cancel_ends_it) {
+  const mesh::Surface s = test::sphere(60, 45);  // loops over its faces are shared between threads
+  const std::vector<double> target = random_targets(s, 1, kPi, 3 * kPi);
+  std::vector<double> first;
+  for (const int threads : {1, 2, 3}) {
+    ExecutionContext context;
+    context.threads = threads;
+    const auto u = compute_conformal_metric(s, target, MetricOptions{}, context).scale_factors;
+    if (threads == 1) first = u;
+    EXPECT_EQ(u, first);
+    context.cancel();
+    EXPECT_THROW(compute_conformal_metric(s, target, MetricOptions{}, context), Cancelled);
+  }
+}
+
+TEST(ConformalMetric, refuses_what_cannot_be_met_and_names_it) {
+  const double nan = std::nan("");
+  const struct {
+    std::vector<double> target;
+    int bits;
+    double tolerance;
+    std::vector<double> sides;  // of all faces but the third's first
+    ErrorCode code;
+    std::vector<Index> named;
+  } cases[] = {
+      {{kPi, kPi, kPi, kPi + 0.5}, 0, 1e-10, {1, 1}, ErrorCode::kGaussBonnet, {}},
+      {{kPi, 0.0, 2 * kPi, kPi}, 0, 1e-10, {1, 1}, ErrorCode::kBadAngles, {1}},
+      {{kPi, kPi, 2 * kPi}, 0, 1e-10, {1, 1}, ErrorCode::kBadShape, {}},
+      {{kPi, kPi, kPi, nan}, 0, 1e-10, {1, 1}, ErrorCode::kBadAngles, {3}},
+      {{kPi, kPi, kPi, kPi}, 10, 1e-10, {1, 1}, ErrorCode::kBadOption, {}},
+      {{kPi, kPi, kPi, kPi}, kLargestBits + 1, 1e-10, {1, 1}, ErrorCode::kBadOption, {}},
+      {{kPi, kPi, kPi, kPi}, 0, -1.0, {1, 1}, ErrorCode::kBadOption, {}},
+      {{kPi, kPi, kPi, kPi}, 0, nan, {1, 1}, ErrorCode::kBadOption, {}},
+      // No triangle, and two lengths of one edge.
+      {{kPi, kPi, kPi, kPi}, 0, 1e-10, {1, 2}, ErrorCode::kZeroAreaFace, {2}},
+      {{kPi, kPi, kPi, kPi}, 0, 1e-10, {1, 1.25}, ErrorCode::kBadShape, {}},
+  };
+  for (const auto& c : cases) {
+    const Triangles faces = test::tetrahedron().faces;
+    Points3 lengths = Points3::Constant(4, 3, c.sides[0]);
+    lengths(2, 0) = c.sides[1];
+    MetricOptions options;
+    options.bits = c.bits;
+    options.tolerance = c.tolerance;
+    ExecutionContext context;
+    const auto expect = [&](const Error& error) {
+      EXPECT_EQ(error.code, c.code) << error.message;
+      if (!c.named.empty()) {
+        EXPECT_EQ(error.elements, c.named);
+      }
+    };
+    try {
+      compute_conformal_metric(4, faces, lengths, c.target, options, context);
+      ADD_FAILURE() << "accepted";
+    } catch (const Infeasible& e) {
+      expect(e.error());
+      ASSERT_EQ(e.error().witness.numbers.size(), 2u);
+      EXPECT_NEAR(e.error().witness.numbers[0].second[0] - e.error().witness.numbers[1].second[0],
+                  0.5, 1e-12);
+    } catch (const InvalidInput& e) {
+      expect(e.error());
+    }
+  }
+}
+
+TEST(ConformalMetric, reports_what_was_reached_when_it_may_not_iterate_on) {
+  const mesh::Surface s = test::sphere(12, 8);
+  const std::vector<double> target = random_targets(s, 2, kPi, 3 * kPi);
+  ExecutionContext context;
+  MetricOptions options;
+  options.max_iterations = 2;
+  EXPECT_THROW(compute_conformal_metric(s, target, options, context), NotConverged);
+  options.require_convergence = false;
+  const ConformalMetric m = compute_conformal_metric(s, target, options, context);
+  EXPECT_FALSE(m.converged);
+  EXPECT_EQ(m.iterations, 2);
+  EXPECT_GT(m.angle_error, 1e-10);
+}
+
+// The pairs of the shared data folder that take well under a second each, hard ones included.
+class SharedPairs : public testing::TestWithParam<std::pair<const char*, const char*>> {};
+
+TEST_P(SharedPairs, reach_the_tolerance_within_their_iterations) {
+  const auto [mesh, angles] = GetParam();
+  const auto mesh_path = test::shared_data(std::string("conformal/") + mesh + ".obj");
+  const auto angle_path = test::shared_data(std::string("conformal/") + angles + "_Th_hat");
+  if (!mesh_path || !angle_path)
+    GTEST_SKIP() << "conformal/" << angles << " is not in FLIPFREE_DATA";
+  const mesh::Surface s = test::read_mesh(*mesh_path);
+  std::ifstream file(*angle_path);
+  std::vector<double> target;
+  for (double value = 0.0; file >> value;) target.push_back(value);
+  const ConformalMetric m = solve(s, target);
+  EXPECT_LE(m.angle_error, 1e-10);
+  EXPECT_EQ(intrinsic::find_broken_invariant(m.mesh), "");
+  EXPECT_LE(m.iterations, std::string(angles).find("singlecone") == std::string::npos ? 40 : 80);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Conformal, SharedPairs,
+    testing::Values(std::pair{"aircraft", "aircraft"}, std::pair{"1146164_cut", "1146164_cut"},
+                    std::pair{"eight766_cut", "eight766_cut"},
+                    std::pair{"disk5k", "disk5k_bndrand95"},
+                    std::pair{"genus2_3bnd", "genus2_3bnd_flatbnd_quartercones"},
+                    std::pair{"gtorus006", "gtorus006_singlecone"},
+                    std::pair{"gtorus022", "gtorus022_singlecone"},
+                    std::pair{"sphere1k_random", "sphere1k_random_cluster10"},
+                    std::pair{"sphere1k_random", "sphere1k_random_huge20pi"},
+                    std::pair{"sphere1k_random", "sphere1k_random_tiny1e-2"}));
+
+// Four points nearly on a line, joined by needles that doubles cannot flip: lengths of a needle
+// miss the triangle inequality by rounding.
+TEST(ConformalMetric, gives_needles_more_bits_where_doubles_miss_their_start) {
+  mesh::Surface sheet;
+  sheet.vertices.resize(5, 3);
+  sheet.vertices << 0.36, 1.2e-9, 0, 0.64, 0, 0, 0.7, 5e-10, 0, 0.86, 1e-9, 0, 0.5, -1, 0;
+  sheet.faces.resize(5, 3);
+  sheet.faces << 4, 1, 0, 2, 3, 0, 1, 2, 0, 2, 4, 3, 2, 1, 4;
+  const std::vector<double> even(5, kPi);
+  EXPECT_THROW(solve(sheet, even, 53), NotConverged);
+  const ConformalMetric metric = solve(sheet, even);
+  EXPECT_TRUE(metric.converged);
+  EXPECT_LE(metric.angle_error, 1e-10);
+  EXPECT_GT(metric.bits, 53);
+  EXPECT_EQ(std::get<std::string>(metric.stats.at("climbed_because")), "start not Delaunay");
+  const ConformalMetric fine = solve(sheet, even, 400);
+  for (std::size_t v = 0; v < 5; ++v)
+    EXPECT_NEAR(metric.scale_factors[v], fine.scale_factors[v], 1e-9);
+}
+
+// The flat side of such a triangle hangs on cotangents of angles that doubles cannot tell from
+// right ones.
+mesh::Surface flat_triangle(double height) {
+  mesh::Surface s;
+  s.vertices.resize(3, 3);
+  s.vertices << 0, 0, 0, 1, 0, 0, 0.5, height, 0;
+  s.faces.resize(1, 3);
+  s.faces << 0, 1, 2;
+  return s;
+}
+
+TEST(ConformalMetric, of_a_triangle_flattened_to_nothing_has_the_angles_asked_for) {
+  for (const double height : {1e-12, 1e-17, 1e-20, 1e-60, 1e-140}) {
+    const ConformalMetric metric = solve(flat_triangle(height), {kPi / 3, kPi / 3, kPi / 3});
+    EXPECT_TRUE(metric.converged) << height;
+    for (const double angle : metric.angles) EXPECT_NEAR(angle, kPi / 3, 1e-10) << height;
+  }
+}
+
+TEST(ConformalMetric, names_the_flattest_triangle_where_bits_do_not_suffice) {
+  try {
+    solve(flat_triangle(1e-20), {kPi / 3, kPi / 3, kPi / 3}, 53);
+    FAIL();
+  } catch (const NotConverged& e) {
+    EXPECT_EQ(e.error().kind, ElementKind::kFace) << e.what();
+    EXPECT_EQ(e.error().elements, std::vector<Index>{0});
+    EXPECT_NE(std::string(e.what()).find("more bits"), std::string::npos) << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace flipfree::conformal::metric_test

@@ -1,0 +1,262 @@
+#include "flipfree/distortion/minimize/minimize.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "flipfree/base/error.h"
+#include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/energy/rest_shapes.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
+#include "support/shapes.h"
+
+namespace flipfree::distortion::minimize_test {
+namespace {
+
+// The projection to the plane: flip-free for height fields.
+Points2 plan(const mesh::Surface& surface) { return surface.vertices.leftCols<2>(); }
+
+double number(const Stats& stats, const char* key) { return std::get<double>(stats.at(key)); }
+
+// Flip-free map of a grid with cells that shrink exponentially towards one side: ratio of scales
+// `range`.
+Points2 squeezed(const mesh::Surface& grid, double range) {
+  Points2 uv = plan(grid);
+  for (Eigen::Index v = 0; v < uv.rows(); ++v) {
+    uv(v, 0) = std::pow(range, uv(v, 0));
+    uv(v, 1) *= uv(v, 0);
+  }
+  return uv;
+}
+
+TEST(Minimize, FlatMeshBecomesIsometricInItsOwnUnit) {
+  const mesh::Surface surface = test::grid(12, 9);
+  Points2 start = plan(surface);
+  start.col(0) = start.col(0).array().exp();
+  start.col(1) = 0.3 * start.col(1) + 0.2 * start.col(0);
+  ExecutionContext context;
+  Stats stats;
+  MinimizeOptions options;
+  options.tolerance = 1e-12;
+  const Points2 uv = minimize_distortion(surface, start, options, context, stats);
+  EXPECT_NEAR(number(stats, "distortion.energy"), 1.0, 1e-9);
+  for (Eigen::Index f = 0; f < surface.faces.rows(); ++f) {
+    const auto a = surface.faces(f, 0);
+    const auto b = surface.faces(f, 1);
+    EXPECT_NEAR((uv.row(a) - uv.row(b)).norm(),
+                (surface.vertices.row(a) - surface.vertices.row(b)).norm(), 1e-6);
+  }
+}
+
+TEST(Minimize, TerribleStartsReachTheSameEnergyAsGoodOnes) {
+  const mesh::Surface surface = test::bumpy_grid(24, 24, 0.3, 2);
+  ExecutionContext context;
+  MinimizeOptions options;
+  options.tolerance = 1e-9;
+  Stats good;
+  minimize_distortion(surface, plan(surface), options, context, good);
+  for (const double range : {1e-3, 1e-6, 1e-12}) {
+    SCOPED_TRACE(range);
+    Points2 start = squeezed(surface, range);
+    ASSERT_TRUE(is_flip_free(surface.faces, start, context) ||
+                (start.col(0) *= -1, is_flip_free(surface.faces, start, context)));
+    Stats bad;
+    const Points2 uv = minimize_distortion(surface, start, options, context, bad);
+    EXPECT_TRUE(is_flip_free(surface.faces, uv, context));
+    EXPECT_NEAR(number(bad, "distortion.energy"), number(good, "distortion.energy"), 1e-6);
+  }
+}
+
+TEST(Minimize, FixedVerticesKeepTheirBits) {
+  const mesh::Surface surface = test::bumpy_grid(20, 20, 0.4, 3);
+  const Points2 start = plan(surface) * (1.0 / 3.0);
+  MinimizeOptions options;
+  for (Index v = 0; v < 21; ++v) options.fixed.push_back(v);
+  options.fixed.push_back(200);
+  ExecutionContext context;
+  Stats stats;
+  const Points2 uv = minimize_distortion(surface, start, options, context, stats);
+  for (const VertexId v : options.fixed) EXPECT_EQ(uv.row(v), start.row(v));
+  EXPECT_TRUE(is_flip_free(surface.faces, uv, context));
+  EXPECT_LT(number(stats, "distortion.energy"), number(stats, "distortion.energy_start"));
+}
+
+// A ramp that winds around an axis `turns` times, nearly flat: its isometric development is a ring
+// that overlaps itself.
+mesh::Surface ramp(Index length, Index width, double turns) {
+  mesh::Surface surface = test::grid(length, width);
+  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
+    const double angle = turns * 2 * std::acos(-1.0) * surface.vertices(v, 0);
+    const double radius = 1.0 - 0.3 * surface.vertices(v, 1);
+    surface.vertices.row(v) << radius * std::cos(angle), radius * std::sin(angle), 0.05 * angle;
+  }
+  return surface;
+}
+
+// The ramp as a narrow straight strip.
+Points2 straightened() {
+  Points2 uv = plan(test::grid(120, 6));
+  uv.col(1) *= 0.05;
+  return uv;
+}
+
+TEST(Minimize, BijectiveMapsDoNotMeetThemselvesWhereFreeOnesDo) {
+  const mesh::Surface surface = ramp(120, 6, 1.6);
+  const Points2 start = straightened();
+  const auto boundary = find_boundary(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  ExecutionContext context;
+  MinimizeOptions options;
+  Stats free;
+  const Points2 overlapping = minimize_distortion(surface, start, options, context, free);
+  ASSERT_TRUE(overlaps_itself(boundary, overlapping, context));
+  options.bijective = true;
+  Stats held;
+  const Points2 uv = minimize_distortion(surface, start, options, context, held);
+  EXPECT_EQ(std::get<std::int64_t>(held.at("distortion.barrier")), 1);
+  EXPECT_TRUE(is_flip_free(surface.faces, uv, context));
+  EXPECT_FALSE(overlaps_itself(boundary, uv, context));
+  EXPECT_LT(number(held, "distortion.energy"), 1.5);
+}
+
+TEST(Minimize, ThreadsDoNotChangeABitAndACancelEndsIt) {
+  const struct {
+    mesh::Surface surface;
+    Points2 start;
+    bool bijective;
+  } cases[] = {{test::bumpy_grid(120, 120, 0.4, 5), plan(test::grid(120, 120)), false},
+               {ramp(120, 6, 1.6), straightened(), true}};
+  for (const auto& c : cases) {
+    MinimizeOptions options;
+    options.bijective = c.bijective;
+    Points2 first;
+    for (const int threads : {1, 2, 3}) {
+      ExecutionContext context;
+      context.threads = threads;
+      Stats stats;
+      const Points2 uv = minimize_distortion(c.surface, c.start, options, context, stats);
+      if (threads == 1) first = uv;
+      EXPECT_EQ(uv, first);
+      context.cancel();
+      EXPECT_THROW(minimize_distortion(c.surface, c.start, options, context, stats), Cancelled);
+    }
+  }
+}
+
+TEST(Minimize, AnOverlappingStartIsRefusedWhenTheMapIsToBeBijective) {
+  const mesh::Surface surface = ramp(120, 6, 1.6);
+  // The plan of the ramp covers part of the ring twice, without a flip.
+  Points2 start = surface.vertices.leftCols<2>();
+  ExecutionContext context;
+  if (!is_flip_free(surface.faces, start, context)) start.col(0) *= -1;
+  ASSERT_TRUE(is_flip_free(surface.faces, start, context));
+  MinimizeOptions options;
+  Stats stats;
+  EXPECT_NO_THROW(minimize_distortion(surface, start, options, context, stats));
+  options.bijective = true;
+  try {
+    minimize_distortion(surface, start, options, context, stats);
+    FAIL() << "an overlapping start was accepted";
+  } catch (const InvalidInput& e) {
+    EXPECT_EQ(e.error().kind, ElementKind::kEdge);
+    EXPECT_EQ(e.error().elements.size(), 4u);
+  }
+}
+
+TEST(Minimize, NeedlesInTheSurfaceDoNotStopIt) {
+  mesh::Surface surface = test::bumpy_grid(20, 20, 0.3, 2);
+  // Vertices drawn almost onto a neighbour: triangles with angles of 1e-9.
+  for (const Index v : {50, 130, 300}) {
+    surface.vertices.row(v) = surface.vertices.row(v + 1) +
+                              1e-9 * (surface.vertices.row(v) - surface.vertices.row(v + 1));
+  }
+  ExecutionContext context;
+  Stats stats;
+  const Points2 uv =
+      minimize_distortion(surface, plan(test::bumpy_grid(20, 20, 0.3, 2)), {}, context, stats);
+  EXPECT_TRUE(is_flip_free(surface.faces, uv, context));
+  EXPECT_LT(number(stats, "distortion.energy"), 1.2);
+}
+
+TEST(Minimize, RefusesAFlippedStartAndNamesTheFace) {
+  const mesh::Surface surface = test::grid(4, 4);
+  Points2 start = plan(surface);
+  start.row(12) = Eigen::RowVector2d(3, 3);
+  ExecutionContext context;
+  Stats stats;
+  try {
+    minimize_distortion(surface, start, {}, context, stats);
+    FAIL() << "a flipped start was accepted";
+  } catch (const InvalidInput& e) {
+    EXPECT_EQ(e.error().kind, ElementKind::kFace);
+    EXPECT_FALSE(e.error().elements.empty());
+  }
+}
+
+using Targets = std::vector<std::pair<VertexId, Vector2>>;
+
+// The boundary of a grid bent into half a ring.
+Targets half_ring(const mesh::Surface& grid) {
+  Targets targets;
+  for (VertexId v = 0; v < grid.vertices.rows(); ++v) {
+    const double x = grid.vertices(v, 0), y = grid.vertices(v, 1);
+    if (x != 0 && y != 0 && x != 1 && y != 1) continue;
+    const double angle = 3.0 * x, radius = 1.0 - 0.5 * y;
+    targets.emplace_back(v, Vector2(-radius * std::cos(angle), -radius * std::sin(angle)));
+  }
+  return targets;
+}
+
+TEST(Minimize, TargetsAreMetBitForBitByFlipFreeMaps) {
+  const struct {
+    mesh::Surface surface;
+    Targets targets;
+    bool bijective;
+  } cases[] = {
+      {test::bumpy_grid(30, 30, 0.2, 2),
+       {{31 * 5 + 5, {0.1, 0.3}}, {31 * 15 + 15, {1.0 / 3.0, 0.7}}, {31 * 25 + 20, {0.9, 0.8}}},
+       false},
+      // Two that turn the map around.
+      {test::bumpy_grid(20, 20, 0.2, 2),
+       {{21 * 10 + 2, {0.9, 0.5}}, {21 * 10 + 18, {0.1, 0.5}}},
+       false},
+      {test::grid(20, 20), half_ring(test::grid(20, 20)), false},
+      // The ends of a strip are brought side by side: it bends into a hairpin.
+      {test::grid(60, 4), {{2 * 61, {0.2, 0.0}}, {2 * 61 + 60, {0.2, 0.9}}}, true},
+  };
+  for (const auto& c : cases) {
+    MinimizeOptions options;
+    options.bijective = c.bijective;
+    ExecutionContext context;
+    Stats stats;
+    const TargetsResult result =
+        minimize_with_targets(c.surface, plan(c.surface), c.targets, options, context, stats);
+    EXPECT_TRUE(is_flip_free(c.surface.faces, result.uv, context));
+    EXPECT_EQ(result.fraction, 1.0);
+    EXPECT_TRUE(result.missed.empty());
+    for (const auto& [v, target] : c.targets) EXPECT_EQ(result.uv.row(v).transpose(), target);
+    if (c.bijective) {
+      const auto boundary = find_boundary(static_cast<Index>(result.uv.rows()), c.surface.faces);
+      EXPECT_FALSE(overlaps_itself(boundary, result.uv, context));
+    }
+  }
+}
+
+TEST(Minimize, UnreachableTargetsAreNamedAndBadOnesRefused) {
+  const mesh::Surface surface = test::grid(10, 10);
+  ExecutionContext context;
+  Stats stats;
+  const auto solve = [&](const Targets& targets) {
+    return minimize_with_targets(surface, plan(surface), targets, {}, context, stats);
+  };
+  // A triangle's corners in the wrong order.
+  const TargetsResult result = solve({{60, {0.5, 0.5}}, {61, {0.5, 0.6}}, {72, {0.6, 0.5}}});
+  EXPECT_TRUE(is_flip_free(surface.faces, result.uv, context));
+  EXPECT_LT(result.fraction, 1.0);
+  EXPECT_FALSE(result.missed.empty());
+  EXPECT_THROW(solve({{3, {0, 0}}, {3, {1, 0}}}), InvalidInput);
+  EXPECT_THROW(solve({{999, {0, 0}}}), InvalidInput);
+  EXPECT_THROW(solve({{3, {std::nan(""), 0}}}), InvalidInput);
+}
+
+}  // namespace
+}  // namespace flipfree::distortion::minimize_test

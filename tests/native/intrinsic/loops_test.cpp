@@ -1,0 +1,139 @@
+// Dual loops: a basis of the homology, carried through flips.
+#include "flipfree/intrinsic/loops.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <map>
+#include <random>
+#include <set>
+#include <vector>
+
+#include "flipfree/intrinsic/intrinsic_mesh.h"
+#include "support/shapes.h"
+
+namespace flipfree::intrinsic::loops_test {
+namespace {
+
+FlipMesh flip_mesh(const mesh::Surface& surface) {
+  return build_intrinsic_mesh(static_cast<Index>(surface.vertices.rows()), surface.faces).mesh;
+}
+
+std::vector<double> random_steps(const FlipMesh& mesh, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(0.1, 1.0);
+  std::vector<double> step(mesh.next.size() / 2);
+  for (double& s : step) s = uniform(random);
+  return step;
+}
+
+bool is_closed_strip(const FlipMesh& mesh, const DualLoop& loop) {
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    const HalfedgeId entered = FlipMesh::opposite(loop[i]);
+    const HalfedgeId leaving = loop[(i + 1) % loop.size()];
+    if (leaving != mesh.next_of(entered) && leaving != mesh.previous(entered)) return false;
+  }
+  return true;
+}
+
+Eigen::MatrixXd intersections(const FlipMesh& mesh, const std::vector<DualLoop>& loops) {
+  const auto n = static_cast<Eigen::Index>(loops.size());
+  Eigen::MatrixXd m(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      m(i, j) = intersection_number(mesh, loops[static_cast<std::size_t>(i)],
+                                    loops[static_cast<std::size_t>(j)]);
+    }
+  }
+  return m;
+}
+
+// Lowest half-edge of every face that the loop visits, in order.
+std::vector<HalfedgeId> visited_faces(const FlipMesh& mesh, const DualLoop& loop) {
+  std::vector<HalfedgeId> faces;
+  for (const HalfedgeId h : loop) faces.push_back(std::min({h, mesh.next_of(h), mesh.previous(h)}));
+  return faces;
+}
+
+TEST(HomologyBasis, HasTwoSimpleClosedStripsForEachHandle) {
+  const ExecutionContext context;
+  for (Index genus = 0; genus <= 5; ++genus) {
+    const mesh::Surface surface =
+        genus == 0 ? test::sphere(8, 6) : test::perforated_plate(genus, 2);
+    const FlipMesh mesh = flip_mesh(surface);
+    const auto loops = homology_basis(mesh, random_steps(mesh, 7), context);
+    ASSERT_EQ(loops.size(), at(2 * genus));
+    for (const DualLoop& loop : loops) {
+      EXPECT_TRUE(is_closed_strip(mesh, loop));
+      const auto faces = visited_faces(mesh, loop);
+      EXPECT_EQ(std::set<HalfedgeId>(faces.begin(), faces.end()).size(), faces.size());
+    }
+  }
+}
+
+// A skew-symmetric integer matrix of determinant 1: the loops generate the homology over the
+// integers.
+TEST(HomologyBasis, HasUnimodularIntersections) {
+  const ExecutionContext context;
+  for (Index genus = 1; genus <= 6; ++genus) {
+    for (unsigned seed = 0; seed < 5; ++seed) {
+      const FlipMesh mesh = flip_mesh(test::perforated_plate(genus, 2));
+      const auto loops = homology_basis(mesh, random_steps(mesh, seed), context);
+      const Eigen::MatrixXd m = intersections(mesh, loops);
+      EXPECT_EQ((m + m.transpose()).cwiseAbs().maxCoeff(), 0.0);
+      EXPECT_NEAR(m.determinant(), 1.0, 1e-6) << genus << " " << seed;
+    }
+  }
+}
+
+TEST(LoopCarrier, KeepsIntersectionsAndStripsThroughRandomFlips) {
+  const ExecutionContext context;
+  FlipMesh mesh = flip_mesh(test::perforated_plate(2, 2));
+  const auto loops = homology_basis(mesh, random_steps(mesh, 3), context);
+  const Eigen::MatrixXd before = intersections(mesh, loops);
+  LoopCarrier carrier(mesh, loops);
+  std::mt19937 random(5);
+  for (int i = 0; i < 2000; ++i) {
+    const auto e = static_cast<EdgeId>(random() % (mesh.next.size() / 2));
+    const FlipMesh& now = carrier.mesh();
+    if (is_glued_to_itself(now, e)) continue;  // one face on both sides
+    carrier.flip(e);
+    if (i % 100 != 0) continue;
+    std::vector<DualLoop> carried;
+    for (std::size_t k = 0; k < carrier.size(); ++k) {
+      carried.push_back(carrier.loop(k));
+      ASSERT_TRUE(is_closed_strip(carrier.mesh(), carried.back()));
+    }
+    ASSERT_EQ(intersections(carrier.mesh(), carried), before) << i;
+  }
+}
+
+// By the loop's half-edges alone: what it passes in the face between two of them.
+TEST(LoopCarrier, NamesTheCornerOfEveryFaceThatALoopPasses) {
+  const ExecutionContext context;
+  FlipMesh mesh = flip_mesh(test::perforated_plate(2, 1));
+  LoopCarrier carrier(mesh, homology_basis(mesh, random_steps(mesh, 9), context));
+  std::mt19937 random(1);
+  for (int i = 0; i < 200; ++i) {
+    const auto e = static_cast<EdgeId>(random() % (mesh.next.size() / 2));
+    if (!is_glued_to_itself(carrier.mesh(), e)) carrier.flip(e);
+  }
+  for (std::size_t k = 0; k < carrier.size(); ++k) {
+    const DualLoop loop = carrier.loop(k);
+    std::map<std::pair<HalfedgeId, double>, int> wanted, found;
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const HalfedgeId entered = FlipMesh::opposite(loop[i]);
+      const HalfedgeId leaving = loop[(i + 1) % loop.size()];
+      // The corner between both: of the face's half-edges, the one that is neither.
+      HalfedgeId third = entered;
+      while (third == entered || third == leaving) third = carrier.mesh().next_of(third);
+      ++wanted[{third, carrier.mesh().next_of(entered) == leaving ? -1.0 : 1.0}];
+    }
+    carrier.visit_corners(k, [&](const PassedCorner& c) { ++found[{c.opposite, c.sign}]; });
+    EXPECT_EQ(found, wanted);
+  }
+}
+
+}  // namespace
+}  // namespace flipfree::intrinsic::loops_test
