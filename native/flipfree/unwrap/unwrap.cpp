@@ -1,6 +1,7 @@
 #include "flipfree/unwrap/unwrap.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/separated_map.h"
+#include "flipfree/unwrap/islands/corners.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,17 +12,13 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/separated/orientation.h"
-#include "flipfree/unwrap/chart/chart_pins.h"
 #include "flipfree/unwrap/chart/flattening.h"
-#include "flipfree/unwrap/islands/cut_around.h"
 #include "flipfree/unwrap/islands/edge_costs.h"
 #include "flipfree/unwrap/islands/islands.h"
-#include "flipfree/unwrap/islands/normalised.h"
 #include "flipfree/unwrap/packing/place.h"
 #include "flipfree/unwrap/seams/auto_islands.h"
 
@@ -30,42 +27,6 @@ namespace {
 
 // Once as a rule: what becomes an island may open a way for a cut through its neighbour.
 constexpr int kMostTimesTorn = 3;
-
-// Charts for which there are no 32-bit values, with where.
-using Unstorable = std::vector<std::pair<std::size_t, Error>>;
-
-// The values to be stored, chart by chart.
-std::vector<Points2f> round_islands(const Islands& islands, const ChartPins& pins, bool bijective,
-                                    const std::vector<Points2>& uv, Unstorable& unstorable,
-                                    ExecutionContext& context, Stats& stats) {
-  const std::size_t count = islands.charts.size();
-  std::vector<Points2f> stored(count);
-  std::vector<Stats> chart_stats(count);
-  std::vector<std::optional<Error>> failure(count);
-  parallel_for(context, count, 1, [&](std::size_t c, std::size_t, std::size_t) {
-    ExecutionContext part(&context, 1);
-    distortion::RoundingOptions rounding;
-    rounding.bijective = bijective;
-    for (const auto& [v, target] : pins.of_chart[c]) rounding.fixed.push_back(v);
-    try {
-      stored[c] = distortion::round_to_storage(islands.charts[c].surface.faces, uv[c], rounding,
-                                               part, chart_stats[c]);
-    } catch (const NotConverged& e) {
-      failure[c] = in_terms_of_input(e.error(), islands, c);
-    }
-  });
-  for (std::size_t c = 0; c < count; ++c) {
-    if (failure[c]) unstorable.emplace_back(c, *failure[c]);
-  }
-  if (!unstorable.empty()) throw NotConverged(unstorable.front().second);
-  std::int64_t repaired = 0;
-  for (const Stats& s : chart_stats) {
-    const auto found = s.find("rounding.repaired");
-    if (found != s.end()) repaired += std::get<std::int64_t>(found->second);
-  }
-  stats["rounding.repaired"] = repaired;
-  return stored;
-}
 
 // Charts with pins stay; the others are put where there is room.
 PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
@@ -77,8 +38,18 @@ PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
   placing.margin = options.margin;
   placing.scale_true = true;
   placing.place_like = options.place_like;
+  std::vector<KeptAsStored> kept;
+  for (const auto& own : pins.of_chart) {
+    KeptAsStored& chart = kept.emplace_back(KeptAsStored{options.bijective, {}});
+    for (const auto& [v, target] : own) chart.fixed.push_back(v);
+  }
   const auto round = [&](const std::vector<Points2>& placed) {
-    return round_islands(islands, pins, options.bijective, placed, unstorable, context, stats);
+    std::int64_t repaired = 0;
+    auto stored = store_charts(islands.charts, placed, kept, unstorable, repaired, context);
+    for (auto& [c, error] : unstorable) error = in_terms_of_input(std::move(error), islands, c);
+    if (!unstorable.empty()) throw NotConverged(unstorable.front().second);
+    stats["rounding.repaired"] = repaired;
+    return stored;
   };
   placing.effort = options.effort;
   const ProgressRange range(context, 0.92, 0.95);
@@ -91,35 +62,27 @@ PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
   return placed;
 }
 
-// The same maps, on charts cut further around what cannot be stored; wider with every round. False
-// if there is nothing to cut.
+// The same maps, on charts halved that cannot be stored. False if there is nothing to cut.
 bool cut_unstorable(Islands& islands, const Unstorable& unstorable, const ChartPins& pins,
-                    int round, const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                    const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                     const mesh::EdgeFlags& uncuttable, std::vector<Points2>& uv) {
   mesh::EdgeFlags further(adjacency.opposite.size(), 0);
   for (const auto& [c, error] : unstorable) {
+    const mesh::Chart& chart = islands.charts[c];
     if (!pins.of_chart[c].empty()) return false;
-    const mesh::EdgeFlags own = cut_around(islands, c, faces_at(error, surface.faces),
-                                           (Index{1} << round) - 1, surface, adjacency, uncuttable);
-    for (std::size_t h = 0; h < own.size(); ++h) further[h] |= own[h];
+    const mesh::Adjacency own_adjacency = adjacency_of(chart.surface);
+    const mesh::EdgeFlags spared = part_of(chart, uncuttable);
+    mesh::EdgeFlags own = halving_cut(chart.surface, own_adjacency, uv[c], spared);
+    if (!any_flag(own)) own = halving_cut(chart.surface, own_adjacency, uv[c], spared, true);
+    for (std::size_t h = 0; h < own.size(); ++h) further[corner_of(chart, h)] = own[h];
   }
-  if (std::find(further.begin(), further.end(), 1) == further.end()) return false;
+  if (!any_flag(further)) return false;
   Points2 corners(surface.faces.size(), 2);
-  const auto for_corners = [&](auto visit) {
-    for (std::size_t c = 0; c < islands.charts.size(); ++c) {
-      const mesh::Chart& chart = islands.charts[c];
-      for (Eigen::Index h = 0; h < chart.surface.faces.size(); ++h)
-        visit(c, chart.surface.faces.data()[h],
-              3 * chart.faces[static_cast<std::size_t>(h / 3)] + h % 3);
-    }
-  };
-  for_corners(
-      [&](std::size_t c, VertexId v, Eigen::Index corner) { corners.row(corner) = uv[c].row(v); });
+  for (std::size_t c = 0; c < islands.charts.size(); ++c)
+    put_corners(islands.charts[c], uv[c], corners);
   cut_further(islands, surface, adjacency, further);
   uv.clear();
-  for (const mesh::Chart& chart : islands.charts) uv.emplace_back(chart.surface.vertices.rows(), 2);
-  for_corners(
-      [&](std::size_t c, VertexId v, Eigen::Index corner) { uv[c].row(v) = corners.row(corner); });
+  for (const mesh::Chart& chart : islands.charts) uv.push_back(by_vertex(chart, corners));
   return true;
 }
 
@@ -146,9 +109,8 @@ certify::CertifyRequest request_of(const UnwrapOptions& options) {
   return request;
 }
 
-// acceptable: maps may be taken as they are (ExecutionContext::accept).
-certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const UnwrapOptions& options,
-                                        bool acceptable, ExecutionContext& context) {
+certify::Parametrization unwrap_clean(const mesh::Surface& surface, const UnwrapOptions& options,
+                                      ExecutionContext& context) {
   Stopwatch total;
   Stopwatch watch;
   certify::Parametrization map;
@@ -164,8 +126,7 @@ certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const Unwr
                   "Seams cannot be found where there are pins, whose place would be on both sides "
                   "of a seam. Leave the pins out, or give the seams.");
   }
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency adjacency = adjacency_of(surface);
   const mesh::EdgeFlags seams = mesh::flag_edges(surface.faces, adjacency, options.cuts);
   lap("seconds_validate");
 
@@ -182,7 +143,7 @@ certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const Unwr
       const TimeLimit limit(context, seconds_to_search(context.seconds_left(),
                                                        static_cast<Index>(surface.faces.rows())));
       AutoIslands found = find_islands(working, surface.vertices, adjacency, seams, uncuttable,
-                                       options, acceptable, context, stats);
+                                       options, context, stats);
       uv = std::move(found.uv);
       return std::move(found.islands);
     }
@@ -199,8 +160,7 @@ certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const Unwr
     const ProgressRange range(context, 0.05, 0.92);
     const TimeLimit limit(context, seconds_to_search(context.seconds_left(),
                                                      static_cast<Index>(surface.faces.rows())));
-    uv = flatten_islands(islands, working, adjacency, uncuttable, pins, options, acceptable,
-                         context, stats);
+    uv = flatten_islands(islands, working, adjacency, uncuttable, pins, options, context, stats);
   }
   pins = pins_by_chart(islands, options.pins);
   lap("seconds_flatten");
@@ -208,16 +168,15 @@ certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const Unwr
   const PlacedCharts placed = [&] {
     const Overtime storing(context);
     context.report("placing charts", 0.92);
-    constexpr int kRounds = 12;  // of cuts: by then 4095 rings are cut off, or 4096 parts made
+    constexpr int kRounds = 12;  // of cuts: by then 4096 parts are made
     Unstorable unstorable;
     for (int round = 0;; ++round) {
       unstorable.clear();
       try {
         return place_and_round(islands, pins, options, uv, unstorable, context, stats);
       } catch (const NotConverged&) {
-        // What was accepted is rather optimised than cut.
-        if (context.accepted() || !options.bijective || !options.may_add_cuts || round == kRounds ||
-            !cut_unstorable(islands, unstorable, pins, round, surface, adjacency, uncuttable, uv)) {
+        if (!options.bijective || !options.may_add_cuts || round == kRounds ||
+            !cut_unstorable(islands, unstorable, pins, surface, adjacency, uncuttable, uv)) {
           throw;
         }
         pins = pins_by_chart(islands, options.pins);
@@ -232,14 +191,8 @@ certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const Unwr
   map.uv.resize(3 * surface.faces.rows(), 2);
   map.uv32.resize(3 * surface.faces.rows(), 2);
   for (std::size_t c = 0; c < islands.charts.size(); ++c) {
-    const mesh::Chart& chart = islands.charts[c];
-    for (std::size_t i = 0; i < chart.faces.size(); ++i) {
-      for (Index k = 0; k < 3; ++k) {
-        const VertexId v = chart.surface.faces(static_cast<Eigen::Index>(i), k);
-        map.uv.row(3 * chart.faces[i] + k) = placed.uv[c].row(v);
-        map.uv32.row(3 * chart.faces[i] + k) = placed.stored[c].row(v);
-      }
-    }
+    put_corners(islands.charts[c], placed.uv[c], map.uv);
+    put_corners(islands.charts[c], placed.stored[c], map.uv32);
   }
   lap("seconds_place");
 
@@ -264,31 +217,11 @@ certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const Unwr
   return map;
 }
 
-certify::Parametrization unwrap_clean(const mesh::Surface& surface, const UnwrapOptions& options,
-                                      ExecutionContext& context) {
-  try {
-    return unwrap_in_time(surface, options, true, context);
-  } catch (const NotConverged&) {
-    if (!context.accepted()) throw;
-  }
-  // What was accepted cannot be stored beside the other charts: as if nobody had asked.
-  return unwrap_in_time(surface, options, false, context);
-}
-
 // A mesh that is no clean surface: by way of one (mesh/separated).
 certify::Parametrization unwrap_separated(const mesh::Surface& surface,
                                           const UnwrapOptions& options, ExecutionContext& context) {
-  mesh::SeparateOptions separating;
-  separating.seams = &options.cuts;
-  separating.diagonals = &options.uncuttable;
-  if (!options.material.empty()) separating.material = &options.material;
-  if (!options.polygon.empty()) separating.polygon = &options.polygon;
-  const certify::SeparatedMap separated(surface, separating, context);
-  UnwrapOptions own = options;
-  own.cuts = separated.edges(options.cuts);
-  own.uncuttable = separated.edges(options.uncuttable);
-  own.pins = separated.pins(options.pins);
-  own.seams = weights_on(separated, options.seams);
+  const certify::SeparatedMap separated(surface, separating(options), context);
+  UnwrapOptions own = on_separated(separated, options);
   Points2 places;
   if (options.place_like != nullptr) {
     require_corners(surface, *options.place_like);

@@ -1,9 +1,13 @@
 #include "flipfree/unwrap/chart/chart.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
@@ -16,27 +20,22 @@
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/embedding/disk/disk.h"
 #include "flipfree/embedding/embed.h"
-#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut_graph.h"
 #include "flipfree/mesh/topology.h"
-#include "flipfree/unwrap/chart/apart/draw_apart.h"
-#include "flipfree/unwrap/chart/overlapping_faces.h"
 #include "flipfree/unwrap/chart/separate.h"
-#include "flipfree/unwrap/chart/unfolded.h"
+#include "flipfree/unwrap/islands/corners.h"
 #include "flipfree/unwrap/packing/layout.h"
 
 namespace flipfree::unwrap {
+
 namespace {
 
 using HalfedgeLoop = std::vector<HalfedgeId>;
 
 std::vector<double> edge_lengths(const mesh::Surface& chart, const HalfedgeLoop& loop) {
   std::vector<double> lengths;
-  lengths.reserve(loop.size());
-  for (const HalfedgeId h : loop) {
-    lengths.push_back((chart.vertices.row(mesh::source(chart.faces, h)) -
-                       chart.vertices.row(mesh::target(chart.faces, h)))
-                          .norm());
-  }
+  for (const HalfedgeId h : loop) lengths.push_back(edge_length(chart, h));
   return lengths;
 }
 
@@ -59,10 +58,8 @@ std::vector<HalfedgeLoop> outer_loop_first(const mesh::Surface& chart,
 
 // A flip-free start: holes filled virtually, the outer loop on a circle.
 Points2 embed_on_circle(const mesh::Surface& chart, ExecutionContext& context, Stats& stats) {
-  const auto vertex_count = static_cast<Index>(chart.vertices.rows());
-  const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, chart.faces);
   const std::vector<HalfedgeLoop> loops =
-      outer_loop_first(chart, mesh::boundary_halfedge_loops(chart.faces, adjacency));
+      outer_loop_first(chart, mesh::boundary_halfedge_loops(chart.faces, adjacency_of(chart)));
   const mesh::FilledSurface filled = mesh::fill_holes(chart, {loops.begin() + 1, loops.end()});
   std::vector<VertexId> rim;
   rim.reserve(loops[0].size());
@@ -78,7 +75,7 @@ Points2 embed_on_circle(const mesh::Surface& chart, ExecutionContext& context, S
       const auto filled_count = static_cast<Index>(filled.surface.vertices.rows());
       return Points2(embedding::embed_disk(filled.surface.faces, filled_count, rim,
                                            placement.positions, options, context, stats)
-                         .topRows(vertex_count));
+                         .topRows(chart.vertices.rows()));
     });
   } catch (const NotConverged& e) {
     // Its text counts vertices of the filled chart.
@@ -93,32 +90,68 @@ double energy_of(const mesh::Surface& chart, const Points2& uv) {
   return certify::symmetric_dirichlet(chart, by_corner(chart.faces, uv)).mean;
 }
 
+// Each triangle with its own shape, joined to the one before it, breadth first: isometric but for
+// rounding where the chart is developable, and torn out of shape where it is not, so that triangles
+// may flip. Empty if not all vertices are reached.
+Points2 unfolded(const mesh::Surface& chart, const ExecutionContext& context) {
+  const auto count = static_cast<Index>(chart.vertices.rows());
+  const mesh::Adjacency adjacency = adjacency_of(chart);
+  Points2 uv = Points2::Zero(count, 2);
+  std::vector<char> placed(at(count), 0);
+  Index left = count;
+  const auto place = [&](VertexId v, const Vector2& p) {
+    if (placed[at(v)] != 0) return;
+    uv.row(v) = p.transpose();
+    placed[at(v)] = 1;
+    --left;
+  };
+  const auto place_of = [&](VertexId v) -> Vector3 { return chart.vertices.row(v).transpose(); };
+  if (chart.faces.rows() == 0) return Points2(0, 2);
+  place(chart.faces(0, 0), Vector2::Zero());
+  place(chart.faces(0, 1),
+        Vector2((place_of(chart.faces(0, 1)) - place_of(chart.faces(0, 0))).norm(), 0.0));
+  std::vector<char> seen(at(static_cast<Index>(chart.faces.rows())), 0);
+  std::vector<HalfedgeId> queue{0};  // of faces that are next, the side whose ends have places
+  seen[0] = 1;
+  for (std::size_t i = 0; i < queue.size(); ++i) {
+    if (i % 65536 == 0) context.check();
+    const HalfedgeId h = queue[i];
+    const VertexId a = mesh::source(chart.faces, h);
+    const VertexId b = mesh::target(chart.faces, h);
+    const CornerId apex = previous_corner(h);
+    const VertexId c = chart.faces(apex / 3, apex % 3);
+    const Vector3 side = place_of(b) - place_of(a);
+    const Vector3 other = place_of(c) - place_of(a);
+    // On the unfolded side, however long that is by now: the direction counts.
+    const Vector2 along = (uv.row(b) - uv.row(a)).transpose().normalized();
+    const double length = side.norm();
+    place(c, uv.row(a).transpose() + along * (side.dot(other) / length) +
+                 Vector2(-along.y(), along.x()) * (side.cross(other).norm() / length));
+    for (Index k = 0; k < 3; ++k) {
+      const HalfedgeId o = adjacency.opposite[at(3 * (h / 3) + k)];
+      if (o == kInvalid || seen[at(o / 3)] != 0) continue;
+      seen[at(o / 3)] = 1;
+      queue.push_back(o);
+    }
+  }
+  return left == 0 ? uv : Points2(0, 2);
+}
+
 // The conformal map if it is flip-free and one-to-one, by exact test, and less distorted than the
 // map on the circle; the optimiser then needs about half the iterations. A long strip bends so
 // easily that rounding decides where its conformal map lies; unfolded it is flat.
-Points2 better_start(const mesh::Surface& chart, Points2 circle, ExecutionContext& context,
-                     Stats& stats) {
+Points2 better_start(const mesh::Surface& chart, Points2 circle, ExecutionContext& context) {
   context.report("conformal start", 0.0);
   const Points2 conformal = distortion::spectral_conformal_map(chart, circle, context);
   if (conformal.rows() == 0) return circle;
+  const double most = energy_of(chart, circle);
   const auto usable = [&](const Points2& uv) {
     return uv.rows() > 0 && uv.allFinite() && distortion::is_flip_free(chart.faces, uv, context) &&
-           !distortion::overlaps_itself(
-               distortion::find_boundary(static_cast<Index>(chart.vertices.rows()), chart.faces),
-               uv, context);
+           !overlaps_itself(chart.faces, uv, context);
   };
-  const double energy = energy_of(chart, conformal);
-  const bool conformal_usable = usable(conformal);
-  stats["conformal_start.energy"] = energy;
-  stats["conformal_start.usable"] = static_cast<std::int64_t>(conformal_usable);
-  if (conformal_usable) return energy < energy_of(chart, circle) ? conformal : circle;
+  if (usable(conformal)) return energy_of(chart, conformal) < most ? conformal : circle;
   Points2 flat = unfolded(chart, context);
-  return usable(flat) && energy_of(chart, flat) < energy_of(chart, circle) ? flat : circle;
-}
-
-void apply(const Similarity& similarity, Points2& uv) {
-  for (Eigen::Index i = 0; i < uv.rows(); ++i)
-    uv.row(i) = similarity(uv.row(i).transpose()).transpose();
+  return usable(flat) && energy_of(chart, flat) < most ? flat : circle;
 }
 
 // The best placement of the free map with respect to its pins; one pin only moves it.
@@ -199,17 +232,11 @@ constexpr double kMildOverlap = 0.2;
 // benchmarks/unwrap.py sharp measures both.
 constexpr double kEnergyFactor = 1.1;
 constexpr double kEnergyExcess = 0.02;
-// Of the chart's area; what overlaps by no more than this touches itself but for rounding.
-constexpr double kTouching = 1e-9;
 
 double overlapping_share(const std::vector<FacePair>& pairs, const mesh::Surface& chart,
                          const Points2& uv) {
   double area = 0.0;
-  for (FaceId f = 0; f < chart.faces.rows(); ++f) {
-    const Vector2 p = uv.row(chart.faces(f, 0)).transpose();
-    area += 0.5 * cross(Vector2(uv.row(chart.faces(f, 1)).transpose() - p),
-                        Vector2(uv.row(chart.faces(f, 2)).transpose() - p));
-  }
+  for (FaceId f = 0; f < chart.faces.rows(); ++f) area += uv_area(chart.faces, uv, f);
   double overlap = 0.0;
   for (const FacePair& pair : pairs) overlap += pair.area;
   return overlap / area;
@@ -221,7 +248,7 @@ FlatChart without_overlap(const mesh::Surface& chart, const FlattenOptions& opti
   distortion::MinimizeOptions minimize = minimize_options(options);
   minimize.held_apart = true;
   if (!options.may_add_cuts)
-    return {distortion::minimize_distortion(chart, apart, minimize, context, stats), {}, {}};
+    return {distortion::minimize_distortion(chart, apart, minimize, context, stats), {}};
   const std::vector<FacePair> pairs = overlapping_faces(chart.faces, free, context);
   const double share = overlapping_share(pairs, chart, free);
   const double most =
@@ -229,27 +256,16 @@ FlatChart without_overlap(const mesh::Surface& chart, const FlattenOptions& opti
   if (share <= kMildOverlap) {
     minimize.max_iterations = std::min(options.held_steps, options.max_iterations);
     apart = distortion::minimize_distortion(chart, apart, minimize, context, stats);
-    if (energy_of(chart, apart) <= most) return {std::move(apart), {}, {}};
+    if (energy_of(chart, apart) <= most) return {std::move(apart), {}};
   }
-  const auto cuts = [](const mesh::EdgeFlags& cut) {
-    return std::find(cut.begin(), cut.end(), 1) != cut.end();
-  };
-  mesh::EdgeFlags cut;
-  // A map that only touches itself needs no cut, but where drawing it apart costs as much as one.
-  Points2 drawn = free;
-  const bool is_drawn = share <= kTouching && draw_apart(chart.faces, drawn, context);
-  if (!is_drawn || energy_of(chart, drawn) > most) {
-    const mesh::Adjacency adjacency =
-        mesh::build_adjacency(static_cast<Index>(chart.vertices.rows()), chart.faces);
-    cut = separating_cut(chart, adjacency, free, pairs, options.tolerated_overlap,
-                         options.uncuttable, context);
-    // What is tolerated may need no cut at all; where holding apart has not helped, a cut has to.
-    if (!cuts(cut))
-      cut = separating_cut(chart, adjacency, free, pairs, 0.0, options.uncuttable, context);
-  }
-  if (cuts(cut)) return {std::move(free), std::move(cut), std::move(apart)};
-  const bool better = is_drawn && energy_of(chart, drawn) < energy_of(chart, apart);
-  return {better ? std::move(drawn) : std::move(apart), {}, {}};
+  const mesh::Adjacency adjacency = adjacency_of(chart);
+  mesh::EdgeFlags cut = separating_cut(chart, adjacency, free, pairs, options.tolerated_overlap,
+                                       options.uncuttable, context);
+  // What is tolerated may need no cut at all; where holding apart has not helped, a cut has to.
+  if (!any_flag(cut))
+    cut = separating_cut(chart, adjacency, free, pairs, 0.0, options.uncuttable, context);
+  if (any_flag(cut)) return {std::move(free), std::move(cut)};
+  return {std::move(apart), {}};
 }
 
 // Did the last descent end before its goal, by the clock or because its map was accepted?
@@ -304,25 +320,18 @@ void lower_distortion(const mesh::Surface& chart, const FlattenOptions& options,
 void start_better(const mesh::Surface& chart, Points2& uv, ExecutionContext& context,
                   Stats& stats) try {
   const ProgressRange range(context, 0.2, 0.3);
-  uv = better_start(chart, uv, context, stats);
+  uv = better_start(chart, uv, context);
 } catch (const TimeIsOver&) {
   stats["time_limit_reached"] = std::int64_t{1};
 }
 
 }  // namespace
 
-FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, Points2 apart,
-                        const FlattenOptions& options, ExecutionContext& context, Stats& stats) {
-  FlatChart flat;
-  if (!draw_apart(piece.faces, uv, context)) {
-    if (!draw_apart(piece.faces, apart, context))
-      return flatten_chart(piece, options, context, stats);
-    flat.uv = std::move(apart);
-    lower_distortion(piece, options, flat, context, stats);
-    if (flat.cut.empty()) keep_storable(piece, minimize_options(options), flat.uv, context, stats);
-    return flat;
-  }
-  flat.uv = std::move(uv);
+FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, const FlattenOptions& options,
+                        ExecutionContext& context, Stats& stats) {
+  if (overlaps_itself(piece.faces, uv, context))
+    return flatten_chart(piece, options, context, stats);
+  FlatChart flat{std::move(uv), {}};
   Points2 free;
   distortion::MinimizeOptions minimize = minimize_options(options);
   minimize.overlapping = &free;  // the piece is near its optimum: the last map before is good
@@ -358,7 +367,7 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
   Points2 uv = std::move(flat.uv);
   {
     const ProgressRange range(context, 0.2, 0.3);
-    uv = better_start(chart, uv, context, stats);
+    uv = better_start(chart, uv, context);
   }
   distortion::MinimizeOptions minimize = minimize_options(options);
   {
@@ -371,7 +380,7 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
   }
   // The free map, put where the pins want it, is the start from which they are pulled to their
   // places.
-  apply(place_by_pins(uv, options.pins), uv);
+  uv = moved(place_by_pins(uv, options.pins), uv);
   const ProgressRange range(context, 0.6, 1.0);
   minimize.acceptable = options.acceptable;
   distortion::TargetsResult result =
@@ -388,7 +397,7 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
   }
   for (const auto& [v, target] : options.pins) minimize.fixed.push_back(v);
   keep_storable(chart, minimize, result.uv, context, stats);
-  return {std::move(result.uv), {}, {}};
+  return {std::move(result.uv), {}};
 }
 
 }  // namespace flipfree::unwrap

@@ -7,6 +7,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
+#include "flipfree/base/types.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/surface.h"
 
@@ -34,7 +35,6 @@ struct FlattenOptions {
 struct FlatChart {
   Points2 uv;           // #V x 2, flip-free in 64 bits; of least distortion where there is a cut
   mesh::EdgeFlags cut;  // empty, or the edges of the chart along which it is to be cut
-  Points2 apart;        // where there is a cut: a map without overlap, #V x 2, else empty
 };
 
 // Precondition: a connected, validated surface of genus 0 with a boundary. Without pins the scale
@@ -44,9 +44,9 @@ struct FlatChart {
 FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& options,
                         ExecutionContext& context, Stats& stats);
 
-// A piece of a chart that was cut as flatten_chart() said, from its parts of that chart's two maps
-// (#V x 2 each).
-FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, Points2 apart,
-                        const FlattenOptions& options, ExecutionContext& context, Stats& stats);
+// A piece of a chart that was cut as flatten_chart() said, from its part of that chart's map
+// (#V x 2); anew where that overlaps itself still.
+FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, const FlattenOptions& options,
+                        ExecutionContext& context, Stats& stats);
 
 }  // namespace flipfree::unwrap

@@ -1,21 +1,191 @@
 #include "flipfree/unwrap/chart/separate.h"
 
-#include <Eigen/Geometry>
-#include <algorithm>
+#include <CGAL/box_intersection_d.h>
 #include <boost/graph/boykov_kolmogorov_max_flow.hpp>
 #include <boost/graph/compressed_sparse_row_graph.hpp>
+
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numeric>
 #include <queue>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/mesh/topology.h"
-#include "flipfree/unwrap/chart/join_pieces.h"
+#include "flipfree/numeric/predicates.h"
+#include "flipfree/unwrap/islands/corners.h"
 
 namespace flipfree::unwrap {
 namespace {
+
+// Is all of g on the right of a side of f, or on it?
+bool beside(const Triangles& faces, const Points2& uv, FaceId f, FaceId g) {
+  for (Index k = 0; k < 3; ++k) {
+    const Vector2 a = uv.row(faces(f, k)).transpose();
+    const Vector2 b = uv.row(faces(f, (k + 1) % 3)).transpose();
+    bool right = true;
+    for (Index m = 0; m < 3 && right; ++m) {
+      const VertexId v = faces(g, m);
+      if (v == faces(f, k) || v == faces(f, (k + 1) % 3)) continue;
+      right = numeric::orientation(a, b, uv.row(v).transpose()) <= 0;
+    }
+    if (right) return true;
+  }
+  return false;
+}
+
+// Area of the intersection, by clipping f at the sides of g (Sutherland, Hodgman 1974).
+double common_area(const Triangles& faces, const Points2& uv, FaceId f, FaceId g) {
+  const auto corner = [&](FaceId face, Index k) -> Vector2 {
+    return uv.row(faces(face, k)).transpose();
+  };
+  std::vector<Vector2> polygon{corner(f, 0), corner(f, 1), corner(f, 2)};
+  std::vector<Vector2> clipped;
+  for (Index k = 0; k < 3; ++k) {
+    const Vector2 a = corner(g, k);
+    const Vector2 side = corner(g, (k + 1) % 3) - a;
+    clipped.clear();
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Vector2& p = polygon[i];
+      const Vector2& q = polygon[(i + 1) % polygon.size()];
+      const double from = cross(side, Vector2(p - a));
+      const double to = cross(side, Vector2(q - a));
+      if (from >= 0) clipped.push_back(p);
+      if ((from > 0 && to < 0) || (from < 0 && to > 0))
+        clipped.emplace_back(p + (q - p) * (from / (from - to)));
+    }
+    polygon.swap(clipped);
+  }
+  double area = 0;
+  for (std::size_t i = 2; i < polygon.size(); ++i)
+    area += 0.5 * cross(Vector2(polygon[i - 1] - polygon[0]), Vector2(polygon[i] - polygon[0]));
+  return std::max(area, std::numeric_limits<double>::min());  // it is positive, however rounded
+}
+
+}  // namespace
+
+std::vector<FacePair> overlapping_faces(const Triangles& faces, const Points2& uv,
+                                        const ExecutionContext& context) {
+  using Box = CGAL::Box_intersection_d::Box_with_handle_d<double, 2, const Index*>;
+  std::vector<Box> boxes;
+  boxes.reserve(static_cast<std::size_t>(faces.rows()));
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    Vector2 low = uv.row(faces(f, 0)).transpose();
+    Vector2 high = low;
+    for (Index k = 1; k < 3; ++k) {
+      low = low.cwiseMin(uv.row(faces(f, k)).transpose());
+      high = high.cwiseMax(uv.row(faces(f, k)).transpose());
+    }
+    boxes.emplace_back(low.data(), high.data(), &faces(f, 0));
+  }
+  std::vector<FacePair> pairs;
+  std::size_t looked_at = 0;
+  CGAL::box_self_intersection_d(
+      boxes.begin(), boxes.end(), [&](const Box& first, const Box& second) {
+        if (++looked_at % 4096 == 0) context.check();
+        const auto f = static_cast<FaceId>((first.handle() - faces.data()) / 3);
+        const auto g = static_cast<FaceId>((second.handle() - faces.data()) / 3);
+        if (beside(faces, uv, f, g) || beside(faces, uv, g, f)) return;
+        pairs.push_back({std::min(f, g), std::max(f, g), common_area(faces, uv, f, g)});
+      });
+  std::sort(pairs.begin(), pairs.end(), [](const FacePair& p, const FacePair& q) {
+    return p.first != q.first ? p.first < q.first : p.second < q.second;
+  });
+  return pairs;
+}
+
+namespace {
+
+// Neighbouring pieces (the faces' components under `cut`) that do not lie on top of each other
+// become one, those with the most expensive cut between them first: `cut` loses what lay between.
+void join_pieces(const std::vector<double>& face_area, const std::vector<double>& edge_cost,
+                 double tolerated, const mesh::Adjacency& adjacency, const mesh::Components& pieces,
+                 const std::vector<FacePair>& overlapping, mesh::EdgeFlags& cut) {
+  DisjointSets joined(pieces.count);
+  const auto root = [&](Index piece) { return joined.find(piece); };
+  std::vector<std::map<Index, double>> on_top(at(pieces.count));  // area shared with each other
+  std::vector<double> own(on_top.size(), 0.0);                    // area that overlaps within
+  std::vector<double> area(on_top.size(), 0.0);
+  for (std::size_t f = 0; f < face_area.size(); ++f) area[at(pieces.of_face[f])] += face_area[f];
+  for (const FacePair& pair : overlapping) {
+    const Index a = pieces.of_face[at(pair.first)];
+    const Index b = pieces.of_face[at(pair.second)];
+    if (a == b) {
+      own[at(a)] += pair.area;
+      continue;
+    }
+    on_top[at(a)][b] += pair.area;
+    on_top[at(b)][a] += pair.area;
+  }
+  const auto may_join = [&](Index a, Index b) {
+    const auto found = on_top[at(a)].find(b);
+    if (found == on_top[at(a)].end() && own[at(a)] + own[at(b)] == 0) return true;
+    const double shared = found == on_top[at(a)].end() ? 0.0 : found->second;
+    return own[at(a)] + own[at(b)] + shared <= tolerated * (area[at(a)] + area[at(b)]) &&
+           (tolerated > 0 || shared == 0);
+  };
+  std::vector<std::map<Index, double>> beside(on_top.size());  // cost of the cut to each neighbour
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
+    if (!cut[at(h)]) continue;
+    const Index a = pieces.of_face[at(h / 3)];
+    const Index b = pieces.of_face[at(adjacency.opposite[at(h)] / 3)];
+    beside[at(a)][b] += edge_cost[at(h)];
+  }
+  struct Join {
+    double cost;
+    Index a, b;
+    bool operator<(const Join& other) const {
+      return cost != other.cost ? cost < other.cost : a != other.a ? a > other.a : b > other.b;
+    }
+  };
+  std::priority_queue<Join> queue;
+  const auto offer = [&](Index a, Index b) {
+    if (may_join(a, b)) queue.push({beside[at(a)].at(b), std::min(a, b), std::max(a, b)});
+  };
+  for (Index a = 0; a < pieces.count; ++a) {
+    for (const auto& [b, cost] : beside[at(a)]) {
+      if (a < b) offer(a, b);
+    }
+  }
+  while (!queue.empty()) {
+    const Join next = queue.top();
+    queue.pop();
+    // Entries of pieces that have been joined, or whose common cut has grown, are out of date.
+    if (root(next.a) != next.a || root(next.b) != next.b || !may_join(next.a, next.b) ||
+        beside[at(next.a)].at(next.b) != next.cost)
+      continue;
+    const Index a = next.a;
+    const Index b = next.b;
+    joined.join(b, a);
+    own[at(a)] += own[at(b)];
+    area[at(a)] += area[at(b)];
+    for (const auto& [c, shared] : on_top[at(b)]) {
+      if (c == a) {
+        own[at(a)] += shared;
+        continue;
+      }
+      on_top[at(c)].erase(b);
+      on_top[at(c)][a] = on_top[at(a)][c] += shared;
+    }
+    on_top[at(a)].erase(b);
+    beside[at(a)].erase(b);
+    for (const auto& [c, cost] : beside[at(b)]) {
+      if (c == a) continue;
+      beside[at(c)].erase(b);
+      beside[at(c)][a] = beside[at(a)][c] += cost;
+    }
+    for (const auto& [c, cost] : beside[at(a)]) offer(a, c);
+  }
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
+    if (!cut[at(h)]) continue;
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (root(pieces.of_face[at(h / 3)]) == root(pieces.of_face[at(o / 3)]))
+      cut[at(h)] = cut[at(o)] = 0;
+  }
+}
 
 // A cut along a crease of a right angle or more costs a quarter of one through a flat place.
 constexpr double kCreaseShare = 0.25;
@@ -29,11 +199,7 @@ class Separator {
   Separator(const mesh::Surface& chart, const mesh::Adjacency& adjacency, const Points2& uv,
             double tolerated, const mesh::EdgeFlags& uncuttable, ExecutionContext& context)
       : chart_(chart), adjacency_(adjacency), tolerated_(tolerated), context_(context) {
-    for (FaceId f = 0; f < chart.faces.rows(); ++f) {
-      const Vector2 p = uv.row(chart.faces(f, 0)).transpose();
-      area_.push_back(0.5 * cross(Vector2(uv.row(chart.faces(f, 1)).transpose() - p),
-                                  Vector2(uv.row(chart.faces(f, 2)).transpose() - p)));
-    }
+    for (FaceId f = 0; f < chart.faces.rows(); ++f) area_.push_back(uv_area(chart.faces, uv, f));
     cut_.assign(adjacency.opposite.size(), 0);
     weigh_edges(uncuttable);
   }
@@ -46,34 +212,25 @@ class Separator {
       std::erase_if(pairs, [&](const FacePair& pair) {
         return pieces.of_face[at(pair.first)] != pieces.of_face[at(pair.second)];
       });
-      struct Piece {
-        std::vector<FacePair> pairs;
-        std::vector<FaceId> faces;
-        double area = 0;
-        double overlap = 0;
-      };
-      std::vector<Piece> found(at(pieces.count));
+      std::vector<std::vector<FacePair>> own(at(pieces.count));
+      std::vector<std::vector<FaceId>> faces(own.size());
+      std::vector<double> spare(own.size(), 0.0);  // what may overlap, less what does
       for (const FacePair& pair : pairs) {
-        Piece& piece = found[at(pieces.of_face[at(pair.first)])];
-        piece.pairs.push_back(pair);
-        piece.overlap += pair.area;
+        own[at(pieces.of_face[at(pair.first)])].push_back(pair);
+        spare[at(pieces.of_face[at(pair.first)])] -= pair.area;
       }
       for (std::size_t f = 0; f < pieces.of_face.size(); ++f) {
-        Piece& piece = found[at(pieces.of_face[f])];
-        if (piece.pairs.empty()) continue;
-        piece.faces.push_back(static_cast<FaceId>(f));
-        piece.area += area_[f];
+        faces[at(pieces.of_face[f])].push_back(static_cast<FaceId>(f));
+        spare[at(pieces.of_face[f])] += tolerated_ * area_[f];
       }
       std::erase_if(pairs, [&](const FacePair& pair) {
-        const Piece& piece = found[at(pieces.of_face[at(pair.first)])];
-        return piece.overlap <= tolerated_ * piece.area;
+        return spare[at(pieces.of_face[at(pair.first)])] >= 0.0;
       });
-      for (const Piece& piece : found) {
-        if (!piece.pairs.empty() && piece.overlap > tolerated_ * piece.area)
-          divide(piece.faces, piece.pairs);
+      for (std::size_t p = 0; p < own.size(); ++p) {
+        if (spare[p] < 0.0) divide(faces[p], own[p]);
       }
     }
-    join_pieces({area_, cost_, tolerated_}, adjacency_, components(), overlapping, cut_);
+    join_pieces(area_, cost_, tolerated_, adjacency_, components(), overlapping, cut_);
     return std::move(cut_);
   }
 
@@ -82,20 +239,16 @@ class Separator {
     Points3 normals(chart_.faces.rows(), 3);
     centre_.resize(chart_.faces.rows(), 3);
     for (FaceId f = 0; f < chart_.faces.rows(); ++f) {
-      const Vector3 a = chart_.vertices.row(chart_.faces(f, 0)).transpose();
-      const Vector3 b = chart_.vertices.row(chart_.faces(f, 1)).transpose();
-      const Vector3 c = chart_.vertices.row(chart_.faces(f, 2)).transpose();
-      normals.row(f) = (b - a).cross(c - a).normalized().transpose();
-      centre_.row(f) = ((a + b + c) / 3.0).transpose();
+      normals.row(f) = face_normal(chart_, f).normalized().transpose();
+      const auto corner = [&](Index k) { return chart_.vertices.row(chart_.faces(f, k)); };
+      centre_.row(f) = (corner(0) + corner(1) + corner(2)) / 3.0;
     }
     cost_.assign(cut_.size(), 0.0);
     double longest = 0.0;
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost_.size()); ++h) {
       const HalfedgeId o = adjacency_.opposite[at(h)];
       if (o == kInvalid) continue;
-      const double length = (chart_.vertices.row(mesh::target(chart_.faces, h)) -
-                             chart_.vertices.row(mesh::source(chart_.faces, h)))
-                                .norm();
+      const double length = edge_length(chart_, h);
       const double cosine = std::clamp(normals.row(h / 3).dot(normals.row(o / 3)), 0.0, 1.0);
       const double share = kCreaseShare + (1.0 - kCreaseShare) * cosine;
       cost_[at(h)] = length * (std::isfinite(share) ? share : 1.0) *
@@ -114,12 +267,7 @@ class Separator {
 
   // Cuts one piece between triangles that lie on top of each other; at least one pair is separated.
   void divide(const std::vector<FaceId>& faces, const std::vector<FacePair>& pairs) {
-    std::vector<Side> side = sides_by_regions(pairs);
-    const auto separated = [&](const FacePair& pair) {
-      return side[at(pair.first)] != Side::kNone && side[at(pair.second)] != Side::kNone &&
-             side[at(pair.first)] != side[at(pair.second)];
-    };
-    if (std::none_of(pairs.begin(), pairs.end(), separated)) side = sides_by_distance(pairs);
+    const std::vector<Side> side = sides_of(pairs);
     const std::vector<char> first = minimum_cut(faces, side);
     for (const FaceId f : faces) {
       for (Index k = 0; k < 3; ++k) {
@@ -131,76 +279,9 @@ class Separator {
     }
   }
 
-  // Connected regions of faces that lie on or under others get one side each, such that regions on
-  // top of each other differ as far as that is possible; largest conflict first.
-  std::vector<Side> sides_by_regions(const std::vector<FacePair>& pairs) const {
-    std::vector<Side> side(at(static_cast<Index>(chart_.faces.rows())), Side::kNone);
-    std::vector<Index> region(side.size(), kInvalid);
-    std::vector<FaceId> involved;
-    for (const FacePair& pair : pairs) involved.insert(involved.end(), {pair.first, pair.second});
-    std::sort(involved.begin(), involved.end());
-    involved.erase(std::unique(involved.begin(), involved.end()), involved.end());
-    std::vector<char> is_involved(side.size(), 0);
-    for (const FaceId f : involved) is_involved[at(f)] = 1;
-    Index count = 0;
-    std::vector<FaceId> stack;
-    for (const FaceId seed : involved) {
-      if (region[at(seed)] != kInvalid) continue;
-      region[at(seed)] = count;
-      stack.push_back(seed);
-      while (!stack.empty()) {
-        const FaceId f = stack.back();
-        stack.pop_back();
-        for (Index k = 0; k < 3; ++k) {
-          const HalfedgeId o = across(3 * f + k);
-          if (o == kInvalid || !is_involved[at(o / 3)] || region[at(o / 3)] != kInvalid) continue;
-          region[at(o / 3)] = count;
-          stack.push_back(o / 3);
-        }
-      }
-      ++count;
-    }
-    std::vector<std::array<Index, 2>> conflicts;
-    for (const FacePair& pair : pairs) {
-      const Index a = region[at(pair.first)];
-      const Index b = region[at(pair.second)];
-      if (a != b) conflicts.push_back({std::min(a, b), std::max(a, b)});
-    }
-    std::sort(conflicts.begin(), conflicts.end());
-    conflicts.erase(std::unique(conflicts.begin(), conflicts.end()), conflicts.end());
-    std::vector<std::vector<Index>> against(at(count));
-    for (const auto& [a, b] : conflicts) {
-      against[at(a)].push_back(b);
-      against[at(b)].push_back(a);
-    }
-    std::vector<Side> of_region(at(count), Side::kNone);
-    for (Index seed = 0; seed < count; ++seed) {
-      if (of_region[at(seed)] != Side::kNone || against[at(seed)].empty()) continue;
-      of_region[at(seed)] = Side::kFirst;
-      std::vector<Index> queue{seed};
-      for (std::size_t head = 0; head < queue.size(); ++head) {
-        for (const Index b : against[at(queue[head])]) {
-          if (of_region[at(b)] != Side::kNone) continue;
-          of_region[at(b)] =
-              of_region[at(queue[head])] == Side::kFirst ? Side::kSecond : Side::kFirst;
-          queue.push_back(b);
-        }
-      }
-    }
-    // Only faces of pairs that this separates are held to their side.
-    for (const FacePair& pair : pairs) {
-      const Side a = of_region[at(region[at(pair.first)])];
-      const Side b = of_region[at(region[at(pair.second)])];
-      if (a == Side::kNone || b == Side::kNone || a == b) continue;
-      side[at(pair.first)] = a;
-      side[at(pair.second)] = b;
-    }
-    return side;
-  }
-
-  // Where a region lies on top of itself: by the nearer of the two faces of the pair that is
+  // Faces of pairs by which they are nearer to: the one or the other face of the pair that is
   // farthest apart.
-  std::vector<Side> sides_by_distance(const std::vector<FacePair>& pairs) const {
+  std::vector<Side> sides_of(const std::vector<FacePair>& pairs) const {
     const std::vector<double> from_first = distances(pairs.front().first);
     FacePair ends = pairs.front();
     for (const FacePair& pair : pairs) {

@@ -8,7 +8,7 @@
 #include "flipfree/base/stats.h"
 #include "flipfree/certify/measures.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
-#include "flipfree/distortion/weighted.h"
+#include "flipfree/unwrap/islands/corners.h"
 #include "flipfree/unwrap/packing/layout.h"
 
 namespace flipfree::unwrap {
@@ -16,16 +16,6 @@ namespace {
 
 // The most stretched that a bound leaves out.
 constexpr double kShare = 0.01;
-
-// Of eased().
-constexpr int kEasingRounds = 4;
-constexpr int kEasingSteps = 4;
-constexpr double kEasingTolerance = 1e-3;
-// Logarithms of ratios, over that of the bound: from here on a triangle counts more, by this for
-// every unit, in every round; and what is too far to be tried.
-constexpr double kEasy = 0.8;
-constexpr double kMore = 10.0;
-constexpr double kTooFar = 1.35;
 
 double mean_and_unit(const Points3& parts, double& area, double& unit) {
   double direct = 0.0;
@@ -57,21 +47,6 @@ Factors factors(double direct, double inverse, double unit) {
 
 }  // namespace
 
-std::vector<double> ratios_of(const mesh::Surface& surface, const Points2& corner_uv) {
-  const Points3 parts = certify::symmetric_dirichlet_parts(surface, corner_uv);
-  double area = 0.0;
-  double unit = 1.0;
-  const double mean = mean_and_unit(parts, area, unit);
-  std::vector<double> ratios(static_cast<std::size_t>(parts.rows()), 1.0);
-  if (!(mean < kInfinite)) return ratios;
-  for (Eigen::Index f = 0; f < parts.rows(); ++f) {
-    if (!(parts(f, 2) > 0.0)) continue;
-    const Factors own = factors(parts(f, 0), parts(f, 1), unit);
-    ratios[static_cast<std::size_t>(f)] = std::max(own.length, own.area);
-  }
-  return ratios;
-}
-
 Stretch stretch_of(const mesh::Surface& surface, const Points2& corner_uv) {
   const Points3 parts = certify::symmetric_dirichlet_parts(surface, corner_uv);
   double area = 0.0;
@@ -97,37 +72,6 @@ Stretch stretch_of(const mesh::Surface& surface, const Points2& corner_uv) {
     result.ratio = std::max(result.ratio, (*ratios)[last].first);
   }
   return result;
-}
-
-Points2 eased(const mesh::Surface& chart, const Points2& uv, const Stretch& most, bool apart,
-              ExecutionContext& context) {
-  Points2 corners = by_corner(chart.faces, uv);
-  Stretch stretch = stretch_of(chart, corners);
-  const double unit = std::log(most.ratio);
-  if (!(stretch.energy <= most.energy) || stretch.ratio <= most.ratio ||
-      !(std::log(stretch.ratio) <= kTooFar * unit))
-    return uv;
-  if (apart &&
-      distortion::overlaps_itself(
-          distortion::find_boundary(static_cast<Index>(uv.rows()), chart.faces), uv, context))
-    return uv;
-  std::vector<double> factors(static_cast<std::size_t>(chart.faces.rows()), 1.0);
-  distortion::MinimizeOptions options;
-  options.max_iterations = kEasingSteps;
-  options.tolerance = kEasingTolerance;
-  options.bijective = options.held_apart = apart;
-  Points2 map = uv;
-  for (int round = 0; round < kEasingRounds; ++round) {
-    const std::vector<double> ratios = ratios_of(chart, corners);
-    for (std::size_t f = 0; f < factors.size(); ++f)
-      factors[f] *= 1.0 + kMore * std::max(std::log(ratios[f]) / unit - kEasy, 0.0);
-    Stats ignored;
-    map = distortion::minimize_weighted(chart, factors, map, options, context, ignored);
-    corners = by_corner(chart.faces, map);
-    stretch = stretch_of(chart, corners);
-    if (stretch.within(most)) return certify::symmetric_dirichlet(chart, corners).scale * map;
-  }
-  return uv;
 }
 
 }  // namespace flipfree::unwrap

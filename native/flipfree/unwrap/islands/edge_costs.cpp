@@ -8,6 +8,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/shortest_paths.h"
+#include "flipfree/unwrap/islands/corners.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -111,8 +112,7 @@ std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::Adjacen
     }
     const VertexId a = mesh::source(surface.faces, h);
     const VertexId b = mesh::target(surface.faces, h);
-    const double length = (surface.vertices.row(a) - surface.vertices.row(b)).norm();
-    cost[at(h)] = weights.of(a, b) * length * bend_factor(surface, h, o);
+    cost[at(h)] = weights.of(a, b) * edge_length(surface, h) * bend_factor(surface, h, o);
     // An edge without length that is never to be a seam.
     if (std::isnan(cost[at(h)])) cost[at(h)] = mesh::ShortestPaths::kUnreached;
   }
@@ -134,16 +134,26 @@ mesh::EdgeFlags with_sharp_edges(const mesh::Surface& surface, const mesh::Adjac
   return seams;
 }
 
-SeamOptions weights_on(const certify::SeparatedMap& separated, const SeamOptions& of_input) {
-  const Weights weights(of_input);
-  SeamOptions options = of_input;
-  options.weighted = separated.edges(of_input.weighted);
-  options.weights.clear();
+mesh::SeparateOptions separating(const UnwrapOptions& options) {
+  mesh::SeparateOptions separating;
+  separating.seams = &options.cuts;
+  separating.diagonals = &options.uncuttable;
+  if (!options.material.empty()) separating.material = &options.material;
+  if (!options.polygon.empty()) separating.polygon = &options.polygon;
+  return separating;
+}
+
+UnwrapOptions on_separated(const certify::SeparatedMap& separated, const UnwrapOptions& of_input) {
+  const Weights weights(of_input.seams);
+  UnwrapOptions options = of_input;
+  options.cuts = separated.edges(of_input.cuts);
+  options.uncuttable = separated.edges(of_input.uncuttable);
+  options.pins = separated.pins(of_input.pins);
+  options.seams.weighted = separated.edges(of_input.seams.weighted);
+  options.seams.weights.clear();
   const std::vector<VertexId>& origin = separated.separated().vertex_origin;
-  for (Eigen::Index i = 0; i < options.weighted.rows(); ++i) {
-    options.weights.push_back(
-        weights.of(origin[at(options.weighted(i, 0))], origin[at(options.weighted(i, 1))]));
-  }
+  for (const auto& edge : options.seams.weighted.rowwise())
+    options.seams.weights.push_back(weights.of(origin[at(edge[0])], origin[at(edge[1])]));
   return options;
 }
 

@@ -6,7 +6,7 @@
 #include "flipfree/certify/separated_map.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/unwrap/islands/seam_options.h"
+#include "flipfree/unwrap/islands/options.h"
 
 namespace flipfree::unwrap {
 
@@ -26,8 +26,9 @@ mesh::EdgeFlags with_sharp_edges(const mesh::Surface& surface, const mesh::Adjac
                                  mesh::EdgeFlags seams, const mesh::EdgeFlags& uncuttable,
                                  double sharp_angle);
 
-// The options with the weights of the input's edges as those of the edges that come from them.
-// Throws what edge_costs() throws.
-SeamOptions weights_on(const certify::SeparatedMap& separated, const SeamOptions& of_input);
+// What is asked of a mesh that is no clean surface: how it is separated into one, and the same of
+// that (but for places to stay close to). Throws what edge_costs() throws.
+mesh::SeparateOptions separating(const UnwrapOptions& options);
+UnwrapOptions on_separated(const certify::SeparatedMap& separated, const UnwrapOptions& of_input);
 
 }  // namespace flipfree::unwrap

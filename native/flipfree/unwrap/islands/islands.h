@@ -2,10 +2,13 @@
 // boundary loop.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/base/types.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/surface.h"
 
 namespace flipfree::unwrap {
 
@@ -40,5 +43,20 @@ Islands make_islands(const mesh::Surface& surface, const mesh::Adjacency& adjace
 // anew.
 void cut_further(Islands& islands, const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                  const mesh::EdgeFlags& further);
+
+// Positions scaled by one power of two, which is exact, so that squares neither overflow nor vanish
+// whatever the user's unit is; every component is moved to the origin on its own, so that none of
+// them is lost beside one that is large or far away.
+// Cost: O(#V + #F).
+Points3 normalised(const Points3& positions, const Triangles& faces);
+
+// Flags of a cut around about half of the chart's faces, ring by ring from one end of its map
+// (#V x 2). Faces with an `uncuttable` edge between them (may be empty) stay together, and faces
+// that are but lines, which cannot be stored alone, stay with a neighbour unless
+// thin_alone; all 0 where nothing else
+// is left. Cost: O(#F log #F).
+mesh::EdgeFlags halving_cut(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                            const Points2& uv, const mesh::EdgeFlags& uncuttable,
+                            bool thin_alone = false);
 
 }  // namespace flipfree::unwrap

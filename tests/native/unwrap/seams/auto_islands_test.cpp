@@ -15,8 +15,7 @@ AutoIslands islands_of(const mesh::Surface& surface, const UnwrapOptions& option
   ExecutionContext context;
   Stats stats;
   return find_islands(surface, surface.vertices, adjacency,
-                      mesh::EdgeFlags(adjacency.opposite.size(), 0), {}, options, false, context,
-                      stats);
+                      mesh::EdgeFlags(adjacency.opposite.size(), 0), {}, options, context, stats);
 }
 
 TEST(AutoIslands, are_flat_within_the_bound_whatever_the_topology) {

@@ -23,20 +23,6 @@ std::pair<std::size_t, double> farthest(const Loop& loop, std::size_t first, std
   return found;
 }
 
-double side_of_square(const Shape& shape, double angle) {
-  const double c = std::cos(angle), s = std::sin(angle);
-  Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
-  Vector2 high = -low;
-  for (const Loop& loop : shape.loops) {
-    for (const Vector2& p : loop) {
-      const Vector2 turned(c * p.x() - s * p.y(), s * p.x() + c * p.y());
-      low = low.cwiseMin(turned);
-      high = high.cwiseMax(turned);
-    }
-  }
-  return (high - low).maxCoeff();
-}
-
 }  // namespace
 
 Loop simplified(const Loop& loop, double tolerance) {
@@ -125,34 +111,32 @@ Vector2 straight_axis(const std::vector<Loop>& outlines) {
   return {std::cos(angle), std::sin(angle)};
 }
 
+Vector2 squarest_turn(const Shape& shape) {
+  constexpr int kTurns = 360;
+  double least = std::numeric_limits<double>::infinity();
+  Vector2 best(1.0, 0.0);
+  for (int i = 0; i < kTurns; ++i) {
+    const double angle = kQuarterTurn * i / kTurns;
+    const Pose pose{Vector2::Zero(), {std::cos(angle), std::sin(angle)}};
+    Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
+    Vector2 high = -low;
+    for (const Loop& loop : shape.loops) {
+      for (const Vector2& p : loop) {
+        low = low.cwiseMin(pose(p, 1.0));
+        high = high.cwiseMax(pose(p, 1.0));
+      }
+    }
+    if (!((high - low).maxCoeff() < least)) continue;
+    least = (high - low).maxCoeff();
+    best = pose.turn;
+  }
+  return best;
+}
+
 bool is_straight(const Shape& shape) {
   constexpr double kAlong = 1e-3;
   const Vector2 turn = straight_axis(shape.loops);
   return turn.x() > 0.0 && std::abs(turn.y()) < kAlong;
-}
-
-Vector2 squarest_turn(const Shape& shape) {
-  constexpr int kDegrees = 90;
-  constexpr int kFiner = 10;
-  constexpr int kTimes = 2;
-  double best = 0.0, side = side_of_square(shape, 0.0);
-  double step = std::numbers::pi / (2 * kDegrees);
-  const auto look = [&](double middle, int from, int to) {
-    for (int i = from; i <= to; ++i) {
-      const double angle = middle + i * step;
-      const double there = side_of_square(shape, angle);
-      if (there < side) {
-        side = there;
-        best = angle;
-      }
-    }
-  };
-  look(0.0, 1, kDegrees - 1);
-  for (int i = 0; i < kTimes; ++i) {
-    step /= kFiner;
-    look(best, -kFiner, kFiner);
-  }
-  return {std::cos(best), std::sin(best)};
 }
 
 }  // namespace flipfree::unwrap

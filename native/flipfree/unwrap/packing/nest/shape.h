@@ -49,11 +49,10 @@ Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& m
 // Of outlines most of which runs in two directions at a right angle - rectangles, crosses, letters
 // like E - the turn that brings these onto the axes, by half a quarter at most; (0, 0) of others.
 Vector2 straight_axis(const std::vector<Loop>& outlines);
+// The turn by less than a quarter after which the square around the shape, sides along the axes, is
+// smallest, up to a quarter of a degree. Cost: 360 times the corners.
+Vector2 squarest_turn(const Shape& shape);
 // Do the shape's outlines run along the axes?
 bool is_straight(const Shape& shape);
-
-// The turn by less than a quarter after which the square around the shape, sides along the axes, is
-// smallest, up to a hundredth of a degree or so. Cost: some 130 times the corners.
-Vector2 squarest_turn(const Shape& shape);
 
 }  // namespace flipfree::unwrap
