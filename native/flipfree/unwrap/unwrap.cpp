@@ -17,6 +17,7 @@
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/separated/orientation.h"
 #include "flipfree/unwrap/chart/flattening.h"
+#include "flipfree/unwrap/chart/separate.h"
 #include "flipfree/unwrap/islands/edge_costs.h"
 #include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/place.h"
@@ -65,15 +66,17 @@ PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
 // The same maps, on charts halved that cannot be stored. False if there is nothing to cut.
 bool cut_unstorable(Islands& islands, const Unstorable& unstorable, const ChartPins& pins,
                     const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                    const mesh::EdgeFlags& uncuttable, std::vector<Points2>& uv) {
+                    const mesh::EdgeFlags& uncuttable, std::vector<Points2>& uv,
+                    ExecutionContext& context) {
   mesh::EdgeFlags further(adjacency.opposite.size(), 0);
   for (const auto& [c, error] : unstorable) {
     const mesh::Chart& chart = islands.charts[c];
     if (!pins.of_chart[c].empty()) return false;
     const mesh::Adjacency own_adjacency = adjacency_of(chart.surface);
     const mesh::EdgeFlags spared = part_of(chart, uncuttable);
-    mesh::EdgeFlags own = halving_cut(chart.surface, own_adjacency, uv[c], spared);
-    if (!any_flag(own)) own = halving_cut(chart.surface, own_adjacency, uv[c], spared, true);
+    mesh::EdgeFlags own = halving_cut(chart.surface, own_adjacency, uv[c], spared, false, context);
+    if (!any_flag(own))
+      own = halving_cut(chart.surface, own_adjacency, uv[c], spared, true, context);
     for (std::size_t h = 0; h < own.size(); ++h) further[corner_of(chart, h)] = own[h];
   }
   if (!any_flag(further)) return false;
@@ -176,7 +179,8 @@ certify::Parametrization unwrap_clean(const mesh::Surface& surface, const Unwrap
         return place_and_round(islands, pins, options, uv, unstorable, context, stats);
       } catch (const NotConverged&) {
         if (!options.bijective || !options.may_add_cuts || round == kRounds ||
-            !cut_unstorable(islands, unstorable, pins, surface, adjacency, uncuttable, uv)) {
+            !cut_unstorable(islands, unstorable, pins, surface, adjacency, uncuttable, uv,
+                            context)) {
           throw;
         }
         pins = pins_by_chart(islands, options.pins);

@@ -7,14 +7,18 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <numeric>
 #include <queue>
+#include <set>
+#include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/mesh/topology.h"
+#include "flipfree/numeric/dense_factors.h"
 #include "flipfree/numeric/predicates.h"
 #include "flipfree/unwrap/islands/corners.h"
 
@@ -267,7 +271,9 @@ class Separator {
 
   // Cuts one piece between triangles that lie on top of each other; at least one pair is separated.
   void divide(const std::vector<FaceId>& faces, const std::vector<FacePair>& pairs) {
-    const std::vector<Side> side = sides_of(pairs);
+    std::vector<Side> side = sides_by_regions(pairs);
+    if (std::find(side.begin(), side.end(), Side::kFirst) == side.end())
+      side = sides_by_distance(pairs);
     const std::vector<char> first = minimum_cut(faces, side);
     for (const FaceId f : faces) {
       for (Index k = 0; k < 3; ++k) {
@@ -279,9 +285,50 @@ class Separator {
     }
   }
 
-  // Faces of pairs by which they are nearer to: the one or the other face of the pair that is
+  // Connected regions of faces that lie on others get a side each such that regions on top of each
+  // other differ, as far as one breadth-first walk over them can tell. Only faces of pairs that
+  // this separates have one.
+  std::vector<Side> sides_by_regions(const std::vector<FacePair>& pairs) const {
+    std::vector<char> on_others(area_.size(), 0);
+    for (const FacePair& pair : pairs) on_others[at(pair.first)] = on_others[at(pair.second)] = 1;
+    mesh::EdgeFlags between = cut_;
+    for (std::size_t h = 0; h < between.size(); ++h) {
+      const HalfedgeId o = adjacency_.opposite[h];
+      if (o != kInvalid && (on_others[h / 3] == 0 || on_others[at(o / 3)] == 0)) between[h] = 1;
+    }
+    const std::vector<Index> region = mesh::components_between(adjacency_, between).of_face;
+    std::map<Index, std::set<Index>> against;
+    for (const FacePair& pair : pairs) {
+      const Index a = region[at(pair.first)];
+      const Index b = region[at(pair.second)];
+      if (a == b) continue;
+      against[a].insert(b);
+      against[b].insert(a);
+    }
+    std::map<Index, Side> of_region;
+    for (const auto& [seed, others] : against) {
+      if (!of_region.emplace(seed, Side::kFirst).second) continue;
+      std::vector<Index> queue{seed};
+      for (std::size_t i = 0; i < queue.size(); ++i) {
+        const Side other = of_region[queue[i]] == Side::kFirst ? Side::kSecond : Side::kFirst;
+        for (const Index b : against[queue[i]])
+          if (of_region.emplace(b, other).second) queue.push_back(b);
+      }
+    }
+    std::vector<Side> side(area_.size(), Side::kNone);
+    for (const FacePair& pair : pairs) {
+      const auto a = of_region.find(region[at(pair.first)]);
+      const auto b = of_region.find(region[at(pair.second)]);
+      if (a == of_region.end() || b == of_region.end() || a->second == b->second) continue;
+      side[at(pair.first)] = a->second;
+      side[at(pair.second)] = b->second;
+    }
+    return side;
+  }
+
+  // Where a region lies on top of itself: by the nearer of the two faces of the pair that is
   // farthest apart.
-  std::vector<Side> sides_of(const std::vector<FacePair>& pairs) const {
+  std::vector<Side> sides_by_distance(const std::vector<FacePair>& pairs) const {
     const std::vector<double> from_first = distances(pairs.front().first);
     FacePair ends = pairs.front();
     for (const FacePair& pair : pairs) {
@@ -429,6 +476,122 @@ mesh::EdgeFlags separating_cut(const mesh::Surface& chart, const mesh::Adjacency
                                double tolerated, const mesh::EdgeFlags& uncuttable,
                                ExecutionContext& context) {
   return Separator(chart, adjacency, uv, tolerated, uncuttable, context).run(overlapping);
+}
+
+namespace {
+
+// Height over length of faces that could not be stored as islands of their own.
+constexpr double kThinnestStored = 1e-5;
+
+bool is_thin(const mesh::Surface& chart, FaceId f) {
+  double longest = 0.0;
+  for (Index k = 0; k < 3; ++k) longest = std::max(longest, edge_length(chart, 3 * f + k));
+  return !(face_normal(chart, f).norm() > kThinnestStored * longest * longest);
+}
+
+// Per face the first one of those that stay together: polygons, and every thin face with a
+// neighbour that is none, or with what leads to one, across the longest edges.
+std::vector<FaceId> blocks_of(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                              const mesh::EdgeFlags& uncuttable, bool thin_alone) {
+  const auto count = static_cast<FaceId>(chart.faces.rows());
+  DisjointSets sets(count);
+  std::vector<char> stands;  // of a first face: can its block be an island?
+  for (FaceId f = 0; f < count; ++f) stands.push_back(is_thin(chart, f) ? 0 : 1);
+  const auto join = [&](FaceId f, FaceId g) {
+    const auto [first, other] = std::minmax({sets.find(f), sets.find(g)});
+    sets.join(other, first);
+    stands[at(first)] |= stands[at(other)];
+  };
+  std::vector<std::pair<double, HalfedgeId>> thin;
+  for (HalfedgeId h = 0; h < 3 * count; ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o < h) continue;
+    if (!uncuttable.empty() && uncuttable[at(h)] != 0) join(h / 3, o / 3);
+    if (!thin_alone && (is_thin(chart, h / 3) || is_thin(chart, o / 3)))
+      thin.emplace_back(-edge_length(chart, h), h);
+  }
+  std::sort(thin.begin(), thin.end());
+  for (const auto& [length, h] : thin) {
+    const FaceId a = sets.find(h / 3);
+    const FaceId b = sets.find(adjacency.opposite[at(h)] / 3);
+    if (stands[at(a)] == 0 || stands[at(b)] == 0) join(a, b);
+  }
+  std::vector<FaceId> first;
+  for (FaceId f = 0; f < count; ++f) first.push_back(sets.find(f));
+  return first;
+}
+
+// The faces along the direction in which the map (#V x 2) is longest.
+std::vector<FaceId> along_axis(const Triangles& faces, const Points2& uv) {
+  Points2 centre(faces.rows(), 2);
+  for (FaceId f = 0; f < faces.rows(); ++f)
+    centre.row(f) = uv.row(faces(f, 0)) + uv.row(faces(f, 1)) + uv.row(faces(f, 2));
+  centre.rowwise() -= centre.colwise().mean().eval();
+  const Eigen::Matrix2d spread = centre.transpose() * centre;
+  const Eigen::VectorXd height = centre * numeric::symmetric_eigen(spread).vectors.col(1);
+  std::vector<FaceId> order(at(static_cast<Index>(faces.rows())));
+  std::iota(order.begin(), order.end(), FaceId{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](FaceId a, FaceId b) { return height[a] < height[b]; });
+  return order;
+}
+
+// The blocks from that of `seed` on, ring by ring, up to about half of all faces, and the others.
+std::vector<Index> grown_half(const mesh::Adjacency& adjacency, const std::vector<FaceId>& block,
+                              FaceId seed) {
+  const std::size_t count = block.size();
+  std::vector<std::vector<FaceId>> faces(count);  // by the block's first
+  for (std::size_t f = 0; f < count; ++f) faces[at(block[f])].push_back(static_cast<FaceId>(f));
+  std::vector<Index> side(count, 0);
+  std::vector<FaceId> queue;
+  const auto take = [&](FaceId first) {
+    for (const FaceId f : faces[at(first)]) {
+      side[at(f)] = 1;
+      queue.push_back(f);
+    }
+  };
+  take(block[at(seed)]);
+  for (std::size_t i = 0; i < queue.size() && 2 * queue.size() < count; ++i) {
+    for (Index k = 0; k < 3; ++k) {
+      const HalfedgeId o = adjacency.opposite[at(3 * queue[i] + k)];
+      if (o == kInvalid || side[at(o / 3)] != 0) continue;
+      const FaceId first = block[at(o / 3)];
+      if (queue.size() + faces[at(first)].size() < count) take(first);
+    }
+  }
+  return side;
+}
+
+}  // namespace
+
+mesh::EdgeFlags halving_cut(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                            const Points2& uv, const mesh::EdgeFlags& uncuttable, bool thin_alone,
+                            ExecutionContext& context) {
+  const auto count = static_cast<std::size_t>(chart.faces.rows());
+  mesh::EdgeFlags cut(adjacency.opposite.size(), 0);
+  if (count < 2) return cut;
+  const std::vector<FaceId> block = blocks_of(chart, adjacency, uncuttable, thin_alone);
+  const std::vector<FaceId> order = along_axis(chart.faces, uv);
+  std::vector<FacePair> ends;  // of the first and the last quarter, as if they lay on each other
+  for (std::size_t i = 0; i < std::max<std::size_t>(count / 4, 1); ++i) {
+    const auto [a, b] = std::minmax(order[i], order[count - 1 - i]);
+    ends.push_back({a, b, 1.0});
+  }
+  mesh::EdgeFlags spared(cut.size(), 0);
+  const auto differ = [&](const std::vector<Index>& side, std::size_t h) {
+    const HalfedgeId o = adjacency.opposite[h];
+    return o != kInvalid && side[h / 3] != side[at(o / 3)];
+  };
+  for (std::size_t h = 0; h < cut.size(); ++h) spared[h] = differ(block, h) ? 0 : 1;
+  const mesh::EdgeFlags least = separating_cut(chart, adjacency, uv, ends, 0.0, spared, context);
+  // Every block goes where its first face is.
+  const std::vector<Index> piece = mesh::components_between(adjacency, least).of_face;
+  std::vector<Index> side(count);
+  for (std::size_t f = 0; f < count; ++f) side[f] = piece[at(block[f])];
+  if (std::adjacent_find(side.begin(), side.end(), std::not_equal_to<>()) == side.end())
+    side = grown_half(adjacency, block, order.front());
+  for (std::size_t h = 0; h < cut.size(); ++h) cut[h] = differ(side, h) ? 1 : 0;
+  return cut;
 }
 
 }  // namespace flipfree::unwrap

@@ -34,4 +34,12 @@ mesh::EdgeFlags separating_cut(const mesh::Surface& chart, const mesh::Adjacency
                                double tolerated, const mesh::EdgeFlags& uncuttable,
                                ExecutionContext& context);
 
+// Flags of a short cut between the two ends of the chart's map (#V x 2), by about half of its faces
+// where no short one is found. Faces with an `uncuttable` edge between them (may be empty) stay
+// together, and faces that are but lines, which cannot be stored alone, stay with a neighbour
+// unless thin_alone; all 0 where nothing else is left. Cost: that of separating_cut().
+mesh::EdgeFlags halving_cut(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                            const Points2& uv, const mesh::EdgeFlags& uncuttable, bool thin_alone,
+                            ExecutionContext& context);
+
 }  // namespace flipfree::unwrap

@@ -10,7 +10,6 @@
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/cut_graph.h"
 #include "flipfree/mesh/topology.h"
-#include "flipfree/numeric/dense_factors.h"
 #include "flipfree/unwrap/islands/corners.h"
 #include "flipfree/unwrap/islands/scale_field.h"
 
@@ -149,91 +148,6 @@ Points3 normalised(const Points3& positions, const Triangles& faces) {
   }
   for (double& x : result.reshaped()) x = std::ldexp(x, -exponent);
   return result;
-}
-
-namespace {
-
-// Height over length of faces that could not be stored as islands of their own.
-constexpr double kThinnestStored = 1e-5;
-
-bool is_thin(const mesh::Surface& chart, FaceId f) {
-  double longest = 0.0;
-  for (Index k = 0; k < 3; ++k) longest = std::max(longest, edge_length(chart, 3 * f + k));
-  return !(face_normal(chart, f).norm() > kThinnestStored * longest * longest);
-}
-
-// Per face the first one of those that stay together: polygons, and every thin face with a
-// neighbour that is none, or with what leads to one, across the longest edges.
-std::vector<FaceId> blocks_of(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                              const mesh::EdgeFlags& uncuttable, bool thin_alone) {
-  const auto count = static_cast<FaceId>(chart.faces.rows());
-  DisjointSets sets(count);
-  std::vector<char> stands;  // of a first face: can its block be an island?
-  for (FaceId f = 0; f < count; ++f) stands.push_back(is_thin(chart, f) ? 0 : 1);
-  const auto join = [&](FaceId f, FaceId g) {
-    const auto [first, other] = std::minmax({sets.find(f), sets.find(g)});
-    sets.join(other, first);
-    stands[at(first)] |= stands[at(other)];
-  };
-  std::vector<std::pair<double, HalfedgeId>> thin;
-  for (HalfedgeId h = 0; h < 3 * count; ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    if (o < h) continue;
-    if (!uncuttable.empty() && uncuttable[at(h)] != 0) join(h / 3, o / 3);
-    if (!thin_alone && (is_thin(chart, h / 3) || is_thin(chart, o / 3)))
-      thin.emplace_back(-edge_length(chart, h), h);
-  }
-  std::sort(thin.begin(), thin.end());
-  for (const auto& [length, h] : thin) {
-    const FaceId a = sets.find(h / 3);
-    const FaceId b = sets.find(adjacency.opposite[at(h)] / 3);
-    if (stands[at(a)] == 0 || stands[at(b)] == 0) join(a, b);
-  }
-  std::vector<FaceId> first;
-  for (FaceId f = 0; f < count; ++f) first.push_back(sets.find(f));
-  return first;
-}
-
-}  // namespace
-
-mesh::EdgeFlags halving_cut(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                            const Points2& uv, const mesh::EdgeFlags& uncuttable, bool thin_alone) {
-  const auto count = static_cast<std::size_t>(chart.faces.rows());
-  const std::vector<FaceId> block = blocks_of(chart, adjacency, uncuttable, thin_alone);
-  std::vector<std::vector<FaceId>> faces(count);  // by the block's first
-  Points2 centre(chart.faces.rows(), 2);
-  for (FaceId f = 0; f < chart.faces.rows(); ++f) {
-    faces[at(block[at(f)])].push_back(f);
-    centre.row(f) =
-        uv.row(chart.faces(f, 0)) + uv.row(chart.faces(f, 1)) + uv.row(chart.faces(f, 2));
-  }
-  centre.rowwise() -= centre.colwise().mean().eval();
-  const Eigen::Matrix2d spread = centre.transpose() * centre;
-  Eigen::Index end = 0;
-  (centre * numeric::symmetric_eigen(spread).vectors.col(1)).minCoeff(&end);
-  std::vector<char> side(count, 0);
-  std::vector<FaceId> queue;
-  const auto take = [&](FaceId first) {
-    for (const FaceId f : faces[at(first)]) {
-      side[at(f)] = 1;
-      queue.push_back(f);
-    }
-  };
-  take(block[at(end)]);
-  for (std::size_t i = 0; i < queue.size() && 2 * queue.size() < count; ++i) {
-    for (Index k = 0; k < 3; ++k) {
-      const HalfedgeId o = adjacency.opposite[at(3 * queue[i] + k)];
-      if (o == kInvalid || side[at(o / 3)] != 0) continue;
-      const FaceId first = block[at(o / 3)];
-      if (queue.size() + faces[at(first)].size() < count) take(first);
-    }
-  }
-  mesh::EdgeFlags cut(adjacency.opposite.size(), 0);
-  for (std::size_t h = 0; h < cut.size(); ++h) {
-    const HalfedgeId o = adjacency.opposite[h];
-    if (o != kInvalid && side[h / 3] != side[at(o / 3)]) cut[h] = 1;
-  }
-  return cut;
 }
 
 }  // namespace flipfree::unwrap

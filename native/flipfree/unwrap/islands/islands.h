@@ -50,13 +50,4 @@ void cut_further(Islands& islands, const mesh::Surface& surface, const mesh::Adj
 // Cost: O(#V + #F).
 Points3 normalised(const Points3& positions, const Triangles& faces);
 
-// Flags of a cut around about half of the chart's faces, ring by ring from one end of its map
-// (#V x 2). Faces with an `uncuttable` edge between them (may be empty) stay together, and faces
-// that are but lines, which cannot be stored alone, stay with a neighbour unless
-// thin_alone; all 0 where nothing else
-// is left. Cost: O(#F log #F).
-mesh::EdgeFlags halving_cut(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                            const Points2& uv, const mesh::EdgeFlags& uncuttable,
-                            bool thin_alone = false);
-
 }  // namespace flipfree::unwrap

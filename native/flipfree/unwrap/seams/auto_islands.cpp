@@ -13,6 +13,7 @@
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/unwrap/chart/flattening.h"
+#include "flipfree/unwrap/chart/separate.h"
 #include "flipfree/unwrap/chart/stretch.h"
 #include "flipfree/unwrap/islands/corners.h"
 #include "flipfree/unwrap/islands/edge_costs.h"
@@ -145,7 +146,7 @@ class Finder {
         stats["time_limit_reached"] = std::int64_t{1};
         break;
       }
-      if (round + 1 >= kSearchRounds && !halve()) break;
+      if (round + 1 >= kSearchRounds && !halve(context)) break;
       aim.energy = 1.0 + kTighterEachRound * (aim.energy - 1.0);
     }
     stats["symmetric_charts"] = symmetric_.load();
@@ -191,7 +192,7 @@ class Finder {
 
   // Cuts the charts in two of which no map is known, in the sense of any_above(). False if none can
   // be.
-  bool halve() {
+  bool halve(ExecutionContext& context) {
     if (!options_.may_add_cuts) return false;
     mesh::EdgeFlags further(adjacency_.opposite.size(), 0);
     bool any = false;
@@ -200,8 +201,9 @@ class Finder {
       mesh::EdgeFlags never;
       for (const double c : part_of(chart, cost_))
         never.push_back(c == mesh::ShortestPaths::kUnreached ? 1 : 0);
-      const mesh::EdgeFlags cut = halving_cut(chart.surface, adjacency_of(chart.surface),
-                                              by_vertex(chart, known_.corner_uv), never);
+      const mesh::EdgeFlags cut =
+          halving_cut(chart.surface, adjacency_of(chart.surface),
+                      by_vertex(chart, known_.corner_uv), never, false, context);
       const bool is_cut = any_flag(cut);
       any = any || is_cut;
       for (std::size_t h = 0; h < corner_count(chart); ++h) {

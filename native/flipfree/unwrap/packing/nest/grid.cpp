@@ -318,6 +318,34 @@ bool Tile::fits(const Mask& mask, const Cell& cell) const {
   return true;
 }
 
+int Tile::taken(int y, int first, int last) const {
+  if (y < 0 || y >= cells_ || first < 0 || last >= cells_) return last - first + 1;
+  int count = 0;
+  for (int w = first / 64; w <= last / 64; ++w) {
+    Word word = level(0, y)[w];
+    if (w == first / 64) word &= ~Word{0} << (first % 64);
+    if (w == last / 64) word &= ~Word{0} >> (63 - last % 64);
+    count += std::popcount(word);
+  }
+  return count;
+}
+
+double Tile::contact(const Mask& mask, const Cell& cell) const {
+  int touched = 0;
+  for (int j = 0; j < mask.height; ++j) {
+    const int y = cell.y + j;
+    for (int r = mask.row_begin[static_cast<std::size_t>(j)];
+         r < mask.row_begin[static_cast<std::size_t>(j) + 1]; ++r) {
+      const int first = cell.x + mask.runs[static_cast<std::size_t>(r)].first;
+      const int last = cell.x + mask.runs[static_cast<std::size_t>(r)].last;
+      // Where the mask fits, no cell of its own is taken.
+      touched += taken(y, first - 1, first - 1) + taken(y, last + 1, last + 1) +
+                 taken(y - 1, first, last) + taken(y + 1, first, last);
+    }
+  }
+  return 0.5 * touched / static_cast<double>(mask.width + static_cast<int>(mask.runs.size()));
+}
+
 template <typename Change>
 void Tile::change(const Mask& mask, const Cell& cell, Change change) {
   const int skip = cell.x / 64;

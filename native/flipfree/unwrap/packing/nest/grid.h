@@ -91,6 +91,9 @@ class Tile {
   // left corner. Cost: a few words per run of the mask and row of the tile.
   std::optional<Cell> lowest(const Mask& mask, int from, int to) const;
   bool fits(const Mask& mask, const Cell& cell) const;
+  // Sides of the mask's cells there that a taken cell or the tile's border is beside, as a share of
+  // the sides around it. Precondition: it fits.
+  double contact(const Mask& mask, const Cell& cell) const;
 
   void put(const Mask& mask, const Cell& cell);
   void take(const Mask& mask, const Cell& cell);  // what was put there
@@ -101,6 +104,7 @@ class Tile {
                      static_cast<std::size_t>(row)) *
                     static_cast<std::size_t>(words_ + 1)];
   }
+  int taken(int y, int first, int last) const;  // of these cells of a row; all beyond the tile
   Word* level(int k, int row) { return const_cast<Word*>(std::as_const(*this).level(k, row)); }
   template <typename Change>
   void change(const Mask& mask, const Cell& cell, Change change);

@@ -49,26 +49,36 @@ struct Memory {
   double size = std::numeric_limits<double>::infinity();
 };
 
+// How the place of a shape is chosen among the lowest ones of all its directions.
+struct Rule {
+  double height = 1.0;   // weight of the mask's own height: 0 its foot, 1 its top is to be low
+  double contact = 0.0;  // what touching on all sides is worth, in heights of the mask
+};
+
 struct Choice {
   int turn = -1;
   Cell cell;
   double cost = std::numeric_limits<double>::infinity();
 };
 
-void consider(const Mask& mask, std::size_t turn, const Cell& cell, double rule, Choice& best) {
-  const double cost = cell.y + rule * mask.height + 1e-4 * cell.x;
+void consider(const Tile& tile, const Mask& mask, std::size_t turn, const Cell& cell,
+              const Rule& rule, Choice& best) {
+  double cost = cell.y + rule.height * mask.height + 1e-4 * cell.x;
+  if (rule.contact > 0.0) cost -= rule.contact * mask.height * tile.contact(mask, cell);
   if (cost < best.cost) best = {static_cast<int>(turn), cell, cost};
 }
 
-Choice best_place(const std::vector<Mask>& masks, const Tile& tile, double rule, int from, int to) {
+Choice best_place(const std::vector<Mask>& masks, const Tile& tile, const Rule& rule, int from,
+                  int to) {
   Choice best;
   for (std::size_t t = 0; t < masks.size(); ++t) {
-    if (const auto cell = tile.lowest(masks[t], from, to)) consider(masks[t], t, *cell, rule, best);
+    if (const auto cell = tile.lowest(masks[t], from, to))
+      consider(tile, masks[t], t, *cell, rule, best);
   }
   return best;
 }
 
-Choice best_place(const std::vector<Mask>& masks, const Tile& tile, double rule,
+Choice best_place(const std::vector<Mask>& masks, const Tile& tile, const Rule& rule,
                   std::vector<Memory>& memory) {
   Choice best;
   for (std::size_t t = 0; t < masks.size(); ++t) {
@@ -77,7 +87,7 @@ Choice best_place(const std::vector<Mask>& masks, const Tile& tile, double rule,
     if (size < kSmaller * memory[t].size) memory[t] = {0, size};
     const auto cell = tile.lowest(mask, memory[t].row, tile.cells());
     memory[t].row = cell ? cell->y : tile.cells();
-    if (cell) consider(mask, t, *cell, rule, best);
+    if (cell) consider(tile, mask, t, *cell, rule, best);
   }
   return best;
 }
@@ -146,11 +156,10 @@ Masks draw_shapes(const std::vector<Shape>& shapes, const std::vector<std::vecto
   return masks;
 }
 
-// Rule: the weight of a mask's own height: 0 its foot, 1 its top is to be low.
 // Puts the shapes into the tile in this order, each where the rule likes it best; passes over those
 // that fit nowhere, and ends once their share of the area is more than `most_missing`.
 Filling fill(const std::vector<Shape>& shapes, const Masks& masks, Tile tile,
-             const std::vector<std::size_t>& order, double rule, double most_missing,
+             const std::vector<std::size_t>& order, const Rule& rule, double most_missing,
              const ExecutionContext& context) {
   Filling filling;
   filling.turn.assign(shapes.size(), -1);
@@ -273,7 +282,7 @@ Filling mend(const std::vector<Shape>& shapes, const Masks& masks, const Tile& e
     key[wanted] *= 2.0;
     std::stable_sort(back.begin(), back.end(),
                      [&](std::size_t a, std::size_t b) { return key[a] > key[b]; });
-    const double rule = random.unit();
+    const Rule rule{random.unit(), random.unit() < 0.5 ? 0.0 : 2.0 * random.unit()};
     const int from = std::max(0, low - 2);
     double now = 0.0;
     std::vector<std::size_t> still;
@@ -345,7 +354,7 @@ constexpr double kMostInflated = 5.0;
 constexpr std::size_t kLeastTries = 16;
 constexpr std::size_t kTriesPerShape = 2;  // more
 constexpr double kGain = 1.001;            // in scale; what is less is none
-constexpr std::array kRules = {0.5, 1.0};
+constexpr std::array<Rule, 2> kRules = {{{0.5, 1.0}, {1.0, 2.0}}};
 
 struct Problem {
   const std::vector<Shape>& shapes;
@@ -444,7 +453,7 @@ Problem problem_of(const std::vector<Shape>& shapes, const NestOptions& options)
 }
 
 // Fills the tile with this rule at this scale; true, and better, if it holds everything.
-bool attempt_filling(const Problem& problem, double rule, double scale, Found& best,
+bool attempt_filling(const Problem& problem, const Rule& rule, double scale, Found& best,
                      double& missing, const ExecutionContext& context) {
   const Masks masks =
       draw_shapes(problem.shapes, problem.turns, scale, problem.cells, problem.radius, context);
@@ -456,7 +465,7 @@ bool attempt_filling(const Problem& problem, double rule, double scale, Found& b
 }
 
 // The largest scale at which one rule fills the tile, by guesses from what found no place.
-Found search(const Problem& problem, double rule, double guess, double least, bool wanted,
+Found search(const Problem& problem, const Rule& rule, double guess, double least, bool wanted,
              const ExecutionContext& context) {
   Found best;
   double missing = 0.0;
@@ -511,8 +520,8 @@ Found grow(const Problem& problem, Found best, std::uint64_t seed, double& work,
   return best;
 }
 
-// The largest of what the rules fill the tile with; scale 0 if none does.
-Found begin(const Problem& problem, const NestOptions& options, ExecutionContext& context) {
+// What each rule fills the tile with; scale 0 if none does.
+std::array<Found, 2> begin(const Problem& problem, const NestOptions& options, ExecutionContext& context) {
   const bool wanted = options.scale > 0.0;
   const double guess = problem.bound * std::sqrt(kFirstFill);
   // One shape lies as low by any rule.
@@ -522,7 +531,9 @@ Found begin(const Problem& problem, const NestOptions& options, ExecutionContext
     const ExecutionContext part(&context, 1);
     found[i] = search(problem, kRules[i], guess, options.least_scale, wanted, part);
   });
-  return std::move(found[0].scale >= found[1].scale ? found[0] : found[1]);
+  if (rules == 1 || found[1].scale == 0.0) found[1] = found[0];
+  if (found[0].scale == 0.0) found[0] = found[1];
+  return found;
 }
 
 }  // namespace
@@ -536,7 +547,8 @@ Layout nest(const std::vector<Shape>& shapes, const NestOptions& options,
       options.effort * (few && options.effort >= kLongEffort ? kLongerForFew : 1.0);
   context.report("packing", 0.1);
   const Problem problem = problem_of(shapes, options);
-  const Found found = begin(problem, options, context);
+  const std::array<Found, 2> starts = begin(problem, options, context);
+  const Found& found = starts[0].scale >= starts[1].scale ? starts[0] : starts[1];
   if (!(found.scale > 0.0)) return {};
   context.report("packing", 0.4);
   InflateOptions inflating;
@@ -559,7 +571,7 @@ Layout nest(const std::vector<Shape>& shapes, const NestOptions& options,
     parallel_for(context, layouts.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
       if (!(work[i] > 0.0)) return;
       const ExecutionContext part(&context, 1);
-      const Found grown = grow(problem, found, seed + 100 * i, work[i], part);
+      const Found grown = grow(problem, starts[i], seed + 100 * i, work[i], part);
       layouts[i] = inflate(shapes, {grown.poses, grown.scale}, inflating, part);
     });
     gained = false;

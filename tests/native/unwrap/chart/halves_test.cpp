@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/islands/islands.h"
+#include "flipfree/unwrap/chart/separate.h"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,8 @@ TEST(Halves, a_long_sheet_is_cut_across) {
   mesh::Surface sheet = test::grid(24, 6);
   sheet.vertices.col(0) *= 4.0;
   mesh::Adjacency adjacency = test::adjacency_of(sheet);
-  const mesh::EdgeFlags cut = halving_cut(sheet, adjacency, flat(sheet), {});
+  ExecutionContext context;
+  const mesh::EdgeFlags cut = halving_cut(sheet, adjacency, flat(sheet), {}, false, context);
   EXPECT_EQ(std::count(cut.begin(), cut.end(), 1), 2 * 6);
   for (std::size_t h = 0; h < cut.size(); ++h) {
     if (cut[h] != 0) adjacency.opposite[h] = kInvalid;
@@ -35,9 +36,11 @@ TEST(Halves, polygons_stay_whole) {
   mesh::EdgeFlags diagonal(adjacency.opposite.size(), 0);
   for (std::size_t h = 0; h < diagonal.size(); ++h)
     diagonal[h] = adjacency.opposite[h] == kInvalid ? 0 : 1;
-  const mesh::EdgeFlags cut = halving_cut(square, adjacency, flat(square), diagonal);
+  ExecutionContext context;
+  const mesh::EdgeFlags cut =
+      halving_cut(square, adjacency, flat(square), diagonal, false, context);
   EXPECT_EQ(std::count(cut.begin(), cut.end(), 1), 0);
-  const mesh::EdgeFlags free = halving_cut(square, adjacency, flat(square), {});
+  const mesh::EdgeFlags free = halving_cut(square, adjacency, flat(square), {}, false, context);
   EXPECT_EQ(std::count(free.begin(), free.end(), 1), 2);
 }
 
@@ -49,7 +52,8 @@ TEST(Halves, what_has_no_area_stays_with_a_neighbour) {
   surface.faces.resize(4, 3);
   surface.faces << 0, 3, 1, 0, 1, 2, 0, 2, 4, 2, 1, 4;
   const mesh::Adjacency adjacency = test::adjacency_of(surface);
-  const mesh::EdgeFlags cut = halving_cut(surface, adjacency, flat(surface), {});
+  ExecutionContext context;
+  const mesh::EdgeFlags cut = halving_cut(surface, adjacency, flat(surface), {}, false, context);
   EXPECT_EQ(std::count(cut.begin(), cut.end(), 1), 4);
   EXPECT_EQ(cut[2], 0) << "of the triangle below and that on the line";
 }
@@ -63,7 +67,8 @@ TEST(Halves, two_of_a_fan_that_is_one_polygon_but_for_a_triangle_are_parted_ther
     const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
     whole[static_cast<std::size_t>(h)] = o == kInvalid || h / 3 == alone || o / 3 == alone ? 0 : 1;
   }
-  const mesh::EdgeFlags cut = halving_cut(strip, adjacency, flat(strip), whole);
+  ExecutionContext context;
+  const mesh::EdgeFlags cut = halving_cut(strip, adjacency, flat(strip), whole, false, context);
   EXPECT_GT(std::count(cut.begin(), cut.end(), 1), 0);
   for (std::size_t h = 0; h < cut.size(); ++h) EXPECT_FALSE(cut[h] != 0 && whole[h] != 0) << h;
 }
