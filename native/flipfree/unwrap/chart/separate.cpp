@@ -567,7 +567,7 @@ std::vector<Index> grown_half(const mesh::Adjacency& adjacency, const std::vecto
 mesh::EdgeFlags halving_cut(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
                             const Points2& uv, const mesh::EdgeFlags& uncuttable, bool thin_alone,
                             ExecutionContext& context) {
-  const auto count = static_cast<std::size_t>(chart.faces.rows());
+  const auto count = at(chart.faces.rows());
   mesh::EdgeFlags cut(adjacency.opposite.size(), 0);
   if (count < 2) return cut;
   const std::vector<FaceId> block = blocks_of(chart, adjacency, uncuttable, thin_alone);

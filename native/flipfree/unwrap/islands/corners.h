@@ -70,6 +70,24 @@ inline double uv_area(const Triangles& faces, const Points2& uv, FaceId f) {
   return 0.5 * twice_area(uv.row(faces(f, 0)), uv.row(faces(f, 1)), uv.row(faces(f, 2)));
 }
 
+// Of the whole map.
+inline double uv_area(const Triangles& faces, const Points2& uv) {
+  double area = 0.0;
+  for (FaceId f = 0; f < faces.rows(); ++f) area += uv_area(faces, uv, f);
+  return area;
+}
+
+// The first of the longest loops of half-edges; 0 if there is none.
+inline std::size_t longest_loop(const mesh::Surface& surface,
+                                const std::vector<std::vector<HalfedgeId>>& loops) {
+  std::vector<double> length;
+  for (const auto& loop : loops) {
+    length.push_back(0.0);
+    for (const HalfedgeId h : loop) length.back() += edge_length(surface, h);
+  }
+  return at(std::max_element(length.begin(), length.end()) - length.begin());
+}
+
 inline bool overlaps_itself(const Triangles& faces, const Points2& uv,
                             const ExecutionContext& context) {
   return distortion::overlaps_itself(

@@ -21,7 +21,7 @@ class ScaleField {
   ScaleField(const mesh::Surface& surface, const mesh::Adjacency& adjacency);
 
   // What a vertex inside lacks of the full angle.
-  double defect(VertexId v) const { return defect_[static_cast<std::size_t>(v)]; }
+  double defect(VertexId v) const { return defect_[at(v)]; }
 
   // u, #V; all zero if the system cannot be solved. open: #V flags, at least one in every
   // component; every vertex that is not open lies inside. Cost: one factorization with #V unknowns.

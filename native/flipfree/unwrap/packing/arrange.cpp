@@ -190,19 +190,8 @@ Points2 from_corner(const Points2& outline, Eigen::Index first) {
   return result;
 }
 
-// Turn and shift only, at a scale that is given.
-Similarity fit_motion_at_scale(const Points2& from, const Points2& to, double scale) {
-  Similarity fitted = fit_similarity(from, to);
-  const double size = fitted.linear.norm();
-  fitted.linear = size > 0.0 ? Vector2(fitted.linear * (scale / size)) : Vector2(scale, 0.0);
-  fitted.translation = Vector2::Zero();
-  const Vector2 middle = from.colwise().mean().transpose();
-  fitted.translation = to.colwise().mean().transpose() - fitted(middle);
-  return fitted;
-}
-
 bool same(const Points2& from, const Points2& to, double tolerance) {
-  const Similarity motion = fit_motion_at_scale(from, to, 1.0);
+  const Similarity motion = fit_motion(from, to);
   for (Eigen::Index i = 0; i < from.rows(); ++i) {
     if (!((motion(from.row(i).transpose()) - to.row(i).transpose()).norm() <= tolerance))
       return false;
@@ -234,7 +223,7 @@ std::vector<Stacked> similar_charts(const std::vector<mesh::Chart>& charts,
       if (!(std::abs(kind.area - area) <= 4.0 * kSameOutline * std::abs(area))) continue;
       for (Eigen::Index first = 0; first < outline.rows() && found.size() == before; ++first) {
         if (same(from_corner(outline, first), kind.outline, kSameOutline * size))
-          found.push_back({c, kind.chart, static_cast<std::size_t>(first)});
+          found.push_back({c, kind.chart, at(first)});
       }
       if (found.size() > before) break;
     }
@@ -249,7 +238,7 @@ void put_on(const std::vector<mesh::Chart>& charts, const Stacked& stacked,
                                   static_cast<Eigen::Index>(stacked.first));
   const Points2 then = outline_of(charts[stacked.on], before[stacked.on]);
   const Points2 now = outline_of(charts[stacked.on], uv[stacked.on]);
-  const Similarity motion = fit_motion_at_scale(own, now, fit_similarity(then, now).linear.norm());
+  const Similarity motion = fit_motion(own, now, fit_similarity(then, now).linear.norm());
   uv[stacked.chart] = moved(motion, before[stacked.chart]);
 }
 
@@ -305,7 +294,7 @@ std::vector<Part> divided(const Items& items, const std::vector<double>& area, s
 std::vector<Index> spread(const std::vector<mesh::Chart>& charts, const Items& items,
                           const ArrangeOptions& options, Index tiles, std::vector<Points2>& uv,
                           ExecutionContext& context) {
-  const std::size_t count = std::min(static_cast<std::size_t>(tiles), items.size());
+  const std::size_t count = std::min(at(tiles), items.size());
   if (count < 2)
     return std::vector<Index>(items.size(), arrange(charts, items, options, uv, context));
   std::vector<double> area;

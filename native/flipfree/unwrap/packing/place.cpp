@@ -87,13 +87,7 @@ std::optional<std::vector<Points2>> at_former_places(const std::vector<mesh::Cha
   std::vector<Points2> result = uv;
   for (std::size_t c = 0; c < charts.size(); ++c) {
     if (!moved[c]) continue;
-    Similarity fitted = fit_similarity(uv[c], references[c]);
-    const Eigen::RowVector2d middle = uv[c].colwise().mean();
-    const Vector2 target = fitted(middle.transpose());
-    fitted.linear = scale * fitted.linear.normalized();
-    fitted.translation = Vector2::Zero();
-    fitted.translation = target - fitted(middle.transpose());
-    result[c] = unwrap::moved(fitted, uv[c]);
+    result[c] = unwrap::moved(fit_motion(uv[c], references[c], scale), uv[c]);
   }
   return result;
 }

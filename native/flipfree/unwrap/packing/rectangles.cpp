@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "flipfree/base/error.h"
-#include "flipfree/unwrap/packing/nest/grid.h"
+#include "flipfree/unwrap/packing/nest/shape.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -65,8 +65,7 @@ void draw(const std::array<Vector2, 3>& corners, double margin, Grid& taken) {
         span_between(corners, row * kCell - slack, (row + 1) * kCell + margin + slack, slack);
     const int left = std::max(0, cell_of(span.low - margin));
     const int right = std::min(kCells - 1, cell_of(span.high));
-    for (int column = left; column <= right; ++column)
-      taken[static_cast<std::size_t>(row * kCells + column)] = 1;
+    for (int column = left; column <= right; ++column) taken[at(row * kCells + column)] = 1;
   }
 }
 
@@ -84,19 +83,17 @@ CellBox largest_free(const Grid& taken) {
   for (int row = 0; row < kCells; ++row) {
     int depth = 0;
     for (int column = 0; column <= kCells; ++column) {
-      const auto c = static_cast<std::size_t>(column);
-      if (column < kCells)
-        height[c] = taken[static_cast<std::size_t>(row * kCells + column)] ? 0 : height[c] + 1;
+      const auto c = at(column);
+      if (column < kCells) height[c] = taken[at(row * kCells + column)] ? 0 : height[c] + 1;
       while (depth > 0) {
-        const int tall =
-            height[static_cast<std::size_t>(stack[static_cast<std::size_t>(depth - 1)])];
+        const int tall = height[at(stack[static_cast<std::size_t>(depth - 1)])];
         if (column < kCells && tall <= height[c]) break;
         --depth;
-        const int left = depth == 0 ? 0 : stack[static_cast<std::size_t>(depth - 1)] + 1;
+        const int left = depth == 0 ? 0 : stack[at(depth - 1)] + 1;
         const CellBox box{left, row - tall + 1, column - left, tall};
         if (box.area() > best.area()) best = box;
       }
-      stack[static_cast<std::size_t>(depth++)] = column;
+      stack[at(depth++)] = column;
     }
   }
   return best;
@@ -106,12 +103,11 @@ CellBox largest_free(const Grid& taken) {
 
 std::vector<FreeBox> free_boxes(const Points2& obstacles, const Vector2& tile, double margin) {
   const double end = 1.0 - margin;
-  Grid taken(static_cast<std::size_t>(kCells * kCells), 0);
+  Grid taken(at(kCells * kCells), 0);
   bool empty = true;
   for (Eigen::Index i = 0; i + 2 < obstacles.rows(); i += 3) {
     std::array<Vector2, 3> corners;
-    for (Eigen::Index k = 0; k < 3; ++k)
-      corners[static_cast<std::size_t>(k)] = obstacles.row(i + k).transpose() - tile;
+    for (Eigen::Index k = 0; k < 3; ++k) corners[at(k)] = obstacles.row(i + k).transpose() - tile;
     const Vector2 low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
     const Vector2 high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
     if ((low.array() > 1.0 + margin).any() || (high.array() < -margin).any()) continue;

@@ -16,7 +16,6 @@
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/numeric/predicates.h"
 #include "flipfree/unwrap/chart/chart.h"
-#include "flipfree/unwrap/chart/flattening.h"
 #include "flipfree/unwrap/chart/separate.h"
 #include "flipfree/unwrap/islands/corners.h"
 #include "flipfree/unwrap/packing/layout.h"
@@ -237,10 +236,8 @@ class ChartMender {
   // Where a little of the chart is drawn over the rest.
   bool relax_overlap(const std::vector<FacePair>& pairs, Points2& uv) {
     double over = 0.0;
-    double area = 0.0;
-    for (FaceId f = 0; f < faces_.rows(); ++f) area += uv_area(faces_, uv, f);
     for (const FacePair& pair : pairs) over += pair.area;
-    if (over > kLittleOverlap * area) return false;
+    if (over > kLittleOverlap * uv_area(faces_, uv)) return false;
     const std::vector<double> energies = face_energies(own_.surface(), uv, damaged_.density);
     std::vector<char> flagged(energies.size(), 0);
     for (const FacePair& pair : pairs)
@@ -279,7 +276,7 @@ class ChartMender {
       const mesh::Chart& piece = pieces[p];
       Points2 own(piece.surface.vertices.rows(), 2);
       for (Eigen::Index v = 0; v < own.rows(); ++v)
-        own.row(v) = uv.row(mesh.vertex_origin[at(piece.vertices[static_cast<std::size_t>(v)])]);
+        own.row(v) = uv.row(mesh.vertex_origin[at(piece.vertices[at(v)])]);
       if (overlaps_itself(piece.surface.faces, own, context_)) return false;
       const Place place = pinned[p] != 0 || p == largest ? Place::kStays : Place::kNone;
       put_corners(piece, own, result_.uv);

@@ -274,7 +274,7 @@ std::vector<Patch> patches_of(const DamagedChart& chart, const std::vector<char>
     patch.surface.vertices.resize(count, 3);
     patch.uv.resize(count, 2);
     for (Eigen::Index i = 0; i < count; ++i) {
-      const VertexId v = patch.vertices[static_cast<std::size_t>(i)];
+      const VertexId v = patch.vertices[at(i)];
       patch.surface.vertices.row(i) = chart.surface.vertices.row(v);
       patch.uv.row(i) = uv.row(v);
       patch.fixed.push_back(free[at(v)] == 0);
@@ -290,12 +290,12 @@ void even_out(Patch& patch) {
   Eigen::RowVector2d middle = Eigen::RowVector2d::Zero();
   double fixed = 0;
   for (Eigen::Index v = 0; v < count; ++v) {
-    if (patch.fixed[static_cast<std::size_t>(v)] == 0) continue;
+    if (patch.fixed[at(v)] == 0) continue;
     middle += patch.uv.row(v);
     fixed += 1;
   }
   middle /= fixed;
-  std::vector<std::vector<Index>> neighbours(static_cast<std::size_t>(count));
+  std::vector<std::vector<Index>> neighbours(at(count));
   const Triangles& faces = patch.surface.faces;
   for (Eigen::Index f = 0; f < faces.rows(); ++f) {
     for (Index k = 0; k < 3; ++k) {
@@ -304,12 +304,12 @@ void even_out(Patch& patch) {
     }
   }
   for (Eigen::Index v = 0; v < count; ++v) {
-    if (patch.fixed[static_cast<std::size_t>(v)] == 0) patch.uv.row(v) = middle;
+    if (patch.fixed[at(v)] == 0) patch.uv.row(v) = middle;
   }
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     for (Eigen::Index v = 0; v < count; ++v) {
-      const auto& around = neighbours[static_cast<std::size_t>(v)];
-      if (patch.fixed[static_cast<std::size_t>(v)] != 0) continue;
+      const auto& around = neighbours[at(v)];
+      if (patch.fixed[at(v)] != 0) continue;
       Eigen::RowVector2d sum = Eigen::RowVector2d::Zero();
       for (const Index w : around) sum += patch.uv.row(w);
       patch.uv.row(v) = sum / static_cast<double>(around.size());

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/certified_map.h"
@@ -27,6 +28,7 @@
 #include "flipfree/unwrap/unwrap.h"
 
 namespace flipfree::unwrap {
+
 namespace {
 
 // Corners of faces that use a vertex twice, which no chart has: where another corner at their
@@ -42,12 +44,11 @@ void follow_neighbours(const std::vector<FaceId>& collapsed, const mesh::Surface
   std::map<Place, CornerId> at_place;  // of the faces that have a triangle
   std::vector<CornerId> following;
   const auto corners = static_cast<CornerId>(surface.faces.size());
-  std::vector<char> held(static_cast<std::size_t>(corners), 0);
-  for (const certify::CornerPin& pin : pins) held[static_cast<std::size_t>(pin.corner)] = 1;
+  std::vector<char> held(at(corners), 0);
+  for (const certify::CornerPin& pin : pins) held[at(pin.corner)] = 1;
   for (const FaceId f : collapsed) {
     for (CornerId c = 3 * f; c < 3 * f + 3; ++c) {
-      if (held[static_cast<std::size_t>(c)] != 0 || !is_storable(corner_uv.row(c).transpose()))
-        continue;
+      if (held[at(c)] != 0 || !is_storable(corner_uv.row(c).transpose())) continue;
       following.push_back(c);
       at_place.try_emplace(place_of(c), kInvalid);
     }
@@ -125,22 +126,21 @@ certify::Parametrization repair_any(const mesh::Surface& surface, const Points2&
 }  // namespace
 
 certify::Parametrization repair(const mesh::Surface& surface, const Points2& corner_uv,
-                                const RepairOptions& options, ExecutionContext& context) try {
-  const Stopwatch watch;
-  const TimeLimit limit(context, limit_of(options.max_seconds));
-  context.report("checking the map", 0.0);
-  distortion::require_corner_uv(surface, corner_uv);
-  certify::Parametrization map = certify::is_clean(surface, context)
-                                     ? repair_clean(surface, corner_uv, options, context)
-                                     : repair_any(surface, corner_uv, options, context);
-  map.stats["seconds"] = watch.seconds();
-  const Untimed finishing(context);
-  context.report("done", 1.0);
-  return map;
-} catch (const TimeIsOver&) {
-  if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
-  throw_out_of_time("Not all islands were mended", options.max_seconds,
-                    "or repair the mesh in parts");
+                                const RepairOptions& options, ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "Not all islands were mended",
+                 "or repair the mesh in parts", [&] {
+                   const Stopwatch watch;
+                   context.report("checking the map", 0.0);
+                   distortion::require_corner_uv(surface, corner_uv);
+                   certify::Parametrization map =
+                       certify::is_clean(surface, context)
+                           ? repair_clean(surface, corner_uv, options, context)
+                           : repair_any(surface, corner_uv, options, context);
+                   map.stats["seconds"] = watch.seconds();
+                   const Untimed finishing(context);
+                   context.report("done", 1.0);
+                   return map;
+                 });
 }
 
 namespace {

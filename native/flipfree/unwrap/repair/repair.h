@@ -10,7 +10,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/distortion/improve.h"
-#include "flipfree/unwrap/repair/options.h"
+#include "flipfree/unwrap/repair/mend_chart.h"
 
 namespace flipfree::unwrap {
 

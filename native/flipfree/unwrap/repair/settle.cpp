@@ -15,6 +15,7 @@
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/packing/place.h"
+#include "flipfree/unwrap/packing/rectangles.h"
 #include "flipfree/unwrap/repair/patches.h"
 
 namespace flipfree::unwrap {
@@ -176,42 +177,28 @@ void move_apart(const std::vector<mesh::Chart>& charts, const std::vector<ChartT
   for (std::size_t i = 0; i < number.size(); ++i) moved[number[i]] = moves[i];
 }
 
-// Charts that move, in rows to the right of all that stays and of the unit square, as they are.
+// Charts that move, to the right of all that stays and of the unit square, as they are.
 void put_beside(const std::vector<char>& moved, double margin, std::vector<Points2>& uv) {
   double right = 1.0;
-  double area = 0.0;
-  double widest = 1.0;
-  std::vector<std::size_t> order;
+  std::vector<std::size_t> chosen;
+  std::vector<Vector2> sizes;
   for (std::size_t c = 0; c < uv.size(); ++c) {
     const BoundingBox box(uv[c]);
-    const Eigen::RowVector2d size = box.high - box.low;
     if (moved[c] == 0) {
       right = std::max(right, box.high.x());
       continue;
     }
-    order.push_back(c);
-    area += (size.x() + margin) * (size.y() + margin);
-    widest = std::max(widest, size.x());
+    chosen.push_back(c);
+    sizes.emplace_back((box.high - box.low).transpose() + Vector2::Constant(margin));
   }
-  const auto height = [&](std::size_t c) {
-    return uv[c].col(1).maxCoeff() - uv[c].col(1).minCoeff();
-  };
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return height(a) > height(b); });
-  const double width = std::max(widest, std::sqrt(area)) + 2.0 * margin;
-  const double left = std::ceil(right) + margin;
-  Eigen::RowVector2d corner(left, margin);
-  double row = 0.0;
-  for (const std::size_t c : order) {
-    const BoundingBox box(uv[c]);
-    const Eigen::RowVector2d size = box.high - box.low;
-    if (corner.x() > left && corner.x() + size.x() > left + width) {
-      corner = {left, corner.y() + row + margin};
-      row = 0.0;
-    }
-    uv[c].rowwise() += corner - box.low;
-    corner.x() += size.x() + margin;
-    row = std::max(row, size.y());
+  RoomOptions room;
+  room.margin = 0.0;
+  const Placement placement = pack_rectangles(sizes, room);
+  const Eigen::RowVector2d left(std::ceil(right) + margin, margin);
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    Points2& own = uv[chosen[i]];
+    own.rowwise() +=
+        left + placement.corner[i].transpose() / placement.scale - own.colwise().minCoeff();
   }
 }
 

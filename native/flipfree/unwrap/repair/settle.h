@@ -9,7 +9,6 @@
 #include "flipfree/mesh/surface.h"
 #include "flipfree/unwrap/packing/place.h"
 #include "flipfree/unwrap/repair/mend_chart.h"
-#include "flipfree/unwrap/repair/options.h"
 
 namespace flipfree::unwrap {
 

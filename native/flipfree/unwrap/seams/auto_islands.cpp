@@ -12,15 +12,12 @@
 #include "flipfree/certify/separated_map.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/shortest_paths.h"
-#include "flipfree/unwrap/chart/flattening.h"
+#include "flipfree/unwrap/chart/chart.h"
 #include "flipfree/unwrap/chart/separate.h"
-#include "flipfree/unwrap/chart/stretch.h"
 #include "flipfree/unwrap/islands/corners.h"
-#include "flipfree/unwrap/islands/edge_costs.h"
 #include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/layout.h"
-#include "flipfree/unwrap/seams/creases.h"
-#include "flipfree/unwrap/seams/exposure.h"
+#include "flipfree/unwrap/seams/costs.h"
 #include "flipfree/unwrap/seams/search.h"
 
 namespace flipfree::unwrap {
@@ -51,8 +48,7 @@ void prefer_hidden(std::vector<double>& cost, const Triangles& faces,
 }
 
 KnownMaps nothing_known(const Triangles& faces) {
-  return {Points2(3 * faces.rows(), 2),
-          std::vector<char>(static_cast<std::size_t>(faces.rows()), KnownMaps::kNothing)};
+  return {Points2(3 * faces.rows(), 2), std::vector<char>(at(faces.rows()), KnownMaps::kNothing)};
 }
 
 // The map (#V x 2) of a chart, as known.
@@ -315,18 +311,17 @@ IndexPairs find_on_separated(const mesh::Surface& surface, const UnwrapOptions& 
 }  // namespace
 
 IndexPairs find_seams(const mesh::Surface& surface, const UnwrapOptions& options,
-                      ExecutionContext& context) try {
-  const TimeLimit limit(context, limit_of(options.max_seconds));
-  context.report("checking the mesh", 0.0);
-  const IndexPairs seams = certify::is_clean(surface, context)
-                               ? find_on_clean(surface, options, context)
-                               : find_on_separated(surface, options, context);
-  const Untimed finishing(context);
-  context.report("done", 1.0);
-  return seams;
-} catch (const TimeIsOver&) {
-  if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
-  throw_out_of_time("No seams were found", options.max_seconds, "or find them part by part");
+                      ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "No seams were found", "or find them part by part",
+                 [&] {
+                   context.report("checking the mesh", 0.0);
+                   const IndexPairs seams = certify::is_clean(surface, context)
+                                                ? find_on_clean(surface, options, context)
+                                                : find_on_separated(surface, options, context);
+                   const Untimed finishing(context);
+                   context.report("done", 1.0);
+                   return seams;
+                 });
 }
 
 }  // namespace flipfree::unwrap

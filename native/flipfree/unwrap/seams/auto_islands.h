@@ -7,7 +7,6 @@
 #include "flipfree/base/stats.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/unwrap/islands/islands.h"
-#include "flipfree/unwrap/islands/options.h"
 
 namespace flipfree::unwrap {
 

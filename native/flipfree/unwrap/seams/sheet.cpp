@@ -192,17 +192,23 @@ namespace {
 constexpr double kNearlyBest = 0.5;
 constexpr double kLeastCost = 1e-12;
 
+// Moves the longest loop to the end.
+mesh::Surface filled_but_for_longest(const mesh::Surface& chart,
+                                     std::vector<std::vector<HalfedgeId>>& loops) {
+  if (loops.empty()) return chart;
+  std::swap(loops.back(), loops[longest_loop(chart, loops)]);
+  return mesh::fill_holes(chart, {loops.begin(), loops.end() - 1}).surface;
+}
+
 }  // namespace
 
 Sheet::Sheet(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
              const std::vector<double>& cost, const Mirror& mirror)
     : chart_(chart),
       mirror_(mirror),
-      loops_(outer_loop_last(chart, mesh::boundary_halfedge_loops(chart.faces, adjacency))),
+      loops_(mesh::boundary_halfedge_loops(chart.faces, adjacency)),
       real_(static_cast<HalfedgeId>(adjacency.opposite.size())),
-      surface_(loops_.empty()
-                   ? chart
-                   : mesh::fill_holes(chart, {loops_.begin(), loops_.end() - 1}).surface),
+      surface_(filled_but_for_longest(chart, loops_)),
       adjacency_(adjacency_of(surface_)),
       cost_(adjacency_.opposite.size(), 0.0),
       area_(adjacency_.vertex_halfedge.size(), 0.0),
@@ -233,7 +239,7 @@ bool Sheet::open_closed(ExecutionContext& context) {
   const auto used =
       std::find_if(adjacency_.vertex_halfedge.begin(), adjacency_.vertex_halfedge.end(),
                    [](HalfedgeId h) { return h != kInvalid; });
-  const auto first = static_cast<std::size_t>(used - adjacency_.vertex_halfedge.begin());
+  const auto first = at(used - adjacency_.vertex_halfedge.begin());
   open_[first] = 1;
   const VertexId peak = steepest(scale(context), static_cast<VertexId>(first));
   open_[first] = 0;
@@ -315,21 +321,6 @@ bool Sheet::slit_between(VertexId end, VertexId begin, ExecutionContext& context
   if (paths_.distance(closed) == mesh::ShortestPaths::kUnreached) return false;
   slit_to(closed);
   return true;
-}
-
-Sheet::Loops Sheet::outer_loop_last(const mesh::Surface& chart, Loops loops) {
-  std::size_t outer = 0;
-  double longest = -1.0;
-  for (std::size_t i = 0; i < loops.size(); ++i) {
-    double length = 0.0;
-    for (const HalfedgeId h : loops[i]) length += edge_length(chart, h);
-    if (length > longest) {
-      longest = length;
-      outer = i;
-    }
-  }
-  if (!loops.empty()) std::swap(loops.back(), loops[outer]);
-  return loops;
 }
 
 // The peak of the hill with the largest gain, that a slit may end in; `otherwise` if there is

@@ -86,10 +86,10 @@ class Sheet {
   // The filled chart, and what is open of it now.
   const mesh::Surface& surface() const { return surface_; }
   const std::vector<char>& open() const { return open_; }
-  double cost(HalfedgeId h) const { return cost_[static_cast<std::size_t>(h)]; }
+  double cost(HalfedgeId h) const { return cost_[at(h)]; }
   // Does a slit that ends here open a hole, or begin outside?
   bool on_border(VertexId v) const {
-    return v >= chart_.vertices.rows() || loop_of_[static_cast<std::size_t>(v)] != kInvalid;
+    return v >= chart_.vertices.rows() || loop_of_[at(v)] != kInvalid;
   }
   double defect(VertexId v);  // ScaleField::defect()
   bool closed() const { return loops_.empty(); }
@@ -101,7 +101,6 @@ class Sheet {
   using Loops = std::vector<std::vector<HalfedgeId>>;
 
   ScaleField& scale_field();
-  static Loops outer_loop_last(const mesh::Surface& chart, Loops loops);
   VertexId steepest(const std::vector<double>& u, VertexId otherwise) const;
   int edges_to(VertexId v) const;
   void open_vertex(VertexId v);

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/chart/stretch.h"
+#include "flipfree/unwrap/seams/search.h"
 
 #include <gtest/gtest.h>
 

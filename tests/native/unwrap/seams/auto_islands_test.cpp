@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "flipfree/certify/measures.h"
-#include "flipfree/unwrap/chart/stretch.h"
+#include "flipfree/unwrap/seams/search.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 

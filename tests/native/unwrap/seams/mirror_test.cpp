@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "flipfree/unwrap/islands/edge_costs.h"
+#include "flipfree/unwrap/seams/costs.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 #include "support/thread_seconds.h"

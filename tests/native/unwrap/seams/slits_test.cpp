@@ -7,7 +7,7 @@
 
 #include "flipfree/certify/measures.h"
 #include "flipfree/mesh/topology.h"
-#include "flipfree/unwrap/islands/edge_costs.h"
+#include "flipfree/unwrap/seams/costs.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 

@@ -6,7 +6,6 @@
 #include <span>
 #include <utility>
 
-#include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 
 namespace flipfree::unwrap {
@@ -15,7 +14,7 @@ namespace {
 // Lists hold what is within so many times the reach.
 constexpr double kRemembered = 2.0;
 
-constexpr std::size_t kGrain = 4096;  // corners, or cells, of one thread at a time
+constexpr std::size_t kGrain = 4096;  // corners, or cells, between looks at the clock
 
 using Corner = Contacts::Corner;
 
@@ -31,7 +30,7 @@ std::vector<Corner> all_corners(const std::vector<Shape>& shapes, const std::vec
     const auto first = static_cast<Index>(corners.size());
     const auto n = static_cast<Index>(loop.size());
     for (Index i = 0; i < n; ++i) {
-      const Vector2& p = loop[static_cast<std::size_t>(i)];
+      const Vector2& p = loop[at(i)];
       corners.push_back({pose(p, size), p, shape, first + (i + 1) % n, first + (i + n - 1) % n});
     }
   };
@@ -58,14 +57,13 @@ class EdgeGrid {
     cell_ = std::max(reach, size / most);
     per_length_ = 1.0 / cell_;
     side_ = std::max(1, static_cast<Index>(std::ceil(size / cell_)));
-    begin_.assign(static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_) + 1, 0);
+    begin_.assign(at(side_) * at(side_) + 1, 0);
     each_cell([&](std::size_t cell, Index) { ++begin_[cell + 1]; });
     for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
-    edges_.resize(static_cast<std::size_t>(begin_.back()));
+    edges_.resize(at(begin_.back()));
     std::vector<Index> next = begin_;
     each_cell([&](std::size_t cell, Index e) {
-      edges_[static_cast<std::size_t>(next[cell]++)] = {
-          e, corners_[static_cast<std::size_t>(e)].shape};
+      edges_[at(next[cell]++)] = {e, corners_[at(e)].shape};
     });
   }
 
@@ -80,7 +78,7 @@ class EdgeGrid {
       for (Index column = left; column <= right; ++column) {
         const std::size_t cell = cell_at(column, row);
         for (Index i = begin_[cell]; i < begin_[cell + 1]; ++i) {
-          const Entry& entry = edges_[static_cast<std::size_t>(i)];
+          const Entry& entry = edges_[at(i)];
           if (entry.shape != shape) visit(entry.edge);
         }
       }
@@ -94,24 +92,20 @@ class EdgeGrid {
 
   std::size_t cells() const { return begin_.size() - 1; }
   std::span<const Entry> edges_in(std::size_t cell) const {
-    return std::span(edges_).subspan(static_cast<std::size_t>(begin_[cell]),
-                                     static_cast<std::size_t>(begin_[cell + 1] - begin_[cell]));
+    return std::span(edges_).subspan(at(begin_[cell]), at(begin_[cell + 1] - begin_[cell]));
   }
 
  private:
   Index clamped(double cells) const {
     return static_cast<Index>(std::clamp(std::floor(cells), 0.0, static_cast<double>(side_ - 1)));
   }
-  std::size_t cell_at(Index column, Index row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(side_) +
-           static_cast<std::size_t>(column);
-  }
+  std::size_t cell_at(Index column, Index row) const { return at(row) * at(side_) + at(column); }
   template <typename Visit>
   void each_cell(Visit visit) const {
     const double limit = side_ * cell_;
     for (std::size_t e = 0; e < corners_.size(); ++e) {
       Vector2 a = corners_[e].at - low_;
-      Vector2 b = corners_[static_cast<std::size_t>(corners_[e].next)].at - low_;
+      Vector2 b = corners_[at(corners_[e].next)].at - low_;
       // Far from everything that moves: what is fixed may lie anywhere.
       if (std::max(a.x(), b.x()) < 0.0 || std::min(a.x(), b.x()) > limit ||
           std::max(a.y(), b.y()) < 0.0 || std::min(a.y(), b.y()) > limit)
@@ -160,8 +154,8 @@ struct Near {
 // Nothing if a neighbouring point of the outline is nearer, or it is beyond reach.
 bool nearest_on(const std::vector<Corner>& corners, Index edge, const Vector2& p, double reach,
                 Near& found) {
-  const Corner& from = corners[static_cast<std::size_t>(edge)];
-  const Vector2 side = corners[static_cast<std::size_t>(from.next)].at - from.at;
+  const Corner& from = corners[at(edge)];
+  const Vector2 side = corners[at(from.next)].at - from.at;
   const Vector2 off = p - from.at;
   const double square = side.squaredNorm();
   const double along = off.dot(side);
@@ -173,7 +167,7 @@ bool nearest_on(const std::vector<Corner>& corners, Index edge, const Vector2& p
   if (t >= 1.0) return false;
   found.edge = edge;
   if (t <= 0.0) {
-    const Vector2 before = from.at - corners[static_cast<std::size_t>(from.previous)].at;
+    const Vector2 before = from.at - corners[at(from.previous)].at;
     if (off.dot(before) < 0.0) return false;
     found.t = 0.0;
     found.distance = off.norm();
@@ -192,8 +186,8 @@ bool nearest_on(const std::vector<Corner>& corners, Index edge, const Vector2& p
 }
 
 double distance_to_edge(const std::vector<Corner>& corners, Index edge, const Vector2& p) {
-  const Corner& from = corners[static_cast<std::size_t>(edge)];
-  return distance_to_segment(p, from.at, corners[static_cast<std::size_t>(from.next)].at);
+  const Corner& from = corners[at(edge)];
+  return distance_to_segment(p, from.at, corners[at(from.next)].at);
 }
 
 // Of all that is near one corner, what it touches: from outside every nearest place, from inside
@@ -251,59 +245,49 @@ void Contacts::remember(const std::vector<Pose>& poses, double scale, double rea
   scale_ = scale;
   within_ = kRemembered * reach;
   const EdgeGrid grid(corners_, within_);
-  std::vector<std::vector<Index>> parts(chunk_count(corners_.size(), kGrain));
-  begin_.assign(corners_.size() + 1, 0);
-  parallel_for(context, corners_.size(), kGrain,
-               [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                 std::vector<Index> own;
-                 for (std::size_t c = begin; c < end; ++c) {
-                   own.clear();
-                   const Corner& corner = corners_[c];
-                   grid.near(corner.at, corner.shape, within_, [&](Index e) {
-                     if (distance_to_edge(corners_, e, corner.at) <= within_) own.push_back(e);
-                   });
-                   // An edge is met in every cell that it passes through.
-                   std::sort(own.begin(), own.end());
-                   own.erase(std::unique(own.begin(), own.end()), own.end());
-                   parts[chunk].insert(parts[chunk].end(), own.begin(), own.end());
-                   begin_[c + 1] = own.size();
-                 }
-               });
-  for (std::size_t c = 0; c < corners_.size(); ++c) begin_[c + 1] += begin_[c];
+  begin_.assign(1, 0);
   near_.clear();
-  for (const auto& part : parts) near_.insert(near_.end(), part.begin(), part.end());
+  std::vector<Index> own;
+  for (std::size_t c = 0; c < corners_.size(); ++c) {
+    if (c % kGrain == 0) context.check();
+    own.clear();
+    const Corner& corner = corners_[c];
+    grid.near(corner.at, corner.shape, within_, [&](Index e) {
+      if (distance_to_edge(corners_, e, corner.at) <= within_) own.push_back(e);
+    });
+    // An edge is met in every cell that it passes through.
+    std::sort(own.begin(), own.end());
+    near_.insert(near_.end(), own.begin(), std::unique(own.begin(), own.end()));
+    begin_.push_back(near_.size());
+  }
 }
 
 std::vector<Contact> Contacts::find(const std::vector<Pose>& poses, double scale, double reach,
                                     const ExecutionContext& context) {
   for (Corner& c : corners_) {
-    if (c.shape != kInvalid) c.at = poses[static_cast<std::size_t>(c.shape)](c.local, scale);
+    if (c.shape != kInvalid) c.at = poses[at(c.shape)](c.local, scale);
   }
   if (!remembers(poses, scale, reach)) remember(poses, scale, reach, context);
-  std::vector<std::vector<Contact>> parts(chunk_count(corners_.size(), kGrain));
-  parallel_for(
-      context, corners_.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-        std::vector<std::pair<Index, Near>> near;
-        for (std::size_t c = begin; c < end; ++c) {
-          const Corner& corner = corners_[c];
-          near.clear();
-          for (std::size_t i = begin_[c]; i < begin_[c + 1]; ++i) {
-            Near found;
-            if (nearest_on(corners_, near_[i], corner.at, reach, found))
-              near.emplace_back(corners_[static_cast<std::size_t>(near_[i])].shape, found);
-          }
-          if (near.size() > 1) keep_touching(near);
-          for (const auto& [shape, found] : near) {
-            const Corner& from = corners_[static_cast<std::size_t>(found.edge)];
-            const Corner& to = corners_[static_cast<std::size_t>(from.next)];
-            parts[chunk].push_back({corner.shape, shape, corner.local,
-                                    from.local + found.t * (to.local - from.local), found.away,
-                                    found.inside ? -found.distance : found.distance});
-          }
-        }
-      });
   std::vector<Contact> contacts;
-  for (const auto& part : parts) contacts.insert(contacts.end(), part.begin(), part.end());
+  std::vector<std::pair<Index, Near>> near;
+  for (std::size_t c = 0; c < corners_.size(); ++c) {
+    if (c % kGrain == 0) context.check();
+    const Corner& corner = corners_[c];
+    near.clear();
+    for (std::size_t i = begin_[c]; i < begin_[c + 1]; ++i) {
+      Near found;
+      if (nearest_on(corners_, near_[i], corner.at, reach, found))
+        near.emplace_back(corners_[at(near_[i])].shape, found);
+    }
+    if (near.size() > 1) keep_touching(near);
+    for (const auto& [shape, found] : near) {
+      const Corner& from = corners_[at(found.edge)];
+      const Corner& to = corners_[at(from.next)];
+      contacts.push_back({corner.shape, shape, corner.local,
+                          from.local + found.t * (to.local - from.local), found.away,
+                          found.inside ? -found.distance : found.distance});
+    }
+  }
   return contacts;
 }
 
@@ -311,27 +295,20 @@ bool any_crossing(const std::vector<Shape>& shapes, const std::vector<Pose>& pos
                   const std::vector<Loop>& fixed, const ExecutionContext& context) {
   const std::vector<Corner> corners = all_corners(shapes, poses, scale, fixed);
   const EdgeGrid grid(corners, 0.0);
-  std::vector<char> found(chunk_count(grid.cells(), kGrain), 0);
-  const auto crossing = [&](std::size_t cell) {
+  for (std::size_t cell = 0; cell < grid.cells(); ++cell) {
+    if (cell % kGrain == 0) context.check();
     const std::span<const EdgeGrid::Entry> edges = grid.edges_in(cell);
     for (std::size_t i = 0; i < edges.size(); ++i) {
-      const Corner& a = corners[static_cast<std::size_t>(edges[i].edge)];
+      const Corner& a = corners[at(edges[i].edge)];
       for (std::size_t j = 0; j < i; ++j) {
         if (edges[i].shape == edges[j].shape) continue;
-        const Corner& b = corners[static_cast<std::size_t>(edges[j].edge)];
-        if (cross_each_other(a.at, corners[static_cast<std::size_t>(a.next)].at, b.at,
-                             corners[static_cast<std::size_t>(b.next)].at))
+        const Corner& b = corners[at(edges[j].edge)];
+        if (cross_each_other(a.at, corners[at(a.next)].at, b.at, corners[at(b.next)].at))
           return true;
       }
     }
-    return false;
-  };
-  parallel_for(context, grid.cells(), kGrain,
-               [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                 for (std::size_t cell = begin; cell < end && found[chunk] == 0; ++cell)
-                   found[chunk] = crossing(cell) ? 1 : 0;
-               });
-  return std::find(found.begin(), found.end(), 1) != found.end();
+  }
+  return false;
 }
 
 namespace {
@@ -398,7 +375,7 @@ class Dynamics {
   }
 
  private:
-  const Pose& body(Index i) const { return bodies_[static_cast<std::size_t>(i)].pose; }
+  const Pose& body(Index i) const { return bodies_[at(i)].pose; }
 
   // Between rounds shapes move at most so far together.
   double allowance(double) const { return std::max(0.5 * options_.margin, 1e-3); }
@@ -410,7 +387,7 @@ class Dynamics {
   }
 
   double slack_of(Index i, double scale) const {
-    return i == kInvalid ? 0.0 : shapes_[static_cast<std::size_t>(i)].slack * scale;
+    return i == kInvalid ? 0.0 : shapes_[at(i)].slack * scale;
   }
 
   double target(const Contact& c, double scale) const {
@@ -470,8 +447,8 @@ class Dynamics {
   }
 
   double correct(const Contact& c, double scale, double most) {
-    Body* a = c.a == kInvalid ? nullptr : &bodies_[static_cast<std::size_t>(c.a)];
-    Body* b = c.b == kInvalid ? nullptr : &bodies_[static_cast<std::size_t>(c.b)];
+    Body* a = c.a == kInvalid ? nullptr : &bodies_[at(c.a)];
+    Body* b = c.b == kInvalid ? nullptr : &bodies_[at(c.b)];
     const Vector2 p = a == nullptr ? c.corner : a->pose(c.corner, scale);
     const Vector2 q = b == nullptr ? c.point : b->pose(c.point, scale);
     const double off = target(c, scale) - (p - q).dot(c.away);
@@ -492,15 +469,13 @@ class Dynamics {
     if (!(weight > 0.0)) return off;
     if ((a != nullptr && a->moved > most) || (b != nullptr && b->moved > most)) return off;
     const double push = off / weight;
-    if (a != nullptr)
-      move(*a, arm_a, c.away, push, shapes_[static_cast<std::size_t>(c.a)].radius * scale);
-    if (b != nullptr)
-      move(*b, arm_b, -c.away, push, shapes_[static_cast<std::size_t>(c.b)].radius * scale);
+    if (a != nullptr) move(*a, arm_a, c.away, push, shapes_[at(c.a)].radius * scale);
+    if (b != nullptr) move(*b, arm_b, -c.away, push, shapes_[at(c.b)].radius * scale);
     return off;
   }
 
   double correct(const Wall& w, double scale, double most) {
-    Body& a = bodies_[static_cast<std::size_t>(w.a)];
+    Body& a = bodies_[at(w.a)];
     const Vector2 p = a.pose(w.corner, scale);
     const double off = w.least - p.dot(w.inwards);
     if (off <= 0.0) return 0.0;
@@ -508,7 +483,7 @@ class Dynamics {
     const Vector2 arm = p - a.pose.centre;
     const double lever = cross(arm, w.inwards);
     move(a, arm, w.inwards, off / (a.light + a.loose * lever * lever),
-         shapes_[static_cast<std::size_t>(w.a)].radius * scale);
+         shapes_[at(w.a)].radius * scale);
     return off;
   }
 

@@ -10,7 +10,7 @@
 
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/unwrap/packing/nest/grid.h"
+#include "flipfree/unwrap/packing/nest/shape.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -179,7 +179,7 @@ Filling fill(const std::vector<Shape>& shapes, const Masks& masks, Tile tile,
     }
     filling.turn[i] = choice.turn;
     filling.cell[i] = choice.cell;
-    tile.put(masks.of_shape[i][static_cast<std::size_t>(choice.turn)], choice.cell);
+    tile.put(masks.of_shape[i][at(choice.turn)], choice.cell);
   }
   filling.looked = static_cast<double>(tile.looked());
   return filling;
@@ -202,7 +202,7 @@ Filling carry(const std::vector<Shape>& shapes, const Masks& masks, const Tile& 
       result.missing += share(shapes[i], whole);
       continue;
     }
-    const Mask& mask = masks.of_shape[i][static_cast<std::size_t>(filling.turn[i])];
+    const Mask& mask = masks.of_shape[i][at(filling.turn[i])];
     bool put = false;
     for (const auto& [x, y] : kAround) {
       const Cell cell{filling.cell[i].x + x, filling.cell[i].y + y};
@@ -231,7 +231,7 @@ Filling mend(const std::vector<Shape>& shapes, const Masks& masks, const Tile& e
   Tile tile = empty;
   std::vector<std::size_t> missing;
   const auto mask_of = [&](std::size_t i) -> const Mask& {
-    return masks.of_shape[i][static_cast<std::size_t>(filling.turn[i])];
+    return masks.of_shape[i][at(filling.turn[i])];
   };
   for (std::size_t i = 0; i < n; ++i) {
     if (filling.turn[i] < 0) {
@@ -326,7 +326,7 @@ std::vector<Pose> poses_of(const Filling& filling, const Masks& masks,
   std::vector<Pose> poses(filling.turn.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (filling.turn[i] < 0) continue;
-    const auto t = static_cast<std::size_t>(filling.turn[i]);
+    const auto t = at(filling.turn[i]);
     poses[i].turn = turns[i][t];
     poses[i].centre =
         (Vector2(filling.cell[i].x, filling.cell[i].y) + masks.of_shape[i][t].origin) / masks.cells;
@@ -396,7 +396,7 @@ std::vector<Loop> loops_of(const Points2* triangles) {
 Tile tile_of(const std::vector<Loop>& fixed, int cells, double radius) {
   if (fixed.empty()) return Tile(cells);
   const int words = (cells + 63) / 64;
-  std::vector<Word> taken(static_cast<std::size_t>(cells) * static_cast<std::size_t>(words), 0);
+  std::vector<Word> taken(at(cells) * at(words), 0);
   for (const Loop& loop : fixed) draw_loop(loop, cells, radius * cells, words, taken);
   return {cells, taken};
 }
@@ -521,7 +521,8 @@ Found grow(const Problem& problem, Found best, std::uint64_t seed, double& work,
 }
 
 // What each rule fills the tile with; scale 0 if none does.
-std::array<Found, 2> begin(const Problem& problem, const NestOptions& options, ExecutionContext& context) {
+std::array<Found, 2> begin(const Problem& problem, const NestOptions& options,
+                           ExecutionContext& context) {
   const bool wanted = options.scale > 0.0;
   const double guess = problem.bound * std::sqrt(kFirstFill);
   // One shape lies as low by any rule.
