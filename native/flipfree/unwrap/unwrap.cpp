@@ -1,6 +1,4 @@
 #include "flipfree/unwrap/unwrap.h"
-#include "flipfree/certify/certified_map.h"
-#include "flipfree/certify/separated_map.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,125 +11,25 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
+#include "flipfree/certify/certified_map.h"
+#include "flipfree/certify/separated_map.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/separated/orientation.h"
-#include "flipfree/unwrap/chart/chart_pins.h"
-#include "flipfree/unwrap/chart/flattening.h"
-#include "flipfree/unwrap/islands/cut_around.h"
-#include "flipfree/unwrap/islands/edge_costs.h"
+#include "flipfree/unwrap/chart/chart.h"
+#include "flipfree/unwrap/chart/separate.h"
+#include "flipfree/unwrap/islands/corners.h"
 #include "flipfree/unwrap/islands/islands.h"
-#include "flipfree/unwrap/islands/normalised.h"
 #include "flipfree/unwrap/packing/place.h"
 #include "flipfree/unwrap/seams/auto_islands.h"
+#include "flipfree/unwrap/seams/costs.h"
 
 namespace flipfree::unwrap {
+
 namespace {
 
 // Once as a rule: what becomes an island may open a way for a cut through its neighbour.
 constexpr int kMostTimesTorn = 3;
-
-// Charts for which there are no 32-bit values, with where.
-using Unstorable = std::vector<std::pair<std::size_t, Error>>;
-
-// The values to be stored, chart by chart.
-std::vector<Points2f> round_islands(const Islands& islands, const ChartPins& pins, bool bijective,
-                                    const std::vector<Points2>& uv, Unstorable& unstorable,
-                                    ExecutionContext& context, Stats& stats) {
-  const std::size_t count = islands.charts.size();
-  std::vector<Points2f> stored(count);
-  std::vector<Stats> chart_stats(count);
-  std::vector<std::optional<Error>> failure(count);
-  parallel_for(context, count, 1, [&](std::size_t c, std::size_t, std::size_t) {
-    ExecutionContext part(&context, 1);
-    distortion::RoundingOptions rounding;
-    rounding.bijective = bijective;
-    for (const auto& [v, target] : pins.of_chart[c]) rounding.fixed.push_back(v);
-    try {
-      stored[c] = distortion::round_to_storage(islands.charts[c].surface.faces, uv[c], rounding,
-                                               part, chart_stats[c]);
-    } catch (const NotConverged& e) {
-      failure[c] = in_terms_of_input(e.error(), islands, c);
-    }
-  });
-  for (std::size_t c = 0; c < count; ++c) {
-    if (failure[c]) unstorable.emplace_back(c, *failure[c]);
-  }
-  if (!unstorable.empty()) throw NotConverged(unstorable.front().second);
-  std::int64_t repaired = 0;
-  for (const Stats& s : chart_stats) {
-    const auto found = s.find("rounding.repaired");
-    if (found != s.end()) repaired += std::get<std::int64_t>(found->second);
-  }
-  stats["rounding.repaired"] = repaired;
-  return stored;
-}
-
-// Charts with pins stay; the others are put where there is room.
-PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
-                             const UnwrapOptions& options, std::vector<Points2> uv,
-                             Unstorable& unstorable, ExecutionContext& context, Stats& stats) {
-  std::vector<char> moved;
-  for (const auto& own : pins.of_chart) moved.push_back(own.empty());
-  PlacingOptions placing;
-  placing.margin = options.margin;
-  placing.scale_true = true;
-  placing.place_like = options.place_like;
-  const auto round = [&](const std::vector<Points2>& placed) {
-    return round_islands(islands, pins, options.bijective, placed, unstorable, context, stats);
-  };
-  placing.effort = options.effort;
-  const ProgressRange range(context, 0.92, 0.95);
-  PlacedCharts placed = place_charts(islands.charts, std::move(uv), moved, placing, round, context);
-  stats["fill"] = placed.fill;
-  stats["margin_met"] = static_cast<std::int64_t>(placed.margin_met);
-  stats["kept_places"] = static_cast<std::int64_t>(placed.kept);
-  stats["tile"] = static_cast<std::int64_t>(placed.tile);
-  stats["enlarged_islands"] = static_cast<std::int64_t>(placed.enlarged);
-  return placed;
-}
-
-// The same maps, on charts cut further around what cannot be stored; wider with every round. False
-// if there is nothing to cut.
-bool cut_unstorable(Islands& islands, const Unstorable& unstorable, const ChartPins& pins,
-                    int round, const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                    const mesh::EdgeFlags& uncuttable, std::vector<Points2>& uv) {
-  mesh::EdgeFlags further(adjacency.opposite.size(), 0);
-  for (const auto& [c, error] : unstorable) {
-    if (!pins.of_chart[c].empty()) return false;
-    const mesh::EdgeFlags own = cut_around(islands, c, faces_at(error, surface.faces),
-                                           (Index{1} << round) - 1, surface, adjacency, uncuttable);
-    for (std::size_t h = 0; h < own.size(); ++h) further[h] |= own[h];
-  }
-  if (std::find(further.begin(), further.end(), 1) == further.end()) return false;
-  Points2 corners(surface.faces.size(), 2);
-  const auto for_corners = [&](auto visit) {
-    for (std::size_t c = 0; c < islands.charts.size(); ++c) {
-      const mesh::Chart& chart = islands.charts[c];
-      for (Eigen::Index h = 0; h < chart.surface.faces.size(); ++h)
-        visit(c, chart.surface.faces.data()[h],
-              3 * chart.faces[static_cast<std::size_t>(h / 3)] + h % 3);
-    }
-  };
-  for_corners(
-      [&](std::size_t c, VertexId v, Eigen::Index corner) { corners.row(corner) = uv[c].row(v); });
-  cut_further(islands, surface, adjacency, further);
-  uv.clear();
-  for (const mesh::Chart& chart : islands.charts) uv.emplace_back(chart.surface.vertices.rows(), 2);
-  for_corners(
-      [&](std::size_t c, VertexId v, Eigen::Index corner) { uv[c].row(v) = corners.row(corner); });
-  return true;
-}
-
-// The stored values of charts without pins, also as those in 64 bits.
-void use_stored_values(const Islands& islands, const ChartPins& pins,
-                       certify::Parametrization& map) {
-  for (std::size_t c = 0; c < islands.charts.size(); ++c) {
-    if (!pins.of_chart[c].empty()) continue;
-    for (const FaceId f : islands.charts[c].faces)
-      map.uv.middleRows(3 * f, 3) = map.uv32.middleRows(3 * f, 3).cast<double>();
-  }
-}
 
 void require_corners(const mesh::Surface& surface, const Points2& uv) {
   if (uv.rows() != 3 * surface.faces.rows())
@@ -146,149 +44,218 @@ certify::CertifyRequest request_of(const UnwrapOptions& options) {
   return request;
 }
 
-// acceptable: maps may be taken as they are (ExecutionContext::accept).
-certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const UnwrapOptions& options,
-                                        bool acceptable, ExecutionContext& context) {
-  Stopwatch total;
-  Stopwatch watch;
-  certify::Parametrization map;
-  Stats& stats = map.stats;
-  stats["time_limit_reached"] = std::int64_t{0};
-  const auto lap = [&](const char* name) {
-    stats[name] = watch.seconds();
-    watch.restart();
-  };
-  if (options.place_like != nullptr) require_corners(surface, *options.place_like);
-  if (options.seams.find && !options.pins.empty()) {
-    throw_invalid(ErrorCode::kBadPins,
-                  "Seams cannot be found where there are pins, whose place would be on both sides "
-                  "of a seam. Leave the pins out, or give the seams.");
-  }
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  const mesh::EdgeFlags seams = mesh::flag_edges(surface.faces, adjacency, options.cuts);
-  lap("seconds_validate");
+// The unwrap of a clean surface, step by step.
+class Unwrapping {
+ public:
+  Unwrapping(const mesh::Surface& surface, const UnwrapOptions& options, ExecutionContext& context)
+      : surface_(surface),
+        options_(options),
+        context_(context),
+        adjacency_(adjacency_of(surface)),
+        working_{normalised(surface.vertices, surface.faces), surface.faces} {}
 
-  context.report("cutting into charts", 0.02);
-  const mesh::Surface working{normalised(surface.vertices, surface.faces), surface.faces};
-  const mesh::EdgeFlags uncuttable =
-      options.uncuttable.rows() == 0
-          ? mesh::EdgeFlags{}
-          : mesh::flag_edges(surface.faces, adjacency, options.uncuttable);
-  std::vector<Points2> uv;
-  Islands islands = [&] {
-    if (options.seams.find) {
-      const ProgressRange range(context, 0.05, 0.92);
-      const TimeLimit limit(context, seconds_to_search(context.seconds_left(),
-                                                       static_cast<Index>(surface.faces.rows())));
-      AutoIslands found = find_islands(working, surface.vertices, adjacency, seams, uncuttable,
-                                       options, acceptable, context, stats);
-      uv = std::move(found.uv);
-      return std::move(found.islands);
+  certify::Parametrization run() {
+    check_options();
+    const mesh::EdgeFlags seams = mesh::flag_edges(surface_.faces, adjacency_, options_.cuts);
+    lap("seconds_validate");
+    if (options_.uncuttable.rows() > 0)
+      uncuttable_ = mesh::flag_edges(surface_.faces, adjacency_, options_.uncuttable);
+    make_charts(seams);
+    lap("seconds_islands");
+    if (!options_.seams.find) flatten();
+    pins_ = pins_by_chart(islands_, options_.pins);
+    lap("seconds_flatten");
+    const PlacedCharts placed = place();
+    const Untimed finishing(context_);
+    certify::Parametrization map = assembled(placed);
+    lap("seconds_place");
+    judge(map);
+    return map;
+  }
+
+ private:
+  void lap(const char* name) {
+    stats_[name] = watch_.seconds();
+    watch_.restart();
+  }
+
+  double seconds_to_flatten() const {
+    return seconds_to_search(context_.seconds_left(), static_cast<Index>(surface_.faces.rows()));
+  }
+
+  void check_options() {
+    stats_["time_limit_reached"] = std::int64_t{0};
+    if (options_.place_like != nullptr) require_corners(surface_, *options_.place_like);
+    if (options_.seams.find && !options_.pins.empty()) {
+      throw_invalid(ErrorCode::kBadPins,
+                    "Seams cannot be found where there are pins, whose place would be on both "
+                    "sides of a seam. Leave the pins out, or give the seams.");
     }
-    const ProgressRange range(context, 0.02, 0.05);
-    return make_islands(working, adjacency, seams, uncuttable,
-                        options.cut_extremities && options.pins.empty(), context,
-                        {pinned_vertices(surface, options.pins), {}, true});
-  }();
-  ChartPins pins = pins_by_chart(islands, options.pins);
-  stats["opened_charts"] = static_cast<std::int64_t>(islands.opened);
-  lap("seconds_islands");
-
-  if (!options.seams.find) {
-    const ProgressRange range(context, 0.05, 0.92);
-    const TimeLimit limit(context, seconds_to_search(context.seconds_left(),
-                                                     static_cast<Index>(surface.faces.rows())));
-    uv = flatten_islands(islands, working, adjacency, uncuttable, pins, options, acceptable,
-                         context, stats);
   }
-  pins = pins_by_chart(islands, options.pins);
-  lap("seconds_flatten");
 
-  const PlacedCharts placed = [&] {
-    const Overtime storing(context);
-    context.report("placing charts", 0.92);
-    constexpr int kRounds = 12;  // of cuts: by then 4095 rings are cut off, or 4096 parts made
+  // Where seams are found, charts come with their maps.
+  void make_charts(const mesh::EdgeFlags& seams) {
+    context_.report("cutting into charts", 0.02);
+    if (options_.seams.find) {
+      const ProgressRange range(context_, 0.05, 0.92);
+      const TimeLimit limit(context_, seconds_to_flatten());
+      AutoIslands found = find_islands(working_, surface_.vertices, adjacency_, seams, uncuttable_,
+                                       options_, context_, stats_);
+      uv_ = std::move(found.uv);
+      islands_ = std::move(found.islands);
+    } else {
+      const ProgressRange range(context_, 0.02, 0.05);
+      islands_ = make_islands(working_, adjacency_, seams, uncuttable_,
+                              options_.cut_extremities && options_.pins.empty(), context_,
+                              {pinned_vertices(surface_, options_.pins), {}, true});
+    }
+    pins_ = pins_by_chart(islands_, options_.pins);
+    stats_["opened_charts"] = static_cast<std::int64_t>(islands_.opened);
+  }
+
+  void flatten() {
+    const ProgressRange range(context_, 0.05, 0.92);
+    const TimeLimit limit(context_, seconds_to_flatten());
+    uv_ = flatten_islands(islands_, working_, adjacency_, uncuttable_, pins_, options_, context_,
+                          stats_);
+  }
+
+  // Charts that cannot be stored are halved, and again.
+  PlacedCharts place() {
+    const Overtime storing(context_);
+    context_.report("placing charts", 0.92);
+    constexpr int kRounds = 12;  // by then 4096 parts are made
     Unstorable unstorable;
     for (int round = 0;; ++round) {
-      unstorable.clear();
       try {
-        return place_and_round(islands, pins, options, uv, unstorable, context, stats);
+        return place_and_round(unstorable);
       } catch (const NotConverged&) {
-        // What was accepted is rather optimised than cut.
-        if (context.accepted() || !options.bijective || !options.may_add_cuts || round == kRounds ||
-            !cut_unstorable(islands, unstorable, pins, round, surface, adjacency, uncuttable, uv)) {
+        if (!options_.bijective || !options_.may_add_cuts || round == kRounds ||
+            !cut_unstorable(unstorable))
           throw;
-        }
-        pins = pins_by_chart(islands, options.pins);
-      }
-    }
-  }();
-  stats["charts"] = static_cast<std::int64_t>(islands.charts.size());
-  stats["added_cuts"] =
-      static_cast<std::int64_t>(std::count(islands.added.begin(), islands.added.end(), 1) / 2);
-  const Untimed finishing(context);
-  map.surface = surface;
-  map.uv.resize(3 * surface.faces.rows(), 2);
-  map.uv32.resize(3 * surface.faces.rows(), 2);
-  for (std::size_t c = 0; c < islands.charts.size(); ++c) {
-    const mesh::Chart& chart = islands.charts[c];
-    for (std::size_t i = 0; i < chart.faces.size(); ++i) {
-      for (Index k = 0; k < 3; ++k) {
-        const VertexId v = chart.surface.faces(static_cast<Eigen::Index>(i), k);
-        map.uv.row(3 * chart.faces[i] + k) = placed.uv[c].row(v);
-        map.uv32.row(3 * chart.faces[i] + k) = placed.stored[c].row(v);
+        pins_ = pins_by_chart(islands_, options_.pins);
       }
     }
   }
-  lap("seconds_place");
 
-  context.report("certifying", 0.95);
-  certify::set_identity_provenance(map);
-  map.cut_edges = mesh::flagged_edges(surface.faces, adjacency, islands.cut);
-  const certify::CertifyRequest request = request_of(options);
-  certify::certify_map(map, surface, request, context);
-  if (!map.certificate.ok) {
-    // Turning and scaling can fold what is thinner than doubles resolve; the stored values were
-    // rounded with care.
-    use_stored_values(islands, pins, map);
-    certify::certify_map(map, surface, request, context);
+  // Charts with pins stay; the others are put where there is room.
+  PlacedCharts place_and_round(Unstorable& unstorable) {
+    PlacingOptions placing;
+    placing.margin = options_.margin;
+    placing.scale_true = true;
+    placing.place_like = options_.place_like;
+    placing.effort = options_.effort;
+    std::vector<char> moved;
+    std::vector<KeptAsStored> kept;
+    for (const auto& own : pins_.of_chart) {
+      moved.push_back(own.empty());
+      KeptAsStored& chart = kept.emplace_back(KeptAsStored{options_.bijective, {}});
+      for (const auto& [v, target] : own) chart.fixed.push_back(v);
+    }
+    const auto round = [&](const std::vector<Points2>& placed) {
+      std::int64_t repaired = 0;
+      auto stored = store_charts(islands_.charts, placed, kept, unstorable, repaired, context_);
+      for (auto& [c, error] : unstorable) error = in_terms_of_input(std::move(error), islands_, c);
+      if (!unstorable.empty()) throw NotConverged(unstorable.front().second);
+      stats_["rounding.repaired"] = repaired;
+      return stored;
+    };
+    unstorable.clear();
+    const ProgressRange range(context_, 0.92, 0.95);
+    PlacedCharts placed = place_charts(islands_.charts, uv_, moved, placing, round, context_);
+    stats_["fill"] = placed.fill;
+    stats_["margin_met"] = static_cast<std::int64_t>(placed.margin_met);
+    stats_["kept_places"] = static_cast<std::int64_t>(placed.kept);
+    stats_["tile"] = static_cast<std::int64_t>(placed.tile);
+    stats_["enlarged_islands"] = static_cast<std::int64_t>(placed.enlarged);
+    return placed;
   }
-  lap("seconds_certify");
-  stats["energy"] = map.certificate.energy;
-  stats["max_energy"] = map.certificate.max_energy;
-  stats["added_vertices"] = std::int64_t{0};
-  stats["seconds"] = total.seconds();
-  certify::require_certificate(map, "The unwrap");
-  context.report("done", 1.0);
-  return map;
-}
 
-certify::Parametrization unwrap_clean(const mesh::Surface& surface, const UnwrapOptions& options,
-                                      ExecutionContext& context) {
-  try {
-    return unwrap_in_time(surface, options, true, context);
-  } catch (const NotConverged&) {
-    if (!context.accepted()) throw;
+  // The same maps, on charts halved. False if there is nothing to cut.
+  bool cut_unstorable(const Unstorable& unstorable) {
+    mesh::EdgeFlags further(adjacency_.opposite.size(), 0);
+    for (const auto& [c, error] : unstorable) {
+      const mesh::Chart& chart = islands_.charts[c];
+      if (!pins_.of_chart[c].empty()) return false;
+      const mesh::Adjacency own_adjacency = adjacency_of(chart.surface);
+      const mesh::EdgeFlags spared = part_of(chart, uncuttable_);
+      mesh::EdgeFlags own;
+      for (const bool thin_alone : {false, true}) {
+        if (!any_flag(own))
+          own = halving_cut(chart.surface, own_adjacency, uv_[c], spared, thin_alone, context_);
+      }
+      for (std::size_t h = 0; h < own.size(); ++h) further[corner_of(chart, h)] = own[h];
+    }
+    if (!any_flag(further)) return false;
+    Points2 corners(surface_.faces.size(), 2);
+    for (std::size_t c = 0; c < islands_.charts.size(); ++c)
+      put_corners(islands_.charts[c], uv_[c], corners);
+    cut_further(islands_, surface_, adjacency_, further);
+    uv_.clear();
+    for (const mesh::Chart& chart : islands_.charts) uv_.push_back(by_vertex(chart, corners));
+    return true;
   }
-  // What was accepted cannot be stored beside the other charts: as if nobody had asked.
-  return unwrap_in_time(surface, options, false, context);
-}
+
+  certify::Parametrization assembled(const PlacedCharts& placed) {
+    certify::Parametrization map;
+    map.surface = surface_;
+    map.uv.resize(3 * surface_.faces.rows(), 2);
+    map.uv32.resize(3 * surface_.faces.rows(), 2);
+    for (std::size_t c = 0; c < islands_.charts.size(); ++c) {
+      put_corners(islands_.charts[c], placed.uv[c], map.uv);
+      put_corners(islands_.charts[c], placed.stored[c], map.uv32);
+    }
+    certify::set_identity_provenance(map);
+    map.cut_edges = mesh::flagged_edges(surface_.faces, adjacency_, islands_.cut);
+    return map;
+  }
+
+  void judge(certify::Parametrization& map) {
+    context_.report("certifying", 0.95);
+    const certify::CertifyRequest request = request_of(options_);
+    certify::certify_map(map, surface_, request, context_);
+    if (!map.certificate.ok) {
+      // Turning and scaling can fold what is thinner than doubles resolve; the stored values were
+      // rounded with care. Where there are pins, these are met in 64 bits.
+      for (std::size_t c = 0; c < islands_.charts.size(); ++c) {
+        if (!pins_.of_chart[c].empty()) continue;
+        for (const FaceId f : islands_.charts[c].faces)
+          map.uv.middleRows(3 * f, 3) = map.uv32.middleRows(3 * f, 3).cast<double>();
+      }
+      certify::certify_map(map, surface_, request, context_);
+    }
+    lap("seconds_certify");
+    stats_["charts"] = static_cast<std::int64_t>(islands_.charts.size());
+    stats_["added_cuts"] =
+        static_cast<std::int64_t>(std::count(islands_.added.begin(), islands_.added.end(), 1) / 2);
+    stats_["energy"] = map.certificate.energy;
+    stats_["max_energy"] = map.certificate.max_energy;
+    stats_["added_vertices"] = std::int64_t{0};
+    stats_["seconds"] = total_.seconds();
+    map.stats.insert(stats_.begin(), stats_.end());
+    certify::require_certificate(map, "The unwrap");
+    context_.report("done", 1.0);
+  }
+
+  const mesh::Surface& surface_;
+  const UnwrapOptions& options_;
+  ExecutionContext& context_;
+  Stopwatch total_;
+  Stopwatch watch_;
+  Stats stats_;
+  const mesh::Adjacency adjacency_;
+  const mesh::Surface working_;  // in a unit of its own
+  mesh::EdgeFlags uncuttable_;   // empty: none
+  Islands islands_;
+  ChartPins pins_;
+  std::vector<Points2> uv_;  // by chart
+};
 
 // A mesh that is no clean surface: by way of one (mesh/separated).
 certify::Parametrization unwrap_separated(const mesh::Surface& surface,
                                           const UnwrapOptions& options, ExecutionContext& context) {
-  mesh::SeparateOptions separating;
-  separating.seams = &options.cuts;
-  separating.diagonals = &options.uncuttable;
-  if (!options.material.empty()) separating.material = &options.material;
-  if (!options.polygon.empty()) separating.polygon = &options.polygon;
-  const certify::SeparatedMap separated(surface, separating, context);
-  UnwrapOptions own = options;
-  own.cuts = separated.edges(options.cuts);
-  own.uncuttable = separated.edges(options.uncuttable);
-  own.pins = separated.pins(options.pins);
-  own.seams = weights_on(separated, options.seams);
+  const certify::SeparatedMap separated(surface, separating(options), context);
+  UnwrapOptions own = on_separated(separated, options);
   Points2 places;
   if (options.place_like != nullptr) {
     require_corners(surface, *options.place_like);
@@ -296,7 +263,7 @@ certify::Parametrization unwrap_separated(const mesh::Surface& surface,
     own.place_like = &places;
   }
   const certify::Parametrization solved =
-      separated.solve([&] { return unwrap_clean(separated.surface(), own, context); });
+      separated.solve([&] { return Unwrapping(separated.surface(), own, context).run(); });
   const Untimed finishing(context);
   certify::Parametrization map = separated.on_input(solved, request_of(options), context);
   map.stats["energy"] = map.certificate.energy;
@@ -307,37 +274,37 @@ certify::Parametrization unwrap_separated(const mesh::Surface& surface,
 
 certify::Parametrization unwrap_any(const mesh::Surface& surface, const UnwrapOptions& options,
                                     ExecutionContext& context) {
-  return certify::is_clean(surface, context) ? unwrap_clean(surface, options, context)
+  return certify::is_clean(surface, context) ? Unwrapping(surface, options, context).run()
                                              : unwrap_separated(surface, options, context);
 }
 
 }  // namespace
 
 certify::Parametrization unwrap(const mesh::Surface& surface, const UnwrapOptions& options,
-                                ExecutionContext& context) try {
-  const TimeLimit limit(context, limit_of(options.max_seconds));
-  context.report("checking the mesh", 0.0);
-  certify::Parametrization map = unwrap_any(surface, options, context);
-  if (options.uncuttable.rows() == 0 && options.polygon.empty()) return map;
-  // Polygons that no cut could go around become islands: a map that is cut through them could not
-  // be written.
-  UnwrapOptions own = options;
-  if (own.polygon.empty())
-    own.polygon = mesh::polygons_of(surface.faces, static_cast<Index>(surface.vertices.rows()),
-                                    options.uncuttable);
-  for (int round = 0; round < kMostTimesTorn; ++round) {
-    const IndexPairs sides = mesh::sides_of_torn_polygons(surface.faces, own.polygon, map.uv32);
-    if (sides.rows() == 0) break;
-    const Eigen::Index before = own.cuts.rows();
-    own.cuts.conservativeResize(before + sides.rows(), 2);
-    own.cuts.bottomRows(sides.rows()) = sides;
-    map = unwrap_any(surface, own, context);
-  }
-  return map;
-} catch (const TimeIsOver&) {
-  if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
-  throw_out_of_time("Not all charts were flattened and stored", options.max_seconds,
-                    "or unwrap the mesh in parts");
+                                ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "Not all charts were flattened and stored",
+                 "or unwrap the mesh in parts", [&] {
+                   context.report("checking the mesh", 0.0);
+                   certify::Parametrization map = unwrap_any(surface, options, context);
+                   if (options.uncuttable.rows() == 0 && options.polygon.empty()) return map;
+                   // Polygons that no cut could go around become islands: a map that is cut through
+                   // them could not be written.
+                   UnwrapOptions own = options;
+                   if (own.polygon.empty())
+                     own.polygon = mesh::polygons_of(surface.faces,
+                                                     static_cast<Index>(surface.vertices.rows()),
+                                                     options.uncuttable);
+                   for (int round = 0; round < kMostTimesTorn; ++round) {
+                     const IndexPairs sides =
+                         mesh::sides_of_torn_polygons(surface.faces, own.polygon, map.uv32);
+                     if (sides.rows() == 0) break;
+                     const Eigen::Index before = own.cuts.rows();
+                     own.cuts.conservativeResize(before + sides.rows(), 2);
+                     own.cuts.bottomRows(sides.rows()) = sides;
+                     map = unwrap_any(surface, own, context);
+                   }
+                   return map;
+                 });
 }
 
 }  // namespace flipfree::unwrap

@@ -9,9 +9,8 @@
 #include "flipfree/embedding/embed_surface.h"
 #include "flipfree/matchmaker/match_piece.h"
 #include "flipfree/unwrap/packing/pack.h"
-#include "flipfree/unwrap/repair/improve_any.h"
 #include "flipfree/unwrap/repair/repair.h"
-#include "flipfree/unwrap/seams/seams.h"
+#include "flipfree/unwrap/seams/auto_islands.h"
 #include "flipfree/unwrap/unwrap.h"
 #include "job.h"
 

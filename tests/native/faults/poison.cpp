@@ -14,7 +14,7 @@
 #include "flipfree/embedding/tutte/convex_combination.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/numeric/cholesky/cholesky.h"
-#include "flipfree/unwrap/packing/boxes/pack_rectangles.h"
+#include "flipfree/unwrap/packing/rectangles.h"
 
 namespace flipfree::test {
 namespace {

@@ -1,11 +1,20 @@
 #include "flipfree/unwrap/chart/chart.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/measures.h"
 #include "flipfree/distortion/energy/energy.h"
@@ -16,53 +25,30 @@
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/embedding/disk/disk.h"
 #include "flipfree/embedding/embed.h"
-#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut_graph.h"
+#include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/topology.h"
-#include "flipfree/unwrap/chart/apart/draw_apart.h"
-#include "flipfree/unwrap/chart/overlapping_faces.h"
 #include "flipfree/unwrap/chart/separate.h"
-#include "flipfree/unwrap/chart/unfolded.h"
+#include "flipfree/unwrap/islands/corners.h"
 #include "flipfree/unwrap/packing/layout.h"
 
 namespace flipfree::unwrap {
+
 namespace {
 
 using HalfedgeLoop = std::vector<HalfedgeId>;
 
 std::vector<double> edge_lengths(const mesh::Surface& chart, const HalfedgeLoop& loop) {
   std::vector<double> lengths;
-  lengths.reserve(loop.size());
-  for (const HalfedgeId h : loop) {
-    lengths.push_back((chart.vertices.row(mesh::source(chart.faces, h)) -
-                       chart.vertices.row(mesh::target(chart.faces, h)))
-                          .norm());
-  }
+  for (const HalfedgeId h : loop) lengths.push_back(edge_length(chart, h));
   return lengths;
-}
-
-// The longest loop becomes the outer boundary; it is moved to the front.
-std::vector<HalfedgeLoop> outer_loop_first(const mesh::Surface& chart,
-                                           std::vector<HalfedgeLoop> loops) {
-  std::size_t outer = 0;
-  double longest = -1.0;
-  for (std::size_t i = 0; i < loops.size(); ++i) {
-    double length = 0.0;
-    for (const double l : edge_lengths(chart, loops[i])) length += l;
-    if (length > longest) {
-      longest = length;
-      outer = i;
-    }
-  }
-  std::swap(loops[0], loops[outer]);
-  return loops;
 }
 
 // A flip-free start: holes filled virtually, the outer loop on a circle.
 Points2 embed_on_circle(const mesh::Surface& chart, ExecutionContext& context, Stats& stats) {
-  const auto vertex_count = static_cast<Index>(chart.vertices.rows());
-  const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, chart.faces);
-  const std::vector<HalfedgeLoop> loops =
-      outer_loop_first(chart, mesh::boundary_halfedge_loops(chart.faces, adjacency));
+  std::vector<HalfedgeLoop> loops = mesh::boundary_halfedge_loops(chart.faces, adjacency_of(chart));
+  std::swap(loops[0], loops[longest_loop(chart, loops)]);
   const mesh::FilledSurface filled = mesh::fill_holes(chart, {loops.begin() + 1, loops.end()});
   std::vector<VertexId> rim;
   rim.reserve(loops[0].size());
@@ -78,7 +64,7 @@ Points2 embed_on_circle(const mesh::Surface& chart, ExecutionContext& context, S
       const auto filled_count = static_cast<Index>(filled.surface.vertices.rows());
       return Points2(embedding::embed_disk(filled.surface.faces, filled_count, rim,
                                            placement.positions, options, context, stats)
-                         .topRows(vertex_count));
+                         .topRows(chart.vertices.rows()));
     });
   } catch (const NotConverged& e) {
     // Its text counts vertices of the filled chart.
@@ -93,32 +79,68 @@ double energy_of(const mesh::Surface& chart, const Points2& uv) {
   return certify::symmetric_dirichlet(chart, by_corner(chart.faces, uv)).mean;
 }
 
+// Each triangle with its own shape, joined to the one before it, breadth first: isometric but for
+// rounding where the chart is developable, and torn out of shape where it is not, so that triangles
+// may flip. Empty if not all vertices are reached.
+Points2 unfolded(const mesh::Surface& chart, const ExecutionContext& context) {
+  const auto count = static_cast<Index>(chart.vertices.rows());
+  const mesh::Adjacency adjacency = adjacency_of(chart);
+  Points2 uv = Points2::Zero(count, 2);
+  std::vector<char> placed(at(count), 0);
+  Index left = count;
+  const auto place = [&](VertexId v, const Vector2& p) {
+    if (placed[at(v)] != 0) return;
+    uv.row(v) = p.transpose();
+    placed[at(v)] = 1;
+    --left;
+  };
+  const auto place_of = [&](VertexId v) -> Vector3 { return chart.vertices.row(v).transpose(); };
+  if (chart.faces.rows() == 0) return Points2(0, 2);
+  place(chart.faces(0, 0), Vector2::Zero());
+  place(chart.faces(0, 1),
+        Vector2((place_of(chart.faces(0, 1)) - place_of(chart.faces(0, 0))).norm(), 0.0));
+  std::vector<char> seen(at(static_cast<Index>(chart.faces.rows())), 0);
+  std::vector<HalfedgeId> queue{0};  // of faces that are next, the side whose ends have places
+  seen[0] = 1;
+  for (std::size_t i = 0; i < queue.size(); ++i) {
+    if (i % 65536 == 0) context.check();
+    const HalfedgeId h = queue[i];
+    const VertexId a = mesh::source(chart.faces, h);
+    const VertexId b = mesh::target(chart.faces, h);
+    const CornerId apex = previous_corner(h);
+    const VertexId c = chart.faces(apex / 3, apex % 3);
+    const Vector3 side = place_of(b) - place_of(a);
+    const Vector3 other = place_of(c) - place_of(a);
+    // On the unfolded side, however long that is by now: the direction counts.
+    const Vector2 along = (uv.row(b) - uv.row(a)).transpose().normalized();
+    const double length = side.norm();
+    place(c, uv.row(a).transpose() + along * (side.dot(other) / length) +
+                 Vector2(-along.y(), along.x()) * (side.cross(other).norm() / length));
+    for (Index k = 0; k < 3; ++k) {
+      const HalfedgeId o = adjacency.opposite[at(3 * (h / 3) + k)];
+      if (o == kInvalid || seen[at(o / 3)] != 0) continue;
+      seen[at(o / 3)] = 1;
+      queue.push_back(o);
+    }
+  }
+  return left == 0 ? uv : Points2(0, 2);
+}
+
 // The conformal map if it is flip-free and one-to-one, by exact test, and less distorted than the
 // map on the circle; the optimiser then needs about half the iterations. A long strip bends so
 // easily that rounding decides where its conformal map lies; unfolded it is flat.
-Points2 better_start(const mesh::Surface& chart, Points2 circle, ExecutionContext& context,
-                     Stats& stats) {
+Points2 better_start(const mesh::Surface& chart, Points2 circle, ExecutionContext& context) {
   context.report("conformal start", 0.0);
   const Points2 conformal = distortion::spectral_conformal_map(chart, circle, context);
   if (conformal.rows() == 0) return circle;
+  const double most = energy_of(chart, circle);
   const auto usable = [&](const Points2& uv) {
     return uv.rows() > 0 && uv.allFinite() && distortion::is_flip_free(chart.faces, uv, context) &&
-           !distortion::overlaps_itself(
-               distortion::find_boundary(static_cast<Index>(chart.vertices.rows()), chart.faces),
-               uv, context);
+           !overlaps_itself(chart.faces, uv, context);
   };
-  const double energy = energy_of(chart, conformal);
-  const bool conformal_usable = usable(conformal);
-  stats["conformal_start.energy"] = energy;
-  stats["conformal_start.usable"] = static_cast<std::int64_t>(conformal_usable);
-  if (conformal_usable) return energy < energy_of(chart, circle) ? conformal : circle;
+  if (usable(conformal)) return energy_of(chart, conformal) < most ? conformal : circle;
   Points2 flat = unfolded(chart, context);
-  return usable(flat) && energy_of(chart, flat) < energy_of(chart, circle) ? flat : circle;
-}
-
-void apply(const Similarity& similarity, Points2& uv) {
-  for (Eigen::Index i = 0; i < uv.rows(); ++i)
-    uv.row(i) = similarity(uv.row(i).transpose()).transpose();
+  return usable(flat) && energy_of(chart, flat) < most ? flat : circle;
 }
 
 // The best placement of the free map with respect to its pins; one pin only moves it.
@@ -127,8 +149,8 @@ Similarity place_by_pins(const Points2& uv, const std::vector<std::pair<VertexId
   Points2 from(count, 2);
   Points2 to(count, 2);
   for (Eigen::Index i = 0; i < count; ++i) {
-    from.row(i) = uv.row(pins[static_cast<std::size_t>(i)].first);
-    to.row(i) = pins[static_cast<std::size_t>(i)].second.transpose();
+    from.row(i) = uv.row(pins[at(i)].first);
+    to.row(i) = pins[at(i)].second.transpose();
   }
   return fit_similarity(from, to);
 }
@@ -199,20 +221,12 @@ constexpr double kMildOverlap = 0.2;
 // benchmarks/unwrap.py sharp measures both.
 constexpr double kEnergyFactor = 1.1;
 constexpr double kEnergyExcess = 0.02;
-// Of the chart's area; what overlaps by no more than this touches itself but for rounding.
-constexpr double kTouching = 1e-9;
 
 double overlapping_share(const std::vector<FacePair>& pairs, const mesh::Surface& chart,
                          const Points2& uv) {
-  double area = 0.0;
-  for (FaceId f = 0; f < chart.faces.rows(); ++f) {
-    const Vector2 p = uv.row(chart.faces(f, 0)).transpose();
-    area += 0.5 * cross(Vector2(uv.row(chart.faces(f, 1)).transpose() - p),
-                        Vector2(uv.row(chart.faces(f, 2)).transpose() - p));
-  }
   double overlap = 0.0;
   for (const FacePair& pair : pairs) overlap += pair.area;
-  return overlap / area;
+  return overlap / uv_area(chart.faces, uv);
 }
 
 // `apart`: the last map of the descent to `free` that did not overlap.
@@ -221,7 +235,7 @@ FlatChart without_overlap(const mesh::Surface& chart, const FlattenOptions& opti
   distortion::MinimizeOptions minimize = minimize_options(options);
   minimize.held_apart = true;
   if (!options.may_add_cuts)
-    return {distortion::minimize_distortion(chart, apart, minimize, context, stats), {}, {}};
+    return {distortion::minimize_distortion(chart, apart, minimize, context, stats), {}};
   const std::vector<FacePair> pairs = overlapping_faces(chart.faces, free, context);
   const double share = overlapping_share(pairs, chart, free);
   const double most =
@@ -229,27 +243,16 @@ FlatChart without_overlap(const mesh::Surface& chart, const FlattenOptions& opti
   if (share <= kMildOverlap) {
     minimize.max_iterations = std::min(options.held_steps, options.max_iterations);
     apart = distortion::minimize_distortion(chart, apart, minimize, context, stats);
-    if (energy_of(chart, apart) <= most) return {std::move(apart), {}, {}};
+    if (energy_of(chart, apart) <= most) return {std::move(apart), {}};
   }
-  const auto cuts = [](const mesh::EdgeFlags& cut) {
-    return std::find(cut.begin(), cut.end(), 1) != cut.end();
-  };
-  mesh::EdgeFlags cut;
-  // A map that only touches itself needs no cut, but where drawing it apart costs as much as one.
-  Points2 drawn = free;
-  const bool is_drawn = share <= kTouching && draw_apart(chart.faces, drawn, context);
-  if (!is_drawn || energy_of(chart, drawn) > most) {
-    const mesh::Adjacency adjacency =
-        mesh::build_adjacency(static_cast<Index>(chart.vertices.rows()), chart.faces);
-    cut = separating_cut(chart, adjacency, free, pairs, options.tolerated_overlap,
-                         options.uncuttable, context);
-    // What is tolerated may need no cut at all; where holding apart has not helped, a cut has to.
-    if (!cuts(cut))
-      cut = separating_cut(chart, adjacency, free, pairs, 0.0, options.uncuttable, context);
-  }
-  if (cuts(cut)) return {std::move(free), std::move(cut), std::move(apart)};
-  const bool better = is_drawn && energy_of(chart, drawn) < energy_of(chart, apart);
-  return {better ? std::move(drawn) : std::move(apart), {}, {}};
+  const mesh::Adjacency adjacency = adjacency_of(chart);
+  mesh::EdgeFlags cut = separating_cut(chart, adjacency, free, pairs, options.tolerated_overlap,
+                                       options.uncuttable, context);
+  // What is tolerated may need no cut at all; where holding apart has not helped, a cut has to.
+  if (!any_flag(cut))
+    cut = separating_cut(chart, adjacency, free, pairs, 0.0, options.uncuttable, context);
+  if (any_flag(cut)) return {std::move(free), std::move(cut)};
+  return {std::move(apart), {}};
 }
 
 // Did the last descent end before its goal, by the clock or because its map was accepted?
@@ -279,17 +282,19 @@ void keep_storable(const mesh::Surface& chart, const distortion::MinimizeOptions
   }
 }
 
-// Of a chart without pins, from a map that does not overlap, as far as time allows.
-void lower_distortion(const mesh::Surface& chart, const FlattenOptions& options, FlatChart& flat,
-                      ExecutionContext& context, Stats& stats) try {
+// Of a chart without pins, from a map that does not overlap, as far as time allows. A piece of one
+// that was cut is near its optimum: the last map before it would overlap is good.
+void lower_distortion(const mesh::Surface& chart, const FlattenOptions& options, bool is_piece,
+                      FlatChart& flat, ExecutionContext& context, Stats& stats) try {
   Points2 free;
   distortion::MinimizeOptions minimize = minimize_options(options);
   minimize.overlapping = &free;
+  minimize.ends_at_overlap = is_piece;
   {
-    const ProgressRange range(context, 0.0, 0.5);
+    const ProgressRange range(context, 0.0, is_piece ? 1.0 : 0.5);
     flat.uv = distortion::minimize_distortion(chart, flat.uv, minimize, context, stats);
   }
-  if (free.rows() > 0) {
+  if (free.rows() > 0 && !is_piece) {
     const ProgressRange range(context, 0.5, 1.0);
     flat = without_overlap(chart, options, flat.uv, std::move(free), context, stats);
   }
@@ -304,37 +309,19 @@ void lower_distortion(const mesh::Surface& chart, const FlattenOptions& options,
 void start_better(const mesh::Surface& chart, Points2& uv, ExecutionContext& context,
                   Stats& stats) try {
   const ProgressRange range(context, 0.2, 0.3);
-  uv = better_start(chart, uv, context, stats);
+  uv = better_start(chart, uv, context);
 } catch (const TimeIsOver&) {
   stats["time_limit_reached"] = std::int64_t{1};
 }
 
 }  // namespace
 
-FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, Points2 apart,
-                        const FlattenOptions& options, ExecutionContext& context, Stats& stats) {
-  FlatChart flat;
-  if (!draw_apart(piece.faces, uv, context)) {
-    if (!draw_apart(piece.faces, apart, context))
-      return flatten_chart(piece, options, context, stats);
-    flat.uv = std::move(apart);
-    lower_distortion(piece, options, flat, context, stats);
-    if (flat.cut.empty()) keep_storable(piece, minimize_options(options), flat.uv, context, stats);
-    return flat;
-  }
-  flat.uv = std::move(uv);
-  Points2 free;
-  distortion::MinimizeOptions minimize = minimize_options(options);
-  minimize.overlapping = &free;  // the piece is near its optimum: the last map before is good
-  minimize.ends_at_overlap = true;
-  try {
-    flat.uv = distortion::minimize_distortion(piece, flat.uv, minimize, context, stats);
-    if (context.time_is_over() || ended_early(stats)) stats["time_limit_reached"] = std::int64_t{1};
-  } catch (const TimeIsOver&) {
-    stats["time_limit_reached"] = std::int64_t{1};
-  } catch (const NotConverged& failure) {
-    stats["optimise_failure"] = failure.error().message;
-  }
+FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, const FlattenOptions& options,
+                        ExecutionContext& context, Stats& stats) {
+  if (overlaps_itself(piece.faces, uv, context))
+    return flatten_chart(piece, options, context, stats);
+  FlatChart flat{std::move(uv), {}};
+  lower_distortion(piece, options, true, flat, context, stats);
   keep_storable(piece, minimize_options(options), flat.uv, context, stats);
   return flat;
 }
@@ -351,14 +338,14 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
   if (options.pins.empty()) {
     start_better(chart, flat.uv, context, stats);
     const ProgressRange range(context, 0.3, 1.0);
-    lower_distortion(chart, options, flat, context, stats);
+    lower_distortion(chart, options, false, flat, context, stats);
     if (flat.cut.empty()) keep_storable(chart, minimize_options(options), flat.uv, context, stats);
     return flat;
   }
   Points2 uv = std::move(flat.uv);
   {
     const ProgressRange range(context, 0.2, 0.3);
-    uv = better_start(chart, uv, context, stats);
+    uv = better_start(chart, uv, context);
   }
   distortion::MinimizeOptions minimize = minimize_options(options);
   {
@@ -371,7 +358,7 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
   }
   // The free map, put where the pins want it, is the start from which they are pulled to their
   // places.
-  apply(place_by_pins(uv, options.pins), uv);
+  uv = moved(place_by_pins(uv, options.pins), uv);
   const ProgressRange range(context, 0.6, 1.0);
   minimize.acceptable = options.acceptable;
   distortion::TargetsResult result =
@@ -388,7 +375,243 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
   }
   for (const auto& [v, target] : options.pins) minimize.fixed.push_back(v);
   keep_storable(chart, minimize, result.uv, context, stats);
-  return {std::move(result.uv), {}, {}};
+  return {std::move(result.uv), {}};
+}
+
+std::vector<char> pinned_vertices(const mesh::Surface& surface,
+                                  const std::vector<certify::CornerPin>& pins) {
+  if (pins.empty()) return {};
+  std::vector<char> pinned(at(surface.vertices.rows()), 0);
+  for (const certify::CornerPin& pin : pins) {
+    if (pin.corner >= 0 && pin.corner < surface.faces.size())
+      pinned[at(surface.faces(pin.corner / 3, pin.corner % 3))] = 1;
+  }
+  return pinned;
+}
+
+namespace {
+
+// Added cuts avoid pinned vertices; where they could not, one vertex has two places in its chart,
+// and its pin would have to be met by both.
+void refuse_pins_on_added_cuts(const Islands& islands, const ChartPins& pins) {
+  const Triangles& faces = islands.mesh.faces;
+  std::vector<char> on_added(islands.mesh.vertex_origin.size(), 0);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(islands.added.size()); ++h) {
+    if (islands.added[at(h)] == 0) continue;
+    on_added[at(mesh::source(faces, h))] = 1;
+    on_added[at(mesh::target(faces, h))] = 1;
+  }
+  for (std::size_t c = 0; c < pins.of_chart.size(); ++c) {
+    std::map<VertexId, Vector2> known;
+    for (const auto& [local, uv] : pins.of_chart[c]) {
+      const VertexId v = islands.charts[c].vertices[at(local)];
+      const VertexId origin = islands.mesh.vertex_origin[at(v)];
+      const auto [it, fresh] = known.emplace(origin, uv);
+      if (fresh || it->second != uv || on_added[at(v)] == 0) continue;
+      throw_not_converged(
+          ErrorCode::kBadPins,
+          "The island of vertex " + std::to_string(origin) +
+              " had to be cut open, and every way that was found runs through this pinned vertex, "
+              "which has two places then. Mark seams that open the island elsewhere, or unpin "
+              "some vertices.",
+          ElementKind::kVertex, {origin});
+    }
+  }
+}
+
+}  // namespace
+
+ChartPins pins_by_chart(const Islands& islands, const std::vector<certify::CornerPin>& pins) {
+  ChartPins result;
+  result.of_chart.resize(islands.charts.size());
+  if (pins.empty()) return result;
+  const std::size_t cut_vertices = islands.mesh.vertex_origin.size();
+  std::vector<std::pair<std::size_t, VertexId>> place(cut_vertices);
+  for (std::size_t c = 0; c < islands.charts.size(); ++c) {
+    for (std::size_t i = 0; i < islands.charts[c].vertices.size(); ++i) {
+      place[at(islands.charts[c].vertices[i])] = {c, static_cast<VertexId>(i)};
+    }
+  }
+  std::vector<std::optional<Vector2>> target(cut_vertices);
+  certify::require_storable_pins(pins, static_cast<Index>(islands.mesh.faces.size()));
+  for (const certify::CornerPin& pin : pins) {
+    const auto v = at(islands.mesh.faces(pin.corner / 3, pin.corner % 3));
+    if (target[v]) {
+      if (*target[v] == pin.uv) continue;
+      const VertexId origin = islands.mesh.vertex_origin[v];
+      throw_invalid(ErrorCode::kBadPins,
+                    "Vertex " + std::to_string(origin) +
+                        " is pinned to two different places within one chart. Mark a seam between "
+                        "them or unpin one.",
+                    ElementKind::kVertex, {origin});
+    }
+    target[v] = pin.uv;
+    const auto [chart, local] = place[v];
+    result.of_chart[chart].emplace_back(local, pin.uv);
+  }
+  refuse_pins_on_added_cuts(islands, result);
+  return result;
+}
+
+Error in_terms_of_input(Error error, const Islands& islands, std::size_t c) {
+  const mesh::Chart& chart = islands.charts[c];
+  const auto origin = [&](VertexId v) {
+    return islands.mesh.vertex_origin[at(chart.vertices[static_cast<std::size_t>(v)])];
+  };
+  // Some are of the surface with its holes filled, which nobody else knows.
+  const Index limit = error.kind == ElementKind::kFace ? static_cast<Index>(chart.faces.size())
+                                                       : static_cast<Index>(chart.vertices.size());
+  if (std::any_of(error.elements.begin(), error.elements.end(),
+                  [&](Index i) { return i < 0 || i >= limit; }))
+    error.elements.clear();
+  std::string place;
+  if (error.elements.empty()) error.kind = ElementKind::kNone;
+  if (error.kind == ElementKind::kVertex || error.kind == ElementKind::kEdge) {
+    for (Index& v : error.elements) v = origin(v);
+    if (!error.elements.empty())
+      place = ", first at vertex " + std::to_string(error.elements.front());
+  } else if (error.kind == ElementKind::kFace && !error.elements.empty()) {
+    for (Index& f : error.elements) f = chart.faces[at(f)];
+    place = ", first at face " + std::to_string(error.elements.front());
+  } else {
+    error.kind = ElementKind::kFace;
+    error.elements = first_elements(chart.faces);
+  }
+  error.message = "Chart of face " + std::to_string(chart.faces.front()) + " (" +
+                  std::to_string(chart.faces.size()) + " triangles" + place + "): " + error.message;
+  return error;
+}
+
+namespace {
+
+// Calls solve(chart, context, stats) for every chart and keeps the stats of the largest.
+template <typename Solve>
+void for_charts(const Islands& islands, ExecutionContext& context, Stats& stats, Solve solve) {
+  std::vector<Stats> own(islands.charts.size());
+  std::vector<std::size_t> order(own.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  order = largest_first(islands.charts, std::move(order));
+  for_each_chart(islands.charts, order, "flattening charts", context,
+                 [&](std::size_t c, ExecutionContext& part) {
+                   with_errors(
+                       [&](const Error& error) { return in_terms_of_input(error, islands, c); },
+                       [&] { solve(c, part, own[c]); });
+                 });
+  if (!order.empty()) stats.insert(own[order[0]].begin(), own[order[0]].end());
+  if (std::any_of(own.begin(), own.end(),
+                  [](const Stats& s) { return s.contains("time_limit_reached"); }))
+    stats["time_limit_reached"] = std::int64_t{1};
+}
+
+class Flattening {
+ public:
+  Flattening(Islands& islands, const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+             const mesh::EdgeFlags& uncuttable, const ChartPins& pins, const UnwrapOptions& options)
+      : islands_(islands),
+        surface_(surface),
+        adjacency_(adjacency),
+        uncuttable_(uncuttable),
+        pins_(pins),
+        options_(options),
+        uv_(3 * surface.faces.rows(), 2),
+        divided_(at(surface.faces.rows()), 1),
+        piece_(divided_.size(), 0) {}
+
+  void use(const KnownMaps& known) {
+    uv_ = known.corner_uv;
+    for (std::size_t f = 0; f < divided_.size(); ++f) {
+      divided_[f] = known.of_face[f] == KnownMaps::kFlat ? 0 : 1;
+      piece_[f] = known.of_face[f] == KnownMaps::kPiece ? 1 : 0;
+    }
+  }
+
+  std::vector<Points2> run(ExecutionContext& context, Stats& stats) {
+    const auto added = [&] { return std::count(islands_.added.begin(), islands_.added.end(), 1); };
+    const auto before = added();
+    constexpr double kFirstShare = 0.7;
+    double end = kFirstShare;
+    double begin = 0.0;
+    bool cut = true;
+    for (int round = 0; cut; ++round) {
+      const ProgressRange range(context, begin, end);
+      begin = end;
+      end += 0.5 * (1.0 - end);
+      cut = flatten(round, context, stats);
+    }
+    stats["overlap_cuts"] = static_cast<std::int64_t>((added() - before) / 2);
+    std::vector<Points2> uv;
+    for (const mesh::Chart& chart : islands_.charts) uv.push_back(by_vertex(chart, uv_));
+    return uv;
+  }
+
+ private:
+  // Flattens the charts of `divided_` faces; true if some of them have to be cut, which is done.
+  bool flatten(int round, ExecutionContext& context, Stats& stats) {
+    std::vector<FlatChart> flat(islands_.charts.size());
+    for_charts(islands_, context, stats,
+               [&](std::size_t c, ExecutionContext& chart_context, Stats& chart_stats) {
+                 const mesh::Chart& chart = islands_.charts[c];
+                 if (divided_[at(chart.faces.front())] == 0) return;
+                 FlattenOptions flatten = options_of(c, round);
+                 const mesh::InOwnUnit own(chart.surface);
+                 const bool piece = piece_[at(chart.faces.front())] != 0;
+                 flat[c] = round == 0 && !piece
+                               ? flatten_chart(own.surface(), flatten, chart_context, chart_stats)
+                               : flatten_piece(own.surface(), by_vertex(chart, uv_) / own.unit(),
+                                               flatten, chart_context, chart_stats);
+                 if (!flatten.pins.empty()) return;  // pins have a unit of their own
+                 flat[c].uv *= own.unit();
+               });
+    mesh::EdgeFlags further(adjacency_.opposite.size(), 0);
+    std::fill(divided_.begin(), divided_.end(), 0);
+    bool cut = false;
+    for (std::size_t c = 0; c < flat.size(); ++c) {
+      if (flat[c].uv.rows() == 0) continue;
+      const mesh::Chart& chart = islands_.charts[c];
+      put_corners(chart, flat[c].uv, uv_);
+      if (flat[c].cut.empty()) continue;
+      cut = true;
+      for (std::size_t h = 0; h < corner_count(chart); ++h)
+        further[corner_of(chart, h)] = flat[c].cut[h];
+      for (const FaceId f : chart.faces) divided_[at(f)] = 1;
+    }
+    if (cut) cut_further(islands_, surface_, adjacency_, further);
+    return cut;
+  }
+
+  FlattenOptions options_of(std::size_t c, int round) const {
+    FlattenOptions flatten;
+    flatten.bijective = options_.bijective;
+    flatten.max_iterations = options_.max_iterations;
+    flatten.tolerance = options_.tolerance;
+    flatten.acceptable = options_.acceptable;
+    if (round == 0 && !pins_.of_chart.empty()) flatten.pins = pins_.of_chart[c];
+    flatten.may_add_cuts = options_.bijective && options_.may_add_cuts && flatten.pins.empty();
+    if (flatten.may_add_cuts) flatten.uncuttable = part_of(islands_.charts[c], uncuttable_);
+    return flatten;
+  }
+
+  Islands& islands_;
+  const mesh::Surface& surface_;
+  const mesh::Adjacency& adjacency_;
+  const mesh::EdgeFlags& uncuttable_;
+  const ChartPins& pins_;
+  const UnwrapOptions& options_;
+  Points2 uv_;                 // per corner of the surface
+  std::vector<char> divided_;  // per face: its chart is to be flattened next
+  std::vector<char> piece_;    // per face: uv_ is known from the start
+};
+
+}  // namespace
+
+std::vector<Points2> flatten_islands(Islands& islands, const mesh::Surface& surface,
+                                     const mesh::Adjacency& adjacency,
+                                     const mesh::EdgeFlags& uncuttable, const ChartPins& pins,
+                                     const UnwrapOptions& options, ExecutionContext& context,
+                                     Stats& stats, const KnownMaps* known) {
+  Flattening flattening(islands, surface, adjacency, uncuttable, pins, options);
+  if (known != nullptr) flattening.use(*known);
+  return flattening.run(context, stats);
 }
 
 }  // namespace flipfree::unwrap

@@ -1,21 +1,195 @@
 #include "flipfree/unwrap/chart/separate.h"
 
-#include <Eigen/Geometry>
-#include <algorithm>
+#include <CGAL/box_intersection_d.h>
 #include <boost/graph/boykov_kolmogorov_max_flow.hpp>
 #include <boost/graph/compressed_sparse_row_graph.hpp>
+
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <numeric>
 #include <queue>
+#include <set>
+#include <utility>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/mesh/topology.h"
-#include "flipfree/unwrap/chart/join_pieces.h"
+#include "flipfree/numeric/dense_factors.h"
+#include "flipfree/numeric/predicates.h"
+#include "flipfree/unwrap/islands/corners.h"
 
 namespace flipfree::unwrap {
 namespace {
+
+// Is all of g on the right of a side of f, or on it?
+bool beside(const Triangles& faces, const Points2& uv, FaceId f, FaceId g) {
+  for (Index k = 0; k < 3; ++k) {
+    const Vector2 a = uv.row(faces(f, k)).transpose();
+    const Vector2 b = uv.row(faces(f, (k + 1) % 3)).transpose();
+    bool right = true;
+    for (Index m = 0; m < 3 && right; ++m) {
+      const VertexId v = faces(g, m);
+      if (v == faces(f, k) || v == faces(f, (k + 1) % 3)) continue;
+      right = numeric::orientation(a, b, uv.row(v).transpose()) <= 0;
+    }
+    if (right) return true;
+  }
+  return false;
+}
+
+// Area of the intersection, by clipping f at the sides of g (Sutherland, Hodgman 1974).
+double common_area(const Triangles& faces, const Points2& uv, FaceId f, FaceId g) {
+  const auto corner = [&](FaceId face, Index k) -> Vector2 {
+    return uv.row(faces(face, k)).transpose();
+  };
+  std::vector<Vector2> polygon{corner(f, 0), corner(f, 1), corner(f, 2)};
+  std::vector<Vector2> clipped;
+  for (Index k = 0; k < 3; ++k) {
+    const Vector2 a = corner(g, k);
+    const Vector2 side = corner(g, (k + 1) % 3) - a;
+    clipped.clear();
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Vector2& p = polygon[i];
+      const Vector2& q = polygon[(i + 1) % polygon.size()];
+      const double from = cross(side, Vector2(p - a));
+      const double to = cross(side, Vector2(q - a));
+      if (from >= 0) clipped.push_back(p);
+      if ((from > 0 && to < 0) || (from < 0 && to > 0))
+        clipped.emplace_back(p + (q - p) * (from / (from - to)));
+    }
+    polygon.swap(clipped);
+  }
+  double area = 0;
+  for (std::size_t i = 2; i < polygon.size(); ++i)
+    area += 0.5 * cross(Vector2(polygon[i - 1] - polygon[0]), Vector2(polygon[i] - polygon[0]));
+  return std::max(area, std::numeric_limits<double>::min());  // it is positive, however rounded
+}
+
+}  // namespace
+
+std::vector<FacePair> overlapping_faces(const Triangles& faces, const Points2& uv,
+                                        const ExecutionContext& context) {
+  using Box = CGAL::Box_intersection_d::Box_with_handle_d<double, 2, const Index*>;
+  std::vector<Box> boxes;
+  boxes.reserve(static_cast<std::size_t>(faces.rows()));
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    Vector2 low = uv.row(faces(f, 0)).transpose();
+    Vector2 high = low;
+    for (Index k = 1; k < 3; ++k) {
+      low = low.cwiseMin(uv.row(faces(f, k)).transpose());
+      high = high.cwiseMax(uv.row(faces(f, k)).transpose());
+    }
+    boxes.emplace_back(low.data(), high.data(), &faces(f, 0));
+  }
+  std::vector<FacePair> pairs;
+  std::size_t looked_at = 0;
+  CGAL::box_self_intersection_d(
+      boxes.begin(), boxes.end(), [&](const Box& first, const Box& second) {
+        if (++looked_at % 4096 == 0) context.check();
+        const auto f = static_cast<FaceId>((first.handle() - faces.data()) / 3);
+        const auto g = static_cast<FaceId>((second.handle() - faces.data()) / 3);
+        if (beside(faces, uv, f, g) || beside(faces, uv, g, f)) return;
+        pairs.push_back({std::min(f, g), std::max(f, g), common_area(faces, uv, f, g)});
+      });
+  std::sort(pairs.begin(), pairs.end(), [](const FacePair& p, const FacePair& q) {
+    return p.first != q.first ? p.first < q.first : p.second < q.second;
+  });
+  return pairs;
+}
+
+namespace {
+
+// Neighbouring pieces (the faces' components under `cut`) that do not lie on top of each other
+// become one, those with the most expensive cut between them first: `cut` loses what lay between.
+void join_pieces(const std::vector<double>& face_area, const std::vector<double>& edge_cost,
+                 double tolerated, const mesh::Adjacency& adjacency, const mesh::Components& pieces,
+                 const std::vector<FacePair>& overlapping, mesh::EdgeFlags& cut) {
+  DisjointSets joined(pieces.count);
+  const auto root = [&](Index piece) { return joined.find(piece); };
+  std::vector<std::map<Index, double>> on_top(at(pieces.count));  // area shared with each other
+  std::vector<double> own(on_top.size(), 0.0);                    // area that overlaps within
+  std::vector<double> area(on_top.size(), 0.0);
+  for (std::size_t f = 0; f < face_area.size(); ++f) area[at(pieces.of_face[f])] += face_area[f];
+  for (const FacePair& pair : overlapping) {
+    const Index a = pieces.of_face[at(pair.first)];
+    const Index b = pieces.of_face[at(pair.second)];
+    if (a == b) {
+      own[at(a)] += pair.area;
+      continue;
+    }
+    on_top[at(a)][b] += pair.area;
+    on_top[at(b)][a] += pair.area;
+  }
+  const auto may_join = [&](Index a, Index b) {
+    const auto found = on_top[at(a)].find(b);
+    if (found == on_top[at(a)].end() && own[at(a)] + own[at(b)] == 0) return true;
+    const double shared = found == on_top[at(a)].end() ? 0.0 : found->second;
+    return own[at(a)] + own[at(b)] + shared <= tolerated * (area[at(a)] + area[at(b)]) &&
+           (tolerated > 0 || shared == 0);
+  };
+  std::vector<std::map<Index, double>> beside(on_top.size());  // cost of the cut to each neighbour
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
+    if (!cut[at(h)]) continue;
+    const Index a = pieces.of_face[at(h / 3)];
+    const Index b = pieces.of_face[at(adjacency.opposite[at(h)] / 3)];
+    beside[at(a)][b] += edge_cost[at(h)];
+  }
+  struct Join {
+    double cost;
+    Index a, b;
+    bool operator<(const Join& other) const {
+      return cost != other.cost ? cost < other.cost : a != other.a ? a > other.a : b > other.b;
+    }
+  };
+  std::priority_queue<Join> queue;
+  const auto offer = [&](Index a, Index b) {
+    if (may_join(a, b)) queue.push({beside[at(a)].at(b), std::min(a, b), std::max(a, b)});
+  };
+  for (Index a = 0; a < pieces.count; ++a) {
+    for (const auto& [b, cost] : beside[at(a)]) {
+      if (a < b) offer(a, b);
+    }
+  }
+  while (!queue.empty()) {
+    const Join next = queue.top();
+    queue.pop();
+    // Entries of pieces that have been joined, or whose common cut has grown, are out of date.
+    if (root(next.a) != next.a || root(next.b) != next.b || !may_join(next.a, next.b) ||
+        beside[at(next.a)].at(next.b) != next.cost)
+      continue;
+    const Index a = next.a;
+    const Index b = next.b;
+    joined.join(b, a);
+    own[at(a)] += own[at(b)];
+    area[at(a)] += area[at(b)];
+    for (const auto& [c, shared] : on_top[at(b)]) {
+      if (c == a) {
+        own[at(a)] += shared;
+        continue;
+      }
+      on_top[at(c)].erase(b);
+      on_top[at(c)][a] = on_top[at(a)][c] += shared;
+    }
+    on_top[at(a)].erase(b);
+    beside[at(a)].erase(b);
+    for (const auto& [c, cost] : beside[at(b)]) {
+      if (c == a) continue;
+      beside[at(c)].erase(b);
+      beside[at(c)][a] = beside[at(a)][c] += cost;
+    }
+    for (const auto& [c, cost] : beside[at(a)]) offer(a, c);
+  }
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
+    if (!cut[at(h)]) continue;
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (root(pieces.of_face[at(h / 3)]) == root(pieces.of_face[at(o / 3)]))
+      cut[at(h)] = cut[at(o)] = 0;
+  }
+}
 
 // A cut along a crease of a right angle or more costs a quarter of one through a flat place.
 constexpr double kCreaseShare = 0.25;
@@ -29,11 +203,7 @@ class Separator {
   Separator(const mesh::Surface& chart, const mesh::Adjacency& adjacency, const Points2& uv,
             double tolerated, const mesh::EdgeFlags& uncuttable, ExecutionContext& context)
       : chart_(chart), adjacency_(adjacency), tolerated_(tolerated), context_(context) {
-    for (FaceId f = 0; f < chart.faces.rows(); ++f) {
-      const Vector2 p = uv.row(chart.faces(f, 0)).transpose();
-      area_.push_back(0.5 * cross(Vector2(uv.row(chart.faces(f, 1)).transpose() - p),
-                                  Vector2(uv.row(chart.faces(f, 2)).transpose() - p)));
-    }
+    for (FaceId f = 0; f < chart.faces.rows(); ++f) area_.push_back(uv_area(chart.faces, uv, f));
     cut_.assign(adjacency.opposite.size(), 0);
     weigh_edges(uncuttable);
   }
@@ -46,34 +216,25 @@ class Separator {
       std::erase_if(pairs, [&](const FacePair& pair) {
         return pieces.of_face[at(pair.first)] != pieces.of_face[at(pair.second)];
       });
-      struct Piece {
-        std::vector<FacePair> pairs;
-        std::vector<FaceId> faces;
-        double area = 0;
-        double overlap = 0;
-      };
-      std::vector<Piece> found(at(pieces.count));
+      std::vector<std::vector<FacePair>> own(at(pieces.count));
+      std::vector<std::vector<FaceId>> faces(own.size());
+      std::vector<double> spare(own.size(), 0.0);  // what may overlap, less what does
       for (const FacePair& pair : pairs) {
-        Piece& piece = found[at(pieces.of_face[at(pair.first)])];
-        piece.pairs.push_back(pair);
-        piece.overlap += pair.area;
+        own[at(pieces.of_face[at(pair.first)])].push_back(pair);
+        spare[at(pieces.of_face[at(pair.first)])] -= pair.area;
       }
       for (std::size_t f = 0; f < pieces.of_face.size(); ++f) {
-        Piece& piece = found[at(pieces.of_face[f])];
-        if (piece.pairs.empty()) continue;
-        piece.faces.push_back(static_cast<FaceId>(f));
-        piece.area += area_[f];
+        faces[at(pieces.of_face[f])].push_back(static_cast<FaceId>(f));
+        spare[at(pieces.of_face[f])] += tolerated_ * area_[f];
       }
       std::erase_if(pairs, [&](const FacePair& pair) {
-        const Piece& piece = found[at(pieces.of_face[at(pair.first)])];
-        return piece.overlap <= tolerated_ * piece.area;
+        return spare[at(pieces.of_face[at(pair.first)])] >= 0.0;
       });
-      for (const Piece& piece : found) {
-        if (!piece.pairs.empty() && piece.overlap > tolerated_ * piece.area)
-          divide(piece.faces, piece.pairs);
+      for (std::size_t p = 0; p < own.size(); ++p) {
+        if (spare[p] < 0.0) divide(faces[p], own[p]);
       }
     }
-    join_pieces({area_, cost_, tolerated_}, adjacency_, components(), overlapping, cut_);
+    join_pieces(area_, cost_, tolerated_, adjacency_, components(), overlapping, cut_);
     return std::move(cut_);
   }
 
@@ -82,20 +243,16 @@ class Separator {
     Points3 normals(chart_.faces.rows(), 3);
     centre_.resize(chart_.faces.rows(), 3);
     for (FaceId f = 0; f < chart_.faces.rows(); ++f) {
-      const Vector3 a = chart_.vertices.row(chart_.faces(f, 0)).transpose();
-      const Vector3 b = chart_.vertices.row(chart_.faces(f, 1)).transpose();
-      const Vector3 c = chart_.vertices.row(chart_.faces(f, 2)).transpose();
-      normals.row(f) = (b - a).cross(c - a).normalized().transpose();
-      centre_.row(f) = ((a + b + c) / 3.0).transpose();
+      normals.row(f) = face_normal(chart_, f).normalized().transpose();
+      const auto corner = [&](Index k) { return chart_.vertices.row(chart_.faces(f, k)); };
+      centre_.row(f) = (corner(0) + corner(1) + corner(2)) / 3.0;
     }
     cost_.assign(cut_.size(), 0.0);
     double longest = 0.0;
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost_.size()); ++h) {
       const HalfedgeId o = adjacency_.opposite[at(h)];
       if (o == kInvalid) continue;
-      const double length = (chart_.vertices.row(mesh::target(chart_.faces, h)) -
-                             chart_.vertices.row(mesh::source(chart_.faces, h)))
-                                .norm();
+      const double length = edge_length(chart_, h);
       const double cosine = std::clamp(normals.row(h / 3).dot(normals.row(o / 3)), 0.0, 1.0);
       const double share = kCreaseShare + (1.0 - kCreaseShare) * cosine;
       cost_[at(h)] = length * (std::isfinite(share) ? share : 1.0) *
@@ -115,11 +272,8 @@ class Separator {
   // Cuts one piece between triangles that lie on top of each other; at least one pair is separated.
   void divide(const std::vector<FaceId>& faces, const std::vector<FacePair>& pairs) {
     std::vector<Side> side = sides_by_regions(pairs);
-    const auto separated = [&](const FacePair& pair) {
-      return side[at(pair.first)] != Side::kNone && side[at(pair.second)] != Side::kNone &&
-             side[at(pair.first)] != side[at(pair.second)];
-    };
-    if (std::none_of(pairs.begin(), pairs.end(), separated)) side = sides_by_distance(pairs);
+    if (std::find(side.begin(), side.end(), Side::kFirst) == side.end())
+      side = sides_by_distance(pairs);
     const std::vector<char> first = minimum_cut(faces, side);
     for (const FaceId f : faces) {
       for (Index k = 0; k < 3; ++k) {
@@ -131,69 +285,43 @@ class Separator {
     }
   }
 
-  // Connected regions of faces that lie on or under others get one side each, such that regions on
-  // top of each other differ as far as that is possible; largest conflict first.
+  // Connected regions of faces that lie on others get a side each such that regions on top of each
+  // other differ, as far as one breadth-first walk over them can tell. Only faces of pairs that
+  // this separates have one.
   std::vector<Side> sides_by_regions(const std::vector<FacePair>& pairs) const {
-    std::vector<Side> side(at(static_cast<Index>(chart_.faces.rows())), Side::kNone);
-    std::vector<Index> region(side.size(), kInvalid);
-    std::vector<FaceId> involved;
-    for (const FacePair& pair : pairs) involved.insert(involved.end(), {pair.first, pair.second});
-    std::sort(involved.begin(), involved.end());
-    involved.erase(std::unique(involved.begin(), involved.end()), involved.end());
-    std::vector<char> is_involved(side.size(), 0);
-    for (const FaceId f : involved) is_involved[at(f)] = 1;
-    Index count = 0;
-    std::vector<FaceId> stack;
-    for (const FaceId seed : involved) {
-      if (region[at(seed)] != kInvalid) continue;
-      region[at(seed)] = count;
-      stack.push_back(seed);
-      while (!stack.empty()) {
-        const FaceId f = stack.back();
-        stack.pop_back();
-        for (Index k = 0; k < 3; ++k) {
-          const HalfedgeId o = across(3 * f + k);
-          if (o == kInvalid || !is_involved[at(o / 3)] || region[at(o / 3)] != kInvalid) continue;
-          region[at(o / 3)] = count;
-          stack.push_back(o / 3);
-        }
-      }
-      ++count;
+    std::vector<char> on_others(area_.size(), 0);
+    for (const FacePair& pair : pairs) on_others[at(pair.first)] = on_others[at(pair.second)] = 1;
+    mesh::EdgeFlags between = cut_;
+    for (std::size_t h = 0; h < between.size(); ++h) {
+      const HalfedgeId o = adjacency_.opposite[h];
+      if (o != kInvalid && (on_others[h / 3] == 0 || on_others[at(o / 3)] == 0)) between[h] = 1;
     }
-    std::vector<std::array<Index, 2>> conflicts;
+    const std::vector<Index> region = mesh::components_between(adjacency_, between).of_face;
+    std::map<Index, std::set<Index>> against;
     for (const FacePair& pair : pairs) {
       const Index a = region[at(pair.first)];
       const Index b = region[at(pair.second)];
-      if (a != b) conflicts.push_back({std::min(a, b), std::max(a, b)});
+      if (a == b) continue;
+      against[a].insert(b);
+      against[b].insert(a);
     }
-    std::sort(conflicts.begin(), conflicts.end());
-    conflicts.erase(std::unique(conflicts.begin(), conflicts.end()), conflicts.end());
-    std::vector<std::vector<Index>> against(at(count));
-    for (const auto& [a, b] : conflicts) {
-      against[at(a)].push_back(b);
-      against[at(b)].push_back(a);
-    }
-    std::vector<Side> of_region(at(count), Side::kNone);
-    for (Index seed = 0; seed < count; ++seed) {
-      if (of_region[at(seed)] != Side::kNone || against[at(seed)].empty()) continue;
-      of_region[at(seed)] = Side::kFirst;
+    std::map<Index, Side> of_region;
+    for (const auto& [seed, others] : against) {
+      if (!of_region.emplace(seed, Side::kFirst).second) continue;
       std::vector<Index> queue{seed};
-      for (std::size_t head = 0; head < queue.size(); ++head) {
-        for (const Index b : against[at(queue[head])]) {
-          if (of_region[at(b)] != Side::kNone) continue;
-          of_region[at(b)] =
-              of_region[at(queue[head])] == Side::kFirst ? Side::kSecond : Side::kFirst;
-          queue.push_back(b);
-        }
+      for (std::size_t i = 0; i < queue.size(); ++i) {
+        const Side other = of_region[queue[i]] == Side::kFirst ? Side::kSecond : Side::kFirst;
+        for (const Index b : against[queue[i]])
+          if (of_region.emplace(b, other).second) queue.push_back(b);
       }
     }
-    // Only faces of pairs that this separates are held to their side.
+    std::vector<Side> side(area_.size(), Side::kNone);
     for (const FacePair& pair : pairs) {
-      const Side a = of_region[at(region[at(pair.first)])];
-      const Side b = of_region[at(region[at(pair.second)])];
-      if (a == Side::kNone || b == Side::kNone || a == b) continue;
-      side[at(pair.first)] = a;
-      side[at(pair.second)] = b;
+      const auto a = of_region.find(region[at(pair.first)]);
+      const auto b = of_region.find(region[at(pair.second)]);
+      if (a == of_region.end() || b == of_region.end() || a->second == b->second) continue;
+      side[at(pair.first)] = a->second;
+      side[at(pair.second)] = b->second;
     }
     return side;
   }
@@ -348,6 +476,122 @@ mesh::EdgeFlags separating_cut(const mesh::Surface& chart, const mesh::Adjacency
                                double tolerated, const mesh::EdgeFlags& uncuttable,
                                ExecutionContext& context) {
   return Separator(chart, adjacency, uv, tolerated, uncuttable, context).run(overlapping);
+}
+
+namespace {
+
+// Height over length of faces that could not be stored as islands of their own.
+constexpr double kThinnestStored = 1e-5;
+
+bool is_thin(const mesh::Surface& chart, FaceId f) {
+  double longest = 0.0;
+  for (Index k = 0; k < 3; ++k) longest = std::max(longest, edge_length(chart, 3 * f + k));
+  return !(face_normal(chart, f).norm() > kThinnestStored * longest * longest);
+}
+
+// Per face the first one of those that stay together: polygons, and every thin face with a
+// neighbour that is none, or with what leads to one, across the longest edges.
+std::vector<FaceId> blocks_of(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                              const mesh::EdgeFlags& uncuttable, bool thin_alone) {
+  const auto count = static_cast<FaceId>(chart.faces.rows());
+  DisjointSets sets(count);
+  std::vector<char> stands;  // of a first face: can its block be an island?
+  for (FaceId f = 0; f < count; ++f) stands.push_back(is_thin(chart, f) ? 0 : 1);
+  const auto join = [&](FaceId f, FaceId g) {
+    const auto [first, other] = std::minmax({sets.find(f), sets.find(g)});
+    sets.join(other, first);
+    stands[at(first)] |= stands[at(other)];
+  };
+  std::vector<std::pair<double, HalfedgeId>> thin;
+  for (HalfedgeId h = 0; h < 3 * count; ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o < h) continue;
+    if (!uncuttable.empty() && uncuttable[at(h)] != 0) join(h / 3, o / 3);
+    if (!thin_alone && (is_thin(chart, h / 3) || is_thin(chart, o / 3)))
+      thin.emplace_back(-edge_length(chart, h), h);
+  }
+  std::sort(thin.begin(), thin.end());
+  for (const auto& [length, h] : thin) {
+    const FaceId a = sets.find(h / 3);
+    const FaceId b = sets.find(adjacency.opposite[at(h)] / 3);
+    if (stands[at(a)] == 0 || stands[at(b)] == 0) join(a, b);
+  }
+  std::vector<FaceId> first;
+  for (FaceId f = 0; f < count; ++f) first.push_back(sets.find(f));
+  return first;
+}
+
+// The faces along the direction in which the map (#V x 2) is longest.
+std::vector<FaceId> along_axis(const Triangles& faces, const Points2& uv) {
+  Points2 centre(faces.rows(), 2);
+  for (FaceId f = 0; f < faces.rows(); ++f)
+    centre.row(f) = uv.row(faces(f, 0)) + uv.row(faces(f, 1)) + uv.row(faces(f, 2));
+  centre.rowwise() -= centre.colwise().mean().eval();
+  const Eigen::Matrix2d spread = centre.transpose() * centre;
+  const Eigen::VectorXd height = centre * numeric::symmetric_eigen(spread).vectors.col(1);
+  std::vector<FaceId> order(at(static_cast<Index>(faces.rows())));
+  std::iota(order.begin(), order.end(), FaceId{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](FaceId a, FaceId b) { return height[a] < height[b]; });
+  return order;
+}
+
+// The blocks from that of `seed` on, ring by ring, up to about half of all faces, and the others.
+std::vector<Index> grown_half(const mesh::Adjacency& adjacency, const std::vector<FaceId>& block,
+                              FaceId seed) {
+  const std::size_t count = block.size();
+  std::vector<std::vector<FaceId>> faces(count);  // by the block's first
+  for (std::size_t f = 0; f < count; ++f) faces[at(block[f])].push_back(static_cast<FaceId>(f));
+  std::vector<Index> side(count, 0);
+  std::vector<FaceId> queue;
+  const auto take = [&](FaceId first) {
+    for (const FaceId f : faces[at(first)]) {
+      side[at(f)] = 1;
+      queue.push_back(f);
+    }
+  };
+  take(block[at(seed)]);
+  for (std::size_t i = 0; i < queue.size() && 2 * queue.size() < count; ++i) {
+    for (Index k = 0; k < 3; ++k) {
+      const HalfedgeId o = adjacency.opposite[at(3 * queue[i] + k)];
+      if (o == kInvalid || side[at(o / 3)] != 0) continue;
+      const FaceId first = block[at(o / 3)];
+      if (queue.size() + faces[at(first)].size() < count) take(first);
+    }
+  }
+  return side;
+}
+
+}  // namespace
+
+mesh::EdgeFlags halving_cut(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                            const Points2& uv, const mesh::EdgeFlags& uncuttable, bool thin_alone,
+                            ExecutionContext& context) {
+  const auto count = at(chart.faces.rows());
+  mesh::EdgeFlags cut(adjacency.opposite.size(), 0);
+  if (count < 2) return cut;
+  const std::vector<FaceId> block = blocks_of(chart, adjacency, uncuttable, thin_alone);
+  const std::vector<FaceId> order = along_axis(chart.faces, uv);
+  std::vector<FacePair> ends;  // of the first and the last quarter, as if they lay on each other
+  for (std::size_t i = 0; i < std::max<std::size_t>(count / 4, 1); ++i) {
+    const auto [a, b] = std::minmax(order[i], order[count - 1 - i]);
+    ends.push_back({a, b, 1.0});
+  }
+  mesh::EdgeFlags spared(cut.size(), 0);
+  const auto differ = [&](const std::vector<Index>& side, std::size_t h) {
+    const HalfedgeId o = adjacency.opposite[h];
+    return o != kInvalid && side[h / 3] != side[at(o / 3)];
+  };
+  for (std::size_t h = 0; h < cut.size(); ++h) spared[h] = differ(block, h) ? 0 : 1;
+  const mesh::EdgeFlags least = separating_cut(chart, adjacency, uv, ends, 0.0, spared, context);
+  // Every block goes where its first face is.
+  const std::vector<Index> piece = mesh::components_between(adjacency, least).of_face;
+  std::vector<Index> side(count);
+  for (std::size_t f = 0; f < count; ++f) side[f] = piece[at(block[f])];
+  if (std::adjacent_find(side.begin(), side.end(), std::not_equal_to<>()) == side.end())
+    side = grown_half(adjacency, block, order.front());
+  for (std::size_t h = 0; h < cut.size(); ++h) cut[h] = differ(side, h) ? 1 : 0;
+  return cut;
 }
 
 }  // namespace flipfree::unwrap

@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <numeric>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
-#include "flipfree/unwrap/packing/boxes/pack_rectangles.h"
-#include "flipfree/unwrap/packing/nest/contacts.h"
+#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/packing/layout.h"
+#include "flipfree/unwrap/packing/nest/inflate.h"
+#include "flipfree/unwrap/packing/rectangles.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -142,14 +146,11 @@ Index arrange(const std::vector<mesh::Chart>& charts, const Items& items,
 }
 
 bool apart(const std::vector<mesh::Chart>& charts, const Items& items,
-           const std::vector<Points2f>& stored, const Points2& stays, double margin,
+           const std::vector<Points2>& stored, const Points2& stays, double margin,
            const ExecutionContext& context) {
-  std::vector<Points2> uv(stored.size());
   std::vector<Shape> shapes;
-  for (const std::vector<std::size_t>& item : items) {
-    for (const std::size_t c : item) uv[c] = stored[c].cast<double>();
-    shapes.emplace_back().loops = outlines_of(charts, item, uv);
-  }
+  for (const std::vector<std::size_t>& item : items)
+    shapes.emplace_back().loops = outlines_of(charts, item, stored);
   std::vector<Loop> fixed;
   for (Eigen::Index i = 0; i + 2 < stays.rows(); i += 3) fixed.push_back(triangle_of(stays, i));
   const double least = margin * (1.0 + 1e-12) + 1e-14;
@@ -158,6 +159,192 @@ bool apart(const std::vector<mesh::Chart>& charts, const Items& items,
   return std::none_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
     return (c.a != kInvalid || c.b != kInvalid) && c.gap < least;
   });
+}
+
+namespace {
+
+constexpr double kSameOutline = 1e-3;
+
+Points2 outline_of(const mesh::Chart& chart, const Points2& uv) {
+  const distortion::Boundary boundary =
+      distortion::find_boundary(static_cast<Index>(uv.rows()), chart.surface.faces);
+  if (boundary.loops.size() != 1) return Points2(0, 2);
+  const std::vector<VertexId>& loop = boundary.loops.front();
+  Points2 outline(static_cast<Eigen::Index>(loop.size()), 2);
+  for (std::size_t i = 0; i < loop.size(); ++i)
+    outline.row(static_cast<Eigen::Index>(i)) = uv.row(loop[i]);
+  return outline;
+}
+
+double outline_area(const Points2& outline) {
+  double area = 0.0;
+  for (Eigen::Index i = 0; i < outline.rows(); ++i)
+    area += 0.5 * cross(outline.row(i), outline.row((i + 1) % outline.rows()));
+  return area;
+}
+
+Points2 from_corner(const Points2& outline, Eigen::Index first) {
+  Points2 result(outline.rows(), 2);
+  for (Eigen::Index i = 0; i < outline.rows(); ++i)
+    result.row(i) = outline.row((first + i) % outline.rows());
+  return result;
+}
+
+bool same(const Points2& from, const Points2& to, double tolerance) {
+  const Similarity motion = fit_motion(from, to);
+  for (Eigen::Index i = 0; i < from.rows(); ++i) {
+    if (!((motion(from.row(i).transpose()) - to.row(i).transpose()).norm() <= tolerance))
+      return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<Stacked> similar_charts(const std::vector<mesh::Chart>& charts,
+                                    const std::vector<Points2>& uv,
+                                    const std::vector<char>& moved) {
+  struct Kind {
+    std::size_t chart;
+    Points2 outline;
+    double area;
+  };
+  std::map<Eigen::Index, std::vector<Kind>> kinds;
+  std::vector<Stacked> found;
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    if (!moved[c]) continue;
+    Points2 outline = outline_of(charts[c], uv[c]);
+    if (outline.rows() < 3) continue;
+    const double area = outline_area(outline);
+    const double size = (outline.colwise().maxCoeff() - outline.colwise().minCoeff()).maxCoeff();
+    std::vector<Kind>& own = kinds[outline.rows()];
+    const std::size_t before = found.size();
+    for (const Kind& kind : own) {
+      if (!(std::abs(kind.area - area) <= 4.0 * kSameOutline * std::abs(area))) continue;
+      for (Eigen::Index first = 0; first < outline.rows() && found.size() == before; ++first) {
+        if (same(from_corner(outline, first), kind.outline, kSameOutline * size))
+          found.push_back({c, kind.chart, at(first)});
+      }
+      if (found.size() > before) break;
+    }
+    if (found.size() == before) own.push_back({c, std::move(outline), area});
+  }
+  return found;
+}
+
+void put_on(const std::vector<mesh::Chart>& charts, const Stacked& stacked,
+            const std::vector<Points2>& before, std::vector<Points2>& uv) {
+  const Points2 own = from_corner(outline_of(charts[stacked.chart], before[stacked.chart]),
+                                  static_cast<Eigen::Index>(stacked.first));
+  const Points2 then = outline_of(charts[stacked.on], before[stacked.on]);
+  const Points2 now = outline_of(charts[stacked.on], uv[stacked.on]);
+  const Similarity motion = fit_motion(own, now, fit_similarity(then, now).linear.norm());
+  uv[stacked.chart] = moved(motion, before[stacked.chart]);
+}
+
+namespace {
+
+// Tiles that a search at the common scale did not fill lower it, so often at most.
+constexpr int kSpreadingRounds = 4;
+// Scales that are one.
+constexpr double kSameScale = 1e-9;
+
+double item_area(const std::vector<mesh::Chart>& charts, const std::vector<std::size_t>& item,
+                 const std::vector<Points2>& uv) {
+  double area = 0.0;
+  for (const std::size_t c : item) {
+    const Triangles& faces = charts[c].surface.faces;
+    for (FaceId f = 0; f < faces.rows(); ++f) area += std::abs(uv_area(faces, uv[c], f));
+  }
+  return area;
+}
+
+struct Part {
+  std::vector<std::size_t> of;  // items
+  Items items;
+  double area = 0.0;
+  Index tile = 0;
+  double scale = 0.0;
+};
+
+// Every tile gets an item.
+std::vector<Part> divided(const Items& items, const std::vector<double>& area, std::size_t count) {
+  std::vector<std::size_t> order(items.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return area[a] > area[b]; });
+  std::vector<Part> parts(count);
+  for (const std::size_t i : order) {
+    const auto least = [](const Part& a, const Part& b) {
+      return a.of.empty() != b.of.empty() ? a.of.empty() : a.area < b.area;
+    };
+    Part& part = *std::min_element(parts.begin(), parts.end(), least);
+    part.of.push_back(i);
+    part.area += area[i];
+  }
+  for (Part& part : parts) {
+    std::sort(part.of.begin(), part.of.end());
+    for (const std::size_t i : part.of) part.items.push_back(items[i]);
+  }
+  return parts;
+}
+
+}  // namespace
+
+std::vector<Index> spread(const std::vector<mesh::Chart>& charts, const Items& items,
+                          const ArrangeOptions& options, Index tiles, std::vector<Points2>& uv,
+                          ExecutionContext& context) {
+  const std::size_t count = std::min(at(tiles), items.size());
+  if (count < 2)
+    return std::vector<Index>(items.size(), arrange(charts, items, options, uv, context));
+  std::vector<double> area;
+  for (const auto& item : items) area.push_back(item_area(charts, item, uv));
+  const std::vector<Points2> given = uv;
+  std::vector<Part> parts = divided(items, area, count);
+  double common = options.scale;
+  const auto place = [&](std::size_t p, Index first) {
+    Part& part = parts[p];
+    ArrangeOptions own = options;
+    own.first_tile = first;
+    own.scale = common;
+    for (const auto& item : part.items)
+      for (const std::size_t c : item) uv[c] = given[c];
+    part.tile = arrange(charts, part.items, own, uv, context);
+    double placed = 0.0;
+    for (const auto& item : part.items) placed += item_area(charts, item, uv);
+    part.scale = part.area > 0.0 ? std::sqrt(placed / part.area) : 1.0;
+  };
+  const auto steps = static_cast<double>(count);
+  for (std::size_t p = 0; p < count; ++p) {
+    const ProgressRange range(context, 0.5 * static_cast<double>(p) / steps,
+                              0.5 * static_cast<double>(p + 1) / steps);
+    place(p, p == 0 ? options.first_tile : parts[p - 1].tile + 1);
+  }
+  const auto smallest = [&] {
+    double scale = parts.front().scale;
+    for (const Part& part : parts) scale = std::min(scale, part.scale);
+    return scale;
+  };
+  const ProgressRange range(context, 0.5, 1.0);
+  for (int round = 0; round < kSpreadingRounds; ++round) {
+    common = smallest();
+    for (std::size_t p = 0; p < count; ++p)
+      if (parts[p].scale > common * (1.0 + kSameScale)) place(p, parts[p].tile);
+  }
+  // What is larger still shrinks as a whole, which costs a little of its gaps.
+  common = smallest();
+  for (const Part& part : parts) {
+    const double factor = common / part.scale;
+    if (factor > 1.0 - kSameScale) continue;
+    const Eigen::RowVector2d corner = tile_corner(part.tile).transpose();
+    for (const auto& item : part.items)
+      for (const std::size_t c : item)
+        uv[c] = (factor * (uv[c].rowwise() - corner)).rowwise() + corner;
+  }
+  std::vector<Index> tile(items.size());
+  for (const Part& part : parts)
+    for (const std::size_t i : part.of) tile[i] = part.tile;
+  return tile;
 }
 
 }  // namespace flipfree::unwrap

@@ -35,7 +35,39 @@ Index arrange(const std::vector<mesh::Chart>& charts, const Items& items,
 // precision, whose rounding counts against them. Items must not overlap. Cost: O(outlines' corners
 // + pairs closer than that).
 bool apart(const std::vector<mesh::Chart>& charts, const Items& items,
-           const std::vector<Points2f>& stored, const Points2& stays, double margin,
+           const std::vector<Points2>& stored, const Points2& stays, double margin,
            const ExecutionContext& context);
+
+// Charts of one outline, to lie on top of each other.
+
+// The chart's outline, from its corner `first` on, is that of the other from its first corner on,
+// turned and moved.
+struct Stacked {
+  std::size_t chart = 0;
+  std::size_t on = 0;
+  std::size_t first = 0;
+};
+
+// Of the charts that move, those whose outline, turned and moved but neither scaled nor mirrored,
+// is that of one before them to a thousandth of its size, corner for corner. Only charts with one
+// outline each. Cost: O(c n^2) for c charts of the same number n of corners and about one area.
+std::vector<Stacked> similar_charts(const std::vector<mesh::Chart>& charts,
+                                    const std::vector<Points2>& uv, const std::vector<char>& moved);
+
+// Puts the chart's map (as similar_charts saw it, `before`) on that of the other, where that lies
+// now, at the other's scale.
+void put_on(const std::vector<mesh::Chart>& charts, const Stacked& stacked,
+            const std::vector<Points2>& before, std::vector<Points2>& uv);
+
+// Charts that move, spread over several tiles at one scale.
+
+// arrange() for up to `tiles` tiles from options.first_tile on, as UDIM counts; those without room
+// are passed over. Items go largest first to the tile that has least (Graham's rule), each tile is
+// arranged by itself, then all get the scale of the fullest. The tile of every item is returned.
+// Precondition: tiles > 0. Throws what arrange() throws. Cost: that of arrange() for every tile, a
+// few times.
+std::vector<Index> spread(const std::vector<mesh::Chart>& charts, const Items& items,
+                          const ArrangeOptions& options, Index tiles, std::vector<Points2>& uv,
+                          ExecutionContext& context);
 
 }  // namespace flipfree::unwrap

@@ -16,7 +16,7 @@ namespace {
 std::vector<Vector2> convex_hull(const Points2& points) {
   using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
   std::vector<Kernel::Point_2> input;
-  input.reserve(static_cast<std::size_t>(points.rows()));
+  input.reserve(at(points.rows()));
   for (Eigen::Index i = 0; i < points.rows(); ++i) input.emplace_back(points(i, 0), points(i, 1));
   std::vector<Kernel::Point_2> hull;
   CGAL::convex_hull_2(input.begin(), input.end(), std::back_inserter(hull));
@@ -99,10 +99,11 @@ Similarity fit_similarity(const Points2& from, const Points2& to) {
   return similarity;
 }
 
-Similarity fit_motion(const Points2& from, const Points2& to) {
+Similarity fit_motion(const Points2& from, const Points2& to, double scale) {
   Similarity motion = fit_similarity(from, to);
   const double length = motion.linear.norm();
-  motion.linear = std::isnormal(length) ? Vector2(motion.linear / length) : Vector2(1.0, 0.0);
+  motion.linear =
+      std::isnormal(length) ? Vector2(motion.linear * (scale / length)) : Vector2(scale, 0.0);
   motion.translation = Vector2::Zero();
   const Vector2 middle = from.colwise().mean().transpose();
   motion.translation = to.colwise().mean().transpose() - motion(middle);

@@ -21,8 +21,8 @@ struct Similarity {
   }
 };
 Similarity fit_similarity(const Points2& from, const Points2& to);
-// The best of those that scale nothing.
-Similarity fit_motion(const Points2& from, const Points2& to);
+// The best of those that scale by so much.
+Similarity fit_motion(const Points2& from, const Points2& to, double scale = 1.0);
 
 // Every point carried.
 Points2 moved(const Similarity& similarity, const Points2& uv);

@@ -15,8 +15,9 @@
 #include "flipfree/distortion/valid_map.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/topology.h"
-#include "flipfree/unwrap/packing/boxes/pack_rectangles.h"
+#include "flipfree/unwrap/islands/corners.h"
 #include "flipfree/unwrap/packing/place.h"
+#include "flipfree/unwrap/packing/rectangles.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -25,8 +26,7 @@ struct PackedCharts {
   std::vector<Points2> uv;
   std::vector<Index> group;
   std::vector<char> moved;
-  std::vector<char> bijective;
-  std::vector<std::vector<VertexId>> fixed;  // chart vertices with a corner that stays
+  std::vector<KeptAsStored> kept;
 };
 
 void check_options(const Points2& corner_uv, const PackOptions& options) {
@@ -80,15 +80,10 @@ PackedCharts read_charts(const std::vector<mesh::Chart>& charts, const Points2& 
   for (const CornerId c : options.unmoved) stays[at(c)] = 1;
   PackedCharts result;
   for (const mesh::Chart& chart : charts) {
-    const Triangles& faces = chart.surface.faces;
-    Points2 uv(chart.surface.vertices.rows(), 2);
+    Points2 uv = by_vertex(chart, corner_uv);
     std::vector<VertexId> fixed;
-    for (Eigen::Index f = 0; f < faces.rows(); ++f) {
-      for (Index k = 0; k < 3; ++k) {
-        const CornerId corner = 3 * chart.faces[at(f)] + k;
-        uv.row(faces(f, k)) = corner_uv.row(corner);
-        if (stays[at(corner)] != 0) fixed.push_back(faces(f, k));
-      }
+    for (std::size_t h = 0; h < corner_count(chart); ++h) {
+      if (stays[corner_of(chart, h)] != 0) fixed.push_back(chart.surface.faces.data()[h]);
     }
     if (options.together) result.group.push_back(components.of_face[at(chart.faces.front())]);
     if (!options.groups.empty()) {
@@ -97,11 +92,9 @@ PackedCharts read_charts(const std::vector<mesh::Chart>& charts, const Points2& 
       result.group.push_back(group);
     }
     result.moved.push_back(fixed.empty());
-    result.bijective.push_back(
-        options.keep_bijective &&
-        !distortion::overlaps_itself(
-            distortion::find_boundary(static_cast<Index>(uv.rows()), faces), uv, context));
-    result.fixed.push_back(std::move(fixed));
+    const bool bijective =
+        options.keep_bijective && !overlaps_itself(chart.surface.faces, uv, context);
+    result.kept.push_back({bijective, std::move(fixed)});
     result.uv.push_back(std::move(uv));
   }
   return result;
@@ -110,25 +103,16 @@ PackedCharts read_charts(const std::vector<mesh::Chart>& charts, const Points2& 
 std::vector<Points2f> round_packed(const std::vector<mesh::Chart>& charts,
                                    const PackedCharts& packed, const std::vector<Points2>& uv,
                                    const ExecutionContext& context) {
-  std::vector<Points2f> stored(charts.size());
-  parallel_for(context, charts.size(), 1, [&](std::size_t c, std::size_t, std::size_t) {
-    ExecutionContext part(&context, 1);
-    distortion::RoundingOptions rounding;
-    rounding.bijective = packed.bijective[c] != 0;
-    rounding.fixed = packed.fixed[c];
-    Stats unused;
-    try {
-      stored[c] =
-          distortion::round_to_storage(charts[c].surface.faces, uv[c], rounding, part, unused);
-    } catch (const NotConverged& e) {
-      Error error = e.error();
-      error.elements = first_elements(faces_at(error, charts[c].surface.faces));
-      error.kind = ElementKind::kFace;
-      for (Index& f : error.elements) f = charts[c].faces[at(f)];
-      throw NotConverged(std::move(error));
-    }
-  });
-  return stored;
+  Unstorable unstorable;
+  std::int64_t repaired = 0;
+  std::vector<Points2f> stored =
+      store_charts(charts, uv, packed.kept, unstorable, repaired, context);
+  if (unstorable.empty()) return stored;
+  auto& [c, error] = unstorable.front();
+  error.elements = first_elements(faces_at(error, charts[c].surface.faces));
+  error.kind = ElementKind::kFace;
+  for (Index& f : error.elements) f = charts[c].faces[at(f)];
+  throw NotConverged(std::move(error));
 }
 
 certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2& corner_uv,
@@ -136,8 +120,7 @@ certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2&
   const Stopwatch watch;
   distortion::require_valid_map(surface, corner_uv, context);
   check_options(corner_uv, options);
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency adjacency = adjacency_of(surface);
   const mesh::EdgeFlags cuts = mesh::uv_cuts(adjacency, corner_uv);
   const std::vector<mesh::Chart> charts =
       mesh::split_into_charts(surface.vertices, mesh::cut_along(surface.faces, adjacency, cuts));
@@ -169,13 +152,8 @@ certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2&
   map.uv.resize(corner_uv.rows(), 2);
   map.uv32.resize(corner_uv.rows(), 2);
   for (std::size_t c = 0; c < charts.size(); ++c) {
-    for (std::size_t f = 0; f < charts[c].faces.size(); ++f) {
-      for (Index k = 0; k < 3; ++k) {
-        const VertexId v = charts[c].surface.faces(static_cast<Eigen::Index>(f), k);
-        map.uv.row(3 * charts[c].faces[f] + k) = placed.uv[c].row(v);
-        map.uv32.row(3 * charts[c].faces[f] + k) = placed.stored[c].row(v);
-      }
-    }
+    put_corners(charts[c], placed.uv[c], map.uv);
+    put_corners(charts[c], placed.stored[c], map.uv32);
   }
   context.report("certifying", 0.7);
   certify::set_identity_provenance(map);

@@ -11,14 +11,15 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/measures.h"
 #include "flipfree/certify/overlap.h"
+#include "flipfree/distortion/rounding.h"
+#include "flipfree/unwrap/islands/corners.h"
 #include "flipfree/unwrap/packing/arrange.h"
-#include "flipfree/unwrap/packing/boxes/pack_rectangles.h"
 #include "flipfree/unwrap/packing/layout.h"
-#include "flipfree/unwrap/packing/similar.h"
-#include "flipfree/unwrap/packing/spread.h"
+#include "flipfree/unwrap/packing/rectangles.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -45,30 +46,20 @@ struct Areas {
 Areas areas(const mesh::Surface& surface, const Points2& uv) {
   Areas sum;
   for (Eigen::Index f = 0; f < surface.faces.rows(); ++f) {
-    const auto corner = [&](Index k) -> Vector3 {
-      return surface.vertices.row(surface.faces(f, k)).transpose();
-    };
-    const auto map = [&](Index k) -> Vector2 { return uv.row(surface.faces(f, k)).transpose(); };
-    sum.surface += 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
-    sum.plane += 0.5 * std::abs(twice_area(map(0), map(1), map(2)));
+    sum.surface += 0.5 * face_normal(surface, static_cast<FaceId>(f)).norm();
+    sum.plane += std::abs(uv_area(surface.faces, uv, static_cast<FaceId>(f)));
   }
   return sum;
 }
 
 // The former UVs of a chart's vertices, if it was one flip-free island of them.
 std::optional<Points2> reference_of(const mesh::Chart& chart, const Points2& corner_uv) {
-  Points2 reference(chart.surface.vertices.rows(), 2);
-  Points2 corners(3 * chart.surface.faces.rows(), 2);
-  std::vector<char> known(static_cast<std::size_t>(reference.rows()), 0);
-  for (FaceId f = 0; f < chart.surface.faces.rows(); ++f) {
-    for (Index k = 0; k < 3; ++k) {
-      const VertexId v = chart.surface.faces(f, k);
-      const auto uv = corner_uv.row(3 * chart.faces[static_cast<std::size_t>(f)] + k);
-      corners.row(3 * f + k) = uv;
-      if (known[static_cast<std::size_t>(v)] && reference.row(v) != uv) return std::nullopt;
-      known[static_cast<std::size_t>(v)] = 1;
-      reference.row(v) = uv;
-    }
+  Points2 reference = by_vertex(chart, corner_uv);
+  const Points2 corners = by_corner(chart.surface.faces, reference);
+  for (std::size_t h = 0; h < corner_count(chart); ++h) {
+    const auto own = static_cast<Eigen::Index>(h);
+    if (corners.row(own) != corner_uv.row(static_cast<Eigen::Index>(corner_of(chart, h))))
+      return std::nullopt;
   }
   if (!corners.allFinite() || !certify::flipped_faces(corners).empty()) return std::nullopt;
   return reference;
@@ -96,14 +87,7 @@ std::optional<std::vector<Points2>> at_former_places(const std::vector<mesh::Cha
   std::vector<Points2> result = uv;
   for (std::size_t c = 0; c < charts.size(); ++c) {
     if (!moved[c]) continue;
-    Similarity fitted = fit_similarity(uv[c], references[c]);
-    const Eigen::RowVector2d middle = uv[c].colwise().mean();
-    const Vector2 target = fitted(middle.transpose());
-    fitted.linear = scale * fitted.linear.normalized();
-    fitted.translation = Vector2::Zero();
-    fitted.translation = target - fitted(middle.transpose());
-    for (Eigen::Index i = 0; i < uv[c].rows(); ++i)
-      result[c].row(i) = fitted(uv[c].row(i).transpose()).transpose();
+    result[c] = unwrap::moved(fit_motion(uv[c], references[c], scale), uv[c]);
   }
   return result;
 }
@@ -127,39 +111,20 @@ Points2 everything_that_stays(const std::vector<mesh::Chart>& charts,
   return corners;
 }
 
-// As stored: no item on top of another or of what stays.
-bool disjoint(const std::vector<mesh::Chart>& charts, const Items& items,
-              const std::vector<Points2f>& stored, const Points2& stays) {
-  mesh::Components islands;
-  Eigen::Index rows = stays.rows();
-  for (const std::vector<std::size_t>& item : items)
-    for (const std::size_t c : item) rows += 3 * charts[c].surface.faces.rows();
-  Points2 corners(rows, 2);
-  corners.topRows(stays.rows()) = stays;
-  islands.of_face.assign(static_cast<std::size_t>(stays.rows() / 3), 0);
-  islands.count = 1;
-  Eigen::Index row = stays.rows();
-  for (const std::vector<std::size_t>& item : items) {
-    for (const std::size_t c : item) {
-      const Points2 own = by_corner(charts[c].surface.faces, stored[c].cast<double>());
-      corners.middleRows(row, own.rows()) = own;
-      row += own.rows();
-      islands.of_face.insert(islands.of_face.end(), static_cast<std::size_t>(own.rows() / 3),
-                             islands.count);
-    }
-    ++islands.count;
-  }
-  return certify::island_overlaps(islands, corners).pairs == 0;
+std::vector<Points2> in_doubles(const std::vector<Points2f>& stored) {
+  std::vector<Points2> uv;
+  for (const Points2f& chart : stored) uv.push_back(chart.cast<double>());
+  return uv;
 }
 
 // So far from the border of each item's tile; the first tile is the unit square.
-bool in_tiles(const std::vector<Points2f>& stored, const Items& items,
+bool in_tiles(const std::vector<Points2>& stored, const Items& items,
               const std::vector<Index>& tile, double border) {
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Eigen::RowVector2d low = tile_corner(tile[i]).transpose();
     const Eigen::RowVector2d least = low.array() + border, most = low.array() + (1.0 - border);
     for (const std::size_t c : items[i]) {
-      const Points2 uv = stored[c].cast<double>();
+      const Points2& uv = stored[c];
       if ((uv.colwise().minCoeff().array() < least.array()).any() ||
           (uv.colwise().maxCoeff().array() > most.array()).any())
         return false;
@@ -169,12 +134,12 @@ bool in_tiles(const std::vector<Points2f>& stored, const Items& items,
 }
 
 // How far storing the charts that move took a vertex.
-double largest_move(const PlacedCharts& placed, const std::vector<char>& moved) {
+double largest_move(const std::vector<Points2>& stored, const std::vector<Points2>& uv,
+                    const std::vector<char>& moved) {
   double largest = 0.0;
   for (std::size_t c = 0; c < moved.size(); ++c) {
     if (!moved[c]) continue;
-    const Points2 gap = placed.stored[c].cast<double>() - placed.uv[c];
-    largest = std::max(largest, gap.rowwise().norm().maxCoeff());
+    largest = std::max(largest, (stored[c] - uv[c]).rowwise().norm().maxCoeff());
   }
   return largest;
 }
@@ -268,10 +233,7 @@ Index align(const std::vector<mesh::Chart>& charts, const Items& groups,
     const Similarity similarity{turn, Vector2::Zero()};
     Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
     for (const std::size_t c : members) {
-      if (turn != Vector2(1.0, 0.0)) {
-        for (Eigen::Index v = 0; v < uv[c].rows(); ++v)
-          uv[c].row(v) = similarity(uv[c].row(v).transpose()).transpose();
-      }
+      if (turn != Vector2(1.0, 0.0)) uv[c] = moved(similarity, uv[c]);
       low = low.cwiseMin(uv[c].colwise().minCoeff().transpose());
       if (!options.rigid) uv[c].rowwise() -= uv[c].colwise().minCoeff().eval();
     }
@@ -327,11 +289,12 @@ PlacedCharts packed(const std::vector<mesh::Chart>& charts, const std::vector<ch
     placed.tiles = static_cast<Index>(std::set<Index>(tile.begin(), tile.end()).size());
     for (const Stacked& s : stacked) put_on(charts, s, aligned, placed.uv);
     placed.stored = round(placed.uv);
-    placed.margin_met = in_tiles(placed.stored, items, tile, 0.5 * margin) &&
-                        disjoint(charts, items, placed.stored, stays) &&
-                        apart(charts, items, placed.stored, stays, margin, context);
+    const std::vector<Points2> stored = in_doubles(placed.stored);
+    placed.margin_met = in_tiles(stored, items, tile, 0.5 * margin) &&
+                        disjoint(charts, items, stored, stays) &&
+                        apart(charts, items, stored, stays, margin, context);
     if (placed.margin_met) break;
-    moved_by = std::max(moved_by, largest_move(placed, moved));
+    moved_by = std::max(moved_by, largest_move(stored, placed.uv, moved));
   }
   placed.stacked = static_cast<Index>(stacked.size());
   for (std::size_t c = 0; c < charts.size(); ++c)
@@ -341,6 +304,59 @@ PlacedCharts packed(const std::vector<mesh::Chart>& charts, const std::vector<ch
 }
 
 }  // namespace
+
+bool disjoint(const std::vector<mesh::Chart>& charts, const Items& items,
+              const std::vector<Points2>& uv, const Points2& stays) {
+  mesh::Components islands;
+  islands.count = 1;
+  islands.of_face.assign(at(stays.rows() / 3), 0);
+  std::vector<Points2> parts{stays};
+  Eigen::Index rows = stays.rows();
+  for (const std::vector<std::size_t>& item : items) {
+    for (const std::size_t c : item) {
+      parts.push_back(by_corner(charts[c].surface.faces, uv[c]));
+      rows += parts.back().rows();
+      islands.of_face.insert(islands.of_face.end(), charts[c].faces.size(), islands.count);
+    }
+    ++islands.count;
+  }
+  Points2 corners(rows, 2);
+  rows = 0;
+  for (const Points2& part : parts) {
+    corners.middleRows(rows, part.rows()) = part;
+    rows += part.rows();
+  }
+  return certify::island_overlaps(islands, corners).pairs == 0;
+}
+
+std::vector<Points2f> store_charts(const std::vector<mesh::Chart>& charts,
+                                   const std::vector<Points2>& uv,
+                                   const std::vector<KeptAsStored>& kept, Unstorable& unstorable,
+                                   std::int64_t& repaired, const ExecutionContext& context) {
+  std::vector<Points2f> stored(charts.size());
+  std::vector<Stats> stats(charts.size());
+  std::vector<std::optional<Error>> failure(charts.size());
+  parallel_for(context, charts.size(), 1, [&](std::size_t c, std::size_t, std::size_t) {
+    ExecutionContext part(&context, 1);
+    distortion::RoundingOptions rounding;
+    rounding.bijective = kept[c].bijective;
+    rounding.fixed = kept[c].fixed;
+    try {
+      stored[c] =
+          distortion::round_to_storage(charts[c].surface.faces, uv[c], rounding, part, stats[c]);
+    } catch (const NotConverged& e) {
+      failure[c] = e.error();
+    }
+  });
+  unstorable.clear();
+  repaired = 0;
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    if (failure[c]) unstorable.emplace_back(c, *failure[c]);
+    if (const auto own = stats[c].find("rounding.repaired"); own != stats[c].end())
+      repaired += std::get<std::int64_t>(own->second);
+  }
+  return stored;
+}
 
 double density_of(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& uv,
                   const std::vector<char>& chosen) {
@@ -361,8 +377,8 @@ PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Po
       try {
         std::vector<Points2f> stored = round(*former);
         const Items items = items_of(moved, {});
-        if (in_tiles(stored, items, std::vector<Index>(items.size(), 0), 0.0) &&
-            disjoint(charts, items, stored, stays)) {
+        if (in_tiles(in_doubles(stored), items, std::vector<Index>(items.size(), 0), 0.0) &&
+            disjoint(charts, items, in_doubles(stored), stays)) {
           placed.uv = std::move(*former);
           placed.stored = std::move(stored);
           placed.kept = true;

@@ -2,11 +2,15 @@
 // to their former places if those are free.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/base/error.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/unwrap/packing/arrange.h"
 #include "flipfree/unwrap/packing/nest/nest.h"
 
 namespace flipfree::unwrap {
@@ -43,6 +47,26 @@ struct PlacedCharts {
   bool margin_met = false;
   double fill = 0.0;  // share of the tiles that charts cover that moved, stacked ones once
 };
+
+// What a chart keeps when it is stored.
+struct KeptAsStored {
+  bool bijective = true;        // it does not overlap itself
+  std::vector<VertexId> fixed;  // these of its vertices stay bit for bit
+};
+
+// Charts that 32 bits do not hold, and why, in terms of the chart.
+using Unstorable = std::vector<std::pair<std::size_t, Error>>;
+
+// The values to be stored, chart by chart (distortion/rounding.h); nothing for those in
+// `unstorable`. repaired: triangles that rounding alone would have flipped.
+std::vector<Points2f> store_charts(const std::vector<mesh::Chart>& charts,
+                                   const std::vector<Points2>& uv,
+                                   const std::vector<KeptAsStored>& kept, Unstorable& unstorable,
+                                   std::int64_t& repaired, const ExecutionContext& context);
+
+// Is no item on top of another or of what stays (3 k x 2: triangles)?
+bool disjoint(const std::vector<mesh::Chart>& charts, const Items& items,
+              const std::vector<Points2>& uv, const Points2& stays);
 
 // Rounds all charts to what is stored; may throw NotConverged.
 using RoundCharts = std::function<std::vector<Points2f>(const std::vector<Points2>&)>;

@@ -1,22 +1,26 @@
 #include "flipfree/unwrap/repair/mend_chart.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
 #include <utility>
 
 #include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
+#include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/numeric/predicates.h"
-#include "flipfree/unwrap/chart/apart/draw_apart.h"
 #include "flipfree/unwrap/chart/chart.h"
-#include "flipfree/unwrap/chart/flattening.h"
-#include "flipfree/unwrap/chart/overlapping_faces.h"
 #include "flipfree/unwrap/chart/separate.h"
+#include "flipfree/unwrap/islands/corners.h"
 #include "flipfree/unwrap/packing/layout.h"
-#include "flipfree/unwrap/repair/patches/damage.h"
-#include "flipfree/unwrap/repair/patches/patches.h"
+#include "flipfree/unwrap/repair/given_map.h"
+#include "flipfree/unwrap/repair/patches.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -38,8 +42,7 @@ class ChartMender {
         context_(context),
         own_(given.chart.surface),
         faces_(given.chart.surface.faces),
-        adjacency_(
-            mesh::build_adjacency(static_cast<Index>(given.chart.surface.vertices.rows()), faces_)),
+        adjacency_(adjacency_of(given.chart.surface)),
         damaged_{own_.surface(), adjacency_, face_areas(own_.surface()), given.unknown,
                  std::vector<char>(given.unknown.size(), 0)} {
     for (const auto& [v, uv] : given.pins) damaged_.pinned[at(v)] = 1;
@@ -84,10 +87,7 @@ class ChartMender {
            adjacency_.opposite.end();
   }
 
-  bool overlaps(const Points2& uv) const {
-    return distortion::overlaps_itself(
-        distortion::find_boundary(static_cast<Index>(uv.rows()), faces_), uv, context_);
-  }
+  bool overlaps(const Points2& uv) const { return overlaps_itself(faces_, uv, context_); }
 
   // A chart that is wrong side up as a whole; with pins it cannot be turned over.
   bool mirror(Points2& uv) const {
@@ -131,9 +131,7 @@ class ChartMender {
   }
 
   void take(const Points2& uv) {
-    result_.uv.resize(faces_.size(), 2);
-    for (CornerId c = 0; c < static_cast<CornerId>(faces_.size()); ++c)
-      result_.uv.row(c) = uv.row(faces_.data()[c]);
+    result_.uv = by_corner(faces_, uv);
     result_.place.assign(at(static_cast<Index>(faces_.rows())), Place::kStays);
     result_.remade.assign(result_.place.size(), 0);
   }
@@ -151,6 +149,7 @@ class ChartMender {
     unwrapping.may_add_cuts = options_.overlaps != SelfOverlaps::kOpen;
     unwrapping.max_iterations = options_.max_iterations;
     unwrapping.tolerance = options_.tolerance;
+    unwrapping.acceptable = false;
     Opening opening;
     if (!pins.empty()) opening.pinned = pinned_vertices(surface, pins);
     Islands islands = make_islands(surface, adjacency_, given_.seams, given_.uncuttable,
@@ -158,7 +157,7 @@ class ChartMender {
     const ChartPins chart_pins = pins_by_chart(islands, pins);
     Stats ignored;
     std::vector<Points2> flat = flatten_islands(islands, surface, adjacency_, given_.uncuttable,
-                                                chart_pins, unwrapping, false, context_, ignored);
+                                                chart_pins, unwrapping, context_, ignored);
     result_.cut = islands.cut;
     result_.uv.resize(faces_.size(), 2);
     result_.place.assign(at(static_cast<Index>(faces_.rows())), Place::kStays);
@@ -168,12 +167,10 @@ class ChartMender {
       const mesh::Chart& piece = islands.charts[c];
       const bool free = of_pieces.of_chart[c].empty();
       const Place place = free ? put_back(islands, c, before, flat[c]) : Place::kStays;
-      for (std::size_t h = 0; h < 3 * piece.faces.size(); ++h) {
-        const FaceId f = piece.faces[h / 3];
+      put_corners(piece, flat[c], result_.uv);
+      for (const FaceId f : piece.faces) {
         result_.place[at(f)] = place;
         result_.remade[at(f)] = free;
-        result_.uv.row(3 * f + static_cast<Index>(h % 3)) =
-            flat[c].row(piece.surface.faces.data()[h]);
       }
     }
   }
@@ -239,16 +236,13 @@ class ChartMender {
   // Where a little of the chart is drawn over the rest.
   bool relax_overlap(const std::vector<FacePair>& pairs, Points2& uv) {
     double over = 0.0;
-    double area = 0.0;
-    for (FaceId f = 0; f < faces_.rows(); ++f) area += uv_area(uv, f);
     for (const FacePair& pair : pairs) over += pair.area;
-    if (over > kLittleOverlap * area) return false;
+    if (over > kLittleOverlap * uv_area(faces_, uv)) return false;
     const std::vector<double> energies = face_energies(own_.surface(), uv, damaged_.density);
     std::vector<char> flagged(energies.size(), 0);
     for (const FacePair& pair : pairs)
       flagged[at(energies[at(pair.first)] > energies[at(pair.second)] ? pair.first : pair.second)] =
           1;
-    if (pairs.empty()) flag_touching(uv, flagged);
     for (const Index rings : {0, 2}) {
       Points2 apart = relaxed_around(damaged_, flagged, rings, uv, context_);
       if (overlaps(apart)) continue;
@@ -258,33 +252,11 @@ class ChartMender {
     return false;
   }
 
-  // Faces at vertices that lie on each other.
-  void flag_touching(const Points2& uv, std::vector<char>& flagged) const {
-    const distortion::Boundary boundary =
-        distortion::find_boundary(static_cast<Index>(uv.rows()), faces_);
-    std::vector<VertexId> sorted = boundary.vertices;
-    std::sort(sorted.begin(), sorted.end(), [&](VertexId a, VertexId b) {
-      return uv(a, 0) != uv(b, 0) ? uv(a, 0) < uv(b, 0) : uv(a, 1) < uv(b, 1);
-    });
-    std::vector<char> touching(at(static_cast<Index>(uv.rows())), 0);
-    for (std::size_t i = 1; i < sorted.size(); ++i) {
-      if (uv.row(sorted[i - 1]) == uv.row(sorted[i])) touching[at(sorted[i])] = 1;
-    }
-    for (FaceId f = 0; f < faces_.rows(); ++f) {
-      for (Index k = 0; k < 3; ++k) flagged[at(f)] |= touching[at(faces_(f, k))];
-    }
-  }
-
-  double uv_area(const Points2& uv, FaceId f) const {
-    const auto corner = [&](Index k) -> Vector2 { return uv.row(faces_(f, k)).transpose(); };
-    return 0.5 * twice_area(corner(0), corner(1), corner(2));
-  }
-
   // The largest piece and those with pins stay, the others go to where there is room, as they are.
   bool cut_apart(const std::vector<FacePair>& pairs, const Points2& uv) {
     mesh::EdgeFlags cut =
         separating_cut(own_.surface(), adjacency_, uv, pairs, 0.0, given_.uncuttable, context_);
-    if (std::find(cut.begin(), cut.end(), 1) == cut.end()) return false;
+    if (!any_flag(cut)) return false;
     const mesh::CutMesh mesh = mesh::cut_along(faces_, adjacency_, cut);
     const std::vector<mesh::Chart> pieces = mesh::split_into_charts(own_.surface().vertices, mesh);
     std::size_t largest = 0;
@@ -292,7 +264,7 @@ class ChartMender {
     std::vector<char> pinned(pieces.size(), 0);
     for (std::size_t p = 0; p < pieces.size(); ++p) {
       double area = 0.0;
-      for (const FaceId f : pieces[p].faces) area += uv_area(uv, f);
+      for (const FaceId f : pieces[p].faces) area += uv_area(faces_, uv, f);
       for (const VertexId v : pieces[p].vertices)
         pinned[p] |= damaged_.pinned[at(mesh.vertex_origin[at(v)])];
       if (area <= most) continue;
@@ -304,15 +276,11 @@ class ChartMender {
       const mesh::Chart& piece = pieces[p];
       Points2 own(piece.surface.vertices.rows(), 2);
       for (Eigen::Index v = 0; v < own.rows(); ++v)
-        own.row(v) = uv.row(mesh.vertex_origin[at(piece.vertices[static_cast<std::size_t>(v)])]);
-      const bool apart = draw_apart(piece.surface.faces, own, context_);
-      if (!apart) return false;
+        own.row(v) = uv.row(mesh.vertex_origin[at(piece.vertices[at(v)])]);
+      if (overlaps_itself(piece.surface.faces, own, context_)) return false;
       const Place place = pinned[p] != 0 || p == largest ? Place::kStays : Place::kNone;
-      for (std::size_t h = 0; h < 3 * piece.faces.size(); ++h) {
-        const FaceId f = piece.faces[h / 3];
-        result_.place[at(f)] = place;
-        result_.uv.row(3 * f + static_cast<Index>(h % 3)) = own.row(piece.surface.faces.data()[h]);
-      }
+      put_corners(piece, own, result_.uv);
+      for (const FaceId f : piece.faces) result_.place[at(f)] = place;
     }
     result_.cut = std::move(cut);
     result_.was_cut = true;
@@ -373,6 +341,243 @@ MendedChart mend_chart(const ChartToMend& given, const RepairOptions& options, b
                        ExecutionContext& context) {
   return with_errors([&](Error error) { return in_terms_of_surface(std::move(error), given); },
                      [&] { return ChartMender(given, options, context).run(anew); });
+}
+
+namespace {
+
+using Pins = std::vector<std::pair<VertexId, Vector2>>;
+
+// A part of a chart with the map that it has there.
+struct Piece {
+  mesh::Chart chart;                    // faces of the whole; vertices of its own
+  std::vector<VertexId> vertex_origin;  // of the whole
+  Points2 uv;                           // #V x 2
+};
+
+// What the whole falls into along `cut` (empty: nothing). corner_uv: 3 #F x 2 of the whole.
+std::vector<Piece> pieces_of(const mesh::Surface& whole, const mesh::Adjacency& adjacency,
+                             const mesh::EdgeFlags& cut, const Points2& corner_uv) {
+  const mesh::CutMesh mesh = mesh::cut_along(
+      whole.faces, adjacency, cut.empty() ? mesh::EdgeFlags(adjacency.opposite.size(), 0) : cut);
+  std::vector<Piece> pieces;
+  for (mesh::Chart& chart : mesh::split_into_charts(whole.vertices, mesh)) {
+    Piece& piece = pieces.emplace_back();
+    piece.uv = by_vertex(chart, corner_uv);
+    for (const VertexId v : chart.vertices)
+      piece.vertex_origin.push_back(mesh.vertex_origin[at(v)]);
+    std::iota(chart.vertices.begin(), chart.vertices.end(), 0);
+    piece.chart = std::move(chart);
+  }
+  return pieces;
+}
+
+double sum_of_areas(const std::vector<double>& areas) {
+  double sum = 0.0;
+  for (const double a : areas) sum += a;
+  return sum;
+}
+
+double energy_in_own_unit(const mesh::Surface& surface, const Points2& uv) {
+  const mesh::InOwnUnit own(surface);
+  return certify::symmetric_dirichlet(own.surface(), by_corner(surface.faces, uv)).mean;
+}
+
+// UV length per surface length that a map was meant to have: the median of its faces by area, or
+// `usual` where a twentieth of them has less and a twentieth more: drawn out as they are, they do
+// not tell it well.
+double meant_density(const mesh::Surface& surface, const Points2& uv, double usual) {
+  const mesh::InOwnUnit own(surface);
+  const std::vector<double> areas = face_areas(own.surface());
+  std::vector<std::pair<double, double>> ratios;  // and area
+  double total = 0.0;
+  for (FaceId f = 0; f < surface.faces.rows(); ++f) {
+    const double ratio = uv_area(surface.faces, uv, f) / areas[at(f)];
+    if (!std::isfinite(ratio)) continue;
+    ratios.emplace_back(ratio, areas[at(f)]);
+    total += areas[at(f)];
+  }
+  const double scaled = usual * own.unit();
+  double below = 0.0;
+  for (const auto& [ratio, area] : ratios) below += ratio <= scaled * scaled ? area : 0.0;
+  constexpr double kFew = 0.05;
+  const bool among = below >= kFew * total && below <= (1.0 - kFew) * total;
+  return among ? usual : median_density(surface, uv);
+}
+
+class Judgement {
+ public:
+  Judgement(const ChartToMend& given, const RepairOptions& options, MendedChart& mended,
+            ExecutionContext& context)
+      : given_(given),
+        options_(options),
+        mended_(mended),
+        context_(context),
+        adjacency_(adjacency_of(given.chart.surface)) {}
+
+  void run() {
+    const mesh::EdgeFlags cut = mended_.cut;
+    for (const Piece& piece : pieces_of(given_.chart.surface, adjacency_, cut, mended_.uv))
+      judge(piece);
+  }
+
+ private:
+  void judge(const Piece& piece) {
+    const mesh::Surface& surface = piece.chart.surface;
+    const double energy = energy_in_own_unit(surface, piece.uv);
+    // No map's energy is below 1.
+    if (!(energy > kStretchedRatio)) return;
+    const bool count_only = options_.stretched != StretchedIslands::kImprove;
+    if (count_only && surface.faces.rows() > kMostJudged) return;
+    const Pins pins = pins_of(piece);
+    bool holds_pins = true;
+    Outcome<MendedChart> anew = unwrapped(piece, pins);
+    if (!anew && !pins.empty()) {
+      holds_pins = false;
+      anew = unwrapped(piece, {});
+    }
+    if (!anew) return;  // nothing to compare with
+    const std::vector<Piece> parts = pieces_of(surface, adjacency_of(surface), anew->cut, anew->uv);
+    const double bound = kStretchedRatio * energy_of_all(parts);
+    if (energy <= bound) return;
+    if (count_only) {
+      ++mended_.stretched.left;
+      return;
+    }
+    if (mended_.before.rows() == 0) mended_.before = mended_.uv;
+    Points2 improved = improved_in_place(piece, pins);
+    const double now = energy_in_own_unit(surface, improved);
+    if (now > bound && holds_pins) {
+      take_anew(piece, parts, anew->cut);
+      ++mended_.stretched.anew;
+      return;
+    }
+    if (now < energy) {
+      take(piece, piece, pins, std::move(improved));
+      ++mended_.stretched.improved;
+    }
+    mended_.stretched.left += now > bound;
+  }
+
+  Pins pins_of(const Piece& piece) const {
+    Pins pins;
+    for (std::size_t v = 0; v < piece.vertex_origin.size(); ++v) {
+      const auto found = std::lower_bound(
+          given_.pins.begin(), given_.pins.end(), piece.vertex_origin[v],
+          [](const std::pair<VertexId, Vector2>& pin, VertexId w) { return pin.first < w; });
+      if (found == given_.pins.end() || found->first != piece.vertex_origin[v]) continue;
+      pins.emplace_back(static_cast<VertexId>(v), found->second);
+    }
+    return pins;
+  }
+
+  Outcome<MendedChart> unwrapped(const Piece& piece, const Pins& pins) const {
+    const std::vector<char> known(piece.vertex_origin.size(), 0);
+    const ChartToMend whole{piece.chart,
+                            piece.vertex_origin,
+                            piece.uv,
+                            known,
+                            pins,
+                            part_of(piece.chart, given_.seams),
+                            part_of(piece.chart, given_.uncuttable),
+                            given_.density};
+    return attempt([&] { return mend_chart(whole, options_, true, context_); });
+  }
+
+  // Each part at its own best scale.
+  static double energy_of_all(const std::vector<Piece>& parts) {
+    double sum = 0.0;
+    double total = 0.0;
+    for (const Piece& part : parts) {
+      const double area = sum_of_areas(face_areas(part.chart.surface));
+      if (!(area > 0.0)) continue;
+      sum += area * energy_in_own_unit(part.chart.surface, part.uv);
+      total += area;
+    }
+    return total > 0.0 ? sum / total : std::numeric_limits<double>::infinity();
+  }
+
+  // As it was where that fails.
+  Points2 improved_in_place(const Piece& piece, const Pins& pins) const {
+    const mesh::InOwnUnit own(piece.chart.surface);
+    distortion::MinimizeOptions minimize;
+    minimize.max_iterations = options_.max_iterations;
+    minimize.tolerance = options_.tolerance;
+    minimize.bijective = !overlaps_itself(own.surface().faces, piece.uv, context_);
+    for (const auto& [v, uv] : pins) minimize.fixed.push_back(v);
+    Stats ignored;
+    auto improved = attempt([&] {
+      return distortion::with_own_map([&] {
+        return distortion::minimize_distortion(own.surface(), piece.uv, minimize, context_,
+                                               ignored);
+      });
+    });
+    return improved ? std::move(*improved) : piece.uv;
+  }
+
+  void take_anew(const Piece& piece, const std::vector<Piece>& parts, const mesh::EdgeFlags& cut) {
+    for (const Piece& part : parts) {
+      Piece before = part;  // of the whole, with the map that it had
+      for (FaceId& f : before.chart.faces) f = piece.chart.faces[at(f)];
+      for (VertexId& v : before.vertex_origin) {
+        before.uv.row(&v - before.vertex_origin.data()) = piece.uv.row(v);
+        v = piece.vertex_origin[at(v)];
+      }
+      take(piece, before, pins_of(before), part.uv);
+    }
+    if (cut.empty()) return;
+    if (mended_.cut.empty()) mended_.cut.assign(adjacency_.opposite.size(), 0);
+    for (std::size_t h = 0; h < cut.size(); ++h) mended_.cut[corner_of(piece.chart, h)] |= cut[h];
+  }
+
+  // `uv` as the map of the part, at the size and the place of the piece.
+  void take(const Piece& piece, const Piece& part, const Pins& pins, Points2 uv) {
+    Place place = Place::kStays;
+    if (pins.empty()) {
+      place = put_back(part, meant_density(piece.chart.surface, piece.uv, given_.density), uv);
+      if (mended_.place[at(part.chart.faces.front())] == Place::kNone) place = Place::kNone;
+    }
+    put_corners(part.chart, uv, mended_.uv);
+    for (const FaceId f : part.chart.faces) {
+      mended_.place[at(f)] = place;
+      if (pins.empty()) mended_.remade[at(f)] = 1;
+    }
+  }
+
+  Place put_back(const Piece& part, double density, Points2& uv) const {
+    const double own = median_density(part.chart.surface, uv);
+    if (!(density > 0.0) || !(own > 0.0)) return Place::kNone;
+    uv *= density / own;
+    Points2 placed = moved(fit_motion(uv, part.uv), uv);
+    if (!distortion::is_flip_free(part.chart.surface.faces, placed, context_)) return Place::kNone;
+    uv = std::move(placed);
+    return Place::kWhereItWas;
+  }
+
+  const ChartToMend& given_;
+  const RepairOptions& options_;
+  MendedChart& mended_;
+  ExecutionContext& context_;
+  const mesh::Adjacency adjacency_;
+};
+
+}  // namespace
+
+void judge_stretched(const ChartToMend& given, const RepairOptions& options, MendedChart& mended,
+                     ExecutionContext& context) {
+  if (options.stretched == StretchedIslands::kIgnore || mended.change == Change::kAnew) return;
+  Judgement judge(given, options, mended, context);
+  if (options.stretched == StretchedIslands::kImprove) {
+    judge.run();
+    return;
+  }
+  const TimeLimit limit(context,
+                        seconds_to_search(context.seconds_left(),
+                                          static_cast<Index>(given.chart.surface.faces.rows())));
+  try {
+    judge.run();
+  } catch (const TimeIsOver&) {
+    // It is only a count.
+  }
 }
 
 }  // namespace flipfree::unwrap

@@ -1,4 +1,4 @@
-// One chart of a map, mended.
+// What a repair is asked for, and one chart of a map, mended.
 #pragma once
 
 #include <cstdint>
@@ -6,10 +6,41 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/certify/certify.h"
 #include "flipfree/mesh/cut.h"
-#include "flipfree/unwrap/repair/repair_options.h"
 
 namespace flipfree::unwrap {
+
+// What a repair is asked for (repair.h).
+
+// What happens to a chart that lies on itself though no triangle is flipped.
+enum class SelfOverlaps {
+  kKeep,  // it stays
+  kOpen,  // it is held apart: no further cut
+  kCut,   // it falls into pieces that are put side by side
+};
+
+// What becomes of islands that are drawn out more than an unwrap of them is (mend_chart.h).
+enum class StretchedIslands {
+  kIgnore,   // they stay
+  kCount,    // they stay, and are counted
+  kImprove,  // they are made better, at the scale that most others have (settle.h)
+};
+
+struct RepairOptions {
+  IndexPairs cuts;        // seams: the map is cut there where it has to be made anew
+  IndexPairs uncuttable;  // edges that automatic cuts avoid: diagonals of polygons
+  std::vector<certify::CornerPin>
+      pins;  // met bit for bit; corners that share a place share its pin
+  SelfOverlaps overlaps = SelfOverlaps::kCut;
+  StretchedIslands stretched = StretchedIslands::kCount;
+  bool disjoint = false;     // charts that lie on others are moved to where there is room
+  double margin = 0.005;     // around charts that are moved
+  int max_iterations = 200;  // of the optimiser, per chart that is made anew
+  double tolerance = 1e-4;
+  double max_seconds = 0;  // of the clock; 0: no limit
+  double aspect = 1.0;     // CertifyRequest::aspect: what is made anew has its shape on the texture
+};
 
 // How much of a chart had to change, least first.
 enum class Change { kNone, kMirrored, kUnfolded, kAnew };
@@ -64,5 +95,24 @@ struct ChartDensity {
 ChartDensity own_density(const mesh::Chart& chart, const Points2& places);
 // Of a map as a whole: the median of its charts', by area. 0 if none has one.
 double common_density(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& places);
+
+// Islands whose map is valid, but drawn out more than it has to be.
+
+// An island is stretched if its energy is more than so many times that of an unwrap of it: along
+// its border and its seams, with its pins; without them where the unwrap does not hold them.
+inline constexpr double kStretchedRatio = 1.1;
+// Islands of more faces are not judged for a mere count.
+inline constexpr Index kMostJudged = 50'000;
+
+// Judges the pieces that `mended` falls into, each as an island of its own and at its own best
+// scale, and counts those that are stretched (options.stretched), in mended.stretched. With
+// kImprove they are made better: where they are, all vertices but the pinned free, or by that
+// unwrap where this is not enough. Both keep the island's size, direction and middle, and are
+// flip-free. Its size is the median density of its faces, or given.density where a twentieth of
+// them has less and a twentieth more. What is unwrapped already is not stretched. Throws Cancelled,
+// TimeIsOver (kImprove only). Cost: O(#F), and for islands of an energy above 1.1 an unwrap of
+// them.
+void judge_stretched(const ChartToMend& given, const RepairOptions& options, MendedChart& mended,
+                     ExecutionContext& context);
 
 }  // namespace flipfree::unwrap

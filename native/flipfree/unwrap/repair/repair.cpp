@@ -2,30 +2,34 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <map>
+#include <set>
+#include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/separated_map.h"
+#include "flipfree/certify/texture.h"
+#include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/valid_map.h"
-#include "flipfree/unwrap/repair/repair_clean.h"
+#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/repair/given_map.h"
+#include "flipfree/unwrap/repair/mend_chart.h"
+#include "flipfree/unwrap/repair/settle.h"
+#include "flipfree/unwrap/unwrap.h"
 
 namespace flipfree::unwrap {
-namespace {
 
-// Counts: one that is missing is 0.
-void add(const StatValue& more, StatValue& count) {
-  const auto value = [](const StatValue& stat) {
-    const auto* number = std::get_if<std::int64_t>(&stat);
-    return number == nullptr ? std::int64_t{0} : *number;
-  };
-  count = value(count) + value(more);
-}
+namespace {
 
 // Corners of faces that use a vertex twice, which no chart has: where another corner at their
 // vertex was at the same place they go on to be where that is, else they stay. But for pinned ones.
@@ -40,12 +44,11 @@ void follow_neighbours(const std::vector<FaceId>& collapsed, const mesh::Surface
   std::map<Place, CornerId> at_place;  // of the faces that have a triangle
   std::vector<CornerId> following;
   const auto corners = static_cast<CornerId>(surface.faces.size());
-  std::vector<char> held(static_cast<std::size_t>(corners), 0);
-  for (const certify::CornerPin& pin : pins) held[static_cast<std::size_t>(pin.corner)] = 1;
+  std::vector<char> held(at(corners), 0);
+  for (const certify::CornerPin& pin : pins) held[at(pin.corner)] = 1;
   for (const FaceId f : collapsed) {
     for (CornerId c = 3 * f; c < 3 * f + 3; ++c) {
-      if (held[static_cast<std::size_t>(c)] != 0 || !is_storable(corner_uv.row(c).transpose()))
-        continue;
+      if (held[at(c)] != 0 || !is_storable(corner_uv.row(c).transpose())) continue;
       following.push_back(c);
       at_place.try_emplace(place_of(c), kInvalid);
     }
@@ -100,34 +103,19 @@ certify::Parametrization repair_separated(const mesh::Surface& surface, const Po
   return map;
 }
 
-// Which faces are one island, and which side of it is up, is read from the map. The repaired one
-// can be read otherwise: faces at an edge of contradictory windings, apart before, may have come to
-// share it. What is wrong with it then is repaired as well.
 certify::Parametrization repair_any(const mesh::Surface& surface, const Points2& corner_uv,
                                     const RepairOptions& options, ExecutionContext& context) {
-  constexpr int kRounds = 8;
   certify::Parametrization map = repair_separated(surface, corner_uv, options, context);
-  for (int round = 1;; ++round) {
-    {
-      const Untimed judging(context);
-      certify::CertifyRequest request;
-      request.surface = &surface;
-      request.uv = &map.uv;
-      request.uv32 = &map.uv32;
-      request.pins = options.pins;
-      request.require_bijective = options.overlaps != SelfOverlaps::kKeep;
-      request.require_disjoint = options.disjoint && options.pins.empty();
-      request.aspect = options.aspect;
-      map.certificate = certify::certify_any(request, context);
-    }
-    if (map.certificate.ok || round == kRounds) break;
-    Stats before = std::move(map.stats);
-    map = repair_separated(surface, map.uv, options, context);
-    for (auto& [name, value] : before) {
-      if (name.starts_with("charts_") || name == "added_cuts") add(value, map.stats[name]);
-      if (name.ends_with("_before") || name.starts_with("corners_")) map.stats[name] = value;
-    }
-  }
+  const Untimed judging(context);
+  certify::CertifyRequest request;
+  request.surface = &surface;
+  request.uv = &map.uv;
+  request.uv32 = &map.uv32;
+  request.pins = options.pins;
+  request.require_bijective = options.overlaps != SelfOverlaps::kKeep;
+  request.require_disjoint = options.disjoint && options.pins.empty();
+  request.aspect = options.aspect;
+  map.certificate = certify::certify_any(request, context);
   map.stats["corners_kept"] = (map.uv.array() == corner_uv.array()).rowwise().all().count();
   map.stats["energy"] = map.certificate.energy;
   map.stats["max_energy"] = map.certificate.max_energy;
@@ -138,22 +126,360 @@ certify::Parametrization repair_any(const mesh::Surface& surface, const Points2&
 }  // namespace
 
 certify::Parametrization repair(const mesh::Surface& surface, const Points2& corner_uv,
-                                const RepairOptions& options, ExecutionContext& context) try {
+                                const RepairOptions& options, ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "Not all islands were mended",
+                 "or repair the mesh in parts", [&] {
+                   const Stopwatch watch;
+                   context.report("checking the map", 0.0);
+                   distortion::require_corner_uv(surface, corner_uv);
+                   certify::Parametrization map =
+                       certify::is_clean(surface, context)
+                           ? repair_clean(surface, corner_uv, options, context)
+                           : repair_any(surface, corner_uv, options, context);
+                   map.stats["seconds"] = watch.seconds();
+                   const Untimed finishing(context);
+                   context.report("done", 1.0);
+                   return map;
+                 });
+}
+
+namespace {
+
+class Repair {
+ public:
+  Repair(const mesh::Surface& surface, const Points2& corner_uv, const RepairOptions& options,
+         ExecutionContext& context)
+      : surface_(surface),
+        options_(options),
+        context_(context),
+        adjacency_(adjacency_of(surface)),
+        seams_(mesh::flag_edges(surface.faces, adjacency_, options.cuts)),
+        uncuttable_(options.uncuttable.rows() == 0
+                        ? mesh::EdgeFlags{}
+                        : mesh::flag_edges(surface.faces, adjacency_, options.uncuttable)),
+        given_(read_map(surface, adjacency_, corner_uv, seams_, options.pins)),
+        seen_(on_texture(given_, options.aspect)),
+        density_(common_density(given_.charts, seen_.places)),
+        mended_(given_.charts.size()),
+        anew_(given_.charts.size(), 0) {
+    measure_before(surface, given_, corner_uv, options.aspect, stats_, context);
+    corner_uv_ = &corner_uv;
+  }
+
+  // Charts whose stored map does not hold are made anew, and again settled with the others; where
+  // that does not hold either, all of them.
+  certify::Parametrization run() {
+    try {
+      return mended_map();
+    } catch (const NotConverged&) {
+      if (!options_.pins.empty()) throw;
+    }
+    return all_anew();
+  }
+
+ private:
+  // Of the given map only its cuts count. An unwrap cuts further around what cannot be stored.
+  certify::Parametrization all_anew() {
+    UnwrapOptions unwrapping;
+    unwrapping.cuts = mesh::flagged_edges(surface_.faces, adjacency_, given_.cuts);
+    unwrapping.uncuttable = options_.uncuttable;
+    unwrapping.bijective = options_.overlaps != SelfOverlaps::kKeep;
+    unwrapping.may_add_cuts = options_.overlaps != SelfOverlaps::kOpen;
+    unwrapping.margin = options_.margin;
+    unwrapping.max_iterations = options_.max_iterations;
+    unwrapping.tolerance = options_.tolerance;
+    certify::Parametrization map = unwrap(surface_, unwrapping, context_);
+    const StatValue added = map.stats["added_cuts"];
+    if (options_.aspect != 1.0) {
+      // Narrower, or lower, in the unit square; stored and judged as any given map.
+      map.uv.col(0) /= options_.aspect;
+      map.uv *= std::min(options_.aspect, 1.0);
+      map = Repair(surface_, Points2(map.uv), options_, context_).mended_map();
+    }
+    std::erase_if(map.stats, [](const auto& entry) {
+      return !std::set<std::string>{"charts", "added_cuts", "energy", "max_energy"}.contains(
+          entry.first);
+    });
+    map.stats.insert(stats_.begin(), stats_.end());  // of the map before
+    const auto charts = std::get<std::int64_t>(map.stats["charts"]);
+    for (const char* name : {"charts_anew", "charts_moved"}) map.stats[name] = charts;
+    for (const char* name : {"charts_mirrored", "charts_unfolded", "charts_cut", "charts_improved",
+                             "charts_stretched_anew", "stretched_charts", "corners_kept"})
+      map.stats[name] = std::int64_t{0};
+    map.stats["added_vertices"] = std::int64_t{0};
+    map.stats["added_cuts"] = added;
+    return map;
+  }
+
+  certify::Parametrization mended_map() {
+    std::vector<char> wanted(given_.charts.size(), 1);
+    while (true) {
+      {
+        const ProgressRange range(context_, 0.05, 0.85);
+        mend(wanted);
+      }
+      context_.report("placing charts", 0.86);
+      collect();
+      const ProgressRange range(context_, 0.86, 0.95);
+      settled_ = settle(charts_, to_settle_, sized_, options_, context_);
+      wanted.assign(wanted.size(), 0);
+      for (const std::size_t c : settled_.unstorable) want_anew(c, wanted);
+      if (any_flag(wanted)) continue;
+      if (!settled_.unstorable.empty()) throw_unstorable();
+      certify::Parametrization map = finished();
+      for (const FaceId f : map.certificate.failed_faces) want_anew(chart_of_face_[at(f)], wanted);
+      if (map.certificate.ok || !any_flag(wanted)) {
+        certify::require_certificate(map, "The repaired map");
+        return map;
+      }
+    }
+  }
+
+  // c: a chart of the result. That of the given map which it comes from is made anew, once.
+  void want_anew(std::size_t c, std::vector<char>& wanted) {
+    const std::size_t given = source_[c];
+    if (anew_[given] != 0 || mended_[given].change == Change::kAnew) return;
+    wanted[given] = anew_[given] = 1;
+  }
+
+  [[noreturn]] void throw_unstorable() const {
+    const mesh::Chart& chart = charts_[settled_.unstorable.front()];
+    throw_not_converged(ErrorCode::kRoundingFlips,
+                        "The chart of face " + std::to_string(chart.faces.front()) +
+                            " has triangles too small for the 32 bits that are stored. Enlarge it, "
+                            "or mark seams that cut its long and thin parts off.",
+                        ElementKind::kFace, {chart.faces.front()});
+  }
+
+  void mend_one(std::size_t c, ExecutionContext& context) {
+    const ChartToMend chart{given_.charts[c],
+                            given_.vertex_origin,
+                            seen_.places[c],
+                            given_.unknown[c],
+                            seen_.pins[c],
+                            part_of(given_.charts[c], seams_),
+                            part_of(given_.charts[c], uncuttable_),
+                            density_};
+    mended_[c] = mend_chart(chart, options_, anew_[c] != 0, context);
+    judge_stretched(chart, options_, mended_[c], context);
+  }
+
+  void mend(const std::vector<char>& wanted) {
+    std::vector<std::size_t> chosen;
+    for (std::size_t c = 0; c < wanted.size(); ++c) {
+      if (wanted[c] != 0) chosen.push_back(c);
+    }
+    chosen = largest_first(given_.charts, std::move(chosen));
+    for_each_chart(given_.charts, chosen, "mending charts", context_,
+                   [&](std::size_t c, ExecutionContext& part) { mend_one(c, part); });
+  }
+
+  // The charts of the result, from the mended ones and their further cuts.
+  void collect() {
+    const std::size_t corners = 3 * at(static_cast<Index>(surface_.faces.rows()));
+    uv_.resize(static_cast<Eigen::Index>(corners), 2);
+    mesh::EdgeFlags cuts = given_.cuts;
+    std::vector<Place> place(corners / 3, Place::kStays);
+    std::vector<char> remade(corners / 3);
+    std::vector<std::size_t> given_chart(corners / 3);
+    sized_ = true;
+    Points2 before;  // that stretched islands were made better
+    for (const MendedChart& mended : mended_) {
+      if (mended.before.rows() > 0) before.resize(uv_.rows(), 2);
+    }
+    for (std::size_t c = 0; c < mended_.size(); ++c) {
+      const mesh::Chart& chart = given_.charts[c];
+      const Points2& own_before = mended_[c].before.rows() > 0 ? mended_[c].before : mended_[c].uv;
+      sized_ = sized_ && mended_[c].has_density;
+      for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
+        const std::size_t corner = corner_of(chart, h);
+        const auto stored_place = [&](const Points2& uv) {
+          return certify::row_from_texture(uv.row(static_cast<Eigen::Index>(h)), options_.aspect,
+                                           given_.places[c].row(chart.surface.faces.data()[h]));
+        };
+        uv_.row(static_cast<Eigen::Index>(corner)) = stored_place(mended_[c].uv);
+        if (before.rows() > 0)
+          before.row(static_cast<Eigen::Index>(corner)) = stored_place(own_before);
+        if (!mended_[c].cut.empty()) cuts[corner] |= mended_[c].cut[h];
+        place[corner / 3] = mended_[c].place[h / 3];
+        remade[corner / 3] = mended_[c].remade[h / 3];
+        given_chart[corner / 3] = c;
+      }
+    }
+    cuts_ = std::move(cuts);
+    charts_ = mesh::split_into_charts(surface_.vertices,
+                                      mesh::cut_along(surface_.faces, adjacency_, cuts_));
+    chart_of_face_.resize(corners / 3);
+    source_.clear();
+    to_settle_.clear();
+    for (std::size_t c = 0; c < charts_.size(); ++c) {
+      const mesh::Chart& chart = charts_[c];
+      ChartToSettle& own = to_settle_.emplace_back();
+      source_.push_back(given_chart[at(chart.faces.front())]);
+      own.place = place[at(chart.faces.front())];
+      own.uv = by_vertex(chart, uv_);
+      if (mended_[source_.back()].before.rows() > 0) own.before = by_vertex(chart, before);
+      for (const FaceId f : chart.faces) chart_of_face_[at(f)] = c;
+    }
+    for (const certify::CornerPin& pin : options_.pins) {
+      const std::size_t c = chart_of_face_[at(pin.corner / 3)];
+      const mesh::Chart& chart = charts_[c];
+      const auto f = std::lower_bound(chart.faces.begin(), chart.faces.end(), pin.corner / 3) -
+                     chart.faces.begin();
+      to_settle_[c].kept.fixed.push_back(chart.surface.faces(f, pin.corner % 3));
+    }
+    if (options_.stretched == StretchedIslands::kImprove && sized_) take_one_scale(remade);
+    parallel_for(context_, charts_.size(), 16,
+                 [&](std::size_t begin, std::size_t end, std::size_t) {
+                   const ExecutionContext part(&context_, 1);
+                   for (std::size_t c = begin; c < end; ++c)
+                     to_settle_[c].kept.bijective =
+                         !overlaps_itself(charts_[c].surface.faces, to_settle_[c].uv, part);
+                 });
+  }
+
+  // Where most of what stands has one scale. remade: per face.
+  void take_one_scale(const std::vector<char>& remade) {
+    std::vector<Points2> seen;
+    seen.reserve(charts_.size());
+    std::vector<ScaledChart> scaled;
+    for (std::size_t c = 0; c < charts_.size(); ++c) {
+      const mesh::Chart& chart = charts_[c];
+      seen.push_back(certify::on_texture(to_settle_[c].uv, options_.aspect));
+      scaled.push_back({&chart.surface, &seen.back(), remade[at(chart.faces.front())] != 0});
+    }
+    const std::vector<double> factors = to_one_scale(scaled);
+    for (std::size_t c = 0; c < charts_.size(); ++c) {
+      if (factors[c] == 1.0) continue;
+      const Points2& uv = to_settle_[c].uv;
+      const Eigen::RowVector2d middle = uv.colwise().mean();
+      Points2 other = (factors[c] * (uv.rowwise() - middle)).rowwise() + middle;
+      if (distortion::is_flip_free(charts_[c].surface.faces, other, context_))
+        to_settle_[c].uv = std::move(other);
+    }
+  }
+
+  certify::Parametrization finished() {
+    const Untimed finishing(context_);
+    context_.report("certifying", 0.95);
+    certify::Parametrization map;
+    map.surface = surface_;
+    map.stats = stats_;
+    map.uv.resize(uv_.rows(), 2);
+    map.uv32.resize(uv_.rows(), 2);
+    for (std::size_t c = 0; c < charts_.size(); ++c) {
+      put_corners(charts_[c], settled_.uv[c], map.uv);
+      put_corners(charts_[c], settled_.stored[c], map.uv32);
+    }
+    map.cut_edges = mesh::flagged_edges(surface_.faces, adjacency_, cuts_);
+    certify::set_identity_provenance(map);
+    certify::CertifyRequest request;
+    request.pins = options_.pins;
+    request.require_bijective = options_.overlaps != SelfOverlaps::kKeep;
+    request.require_disjoint = options_.disjoint && options_.pins.empty();
+    request.aspect = options_.aspect;
+    certify::certify_map(map, surface_, request, context_);
+    count(map);
+    return map;
+  }
+
+  void count(certify::Parametrization& map) const {
+    Stats& stats = map.stats;
+    const auto changed = [&](Change change) {
+      return static_cast<std::int64_t>(
+          std::count_if(mended_.begin(), mended_.end(),
+                        [&](const MendedChart& chart) { return chart.change == change; }));
+    };
+    stats["charts"] = static_cast<std::int64_t>(charts_.size());
+    stats["charts_mirrored"] = changed(Change::kMirrored);
+    stats["charts_unfolded"] = changed(Change::kUnfolded);
+    stats["charts_anew"] = changed(Change::kAnew);
+    stats["charts_cut"] = static_cast<std::int64_t>(std::count_if(
+        mended_.begin(), mended_.end(), [](const MendedChart& chart) { return chart.was_cut; }));
+    const auto stretched = [&](std::int64_t StretchedPieces::*count) {
+      std::int64_t sum = 0;
+      for (const MendedChart& chart : mended_) sum += chart.stretched.*count;
+      return sum;
+    };
+    stats["charts_improved"] = stretched(&StretchedPieces::improved);
+    stats["charts_stretched_anew"] = stretched(&StretchedPieces::anew);
+    stats["stretched_charts"] = stretched(&StretchedPieces::left);
+    stats["charts_moved"] =
+        static_cast<std::int64_t>(std::count(settled_.moved.begin(), settled_.moved.end(), 1));
+    stats["added_cuts"] =
+        static_cast<std::int64_t>(std::count(cuts_.begin(), cuts_.end(), 1) -
+                                  std::count(given_.cuts.begin(), given_.cuts.end(), 1)) /
+        2;
+    std::int64_t kept = 0;
+    for (Eigen::Index c = 0; c < map.uv.rows(); ++c) kept += map.uv.row(c) == corner_uv_->row(c);
+    stats["corners_kept"] = kept;
+    stats["energy"] = map.certificate.energy;
+    stats["max_energy"] = map.certificate.max_energy;
+    stats["added_vertices"] = std::int64_t{0};
+  }
+
+  const mesh::Surface& surface_;
+  const RepairOptions& options_;
+  ExecutionContext& context_;
+  const mesh::Adjacency adjacency_;
+  const mesh::EdgeFlags seams_;
+  const mesh::EdgeFlags uncuttable_;
+  const GivenMap given_;
+  const SeenMap seen_;
+  const double density_;
+  const Points2* corner_uv_ = nullptr;
+  Stats stats_;
+  std::vector<MendedChart> mended_;
+  std::vector<char> anew_;  // per given chart: it was not storable otherwise
+  // The result.
+  Points2 uv_;
+  mesh::EdgeFlags cuts_;
+  std::vector<mesh::Chart> charts_;
+  std::vector<ChartToSettle> to_settle_;
+  std::vector<std::size_t> source_;  // per chart: of the given map
+  std::vector<std::size_t> chart_of_face_;
+  bool sized_ = true;
+  SettledCharts settled_;
+};
+
+}  // namespace
+
+certify::Parametrization repair_clean(const mesh::Surface& surface, const Points2& corner_uv,
+                                      const RepairOptions& options, ExecutionContext& context) {
+  return Repair(surface, corner_uv, options, context).run();
+}
+
+certify::Parametrization improve_any(const mesh::Surface& surface, const Points2& corner_uv,
+                                     const distortion::ImproveOptions& options,
+                                     ExecutionContext& context) {
   const Stopwatch watch;
-  const TimeLimit limit(context, limit_of(options.max_seconds));
-  context.report("checking the map", 0.0);
-  distortion::require_corner_uv(surface, corner_uv);
-  certify::Parametrization map = certify::is_clean(surface, context)
-                                     ? repair_clean(surface, corner_uv, options, context)
-                                     : repair_any(surface, corner_uv, options, context);
+  try {
+    return distortion::improve(surface, corner_uv, options, context);
+  } catch (const InvalidInput& refused) {
+    if (refused.error().code != ErrorCode::kFlippedMap) throw;
+  }
+  RepairOptions mending;
+  mending.pins = options.pins;
+  mending.overlaps = SelfOverlaps::kKeep;
+  mending.stretched = StretchedIslands::kIgnore;
+  mending.max_seconds = options.max_seconds;
+  mending.aspect = options.aspect;
+  const certify::Parametrization mended = [&] {
+    const ProgressRange range(context, 0.0, 0.5);
+    return repair(surface, corner_uv, mending, context);
+  }();
+  // What is left of the time; errors speak of all of it.
+  constexpr double kLeastSeconds = 1e-3;
+  const TimeLimit left(context, options.max_seconds > 0.0
+                                    ? std::max(kLeastSeconds, options.max_seconds - watch.seconds())
+                                    : limit_of(0.0));
+  const ProgressRange range(context, 0.5, 1.0);
+  certify::Parametrization map =
+      distortion::improve(surface, mended.uv32.cast<double>(), options, context);
+  map.stats["energy_before"] = std::numeric_limits<double>::infinity();
+  map.stats.insert(mended.stats.begin(), mended.stats.end());
   map.stats["seconds"] = watch.seconds();
-  const Untimed finishing(context);
-  context.report("done", 1.0);
   return map;
-} catch (const TimeIsOver&) {
-  if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
-  throw_out_of_time("Not all islands were mended", options.max_seconds,
-                    "or repair the mesh in parts");
 }
 
 }  // namespace flipfree::unwrap

@@ -1,15 +1,16 @@
 // A map with flipped, collapsed or overlapping faces, mended with as little change as possible.
 //
-//   read_map()       its charts; corners without a value, pins             given/given_map.h
+//   read_map()       its charts; corners without a value, pins             given_map.h
 //   mend_chart()     one chart: mirrored, unfolded in place, or made anew  mend_chart.h
-//   judge_stretched()     drawn out more than it has to be, and made better stretched_islands.h
-//   mend_in_place()  few vertices, then more and more around them          patches/patches.h
+//   judge_stretched()  drawn out more than it has to be, made better       mend_chart.h
+//   mend_in_place()  few vertices, then more and more around them          patches.h
 //   settle()         what has no place is packed, all is stored            settle.h
 #pragma once
 
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
-#include "flipfree/unwrap/repair/repair_options.h"
+#include "flipfree/distortion/improve.h"
+#include "flipfree/unwrap/repair/mend_chart.h"
 
 namespace flipfree::unwrap {
 
@@ -30,5 +31,19 @@ namespace flipfree::unwrap {
 // for; kTimeLimit; rounding; certificate), Cancelled.
 certify::Parametrization repair(const mesh::Surface& surface, const Points2& corner_uv,
                                 const RepairOptions& options, ExecutionContext& context);
+
+// Repair of a map of a clean surface (certify::is_clean).
+
+// As repair() says, without "seconds".
+certify::Parametrization repair_clean(const mesh::Surface& surface, const Points2& corner_uv,
+                                      const RepairOptions& options, ExecutionContext& context);
+
+// Improving maps that have flipped faces.
+
+// distortion::improve() for any map: one with flipped faces is repaired first, its overlaps kept.
+// Then stats also has what repair() says of the map before and of its charts.
+certify::Parametrization improve_any(const mesh::Surface& surface, const Points2& corner_uv,
+                                     const distortion::ImproveOptions& options,
+                                     ExecutionContext& context);
 
 }  // namespace flipfree::unwrap

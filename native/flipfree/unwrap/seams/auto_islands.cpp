@@ -9,32 +9,27 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
+#include "flipfree/certify/separated_map.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/shortest_paths.h"
-#include "flipfree/unwrap/chart/flattening.h"
-#include "flipfree/unwrap/chart/stretch.h"
-#include "flipfree/unwrap/islands/edge_costs.h"
-#include "flipfree/unwrap/seams/creases.h"
-#include "flipfree/unwrap/seams/exposure.h"
-#include "flipfree/unwrap/seams/halves.h"
-#include "flipfree/unwrap/seams/slits/slits.h"
+#include "flipfree/unwrap/chart/chart.h"
+#include "flipfree/unwrap/chart/separate.h"
+#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/islands/islands.h"
+#include "flipfree/unwrap/packing/layout.h"
+#include "flipfree/unwrap/seams/costs.h"
+#include "flipfree/unwrap/seams/search.h"
 
 namespace flipfree::unwrap {
 namespace {
-
-std::size_t in_surface(const mesh::Chart& chart, std::size_t halfedge) {
-  return 3 * at(chart.faces[halfedge / 3]) + halfedge % 3;
-}
 
 // Edges that must not be seams, but there may be no other way to open a closed surface.
 std::vector<double> positive(const mesh::Surface& surface, std::vector<double> cost) {
   constexpr double kForbidden = 1e6;
   constexpr double kLeast = 1e-12;
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost.size()); ++h) {
-    const double length = (surface.vertices.row(mesh::source(surface.faces, h)) -
-                           surface.vertices.row(mesh::target(surface.faces, h)))
-                              .norm();
-    cost[at(h)] = std::clamp(cost[at(h)], kLeast, std::max(kForbidden * length, kLeast));
+    const double most = std::max(kForbidden * edge_length(surface, h), kLeast);
+    cost[at(h)] = std::clamp(cost[at(h)], kLeast, most);
   }
   return cost;
 }
@@ -53,71 +48,52 @@ void prefer_hidden(std::vector<double>& cost, const Triangles& faces,
 }
 
 KnownMaps nothing_known(const Triangles& faces) {
-  return {Points2(3 * faces.rows(), 2), Points2(3 * faces.rows(), 2),
-          std::vector<char>(static_cast<std::size_t>(faces.rows()), KnownMaps::kNothing)};
+  return {Points2(3 * faces.rows(), 2), std::vector<char>(at(faces.rows()), KnownMaps::kNothing)};
 }
 
 // The map (#V x 2) of a chart, as known.
 void take_down(const mesh::Chart& chart, const Points2& uv, char kind, KnownMaps& known) {
-  for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
-    const std::size_t corner = in_surface(chart, h);
-    known.of_face[corner / 3] = kind;
-    known.corner_uv.row(static_cast<Eigen::Index>(corner)) = uv.row(chart.surface.faces.data()[h]);
-  }
+  put_corners(chart, uv, known.corner_uv);
+  for (const FaceId f : chart.faces) known.of_face[at(f)] = kind;
 }
 
-// Is the map (#V x 2) within the bound, eased where that helps?
-bool ease_to(const Stretch& bound, const mesh::Surface& chart, bool apart, Points2& uv,
-             ExecutionContext& context) {
-  const auto within = [&] {
-    Points2 corners(chart.faces.size(), 2);
-    for (CornerId k = 0; k < corners.rows(); ++k) corners.row(k) = uv.row(chart.faces.data()[k]);
-    return stretch_of(chart, corners).within(bound);
-  };
-  if (within()) return true;
-  if (context.time_is_over()) return false;
-  uv = eased(chart, uv, bound, apart, context);
-  return within();
+bool is_within(const Stretch& bound, const mesh::Surface& chart, const Points2& uv) {
+  return stretch_of(chart, by_corner(chart.faces, uv)).within(bound);
 }
 
 // Maps of the islands that the given seams bound, none of which had to be opened, within the bound
 // of stretch and not on themselves: what is cut well enough is cut no further.
 KnownMaps known_by_seams(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                          const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
-                         Islands& islands, const UnwrapOptions& options, bool acceptable,
-                         ExecutionContext& context, Stats& stats) {
+                         Islands& islands, const UnwrapOptions& options, ExecutionContext& context,
+                         Stats& stats) {
   KnownMaps known = nothing_known(surface.faces);
   std::vector<char> candidate(islands.charts.size(), 0);
   for (std::size_t c = 0; c < candidate.size(); ++c) {
     const mesh::Chart& chart = islands.charts[c];
-    const mesh::Adjacency local = mesh::build_adjacency(
-        static_cast<Index>(chart.surface.vertices.rows()), chart.surface.faces);
-    bool opened = false;
-    for (std::size_t h = 0; h < local.opposite.size(); ++h) {
-      const std::size_t corner = in_surface(chart, h);
-      opened = opened || islands.added[corner] != 0;
-      if (local.opposite[h] == kInvalid && seams[corner] != 0) candidate[c] = 1;
+    const mesh::Adjacency local = adjacency_of(chart.surface);
+    const bool opened = any_flag(part_of(chart, islands.added));
+    for (std::size_t h = 0; h < local.opposite.size() && !opened; ++h) {
+      if (local.opposite[h] == kInvalid && seams[corner_of(chart, h)] != 0) candidate[c] = 1;
     }
-    if (opened) candidate[c] = 0;
     // The others are passed over as if they were known.
     if (candidate[c] == 0)
       for (const FaceId f : chart.faces) known.of_face[at(f)] = KnownMaps::kFlat;
   }
-  if (std::find(candidate.begin(), candidate.end(), 1) == candidate.end())
-    return nothing_known(surface.faces);
+  if (!any_flag(candidate)) return nothing_known(surface.faces);
   UnwrapOptions whole = options;
   whole.may_add_cuts = false;
   // What cannot be flattened whole is searched like what is stretched.
   Outcome<std::vector<Points2>> uv = attempt([&] {
-    return flatten_islands(islands, surface, adjacency, uncuttable, ChartPins{}, whole, acceptable,
-                           context, stats, &known);
+    return flatten_islands(islands, surface, adjacency, uncuttable, ChartPins{}, whole, context,
+                           stats, &known);
   });
   known = nothing_known(surface.faces);
   if (!uv) return known;
   const Stretch bound = stretch_bound(options.seams.stretch);
   for (std::size_t c = 0; c < candidate.size(); ++c) {
     const mesh::Surface& chart = islands.charts[c].surface;
-    if (candidate[c] != 0 && ease_to(bound, chart, options.bijective, (*uv)[c], context))
+    if (candidate[c] != 0 && is_within(bound, chart, (*uv)[c]))
       take_down(islands.charts[c], (*uv)[c], KnownMaps::kFlat, known);
   }
   return known;
@@ -141,7 +117,7 @@ class Finder {
         islands_(std::move(islands)),
         known_(std::move(known)) {}
 
-  AutoIslands run(bool acceptable, ExecutionContext& context, Stats& stats) {
+  AutoIslands run(ExecutionContext& context, Stats& stats) {
     const Stretch bound = stretch_bound(options_.seams.stretch);
     Stretch aim = bound;
     std::vector<Points2> uv;
@@ -156,12 +132,12 @@ class Finder {
       begin = end;
       try {
         uv = flatten_islands(islands_, surface_, adjacency_, uncuttable_, ChartPins{}, options_,
-                             acceptable, context, stats, &known_);
+                             context, stats, &known_);
       } catch (const TimeIsOver&) {
         if (options_.seams.edges_only) break;
         throw;
       }
-      if (!any_above(bound, uv, context)) break;
+      if (!any_above(bound, uv)) break;
       if (context.time_is_over()) {
         stats["time_limit_reached"] = std::int64_t{1};
         break;
@@ -193,27 +169,20 @@ class Finder {
   void search_chart(const mesh::Chart& chart, const Stretch& aim, mesh::EdgeFlags& further,
                     ExecutionContext& context) {
     const mesh::InOwnUnit own(chart.surface);
-    const mesh::Adjacency local = mesh::build_adjacency(
-        static_cast<Index>(chart.surface.vertices.rows()), chart.surface.faces);
-    std::vector<double> cost(local.opposite.size());
-    for (std::size_t h = 0; h < cost.size(); ++h)
-      cost[h] = cost_[in_surface(chart, h)] / own.unit();
+    const mesh::Adjacency local = adjacency_of(chart.surface);
+    std::vector<double> cost = part_of(chart, cost_);
+    for (double& c : cost) c /= own.unit();
     const SlitOptions options{aim, options_.bijective, options_.may_add_cuts};
     const Slits slits = find_slits(own.surface(), local, cost, options, context);
     if (slits.symmetric) ++symmetric_;
     for (std::size_t h = 0; h < cost.size(); ++h) {
-      const std::size_t corner = in_surface(chart, h);
+      const std::size_t corner = corner_of(chart, h);
       further[corner] = slits.cut[h];
       if (slits.corner_uv.rows() == 0) continue;
       const auto row = static_cast<Eigen::Index>(corner);
       const auto own_row = static_cast<Eigen::Index>(h);
       known_.corner_uv.row(row) = own.unit() * slits.corner_uv.row(own_row);
-      if (slits.apart.rows() == 0) {
-        known_.of_face[corner / 3] = KnownMaps::kFlat;
-        continue;
-      }
-      known_.of_face[corner / 3] = KnownMaps::kPiece;
-      known_.apart.row(row) = own.unit() * slits.apart.row(own_row);
+      known_.of_face[corner / 3] = slits.divided ? KnownMaps::kPiece : KnownMaps::kFlat;
     }
   }
 
@@ -225,26 +194,18 @@ class Finder {
     bool any = false;
     for (const mesh::Chart& chart : islands_.charts) {
       if (known_.of_face[at(chart.faces.front())] != KnownMaps::kNothing) continue;
-      const std::size_t count = 3 * chart.faces.size();
-      Points2 corners(static_cast<Eigen::Index>(count), 2);
-      mesh::EdgeFlags never(count);
-      for (std::size_t h = 0; h < count; ++h) {
-        const std::size_t corner = in_surface(chart, h);
-        corners.row(static_cast<Eigen::Index>(h)) =
-            known_.corner_uv.row(static_cast<Eigen::Index>(corner));
-        never[h] = cost_[corner] == mesh::ShortestPaths::kUnreached ? 1 : 0;
-      }
-      const mesh::Adjacency local = mesh::build_adjacency(
-          static_cast<Index>(chart.surface.vertices.rows()), chart.surface.faces);
-      const mesh::EdgeFlags cut = halving_cut(chart.surface, local, corners, never, context);
-      const bool is_cut = std::find(cut.begin(), cut.end(), 1) != cut.end();
+      mesh::EdgeFlags never;
+      for (const double c : part_of(chart, cost_))
+        never.push_back(c == mesh::ShortestPaths::kUnreached ? 1 : 0);
+      const mesh::EdgeFlags cut =
+          halving_cut(chart.surface, adjacency_of(chart.surface),
+                      by_vertex(chart, known_.corner_uv), never, false, context);
+      const bool is_cut = any_flag(cut);
       any = any || is_cut;
-      for (std::size_t h = 0; h < count; ++h) {
-        const std::size_t corner = in_surface(chart, h);
+      for (std::size_t h = 0; h < corner_count(chart); ++h) {
+        const std::size_t corner = corner_of(chart, h);
         further[corner] = cut[h];
         known_.of_face[corner / 3] = is_cut ? KnownMaps::kPiece : KnownMaps::kFlat;
-        known_.apart.row(static_cast<Eigen::Index>(corner)) =
-            known_.corner_uv.row(static_cast<Eigen::Index>(corner));
       }
     }
     cut_further(islands_, surface_, adjacency_, further);
@@ -252,11 +213,11 @@ class Finder {
   }
 
   // Takes down the maps, but of charts above the bound. True if there are such.
-  bool any_above(const Stretch& bound, std::vector<Points2>& uv, ExecutionContext& context) {
+  bool any_above(const Stretch& bound, const std::vector<Points2>& uv) {
     bool any = false;
     for (std::size_t c = 0; c < islands_.charts.size(); ++c) {
       const mesh::Chart& chart = islands_.charts[c];
-      const bool within = ease_to(bound, chart.surface, options_.bijective, uv[c], context);
+      const bool within = is_within(bound, chart.surface, uv[c]);
       any = any || !within;
       take_down(chart, uv[c], within ? KnownMaps::kFlat : KnownMaps::kNothing, known_);
     }
@@ -278,17 +239,16 @@ class Finder {
 AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
                          const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams,
                          const mesh::EdgeFlags& uncuttable, const UnwrapOptions& options,
-                         bool acceptable, ExecutionContext& context, Stats& stats) {
+                         ExecutionContext& context, Stats& stats) {
   KnownMaps known = nothing_known(surface.faces);
   double begin = 0.0;
-  if (std::find(seams.begin(), seams.end(), 1) != seams.end()) {
+  if (any_flag(seams)) {
     Islands given =
         make_islands(surface, adjacency, seams, uncuttable, false, context, {{}, {}, false});
     begin = 0.2;
     const ProgressRange range(context, 0.0, begin);
     try {
-      known = known_by_seams(surface, adjacency, seams, uncuttable, given, options, acceptable,
-                             context, stats);
+      known = known_by_seams(surface, adjacency, seams, uncuttable, given, options, context, stats);
     } catch (const TimeIsOver&) {
       if (options.seams.edges_only) return {std::move(given), {}};
       throw;
@@ -296,7 +256,7 @@ AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
     if (std::find(known.of_face.begin(), known.of_face.end(), KnownMaps::kNothing) ==
         known.of_face.end()) {
       std::vector<Points2> uv = flatten_islands(given, surface, adjacency, uncuttable, ChartPins{},
-                                                options, acceptable, context, stats, &known);
+                                                options, context, stats, &known);
       return {std::move(given), std::move(uv)};
     }
   }
@@ -316,7 +276,52 @@ AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
                                  {{}, positive(surface, cost), false});
   return Finder(surface, adjacency, uncuttable, options, std::move(cost), std::move(islands),
                 std::move(known))
-      .run(acceptable, context, stats);
+      .run(context, stats);
+}
+
+namespace {
+
+IndexPairs find_on_clean(const mesh::Surface& surface, const UnwrapOptions& options,
+                         ExecutionContext& context) {
+  const mesh::Adjacency adjacency = adjacency_of(surface);
+  const mesh::EdgeFlags seams = mesh::flag_edges(surface.faces, adjacency, options.cuts);
+  const mesh::EdgeFlags uncuttable =
+      options.uncuttable.rows() == 0
+          ? mesh::EdgeFlags{}
+          : mesh::flag_edges(surface.faces, adjacency, options.uncuttable);
+  const mesh::Surface working{normalised(surface.vertices, surface.faces), surface.faces};
+  UnwrapOptions own = options;
+  own.seams.edges_only = true;
+  own.acceptable = false;
+  Stats ignored;
+  const mesh::EdgeFlags cut =
+      find_islands(working, surface.vertices, adjacency, seams, uncuttable, own, context, ignored)
+          .islands.cut;
+  return mesh::flagged_edges(surface.faces, adjacency, cut);
+}
+
+IndexPairs find_on_separated(const mesh::Surface& surface, const UnwrapOptions& options,
+                             ExecutionContext& context) {
+  const certify::SeparatedMap separated(surface, separating(options), context);
+  const UnwrapOptions own = on_separated(separated, options);
+  return separated.edges_of_input(
+      separated.solve([&] { return find_on_clean(separated.surface(), own, context); }));
+}
+
+}  // namespace
+
+IndexPairs find_seams(const mesh::Surface& surface, const UnwrapOptions& options,
+                      ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "No seams were found", "or find them part by part",
+                 [&] {
+                   context.report("checking the mesh", 0.0);
+                   const IndexPairs seams = certify::is_clean(surface, context)
+                                                ? find_on_clean(surface, options, context)
+                                                : find_on_separated(surface, options, context);
+                   const Untimed finishing(context);
+                   context.report("done", 1.0);
+                   return seams;
+                 });
 }
 
 }  // namespace flipfree::unwrap

@@ -5,8 +5,8 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
+#include "flipfree/mesh/surface.h"
 #include "flipfree/unwrap/islands/islands.h"
-#include "flipfree/unwrap/islands/unwrap_options.h"
 
 namespace flipfree::unwrap {
 
@@ -24,6 +24,15 @@ struct AutoIslands {
 AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
                          const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams,
                          const mesh::EdgeFlags& uncuttable, const UnwrapOptions& options,
-                         bool acceptable, ExecutionContext& context, Stats& stats);
+                         ExecutionContext& context, Stats& stats);
+
+// Automatic seams by themselves: the edges, without the map that they allow.
+
+// Vertex pairs, each once: options.cuts as far as they are inner edges of the mesh, and all that is
+// needed beyond them (auto_islands.h), so that unwrap() with these cuts stays within the bound of
+// distortion and cuts nothing more. Any triangles, as for unwrap(). When options.max_seconds are
+// over, the seams that were found by then. Throws InvalidInput, NotConverged, Cancelled.
+IndexPairs find_seams(const mesh::Surface& surface, const UnwrapOptions& options,
+                      ExecutionContext& context);
 
 }  // namespace flipfree::unwrap

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/chart/chart_pins.h"
+#include "flipfree/unwrap/chart/chart.h"
 
 #include <gtest/gtest.h>
 

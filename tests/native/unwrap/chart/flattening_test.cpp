@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/chart/flattening.h"
+#include "flipfree/unwrap/chart/chart.h"
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ struct Case {
   }
   std::vector<Points2> flatten() {
     return flatten_islands(islands, surface, adjacency, {}, pins_by_chart(islands, pins), options,
-                           false, context, stats);
+                           context, stats);
   }
 };
 Case parted_grid() {

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/chart/overlapping_faces.h"
+#include "flipfree/unwrap/chart/separate.h"
 
 #include <gtest/gtest.h>
 

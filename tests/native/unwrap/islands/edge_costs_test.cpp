@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/islands/edge_costs.h"
+#include "flipfree/unwrap/seams/costs.h"
 
 #include <gtest/gtest.h>
 

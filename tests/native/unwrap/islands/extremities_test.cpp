@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/islands/extremities.h"
+#include "flipfree/unwrap/islands/scale_field.h"
 
 #include <gtest/gtest.h>
 

@@ -25,7 +25,7 @@ struct Two {
       uv.push_back(own);
     }
   }
-  std::vector<Points2f> stored() const { return {uv[0].cast<float>(), uv[1].cast<float>()}; }
+  const std::vector<Points2>& stored() const { return uv; }
 };
 
 TEST(Arrange, items_move_as_one) {

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/packing/spread.h"
+#include "flipfree/unwrap/packing/arrange.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "flipfree/unwrap/repair/patches/damage.h"
+#include "flipfree/unwrap/repair/patches.h"
 #include "support/shapes.h"
 
 namespace flipfree::unwrap::test_charts {

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/repair/repair_clean.h"
+#include "flipfree/unwrap/repair/repair.h"
 
 #include <gtest/gtest.h>
 

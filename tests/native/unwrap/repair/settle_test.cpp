@@ -25,7 +25,7 @@ struct Squares {
     own.uv = size * chart.surface.vertices.leftCols<2>();
     own.uv.rowwise() += Eigen::RowVector2d(x, y);
     own.place = place;
-    own.bijective = true;
+    own.kept.bijective = true;
     charts.push_back(std::move(chart));
     mended.push_back(std::move(own));
   }
@@ -106,7 +106,7 @@ TEST(Settle, disjoint_moves_what_lies_on_others_but_no_pins) {
   squares.options.disjoint = true;
   squares.add(0, 0, 0.3, Place::kStays);
   squares.add(0.1, 0.1, 0.3, Place::kStays);
-  squares.mended[1].pinned = {0};
+  squares.mended[1].kept.fixed = {0};
   squares.add(0.15, 0.15, 0.3, Place::kStays);
   const SettledCharts settled = squares.settled();
   EXPECT_EQ(settled.moved, (std::vector<char>{1, 0, 1}));

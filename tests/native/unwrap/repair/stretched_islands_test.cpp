@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/repair/stretched_islands.h"
+#include "flipfree/unwrap/repair/mend_chart.h"
 
 #include <gtest/gtest.h>
 

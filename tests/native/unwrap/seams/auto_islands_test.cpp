@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "flipfree/certify/measures.h"
-#include "flipfree/unwrap/chart/stretch.h"
+#include "flipfree/unwrap/seams/search.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
@@ -15,8 +15,7 @@ AutoIslands islands_of(const mesh::Surface& surface, const UnwrapOptions& option
   ExecutionContext context;
   Stats stats;
   return find_islands(surface, surface.vertices, adjacency,
-                      mesh::EdgeFlags(adjacency.opposite.size(), 0), {}, options, false, context,
-                      stats);
+                      mesh::EdgeFlags(adjacency.opposite.size(), 0), {}, options, context, stats);
 }
 
 TEST(AutoIslands, are_flat_within_the_bound_whatever_the_topology) {

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/seams/creases.h"
+#include "flipfree/unwrap/seams/costs.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 
-#include "flipfree/unwrap/islands/edge_costs.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/seams/exposure.h"
+#include "flipfree/unwrap/seams/costs.h"
 
 #include <gtest/gtest.h>
 

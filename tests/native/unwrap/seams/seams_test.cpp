@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/seams/seams.h"
+#include "flipfree/unwrap/seams/auto_islands.h"
 
 #include <gtest/gtest.h>
 

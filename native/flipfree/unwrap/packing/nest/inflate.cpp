@@ -3,11 +3,314 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
+#include <utility>
 
 #include "flipfree/base/plane.h"
-#include "flipfree/unwrap/packing/nest/contacts.h"
 
 namespace flipfree::unwrap {
+namespace {
+
+// Lists hold what is within so many times the reach.
+constexpr double kRemembered = 2.0;
+
+constexpr std::size_t kGrain = 4096;  // corners, or cells, between looks at the clock
+
+using Corner = Contacts::Corner;
+
+std::vector<Corner> all_corners(const std::vector<Shape>& shapes, const std::vector<Pose>& poses,
+                                double scale, const std::vector<Loop>& fixed) {
+  std::vector<Corner> corners;
+  std::size_t count = 0;
+  for (const Shape& s : shapes)
+    for (const Loop& loop : s.loops) count += loop.size();
+  for (const Loop& loop : fixed) count += loop.size();
+  corners.reserve(count);
+  const auto add = [&](const Loop& loop, Index shape, const Pose& pose, double size) {
+    const auto first = static_cast<Index>(corners.size());
+    const auto n = static_cast<Index>(loop.size());
+    for (Index i = 0; i < n; ++i) {
+      const Vector2& p = loop[at(i)];
+      corners.push_back({pose(p, size), p, shape, first + (i + 1) % n, first + (i + n - 1) % n});
+    }
+  };
+  for (std::size_t s = 0; s < shapes.size(); ++s)
+    for (const Loop& loop : shapes[s].loops) add(loop, static_cast<Index>(s), poses[s], scale);
+  for (const Loop& loop : fixed) add(loop, kInvalid, Pose(), 1.0);
+  return corners;
+}
+
+// Edges by the square cells that they pass through.
+class EdgeGrid {
+ public:
+  EdgeGrid(const std::vector<Corner>& corners, double reach) : corners_(corners) {
+    low_ = Vector2::Constant(std::numeric_limits<double>::infinity());
+    Vector2 high = -low_;
+    for (const Corner& c : corners) {
+      if (c.shape == kInvalid) continue;
+      low_ = low_.cwiseMin(c.at);
+      high = high.cwiseMax(c.at);
+    }
+    low_ -= Vector2::Constant(reach);
+    const double size = std::max((high - low_).maxCoeff() + reach, 1e-300);
+    const double most = std::clamp(std::sqrt(static_cast<double>(corners.size())), 1.0, 1024.0);
+    cell_ = std::max(reach, size / most);
+    per_length_ = 1.0 / cell_;
+    side_ = std::max(1, static_cast<Index>(std::ceil(size / cell_)));
+    begin_.assign(at(side_) * at(side_) + 1, 0);
+    each_cell([&](std::size_t cell, Index) { ++begin_[cell + 1]; });
+    for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
+    edges_.resize(at(begin_.back()));
+    std::vector<Index> next = begin_;
+    each_cell([&](std::size_t cell, Index e) {
+      edges_[at(next[cell]++)] = {e, corners_[at(e)].shape};
+    });
+  }
+
+  // Edges of other shapes with a point within reach of p and perhaps others; some more than once.
+  template <typename Visit>
+  void near(const Vector2& p, Index shape, double reach, Visit visit) const {
+    const Index left = clamped((p.x() - reach - low_.x()) * per_length_);
+    const Index right = clamped((p.x() + reach - low_.x()) * per_length_);
+    const Index bottom = clamped((p.y() - reach - low_.y()) * per_length_);
+    const Index top = clamped((p.y() + reach - low_.y()) * per_length_);
+    for (Index row = bottom; row <= top; ++row) {
+      for (Index column = left; column <= right; ++column) {
+        const std::size_t cell = cell_at(column, row);
+        for (Index i = begin_[cell]; i < begin_[cell + 1]; ++i) {
+          const Entry& entry = edges_[at(i)];
+          if (entry.shape != shape) visit(entry.edge);
+        }
+      }
+    }
+  }
+
+  struct Entry {
+    Index edge;
+    Index shape;
+  };
+
+  std::size_t cells() const { return begin_.size() - 1; }
+  std::span<const Entry> edges_in(std::size_t cell) const {
+    return std::span(edges_).subspan(at(begin_[cell]), at(begin_[cell + 1] - begin_[cell]));
+  }
+
+ private:
+  Index clamped(double cells) const {
+    return static_cast<Index>(std::clamp(std::floor(cells), 0.0, static_cast<double>(side_ - 1)));
+  }
+  std::size_t cell_at(Index column, Index row) const { return at(row) * at(side_) + at(column); }
+  template <typename Visit>
+  void each_cell(Visit visit) const {
+    const double limit = side_ * cell_;
+    for (std::size_t e = 0; e < corners_.size(); ++e) {
+      Vector2 a = corners_[e].at - low_;
+      Vector2 b = corners_[at(corners_[e].next)].at - low_;
+      // Far from everything that moves: what is fixed may lie anywhere.
+      if (std::max(a.x(), b.x()) < 0.0 || std::min(a.x(), b.x()) > limit ||
+          std::max(a.y(), b.y()) < 0.0 || std::min(a.y(), b.y()) > limit)
+        continue;
+      if (a.y() > b.y()) std::swap(a, b);
+      const Index first = clamped(a.y() * per_length_);
+      const Index last = clamped(b.y() * per_length_);
+      for (Index row = first; row <= last; ++row) {
+        double low = std::min(a.x(), b.x());
+        double high = std::max(a.x(), b.x());
+        if (last > first) {
+          const auto x_at = [&](double y) {
+            const double t = std::clamp((y - a.y()) / (b.y() - a.y()), 0.0, 1.0);
+            return a.x() + t * (b.x() - a.x());
+          };
+          const double x0 = x_at(row * cell_);
+          const double x1 = x_at((row + 1) * cell_);
+          const double care = 1e-9 * cell_;
+          low = std::max(low, std::min(x0, x1) - care);
+          high = std::min(high, std::max(x0, x1) + care);
+        }
+        const Index right = clamped(high * per_length_);
+        for (Index column = clamped(low * per_length_); column <= right; ++column)
+          visit(cell_at(column, row), static_cast<Index>(e));
+      }
+    }
+  }
+
+  const std::vector<Corner>& corners_;
+  Vector2 low_;
+  double cell_ = 1.0;
+  double per_length_ = 1.0;  // cells
+  Index side_ = 1;
+  std::vector<Index> begin_;
+  std::vector<Entry> edges_;
+};
+
+struct Near {
+  Index edge;
+  double t;         // of the nearest point along the edge
+  double distance;  // from there
+  bool inside;
+  Vector2 away;
+};
+
+// Nothing if a neighbouring point of the outline is nearer, or it is beyond reach.
+bool nearest_on(const std::vector<Corner>& corners, Index edge, const Vector2& p, double reach,
+                Near& found) {
+  const Corner& from = corners[at(edge)];
+  const Vector2 side = corners[at(from.next)].at - from.at;
+  const Vector2 off = p - from.at;
+  const double square = side.squaredNorm();
+  const double along = off.dot(side);
+  if (along >= square && square > 0.0) return false;  // the next edge has that corner
+  // Most are rejected here, without a root; rounded generously.
+  const double twice = off.x() * side.y() - off.y() * side.x();
+  if (along > 0.0 && twice * twice > 1.0000001 * reach * reach * square) return false;
+  const double t = square > 0.0 ? along / square : 0.0;
+  if (t >= 1.0) return false;
+  found.edge = edge;
+  if (t <= 0.0) {
+    const Vector2 before = from.at - corners[at(from.previous)].at;
+    if (off.dot(before) < 0.0) return false;
+    found.t = 0.0;
+    found.distance = off.norm();
+    found.inside = false;
+    found.away = found.distance > 0.0 ? Vector2(off / found.distance) : Vector2(1.0, 0.0);
+    return found.distance <= reach;
+  }
+  const double length = std::sqrt(square);
+  const Vector2 outwards(side.y() / length, -side.x() / length);
+  const double height = off.dot(outwards);
+  found.t = t;
+  found.distance = std::abs(height);
+  found.inside = height < 0.0;
+  found.away = outwards;
+  return found.distance <= reach;
+}
+
+double distance_to_edge(const std::vector<Corner>& corners, Index edge, const Vector2& p) {
+  const Corner& from = corners[at(edge)];
+  return distance_to_segment(p, from.at, corners[at(from.next)].at);
+}
+
+// Of all that is near one corner, what it touches: from outside every nearest place, from inside
+// the nearest of all.
+void keep_touching(std::vector<std::pair<Index, Near>>& near) {
+  std::stable_sort(near.begin(), near.end(), [](const auto& a, const auto& b) {
+    if (a.first != b.first) return a.first < b.first;
+    if (a.second.distance != b.second.distance) return a.second.distance < b.second.distance;
+    if (a.second.inside != b.second.inside) return a.second.inside < b.second.inside;
+    return a.second.edge < b.second.edge;
+  });
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < near.size();) {
+    const bool inside = near[i].second.inside;
+    const Index shape = near[i].first;
+    near[kept++] = near[i++];
+    for (; i < near.size() && near[i].first == shape; ++i)
+      if (!inside && !near[i].second.inside) near[kept++] = near[i];
+  }
+  near.resize(kept);
+}
+
+bool cross_each_other(const Vector2& a, const Vector2& b, const Vector2& c, const Vector2& d) {
+  if (std::max(a.x(), b.x()) < std::min(c.x(), d.x()) ||
+      std::max(c.x(), d.x()) < std::min(a.x(), b.x()) ||
+      std::max(a.y(), b.y()) < std::min(c.y(), d.y()) ||
+      std::max(c.y(), d.y()) < std::min(a.y(), b.y()))
+    return false;
+  return (twice_area(a, b, c) > 0.0) != (twice_area(a, b, d) > 0.0) &&
+         (twice_area(c, d, a) > 0.0) != (twice_area(c, d, b) > 0.0);
+}
+
+}  // namespace
+
+Contacts::Contacts(const std::vector<Shape>& shapes, const std::vector<Loop>& fixed)
+    : shapes_(shapes),
+      corners_(all_corners(shapes, std::vector<Pose>(shapes.size()), 1.0, fixed)) {}
+
+// Has nothing moved so far that a pair out of the lists may be within reach?
+bool Contacts::remembers(const std::vector<Pose>& poses, double scale, double reach) const {
+  const double most = 0.5 * (within_ - reach);
+  if (!(most >= 0.0)) return false;
+  for (std::size_t s = 0; s < poses.size(); ++s) {
+    const Vector2 turned = scale * poses[s].turn - scale_ * poses_[s].turn;
+    const double moved =
+        (poses[s].centre - poses_[s].centre).norm() + shapes_[s].radius * turned.norm();
+    if (!(moved <= most)) return false;
+  }
+  return true;
+}
+
+void Contacts::remember(const std::vector<Pose>& poses, double scale, double reach,
+                        const ExecutionContext& context) {
+  poses_ = poses;
+  scale_ = scale;
+  within_ = kRemembered * reach;
+  const EdgeGrid grid(corners_, within_);
+  begin_.assign(1, 0);
+  near_.clear();
+  std::vector<Index> own;
+  for (std::size_t c = 0; c < corners_.size(); ++c) {
+    if (c % kGrain == 0) context.check();
+    own.clear();
+    const Corner& corner = corners_[c];
+    grid.near(corner.at, corner.shape, within_, [&](Index e) {
+      if (distance_to_edge(corners_, e, corner.at) <= within_) own.push_back(e);
+    });
+    // An edge is met in every cell that it passes through.
+    std::sort(own.begin(), own.end());
+    near_.insert(near_.end(), own.begin(), std::unique(own.begin(), own.end()));
+    begin_.push_back(near_.size());
+  }
+}
+
+std::vector<Contact> Contacts::find(const std::vector<Pose>& poses, double scale, double reach,
+                                    const ExecutionContext& context) {
+  for (Corner& c : corners_) {
+    if (c.shape != kInvalid) c.at = poses[at(c.shape)](c.local, scale);
+  }
+  if (!remembers(poses, scale, reach)) remember(poses, scale, reach, context);
+  std::vector<Contact> contacts;
+  std::vector<std::pair<Index, Near>> near;
+  for (std::size_t c = 0; c < corners_.size(); ++c) {
+    if (c % kGrain == 0) context.check();
+    const Corner& corner = corners_[c];
+    near.clear();
+    for (std::size_t i = begin_[c]; i < begin_[c + 1]; ++i) {
+      Near found;
+      if (nearest_on(corners_, near_[i], corner.at, reach, found))
+        near.emplace_back(corners_[at(near_[i])].shape, found);
+    }
+    if (near.size() > 1) keep_touching(near);
+    for (const auto& [shape, found] : near) {
+      const Corner& from = corners_[at(found.edge)];
+      const Corner& to = corners_[at(from.next)];
+      contacts.push_back({corner.shape, shape, corner.local,
+                          from.local + found.t * (to.local - from.local), found.away,
+                          found.inside ? -found.distance : found.distance});
+    }
+  }
+  return contacts;
+}
+
+bool any_crossing(const std::vector<Shape>& shapes, const std::vector<Pose>& poses, double scale,
+                  const std::vector<Loop>& fixed, const ExecutionContext& context) {
+  const std::vector<Corner> corners = all_corners(shapes, poses, scale, fixed);
+  const EdgeGrid grid(corners, 0.0);
+  for (std::size_t cell = 0; cell < grid.cells(); ++cell) {
+    if (cell % kGrain == 0) context.check();
+    const std::span<const EdgeGrid::Entry> edges = grid.edges_in(cell);
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      const Corner& a = corners[at(edges[i].edge)];
+      for (std::size_t j = 0; j < i; ++j) {
+        if (edges[i].shape == edges[j].shape) continue;
+        const Corner& b = corners[at(edges[j].edge)];
+        if (cross_each_other(a.at, corners[at(a.next)].at, b.at, corners[at(b.next)].at))
+          return true;
+      }
+    }
+  }
+  return false;
+}
+
 namespace {
 
 constexpr double kAtRest = 2e-7;  // gaps may be so much narrower within this file
@@ -72,7 +375,7 @@ class Dynamics {
   }
 
  private:
-  const Pose& body(Index i) const { return bodies_[static_cast<std::size_t>(i)].pose; }
+  const Pose& body(Index i) const { return bodies_[at(i)].pose; }
 
   // Between rounds shapes move at most so far together.
   double allowance(double) const { return std::max(0.5 * options_.margin, 1e-3); }
@@ -84,7 +387,7 @@ class Dynamics {
   }
 
   double slack_of(Index i, double scale) const {
-    return i == kInvalid ? 0.0 : shapes_[static_cast<std::size_t>(i)].slack * scale;
+    return i == kInvalid ? 0.0 : shapes_[at(i)].slack * scale;
   }
 
   double target(const Contact& c, double scale) const {
@@ -144,8 +447,8 @@ class Dynamics {
   }
 
   double correct(const Contact& c, double scale, double most) {
-    Body* a = c.a == kInvalid ? nullptr : &bodies_[static_cast<std::size_t>(c.a)];
-    Body* b = c.b == kInvalid ? nullptr : &bodies_[static_cast<std::size_t>(c.b)];
+    Body* a = c.a == kInvalid ? nullptr : &bodies_[at(c.a)];
+    Body* b = c.b == kInvalid ? nullptr : &bodies_[at(c.b)];
     const Vector2 p = a == nullptr ? c.corner : a->pose(c.corner, scale);
     const Vector2 q = b == nullptr ? c.point : b->pose(c.point, scale);
     const double off = target(c, scale) - (p - q).dot(c.away);
@@ -166,15 +469,13 @@ class Dynamics {
     if (!(weight > 0.0)) return off;
     if ((a != nullptr && a->moved > most) || (b != nullptr && b->moved > most)) return off;
     const double push = off / weight;
-    if (a != nullptr)
-      move(*a, arm_a, c.away, push, shapes_[static_cast<std::size_t>(c.a)].radius * scale);
-    if (b != nullptr)
-      move(*b, arm_b, -c.away, push, shapes_[static_cast<std::size_t>(c.b)].radius * scale);
+    if (a != nullptr) move(*a, arm_a, c.away, push, shapes_[at(c.a)].radius * scale);
+    if (b != nullptr) move(*b, arm_b, -c.away, push, shapes_[at(c.b)].radius * scale);
     return off;
   }
 
   double correct(const Wall& w, double scale, double most) {
-    Body& a = bodies_[static_cast<std::size_t>(w.a)];
+    Body& a = bodies_[at(w.a)];
     const Vector2 p = a.pose(w.corner, scale);
     const double off = w.least - p.dot(w.inwards);
     if (off <= 0.0) return 0.0;
@@ -182,7 +483,7 @@ class Dynamics {
     const Vector2 arm = p - a.pose.centre;
     const double lever = cross(arm, w.inwards);
     move(a, arm, w.inwards, off / (a.light + a.loose * lever * lever),
-         shapes_[static_cast<std::size_t>(w.a)].radius * scale);
+         shapes_[at(w.a)].radius * scale);
     return off;
   }
 

@@ -1,6 +1,8 @@
 #include "flipfree/unwrap/packing/nest/shape.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -10,6 +12,7 @@
 #include "flipfree/base/plane.h"
 
 namespace flipfree::unwrap {
+
 namespace {
 
 // The corner strictly between first and last (cyclic) that is farthest from their line.
@@ -21,20 +24,6 @@ std::pair<std::size_t, double> farthest(const Loop& loop, std::size_t first, std
     if (d > found.second) found = {i, d};
   }
   return found;
-}
-
-double side_of_square(const Shape& shape, double angle) {
-  const double c = std::cos(angle), s = std::sin(angle);
-  Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
-  Vector2 high = -low;
-  for (const Loop& loop : shape.loops) {
-    for (const Vector2& p : loop) {
-      const Vector2 turned(c * p.x() - s * p.y(), s * p.x() + c * p.y());
-      low = low.cwiseMin(turned);
-      high = high.cwiseMax(turned);
-    }
-  }
-  return (high - low).maxCoeff();
 }
 
 }  // namespace
@@ -125,34 +114,386 @@ Vector2 straight_axis(const std::vector<Loop>& outlines) {
   return {std::cos(angle), std::sin(angle)};
 }
 
+Vector2 squarest_turn(const Shape& shape) {
+  constexpr int kTurns = 360;
+  double least = std::numeric_limits<double>::infinity();
+  Vector2 best(1.0, 0.0);
+  for (int i = 0; i < kTurns; ++i) {
+    const double angle = kQuarterTurn * i / kTurns;
+    const Pose pose{Vector2::Zero(), {std::cos(angle), std::sin(angle)}};
+    Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
+    Vector2 high = -low;
+    for (const Loop& loop : shape.loops) {
+      for (const Vector2& p : loop) {
+        low = low.cwiseMin(pose(p, 1.0));
+        high = high.cwiseMax(pose(p, 1.0));
+      }
+    }
+    if (!((high - low).maxCoeff() < least)) continue;
+    least = (high - low).maxCoeff();
+    best = pose.turn;
+  }
+  return best;
+}
+
 bool is_straight(const Shape& shape) {
   constexpr double kAlong = 1e-3;
   const Vector2 turn = straight_axis(shape.loops);
   return turn.x() > 0.0 && std::abs(turn.y()) < kAlong;
 }
 
-Vector2 squarest_turn(const Shape& shape) {
-  constexpr int kDegrees = 90;
-  constexpr int kFiner = 10;
-  constexpr int kTimes = 2;
-  double best = 0.0, side = side_of_square(shape, 0.0);
-  double step = std::numbers::pi / (2 * kDegrees);
-  const auto look = [&](double middle, int from, int to) {
-    for (int i = from; i <= to; ++i) {
-      const double angle = middle + i * step;
-      const double there = side_of_square(shape, angle);
-      if (there < side) {
-        side = there;
-        best = angle;
+namespace {
+
+// Against rounding of what touches a cell's edge, in cells.
+constexpr double kTouchingCare = 1e-9;
+
+// The x of the disc's points with y in [bottom, bottom + 1].
+void add_disc(const Vector2& p, double radius, double bottom, Span& span) {
+  const double off = std::max({0.0, bottom - p.y(), p.y() - bottom - 1.0});
+  if (off > radius) return;
+  const double half = std::sqrt(radius * radius - off * off);
+  span.add(p.x() - half);
+  span.add(p.x() + half);
+}
+
+// A side of a strip: from its lower end to its upper one.
+struct StripSide {
+  Vector2 low, high;
+  double slope;  // of x by y
+
+  StripSide(const Vector2& a, const Vector2& b)
+      : low(a.y() <= b.y() ? a : b), high(a.y() <= b.y() ? b : a) {
+    const double rise = high.y() - low.y();
+    slope = rise < 1e-12 ? 0.0 : (high.x() - low.x()) / rise;
+  }
+
+  // Its points with y in [bottom, bottom + 1].
+  void add(double bottom, Span& span) const {
+    if (low.y() > bottom + 1.0 || high.y() < bottom) return;
+    const bool begins = low.y() >= bottom;
+    const bool ends = high.y() <= bottom + 1.0;
+    span.add(begins ? low.x() : low.x() + slope * (bottom - low.y()));
+    span.add(ends ? high.x() : low.x() + slope * (bottom + 1.0 - low.y()));
+  }
+};
+
+// The inside of the loops at the rows' middles; cells that only touch it are the outline's.
+void draw_inside(Pen& pen, int width, int height, int words, std::vector<Word>& bits) {
+  pen.crossings.clear();
+  for (std::size_t l = 0; l + 1 < pen.begin.size(); ++l) {
+    const std::size_t end = pen.begin[l + 1];
+    for (std::size_t i = pen.begin[l]; i < end; ++i) {
+      Vector2 a = pen.points[i];
+      Vector2 b = pen.points[i + 1 < end ? i + 1 : pen.begin[l]];
+      const int way = a.y() < b.y() ? 1 : -1;
+      if (way < 0) std::swap(a, b);
+      const int first = static_cast<int>(std::clamp(std::ceil(a.y() - 0.5), 0.0, height + 0.0));
+      const int last =
+          static_cast<int>(std::clamp(std::ceil(b.y() - 0.5) - 1.0, -1.0, height - 1.0));
+      if (first > last) continue;
+      const double slope = (b.x() - a.x()) / (b.y() - a.y());
+      for (int row = first; row <= last; ++row)
+        pen.crossings.push_back({row, way, a.x() + slope * (row + 0.5 - a.y())});
+    }
+  }
+  std::sort(pen.crossings.begin(), pen.crossings.end(), [](const auto& a, const auto& b) {
+    return a.row != b.row ? a.row < b.row : (a.x != b.x ? a.x < b.x : a.way < b.way);
+  });
+  int winding = 0;
+  for (std::size_t i = 0; i + 1 < pen.crossings.size(); ++i) {
+    const Pen::Crossing& from = pen.crossings[i];
+    const Pen::Crossing& to = pen.crossings[i + 1];
+    winding = from.row == to.row ? winding + from.way : 0;
+    if (winding != 0) set_cells(&bits[at(from.row * words)], width, from.x, to.x);
+  }
+}
+
+void draw_outlines(const Pen& pen, double radius, int width, int height, int words,
+                   std::vector<Word>& bits) {
+  for (std::size_t l = 0; l + 1 < pen.begin.size(); ++l) {
+    const std::size_t end = pen.begin[l + 1];
+    for (std::size_t i = pen.begin[l]; i < end; ++i)
+      draw_segment(pen.points[i], pen.points[i + 1 < end ? i + 1 : pen.begin[l]], radius, width,
+                   height, words, bits);
+  }
+}
+
+void find_runs(Mask& mask) {
+  mask.row_begin.reserve(at(mask.height) + 1);
+  mask.row_begin.assign(1, 0);
+  mask.runs.reserve(at(mask.height));
+  for (int row = 0; row < mask.height; ++row) {
+    const Word* bits = &mask.bits[at(row * mask.words)];
+    int x = 0;
+    const int end = 64 * mask.words;
+    while (x < end) {
+      const Word ones = bits[x / 64] >> (x % 64);
+      if (ones == 0) {
+        x = (x / 64 + 1) * 64;
+        continue;
+      }
+      const int first = x + std::countr_zero(ones);
+      x = first;
+      while (x < end) {
+        const Word zeros = ~bits[x / 64] >> (x % 64);
+        if (zeros != 0) {
+          x += std::countr_zero(zeros);
+          break;
+        }
+        x = (x / 64 + 1) * 64;
+      }
+      mask.runs.push_back({first, std::min(x, end) - 1});
+    }
+    mask.row_begin.push_back(static_cast<int>(mask.runs.size()));
+  }
+}
+
+}  // namespace
+
+void set_cells(Word* row, int width, double first, double last) {
+  const int a = static_cast<int>(std::clamp(std::floor(first), 0.0, static_cast<double>(width)));
+  const int b = static_cast<int>(std::clamp(std::floor(last), -1.0, width - 1.0));
+  if (a > b) return;
+  const Word head = ~Word{0} << (a % 64);
+  const Word tail = ~Word{0} >> (63 - b % 64);
+  if (a / 64 == b / 64) {
+    row[a / 64] |= head & tail;
+    return;
+  }
+  row[a / 64] |= head;
+  for (int w = a / 64 + 1; w < b / 64; ++w) row[w] = ~Word{0};
+  row[b / 64] |= tail;
+}
+
+void draw_segment(const Vector2& a, const Vector2& b, double radius, int width, int height,
+                  int words, std::vector<Word>& bits) {
+  const double reach = radius + kTouchingCare;
+  const auto row_of = [&](double y) {
+    return static_cast<int>(std::clamp(std::floor(y), -1.0, static_cast<double>(height)));
+  };
+  const int first = std::max(0, row_of(std::min(a.y(), b.y()) - reach));
+  const int last = std::min(height - 1, row_of(std::max(a.y(), b.y()) + reach));
+  const Vector2 side = b - a;
+  const double length = side.norm();
+  const Vector2 off =
+      length > 0.0 ? Vector2(-side.y(), side.x()) * (reach / length) : Vector2(0.0, 0.0);
+  // The strip's ends are within the discs.
+  const StripSide left(a + off, b + off);
+  const StripSide right(a - off, b - off);
+  for (int row = first; row <= last; ++row) {
+    Span span;
+    add_disc(a, reach, row, span);
+    add_disc(b, reach, row, span);
+    if (length > 0.0) {
+      left.add(row, span);
+      right.add(row, span);
+    }
+    if (span.low <= span.high) set_cells(&bits[at(row * words)], width, span.low, span.high);
+  }
+}
+
+void draw_loop(const Loop& loop, int cells, double radius, int words, std::vector<Word>& bits) {
+  Pen pen;
+  pen.points = loop;
+  for (Vector2& p : pen.points) p *= cells;
+  pen.begin = {0, loop.size()};
+  draw_inside(pen, cells, cells, words, bits);
+  draw_outlines(pen, radius, cells, cells, words, bits);
+}
+
+Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double radius, Pen& pen) {
+  Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
+  Vector2 high = -low;
+  const Pose pose{Vector2::Zero(), turn};
+  pen.points.clear();
+  pen.begin.assign(1, 0);
+  for (const Loop& loop : shape.loops) {
+    for (const Vector2& p : loop) {
+      pen.points.push_back(pose(p, scale));
+      low = low.cwiseMin(pen.points.back());
+      high = high.cwiseMax(pen.points.back());
+    }
+    pen.begin.push_back(pen.points.size());
+  }
+  Mask mask;
+  const Vector2 care = Vector2::Constant(radius + 2.0 * kTouchingCare);
+  mask.origin = care - low;
+  const Vector2 size = high - low + 2.0 * care;
+  mask.width = std::max(1, static_cast<int>(std::ceil(size.x())));
+  mask.height = std::max(1, static_cast<int>(std::ceil(size.y())));
+  mask.words = (mask.width + 63) / 64;
+  mask.bits.assign(at(mask.words) * at(mask.height), 0);
+  for (Vector2& p : pen.points) p += mask.origin;
+  draw_inside(pen, mask.width, mask.height, mask.words, mask.bits);
+  draw_outlines(pen, radius, mask.width, mask.height, mask.words, mask.bits);
+  find_runs(mask);
+  return mask;
+}
+
+namespace {
+
+constexpr int kMostWords = 128;  // tiles of at most 8192 cells
+
+// Powers of two up to `cells`. What the library's function returns differs between its versions.
+int levels_of(int cells) { return static_cast<int>(std::bit_width(static_cast<unsigned>(cells))); }
+
+// The first `count` words of into |= from shifted to lower cells by `by`; `from` has `words` words
+// and an empty one more.
+void or_shifted(const Word* from, int by, int words, Word* into, int count) {
+  const int skip = by / 64;
+  const int bits = by % 64;
+  count = std::min(count, words - skip);
+  if (bits == 0) {
+    for (int w = 0; w < count; ++w) into[w] |= from[w + skip];
+    return;
+  }
+  for (int w = 0; w < count; ++w)
+    into[w] |= (from[w + skip] >> bits) | (from[w + skip + 1] << (64 - bits));
+}
+
+}  // namespace
+
+Tile::Tile(int cells) : cells_(cells), words_((cells + 63) / 64), count_(levels_of(cells)) {
+  levels_.assign(at(count_) * at(cells_) * at(words_ + 1), 0);
+}
+
+Tile::Tile(int cells, const std::vector<Word>& taken) : Tile(cells) {
+  for (int row = 0; row < cells_; ++row) {
+    std::copy_n(taken.begin() + static_cast<std::ptrdiff_t>(row) * words_, words_, level(0, row));
+    widen(row, 0, words_ - 1);
+  }
+}
+
+void Tile::widen(int row, int first, int last) {
+  for (int k = 1; k < count_; ++k) {
+    const Word* from = level(k - 1, row);
+    Word* into = level(k, row);
+    const int step = 1 << (k - 1);
+    const int skip = step / 64;
+    const int bits = step % 64;
+    // A level's cell looks as far to the right as its runs are long.
+    const int begin = std::max(0, first - (2 * step + 63) / 64);
+    const int inside = std::min(last + 1, words_ - skip);
+    if (bits == 0) {
+      for (int w = begin; w < inside; ++w) into[w] = from[w] | from[w + skip];
+    } else {
+      for (int w = begin; w < inside; ++w)
+        into[w] = from[w] | (from[w + skip] >> bits) | (from[w + skip + 1] << (64 - bits));
+    }
+    for (int w = std::max(begin, inside); w <= last; ++w) into[w] = from[w];
+  }
+}
+
+std::optional<Cell> Tile::lowest(const Mask& mask, int from, int to) const {
+  const int last_x = cells_ - mask.width;
+  const int last_y = std::min(to, cells_ - mask.height);
+  if (last_x < 0 || mask.height > cells_) return std::nullopt;
+  const int words = last_x / 64 + 1;
+  std::array<Word, kMostWords> blocked;
+  std::uint64_t rows = 0;
+  for (int y = std::max(0, from); y <= last_y; ++y) {
+    std::fill_n(blocked.begin(), words, 0);
+    if (last_x % 64 != 63) blocked[at(words - 1)] = ~Word{0} << (last_x % 64 + 1);
+    // Rows in an order that soon meets what is in the way: from the middle on, far steps first.
+    bool all = false;
+    constexpr int kStride = 5;
+    const int half = mask.height / 2;
+    for (int phase = 0; phase < kStride && !all; ++phase) {
+      for (int i = phase; i < mask.height && !all; i += kStride) {
+        const int j = i + half < mask.height ? i + half : i + half - mask.height;
+        for (int r = mask.row_begin[at(j)]; r < mask.row_begin[at(j) + 1]; ++r) {
+          const Run& run = mask.runs[at(r)];
+          const int k = levels_of(run.last - run.first + 1) - 1;
+          const Word* row = level(k, y + j);
+          or_shifted(row, run.first, words_, blocked.data(), words);
+          const int second = run.last + 1 - (1 << k);
+          if (second != run.first) or_shifted(row, second, words_, blocked.data(), words);
+        }
+        ++rows;
+        Word free = 0;
+        for (int w = 0; w < words; ++w) free |= ~blocked[at(w)];
+        all = free == 0;
       }
     }
-  };
-  look(0.0, 1, kDegrees - 1);
-  for (int i = 0; i < kTimes; ++i) {
-    step /= kFiner;
-    look(best, -kFiner, kFiner);
+    if (all) continue;
+    for (int w = 0; w < words; ++w) {
+      const Word free = ~blocked[at(w)];
+      if (free == 0) continue;
+      looked_ += rows * static_cast<std::uint64_t>(words);
+      return Cell{64 * w + std::countr_zero(free), y};
+    }
   }
-  return {std::cos(best), std::sin(best)};
+  looked_ += rows * static_cast<std::uint64_t>(words);
+  return std::nullopt;
+}
+
+bool Tile::fits(const Mask& mask, const Cell& cell) const {
+  if (cell.x < 0 || cell.y < 0 || cell.x + mask.width > cells_ || cell.y + mask.height > cells_)
+    return false;
+  for (int j = 0; j < mask.height; ++j) {
+    for (int r = mask.row_begin[at(j)]; r < mask.row_begin[at(j) + 1]; ++r) {
+      const Run& run = mask.runs[at(r)];
+      const int k = levels_of(run.last - run.first + 1) - 1;
+      const Word* row = level(k, cell.y + j);
+      const int first = cell.x + run.first;
+      const int second = cell.x + run.last + 1 - (1 << k);
+      if (((row[first / 64] >> (first % 64)) & 1) != 0 ||
+          ((row[second / 64] >> (second % 64)) & 1) != 0)
+        return false;
+    }
+  }
+  return true;
+}
+
+int Tile::taken(int y, int first, int last) const {
+  if (y < 0 || y >= cells_ || first < 0 || last >= cells_) return last - first + 1;
+  int count = 0;
+  for (int w = first / 64; w <= last / 64; ++w) {
+    Word word = level(0, y)[w];
+    if (w == first / 64) word &= ~Word{0} << (first % 64);
+    if (w == last / 64) word &= ~Word{0} >> (63 - last % 64);
+    count += std::popcount(word);
+  }
+  return count;
+}
+
+double Tile::contact(const Mask& mask, const Cell& cell) const {
+  int touched = 0;
+  for (int j = 0; j < mask.height; ++j) {
+    const int y = cell.y + j;
+    for (int r = mask.row_begin[at(j)]; r < mask.row_begin[at(j) + 1]; ++r) {
+      const int first = cell.x + mask.runs[at(r)].first;
+      const int last = cell.x + mask.runs[at(r)].last;
+      // Where the mask fits, no cell of its own is taken.
+      touched += taken(y, first - 1, first - 1) + taken(y, last + 1, last + 1) +
+                 taken(y - 1, first, last) + taken(y + 1, first, last);
+    }
+  }
+  return 0.5 * touched / static_cast<double>(mask.width + static_cast<int>(mask.runs.size()));
+}
+
+template <typename Change>
+void Tile::change(const Mask& mask, const Cell& cell, Change change) {
+  const int skip = cell.x / 64;
+  const int bits = cell.x % 64;
+  for (int j = 0; j < mask.height; ++j) {
+    Word* row = level(0, cell.y + j);
+    const Word* own = &mask.bits[at(j * mask.words)];
+    for (int w = 0; w < mask.words; ++w) {
+      change(row[w + skip], own[w] << bits);
+      if (bits != 0 && w + skip + 1 < words_) change(row[w + skip + 1], own[w] >> (64 - bits));
+    }
+    const int last = bits != 0 ? std::min(skip + mask.words, words_ - 1) : skip + mask.words - 1;
+    widen(cell.y + j, skip, last);
+  }
+}
+
+void Tile::put(const Mask& mask, const Cell& cell) {
+  change(mask, cell, [](Word& word, Word own) { word |= own; });
+}
+
+void Tile::take(const Mask& mask, const Cell& cell) {
+  change(mask, cell, [](Word& word, Word own) { word &= ~own; });
 }
 
 }  // namespace flipfree::unwrap

@@ -2,6 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/types.h"
@@ -49,11 +53,117 @@ Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& m
 // Of outlines most of which runs in two directions at a right angle - rectangles, crosses, letters
 // like E - the turn that brings these onto the axes, by half a quarter at most; (0, 0) of others.
 Vector2 straight_axis(const std::vector<Loop>& outlines);
+// The turn by less than a quarter after which the square around the shape, sides along the axes, is
+// smallest, up to a quarter of a degree. Cost: 360 times the corners.
+Vector2 squarest_turn(const Shape& shape);
 // Do the shape's outlines run along the axes?
 bool is_straight(const Shape& shape);
 
-// The turn by less than a quarter after which the square around the shape, sides along the axes, is
-// smallest, up to a hundredth of a degree or so. Cost: some 130 times the corners.
-Vector2 squarest_turn(const Shape& shape);
+// Shapes as cells of a grid, 64 to a word.
+
+using Word = std::uint64_t;
+
+// The x of what lies in a row.
+struct Span {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+  void add(double x) {
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+};
+
+// Cells from `first` to `last` of a row, both included.
+struct Run {
+  int first = 0;
+  int last = 0;
+};
+
+struct Mask {
+  int width = 0;   // cells
+  int height = 0;  // rows
+  int words = 0;   // per row
+  std::vector<Word> bits;
+  std::vector<int> row_begin;  // height + 1: the runs of each row
+  std::vector<Run> runs;
+  Vector2 origin = Vector2::Zero();  // of the item from the mask's lower left corner, in cells
+  bool empty() const { return height == 0; }
+};
+
+// Sets the cells [first, last] of a row, cut to the row's `width`.
+void set_cells(Word* row, int width, double first, double last);
+
+// Sets, in a grid of so many cells with its corner at the origin, every cell that a point within
+// `radius` of the segment lies in. All in cells.
+void draw_segment(const Vector2& a, const Vector2& b, double radius, int width, int height,
+                  int words, std::vector<Word>& bits);
+
+// Sets, in such a grid of `cells` to the unit, every cell that a point within `radius` (cells) of
+// the loop's inside lies in.
+void draw_loop(const Loop& loop, int cells, double radius, int words, std::vector<Word>& bits);
+
+// Memory of drawing, for one shape after another.
+struct Pen {
+  struct Crossing {
+    int row;
+    int way;  // upwards 1, downwards -1
+    double x;
+  };
+  std::vector<Vector2> points;     // of all loops
+  std::vector<std::size_t> begin;  // of each loop, and the end
+  std::vector<Crossing> crossings;
+};
+
+// Every cell that a point within `radius` (cells) of the shape lies in, the shape turned and of
+// `scale` cells to its unit. Cost: O(rows that its edges pass through + cells / 64).
+Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double radius, Pen& pen);
+
+// The cells of a tile that are taken, and where in it a mask fits.
+
+struct Cell {
+  int x = 0;
+  int y = 0;
+};
+
+class Tile {
+ public:
+  explicit Tile(int cells);  // to a side
+  // The same with these cells taken, rows of words() words.
+  Tile(int cells, const std::vector<Word>& taken);
+
+  // Words that lowest() has looked at: a measure of work that is the same everywhere.
+  std::uint64_t looked() const { return looked_; }
+  int cells() const { return cells_; }
+  int words() const { return words_; }
+
+  // The lowest place, of the lowest ones the leftmost, whose row is in [from, to]: the mask's lower
+  // left corner. Cost: a few words per run of the mask and row of the tile.
+  std::optional<Cell> lowest(const Mask& mask, int from, int to) const;
+  bool fits(const Mask& mask, const Cell& cell) const;
+  // Sides of the mask's cells there that a taken cell or the tile's border is beside, as a share of
+  // the sides around it. Precondition: it fits.
+  double contact(const Mask& mask, const Cell& cell) const;
+
+  void put(const Mask& mask, const Cell& cell);
+  void take(const Mask& mask, const Cell& cell);  // what was put there
+
+ private:
+  const Word* level(int k, int row) const {
+    return &levels_[(at(k) * at(cells_) + at(row)) * at(words_ + 1)];
+  }
+  int taken(int y, int first, int last) const;  // of these cells of a row; all beyond the tile
+  Word* level(int k, int row) { return const_cast<Word*>(std::as_const(*this).level(k, row)); }
+  template <typename Change>
+  void change(const Mask& mask, const Cell& cell, Change change);
+  void widen(int row, int first, int last);  // where level 0 changed in these words
+
+  int cells_;
+  int words_;
+  int count_;  // levels
+  // Level k, row, word (one more, empty): bit x says that one of the cells x .. x + 2^k - 1 is
+  // taken.
+  std::vector<Word> levels_;
+  mutable std::uint64_t looked_ = 0;
+};
 
 }  // namespace flipfree::unwrap

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/packing/nest/contacts.h"
+#include "flipfree/unwrap/packing/nest/inflate.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "flipfree/unwrap/packing/nest/contacts.h"
 #include "unwrap/packing/nest/shapes.h"
 
 namespace flipfree::unwrap::inflate_test {

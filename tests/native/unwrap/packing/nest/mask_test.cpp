@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/packing/nest/mask.h"
+#include "flipfree/unwrap/packing/nest/shape.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "flipfree/unwrap/packing/nest/contacts.h"
+#include "flipfree/unwrap/packing/nest/inflate.h"
 #include "unwrap/packing/nest/shapes.h"
 
 namespace flipfree::unwrap::nest_test {

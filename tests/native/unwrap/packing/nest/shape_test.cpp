@@ -72,13 +72,13 @@ TEST(Shape, the_square_around_it_is_smallest_after_its_squarest_turn) {
   };
   // A rectangle lies on the diagonal, a square on its sides.
   const Shape rectangle = test::box_shape(4.0, 1.0);
-  EXPECT_NEAR(side(rectangle, squarest_turn(rectangle)), 5.0 / std::sqrt(2.0), 1e-3);
+  EXPECT_NEAR(side(rectangle, squarest_turn(rectangle)), 5.0 / std::sqrt(2.0), 1e-2);
   for (const double angle : {0.0, 0.1, 0.4, 0.77, 1.5}) {
     Loop square = test::box(1.0, 1.0);
     for (Vector2& p : square) p = Pose{{}, {std::cos(angle), std::sin(angle)}}(p, 1.0);
     Vector2 middle;
     const Shape shape = make_shape({square}, 0.0, middle);
-    EXPECT_NEAR(side(shape, squarest_turn(shape)), 1.0, 1e-3) << angle;
+    EXPECT_NEAR(side(shape, squarest_turn(shape)), 1.0, 1e-2) << angle;
   }
 }
 

@@ -1,7 +1,7 @@
 // Shapes to pack, for the tests of packing/nest.
 #pragma once
 
-#include "flipfree/unwrap/packing/nest/contacts.h"
+#include "flipfree/unwrap/packing/nest/inflate.h"
 
 namespace flipfree::test {
 

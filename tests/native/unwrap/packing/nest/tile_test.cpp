@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/packing/nest/tile.h"
+#include "flipfree/unwrap/packing/nest/shape.h"
 
 #include <gtest/gtest.h>
 
@@ -60,13 +60,6 @@ TEST(Tile, what_is_taken_away_leaves_its_cells_free) {
   EXPECT_FALSE(tile.fits(mask, {4, 5}));
   tile.take(mask, {3, 5});
   EXPECT_TRUE(tile.fits(mask, {4, 5}));
-}
-
-TEST(Tile, contact_is_full_in_a_niche_and_none_in_the_open) {
-  Tile tile(100);
-  const Mask mask = mask_of(test::box_shape(9.5, 9.5));
-  EXPECT_EQ(tile.contact(mask, {50, 50}), 0.0);
-  EXPECT_NEAR(tile.contact(mask, {0, 0}), 0.5, 0.01);
 }
 
 }  // namespace

@@ -1,0 +1,59 @@
+// Corners that were torn off a map, joined to it again.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/certify/certify.h"
+#include "flipfree/mesh/cut.h"
+
+namespace flipfree::unwrap {
+
+// A place that only faces have which are flipped, collapsed, or drawn out more than 4 times as far
+// as the map's median, becomes the next one's around its vertex, not across an edge of `seams` (may
+// be empty), if that makes all of these faces as good as others. Corners with a flag in `fixed`
+// (3 #F, may be empty) stay. uv: 3 #F x 2, finite. Returns how many corners were joined. Cost: O(#F
+// log #F).
+Index rejoin_torn(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                  const mesh::EdgeFlags& seams, const std::vector<char>& fixed, Points2& uv);
+
+// A map as somebody left it, read as charts: every corner has a value, and pins are at their
+// places.
+
+struct GivenMap {
+  Points2 uv;                           // 3 #F x 2, finite
+  mesh::EdgeFlags cuts;                 // where the values on the two sides of an edge differ
+  std::vector<mesh::Chart> charts;      // chart.vertices number the places that corners share
+  std::vector<VertexId> vertex_origin;  // of these places: vertex of the surface
+  Index rejoined = 0;                   // corners that were torn off (rejoin.h)
+  // Per chart: its vertices' places (#V x 2); those that had none that 32 bits hold, so that theirs
+  // is only a guess; and its pins, ascending by vertex.
+  std::vector<Points2> places;
+  std::vector<std::vector<char>> unknown;
+  std::vector<std::vector<std::pair<VertexId, Vector2>>> pins;
+};
+
+// corner_uv: 3 #F x 2, any values. A corner without a value takes that of the next corner around
+// its vertex, but not across an edge of `seams` (flags, may be empty), nor across one of which the
+// other end does not tell whether the map goes on; the mean of its neighbours where there is none.
+// A pin moves all corners that share its corner's place. Throws InvalidInput (kBadPins): one of a
+// corner that does not exist or at a place that UVs cannot store, two places for one vertex of a
+// chart. Precondition: a validated surface. Cost: O(#F).
+GivenMap read_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                  const Points2& corner_uv, const mesh::EdgeFlags& seams,
+                  const std::vector<certify::CornerPin>& pins);
+
+// Where the texture shows the map: its charts' places and pins, see CertifyRequest::aspect.
+struct SeenMap {
+  std::vector<Points2> places;
+  std::vector<std::vector<std::pair<VertexId, Vector2>>> pins;
+};
+SeenMap on_texture(const GivenMap& map, double aspect);
+
+// What repair() says of the map as it was: "flips_before" and their like, see repair.h.
+// `corner_uv`: as it was given to read_map().
+void measure_before(const mesh::Surface& surface, const GivenMap& map, const Points2& corner_uv,
+                    double aspect, Stats& stats, const ExecutionContext& context);
+
+}  // namespace flipfree::unwrap

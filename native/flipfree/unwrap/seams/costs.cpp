@@ -1,0 +1,544 @@
+#include "flipfree/unwrap/seams/costs.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/disjoint_sets.h"
+#include "flipfree/base/error.h"
+#include "flipfree/base/parallel.h"
+#include "flipfree/mesh/shortest_paths.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/unwrap/islands/corners.h"
+
+namespace flipfree::unwrap {
+
+namespace {
+
+// A right angle or more outward, and inward, where seams are hidden, too; between them and the
+// plane the cost changes evenly.
+constexpr double kCreaseCost = 0.7;
+constexpr double kHollowCost = 0.55;
+// Seams of no length at all would wander.
+constexpr double kLeastSeamWeight = 1e-3;
+// Height over length of faces whose normal is but rounding.
+constexpr double kThinnestWithNormal = 1e-8;
+
+// Zero where the face has no shape that would tell.
+Vector3 normal_of(const mesh::Surface& surface, FaceId f) {
+  const Vector3 p = surface.vertices.row(surface.faces(f, 0));
+  const Vector3 a = surface.vertices.row(surface.faces(f, 1)).transpose() - p;
+  const Vector3 b = surface.vertices.row(surface.faces(f, 2)).transpose() - p;
+  const Vector3 normal = a.cross(b);
+  const double length = normal.norm();
+  const double longest = std::max({a.squaredNorm(), b.squaredNorm(), (b - a).squaredNorm()});
+  return length > kThinnestWithNormal * longest ? Vector3(normal / length)
+                                                : Vector3(Vector3::Zero());
+}
+
+bool tell_their_bend(const Vector3& a, const Vector3& b) {
+  return !a.isZero(0.0) && !b.isZero(0.0);
+}
+
+// The weights that were given, by edge.
+class Weights {
+ public:
+  explicit Weights(const SeamOptions& options) {
+    const auto count = at(options.weighted.rows());
+    if (options.weights.size() != count) {
+      throw_invalid(ErrorCode::kBadShape, "There are " + std::to_string(count) +
+                                              " edges with weights, but " +
+                                              std::to_string(options.weights.size()) +
+                                              " weights. Give one weight for each edge.");
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const Edge edge = std::minmax({options.weighted(static_cast<Eigen::Index>(i), 0),
+                                     options.weighted(static_cast<Eigen::Index>(i), 1)});
+      if (!(options.weights[i] >= 0.0)) {
+        throw_invalid(ErrorCode::kBadOption,
+                      "The weight of edge " + std::to_string(i) +
+                          " is negative or no number. Give 0 for a seam that costs nothing, and "
+                          "infinity for none.",
+                      ElementKind::kEdge, {edge.first, edge.second});
+      }
+      double& weight = weights_.try_emplace(edge, options.weights[i]).first->second;
+      weight = std::max(std::min(weight, options.weights[i]), kLeastSeamWeight);
+    }
+  }
+
+  bool empty() const { return weights_.empty(); }
+
+  // 1 for edges without a weight; the least of several.
+  double of(VertexId a, VertexId b) const {
+    const auto found = weights_.find(std::minmax(a, b));
+    return found == weights_.end() ? 1.0 : found->second;
+  }
+
+ private:
+  using Edge = std::pair<VertexId, VertexId>;
+  std::map<Edge, double> weights_;
+};
+
+}  // namespace
+
+double bend_factor(const mesh::Surface& surface, HalfedgeId h, HalfedgeId o) {
+  const Vector3 a = normal_of(surface, h / 3);
+  const Vector3 b = normal_of(surface, o / 3);
+  if (!tell_their_bend(a, b)) return 1.0;
+  const VertexId apex = surface.faces(o / 3, previous_corner(o) % 3);
+  const Vector3 over =
+      (surface.vertices.row(apex) - surface.vertices.row(mesh::source(surface.faces, h)))
+          .transpose();
+  const double sharpness = std::clamp(1.0 - a.dot(b), 0.0, 1.0);
+  return 1.0 - sharpness * (1.0 - (a.dot(over) > 0.0 ? kHollowCost : kCreaseCost));
+}
+
+std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                               const mesh::EdgeFlags& uncuttable, const SeamOptions& options) {
+  const Weights weights(options);
+  if (!weights.empty())
+    mesh::flag_edges(surface.faces, adjacency, options.weighted);  // refuses what is no edge
+  std::vector<double> cost(adjacency.opposite.size(), 0.0);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost.size()); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o < h) {
+      if (o != kInvalid) cost[at(h)] = cost[at(o)];
+      continue;
+    }
+    if (!uncuttable.empty() && uncuttable[at(h)] != 0) {
+      cost[at(h)] = mesh::ShortestPaths::kUnreached;
+      continue;
+    }
+    const VertexId a = mesh::source(surface.faces, h);
+    const VertexId b = mesh::target(surface.faces, h);
+    cost[at(h)] = weights.of(a, b) * edge_length(surface, h) * bend_factor(surface, h, o);
+    // An edge without length that is never to be a seam.
+    if (std::isnan(cost[at(h)])) cost[at(h)] = mesh::ShortestPaths::kUnreached;
+  }
+  return cost;
+}
+
+mesh::EdgeFlags with_sharp_edges(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                 mesh::EdgeFlags seams, const mesh::EdgeFlags& uncuttable,
+                                 double sharp_angle) {
+  if (!(sharp_angle > 0.0)) return seams;
+  const double least = std::cos(sharp_angle);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(seams.size()); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o < h || (!uncuttable.empty() && uncuttable[at(h)] != 0)) continue;
+    const Vector3 a = normal_of(surface, h / 3);
+    const Vector3 b = normal_of(surface, o / 3);
+    if (tell_their_bend(a, b) && a.dot(b) < least) seams[at(h)] = seams[at(o)] = 1;
+  }
+  return seams;
+}
+
+mesh::SeparateOptions separating(const UnwrapOptions& options) {
+  mesh::SeparateOptions separating;
+  separating.seams = &options.cuts;
+  separating.diagonals = &options.uncuttable;
+  if (!options.material.empty()) separating.material = &options.material;
+  if (!options.polygon.empty()) separating.polygon = &options.polygon;
+  return separating;
+}
+
+UnwrapOptions on_separated(const certify::SeparatedMap& separated, const UnwrapOptions& of_input) {
+  const Weights weights(of_input.seams);
+  UnwrapOptions options = of_input;
+  options.cuts = separated.edges(of_input.cuts);
+  options.uncuttable = separated.edges(of_input.uncuttable);
+  options.pins = separated.pins(of_input.pins);
+  options.seams.weighted = separated.edges(of_input.seams.weighted);
+  options.seams.weights.clear();
+  const std::vector<VertexId>& origin = separated.separated().vertex_origin;
+  for (const auto& edge : options.seams.weighted.rowwise())
+    options.seams.weights.push_back(weights.of(origin[at(edge[0])], origin[at(edge[1])]));
+  return options;
+}
+
+namespace {
+
+constexpr double kCreaseAngle = 40.0 * std::numbers::pi / 180.0;
+// Angle defects beside the creases: of a vertex that is a tip, such as that of a cone; how many
+// tips a part may have, as a share of its vertices; and the sum of all others.
+constexpr double kCreaseTipDefect = 0.3;
+constexpr double kMostTips = 0.02;
+constexpr double kMostCurved = 0.5;
+// Triangles that are faces by themselves, as a share of all: more is a coarse mesh of something
+// round.
+constexpr double kMostAlone = 0.1;
+constexpr Index kAlwaysAllowed = 4;
+// Distance of its ends over length of a chain of edges that is straight.
+constexpr double kStraight = 0.9999;
+
+class Creases {
+ public:
+  Creases(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+          const mesh::EdgeFlags& seams, const std::vector<double>& cost)
+      : surface_(surface), adjacency_(adjacency) {
+    mesh::EdgeFlags forbidden(cost.size());
+    for (std::size_t h = 0; h < cost.size(); ++h)
+      forbidden[h] = cost[h] == mesh::ShortestPaths::kUnreached ? 1 : 0;
+    creases_ = with_sharp_edges(surface, adjacency, seams, forbidden, kCreaseAngle);
+    faces_ = mesh::components_between(adjacency, creases_);
+    parts_ = mesh::components_between(adjacency, seams);
+  }
+
+  mesh::EdgeFlags seams() {
+    const std::vector<char> made = made_parts();
+    if (std::find(made.begin(), made.end(), 1) == made.end())
+      return mesh::EdgeFlags(creases_.size(), 0);
+    const std::vector<char> hinge = hinges();
+    DisjointSets pieces(faces_.count);
+    std::vector<HalfedgeId> order;
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(hinge.size()); ++h) {
+      if (hinge[at(h)] != 0) order.push_back(h);
+    }
+    std::stable_sort(order.begin(), order.end(), [&](HalfedgeId a, HalfedgeId b) {
+      return chain_length_[at(a)] > chain_length_[at(b)];
+    });
+    std::map<std::pair<Index, Index>, bool> joined;
+    for (const HalfedgeId h : order) {
+      const std::pair<Index, Index> sides = sides_of(h);
+      const auto [entry, first] = joined.try_emplace(sides, false);
+      if (first) entry->second = pieces.join(sides.first, sides.second);
+    }
+    mesh::EdgeFlags flags(creases_.size(), 0);
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
+      const HalfedgeId o = adjacency_.opposite[at(h)];
+      if (o == kInvalid || made[at(parts_.of_face[at(h / 3)])] == 0) continue;
+      if (parts_.of_face[at(h / 3)] != parts_.of_face[at(o / 3)]) continue;
+      const std::pair<Index, Index> sides = sides_of(h);
+      if (sides.first == sides.second) continue;
+      const auto entry = joined.find(sides);
+      if (entry == joined.end() || !entry->second) flags[at(h)] = 1;
+    }
+    return flags;
+  }
+
+ private:
+  std::pair<Index, Index> sides_of(HalfedgeId h) const {
+    return std::minmax(faces_.of_face[at(h / 3)],
+                       faces_.of_face[at(adjacency_.opposite[at(h)] / 3)]);
+  }
+
+  Vector3 place(VertexId v) const { return surface_.vertices.row(v).transpose(); }
+
+  // What a part is made of.
+  struct Part {
+    Index vertices = 0;
+    Index tips = 0;       // of them, beside creases
+    double curved = 0.0;  // sum of the angle defects of the others beside creases
+    Index triangles = 0;
+    Index alone = 0;          // of them, faces by themselves
+    Index first = kInvalid;   // face between creases
+    bool has_others = false;  // further faces
+  };
+
+  // Per part, whether its curvature is at creases.
+  std::vector<char> made_parts() const {
+    const auto count = at(parts_.count);
+    const std::size_t vertices = adjacency_.vertex_halfedge.size();
+    std::vector<double> defect(vertices, 2.0 * std::numbers::pi);
+    std::vector<char> at_crease(vertices, 0);
+    std::vector<Index> part(vertices, kInvalid);
+    std::vector<Part> parts(count);
+    std::vector<Index> size(at(faces_.count), 0);
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(creases_.size()); ++h) {
+      const VertexId v = mesh::source(surface_.faces, h);
+      const Vector3 a = place(mesh::target(surface_.faces, h)) - place(v);
+      const Vector3 b = place(mesh::source(surface_.faces, previous_corner(h))) - place(v);
+      defect[at(v)] -= std::atan2(a.cross(b).norm(), a.dot(b));
+      part[at(v)] = parts_.of_face[at(h / 3)];
+      if (creases_[at(h)] != 0 || adjacency_.opposite[at(h)] == kInvalid)
+        at_crease[at(v)] = at_crease[at(mesh::target(surface_.faces, h))] = 1;
+    }
+    for (std::size_t v = 0; v < vertices; ++v) {
+      if (part[v] == kInvalid) continue;
+      Part& own = parts[at(part[v])];
+      ++own.vertices;
+      if (at_crease[v] != 0) continue;
+      if (std::abs(defect[v]) > kCreaseTipDefect) {
+        ++own.tips;
+      } else {
+        own.curved += std::abs(defect[v]);
+      }
+    }
+    for (const Index f : faces_.of_face) ++size[at(f)];
+    for (FaceId f = 0; f < surface_.faces.rows(); ++f) {
+      Part& own = parts[at(parts_.of_face[at(f)])];
+      const Index face = faces_.of_face[at(f)];
+      ++own.triangles;
+      if (size[at(face)] == 1) ++own.alone;
+      if (own.first == kInvalid) own.first = face;
+      if (own.first != face) own.has_others = true;
+    }
+    std::vector<char> made;
+    for (const Part& own : parts) {
+      const double most_tips = kMostTips * static_cast<double>(own.vertices) + kAlwaysAllowed;
+      const double most_alone = kMostAlone * static_cast<double>(own.triangles) + kAlwaysAllowed;
+      made.push_back(own.has_others && own.tips <= most_tips && own.curved <= kMostCurved &&
+                             own.alone <= most_alone
+                         ? 1
+                         : 0);
+    }
+    return made;
+  }
+
+  // Half-edges of creases whose two faces share them and nothing else, in one straight chain.
+  std::vector<char> hinges() {
+    struct Chain {
+      double length = 0.0;
+      std::map<VertexId, int> ends;  // edges of the chain at each of its vertices
+    };
+    std::map<std::pair<Index, Index>, Chain> chains;
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(creases_.size()); ++h) {
+      const HalfedgeId o = adjacency_.opposite[at(h)];
+      if (o < h || faces_.of_face[at(h / 3)] == faces_.of_face[at(o / 3)]) continue;
+      const VertexId a = mesh::source(surface_.faces, h);
+      const VertexId b = mesh::target(surface_.faces, h);
+      Chain& chain = chains[sides_of(h)];
+      chain.length += (place(a) - place(b)).norm();
+      ++chain.ends[a];
+      ++chain.ends[b];
+    }
+    chain_length_.assign(creases_.size(), 0.0);
+    std::vector<char> result(creases_.size(), 0);
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(creases_.size()); ++h) {
+      const HalfedgeId o = adjacency_.opposite[at(h)];
+      if (o == kInvalid || faces_.of_face[at(h / 3)] == faces_.of_face[at(o / 3)]) continue;
+      if (parts_.of_face[at(h / 3)] != parts_.of_face[at(o / 3)]) continue;
+      const Chain& chain = chains[sides_of(h)];
+      int ends = 0;
+      Vector3 span = Vector3::Zero();  // between the ends, if they are two
+      for (const auto& [v, edges] : chain.ends) {
+        if (edges % 2 != 0)
+          span = ++ends % 2 != 0 ? Vector3(span - place(v)) : Vector3(span + place(v));
+      }
+      if (ends != 2) continue;
+      chain_length_[at(h)] = chain.length;
+      if (span.norm() >= kStraight * chain.length) result[at(h)] = 1;
+    }
+    return result;
+  }
+
+  const mesh::Surface& surface_;
+  const mesh::Adjacency& adjacency_;
+  mesh::EdgeFlags creases_;  // and the seams that were given
+  mesh::Components faces_;   // between creases
+  mesh::Components parts_;   // between seams
+  std::vector<double> chain_length_;
+};
+
+}  // namespace
+
+mesh::EdgeFlags crease_seams(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                             const mesh::EdgeFlags& seams, const std::vector<double>& cost) {
+  return Creases(surface, adjacency, seams, cost).seams();
+}
+
+namespace {
+
+constexpr int kDirections = 48;
+// Pixels along a side of a picture: as many pixels as twice the faces, within these.
+constexpr int kLeastSide = 96;
+constexpr int kMostSide = 320;
+constexpr Index kPixels = 6;
+// Neighbours are averaged so often: single faces cover few pixels.
+constexpr int kAveragingRounds = 3;
+// What a direction counts grows with the power of what it shows.
+constexpr double kSharpness = 4.0;
+
+// Pixels in a unit of length.
+double unit_of(int side) { return 0.5 * side / std::numbers::sqrt3; }
+
+struct Frame {
+  Vector3 right;
+  Vector3 up;
+  Vector3 away;
+};
+
+// Evenly distributed: points of a spiral from pole to pole (Fibonacci lattice).
+Frame frame_of(int direction) {
+  const double z = 1.0 - (2.0 * direction + 1.0) / kDirections;
+  const double turn = direction * std::numbers::pi * (3.0 - std::sqrt(5.0));
+  const double r = std::sqrt(1.0 - z * z);
+  Frame frame;
+  frame.away = {r * std::cos(turn), r * std::sin(turn), z};
+  frame.right = frame.away.unitOrthogonal();
+  frame.up = frame.away.cross(frame.right);
+  return frame;
+}
+
+// Coordinates of about one around the origin, whatever the user's unit.
+Points3 in_own_unit(const Points3& positions, const Triangles& faces) {
+  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
+  Vector3 high = -low;
+  for (const VertexId v : faces.reshaped()) {
+    low = low.cwiseMin(positions.row(v).transpose());
+    high = high.cwiseMax(positions.row(v).transpose());
+  }
+  // Halves first: the difference of two huge coordinates may not be finite.
+  const Vector3 middle = 0.5 * low + 0.5 * high;
+  double radius = 0.0;
+  Points3 places = positions;
+  for (const VertexId v : faces.reshaped()) {
+    places.row(v) = 0.5 * positions.row(v) - 0.5 * middle.transpose();
+    radius = std::max(radius, places.row(v).cwiseAbs().maxCoeff());
+  }
+  if (radius > 0.0) places /= radius;
+  return places;
+}
+
+// Narrows an interval to where slope x + rest >= 0, but for a pixel: whether one is inside is asked
+// of each. Without it a needle's whole box is walked, and a fan has as many as it has spokes.
+void narrow(double slope, double rest, double& low, double& high) {
+  constexpr double kLevel = 1e-6;  // below, it decides nothing along a row
+  if (std::abs(slope) < kLevel) return;
+  const double x = -rest / slope;
+  if (slope > 0.0) {
+    low = std::max(low, x - 1.0);
+  } else {
+    high = std::min(high, x + 1.0);
+  }
+}
+
+// Which face is in front at each pixel of a picture.
+std::vector<FaceId> picture_of(const Points3& places, const Triangles& faces, const Frame& frame,
+                               int side, const ExecutionContext& context) {
+  constexpr FaceId kFacesPerCheck = 1 << 14;
+  std::vector<double> depth(at(side * side), std::numeric_limits<double>::infinity());
+  std::vector<FaceId> nearest(depth.size(), kInvalid);
+  // The cube of side two around the origin fits whatever the direction.
+  const double unit = unit_of(side);
+  Points3 drawn(places.rows(), 3);
+  drawn.col(0) = (unit * (places * frame.right)).array() + 0.5 * side;
+  drawn.col(1) = (unit * (places * frame.up)).array() + 0.5 * side;
+  drawn.col(2) = places * frame.away;
+  // Pixels whose centres lie between.
+  const auto first = [](double low) { return std::max(static_cast<int>(std::ceil(low - 0.5)), 0); };
+  const auto last = [&](double high) {
+    return std::min(static_cast<int>(std::floor(high - 0.5)), side - 1);
+  };
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    if (f % kFacesPerCheck == 0) context.check();
+    const Vector3 a = drawn.row(faces(f, 0));
+    Vector3 b = drawn.row(faces(f, 1));
+    Vector3 c = drawn.row(faces(f, 2));
+    double area = (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
+    if (area < 0.0) {
+      std::swap(b, c);
+      area = -area;
+    }
+    if (!(area > 0.0)) continue;
+    const double leftmost = std::min({a.x(), b.x(), c.x()}) - a.x();
+    const double rightmost = std::max({a.x(), b.x(), c.x()}) - a.x();
+    const int top = last(std::max({a.y(), b.y(), c.y()}));
+    for (int y = first(std::min({a.y(), b.y(), c.y()})); y <= top; ++y) {
+      const double py = y + 0.5 - a.y();
+      double low = leftmost;
+      double high = rightmost;
+      narrow(c.y() - a.y(), (a.x() - c.x()) * py, low, high);
+      narrow(a.y() - b.y(), (b.x() - a.x()) * py, low, high);
+      narrow(b.y() - c.y(), area + (c.x() - b.x()) * py, low, high);
+      if (!(low <= high)) continue;
+      const int right = last(a.x() + high);
+      for (int x = first(a.x() + low); x <= right; ++x) {
+        const double px = x + 0.5 - a.x();
+        const double of_b = px * (c.y() - a.y()) - (c.x() - a.x()) * py;
+        const double of_c = (b.x() - a.x()) * py - px * (b.y() - a.y());
+        if (of_b < 0.0 || of_c < 0.0 || of_b + of_c > area) continue;
+        const double z = a.z() + (of_b * (b.z() - a.z()) + of_c * (c.z() - a.z())) / area;
+        const std::size_t pixel = at(y * side + x);
+        if (z >= depth[pixel]) continue;
+        depth[pixel] = z;
+        nearest[pixel] = f;
+      }
+    }
+  }
+  return nearest;
+}
+
+// Per face, its area, and how much it bends towards its neighbours for its size.
+struct FaceShapes {
+  std::vector<double> area;
+  std::vector<double> bend;
+};
+
+FaceShapes face_shapes_of(const Points3& places, const Triangles& faces,
+                          const mesh::Adjacency& adjacency) {
+  const auto count = at(static_cast<Index>(faces.rows()));
+  const mesh::Surface surface{places, faces};
+  std::vector<Vector3> normal(count);
+  std::vector<double> area(count);
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    normal[at(f)] = face_normal(surface, f);
+    area[at(f)] = 0.5 * normal[at(f)].norm();
+    if (area[at(f)] > 0.0) normal[at(f)] /= 2.0 * area[at(f)];
+  }
+  std::vector<double> bend(count, 0.0);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o == kInvalid || !(area[at(h / 3)] > 0.0) || !(area[at(o / 3)] > 0.0)) continue;
+    const double angle = std::atan2(normal[at(h / 3)].cross(normal[at(o / 3)]).norm(),
+                                    normal[at(h / 3)].dot(normal[at(o / 3)]));
+    bend[at(h / 3)] += edge_length(surface, h) * angle / (area[at(h / 3)] + area[at(o / 3)]);
+  }
+  return {std::move(area), std::move(bend)};
+}
+
+}  // namespace
+
+std::vector<double> exposure(const Points3& positions, const Triangles& faces,
+                             const mesh::Adjacency& adjacency, ExecutionContext& context) {
+  const Points3 places = in_own_unit(positions, faces);
+  const FaceShapes shape = face_shapes_of(places, faces, adjacency);
+  const auto pixels = static_cast<double>(kPixels * faces.rows());
+  const int side = std::clamp(static_cast<int>(std::sqrt(pixels)), kLeastSide, kMostSide);
+  std::vector<std::vector<FaceId>> pictures(kDirections);
+  std::vector<double> shows(kDirections, 0.0);
+  parallel_for(context, kDirections, 1, [&](std::size_t d, std::size_t, std::size_t) {
+    pictures[d] = picture_of(places, faces, frame_of(static_cast<int>(d)), side, context);
+    for (const FaceId f : pictures[d]) {
+      if (f != kInvalid) shows[d] += shape.bend[at(f)];
+    }
+  });
+  const double most = *std::max_element(shows.begin(), shows.end());
+  if (!(most > 0.0)) std::fill(shows.begin(), shows.end(), 1.0);  // flat
+  double total = 0.0;
+  for (double& s : shows) total += s = std::pow(most > 0.0 ? s / most : 1.0, kSharpness);
+  std::vector<double> light(shape.area.size(), 0.0);
+  for (std::size_t d = 0; d < pictures.size(); ++d) {
+    for (const FaceId f : pictures[d]) {
+      if (f != kInvalid) light[at(f)] += shows[d];
+    }
+  }
+  // A face of a ball is in sight from half of all directions, under half its size on the mean.
+  const double full = 0.25 * total * unit_of(side) * unit_of(side);
+  Eigen::ArrayX2d sums =
+      Eigen::ArrayX2d::Zero(positions.rows(), 2);  // light, and what would be full
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    for (Index k = 0; k < 3; ++k)
+      sums.row(faces(f, k)) += Eigen::Array2d(light[at(f)], full * shape.area[at(f)]).transpose();
+  }
+  for (int round = 0; round < kAveragingRounds; ++round) {
+    const Eigen::ArrayX2d own = sums;
+    for (FaceId f = 0; f < faces.rows(); ++f) {
+      for (Index k = 0; k < 3; ++k) sums.row(faces(f, k)) += own.row(faces(f, next_corner(k)));
+    }
+  }
+  std::vector<double> result(at(static_cast<Index>(positions.rows())), 1.0);
+  for (std::size_t v = 0; v < result.size(); ++v) {
+    const auto sum = sums.row(static_cast<Eigen::Index>(v));
+    if (sum[1] > 0.0) result[v] = sum[0] / sum[1];
+  }
+  return result;
+}
+
+}  // namespace flipfree::unwrap

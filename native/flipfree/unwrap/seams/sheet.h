@@ -1,0 +1,129 @@
+// Mirror symmetry of a chart.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/shortest_paths.h"
+#include "flipfree/mesh/surface.h"
+#include "flipfree/unwrap/islands/scale_field.h"
+
+namespace flipfree::unwrap {
+
+// A plane that maps the chart to itself.
+struct Mirror {
+  std::vector<VertexId> image;   // per vertex: its mirror image; itself on the plane
+  std::vector<HalfedgeId> edge;  // per half-edge: one of the mirrored edge's; kInvalid: none
+
+  bool empty() const { return image.empty(); }
+};
+
+// For charts of which no mirror symmetry is looked for.
+inline const Mirror kNoMirror;
+
+// Planes through the middle of the vertices across an axis of the coordinates (x, y, z), or of the
+// vertices' spread, are tried in this order; the first is taken that maps all vertices to vertices,
+// to a hundred-thousandth of the size, all edges that may be seams to such edges, and borders to
+// borders. The diagonals of polygons need not match, as long as their cost is infinite. Empty where
+// there is none, or costs differ, as where one side is painted. cost: per half-edge. Cost: O(#F).
+Mirror find_mirror(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                   const std::vector<double>& cost);
+
+// Costs that are the same on both sides; less on the plane. Cost: O(#F).
+std::vector<double> mirrored_costs(const Triangles& faces, const Mirror& mirror,
+                                   std::vector<double> cost);
+
+// A chart that is being slit: where slits are worth most, and the shortest ways there.
+
+// What a seam costs at most where it must not be, but there is no other way.
+inline constexpr double kForbidden = 1e6;
+
+// The chart with its holes filled by fans, which cost nothing to cross, but for the longest loop. A
+// closed chart is open at one vertex to begin with.
+class Sheet {
+ public:
+  // chart: connected, planar; must outlive this. cost: per half-edge, both sides the same, infinite
+  // where no slit may run. mirror: of the chart, may be empty; otherwise every slit comes with its
+  // image, as far as that leads to what is open.
+  Sheet(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+        const std::vector<double>& cost, const Mirror& mirror = kNoMirror);
+
+  // A closed chart is slit between two hills: no slit ends in the middle of nowhere. True if it had
+  // to be opened anyhow.
+  bool open_closed(ExecutionContext& context);
+  // A closed chart has to be opened, also where there is no time to choose where. True if it was.
+  bool open_anyhow(ExecutionContext& context);
+
+  // The scale field for what is open now, #V of the filled chart.
+  std::vector<double> scale(ExecutionContext& context);
+  // What the energy of the conformal map with this scale exceeds 1 by, at the best unit.
+  double excess(const std::vector<double>& u) const;
+  // Slits to the hills that are worth most for their length. False if there is none.
+  bool slit_best(const std::vector<double>& u, std::size_t most, ExecutionContext& context);
+  // A shortest slit between two vertices, one of which is open. The same vertex twice: where a
+  // closed chart is opened first. False if there is no way.
+  bool slit_between(VertexId end, VertexId begin, ExecutionContext& context);
+
+  const mesh::EdgeFlags& cut() const { return cut_; }
+
+  // Along a slit, from its end to where it began, also across holes; where a closed chart was
+  // opened first is a slit of one vertex.
+  struct Way {
+    std::vector<VertexId> vertices;  // of the filled chart
+    std::vector<HalfedgeId> edges;   // between them
+    bool image = false;              // of the way before it, which it follows from its end on
+  };
+  // In the order in which they were made.
+  const std::vector<Way>& ways() const { return ways_; }
+  // Their parts on the chart, in their order.
+  std::vector<std::vector<VertexId>> parts(const std::vector<Way>& ways) const;
+  std::vector<std::vector<VertexId>> made() const { return parts(ways_); }
+  mesh::EdgeFlags edges(const std::vector<Way>& ways) const;  // of the chart
+
+  // The filled chart, and what is open of it now.
+  const mesh::Surface& surface() const { return surface_; }
+  const std::vector<char>& open() const { return open_; }
+  double cost(HalfedgeId h) const { return cost_[at(h)]; }
+  // Does a slit that ends here open a hole, or begin outside?
+  bool on_border(VertexId v) const {
+    return v >= chart_.vertices.rows() || loop_of_[at(v)] != kInvalid;
+  }
+  double defect(VertexId v);  // ScaleField::defect()
+  bool closed() const { return loops_.empty(); }
+  // The scale field for what is open in `open`, and about how much excess() grows with every vertex
+  // that would be open no more.
+  ScaleField::Response respond(const std::vector<char>& open, ExecutionContext& context);
+
+ private:
+  using Loops = std::vector<std::vector<HalfedgeId>>;
+
+  ScaleField& scale_field();
+  VertexId steepest(const std::vector<double>& u, VertexId otherwise) const;
+  int edges_to(VertexId v) const;
+  void open_vertex(VertexId v);
+  void open_loop(Index loop);
+  void slit_to(VertexId end);
+  void slit_image(const Way& way);
+  VertexId nearest_on_plane(VertexId v, const ExecutionContext& context) const;
+  void mark(const Way& way, mesh::EdgeFlags& flags) const;
+
+  const mesh::Surface& chart_;
+  const Mirror& mirror_;
+  Loops loops_;  // of the chart, the outer one last
+  HalfedgeId real_;
+  mesh::Surface surface_;
+  mesh::Adjacency adjacency_;
+  std::optional<ScaleField> scale_;
+  std::vector<double> cost_;
+  std::vector<double> area_;  // per vertex, a share of the chart's
+  std::vector<char> open_;    // on the outside, or on what leads there
+  std::vector<Index> loop_of_;
+  mesh::EdgeFlags cut_;
+  mesh::ShortestPaths paths_;
+  std::vector<Way> ways_;
+};
+
+}  // namespace flipfree::unwrap
