@@ -79,20 +79,6 @@ void judge(const std::vector<FaceId>& too_small, intrinsic::Refinement refinemen
   }
 }
 
-// Among needles the curves of many edges are pressed together until nothing can be stored. Replaces
-// a failure by the map of the refined start if that has none.
-void try_refined_start(const mesh::Surface& surface, const Points3* lengths,
-                       const std::vector<double>& target_angles, const ConformalMapOptions& options,
-                       ConformalMapResult& result, ExecutionContext& context) {
-  MetricOptions metric = options.metric;
-  metric.require_convergence = false;
-  auto solved = refined_metric(surface, lengths, target_angles, metric, context);
-  if (!solved || !solved->metric.converged) return;
-  ConformalMapResult again =
-      map_from_metric(surface, target_angles, std::move(*solved), options, context);
-  if (!again.failure) result = std::move(again);
-}
-
 // The map, its metric left in `solved`.
 ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double>& target_angles,
                           const RefinedMetric& solved, const ConformalMapOptions& options,
@@ -210,29 +196,14 @@ ConformalMapResult map_in_time(const mesh::Surface& surface, const Points3* leng
         mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces),
         options.cuts);
   }
-  const StartRefinement wish = options.intrinsic_refinement;
   RefinedMetric solved;
   {
     const ProgressRange range(context, 0.0, 0.6);
-    solved = compute_refined_metric(surface, lengths, target_angles, options.metric, wish, context);
+    solved = compute_refined_metric(surface, lengths, target_angles, options.metric,
+                                    options.refined_start, context);
   }
-  const bool refined = solved.split != nullptr;
-  ConformalMapResult result;
-  {
-    const ProgressRange range(context, 0.6, refined ? 1.0 : 0.8);
-    result = map_from_metric(surface, target_angles, std::move(solved), options, context);
-  }
-  if (result.failure && !refined && wish == StartRefinement::kAuto &&
-      options.refinement != intrinsic::Refinement::kNever) {
-    const ProgressRange range(context, 0.8, 1.0);
-    // Where the second way fails as well, the failure of the first one stays.
-    const bool in_time = ended_in_time([&] {
-      failure_of(
-          [&] { try_refined_start(surface, lengths, target_angles, options, result, context); });
-    });
-    if (!in_time && !(options.metric.max_seconds > 0.0)) throw TimeIsOver();
-  }
-  return result;
+  const ProgressRange range(context, 0.6, 1.0);
+  return map_from_metric(surface, target_angles, std::move(solved), options, context);
 }
 
 }  // namespace

@@ -24,8 +24,8 @@ struct ConformalMapOptions {
                     // handles need them
   IndexPairs uncuttable;  // edges that added cuts avoid: diagonals of polygons
   intrinsic::Refinement refinement = intrinsic::Refinement::kAuto;
-  MetricOptions metric;  // its max_seconds are those of the whole map
-  StartRefinement intrinsic_refinement = StartRefinement::kAuto;
+  MetricOptions metric;        // its max_seconds are those of the whole map
+  bool refined_start = false;  // refined_metric.h
   // An interior vertex is a cone, and lies on a cut, if its target differs from 2 pi by more
   // (radians).
   double flat_tolerance = 1e-8;

@@ -340,7 +340,6 @@ class Ladder {
   }
 
   ConformalMetric climb() {
-    auto more_seconds = options_.more_seconds;
     bool replayed = false;
     // In double also before a given precision: it takes most of the way at a fraction of the cost.
     int bits = 53;
@@ -353,14 +352,6 @@ class Ladder {
       if (enough_bits && run.end == NewtonEnd::kConverged && !replayed && is_long_way()) {
         replayed = true;
         continue;
-      }
-      if (run.end == NewtonEnd::kSeconds && more_seconds) {
-        const double more = more_seconds();
-        more_seconds = {};
-        if (more > 0.0) {
-          limit_ = watch_.seconds() + more;
-          continue;
-        }
       }
       const bool more_bits_help =
           run.end == NewtonEnd::kPrecision && options_.bits == 0 && bits < kLargestBits;
@@ -457,7 +448,7 @@ class Ladder {
   const MetricOptions& options_;
   ExecutionContext& context_;
   const Stopwatch watch_;
-  double limit_;
+  const double limit_;
   ConformalMetric result_;
   std::unique_ptr<MetricEngine> engine_;  // the last one that got to its place
   NewtonRun last_;                        // its run

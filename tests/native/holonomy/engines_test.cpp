@@ -36,13 +36,13 @@ TEST(Engines, CutsOfAllComponentsTurnAsTheFieldDoes) {
   }
   seamless::Reroutings done;
   ExecutionContext context;
-  const seamless::RefinedPieces pieces =
-      field_cut(both, adjacency_of(both), field, all, true, done, context);
-  ASSERT_EQ(pieces.cuts.size(), 2U);
+  const std::vector<seamless::AdmissibleCut> cuts =
+      field_cuts(both, adjacency_of(both), field, all, true, done, context);
+  ASSERT_EQ(cuts.size(), 2U);
   EXPECT_EQ(done.loops, 4);
   EXPECT_GT(done.rerouted(), 0);
   for (std::size_t part = 0; part < 2; ++part) {
-    seamless::AdmissibleCut cut = pieces.cuts[part];
+    seamless::AdmissibleCut cut = cuts[part];
     test::TurningJudge judge(cut, torus, parts[part]);
     EXPECT_EQ(judge.complaint(1), "");
     EXPECT_EQ(judge.loops(), 3);
@@ -56,11 +56,11 @@ TEST(Engines, ACutThatIsNotReroutedTurnsAsItHappensTo) {
   const field::CrossField field = test::wished_field(torus, cones, 2, random);
   seamless::Reroutings done;
   ExecutionContext context;
-  seamless::RefinedPieces pieces =
-      field_cut(torus, adjacency_of(torus), field, cones, false, done, context);
-  ASSERT_EQ(pieces.cuts.size(), 1U);
+  std::vector<seamless::AdmissibleCut> cuts =
+      field_cuts(torus, adjacency_of(torus), field, cones, false, done, context);
+  ASSERT_EQ(cuts.size(), 1U);
   EXPECT_EQ(done.loops, 0);
-  test::TurningJudge judge(pieces.cuts[0], torus, field);
+  test::TurningJudge judge(cuts[0], torus, field);
   EXPECT_NE(judge.complaint(1), "");
 }
 

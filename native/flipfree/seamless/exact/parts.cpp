@@ -13,7 +13,6 @@
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/seamless/bordered/corners.h"
-#include "flipfree/seamless/bordered/side_chords.h"
 
 namespace flipfree::seamless {
 
@@ -127,7 +126,7 @@ void turn_along_edges(const Triangles& faces, const mesh::Adjacency& adjacency,
 
 namespace {
 
-std::vector<VertexId> places_of(const mesh::Surface& surface, const RefinedPieces& pieces) {
+std::vector<VertexId> places_of(const mesh::Surface& surface, const DividedSurface& pieces) {
   std::vector<VertexId> places;
   for (const mesh::SurfacePoint& point : pieces.provenance.vertex) {
     Index k = 0;
@@ -138,7 +137,7 @@ std::vector<VertexId> places_of(const mesh::Surface& surface, const RefinedPiece
 }
 
 // Edges inside faces, and what `diagonals` were divided into.
-IndexPairs diagonals_of(const mesh::Surface& surface, const RefinedPieces& pieces,
+IndexPairs diagonals_of(const mesh::Surface& surface, const DividedSurface& pieces,
                         const IndexPairs& diagonals) {
   const auto count = static_cast<Index>(surface.vertices.rows());
   std::map<std::pair<VertexId, VertexId>, VertexId> middle;
@@ -184,10 +183,8 @@ std::optional<DividedSides> divided_sides(const mesh::Surface& surface,
                                           const IndexPairs& uncuttable, ExecutionContext& context) {
   const std::vector<HalfedgeId> chords = side_chords(surface.faces, adjacency, cones, context);
   if (chords.empty()) return std::nullopt;
-  DividedSurface divided = split_in_the_middle(surface, adjacency, chords, cones);
   DividedSides out;
-  out.pieces = {
-      std::move(divided.surface), std::move(divided.provenance), std::move(divided.cones), {}};
+  out.pieces = split_in_the_middle(surface, adjacency, chords, cones);
   out.uncuttable = diagonals_of(surface, out.pieces, uncuttable);
   out.place = places_of(surface, out.pieces);
   return out;

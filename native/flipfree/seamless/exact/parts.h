@@ -13,7 +13,7 @@
 #include "flipfree/distortion/seams/constraints.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/seamless/padding/padding.h"
+#include "flipfree/seamless/bordered/side_chords.h"
 
 namespace flipfree::seamless {
 
@@ -66,8 +66,8 @@ void turn_along_edges(const Triangles& faces, const mesh::Adjacency& adjacency,
 // (bordered/side_chords.h), and the way back to the user's.
 
 struct DividedSides {
-  RefinedPieces pieces;   // no cuts; every such edge has a vertex on its middle, after the input's
-  IndexPairs uncuttable;  // edges of it that are none of the user's polygons
+  DividedSurface pieces;        // every such edge has a vertex on its middle, after the input's
+  IndexPairs uncuttable;        // edges of it that are none of the user's polygons
   std::vector<VertexId> place;  // per vertex of it: its own number, or that of an end of its edge
 };
 

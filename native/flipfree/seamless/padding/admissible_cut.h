@@ -28,10 +28,6 @@ struct AdmissibleCut {
   std::vector<HalfedgeId> flat_sectors;           // one per T-node
   // The branch whose two sides get no padding (thesis Proposition 12), or kInvalid.
   Index extra_path = kInvalid;
-  // scale_range() of this cut and of the first one that was drawn (straight/
-  // linear_scale.h); 0 where it was not measured.
-  double range = 0.0;
-  double first_range = 0.0;
 };
 
 }  // namespace flipfree::seamless

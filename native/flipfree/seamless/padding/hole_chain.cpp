@@ -1,50 +1,63 @@
 #include "flipfree/seamless/padding/hole_chain.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <functional>
 #include <limits>
 #include <map>
+#include <optional>
 #include <queue>
-#include <span>
+#include <string>
 #include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/seamless/padding/paths.h"
-#include "flipfree/seamless/padding/straight.h"
+#include "flipfree/seamless/padding/turning_search.h"
 
 namespace flipfree::seamless {
 
 namespace {
 
-// The hole to go on to: the nearest one that is not in the chain yet and not kept for its end.
-Index nearest(Index from, const std::vector<std::vector<std::pair<Index, double>>>& near,
-              const std::vector<char>& used) {
-  using Entry = std::pair<double, Index>;
-  std::vector<double> distance(near.size(), std::numeric_limits<double>::infinity());
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  distance[at(from)] = 0.0;
-  queue.push({0.0, from});
-  while (!queue.empty()) {
-    const auto [so_far, hole] = queue.top();
-    queue.pop();
-    if (so_far > distance[at(hole)]) continue;
-    if (used[at(hole)] == 0) return hole;
-    for (const auto& [other, step] : near[at(hole)]) {
-      if (so_far + step >= distance[at(other)]) continue;
-      distance[at(other)] = so_far + step;
-      queue.push({so_far + step, other});
-    }
-  }
-  // Not joined to the others by any pair: any.
-  return static_cast<Index>(std::find(used.begin(), used.end(), 0) - used.begin());
-}
+using Loops = std::vector<std::vector<VertexId>>;
 
-}  // namespace
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Holes::Holes(const Canvas& canvas, std::vector<std::vector<VertexId>> loops)
+constexpr Index partner_of(Index hole) { return hole ^ 1; }
+
+// The holes that cutting along disjoint loops makes, two per loop: hole 2 l is on the left of loop
+// l, hole 2 l + 1 on its right.
+class Holes {
+ public:
+  // `loops`: vertices in order, drawn. Their edges must not be split while this is used.
+  Holes(const Canvas& canvas, Loops loops);
+
+  Index count() const { return 2 * static_cast<Index>(loops_.size()); }
+  // Sectors of a vertex of the loop on the hole's side, counter-clockwise: one, and one more per
+  // connector that ends there.
+  std::vector<HalfedgeId> sectors_at(Index hole, VertexId v) const;
+  // Those of all vertices of the loop that no connector has reached from either side.
+  std::vector<HalfedgeId> open_sectors(Index hole) const;
+  // Is this sector, of a vertex of the loop, on the hole's side?
+  bool has(Index hole, HalfedgeId sector) const;
+  // The hole on whose side this sector of a loop's vertex is.
+  Index hole_of(HalfedgeId sector) const;
+  const Loops& loops() const { return loops_; }
+  bool is_open(VertexId v) const { return canvas_.drawn_around(v).size() == 2; }
+  Index loop_of(VertexId v) const;
+
+ private:
+  VertexId neighbour(VertexId v, Index step) const;
+
+  const Canvas& canvas_;
+  Loops loops_;
+  std::vector<std::array<Index, 2>> where_;  // per vertex when this was made: loop, number in it
+};
+
+Holes::Holes(const Canvas& canvas, Loops loops)
     : canvas_(canvas),
       loops_(std::move(loops)),
       where_(at(canvas.vertex_count()), {kInvalid, kInvalid}) {
@@ -95,8 +108,35 @@ Index Holes::hole_of(HalfedgeId sector) const {
   return has(left, sector) ? left : partner_of(left);
 }
 
-std::vector<HolePair> hole_neighbours(const Canvas& canvas, const Holes& holes,
-                                      const ExecutionContext& context) {
+// Per hole, others and how far they are.
+using Distances = std::vector<std::vector<std::pair<Index, double>>>;
+
+// The hole to go on to: the nearest one that is not in the chain yet and not kept for its end.
+Index nearest(Index from, const Distances& near, const std::vector<char>& used) {
+  using Entry = std::pair<double, Index>;
+  std::vector<double> distance(near.size(), kInfinity);
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  distance[at(from)] = 0.0;
+  queue.push({0.0, from});
+  while (!queue.empty()) {
+    const auto [so_far, hole] = queue.top();
+    queue.pop();
+    if (so_far > distance[at(hole)]) continue;
+    if (used[at(hole)] == 0) return hole;
+    for (const auto& [other, step] : near[at(hole)]) {
+      if (so_far + step >= distance[at(other)]) continue;
+      distance[at(other)] = so_far + step;
+      queue.push({so_far + step, other});
+    }
+  }
+  // Not joined to the others by any pair: any.
+  return static_cast<Index>(std::find(used.begin(), used.end(), 0) - used.begin());
+}
+
+// Of holes that are neighbours: a path from one to the other meets no third one's surroundings.
+// Cost: O(#F log #F).
+Distances hole_neighbours(const Canvas& canvas, const Holes& holes,
+                          const ExecutionContext& context) {
   const mesh::EditableTriangulation& mesh = canvas.mesh();
   std::vector<HalfedgeId> first;
   for (Index hole = 0; hole < holes.count(); ++hole) {
@@ -121,22 +161,32 @@ std::vector<HolePair> hole_neighbours(const Canvas& canvas, const Holes& holes,
     const auto [entry, is_new] = shortest.try_emplace({a, b}, length);
     entry->second = std::min(entry->second, length);
   }
-  std::vector<HolePair> pairs;
-  for (const auto& [ends, length] : shortest) pairs.push_back({ends.first, ends.second, length});
-  return pairs;
+  Distances near(at(holes.count()));
+  for (const auto& [ends, length] : shortest) {
+    near[at(ends.first)].emplace_back(ends.second, length);
+    near[at(ends.second)].emplace_back(ends.first, length);
+  }
+  return near;
 }
 
-std::vector<Index> hole_order(Index count, const std::vector<HolePair>& neighbours,
-                              bool odd_couple) {
-  std::vector<std::vector<std::pair<Index, double>>> near(at(count));
-  for (const HolePair& pair : neighbours) {
-    near[at(pair.a)].emplace_back(pair.b, pair.distance);
-    near[at(pair.b)].emplace_back(pair.a, pair.distance);
+// Are there partners with an odd number of holes between them, the ends aside?
+bool has_odd_couple(const std::vector<Index>& order) {
+  std::vector<std::size_t> place(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) place[at(order[i])] = i;
+  for (std::size_t i = 1; i + 1 < order.size(); ++i) {
+    if (place[at(partner_of(order[i]))] % 2 == i % 2) return true;
   }
+  return false;
+}
+
+// All holes in an order in which one is near the one before; the first, 0, and the last are
+// partners. odd_couple: with two partners between which there is an odd number of holes, which
+// takes three loops or more. Cost: O(count^2 log count).
+std::vector<Index> hole_order(const Distances& near, bool odd_couple) {
   std::vector<Index> order = {0};
-  std::vector<char> used(at(count), 0);
+  std::vector<char> used(near.size(), 0);
   used[0] = used[at(partner_of(0))] = 1;
-  while (order.size() + 1 < at(count)) {
+  while (order.size() + 1 < near.size()) {
     order.push_back(nearest(order.back(), near, used));
     used[at(order.back())] = 1;
   }
@@ -150,23 +200,18 @@ std::vector<Index> hole_order(Index count, const std::vector<HolePair>& neighbou
   return order;
 }
 
-namespace {
-
 // Loops of one round may be so much longer than its shortest one.
 constexpr double kNotMuchLonger = 2.0;
 
-// Shortest paths from a root through free vertices, with lowest common ancestors by jump pointers
-// (Myers 1983).
+// Shortest paths from a root through free vertices.
 class FreeTree {
  public:
   FreeTree(const Canvas& canvas, VertexId root, const ExecutionContext& context)
       : canvas_(canvas),
         found_(free_distances(canvas, {}, root, context)),
-        jump_(found_.distance.size(), kInvalid),
         depth_(found_.distance.size(), 0) {
-    jump_[at(root)] = root;
     for (const VertexId v : found_.order) {
-      if (v != root) hang(v);
+      if (v != root) depth_[at(v)] = depth_[at(parent(v))] + 1;
     }
   }
 
@@ -195,30 +240,17 @@ class FreeTree {
 
  private:
   VertexId parent(VertexId v) const { return canvas_.mesh().source(found_.arrival[at(v)]); }
-  Index depth(VertexId v) const { return depth_[at(v)]; }
-  VertexId jump(VertexId v) const { return jump_[at(v)]; }
-
-  void hang(VertexId v) {
-    const VertexId p = parent(v);
-    const VertexId j = jump(p);
-    depth_[at(v)] = depth(p) + 1;
-    jump_[at(v)] = depth(p) - depth(j) == depth(j) - depth(jump(j)) ? jump(j) : p;
-  }
-
+  // Their lowest common ancestor.
   VertexId meet(VertexId a, VertexId b) const {
-    if (depth(a) < depth(b)) std::swap(a, b);
-    while (depth(a) > depth(b)) a = depth(jump(a)) >= depth(b) ? jump(a) : parent(a);
     while (a != b) {
-      const bool apart = jump(a) != jump(b);
-      a = apart ? jump(a) : parent(a);
-      b = apart ? jump(b) : parent(b);
+      VertexId& lower = depth_[at(a)] >= depth_[at(b)] ? a : b;
+      lower = parent(lower);
     }
     return a;
   }
 
   const Canvas& canvas_;
   FreeDistances found_;
-  std::vector<VertexId> jump_;
   std::vector<Index> depth_;
 };
 
@@ -257,9 +289,8 @@ VertexId any_free(const Canvas& canvas) {
 }
 
 // Some of the cycles of one tree, disjoint.
-std::vector<std::vector<VertexId>> round_of_loops(const Canvas& canvas, std::size_t most,
-                                                  const CycleTurns& wished,
-                                                  const ExecutionContext& context) {
+Loops round_of_loops(const Canvas& canvas, std::size_t most, const CycleTurns& wished,
+                     const ExecutionContext& context) {
   const auto edges_left = [&](const FreeTree& tree) {
     std::vector<HalfedgeId> left = left_over(canvas, tree, context);
     if (left.empty()) throw InternalError("fewer handles than the genus");
@@ -281,7 +312,7 @@ std::vector<std::vector<VertexId>> round_of_loops(const Canvas& canvas, std::siz
   std::stable_sort(cycles.begin(), cycles.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<char> taken(at(canvas.vertex_count()), 0);
-  std::vector<std::vector<VertexId>> loops;
+  Loops loops;
   for (auto& [turn, cycle] : cycles) {
     if (loops.size() == most) break;
     if (std::any_of(cycle.begin(), cycle.end(), [&](VertexId v) { return taken[at(v)] != 0; }))
@@ -292,13 +323,12 @@ std::vector<std::vector<VertexId>> round_of_loops(const Canvas& canvas, std::siz
   return loops;
 }
 
-}  // namespace
-
-std::vector<std::vector<VertexId>> draw_short_loops(Canvas& canvas, Index genus,
-                                                    std::vector<std::vector<VertexId>> drawn,
-                                                    const CycleTurns& wished,
-                                                    const ExecutionContext& context) {
-  std::vector<std::vector<VertexId>> loops = std::move(drawn);
+// Draws loops through free vertices until there are `genus` of them. `drawn`: those that are there
+// already, disjoint and independent. A round finds the shortest loop of its tree and those that are
+// disjoint and not much longer.
+Loops draw_short_loops(Canvas& canvas, Index genus, Loops drawn, const CycleTurns& wished,
+                       const ExecutionContext& context) {
+  Loops loops = std::move(drawn);
   while (loops.size() < at(genus)) {
     for (std::vector<VertexId>& loop :
          round_of_loops(canvas, at(genus) - loops.size(), wished, context)) {
@@ -310,204 +340,25 @@ std::vector<std::vector<VertexId>> draw_short_loops(Canvas& canvas, Index genus,
   return loops;
 }
 
-namespace {
-
-struct Ends {
-  VertexId from = kInvalid;
-  VertexId to = kInvalid;
-};
-
-// Draws connectors between holes.
-class Connector {
+// Which way is straight ahead from a hole: at right angles to its loop, as that would run if it
+// turned evenly all along.
+class HoleFrames {
  public:
-  Connector(Canvas& canvas, const Holes& holes, const ExecutionContext& context,
-            ConnectorFinder finder = nullptr)
-      : canvas_(canvas), holes_(holes), context_(context), finder_(std::move(finder)) {}
+  HoleFrames(const TurnMeter& meter, const Loops& loops);
 
-  // The finder's way, or the shortest one, from one of the sectors to `hole`, to a vertex that is
-  // allowed.
-  std::vector<HalfedgeId> find(const std::vector<HalfedgeId>& from, Index hole,
-                               const std::function<bool(VertexId)>& allowed) const {
-    const auto is_end = [&](HalfedgeId sector) {
-      return allowed(canvas_.mesh().source(sector)) && holes_.has(hole, sector);
-    };
-    std::vector<HalfedgeId> path;
-    if (finder_) path = finder_(from, hole, allowed);
-    if (path.empty()) path = free_path(canvas_, {from, {}}, {is_end, nullptr}, context_);
-    if (path.empty()) {
-      throw_not_converged(ErrorCode::kIterationLimit,
-                          "The cut found no connector to hole " + std::to_string(hole) +
-                              " of the surface cut along short loops. Refine the mesh.");
-    }
-    return path;
-  }
-
-  Ends ends(const std::vector<HalfedgeId>& path) const {
-    return {canvas_.mesh().source(path.front()), canvas_.mesh().target(path.back())};
-  }
-
-  Ends draw(const std::vector<HalfedgeId>& from, Index hole,
-            const std::function<bool(VertexId)>& allowed) {
-    const std::vector<HalfedgeId> path = find(from, hole, allowed);
-    const Ends result = ends(path);
-    canvas_.draw(path, Curve::kConnector);
-    return result;
-  }
+  // How far to the left of that a half-edge heads which leaves the hole's loop on the hole's side.
+  double deviation(Index hole, HalfedgeId departure) const;
 
  private:
-  Canvas& canvas_;
-  const Holes& holes_;
-  const ExecutionContext& context_;
-  const ConnectorFinder finder_;
+  const TurnMeter& meter_;
+  struct Place {
+    VertexId next = kInvalid;  // along the loop, the hole on the left
+    double offset = 0.0;       // of the edge to it, from straight ahead
+  };
+  std::vector<std::map<VertexId, Place>> places_;  // per hole, by vertex
 };
 
-// Where the chain comes to a loop and goes on from it, on the hole that it visits first.
-struct Visit {
-  Index hole = kInvalid;
-  VertexId come = kInvalid;
-  VertexId go = kInvalid;
-};
-
-// From a hole to its partner, where they are neighbours in the chain: the same place on both.
-VertexId draw_straight_connector(Connector& connector, const Holes& holes, Index hole) {
-  const auto is_open = [&](VertexId v) { return holes.is_open(v); };
-  const Index partner = partner_of(hole);
-  // Near to where the shortest way between any two of their vertices ends.
-  const VertexId v = connector.ends(connector.find(holes.open_sectors(hole), partner, is_open)).to;
-  connector.draw(holes.sectors_at(hole, v), partner, [v](VertexId w) { return w == v; });
-  return v;
-}
-
-// From the only hole to its partner, to another place.
-std::array<VertexId, 2> draw_askew_connector(Connector& connector, const Holes& holes) {
-  const auto anywhere = [](VertexId) { return true; };
-  const VertexId from = connector.ends(connector.find(holes.open_sectors(0), 1, anywhere)).from;
-  const VertexId to =
-      connector.draw(holes.sectors_at(0, from), 1, [from](VertexId v) { return v != from; }).to;
-  return {from, to};
-}
-
-// Connectors from hole to hole. `twisted`: the last one ends elsewhere than the first one began.
-// Returns where these two places are.
-std::array<VertexId, 2> string_up(Connector& connector, const Holes& holes,
-                                  const std::vector<Index>& order, bool twisted) {
-  std::vector<Visit> visits(order.size() / 2);
-  VertexId end = kInvalid;
-  for (std::size_t i = 0; i + 1 < order.size(); ++i) {
-    const Index here = order[i];
-    const Index next = order[i + 1];
-    Visit& leaving = visits[at(here / 2)];
-    if (next == partner_of(here)) {
-      leaving.hole = here;
-      leaving.go = draw_straight_connector(connector, holes, here);
-      continue;
-    }
-    Visit& reaching = visits[at(next / 2)];
-    const bool back =
-        leaving.hole == partner_of(here);  // the partner's places, the other way round
-    const std::vector<HalfedgeId> from =
-        back ? holes.sectors_at(here, leaving.come) : holes.open_sectors(here);
-    // Also the last connector, to the partner of the first hole, ends where the first one began.
-    const bool met = reaching.hole == partner_of(next) && !(twisted && next == order.back());
-    const Ends ends = connector.draw(
-        from, next, [&](VertexId v) { return met ? v == reaching.go : holes.is_open(v); });
-    end = ends.to;
-    if (!back) {
-      leaving.hole = here;
-      leaving.go = ends.from;
-    }
-    if (!met) {
-      reaching.hole = next;
-      reaching.come = ends.to;
-    }
-  }
-  return {visits[at(order.front() / 2)].go, end};
-}
-
-}  // namespace
-
-void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context,
-                     const CycleTurns& wished) {
-  const Holes holes(canvas, draw_short_loops(canvas, genus, {}, wished, context));
-  draw_connectors(canvas, holes,
-                  hole_order(holes.count(), hole_neighbours(canvas, holes, context), genus > 2),
-                  nullptr, context);
-}
-
-void draw_connectors(Canvas& canvas, const Holes& holes, const std::vector<Index>& order,
-                     const ConnectorFinder& finder, const ExecutionContext& context) {
-  Connector connector(canvas, holes, context, finder);
-  string_up(connector, holes, order, false);
-}
-
-std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<VertexId>& first,
-                                           Index genus, const ExecutionContext& context,
-                                           const CycleTurns& wished) {
-  const Holes holes(canvas, draw_short_loops(canvas, genus, {first}, wished, context));
-  std::vector<Index> order = {0, 1};
-  if (genus > 1) order = hole_order(holes.count(), hole_neighbours(canvas, holes, context), false);
-  return draw_twisted_connectors(canvas, holes, order, nullptr, context);
-}
-
-std::array<VertexId, 2> draw_twisted_connectors(Canvas& canvas, const Holes& holes,
-                                                const std::vector<Index>& order,
-                                                const ConnectorFinder& finder,
-                                                const ExecutionContext& context) {
-  Connector connector(canvas, holes, context, finder);
-  if (order.size() == 2) return draw_askew_connector(connector, holes);
-  return string_up(connector, holes, order, true);
-}
-
-std::array<VertexId, 2> draw_chain_with_t_nodes(Canvas& canvas, Index genus,
-                                                const ExecutionContext& context,
-                                                const CycleTurns& wished) {
-  const Holes holes(canvas, draw_short_loops(canvas, genus, {}, wished, context));
-  const std::vector<Index> order = genus == 1 ? std::vector<Index>{0, 1} : std::vector{0, 2, 3, 1};
-  return draw_connectors_with_t_nodes(canvas, holes, order, nullptr, context);
-}
-
-std::array<VertexId, 2> draw_connectors_with_t_nodes(Canvas& canvas, const Holes& holes,
-                                                     const std::vector<Index>& order,
-                                                     const ConnectorFinder& finder,
-                                                     const ExecutionContext& context) {
-  Connector connector(canvas, holes, context, finder);
-  if (order.size() == 2) return draw_askew_connector(connector, holes);
-  const auto is_open = [&](VertexId v) { return holes.is_open(v); };
-  const Ends first = connector.draw(holes.open_sectors(order[0]), order[1], is_open);
-  const Ends second = connector.draw(holes.sectors_at(order[1], first.to), order[2], is_open);
-  const Ends third = connector.draw(holes.open_sectors(order[2]), order[3],
-                                    [&](VertexId v) { return v == first.from; });
-  return {second.to, third.from};
-}
-
-namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// Searches end when so many other holes were reached, and cannot be reached for less.
-constexpr std::size_t kMostReached = 10;
-// Ways that all searches together look at: twice what surfaces take whose cones lie beside their
-// handles. Where no cone is near, no way around one makes a curve turn less.
-constexpr std::int64_t kMostWays = 20'000'000;
-constexpr std::int64_t kWaysPerVertex = 2000;
-// Times what the loops leave, in vertices. Connectors that refine further wind around each other.
-constexpr Index kMostRefined = 3;
-// Of ways over other holes.
-constexpr double kDetour = 1.5;
-// Above, closing the costs over other holes takes longer than the cut itself.
-constexpr std::size_t kMostClosed = 800;
-
-double mean_length(const Canvas& canvas, const std::vector<std::vector<VertexId>>& loops) {
-  double sum = 0.0;
-  for (const std::vector<VertexId>& loop : loops) {
-    for (std::size_t i = 0; i < loop.size(); ++i)
-      sum += canvas.length(canvas.mesh().find(loop[i], loop[(i + 1) % loop.size()]));
-  }
-  return sum / static_cast<double>(loops.size());
-}
-
-}  // namespace
-
-HoleFrames::HoleFrames(const TurnMeter& meter, const std::vector<std::vector<VertexId>>& loops)
+HoleFrames::HoleFrames(const TurnMeter& meter, const Loops& loops)
     : meter_(meter), places_(2 * loops.size()) {
   const Canvas& canvas = meter.canvas();
   for (std::size_t hole = 0; hole < places_.size(); ++hole) {
@@ -532,139 +383,54 @@ HoleFrames::HoleFrames(const TurnMeter& meter, const std::vector<std::vector<Ver
     }
     for (std::size_t i = 0; i < n; ++i) {
       const double offset = heading[i] - (mean + slope * start[i]) - TurnMeter::kQuarter;
-      places_[hole].push_back({loop[i], {loop[(i + 1) % n], offset}});
+      places_[hole][loop[i]] = {loop[(i + 1) % n], offset};
     }
-    std::sort(places_[hole].begin(), places_[hole].end(),
-              [](const auto& a, const auto& b) { return a.first < b.first; });
   }
 }
 
 double HoleFrames::deviation(Index hole, HalfedgeId departure) const {
   const Canvas& canvas = meter_.canvas();
   const VertexId v = canvas.mesh().source(departure);
-  const auto& places = places_[at(hole)];
-  const auto place =
-      std::lower_bound(places.begin(), places.end(), v,
-                       [](const auto& entry, VertexId vertex) { return entry.first < vertex; });
-  if (place == places.end() || place->first != v)
-    throw InternalError("a connector that is not at its hole");
-  const HalfedgeId along = canvas.mesh().find(v, place->second.next);
-  return place->second.offset + meter_.angle_between(along, departure);
+  const Place& place = places_[at(hole)].at(v);
+  const HalfedgeId along = canvas.mesh().find(v, place.next);
+  return place.offset + meter_.angle_between(along, departure);
 }
 
-std::vector<std::vector<double>> connector_costs(const TurnMeter& meter, const Holes& holes,
-                                                 const HoleFrames& frames,
-                                                 const TurningPrice& price,
-                                                 const ExecutionContext& context) {
-  const Canvas& canvas = meter.canvas();
-  const std::size_t count = at(holes.count());
-  std::vector<std::vector<double>> cost(count, std::vector<double>(count, kInfinity));
-  for (std::size_t hole = 0; hole < count; ++hole) {
-    context.check();
-    const auto from = static_cast<Index>(hole);
-    TurningSearch search(meter);
-    for (const HalfedgeId sector : holes.open_sectors(from)) {
-      canvas.for_each_inside(sector,
-                             [&](HalfedgeId h) { search.start(h, frames.deviation(from, h)); });
-    }
-    std::vector<double> found(count, kInfinity);
-    double limit = kInfinity;
-    search.run(
-        [&](const TurningSearch::Arrival& arrival) {
-          const HalfedgeId back = canvas.mesh().opposite(arrival.halfedge);
-          const Index to = holes.hole_of(canvas.sector_of(back));
-          if (to == from) return;
-          const double now =
-              price.cost(arrival.length, arrival.turned - frames.deviation(to, back));
-          if (now >= found[at(to)]) return;
-          found[at(to)] = now;
-          std::vector<double> sorted = found;
-          const std::size_t last = std::min(kMostReached, count - 1) - 1;
-          std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(last),
-                           sorted.end());
-          limit = sorted[last];
-        },
-        [&] { return limit; }, price.ways_left, context);
-    for (std::size_t to = 0; to < count; ++to) {
-      cost[hole][to] = std::min(cost[hole][to], found[to]);
-      cost[to][hole] = cost[hole][to];
-    }
+// Ways that all searches together look at: twice what surfaces take whose cones lie beside their
+// handles. Where no cone is near, no way around one makes a curve turn less.
+constexpr std::int64_t kMostWays = 20'000'000;
+constexpr std::int64_t kWaysPerVertex = 2000;
+// Times what the loops leave, in vertices. Connectors that refine further wind around each other.
+constexpr Index kMostRefined = 3;
+
+double mean_length(const Canvas& canvas, const Loops& loops) {
+  double sum = 0.0;
+  for (const std::vector<VertexId>& loop : loops) {
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      sum += canvas.length(canvas.mesh().find(loop[i], loop[(i + 1) % loop.size()]));
   }
-  for (std::size_t hole = 0; hole < count; ++hole) cost[hole][hole] = 0.0;
-  std::vector<std::vector<double>> over = cost;
-  for (std::size_t k = 0; k < count && count <= kMostClosed; ++k) {
-    context.check();
-    for (std::size_t i = 0; i < count; ++i) {
-      for (std::size_t j = 0; j < count; ++j)
-        over[i][j] = std::min(over[i][j], over[i][k] + over[k][j]);
-    }
-  }
-  double largest = 0.0;
-  for (const auto& row : over) {
-    for (const double c : row) {
-      if (c < kInfinity) largest = std::max(largest, c);
-    }
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t j = 0; j < count; ++j) {
-      if (cost[i][j] == kInfinity)
-        cost[i][j] = kDetour * (over[i][j] < kInfinity ? over[i][j] : largest);
-    }
-  }
-  return cost;
+  return sum / static_cast<double>(loops.size());
 }
 
-namespace {
-
-// Loops, drawn; their holes, in an order, and how to find ways between them.
-class StraightChain {
+// Finds connectors that turn little.
+class TurningWays {
  public:
-  StraightChain(const StraightChain&) = delete;  // the price knows where its ways are counted
-  StraightChain& operator=(const StraightChain&) = delete;
+  TurningWays(const TurningWays&) = delete;  // the price knows where its ways are counted
+  TurningWays& operator=(const TurningWays&) = delete;
 
-  // `first`: the loop whose holes the chain begins and ends with, which is drawn already; or empty.
-  StraightChain(Canvas& canvas, std::vector<VertexId> first, Index genus,
-                const Straightness& straight, const ExecutionContext& context)
+  TurningWays(const Canvas& canvas, const Holes& holes, const ChainGuide& guide,
+              const ExecutionContext& context)
       : canvas_(canvas),
+        holes_(holes),
         context_(context),
-        meter_(canvas, straight.crossings),
-        loops_(draw_loops(canvas, first, genus, context)),
+        meter_(canvas, *guide.crossings),
         ways_left_(std::min(kMostWays, kWaysPerVertex * canvas.vertex_count())),
-        price_{straight.quarter_price * mean_length(canvas, loops_), &ways_left_},
-        holes_(canvas, straightened(first.empty() ? 0 : 1)),
-        frames_(meter_, loops_),
+        price_{guide.quarter_price * mean_length(canvas, holes.loops()), &ways_left_},
+        frames_(meter_, holes.loops()),
         most_vertices_(kMostRefined * canvas.vertex_count()) {}
 
-  const Holes& holes() const { return holes_; }
-
-  // A short tour, with an odd couple where that is asked for.
-  std::vector<Index> tour(bool odd_couple) const {
-    if (holes_.count() == 2) return {0, 1};
-    return hole_tour(connector_costs(meter_, holes_, frames_, price_, context_), odd_couple,
-                     context_);
-  }
-
-  ConnectorFinder finder() const {
-    return
-        [this](const std::vector<HalfedgeId>& from, Index hole,
-               const std::function<bool(VertexId)>& allowed) { return way(from, hole, allowed); };
-  }
-
- private:
-  static std::vector<std::vector<VertexId>> draw_loops(Canvas& canvas,
-                                                       const std::vector<VertexId>& first,
-                                                       Index genus,
-                                                       const ExecutionContext& context) {
-    std::vector<std::vector<VertexId>> drawn;
-    if (!first.empty()) drawn.push_back(first);
-    return draw_short_loops(canvas, genus, std::move(drawn), nullptr, context);
-  }
-
-  const std::vector<std::vector<VertexId>>& straightened(std::size_t kept) {
-    straighten_loops(canvas_, meter_, price_, std::span(loops_).subspan(kept), context_);
-    return loops_;
-  }
-
+  // From one of the sectors, which are of one hole, to another hole, to a vertex that is allowed;
+  // empty if there is none.
   std::vector<HalfedgeId> way(const std::vector<HalfedgeId>& from, Index hole,
                               const std::function<bool(VertexId)>& allowed) const {
     if (canvas_.vertex_count() > most_vertices_) {
@@ -672,7 +438,7 @@ class StraightChain {
                           "Connectors that turn little wind around each other.");
     }
     std::vector<HalfedgeId> last;
-    for (const VertexId v : loops_[at(hole / 2)]) {
+    for (const VertexId v : holes_.loops()[at(hole / 2)]) {
       if (!allowed(v)) continue;
       for (const HalfedgeId sector : holes_.sectors_at(hole, v))
         canvas_.for_each_inside(sector, [&](HalfedgeId h) { last.push_back(h); });
@@ -705,44 +471,170 @@ class StraightChain {
     return path;
   }
 
-  Canvas& canvas_;
+ private:
+  const Canvas& canvas_;
+  const Holes& holes_;
   const ExecutionContext& context_;
   const TurnMeter meter_;
-  std::vector<std::vector<VertexId>> loops_;
   std::int64_t ways_left_;
   const TurningPrice price_;
-  const Holes holes_;
   const HoleFrames frames_;
   const Index most_vertices_;
 };
 
+struct Ends {
+  VertexId from = kInvalid;
+  VertexId to = kInvalid;
+};
+
+// Loops, drawn, and the connectors between their holes.
+class Chain {
+ public:
+  // `first`: the loop whose holes the chain begins and ends with, which is drawn already; or empty.
+  Chain(Canvas& canvas, const std::vector<VertexId>& first, Index genus, const ChainGuide& guide,
+        const ExecutionContext& context)
+      : canvas_(canvas),
+        context_(context),
+        holes_(canvas, draw_short_loops(canvas, genus, first.empty() ? Loops{} : Loops{first},
+                                        guide.turning, context)) {
+    if (guide.crossings != nullptr) ways_.emplace(canvas, holes_, guide, context);
+  }
+
+  const Holes& holes() const { return holes_; }
+  std::vector<Index> order(bool odd_couple) const {
+    return hole_order(hole_neighbours(canvas_, holes_, context_), odd_couple);
+  }
+
+  // A way that turns little, or the shortest one, from one of the sectors to `hole`, to a vertex
+  // that is allowed.
+  std::vector<HalfedgeId> find(const std::vector<HalfedgeId>& from, Index hole,
+                               const std::function<bool(VertexId)>& allowed) const {
+    const auto is_end = [&](HalfedgeId sector) {
+      return allowed(canvas_.mesh().source(sector)) && holes_.has(hole, sector);
+    };
+    std::vector<HalfedgeId> path;
+    if (ways_) path = ways_->way(from, hole, allowed);
+    if (path.empty()) path = free_path(canvas_, {from, {}}, {is_end, nullptr}, context_);
+    if (path.empty()) {
+      throw_not_converged(ErrorCode::kIterationLimit,
+                          "The cut found no connector to hole " + std::to_string(hole) +
+                              " of the surface cut along short loops. Refine the mesh.");
+    }
+    return path;
+  }
+
+  Ends ends(const std::vector<HalfedgeId>& path) const {
+    return {canvas_.mesh().source(path.front()), canvas_.mesh().target(path.back())};
+  }
+
+  Ends draw(const std::vector<HalfedgeId>& from, Index hole,
+            const std::function<bool(VertexId)>& allowed) {
+    const std::vector<HalfedgeId> path = find(from, hole, allowed);
+    const Ends result = ends(path);
+    canvas_.draw(path, Curve::kConnector);
+    return result;
+  }
+
+ private:
+  Canvas& canvas_;
+  const ExecutionContext& context_;
+  const Holes holes_;
+  std::optional<TurningWays> ways_;
+};
+
+// Where the chain comes to a loop and goes on from it, on the hole that it visits first.
+struct Visit {
+  Index hole = kInvalid;
+  VertexId come = kInvalid;
+  VertexId go = kInvalid;
+};
+
+// From a hole to its partner, where they are neighbours in the chain: the same place on both.
+VertexId draw_straight_connector(Chain& chain, Index hole) {
+  const Holes& holes = chain.holes();
+  const auto is_open = [&](VertexId v) { return holes.is_open(v); };
+  const Index partner = partner_of(hole);
+  // Near to where the shortest way between any two of their vertices ends.
+  const VertexId v = chain.ends(chain.find(holes.open_sectors(hole), partner, is_open)).to;
+  chain.draw(holes.sectors_at(hole, v), partner, [v](VertexId w) { return w == v; });
+  return v;
+}
+
+// From the only hole to its partner, to another place.
+std::array<VertexId, 2> draw_askew_connector(Chain& chain) {
+  const Holes& holes = chain.holes();
+  const auto anywhere = [](VertexId) { return true; };
+  const VertexId from = chain.ends(chain.find(holes.open_sectors(0), 1, anywhere)).from;
+  const VertexId to =
+      chain.draw(holes.sectors_at(0, from), 1, [from](VertexId v) { return v != from; }).to;
+  return {from, to};
+}
+
+// Connectors from hole to hole. `twisted`: the last one ends elsewhere than the first one began.
+// Returns where these two places are.
+std::array<VertexId, 2> string_up(Chain& chain, const std::vector<Index>& order, bool twisted) {
+  const Holes& holes = chain.holes();
+  std::vector<Visit> visits(order.size() / 2);
+  VertexId end = kInvalid;
+  for (std::size_t i = 0; i + 1 < order.size(); ++i) {
+    const Index here = order[i];
+    const Index next = order[i + 1];
+    Visit& leaving = visits[at(here / 2)];
+    if (next == partner_of(here)) {
+      leaving.hole = here;
+      leaving.go = draw_straight_connector(chain, here);
+      continue;
+    }
+    Visit& reaching = visits[at(next / 2)];
+    const bool back =
+        leaving.hole == partner_of(here);  // the partner's places, the other way round
+    const std::vector<HalfedgeId> from =
+        back ? holes.sectors_at(here, leaving.come) : holes.open_sectors(here);
+    // Also the last connector, to the partner of the first hole, ends where the first one began.
+    const bool met = reaching.hole == partner_of(next) && !(twisted && next == order.back());
+    const Ends ends = chain.draw(
+        from, next, [&](VertexId v) { return met ? v == reaching.go : holes.is_open(v); });
+    end = ends.to;
+    if (!back) {
+      leaving.hole = here;
+      leaving.go = ends.from;
+    }
+    if (!met) {
+      reaching.hole = next;
+      reaching.come = ends.to;
+    }
+  }
+  return {visits[at(order.front() / 2)].go, end};
+}
+
 }  // namespace
 
-void draw_straight_chain(Canvas& canvas, Index genus, const Straightness& straight,
-                         const ExecutionContext& context) {
-  const StraightChain chain(canvas, {}, genus, straight, context);
-  draw_connectors(canvas, chain.holes(), chain.tour(genus > 2), chain.finder(), context);
+void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context,
+                     const ChainGuide& guide) {
+  Chain chain(canvas, {}, genus, guide, context);
+  string_up(chain, chain.order(genus > 2), false);
 }
 
-std::array<VertexId, 2> draw_straight_chain_with_t_nodes(Canvas& canvas, Index genus,
-                                                         const Straightness& straight,
-                                                         const ExecutionContext& context) {
-  const StraightChain chain(canvas, {}, genus, straight, context);
-  return draw_connectors_with_t_nodes(canvas, chain.holes(), chain.tour(false), chain.finder(),
-                                      context);
+std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<VertexId>& first,
+                                           Index genus, const ExecutionContext& context,
+                                           const ChainGuide& guide) {
+  Chain chain(canvas, first, genus, guide, context);
+  return genus == 1 ? draw_askew_connector(chain) : string_up(chain, chain.order(false), true);
 }
 
-std::array<VertexId, 2> draw_straight_twisted_chain(Canvas& canvas,
-                                                    const std::vector<VertexId>& first, Index genus,
-                                                    const Straightness& straight,
-                                                    const ExecutionContext& context) {
-  const StraightChain chain(canvas, first, genus, straight, context);
-  std::vector<Index> order = {0, 1};
-  if (genus > 1) {
-    order =
-        hole_order(chain.holes().count(), hole_neighbours(canvas, chain.holes(), context), false);
-  }
-  return draw_twisted_connectors(canvas, chain.holes(), order, chain.finder(), context);
+std::array<VertexId, 2> draw_chain_with_t_nodes(Canvas& canvas, Index genus,
+                                                const ExecutionContext& context,
+                                                const ChainGuide& guide) {
+  Chain chain(canvas, {}, genus, guide, context);
+  if (genus == 1) return draw_askew_connector(chain);
+  const Holes& holes = chain.holes();
+  const auto is_open = [&](VertexId v) { return holes.is_open(v); };
+  // Holes 0, 2, 3, 1.
+  const Ends first = chain.draw(holes.open_sectors(0), 2, is_open);
+  const Ends second = chain.draw(holes.sectors_at(2, first.to), 3, is_open);
+  const Ends third =
+      chain.draw(holes.open_sectors(3), 1, [&](VertexId v) { return v == first.from; });
+  return {second.to, third.from};
 }
 
 }  // namespace flipfree::seamless

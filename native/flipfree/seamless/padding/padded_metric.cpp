@@ -12,11 +12,9 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/conformal/engine/engine.h"
-#include "flipfree/intrinsic/loops.h"
 #include "flipfree/numeric/dense_factors.h"
 #include "flipfree/seamless/padding/disk_metric.h"
 #include "flipfree/seamless/padding/segments.h"
-#include "flipfree/seamless/penner/penner_newton.h"
 #include "flipfree/seamless/penner/relaxation.h"
 
 namespace flipfree::seamless {
@@ -582,66 +580,6 @@ ConformalMetric as_metric(const AdmissibleCut& cut, const intrinsic::IntrinsicSe
 }
 
 }  // namespace
-
-bool come_near(const AdmissibleCut& cut, const std::vector<Index>& cones, int most, double enough,
-               PaddedMetric& padded, ExecutionContext& context) {
-  constexpr double kTolerance = 1e-6;  // radians, of every step
-  constexpr double kWrongTurn = 0.1;
-  ConformalMetric& metric = padded.metric;
-  const intrinsic::IntrinsicSetup setup =
-      intrinsic::build_intrinsic_mesh(static_cast<Index>(cones.size()), cut.surface.faces);
-  PennerTargets targets;
-  for (const Index k : cones) targets.vertex_angle.push_back(k * kQuarterTurn);
-  conformal::EngineInput input;
-  input.setup = {metric.mesh, metric.input_halfedge, metric.on_boundary};
-  input.vertex_count = static_cast<Index>(cones.size());
-  input.edge_length = intrinsic::to_doubles(metric.length);
-  input.target = targets.vertex_angle;
-  CarriedMetric carried{
-      make_engine(input, 53, context),
-      {setup.mesh,
-       intrinsic::homology_basis(setup.mesh, intrinsic::steps_across(cut.surface, setup), context)},
-      ReferenceMetric(metric)};
-  if (!carried.engine->started()) return false;
-  intrinsic::replay_flips(metric.flips, 0, metric.flips.size(), context,
-                          [&](EdgeId e) { carried.loops.flip(e); });
-  const auto& flips = carried.engine->flips();
-  intrinsic::replay_flips(flips, 0, flips.size(), context, [&](EdgeId e) {
-    carried.loops.flip(e);
-    carried.reference.flip(e);
-  });
-  // What the loops turn by now is what they shall turn by, but for rounding.
-  targets.loop_angle.assign(carried.loops.size(), 0.0);
-  PennerAngles angles;
-  measure(*carried.engine, carried.loops, targets, angles, context);
-  for (std::size_t i = 0; i < angles.loops.size(); ++i) {
-    const double turns = std::round(-angles.loops[i] / kQuarterTurn);
-    targets.loop_angle[i] = turns * kQuarterTurn;
-    if (!(std::abs(-angles.loops[i] - targets.loop_angle[i]) < kWrongTurn)) return false;
-  }
-  PennerNewtonOptions newton;
-  const std::size_t first = flips.size();
-  if (run_penner(carried.engine, carried.loops, targets, newton, context).end !=
-      PennerEnd::kConverged) {
-    return false;
-  }
-  intrinsic::replay_flips(carried.engine->flips(), first, carried.engine->flips().size(), context,
-                          [&](EdgeId e) { carried.reference.flip(e); });
-  padded.steps += come_near(carried, targets, kTolerance, most, enough, context);
-  ConformalMetric near;
-  carried.engine->finish(near, false, context);
-  metric.flips.insert(metric.flips.end(), near.flips.begin(), near.flips.end());
-  metric.mesh = std::move(near.mesh);
-  metric.length = std::move(near.length);
-  metric.scale_factors =
-      vertex_means(metric.mesh, carried.reference.ratios(carried.engine->lengths()));
-  const auto [low, high] =
-      std::minmax_element(metric.scale_factors.begin(), metric.scale_factors.end());
-  metric.scale_range = *high - *low;
-  metric.u = metric.scale_factors;
-  padded.energy = carried.energy();
-  return true;
-}
 
 PaddedMetric compute_padded_metric(const AdmissibleCut& cut, const std::vector<Index>& cones,
                                    ExecutionContext& context) {

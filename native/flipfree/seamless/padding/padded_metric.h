@@ -61,8 +61,6 @@ struct PaddedMetric {
   // On cut.surface: flat but for the cones, all loops turn by quarter turns, up to the angle errors
   // of the disks' metrics. Its flips lead from the surface's own triangulation to it.
   conformal::ConformalMetric metric;
-  int steps = 0;        // that brought the glued metric nearer to the surface's own
-  double energy = 0.0;  // near_metric.h
   int components = 0;
   std::size_t segments = 0;
   int bits = 53;               // most of a component's
@@ -70,12 +68,6 @@ struct PaddedMetric {
   double largest_width = 0.0;  // over the longest segment before padding
   double closing_error = 0.0;  // assembly.h
 };
-
-// Brings the metric nearer to the surface's own by up to `most` steps, until its energy is at most
-// `enough` (near_metric.h); can be called again where the last one ended. Returns false, and leaves
-// the metric as it is, if its angles cannot be met in double. Cost: seconds for 20 000 triangles.
-bool come_near(const AdmissibleCut& cut, const std::vector<Index>& cones, int most, double enough,
-               PaddedMetric& padded, ExecutionContext& context);
 
 // `cones`: quarter turns per vertex of cut.surface. Throws NotConverged, Cancelled, InternalError
 // (a cut that is not admissible).

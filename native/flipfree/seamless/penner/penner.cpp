@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <exception>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -14,7 +15,6 @@
 #include "flipfree/certify/certify.h"
 #include "flipfree/conformal/map.h"
 #include "flipfree/mesh/topology.h"
-#include "flipfree/mesh/validate.h"
 #include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {
@@ -133,8 +133,8 @@ PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Inde
   return result;
 }
 
-// The first metric that is found, and where it cannot be written as a map in 64 bits, the next one:
-// a single cone far from all handles. The first failure if neither can, or if there is none.
+}  // namespace
+
 PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& cones,
                         const std::optional<std::vector<LoopTurn>>& loops,
                         const PennerMapOptions& options, ExecutionContext& context) {
@@ -166,6 +166,8 @@ PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& 
   }
   std::rethrow_exception(failure);
 }
+
+namespace {
 
 double area(const Points3& p, const Triangles& faces) {
   double sum = 0.0;
@@ -298,7 +300,7 @@ IndexPairs pairs_in(const IndexPairs& pairs, const std::vector<VertexId>& local)
 PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>& cones,
                          const std::optional<std::vector<LoopTurn>>& loops,
                          const PennerMapOptions& options, const mesh::Adjacency& adjacency,
-                         ExecutionContext& context) {
+                         const ComponentMapper& map_one, ExecutionContext& context) {
   const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
   const mesh::CutMesh mesh = mesh::cut_along(surface.faces, adjacency, none);
   const std::vector<mesh::Chart> charts = mesh::split_into_charts(surface.vertices, mesh);
@@ -324,7 +326,7 @@ PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>&
     for (const VertexId v : vertices) local[at(v)] = kInvalid;
     PennerMap found;
     try {
-      found = map_component(charts[i].surface, own_cones, own_loops, own, context);
+      found = map_one(charts[i].surface, own_cones, own_loops, own, charts[i].faces, context);
     } catch (...) {
       rethrow_placed(charts[i].faces, vertices);
     }
@@ -343,27 +345,40 @@ PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>&
 
 }  // namespace
 
-PennerMap compute_penner_map(const mesh::Surface& surface, const std::vector<Index>& given,
+PennerMap map_each_component(const mesh::Surface& surface, const std::vector<Index>& given,
                              const std::optional<std::vector<LoopTurn>>& loops,
-                             const PennerMapOptions& options, ExecutionContext& context) {
-  mesh::ValidateOptions rules;
-  rules.allow_isolated_vertices = false;
-  mesh::validate(surface, rules, context);
+                             const PennerMapOptions& options, const ComponentMapper& map_one,
+                             ExecutionContext& context) {
+  check_surface(surface, context);
   if (given.size() != static_cast<std::size_t>(surface.vertices.rows()))
     throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const std::vector<Index> cones = flat_inside(given, adjacency);
-  PennerMap result =
-      in_time(context, options.metric.max_seconds, "The seamless map was not reached",
-              "or spread the curvature over more vertices", [&] {
-                return mesh::face_components(adjacency).count == 1
-                           ? map_component(surface, cones, loops, options, context)
-                           : map_components(surface, cones, loops, options, adjacency, context);
-              });
+  std::vector<FaceId> all(static_cast<std::size_t>(surface.faces.rows()));
+  std::iota(all.begin(), all.end(), FaceId{0});
+  PennerMap result = in_time(
+      context, options.metric.max_seconds, "The seamless map was not reached",
+      "or spread the curvature over more vertices", [&] {
+        return mesh::face_components(adjacency).count == 1
+                   ? map_one(surface, cones, loops, options, all, context)
+                   : map_components(surface, cones, loops, options, adjacency, map_one, context);
+      });
   find_seams(inner_cones(result.cones, surface.faces, adjacency), result);
   result.map.stats["seam_error"] = result.seam_error;
   return result;
+}
+
+PennerMap compute_penner_map(const mesh::Surface& surface, const std::vector<Index>& cones,
+                             const std::optional<std::vector<LoopTurn>>& loops,
+                             const PennerMapOptions& options, ExecutionContext& context) {
+  const ComponentMapper map_one = [](const mesh::Surface& component, const std::vector<Index>& own,
+                                     const std::optional<std::vector<LoopTurn>>& own_loops,
+                                     const PennerMapOptions& own_options,
+                                     const std::vector<FaceId>&, ExecutionContext& inner) {
+    return map_component(component, own, own_loops, own_options, inner);
+  };
+  return map_each_component(surface, cones, loops, options, map_one, context);
 }
 
 }  // namespace flipfree::seamless

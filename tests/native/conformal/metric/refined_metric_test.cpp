@@ -44,8 +44,7 @@ TEST(RefinedMetric, AddsVerticesThatAreFlatAndMeetsAllAngles) {
   target[1] = std::numbers::pi;
   target[100] = 3 * std::numbers::pi;
   ExecutionContext context;
-  const RefinedMetric refined =
-      compute_refined_metric(surface, nullptr, target, {}, StartRefinement::kOn, context);
+  const RefinedMetric refined = compute_refined_metric(surface, nullptr, target, {}, true, context);
   ASSERT_NE(refined.split, nullptr);
   const ConformalMetric& metric = refined.metric;
   EXPECT_TRUE(metric.converged);
@@ -57,24 +56,11 @@ TEST(RefinedMetric, AddsVerticesThatAreFlatAndMeetsAllAngles) {
             static_cast<std::int64_t>(metric.added.size()));
 }
 
-TEST(RefinedMetric, IsThePlainOneWhereThatWorksAndNothingElseIsAsked) {
-  const mesh::Surface surface = with_needle();
-  const std::vector<double> target = four_cones(surface);
-  ExecutionContext context;
-  const ConformalMetric plain = compute_conformal_metric(surface, target, {}, context);
-  for (const StartRefinement wish : {StartRefinement::kAuto, StartRefinement::kOff}) {
-    const RefinedMetric metric =
-        compute_refined_metric(surface, nullptr, target, {}, wish, context);
-    EXPECT_EQ(metric.split, nullptr);
-    EXPECT_EQ(metric.metric.scale_factors, plain.scale_factors);
-  }
-}
-
 TEST(RefinedMetric, OfASurfaceWithoutBadTrianglesThereIsNone) {
   const mesh::Surface surface = test::tetrahedron();
   const std::vector<double> target(4, std::numbers::pi);
   ExecutionContext context;
-  EXPECT_FALSE(refined_metric(surface, nullptr, target, {}, context));
+  EXPECT_EQ(compute_refined_metric(surface, nullptr, target, {}, true, context).split, nullptr);
 }
 
 TEST(RefinedMetric, BothWaysFailingTheErrorIsThatOfThePlainOne) {
@@ -83,11 +69,10 @@ TEST(RefinedMetric, BothWaysFailingTheErrorIsThatOfThePlainOne) {
   ExecutionContext context;
   MetricOptions options;
   options.max_iterations = 0;
-  EXPECT_THROW(
-      compute_refined_metric(surface, nullptr, target, options, StartRefinement::kAuto, context),
-      NotConverged);
+  EXPECT_THROW(compute_refined_metric(surface, nullptr, target, options, true, context),
+               NotConverged);
   options.require_convergence = false;
-  for (const StartRefinement wish : {StartRefinement::kAuto, StartRefinement::kOn}) {
+  for (const bool wish : {false, true}) {
     const RefinedMetric metric =
         compute_refined_metric(surface, nullptr, target, options, wish, context);
     EXPECT_EQ(metric.split, nullptr);

@@ -167,37 +167,16 @@ std::vector<double> few_cones(const mesh::Surface& s) {
 TEST(RefinedMetric, TakesFewerStepsAndFlipsFromAStartWithoutNeedles) {
   const mesh::Surface s = prism(120, 3.0, true);
   ExecutionContext context;
-  const auto plain = conformal::compute_refined_metric(s, nullptr, few_cones(s), {},
-                                                       conformal::StartRefinement::kOff, context);
-  const auto refined = conformal::compute_refined_metric(s, nullptr, few_cones(s), {},
-                                                         conformal::StartRefinement::kOn, context);
+  const auto plain =
+      conformal::compute_refined_metric(s, nullptr, few_cones(s), {}, false, context);
+  const auto refined =
+      conformal::compute_refined_metric(s, nullptr, few_cones(s), {}, true, context);
   ASSERT_NE(refined.split, nullptr);
   EXPECT_TRUE(refined.metric.converged);
   EXPECT_LE(refined.metric.angle_error, 1e-10);
   EXPECT_LT(refined.metric.iterations, plain.metric.iterations);
   EXPECT_LT(10 * (refined.metric.flips.size() - refined.metric.euclidean_flips),
             plain.metric.flips.size() - plain.metric.euclidean_flips);
-}
-
-TEST(RefinedMetric, IsOnlyUsedByItselfWhereThePlainWayFails) {
-  const mesh::Surface s = prism(120, 3.0, true);
-  ExecutionContext context;
-  conformal::MetricOptions options;
-  const auto easy = conformal::compute_refined_metric(s, nullptr, few_cones(s), options,
-                                                      conformal::StartRefinement::kAuto, context);
-  EXPECT_EQ(easy.split, nullptr);
-  EXPECT_EQ(std::get<std::int64_t>(easy.metric.stats.at("intrinsic_refinement")), 0);
-  // One step fewer than the plain way needs.
-  options.max_iterations = easy.metric.iterations - 1;
-  EXPECT_THROW(conformal::compute_refined_metric(s, nullptr, few_cones(s), options,
-                                                 conformal::StartRefinement::kOff, context),
-               NotConverged);
-  const auto hard = conformal::compute_refined_metric(s, nullptr, few_cones(s), options,
-                                                      conformal::StartRefinement::kAuto, context);
-  ASSERT_NE(hard.split, nullptr);
-  EXPECT_TRUE(hard.metric.converged);
-  EXPECT_EQ(std::get<std::int64_t>(hard.metric.stats.at("intrinsic_refinement")),
-            static_cast<std::int64_t>(hard.split->added.size()));
 }
 
 TEST(RefinedMetric, FailsAsThePlainOneWhereThereIsNothingToRefine) {
@@ -208,12 +187,11 @@ TEST(RefinedMetric, FailsAsThePlainOneWhereThereIsNothingToRefine) {
   conformal::MetricOptions options;
   options.max_iterations = 1;
   ExecutionContext context;
-  EXPECT_THROW(conformal::compute_refined_metric(s, nullptr, angles, options,
-                                                 conformal::StartRefinement::kAuto, context),
+  EXPECT_THROW(conformal::compute_refined_metric(s, nullptr, angles, options, true, context),
                NotConverged);
   options.require_convergence = false;
-  const auto reached = conformal::compute_refined_metric(
-      s, nullptr, angles, options, conformal::StartRefinement::kAuto, context);
+  const auto reached =
+      conformal::compute_refined_metric(s, nullptr, angles, options, true, context);
   EXPECT_FALSE(reached.metric.converged);
   EXPECT_EQ(reached.metric.iterations, 1);
 }

@@ -48,9 +48,8 @@ TEST(DividedSides, KeepsDiagonalsAndPlaces) {
   ExecutionContext context;
   const auto divided = divided_sides(surface, adjacency_of(surface), cones, diagonals, context);
   ASSERT_TRUE(divided);
-  const RefinedPieces& pieces = divided->pieces;
+  const DividedSurface& pieces = divided->pieces;
   ASSERT_EQ(pieces.surface.vertices.rows(), 10);
-  EXPECT_TRUE(pieces.cuts.empty());
   const mesh::Adjacency adjacency = adjacency_of(pieces.surface);
   EXPECT_TRUE(side_chords(pieces.surface.faces, adjacency, pieces.cones, context).empty());
   // Places are ends of the edges that new vertices lie on.
