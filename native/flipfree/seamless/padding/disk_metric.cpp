@@ -305,9 +305,6 @@ std::vector<CutDisk> solve_disks(const AdmissibleCut& cut, const mesh::Adjacency
         mesh::build_adjacency(static_cast<Index>(own.size()), charts[i].surface.faces);
     disks[i].half = halve(metric, of_chart, context);
     disks[i].chart = std::move(charts[i]);
-    disks[i].iterations = metric.iterations;
-    disks[i].bits = metric.bits;
-    disks[i].scale_range = metric.scale_range;
   }
   return disks;
 }
@@ -345,7 +342,7 @@ class DiskSolver {
     CarriedMetric metric = start_.copy();
     PennerRun run = meet(metric, targets_, Meeting::kShortest, kShortestSteps);
     if (run.end != PennerEnd::kConverged) return {};
-    return finished(std::move(metric), run.iterations);
+    return finished(std::move(metric));
   }
 
   // By way of angles between the disk's own and the targets, each met by conformal changes and the
@@ -353,7 +350,6 @@ class DiskSolver {
   std::optional<ConformalMetric> stepwise() {
     CarriedMetric now = start_.copy();
     const std::vector<double> missing = now.angles(targets_, context_).vertices.value;
-    int iterations = 0;
     double reached = 0.0, share = kFirstAngleShare;
     while (reached < 1.0) {
       const double to = std::min(1.0, reached + share);
@@ -362,18 +358,17 @@ class DiskSolver {
         part.vertex_angle[v] -= (1.0 - to) * missing[v];
       CarriedMetric trial = now.copy();
       const PennerRun run = meet(trial, part, Meeting::kConformal, kConformalSteps);
-      iterations += run.iterations;
       if (run.end != PennerEnd::kConverged) {
         share *= 0.5;
         if (share < kLeastAngleShare) return {};
         continue;
       }
-      iterations += come_near(trial, part, Meeting::kShortest, kOnTheWay, alike_, context_);
+      come_near(trial, part, Meeting::kShortest, kOnTheWay, alike_, context_);
       now = std::move(trial);
       reached = to;
       share = std::min(2.0 * share, kFirstAngleShare);
     }
-    return finished(std::move(now), iterations);
+    return finished(std::move(now));
   }
 
  private:
@@ -385,14 +380,13 @@ class DiskSolver {
   }
 
   // All angles from where they are nearly met.
-  std::optional<ConformalMetric> finished(CarriedMetric metric, int iterations) {
+  std::optional<ConformalMetric> finished(CarriedMetric metric) {
     PennerNewtonOptions newton;
     newton.tolerance = kTolerance;
     const PennerRun run = metric.meet(targets_, Meeting::kConformal, newton, context_);
     if (run.end != PennerEnd::kConverged) return {};
     ConformalMetric out = own_;
     metric.append_to(out, context_);
-    out.iterations = iterations + run.iterations;
     out.angle_error = run.error;
     return out;
   }

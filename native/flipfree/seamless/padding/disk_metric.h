@@ -56,9 +56,6 @@ HalfTriangulation halve(const intrinsic::FlippedMetric& metric, const mesh::Adja
 struct CutDisk {
   mesh::Chart chart;  // of the cut surface
   HalfTriangulation half;
-  int iterations = 0;  // of Newton's method
-  int bits = 53;
-  double scale_range = 0.0;
 };
 
 // The conformal metrics of all components, in their order. `cones`: quarter turns per vertex of

@@ -3,16 +3,13 @@
 #pragma once
 
 #include <array>
-#include <functional>
 #include <vector>
 
 #include "flipfree/base/context.h"
 #include "flipfree/seamless/padding/paths.h"
+#include "flipfree/seamless/padding/short_loops.h"
 
 namespace flipfree::seamless {
-
-// By how many quarters a map is to turn along a cycle of vertices.
-using CycleTurns = std::function<Index(const std::vector<VertexId>& cycle)>;
 
 // What the curves of a chain are led by.
 struct ChainGuide {

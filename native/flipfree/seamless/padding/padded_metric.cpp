@@ -1,6 +1,6 @@
 #include "flipfree/seamless/padding/padded_metric.h"
 
-#include <Eigen/Core>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -117,10 +117,10 @@ class Development {
 
 }  // namespace
 
-AssembledSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::IntrinsicSetup& setup,
-                          const AdmissibleCut& cut, const ExecutionContext& context) {
-  AssembledSurface out;
-  FlatSurface& flat = out.flat;
+FlatSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::IntrinsicSetup& setup,
+                     const AdmissibleCut& cut, const ExecutionContext& context) {
+  FlatSurface flat;
+  double closing_error = 0.0;  // largest angle that frames miss quarter turns by, radians
   flat.mesh = setup.mesh;
   flat.vector.resize(flat.mesh.halfedge_count());
   flat.turns.assign(flat.mesh.halfedge_count(), 0);
@@ -151,19 +151,19 @@ AssembledSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::In
       if (flat.mesh.next_of(name[h]) != next)
         throw InternalError("assembly: the way home does not lead back");
     }
-    out.closing_error = std::max(out.closing_error, Development(half, name, flat).run(context));
+    closing_error = std::max(closing_error, Development(half, name, flat).run(context));
   }
   for (std::size_t h = 0; h < flat.axis.size(); ++h) {
     if (flat.fixed[h / 2]) flat.axis[h] = turns_between({Wide(1.0), Wide(0.0)}, flat.vector[h]);
   }
-  if (!(out.closing_error < kLargestClosingError)) {
+  if (!(closing_error < kLargestClosingError)) {
     throw_not_converged(ErrorCode::kIterationLimit,
                         "The metric of a piece of the surface closes only up to " +
-                            std::to_string(out.closing_error) +
+                            std::to_string(closing_error) +
                             " radians. Spread the cones further apart, or use the engine "
                             "\"penner\".");
   }
-  return out;
+  return flat;
 }
 
 namespace {
@@ -588,24 +588,15 @@ PaddedMetric compute_padded_metric(const AdmissibleCut& cut, const std::vector<I
   const CutSegments segments = cut_segments(cut, adjacency);
   PaddedMetric out;
   out.components = segments.component_count();
-  out.segments = segments.segments.size();
   std::vector<CutDisk> disks;
   {
     const ProgressRange range(context, 0.0, 0.8);
     disks = solve_disks(cut, adjacency, segments, cones, context);
   }
-  for (const CutDisk& disk : disks) {
-    out.bits = std::max(out.bits, disk.bits);
-    out.scale_range = std::max(out.scale_range, disk.scale_range);
-    out.metric.iterations += disk.iterations;
-  }
-  const int iterations = out.metric.iterations;
   const intrinsic::IntrinsicSetup setup =
       intrinsic::build_intrinsic_mesh(vertex_count, cut.surface.faces);
   context.report("padding", 0.8);
-  AssembledSurface assembled = assemble(disks, setup, cut, context);
-  out.closing_error = assembled.closing_error;
-  FlatSurface& flat = assembled.flat;
+  FlatSurface flat = assemble(disks, setup, cut, context);
   MeasuredSides sides(cut, adjacency, setup, flat);
   out.largest_width = Padder(cut, segments, sides, flat).run(context);
   std::vector<EdgeId> seams;
@@ -615,7 +606,6 @@ PaddedMetric compute_padded_metric(const AdmissibleCut& cut, const std::vector<I
   glue(flat, seams);
   make_delaunay(flat, context);
   out.metric = as_metric(cut, setup, cones, flat, context);
-  out.metric.iterations = iterations;
   return out;
 }
 

@@ -17,7 +17,6 @@
 #include "flipfree/base/context.h"
 #include "flipfree/conformal/engine/conformal_metric.h"
 #include "flipfree/intrinsic/intrinsic_mesh.h"
-#include "flipfree/seamless/padding/admissible_cut.h"
 #include "flipfree/seamless/padding/disk_metric.h"
 #include "flipfree/seamless/padding/flat_surface.h"
 #include "flipfree/seamless/padding/segments.h"
@@ -28,15 +27,9 @@ namespace flipfree::seamless {
 
 // `setup`: of the surface that is cut; `flips` of the result lead from its mesh to that of the
 // result. Edges of the cut are `fixed` and keep their half-edges. Every frame has the cut along its
-// axes.
-struct AssembledSurface {
-  FlatSurface flat;
-  double closing_error = 0.0;  // largest angle that frames miss quarter turns by, radians
-};
-
-// Throws NotConverged if the metrics are not precise enough. Cost: O(#F log #F).
-AssembledSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::IntrinsicSetup& setup,
-                          const AdmissibleCut& cut, const ExecutionContext& context);
+// axes. Throws NotConverged if the metrics are not precise enough. Cost: O(#F log #F).
+FlatSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::IntrinsicSetup& setup,
+                     const AdmissibleCut& cut, const ExecutionContext& context);
 
 // How far every segment is padded so that the two sides of every branch become equally long
 // (thesis 5.2.5, 5.4.3).
@@ -62,11 +55,7 @@ struct PaddedMetric {
   // of the disks' metrics. Its flips lead from the surface's own triangulation to it.
   conformal::ConformalMetric metric;
   int components = 0;
-  std::size_t segments = 0;
-  int bits = 53;               // most of a component's
-  double scale_range = 0.0;    // largest of a component's
   double largest_width = 0.0;  // over the longest segment before padding
-  double closing_error = 0.0;  // assembly.h
 };
 
 // `cones`: quarter turns per vertex of cut.surface. Throws NotConverged, Cancelled, InternalError

@@ -105,9 +105,6 @@ class PaddedMetricSolver {
     }
     padded_ = std::move(*padded);
     stats_["padding_components"] = static_cast<std::int64_t>(padded_->components);
-    stats_["padding_segments"] = static_cast<std::int64_t>(padded_->segments);
-    stats_["padding_bits"] = static_cast<std::int64_t>(padded_->bits);
-    stats_["padding_scale_range"] = padded_->scale_range;
     stats_["padding_width"] = padded_->largest_width;
   }
 

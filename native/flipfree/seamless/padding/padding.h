@@ -15,7 +15,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/seamless/padding/admissible_cut.h"
+#include "flipfree/seamless/padding/segments.h"
 #include "flipfree/seamless/penner/penner.h"
 
 namespace flipfree::seamless {
@@ -33,10 +33,9 @@ void name_input_places(const mesh::Surface& input, const mesh::Provenance& prove
 
 // `cones`: quarter turns per vertex, 4 where it is flat. options.solver is not looked at. Surfaces
 // of genus 0 have their conformal metric. Stats: those of compute_penner_map(),
-// "padding_components" (pieces of the cut), "padding_segments", "padding_bits" and
-// "padding_scale_range" (of the pieces' metrics), "padding_width" (largest, over the longest
-// segment), "padding_near_steps", "cut_vertices" (that the cut added). Errors: as
-// compute_penner_map(), NotConverged where the cut or a piece's metric is not reached.
+// "padding_components" (pieces of the cut), "padding_width" (largest, over the longest segment),
+// "padding_near_steps", "cut_vertices" (that the cut added). Errors: as compute_penner_map(),
+// NotConverged where the cut or a piece's metric is not reached.
 PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<Index>& cones,
                               const CutMaker& make_cut, const PennerMapOptions& options,
                               ExecutionContext& context);

@@ -1,7 +1,6 @@
 #include "flipfree/seamless/padding/topology.h"
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <utility>
@@ -12,7 +11,7 @@
 #include "flipfree/seamless/padding/extra_path.h"
 #include "flipfree/seamless/padding/hole_chain.h"
 #include "flipfree/seamless/padding/reroute.h"
-#include "flipfree/seamless/padding/turning_search.h"
+#include "flipfree/seamless/padding/turn_meter.h"
 #include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {
@@ -50,11 +49,6 @@ class Drawer {
     if (wished_ != nullptr) {
       guide_.turning = [this](const std::vector<VertexId>& cycle) {
         return wished_->turning(strip_on_input(canvas_, input_adjacency_, cycle));
-      };
-    } else if (lead.crossings != nullptr) {
-      meter_.emplace(canvas, *lead.crossings);
-      guide_.turning = [this](const std::vector<VertexId>& cycle) {
-        return static_cast<Index>(std::lround(meter_->turn(cycle) / TurnMeter::kQuarter));
       };
     }
   }
@@ -135,7 +129,6 @@ class Drawer {
   const std::vector<Index>& cones_;
   const WishedTurns* wished_;
   ChainGuide guide_;
-  std::optional<TurnMeter> meter_;
   const ExecutionContext& context_;
   BranchGraph graph_;
 };
@@ -146,9 +139,7 @@ void read_branches(const Canvas& canvas, AdmissibleCut& cut) {
   const auto first = [&](Index end) { return leaving(canvas, graph, end); };
   for (Index b = 0; at(b) < graph.branches.size(); ++b) {
     const BranchGraph::Branch& branch = graph.branches[at(b)];
-    std::vector<HalfedgeId>& halfedges = cut.branches.emplace_back();
-    for (std::size_t i = 0; i + 1 < branch.vertices.size(); ++i)
-      halfedges.push_back(canvas.mesh().find(branch.vertices[i], branch.vertices[i + 1]));
+    cut.branches.push_back(canvas.edges_along(branch.vertices));
     if (branch.kind != Curve::kExtra) continue;
     for (const Index end : {2 * b, 2 * b + 1}) {
       const Index next = graph.next_end[at(end)];

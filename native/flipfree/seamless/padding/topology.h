@@ -20,8 +20,8 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/seamless/padding/admissible_cut.h"
 #include "flipfree/seamless/padding/reroute.h"
+#include "flipfree/seamless/padding/segments.h"
 
 namespace flipfree::seamless {
 

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <exception>
 #include <numeric>
 #include <string>
@@ -35,46 +34,24 @@ void find_seams(const std::vector<VertexId>& cones, PennerMap& result) {
 }
 
 void add_penner_figures(const PennerMetric& metric, Stats& stats) {
-  const auto& of_metric = metric.metric.stats;
-  stats["seconds_conformal"] = of_metric.at("seconds_conformal");
-  const auto newton = of_metric.find("seconds_newton");
-  stats["seconds_newton"] = newton == of_metric.end() ? StatValue{0.0} : newton->second;
-  const auto relaxation = of_metric.find("seconds_relaxation");
-  stats["seconds_relaxation"] = relaxation == of_metric.end() ? StatValue{0.0} : relaxation->second;
+  stats["seconds_conformal"] = metric.seconds_conformal;
+  stats["seconds_newton"] = metric.seconds_newton;
   stats["attempt"] = static_cast<std::int64_t>(metric.attempt);
   stats["relaxed"] = static_cast<std::int64_t>(metric.relaxed);
-  stats["conformal_iterations"] = static_cast<std::int64_t>(metric.conformal_iterations);
   stats["iterations"] = static_cast<std::int64_t>(metric.iterations);
-  stats["conformal_flips"] = static_cast<std::int64_t>(metric.conformal_flips);
   stats["flips"] = static_cast<std::int64_t>(metric.metric.flips.size());
   stats["bits"] = static_cast<std::int64_t>(metric.metric.bits);
   stats["angle_error"] = metric.metric.angle_error;
   stats["loops"] = static_cast<std::int64_t>(metric.loops.size());
-  std::int64_t changed = 0;
-  for (std::size_t i = 0; i < metric.loops.size(); ++i) {
-    changed += std::lround(metric.start_angles[i] / kQuarterTurn) != metric.loops[i].quarter_turns;
-  }
-  stats["loops_not_nearest"] = changed;
 }
 
-// Turns a map with an aligned boundary so that this runs along the axes.
-void turn_to_axes(certify::Parametrization& map) {
+// Turns a connected map with an aligned boundary so that this runs along the axes.
+void turn_boundary_to_axes(certify::Parametrization& map) {
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
-  std::complex<double> sum = 0.0;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
-    if (adjacency.opposite[at(h)] != kInvalid) continue;
-    const Vector2 along = map.uv.row(next_corner(h)) - map.uv.row(h);
-    const double length = along.norm();
-    if (!(length > 0.0)) continue;
-    const std::complex<double> direction(along.x() / length, along.y() / length);
-    sum += length * std::pow(direction, 4);
-  }
-  const std::complex<double> turn = std::polar(1.0, -0.25 * std::arg(sum));
-  for (Eigen::Index c = 0; c < map.uv.rows(); ++c) {
-    const std::complex<double> p = turn * std::complex<double>(map.uv(c, 0), map.uv(c, 1));
-    map.uv.row(c) << p.real(), p.imag();
-  }
+  const std::vector<Index> one_chart(static_cast<std::size_t>(map.surface.faces.rows()), 0);
+  turn_to_axes(
+      one_chart, 1, [&](HalfedgeId h) { return adjacency.opposite[at(h)] == kInvalid; }, map.uv);
   map.uv32 = map.uv.cast<float>();
 }
 
@@ -123,7 +100,7 @@ PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Inde
     throw certify::CertificateFailed("The seamless map", certify::in_input_faces(result.map));
   }
   if (aligned) {
-    turn_to_axes(result.map);
+    turn_boundary_to_axes(result.map);
     certify::CertifyRequest request;
     request.cone_angles = prescribed_angles(
         cones, surface.faces,

@@ -37,8 +37,10 @@ constexpr std::size_t kMostTries = 24;  // of turns that nobody asked for
 // most.
 constexpr double kSmallEnergy = 100.0;
 constexpr int kMostRelaxation = 8;
-// A metric that is to be finished is near enough where all vertices alike have this energy.
+// A metric that is to be finished is near enough where all vertices alike have this energy; every
+// step towards it meets the angles as well as this, as what is left is met by conformal changes.
 constexpr double kPaddedNearEnough = 1.5;
+constexpr double kPaddedTolerance = 1e-6;
 // Loops that are turned gradually turn by so much between relaxations, and so many steps of these
 // follow.
 constexpr double kGradually = 0.5 * kQuarterTurn;
@@ -165,8 +167,6 @@ class PennerSolver {
       result.metric =
           conformal::compute_conformal_metric(surface_, targets_.vertex_angle, options, context_);
     }
-    result.conformal_iterations = result.metric.iterations;
-    result.conformal_flips = result.metric.flips.size();
     carry_through(result.metric.flips, loops, context_);
     targets_.loop_angle.assign(loops.size(), 0.0);
     const PennerAngles angles = measured(result.metric, loops, turns_given ? nullptr : &prepared_);
@@ -180,7 +180,7 @@ class PennerSolver {
       if (finishing_) turns_.resize(1);
     }
     aim_at(turns_.front(), result);
-    result.metric.stats["seconds_conformal"] = watch.seconds();
+    result.seconds_conformal = watch.seconds();
   }
 
   // What it costs to turn loops by other quarters; strips between boundaries turn twice on the
@@ -255,7 +255,7 @@ class PennerSolver {
         go_gradually(result, loops);
       }
     }
-    result.metric.stats["seconds_newton"] = watch.seconds();
+    result.seconds_newton = watch.seconds();
     if (last_.end != PennerEnd::kConverged)
       throw_not_reached(result.iterations, result.metric.bits);
   }
@@ -288,7 +288,6 @@ class PennerSolver {
         vertex_means(fresh.mesh, ReferenceMetric(fresh).ratios(engine->lengths()));
     fresh.u = fresh.scale_factors;
     result.metric = std::move(fresh);
-    result.conformal_flips = 0;
     loops = std::move(carried);
     climb(result, loops, false);
   }
@@ -335,10 +334,8 @@ class PennerSolver {
       auto engine = make_engine(input, bits, context_);
       carry_through(engine->flips(), loops, context_);
       newton.max_iterations = options_.max_iterations - (result.iterations - before);
-      auto prepared = std::move(prepared_);
-      const PennerRun run = prepared ? run_prepared_penner(engine, loops, targets_, newton,
-                                                           std::move(prepared), context_)
-                                     : run_penner(engine, loops, targets_, newton, context_);
+      const PennerRun run =
+          run_penner(engine, loops, targets_, newton, context_, std::move(prepared_));
       result.iterations += run.iterations;
       result.metric.error_history.insert(result.metric.error_history.end(),
                                          run.error_history.begin(), run.error_history.end());
@@ -361,7 +358,6 @@ class PennerSolver {
 
   // Steps towards the input's metric, as many as asked for or as the scale asks for.
   void relax(PennerMetric& result, intrinsic::LoopCarrier& loops) {
-    const Stopwatch watch;
     ConformalMetric& metric = result.metric;
     const std::vector<double> area = finishing_
                                          ? std::vector<double>(targets_.vertex_angle.size(), 1.0)
@@ -374,10 +370,9 @@ class PennerSolver {
     // What a padded metric is far off by is shear, which conformal changes would lead back to.
     const Meeting how = finishing_ ? Meeting::kShortest : Meeting::kConformal;
     const double enough = finishing_ ? kPaddedNearEnough : automatic ? kSmallEnergy : 0.0;
-    result.relaxed =
-        come_near(carried, targets_, how, {std::max(options_.tolerance, kNearlyMet), most, enough},
-                  area, context_);
-    metric.stats["seconds_relaxation"] = watch.seconds();
+    const double tolerance =
+        finishing_ ? kPaddedTolerance : std::max(options_.tolerance, kNearlyMet);
+    result.relaxed = come_near(carried, targets_, how, {tolerance, most, enough}, area, context_);
     if (result.relaxed == 0) return;
     // All angles, as well as asked for.
     PennerNewtonOptions newton;

@@ -171,6 +171,21 @@ namespace {
 constexpr double kMostNewtonChange = 1.0;  // of a logarithm of a length in one step
 constexpr double kLeastShareOfStep = 1e-3;
 
+double largest_of(const std::vector<double>& values) {
+  double largest = 1e-300;
+  for (const double x : values) largest = std::max(largest, std::abs(x));
+  return largest;
+}
+
+// Changes the logarithms of all lengths by `step` times these.
+bool stretch_by(MetricEngine& engine, const std::vector<double>& direction, double step,
+                ExecutionContext& context) {
+  std::vector<double> part = direction;
+  for (double& d : part) d *= step;
+  engine.stretch(part, context);
+  return engine.restore_delaunay(context);
+}
+
 }  // namespace
 
 PennerRun run_shortest(std::unique_ptr<conformal::MetricEngine>& engine,
@@ -179,7 +194,7 @@ PennerRun run_shortest(std::unique_ptr<conformal::MetricEngine>& engine,
   require_same_mesh(*engine, loops);
   PennerRun run;
   ShortestSystem system;
-  PennerAngles angles, trial;
+  PennerAngles angles;
   const std::vector<double> no_wish(engine->mesh().edge_count(), 0.0);
   std::vector<double> direction;
   measure(*engine, loops, targets, angles, context);
@@ -189,32 +204,11 @@ PennerRun run_shortest(std::unique_ptr<conformal::MetricEngine>& engine,
     context.check();
     run.end = PennerEnd::kStalled;
     if (!system.solve(engine->mesh(), loops, angles, no_wish, direction, context)) break;
-    double most = 0.0;
-    for (const double d : direction) most = std::max(most, std::abs(d));
-    const intrinsic::LoopCarrier saved = loops;
-    const std::size_t first = engine->flips().size();
-    engine->remember();
-    bool found = false;
-    for (double step = std::min(1.0, kMostNewtonChange / std::max(most, 1e-300));
-         !found && step * most > kLeastShareOfStep * std::min(most, kMostNewtonChange);
-         step *= 0.5) {
-      ++run.evaluations;
-      std::vector<double> part = direction;
-      for (double& d : part) d *= step;
-      engine->stretch(part, context);
-      if (engine->restore_delaunay(context)) {
-        intrinsic::replay_flips(engine->flips(), first, engine->flips().size(), context,
-                                [&](EdgeId e) { loops.flip(e); });
-        measure(*engine, loops, targets, trial, context);
-        found = trial.norm < (1.0 - kArmijo * step) * angles.norm;
-      }
-      if (found) continue;
-      engine->go_back();
-      loops = saved;
-    }
-    if (!found) break;
+    const double first = std::min(1.0, kMostNewtonChange / largest_of(direction));
+    const auto move = [&](double step) { return stretch_by(*engine, direction, step, context); };
+    if (!descend(*engine, loops, targets, first, kLeastShareOfStep * first, move, angles, context))
+      break;
     ++run.iterations;
-    std::swap(angles, trial);
     run.error_history.push_back(angles.max_error);
     run.end = PennerEnd::kIterations;
   }
@@ -278,8 +272,9 @@ void CarriedMetric::follow(ExecutionContext& context) {
 
 PennerRun CarriedMetric::meet(const PennerTargets& targets, Meeting how,
                               const PennerNewtonOptions& options, ExecutionContext& context) {
-  const auto run = how == Meeting::kConformal ? run_penner : run_shortest;
-  const PennerRun result = run(engine_.own, loops_, targets, options, context);
+  const PennerRun result = how == Meeting::kConformal
+                               ? run_penner(engine_.own, loops_, targets, options, context)
+                               : run_shortest(engine_.own, loops_, targets, options, context);
   follow(context);
   return result;
 }
@@ -301,11 +296,8 @@ std::vector<double> CarriedMetric::way_back(const PennerTargets& targets, Shorte
 
 bool CarriedMetric::stretch(const std::vector<double>& direction, double step,
                             ExecutionContext& context) {
-  std::vector<double> part = direction;
-  for (double& d : part) d *= step;
   const std::size_t first = engine_->flips().size();
-  engine_->stretch(part, context);
-  if (!engine_->restore_delaunay(context)) return false;
+  if (!stretch_by(*engine_.own, direction, step, context)) return false;
   intrinsic::replay_flips(engine_->flips(), first, engine_->flips().size(), context,
                           [&](EdgeId e) { loops_.flip(e); });
   return true;
@@ -336,12 +328,6 @@ struct NearingWay {
   int halvings, newton_steps, detours;
 };
 constexpr NearingWay kConformalWay{6, 20, 0}, kShortestWay{3, 10, 3};
-
-double largest_of(const std::vector<double>& values) {
-  double largest = 1e-300;
-  for (const double x : values) largest = std::max(largest, std::abs(x));
-  return largest;
-}
 
 }  // namespace
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "flipfree/intrinsic/layout/layout.h"
-#include "flipfree/intrinsic/layout/traced_mesh.h"
 #include "support/flipped_metrics.h"
 #include "support/shapes.h"
 

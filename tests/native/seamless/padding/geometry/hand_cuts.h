@@ -53,14 +53,4 @@ inline mesh::Adjacency adjacency_of(const seamless::AdmissibleCut& cut) {
   return mesh::build_adjacency(static_cast<Index>(cut.surface.vertices.rows()), cut.surface.faces);
 }
 
-inline seamless::AssembledSurface assembled(const ConedCut& coned, ExecutionContext& context) {
-  const seamless::AdmissibleCut& cut = coned.cut;
-  const mesh::Adjacency adjacency = adjacency_of(cut);
-  const auto segments = seamless::cut_segments(cut, adjacency);
-  const auto disks = seamless::solve_disks(cut, adjacency, segments, coned.cones, context);
-  const auto setup = intrinsic::build_intrinsic_mesh(
-      static_cast<Index>(cut.surface.vertices.rows()), cut.surface.faces);
-  return seamless::assemble(disks, setup, cut, context);
-}
-
 }  // namespace flipfree::test
