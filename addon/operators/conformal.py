@@ -37,11 +37,7 @@ BOUNDARIES = (
 )
 
 REFINED_STARTS = (
-    (
-        "auto",
-        "Automatic",
-        "Only where the map fails otherwise: among needles, near-degenerate triangulations",
-    ),
+    ("auto", "Automatic", "As Off: no map is known that needs one"),
     (
         "on",
         "On",

@@ -26,6 +26,100 @@ namespace flipfree::conformal {
 
 namespace {
 
+// Three significant digits.
+std::string scientific(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", x);
+  return text;
+}
+
+// `what` is wrong with the map of a metric that is there.
+std::string only_the_metric(const ConformalMetric& metric, const std::string& what) {
+  return "The metric is computed (largest angle error " + scientific(metric.angle_error) +
+         "), but its scale factors span a factor of " + scientific(std::exp(metric.scale_range)) +
+         ", " + what +
+         ". Spread the curvature over more cones (suggest_cones), add cuts, or use the metric as "
+         "it is.";
+}
+
+Error not_storable(const ConformalMetric& metric, const std::vector<FaceId>& faces) {
+  Error error;
+  error.code = ErrorCode::kRoundingFlips;
+  error.kind = ElementKind::kFace;
+  error.elements = first_elements(faces);
+  error.message = only_the_metric(
+      metric, "so " + std::to_string(faces.size()) +
+                  " input faces are too small in the map for 32-bit UVs, first face " +
+                  std::to_string(faces[0]));
+  return error;
+}
+
+Error not_certified(const ConformalMetric& metric, const certify::Certificate& certificate) {
+  return {ErrorCode::kCertificateFailed,
+          only_the_metric(
+              metric, "and the map did not pass its certificate: " + certificate.failures.front()),
+          ElementKind::kFace, certificate.failed_faces};
+}
+
+Error out_of_time(const ConformalMetric& metric) {
+  return {ErrorCode::kTimeLimit,
+          "The metric is computed (largest angle error " + scientific(metric.angle_error) +
+              "), but time was over before its map was laid out. Allow more time (max_seconds), or "
+              "use the metric as it is.",
+          ElementKind::kNone,
+          {}};
+}
+
+Error needs_refinement(const std::vector<FaceId>& faces) {
+  Error error;
+  error.code = ErrorCode::kCertificateFailed;
+  error.kind = ElementKind::kFace;
+  error.elements = first_elements(faces);
+  error.message = "On the original triangles " + std::to_string(faces.size()) +
+                  " faces would flip, first face " + std::to_string(faces[0]) +
+                  ". Allow points to be added (original_triangles=\"auto\").";
+  return error;
+}
+
+// A map that is valid in 64 bits, rounded to other 32-bit points than the nearest where these would
+// flip a triangle. False, and the map unchanged, if there are none.
+bool repair_rounding(certify::Parametrization& map, ExecutionContext& context) {
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const mesh::CutMesh cut =
+      mesh::cut_along(map.surface.faces, adjacency, mesh::uv_cuts(adjacency, map.uv));
+  Points2 uv(static_cast<Eigen::Index>(cut.vertex_origin.size()), 2);
+  for (Index c = 0; c < static_cast<Index>(map.uv.rows()); ++c) {
+    uv.row(cut.faces(c / 3, c % 3)) = map.uv.row(c);
+  }
+  const Outcome<Points2f> stored =
+      attempt([&] { return distortion::round_to_storage(cut.faces, uv, {}, context, map.stats); });
+  if (!stored) return false;
+  for (Index c = 0; c < static_cast<Index>(map.uv32.rows()); ++c)
+    map.uv32.row(c) = (*stored).row(cut.faces(c / 3, c % 3));
+  return true;
+}
+
+// Largest difference, over the vertices with a prescribed angle, between that angle and the one of
+// the stored values.
+double stored_angle_error(const certify::Parametrization& map,
+                          const std::vector<std::pair<VertexId, double>>& prescribed) {
+  std::vector<double> sum(static_cast<std::size_t>(map.surface.vertices.rows()), 0.0);
+  std::vector<char> asked(sum.size(), 0);
+  for (const auto& [v, angle] : prescribed) asked[at(v)] = 1;
+  for (CornerId c = 0; c < static_cast<CornerId>(map.uv32.rows()); ++c) {
+    if (asked[at(map.surface.faces(c / 3, c % 3))] == 0) continue;
+    const Vector2 p = map.uv32.row(c).cast<double>();
+    const Vector2 a = map.uv32.row(next_corner(c)).cast<double>().transpose() - p;
+    const Vector2 b = map.uv32.row(previous_corner(c)).cast<double>().transpose() - p;
+    sum[at(map.surface.faces(c / 3, c % 3))] += turn(a, b);
+  }
+  double largest = 0.0;
+  for (const auto& [v, angle] : prescribed)
+    largest = std::max(largest, std::abs(sum[at(v)] - angle));
+  return largest;
+}
+
 struct Prescribed {
   std::vector<VertexId> cones;  // interior vertices that are not flat
   certify::CertifyRequest
@@ -77,20 +171,6 @@ void judge(const std::vector<FaceId>& too_small, intrinsic::Refinement refinemen
         "G5: the stored 32-bit values differ from a prescribed angle by " +
         scientific(std::get<double>(map.stats["stored_angle_error"])) + " radians");
   }
-}
-
-// Among needles the curves of many edges are pressed together until nothing can be stored. Replaces
-// a failure by the map of the refined start if that has none.
-void try_refined_start(const mesh::Surface& surface, const Points3* lengths,
-                       const std::vector<double>& target_angles, const ConformalMapOptions& options,
-                       ConformalMapResult& result, ExecutionContext& context) {
-  MetricOptions metric = options.metric;
-  metric.require_convergence = false;
-  auto solved = refined_metric(surface, lengths, target_angles, metric, context);
-  if (!solved || !solved->metric.converged) return;
-  ConformalMapResult again =
-      map_from_metric(surface, target_angles, std::move(*solved), options, context);
-  if (!again.failure) result = std::move(again);
 }
 
 // The map, its metric left in `solved`.
@@ -155,7 +235,8 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
   write_figures(*overlay, layout, map.stats);
   const auto& wanted = prescribed.request.cone_angles;
   const bool in_64_bits = layout.map.invalid.empty();
-  take_map(layout, map);
+  take_map(layout.map, map);
+  map.cut_edges = std::move(layout.cut_edges);
   if (!layout.too_small.empty() && options.refinement != intrinsic::Refinement::kNever &&
       in_64_bits && repair_rounding(map, context) &&
       stored_angle_error(map, wanted) < kStoredAngleTolerance) {
@@ -210,29 +291,14 @@ ConformalMapResult map_in_time(const mesh::Surface& surface, const Points3* leng
         mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces),
         options.cuts);
   }
-  const StartRefinement wish = options.intrinsic_refinement;
   RefinedMetric solved;
   {
     const ProgressRange range(context, 0.0, 0.6);
-    solved = compute_refined_metric(surface, lengths, target_angles, options.metric, wish, context);
+    solved = compute_refined_metric(surface, lengths, target_angles, options.metric,
+                                    options.refined_start, context);
   }
-  const bool refined = solved.split != nullptr;
-  ConformalMapResult result;
-  {
-    const ProgressRange range(context, 0.6, refined ? 1.0 : 0.8);
-    result = map_from_metric(surface, target_angles, std::move(solved), options, context);
-  }
-  if (result.failure && !refined && wish == StartRefinement::kAuto &&
-      options.refinement != intrinsic::Refinement::kNever) {
-    const ProgressRange range(context, 0.8, 1.0);
-    // Where the second way fails as well, the failure of the first one stays.
-    const bool in_time = ended_in_time([&] {
-      failure_of(
-          [&] { try_refined_start(surface, lengths, target_angles, options, result, context); });
-    });
-    if (!in_time && !(options.metric.max_seconds > 0.0)) throw TimeIsOver();
-  }
-  return result;
+  const ProgressRange range(context, 0.6, 1.0);
+  return map_from_metric(surface, target_angles, std::move(solved), options, context);
 }
 
 }  // namespace
@@ -248,67 +314,7 @@ ConformalMapResult conformal_map(const mesh::Surface& surface, const Points3* le
                  });
 }
 
-namespace {
-
-// `what` is wrong with the map of a metric that is there.
-std::string only_the_metric(const ConformalMetric& metric, const std::string& what) {
-  return "The metric is computed (largest angle error " + scientific(metric.angle_error) +
-         "), but its scale factors span a factor of " + scientific(std::exp(metric.scale_range)) +
-         ", " + what +
-         ". Spread the curvature over more cones (suggest_cones), add cuts, or use the metric as "
-         "it is.";
-}
-
-}  // namespace
-
-std::string scientific(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", x);
-  return text;
-}
-
-Error not_storable(const ConformalMetric& metric, const std::vector<FaceId>& faces) {
-  Error error;
-  error.code = ErrorCode::kRoundingFlips;
-  error.kind = ElementKind::kFace;
-  error.elements = first_elements(faces);
-  error.message = only_the_metric(
-      metric, "so " + std::to_string(faces.size()) +
-                  " input faces are too small in the map for 32-bit UVs, first face " +
-                  std::to_string(faces[0]));
-  return error;
-}
-
-Error not_certified(const ConformalMetric& metric, const certify::Certificate& certificate) {
-  return {ErrorCode::kCertificateFailed,
-          only_the_metric(
-              metric, "and the map did not pass its certificate: " + certificate.failures.front()),
-          ElementKind::kFace, certificate.failed_faces};
-}
-
-Error out_of_time(const ConformalMetric& metric) {
-  return {ErrorCode::kTimeLimit,
-          "The metric is computed (largest angle error " + scientific(metric.angle_error) +
-              "), but time was over before its map was laid out. Allow more time (max_seconds), or "
-              "use the metric as it is.",
-          ElementKind::kNone,
-          {}};
-}
-
-Error needs_refinement(const std::vector<FaceId>& faces) {
-  Error error;
-  error.code = ErrorCode::kCertificateFailed;
-  error.kind = ElementKind::kFace;
-  error.elements = first_elements(faces);
-  error.message = "On the original triangles " + std::to_string(faces.size()) +
-                  " faces would flip, first face " + std::to_string(faces[0]) +
-                  ". Allow points to be added (original_triangles=\"auto\").";
-  return error;
-}
-
-void take_map(intrinsic::MetricLayout& layout, certify::Parametrization& map) {
-  intrinsic::RefinedLayout& refined = layout.map;
-  map.cut_edges = std::move(layout.cut_edges);
+void take_map(intrinsic::RefinedLayout& refined, certify::Parametrization& map) {
   map.surface = std::move(refined.surface);
   map.uv = std::move(refined.uv);
   map.uv32 = map.uv.cast<float>();
@@ -320,41 +326,6 @@ void take_map(intrinsic::MetricLayout& layout, certify::Parametrization& map) {
     map.vertex_parent[v] = where[v].face;
     map.vertex_barycentric.row(static_cast<Eigen::Index>(v)) = where[v].weight;
   }
-}
-
-bool repair_rounding(certify::Parametrization& map, ExecutionContext& context) {
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
-  const mesh::CutMesh cut =
-      mesh::cut_along(map.surface.faces, adjacency, mesh::uv_cuts(adjacency, map.uv));
-  Points2 uv(static_cast<Eigen::Index>(cut.vertex_origin.size()), 2);
-  for (Index c = 0; c < static_cast<Index>(map.uv.rows()); ++c) {
-    uv.row(cut.faces(c / 3, c % 3)) = map.uv.row(c);
-  }
-  const Outcome<Points2f> stored =
-      attempt([&] { return distortion::round_to_storage(cut.faces, uv, {}, context, map.stats); });
-  if (!stored) return false;
-  for (Index c = 0; c < static_cast<Index>(map.uv32.rows()); ++c)
-    map.uv32.row(c) = (*stored).row(cut.faces(c / 3, c % 3));
-  return true;
-}
-
-double stored_angle_error(const certify::Parametrization& map,
-                          const std::vector<std::pair<VertexId, double>>& prescribed) {
-  std::vector<double> sum(static_cast<std::size_t>(map.surface.vertices.rows()), 0.0);
-  std::vector<char> asked(sum.size(), 0);
-  for (const auto& [v, angle] : prescribed) asked[at(v)] = 1;
-  for (CornerId c = 0; c < static_cast<CornerId>(map.uv32.rows()); ++c) {
-    if (asked[at(map.surface.faces(c / 3, c % 3))] == 0) continue;
-    const Vector2 p = map.uv32.row(c).cast<double>();
-    const Vector2 a = map.uv32.row(next_corner(c)).cast<double>().transpose() - p;
-    const Vector2 b = map.uv32.row(previous_corner(c)).cast<double>().transpose() - p;
-    sum[at(map.surface.faces(c / 3, c % 3))] += turn(a, b);
-  }
-  double largest = 0.0;
-  for (const auto& [v, angle] : prescribed)
-    largest = std::max(largest, std::abs(sum[at(v)] - angle));
-  return largest;
 }
 
 }  // namespace flipfree::conformal

@@ -24,8 +24,8 @@ struct ConformalMapOptions {
                     // handles need them
   IndexPairs uncuttable;  // edges that added cuts avoid: diagonals of polygons
   intrinsic::Refinement refinement = intrinsic::Refinement::kAuto;
-  MetricOptions metric;  // its max_seconds are those of the whole map
-  StartRefinement intrinsic_refinement = StartRefinement::kAuto;
+  MetricOptions metric;        // its max_seconds are those of the whole map
+  bool refined_start = false;  // refined_metric.h
   // An interior vertex is a cone, and lies on a cut, if its target differs from 2 pi by more
   // (radians).
   double flat_tolerance = 1e-8;
@@ -62,34 +62,7 @@ ConformalMapResult conformal_map(const mesh::Surface& surface, const Points3* le
                                  const std::vector<double>& target_angles,
                                  const ConformalMapOptions& options, ExecutionContext& context);
 
-// Why a conformal map cannot be used, in words: the place, the reason, the cure.
-
-// Three significant digits.
-std::string scientific(double x);
-
-// These input faces (at least one) are too small in the map for 32-bit values.
-Error not_storable(const ConformalMetric& metric, const std::vector<FaceId>& faces);
-// The certificate has failures.
-Error not_certified(const ConformalMetric& metric, const certify::Certificate& certificate);
-// The metric was there, but time was over before its map was.
-Error out_of_time(const ConformalMetric& metric);
-// These input faces (at least one) need added points, which the caller did not allow.
-Error needs_refinement(const std::vector<FaceId>& faces);
-
-// A laid out map as it is stored: in the fields that every solver returns, and in 32 bits.
-
-// Moves surface, UVs, provenance and cut edges to `map`, with the nearest 32-bit UVs. What else
-// `layout` holds stays
-// there.
-void take_map(intrinsic::MetricLayout& layout, certify::Parametrization& map);
-
-// A map that is valid in 64 bits, rounded to other 32-bit points than the nearest where these would
-// flip a triangle. False, and the map unchanged, if there are none.
-bool repair_rounding(certify::Parametrization& map, ExecutionContext& context);
-
-// Largest difference, over the vertices with a prescribed angle, between that angle and the one of
-// the stored values.
-double stored_angle_error(const certify::Parametrization& map,
-                          const std::vector<std::pair<VertexId, double>>& prescribed);
+// Moves surface, UVs and provenance to `map`, with the nearest 32-bit UVs.
+void take_map(intrinsic::RefinedLayout& layout, certify::Parametrization& map);
 
 }  // namespace flipfree::conformal

@@ -216,10 +216,6 @@ struct Totals {
   int rungs = 0;
   int evaluations = 0;
   int relaxed = 0;
-  double seconds_start = 0.0;
-  double seconds_flips = 0.0;
-  double seconds_angles = 0.0;
-  double seconds_relax = 0.0;
 };
 
 // Adds a run and its errors; the first of them repeats the last of the rung before.
@@ -227,9 +223,6 @@ void add_run(const NewtonRun& run, Totals& totals, ConformalMetric& result) {
   result.iterations += run.iterations;
   totals.evaluations += run.evaluations;
   totals.relaxed += run.relaxed_iterations;
-  totals.seconds_flips += run.seconds_flips;
-  totals.seconds_angles += run.seconds_angles;
-  totals.seconds_relax += run.seconds_relax;
   // Errors of angles that were no numbers are none.
   bool repeated = !result.error_history.empty();
   for (const double error : run.error_history) {
@@ -238,22 +231,10 @@ void add_run(const NewtonRun& run, Totals& totals, ConformalMetric& result) {
   }
 }
 
-void write_stats(const Totals& totals, const NewtonSystem& system, Stats& stats) {
-  stats["seconds_start"] = totals.seconds_start;
-  stats["seconds_flips"] = totals.seconds_flips;
-  stats["seconds_angles"] = totals.seconds_angles;
-  stats["seconds_relax"] = totals.seconds_relax;
-  stats["seconds_symbolic"] = system.seconds_symbolic();
-  stats["seconds_direction"] = system.seconds_numeric();
+void write_stats(const Totals& totals, Stats& stats) {
   stats["precision_rungs"] = static_cast<std::int64_t>(totals.rungs);
   stats["evaluations"] = static_cast<std::int64_t>(totals.evaluations);
-  stats["factorizations"] = static_cast<std::int64_t>(system.factorizations());
-  stats["old_factor_solves"] = static_cast<std::int64_t>(system.old_factor_solves());
-  stats["accurate_factorizations"] = static_cast<std::int64_t>(system.accurate_factorizations());
   stats["relaxed_iterations"] = static_cast<std::int64_t>(totals.relaxed);
-  stats["orderings"] = static_cast<std::int64_t>(system.orderings());
-  stats["symbolic_analyses"] = static_cast<std::int64_t>(system.analyses());
-  stats["exact_delaunay_tests"] = static_cast<std::int64_t>(totals.exact_tests);
   stats["intrinsic_refinement"] = static_cast<std::int64_t>(0);
 }
 
@@ -340,7 +321,6 @@ class Ladder {
   }
 
   ConformalMetric climb() {
-    auto more_seconds = options_.more_seconds;
     bool replayed = false;
     // In double also before a given precision: it takes most of the way at a fraction of the cost.
     int bits = 53;
@@ -353,14 +333,6 @@ class Ladder {
       if (enough_bits && run.end == NewtonEnd::kConverged && !replayed && is_long_way()) {
         replayed = true;
         continue;
-      }
-      if (run.end == NewtonEnd::kSeconds && more_seconds) {
-        const double more = more_seconds();
-        more_seconds = {};
-        if (more > 0.0) {
-          limit_ = watch_.seconds() + more;
-          continue;
-        }
       }
       const bool more_bits_help =
           run.end == NewtonEnd::kPrecision && options_.bits == 0 && bits < kLargestBits;
@@ -384,7 +356,6 @@ class Ladder {
     NewtonRun run;
     run.end = NewtonEnd::kPrecision;
     std::unique_ptr<MetricEngine> reached;  // what a replay is to improve on
-    const Stopwatch starting;
     const bool in_time = ended_in_time([&] {
       const TimeLimit limit(context_, limit_of(seconds));
       std::unique_ptr<MetricEngine> fresh = make_engine(input_, bits, context_);
@@ -404,7 +375,6 @@ class Ladder {
       run.end = NewtonEnd::kSeconds;
       run.reason = "time was over at the start";
     }
-    totals_.seconds_start += starting.seconds();
     if (run.reason[0] == '\0') {
       newton_.max_seconds = seconds > 0.0 ? std::max(1e-3, limit_ - watch_.seconds()) : 0.0;
       run = run_newton(*engine_, system_, newton_, descent_, context_);
@@ -442,7 +412,7 @@ class Ladder {
     const bool reached = last_.end == NewtonEnd::kConverged;
     finish_result(*engine_, input_, options_, reached ? last_ : run, result_, context_);
     result_.stats["seconds"] = watch_.seconds();
-    write_stats(totals_, system_, result_.stats);
+    write_stats(totals_, result_.stats);
     if (!std::isfinite(result_.angle_error) || !has_lengths(result_)) {
       if (run.end == NewtonEnd::kSeconds)
         throw_out_of_time("No metric with angles in the range of numbers was reached",
@@ -457,7 +427,7 @@ class Ladder {
   const MetricOptions& options_;
   ExecutionContext& context_;
   const Stopwatch watch_;
-  double limit_;
+  const double limit_;
   ConformalMetric result_;
   std::unique_ptr<MetricEngine> engine_;  // the last one that got to its place
   NewtonRun last_;                        // its run

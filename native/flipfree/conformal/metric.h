@@ -7,7 +7,6 @@
 // ones to the final one.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -29,8 +28,6 @@ struct MetricOptions {
       0;  // mantissa: 0 = auto (double, then only as many as needed); 53 = double; up to 4096
   int max_iterations = 500;  // Newton steps, all precisions together
   double max_seconds = 0.0;  // give up after so many seconds of wall time; 0 = never
-  // Asked once when max_seconds are over: how many more there are. Null: none.
-  std::function<double()> more_seconds = {};
   bool require_convergence =
       true;  // throw NotConverged; else return what was reached, converged = false
 };

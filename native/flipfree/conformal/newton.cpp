@@ -82,7 +82,6 @@ class Ray {
   // Moves to `step` and evaluates there. False if the engine could not follow; it is then somewhere
   // on the ray still.
   bool move(double step, Gradient& gradient, ExecutionContext& context) {
-    const Stopwatch watch;
     const double change = 0.5 * (step - step_);
     for (std::size_t v = 0; v < part_.high.size(); ++v) {
       part_.high[v] = change * direction_.high[v];
@@ -95,15 +94,12 @@ class Ray {
     engine_.scale(part_, context);
     step_ = step;
     ++run_.evaluations;
-    const bool followed = engine_.restore_delaunay(context);
-    run_.seconds_flips += watch.seconds();
-    if (!followed) return false;
+    if (!engine_.restore_delaunay(context)) return false;
     evaluate(gradient, context);
     return std::isfinite(gradient.max_error);
   }
 
   void evaluate(Gradient& gradient, ExecutionContext& context) {
-    const Stopwatch watch;
     engine_.evaluate(kCoarse, gradient, context);
     if (engine_.bits() > 53) {
       if (gradient.max_error < kCoarseUntil) engine_.evaluate(kFine, gradient, context);
@@ -111,7 +107,6 @@ class Ray {
       if (gradient.max_error < std::max(1e-9, 1e2 * tolerance_))
         engine_.evaluate(std::min(tolerance_, 1e-15), gradient, context);
     }
-    run_.seconds_angles += watch.seconds();
   }
 
   double step() const { return step_; }
@@ -186,11 +181,9 @@ Limits limits_of(const MetricEngine& engine, const NewtonOptions& options) {
 // vertex whose scale is far too small is joined to hundreds of others, and each of their flips
 // would pass by it.
 bool relax(MetricEngine& engine, Ray& ray, const Relaxation& how, Gradient& gradient,
-           const Limits& limits, NewtonRun& run, ExecutionContext& context) {
-  const Stopwatch watch;
+           const Limits& limits, ExecutionContext& context) {
   std::vector<VertexId> list;
-  bool followed = true;
-  for (int sweep = 0; followed && sweep < how.sweeps; ++sweep) {
+  for (int sweep = 0; sweep < how.sweeps; ++sweep) {
     list.clear();
     for (std::size_t v = 0; v < gradient.value.size(); ++v) {
       if (std::abs(gradient.value[v]) > how.error) list.push_back(static_cast<VertexId>(v));
@@ -201,13 +194,11 @@ bool relax(MetricEngine& engine, Ray& ray, const Relaxation& how, Gradient& grad
              std::abs(gradient.value[static_cast<std::size_t>(b)]);
     });
     const auto stop = [&] { return limits.are_reached(engine); };
-    followed = engine.relax(list, 0.1 * how.error, stop, context);
-    if (!followed) break;
+    if (!engine.relax(list, 0.1 * how.error, stop, context)) return false;
     ray.evaluate(gradient, context);
-    followed = std::isfinite(gradient.max_error);
+    if (!std::isfinite(gradient.max_error)) return false;
   }
-  run.seconds_relax += watch.seconds();
-  return followed;
+  return true;
 }
 
 // Steps of Descent::kRelaxed: along the ray as far as the bound on steps allows, then relaxation,
@@ -225,7 +216,7 @@ Found relaxed_step(MetricEngine& engine, const FineVector& direction, double fir
   engine.remember();
   for (double step = first_step; step > kNormStep * first_step; step *= 0.5) {
     Ray ray(engine, direction, options.tolerance, run);
-    if (ray.move(step, trial, context) && relax(engine, ray, how, trial, limits, run, context)) {
+    if (ray.move(step, trial, context) && relax(engine, ray, how, trial, limits, context)) {
       const Energy after = engine.energy(context);
       const double change = after.value - before.value;
       const double noise = before.noise + after.noise;
@@ -321,7 +312,7 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
         const Relaxation& how = cut ? kThorough : kQuick;
         if (cut || (quick && (ray.step() < 1.0 || trial.max_error > how.error))) {
           ++run.relaxed_iterations;
-          if (!relax(engine, ray, how, trial, limits, run, context)) {
+          if (!relax(engine, ray, how, trial, limits, context)) {
             run.reason = "relaxation left the range of numbers";
             return;
           }

@@ -39,9 +39,6 @@ struct NewtonRun {
   int evaluations = 0;
   int relaxed_iterations = 0;  // Newton steps followed by nonlinear relaxation
   std::vector<double> error_history;
-  double seconds_flips = 0.0;  // wall clock: scaling lengths and flips
-  double seconds_angles = 0.0;
-  double seconds_relax = 0.0;
 };
 
 // Iterates from the engine's present state. Every step either lowers the convex energy or ends the

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "flipfree/base/stats.h"
-
 namespace flipfree::conformal {
 
 namespace {
@@ -179,21 +177,16 @@ bool NewtonSystem::factorize(ExecutionContext& context) {
                     std::equal(analysed_outer_.begin(), analysed_outer_.end(), outer) &&
                     std::equal(analysed_inner_.begin(), analysed_inner_.end(), inner);
   if (!same) {
-    const Stopwatch watch;
     // A new order costs as much as some thousand flops per unknown: it must save more than that.
     const double order_cost = 4000.0 * static_cast<double>(matrix_.cols());
     if (cholesky_.analyzed()) cholesky_.analyze_again(matrix_, context);
     if (!cholesky_.analyzed() || cholesky_.factor_flops() > 1.2 * order_flops_ + order_cost) {
       cholesky_.analyze(matrix_, context);
       order_flops_ = cholesky_.factor_flops();
-      ++orderings_;
     }
     analysed_outer_.assign(outer, outer + outer_count);
     analysed_inner_.assign(inner, inner + inner_count);
-    ++analyses_;
-    seconds_symbolic_ += watch.seconds();
   }
-  ++factorizations_;
   return cholesky_.factorize(matrix_, context);
 }
 
@@ -214,15 +207,6 @@ Eigen::MatrixXd NewtonSystem::solve_columns(const Eigen::Ref<const Eigen::Matrix
   return x;
 }
 
-bool NewtonSystem::solve(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient, int bits,
-                         FineVector& d, ExecutionContext& context) {
-  const Stopwatch watch;
-  const double symbolic_before = seconds_symbolic_;
-  const bool solved = find_direction(mesh, gradient, bits, d, context);
-  seconds_numeric_ += watch.seconds() - (seconds_symbolic_ - symbolic_before);
-  return solved;
-}
-
 // The factor of an earlier step as preconditioner: near the end the Hessian changes little from
 // step to step, and a flip, which happens where its edge has next to no weight, hardly more.
 bool NewtonSystem::by_old_factor(const std::vector<double>& g, double goal, FineVector& d,
@@ -238,7 +222,6 @@ bool NewtonSystem::by_old_factor(const std::vector<double>& g, double goal, Fine
   for (int round = 0; round < kOldFactorRounds; ++round) {
     std::copy(r.begin(), r.end() - 1, z.data());
     z = cholesky_.solve(z, context);
-    ++old_factor_solves_;
     double product = 0.0;
     for (Eigen::Index i = 0; i < last; ++i) product += z[i] * r[at(static_cast<Index>(i))];
     if (!(product > 0.0)) return false;
@@ -300,7 +283,6 @@ double NewtonSystem::by_accurate_factor(const std::vector<double>& g, double err
                                         FineVector& d, ExecutionContext& context) {
   const std::size_t n = g.size();
   double residual_left = std::numeric_limits<double>::infinity();
-  ++accurate_factorizations_;
   if (!accurate_.factorize(static_cast<Index>(n), couplings_, context)) return residual_left;
   using Number = numeric::BigFloat<16>;
   const Number zero(0.0, std::clamp(bits, kLeastBits, Number::kMaxBits));
@@ -341,8 +323,8 @@ double NewtonSystem::by_accurate_factor(const std::vector<double>& g, double err
   return residual_left;
 }
 
-bool NewtonSystem::find_direction(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient,
-                                  int bits, FineVector& d, ExecutionContext& context) {
+bool NewtonSystem::solve(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient, int bits,
+                         FineVector& d, ExecutionContext& context) {
   const std::vector<double> g = without_mean(gradient.value);
   const double error = gradient.max_error;
   clear(d, g.size());

@@ -36,18 +36,7 @@ class NewtonSystem {
   // Derivative of the energy along the last direction, -d' H d: a sum of squares.
   double slope() const { return slope_; }
 
-  int analyses() const { return analyses_; }
-  int accurate_factorizations() const { return accurate_factorizations_; }
-  int orderings() const { return orderings_; }
-  int factorizations() const { return factorizations_; }
-  int old_factor_solves() const { return old_factor_solves_; }
-  // Wall-clock seconds so far: symbolic (orderings and analyses), and everything else.
-  double seconds_symbolic() const { return seconds_symbolic_; }
-  double seconds_numeric() const { return seconds_numeric_; }
-
  private:
-  bool find_direction(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient, int bits,
-                      FineVector& direction, ExecutionContext& context);
   bool factorize(ExecutionContext& context);
   bool by_old_factor(const std::vector<double>& g, double goal, FineVector& d,
                      ExecutionContext& context);
@@ -75,14 +64,7 @@ class NewtonSystem {
   bool use_accurate_ = false;
   bool factor_kept_ = false;  // cholesky_ holds the factor of an earlier matrix
   double slope_ = 0.0;
-  int accurate_factorizations_ = 0;
   double order_flops_ = 0.0;
-  int orderings_ = 0;
-  int analyses_ = 0;
-  int factorizations_ = 0;
-  int old_factor_solves_ = 0;
-  double seconds_symbolic_ = 0.0;
-  double seconds_numeric_ = 0.0;
 };
 
 }  // namespace flipfree::conformal

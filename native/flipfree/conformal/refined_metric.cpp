@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
-#include <string>
+#include <optional>
 #include <utility>
 
 #include "flipfree/base/error.h"
@@ -15,12 +15,9 @@ namespace {
 
 using std::numbers::pi;
 
-// Newton steps of the refined start where the plain one failed: if it helps, it helps soon.
-constexpr int kMostRefinedSteps = 150;
+constexpr int kMostRefinedSteps = 150;  // of Newton's method: if it helps, it helps soon
 constexpr double kLeastSeconds = 1e-3;  // what a run that has no time left is given
 constexpr double kFirstShare = 0.6;     // of the seconds, for the first of two ways
-constexpr char kNotReached[] = "The conformal metric was not reached";
-constexpr char kCure[] = "or spread the curvature over more vertices";
 
 // Vertices added at most: per vertex of the input, but this many are always allowed, and never
 // more than that.
@@ -59,153 +56,58 @@ std::vector<double> refined_targets(const std::vector<double>& target_angles,
   return targets;
 }
 
-// The refined start's split surface, its targets' metric not yet computed.
-struct RefinedStart {
-  std::unique_ptr<intrinsic::SplitSurface> split;
+// The metric of the refined surface as far as it is reached; its `split` is null where there is
+// nothing to refine.
+RefinedMetric from_refined_start(const mesh::Surface& surface, const Points3* lengths,
+                                 const std::vector<double>& target_angles,
+                                 const MetricOptions& options, ExecutionContext& context) {
+  const Stopwatch watch;
+  RefinedMetric result;
   Stats stats;
-};
-
-RefinedStart find_refined_start(const mesh::Surface& surface, const Points3* lengths,
-                                const ExecutionContext& context) {
-  const Stopwatch watch;
-  RefinedStart start;
-  start.split = refine_start(surface, lengths, start.stats, context);
-  start.stats["seconds_refinement"] = watch.seconds();
-  if (start.split != nullptr)
-    start.stats["intrinsic_refinement"] = static_cast<std::int64_t>(start.split->added.size());
-  return start;
-}
-
-RefinedMetric metric_of(RefinedStart start, const std::vector<double>& target_angles,
-                        const MetricOptions& options, ExecutionContext& context) {
-  RefinedMetric result;
-  result.split = std::move(start.split);
+  result.split = refine_start(surface, lengths, stats, context);
+  if (result.split == nullptr) return result;
+  stats["seconds_refinement"] = watch.seconds();
   const intrinsic::SplitSurface& split = *result.split;
+  stats["intrinsic_refinement"] = static_cast<std::int64_t>(split.added.size());
+  MetricOptions share = options;
+  share.max_seconds = kFirstShare * options.max_seconds;
+  share.max_iterations = std::min(options.max_iterations, kMostRefinedSteps);
+  share.require_convergence = false;
   result.metric = compute_conformal_metric(split.vertex_count, split.faces, split.lengths,
-                                           refined_targets(target_angles, split), options, context);
+                                           refined_targets(target_angles, split), share, context);
   result.metric.added = split.added;
-  for (const auto& [name, value] : start.stats) result.metric.stats[name] = value;
-  return result;
-}
-
-// Options of the second way, which takes what the first one left.
-MetricOptions remaining(const MetricOptions& options, const Stopwatch& watch) {
-  MetricOptions rest = options;
-  rest.more_seconds = {};
-  if (options.max_seconds > 0.0)
-    rest.max_seconds = std::max(kLeastSeconds, options.max_seconds - watch.seconds());
-  return rest;
-}
-
-void set_out_of_time(ConformalMetric& metric) {
-  metric.end = NewtonEnd::kSeconds;
-  metric.stats["stopped_by"] = std::string(name_of(metric.end));
-}
-
-// Refined first, plain if that fails.
-RefinedMetric refined_first(const mesh::Surface& surface, const Points3* lengths,
-                            const std::vector<double>& target_angles, const MetricOptions& options,
-                            ExecutionContext& context) {
-  const Stopwatch watch;
-  validate_metric_input(surface, lengths, target_angles, options);
-  context.report("refined start", 0.0);
-  RefinedStart start = find_refined_start(surface, lengths, context);
-  std::optional<double> reached;
-  if (start.split != nullptr) {
-    MetricOptions share = options;
-    share.max_seconds = kFirstShare * options.max_seconds;
-    share.max_iterations = std::min(options.max_iterations, kMostRefinedSteps);
-    share.require_convergence = false;
-    // Where not even its start is possible the plain way is left.
-    Outcome<RefinedMetric> refined =
-        attempt([&] { return metric_of(std::move(start), target_angles, share, context); });
-    if (refined && refined->metric.converged) return std::move(*refined);
-    if (refined) reached = refined->metric.angle_error;
-  }
-  RefinedMetric result;
-  result.metric =
-      compute_conformal_metric(surface, lengths, target_angles, remaining(options, watch), context);
-  if (reached) result.metric.stats["refined_start_error"] = *reached;
-  return result;
-}
-
-// Plain first, refined if that fails.
-RefinedMetric plain_first(const mesh::Surface& surface, const Points3* lengths,
-                          const std::vector<double>& target_angles, const MetricOptions& options,
-                          ExecutionContext& context) {
-  const Stopwatch watch;
-  std::optional<RefinedStart> start;
-  MetricOptions plain = options;
-  plain.require_convergence = false;
-  plain.max_seconds = kFirstShare * options.max_seconds;
-  // Where there is nothing to refine the plain way goes on.
-  plain.more_seconds = [&] {
-    // If time is over meanwhile, what the plain way reached is the answer.
-    if (!ended_in_time([&] { start = find_refined_start(surface, lengths, context); })) return 0.0;
-    return start->split == nullptr ? options.max_seconds - watch.seconds() : 0.0;
-  };
-  RefinedMetric result;
-  const std::optional<Error> not_started = failure_of([&] {
-    const ProgressRange range(context, 0.0, 0.9);
-    result.metric = compute_conformal_metric(surface, lengths, target_angles, plain, context);
-  });
-  if (!not_started && result.metric.converged) return result;
-  // Where not even the start of the second way is possible, what the first one reached is the
-  // answer.
-  std::optional<RefinedMetric> refined;
-  const bool in_time = ended_in_time([&] {
-    failure_of([&] {
-      if (!start) start = find_refined_start(surface, lengths, context);
-      if (start->split == nullptr) return;
-      MetricOptions rest = remaining(options, watch);
-      rest.max_iterations = std::min(options.max_iterations, kMostRefinedSteps);
-      rest.require_convergence = false;
-      refined = metric_of(std::move(*start), target_angles, rest, context);
-    });
-  });
-  if (refined && refined->metric.converged) return std::move(*refined);
-  if (!in_time && (not_started || options.require_convergence || !(options.max_seconds > 0.0)))
-    throw TimeIsOver();
-  if (!in_time || (refined && refined->metric.end == NewtonEnd::kSeconds && !not_started))
-    set_out_of_time(result.metric);
-  if (not_started && not_started->code == ErrorCode::kTimeLimit)
-    throw_out_of_time(kNotReached, options.max_seconds, kCure);
-  if (not_started) throw NotConverged(*not_started);
-  if (options.require_convergence) throw_not_reached(result.metric, options);
+  for (const auto& [name, value] : stats) result.metric.stats[name] = value;
   return result;
 }
 
 }  // namespace
 
-std::optional<RefinedMetric> refined_metric(const mesh::Surface& surface, const Points3* lengths,
-                                            const std::vector<double>& target_angles,
-                                            const MetricOptions& options,
-                                            ExecutionContext& context) {
-  validate_metric_input(surface, lengths, target_angles, options);
-  context.report("refined start", 0.0);
-  RefinedStart start = find_refined_start(surface, lengths, context);
-  if (start.split == nullptr) return std::nullopt;
-  return metric_of(std::move(start), target_angles, options, context);
-}
-
 RefinedMetric compute_refined_metric(const mesh::Surface& surface, const Points3* lengths,
                                      const std::vector<double>& target_angles,
-                                     const MetricOptions& options, StartRefinement refinement,
+                                     const MetricOptions& options, bool refine,
                                      ExecutionContext& context) {
   const auto compute = [&] {
-    switch (refinement) {
-      case StartRefinement::kOn:
-        return refined_first(surface, lengths, target_angles, options, context);
-      case StartRefinement::kAuto:
-        return plain_first(surface, lengths, target_angles, options, context);
-      case StartRefinement::kOff:
-        break;
+    const Stopwatch watch;
+    MetricOptions plain = options;
+    std::optional<double> reached;
+    if (refine) {
+      validate_metric_input(surface, lengths, target_angles, options);
+      context.report("refined start", 0.0);
+      // Where not even its start is possible the plain way is left.
+      Outcome<RefinedMetric> refined = attempt(
+          [&] { return from_refined_start(surface, lengths, target_angles, options, context); });
+      if (refined && refined->metric.converged) return std::move(*refined);
+      if (refined && refined->split != nullptr) reached = refined->metric.angle_error;
+      if (options.max_seconds > 0.0)
+        plain.max_seconds = std::max(kLeastSeconds, options.max_seconds - watch.seconds());
     }
     RefinedMetric result;
-    result.metric = compute_conformal_metric(surface, lengths, target_angles, options, context);
+    result.metric = compute_conformal_metric(surface, lengths, target_angles, plain, context);
+    if (reached) result.metric.stats["refined_start_error"] = *reached;
     return result;
   };
-  return in_time(context, options.max_seconds, kNotReached, kCure, compute);
+  return in_time(context, options.max_seconds, "The conformal metric was not reached",
+                 "or spread the curvature over more vertices", compute);
 }
 
 }  // namespace flipfree::conformal

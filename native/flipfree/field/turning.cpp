@@ -78,19 +78,10 @@ std::vector<DualLoop> boundary_strips(const Triangles& faces, const mesh::Adjace
       for (HalfedgeId h = next_corner(b); adjacency.opposite[at(h)] != kInvalid;
            h = next_corner(adjacency.opposite[at(h)])) {
         // Into a face with two boundary edges and back: not at all.
-        if (!strip.empty() && strip.back() == adjacency.opposite[at(h)]) {
-          strip.pop_back();
-        } else {
-          strip.push_back(h);
-        }
+        intrinsic::go_across(strip, h, adjacency.opposite);
       }
     }
-    std::size_t first = 0;
-    while (first + 1 < strip.size() && strip[first] == adjacency.opposite[at(strip.back())]) {
-      strip.pop_back();
-      ++first;
-    }
-    strip.erase(strip.begin(), strip.begin() + static_cast<std::ptrdiff_t>(first));
+    intrinsic::close_strip(strip, adjacency.opposite);
   }
   return strips;
 }

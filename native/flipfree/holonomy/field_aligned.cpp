@@ -199,7 +199,7 @@ EngineMaps maps_without_side_chords(const mesh::Surface& surface, const mesh::Ad
                                       context);
   }
   if (!divided) return engine_maps(surface, adjacency, field, needed, options, context);
-  const seamless::RefinedPieces& pieces = divided->pieces;
+  const seamless::DividedSurface& pieces = divided->pieces;
   const mesh::Adjacency own = mesh::build_adjacency(
       static_cast<Index>(pieces.surface.vertices.rows()), pieces.surface.faces);
   AlignedOptions of_pieces = options;
@@ -214,7 +214,7 @@ EngineMaps maps_without_side_chords(const mesh::Surface& surface, const mesh::Ad
     seamless::rethrow_placed(pieces.provenance.face, divided->place);
   }
   const auto name = [&](seamless::PennerMap& found) {
-    seamless::name_input_places(surface, pieces, found.map);
+    seamless::name_input_places(surface, pieces.provenance, pieces.surface.faces, found.map);
     found.map.stats["divided_chords"] =
         static_cast<std::int64_t>(pieces.surface.vertices.rows() - surface.vertices.rows());
     found.cones = needed.cones;

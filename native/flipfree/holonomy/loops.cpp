@@ -116,19 +116,9 @@ DualLoop projected(const Refined& refined, const mesh::Surface& input,
   DualLoop strip;
   for (const HalfedgeId h : loop) {
     const HalfedgeId side = input_halfedge(refined, input, input_adjacency, h);
-    if (side == kInvalid) continue;
-    if (!strip.empty() && strip.back() == input_adjacency.opposite[at(side)]) {
-      strip.pop_back();
-    } else {
-      strip.push_back(side);
-    }
+    if (side != kInvalid) intrinsic::go_across(strip, side, input_adjacency.opposite);
   }
-  std::size_t first = 0;
-  while (first + 1 < strip.size() && strip[first] == input_adjacency.opposite[at(strip.back())]) {
-    strip.pop_back();
-    ++first;
-  }
-  strip.erase(strip.begin(), strip.begin() + static_cast<std::ptrdiff_t>(first));
+  intrinsic::close_strip(strip, input_adjacency.opposite);
   return strip;
 }
 

@@ -17,10 +17,8 @@
 //                m
 //
 // Triangulations elsewhere that change are other things and share no code with this one: the
-// editable triangulation (mesh/refined) and the planar mesh (embedding/progressive) have
-// boundaries, corners of faces as half-edges, and faces that come and go; a signpost triangulation
-// (refined_start) has a boundary and grows; a face triangulation (refined_start) lies inside one
-// triangle and grows.
+// editable triangulation (mesh/refined) has a boundary, corners of faces as half-edges, and faces
+// that come and go; a signpost triangulation (refined_start) has a boundary and grows.
 #pragma once
 
 #include <cstddef>

@@ -45,6 +45,23 @@ class Dual {
 
 }  // namespace
 
+void go_across(DualLoop& strip, HalfedgeId side, const std::vector<HalfedgeId>& opposite) {
+  if (!strip.empty() && strip.back() == opposite[at(side)]) {
+    strip.pop_back();
+  } else {
+    strip.push_back(side);
+  }
+}
+
+void close_strip(DualLoop& strip, const std::vector<HalfedgeId>& opposite) {
+  std::size_t first = 0;
+  while (first + 1 < strip.size() && strip[first] == opposite[at(strip.back())]) {
+    strip.pop_back();
+    ++first;
+  }
+  strip.erase(strip.begin(), strip.begin() + static_cast<std::ptrdiff_t>(first));
+}
+
 std::vector<DualLoop> homology_basis(const FlipMesh& mesh, const std::vector<double>& step,
                                      const ExecutionContext& context) {
   const Dual dual(mesh, step);

@@ -34,6 +34,11 @@ struct LoopTurn {
   bool between_boundaries = false;
 };
 
+// A strip that goes on across `side`, which is none at all where that turns back; and one whose
+// ends are joined, without what turns back there. `opposite`: per half-edge.
+void go_across(DualLoop& strip, HalfedgeId side, const std::vector<HalfedgeId>& opposite);
+void close_strip(DualLoop& strip, const std::vector<HalfedgeId>& opposite);
+
 // 2 g loops, each without a face twice, that generate the first homology of a closed connected
 // surface: the fundamental cycles of a tree-cotree decomposition (Eppstein 2003; Erickson and
 // Whittlesey 2005) whose dual tree is one of shortest paths and whose primal tree spares the edges

@@ -147,6 +147,25 @@ double largest_seam_error(const std::vector<SeamBranch>& branches, const mesh::A
   return largest;
 }
 
+void turn_to_axes(const std::vector<Index>& chart_of_face, Index charts,
+                  const std::function<bool(HalfedgeId)>& counts, Points2& corner_uv) {
+  std::vector<std::complex<double>> turn(at(charts), 0.0);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(corner_uv.rows()); ++h) {
+    const Vector2 along = corner_uv.row(next_corner(h)) - corner_uv.row(h);
+    const double length = along.norm();
+    if (!(length > 0.0) || !counts(h)) continue;
+    const std::complex<double> direction = as_complex(along / length);
+    const std::complex<double> twice = direction * direction;
+    turn[at(chart_of_face[at(h / 3)])] += length * twice * twice;
+  }
+  for (std::complex<double>& sum : turn) sum = std::polar(1.0, -0.25 * std::arg(sum));
+  for (Eigen::Index c = 0; c < corner_uv.rows(); ++c) {
+    const std::complex<double> p =
+        turn[at(chart_of_face[at(static_cast<Index>(c) / 3)])] * as_complex(corner_uv.row(c));
+    corner_uv.row(c) << p.real(), p.imag();
+  }
+}
+
 void write_transitions(const std::vector<SeamBranch>& branches, certify::Parametrization& map) {
   std::size_t count = 0;
   for (const SeamBranch& branch : branches) count += branch.halfedges.size();

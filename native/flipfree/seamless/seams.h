@@ -5,6 +5,7 @@
 // differ by one rigid motion. Closed chains without a node begin at their lowest vertex.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "flipfree/certify/parametrization.h"
@@ -34,6 +35,13 @@ Vector2 quarter_turned(const Vector2& p, Index turns);
 // up to the rounding of this sum.
 double largest_seam_error(const std::vector<SeamBranch>& branches, const mesh::Adjacency& adjacency,
                           const Points2& corner_uv);
+
+// Turns each chart so that those of its edges for which `counts` is true run along the axes as well
+// as one turn can make them: the sum of length cos(4 angle) is largest. Seams stay seams up to
+// rounding, as quarter turns are the same in every direction. `chart_of_face`: numbers from 0 to
+// `charts` - 1; a chart without such edges stays.
+void turn_to_axes(const std::vector<Index>& chart_of_face, Index charts,
+                  const std::function<bool(HalfedgeId)>& counts, Points2& corner_uv);
 
 // The map's own lists: cut_edges along the branches, and a transition for each.
 void write_transitions(const std::vector<SeamBranch>& branches, certify::Parametrization& map);

@@ -121,14 +121,10 @@ conformal::MetricOptions read_metric(OptionReader& read) {
   return options;
 }
 
-conformal::StartRefinement read_refinement(OptionReader& read) {
-  using conformal::StartRefinement;
-  auto refinement = StartRefinement::kAuto;
-  read.choice("intrinsic_refinement", refinement,
-              {{"auto", StartRefinement::kAuto},
-               {"on", StartRefinement::kOn},
-               {"off", StartRefinement::kOff}});
-  return refinement;
+bool read_refinement(OptionReader& read) {
+  bool refined = false;
+  read.choice("intrinsic_refinement", refined, {{"auto", false}, {"on", true}, {"off", false}});
+  return refined;
 }
 
 conformal::ConformalMapOptions read_map(OptionReader& read) {
@@ -140,7 +136,7 @@ conformal::ConformalMapOptions read_map(OptionReader& read) {
       "refinement", options.refinement,
       {{"auto", Refinement::kAuto}, {"never", Refinement::kNever}, {"full", Refinement::kFull}});
   options.metric = read_metric(read);
-  options.intrinsic_refinement = read_refinement(read);
+  options.refined_start = read_refinement(read);
   return options;
 }
 

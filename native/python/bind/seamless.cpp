@@ -119,17 +119,19 @@ Stats described_cut(const mesh::Surface& surface, const GivenField& given, bool 
   const std::vector<Index> cones =
       holonomy::needed_topology(surface, adjacency, own, true, context).cones;
   seamless::Reroutings done;
-  const seamless::RefinedPieces pieces =
-      holonomy::field_cut(surface, adjacency, own, cones, reroute, done, context);
   double length = 0.0;
-  for (const seamless::AdmissibleCut& cut : pieces.cuts) length += length_of(cut);
+  Eigen::Index added = -surface.vertices.rows();
+  for (const seamless::AdmissibleCut& cut :
+       holonomy::field_cuts(surface, adjacency, own, cones, reroute, done, context)) {
+    length += length_of(cut);
+    added += cut.surface.vertices.rows();
+  }
   return {{"loops", static_cast<std::int64_t>(done.loops)},
           {"guided", static_cast<std::int64_t>(done.shortest)},
           {"fallback", static_cast<std::int64_t>(done.fallback)},
           {"quarters", static_cast<std::int64_t>(done.quarters)},
           {"length", length},
-          {"added_vertices",
-           static_cast<std::int64_t>(pieces.surface.vertices.rows() - surface.vertices.rows())}};
+          {"added_vertices", static_cast<std::int64_t>(added)}};
 }
 
 }  // namespace

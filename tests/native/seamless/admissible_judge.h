@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/seamless/padding/admissible_cut.h"
+#include "flipfree/seamless/padding/segments.h"
 #include "fuzz/rational.h"
 
 namespace flipfree::test {

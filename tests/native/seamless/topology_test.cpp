@@ -3,7 +3,6 @@
 
 #include "faults/samples.h"
 #include "flipfree/base/error.h"
-#include "flipfree/seamless/padding/straight.h"
 #include "seamless/made_cuts.h"
 
 namespace flipfree::seamless::topology_test {
@@ -159,8 +158,8 @@ TEST(Topology, EightyHandles) {
             (Corners{1, 639}));
 }
 
-// As they come, short loops and connectors ask for scales that span three times as much and more.
-TEST(Topology, CutsOfManyHandlesTurnLittle) {
+// From so many handles on curves are led by the cones.
+TEST(Topology, CutsOfManyHandlesAreAdmissible) {
   const Index genus = 14;
   const mesh::Surface surface = test::of_genus(genus, 2);
   ExecutionContext context;
@@ -168,11 +167,7 @@ TEST(Topology, CutsOfManyHandlesTurnLittle) {
     std::vector<Index> cones(static_cast<std::size_t>(8 * genus - 8 + 30), 5);
     cones.insert(cones.end(), 30, 3);
     cones = test::scattered(surface, cones, seed);
-    const AdmissibleCut cut = make_admissible_cut(surface, cones, context);
-    test::expect_good_cut(cut, surface, cones);
-    EXPECT_LT(scale_range(cut, cones, context), 150.0);
-    EXPECT_NEAR(scale_range(cut, cones, context), cut.range, 1e-9 * cut.range);
-    EXPECT_GT(cut.first_range, 3.0 * cut.range);
+    test::expect_good_cut(make_admissible_cut(surface, cones, context), surface, cones);
   }
 }
 

@@ -15,7 +15,7 @@
 #include "flipfree/field/turning.h"
 #include "flipfree/holonomy/loops.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/seamless/padding/admissible_cut.h"
+#include "flipfree/seamless/padding/segments.h"
 
 namespace flipfree::test {
 

@@ -15,9 +15,27 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/intrinsic/layout/traced_mesh.h"
+#include "flipfree/intrinsic/overlay.h"
 
 namespace flipfree::intrinsic {
+
+// A place in the plane; 80-bit numbers for their range.
+struct Place {
+  long double x = 0;
+  long double y = 0;
+};
+
+// The overlay of the user's triangulation M0 with the final one, T.
+struct TracedMesh {
+  const OverlayCoordinates* coordinates = nullptr;
+  const OverlayTrace* trace = nullptr;
+  const OverlayPositions* positions = nullptr;
+  const std::vector<HalfedgeId>* halfedge_of_corner =
+      nullptr;  // 3 #F: half-edge of M0, corner k to k + 1
+  const std::vector<Index>* curve_of_edge =
+      nullptr;                             // #E of M0: curve that traces it, kInvalid = none
+  const std::vector<char>* cut = nullptr;  // #E of M0: is it a cut or boundary?
+};
 
 struct Development {
   std::vector<Place> corner;         // 3 #F

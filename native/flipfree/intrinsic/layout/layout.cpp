@@ -94,15 +94,20 @@ EdgePointMap to_edge_points(const InputDevelopment& developed, const ChartPlacem
 // The refinement with the fewest faces that cannot be stored: first in the unit square, then, where
 // that is too coarse, with the origin moved to the finest place. If none can be stored in 32 bits,
 // the best one for 64.
+// Cuts become edges of the map.
 void refine_and_round(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                       const InputDevelopment& developed, const InputEdges& edges,
-                      Refinement refinement, MetricLayout& best, const ExecutionContext& context) {
+                      const mesh::EdgeFlags& cuts, Refinement refinement, MetricLayout& best,
+                      const ExecutionContext& context) {
   constexpr int kOrigins = 3;
   const Development& development = developed.development;
   ChartPlacement placement = place_charts(development, adjacency, context);
   ChartPlacement best_placement = placement;
+  std::vector<char> cut;
+  for (const HalfedgeId h : edges.halfedge) cut.push_back(cuts[at(h)] ? 1 : 0);
+  EdgePointMap points;
   for (int attempt = 0; attempt < kOrigins; ++attempt) {
-    const EdgePointMap points = to_edge_points(developed, placement, edges, adjacency, context);
+    points = to_edge_points(developed, placement, edges, adjacency, context);
     RefinedLayout refined =
         refine_map(surface, adjacency, points, refinement, Storage::k64And32, context);
     if (attempt > 0 && refined.invalid.size() >= best.too_small.size()) break;
@@ -110,35 +115,14 @@ void refine_and_round(const mesh::Surface& surface, const mesh::Adjacency& adjac
     best.map = std::move(refined);
     best_placement = placement;
     best.origin_moves = attempt;
-    if (best.too_small.empty()) return;
+    if (best.too_small.empty()) break;
     placement.origin = finest_place(development, placement, best.too_small);
   }
-  const EdgePointMap points = to_edge_points(developed, best_placement, edges, adjacency, context);
-  best.map = refine_map(surface, adjacency, points, refinement, Storage::k64Only, context);
-}
-
-// Cut edges of the input as vertex pairs of the refined mesh.
-IndexPairs refined_cuts(const mesh::Surface& surface, const mesh::EdgeFlags& cuts,
-                        const InputEdges& edges, const std::vector<std::int64_t>& begin,
-                        const RefinedLayout& refined) {
-  std::vector<std::array<Index, 2>> pairs;
-  for (std::size_t e = 0; e < edges.halfedge.size(); ++e) {
-    const HalfedgeId h = edges.halfedge[e];
-    if (!cuts[at(h)]) continue;
-    Index last = mesh::source(surface.faces, h);
-    for (std::int64_t p = begin[e]; p < begin[e + 1]; ++p) {
-      const Index v = refined.edge_vertex[static_cast<std::size_t>(p)];
-      if (v == kInvalid) continue;
-      pairs.push_back({last, v});
-      last = v;
-    }
-    pairs.push_back({last, mesh::target(surface.faces, h)});
+  if (!best.too_small.empty()) {
+    points = to_edge_points(developed, best_placement, edges, adjacency, context);
+    best.map = refine_map(surface, adjacency, points, refinement, Storage::k64Only, context);
   }
-  IndexPairs out(static_cast<Eigen::Index>(pairs.size()), 2);
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    out.row(static_cast<Eigen::Index>(i)) << pairs[i][0], pairs[i][1];
-  }
-  return out;
+  best.cut_edges = edges_on(surface.faces, points, cut, best.map);
 }
 
 }  // namespace
@@ -169,8 +153,7 @@ MetricLayout lay_out_metric(const mesh::Surface& surface, const mesh::Adjacency&
   out.seconds_layout = watch.seconds();
   watch.restart();
   context.report("refinement", 0.4);
-  refine_and_round(surface, adjacency, developed, edges, refinement, out, context);
-  out.cut_edges = refined_cuts(surface, cuts, edges, developed.begin, out.map);
+  refine_and_round(surface, adjacency, developed, edges, cuts, refinement, out, context);
   out.seconds_refine = watch.seconds();
   return out;
 }

@@ -123,6 +123,27 @@ Vector2 place_in(const mesh::Surface& input, FaceId parent, const mesh::SurfaceP
 
 }  // namespace
 
+IndexPairs edges_on(const Triangles& faces, const EdgePointMap& map,
+                    const std::vector<char>& flagged, const RefinedLayout& layout) {
+  std::vector<std::array<Index, 2>> pairs;
+  for (std::size_t e = 0; e < flagged.size(); ++e) {
+    if (flagged[e] == 0) continue;
+    const HalfedgeId h = map.edge_halfedge[e];
+    Index last = mesh::source(faces, h);
+    for (std::int64_t p = map.begin[e]; p < map.begin[e + 1]; ++p) {
+      const Index v = layout.edge_vertex[at(p)];
+      if (v == kInvalid) continue;
+      pairs.push_back({last, v});
+      last = v;
+    }
+    pairs.push_back({last, mesh::target(faces, h)});
+  }
+  IndexPairs out(static_cast<Eigen::Index>(pairs.size()), 2);
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    out.row(static_cast<Eigen::Index>(i)) << pairs[i][0], pairs[i][1];
+  return out;
+}
+
 std::string find_broken_invariant(const mesh::Surface& input, const RefinedLayout& layout) {
   const Triangles& faces = layout.surface.faces;
   if (layout.uv.rows() != 3 * faces.rows()) return "not one place per corner";

@@ -75,6 +75,10 @@ struct RefinedLayout {
   std::vector<FaceId> invalid;     // input faces without a triangulation that is valid as stored
 };
 
+// The edges of the input that are flagged (per edge of `map`), as vertex pairs of the layout.
+IndexPairs edges_on(const Triangles& faces, const EdgePointMap& map,
+                    const std::vector<char>& flagged, const RefinedLayout& layout);
+
 // Empty if every face lies in its parent, every parent is covered with the right orientation, and,
 // where none is `invalid`, every UV triangle is positive by exact test. Otherwise what is broken.
 // Cost: O(#F).

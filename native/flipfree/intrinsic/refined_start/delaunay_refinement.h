@@ -18,7 +18,6 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/intrinsic/refined_start/added_point.h"
 #include "flipfree/intrinsic/refined_start/flat_surface.h"
 
 namespace flipfree::intrinsic {

@@ -33,6 +33,13 @@ struct FaceRay : FacePoint {
   Vector2 direction = Vector2::UnitX();  // of length 1
 };
 
+// A point to be added: inside a face, or on an edge.
+struct AddedPoint {
+  FacePoint place;
+  HalfedgeId edge = kInvalid;  // of the surface, if the point lies on one
+  double share = 0.0;          // of the way along `edge`
+};
+
 struct FlatSurface {
   Index vertex_count = 0;
   Triangles faces;

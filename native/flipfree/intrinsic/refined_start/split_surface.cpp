@@ -5,8 +5,10 @@
 #include <cmath>
 
 #include "flipfree/base/debug_check.h"
-#include "flipfree/intrinsic/refined_start/face_triangulation.h"
+#include "flipfree/base/error.h"
+#include "flipfree/mesh/refined/editable_triangulation.h"
 #include "flipfree/mesh/refined/refined_map.h"
+#include "flipfree/numeric/predicates.h"
 
 namespace flipfree::intrinsic {
 namespace {
@@ -17,6 +19,116 @@ constexpr int kWeightBits = 52;
 double quantised(double weight) {
   return std::ldexp(std::nearbyint(std::ldexp(weight, kWeightBits)), -kWeightBits);
 }
+
+// Triangulates one face of the input with points on its sides and inside: grows from one triangle
+// by insertion.
+//
+// No Delaunay triangulation of CGAL's: points on a side are exactly collinear in affine coordinates
+// (weight of corner 1, weight of corner 2) only, circles are round in the plane of the face only,
+// and places there are rounded. In the plane a side's points would bulge out of the face by
+// roundings; in affine coordinates other diagonals would be taken. One triangulation has to ask
+// both: positivity is exact in the former, which diagonal is taken follows from the latter.
+class FaceTriangulation {
+ public:
+  struct Point {
+    Vector2 affine;
+    Vector2 place;
+  };
+  // Empties it and starts with the face itself, points 0, 1, 2.
+  void start(const std::array<Point, 3>& corners) {
+    points_.assign(corners.begin(), corners.end());
+    Triangles face(1, 3);
+    face << 0, 1, 2;
+    mesh_ = mesh::EditableTriangulation(3, face);
+    last_ = 0;
+  }
+  // The number of the point; of an earlier one if it is at the same place. Precondition: inside the
+  // face or on its sides.
+  Index insert(const Point& point) {
+    last_ = locate(point.affine);
+    HalfedgeId on = kInvalid;
+    int sides = 0;
+    for (HalfedgeId h = 3 * last_; h < 3 * last_ + 3; ++h) {
+      if (points_[at(mesh_.source(h))].affine == point.affine) return mesh_.source(h);
+      if (side_of(h, point.affine) != 0) continue;
+      on = h;
+      ++sides;
+    }
+    if (sides > 1) throw InternalError("face triangulation: a triangle without area");
+    points_.push_back(point);
+    const VertexId v = on == kInvalid ? mesh_.split_face(last_) : mesh_.split_edge(on);
+    mesh_.for_each_outgoing(v, [&](HalfedgeId h) { push(next_corner(h)); });
+    restore_delaunay();
+    return v;
+  }
+
+  const mesh::EditableTriangulation& mesh() const { return mesh_; }
+  const Point& point(Index v) const { return points_[at(v)]; }
+
+ private:
+  int side_of(HalfedgeId h, const Vector2& affine) const {
+    return numeric::orientation(points_[at(mesh_.source(h))].affine,
+                                points_[at(mesh_.target(h))].affine, affine);
+  }
+
+  // A walk; remembering where it came from, so that it cannot turn back, it ends (Devillers, Pion,
+  // Teillaud 2002: almost always; the cap makes it certain).
+  FaceId locate(const Vector2& affine) const {
+    FaceId t = last_;
+    HalfedgeId entered = kInvalid;
+    for (Index steps = 0; steps <= 3 * mesh_.face_slots() + 3; ++steps) {
+      HalfedgeId out = kInvalid;
+      for (Index k = 0; k < 3 && out == kInvalid; ++k) {
+        // Another side first in every step, so as not to circle.
+        const HalfedgeId h = 3 * t + (k + steps) % 3;
+        if (h != entered && side_of(h, affine) < 0) out = h;
+      }
+      if (out == kInvalid) return t;
+      entered = mesh_.opposite(out);
+      if (entered == kInvalid)
+        throw InternalError("face triangulation: a point lies outside its face");
+      t = entered / 3;
+    }
+    throw InternalError("face triangulation: a point lies in no triangle of its face");
+  }
+
+  void push(HalfedgeId h) { stack_.push_back({mesh_.source(h), mesh_.target(h)}); }
+
+  bool should_flip(HalfedgeId h) const {
+    if (h == kInvalid || mesh_.is_boundary(h)) return false;
+    const Point& a = points_[at(mesh_.source(h))];
+    const Point& b = points_[at(mesh_.target(h))];
+    const Point& c = points_[at(mesh_.apex(h))];
+    const Point& d = points_[at(mesh_.apex(mesh_.opposite(h)))];
+    return numeric::in_circle(a.place, b.place, c.place, d.place) > 0 &&
+           numeric::orientation(a.affine, d.affine, c.affine) > 0 &&
+           numeric::orientation(d.affine, b.affine, c.affine) > 0 &&
+           numeric::orientation(a.place, d.place, c.place) > 0 &&
+           numeric::orientation(d.place, b.place, c.place) > 0;
+  }
+
+  void restore_delaunay() {
+    // Flips lower the lifted surface as long as places and affine coordinates agree; rounding could
+    // make them disagree for ever.
+    std::size_t left = 1000 + 10 * at(mesh_.halfedge_slots());
+    while (!stack_.empty()) {
+      const HalfedgeId h = mesh_.find(stack_.back()[0], stack_.back()[1]);
+      stack_.pop_back();
+      if (left == 0 || !should_flip(h)) continue;
+      --left;
+      for (const HalfedgeId g : {h, mesh_.opposite(h)}) {
+        push(next_corner(g));
+        push(previous_corner(g));
+      }
+      mesh_.flip_edge(h);
+    }
+  }
+
+  mesh::EditableTriangulation mesh_;
+  std::vector<Point> points_;
+  std::vector<std::array<VertexId, 2>> stack_;
+  FaceId last_ = 0;  // triangle where a walk starts
+};
 
 struct SidePoint {
   HalfedgeId edge;  // the lower of the edge's half-edges
@@ -151,16 +263,17 @@ class Splitter {
   void write(FaceId f) {
     const auto base = static_cast<Index>(faces_.size());
     for (Index k = 0; k < 3; ++k) pieces_[at(k)].clear(), corners_[at(k)].clear();
-    for (Index t = 0; t < local_.triangle_count(); ++t) {
-      faces_.push_back({vertex_[at(local_.vertex(3 * t))], vertex_[at(local_.vertex(3 * t + 1))],
-                        vertex_[at(local_.vertex(3 * t + 2))]});
+    const mesh::EditableTriangulation& mesh = local_.mesh();
+    for (Index t = 0; t < mesh.face_slots(); ++t) {
+      const auto [p, q, r] = mesh.corners(t);
+      faces_.push_back({vertex_[at(p)], vertex_[at(q)], vertex_[at(r)]});
       lengths_.emplace_back();
       out_.parent_face.push_back(f);
       for (Index c = 3 * t; c < 3 * t + 3; ++c) {
-        const Index v = local_.vertex(c), w = local_.vertex(next_corner(c));
+        const Index v = mesh.source(c), w = mesh.target(c);
         if (v < 3) corners_[at(v)].push_back(3 * base + c);
         double& length = lengths_.back()[at(c % 3)];
-        if (local_.opposite(c) != kInvalid) {
+        if (!mesh.is_boundary(c)) {
           // From the lower to the higher number: the same bits on both sides.
           length = (local_.point(std::max(v, w)).place - local_.point(std::min(v, w)).place).norm();
           continue;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <cstddef>
 #include <limits>
 #include <map>
@@ -13,7 +12,7 @@
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/seamless/bordered/corners.h"
-#include "flipfree/seamless/bordered/side_chords.h"
+#include "flipfree/seamless/seams.h"
 
 namespace flipfree::seamless {
 
@@ -97,37 +96,21 @@ void turn_along_edges(const Triangles& faces, const mesh::Adjacency& adjacency,
                       const std::vector<Index>& chart_of_face, Index charts,
                       const IndexPairs& diagonals, Points2& corner_uv) {
   const std::vector<Pair> left_out = sorted(diagonals);
-  std::vector<std::complex<double>> sum(static_cast<std::size_t>(charts), 0.0);
-  std::vector<char> open(sum.size(), 0);
-  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      const int next = (k + 1) % 3;
-      const auto chart = static_cast<std::size_t>(chart_of_face[static_cast<std::size_t>(f)]);
-      if (adjacency.opposite[static_cast<std::size_t>(3 * f + k)] == kInvalid) open[chart] = 1;
-      const Pair edge = std::minmax(faces(f, k), faces(f, next));
-      if (std::binary_search(left_out.begin(), left_out.end(), edge)) continue;
-      const Vector2 along = corner_uv.row(3 * f + next) - corner_uv.row(3 * f + k);
-      const double length = along.norm();
-      if (!(length > 0.0)) continue;
-      const std::complex<double> direction(along.x() / length, along.y() / length);
-      const std::complex<double> twice = direction * direction;
-      sum[chart] += length * twice * twice;
-    }
+  std::vector<char> open(static_cast<std::size_t>(charts), 0);
+  for (std::size_t h = 0; h < adjacency.opposite.size(); ++h) {
+    if (adjacency.opposite[h] == kInvalid) open[at(chart_of_face[h / 3])] = 1;
   }
-  std::vector<std::complex<double>> turn;
-  for (std::size_t i = 0; i < sum.size(); ++i)
-    turn.push_back(open[i] != 0 ? 1.0 : std::polar(1.0, -0.25 * std::arg(sum[i])));
-  for (Eigen::Index c = 0; c < corner_uv.rows(); ++c) {
-    const auto chart = static_cast<std::size_t>(chart_of_face[static_cast<std::size_t>(c / 3)]);
-    const std::complex<double> turned =
-        turn[chart] * std::complex<double>(corner_uv(c, 0), corner_uv(c, 1));
-    corner_uv.row(c) << turned.real(), turned.imag();
-  }
+  const auto counts = [&](HalfedgeId h) {
+    const Pair edge = std::minmax(mesh::source(faces, h), mesh::target(faces, h));
+    return open[at(chart_of_face[at(h / 3)])] == 0 &&
+           !std::binary_search(left_out.begin(), left_out.end(), edge);
+  };
+  turn_to_axes(chart_of_face, charts, counts, corner_uv);
 }
 
 namespace {
 
-std::vector<VertexId> places_of(const mesh::Surface& surface, const RefinedPieces& pieces) {
+std::vector<VertexId> places_of(const mesh::Surface& surface, const DividedSurface& pieces) {
   std::vector<VertexId> places;
   for (const mesh::SurfacePoint& point : pieces.provenance.vertex) {
     Index k = 0;
@@ -138,7 +121,7 @@ std::vector<VertexId> places_of(const mesh::Surface& surface, const RefinedPiece
 }
 
 // Edges inside faces, and what `diagonals` were divided into.
-IndexPairs diagonals_of(const mesh::Surface& surface, const RefinedPieces& pieces,
+IndexPairs diagonals_of(const mesh::Surface& surface, const DividedSurface& pieces,
                         const IndexPairs& diagonals) {
   const auto count = static_cast<Index>(surface.vertices.rows());
   std::map<std::pair<VertexId, VertexId>, VertexId> middle;
@@ -184,10 +167,8 @@ std::optional<DividedSides> divided_sides(const mesh::Surface& surface,
                                           const IndexPairs& uncuttable, ExecutionContext& context) {
   const std::vector<HalfedgeId> chords = side_chords(surface.faces, adjacency, cones, context);
   if (chords.empty()) return std::nullopt;
-  DividedSurface divided = split_in_the_middle(surface, adjacency, chords, cones);
   DividedSides out;
-  out.pieces = {
-      std::move(divided.surface), std::move(divided.provenance), std::move(divided.cones), {}};
+  out.pieces = split_in_the_middle(surface, adjacency, chords, cones);
   out.uncuttable = diagonals_of(surface, out.pieces, uncuttable);
   out.place = places_of(surface, out.pieces);
   return out;

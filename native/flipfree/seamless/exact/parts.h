@@ -13,7 +13,7 @@
 #include "flipfree/distortion/seams/constraints.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/seamless/padding/padding.h"
+#include "flipfree/seamless/bordered/side_chords.h"
 
 namespace flipfree::seamless {
 
@@ -53,11 +53,9 @@ std::vector<distortion::StraightEdge> straight_where(const std::vector<char>& al
 
 // Which way up a seamless map lies: its axes along the edges of the mesh.
 
-// Turns every chart of a closed part so that its edges, `diagonals` left out, run along the axes as
-// well as one turn can make them: the sum of length cos(4 angle) is largest. Seams stay seams up to
-// rounding, as quarter turns are the same in every direction. `chart_of_face`: numbers from 0 to
-// `charts` - 1; `diagonals`: vertex pairs. A chart with an edge on the surface's boundary stays:
-// there the boundary decides. Cost: O(#F + diagonals log diagonals).
+// turn_to_axes() of every chart of a closed part by its edges, `diagonals` (vertex pairs) left out.
+// A chart with an edge on the surface's boundary stays: there the boundary decides. Cost: O(#F +
+// diagonals log diagonals).
 void turn_along_edges(const Triangles& faces, const mesh::Adjacency& adjacency,
                       const std::vector<Index>& chart_of_face, Index charts,
                       const IndexPairs& diagonals, Points2& corner_uv);
@@ -66,8 +64,8 @@ void turn_along_edges(const Triangles& faces, const mesh::Adjacency& adjacency,
 // (bordered/side_chords.h), and the way back to the user's.
 
 struct DividedSides {
-  RefinedPieces pieces;   // no cuts; every such edge has a vertex on its middle, after the input's
-  IndexPairs uncuttable;  // edges of it that are none of the user's polygons
+  DividedSurface pieces;        // every such edge has a vertex on its middle, after the input's
+  IndexPairs uncuttable;        // edges of it that are none of the user's polygons
   std::vector<VertexId> place;  // per vertex of it: its own number, or that of an end of its edge
 };
 

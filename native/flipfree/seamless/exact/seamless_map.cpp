@@ -152,7 +152,7 @@ certify::Parametrization map_with_corners(const mesh::Surface& surface,
   const std::optional<DividedSides> divided =
       divided_sides(surface, adjacency, cones, options.engine.uncuttable, context);
   if (!divided) return map_at_once(surface, cones, own, context);
-  const RefinedPieces& pieces = divided->pieces;
+  const DividedSurface& pieces = divided->pieces;
   own.engine.uncuttable = divided->uncuttable;
   certify::Parametrization map;
   try {
@@ -160,7 +160,7 @@ certify::Parametrization map_with_corners(const mesh::Surface& surface,
   } catch (...) {
     rethrow_placed(pieces.provenance.face, divided->place);
   }
-  name_input_places(surface, pieces, map);
+  name_input_places(surface, pieces.provenance, pieces.surface.faces, map);
   judge(surface, adjacency, cones, {}, own, map, context);
   map.stats["divided_chords"] =
       static_cast<std::int64_t>(pieces.surface.vertices.rows() - surface.vertices.rows());

@@ -13,6 +13,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/conformal/map.h"
 #include "flipfree/distortion/seams/seams.h"
 #include "flipfree/intrinsic/layout/input_development.h"
 #include "flipfree/intrinsic/layout/refine_map.h"
@@ -142,31 +143,8 @@ intrinsic::EdgePointMap edge_point_map(const Input& input, const certify::Parame
 certify::Parametrization written(const Input& input, const intrinsic::EdgePointMap& points,
                                  intrinsic::RefinedLayout layout) {
   certify::Parametrization map;
-  map.surface = std::move(layout.surface);
-  map.uv = std::move(layout.uv);
-  map.parent_face = std::move(layout.provenance.face);
-  const auto& where = layout.provenance.vertex;
-  map.vertex_barycentric.resize(static_cast<Eigen::Index>(where.size()), 3);
-  for (std::size_t v = 0; v < where.size(); ++v) {
-    map.vertex_parent.push_back(where[v].face);
-    map.vertex_barycentric.row(static_cast<Eigen::Index>(v)) = where[v].weight;
-  }
-  std::vector<std::array<Index, 2>> pairs;
-  for (std::size_t e = 0; e < input.cut.size(); ++e) {
-    if (input.cut[e] == 0) continue;
-    const HalfedgeId h = input.edges.halfedge[e];
-    Index last = mesh::source(input.surface.faces, h);
-    for (std::int64_t p = points.begin[e]; p < points.begin[e + 1]; ++p) {
-      const Index v = layout.edge_vertex[at(p)];
-      if (v == kInvalid) continue;
-      pairs.push_back({last, v});
-      last = v;
-    }
-    pairs.push_back({last, mesh::target(input.surface.faces, h)});
-  }
-  map.cut_edges.resize(static_cast<Eigen::Index>(pairs.size()), 2);
-  for (std::size_t i = 0; i < pairs.size(); ++i)
-    map.cut_edges.row(static_cast<Eigen::Index>(i)) << pairs[i][0], pairs[i][1];
+  map.cut_edges = intrinsic::edges_on(input.surface.faces, points, input.cut, layout);
+  conformal::take_map(layout, map);
   return map;
 }
 

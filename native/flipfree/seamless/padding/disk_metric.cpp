@@ -13,7 +13,6 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/conformal/metric.h"
-#include "flipfree/conformal/newton.h"
 #include "flipfree/intrinsic/overlay.h"
 #include "flipfree/seamless/padding/segments.h"
 #include "flipfree/seamless/penner/penner_newton.h"
@@ -306,9 +305,6 @@ std::vector<CutDisk> solve_disks(const AdmissibleCut& cut, const mesh::Adjacency
         mesh::build_adjacency(static_cast<Index>(own.size()), charts[i].surface.faces);
     disks[i].half = halve(metric, of_chart, context);
     disks[i].chart = std::move(charts[i]);
-    disks[i].iterations = metric.iterations;
-    disks[i].bits = metric.bits;
-    disks[i].scale_range = metric.scale_range;
   }
   return disks;
 }
@@ -319,9 +315,8 @@ namespace {
 
 constexpr double kTolerance = 1e-10;  // radians
 constexpr int kShortestSteps = 60;
-// Of the conformal metric, where that has to serve.
-constexpr int kDiskNearSteps = 8;
-constexpr double kDiskNearEnough = 10.0;
+// Between angles on the way.
+constexpr Nearing kOnTheWay{kNearlyMet, 8, 10.0};
 // Newton steps to angles between, and which share of the way they are tried at.
 constexpr int kConformalSteps = 40;
 constexpr double kFirstAngleShare = 0.25;
@@ -330,152 +325,92 @@ constexpr double kLeastAngleShare = 1.0 / 256.0;
 // takes seconds in the end, and there is none in sight.
 constexpr int kMostIterations = 150;
 
-conformal::EngineInput input_of(const mesh::Surface& disk, const std::vector<double>& angle) {
+// Metrics of one disk with prescribed angles, from its own one on.
+class DiskSolver {
+ public:
+  DiskSolver(const PennerTargets& targets, ConformalMetric own, ExecutionContext& context)
+      : targets_(targets),
+        context_(context),
+        own_(std::move(own)),
+        start_(own_, targets, {own_.mesh, {}}, context),
+        alike_(targets.vertex_angle.size(), 1.0) {}
+
+  bool started() const { return start_.started(); }
+
+  // By the shortest steps.
+  std::optional<ConformalMetric> at_once() {
+    CarriedMetric metric = start_.copy();
+    PennerRun run = meet(metric, targets_, Meeting::kShortest, kShortestSteps);
+    if (run.end != PennerEnd::kConverged) return {};
+    return finished(std::move(metric));
+  }
+
+  // By way of angles between the disk's own and the targets, each met by conformal changes and the
+  // metric brought nearer before the next: so its scale never spans more than doubles hold.
+  std::optional<ConformalMetric> stepwise() {
+    CarriedMetric now = start_.copy();
+    const std::vector<double> missing = now.angles(targets_, context_).vertices.value;
+    double reached = 0.0, share = kFirstAngleShare;
+    while (reached < 1.0) {
+      const double to = std::min(1.0, reached + share);
+      PennerTargets part = targets_;
+      for (std::size_t v = 0; v < part.vertex_angle.size(); ++v)
+        part.vertex_angle[v] -= (1.0 - to) * missing[v];
+      CarriedMetric trial = now.copy();
+      const PennerRun run = meet(trial, part, Meeting::kConformal, kConformalSteps);
+      if (run.end != PennerEnd::kConverged) {
+        share *= 0.5;
+        if (share < kLeastAngleShare) return {};
+        continue;
+      }
+      come_near(trial, part, Meeting::kShortest, kOnTheWay, alike_, context_);
+      now = std::move(trial);
+      reached = to;
+      share = std::min(2.0 * share, kFirstAngleShare);
+    }
+    return finished(std::move(now));
+  }
+
+ private:
+  PennerRun meet(CarriedMetric& metric, const PennerTargets& targets, Meeting how, int most) {
+    PennerNewtonOptions newton;
+    newton.tolerance = kNearlyMet;
+    newton.max_iterations = most;
+    return metric.meet(targets, how, newton, context_);
+  }
+
+  // All angles from where they are nearly met.
+  std::optional<ConformalMetric> finished(CarriedMetric metric) {
+    PennerNewtonOptions newton;
+    newton.tolerance = kTolerance;
+    const PennerRun run = metric.meet(targets_, Meeting::kConformal, newton, context_);
+    if (run.end != PennerEnd::kConverged) return {};
+    ConformalMetric out = own_;
+    metric.append_to(out, context_);
+    out.angle_error = run.error;
+    return out;
+  }
+
+  const PennerTargets& targets_;
+  ExecutionContext& context_;
+  const ConformalMetric own_;
+  const CarriedMetric start_;
+  const std::vector<double> alike_;
+};
+
+// The disk's own metric; nothing where doubles lead to no Delaunay triangulation.
+std::optional<ConformalMetric> own_metric(const mesh::Surface& disk,
+                                          const std::vector<double>& angle,
+                                          ExecutionContext& context) {
   conformal::EngineInput input;
-  input.setup =
-      intrinsic::build_intrinsic_mesh(static_cast<Index>(disk.vertices.rows()), disk.faces);
   input.vertex_count = static_cast<Index>(disk.vertices.rows());
+  input.setup = intrinsic::build_intrinsic_mesh(input.vertex_count, disk.faces);
   input.positions = &disk.vertices;
   input.target = angle;
-  return input;
-}
-
-// All angles from where they are nearly met; false if that fails.
-bool finish(std::unique_ptr<conformal::MetricEngine>& engine, const PennerTargets& targets,
-            PennerRun& run, ExecutionContext& context) {
-  intrinsic::LoopCarrier none(engine->mesh(), {});
-  PennerNewtonOptions newton;
-  newton.tolerance = kTolerance;
-  run = run_penner(engine, none, targets, newton, context);
-  return run.end == PennerEnd::kConverged;
-}
-
-// By the shortest steps from the disk's own metric.
-std::optional<ConformalMetric> shortest(const conformal::EngineInput& input,
-                                        const PennerTargets& targets, ExecutionContext& context) {
-  auto engine = make_engine(input, 53, context);
+  const auto engine = make_engine(input, 53, context);
   if (!engine->started()) return {};
-  intrinsic::LoopCarrier none(engine->mesh(), {});  // which is Delaunay already
-  PennerNewtonOptions newton;
-  newton.tolerance = kNearlyMet;
-  newton.max_iterations = kShortestSteps;
-  PennerRun run = run_shortest(engine, none, targets, newton, context);
-  const int iterations = run.iterations;
-  if (run.end != PennerEnd::kConverged || !finish(engine, targets, run, context)) return {};
   ConformalMetric metric;
   engine->finish(metric, false, context);
-  metric.iterations = iterations + run.iterations;
-  metric.angle_error = run.error;
-  return metric;
-}
-
-// What an engine on the triangulation of `metric` starts from. The engine reads it to its end.
-conformal::EngineInput further_input(const ConformalMetric& metric,
-                                     const std::vector<double>& target) {
-  conformal::EngineInput further;
-  further.setup = {metric.mesh, metric.input_halfedge, metric.on_boundary};
-  further.vertex_count = static_cast<Index>(target.size());
-  further.edge_length = intrinsic::to_doubles(metric.length);
-  further.target = target;
-  return further;
-}
-
-// The engine may not have started.
-CarriedMetric carried_from(const conformal::EngineInput& further, const ConformalMetric& metric,
-                           ExecutionContext& context) {
-  CarriedMetric carried{
-      make_engine(further, 53, context), {metric.mesh, {}}, ReferenceMetric(metric)};
-  if (!carried.engine->started()) return carried;
-  intrinsic::replay_flips(carried.engine->flips(), 0, carried.engine->flips().size(), context,
-                          [&](EdgeId e) {
-                            carried.reference.flip(e);
-                            carried.loops.flip(e);
-                          });
-  return carried;
-}
-
-// `metric` with all angles met, once they nearly are; false if that fails.
-bool finished(CarriedMetric& carried, const PennerTargets& targets, ConformalMetric& metric,
-              ExecutionContext& context) {
-  PennerRun run;
-  if (!finish(carried.engine, targets, run, context)) return false;
-  ConformalMetric near;
-  carried.engine->finish(near, false, context);
-  metric.flips.insert(metric.flips.end(), near.flips.begin(), near.flips.end());
-  metric.mesh = std::move(near.mesh);
-  metric.length = std::move(near.length);
-  metric.iterations += run.iterations;
-  metric.angle_error = run.error;
-  return true;
-}
-
-// By way of angles between the disk's own and the targets, each met by conformal changes and the
-// metric brought nearer before the next: so its scale never spans more than doubles hold.
-std::optional<ConformalMetric> stepwise(const conformal::EngineInput& input,
-                                        const PennerTargets& targets, ExecutionContext& context) {
-  ConformalMetric metric;
-  {
-    const auto engine = make_engine(input, 53, context);
-    if (!engine->started()) return {};
-    engine->finish(metric, false, context);
-  }
-  const conformal::EngineInput further = further_input(metric, targets.vertex_angle);
-  CarriedMetric now = carried_from(further, metric, context);
-  if (!now.engine->started()) return {};
-  PennerAngles own;
-  measure(*now.engine, now.loops, targets, own, context);
-  PennerNewtonOptions newton;
-  newton.tolerance = kNearlyMet;
-  newton.max_iterations = kConformalSteps;
-  double reached = 0.0, share = kFirstAngleShare;
-  while (reached < 1.0) {
-    const double to = std::min(1.0, reached + share);
-    PennerTargets part = targets;
-    for (std::size_t v = 0; v < part.vertex_angle.size(); ++v)
-      part.vertex_angle[v] -= (1.0 - to) * own.vertices.value[v];
-    CarriedMetric trial = now.copy();
-    const std::size_t first = trial.engine->flips().size();
-    const PennerRun run = run_penner(trial.engine, trial.loops, part, newton, context);
-    metric.iterations += run.iterations;
-    if (run.end != PennerEnd::kConverged) {
-      share *= 0.5;
-      if (share < kLeastAngleShare) return {};
-      continue;
-    }
-    intrinsic::replay_flips(trial.engine->flips(), first, trial.engine->flips().size(), context,
-                            [&](EdgeId e) { trial.reference.flip(e); });
-    metric.iterations +=
-        come_near(trial, part, kNearlyMet, kDiskNearSteps, kDiskNearEnough, context);
-    now = std::move(trial);
-    reached = to;
-    share = std::min(2.0 * share, kFirstAngleShare);
-  }
-  if (!finished(now, targets, metric, context)) return {};
-  return metric;
-}
-
-// The conformal metric, brought nearer.
-ConformalMetric from_conformal(const mesh::Surface& disk, const PennerTargets& targets,
-                               ExecutionContext& context) {
-  conformal::MetricOptions options;
-  options.max_iterations = kMostIterations;
-  auto found = attempt([&] {
-    return conformal::compute_conformal_metric(disk, targets.vertex_angle, options, context);
-  });
-  if (!found) {
-    throw_not_converged(found.error().code,
-                        "The metric of a piece of the surface was not reached. Merge vertices that "
-                        "nearly coincide (Merge by Distance), spread the cones further apart, or "
-                        "use the engine \"penner\".");
-  }
-  ConformalMetric metric = std::move(*found);
-  if (metric.bits > 53) return metric;
-  const conformal::EngineInput further = further_input(metric, targets.vertex_angle);
-  CarriedMetric carried = carried_from(further, metric, context);
-  if (!carried.engine->started()) return metric;
-  metric.iterations +=
-      come_near(carried, targets, kNearlyMet, kDiskNearSteps, kDiskNearEnough, context);
-  finished(carried, targets, metric, context);
   return metric;
 }
 
@@ -483,102 +418,25 @@ ConformalMetric from_conformal(const mesh::Surface& disk, const PennerTargets& t
 
 ConformalMetric compute_disk_metric(const mesh::Surface& disk, const std::vector<double>& angle,
                                     ExecutionContext& context) {
-  const conformal::EngineInput input = input_of(disk, angle);
   const PennerTargets targets{angle, {}};
-  auto metric = shortest(input, targets, context);
-  if (!metric) metric = stepwise(input, targets, context);
-  return metric ? std::move(*metric) : from_conformal(disk, targets, context);
-}
-
-namespace {
-
-// A step is halved so many times.
-constexpr int kNearHalvings = 3;
-constexpr int kNearNewtonSteps = 10;
-// Steps that may lead away.
-constexpr int kMostDetours = 3;
-
-// The metric after a step of this size and the way back to the targets, if there is one.
-std::optional<CarriedMetric> stepped(const CarriedMetric& metric, const PennerTargets& targets,
-                                     double tolerance, const std::vector<double>& direction,
-                                     double step, ExecutionContext& context) {
-  CarriedMetric trial = metric.copy();
-  const std::size_t first = trial.engine->flips().size();
-  std::vector<double> part = direction;
-  for (double& d : part) d *= step;
-  trial.engine->stretch(part, context);
-  if (!trial.engine->restore_delaunay(context)) return {};
-  intrinsic::replay_flips(trial.engine->flips(), first, trial.engine->flips().size(), context,
-                          [&](EdgeId e) { trial.loops.flip(e); });
-  PennerNewtonOptions newton;
-  newton.tolerance = tolerance;
-  newton.max_iterations = kNearNewtonSteps;
-  if (run_shortest(trial.engine, trial.loops, targets, newton, context).end !=
-      PennerEnd::kConverged) {
-    return {};
+  if (auto own = own_metric(disk, angle, context)) {
+    DiskSolver solver(targets, std::move(*own), context);
+    std::optional<ConformalMetric> metric;
+    if (solver.started()) metric = solver.at_once();
+    if (solver.started() && !metric) metric = solver.stepwise();
+    if (metric) return std::move(*metric);
   }
-  intrinsic::replay_flips(trial.engine->flips(), first, trial.engine->flips().size(), context,
-                          [&](EdgeId e) { trial.reference.flip(e); });
-  return trial;
-}
-
-}  // namespace
-
-double CarriedMetric::distance() const {
-  double sum = 0.0;
-  for (const double r : reference.ratios(engine->lengths())) sum += r * r;
-  return std::isfinite(sum) ? sum : HUGE_VAL;
-}
-
-double CarriedMetric::energy() const {
-  const std::vector<double> scale =
-      vertex_means(engine->mesh(), reference.ratios(engine->lengths()));
-  const double energy = scaling_energy(scale, std::vector<double>(scale.size(), 1.0));
-  return std::isfinite(energy) ? energy : HUGE_VAL;
-}
-
-int come_near(CarriedMetric& metric, const PennerTargets& targets, double tolerance, int most,
-              double enough, ExecutionContext& context) {
-  CarriedMetric now = metric.copy();
-  double distance = now.distance(), least = distance;
-  ShortestSystem system;
-  int detours = 0, steps = 0;
-  for (; steps < most && now.energy() > enough; ++steps) {
-    PennerAngles angles;
-    measure(*now.engine, now.loops, targets, angles, context);
-    std::vector<double> wish = now.reference.ratios(now.engine->lengths());
-    for (double& w : wish) w = -w;
-    std::vector<double> direction;
-    if (!system.solve(now.engine->mesh(), now.loops, angles, wish, direction, context)) break;
-    double largest = 1e-300;
-    for (const double d : direction) largest = std::max(largest, std::abs(d));
-    std::optional<CarriedMetric> next, detour;
-    double reached = 0.0;
-    double step = std::min(1.0, kMostRelaxationChange / largest);
-    for (int halving = 0; halving < kNearHalvings; ++halving, step *= 0.5) {
-      context.check();
-      auto trial = stepped(now, targets, tolerance, direction, step, context);
-      if (!trial) continue;
-      reached = trial->distance();
-      if (reached < distance) {
-        next = std::move(trial);
-        break;
-      }
-      if (!detour && std::isfinite(reached)) detour = std::move(trial);
-    }
-    if (!next) {
-      if (!detour || ++detours > kMostDetours) break;
-      next = std::move(detour);
-      reached = next->distance();
-    }
-    now = std::move(*next);
-    distance = reached;
-    if (distance < least) {
-      least = distance;
-      metric = now.copy();
-    }
+  conformal::MetricOptions options;
+  options.max_iterations = kMostIterations;
+  auto found =
+      attempt([&] { return conformal::compute_conformal_metric(disk, angle, options, context); });
+  if (!found) {
+    throw_not_converged(found.error().code,
+                        "The metric of a piece of the surface was not reached. Merge vertices that "
+                        "nearly coincide (Merge by Distance), spread the cones further apart, or "
+                        "use the engine \"penner\".");
   }
-  return steps;
+  return std::move(*found);
 }
 
 }  // namespace flipfree::seamless

@@ -5,23 +5,17 @@
 // surfaces of high genus; the nearest metric in the logarithms of edge lengths does not.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "flipfree/base/context.h"
 #include "flipfree/conformal/engine/conformal_metric.h"
-#include "flipfree/conformal/engine/engine.h"
-#include "flipfree/conformal/metric.h"
 #include "flipfree/intrinsic/flip_mesh.h"
 #include "flipfree/intrinsic/flipped_metric.h"
-#include "flipfree/intrinsic/loops.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/padding/flat_surface.h"
 #include "flipfree/seamless/padding/segments.h"
-#include "flipfree/seamless/penner/penner_newton.h"
-#include "flipfree/seamless/penner/relaxation.h"
 
 namespace flipfree::seamless {
 
@@ -62,9 +56,6 @@ HalfTriangulation halve(const intrinsic::FlippedMetric& metric, const mesh::Adja
 struct CutDisk {
   mesh::Chart chart;  // of the cut surface
   HalfTriangulation half;
-  int iterations = 0;  // of Newton's method
-  int bits = 53;
-  double scale_range = 0.0;
 };
 
 // The conformal metrics of all components, in their order. `cones`: quarter turns per vertex of
@@ -79,31 +70,5 @@ std::vector<CutDisk> solve_disks(const AdmissibleCut& cut, const mesh::Adjacency
 conformal::ConformalMetric compute_disk_metric(const mesh::Surface& disk,
                                                const std::vector<double>& angle,
                                                ExecutionContext& context);
-
-// Brings a metric with prescribed angles nearer to that of the input, as far as it goes.
-//
-// As penner/relaxation.h, but every step meets the angles again by the shortest steps, not by
-// conformal ones, which would lead away; and where no step leads nearer in the coordinates of the
-// current triangulation, one is taken that leads away for a while. What a padded metric is far off
-// by is not scale but shear: the vertices of a segment move along it.
-
-// A metric on its triangulation, with what is carried along.
-struct CarriedMetric {
-  std::unique_ptr<conformal::MetricEngine> engine;
-  intrinsic::LoopCarrier loops;
-  ReferenceMetric reference;
-
-  CarriedMetric copy() const { return {engine->copy(), loops, reference}; }
-  // Sum of the squares of the logarithms of lengths over the reference's.
-  double distance() const;
-  // Symmetric Dirichlet energy of its scale alone, all vertices alike (relaxation.h).
-  double energy() const;
-};
-
-// Takes up to `most` steps, each of which meets `targets` up to `tolerance`, until the energy is at
-// most `enough`; leaves the nearest metric found. Returns the number of steps. Precondition: the
-// targets are met. Cost: some twenty linear systems a step.
-int come_near(CarriedMetric& metric, const PennerTargets& targets, double tolerance, int most,
-              double enough, ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -1,50 +1,62 @@
 #include "flipfree/seamless/padding/hole_chain.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <functional>
 #include <limits>
 #include <map>
-#include <queue>
-#include <span>
+#include <optional>
+#include <string>
 #include <utility>
 
-#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/seamless/padding/paths.h"
-#include "flipfree/seamless/padding/straight.h"
+#include "flipfree/seamless/padding/turn_meter.h"
 
 namespace flipfree::seamless {
 
 namespace {
 
-// The hole to go on to: the nearest one that is not in the chain yet and not kept for its end.
-Index nearest(Index from, const std::vector<std::vector<std::pair<Index, double>>>& near,
-              const std::vector<char>& used) {
-  using Entry = std::pair<double, Index>;
-  std::vector<double> distance(near.size(), std::numeric_limits<double>::infinity());
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  distance[at(from)] = 0.0;
-  queue.push({0.0, from});
-  while (!queue.empty()) {
-    const auto [so_far, hole] = queue.top();
-    queue.pop();
-    if (so_far > distance[at(hole)]) continue;
-    if (used[at(hole)] == 0) return hole;
-    for (const auto& [other, step] : near[at(hole)]) {
-      if (so_far + step >= distance[at(other)]) continue;
-      distance[at(other)] = so_far + step;
-      queue.push({so_far + step, other});
-    }
-  }
-  // Not joined to the others by any pair: any.
-  return static_cast<Index>(std::find(used.begin(), used.end(), 0) - used.begin());
-}
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-}  // namespace
+// Gains of an order below this share are rounding.
+constexpr double kLeastGain = 1e-9;
 
-Holes::Holes(const Canvas& canvas, std::vector<std::vector<VertexId>> loops)
+constexpr Index partner_of(Index hole) { return hole ^ 1; }
+
+// The holes that cutting along disjoint loops makes, two per loop: hole 2 l is on the left of loop
+// l, hole 2 l + 1 on its right.
+class Holes {
+ public:
+  // `loops`: vertices in order, drawn. Their edges must not be split while this is used.
+  Holes(const Canvas& canvas, Loops loops);
+
+  Index count() const { return 2 * static_cast<Index>(loops_.size()); }
+  // Sectors of a vertex of the loop on the hole's side, counter-clockwise: one, and one more per
+  // connector that ends there.
+  std::vector<HalfedgeId> sectors_at(Index hole, VertexId v) const;
+  // Those of all vertices of the loop that no connector has reached from either side.
+  std::vector<HalfedgeId> open_sectors(Index hole) const;
+  // Is this sector, of a vertex of the loop, on the hole's side?
+  bool has(Index hole, HalfedgeId sector) const;
+  // The hole on whose side this sector of a loop's vertex is.
+  Index hole_of(HalfedgeId sector) const;
+  const Loops& loops() const { return loops_; }
+  bool is_open(VertexId v) const { return canvas_.drawn_around(v).size() == 2; }
+  Index loop_of(VertexId v) const;
+
+ private:
+  VertexId neighbour(VertexId v, Index step) const;
+
+  const Canvas& canvas_;
+  Loops loops_;
+  std::vector<std::array<Index, 2>> where_;  // per vertex when this was made: loop, number in it
+};
+
+Holes::Holes(const Canvas& canvas, Loops loops)
     : canvas_(canvas),
       loops_(std::move(loops)),
       where_(at(canvas.vertex_count()), {kInvalid, kInvalid}) {
@@ -95,8 +107,14 @@ Index Holes::hole_of(HalfedgeId sector) const {
   return has(left, sector) ? left : partner_of(left);
 }
 
-std::vector<HolePair> hole_neighbours(const Canvas& canvas, const Holes& holes,
-                                      const ExecutionContext& context) {
+// From hole to hole; symmetric, infinite where nothing is known.
+using Costs = std::vector<std::vector<double>>;
+
+Costs no_costs(Index count) { return Costs(at(count), std::vector<double>(at(count), kInfinity)); }
+
+// Of holes that are neighbours: a path from one to the other meets no third one's surroundings.
+// Cost: O(#F log #F).
+Costs hole_neighbours(const Canvas& canvas, const Holes& holes, const ExecutionContext& context) {
   const mesh::EditableTriangulation& mesh = canvas.mesh();
   std::vector<HalfedgeId> first;
   for (Index hole = 0; hole < holes.count(); ++hole) {
@@ -110,7 +128,7 @@ std::vector<HolePair> hole_neighbours(const Canvas& canvas, const Holes& holes,
     nearest_hole[at(v)] = canvas.is_free(before) ? nearest_hole[at(before)]
                                                  : holes.hole_of(canvas.sector_of(arrival[at(v)]));
   }
-  std::map<std::pair<Index, Index>, double> shortest;
+  Costs shortest = no_costs(holes.count());
   for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
     const VertexId v = mesh.source(h);
     const VertexId w = mesh.target(h);
@@ -118,29 +136,64 @@ std::vector<HolePair> hole_neighbours(const Canvas& canvas, const Holes& holes,
     const Index b = nearest_hole[at(w)];
     if (a == kInvalid || b == kInvalid || a >= b) continue;
     const double length = distance[at(v)] + canvas.length(h) + distance[at(w)];
-    const auto [entry, is_new] = shortest.try_emplace({a, b}, length);
-    entry->second = std::min(entry->second, length);
+    double& known = shortest[at(a)][at(b)];
+    known = shortest[at(b)][at(a)] = std::min(known, length);
   }
-  std::vector<HolePair> pairs;
-  for (const auto& [ends, length] : shortest) pairs.push_back({ends.first, ends.second, length});
-  return pairs;
+  return shortest;
 }
 
-std::vector<Index> hole_order(Index count, const std::vector<HolePair>& neighbours,
-                              bool odd_couple) {
-  std::vector<std::vector<std::pair<Index, double>>> near(at(count));
-  for (const HolePair& pair : neighbours) {
-    near[at(pair.a)].emplace_back(pair.b, pair.distance);
-    near[at(pair.b)].emplace_back(pair.a, pair.distance);
+// Are there partners with an odd number of holes between them, the ends aside?
+bool has_odd_couple(const std::vector<Index>& order) {
+  std::vector<std::size_t> place(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) place[at(order[i])] = i;
+  for (std::size_t i = 1; i + 1 < order.size(); ++i) {
+    if (place[at(partner_of(order[i]))] % 2 == i % 2) return true;
   }
-  std::vector<Index> order = {0};
-  std::vector<char> used(at(count), 0);
-  used[0] = used[at(partner_of(0))] = 1;
-  while (order.size() + 1 < at(count)) {
-    order.push_back(nearest(order.back(), near, used));
-    used[at(order.back())] = 1;
+  return false;
+}
+
+// Connectors that were not tried cost so many times the cheapest way over other holes.
+constexpr double kDetour = 1.5;
+// Loops with whose holes orders begin, and how many holes are moved at once.
+constexpr Index kMostBeginnings = 32;
+constexpr std::size_t kLongestPart = 3;
+
+// What is not known costs `detour` times the cheapest way over other holes.
+void complete(Costs& cost, double detour, const ExecutionContext& context) {
+  Costs over = cost;
+  for (std::size_t k = 0; k < cost.size(); ++k) {
+    context.check();
+    for (std::size_t i = 0; i < cost.size(); ++i) {
+      for (std::size_t j = 0; j < cost.size(); ++j)
+        over[i][j] = std::min(over[i][j], over[i][k] + over[k][j]);
+    }
   }
-  order.push_back(partner_of(0));
+  for (std::size_t i = 0; i < cost.size(); ++i) {
+    for (std::size_t j = 0; j < cost.size(); ++j)
+      cost[i][j] = std::min(cost[i][j], detour * over[i][j]);
+  }
+}
+
+// All holes in an order in which one is near the one before; the first and the last are partners.
+// odd_couple: with two partners between which there is an odd number of holes, which takes three
+// loops or more. From nearest to nearest (thesis 5.4.1).
+std::vector<Index> hole_order(Index first, const Costs& cost, bool odd_couple) {
+  const std::size_t count = cost.size();
+  const auto step = [&](Index a, Index b) { return cost[at(a)][at(b)]; };
+  std::vector<Index> order = {first};
+  std::vector<char> used(count, 0);
+  used[at(first)] = used[at(partner_of(first))] = 1;
+  while (order.size() + 1 < count) {
+    Index nearest = kInvalid;
+    for (Index hole = 0; at(hole) < count; ++hole) {
+      if (used[at(hole)] == 0 &&
+          (nearest == kInvalid || step(order.back(), hole) < step(order.back(), nearest)))
+        nearest = hole;
+    }
+    order.push_back(nearest);
+    used[at(nearest)] = 1;
+  }
+  order.push_back(partner_of(first));
   if (odd_couple && !has_odd_couple(order)) {
     // All partners have places of different parity: two neighbours that are no partners change
     // theirs.
@@ -150,364 +203,77 @@ std::vector<Index> hole_order(Index count, const std::vector<HolePair>& neighbou
   return order;
 }
 
-namespace {
-
-// Loops of one round may be so much longer than its shortest one.
-constexpr double kNotMuchLonger = 2.0;
-
-// Shortest paths from a root through free vertices, with lowest common ancestors by jump pointers
-// (Myers 1983).
-class FreeTree {
- public:
-  FreeTree(const Canvas& canvas, VertexId root, const ExecutionContext& context)
-      : canvas_(canvas),
-        found_(free_distances(canvas, {}, root, context)),
-        jump_(found_.distance.size(), kInvalid),
-        depth_(found_.distance.size(), 0) {
-    jump_[at(root)] = root;
-    for (const VertexId v : found_.order) {
-      if (v != root) hang(v);
-    }
-  }
-
-  bool has(HalfedgeId h) const {
-    return found_.arrival[at(canvas_.mesh().target(h))] == h ||
-           found_.arrival[at(canvas_.mesh().source(h))] == canvas_.mesh().opposite(h);
-  }
-  // Of the cycle that h closes.
-  double cycle_length(HalfedgeId h) const {
-    const VertexId a = canvas_.mesh().source(h);
-    const VertexId b = canvas_.mesh().target(h);
-    return found_.distance[at(a)] + canvas_.length(h) + found_.distance[at(b)] -
-           2.0 * found_.distance[at(meet(a, b))];
-  }
-  std::vector<VertexId> cycle(HalfedgeId h) const {
-    VertexId a = canvas_.mesh().source(h);
-    VertexId b = canvas_.mesh().target(h);
-    const VertexId top = meet(a, b);
-    std::vector<VertexId> back;
-    for (; a != top; a = parent(a)) back.push_back(a);
-    back.push_back(top);
-    std::vector<VertexId> cycle(back.rbegin(), back.rend());
-    for (; b != top; b = parent(b)) cycle.push_back(b);
-    return cycle;
-  }
-
- private:
-  VertexId parent(VertexId v) const { return canvas_.mesh().source(found_.arrival[at(v)]); }
-  Index depth(VertexId v) const { return depth_[at(v)]; }
-  VertexId jump(VertexId v) const { return jump_[at(v)]; }
-
-  void hang(VertexId v) {
-    const VertexId p = parent(v);
-    const VertexId j = jump(p);
-    depth_[at(v)] = depth(p) + 1;
-    jump_[at(v)] = depth(p) - depth(j) == depth(j) - depth(jump(j)) ? jump(j) : p;
-  }
-
-  VertexId meet(VertexId a, VertexId b) const {
-    if (depth(a) < depth(b)) std::swap(a, b);
-    while (depth(a) > depth(b)) a = depth(jump(a)) >= depth(b) ? jump(a) : parent(a);
-    while (a != b) {
-      const bool apart = jump(a) != jump(b);
-      a = apart ? jump(a) : parent(a);
-      b = apart ? jump(b) : parent(b);
-    }
-    return a;
-  }
-
-  const Canvas& canvas_;
-  FreeDistances found_;
-  std::vector<VertexId> jump_;
-  std::vector<Index> depth_;
-};
-
-// The edges that neither tree nor cotree has, by rising length of their cycles.
-std::vector<HalfedgeId> left_over(const Canvas& canvas, const FreeTree& tree,
-                                  const ExecutionContext& context) {
-  const mesh::EditableTriangulation& mesh = canvas.mesh();
-  DisjointSets regions(mesh.face_slots());
-  std::vector<std::pair<double, HalfedgeId>> edges;
-  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
-    const HalfedgeId o = mesh.opposite(h);
-    if (h > o || canvas.is_drawn(h)) continue;
-    if (!canvas.is_free(mesh.source(h)) || !canvas.is_free(mesh.target(h))) {
-      // Not in the graph of free vertices: a curve and a cone with what is around them are one face
-      // of it.
-      regions.join(h / 3, o / 3);
-    } else if (!tree.has(h)) {
-      edges.emplace_back(-tree.cycle_length(h), h);
-    }
-  }
-  context.check();
-  std::sort(edges.begin(), edges.end());
-  std::vector<HalfedgeId> left;
-  for (const auto& [length, h] : edges) {
-    if (!regions.join(h / 3, mesh.opposite(h) / 3)) left.push_back(h);
-  }
-  std::reverse(left.begin(), left.end());
-  return left;
-}
-
-VertexId any_free(const Canvas& canvas) {
-  for (VertexId v = 0; v < canvas.vertex_count(); ++v) {
-    if (canvas.is_free(v) && canvas.mesh().outgoing(v) != kInvalid) return v;
-  }
-  throw InternalError("a refined surface without free vertices");
-}
-
-// Some of the cycles of one tree, disjoint.
-std::vector<std::vector<VertexId>> round_of_loops(const Canvas& canvas, std::size_t most,
-                                                  const CycleTurns& wished,
-                                                  const ExecutionContext& context) {
-  const auto edges_left = [&](const FreeTree& tree) {
-    std::vector<HalfedgeId> left = left_over(canvas, tree, context);
-    if (left.empty()) throw InternalError("fewer handles than the genus");
-    return left;
+// Changes it while that makes it shorter: parts are turned round (2-opt; Croes 1958), short ones
+// moved (Or 1976).
+void shorten(std::vector<Index>& order, const Costs& cost, bool odd_couple,
+             const ExecutionContext& context) {
+  const std::size_t count = cost.size();
+  const auto step = [&](Index a, Index b) { return cost[at(a)][at(b)]; };
+  bool changed = true;
+  const auto change = [&](double before, double after, const auto& make) {
+    if (!(after < (1.0 - kLeastGain) * before)) return;
+    std::vector<Index> other = order;
+    make(other.data());
+    if (odd_couple && !has_odd_couple(other)) return;
+    order = std::move(other);
+    changed = true;
   };
-  // Cycles are shortest through the root: one on the shortest cycle of any tree is a better root.
-  const FreeTree any_tree(canvas, any_free(canvas), context);
-  const std::vector<VertexId> found = any_tree.cycle(edges_left(any_tree).front());
-  const FreeTree tree(canvas, found[found.size() / 2], context);
-  const std::vector<HalfedgeId> left = edges_left(tree);
-  const double longest = kNotMuchLonger * tree.cycle_length(left.front());
-  std::vector<std::pair<Index, std::vector<VertexId>>> cycles;  // with their turns
-  for (const HalfedgeId h : left) {
-    if (tree.cycle_length(h) > longest) break;
-    std::vector<VertexId> cycle = tree.cycle(h);
-    const Index turn = wished ? std::abs(wished(cycle)) : 0;
-    cycles.emplace_back(turn, std::move(cycle));
-  }
-  std::stable_sort(cycles.begin(), cycles.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<char> taken(at(canvas.vertex_count()), 0);
-  std::vector<std::vector<VertexId>> loops;
-  for (auto& [turn, cycle] : cycles) {
-    if (loops.size() == most) break;
-    if (std::any_of(cycle.begin(), cycle.end(), [&](VertexId v) { return taken[at(v)] != 0; }))
-      continue;
-    for (const VertexId v : cycle) taken[at(v)] = 1;
-    loops.push_back(std::move(cycle));
-  }
-  return loops;
-}
-
-}  // namespace
-
-std::vector<std::vector<VertexId>> draw_short_loops(Canvas& canvas, Index genus,
-                                                    std::vector<std::vector<VertexId>> drawn,
-                                                    const CycleTurns& wished,
-                                                    const ExecutionContext& context) {
-  std::vector<std::vector<VertexId>> loops = std::move(drawn);
-  while (loops.size() < at(genus)) {
-    for (std::vector<VertexId>& loop :
-         round_of_loops(canvas, at(genus) - loops.size(), wished, context)) {
-      // Drawn one by one, an edge between two of them is split before it could be taken for drawn.
-      canvas.draw(canvas.edges_of(loop), Curve::kLoop);
-      loops.push_back(std::move(loop));
+  while (std::exchange(changed, false)) {
+    context.check();
+    for (std::size_t i = 1; i + 1 < count; ++i) {
+      for (std::size_t k = i + 2; k < count; ++k) {
+        change(step(order[i - 1], order[i]) + step(order[k - 1], order[k]),
+               step(order[i - 1], order[k - 1]) + step(order[i], order[k]),
+               [&](Index* begin) { std::reverse(begin + i, begin + k); });
+        for (std::size_t j = i + 1; j < k; ++j) {
+          if (j > i + kLongestPart && j + kLongestPart < k) j = k - kLongestPart;
+          change(step(order[i - 1], order[i]) + step(order[j - 1], order[j]) +
+                     step(order[k - 1], order[k]),
+                 step(order[i - 1], order[j]) + step(order[k - 1], order[i]) +
+                     step(order[j - 1], order[k]),
+                 [&](Index* begin) { std::rotate(begin + i, begin + j, begin + k); });
+        }
+      }
     }
   }
-  return loops;
 }
 
-namespace {
+// The shortest of such orders that begin with one loop or another. Cost: O(count^3).
+std::vector<Index> hole_tour(const Costs& cost, bool odd_couple, const ExecutionContext& context) {
+  std::vector<Index> best;
+  double least = kInfinity;
+  const Index step = 2 * (static_cast<Index>(cost.size()) / (2 * kMostBeginnings) + 1);
+  for (Index first = 0; at(first) < cost.size(); first += step) {
+    std::vector<Index> order = hole_order(first, cost, odd_couple);
+    shorten(order, cost, odd_couple, context);
+    double sum = 0.0;
+    for (std::size_t i = 1; i < order.size(); ++i) sum += cost[at(order[i - 1])][at(order[i])];
+    if (!best.empty() && sum >= least) continue;
+    least = sum;
+    best = std::move(order);
+  }
+  return best;
+}
 
-struct Ends {
-  VertexId from = kInvalid;
-  VertexId to = kInvalid;
-};
-
-// Draws connectors between holes.
-class Connector {
+// Which way is straight ahead from a hole: at right angles to its loop, as that would run if it
+// turned evenly all along.
+class HoleFrames {
  public:
-  Connector(Canvas& canvas, const Holes& holes, const ExecutionContext& context,
-            ConnectorFinder finder = nullptr)
-      : canvas_(canvas), holes_(holes), context_(context), finder_(std::move(finder)) {}
+  HoleFrames(const TurnMeter& meter, const Loops& loops);
 
-  // The finder's way, or the shortest one, from one of the sectors to `hole`, to a vertex that is
-  // allowed.
-  std::vector<HalfedgeId> find(const std::vector<HalfedgeId>& from, Index hole,
-                               const std::function<bool(VertexId)>& allowed) const {
-    const auto is_end = [&](HalfedgeId sector) {
-      return allowed(canvas_.mesh().source(sector)) && holes_.has(hole, sector);
-    };
-    std::vector<HalfedgeId> path;
-    if (finder_) path = finder_(from, hole, allowed);
-    if (path.empty()) path = free_path(canvas_, {from, {}}, {is_end, nullptr}, context_);
-    if (path.empty()) {
-      throw_not_converged(ErrorCode::kIterationLimit,
-                          "The cut found no connector to hole " + std::to_string(hole) +
-                              " of the surface cut along short loops. Refine the mesh.");
-    }
-    return path;
-  }
-
-  Ends ends(const std::vector<HalfedgeId>& path) const {
-    return {canvas_.mesh().source(path.front()), canvas_.mesh().target(path.back())};
-  }
-
-  Ends draw(const std::vector<HalfedgeId>& from, Index hole,
-            const std::function<bool(VertexId)>& allowed) {
-    const std::vector<HalfedgeId> path = find(from, hole, allowed);
-    const Ends result = ends(path);
-    canvas_.draw(path, Curve::kConnector);
-    return result;
-  }
+  // How far to the left of that a half-edge heads which leaves the hole's loop on the hole's side.
+  double deviation(Index hole, HalfedgeId departure) const;
 
  private:
-  Canvas& canvas_;
-  const Holes& holes_;
-  const ExecutionContext& context_;
-  const ConnectorFinder finder_;
+  const TurnMeter& meter_;
+  struct Place {
+    VertexId next = kInvalid;  // along the loop, the hole on the left
+    double offset = 0.0;       // of the edge to it, from straight ahead
+  };
+  std::vector<std::map<VertexId, Place>> places_;  // per hole, by vertex
 };
 
-// Where the chain comes to a loop and goes on from it, on the hole that it visits first.
-struct Visit {
-  Index hole = kInvalid;
-  VertexId come = kInvalid;
-  VertexId go = kInvalid;
-};
-
-// From a hole to its partner, where they are neighbours in the chain: the same place on both.
-VertexId draw_straight_connector(Connector& connector, const Holes& holes, Index hole) {
-  const auto is_open = [&](VertexId v) { return holes.is_open(v); };
-  const Index partner = partner_of(hole);
-  // Near to where the shortest way between any two of their vertices ends.
-  const VertexId v = connector.ends(connector.find(holes.open_sectors(hole), partner, is_open)).to;
-  connector.draw(holes.sectors_at(hole, v), partner, [v](VertexId w) { return w == v; });
-  return v;
-}
-
-// From the only hole to its partner, to another place.
-std::array<VertexId, 2> draw_askew_connector(Connector& connector, const Holes& holes) {
-  const auto anywhere = [](VertexId) { return true; };
-  const VertexId from = connector.ends(connector.find(holes.open_sectors(0), 1, anywhere)).from;
-  const VertexId to =
-      connector.draw(holes.sectors_at(0, from), 1, [from](VertexId v) { return v != from; }).to;
-  return {from, to};
-}
-
-// Connectors from hole to hole. `twisted`: the last one ends elsewhere than the first one began.
-// Returns where these two places are.
-std::array<VertexId, 2> string_up(Connector& connector, const Holes& holes,
-                                  const std::vector<Index>& order, bool twisted) {
-  std::vector<Visit> visits(order.size() / 2);
-  VertexId end = kInvalid;
-  for (std::size_t i = 0; i + 1 < order.size(); ++i) {
-    const Index here = order[i];
-    const Index next = order[i + 1];
-    Visit& leaving = visits[at(here / 2)];
-    if (next == partner_of(here)) {
-      leaving.hole = here;
-      leaving.go = draw_straight_connector(connector, holes, here);
-      continue;
-    }
-    Visit& reaching = visits[at(next / 2)];
-    const bool back =
-        leaving.hole == partner_of(here);  // the partner's places, the other way round
-    const std::vector<HalfedgeId> from =
-        back ? holes.sectors_at(here, leaving.come) : holes.open_sectors(here);
-    // Also the last connector, to the partner of the first hole, ends where the first one began.
-    const bool met = reaching.hole == partner_of(next) && !(twisted && next == order.back());
-    const Ends ends = connector.draw(
-        from, next, [&](VertexId v) { return met ? v == reaching.go : holes.is_open(v); });
-    end = ends.to;
-    if (!back) {
-      leaving.hole = here;
-      leaving.go = ends.from;
-    }
-    if (!met) {
-      reaching.hole = next;
-      reaching.come = ends.to;
-    }
-  }
-  return {visits[at(order.front() / 2)].go, end};
-}
-
-}  // namespace
-
-void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context,
-                     const CycleTurns& wished) {
-  const Holes holes(canvas, draw_short_loops(canvas, genus, {}, wished, context));
-  draw_connectors(canvas, holes,
-                  hole_order(holes.count(), hole_neighbours(canvas, holes, context), genus > 2),
-                  nullptr, context);
-}
-
-void draw_connectors(Canvas& canvas, const Holes& holes, const std::vector<Index>& order,
-                     const ConnectorFinder& finder, const ExecutionContext& context) {
-  Connector connector(canvas, holes, context, finder);
-  string_up(connector, holes, order, false);
-}
-
-std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<VertexId>& first,
-                                           Index genus, const ExecutionContext& context,
-                                           const CycleTurns& wished) {
-  const Holes holes(canvas, draw_short_loops(canvas, genus, {first}, wished, context));
-  std::vector<Index> order = {0, 1};
-  if (genus > 1) order = hole_order(holes.count(), hole_neighbours(canvas, holes, context), false);
-  return draw_twisted_connectors(canvas, holes, order, nullptr, context);
-}
-
-std::array<VertexId, 2> draw_twisted_connectors(Canvas& canvas, const Holes& holes,
-                                                const std::vector<Index>& order,
-                                                const ConnectorFinder& finder,
-                                                const ExecutionContext& context) {
-  Connector connector(canvas, holes, context, finder);
-  if (order.size() == 2) return draw_askew_connector(connector, holes);
-  return string_up(connector, holes, order, true);
-}
-
-std::array<VertexId, 2> draw_chain_with_t_nodes(Canvas& canvas, Index genus,
-                                                const ExecutionContext& context,
-                                                const CycleTurns& wished) {
-  const Holes holes(canvas, draw_short_loops(canvas, genus, {}, wished, context));
-  const std::vector<Index> order = genus == 1 ? std::vector<Index>{0, 1} : std::vector{0, 2, 3, 1};
-  return draw_connectors_with_t_nodes(canvas, holes, order, nullptr, context);
-}
-
-std::array<VertexId, 2> draw_connectors_with_t_nodes(Canvas& canvas, const Holes& holes,
-                                                     const std::vector<Index>& order,
-                                                     const ConnectorFinder& finder,
-                                                     const ExecutionContext& context) {
-  Connector connector(canvas, holes, context, finder);
-  if (order.size() == 2) return draw_askew_connector(connector, holes);
-  const auto is_open = [&](VertexId v) { return holes.is_open(v); };
-  const Ends first = connector.draw(holes.open_sectors(order[0]), order[1], is_open);
-  const Ends second = connector.draw(holes.sectors_at(order[1], first.to), order[2], is_open);
-  const Ends third = connector.draw(holes.open_sectors(order[2]), order[3],
-                                    [&](VertexId v) { return v == first.from; });
-  return {second.to, third.from};
-}
-
-namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// Searches end when so many other holes were reached, and cannot be reached for less.
-constexpr std::size_t kMostReached = 10;
-// Ways that all searches together look at: twice what surfaces take whose cones lie beside their
-// handles. Where no cone is near, no way around one makes a curve turn less.
-constexpr std::int64_t kMostWays = 20'000'000;
-constexpr std::int64_t kWaysPerVertex = 2000;
-// Times what the loops leave, in vertices. Connectors that refine further wind around each other.
-constexpr Index kMostRefined = 3;
-// Of ways over other holes.
-constexpr double kDetour = 1.5;
-// Above, closing the costs over other holes takes longer than the cut itself.
-constexpr std::size_t kMostClosed = 800;
-
-double mean_length(const Canvas& canvas, const std::vector<std::vector<VertexId>>& loops) {
-  double sum = 0.0;
-  for (const std::vector<VertexId>& loop : loops) {
-    for (std::size_t i = 0; i < loop.size(); ++i)
-      sum += canvas.length(canvas.mesh().find(loop[i], loop[(i + 1) % loop.size()]));
-  }
-  return sum / static_cast<double>(loops.size());
-}
-
-}  // namespace
-
-HoleFrames::HoleFrames(const TurnMeter& meter, const std::vector<std::vector<VertexId>>& loops)
+HoleFrames::HoleFrames(const TurnMeter& meter, const Loops& loops)
     : meter_(meter), places_(2 * loops.size()) {
   const Canvas& canvas = meter.canvas();
   for (std::size_t hole = 0; hole < places_.size(); ++hole) {
@@ -532,139 +298,143 @@ HoleFrames::HoleFrames(const TurnMeter& meter, const std::vector<std::vector<Ver
     }
     for (std::size_t i = 0; i < n; ++i) {
       const double offset = heading[i] - (mean + slope * start[i]) - TurnMeter::kQuarter;
-      places_[hole].push_back({loop[i], {loop[(i + 1) % n], offset}});
+      places_[hole][loop[i]] = {loop[(i + 1) % n], offset};
     }
-    std::sort(places_[hole].begin(), places_[hole].end(),
-              [](const auto& a, const auto& b) { return a.first < b.first; });
   }
 }
 
 double HoleFrames::deviation(Index hole, HalfedgeId departure) const {
   const Canvas& canvas = meter_.canvas();
   const VertexId v = canvas.mesh().source(departure);
-  const auto& places = places_[at(hole)];
-  const auto place =
-      std::lower_bound(places.begin(), places.end(), v,
-                       [](const auto& entry, VertexId vertex) { return entry.first < vertex; });
-  if (place == places.end() || place->first != v)
-    throw InternalError("a connector that is not at its hole");
-  const HalfedgeId along = canvas.mesh().find(v, place->second.next);
-  return place->second.offset + meter_.angle_between(along, departure);
+  const Place& place = places_[at(hole)].at(v);
+  const HalfedgeId along = canvas.mesh().find(v, place.next);
+  return place.offset + meter_.angle_between(along, departure);
 }
 
-std::vector<std::vector<double>> connector_costs(const TurnMeter& meter, const Holes& holes,
-                                                 const HoleFrames& frames,
-                                                 const TurningPrice& price,
-                                                 const ExecutionContext& context) {
+// Sheets of a quarter turn, so many of them on either side at first and then, where no way is
+// found, and ways that are looked at per vertex and sheet.
+constexpr double kSheetsPerQuarter = 2.0;
+constexpr std::int64_t kSheets[] = {16, 64};
+constexpr std::size_t kWaysPerSheet = 2;
+// Times what the loops leave, in vertices. Connectors that refine further wind around each other.
+constexpr Index kMostRefined = 3;
+
+double mean_length(const Canvas& canvas, const Loops& loops) {
+  double sum = 0.0;
+  for (const auto& loop : loops) sum += canvas.length(canvas.edges_of(loop));
+  return sum / static_cast<double>(loops.size());
+}
+
+// A loop that turns by less than this is straight.
+constexpr double kStraight = 0.5 * TurnMeter::kQuarter;
+constexpr int kStraighteningRounds = 4;
+// Of a loop's cost: what the first search for another one may cost, and how much more each next.
+constexpr double kFirstSearchShare = 1.0 / 32.0;
+constexpr double kMoreShare = 2.0;
+// Searches for what connectors will cost end when so many holes were reached for less.
+constexpr std::size_t kMostReached = 10;
+
+// What curves cost that shall turn little: their length, and the square of the quarter turns by
+// which they miss what they should turn by.
+struct TurningPrice {
+  double quarter;
+  double cost(double length, double missed) const {
+    const double quarters = missed / TurnMeter::kQuarter;
+    return length + quarter * quarters * quarters;
+  }
+};
+
+SheetSearch turning_search(const Canvas& canvas, const std::vector<double>& left,
+                           std::int64_t sheets) {
+  return {canvas, left, kSheetsPerQuarter / TurnMeter::kQuarter, sheets};
+}
+
+SheetSearch::Leave leave_turning(const TurnMeter& meter) {
+  return [&meter](HalfedgeId arrival, const SheetSearch::Visit& visit) {
+    meter.for_each_turn(arrival, visit);
+  };
+}
+
+// The cheapest cycle that meets this loop in one vertex, where it crosses it from the right to the
+// left, and no other curve, and turns by less than an eighth; empty if none is found that costs
+// less than `most`.
+std::vector<VertexId> crossing_cycle(const TurnMeter& meter, const std::vector<VertexId>& loop,
+                                     const TurningPrice& price, double most,
+                                     const ExecutionContext& context) {
   const Canvas& canvas = meter.canvas();
-  const std::size_t count = at(holes.count());
-  std::vector<std::vector<double>> cost(count, std::vector<double>(count, kInfinity));
-  for (std::size_t hole = 0; hole < count; ++hole) {
-    context.check();
-    const auto from = static_cast<Index>(hole);
-    TurningSearch search(meter);
-    for (const HalfedgeId sector : holes.open_sectors(from)) {
-      canvas.for_each_inside(sector,
-                             [&](HalfedgeId h) { search.start(h, frames.deviation(from, h)); });
-    }
-    std::vector<double> found(count, kInfinity);
-    double limit = kInfinity;
+  const std::size_t n = loop.size();
+  const auto edge = [&](std::size_t i, std::size_t by) {
+    return canvas.mesh().find(loop[i], loop[(i + by) % n]);
+  };
+  double least = most;
+  std::vector<VertexId> cycle;
+  std::vector<HalfedgeId> last;
+  for (std::size_t i = 0; i < n; ++i)
+    canvas.for_each_inside(edge(i, n - 1), [&](HalfedgeId h) { last.push_back(h); });
+  const std::vector<double> left = free_distances(canvas, last, kInvalid, context).distance;
+  for (std::size_t i = 0; i < n; ++i) {
+    SheetSearch search = turning_search(canvas, left, kSheets[0]);
+    canvas.for_each_inside(edge(i, 1), [&](HalfedgeId h) { search.start(h, h, 0.0); });
+    const auto arrive = [&](const SheetSearch::Way& way) {
+      const HalfedgeId back = canvas.mesh().opposite(way.arrival);
+      if (canvas.mesh().source(back) != loop[i] || canvas.sector_of(back) != edge(i, n - 1)) return;
+      const double turned = way.gathered + meter.turn(way.arrival, way.from);
+      const double cost = price.cost(way.length, turned);
+      if (std::abs(turned) >= kStraight || cost >= least) return;
+      least = cost;
+      cycle.clear();
+      for (const HalfedgeId h : search.path(way)) cycle.push_back(canvas.mesh().source(h));
+    };
     search.run(
-        [&](const TurningSearch::Arrival& arrival) {
-          const HalfedgeId back = canvas.mesh().opposite(arrival.halfedge);
-          const Index to = holes.hole_of(canvas.sector_of(back));
-          if (to == from) return;
-          const double now =
-              price.cost(arrival.length, arrival.turned - frames.deviation(to, back));
-          if (now >= found[at(to)]) return;
-          found[at(to)] = now;
-          std::vector<double> sorted = found;
-          const std::size_t last = std::min(kMostReached, count - 1) - 1;
-          std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(last),
-                           sorted.end());
-          limit = sorted[last];
-        },
-        [&] { return limit; }, price.ways_left, context);
-    for (std::size_t to = 0; to < count; ++to) {
-      cost[hole][to] = std::min(cost[hole][to], found[to]);
-      cost[to][hole] = cost[hole][to];
-    }
+        leave_turning(meter), arrive, [&] { return least; },
+        kWaysPerSheet * static_cast<std::size_t>(kSheets[0]), context);
   }
-  for (std::size_t hole = 0; hole < count; ++hole) cost[hole][hole] = 0.0;
-  std::vector<std::vector<double>> over = cost;
-  for (std::size_t k = 0; k < count && count <= kMostClosed; ++k) {
-    context.check();
-    for (std::size_t i = 0; i < count; ++i) {
-      for (std::size_t j = 0; j < count; ++j)
-        over[i][j] = std::min(over[i][j], over[i][k] + over[k][j]);
-    }
-  }
-  double largest = 0.0;
-  for (const auto& row : over) {
-    for (const double c : row) {
-      if (c < kInfinity) largest = std::max(largest, c);
-    }
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t j = 0; j < count; ++j) {
-      if (cost[i][j] == kInfinity)
-        cost[i][j] = kDetour * (over[i][j] < kInfinity ? over[i][j] : largest);
-    }
-  }
-  return cost;
+  return cycle;
 }
 
-namespace {
+// Exchanges each loop that turns by an eighth and more, the first ones aside, for the cheapest
+// cycle that crosses it, if that one costs less. The loops stay disjoint, and no sum of them
+// bounds: no other one crosses what the new one does.
+void straighten_loops(Canvas& canvas, const TurnMeter& meter, const TurningPrice& price,
+                      std::size_t first, Loops& loops, const ExecutionContext& context) {
+  // What crosses a new loop runs beside the old one: perhaps on the other side of a cone.
+  std::vector<char> is_new(loops.size(), 0);
+  bool changed = true;
+  for (int round = 0; std::exchange(changed, false) && round < kStraighteningRounds; ++round) {
+    for (std::size_t i = first; i < loops.size(); ++i) {
+      const double turn = meter.turn(loops[i]);
+      if (std::exchange(is_new[i], 0) == 0 && std::abs(turn) < kStraight) continue;
+      const double now = price.cost(canvas.length(canvas.edges_of(loops[i])), turn);
+      // What is found for little needs no search far around.
+      std::vector<VertexId> cycle;
+      for (double most = kFirstSearchShare * now; cycle.empty() && most < kMoreShare * now;
+           most *= kMoreShare)
+        cycle = crossing_cycle(meter, loops[i], price, std::min(most, now), context);
+      if (cycle.empty()) continue;
+      canvas.erase(canvas.edges_of(loops[i]));
+      canvas.draw(canvas.edges_of(cycle), Curve::kLoop);
+      loops[i] = std::move(cycle);
+      is_new[i] = 1;
+      changed = true;
+    }
+  }
+}
 
-// Loops, drawn; their holes, in an order, and how to find ways between them.
-class StraightChain {
+// Finds connectors that turn little.
+class TurningWays {
  public:
-  StraightChain(const StraightChain&) = delete;  // the price knows where its ways are counted
-  StraightChain& operator=(const StraightChain&) = delete;
-
-  // `first`: the loop whose holes the chain begins and ends with, which is drawn already; or empty.
-  StraightChain(Canvas& canvas, std::vector<VertexId> first, Index genus,
-                const Straightness& straight, const ExecutionContext& context)
+  TurningWays(const Canvas& canvas, const Holes& holes, const ChainGuide& guide,
+              const ExecutionContext& context)
       : canvas_(canvas),
+        holes_(holes),
         context_(context),
-        meter_(canvas, straight.crossings),
-        loops_(draw_loops(canvas, first, genus, context)),
-        ways_left_(std::min(kMostWays, kWaysPerVertex * canvas.vertex_count())),
-        price_{straight.quarter_price * mean_length(canvas, loops_), &ways_left_},
-        holes_(canvas, straightened(first.empty() ? 0 : 1)),
-        frames_(meter_, loops_),
+        meter_(canvas, *guide.crossings),
+        price_{guide.quarter_price * mean_length(canvas, holes.loops())},
+        frames_(meter_, holes.loops()),
         most_vertices_(kMostRefined * canvas.vertex_count()) {}
 
-  const Holes& holes() const { return holes_; }
-
-  // A short tour, with an odd couple where that is asked for.
-  std::vector<Index> tour(bool odd_couple) const {
-    if (holes_.count() == 2) return {0, 1};
-    return hole_tour(connector_costs(meter_, holes_, frames_, price_, context_), odd_couple,
-                     context_);
-  }
-
-  ConnectorFinder finder() const {
-    return
-        [this](const std::vector<HalfedgeId>& from, Index hole,
-               const std::function<bool(VertexId)>& allowed) { return way(from, hole, allowed); };
-  }
-
- private:
-  static std::vector<std::vector<VertexId>> draw_loops(Canvas& canvas,
-                                                       const std::vector<VertexId>& first,
-                                                       Index genus,
-                                                       const ExecutionContext& context) {
-    std::vector<std::vector<VertexId>> drawn;
-    if (!first.empty()) drawn.push_back(first);
-    return draw_short_loops(canvas, genus, std::move(drawn), nullptr, context);
-  }
-
-  const std::vector<std::vector<VertexId>>& straightened(std::size_t kept) {
-    straighten_loops(canvas_, meter_, price_, std::span(loops_).subspan(kept), context_);
-    return loops_;
-  }
-
+  // From one of the sectors, which are of one hole, to another hole, to a vertex that is allowed;
+  // empty if there is none.
   std::vector<HalfedgeId> way(const std::vector<HalfedgeId>& from, Index hole,
                               const std::function<bool(VertexId)>& allowed) const {
     if (canvas_.vertex_count() > most_vertices_) {
@@ -672,7 +442,7 @@ class StraightChain {
                           "Connectors that turn little wind around each other.");
     }
     std::vector<HalfedgeId> last;
-    for (const VertexId v : loops_[at(hole / 2)]) {
+    for (const VertexId v : holes_.loops()[at(hole / 2)]) {
       if (!allowed(v)) continue;
       for (const HalfedgeId sector : holes_.sectors_at(hole, v))
         canvas_.for_each_inside(sector, [&](HalfedgeId h) { last.push_back(h); });
@@ -680,69 +450,245 @@ class StraightChain {
     const std::vector<double> left = free_distances(canvas_, last, kInvalid, context_).distance;
     double least = kInfinity;
     std::vector<HalfedgeId> path;
-    for (const std::int64_t sheets : {TurningSearch::kSheets, 4 * TurningSearch::kSheets}) {
-      TurningSearch search(meter_, left, sheets);
-      for (const HalfedgeId sector : from) {
-        const Index here = holes_.hole_of(sector);
-        canvas_.for_each_inside(sector,
-                                [&](HalfedgeId h) { search.start(h, frames_.deviation(here, h)); });
-      }
+    for (const std::int64_t sheets : kSheets) {
+      SheetSearch search = turning_search(canvas_, left, sheets);
+      start(from, search);
+      const auto arrive = [&](const SheetSearch::Way& way) {
+        const HalfedgeId back = canvas_.mesh().opposite(way.arrival);
+        const VertexId v = canvas_.mesh().source(back);
+        if (holes_.loop_of(v) != hole / 2 || !allowed(v) ||
+            !holes_.has(hole, canvas_.sector_of(back)))
+          return;
+        const double cost = price_.cost(way.length, way.gathered - frames_.deviation(hole, back));
+        if (cost >= least) return;
+        least = cost;
+        path = search.path(way);
+      };
       search.run(
-          [&](const TurningSearch::Arrival& arrival) {
-            const HalfedgeId back = canvas_.mesh().opposite(arrival.halfedge);
-            if (holes_.loop_of(canvas_.mesh().source(back)) != hole / 2 ||
-                !allowed(canvas_.mesh().source(back)) || !holes_.has(hole, canvas_.sector_of(back)))
-              return;
-            const double cost =
-                price_.cost(arrival.length, arrival.turned - frames_.deviation(hole, back));
-            if (cost >= least) return;
-            least = cost;
-            path = search.path(arrival);
-          },
-          [&] { return least; }, price_.ways_left, context_);
+          leave_turning(meter_), arrive, [&] { return least; },
+          kWaysPerSheet * static_cast<std::size_t>(sheets), context_);
       if (!path.empty()) break;
     }
     return path;
   }
 
-  Canvas& canvas_;
+  // What connectors cost, before any is drawn, to the holes that are reached for least.
+  Costs costs() const {
+    const std::vector<double> nothing(at(canvas_.vertex_count()), 0.0);
+    const std::size_t count = at(holes_.count());
+    const std::size_t last = std::min(kMostReached, count - 1) - 1;
+    Costs cost = no_costs(holes_.count());
+    for (Index hole = 0; at(hole) < count; ++hole) {
+      SheetSearch search = turning_search(canvas_, nothing, kSheets[0]);
+      start(holes_.open_sectors(hole), search);
+      std::vector<double> found(count, kInfinity);
+      double limit = kInfinity;
+      const auto arrive = [&](const SheetSearch::Way& way) {
+        const HalfedgeId back = canvas_.mesh().opposite(way.arrival);
+        const Index to = holes_.hole_of(canvas_.sector_of(back));
+        const double now = price_.cost(way.length, way.gathered - frames_.deviation(to, back));
+        if (to == hole || now >= found[at(to)]) return;
+        found[at(to)] = now;
+        std::vector<double> sorted = found;
+        std::sort(sorted.begin(), sorted.end());
+        limit = sorted[last];
+      };
+      search.run(
+          leave_turning(meter_), arrive, [&] { return limit; },
+          kWaysPerSheet * static_cast<std::size_t>(kSheets[0]), context_);
+      for (std::size_t to = 0; to < count; ++to)
+        cost[at(hole)][to] = cost[to][at(hole)] = std::min(cost[to][at(hole)], found[to]);
+    }
+    return cost;
+  }
+
+ private:
+  void start(const std::vector<HalfedgeId>& from, SheetSearch& search) const {
+    for (const HalfedgeId sector : from) {
+      const Index here = holes_.hole_of(sector);
+      canvas_.for_each_inside(
+          sector, [&](HalfedgeId h) { search.start(h, here, frames_.deviation(here, h)); });
+    }
+  }
+
+  const Canvas& canvas_;
+  const Holes& holes_;
   const ExecutionContext& context_;
   const TurnMeter meter_;
-  std::vector<std::vector<VertexId>> loops_;
-  std::int64_t ways_left_;
   const TurningPrice price_;
-  const Holes holes_;
   const HoleFrames frames_;
   const Index most_vertices_;
 };
 
+struct Ends {
+  VertexId from = kInvalid;
+  VertexId to = kInvalid;
+};
+
+// Loops, drawn, and the connectors between their holes.
+class Chain {
+ public:
+  // `first`: the loop whose holes the chain begins and ends with, which is drawn already; or empty.
+  Chain(Canvas& canvas, const std::vector<VertexId>& first, Index genus, const ChainGuide& guide,
+        const ExecutionContext& context)
+      : canvas_(canvas),
+        context_(context),
+        holes_(canvas, draw_loops(canvas, first, genus, guide, context)) {
+    if (guide.crossings != nullptr) ways_.emplace(canvas, holes_, guide, context);
+  }
+
+  const Holes& holes() const { return holes_; }
+  // `from_first`: the first hole is 0.
+  std::vector<Index> order(bool odd_couple, bool from_first) const {
+    const bool turning = ways_ && !from_first;
+    Costs cost = turning ? ways_->costs() : hole_neighbours(canvas_, holes_, context_);
+    complete(cost, turning ? kDetour : 1.0, context_);
+    return turning ? hole_tour(cost, odd_couple, context_) : hole_order(0, cost, odd_couple);
+  }
+
+  // A way that turns little, or the shortest one, from one of the sectors to `hole`, to a vertex
+  // that is allowed.
+  std::vector<HalfedgeId> find(const std::vector<HalfedgeId>& from, Index hole,
+                               const std::function<bool(VertexId)>& allowed) const {
+    const auto is_end = [&](HalfedgeId sector) {
+      return allowed(canvas_.mesh().source(sector)) && holes_.has(hole, sector);
+    };
+    std::vector<HalfedgeId> path;
+    if (ways_) path = ways_->way(from, hole, allowed);
+    if (path.empty()) path = free_path(canvas_, {from, {}}, {is_end, nullptr}, context_);
+    if (path.empty()) {
+      throw_not_converged(ErrorCode::kIterationLimit,
+                          "The cut found no connector to hole " + std::to_string(hole) +
+                              " of the surface cut along short loops. Refine the mesh.");
+    }
+    return path;
+  }
+
+  Ends ends(const std::vector<HalfedgeId>& path) const {
+    return {canvas_.mesh().source(path.front()), canvas_.mesh().target(path.back())};
+  }
+
+  Ends draw(const std::vector<HalfedgeId>& from, Index hole,
+            const std::function<bool(VertexId)>& allowed) {
+    const std::vector<HalfedgeId> path = find(from, hole, allowed);
+    const Ends result = ends(path);
+    canvas_.draw(path, Curve::kConnector);
+    return result;
+  }
+
+ private:
+  static Loops draw_loops(Canvas& canvas, const std::vector<VertexId>& first, Index genus,
+                          const ChainGuide& guide, const ExecutionContext& context) {
+    const Loops drawn = first.empty() ? Loops{} : Loops{first};
+    Loops loops = draw_short_loops(canvas, genus, drawn, guide.turning, context);
+    if (guide.crossings != nullptr) {
+      const TurnMeter meter(canvas, *guide.crossings);
+      const TurningPrice price{guide.quarter_price * mean_length(canvas, loops)};
+      straighten_loops(canvas, meter, price, drawn.size(), loops, context);
+    }
+    return loops;
+  }
+
+  Canvas& canvas_;
+  const ExecutionContext& context_;
+  const Holes holes_;
+  std::optional<TurningWays> ways_;
+};
+
+// Where the chain comes to a loop and goes on from it, on the hole that it visits first.
+struct Visit {
+  Index hole = kInvalid;
+  VertexId come = kInvalid;
+  VertexId go = kInvalid;
+};
+
+// From a hole to its partner, where they are neighbours in the chain: the same place on both.
+VertexId draw_straight_connector(Chain& chain, Index hole) {
+  const Holes& holes = chain.holes();
+  const auto is_open = [&](VertexId v) { return holes.is_open(v); };
+  const Index partner = partner_of(hole);
+  // Near to where the shortest way between any two of their vertices ends.
+  const VertexId v = chain.ends(chain.find(holes.open_sectors(hole), partner, is_open)).to;
+  chain.draw(holes.sectors_at(hole, v), partner, [v](VertexId w) { return w == v; });
+  return v;
+}
+
+// From the only hole to its partner, to another place.
+std::array<VertexId, 2> draw_askew_connector(Chain& chain) {
+  const Holes& holes = chain.holes();
+  const auto anywhere = [](VertexId) { return true; };
+  const VertexId from = chain.ends(chain.find(holes.open_sectors(0), 1, anywhere)).from;
+  const VertexId to =
+      chain.draw(holes.sectors_at(0, from), 1, [from](VertexId v) { return v != from; }).to;
+  return {from, to};
+}
+
+// Connectors from hole to hole. `twisted`: the last one ends elsewhere than the first one began.
+// Returns where these two places are.
+std::array<VertexId, 2> string_up(Chain& chain, const std::vector<Index>& order, bool twisted) {
+  const Holes& holes = chain.holes();
+  std::vector<Visit> visits(order.size() / 2);
+  VertexId end = kInvalid;
+  for (std::size_t i = 0; i + 1 < order.size(); ++i) {
+    const Index here = order[i];
+    const Index next = order[i + 1];
+    Visit& leaving = visits[at(here / 2)];
+    if (next == partner_of(here)) {
+      leaving.hole = here;
+      leaving.go = draw_straight_connector(chain, here);
+      continue;
+    }
+    Visit& reaching = visits[at(next / 2)];
+    const bool back =
+        leaving.hole == partner_of(here);  // the partner's places, the other way round
+    const std::vector<HalfedgeId> from =
+        back ? holes.sectors_at(here, leaving.come) : holes.open_sectors(here);
+    // Also the last connector, to the partner of the first hole, ends where the first one began.
+    const bool met = reaching.hole == partner_of(next) && !(twisted && next == order.back());
+    const Ends ends = chain.draw(
+        from, next, [&](VertexId v) { return met ? v == reaching.go : holes.is_open(v); });
+    end = ends.to;
+    if (!back) {
+      leaving.hole = here;
+      leaving.go = ends.from;
+    }
+    if (!met) {
+      reaching.hole = next;
+      reaching.come = ends.to;
+    }
+  }
+  return {visits[at(order.front() / 2)].go, end};
+}
+
 }  // namespace
 
-void draw_straight_chain(Canvas& canvas, Index genus, const Straightness& straight,
-                         const ExecutionContext& context) {
-  const StraightChain chain(canvas, {}, genus, straight, context);
-  draw_connectors(canvas, chain.holes(), chain.tour(genus > 2), chain.finder(), context);
+void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context,
+                     const ChainGuide& guide) {
+  Chain chain(canvas, {}, genus, guide, context);
+  string_up(chain, chain.order(genus > 2, false), false);
 }
 
-std::array<VertexId, 2> draw_straight_chain_with_t_nodes(Canvas& canvas, Index genus,
-                                                         const Straightness& straight,
-                                                         const ExecutionContext& context) {
-  const StraightChain chain(canvas, {}, genus, straight, context);
-  return draw_connectors_with_t_nodes(canvas, chain.holes(), chain.tour(false), chain.finder(),
-                                      context);
+std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<VertexId>& first,
+                                           Index genus, const ExecutionContext& context,
+                                           const ChainGuide& guide) {
+  Chain chain(canvas, first, genus, guide, context);
+  return genus == 1 ? draw_askew_connector(chain)
+                    : string_up(chain, chain.order(false, true), true);
 }
 
-std::array<VertexId, 2> draw_straight_twisted_chain(Canvas& canvas,
-                                                    const std::vector<VertexId>& first, Index genus,
-                                                    const Straightness& straight,
-                                                    const ExecutionContext& context) {
-  const StraightChain chain(canvas, first, genus, straight, context);
-  std::vector<Index> order = {0, 1};
-  if (genus > 1) {
-    order =
-        hole_order(chain.holes().count(), hole_neighbours(canvas, chain.holes(), context), false);
-  }
-  return draw_twisted_connectors(canvas, chain.holes(), order, chain.finder(), context);
+std::array<VertexId, 2> draw_chain_with_t_nodes(Canvas& canvas, Index genus,
+                                                const ExecutionContext& context,
+                                                const ChainGuide& guide) {
+  Chain chain(canvas, {}, genus, guide, context);
+  if (genus == 1) return draw_askew_connector(chain);
+  const Holes& holes = chain.holes();
+  const auto is_open = [&](VertexId v) { return holes.is_open(v); };
+  // Holes 0, 2, 3, 1.
+  const Ends first = chain.draw(holes.open_sectors(0), 2, is_open);
+  const Ends second = chain.draw(holes.sectors_at(2, first.to), 3, is_open);
+  const Ends third =
+      chain.draw(holes.open_sectors(3), 1, [&](VertexId v) { return v == first.from; });
+  return {second.to, third.from};
 }
 
 }  // namespace flipfree::seamless

@@ -1,6 +1,6 @@
 #include "flipfree/seamless/padding/padded_metric.h"
 
-#include <Eigen/Core>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -12,11 +12,9 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/conformal/engine/engine.h"
-#include "flipfree/intrinsic/loops.h"
 #include "flipfree/numeric/dense_factors.h"
 #include "flipfree/seamless/padding/disk_metric.h"
 #include "flipfree/seamless/padding/segments.h"
-#include "flipfree/seamless/penner/penner_newton.h"
 #include "flipfree/seamless/penner/relaxation.h"
 
 namespace flipfree::seamless {
@@ -119,10 +117,10 @@ class Development {
 
 }  // namespace
 
-AssembledSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::IntrinsicSetup& setup,
-                          const AdmissibleCut& cut, const ExecutionContext& context) {
-  AssembledSurface out;
-  FlatSurface& flat = out.flat;
+FlatSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::IntrinsicSetup& setup,
+                     const AdmissibleCut& cut, const ExecutionContext& context) {
+  FlatSurface flat;
+  double closing_error = 0.0;  // largest angle that frames miss quarter turns by, radians
   flat.mesh = setup.mesh;
   flat.vector.resize(flat.mesh.halfedge_count());
   flat.turns.assign(flat.mesh.halfedge_count(), 0);
@@ -153,19 +151,19 @@ AssembledSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::In
       if (flat.mesh.next_of(name[h]) != next)
         throw InternalError("assembly: the way home does not lead back");
     }
-    out.closing_error = std::max(out.closing_error, Development(half, name, flat).run(context));
+    closing_error = std::max(closing_error, Development(half, name, flat).run(context));
   }
   for (std::size_t h = 0; h < flat.axis.size(); ++h) {
     if (flat.fixed[h / 2]) flat.axis[h] = turns_between({Wide(1.0), Wide(0.0)}, flat.vector[h]);
   }
-  if (!(out.closing_error < kLargestClosingError)) {
+  if (!(closing_error < kLargestClosingError)) {
     throw_not_converged(ErrorCode::kIterationLimit,
                         "The metric of a piece of the surface closes only up to " +
-                            std::to_string(out.closing_error) +
+                            std::to_string(closing_error) +
                             " radians. Spread the cones further apart, or use the engine "
                             "\"penner\".");
   }
-  return out;
+  return flat;
 }
 
 namespace {
@@ -583,66 +581,6 @@ ConformalMetric as_metric(const AdmissibleCut& cut, const intrinsic::IntrinsicSe
 
 }  // namespace
 
-bool come_near(const AdmissibleCut& cut, const std::vector<Index>& cones, int most, double enough,
-               PaddedMetric& padded, ExecutionContext& context) {
-  constexpr double kTolerance = 1e-6;  // radians, of every step
-  constexpr double kWrongTurn = 0.1;
-  ConformalMetric& metric = padded.metric;
-  const intrinsic::IntrinsicSetup setup =
-      intrinsic::build_intrinsic_mesh(static_cast<Index>(cones.size()), cut.surface.faces);
-  PennerTargets targets;
-  for (const Index k : cones) targets.vertex_angle.push_back(k * kQuarterTurn);
-  conformal::EngineInput input;
-  input.setup = {metric.mesh, metric.input_halfedge, metric.on_boundary};
-  input.vertex_count = static_cast<Index>(cones.size());
-  input.edge_length = intrinsic::to_doubles(metric.length);
-  input.target = targets.vertex_angle;
-  CarriedMetric carried{
-      make_engine(input, 53, context),
-      {setup.mesh,
-       intrinsic::homology_basis(setup.mesh, intrinsic::steps_across(cut.surface, setup), context)},
-      ReferenceMetric(metric)};
-  if (!carried.engine->started()) return false;
-  intrinsic::replay_flips(metric.flips, 0, metric.flips.size(), context,
-                          [&](EdgeId e) { carried.loops.flip(e); });
-  const auto& flips = carried.engine->flips();
-  intrinsic::replay_flips(flips, 0, flips.size(), context, [&](EdgeId e) {
-    carried.loops.flip(e);
-    carried.reference.flip(e);
-  });
-  // What the loops turn by now is what they shall turn by, but for rounding.
-  targets.loop_angle.assign(carried.loops.size(), 0.0);
-  PennerAngles angles;
-  measure(*carried.engine, carried.loops, targets, angles, context);
-  for (std::size_t i = 0; i < angles.loops.size(); ++i) {
-    const double turns = std::round(-angles.loops[i] / kQuarterTurn);
-    targets.loop_angle[i] = turns * kQuarterTurn;
-    if (!(std::abs(-angles.loops[i] - targets.loop_angle[i]) < kWrongTurn)) return false;
-  }
-  PennerNewtonOptions newton;
-  const std::size_t first = flips.size();
-  if (run_penner(carried.engine, carried.loops, targets, newton, context).end !=
-      PennerEnd::kConverged) {
-    return false;
-  }
-  intrinsic::replay_flips(carried.engine->flips(), first, carried.engine->flips().size(), context,
-                          [&](EdgeId e) { carried.reference.flip(e); });
-  padded.steps += come_near(carried, targets, kTolerance, most, enough, context);
-  ConformalMetric near;
-  carried.engine->finish(near, false, context);
-  metric.flips.insert(metric.flips.end(), near.flips.begin(), near.flips.end());
-  metric.mesh = std::move(near.mesh);
-  metric.length = std::move(near.length);
-  metric.scale_factors =
-      vertex_means(metric.mesh, carried.reference.ratios(carried.engine->lengths()));
-  const auto [low, high] =
-      std::minmax_element(metric.scale_factors.begin(), metric.scale_factors.end());
-  metric.scale_range = *high - *low;
-  metric.u = metric.scale_factors;
-  padded.energy = carried.energy();
-  return true;
-}
-
 PaddedMetric compute_padded_metric(const AdmissibleCut& cut, const std::vector<Index>& cones,
                                    ExecutionContext& context) {
   const auto vertex_count = static_cast<Index>(cut.surface.vertices.rows());
@@ -650,24 +588,15 @@ PaddedMetric compute_padded_metric(const AdmissibleCut& cut, const std::vector<I
   const CutSegments segments = cut_segments(cut, adjacency);
   PaddedMetric out;
   out.components = segments.component_count();
-  out.segments = segments.segments.size();
   std::vector<CutDisk> disks;
   {
     const ProgressRange range(context, 0.0, 0.8);
     disks = solve_disks(cut, adjacency, segments, cones, context);
   }
-  for (const CutDisk& disk : disks) {
-    out.bits = std::max(out.bits, disk.bits);
-    out.scale_range = std::max(out.scale_range, disk.scale_range);
-    out.metric.iterations += disk.iterations;
-  }
-  const int iterations = out.metric.iterations;
   const intrinsic::IntrinsicSetup setup =
       intrinsic::build_intrinsic_mesh(vertex_count, cut.surface.faces);
   context.report("padding", 0.8);
-  AssembledSurface assembled = assemble(disks, setup, cut, context);
-  out.closing_error = assembled.closing_error;
-  FlatSurface& flat = assembled.flat;
+  FlatSurface flat = assemble(disks, setup, cut, context);
   MeasuredSides sides(cut, adjacency, setup, flat);
   out.largest_width = Padder(cut, segments, sides, flat).run(context);
   std::vector<EdgeId> seams;
@@ -677,7 +606,6 @@ PaddedMetric compute_padded_metric(const AdmissibleCut& cut, const std::vector<I
   glue(flat, seams);
   make_delaunay(flat, context);
   out.metric = as_metric(cut, setup, cones, flat, context);
-  out.metric.iterations = iterations;
   return out;
 }
 

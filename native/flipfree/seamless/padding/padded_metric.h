@@ -17,7 +17,6 @@
 #include "flipfree/base/context.h"
 #include "flipfree/conformal/engine/conformal_metric.h"
 #include "flipfree/intrinsic/intrinsic_mesh.h"
-#include "flipfree/seamless/padding/admissible_cut.h"
 #include "flipfree/seamless/padding/disk_metric.h"
 #include "flipfree/seamless/padding/flat_surface.h"
 #include "flipfree/seamless/padding/segments.h"
@@ -28,15 +27,9 @@ namespace flipfree::seamless {
 
 // `setup`: of the surface that is cut; `flips` of the result lead from its mesh to that of the
 // result. Edges of the cut are `fixed` and keep their half-edges. Every frame has the cut along its
-// axes.
-struct AssembledSurface {
-  FlatSurface flat;
-  double closing_error = 0.0;  // largest angle that frames miss quarter turns by, radians
-};
-
-// Throws NotConverged if the metrics are not precise enough. Cost: O(#F log #F).
-AssembledSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::IntrinsicSetup& setup,
-                          const AdmissibleCut& cut, const ExecutionContext& context);
+// axes. Throws NotConverged if the metrics are not precise enough. Cost: O(#F log #F).
+FlatSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::IntrinsicSetup& setup,
+                     const AdmissibleCut& cut, const ExecutionContext& context);
 
 // How far every segment is padded so that the two sides of every branch become equally long
 // (thesis 5.2.5, 5.4.3).
@@ -61,21 +54,9 @@ struct PaddedMetric {
   // On cut.surface: flat but for the cones, all loops turn by quarter turns, up to the angle errors
   // of the disks' metrics. Its flips lead from the surface's own triangulation to it.
   conformal::ConformalMetric metric;
-  int steps = 0;        // that brought the glued metric nearer to the surface's own
-  double energy = 0.0;  // near_metric.h
   int components = 0;
-  std::size_t segments = 0;
-  int bits = 53;               // most of a component's
-  double scale_range = 0.0;    // largest of a component's
   double largest_width = 0.0;  // over the longest segment before padding
-  double closing_error = 0.0;  // assembly.h
 };
-
-// Brings the metric nearer to the surface's own by up to `most` steps, until its energy is at most
-// `enough` (near_metric.h); can be called again where the last one ended. Returns false, and leaves
-// the metric as it is, if its angles cannot be met in double. Cost: seconds for 20 000 triangles.
-bool come_near(const AdmissibleCut& cut, const std::vector<Index>& cones, int most, double enough,
-               PaddedMetric& padded, ExecutionContext& context);
 
 // `cones`: quarter turns per vertex of cut.surface. Throws NotConverged, Cancelled, InternalError
 // (a cut that is not admissible).

@@ -1,8 +1,8 @@
 // The engine "padding" (thesis 5): a seamless map in doubles from cones, up to the rounding of its
 // metric; always there, whatever the genus.
 //
-//   make_admissible_cut()    cut into disks with right-angled corners   topology/topology.h
-//   compute_padded_metric()  rectilinear metrics, padded and glued      geometry/padded_metric.h
+//   make_admissible_cut()    cut into disks with right-angled corners   topology.h
+//   compute_padded_metric()  rectilinear metrics, padded and glued      padded_metric.h
 //   finish_penner_metric()   rounding removed, then relaxed             penner/penner_metric.h
 //   then overlay and layout as of the engine "penner"                   penner/penner.h
 //
@@ -15,44 +15,27 @@
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/seamless/padding/admissible_cut.h"
+#include "flipfree/seamless/padding/segments.h"
 #include "flipfree/seamless/penner/penner.h"
 
 namespace flipfree::seamless {
 
-// A surface all of whose components were cut, and refined for it.
-
-// Finds the cut of one connected surface (topology/topology.h), a component of the input: its face
-// f, with the same corners, is the input's face faces[f].
+// Finds the cut of one connected surface (topology.h), a component of the input: its face f, with
+// the same corners, is the input's face faces[f].
 using CutMaker =
     std::function<AdmissibleCut(const mesh::Surface& surface, const std::vector<Index>& cones,
                                 const std::vector<FaceId>& faces, ExecutionContext& context)>;
 
-struct RefinedPieces {
-  mesh::Surface surface;        // the input's vertices first; faces component by component
-  mesh::Provenance provenance;  // on the input
-  std::vector<Index> cones;     // per vertex
-  // Per component, in the order of their smallest face; faces and half-edges are those of `surface`
-  // from first_face on, vertices are numbered anew.
-  std::vector<AdmissibleCut> cuts;
-};
-
-// Cost: that of the cuts.
-RefinedPieces cut_components(const mesh::Surface& input, const std::vector<Index>& cones,
-                             const CutMaker& make_cut, ExecutionContext& context);
-
-// A map of pieces.surface as one of the input: its provenance is put together. The certificate is
-// left as it is.
-void name_input_places(const mesh::Surface& input, const RefinedPieces& pieces,
-                       certify::Parametrization& map);
+// A map of a surface that was refined into these faces as one of the input: its provenance is put
+// together. The certificate is left as it is.
+void name_input_places(const mesh::Surface& input, const mesh::Provenance& provenance,
+                       const Triangles& refined, certify::Parametrization& map);
 
 // `cones`: quarter turns per vertex, 4 where it is flat. options.solver is not looked at. Surfaces
 // of genus 0 have their conformal metric. Stats: those of compute_penner_map(),
-// "padding_components" (pieces of the cut), "padding_segments", "padding_bits" and
-// "padding_scale_range" (of the pieces' metrics), "padding_width" (largest, over the longest
-// segment), "padding_flips", "cut_vertices" (that the cut added), "cut_range" and
-// "cut_first_range" (of its scales and of the first cut's, 0 where not measured). Errors: as
-// compute_penner_map(), NotConverged where the cut or a piece's metric is not reached.
+// "padding_components" (pieces of the cut), "padding_width" (largest, over the longest segment),
+// "padding_near_steps", "cut_vertices" (that the cut added). Errors: as compute_penner_map(),
+// NotConverged where the cut or a piece's metric is not reached.
 PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<Index>& cones,
                               const CutMaker& make_cut, const PennerMapOptions& options,
                               ExecutionContext& context);

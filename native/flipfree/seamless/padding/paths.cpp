@@ -1,12 +1,10 @@
 #include "flipfree/seamless/padding/paths.h"
 
 #include <algorithm>
-#include <cstddef>
+#include <cmath>
 #include <functional>
-#include <limits>
 #include <queue>
 #include <set>
-#include <unordered_map>
 #include <utility>
 
 #include "flipfree/base/error.h"
@@ -44,6 +42,12 @@ double Canvas::length(HalfedgeId h) const {
   return (refined_.position[at(mesh().source(h))] - refined_.position[at(mesh().target(h))]).norm();
 }
 
+double Canvas::length(const std::vector<HalfedgeId>& path) const {
+  double sum = 0.0;
+  for (const HalfedgeId h : path) sum += length(h);
+  return sum;
+}
+
 HalfedgeId Canvas::sector_of(HalfedgeId h) const {
   while (!is_drawn(h)) h = mesh().rotate_cw(h);
   return h;
@@ -57,11 +61,16 @@ std::vector<HalfedgeId> Canvas::drawn_around(VertexId v) const {
   return drawn;
 }
 
-std::vector<HalfedgeId> Canvas::edges_of(const std::vector<VertexId>& cycle) const {
+std::vector<HalfedgeId> Canvas::edges_along(const std::vector<VertexId>& vertices) const {
   std::vector<HalfedgeId> edges;
-  for (std::size_t i = 0; i < cycle.size(); ++i)
-    edges.push_back(mesh().find(cycle[i], cycle[(i + 1) % cycle.size()]));
+  for (std::size_t i = 0; i + 1 < vertices.size(); ++i)
+    edges.push_back(mesh().find(vertices[i], vertices[i + 1]));
   return edges;
+}
+
+std::vector<HalfedgeId> Canvas::edges_of(std::vector<VertexId> cycle) const {
+  cycle.push_back(cycle.front());
+  return edges_along(cycle);
 }
 
 void Canvas::draw(const std::vector<HalfedgeId>& path, Curve kind) {
@@ -114,8 +123,6 @@ std::vector<VertexId> Canvas::divide(const std::vector<HalfedgeId>& chain, std::
   for (const auto& [source, target] : ends) vertices.push_back(target);
   return vertices;
 }
-
-VertexId Canvas::halve(HalfedgeId h) { return split(h); }
 
 void Canvas::remove_fences() {
   for (HalfedgeId h = 0; h < mesh().halfedge_slots(); ++h) {
@@ -304,179 +311,136 @@ std::vector<Index> excess_crossed(const Canvas& canvas, const DiskBoundary& boun
   return crossed;
 }
 
+std::int64_t SheetSearch::label(HalfedgeId arrival, double gathered) const {
+  const double sheet = std::round(gathered * per_unit_);
+  if (!(std::abs(sheet) <= static_cast<double>(sheets_))) return kInvalid;
+  const auto v = static_cast<std::int64_t>(canvas_.mesh().target(arrival));
+  return v * (2 * sheets_ + 1) + static_cast<std::int64_t>(sheet) + sheets_;
+}
+
+bool SheetSearch::meets_itself(Index way, VertexId v) const {
+  const auto nearest = nearest_.find(v);
+  if (nearest == nearest_.end()) return false;
+  // The parts of the way that are shorter than any to v do not end there.
+  for (; way != kInvalid && ways_[at(way)].length >= nearest->second; way = ways_[at(way)].before) {
+    if (canvas_.mesh().target(ways_[at(way)].arrival) == v) return true;
+  }
+  return false;
+}
+
+void SheetSearch::cross(HalfedgeId h, Index before, Index from, double gathered, double length) {
+  const VertexId v = canvas_.mesh().target(h);
+  const Way way{h, before, from, gathered, length + canvas_.length(h)};
+  if (canvas_.on_curve(v)) arrivals_.push_back(way);
+  if (!canvas_.is_free(v) || std::isinf(left_[at(v)])) return;
+  const std::int64_t place = label(h, gathered);
+  if (place == kInvalid) return;
+  const auto [known, is_new] = shortest_.try_emplace(place, way.length);
+  if (!is_new && known->second <= way.length) return;
+  if (meets_itself(before, v)) {
+    if (is_new) shortest_.erase(known);
+    return;
+  }
+  known->second = way.length;
+  const auto [nearest, is_first] = nearest_.try_emplace(v, way.length);
+  if (!is_first) nearest->second = std::min(nearest->second, way.length);
+  queue_.emplace_back(way.length + left_[at(v)], static_cast<Index>(ways_.size()));
+  std::push_heap(queue_.begin(), queue_.end(), std::greater<>());
+  ways_.push_back(way);
+}
+
+void SheetSearch::run(const Leave& leave, const std::function<void(const Way&)>& arrive,
+                      const std::function<double()>& limit, std::size_t most,
+                      const ExecutionContext& context) {
+  const auto call = [&] {
+    for (const Way& arrival : arrivals_) arrive(arrival);
+    arrivals_.clear();
+  };
+  call();
+  constexpr int kWaysPerCheck = 512;
+  for (int step = 1; !queue_.empty() && queue_.front().first < limit(); ++step) {
+    if (step % kWaysPerCheck == 0) context.check();
+    if (ways_.size() > most * at(canvas_.vertex_count())) break;
+    std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
+    const Index index = queue_.back().second;
+    queue_.pop_back();
+    const Way way = ways_[at(index)];
+    // A shorter one may have come.
+    if (shortest_.at(label(way.arrival, way.gathered)) < way.length) continue;
+    leave(way.arrival, [&](HalfedgeId h, double more) {
+      cross(h, index, way.from, way.gathered + more, way.length);
+    });
+    call();
+  }
+}
+
+std::vector<HalfedgeId> SheetSearch::path(const Way& way) const {
+  std::vector<HalfedgeId> path = {way.arrival};
+  for (Index before = way.before; before != kInvalid; before = ways_[at(before)].before)
+    path.push_back(ways_[at(before)].arrival);
+  std::reverse(path.begin(), path.end());
+  return path;
+}
+
 namespace {
 
-constexpr int kWaysPerCheck = 1024;
-// Looked at per vertex before the search gives up; fewer where there is another way (detours.h).
+// Ways per vertex that are looked at before the search gives up; fewer where there is another way.
 constexpr std::size_t kMostSeparating = 24;
 constexpr std::size_t kMostEnclosing = 6;
-
-// A path from a place to a vertex.
-struct Way {
-  VertexId vertex;
-  Index excess;  // passed so far, and the start's own share
-  double distance;
-  Index before;        // the way that it continues, or kInvalid
-  HalfedgeId arrival;  // its last half-edge
-  Index from;          // place where it began
-  Index steps;         // half-edges so far
-  Index jump;          // some way that this one continues: see continues()
-  bool has_gone_on;
-};
-
-std::vector<double> distances_to(const Canvas& canvas, const DiskBoundary& boundary,
-                                 const std::vector<Index>& to, const ExecutionContext& context) {
-  std::vector<HalfedgeId> first;
-  for (const Index place : to) {
-    canvas.for_each_inside(boundary.halfedges[at(place)],
-                           [&](HalfedgeId h) { first.push_back(h); });
-  }
-  return free_distances(canvas, first, kInvalid, context).distance;
-}
+constexpr std::int64_t kMostExcess = 1 << 24;
 
 // Is a path between these places one that is looked for, with cones of this excess on its left?
 using Fits = std::function<bool(const PathEnds& ends, Index enclosed)>;
 
-class CoverSearch {
- public:
-  CoverSearch(const Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& to,
-              const Fits& fits, const ExecutionContext& context)
-      : canvas_(canvas),
-        boundary_(boundary),
-        is_end_(at(boundary.size()), 0),
-        fits_(fits),
-        crossed_(excess_crossed(canvas, boundary)),
-        left_(distances_to(canvas, boundary, to, context)),
-        ways_of_(at(canvas.vertex_count())) {
-    for (const Index place : to) is_end_[at(place)] = 1;
-    along_.push_back(0);
-    for (const HalfedgeId h : boundary.halfedges) along_.push_back(along_.back() + crossed_[at(h)]);
-  }
-
-  void start(Index place) {
-    canvas_.for_each_inside(boundary_.halfedges[at(place)], [&](HalfedgeId h) {
-      cross(h, {kInvalid, share(place), 0.0, kInvalid, kInvalid, place, 0, kInvalid, false},
-            kInvalid);
-    });
-  }
-
-  // A* (Hart, Nilsson, Raphael 1968): ways by their length and what is left of them at least.
-  std::optional<SeparatingPath> run(std::size_t most_per_vertex, const ExecutionContext& context) {
-    const std::size_t most = most_per_vertex * at(canvas_.vertex_count());
-    for (int step = 1; !queue_.empty() && queue_.top().first < best_distance_; ++step) {
-      if (step % kWaysPerCheck == 0) context.check();
-      if (ways_.size() > most) break;
-      const Index way = queue_.top().second;
-      queue_.pop();
-      const Way here = ways_[at(way)];
-      const std::vector<Index>& known = ways_of_[at(here.vertex)];
-      if (std::find(known.begin(), known.end(), way) == known.end())
-        continue;  // a shorter one came
-      ways_[at(way)].has_gone_on = true;
-      canvas_.mesh().for_each_outgoing(here.vertex, [&](HalfedgeId h) { cross(h, here, way); });
-    }
-    return found();
-  }
-
- private:
-  using Entry = std::pair<double, Index>;
-
+std::optional<SeparatingPath> shortest_on_cover(const Canvas& canvas, const DiskBoundary& boundary,
+                                                const std::vector<Index>& from,
+                                                const std::vector<Index>& to, const Fits& fits,
+                                                std::size_t most, const ExecutionContext& context) {
+  const mesh::EditableTriangulation& mesh = canvas.mesh();
+  const std::vector<Index> crossed = excess_crossed(canvas, boundary);
+  std::vector<Index> along = {
+      0};  // per place, and in all: excess crossed by the boundary before it
+  for (const HalfedgeId h : boundary.halfedges) along.push_back(along.back() + crossed[at(h)]);
   // What makes ways comparable that began in different places: which way they would go on in a
   // flat metric with right angles at corners.
-  Index share(Index place) const { return along_[at(place)] - boundary_.corners_below[at(place)]; }
-
-  void cross(HalfedgeId h, const Way& here, Index way) {
-    Way next = here;
-    next.vertex = canvas_.mesh().target(h);
-    next.excess += crossed_[at(h)];
-    next.distance += canvas_.length(h);
-    next.before = way;
-    next.arrival = h;
-    ++next.steps;
-    next.has_gone_on = false;
-    if (canvas_.is_free(next.vertex)) {
-      go_on(next);
-    } else if (canvas_.on_curve(next.vertex) && next.distance < best_distance_) {
-      arrive(next);
-    }
+  const auto share = [&](Index place) {
+    return along[at(place)] - boundary.corners_below[at(place)];
+  };
+  std::vector<char> is_end(at(boundary.size()), 0);
+  std::vector<HalfedgeId> last;
+  for (const Index place : to) {
+    is_end[at(place)] = 1;
+    canvas.for_each_inside(boundary.halfedges[at(place)], [&](HalfedgeId h) { last.push_back(h); });
   }
-
-  void go_on(const Way& way) {
-    if (left_[at(way.vertex)] == FreeDistances::kUnreached) return;
-    std::vector<Index>& known = ways_of_[at(way.vertex)];
-    // Those that were replaced by shorter ones had not gone on.
-    if (std::any_of(known.begin(), known.end(),
-                    [&](Index other) { return continues(way.before, other); }))
-      return;
-    const auto index = static_cast<Index>(ways_.size());
-    const auto same = std::find_if(known.begin(), known.end(), [&](Index other) {
-      return ways_[at(other)].excess == way.excess;
+  const std::vector<double> left = free_distances(canvas, last, kInvalid, context).distance;
+  SheetSearch search(canvas, left, 1.0, kMostExcess);
+  for (const Index place : from) {
+    canvas.for_each_inside(boundary.halfedges[at(place)], [&](HalfedgeId h) {
+      search.start(h, place, share(place) + crossed[at(h)]);
     });
-    if (same != known.end()) {
-      if (ways_[at(*same)].distance <= way.distance || ways_[at(*same)].has_gone_on) return;
-      *same = index;
-    } else {
-      known.push_back(index);
-    }
-    ways_.push_back(way);
-    if (way.before == kInvalid) {
-      ways_.back().jump = index;
-    } else {
-      const Way& before = ways_[at(way.before)];
-      const Way& jump = ways_[at(before.jump)];
-      const bool level = before.steps - jump.steps == jump.steps - ways_[at(jump.jump)].steps;
-      ways_.back().jump = level ? jump.jump : way.before;
-    }
-    queue_.push({way.distance + left_[at(way.vertex)], index});
   }
-
-  // Is `first` this way or one that it continues? By jump pointers (Myers 1983).
-  bool continues(Index way, Index first) const {
-    if (way == kInvalid) return false;
-    const Index steps = ways_[at(first)].steps;
-    while (ways_[at(way)].steps > steps) {
-      const Index jump = ways_[at(way)].jump;
-      way = ways_[at(jump)].steps >= steps ? jump : ways_[at(way)].before;
-    }
-    return way == first;
-  }
-
-  void arrive(const Way& way) {
-    const HalfedgeId sector = canvas_.sector_of(canvas_.mesh().opposite(way.arrival));
-    const PathEnds ends{way.from, boundary_.place[at(sector)]};
-    if (ends.from == ends.to || is_end_[at(ends.to)] == 0) return;
+  std::optional<SeparatingPath> best;
+  double least = FreeDistances::kUnreached;
+  const auto leave = [&](HalfedgeId arrival, const SheetSearch::Visit& visit) {
+    mesh.for_each_outgoing(mesh.target(arrival), [&](HalfedgeId h) { visit(h, crossed[at(h)]); });
+  };
+  const auto arrive = [&](const SheetSearch::Way& way) {
+    if (way.length >= least) return;
+    const HalfedgeId sector = canvas.sector_of(mesh.opposite(way.arrival));
+    const PathEnds ends{way.from, boundary.place[at(sector)]};
+    if (ends.from == ends.to || is_end[at(ends.to)] == 0) return;
     // Closed along the boundary, counter-clockwise.
-    Index enclosed = way.excess - share(ends.from) + along_[at(ends.from)] - along_[at(ends.to)];
-    if (ends.from < ends.to) enclosed += along_.back();
-    if (!fits_(ends, enclosed)) return;
-    best_distance_ = way.distance;
-    best_ = way;
-    best_ends_ = ends;
-  }
-
-  std::optional<SeparatingPath> found() const {
-    if (best_ends_.from == kInvalid) return std::nullopt;
-    SeparatingPath path{best_ends_, left_corners(boundary_, best_ends_), {best_.arrival}};
-    for (Index way = best_.before; way != kInvalid; way = ways_[at(way)].before)
-      path.halfedges.push_back(ways_[at(way)].arrival);
-    std::reverse(path.halfedges.begin(), path.halfedges.end());
-    return path;
-  }
-
-  const Canvas& canvas_;
-  const DiskBoundary& boundary_;
-  std::vector<char> is_end_;  // per place
-  const Fits& fits_;
-  std::vector<Index> crossed_;
-  std::vector<double> left_;  // per vertex: length to the nearest of the places `to`, at least
-  std::vector<Index> along_;  // per place, and in all: excess crossed by the boundary before it
-  std::vector<Way> ways_;
-  std::vector<std::vector<Index>> ways_of_;  // per vertex: the best of each sheet
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue_;
-  double best_distance_ = std::numeric_limits<double>::infinity();
-  Way best_{};
-  PathEnds best_ends_;
-};
+    Index enclosed = static_cast<Index>(way.gathered) - share(ends.from) + along[at(ends.from)] -
+                     along[at(ends.to)];
+    if (ends.from < ends.to) enclosed += along.back();
+    if (!fits(ends, enclosed)) return;
+    least = way.length;
+    best = {ends, left_corners(boundary, ends), search.path(way)};
+  };
+  search.run(
+      leave, arrive, [&] { return least; }, most, context);
+  return best;
+}
 
 }  // namespace
 
@@ -488,9 +452,7 @@ std::optional<SeparatingPath> shortest_separating_path(
     const Index corners = left_corners(boundary, ends);
     return corners % 4 != 0 && corners == 4 + enclosed && allowed(ends);
   };
-  CoverSearch search(canvas, boundary, to, fits, context);
-  for (const Index place : from) search.start(place);
-  return search.run(kMostSeparating, context);
+  return shortest_on_cover(canvas, boundary, from, to, fits, kMostSeparating, context);
 }
 
 std::optional<SeparatingPath> shortest_enclosing_path(const Canvas& canvas,
@@ -498,9 +460,7 @@ std::optional<SeparatingPath> shortest_enclosing_path(const Canvas& canvas,
                                                       const PathEnds& ends, Index excess,
                                                       const ExecutionContext& context) {
   const Fits fits = [&](const PathEnds&, Index enclosed) { return enclosed == excess; };
-  CoverSearch search(canvas, boundary, {ends.to}, fits, context);
-  search.start(ends.from);
-  return search.run(kMostEnclosing, context);
+  return shortest_on_cover(canvas, boundary, {ends.from}, {ends.to}, fits, kMostEnclosing, context);
 }
 
 namespace {
@@ -589,8 +549,14 @@ std::vector<HalfedgeId> fenced_loop(Canvas& canvas, const DiskBoundary& boundary
   return fencer.pass(canvas.mesh().find(root, second), fencer.sector(place));
 }
 
-FreeDistances free_distances(const Canvas& canvas, const std::vector<HalfedgeId>& first,
-                             VertexId root, const ExecutionContext& context) {
+namespace {
+
+// Dijkstra's algorithm through free vertices. arrive(h, distance): of half-edges to vertices that
+// are not free; ends at `limit()`.
+template <typename Arrive, typename Limit>
+FreeDistances search_free(const Canvas& canvas, const std::vector<HalfedgeId>& first, VertexId root,
+                          const Arrive& arrive, const Limit& limit,
+                          const ExecutionContext& context) {
   using Entry = std::pair<double, VertexId>;
   const mesh::EditableTriangulation& mesh = canvas.mesh();
   FreeDistances found;
@@ -600,7 +566,8 @@ FreeDistances free_distances(const Canvas& canvas, const std::vector<HalfedgeId>
   const auto cross = [&](HalfedgeId h, double so_far) {
     const VertexId v = mesh.target(h);
     const double distance = so_far + canvas.length(h);
-    if (!canvas.is_free(v) || distance >= found.distance[at(v)]) return;
+    if (!canvas.is_free(v)) return arrive(h, distance);
+    if (distance >= found.distance[at(v)]) return;
     found.distance[at(v)] = distance;
     found.arrival[at(v)] = h;
     queue.push({distance, v});
@@ -612,7 +579,7 @@ FreeDistances free_distances(const Canvas& canvas, const std::vector<HalfedgeId>
     queue.push({0.0, root});
   }
   std::vector<char> done(found.distance.size(), 0);
-  for (int step = 1; !queue.empty(); ++step) {
+  for (int step = 1; !queue.empty() && queue.top().first < limit(); ++step) {
     if (step % kFreeStepsPerCheck == 0) context.check();
     const auto [distance, v] = queue.top();
     queue.pop();
@@ -624,92 +591,48 @@ FreeDistances free_distances(const Canvas& canvas, const std::vector<HalfedgeId>
   return found;
 }
 
-namespace {
-
-struct Entry {
-  double distance;
-  VertexId vertex;
-  bool operator>(const Entry& other) const {
-    return distance != other.distance ? distance > other.distance : vertex > other.vertex;
-  }
-};
-
-class Front {
- public:
-  Front(const Canvas& canvas, const WayEnd& to) : canvas_(canvas), to_(to) {}
-
-  void cross(HalfedgeId h, double so_far) {
-    const double distance = so_far + canvas_.length(h);
-    const VertexId v = canvas_.mesh().target(h);
-    if (canvas_.is_free(v)) {
-      Reached& reached = reached_[v];
-      if (distance >= reached.distance) return;
-      reached = {distance, h};
-      queue_.push({distance, v});
-    } else if (distance < best_.distance && is_end(h)) {
-      best_ = {distance, h};
-    }
-  }
-
-  void run(const ExecutionContext& context) {
-    for (int step = 1; !queue_.empty() && queue_.top().distance < best_.distance; ++step) {
-      if (step % kFreeStepsPerCheck == 0) context.check();
-      const Entry entry = queue_.top();
-      queue_.pop();
-      if (entry.distance > reached_.at(entry.vertex).distance) continue;
-      canvas_.mesh().for_each_outgoing(entry.vertex,
-                                       [&](HalfedgeId h) { cross(h, entry.distance); });
-    }
-  }
-
-  std::vector<HalfedgeId> path() const {
-    std::vector<HalfedgeId> path;
-    HalfedgeId h = best_.arrival;
-    while (h != kInvalid) {
-      path.push_back(h);
-      const auto before = reached_.find(canvas_.mesh().source(h));
-      h = before == reached_.end() ? kInvalid : before->second.arrival;
-    }
-    std::reverse(path.begin(), path.end());
-    return path;
-  }
-
- private:
-  struct Reached {
-    double distance = std::numeric_limits<double>::infinity();
-    HalfedgeId arrival = kInvalid;
-  };
-
-  bool is_end(HalfedgeId h) const {
-    const HalfedgeId back = canvas_.mesh().opposite(h);
-    const VertexId v = canvas_.mesh().source(back);
-    if (canvas_.on_curve(v)) return to_.sector && to_.sector(canvas_.sector_of(back));
-    return to_.cone && to_.cone(v);
-  }
-
-  const Canvas& canvas_;
-  const WayEnd& to_;
-  std::unordered_map<VertexId, Reached> reached_;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue_;
-  Reached best_;
-};
-
 }  // namespace
+
+FreeDistances free_distances(const Canvas& canvas, const std::vector<HalfedgeId>& first,
+                             VertexId root, const ExecutionContext& context) {
+  return search_free(
+      canvas, first, root, [](HalfedgeId, double) {}, [] { return FreeDistances::kUnreached; },
+      context);
+}
 
 std::vector<HalfedgeId> free_path(const Canvas& canvas, const WayStart& from, const WayEnd& to,
                                   const ExecutionContext& context) {
   context.check();
-  Front front(canvas, to);
   // Edges between vertices that are not free are drawn or were split: paths have two edges or more.
+  std::vector<HalfedgeId> first;
   for (const HalfedgeId sector : from.sectors)
-    canvas.for_each_inside(sector, [&](HalfedgeId h) { front.cross(h, 0.0); });
+    canvas.for_each_inside(sector, [&](HalfedgeId h) { first.push_back(h); });
   for (const VertexId v : from.vertices) {
     canvas.mesh().for_each_outgoing(v, [&](HalfedgeId h) {
-      if (!canvas.is_drawn(h)) front.cross(h, 0.0);
+      if (!canvas.is_drawn(h)) first.push_back(h);
     });
   }
-  front.run(context);
-  return front.path();
+  double least = FreeDistances::kUnreached;
+  HalfedgeId last = kInvalid;
+  const auto is_end = [&](HalfedgeId h) {
+    const VertexId v = canvas.mesh().target(h);
+    if (canvas.on_curve(v))
+      return to.sector && to.sector(canvas.sector_of(canvas.mesh().opposite(h)));
+    return to.cone && to.cone(v);
+  };
+  const FreeDistances found = search_free(
+      canvas, first, kInvalid,
+      [&](HalfedgeId h, double distance) {
+        if (distance >= least || !is_end(h)) return;
+        least = distance;
+        last = h;
+      },
+      [&] { return least; }, context);
+  std::vector<HalfedgeId> path;
+  for (HalfedgeId h = last; h != kInvalid; h = found.arrival[at(canvas.mesh().source(h))])
+    path.push_back(h);
+  std::reverse(path.begin(), path.end());
+  return path;
 }
 
 }  // namespace flipfree::seamless

@@ -1,9 +1,13 @@
 // Shortest ways through free vertices, from sector to sector of the curves that are drawn already.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <optional>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -46,6 +50,7 @@ class Canvas {
   const mesh::EditableTriangulation& mesh() const { return refined_.mesh; }
   Index vertex_count() const { return refined_.mesh.vertex_count(); }
   double length(HalfedgeId h) const;
+  double length(const std::vector<HalfedgeId>& path) const;
   // k - 4: what a cone adds to the corners around it; 0 where it is flat.
   Index excess(VertexId v) const {
     return v < static_cast<VertexId>(cones_.size()) ? cones_[at(v)] - kFlat : 0;
@@ -64,8 +69,9 @@ class Canvas {
   }
   // Drawn half-edges around v, counter-clockwise.
   std::vector<HalfedgeId> drawn_around(VertexId v) const;
-  // The half-edges of a cycle of vertices, in order.
-  std::vector<HalfedgeId> edges_of(const std::vector<VertexId>& cycle) const;
+  // The half-edges of a chain and of a cycle of vertices, in order.
+  std::vector<HalfedgeId> edges_along(const std::vector<VertexId>& vertices) const;
+  std::vector<HalfedgeId> edges_of(std::vector<VertexId> cycle) const;
 
   // Draws edges and refines. `path`: half-edges in any order; none drawn yet.
   void draw(const std::vector<HalfedgeId>& path, Curve kind);
@@ -76,7 +82,7 @@ class Canvas {
   // Splits edges of a chain of drawn half-edges until it has `edges`; returns its vertices.
   std::vector<VertexId> divide(const std::vector<HalfedgeId>& chain, std::size_t edges);
   // Puts a free vertex on an edge that is not drawn.
-  VertexId halve(HalfedgeId h);
+  VertexId halve(HalfedgeId h) { return split(h); }
   // Undraws every fence. The refinement stays.
   void remove_fences();
 
@@ -130,10 +136,59 @@ DiskBoundary disk_boundary(const Canvas& canvas);
 // the boundary, and a path that crosses one from left to right passes that cone. Cost: O(#F).
 std::vector<Index> excess_crossed(const Canvas& canvas, const DiskBoundary& boundary);
 
+// Paths through free vertices on sheets: Dijkstra's algorithm with one label per vertex and sheet,
+// led by what is left at least (A*; Hart, Nilsson, Raphael 1968). The sheet is told by what a path
+// has gathered so far: the excess that it has passed, or by how much it has turned. No path meets
+// itself: of those on one sheet that meet in a vertex only the shorter one goes on.
+class SheetSearch {
+ public:
+  struct Way {
+    HalfedgeId arrival;  // its last half-edge
+    Index before;        // the way that it continues, or kInvalid
+    Index from;          // where it began, as start() was told
+    double gathered;
+    double length;
+  };
+  // visit(h, gathered) for half-edges by which a way goes on, and what these add.
+  using Visit = std::function<void(HalfedgeId, double)>;
+  using Leave = std::function<void(HalfedgeId arrival, const Visit& visit)>;
+
+  // `left`: per vertex, what a way is longer yet at least; infinite where no way leads on. There
+  // are so many sheets per unit gathered, and `sheets` of them on either side.
+  SheetSearch(const Canvas& canvas, const std::vector<double>& left, double per_unit,
+              std::int64_t sheets)
+      : canvas_(canvas), left_(left), per_unit_(per_unit), sheets_(sheets) {}
+
+  // By this half-edge, which leaves a curve.
+  void start(HalfedgeId departure, Index from, double gathered) {
+    cross(departure, kInvalid, from, gathered, 0.0);
+  }
+  // Calls arrive(way) for all ways onto curves, and goes on as long as `limit()` is more than the
+  // shortest way that has not been gone on from will be; at most `most` ways per vertex. Cost: O(n
+  // log n) for n of them.
+  void run(const Leave& leave, const std::function<void(const Way&)>& arrive,
+           const std::function<double()>& limit, std::size_t most, const ExecutionContext& context);
+  std::vector<HalfedgeId> path(const Way& way) const;
+
+ private:
+  std::int64_t label(HalfedgeId arrival, double gathered) const;
+  void cross(HalfedgeId h, Index before, Index from, double gathered, double length);
+  bool meets_itself(Index way, VertexId v) const;
+
+  const Canvas& canvas_;
+  const std::vector<double>& left_;
+  double per_unit_;
+  std::int64_t sheets_;
+  std::vector<Way> ways_;
+  std::unordered_map<std::int64_t, double> shortest_;  // per vertex and sheet
+  std::unordered_map<VertexId, double> nearest_;       // per vertex, the shortest way to it
+  std::vector<std::pair<double, Index>> queue_;        // a heap by length and what is left
+  std::vector<Way> arrivals_;                          // not called yet
+};
+
 // The shortest path that divides a disk so that both parts have the corners that the cones in them
-// ask for (thesis 5.2.1, equation 5.1): Dijkstra's algorithm, led by the distance that is left, on
-// the branched cover of the disk, whose sheets are the excess that a path has passed (5.4.1, "Extra
-// Cut").
+// ask for (thesis 5.2.1, equation 5.1), on the branched cover of the disk, whose sheets are the
+// excess that a path has passed (5.4.1, "Extra Cut").
 
 // From one place of the boundary to another one. The part on its left has the corners strictly
 // between `to` and `from`, and two more at the path's ends.
@@ -220,7 +275,7 @@ struct WayEnd {
   std::function<bool(VertexId)> cone;
 };
 // The shortest path, as half-edges; all its vertices but the first and the last are free. Empty if
-// there is none. Cost: O(F log F), F being the faces that are nearer.
+// there is none. Cost: O(#V + F log F), F being the faces that are nearer.
 std::vector<HalfedgeId> free_path(const Canvas& canvas, const WayStart& from, const WayEnd& to,
                                   const ExecutionContext& context);
 

@@ -83,10 +83,7 @@ Index end_of(const Canvas& canvas, const BranchGraph& graph, HalfedgeId h) {
 
 void divide_branches(Canvas& canvas, BranchGraph& graph) {
   for (BranchGraph::Branch& branch : graph.branches) {
-    std::vector<HalfedgeId> chain;
-    for (std::size_t i = 0; i + 1 < branch.vertices.size(); ++i)
-      chain.push_back(canvas.mesh().find(branch.vertices[i], branch.vertices[i + 1]));
-    branch.vertices = canvas.divide(chain, kEdgesPerBranch);
+    branch.vertices = canvas.divide(canvas.edges_along(branch.vertices), kEdgesPerBranch);
   }
 }
 
@@ -134,23 +131,10 @@ Vertices reversed(Vertices vertices) {
   return vertices;
 }
 
-std::vector<HalfedgeId> edges_along(const Canvas& canvas, const Vertices& vertices) {
-  std::vector<HalfedgeId> path;
-  for (std::size_t i = 0; i + 1 < vertices.size(); ++i)
-    path.push_back(canvas.mesh().find(vertices[i], vertices[i + 1]));
-  return path;
-}
-
 Vertices vertices_along(const Canvas& canvas, const std::vector<HalfedgeId>& path) {
   Vertices vertices = {canvas.mesh().source(path.front())};
   for (const HalfedgeId h : path) vertices.push_back(canvas.mesh().target(h));
   return vertices;
-}
-
-double length(const Canvas& canvas, const std::vector<HalfedgeId>& path) {
-  double sum = 0.0;
-  for (const HalfedgeId h : path) sum += canvas.length(h);
-  return sum;
 }
 
 // From an inner vertex of a branch, on its left, to a cone.
@@ -169,7 +153,7 @@ std::optional<Spur> nearest_spur(const Canvas& canvas, const Vertices& branch,
   const auto is_end = [&](VertexId v) { return is_wanted(canvas.excess(v)); };
   const std::vector<HalfedgeId> path = free_path(canvas, from, {nullptr, is_end}, context);
   if (path.empty()) return std::nullopt;
-  return Spur{vertices_along(canvas, path), length(canvas, path)};
+  return Spur{vertices_along(canvas, path), canvas.length(path)};
 }
 
 // The vertices beside a spur that is drawn as a fence, from the one after its root on the branch
@@ -218,17 +202,17 @@ Vertices draw_around(Canvas& canvas, const Vertices& branch, const Vertices& spu
   const auto root = std::find(branch.begin() + 1, branch.end() - 1, spur.front());
   const VertexId before = *(root - 1), after = *(root + 1);
   const Curve kind = canvas.curve(canvas.mesh().find(before, *root));
-  canvas.draw(edges_along(canvas, spur), Curve::kFence);
+  canvas.draw(canvas.edges_along(spur), Curve::kFence);
   const Vertices beside = path_beside(canvas, *root, after, before);
   canvas.remove_fences();
-  canvas.erase(edges_along(canvas, {before, *root, after}));
+  canvas.erase(canvas.edges_along({before, *root, after}));
   Vertices detour(branch.begin(), root);
   detour.insert(detour.end(), beside.rbegin(), beside.rend());
   detour.insert(detour.end(), root + 1, branch.end());
   Vertices drawn = {before};
   drawn.insert(drawn.end(), beside.rbegin(), beside.rend());
   drawn.push_back(after);
-  canvas.draw(edges_along(canvas, drawn), kind);
+  canvas.draw(canvas.edges_along(drawn), kind);
   return detour;
 }
 
@@ -240,24 +224,24 @@ std::optional<Vertices> draw_shortest_detour(Canvas& canvas, const Vertices& bra
   Vertices detour;
   double shortest = 0.0;
   for (const bool on_right : {false, true}) {
-    const std::vector<HalfedgeId> along = edges_along(canvas, on_right ? reversed(branch) : branch);
+    const std::vector<HalfedgeId> along = canvas.edges_along(on_right ? reversed(branch) : branch);
     // Back from the end of the branch, so that the cones between are on the left.
     const PathEnds ends{(boundary.place[at(along.back())] + 1) % boundary.size(),
                         boundary.place[at(along.front())]};
     const auto path =
         shortest_enclosing_path(canvas, boundary, ends, on_right ? change : -change, context);
     if (!path) continue;
-    const double own = length(canvas, path->halfedges);
+    const double own = canvas.length(path->halfedges);
     if (!detour.empty() && own >= shortest) continue;
     shortest = own;
     detour = vertices_along(canvas, path->halfedges);
     if (!on_right) detour = reversed(detour);
   }
   if (detour.empty()) return std::nullopt;
-  const std::vector<HalfedgeId> old = edges_along(canvas, branch);
+  const std::vector<HalfedgeId> old = canvas.edges_along(branch);
   const Curve kind = canvas.curve(old.front());
   canvas.erase(old);
-  canvas.draw(edges_along(canvas, detour), kind);
+  canvas.draw(canvas.edges_along(detour), kind);
   return detour;
 }
 
@@ -298,12 +282,7 @@ intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& 
   intrinsic::DualLoop strip;
   const auto cross = [&](HalfedgeId h) {
     const HalfedgeId side = canvas.input_side(h);
-    if (side == kInvalid) return;
-    if (!strip.empty() && strip.back() == input_adjacency.opposite[at(side)]) {
-      strip.pop_back();
-    } else {
-      strip.push_back(side);
-    }
+    if (side != kInvalid) intrinsic::go_across(strip, side, input_adjacency.opposite);
   };
   const std::size_t n = cycle.size();
   for (std::size_t i = 0; i < n; ++i) {
@@ -312,12 +291,7 @@ intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& 
     HalfedgeId h = next_corner(canvas.mesh().find(cycle[(i + n - 1) % n], v));
     for (; h != out; h = next_corner(canvas.mesh().opposite(h))) cross(h);
   }
-  std::size_t first = 0;
-  while (first + 1 < strip.size() && strip[first] == input_adjacency.opposite[at(strip.back())]) {
-    strip.pop_back();
-    ++first;
-  }
-  strip.erase(strip.begin(), strip.begin() + static_cast<std::ptrdiff_t>(first));
+  intrinsic::close_strip(strip, input_adjacency.opposite);
   if (strip.empty()) throw InternalError("a loop of the cut that shrinks to a point");
   return strip;
 }

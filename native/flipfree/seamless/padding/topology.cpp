@@ -2,8 +2,7 @@
 
 #include <array>
 #include <cstddef>
-#include <functional>
-#include <limits>
+#include <optional>
 #include <utility>
 
 #include "flipfree/base/failure.h"
@@ -12,61 +11,68 @@
 #include "flipfree/seamless/padding/extra_path.h"
 #include "flipfree/seamless/padding/hole_chain.h"
 #include "flipfree/seamless/padding/reroute.h"
-#include "flipfree/seamless/padding/straight.h"
+#include "flipfree/seamless/padding/turn_meter.h"
 #include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {
 
 namespace {
 
-// A cut is drawn again, straighter, from this range of scales on (straight/linear_scale.h).
-constexpr double kFarOff = 100.0;
-// Straightness::quarter_price: in the cones' own flat angles, of which drifts grow from handle to
+// From so many handles on curves are led by the cones: shortest ones leave a disk that is far from
+// having right angles.
+constexpr Index kManyHandles = 8;
+// ChainGuide::quarter_price: in the cones' own flat angles, of which drifts grow from handle to
 // handle, and along a field, whose loops turn by whole quarters.
 constexpr double kConesPrice = 3.0;
 constexpr double kFieldPrice = 2.0;
 
+// What the curves are led by; null: nothing.
+struct Lead {
+  const WishedTurns* wished = nullptr;
+  const std::vector<double>* crossings = nullptr;
+  double quarter_price = 0.0;
+};
+
 // Draws the cut for one pattern after the other.
 class Drawer {
  public:
-  // `straight`: if the chain shall be; or null.
   Drawer(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
-         const WishedTurns* wished, const Straightness* straight, const ExecutionContext& context)
+         const Lead& lead, const ExecutionContext& context)
       : canvas_(canvas),
         input_(input),
         input_adjacency_(
             mesh::build_adjacency(static_cast<Index>(input.vertices.rows()), input.faces)),
         cones_(cones),
-        wished_(wished),
-        straight_(straight),
-        context_(context) {}
+        wished_(lead.wished),
+        guide_{nullptr, lead.crossings, lead.quarter_price},
+        context_(context) {
+    if (wished_ != nullptr) {
+      guide_.turning = [this](const std::vector<VertexId>& cycle) {
+        return wished_->turning(strip_on_input(canvas_, input_adjacency_, cycle));
+      };
+    }
+  }
 
   void draw(Pattern pattern, Index genus) {
     if (wished_ != nullptr && can_be_twisted(cones_, genus)) {
-      draw_hole_chain(canvas_, genus, context_, turns());
+      ChainGuide short_ones = guide_;
+      short_ones.crossings = nullptr;
+      draw_hole_chain(canvas_, genus, context_, short_ones);
       divide();
       const std::vector<Index> odd =
           odd_branches(canvas_, input_adjacency_, graph_, wished_->turning);
       if (!odd.empty()) {
         const std::vector<VertexId> first = draw_loop_across(canvas_, graph_, odd, context_);
-        join(straight_ == nullptr
-                 ? draw_twisted_chain(canvas_, first, genus, context_, turns())
-                 : draw_straight_twisted_chain(canvas_, first, genus, *straight_, context_));
+        join(draw_twisted_chain(canvas_, first, genus, context_, guide_));
         return;
       }
       canvas_.erase_all();
     }
     if (pattern == Pattern::kTwoTNodes) {
-      join(straight_ == nullptr
-               ? draw_chain_with_t_nodes(canvas_, genus, context_, turns())
-               : draw_straight_chain_with_t_nodes(canvas_, genus, *straight_, context_));
+      join(draw_chain_with_t_nodes(canvas_, genus, context_, guide_));
       return;
     }
-    if (straight_ != nullptr) {
-      draw_straight_chain(canvas_, genus, *straight_, context_);
-    } else {
-      draw_hole_chain(canvas_, genus, context_, turns());
-    }
+    draw_hole_chain(canvas_, genus, context_, guide_);
     divide();
     if (pattern == Pattern::kLoop) {
       close_loop();
@@ -78,13 +84,6 @@ class Drawer {
   }
 
  private:
-  CycleTurns turns() const {
-    if (wished_ == nullptr) return nullptr;
-    return [this](const std::vector<VertexId>& cycle) {
-      return wished_->turning(strip_on_input(canvas_, input_adjacency_, cycle));
-    };
-  }
-
   void divide() {
     graph_ = branch_graph(canvas_);
     divide_branches(canvas_, graph_);
@@ -129,7 +128,7 @@ class Drawer {
   const mesh::Adjacency input_adjacency_;
   const std::vector<Index>& cones_;
   const WishedTurns* wished_;
-  const Straightness* straight_;
+  ChainGuide guide_;
   const ExecutionContext& context_;
   BranchGraph graph_;
 };
@@ -140,9 +139,7 @@ void read_branches(const Canvas& canvas, AdmissibleCut& cut) {
   const auto first = [&](Index end) { return leaving(canvas, graph, end); };
   for (Index b = 0; at(b) < graph.branches.size(); ++b) {
     const BranchGraph::Branch& branch = graph.branches[at(b)];
-    std::vector<HalfedgeId>& halfedges = cut.branches.emplace_back();
-    for (std::size_t i = 0; i + 1 < branch.vertices.size(); ++i)
-      halfedges.push_back(canvas.mesh().find(branch.vertices[i], branch.vertices[i + 1]));
+    cut.branches.push_back(canvas.edges_along(branch.vertices));
     if (branch.kind != Curve::kExtra) continue;
     for (const Index end : {2 * b, 2 * b + 1}) {
       const Index next = graph.next_end[at(end)];
@@ -159,16 +156,13 @@ Index genus_of(const mesh::Surface& surface) {
   return mesh::topology(surface.faces, mesh::build_adjacency(vertex_count, surface.faces)).genus();
 }
 
-// `straight`: for a straight chain; or null.
 AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& cones, Index genus,
-                       const WishedTurns* wished, const Straightness* straight,
-                       const ExecutionContext& context) {
+                       const Lead& lead, const ExecutionContext& context) {
   const Pattern pattern = pattern_for(cones, genus);
   // A sphere is not cut: its cones may be neighbours.
   Canvas canvas(surface, pattern == Pattern::kNone ? std::vector<Index>(cones.size(), 4) : cones);
   AdmissibleCut cut;
-  if (pattern != Pattern::kNone)
-    Drawer(canvas, surface, cones, wished, straight, context).draw(pattern, genus);
+  if (pattern != Pattern::kNone) Drawer(canvas, surface, cones, lead, context).draw(pattern, genus);
   cut.surface = canvas.surface();
   cut.provenance = canvas.provenance();
   if (pattern != Pattern::kNone) read_branches(canvas, cut);
@@ -182,32 +176,6 @@ AdmissibleCut in_given_unit(AdmissibleCut cut, const mesh::Surface& surface, dou
   return cut;
 }
 
-struct DrawnCut {
-  AdmissibleCut cut;
-  Reroutings done;
-};
-
-// Of two ways to draw a cut, the one whose pieces are nearer to what they shall be; the second is
-// tried only if the first is far off, or not there.
-DrawnCut nearer_cut(const std::vector<Index>& cones, const std::function<DrawnCut()>& draw_first,
-                    const std::function<DrawnCut()>& draw_second, ExecutionContext& context) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const auto measure = [&](Outcome<DrawnCut>& drawn, double first) {
-    if (!drawn) return kInfinity;
-    const auto found = attempt([&] { return scale_range(drawn->cut, cones, context); });
-    if (!found) return kInfinity;
-    drawn->cut.range = *found;
-    drawn->cut.first_range = first < kInfinity ? first : *found;
-    return *found;
-  };
-  auto first = attempt(draw_first);
-  const double reached = measure(first, kInfinity);
-  if (reached < kFarOff) return std::move(*first);
-  auto second = attempt(draw_second);
-  if (!first && !second) throw NotConverged(first.error());
-  return !first || measure(second, reached) < reached ? std::move(*second) : std::move(*first);
-}
-
 }  // namespace
 
 AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
@@ -215,18 +183,15 @@ AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vecto
   const Index genus = genus_of(surface);
   check_cones(cones, genus);
   const mesh::InOwnUnit scaled(surface);
-  const auto draw = [&](const Straightness* straight) {
-    return DrawnCut{draw_cut(scaled.surface(), cones, genus, nullptr, straight, context), {}};
-  };
-  const auto draw_straight = [&] {
-    const std::vector<double> crossings = flat_crossings(scaled.surface(), cones, context);
-    const Straightness straight{crossings, kConesPrice};
-    return draw(&straight);
-  };
-  DrawnCut drawn = genus == 0 ? draw(nullptr)
-                              : nearer_cut(
-                                    cones, [&] { return draw(nullptr); }, draw_straight, context);
-  return in_given_unit(std::move(drawn.cut), surface, scaled.unit());
+  if (genus >= kManyHandles) {
+    auto led = attempt([&] {
+      const std::vector<double> crossings = flat_crossings(scaled.surface(), cones, context);
+      return draw_cut(scaled.surface(), cones, genus, {nullptr, &crossings, kConesPrice}, context);
+    });
+    if (led) return in_given_unit(std::move(*led), surface, scaled.unit());
+  }
+  return in_given_unit(draw_cut(scaled.surface(), cones, genus, {}, context), surface,
+                       scaled.unit());
 }
 
 AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
@@ -234,22 +199,20 @@ AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<I
   const Index genus = genus_of(surface);
   check_cones(cones, genus);
   const mesh::InOwnUnit scaled(surface);
-  const auto draw = [&](const Straightness* straight) {
-    DrawnCut drawn;
+  Reroutings done;
+  const auto draw = [&](const std::vector<double>* crossings) {
     WishedTurns own = wished;
-    own.done = &drawn.done;
-    drawn.done.straight = straight == nullptr ? 0 : 1;
-    drawn.cut = draw_cut(scaled.surface(), cones, genus, &own, straight, context);
-    return drawn;
+    own.done = &done;
+    done = {};
+    done.straight = crossings == nullptr ? 0 : 1;
+    return draw_cut(scaled.surface(), cones, genus, {&own, crossings, kFieldPrice}, context);
   };
-  const auto draw_short = [&] { return draw(nullptr); };
-  const Straightness along{wished.crossings, kFieldPrice};
-  DrawnCut drawn = genus == 0 || wished.crossings.empty()
-                       ? draw_short()
-                       : nearer_cut(
-                             cones, [&] { return draw(&along); }, draw_short, context);
-  if (wished.done != nullptr) *wished.done += drawn.done;
-  return in_given_unit(std::move(drawn.cut), surface, scaled.unit());
+  const auto along = genus == 0 || wished.crossings.empty() ? nullptr : &wished.crossings;
+  auto drawn = attempt([&] { return draw(along); });
+  if (!drawn && along == nullptr) throw NotConverged(drawn.error());
+  AdmissibleCut cut = drawn ? std::move(*drawn) : draw(nullptr);
+  if (wished.done != nullptr) *wished.done += done;
+  return in_given_unit(std::move(cut), surface, scaled.unit());
 }
 
 }  // namespace flipfree::seamless

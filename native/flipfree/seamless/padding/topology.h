@@ -6,8 +6,8 @@
 //   branches genus 3 and more          hole chain and an extra path (Proposition 11) otherwise hole
 //   chain and a loop around a cone with k = 1
 //
-// Without turns to be met, a cut of genus 2 and more whose disk is far from having right angles is
-// drawn again with curves that turn little (straight_chain.h), if that brings it nearer.
+// On surfaces of many handles curves are led by the cones, with turns to be met along the field
+// (hole_chain.h); where such a chain is not found, they are as short as they can be.
 //
 // A cut all of whose nodes have four branches can be equalized if no component has a multiple of
 // four corners: its matrix has full row rank (Lemma 5.10 for both components at once), and the
@@ -20,8 +20,8 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/seamless/padding/admissible_cut.h"
 #include "flipfree/seamless/padding/reroute.h"
+#include "flipfree/seamless/padding/segments.h"
 
 namespace flipfree::seamless {
 

@@ -3,8 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <exception>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -14,7 +14,6 @@
 #include "flipfree/certify/certify.h"
 #include "flipfree/conformal/map.h"
 #include "flipfree/mesh/topology.h"
-#include "flipfree/mesh/validate.h"
 #include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {
@@ -35,46 +34,24 @@ void find_seams(const std::vector<VertexId>& cones, PennerMap& result) {
 }
 
 void add_penner_figures(const PennerMetric& metric, Stats& stats) {
-  const auto& of_metric = metric.metric.stats;
-  stats["seconds_conformal"] = of_metric.at("seconds_conformal");
-  const auto newton = of_metric.find("seconds_newton");
-  stats["seconds_newton"] = newton == of_metric.end() ? StatValue{0.0} : newton->second;
-  const auto relaxation = of_metric.find("seconds_relaxation");
-  stats["seconds_relaxation"] = relaxation == of_metric.end() ? StatValue{0.0} : relaxation->second;
+  stats["seconds_conformal"] = metric.seconds_conformal;
+  stats["seconds_newton"] = metric.seconds_newton;
   stats["attempt"] = static_cast<std::int64_t>(metric.attempt);
   stats["relaxed"] = static_cast<std::int64_t>(metric.relaxed);
-  stats["conformal_iterations"] = static_cast<std::int64_t>(metric.conformal_iterations);
   stats["iterations"] = static_cast<std::int64_t>(metric.iterations);
-  stats["conformal_flips"] = static_cast<std::int64_t>(metric.conformal_flips);
   stats["flips"] = static_cast<std::int64_t>(metric.metric.flips.size());
   stats["bits"] = static_cast<std::int64_t>(metric.metric.bits);
   stats["angle_error"] = metric.metric.angle_error;
   stats["loops"] = static_cast<std::int64_t>(metric.loops.size());
-  std::int64_t changed = 0;
-  for (std::size_t i = 0; i < metric.loops.size(); ++i) {
-    changed += std::lround(metric.start_angles[i] / kQuarterTurn) != metric.loops[i].quarter_turns;
-  }
-  stats["loops_not_nearest"] = changed;
 }
 
-// Turns a map with an aligned boundary so that this runs along the axes.
-void turn_to_axes(certify::Parametrization& map) {
+// Turns a connected map with an aligned boundary so that this runs along the axes.
+void turn_boundary_to_axes(certify::Parametrization& map) {
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
-  std::complex<double> sum = 0.0;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
-    if (adjacency.opposite[at(h)] != kInvalid) continue;
-    const Vector2 along = map.uv.row(next_corner(h)) - map.uv.row(h);
-    const double length = along.norm();
-    if (!(length > 0.0)) continue;
-    const std::complex<double> direction(along.x() / length, along.y() / length);
-    sum += length * std::pow(direction, 4);
-  }
-  const std::complex<double> turn = std::polar(1.0, -0.25 * std::arg(sum));
-  for (Eigen::Index c = 0; c < map.uv.rows(); ++c) {
-    const std::complex<double> p = turn * std::complex<double>(map.uv(c, 0), map.uv(c, 1));
-    map.uv.row(c) << p.real(), p.imag();
-  }
+  const std::vector<Index> one_chart(static_cast<std::size_t>(map.surface.faces.rows()), 0);
+  turn_to_axes(
+      one_chart, 1, [&](HalfedgeId h) { return adjacency.opposite[at(h)] == kInvalid; }, map.uv);
   map.uv32 = map.uv.cast<float>();
 }
 
@@ -123,7 +100,7 @@ PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Inde
     throw certify::CertificateFailed("The seamless map", certify::in_input_faces(result.map));
   }
   if (aligned) {
-    turn_to_axes(result.map);
+    turn_boundary_to_axes(result.map);
     certify::CertifyRequest request;
     request.cone_angles = prescribed_angles(
         cones, surface.faces,
@@ -133,8 +110,8 @@ PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Inde
   return result;
 }
 
-// The first metric that is found, and where it cannot be written as a map in 64 bits, the next one:
-// a single cone far from all handles. The first failure if neither can, or if there is none.
+}  // namespace
+
 PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& cones,
                         const std::optional<std::vector<LoopTurn>>& loops,
                         const PennerMapOptions& options, ExecutionContext& context) {
@@ -166,6 +143,8 @@ PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& 
   }
   std::rethrow_exception(failure);
 }
+
+namespace {
 
 double area(const Points3& p, const Triangles& faces) {
   double sum = 0.0;
@@ -298,7 +277,7 @@ IndexPairs pairs_in(const IndexPairs& pairs, const std::vector<VertexId>& local)
 PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>& cones,
                          const std::optional<std::vector<LoopTurn>>& loops,
                          const PennerMapOptions& options, const mesh::Adjacency& adjacency,
-                         ExecutionContext& context) {
+                         const ComponentMapper& map_one, ExecutionContext& context) {
   const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
   const mesh::CutMesh mesh = mesh::cut_along(surface.faces, adjacency, none);
   const std::vector<mesh::Chart> charts = mesh::split_into_charts(surface.vertices, mesh);
@@ -324,7 +303,7 @@ PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>&
     for (const VertexId v : vertices) local[at(v)] = kInvalid;
     PennerMap found;
     try {
-      found = map_component(charts[i].surface, own_cones, own_loops, own, context);
+      found = map_one(charts[i].surface, own_cones, own_loops, own, charts[i].faces, context);
     } catch (...) {
       rethrow_placed(charts[i].faces, vertices);
     }
@@ -343,27 +322,40 @@ PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>&
 
 }  // namespace
 
-PennerMap compute_penner_map(const mesh::Surface& surface, const std::vector<Index>& given,
+PennerMap map_each_component(const mesh::Surface& surface, const std::vector<Index>& given,
                              const std::optional<std::vector<LoopTurn>>& loops,
-                             const PennerMapOptions& options, ExecutionContext& context) {
-  mesh::ValidateOptions rules;
-  rules.allow_isolated_vertices = false;
-  mesh::validate(surface, rules, context);
+                             const PennerMapOptions& options, const ComponentMapper& map_one,
+                             ExecutionContext& context) {
+  check_surface(surface, context);
   if (given.size() != static_cast<std::size_t>(surface.vertices.rows()))
     throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const std::vector<Index> cones = flat_inside(given, adjacency);
-  PennerMap result =
-      in_time(context, options.metric.max_seconds, "The seamless map was not reached",
-              "or spread the curvature over more vertices", [&] {
-                return mesh::face_components(adjacency).count == 1
-                           ? map_component(surface, cones, loops, options, context)
-                           : map_components(surface, cones, loops, options, adjacency, context);
-              });
+  std::vector<FaceId> all(static_cast<std::size_t>(surface.faces.rows()));
+  std::iota(all.begin(), all.end(), FaceId{0});
+  PennerMap result = in_time(
+      context, options.metric.max_seconds, "The seamless map was not reached",
+      "or spread the curvature over more vertices", [&] {
+        return mesh::face_components(adjacency).count == 1
+                   ? map_one(surface, cones, loops, options, all, context)
+                   : map_components(surface, cones, loops, options, adjacency, map_one, context);
+      });
   find_seams(inner_cones(result.cones, surface.faces, adjacency), result);
   result.map.stats["seam_error"] = result.seam_error;
   return result;
+}
+
+PennerMap compute_penner_map(const mesh::Surface& surface, const std::vector<Index>& cones,
+                             const std::optional<std::vector<LoopTurn>>& loops,
+                             const PennerMapOptions& options, ExecutionContext& context) {
+  const ComponentMapper map_one = [](const mesh::Surface& component, const std::vector<Index>& own,
+                                     const std::optional<std::vector<LoopTurn>>& own_loops,
+                                     const PennerMapOptions& own_options,
+                                     const std::vector<FaceId>&, ExecutionContext& inner) {
+    return map_component(component, own, own_loops, own_options, inner);
+  };
+  return map_each_component(surface, cones, loops, options, map_one, context);
 }
 
 }  // namespace flipfree::seamless

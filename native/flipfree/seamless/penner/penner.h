@@ -53,4 +53,24 @@ PennerMap compute_penner_map(const mesh::Surface& surface, const std::vector<Ind
                              const std::optional<std::vector<LoopTurn>>& loops,
                              const PennerMapOptions& options, ExecutionContext& context);
 
+// The map of one connected surface, a component of another one: its face f, with the same corners,
+// is that one's face faces[f]. `cones`, `loops`, options: its own. Branches are not yet found.
+using ComponentMapper = std::function<PennerMap(
+    const mesh::Surface& component, const std::vector<Index>& cones,
+    const std::optional<std::vector<LoopTurn>>& loops, const PennerMapOptions& options,
+    const std::vector<FaceId>& faces, ExecutionContext& context)>;
+
+// One of them by the first attempt, from that of the options on, that finds a metric, and where
+// that cannot be written as a map in 64 bits, by the next one.
+PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& cones,
+                        const std::optional<std::vector<LoopTurn>>& loops,
+                        const PennerMapOptions& options, ExecutionContext& context);
+
+// compute_penner_map() with another mapper in place of map_component(). Errors of components name
+// places of the surface.
+PennerMap map_each_component(const mesh::Surface& surface, const std::vector<Index>& cones,
+                             const std::optional<std::vector<LoopTurn>>& loops,
+                             const PennerMapOptions& options, const ComponentMapper& map_one,
+                             ExecutionContext& context);
+
 }  // namespace flipfree::seamless

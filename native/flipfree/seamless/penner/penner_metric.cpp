@@ -37,6 +37,10 @@ constexpr std::size_t kMostTries = 24;  // of turns that nobody asked for
 // most.
 constexpr double kSmallEnergy = 100.0;
 constexpr int kMostRelaxation = 8;
+// A metric that is to be finished is near enough where all vertices alike have this energy; every
+// step towards it meets the angles as well as this, as what is left is met by conformal changes.
+constexpr double kPaddedNearEnough = 1.5;
+constexpr double kPaddedTolerance = 1e-6;
 // Loops that are turned gradually turn by so much between relaxations, and so many steps of these
 // follow.
 constexpr double kGradually = 0.5 * kQuarterTurn;
@@ -51,34 +55,6 @@ std::string scientific(double value) {
 void carry_through(const std::vector<intrinsic::FlipRecord>& flips, intrinsic::LoopCarrier& loops,
                    const ExecutionContext& context) {
   intrinsic::replay_flips(flips, 0, flips.size(), context, [&](EdgeId e) { loops.flip(e); });
-}
-
-// The metric so far as the start of an engine.
-EngineInput start_of(const ConformalMetric& metric, const std::vector<double>& target) {
-  EngineInput input;
-  input.setup.mesh = metric.mesh;
-  input.setup.input_halfedge = metric.input_halfedge;
-  input.setup.on_boundary = metric.on_boundary;
-  input.vertex_count = static_cast<Index>(target.size());
-  input.edge_length = intrinsic::to_doubles(metric.length);
-  input.target = target;
-  return input;
-}
-
-// What an engine that started from the metric so far reached, appended to it.
-void append(const MetricEngine& engine, ConformalMetric& metric, const ExecutionContext& context) {
-  ConformalMetric further;
-  engine.finish(further, false, context);
-  metric.flips.insert(metric.flips.end(), further.flips.begin(), further.flips.end());
-  metric.mesh = std::move(further.mesh);
-  metric.length = std::move(further.length);
-  std::vector<double> u = intrinsic::to_doubles(metric.u);
-  for (std::size_t v = 0; v < u.size(); ++v) u[v] += further.scale_factors[v];
-  metric.scale_factors = u;
-  const auto [low, high] = std::minmax_element(u.begin(), u.end());
-  metric.scale_range = *high - *low;
-  metric.u = std::move(u);
-  metric.bits = further.bits;
 }
 
 // A third of the triangles around.
@@ -191,8 +167,6 @@ class PennerSolver {
       result.metric =
           conformal::compute_conformal_metric(surface_, targets_.vertex_angle, options, context_);
     }
-    result.conformal_iterations = result.metric.iterations;
-    result.conformal_flips = result.metric.flips.size();
     carry_through(result.metric.flips, loops, context_);
     targets_.loop_angle.assign(loops.size(), 0.0);
     const PennerAngles angles = measured(result.metric, loops, turns_given ? nullptr : &prepared_);
@@ -206,7 +180,7 @@ class PennerSolver {
       if (finishing_) turns_.resize(1);
     }
     aim_at(turns_.front(), result);
-    result.metric.stats["seconds_conformal"] = watch.seconds();
+    result.seconds_conformal = watch.seconds();
   }
 
   // What it costs to turn loops by other quarters; strips between boundaries turn twice on the
@@ -281,7 +255,7 @@ class PennerSolver {
         go_gradually(result, loops);
       }
     }
-    result.metric.stats["seconds_newton"] = watch.seconds();
+    result.seconds_newton = watch.seconds();
     if (last_.end != PennerEnd::kConverged)
       throw_not_reached(result.iterations, result.metric.bits);
   }
@@ -314,7 +288,6 @@ class PennerSolver {
         vertex_means(fresh.mesh, ReferenceMetric(fresh).ratios(engine->lengths()));
     fresh.u = fresh.scale_factors;
     result.metric = std::move(fresh);
-    result.conformal_flips = 0;
     loops = std::move(carried);
     climb(result, loops, false);
   }
@@ -329,36 +302,24 @@ class PennerSolver {
       start[i] = result.start_angles[i] * whole_turns(result.loops[i], 1);
       far = std::max(far, std::abs(goal[i] - start[i]));
     }
-    ReferenceMetric reference(result.metric);
-    const EngineInput input = start_of(result.metric, targets_.vertex_angle);
-    auto engine = make_engine(input, 53, context_);
-    const auto follow = [&](std::size_t first) {
-      intrinsic::replay_flips(engine->flips(), first, engine->flips().size(), context_,
-                              [&](EdgeId e) { reference.flip(e); });
-    };
-    carry_through(engine->flips(), loops, context_);
-    follow(0);
-    Relaxation relaxation(targets_, kNearlyMet, context_);
+    CarriedMetric carried(result.metric, targets_, loops, context_);
     PennerNewtonOptions newton;
     newton.tolerance = kNearlyMet;
     newton.max_iterations = options_.max_iterations;
+    const std::vector<double> area = vertex_areas(surface_);
     const int steps = static_cast<int>(std::ceil(far / kGradually));
     for (int k = 1; k <= steps; ++k) {
       for (std::size_t i = 0; i < goal.size(); ++i)
         targets_.loop_angle[i] = start[i] + (goal[i] - start[i]) * k / steps;
-      const std::size_t before = engine->flips().size();
-      const PennerRun run = run_penner(engine, loops, targets_, newton, context_);
+      const PennerRun run = carried.meet(targets_, Meeting::kConformal, newton, context_);
       result.iterations += run.iterations;
-      follow(before);
       if (run.end != PennerEnd::kConverged) break;
-      for (int i = 0; i < kBetween; ++i) {
-        if (!relaxation.step(engine, loops, reference)) break;
-      }
+      come_near(carried, targets_, Meeting::kConformal, {kNearlyMet, kBetween, 0.0}, area,
+                context_);
     }
     targets_.loop_angle = goal;
-    append(*engine, result.metric, context_);
-    result.metric.scale_factors = vertex_means(engine->mesh(), reference.ratios(engine->lengths()));
-    result.metric.u = result.metric.scale_factors;
+    carried.append_to(result.metric, context_);
+    loops = carried.loops();
     climb(result, loops, false);
   }
 
@@ -373,10 +334,8 @@ class PennerSolver {
       auto engine = make_engine(input, bits, context_);
       carry_through(engine->flips(), loops, context_);
       newton.max_iterations = options_.max_iterations - (result.iterations - before);
-      auto prepared = std::move(prepared_);
-      const PennerRun run = prepared ? run_prepared_penner(engine, loops, targets_, newton,
-                                                           std::move(prepared), context_)
-                                     : run_penner(engine, loops, targets_, newton, context_);
+      const PennerRun run =
+          run_penner(engine, loops, targets_, newton, context_, std::move(prepared_));
       result.iterations += run.iterations;
       result.metric.error_history.insert(result.metric.error_history.end(),
                                          run.error_history.begin(), run.error_history.end());
@@ -399,46 +358,31 @@ class PennerSolver {
 
   // Steps towards the input's metric, as many as asked for or as the scale asks for.
   void relax(PennerMetric& result, intrinsic::LoopCarrier& loops) {
-    const Stopwatch watch;
     ConformalMetric& metric = result.metric;
-    const std::vector<double> area = vertex_areas(surface_);
+    const std::vector<double> area = finishing_
+                                         ? std::vector<double>(targets_.vertex_angle.size(), 1.0)
+                                         : vertex_areas(surface_);
     const bool automatic = options_.relaxation < 0;
     const int most = automatic ? kMostRelaxation : options_.relaxation;
     if (automatic && scaling_energy(metric.scale_factors, area) <= kSmallEnergy) return;
     if (most == 0 || metric.bits > 53) return;
-    ReferenceMetric reference(metric);
-    const EngineInput input = start_of(metric, targets_.vertex_angle);
-    auto engine = make_engine(input, metric.bits, context_);
-    carry_through(engine->flips(), loops, context_);
-    intrinsic::replay_flips(engine->flips(), 0, engine->flips().size(), context_,
-                            [&](EdgeId e) { reference.flip(e); });
-    Relaxation relaxation(targets_, std::max(options_.tolerance, kNearlyMet), context_);
-    const auto scale = [&] {
-      return vertex_means(engine->mesh(), reference.ratios(engine->lengths()));
-    };
-    while (result.relaxed < most && (!automatic || scaling_energy(scale(), area) > kSmallEnergy) &&
-           relaxation.step(engine, loops, reference)) {
-      ++result.relaxed;
-    }
-    if (result.relaxed > 0) result.iterations += met_again(engine, loops, reference);
-    append(*engine, metric, context_);
-    // Where the input's edges are crossed is told by the scale that explains the lengths best.
-    if (result.relaxed > 0) metric.scale_factors = scale();
-    metric.u = metric.scale_factors;
-    metric.stats["seconds_relaxation"] = watch.seconds();
-  }
-
-  // All angles, as well as asked for, after relaxation met them nearly. Newton steps.
-  int met_again(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
-                ReferenceMetric& reference) {
+    CarriedMetric carried(metric, targets_, loops, context_);
+    // What a padded metric is far off by is shear, which conformal changes would lead back to.
+    const Meeting how = finishing_ ? Meeting::kShortest : Meeting::kConformal;
+    const double enough = finishing_ ? kPaddedNearEnough : automatic ? kSmallEnergy : 0.0;
+    const double tolerance =
+        finishing_ ? kPaddedTolerance : std::max(options_.tolerance, kNearlyMet);
+    result.relaxed = come_near(carried, targets_, how, {tolerance, most, enough}, area, context_);
+    if (result.relaxed == 0) return;
+    // All angles, as well as asked for.
     PennerNewtonOptions newton;
     newton.tolerance = options_.tolerance;
-    const std::size_t before = engine->flips().size();
-    last_ = run_penner(engine, loops, targets_, newton, context_);
-    intrinsic::replay_flips(engine->flips(), before, engine->flips().size(), context_,
-                            [&](EdgeId e) { reference.flip(e); });
-    if (last_.end != PennerEnd::kConverged) throw_not_reached(last_.iterations, engine->bits());
-    return last_.iterations;
+    last_ = carried.meet(targets_, Meeting::kConformal, newton, context_);
+    result.iterations += last_.iterations;
+    if (last_.end != PennerEnd::kConverged) throw_not_reached(result.iterations, metric.bits);
+    // Where the input's edges are crossed is told by the scale that explains the lengths best.
+    carried.append_to(metric, context_);
+    loops = carried.loops();
   }
 
   // The errors of the final lengths, rounded to double as they are for the layout at worst.

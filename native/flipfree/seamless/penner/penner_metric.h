@@ -39,8 +39,7 @@ struct PennerMetric {
   std::vector<LoopTurn> loops;       // on the input
   std::vector<double> loop_error;    // target - angle, radians
   std::vector<double> start_angles;  // of the loops, in the conformal metric
-  std::size_t conformal_flips = 0;   // the first so many of metric.flips
-  int conformal_iterations = 0;
+  double seconds_conformal = 0.0, seconds_newton = 0.0;
   int iterations = 0;  // of Newton's method
   int relaxed = 0;     // steps of relaxation
   int attempt = 0;     // that succeeded

@@ -221,6 +221,9 @@ using intrinsic::FlipRecord;
 
 namespace {
 
+// Sufficient decrease (Armijo): the share of what a step promises to first order that it must
+// reach.
+constexpr double kArmijo = 1e-4;
 constexpr double kSmallestRestoredStep = 1e-4;
 // Below the tolerance iterations go on while each gains this much: the last step of a quadratically
 // converging iteration costs little and brings the angles to rounding.
@@ -311,7 +314,6 @@ class PennerNewton {
 
   // Changes the engine by `step` times the direction. False if it could not follow.
   bool move(MetricEngine& engine, double step) {
-    ++run_.evaluations;
     FineVector scale;
     scale.high.reserve(direction_.scale.size());
     for (const double u : direction_.scale) scale.high.push_back(0.5 * step * u);
@@ -323,28 +325,14 @@ class PennerNewton {
     return engine.restore_delaunay(context_);
   }
 
-  // Halves the step until the norm of all errors falls.
   bool plain_step() {
     const double first = first_step();
-    const intrinsic::LoopCarrier saved = loops_;
-    const std::size_t flips = engine_->flips().size();
-    engine_->remember();
-    for (double step = first;; step *= 0.5) {
-      if (step <= kShortStep * first && angles_.max_error > options_.tolerance) {
-        restoring_ = true;
-        return restore_here() && (angles_.max_error <= options_.tolerance || restored_step());
-      }
-      if (step < kShortStep * first) return false;
-      if (move(*engine_, step)) {
-        carry_further(*engine_, flips, loops_, context_);
-        measure(*engine_, loops_, targets_, trial_, context_);
-        if (trial_.norm < (1.0 - kArmijo * step) * angles_.norm) break;
-      }
-      engine_->go_back();
-      loops_ = saved;
-    }
-    std::swap(angles_, trial_);
-    return true;
+    const auto move_by = [&](double step) { return move(*engine_, step); };
+    if (descend(*engine_, loops_, targets_, first, kShortStep * first, move_by, angles_, context_))
+      return true;
+    if (angles_.max_error <= options_.tolerance) return false;
+    restoring_ = true;
+    return restore_here() && (angles_.max_error <= options_.tolerance || restored_step());
   }
 
   // Meets the cones by conformal changes alone.
@@ -404,20 +392,36 @@ class PennerNewton {
 
 }  // namespace
 
-PennerRun run_penner(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
-                     const PennerTargets& targets, const PennerNewtonOptions& options,
-                     ExecutionContext& context) {
-  require_same_mesh(*engine, loops);
-  return PennerNewton(engine, loops, targets, options, std::make_unique<PennerSystem>(), false,
-                      context)
-      .run();
+bool descend(MetricEngine& engine, intrinsic::LoopCarrier& loops, const PennerTargets& targets,
+             double first, double least, const std::function<bool(double step)>& move,
+             PennerAngles& angles, ExecutionContext& context) {
+  const intrinsic::LoopCarrier saved = loops;
+  const std::size_t flips = engine.flips().size();
+  PennerAngles trial;
+  engine.remember();
+  for (double step = first; step > least; step *= 0.5) {
+    if (move(step)) {
+      carry_further(engine, flips, loops, context);
+      measure(engine, loops, targets, trial, context);
+      if (trial.norm < (1.0 - kArmijo * step) * angles.norm) {
+        std::swap(angles, trial);
+        return true;
+      }
+    }
+    engine.go_back();
+    loops = saved;
+  }
+  return false;
 }
 
-PennerRun run_prepared_penner(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
-                              const PennerTargets& targets, const PennerNewtonOptions& options,
-                              std::unique_ptr<PennerSystem> prepared, ExecutionContext& context) {
+PennerRun run_penner(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
+                     const PennerTargets& targets, const PennerNewtonOptions& options,
+                     ExecutionContext& context, std::unique_ptr<PennerSystem> prepared) {
   require_same_mesh(*engine, loops);
-  return PennerNewton(engine, loops, targets, options, std::move(prepared), true, context).run();
+  const bool is_prepared = prepared != nullptr;
+  if (!is_prepared) prepared = std::make_unique<PennerSystem>();
+  return PennerNewton(engine, loops, targets, options, std::move(prepared), is_prepared, context)
+      .run();
 }
 
 }  // namespace flipfree::seamless

@@ -5,6 +5,7 @@
 // along.
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -97,9 +98,6 @@ class PennerSystem {
   numeric::SparseMatrix symmetric_;
 };
 
-// Sufficient decrease (Armijo): the share of what a step promises to first order that it must
-// reach.
-inline constexpr double kArmijo = 1e-4;
 // Radians from which errors of angles fall quadratically, so that the rest costs little.
 inline constexpr double kNearlyMet = 1e-4;
 
@@ -123,22 +121,24 @@ struct PennerRun {
   PennerEnd end = PennerEnd::kIterations;
   double error = std::numeric_limits<double>::infinity();
   int iterations = 0;
-  int evaluations = 0;
   int restored = 0;  // steps after which the cones were met again by conformal changes alone
   std::vector<double> error_history;
 };
 
+// Halves a step, from `first` on while it is longer than `least`, until the norm of all errors
+// falls (Armijo). move(step) changes the engine, false if it could not follow. `angles`: before and
+// after; false, and everything is as it was, if no step does.
+bool descend(conformal::MetricEngine& engine, intrinsic::LoopCarrier& loops,
+             const PennerTargets& targets, double first, double least,
+             const std::function<bool(double step)>& move, PennerAngles& angles,
+             ExecutionContext& context);
+
 // Iterates from the engine's present state. `loops` holds the loops in the engine's triangulation,
-// before and after. The norm of all errors falls with every step. Throws Cancelled, TimeIsOver.
+// before and after. The norm of all errors falls with every step. `prepared`: null, or the first
+// step's system, which is then not prepared again. Throws Cancelled, TimeIsOver.
 PennerRun run_penner(std::unique_ptr<conformal::MetricEngine>& engine,
                      intrinsic::LoopCarrier& loops, const PennerTargets& targets,
-                     const PennerNewtonOptions& options, ExecutionContext& context);
-
-// The same, to the bit, where the first step's system is prepared already (penner_system.h): for
-// these loops in the engine's present state. Not null.
-PennerRun run_prepared_penner(std::unique_ptr<conformal::MetricEngine>& engine,
-                              intrinsic::LoopCarrier& loops, const PennerTargets& targets,
-                              const PennerNewtonOptions& options,
-                              std::unique_ptr<PennerSystem> prepared, ExecutionContext& context);
+                     const PennerNewtonOptions& options, ExecutionContext& context,
+                     std::unique_ptr<PennerSystem> prepared = nullptr);
 
 }  // namespace flipfree::seamless

@@ -3,6 +3,7 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -92,24 +93,12 @@ bool ShortestSystem::solve(const IntrinsicMesh& mesh, const intrinsic::LoopCarri
 }
 
 using conformal::MetricEngine;
-using intrinsic::FlipRecord;
-using intrinsic::IntrinsicMesh;
 
 namespace {
-
-// A step is halved so many times.
-constexpr int kRelaxationHalvings = 6;
-constexpr int kRelaxationNewtonSteps = 20;
 
 // log(exp(a) + exp(b)).
 double log_sum(double a, double b) {
   return std::max(a, b) + std::log1p(std::exp(-std::abs(a - b)));
-}
-
-double sum_of_squares(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double x : values) sum += x * x;
-  return sum;
 }
 
 }  // namespace
@@ -154,46 +143,6 @@ std::vector<double> ReferenceMetric::ratios(const std::vector<double>& lengths) 
   return r;
 }
 
-bool Relaxation::step(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
-                      ReferenceMetric& reference) {
-  PennerAngles angles;
-  measure(*engine, loops, targets_, angles, context_);
-  std::vector<double> wish = reference.ratios(engine->lengths());
-  const double before = sum_of_squares(wish);
-  for (double& w : wish) w = -w;
-  std::vector<double> direction;
-  if (!system_.solve(engine->mesh(), loops, angles, wish, direction, context_)) return false;
-  double most = 0.0;
-  for (const double d : direction) most = std::max(most, std::abs(d));
-  PennerNewtonOptions newton;
-  newton.tolerance = tolerance_;
-  newton.max_iterations = kRelaxationNewtonSteps;
-  double step = std::min(1.0, kMostRelaxationChange / std::max(most, 1e-300));
-  for (int halving = 0; halving < kRelaxationHalvings; ++halving, step *= 0.5) {
-    context_.check();
-    std::vector<double> part = direction;
-    for (double& d : part) d *= step;
-    std::unique_ptr<MetricEngine> trial = engine->copy();
-    intrinsic::LoopCarrier carried = loops;
-    ReferenceMetric followed = reference;
-    const std::size_t first = trial->flips().size();
-    trial->stretch(part, context_);
-    if (!trial->restore_delaunay(context_)) continue;
-    intrinsic::replay_flips(trial->flips(), first, trial->flips().size(), context_,
-                            [&](EdgeId e) { carried.flip(e); });
-    if (run_penner(trial, carried, targets_, newton, context_).end != PennerEnd::kConverged)
-      continue;
-    intrinsic::replay_flips(trial->flips(), first, trial->flips().size(), context_,
-                            [&](EdgeId e) { followed.flip(e); });
-    if (!(sum_of_squares(followed.ratios(trial->lengths())) < before)) continue;
-    engine = std::move(trial);
-    loops = std::move(carried);
-    reference = std::move(followed);
-    return true;
-  }
-  return false;
-}
-
 std::vector<double> vertex_means(const IntrinsicMesh& mesh, const std::vector<double>& ratios) {
   const Index last = *std::max_element(mesh.unknown.begin(), mesh.unknown.end());
   std::vector<double> sum(at(last + 1), 0.0);
@@ -222,6 +171,21 @@ namespace {
 constexpr double kMostNewtonChange = 1.0;  // of a logarithm of a length in one step
 constexpr double kLeastShareOfStep = 1e-3;
 
+double largest_of(const std::vector<double>& values) {
+  double largest = 1e-300;
+  for (const double x : values) largest = std::max(largest, std::abs(x));
+  return largest;
+}
+
+// Changes the logarithms of all lengths by `step` times these.
+bool stretch_by(MetricEngine& engine, const std::vector<double>& direction, double step,
+                ExecutionContext& context) {
+  std::vector<double> part = direction;
+  for (double& d : part) d *= step;
+  engine.stretch(part, context);
+  return engine.restore_delaunay(context);
+}
+
 }  // namespace
 
 PennerRun run_shortest(std::unique_ptr<conformal::MetricEngine>& engine,
@@ -230,7 +194,7 @@ PennerRun run_shortest(std::unique_ptr<conformal::MetricEngine>& engine,
   require_same_mesh(*engine, loops);
   PennerRun run;
   ShortestSystem system;
-  PennerAngles angles, trial;
+  PennerAngles angles;
   const std::vector<double> no_wish(engine->mesh().edge_count(), 0.0);
   std::vector<double> direction;
   measure(*engine, loops, targets, angles, context);
@@ -240,38 +204,173 @@ PennerRun run_shortest(std::unique_ptr<conformal::MetricEngine>& engine,
     context.check();
     run.end = PennerEnd::kStalled;
     if (!system.solve(engine->mesh(), loops, angles, no_wish, direction, context)) break;
-    double most = 0.0;
-    for (const double d : direction) most = std::max(most, std::abs(d));
-    const intrinsic::LoopCarrier saved = loops;
-    const std::size_t first = engine->flips().size();
-    engine->remember();
-    bool found = false;
-    for (double step = std::min(1.0, kMostNewtonChange / std::max(most, 1e-300));
-         !found && step * most > kLeastShareOfStep * std::min(most, kMostNewtonChange);
-         step *= 0.5) {
-      ++run.evaluations;
-      std::vector<double> part = direction;
-      for (double& d : part) d *= step;
-      engine->stretch(part, context);
-      if (engine->restore_delaunay(context)) {
-        intrinsic::replay_flips(engine->flips(), first, engine->flips().size(), context,
-                                [&](EdgeId e) { loops.flip(e); });
-        measure(*engine, loops, targets, trial, context);
-        found = trial.norm < (1.0 - kArmijo * step) * angles.norm;
-      }
-      if (found) continue;
-      engine->go_back();
-      loops = saved;
-    }
-    if (!found) break;
+    const double first = std::min(1.0, kMostNewtonChange / largest_of(direction));
+    const auto move = [&](double step) { return stretch_by(*engine, direction, step, context); };
+    if (!descend(*engine, loops, targets, first, kLeastShareOfStep * first, move, angles, context))
+      break;
     ++run.iterations;
-    std::swap(angles, trial);
     run.error_history.push_back(angles.max_error);
     run.end = PennerEnd::kIterations;
   }
   if (angles.max_error <= options.tolerance) run.end = PennerEnd::kConverged;
   run.error = angles.max_error;
   return run;
+}
+
+conformal::EngineInput start_of(const conformal::ConformalMetric& metric,
+                                const std::vector<double>& target) {
+  conformal::EngineInput input;
+  input.setup = {metric.mesh, metric.input_halfedge, metric.on_boundary};
+  input.vertex_count = static_cast<Index>(target.size());
+  input.edge_length = intrinsic::to_doubles(metric.length);
+  input.target = target;
+  return input;
+}
+
+namespace {
+
+void set_scale(conformal::ConformalMetric& metric, std::vector<double> u) {
+  const auto [low, high] = std::minmax_element(u.begin(), u.end());
+  metric.scale_range = *high - *low;
+  metric.scale_factors = u;
+  metric.u = std::move(u);
+}
+
+}  // namespace
+
+void append(const MetricEngine& engine, conformal::ConformalMetric& metric,
+            const ExecutionContext& context) {
+  conformal::ConformalMetric further;
+  engine.finish(further, false, context);
+  metric.flips.insert(metric.flips.end(), further.flips.begin(), further.flips.end());
+  metric.mesh = std::move(further.mesh);
+  metric.length = std::move(further.length);
+  metric.bits = further.bits;
+  std::vector<double> u = intrinsic::to_doubles(metric.u);
+  for (std::size_t v = 0; v < u.size(); ++v) u[v] += further.scale_factors[v];
+  set_scale(metric, std::move(u));
+}
+
+CarriedMetric::CarriedMetric(const conformal::ConformalMetric& metric, const PennerTargets& targets,
+                             intrinsic::LoopCarrier loops, ExecutionContext& context)
+    : input_(
+          std::make_shared<const conformal::EngineInput>(start_of(metric, targets.vertex_angle))),
+      engine_(make_engine(*input_, 53, context)),
+      loops_(std::move(loops)),
+      reference_(metric) {
+  if (!started()) return;
+  intrinsic::replay_flips(engine_->flips(), 0, engine_->flips().size(), context,
+                          [&](EdgeId e) { loops_.flip(e); });
+  follow(context);
+}
+
+void CarriedMetric::follow(ExecutionContext& context) {
+  intrinsic::replay_flips(engine_->flips(), followed_, engine_->flips().size(), context,
+                          [&](EdgeId e) { reference_.flip(e); });
+  followed_ = engine_->flips().size();
+}
+
+PennerRun CarriedMetric::meet(const PennerTargets& targets, Meeting how,
+                              const PennerNewtonOptions& options, ExecutionContext& context) {
+  const PennerRun result = how == Meeting::kConformal
+                               ? run_penner(engine_.own, loops_, targets, options, context)
+                               : run_shortest(engine_.own, loops_, targets, options, context);
+  follow(context);
+  return result;
+}
+
+PennerAngles CarriedMetric::angles(const PennerTargets& targets, ExecutionContext& context) const {
+  PennerAngles angles;
+  measure(*engine_.own, loops_, targets, angles, context);
+  return angles;
+}
+
+std::vector<double> CarriedMetric::way_back(const PennerTargets& targets, ShortestSystem& system,
+                                            ExecutionContext& context) const {
+  std::vector<double> wish = reference_.ratios(engine_->lengths()), direction;
+  for (double& w : wish) w = -w;
+  if (!system.solve(engine_->mesh(), loops_, angles(targets, context), wish, direction, context))
+    direction.clear();
+  return direction;
+}
+
+bool CarriedMetric::stretch(const std::vector<double>& direction, double step,
+                            ExecutionContext& context) {
+  const std::size_t first = engine_->flips().size();
+  if (!stretch_by(*engine_.own, direction, step, context)) return false;
+  intrinsic::replay_flips(engine_->flips(), first, engine_->flips().size(), context,
+                          [&](EdgeId e) { loops_.flip(e); });
+  return true;
+}
+
+std::vector<double> CarriedMetric::scale() const {
+  return vertex_means(engine_->mesh(), reference_.ratios(engine_->lengths()));
+}
+
+double CarriedMetric::distance() const {
+  double sum = 0.0;
+  for (const double r : reference_.ratios(engine_->lengths())) sum += r * r;
+  return std::isfinite(sum) ? sum : HUGE_VAL;
+}
+
+void CarriedMetric::append_to(conformal::ConformalMetric& metric,
+                              const ExecutionContext& context) const {
+  append(*engine_.own, metric, context);
+  set_scale(metric, scale());
+}
+
+namespace {
+
+// A step towards the input's metric changes no logarithm of a length by more than this, is halved
+// so many times, and meets the angles in so many; and so many may lead away.
+constexpr double kMostNearingChange = 3.0;
+struct NearingWay {
+  int halvings, newton_steps, detours;
+};
+constexpr NearingWay kConformalWay{6, 20, 0}, kShortestWay{3, 10, 3};
+
+}  // namespace
+
+int come_near(CarriedMetric& metric, const PennerTargets& targets, Meeting how,
+              const Nearing& options, const std::vector<double>& area, ExecutionContext& context) {
+  const NearingWay& way = how == Meeting::kConformal ? kConformalWay : kShortestWay;
+  PennerNewtonOptions newton;
+  newton.tolerance = options.tolerance;
+  newton.max_iterations = way.newton_steps;
+  CarriedMetric now = metric.copy();
+  double distance = now.distance(), least = distance;
+  ShortestSystem system;
+  int detours = 0, steps = 0;
+  for (; steps < options.most && !(scaling_energy(now.scale(), area) <= options.enough); ++steps) {
+    const std::vector<double> direction = now.way_back(targets, system, context);
+    if (direction.empty()) break;
+    std::optional<CarriedMetric> next, detour;
+    double step = std::min(1.0, kMostNearingChange / largest_of(direction));
+    for (int halving = 0; !next && halving < way.halvings; ++halving, step *= 0.5) {
+      context.check();
+      CarriedMetric trial = now.copy();
+      if (!trial.stretch(direction, step, context) ||
+          trial.meet(targets, how, newton, context).end != PennerEnd::kConverged)
+        continue;
+      const double reached = trial.distance();
+      if (reached < distance) {
+        next.emplace(std::move(trial));
+      } else if (!detour && std::isfinite(reached)) {
+        detour.emplace(std::move(trial));
+      }
+    }
+    if (!next) {
+      if (!detour || ++detours > way.detours) break;
+      next = std::move(detour);
+    }
+    now = std::move(*next);
+    distance = now.distance();
+    if (distance < least) {
+      least = distance;
+      metric = now.copy();
+    }
+  }
+  return steps;
 }
 
 }  // namespace flipfree::seamless

@@ -9,9 +9,11 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/conformal/engine/conformal_metric.h"
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/intrinsic/flipped_metric.h"
 #include "flipfree/intrinsic/loops.h"
@@ -53,37 +55,6 @@ class ReferenceMetric {
   std::vector<double> logarithm_;
 };
 
-// A step changes no logarithm of a length by more than this.
-inline constexpr double kMostRelaxationChange = 3.0;
-
-class Relaxation {
- public:
-  // `tolerance`: of all angles after a step. `engine` stands on the triangulation of `loops` and
-  // `reference`.
-  Relaxation(const PennerTargets& targets, double tolerance, ExecutionContext& context)
-      : targets_(targets), tolerance_(tolerance), context_(context) {}
-
-  // Takes one step and meets all angles again (penner_newton.h). False, and nothing done, if none
-  // leads nearer. Precondition: all angles are met.
-  bool step(std::unique_ptr<conformal::MetricEngine>& engine, intrinsic::LoopCarrier& loops,
-            ReferenceMetric& reference);
-
- private:
-  const PennerTargets& targets_;
-  double tolerance_;
-  ExecutionContext& context_;
-  ShortestSystem system_;
-};
-
-// Means, around every vertex of the user's surface, of what the edges there have: the scale factors
-// that explain the ratios best, more or less.
-std::vector<double> vertex_means(const intrinsic::IntrinsicMesh& mesh,
-                                 const std::vector<double>& ratios);
-
-// Symmetric Dirichlet energy, at the best global scale, of a map that scales the surroundings of
-// every vertex by exp(scale) alone; area: of the vertices.
-double scaling_energy(const std::vector<double>& scale, const std::vector<double>& area);
-
 // Newton's method for cone and loop angles by the shortest steps, from the input's own metric
 // (Capouellez, Zorin 2024, Algorithm 1, in the coordinates of the current triangulation).
 //
@@ -96,5 +67,85 @@ double scaling_energy(const std::vector<double>& scale, const std::vector<double
 PennerRun run_shortest(std::unique_ptr<conformal::MetricEngine>& engine,
                        intrinsic::LoopCarrier& loops, const PennerTargets& targets,
                        const PennerNewtonOptions& options, ExecutionContext& context);
+
+// How angles are met: by conformal changes as far as cones go, or by the shortest steps, which stay
+// near to a metric that is not conformal.
+enum class Meeting { kConformal, kShortest };
+
+// Means, around every vertex of the user's surface, of what the edges there have: the scale factors
+// that explain the ratios best, more or less.
+std::vector<double> vertex_means(const intrinsic::IntrinsicMesh& mesh,
+                                 const std::vector<double>& ratios);
+
+// Symmetric Dirichlet energy, at the best global scale, of a map that scales the surroundings of
+// every vertex by exp(scale) alone; area: of the vertices.
+double scaling_energy(const std::vector<double>& scale, const std::vector<double>& area);
+
+// The metric so far as the start of an engine.
+conformal::EngineInput start_of(const conformal::ConformalMetric& metric,
+                                const std::vector<double>& target);
+// What an engine that started there reached, appended to it.
+void append(const conformal::MetricEngine& engine, conformal::ConformalMetric& metric,
+            const ExecutionContext& context);
+
+// A metric that goes on in double, with what is carried through its flips.
+class CarriedMetric {
+ public:
+  // `loops`: on the final triangulation of `metric`, from which this goes on.
+  CarriedMetric(const conformal::ConformalMetric& metric, const PennerTargets& targets,
+                intrinsic::LoopCarrier loops, ExecutionContext& context);
+
+  // False where doubles lead to no Delaunay triangulation. Nothing else may be asked for then.
+  bool started() const { return engine_->started(); }
+  CarriedMetric copy() const { return *this; }
+  PennerRun meet(const PennerTargets& targets, Meeting how, const PennerNewtonOptions& options,
+                 ExecutionContext& context);
+  // The shortest change that leads to the input's metric to first order, the angles kept; empty if
+  // there is none.
+  std::vector<double> way_back(const PennerTargets& targets, ShortestSystem& system,
+                               ExecutionContext& context) const;
+  // Changes the logarithms of all lengths by `step` times these. False if it could not follow.
+  bool stretch(const std::vector<double>& direction, double step, ExecutionContext& context);
+
+  PennerAngles angles(const PennerTargets& targets, ExecutionContext& context) const;
+  // Scale factors of the user's vertices.
+  std::vector<double> scale() const;
+  // Sum of the squares of the logarithms of lengths over the input's.
+  double distance() const;
+  const intrinsic::LoopCarrier& loops() const { return loops_; }
+  // Goes on where `metric` ended, from which this started.
+  void append_to(conformal::ConformalMetric& metric, const ExecutionContext& context) const;
+
+ private:
+  struct Engine {  // copied by its state
+    std::unique_ptr<conformal::MetricEngine> own;
+    Engine(std::unique_ptr<conformal::MetricEngine> engine) : own(std::move(engine)) {}
+    Engine(const Engine& other) : own(other.own->copy()) {}
+    Engine(Engine&&) = default;
+    Engine& operator=(Engine&&) = default;
+    conformal::MetricEngine* operator->() const { return own.get(); }
+  };
+  void follow(ExecutionContext& context);
+
+  std::shared_ptr<const conformal::EngineInput> input_;  // which engines read to their end
+  Engine engine_;
+  intrinsic::LoopCarrier loops_;
+  ReferenceMetric reference_;
+  std::size_t followed_ = 0;  // flips of the engine that the reference has taken
+};
+
+struct Nearing {
+  double tolerance = 0.0;  // of all angles after a step
+  int most = 0;            // steps
+  double enough = 0.0;     // scaling_energy() at which there is no need for more
+};
+
+// Brings a metric nearer to the input's, step by step, each of which meets the angles again; leaves
+// the nearest one found. `area`: of the vertices, for the energy. Where by the shortest steps none
+// leads nearer in the coordinates of the current triangulation, one is taken that leads away for a
+// while: what a padded metric is far off by is not scale but shear. Returns the number of steps.
+// Precondition: the targets are met. Cost: some linear systems a step.
+int come_near(CarriedMetric& metric, const PennerTargets& targets, Meeting how,
+              const Nearing& options, const std::vector<double>& area, ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -99,8 +99,8 @@ def conformal_metric(
         require_convergence: False returns what was reached, with ``converged`` False, instead of raising NotConverged
             (which is raised still where there is no metric yet).
         intrinsic_refinement: "on" adds flat points to the surface until its intrinsic Delaunay triangulation has no
-            needles; "auto" does so if the plain way fails; "off" never. The metric is then that of the refined surface:
-            the angles are the same, but it belongs to another discrete conformal class.
+            needles; "off" and "auto" do not. The metric is then that of the refined surface: the angles are the same,
+            but it belongs to another discrete conformal class. Where it is not reached, the plain one is.
         threads: None is all cores; the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
@@ -171,8 +171,8 @@ def conformal(
             be anything then. Energies are still measured against the positions: -1 where these have no area.
         original_triangles: "auto" adds points only where a triangle would flip; True never does and raises
             NotConverged instead; False writes the common refinement with the final triangulation.
-        intrinsic_refinement: of the metric, see ``conformal_metric``: "on", "off", or "auto", if the metric or the map
-            fails otherwise. The vertices that it adds are not written, only the map on the input's triangles.
+        intrinsic_refinement: of the metric, see ``conformal_metric``: "on", "off", or "auto", which is "off". The
+            vertices that it adds are not written, only the map on the input's triangles.
         threads: None is all cores; the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
