@@ -18,6 +18,7 @@
 #include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/seams/costs.h"
+#include "flipfree/unwrap/seams/nets.h"
 #include "flipfree/unwrap/seams/search.h"
 
 namespace flipfree::unwrap {
@@ -270,8 +271,8 @@ AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
   }
   mesh::EdgeFlags wanted =
       with_sharp_edges(surface, adjacency, seams, never, options.seams.sharp_angle);
-  const mesh::EdgeFlags creases = crease_seams(surface, adjacency, wanted, cost);
-  for (std::size_t h = 0; h < wanted.size(); ++h) wanted[h] |= creases[h];
+  const mesh::EdgeFlags nets = net_seams(surface, adjacency, wanted, cost, context);
+  for (std::size_t h = 0; h < wanted.size(); ++h) wanted[h] |= nets[h];
   Islands islands = make_islands(surface, adjacency, wanted, uncuttable, false, context,
                                  {{}, positive(surface, cost), false});
   return Finder(surface, adjacency, uncuttable, options, std::move(cost), std::move(islands),

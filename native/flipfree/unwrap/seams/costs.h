@@ -1,5 +1,4 @@
-// Where seams belong: what one costs along each edge, creases of what is made, and how much of a
-// surface is seen.
+// Where seams belong: what one costs along each edge, and how much of a surface is seen.
 #pragma once
 
 #include <vector>
@@ -35,17 +34,6 @@ mesh::EdgeFlags with_sharp_edges(const mesh::Surface& surface, const mesh::Adjac
 // that (but for places to stay close to). Throws what edge_costs() throws.
 mesh::SeparateOptions separating(const UnwrapOptions& options);
 UnwrapOptions on_separated(const certify::SeparatedMap& separated, const UnwrapOptions& of_input);
-
-// Seams of things that are made, not grown: flat and rolled faces between creases.
-
-// Flags of edges along which the surface falls into faces between creases (edges of more than 40
-// degrees) and unfolds without stretch; faces that share one straight crease stay together, in a
-// tree, along the longest ones: a cube becomes a net, a cylinder a side and two caps. Only in
-// connected parts (between `seams`) where nearly all curvature is at creases and few triangles
-// stand alone; elsewhere nothing is flagged. Edges of infinite cost are no creases. cost: per
-// half-edge. Precondition: a validated surface. Cost: O(#F log #F).
-mesh::EdgeFlags crease_seams(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                             const mesh::EdgeFlags& seams, const std::vector<double>& cost);
 
 // Per vertex, how much of the surface around it is seen by an observer who may stand anywhere: 1
 // for a ball, less where other parts are in front, less on the sides that show little. The surface

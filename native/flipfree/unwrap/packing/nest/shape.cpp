@@ -94,24 +94,60 @@ Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& m
   return shape;
 }
 
-Vector2 straight_axis(const std::vector<Loop>& outlines) {
-  // Four times the angle of a side is the same for all directions of one cross.
-  constexpr double kStraight = 0.9;
-  std::complex<double> sum = 0.0;
-  double length = 0.0;
+namespace {
+
+// The cross, two directions at a right angle, along which most of the outlines' length runs: the
+// turn that brings it onto the axes, and its share of the length.
+struct MainCross {
+  Vector2 turn = Vector2::Zero();
+  double share = 0.0;
+};
+
+MainCross main_cross(const std::vector<Loop>& outlines) {
+  // Directions modulo a quarter turn, in bins of half a degree; a cross is three of them.
+  constexpr int kBins = 180;
+  constexpr double kBin = kQuarterTurn / kBins;
+  std::array<double, kBins> length{};
+  std::array<double, kBins> moment{};  // length times what the direction is beyond the bin's begin
+  double whole = 0.0;
   for (const Loop& loop : outlines) {
     for (std::size_t i = 0; i < loop.size(); ++i) {
       const Vector2 side = loop[(i + 1) % loop.size()] - loop[i];
       const double own = side.norm();
       if (!(own > 0.0)) continue;
-      const std::complex<double> direction(side.x() / own, side.y() / own);
-      sum += own * direction * direction * direction * direction;
-      length += own;
+      const double angle =
+          std::fmod(std::atan2(side.y(), side.x()) + 4.0 * kQuarterTurn, kQuarterTurn);
+      const int bin = std::min(static_cast<int>(angle / kBin), kBins - 1);
+      length[at(bin)] += own;
+      moment[at(bin)] += own * (angle - bin * kBin);
+      whole += own;
     }
   }
-  if (!(std::abs(sum) > kStraight * length)) return Vector2::Zero();
-  const double angle = -0.25 * std::arg(sum);
-  return {std::cos(angle), std::sin(angle)};
+  MainCross best;
+  for (int i = 0; i < kBins; ++i) {
+    const std::size_t before = at((i + kBins - 1) % kBins);
+    const std::size_t after = at((i + 1) % kBins);
+    const double own = length[before] + length[at(i)] + length[after];
+    if (!(own > best.share * whole)) continue;
+    const double mean = (moment[before] - kBin * length[before] + moment[at(i)] + moment[after] +
+                         kBin * length[after]) /
+                        own;
+    double angle = i * kBin + mean;
+    if (angle > 0.5 * kQuarterTurn) angle -= kQuarterTurn;
+    best = {{std::cos(angle), -std::sin(angle)}, own / whole};
+  }
+  return best;
+}
+
+// A polygon of 24 sides has a sixth. Of an outline with fewer corners a little less will do.
+constexpr double kStraight = 0.25;
+constexpr double kStraightSimplified = 0.22;
+
+}  // namespace
+
+Vector2 straight_axis(const std::vector<Loop>& outlines) {
+  const MainCross cross = main_cross(outlines);
+  return cross.share > kStraight ? cross.turn : Vector2::Zero();
 }
 
 Vector2 squarest_turn(const Shape& shape) {
@@ -138,8 +174,8 @@ Vector2 squarest_turn(const Shape& shape) {
 
 bool is_straight(const Shape& shape) {
   constexpr double kAlong = 1e-3;
-  const Vector2 turn = straight_axis(shape.loops);
-  return turn.x() > 0.0 && std::abs(turn.y()) < kAlong;
+  const MainCross cross = main_cross(shape.loops);
+  return cross.share > kStraightSimplified && std::abs(cross.turn.y()) < kAlong;
 }
 
 namespace {

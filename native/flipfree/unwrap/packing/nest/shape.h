@@ -50,8 +50,9 @@ Loop simplified(const Loop& loop, double tolerance);
 // Outlines that are no more than points get a corner each. Loops must be finite.
 Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& middle);
 
-// Of outlines most of which runs in two directions at a right angle - rectangles, crosses, letters
-// like E - the turn that brings these onto the axes, by half a quarter at most; (0, 0) of others.
+// Of outlines much of which runs in two directions at a right angle - rectangles, letters like E,
+// plates with holes - the turn that brings these onto the axes, by half a quarter at most; (0, 0)
+// of others.
 Vector2 straight_axis(const std::vector<Loop>& outlines);
 // The turn by less than a quarter after which the square around the shape, sides along the axes, is
 // smallest, up to a quarter of a degree. Cost: 360 times the corners.

@@ -1,0 +1,747 @@
+#include "flipfree/unwrap/seams/nets.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
+#include "flipfree/base/disjoint_sets.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/mesh/shortest_paths.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+// Radians between the normals of two faces: up to the first they are one flat face, up to the
+// second one smooth region, up to the third a bend that a net runs over like a smooth one (of
+// bevels with one or two segments).
+constexpr double kFlat = 0.017;
+constexpr double kSmooth = 0.44;
+constexpr double kBend = 0.61;
+// Two sides of an edge lie on each other up to this share of the part's size (root of its area);
+// triangles overlap from this share on.
+constexpr double kMeets = 1e-3;
+constexpr double kOverlaps = 1e-4;
+// Of the outlines' length along their crosses so much (of the whole length) may be lost in a join.
+constexpr double kCrossLost = 0.05;
+// Nets fill at least this share of the rectangle around them, in units of what each fills alone.
+constexpr double kLeastFill = 0.4;
+// They are not longer than this, in roots of the whole surface's area, unless they were before:
+// what is longer leaves most of a texture empty.
+constexpr double kLongest = 1.7;
+// In which lengths are measured, to half a per cent.
+constexpr std::size_t kSpanDirections = 16;
+// Shares of a part's area: of a region that counts, of a net that counts, of a net that is no
+// island of its own; and what regions that count must have of a hard part, and nets of all nets.
+constexpr double kRegion = 0.01;
+constexpr double kNet = 0.02;
+constexpr double kSliver = 0.002;
+constexpr double kHardRegions = 0.1;
+constexpr double kHardNets = 0.85;
+// Of the nets' outlines so much runs along their crosses, in the mean by area.
+constexpr double kHardOutlines = 0.35;
+// An outline of which so much runs along one cross is straight (24 directions have a sixth).
+constexpr double kStraight = 0.25;
+// A smooth region whose inner vertices have less curvature than the first (radians, sum of
+// absolute values) is rolled; with more than the second, and seams longer than this (in roots of
+// its area) where it is unfolded rigidly, it is curved.
+constexpr double kRolled = 0.05;
+constexpr double kCurved = 0.3;
+constexpr double kTornApart = 4.0;
+// How deep a net that is no island of its own may lie in another that it hangs on, in roots of its
+// area: steps of so much, so many of them.
+constexpr double kDepth = 0.05;
+constexpr int kDepths = 8;
+// Directions of outlines are counted modulo a quarter turn in so many bins.
+constexpr int kBins = 180;
+// Cells of the grid in which overlaps are looked for, to the part's size.
+constexpr double kCells = 64.0;
+
+struct Hinge {
+  HalfedgeId h = kInvalid;  // the lower one of the edge's two
+  double length = 0.0;
+  double angle = 0.0;
+};
+
+// p -> turn p + shift.
+struct Motion {
+  Vector2 turn = {1.0, 0.0};  // cosine and sine
+  Vector2 shift = Vector2::Zero();
+  Vector2 direction(const Vector2& d) const {
+    return {turn.x() * d.x() - turn.y() * d.y(), turn.y() * d.x() + turn.x() * d.y()};
+  }
+  Vector2 operator()(const Vector2& p) const { return direction(p) + shift; }
+};
+
+using Corners = std::array<Vector2, 3>;
+
+struct Box {
+  Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
+  Vector2 high = Vector2::Constant(-std::numeric_limits<double>::infinity());
+  void add(const Vector2& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  double area() const { return (high - low).prod(); }
+};
+
+// Is one of a's sides, or of b's, a line beside which the other lies up to `care`? Both
+// counter-clockwise.
+bool apart(const Corners& a, const Corners& b, double care) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector2 side = a[(k + 1) % 3] - a[k];
+    const double most = care * side.norm();
+    if (cross(side, b[0] - a[k]) <= most && cross(side, b[1] - a[k]) <= most &&
+        cross(side, b[2] - a[k]) <= most)
+      return true;
+  }
+  return false;
+}
+
+bool overlap(const Corners& a, const Corners& b, double care) {
+  return !apart(a, b, care) && !apart(b, a, care);
+}
+
+// How far points reach in some directions of the half plane.
+struct Spans {
+  std::array<double, kSpanDirections> low;
+  std::array<double, kSpanDirections> high;
+  Spans() {
+    low.fill(std::numeric_limits<double>::infinity());
+    high.fill(-std::numeric_limits<double>::infinity());
+  }
+  void add(const Vector2& p) {
+    for (std::size_t i = 0; i < kSpanDirections; ++i) {
+      static const std::array<Vector2, kSpanDirections> directions = [] {
+        std::array<Vector2, kSpanDirections> all;
+        for (std::size_t k = 0; k < kSpanDirections; ++k) {
+          const double angle = std::numbers::pi * static_cast<double>(k) / kSpanDirections;
+          all[k] = {std::cos(angle), std::sin(angle)};
+        }
+        return all;
+      }();
+      const double x = directions[i].dot(p);
+      low[i] = std::min(low[i], x);
+      high[i] = std::max(high[i], x);
+    }
+  }
+  double longest() const {
+    double most = 0.0;
+    for (std::size_t i = 0; i < kSpanDirections; ++i) most = std::max(most, high[i] - low[i]);
+    return most;
+  }
+};
+
+// A connected part of the surface: what is measured of it.
+struct Part {
+  std::vector<FaceId> faces;
+  std::vector<Hinge> hinges;       // edges that may become seams
+  std::vector<HalfedgeId> joined;  // edges that may not
+  double area = 0.0;
+  double size() const { return std::sqrt(area); }
+};
+
+// What all parts share.
+struct Shapes {
+  const Triangles& faces;
+  const mesh::Adjacency& adjacency;
+  double size = 0.0;              // root of the whole area
+  std::vector<double> area;       // per face
+  std::vector<Corners> flat;      // per face, laid into the plane
+  std::vector<double> curvature;  // per vertex: 2 pi less its angles; 0 at borders and seams
+};
+
+// What must hold besides no overlap where nets are joined.
+struct Rules {
+  bool cross = false;
+  bool compact = false;
+};
+
+// Faces of one part in nets, each with a plane of its own.
+class Nets {
+ public:
+  Nets(const Shapes& shapes, const Part& part, const ExecutionContext& context)
+      : shapes_(shapes), part_(part), context_(context), cell_(part.size() / kCells) {
+    for (const FaceId f : part.faces) {
+      place_[f] = static_cast<Index>(at_.size());
+      at_.push_back(shapes.flat[at(f)]);
+      net_.push_back(static_cast<Index>(members_.size()));
+      members_.push_back({static_cast<Index>(members_.size())});
+    }
+    is_joined_.assign(3 * at_.size(), 0);
+    is_fixed_.assign(members_.size(), 0);
+    bins_.resize(members_.size());
+    spans_.resize(members_.size());
+    for (std::size_t i = 0; i < at_.size(); ++i) {
+      for (const Vector2& p : at_[i]) spans_[i].add(p);
+    }
+    for (std::size_t i = 0; i < at_.size(); ++i) enter(static_cast<Index>(i));
+    for (const HalfedgeId h : part.joined) force(h);
+  }
+
+  bool is_joined(HalfedgeId h) const { return is_joined_[at(corner(h))] != 0; }
+  Index net_of(FaceId f) const { return net_[at(place_.at(f))]; }
+  bool is_fixed(Index net) const { return is_fixed_[at(net)] != 0; }
+  const std::vector<Index>& members(Index net) const { return members_[at(net)]; }
+  std::size_t count() const { return members_.size(); }
+  double area_of(Index net) const {
+    double sum = 0.0;
+    for (const Index i : members_[at(net)]) sum += shapes_.area[at(part_.faces[at(i)])];
+    return sum;
+  }
+
+  // The share of the outlines' length along their crosses, in the mean by area; 1 where there is
+  // no plane.
+  double straightness() {
+    double sum = 0.0;
+    for (std::size_t net = 0; net < members_.size(); ++net) {
+      if (members_[net].empty()) continue;
+      Bins bins(kBins, 0.0);
+      add_outline(static_cast<Index>(net), {}, bins);
+      const double own = is_fixed_[net] != 0 ? 1.0 : along(bins, cross_of(bins)) / length_of(bins);
+      sum += own * area_of(static_cast<Index>(net));
+    }
+    return sum / part_.area;
+  }
+
+  // Joins the two sides of an edge if they lie on each other, or their nets fit together.
+  void join(HalfedgeId h, const Rules& rules) {
+    if (is_joined(h)) return;
+    if (++tried_ % 64 == 0) context_.check();
+    const HalfedgeId o = opposite(h);
+    const Index a = net_at(h);
+    const Index b = net_at(o);
+    if (is_fixed(a) || is_fixed(b)) return;
+    if (a == b) {
+      if (gap(h) <= kMeets * part_.size()) mark(h);
+      return;
+    }
+    if (members_[at(a)].size() < members_[at(b)].size()) return join_nets(o, rules);
+    join_nets(h, rules);
+  }
+
+  // Lays the faces into one net that has no plane: nothing is joined to it but what is too small
+  // to stand alone.
+  void fix(const std::vector<FaceId>& faces, const std::vector<HalfedgeId>& edges) {
+    const Index net = net_of(faces.front());
+    for (const FaceId f : faces) {
+      const Index old = net_of(f);
+      if (old == net) continue;
+      for (const Index i : members_[at(old)]) {
+        net_[at(i)] = net;
+        members_[at(net)].push_back(i);
+      }
+      members_[at(old)].clear();
+    }
+    is_fixed_[at(net)] = 1;
+    for (const HalfedgeId h : edges) mark(h);
+  }
+
+  // Nets that are too small to stand alone go to a neighbour, the longest edges first where there
+  // is room; cracks that this leaves are closed where they are narrow.
+  void gather_slivers() {
+    const double least = kSliver * part_.area;
+    std::vector<std::pair<double, Index>> small;
+    for (Index net = 0; net < static_cast<Index>(members_.size()); ++net) {
+      const double area = area_of(net);
+      if (!members_[at(net)].empty() && area < least) small.emplace_back(area, net);
+    }
+    std::sort(small.begin(), small.end());
+    for (const auto& [unused, net] : small) {
+      // It may have grown since.
+      if (members_[at(net)].empty() || area_of(net) >= least) continue;
+      context_.check();
+      const HalfedgeId h = best_border(net);
+      if (h == kInvalid) continue;
+      const std::vector<Index> moved = members_[at(net)];
+      const Index into = net_at(h);
+      take(h, motion(h), into, net);
+      for (const Index i : moved) {
+        for (Index k = 0; k < 3; ++k) {
+          const HalfedgeId g = 3 * part_.faces[at(i)] + k;
+          const HalfedgeId o = opposite(g);
+          if (o == kInvalid || is_joined(g) || net_at(o) != into) continue;
+          if (gap(g) <= 0.5 * (at_[at(i)][at((k + 1) % 3)] - at_[at(i)][at(k)]).norm()) mark(g);
+        }
+      }
+    }
+  }
+
+ private:
+  // kInvalid also where the other face is in another part.
+  HalfedgeId opposite(HalfedgeId h) const {
+    const HalfedgeId o = shapes_.adjacency.opposite[at(h)];
+    return o != kInvalid && place_.contains(o / 3) ? o : kInvalid;
+  }
+  Index corner(HalfedgeId h) const { return 3 * place_.at(h / 3) + h % 3; }
+  Index net_at(HalfedgeId h) const { return net_[at(place_.at(h / 3))]; }
+  Vector2 from(HalfedgeId h) const { return at_[at(corner(h) / 3)][at(h % 3)]; }
+  Vector2 to(HalfedgeId h) const { return at_[at(corner(h) / 3)][at((h % 3 + 1) % 3)]; }
+
+  void mark(HalfedgeId h) {
+    is_joined_[at(corner(h))] = 1;
+    is_joined_[at(corner(opposite(h)))] = 1;
+  }
+
+  // Between the two sides of an edge, whose faces are in one net.
+  double gap(HalfedgeId h) const {
+    const HalfedgeId o = opposite(h);
+    return std::max((from(h) - to(o)).norm(), (to(h) - from(o)).norm());
+  }
+
+  // Of the net on the other side, so that the edge's sides lie on each other.
+  Motion motion(HalfedgeId h) const {
+    const HalfedgeId o = opposite(h);
+    const Vector2 x = to(h) - from(h);
+    const Vector2 y = from(o) - to(o);
+    const Vector2 turn(x.dot(y), cross(y, x));
+    Motion m;
+    const double length = turn.norm();
+    if (length > 0.0) m.turn = turn / length;
+    m.shift = 0.5 * (from(h) + to(h)) - m.direction(0.5 * (from(o) + to(o)));
+    return m;
+  }
+
+  Corners moved(Index i, const Motion& m) const {
+    return {m(at_[at(i)][0]), m(at_[at(i)][1]), m(at_[at(i)][2])};
+  }
+
+  // Keys of different cells may be the same: what is found there is compared.
+  static std::uint64_t key(Index net, std::int64_t x, std::int64_t y) {
+    std::uint64_t k = static_cast<std::uint64_t>(net) * 0x9e3779b97f4a7c15u;
+    k = (k ^ static_cast<std::uint64_t>(x)) * 0xbf58476d1ce4e5b9u;
+    return (k ^ (k >> 31) ^ static_cast<std::uint64_t>(y)) * 0x94d049bb133111ebu;
+  }
+
+  template <typename Visit>
+  void for_cells(const Corners& corners, Visit visit) const {
+    Box box;
+    for (const Vector2& p : corners) box.add(p);
+    const auto cell = [&](double x) { return static_cast<std::int64_t>(std::floor(x / cell_)); };
+    for (std::int64_t x = cell(box.low.x()); x <= cell(box.high.x()); ++x) {
+      for (std::int64_t y = cell(box.low.y()); y <= cell(box.high.y()); ++y) visit(x, y);
+    }
+  }
+
+  void enter(Index i) {
+    for_cells(at_[at(i)],
+              [&](std::int64_t x, std::int64_t y) { cells_[key(net_[at(i)], x, y)].push_back(i); });
+  }
+
+  // Deeper than `care`.
+  bool overlaps(Index stays, Index moves, const Motion& m, double care) const {
+    bool found = false;
+    for (const Index i : members_[at(moves)]) {
+      const Corners corners = moved(i, m);
+      for_cells(corners, [&](std::int64_t x, std::int64_t y) {
+        const auto cell = cells_.find(key(stays, x, y));
+        if (found || cell == cells_.end()) return;
+        for (const Index j : cell->second) {
+          if (net_[at(j)] != stays || !overlap(at_[at(j)], corners, care)) continue;
+          found = true;
+          return;
+        }
+      });
+      if (found) return true;
+    }
+    return false;
+  }
+
+  // Lengths of a net's outline by direction, turned by `m`.
+  using Bins = std::vector<double>;
+  static void add_side(const Vector2& side, double weight, Bins& bins) {
+    const double length = side.norm();
+    if (!(length > 0.0)) return;
+    double angle = std::fmod(std::atan2(side.y(), side.x()) + 2 * std::numbers::pi, kQuarterTurn);
+    const int bin = std::min(static_cast<int>(angle / kQuarterTurn * kBins), kBins - 1);
+    bins[at(bin)] += weight * length;
+  }
+  void add_outline(Index net, const Motion& m, Bins& bins) const {
+    for (const Index i : members_[at(net)]) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (is_joined_[3 * at(i) + k] != 0) continue;
+        add_side(m.direction(at_[at(i)][(k + 1) % 3] - at_[at(i)][k]), 1.0, bins);
+      }
+    }
+  }
+  const Bins& outline(Index net) {
+    Bins& bins = bins_[at(net)];
+    if (bins.empty()) {
+      bins.assign(kBins, 0.0);
+      add_outline(net, {}, bins);
+    }
+    return bins;
+  }
+  // The cross along which most of it runs: its middle bin.
+  static int cross_of(const Bins& bins) {
+    int best = 0;
+    double most = -1.0;
+    for (int i = 0; i < kBins; ++i) {
+      const double now = along(bins, i);
+      if (now > most) best = i;
+      most = std::max(most, now);
+    }
+    return best;
+  }
+  static double along(const Bins& bins, int i) {
+    return bins[at((i + kBins - 1) % kBins)] + bins[at(i)] + bins[at((i + 1) % kBins)];
+  }
+  static bool is_straight(const Bins& bins) {
+    return along(bins, cross_of(bins)) >= kStraight * length_of(bins);
+  }
+  static double length_of(const Bins& bins) {
+    double sum = 0.0;
+    for (const double b : bins) sum += b;
+    return sum;
+  }
+
+  Box box_of(Index net, const Motion& m) const {
+    Box box;
+    for (const Index i : members_[at(net)]) {
+      for (const Vector2& p : at_[at(i)]) box.add(m(p));
+    }
+    return box;
+  }
+
+  // Both nets are turned onto the cross of what they become.
+  bool is_compact(Index a, Index b, const Motion& m, int bin) const {
+    const double angle = -kQuarterTurn * (bin + 0.5) / kBins;
+    const Motion upright{{std::cos(angle), std::sin(angle)}, Vector2::Zero()};
+    const Motion both{upright.direction(m.turn), upright.direction(m.shift)};
+    const Box own = box_of(a, upright);
+    const Box other = box_of(b, both);
+    Box whole = own;
+    whole.add(other.low);
+    whole.add(other.high);
+    return kLeastFill * whole.area() <= 1.0001 * (own.area() + other.area());
+  }
+
+  // Longer than nets may be, and than either is.
+  bool is_longer(Index a, Index b, const Motion& m) const {
+    const double before = std::max(spans_[at(a)].longest(), spans_[at(b)].longest());
+    const double most = std::max(kLongest * shapes_.size, 1.001 * before);
+    Spans whole = spans_[at(a)];
+    if (whole.longest() + spans_[at(b)].longest() <= most) return false;
+    for (const Index i : members_[at(b)]) {
+      for (const Vector2& p : at_[at(i)]) whole.add(m(p));
+    }
+    return whole.longest() > most;
+  }
+
+  void join_nets(HalfedgeId h, const Rules& rules) {
+    const Index a = net_at(h);
+    const Index b = net_at(opposite(h));
+    const Motion m = motion(h);
+    if (rules.cross && is_longer(a, b, m)) return;
+    if (overlaps(a, b, m, kOverlaps * part_.size())) return;
+    if (rules.cross) {
+      const Bins& first = outline(a);
+      const Bins& second = outline(b);
+      Bins whole = first;
+      add_outline(b, m, whole);
+      const double before = along(first, cross_of(first)) + along(second, cross_of(second));
+      const int bin = cross_of(whole);
+      const double length = length_of(first) + length_of(second);
+      if (along(whole, bin) < before - kCrossLost * length) return;
+      // A disk hangs on no rectangle.
+      if (rules.compact && is_straight(first) != is_straight(second)) return;
+      if (rules.compact && !is_compact(a, b, m, bin)) return;
+    }
+    take(h, m, a, b);
+  }
+
+  // Net b becomes part of a.
+  void take(HalfedgeId h, const Motion& m, Index a, Index b) {
+    if (!bins_[at(a)].empty()) add_outline(b, m, bins_[at(a)]);
+    for (const Index i : members_[at(b)]) {
+      at_[at(i)] = moved(i, m);
+      net_[at(i)] = a;
+      members_[at(a)].push_back(i);
+      for (const Vector2& p : at_[at(i)]) spans_[at(a)].add(p);
+      enter(i);
+    }
+    members_[at(b)].clear();
+    bins_[at(b)].clear();
+    mark(h);
+    if (!bins_[at(a)].empty()) add_side(to(h) - from(h), -2.0, bins_[at(a)]);
+  }
+
+  void force(HalfedgeId h) {
+    const HalfedgeId o = opposite(h);
+    if (o == kInvalid || is_joined(h)) return;
+    const Index a = net_at(h);
+    const Index b = net_at(o);
+    if (a == b) return mark(h);
+    if (members_[at(a)].size() < members_[at(b)].size()) return take(o, motion(o), b, a);
+    take(h, motion(h), a, b);
+  }
+
+  // Of a net's outline towards others the best edge to join it by, seen from there.
+  HalfedgeId best_border(Index net) const {
+    HalfedgeId best = kInvalid;
+    std::pair<int, double> most(-1, 0.0);
+    const double size = std::sqrt(area_of(net));
+    for (const Index i : members_[at(net)]) {
+      for (Index k = 0; k < 3; ++k) {
+        const HalfedgeId g = 3 * part_.faces[at(i)] + k;
+        const HalfedgeId o = opposite(g);
+        if (o == kInvalid || is_joined(g) || net_at(o) == net) continue;
+        // The least overlap, then the longest edge.
+        int depth = 0;
+        const auto care = [&] { return std::max(kOverlaps * part_.size(), depth * kDepth * size); };
+        while (depth < kDepths && !is_fixed(net_at(o)) &&
+               overlaps(net_at(o), net, motion(o), care()))
+          ++depth;
+        const std::pair<int, double> own(kDepths - depth, (to(g) - from(g)).norm());
+        if (!(own > most)) continue;
+        most = own;
+        best = o;
+      }
+    }
+    return best;
+  }
+
+  const Shapes& shapes_;
+  const Part& part_;
+  const ExecutionContext& context_;
+  double cell_;
+  std::unordered_map<FaceId, Index> place_;  // in the part
+  std::vector<Corners> at_;                  // per face of the part, in its net's plane
+  std::vector<Index> net_;                   // per face of the part
+  std::vector<std::vector<Index>> members_;  // per net: faces of the part
+  std::vector<char> is_joined_;              // 3 per face of the part
+  std::vector<char> is_fixed_;               // per net
+  std::vector<Bins> bins_;                   // per net; empty: not counted
+  std::vector<Spans> spans_;                 // per net
+  std::unordered_map<std::uint64_t, std::vector<Index>> cells_;
+  std::size_t tried_ = 0;
+};
+
+Vector3 place(const mesh::Surface& surface, VertexId v) {
+  return surface.vertices.row(v).transpose();
+}
+
+Shapes shapes_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                 const mesh::EdgeFlags& seams) {
+  const Triangles& faces = surface.faces;
+  Shapes shapes{faces, adjacency, 0.0,
+                {},    {},        std::vector<double>(at(surface.vertices.rows()), 0.0)};
+  std::vector<char> is_border(at(surface.vertices.rows()), 0);
+  double whole = 0.0;
+  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+    std::array<Vector3, 3> p;
+    for (Index k = 0; k < 3; ++k) p[at(k)] = place(surface, faces(f, k));
+    const Vector3 e = p[1] - p[0];
+    const Vector3 d = p[2] - p[0];
+    const double length = e.norm();
+    const double doubled = e.cross(d).norm();
+    shapes.area.push_back(0.5 * doubled);
+    whole += 0.5 * doubled;
+    shapes.flat.push_back(
+        {Vector2::Zero(), Vector2(length, 0.0),
+         length > 0.0 ? Vector2(e.dot(d) / length, doubled / length) : Vector2(d.norm(), 0.0)});
+    for (Index k = 0; k < 3; ++k) {
+      const Vector3 a = p[at((k + 1) % 3)] - p[at(k)];
+      const Vector3 b = p[at((k + 2) % 3)] - p[at(k)];
+      shapes.curvature[at(faces(f, k))] -= std::atan2(a.cross(b).norm(), a.dot(b));
+      const HalfedgeId h = 3 * f + k;
+      if (adjacency.opposite[at(h)] != kInvalid && seams[at(h)] == 0) continue;
+      is_border[at(mesh::source(faces, h))] = is_border[at(mesh::target(faces, h))] = 1;
+    }
+  }
+  for (std::size_t v = 0; v < is_border.size(); ++v)
+    shapes.curvature[v] = is_border[v] != 0 ? 0.0 : shapes.curvature[v] + 2 * std::numbers::pi;
+  shapes.size = std::sqrt(whole);
+  return shapes;
+}
+
+std::vector<Part> parts_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                           const mesh::EdgeFlags& seams, const std::vector<double>& cost,
+                           const Shapes& shapes) {
+  const mesh::Components components = mesh::components_between(adjacency, seams);
+  std::vector<Part> parts(at(components.count));
+  const Triangles& faces = surface.faces;
+  const auto normal = [&](FaceId f) {
+    const Vector3 a = place(surface, faces(f, 0));
+    return Vector3((place(surface, faces(f, 1)) - a).cross(place(surface, faces(f, 2)) - a));
+  };
+  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+    Part& part = parts[at(components.of_face[at(f)])];
+    part.faces.push_back(f);
+    part.area += shapes.area[at(f)];
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      const HalfedgeId o = adjacency.opposite[at(h)];
+      if (o == kInvalid || o < h || seams[at(h)] != 0) continue;
+      if (cost[at(h)] == mesh::ShortestPaths::kUnreached) {
+        part.joined.push_back(h);
+        continue;
+      }
+      const Vector3 n = normal(f);
+      const Vector3 m = normal(o / 3);
+      const Vector3 side =
+          place(surface, mesh::target(faces, h)) - place(surface, mesh::source(faces, h));
+      part.hinges.push_back({h, side.norm(), std::atan2(n.cross(m).norm(), n.dot(m))});
+    }
+  }
+  return parts;
+}
+
+// Faces joined across edges that bend by less than an angle, or are no seams.
+class Regions {
+ public:
+  Regions(const Shapes& shapes, const Part& part, double angle)
+      : sets_(Index(shapes.faces.rows())) {
+    const auto join = [&](HalfedgeId h) {
+      sets_.join(h / 3, shapes.adjacency.opposite[at(h)] / 3);
+    };
+    for (const HalfedgeId h : part.joined) join(h);
+    for (const Hinge& hinge : part.hinges) {
+      if (hinge.angle < angle) join(hinge.h);
+    }
+    for (const FaceId f : part.faces) area_[of(f)] += shapes.area[at(f)];
+    // Vertices inside: no edge there bends more.
+    std::unordered_map<VertexId, char> bent;
+    for (const Hinge& hinge : part.hinges) {
+      if (hinge.angle < angle) continue;
+      bent[mesh::source(shapes.faces, hinge.h)] = 1;
+      bent[mesh::target(shapes.faces, hinge.h)] = 1;
+    }
+    std::unordered_map<VertexId, char> seen;
+    for (const FaceId f : part.faces) {
+      for (Index k = 0; k < 3; ++k) {
+        const VertexId v = shapes.faces(f, k);
+        if (!bent.contains(v) && seen.emplace(v, 1).second)
+          curvature_[of(f)] += std::abs(shapes.curvature[at(v)]);
+      }
+    }
+  }
+
+  Index of(FaceId f) { return sets_.find(f); }
+  double area(Index region) { return area_[region]; }
+  // Sum of the absolute values at the vertices inside.
+  double curvature(Index region) { return curvature_[region]; }
+
+ private:
+  DisjointSets sets_;
+  std::unordered_map<Index, double> area_;
+  std::unordered_map<Index, double> curvature_;
+};
+
+// Is most of it flat or rolled, in regions that count?
+bool may_be_hard(const Shapes& shapes, const Part& part) {
+  if (part.hinges.empty() || !(part.area > 0.0)) return false;
+  Regions flat(shapes, part, kFlat);
+  Regions smooth(shapes, part, kSmooth);
+  double hard = 0.0;
+  for (const FaceId f : part.faces) {
+    const bool is_flat = flat.area(flat.of(f)) >= kRegion * part.area;
+    const bool is_rolled = smooth.area(smooth.of(f)) >= kRegion * part.area &&
+                           smooth.curvature(smooth.of(f)) < kRolled;
+    if (is_flat || is_rolled) hard += shapes.area[at(f)];
+  }
+  return hard >= kHardRegions * part.area;
+}
+
+struct CurvedRegion {
+  std::vector<FaceId> faces;
+  std::vector<HalfedgeId> edges;  // inside
+};
+
+// Smooth regions that fall to pieces where they are unfolded rigidly.
+std::vector<CurvedRegion> curved_regions(const Shapes& shapes, const Part& part,
+                                         const std::vector<Hinge>& order,
+                                         const ExecutionContext& context) {
+  Regions smooth(shapes, part, kSmooth);
+  std::unordered_map<Index, double> torn;
+  Nets nets(shapes, part, context);
+  for (int round = 0; round < 2; ++round) {
+    for (const Hinge& hinge : order) {
+      if (hinge.angle < kSmooth && smooth.curvature(smooth.of(hinge.h / 3)) > kCurved)
+        nets.join(hinge.h, {});
+    }
+  }
+  for (const Hinge& hinge : order) {
+    const Index region = smooth.of(hinge.h / 3);
+    if (hinge.angle < kSmooth && smooth.curvature(region) > kCurved && !nets.is_joined(hinge.h))
+      torn[region] += hinge.length;
+  }
+  std::unordered_map<Index, std::size_t> number;
+  std::vector<CurvedRegion> regions;
+  for (const FaceId f : part.faces) {
+    const Index region = smooth.of(f);
+    const auto length = torn.find(region);
+    if (length == torn.end() || length->second < kTornApart * std::sqrt(smooth.area(region)))
+      continue;
+    const auto [entry, fresh] = number.try_emplace(region, regions.size());
+    if (fresh) regions.emplace_back();
+    regions[entry->second].faces.push_back(f);
+  }
+  for (const Hinge& hinge : part.hinges) {
+    const auto entry = number.find(smooth.of(hinge.h / 3));
+    if (hinge.angle < kSmooth && entry != number.end())
+      regions[entry->second].edges.push_back(hinge.h);
+  }
+  return regions;
+}
+
+// Flat edges, then smooth ones, then the others, the longest first.
+std::vector<Hinge> in_order(const Part& part) {
+  const double unit = 1e-6 * part.size();
+  const auto rank = [&](const Hinge& hinge) {
+    const int kind = hinge.angle < kFlat ? 0 : hinge.angle < kBend ? 1 : 2;
+    return std::tuple(kind, -std::round(hinge.length / unit), hinge.h);
+  };
+  std::vector<Hinge> order = part.hinges;
+  std::sort(order.begin(), order.end(),
+            [&](const Hinge& a, const Hinge& b) { return rank(a) < rank(b); });
+  return order;
+}
+
+void flag_part(const Shapes& shapes, const Part& part, mesh::EdgeFlags& flags,
+               const ExecutionContext& context) {
+  const std::vector<Hinge> order = in_order(part);
+  Nets nets(shapes, part, context);
+  for (const CurvedRegion& region : curved_regions(shapes, part, order, context))
+    nets.fix(region.faces, region.edges);
+  for (int round = 0; round < 2; ++round) {
+    for (const Hinge& hinge : order)
+      nets.join(hinge.h, {hinge.angle >= kFlat, hinge.angle >= kBend});
+  }
+  nets.gather_slivers();
+  double rigid = 0.0;
+  double counted = 0.0;
+  for (Index net = 0; net < static_cast<Index>(nets.count()); ++net) {
+    if (nets.is_fixed(net)) continue;
+    const double area = nets.area_of(net);
+    rigid += area;
+    if (area >= kNet * part.area) counted += area;
+  }
+  if (counted < kHardNets * rigid || nets.straightness() < kHardOutlines) return;
+  for (const Hinge& hinge : part.hinges) {
+    if (nets.is_joined(hinge.h)) continue;
+    flags[at(hinge.h)] = 1;
+    flags[at(shapes.adjacency.opposite[at(hinge.h)])] = 1;
+  }
+}
+
+}  // namespace
+
+mesh::EdgeFlags net_seams(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                          const mesh::EdgeFlags& seams, const std::vector<double>& cost,
+                          const ExecutionContext& context) {
+  mesh::EdgeFlags flags(adjacency.opposite.size(), 0);
+  const Shapes shapes = shapes_of(surface, adjacency, seams);
+  for (const Part& part : parts_of(surface, adjacency, seams, cost, shapes)) {
+    context.check();
+    if (may_be_hard(shapes, part)) flag_part(shapes, part, flags, context);
+  }
+  return flags;
+}
+
+}  // namespace flipfree::unwrap
