@@ -340,6 +340,20 @@ def certify_seamless(result, quarters):
     )
 
 
+def embed(island, *, boundary, corners, method, optimise):
+    """Starts the map of one island, a disk, onto a convex polygon: a shape by its name, or, with the name "corners", that of
+    boundary vertices {vertex: (u, v)}."""
+    return jobs.embed(
+        island.vertices,
+        island.faces,
+        boundary=boundary,
+        corners=corners,
+        method=method,
+        optimise=optimise,
+        **_limits(),
+    )
+
+
 def match(island, *, points, lines, boundary_loop, boundary_uv, bijective, max_seconds):
     """Starts the map of one island that meets `points` {vertex: (u, v)}, `lines` and, if given, its whole outline."""
     return jobs.match(

@@ -28,11 +28,11 @@ def solve(objects, command: Command, given) -> list[Ended]:
     if getattr(given, "aspect", 1.0) == commands.IMAGE:
         seen = next(filter(None, map(aspect.of_material, objects)), 1.0)
         given = argparse.Namespace(**{**vars(given), "aspect": seen})
-    make_task, summary, options = command.options(given)
+    values = command.values(given)
     tasks, failures = [], []
     for ob in objects:
         try:
-            tasks.append(make_task(mesh_io.read(ob, only_selected=False), **options))
+            tasks.append(command.tasks(mesh_io.read(ob, only_selected=False), values))
         except mesh_io.MeshProblem as problem:
             failures.append(errors.from_problem(ob.name, problem))
     # This is no session that another process would save.
@@ -42,7 +42,7 @@ def solve(objects, command: Command, given) -> list[Ended]:
     run.finish()
     ended = []
     for task in run.done:
-        line = summary([task])
+        line = command.summary([task])
         warning = in_command_line_terms(command.advice([task]) or "")
         text = f"{line}. Warning: {warning}" if warning else line
         record = records.of_task(task, line, warning)

@@ -123,6 +123,7 @@ class UV_OT_flipfree_check(
     bl_options = {"REGISTER", "UNDO"}
     verb = "Check"
     needs_uv = True
+    writes = False
     option_names = (
         "stacked_ok",
         "correct_aspect",

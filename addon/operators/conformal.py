@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Conformal Map with Cones, Suggest Cones, Mark Cone, Clear Cones (thesis 4, docs/conformal-map.md)."""
 
-import dataclasses
 import functools
 import math
 
@@ -14,12 +13,6 @@ from . import common, cone_sums, options, parts
 
 # Radians by which a 32-bit cone angle may be off its 64-bit value (half a unit in the last place below 64).
 ROUNDING = 2e-6
-
-# Of a certificate, what depends on how the map is rounded.
-AS_STORED = (
-    *("triangles", "flips32", "overlaps", "energy", "max_energy", "energy_p99"),
-    *("poor", "stretched", "area", "poor_islands", "failed_faces"),
-)
 
 BOUNDARIES = (
     ("free", "Free", "Lengths along the boundary stay: least distortion of area"),
@@ -51,14 +44,8 @@ REFINED_STARTS = (
 )
 
 
-class ConformalTask(parts.PartsTask):
+class ConformalTask(parts.PackedTask):
     """Every connected part of the faces is a surface of its own, with cones that must fit it alone."""
-
-    packs_alone = (
-        True  # where no other object takes part; otherwise all are laid out together (layout.py)
-    )
-    keep_placement = False
-    aspect = 1.0
 
     poor_cure = "Suggest Cones finds where cones would even the scale out, or cut the surface there"
 
@@ -85,13 +72,6 @@ class ConformalTask(parts.PartsTask):
         self.pack_options = {"together": True, "scale_true": scale_true}
         self.margin = margin
         self.angle_error = 0.0
-        self._pieces = []
-
-    def pins(self) -> dict:
-        return {}
-
-    def uv_on_texture(self) -> np.ndarray:
-        return self.result.uv
 
     def stages(self):
         self._refuse_bad_angles()
@@ -116,54 +96,7 @@ class ConformalTask(parts.PartsTask):
             result = self.checked((yield solver.conformal(part, angles, self.refined_start)))
             self.angle_error = max(self.angle_error, result.stats["angle_error"])
             pieces.append(islands.Piece(triangles, used, result))
-        self.solving = None
-        self.result = islands.combine(self.snapshot, pieces)
-        self.result.cut_edges = self._combined_cuts(pieces)
-        self._pieces = pieces
-        if self.packs and not self.packs_alone:
-            return
-        if self.packs:
-            packed = yield solver.pack(
-                *self.surface(), self.result.uv, margin=self.margin, **self.pack_options
-            )
-            self.result.uv, self.result.stored = packed.uv, packed.uv32()
-        yield from self._look_at_stored()
-        yield from self.look_at_islands()
-
-    def lay_out(self, uv, stored, stats):
-        """Stages that take a layout of all objects."""
-        self.result.uv, self.result.stored = uv, stored
-        yield from self._look_at_stored()
-        yield from self.look_at_islands()
-
-    def _look_at_stored(self):
-        """The solver judged its own map in 64 bits; the report speaks of what will be stored, where overlaps may be others."""
-        result = self.result
-        for i, piece in enumerate(self._pieces):
-            rows = np.isin(result.parent_face, piece.triangles)
-            found = yield solver.certify_arrays(
-                result.vertices, result.faces[rows], result.uv32()[rows], bijective=True
-            )
-            stored = {name: getattr(found, name) for name in AS_STORED}
-            certificate = dataclasses.replace(self.certificates[i], **stored)
-            faces = self.snapshot.triangle_face[result.parent_face[rows]]
-            self.certificates[i] = certificate
-            self.judged[i] = common.Judged(certificate, faces)
-
-    def island_count(self) -> int:
-        return labels.count_islands(self.result.faces, self.result.uv32())
-
-    def _combined_cuts(self, pieces) -> np.ndarray:
-        """Cut edges of all parts in the numbers of the combined map."""
-        total = len(self.snapshot.vertices)
-        cuts = []
-        for piece in pieces:
-            old = len(piece.submesh)
-            new = len(piece.result.vertices) - old
-            number = np.concatenate([piece.submesh, np.arange(total, total + new)])
-            total += new
-            cuts.append(number[piece.result.cut_edges])
-        return np.concatenate(cuts)
+        yield from self.put_together(pieces)
 
     def _refuse_bad_angles(self):
         bad = [v for v, angle in self.cone_angles.items() if not angle > 0.0]

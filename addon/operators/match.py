@@ -9,7 +9,7 @@ import numpy as np
 from flipfree.calls.matching import held_by_pins
 
 from .. import solver
-from ..meshes import islands, labels, mesh_io, refine, separated
+from ..meshes import islands, labels, mesh_io, refine, selection, separated
 from . import common, layout, options, parts
 
 GROUP = refine.PIN_GROUP
@@ -151,14 +151,12 @@ class MatchTask(parts.PartsTask):
             return False
         if self.cut_open:
             return True
-        faces = np.unique(self.snapshot.triangle_face[island.triangles])
-        handles = f"{island.genus(loops)} handle{'s' * (island.genus(loops) != 1)}"
-        raise mesh_io.MeshProblem(
-            f"{self.snapshot.object_name}: the island of face {faces[0]} ({common.plural(len(faces), 'face')}) "
+        handles = common.plural(island.genus(loops), "handle")
+        refuse_island(
+            self.snapshot,
+            island,
             f"{'has ' + handles if loops else 'is closed'} and cannot be flattened in one piece. Mark seams that open "
             "it, or turn on Cut Open in the redo panel",
-            "face",
-            faces,
         )
 
     def _moved(self, island):
@@ -200,31 +198,7 @@ class MatchTask(parts.PartsTask):
         return result, used
 
     def _collect_pins(self, found):
-        """Pinned corners as pins of the islands' vertices; two places for one vertex are refused by name."""
-        snapshot = self.snapshot
-        name = snapshot.object_name
-        for island in found:
-            loops = snapshot.triangle_loops[island.triangles]
-            mesh_vertices = snapshot.vertex_ids[island.submesh]
-            in_group = np.isin(mesh_vertices[island.faces], self.group_vertices)
-            rows, corners = np.nonzero(snapshot.pinned[loops] | in_group)
-            for row, corner in zip(rows.tolist(), corners.tolist(), strict=True):
-                vertex = int(island.faces[row, corner])
-                target = tuple(map(float, snapshot.uv[loops[row, corner]]))
-                mesh_vertex = int(mesh_vertices[vertex])
-                if not np.isfinite(target).all():
-                    raise mesh_io.MeshProblem(
-                        f"{name}: vertex {mesh_vertex} has a pinned UV that is no number. Unpin it with Alt P",
-                        "vertex",
-                        [mesh_vertex],
-                    )
-                if island.pins.setdefault(vertex, target) != target:
-                    raise mesh_io.MeshProblem(
-                        f"{name}: vertex {mesh_vertex} is pinned to two places in one island. Mark a seam "
-                        "between them, or unpin one with Alt P",
-                        "vertex",
-                        [mesh_vertex],
-                    )
+        islands.collect_pins(self.snapshot, found, self.group_vertices)
 
     def _request(self, island) -> dict:
         """Pins in the solver's terms: the whole boundary if all of it is pinned, lines, points."""
@@ -373,17 +347,19 @@ class UV_OT_flipfree_match(
         return summary(tasks)
 
 
-def group_vertices(ob) -> list[int]:
-    group = ob.vertex_groups.get(GROUP)
-    if group is None:
-        return []
-    if ob.mode == "EDIT":
-        ob.update_from_editmode()
-    return [
-        v.index
-        for v in ob.data.vertices
-        if any(g.group == group.index and g.weight > 0.0 for g in v.groups)
-    ]
+def refuse_island(snapshot, island, what: str):
+    """Raises MeshProblem, naming the island."""
+    faces = np.unique(snapshot.triangle_face[island.triangles])
+    raise mesh_io.MeshProblem(
+        f"{snapshot.object_name}: the island of face {faces[0]} ({common.plural(len(faces), 'face')}) {what}",
+        "face",
+        faces,
+    )
+
+
+def group_vertices(ob) -> np.ndarray:
+    """Mesh vertices of the group `Pins`."""
+    return selection.in_group(ob, GROUP)
 
 
 CLASSES = (UV_OT_flipfree_match,)

@@ -170,6 +170,7 @@ class MapOperator(modal.SolverOperator):
     advanced: tuple = ()  # those of them that are drawn in a panel of their own, closed at first
     needs_uv = False
     joint_layout = False  # islands of all objects are packed together
+    writes = True  # the mesh; the others have nothing to save
 
     def advice(self, tasks):
         return common.advice(tasks)

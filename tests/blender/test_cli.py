@@ -205,6 +205,18 @@ def test_every_map_can_be_made_in_batches(pinned_blend, tmp_path, arguments):
     assert "Nothing wrong" in again.stdout or "No flips and no overlaps" in again.stdout
 
 
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [(["seams"], "marked as seams"), (["cones", "--bound", "3"], "scales differ by")],
+)
+def test_what_prepares_maps_is_a_command_too(pinned_blend, tmp_path, arguments, said):
+    out, report = tmp_path / "out.blend", tmp_path / "r.json"
+    result = command(arguments[0], pinned_blend, out, *arguments[1:], "--json", report)
+    assert result.returncode == 0 and said in result.stdout, result.stdout + result.stderr
+    (record,) = json.loads(report.read_text())
+    assert record["ok"] and record["errors"] == [] and out.exists()
+
+
 def test_pins_that_contradict_give_status_1_and_no_file(pinned_blend, tmp_path):
     bpy.ops.wm.open_mainfile(filepath=str(pinned_blend))
     ob = next(ob for ob in bpy.data.objects if ob.type == "MESH")

@@ -11,6 +11,7 @@ OPERATORS = [
     "flipfree_auto_seams",
     "flipfree_unwrap",
     "flipfree_match",
+    "flipfree_embed",
     "flipfree_improve",
     "flipfree_repair",
     "flipfree_pack",

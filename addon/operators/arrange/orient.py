@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from ... import compat, errors, modal
-from ...meshes import fields, labels, mesh_io
+from ...meshes import labels, mesh_io, selection
 from .. import common, options
 from . import moved
 
@@ -137,7 +137,7 @@ def selected_edges(ob) -> np.ndarray:
         bm.verts.index_update()
         pairs = [[v.index for v in e.verts] for e in bm.edges if e.select and not e.hide]
         return np.array(pairs, np.int64).reshape(-1, 2)
-    with fields.whole_mesh(ob) as mesh:
+    with selection.whole_mesh(ob) as mesh:
         chosen = np.empty(len(mesh.edges), bool)
         mesh.edges.foreach_get("select", chosen)
         return compat.edge_vertices(mesh)[chosen].astype(np.int64)

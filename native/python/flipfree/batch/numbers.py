@@ -69,7 +69,7 @@ iterations = whole(0)
 
 
 #: Options that several commands have: their type and default.
-_OPTIONS: dict[str, tuple[Callable[[str], float], float]] = {
+OPTIONS: dict[str, tuple[Callable[[str], float], float]] = {
     "bound": (bound, 4.0),
     "effort": (effort, 1.0),
     "iterations": (iterations, 200),
@@ -83,7 +83,7 @@ _OPTIONS: dict[str, tuple[Callable[[str], float], float]] = {
 
 def add_options(parser: argparse.ArgumentParser, **texts: str) -> None:
     for name, text in texts.items():
-        kind, default = _OPTIONS[name]
+        kind, default = OPTIONS[name]
         parser.add_argument(f"--{name.replace('_', '-')}", type=kind, default=default, help=text)
 
 

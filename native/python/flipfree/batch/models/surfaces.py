@@ -1,4 +1,4 @@
-"""Commands that want a clean surface, which they make of what they get: match, conformal, seamless, field.
+"""Commands that want a clean surface, which they make of what they get: embed, match, conformal, seamless, field.
 
 Solvers that want one connected surface get the parts one after the other; they are packed together at the end.
 """
@@ -17,6 +17,7 @@ import numpy.typing as npt
 from ...calls.certification import certify
 from ...calls.conformal import boundary_angles, suggest_cones
 from ...calls.conformal import conformal as conformal_map
+from ...calls.matching import embed as embed_disk
 from ...calls.matching import held_by_pins
 from ...calls.matching import match as match_pins
 from ...calls.seamless import cross_field, field_aligned
@@ -36,18 +37,68 @@ _FREE = "a boundary is free, as no map was found with one along the axes"
 _ENLARGED = "parts too small beside the others for 32 bits are larger than in scale"
 
 
+def embed_arguments(parser: argparse.ArgumentParser) -> None:
+    numbers.add_choice(
+        parser,
+        "--boundary",
+        "circle square triangle pinned",
+        "pinned: straight between the points of the file with the pins that are on the boundary",
+    )
+    numbers.add_choice(parser, "--method", "ladder schnyder progressive tutte")
+    numbers.add_flags(
+        parser,
+        optimise="lower the distortion, with the boundary held",
+        no_pack="all parts lie around the origin",
+    )
+    numbers.add_options(parser, margin="between packed islands")
+
+
+def embed(model: Model, options: dict[str, Any]) -> Solved:
+    own = options["boundary"] == "pinned"
+    clean = model.clean()
+    points = _points(model, clean, _pins_of(model)) if own else {}
+
+    def solve(vertices: FloatArray, faces: IntArray, used: IntArray) -> Parametrization:
+        return embed_disk(
+            vertices,
+            faces,
+            boundary="corners" if own else options["boundary"],
+            corners={i: points[v] for i, v in enumerate(used.tolist()) if v in points},
+            method=options["method"],
+            optimise=options["optimise"],
+            **model.limits,
+        )
+
+    found = each_part(clean, solve)
+    if not (own or options["no_pack"]):
+        found = _packed(model, found, options, together=False)
+    whole = clean.on_input(found)
+    judged = certify(found.vertices, found.faces, found.uv, pins=points, threads=model.threads)
+    return Solved(replace(judged, mends=clean.mends), whole)
+
+
+def _packed(
+    model: Model, found: Parametrization, options: dict[str, Any], *, together: bool
+) -> Parametrization:
+    packed = pack(
+        found.vertices,
+        found.faces,
+        found.uv,
+        together=together,
+        scale_true=True,
+        margin=options["margin"],
+        **model.limits,
+    )
+    return found.at(packed)
+
+
 def match_arguments(parser: argparse.ArgumentParser) -> None:
     numbers.add_flags(parser, allow_overlaps="islands may overlap themselves")
     numbers.add_aspect(parser)
 
 
 def match(model: Model, options: dict[str, Any]) -> Solved:
-    told = model.told("pins")
-    if told is None:
-        raise bad_pins(
-            f"{model.source.name}.pins.json is missing: the pins, such as "
-            '{"points": {"0": [0.0, 0.5]}, "lines": [{"vertices": [3, 4], "uv": [[0, 0], [1, 0]]}]}.'
-        )
+    told = _pins_of(model)
     clean = model.clean()
     points, lines = _points(model, clean, told), _lines(model, clean, told)
 
@@ -84,6 +135,16 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
         threads=model.threads,
     )
     return Solved(replace(judged, mends=clean.mends), whole)
+
+
+def _pins_of(model: Model) -> dict[str, Any]:
+    told = model.told("pins")
+    if told is None:
+        raise bad_pins(
+            f"{model.source.name}.pins.json is missing: the pins, such as "
+            '{"points": {"0": [0.0, 0.5]}, "lines": [{"vertices": [3, 4], "uv": [[0, 0], [1, 0]]}]}.'
+        )
+    return told
 
 
 def _points(
@@ -166,16 +227,7 @@ def conformal(model: Model, options: dict[str, Any]) -> Solved:
         return conformal_map(vertices, faces, angles, **model.limits)
 
     found = each_part(clean, solve)
-    packed = pack(
-        found.vertices,
-        found.faces,
-        found.uv,
-        together=True,
-        scale_true=True,
-        margin=options["margin"],
-        **model.limits,
-    )
-    whole = clean.on_input(found.at(packed))
+    whole = clean.on_input(_packed(model, found, options, together=True))
     return Solved(whole.certificate, whole)
 
 

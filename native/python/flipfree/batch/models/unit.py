@@ -51,6 +51,12 @@ COMMANDS = {
         any_mesh.unwrap_arguments,
         cure="--seams auto and a lower --stretch cut it further",
     ),
+    "embed": Command(
+        "disks onto a convex polygon",
+        surfaces.embed,
+        surfaces.embed_arguments,
+        cure="--optimise, or a boundary more like the part's own",
+    ),
     "match": Command(
         "pins met exactly",
         surfaces.match,
