@@ -10,7 +10,6 @@ An option's name is its word, unless WORDS has another one.
 
 import argparse
 import math
-from dataclasses import dataclass
 
 import bpy
 
@@ -47,7 +46,7 @@ WORDS = {
 # Options that are choices in a window, and a flag here: (word, what it chooses).
 FLAGS = {"rest": ("unwrap_rest", "unwrap")}
 # Of a window alone.
-_LEFT_OUT = {"select_cuts", "use_modifiers"}
+_LEFT_OUT = {"select_corners", "select_cuts", "use_modifiers"}
 # Numbers of more digits than Blender's floats have are not what anybody typed.
 _DIGITS = 6
 
@@ -57,58 +56,37 @@ def word_of(name: str, default) -> str:
     return f"no_{name}" if default is True and word == name else word
 
 
-@dataclass(frozen=True)
-class Command:
-    """What an operator does, without a window."""
+def options_of(operator) -> dict:
+    """Name -> Blender's description of it."""
+    space, name = operator.bl_idname.split(".")
+    properties = getattr(getattr(bpy.ops, space), name).get_rna_type().properties
+    return {n: properties[n] for n in operator.option_names if n not in _LEFT_OUT}
 
-    operator: type[MapOperator]
 
-    @property
-    def text(self) -> str:
-        return self.operator.bl_description
+def add_options(operator, parser: argparse.ArgumentParser) -> None:
+    for name, option in options_of(operator).items():
+        if name == "correct_aspect":
+            _add_aspect(parser)
+        else:
+            _add(parser, name, option)
 
-    @property
-    def writes(self) -> bool:
-        return self.operator.writes
 
-    def options(self) -> dict:
-        """Name -> Blender's description of it."""
-        space, name = self.operator.bl_idname.split(".")
-        properties = getattr(getattr(bpy.ops, space), name).get_rna_type().properties
-        return {n: properties[n] for n in self.operator.option_names if n not in _LEFT_OUT}
-
-    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        for name, option in self.options().items():
-            if name == "correct_aspect":
-                _add_aspect(parser)
-            else:
-                _add(parser, name, option)
-
-    def values(self, given: argparse.Namespace) -> dict:
-        """Parsed options as those of the operator's tasks."""
-        found = {}
-        for name, option in self.options().items():
-            if name == "correct_aspect":
-                found["aspect"] = given.aspect
-                continue
-            value = getattr(given, word_of(name, option.default))
-            if name in FLAGS:
-                value = FLAGS[name][1] if value else option.default
-            elif option.type == "BOOLEAN":
-                value = value != option.default
-            elif option.subtype == "ANGLE":
-                value = math.radians(value)
-            found[name] = value
-        return found
-
-    def tasks(self, snapshot, values: dict):
-        return self.operator.make_task(None, snapshot, **values)
-
-    def summary(self, tasks) -> str:
-        return self.operator.summary(None, tasks)
-
-    def advice(self, tasks) -> str:
-        return self.operator.advice(None, tasks)
+def values_of(operator, given: argparse.Namespace) -> dict:
+    """Parsed options as those of the operator's tasks."""
+    found = {}
+    for name, option in options_of(operator).items():
+        if name == "correct_aspect":
+            found["aspect"] = given.aspect
+            continue
+        value = getattr(given, word_of(name, option.default))
+        if name in FLAGS:
+            value = FLAGS[name][1] if value else option.default
+        elif option.type == "BOOLEAN":
+            value = value != option.default
+        elif option.subtype == "ANGLE":
+            value = math.radians(value)
+        found[name] = value
+    return found
 
 
 def _add(parser, name: str, option) -> None:
@@ -156,10 +134,10 @@ def _add_aspect(parser) -> None:
     )
 
 
-def _table() -> dict[str, Command]:
+def _table() -> dict[str, type[MapOperator]]:
     operators = {cls.bl_idname: cls for cls in tools.classes() if hasattr(cls, "bl_idname")}
     return {
-        word: Command(operators[tool.operator])
+        word: operators[tool.operator]
         for tool in tools.all_tools()
         for word in tool.command.split()
     }
@@ -170,8 +148,9 @@ COMMANDS = _table()
 
 def add_to(commands) -> None:
     """A parser for each, among those of argparse."""
-    for name, command in COMMANDS.items():
-        added = commands.add_parser(name, help=command.text, description=command.text)
-        arguments.add_run_arguments(added, writes=command.writes)
-        command.add_arguments(added)
+    for name, operator in COMMANDS.items():
+        text = operator.bl_description
+        added = commands.add_parser(name, help=text, description=text)
+        arguments.add_run_arguments(added, writes=operator.writes)
+        add_options(operator, added)
         arguments.add_model_arguments(added, has_limit=added.get_default("max_seconds") is not None)

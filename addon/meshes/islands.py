@@ -166,9 +166,27 @@ class Combined:
     stored: np.ndarray  # (m', 3, 2) float32
     seam_triangles: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     # triangles of the snapshot that were split because of a vertex across a seam
+    split_cuts: bool = (
+        False  # cuts along diagonals of faces split these, although UVs are not torn there
+    )
 
     def uv32(self) -> np.ndarray:
         return self.stored
+
+
+def placed(found, uv: np.ndarray, **more) -> Combined:
+    """A solver's map of a whole snapshot, with other UVs (m', 3, 2)."""
+    return Combined(
+        vertices=found.vertices,
+        faces=found.faces,
+        parent_face=found.parent_face,
+        vertex_parent=found.vertex_parent,
+        vertex_barycentric=found.vertex_barycentric,
+        cut_edges=found.cut_edges,
+        uv=uv,
+        stored=uv.astype(np.float32),
+        **more,
+    )
 
 
 def combine(snapshot, pieces: list[Piece], cut_edges: np.ndarray | None = None) -> Combined:

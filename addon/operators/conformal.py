@@ -57,6 +57,7 @@ class ConformalTask(parts.PackedTask):
         *,
         boundary="free",
         refined_start="auto",
+        precision=0,
         mark_cuts=True,
         pack=True,
         scale_true=True,
@@ -67,6 +68,7 @@ class ConformalTask(parts.PackedTask):
         self.boundary_vertices = boundary_vertices
         self.boundary = boundary
         self.refined_start = refined_start
+        self.precision = precision
         self.mark_cuts = mark_cuts
         self.packs = pack
         self.pack_options = {"together": True, "scale_true": scale_true}
@@ -93,7 +95,8 @@ class ConformalTask(parts.PackedTask):
             self.solving = used, triangles
             if callable(angles):
                 angles = yield angles()
-            result = self.checked((yield solver.conformal(part, angles, self.refined_start)))
+            job = solver.conformal(part, angles, self.refined_start, self.precision)
+            result = self.checked((yield job))
             self.angle_error = max(self.angle_error, result.stats["angle_error"])
             pieces.append(islands.Piece(triangles, used, result))
         yield from self.put_together(pieces)
@@ -154,11 +157,8 @@ def make_task(snapshot, **options) -> ConformalTask:
 
 def summary(tasks: list[ConformalTask]) -> str:
     """The report line, without the time."""
-    count = sum(t.island_count() for t in tasks)
-    between = sum(t.island_overlaps for t in tasks)
-    text = common.figures([c for t in tasks for c in t.certificates], count, between)
     error = max(t.angle_error for t in tasks)
-    return f"{text}, cone angles within {error:.1e} rad, {parts.added(tasks)}"
+    return parts.packed_summary(tasks, f", cone angles within {error:.1e} rad")
 
 
 class UV_OT_flipfree_conformal(
@@ -170,12 +170,12 @@ class UV_OT_flipfree_conformal(
         "Map without shear, with exactly the marked cone angles. Triangles that would flip are subdivided, "
         "the cut is marked as seams"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Conformal Map"
     joint_layout = True
     option_names = (
         "boundary",
         "refined_start",
+        "precision",
         "mark_cuts",
         "pack",
         "scale_true",
@@ -183,33 +183,34 @@ class UV_OT_flipfree_conformal(
         "use_modifiers",
     )
 
-    boundary: bpy.props.EnumProperty(name="Boundary", items=BOUNDARIES, default="free")
-    refined_start: bpy.props.EnumProperty(
-        name="Refined Start",
-        description="Add vertices while the metric is computed, so that needle-shaped triangles do no harm",
-        items=REFINED_STARTS,
-        default="auto",
+    boundary: options.choice("Boundary", "", BOUNDARIES)
+    refined_start: options.choice(
+        "Refined Start",
+        "Add vertices while the metric is computed, so that needle-shaped triangles do no harm",
+        REFINED_STARTS,
+    )
+    precision: options.whole(
+        "Precision",
+        "Bits of the numbers in which the metric is computed, 53 to 4096; 0: as in the preferences",
+        0,
+        0,
+        max=4096,
     )
     mark_cuts: options.mark_cuts()
-    pack: bpy.props.BoolProperty(
-        name="Pack Islands",
-        description=(
-            "Pack the islands into the unit square. Islands of one connected part turn and scale together, so that "
-            "quarter turns across seams stay quarter turns"
-        ),
-        default=True,
+    pack: options.flag(
+        "Pack Islands",
+        "Pack the islands into the unit square. Islands of one connected part turn and scale together, so that "
+        "quarter turns across seams stay quarter turns",
+        on=True,
     )
-    scale_true: bpy.props.BoolProperty(
-        name="True Scale",
-        description="Separate parts get the size of their surface when they are packed. Off: the size the metric has",
-        default=True,
+    scale_true: options.flag(
+        "True Scale",
+        "Separate parts get the size of their surface when they are packed. Off: the size the metric has",
+        on=True,
     )
 
-    def make_task(self, snapshot, **options):
-        return make_task(snapshot, **options)
-
-    def summary(self, tasks):
-        return summary(tasks)
+    make_task = staticmethod(make_task)
+    summary = staticmethod(summary)
 
 
 class SuggestTask(modal.StagedTask):
@@ -247,7 +248,6 @@ class UV_OT_flipfree_suggest_cones(options.UseModifiers, options.MapOperator, bp
     bl_idname = "uv.flipfree_suggest_cones"
     bl_label = "Suggest Cones"
     bl_description = "Place cones one by one where a conformal map would scale most, until scales differ no more than the bound"
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Suggest Cones"
     option_names = (
         "bound",
@@ -256,16 +256,16 @@ class UV_OT_flipfree_suggest_cones(options.UseModifiers, options.MapOperator, bp
     )
 
     bound: options.scale_bound(4.0)
-    quarter_turns: bpy.props.BoolProperty(
-        name="Quarter Turns",
-        description="Angles in multiples of 90 degrees, as seamless maps want them",
-        default=False,
+    quarter_turns: options.flag(
+        "Quarter Turns", "Angles in multiples of 90 degrees, as seamless maps want them"
     )
 
-    def make_task(self, snapshot, **options):
+    @staticmethod
+    def make_task(snapshot, **options):
         return SuggestTask(separated.separated(snapshot), **options)
 
-    def summary(self, tasks):
+    @staticmethod
+    def summary(tasks):
         count = sum(len(t.cones) for t in tasks)
         ratio = max(t.scale_ratio for t in tasks)
         missed = "" if all(t.bound_holds for t in tasks) else ", bound not reached"
@@ -278,11 +278,11 @@ class MESH_OT_flipfree_mark_cone(bpy.types.Operator):
     bl_description = "Make the selected vertices cones of so many quarter turns (0 removes them) and say what is still missing"
     bl_options = {"REGISTER", "UNDO"}
 
-    quarter_turns: bpy.props.IntProperty(
-        name="Quarter Turns",
-        description="Curvature in quarter turns: 1 is the corner of a cube, -1 a saddle",
-        default=1,
-        min=-40,
+    quarter_turns: options.whole(
+        "Quarter Turns",
+        "Curvature in quarter turns: 1 is the corner of a cube, -1 a saddle",
+        1,
+        -40,
         max=3,
     )
 

@@ -134,47 +134,28 @@ class UV_OT_flipfree_embed(
         "Map every island onto a circle, a square, a triangle or a convex polygon of your own, without a flip, however crooked "
         "the island is. Edges that such a boundary flattens are split"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Embed in Polygon"
     joint_layout = True
     option_names = ("boundary", "method", "optimise", "pack", "margin", "use_modifiers")
     advanced = ("method",)
 
-    boundary: bpy.props.EnumProperty(
-        name="Boundary",
-        description="The convex polygon that islands are mapped onto",
-        items=BOUNDARIES,
-        default="circle",
+    boundary: options.choice(
+        "Boundary", "The convex polygon that islands are mapped onto", BOUNDARIES
     )
-    method: bpy.props.EnumProperty(
-        name="Method",
-        description="How the inside gets its place",
-        items=METHODS,
-        default="ladder",
-    )
-    optimise: bpy.props.BoolProperty(
-        name="Optimise",
-        description="Lower the distortion, with the boundary held",
-        default=False,
-    )
-    pack: bpy.props.BoolProperty(
-        name="Pack Islands",
-        description="Pack the islands into the unit square, in the size of their surface. Off: all lie around the origin",
-        default=True,
+    method: options.choice("Method", "How the inside gets its place", METHODS)
+    optimise: options.flag("Optimise", "Lower the distortion, with the boundary held")
+    pack: options.flag(
+        "Pack Islands",
+        "Pack the islands into the unit square, in the size of their surface. Off: all lie around the origin",
+        on=True,
     )
 
     def has_effect(self, name):
         packs = self.pack and self.boundary not in _OWN
         return {"pack": self.boundary not in _OWN, "margin": packs}.get(name, True)
 
-    def make_task(self, snapshot, **options):
-        return make_task(snapshot, **options)
-
-    def summary(self, tasks):
-        count = sum(t.island_count() for t in tasks)
-        between = sum(t.island_overlaps for t in tasks)
-        text = common.figures([c for t in tasks for c in t.certificates], count, between)
-        return f"{text}, {parts.added(tasks)}"
+    make_task = staticmethod(make_task)
+    summary = staticmethod(parts.packed_summary)
 
 
 CLASSES = (UV_OT_flipfree_embed,)

@@ -172,3 +172,11 @@ def added(tasks: list[PartsTask]) -> str:
     """How many vertices the tasks added, in words."""
     count = sum(task.new_vertices for task in tasks)
     return f"{common.plural(count, 'vertex', 'vertices')} added"
+
+
+def packed_summary(tasks: list[PackedTask], more: str = "") -> str:
+    """The report line, without the time. more: said after the figures of the map."""
+    count = sum(t.island_count() for t in tasks)
+    between = sum(t.island_overlaps for t in tasks)
+    text = common.figures([c for t in tasks for c in t.certificates], count, between)
+    return f"{text}{more}, {added(tasks)}"

@@ -7,7 +7,7 @@ from types import ModuleType
 from ..checker import checker
 from ..fields import field_aligned
 from ..live import live_pins
-from ..operators import check, conformal, embed, match, seamless, select, unwrap
+from ..operators import check, conformal, cut, embed, mark, match, seamless, select, unwrap
 from ..operators.arrange import density, orient, straighten
 from ..operators.mending import improve, repair
 from ..operators.packing import pack
@@ -73,6 +73,8 @@ SECTIONS = (
             Tool(conformal, "uv.flipfree_suggest_cones", "LIGHT", "cones"),
             Tool(conformal, "mesh.flipfree_mark_cone", "MESH_CONE"),
             Tool(conformal, "uv.flipfree_clear_cones", "X"),
+            Tool(mark, "mesh.flipfree_mark", "CURVE_PATH"),
+            Tool(cut, "uv.flipfree_cut", "MOD_BOOLEAN", "cut"),
             Tool(conformal, "uv.flipfree_conformal", "MOD_WARP", "conformal"),
             Tool(seamless, "uv.flipfree_seamless", "MESH_TORUS", "seamless"),
             Tool(field_aligned, "uv.flipfree_field_aligned", "MOD_LATTICE", "field field-aligned"),

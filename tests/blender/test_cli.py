@@ -155,6 +155,7 @@ def test_unknown_files_and_arguments_are_refused_with_words(tmp_path):
         (["pack", "--effort", "-1"], "--effort: must be"),
         (["field", "--density-ratio", "0"], "--density-ratio: must be"),
         (["match", "--max-seconds", "inf"], "--max-seconds: must be"),
+        (["conformal", "--precision", "52"], "--precision: must be"),
         (["pack", "--margin-pixels", "512"], "--margin-pixels 512: it must be below"),
     ],
 )
@@ -192,7 +193,8 @@ def pinned_blend(tmp_path):
         ["improve", "--pack", "--ignore-pins", "--iterations", "20"],
         ["repair", "--overlaps", "open", "--move-apart", "--mark-seams"],
         ["repair", "--stretched", "improve", "--ignore-pins"],
-        ["conformal", "--boundary", "circle"],
+        ["conformal", "--boundary", "circle", "--precision", "113"],
+        ["embed", "--boundary", "triangle", "--no-pack"],
     ],
 )
 def test_every_map_can_be_made_in_batches(pinned_blend, tmp_path, arguments):

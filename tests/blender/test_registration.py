@@ -16,6 +16,7 @@ OPERATORS = [
     "flipfree_repair",
     "flipfree_pack",
     "flipfree_conformal",
+    "flipfree_cut",
     "flipfree_seamless",
     "flipfree_field_aligned",
     "flipfree_suggest_cones",

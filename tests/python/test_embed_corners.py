@@ -50,7 +50,7 @@ def test_the_command_embeds_parts_onto_shapes_and_pins(tmp_path: Path) -> None:
     loop = boundary_loop(disk.faces)
     ff.write(tmp_path / "disk.obj", (disk.vertices, disk.faces))
     pins = dict(zip(loop[::8], [[0, 0], [1, 0], [1, 1], [0, 1]], strict=True))
-    (tmp_path / "disk.pins.json").write_text(
+    (tmp_path / "disk.obj.pins.json").write_text(
         json.dumps({"points": {str(v): p for v, p in pins.items()}})
     )
     for words in (["--boundary", "square"], ["--boundary", "pinned", "--optimise"]):

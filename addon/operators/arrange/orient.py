@@ -165,17 +165,12 @@ class UV_OT_flipfree_orient(
     bl_idname = "uv.flipfree_orient"
     bl_label = "Orient Islands"
     bl_description = "Turn islands about their centres so that they lie along u and v"
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Orient Islands"
     needs_uv = True
     option_names = ("by", "axis", "use_pins", "correct_aspect")
 
-    by: bpy.props.EnumProperty(
-        name="By", description="What lies along the axis", items=BY, default="box"
-    )
-    axis: bpy.props.EnumProperty(
-        name="Axis", description="Along which the longest side lies", items=AXES, default="v"
-    )
+    by: options.choice("By", "What lies along the axis", BY)
+    axis: options.choice("Axis", "Along which the longest side lies", AXES, default="v")
 
     def has_effect(self, name):
         return name != "axis" or self.by == "box"
@@ -188,8 +183,7 @@ class UV_OT_flipfree_orient(
             )
         return super().make_run(context)
 
-    def make_task(self, snapshot, **options):
-        return OrientTask(snapshot, **options)
+    make_task = staticmethod(OrientTask)
 
     def summary(self, tasks):
         return (

@@ -87,18 +87,15 @@ class UV_OT_flipfree_straighten(
         "Put chains of selected edges onto straight lines in the map, exactly, and map the rest of their islands around them "
         "without flips. Pinned UVs stay"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Straighten Chain"
     needs_uv = True
     option_names = ("direction", "bijective", "may_add", "correct_aspect", "max_seconds")
 
-    direction: bpy.props.EnumProperty(
-        name="Line", description="Where the line lies", items=DIRECTIONS, default="ends"
-    )
-    may_add: bpy.props.BoolProperty(
-        name="May Add Vertices",
-        description="Triangles are subdivided where the line leaves no other way. Off: such lines are refused",
-        default=True,
+    direction: options.choice("Line", "Where the line lies", DIRECTIONS)
+    may_add: options.flag(
+        "May Add Vertices",
+        "Triangles are subdivided where the line leaves no other way. Off: such lines are refused",
+        on=True,
     )
 
     @classmethod

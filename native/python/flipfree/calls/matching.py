@@ -22,7 +22,7 @@ from ..checks import (
     refuse_beyond_storage,
     shown,
 )
-from ..errors import InvalidInput, bad_shape
+from ..errors import InvalidInput, bad_option, bad_shape
 from ..job import Job, Progress, solver_call, start_job
 from ..results import FloatArray, IntArray, Mesh, Parametrization, parametrization_from
 
@@ -126,6 +126,10 @@ def embed(
     mesh = as_mesh(vertices, faces)
     options = checked(locals(), "low_distortion optimise iterations tolerance max_seconds")
     loop = as_optional_indices(boundary_loop, "boundary_loop")
+    if corners is not None and not (isinstance(boundary, str) and boundary == "corners"):
+        raise bad_option(
+            f"corners are for boundary='corners', not {shown(boundary)}. Give one of them."
+        )
     if isinstance(boundary, str):
         shape = as_choice(boundary, "boundary", SHAPES, ", or an array of positions")
         if shape == "corners":
