@@ -12,7 +12,7 @@ import bmesh
 import numpy as np
 
 from . import compat, records, watch
-from .meshes import fields
+from .meshes import selection
 
 # While larger meshes are edited, comparing them at each change would be felt.
 _MOST_EDITED = 20_000
@@ -54,7 +54,7 @@ def remember(tasks, verb: str):
         ob = there[task.object_uid]
         if not watch.is_there(ob) or ob.data.uv_layers.active is None or _key(ob) != key:
             continue
-        with fields.whole_mesh(ob) as mesh:
+        with selection.whole_mesh(ob) as mesh:
             checksum = _sum_of(*_arrays(mesh))
         _kept[key] = Kept(verb, figures, int(np.count_nonzero(seen)), len(seen), checksum)
         while len(_kept) > _MOST_KEPT:

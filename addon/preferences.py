@@ -3,14 +3,6 @@
 
 import bpy
 
-PRECISIONS = (
-    ("auto", "Automatic", "Doubles, and more bits where they are too few"),
-    ("53", "53 Bits", "Doubles only: fast, and refused soon where they are too few"),
-    ("113", "113 Bits", "Always so many"),
-    ("200", "200 Bits", "Always so many"),
-    ("400", "400 Bits", "Always so many"),
-)
-
 # When the solver gets a process of its own.
 SEPARATE = (
     ("never", "Never", "Always solve inside Blender: a solver that is killed takes Blender along"),
@@ -56,11 +48,15 @@ class FlipfreePreferences(bpy.types.AddonPreferences):
         max=0.2,
         precision=3,
     )
-    precision: bpy.props.EnumProperty(
+    precision: bpy.props.IntProperty(
         name="Precision",
-        description="Bits of the numbers in which conformal maps are computed",
-        items=PRECISIONS,
-        default="auto",
+        description=(
+            "Bits of the numbers in which conformal maps are computed where their own option is 0: 53 to 4096; 0: as many as it "
+            "takes"
+        ),
+        default=0,
+        min=0,
+        max=4096,
     )
     separate: bpy.props.EnumProperty(
         name="Separate Process",
@@ -107,10 +103,9 @@ def margin() -> float:
     return _get("margin", 0.005)
 
 
-def precision() -> int | str:
-    """For the solver: "auto" or mantissa bits."""
-    chosen = _get("precision", "auto")
-    return chosen if chosen == "auto" else int(chosen)
+def precision() -> int:
+    """Mantissa bits, 0 for as many as it takes."""
+    return _get("precision", 0)
 
 
 def separate_from() -> int | None:

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 import flipfree
-from flipfree.distortion import STRETCH_BOUND
 
 from . import preferences
 from .preferences import threads
@@ -33,23 +32,17 @@ def check_version() -> None:
         )
 
 
-def certify(snapshot, uv, *, pins=None, bijective=False, disjoint=False, aspect=1.0):
-    """Starts the certificate of uv (m, 3, 2) on the snapshot's triangles; returns the job. aspect: of the texture on which
-    distortion is measured, here and below."""
-    return jobs.certify(
-        snapshot.vertices,
-        snapshot.triangles,
-        uv,
-        pins=pins,
-        bijective=bijective,
-        disjoint=disjoint,
-        aspect=aspect,
-        threads=threads(),
-    )
+# What follows starts a call of flipfree.jobs, of the same name unless it is said, and returns the job. Options that are not named
+# here are those of that call. `aspect`: of the texture on which distortion is measured.
+
+
+def certify(snapshot, uv, **options):
+    """The certificate of uv (m, 3, 2) on the snapshot's triangles."""
+    return jobs.certify(snapshot.vertices, snapshot.triangles, uv, threads=threads(), **options)
 
 
 def certify_arrays(vertices, faces, uv, *, bijective):
-    """Starts the certificate of any map; vertices that no face uses are left out."""
+    """The certificate of any map; vertices that no face uses are left out."""
     used, compact = np.unique(faces, return_inverse=True)
     return jobs.certify(
         vertices[used],
@@ -60,61 +53,51 @@ def certify_arrays(vertices, faces, uv, *, bijective):
     )
 
 
-def auto_seams(snapshot, *, cuts, stretch, sharp_angle, weights=None):
-    """Starts looking for seams beyond `cuts` (submesh vertex pairs, or None) and edges sharper than the angle (or None).
-    weights: as of ff.auto_seams."""
-    return jobs.auto_seams(
-        snapshot.vertices,
-        snapshot.triangles,
-        cuts=cuts,
-        stretch=stretch,
-        sharp_angle=sharp_angle,
-        weights=weights,
-        uncuttable=snapshot.diagonals,
-        materials=snapshot.materials,
-        polygons=snapshot.triangle_face,
-        **_limits(),
+def certify_seamless(result, quarters):
+    """The certificate of what will be stored of a seamless map, with its cones."""
+    return jobs.certify(
+        result.vertices,
+        result.faces,
+        result.uv32(),
+        cones={v: k * math.pi / 2 for v, k in quarters.items()},
+        seamless=True,
+        threads=threads(),
     )
 
 
-def unwrap(
-    snapshot,
-    *,
-    pins,
-    bijective,
-    may_add_cuts,
-    cut_extremities,
-    margin,
-    keep_places,
-    seams,
-    stretch=STRETCH_BOUND,
-    effort=QUICK_PACKING,
-):
-    """Starts the unwrap of a snapshot. keep_places: islands stay where they were if that is a usable layout; otherwise all
-    are packed. seams: given, or auto, as many more as `stretch` needs. effort: of the packing, 0 where a layout follows."""
-    old = snapshot.corner_uv if keep_places and snapshot.layer_name else None
+def _polygons(snapshot) -> dict:
+    """What solvers that cut want to know of the mesh's faces."""
+    return {
+        "uncuttable": snapshot.diagonals,
+        "materials": snapshot.materials,
+        "polygons": snapshot.triangle_face,
+    }
+
+
+def auto_seams(snapshot, **options):
+    return jobs.auto_seams(
+        snapshot.vertices, snapshot.triangles, **_polygons(snapshot), **_limits(), **options
+    )
+
+
+def unwrap(snapshot, *, pins, keep_places, effort=QUICK_PACKING, **options):
+    """keep_places: islands stay where they were if that is a usable layout; otherwise all are packed. effort: of the packing,
+    0 where a layout follows."""
     return jobs.unwrap(
         snapshot.vertices,
         snapshot.triangles,
         cuts=snapshot.cuts,
-        seams=seams,
-        stretch=stretch,
-        uncuttable=snapshot.diagonals,
-        materials=snapshot.materials,
-        polygons=snapshot.triangle_face,
         pins=pins or None,
-        bijective=bijective,
-        may_add_cuts=may_add_cuts,
-        cut_extremities=cut_extremities,
-        margin=margin,
         effort=effort,
-        place_like=old,
+        place_like=snapshot.corner_uv if keep_places and snapshot.layer_name else None,
+        **_polygons(snapshot),
         **_limits(),
+        **options,
     )
 
 
 def unwrap_island(island, *, bijective):
-    """Starts the unwrap of one island without pins."""
+    """The unwrap of one island without pins."""
     return jobs.unwrap(
         island.vertices,
         island.faces,
@@ -126,7 +109,7 @@ def unwrap_island(island, *, bijective):
 
 
 def settle(island, uv, pins, *, bijective, aspect):
-    """Starts rounding and certifying a map of one island that meets its pins {(face, corner): (u, v)} already."""
+    """Rounds and certifies a map of one island that meets its pins {(face, corner): (u, v)} already (improve)."""
     return jobs.improve(
         (island.vertices, island.faces, uv),
         pins=pins,
@@ -139,7 +122,7 @@ def settle(island, uv, pins, *, bijective, aspect):
 
 
 def improve_refined(result, *, held, bijective, aspect, max_seconds):
-    """Starts lowering the distortion of a result on its own triangles; vertices of the mask `held` stay where they are."""
+    """Less distortion of a result on its own triangles; vertices of the mask `held` stay where they are (improve)."""
     uv = np.empty((len(result.vertices), 2))
     uv[result.faces] = result.uv32()
     vertices = np.flatnonzero(held).tolist()
@@ -155,7 +138,7 @@ def improve_refined(result, *, held, bijective, aspect, max_seconds):
 
 
 def pull(part, uv, pins, *, iterations, seconds, aspect):
-    """Starts pulling pins {(face, corner): (u, v)} to their places in a map (m, 3, 2) that has them elsewhere."""
+    """Pulls pins {(face, corner): (u, v)} to their places in a map (m, 3, 2) that has them elsewhere (improve)."""
     return jobs.improve(
         (part.vertices, part.triangles, uv),
         pins=pins,
@@ -167,7 +150,7 @@ def pull(part, uv, pins, *, iterations, seconds, aspect):
 
 
 def improve(snapshot, *, pins, bijective, iterations, aspect=1.0, uv=None):
-    """Starts lowering the distortion of the snapshot's own map, or of another one."""
+    """Less distortion of the snapshot's own map, or of another one."""
     return jobs.improve(
         (snapshot.vertices, snapshot.triangles, snapshot.corner_uv if uv is None else uv),
         pins=pins or None,
@@ -178,8 +161,8 @@ def improve(snapshot, *, pins, bijective, iterations, aspect=1.0, uv=None):
     )
 
 
-def repair(snapshot, *, pins, overlaps, stretched, disjoint, margin, aspect):
-    """Starts mending the snapshot's own map."""
+def repair(snapshot, *, pins, **options):
+    """Mends the snapshot's own map."""
     return jobs.repair(
         snapshot.vertices,
         snapshot.triangles,
@@ -187,63 +170,17 @@ def repair(snapshot, *, pins, overlaps, stretched, disjoint, margin, aspect):
         cuts=snapshot.cuts,
         uncuttable=snapshot.diagonals,
         pins=pins or None,
-        overlaps=overlaps,
-        stretched=stretched,
-        disjoint=disjoint,
-        margin=margin,
-        aspect=aspect,
         threads=threads(),
+        **options,
     )
 
 
-def pack(
-    vertices,
-    faces,
-    uv,
-    *,
-    margin,
-    keep_bijective=True,
-    together=False,
-    scale_true=False,
-    rotation="straight",
-    stack_similar=False,
-    tile=1001,
-    tiles=1,
-    aspect=1.0,
-    effort=QUICK_PACKING,
-    unmoved=None,
-    obstacles=None,
-    density=None,
-    place_like=None,
-):
-    """Starts moving the islands of a map into the unit square; see flipfree.pack."""
-    return jobs.pack(
-        vertices,
-        faces,
-        uv,
-        margin=margin,
-        keep_bijective=keep_bijective,
-        together=together,
-        scale_true=scale_true,
-        rotation=rotation,
-        stack_similar=stack_similar,
-        tile=tile,
-        tiles=tiles,
-        aspect=aspect,
-        effort=effort,
-        unmoved=unmoved,
-        obstacles=obstacles,
-        density=density,
-        place_like=place_like,
-        threads=threads(),
-    )
+def pack(vertices, faces, uv, *, effort=QUICK_PACKING, **options):
+    return jobs.pack(vertices, faces, uv, effort=effort, threads=threads(), **options)
 
 
 def boundary_angles(snapshot, *, boundary, cones, corners):
-    """Starts computing the target angles: flat but for `cones` {submesh vertex: angle}, on the boundary as asked.
-
-    corners: boundary vertices, for a straight boundary.
-    """
+    """corners: boundary vertices, for a straight boundary."""
     return jobs.boundary_angles(
         snapshot.vertices,
         snapshot.triangles,
@@ -254,8 +191,8 @@ def boundary_angles(snapshot, *, boundary, cones, corners):
     )
 
 
-def conformal(snapshot, angles, refined_start):
-    """Starts the conformal map with these (n,) total angles; `refined_start` is auto, on or off."""
+def conformal(snapshot, angles, refined_start, precision):
+    """precision: bits, 0 for what the preferences have."""
     return jobs.conformal(
         snapshot.vertices,
         snapshot.triangles,
@@ -263,95 +200,65 @@ def conformal(snapshot, angles, refined_start):
         cuts=snapshot.cuts,
         uncuttable=snapshot.diagonals,
         intrinsic_refinement=refined_start,
-        precision=preferences.precision(),
+        precision=precision or preferences.precision() or "auto",
         **_limits(),
     )
 
 
-def suggest_cones(snapshot, *, bound, quarter_turns):
-    """Starts looking for cones that keep the scale within a ratio of `bound`."""
-    return jobs.suggest_cones(
-        snapshot.vertices,
-        snapshot.triangles,
-        bound=bound,
-        quarter_turns=quarter_turns,
-        **_limits(),
-    )
+def suggest_cones(snapshot, **options):
+    return jobs.suggest_cones(snapshot.vertices, snapshot.triangles, **_limits(), **options)
 
 
-def seamless(snapshot, quarters, *, engine, boundary, optimise):
-    """Starts the seamless map of all parts with these cones {submesh vertex: quarter turns of its angle}; `boundary`:
-    aligned, aligned_or_free or free."""
+def seamless(snapshot, quarters, **options):
+    """quarters: {submesh vertex: quarter turns of its angle}, here and below."""
     return jobs.seamless(
         snapshot.vertices,
         snapshot.triangles,
         quarters,
-        engine=engine,
-        boundary=boundary,
-        optimise=optimise,
         uncuttable=snapshot.diagonals,
         **_limits(),
+        **options,
     )
 
 
-def cross_field(
-    snapshot, *, edges, edge_weight, curvature, boundary, simplify, sizing=None, cones=None
-):
-    """Starts the field that follows `edges` (submesh vertex pairs), curvature and, if asked, the boundary; or, with `cones`
-    {submesh vertex: quarter turns of its angle}, the smoothest with these; for a map of `sizing`, per submesh vertex."""
-    return jobs.cross_field(
+def admissible_cut(snapshot, quarters, field):
+    """With these cones, or with those of a field, and its turns."""
+    return jobs.admissible_cut(
         snapshot.vertices,
         snapshot.triangles,
-        sharp_edges=edges,
-        edge_weight=edge_weight,
-        alignment=curvature,
-        boundary=boundary,
-        simplify=simplify,
-        sizing=sizing,
-        signature=None if cones is None else flipfree.Signature(cones, []),
+        None if field is not None else quarters,
+        field=field,
         **_limits(),
     )
 
 
-def field_aligned(snapshot, field, *, sizing, boundary, optimise):
-    """Starts the seamless map of all parts that follows the field; `sizing`: per submesh vertex, or None; `boundary`: aligned
-    or free."""
+def cross_field(snapshot, **options):
+    return jobs.cross_field(snapshot.vertices, snapshot.triangles, **_limits(), **options)
+
+
+def field_aligned(snapshot, field, **options):
     return jobs.field_aligned(
         snapshot.vertices,
         snapshot.triangles,
         field=field,
-        sizing=sizing,
-        boundary=boundary,
-        optimise=optimise,
         uncuttable=snapshot.diagonals,
         **_limits(),
+        **options,
     )
 
 
-def certify_seamless(result, quarters):
-    """Starts the certificate of what will be stored of a seamless map, with its cones."""
-    return jobs.certify(
-        result.vertices,
-        result.faces,
-        result.uv32(),
-        cones={v: k * math.pi / 2 for v, k in quarters.items()},
-        seamless=True,
-        threads=threads(),
-    )
+def embed(island, **options):
+    """The map of one island, a disk."""
+    return jobs.embed(island.vertices, island.faces, **_limits(), **options)
 
 
-def match(island, *, points, lines, boundary_loop, boundary_uv, bijective, max_seconds):
-    """Starts the map of one island that meets `points` {vertex: (u, v)}, `lines` and, if given, its whole outline."""
+def match(island, *, max_seconds, **options):
     return jobs.match(
         island.vertices,
         island.faces,
-        points=points or None,
-        lines=lines or None,
-        boundary_loop=boundary_loop,
-        boundary_uv=boundary_uv,
-        bijective=bijective,
         max_seconds=_shorter(max_seconds, preferences.max_seconds()),
         threads=threads(),
+        **options,
     )
 
 

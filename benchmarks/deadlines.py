@@ -180,6 +180,9 @@ def public_calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
     closed: dict[str, Call] = {
         "seamless": on_mesh(ff.seamless),
         "seamless, padding": on_mesh(ff.seamless, engine="padding"),
+        "admissible_cut": lambda c, s: ff.admissible_cut(
+            c[1], c[2], field=plain_field(c), max_seconds=s
+        ),
     }
     takes: list[tuple[dict[str, Call], Callable[[Case], bool]]] = [
         (any_mesh, lambda _: True),

@@ -31,11 +31,6 @@ import numpy.typing as npt
 from runner import Options, Row, data, main, table, timed
 
 import flipfree as ff
-from flipfree import _native
-from flipfree.calls.seamless import arrays_of
-from flipfree.checks import as_mesh
-from flipfree.job import run, start_job
-from flipfree.results import parametrization_from
 
 from judges import fields, holonomy
 from judges.unfoldings import unfolding
@@ -190,11 +185,12 @@ def random(options: Options) -> Iterator[Row]:
     yield from rows(with_random_fields(options), options)
 
 
-def drawn_cut(mesh: Mesh, field: ff.CrossField, reroute: bool) -> Any:
+def drawn_cut(mesh: Mesh, field: ff.CrossField, reroute: bool) -> dict[str, Any]:
     _, vertices, faces = mesh
-    given = as_mesh(vertices, faces)
-    how = dict(field=arrays_of(field, given.faces), reroute=reroute)
-    return run(start_job(_native.field_cut, given, how, 0, lambda stats, _mesh: stats))
+    cut = ff.admissible_cut(vertices, faces, field=field, reroute=reroute)
+    ends = cut.vertices[cut.cut_edges]
+    length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
+    return {**cut.stats, "length": length, "added_vertices": len(cut.vertices) - len(vertices)}
 
 
 @table(
@@ -223,10 +219,8 @@ def cuts(options: Options) -> Iterator[Row]:
 
 def aligned(mesh: Mesh, field: ff.CrossField, way: str, seconds: float) -> ff.Parametrization:
     _, vertices, faces = mesh
-    given = as_mesh(vertices, faces)
-    how = dict(engine=way.split(",")[0], reroute=way != WAYS[1], max_seconds=seconds)
-    how |= dict(field=arrays_of(field, given.faces), made={})
-    return run(start_job(_native.field_aligned, given, how, 0, parametrization_from))
+    how: dict[str, Any] = dict(engine=way.split(",")[0], reroute=way != WAYS[1])
+    return ff.field_aligned(vertices, faces, field=field, max_seconds=seconds, **how)
 
 
 @table("model | genus | rerouted | " + " | ".join(f"{way}: E | E_A | mean angle" for way in WAYS))

@@ -21,7 +21,7 @@ from flipfree.batch.plan import PlanError
 
 from .. import records
 from . import files, unit
-from .commands import COMMANDS
+from .commands import COMMANDS, add_to
 from .solving import solve
 
 _handles = []
@@ -35,12 +35,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="blender -b -c flipfree",
         description="Flip-free UV maps without a window",
     )
-    commands = parser.add_subparsers(dest="command", required=True)
-    for name, command in COMMANDS.items():
-        added = commands.add_parser(name, help=command.text)
-        arguments.add_run_arguments(added, writes=command.writes)
-        command.arguments(added)
-        arguments.add_model_arguments(added, has_limit=added.get_default("max_seconds") is not None)
+    add_to(parser.add_subparsers(dest="command", required=True))
     return parser
 
 

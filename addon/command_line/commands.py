@@ -1,194 +1,130 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The commands of `blender -b -c flipfree`: one line each in COMMANDS, with its options and what they mean for the operator's
-task."""
+"""The commands of `blender -b -c flipfree`: operators of the table `ui.tools` that have a word there, each with its options.
 
-from collections.abc import Callable
-from dataclasses import dataclass
+    name="Mark Cuts as Seams", default=True       --no-seams       an option that is on at first has the word that turns it off
+    EnumProperty(default="auto")                  --engine padding
+    FloatProperty(min=0.0, subtype="ANGLE")       --sharp-from 30  degrees
+
+An option's name is its word, unless WORDS has another one.
+"""
+
+import argparse
+import math
+
+import bpy
 
 from flipfree.batch import arguments, numbers
 
-from ..fields import arguments as field_arguments
-from ..operators import check, common, conformal, match, seamless, unwrap
-from ..operators.mending import improve, repair
-from ..operators.options import MAX_SECONDS
-from ..operators.packing import pack
-
-
-@dataclass(frozen=True)
-class Command:
-    """`arguments` adds the options to a parser; `options`: parsed ones -> (task maker, summary, options of the task)."""
-
-    text: str
-    arguments: Callable
-    options: Callable
-    writes: bool = True
-    advice: Callable = common.advice
-
-
-def _flags(parser, **texts):
-    for name, text in texts.items():
-        parser.add_argument(f"--{name.replace('_', '-')}", action="store_true", help=text)
-
+from ..operators.options import MapOperator
+from ..ui import tools
 
 # For --aspect.
 IMAGE = "image"
 
-_OVERLAPS = "islands may overlap themselves"
+# Option of an operator -> its word here.
+WORDS = {
+    "bijective": "allow_overlaps",
+    "cones_from": "cones",
+    "cut_extremities": "short_cuts",
+    "density_name": "density_from",
+    "disjoint": "move_apart",
+    "field_from": "field",
+    "fit": "surface_scale",
+    "mark_cones": "no_cones",
+    "mark_cuts": "no_seams",
+    "may_add": "no_new_vertices",
+    "may_add_cuts": "no_new_cuts",
+    "merge_cones": "keep_near_cones",
+    "same_density": "keep_sizes",
+    "scale_true": "metric_scale",
+    "sharp_angle": "sharp_from",
+    "stacked_ok": "allow_stacked",
+    "straight_lines": "bend_lines",
+    "use_pins": "ignore_pins",
+    "write_field": "no_field",
+}
+# Options that are choices in a window, and a flag here: (word, what it chooses).
+FLAGS = {"rest": ("unwrap_rest", "unwrap")}
+# Of a window alone.
+_LEFT_OUT = {"select_corners", "select_cuts", "use_modifiers"}
+# Numbers of more digits than Blender's floats have are not what anybody typed.
+_DIGITS = 6
 
 
-def _unwrap_arguments(parser):
-    arguments.add_seam_arguments(parser)
-    _flags(
-        parser,
-        keep_placement="islands stay where they were, if that is a usable layout; otherwise all are packed",
-        allow_overlaps=_OVERLAPS,
-        no_new_cuts="crush islands that would lie on top of themselves rather than cut them",
-        short_cuts="do not cut closed parts along legs and fingers",
-        ignore_pins="treat pinned UVs as any other",
-        mark_seams="mark automatic cuts as seams",
-    )
-    _margin(parser)
-    _aspect(parser)
+def word_of(name: str, default) -> str:
+    word = FLAGS[name][0] if name in FLAGS else WORDS.get(name, name)
+    return f"no_{name}" if default is True and word == name else word
 
 
-def _match_arguments(parser):
-    _flags(
-        parser,
-        allow_overlaps=_OVERLAPS,
-        bend_lines="edges between two pins may bend where triangles are subdivided",
-        cut_open="cut pinned islands open that are closed or have handles",
-        unwrap_rest="unwrap islands without pins; otherwise they stay",
-        no_new_vertices="refuse pins that cannot be met by the mesh as it is",
-    )
-    parser.add_argument(
-        "--max-seconds",
-        type=numbers.real(0.0),
-        default=MAX_SECONDS,
-        help="most per island, 0 for no limit (default %(default)g)",
-    )
-    _aspect(parser)
+def options_of(operator) -> dict:
+    """Name -> Blender's description of it."""
+    space, name = operator.bl_idname.split(".")
+    properties = getattr(getattr(bpy.ops, space), name).get_rna_type().properties
+    return {n: properties[n] for n in operator.option_names if n not in _LEFT_OUT}
 
 
-def _improve_arguments(parser):
-    _flags(
-        parser,
-        pack="pack all islands into the unit square",
-        allow_overlaps=_OVERLAPS,
-        ignore_pins="treat pinned UVs as any other",
-    )
-    parser.add_argument(
-        "--iterations", type=numbers.iterations, default=200, help="most steps per island"
-    )
-    _margin(parser)
-    _aspect(parser)
+def add_options(operator, parser: argparse.ArgumentParser) -> None:
+    for name, option in options_of(operator).items():
+        if name == "correct_aspect":
+            _add_aspect(parser)
+        else:
+            _add(parser, name, option)
 
 
-def _repair_arguments(parser):
-    parser.add_argument(
-        "--overlaps",
-        choices=[name for name, _, _ in repair.OVERLAPS],
-        default="cut",
-        help="what becomes of islands that lie on themselves (default %(default)s)",
-    )
-    parser.add_argument(
-        "--stretched",
-        choices=[name for name, _, _ in repair.STRETCHED],
-        default="keep",
-        help="what becomes of islands drawn out much more than an unwrap of them is (default %(default)s)",
-    )
-    _flags(
-        parser,
-        move_apart="islands that lie on larger ones are put where there is room",
-        ignore_pins="treat pinned UVs as any other",
-        mark_seams="mark the map's cuts as seams where islands had to be cut",
-    )
-    _margin(parser)
-    _aspect(parser)
+def values_of(operator, given: argparse.Namespace) -> dict:
+    """Parsed options as those of the operator's tasks."""
+    found = {}
+    for name, option in options_of(operator).items():
+        if name == "correct_aspect":
+            found["aspect"] = given.aspect
+            continue
+        value = getattr(given, word_of(name, option.default))
+        if name in FLAGS:
+            value = FLAGS[name][1] if value else option.default
+        elif option.type == "BOOLEAN":
+            value = value != option.default
+        elif option.subtype == "ANGLE":
+            value = math.radians(value)
+        found[name] = value
+    return found
 
 
-def _pack_arguments(parser):
-    parser.add_argument(
-        "--margin-pixels", type=numbers.pixels, default=2.0, help="least gap between islands"
-    )
-    parser.add_argument(
-        "--texture-size", type=numbers.texture_size, default=1024, help="pixels to a side"
-    )
-    parser.add_argument(
-        "--rotation", choices=[name for name, _, _ in pack.ROTATIONS], default="straight"
-    )
-    parser.add_argument("--tile", type=numbers.tile, default=1001, help="UDIM tile to pack into")
-    parser.add_argument(
-        "--tiles", type=numbers.tiles, default=1, help="UDIM tiles to spread islands over"
-    )
-    parser.add_argument(
-        "--effort", type=numbers.effort, default=1.0, help="of the search (default %(default)g)"
-    )
-    _flags(
-        parser,
-        keep_sizes="islands keep their sizes relative to each other, not one texel density",
-        stack_similar="islands of equal outline lie on top of each other",
-        ignore_pins="treat pinned UVs as any other",
-    )
-    _aspect(parser)
+def _add(parser, name: str, option) -> None:
+    word = word_of(name, option.default)
+    flag, text = f"--{word.replace('_', '-')}", option.description.replace("%", "%%")
+    if option.type == "BOOLEAN" or name in FLAGS:
+        text = f"not: {option.name}. {text}" if option.default is True else text
+        parser.add_argument(flag, action="store_true", help=text or option.name)
+    elif option.type == "ENUM":
+        choices = [item.identifier for item in option.enum_items]
+        parser.add_argument(flag, choices=choices, default=option.default, help=text)
+    elif option.type == "STRING":
+        parser.add_argument(flag, default=option.default, help=text)
+    elif name in numbers.OPTIONS:
+        kind, _ = numbers.OPTIONS[name]
+        parser.add_argument(flag, type=kind, default=_default(option), help=text)
+    else:
+        parser.add_argument(flag, type=_number(option), default=_default(option), help=text)
 
 
-def _conformal_arguments(parser):
-    boundaries = [name for name, _, _ in conformal.BOUNDARIES]
-    parser.add_argument("--boundary", choices=boundaries, default="free")
-    parser.add_argument(
-        "--refined-start",
-        choices=[name for name, _, _ in conformal.REFINED_STARTS],
-        default="auto",
-        help="compute the metric on a surface without needles",
-    )
-    _flags(
-        parser,
-        no_seams="do not mark the cuts as seams",
-        no_pack="leave islands where the layout puts them",
-        metric_scale="pack parts in the size of their metric, not of their surface",
-    )
-    _margin(parser)
+def _default(option):
+    if option.type == "INT":
+        return option.default
+    value = math.degrees(option.default) if option.subtype == "ANGLE" else option.default
+    return float(f"{value:.{_DIGITS}g}")
 
 
-def _seamless_arguments(parser):
-    parser.add_argument(
-        "--cones",
-        choices=[name for name, _, _ in seamless.CONES],
-        default="auto",
-        help="marked ones, suggested ones, or suggested where none are marked (auto)",
-    )
-    parser.add_argument(
-        "--bound",
-        type=numbers.bound,
-        default=2.0,
-        help="of the scale, for suggested cones (default %(default)g)",
-    )
-    parser.add_argument(
-        "--boundary",
-        choices=[name for name, _, _ in seamless.BOUNDARIES],
-        default="aligned_or_free",
-        help="boundaries along u and v (aligned: or no map at all), or free",
-    )
-    parser.add_argument(
-        "--engine", choices=[name for name, _, _ in seamless.ENGINES], default="auto"
-    )
-    _flags(
-        parser,
-        no_optimise="leave the distortion as the engine does",
-        no_seams="do not mark the cuts as seams, nor their quarter turns",
-        no_cones="do not mark suggested cones",
-        surface_scale="one UV unit is one unit of the object; otherwise the map fits the unit square",
-    )
+def _number(option):
+    low, high = option.hard_min, option.hard_max
+    if option.type == "INT":
+        return numbers.whole(low, high)
+    if option.subtype == "ANGLE":
+        low, high = math.degrees(low), math.degrees(high)
+    low, high = (float(f"{bound:.{_DIGITS}g}") for bound in (low, high))
+    return numbers.real(low, high if high < 1e30 else math.inf)
 
 
-def _check_arguments(parser):
-    parser.add_argument(
-        "--allow-stacked", action="store_true", help="islands may lie on each other"
-    )
-    _aspect(parser)
-
-
-def _aspect(parser):
+def _add_aspect(parser) -> None:
     parser.add_argument(
         "--aspect",
         type=lambda text: text if text == IMAGE else numbers.aspect(text),
@@ -198,155 +134,23 @@ def _aspect(parser):
     )
 
 
-def _margin(parser):
-    parser.add_argument(
-        "--margin", type=numbers.margin, default=0.005, help="between packed islands"
-    )
+def _table() -> dict[str, type[MapOperator]]:
+    operators = {cls.bl_idname: cls for cls in tools.classes() if hasattr(cls, "bl_idname")}
+    return {
+        word: operators[tool.operator]
+        for tool in tools.all_tools()
+        for word in tool.command.split()
+    }
 
 
-def _unwrap_options(given):
-    return (
-        unwrap.UnwrapTask,
-        unwrap.summary,
-        {
-            "bijective": not given.allow_overlaps,
-            "seams": given.seams,
-            "stretch": given.stretch,
-            "may_add_cuts": not given.no_new_cuts,
-            "cut_extremities": not given.short_cuts,
-            "use_pins": not given.ignore_pins,
-            "mark_seams": given.mark_seams,
-            "keep_placement": given.keep_placement,
-            "margin": given.margin,
-            "aspect": given.aspect,
-        },
-    )
+COMMANDS = _table()
 
 
-def _match_options(given):
-    return (
-        match.make_task,
-        match.summary,
-        {
-            "bijective": not given.allow_overlaps,
-            "straight_lines": not given.bend_lines,
-            "cut_open": given.cut_open,
-            "rest": "unwrap" if given.unwrap_rest else "keep",
-            "may_add": not given.no_new_vertices,
-            "max_seconds": given.max_seconds,
-            "aspect": given.aspect,
-        },
-    )
-
-
-def _improve_options(given):
-    return (
-        improve.ImproveTask,
-        improve.summary,
-        {
-            "bijective": not given.allow_overlaps,
-            "use_pins": not given.ignore_pins,
-            "iterations": given.iterations,
-            "pack": given.pack,
-            "margin": given.margin,
-            "aspect": given.aspect,
-        },
-    )
-
-
-def _repair_options(given):
-    return (
-        repair.RepairTask,
-        repair.summary,
-        {
-            "overlaps": given.overlaps,
-            "stretched": given.stretched,
-            "disjoint": given.move_apart,
-            "use_pins": not given.ignore_pins,
-            "mark_seams": given.mark_seams,
-            "margin": given.margin,
-            "aspect": given.aspect,
-        },
-    )
-
-
-def _pack_options(given):
-    return (
-        pack.PackTask,
-        pack.summary,
-        {
-            "margin_pixels": given.margin_pixels,
-            "texture_size": given.texture_size,
-            "rotation": given.rotation,
-            "stack_similar": given.stack_similar,
-            "same_density": not given.keep_sizes,
-            "use_pins": not given.ignore_pins,
-            "tile": given.tile,
-            "tiles": given.tiles,
-            "effort": given.effort,
-            "aspect": given.aspect,
-        },
-    )
-
-
-def _conformal_options(given):
-    return (
-        conformal.make_task,
-        conformal.summary,
-        {
-            "boundary": given.boundary,
-            "refined_start": given.refined_start,
-            "mark_cuts": not given.no_seams,
-            "pack": not given.no_pack,
-            "scale_true": not given.metric_scale,
-            "margin": given.margin,
-        },
-    )
-
-
-def _seamless_options(given):
-    return (
-        seamless.make_task,
-        seamless.summary,
-        {
-            "cones_from": given.cones,
-            "boundary": given.boundary,
-            "bound": given.bound,
-            "optimise": not given.no_optimise,
-            "mark_cuts": not given.no_seams,
-            "mark_cones": not given.no_cones,
-            "fit": not given.surface_scale,
-            "engine": given.engine,
-        },
-    )
-
-
-def _check_options(given):
-    options = {"stacked_ok": given.allow_stacked, "aspect": given.aspect}
-    return check.CheckTask, check.summary, options
-
-
-_FIELD = Command(
-    "a seamless map along a field", field_arguments.add_arguments, field_arguments.options
-)
-
-COMMANDS = {
-    "unwrap": Command("unwrap every mesh", _unwrap_arguments, _unwrap_options),
-    "match": Command("meet the pins of every mesh exactly", _match_arguments, _match_options),
-    "improve": Command("less distortion", _improve_arguments, _improve_options),
-    "repair": Command(
-        "mend flipped, collapsed and overlapping faces", _repair_arguments, _repair_options
-    ),
-    "pack": Command("nest the islands of all meshes into one tile", _pack_arguments, _pack_options),
-    "conformal": Command(
-        "maps without shear, with the marked cones", _conformal_arguments, _conformal_options
-    ),
-    "seamless": Command(
-        "seams that match by quarter turns", _seamless_arguments, _seamless_options
-    ),
-    "field": _FIELD,
-    "field-aligned": _FIELD,
-    "check": Command(
-        "the certificate of every UV map", _check_arguments, _check_options, False, check.advice
-    ),
-}
+def add_to(commands) -> None:
+    """A parser for each, among those of argparse."""
+    for name, operator in COMMANDS.items():
+        text = operator.bl_description
+        added = commands.add_parser(name, help=text, description=text)
+        arguments.add_run_arguments(added, writes=operator.writes)
+        add_options(operator, added)
+        arguments.add_model_arguments(added, has_limit=added.get_default("max_seconds") is not None)

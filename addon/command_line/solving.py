@@ -10,7 +10,6 @@ from .. import aspect, errors, modal, records
 from ..meshes import mesh_io
 from ..operators import layout
 from . import commands
-from .commands import Command
 
 
 @dataclass
@@ -23,16 +22,16 @@ class Ended:
     task: modal.Task | None = None
 
 
-def solve(objects, command: Command, given) -> list[Ended]:
-    """One for each object; those that got a map have it in their mesh. given: parsed options of the command."""
+def solve(objects, operator, given) -> list[Ended]:
+    """One for each object; those that got a map have it in their mesh. given: parsed options of the operator's command."""
     if getattr(given, "aspect", 1.0) == commands.IMAGE:
         seen = next(filter(None, map(aspect.of_material, objects)), 1.0)
         given = argparse.Namespace(**{**vars(given), "aspect": seen})
-    make_task, summary, options = command.options(given)
+    values = commands.values_of(operator, given)
     tasks, failures = [], []
     for ob in objects:
         try:
-            tasks.append(make_task(mesh_io.read(ob, only_selected=False), **options))
+            tasks.append(operator.make_task(mesh_io.read(ob, only_selected=False), **values))
         except mesh_io.MeshProblem as problem:
             failures.append(errors.from_problem(ob.name, problem))
     # This is no session that another process would save.
@@ -42,8 +41,8 @@ def solve(objects, command: Command, given) -> list[Ended]:
     run.finish()
     ended = []
     for task in run.done:
-        line = summary([task])
-        warning = in_command_line_terms(command.advice([task]) or "")
+        line = operator.summary([task])
+        warning = in_command_line_terms(operator.advice(None, [task]) or "")
         text = f"{line}. Warning: {warning}" if warning else line
         record = records.of_task(task, line, warning)
         ended.append(Ended(record, f"{task.snapshot.object_name}: {text}", task=task))

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Field-Aligned Seamless Map (thesis 6, docs/field-aligned.md)."""
 
+import inspect
 import math
 
 import bpy
@@ -10,7 +11,7 @@ import flipfree
 
 from .. import solver
 from ..meshes import cones, fields, mesh_io, separated
-from ..operators import common, cone_sums, options, parts, seamless
+from ..operators import cone_sums, options, seamless
 from . import sources
 
 FIELDS = (
@@ -35,7 +36,18 @@ FIELDS = (
     (
         "cones",
         "Marked Cones",
-        "The smoothest one with the cones of the cone groups and `cone_angle`, and no others; closed surfaces only",
+        "The smoothest one with the cones of the cone groups and `cone_angle`, and no others, and with the turns of the rings "
+        "that Mark Line, Path or Loop marked; closed surfaces only",
+    ),
+    (
+        "file",
+        "Field File",
+        "One that other software made for this mesh: .rawfield, .ffield, or a rotation form, a number per half-edge",
+    ),
+    (
+        "signature",
+        "Signature File",
+        "The smoothest one with the cones and turning numbers of a JSON file; closed surfaces only",
     ),
 )
 
@@ -81,25 +93,21 @@ class FieldAlignedTask(seamless.SeamlessTask):
         given,
         *,
         boundary="aligned_or_free",
-        optimise=True,
-        fit=True,
-        mark_cuts=True,
-        mark_cones=True,
+        reroute=True,
         write_field=True,
+        **options,
     ):
-        """given: what the mesh says, or a MeshProblem that reading it met."""
+        """given: what the mesh says, or a MeshProblem that reading it met. options: as of a seamless map."""
         known = isinstance(given, sources.Given)
         super().__init__(
             snapshot,
             known and given.cones or {},
             cone_sums.submesh_boundary(snapshot),
             boundary=boundary,
-            optimise=optimise,
-            fit=fit,
-            mark_cuts=mark_cuts,
-            mark_cones=mark_cones,
+            **options,
         )
         self.given = given
+        self.reroute = reroute
         self.write_field = write_field
         self.field = None
         self.off = 0.0  # degrees between map and field, mean by area
@@ -136,18 +144,19 @@ class FieldAlignedTask(seamless.SeamlessTask):
     def _follow(self, aligned):
         """The field, and the map that follows it."""
         self.span = (0.0, 0.2)
-        if self.given.directions is not None:
-            self.field = flipfree.CrossField(self.given.directions)
+        if self.given.field is not None:
+            self.field = self.given.field
         else:
-            given = None
+            given = self.given.signature
             if self.given.cones is not None:
-                given = self.quarters = self._marked_quarters()
+                self.quarters = self._marked_quarters()
                 self._refuse_unbalanced(self.components())
+                given = flipfree.Signature(self.quarters, self.given.loops)
             self.field = yield solver.cross_field(
                 self.snapshot,
                 # Where near cones are merged, those that densities need would be merged first.
                 sizing=None if self.given.follow["simplify"] else self.given.sizing,
-                cones=given,
+                signature=given,
                 boundary=aligned,
                 **self.given.follow,
             )
@@ -158,6 +167,8 @@ class FieldAlignedTask(seamless.SeamlessTask):
                 self.field,
                 sizing=self.given.sizing,
                 boundary="aligned" if aligned else "free",
+                engine=self.engine,
+                reroute=self.reroute,
                 optimise=self.optimise,
             )
         )
@@ -182,54 +193,26 @@ class FieldAlignedTask(seamless.SeamlessTask):
             fields.write(ob, *fields.of_faces(self.snapshot, self.field.directions))
 
 
-def make_task(
-    snapshot,
-    *,
-    boundary="aligned_or_free",
-    optimise=True,
-    fit=True,
-    mark_cuts=True,
-    mark_cones=True,
-    write_field=True,
-    **source,
-) -> FieldAlignedTask:
-    """source: arguments of sources.look."""
+# Options of the operator that say what the field is; the others are the task's.
+_OF_SOURCE = frozenset(inspect.signature(sources.look).parameters)
+
+
+def make_task(snapshot, **options) -> FieldAlignedTask:
+    source = {name: value for name, value in options.items() if name in _OF_SOURCE}
     try:
         snapshot = separated.separated(snapshot)
         given = sources.look(snapshot, **source)
     except mesh_io.MeshProblem as problem:  # of this object: others go on
         given = problem
-    return FieldAlignedTask(
-        snapshot,
-        given,
-        boundary=boundary,
-        optimise=optimise,
-        fit=fit,
-        mark_cuts=mark_cuts,
-        mark_cones=mark_cones,
-        write_field=write_field,
-    )
+    others = {name: value for name, value in options.items() if name not in _OF_SOURCE}
+    return FieldAlignedTask(snapshot, given, **others)
 
 
 def summary(tasks: list[FieldAlignedTask]) -> str:
     """The report line, without the time."""
-    certificates = [c for t in tasks for c in t.certificates]
-    triangles = sum(c.triangles for c in certificates)
-    mean = sum(c.energy * c.triangles for c in certificates) / max(triangles, 1)
-    off = sum(t.off * c.triangles for t in tasks for c in t.certificates) / max(triangles, 1)
-    edges = sum(c.seam_edges for c in certificates)
-    return ", ".join(
-        [
-            common.plural(sum(t.island_count() for t in tasks), "island"),
-            common.plural(sum(len(t.quarters) for t in tasks), "cone"),
-            f"{off:.1f} degrees off the field",
-            f"{sum(c.seams_exact32 for c in certificates)} of {common.plural(edges, 'seam edge')} exact",
-            common.plural(sum(max(c.flips32, 0) for c in certificates), "flip"),
-            f"distortion mean {mean:.3f} max {max(c.max_energy for c in certificates):.3g} on "
-            + common.plural(triangles, "triangle"),
-            parts.added(tasks),
-        ]
-    ) + common.separated_text(certificates)
+    sizes = [sum(c.triangles for c in t.certificates) for t in tasks]
+    off = sum(t.off * size for t, size in zip(tasks, sizes, strict=True)) / max(sum(sizes), 1)
+    return seamless.figures(tasks, f", {off:.1f} degrees off the field")
 
 
 class UV_OT_flipfree_field_aligned(options.MapOperator, bpy.types.Operator):
@@ -239,7 +222,6 @@ class UV_OT_flipfree_field_aligned(options.MapOperator, bpy.types.Operator):
         "Compute four directions in every face that follow the surface, and a seamless map whose lines follow them: "
         "textures run along the form. The cut is marked as seams"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Field-Aligned Map"
     option_names = (
         "field_from",
@@ -247,6 +229,7 @@ class UV_OT_flipfree_field_aligned(options.MapOperator, bpy.types.Operator):
         "sharp_angle",
         "edge_weight",
         "attribute",
+        "field_file",
         "merge_cones",
         "density",
         "density_name",
@@ -257,35 +240,33 @@ class UV_OT_flipfree_field_aligned(options.MapOperator, bpy.types.Operator):
         "mark_cuts",
         "mark_cones",
         "write_field",
+        "engine",
+        "reroute",
     )
+    advanced = ("engine", "reroute")
 
-    field_from: bpy.props.EnumProperty(
-        name="Field",
-        description="What the lines of the map run along",
-        items=FIELDS,
-        default="curvature",
-    )
-    curvature: bpy.props.FloatProperty(
-        name="Curvature",
-        description="How much curvature counts against smoothness; 0 not at all",
-        default=0.5,
-        min=0.0,
+    field_from: options.choice("Field", "What the lines of the map run along", FIELDS)
+    curvature: options.real(
+        "Curvature",
+        "How much curvature counts against smoothness; 0 not at all",
+        0.5,
+        0.0,
         max=1.0,
         subtype="FACTOR",
     )
-    sharp_angle: bpy.props.FloatProperty(
-        name="Sharp from",
-        description="Edges at which the surface folds by more are followed, where none is marked as sharp",
-        default=sources.SHARP,
-        min=0.0,
+    sharp_angle: options.real(
+        "Sharp from",
+        "Edges at which the surface folds by more are followed, where none is marked as sharp",
+        sources.SHARP,
+        0.0,
         max=math.pi,
         subtype="ANGLE",
     )
-    edge_weight: bpy.props.FloatProperty(
-        name="Weight",
-        description="How much edges count against smoothness; 1: they are followed exactly",
-        default=1.0,
-        min=0.01,
+    edge_weight: options.real(
+        "Weight",
+        "How much edges count against smoothness; 1: they are followed exactly",
+        1.0,
+        0.01,
         max=1.0,
         subtype="FACTOR",
     )
@@ -294,65 +275,63 @@ class UV_OT_flipfree_field_aligned(options.MapOperator, bpy.types.Operator):
         description="Attribute of faces with a vector each: one of the field's four directions, in object coordinates",
         default=fields.NAME,
     )
-    merge_cones: bpy.props.BoolProperty(
-        name="Merge Near Cones",
-        description="Near cones that bend opposite ways are merged: fewer seams, and a field that turns a little more. Off, "
+    field_file: bpy.props.StringProperty(
+        name="File",
+        description="With the field or the signature of the whole mesh, whose triangles and vertices it counts",
+        subtype="FILE_PATH",
+    )
+    merge_cones: options.flag(
+        "Merge Near Cones",
+        "Near cones that bend opposite ways are merged: fewer seams, and a field that turns a little more. Off, "
         "densities are met more nearly: what makes room for them are pairs of such cones",
-        default=True,
+        on=True,
     )
-    density: bpy.props.EnumProperty(
-        name="Density",
-        description="How large the map is, relative to the surface",
-        items=DENSITIES,
-        default="uniform",
-    )
+    density: options.choice("Density", "How large the map is, relative to the surface", DENSITIES)
     density_name: bpy.props.StringProperty(
         name="From",
         description="Vertex group, or attribute, with the density",
     )
-    density_ratio: bpy.props.FloatProperty(
-        name="Ratio",
-        description="How many times longer the map is where the vertex group has its full weight than where it has none",
-        default=2.0,
-        min=0.1,
+    density_ratio: options.real(
+        "Ratio",
+        "How many times longer the map is where the vertex group has its full weight than where it has none",
+        2.0,
+        0.1,
         max=10.0,
     )
-    boundary: bpy.props.EnumProperty(
-        name="Boundary",
-        description="Where the surface is open",
-        items=BOUNDARIES,
-        default="aligned_or_free",
-    )
-    optimise: bpy.props.BoolProperty(
-        name="Optimise",
-        description="Bring the map to the field; the seams keep matching",
-        default=True,
+    boundary: options.choice("Boundary", "Where the surface is open", BOUNDARIES)
+    optimise: options.flag(
+        "Optimise", "Bring the map to the field; the seams keep matching", on=True
     )
     fit: options.fit_unit_square()
     mark_cuts: options.mark_cuts(", with their quarter turns in the attribute `seam_turns`")
-    mark_cones: bpy.props.BoolProperty(
-        name="Mark Cones",
-        description=(
-            "Put the field's cones into the groups `Cone +1`, `Cone -1`, ... in place of those that are marked there; for "
-            "the other maps with cones, and for drawing them"
-        ),
-        default=True,
+    mark_cones: options.flag(
+        "Mark Cones",
+        "Put the field's cones into the groups `Cone +1`, `Cone -1`, ... in place of those that are marked there; for "
+        "the other maps with cones, and for drawing them",
+        on=True,
     )
-    write_field: bpy.props.BoolProperty(
-        name="Write Field",
-        description=(
-            f"Store a direction per face in the attribute `{fields.NAME}`; for other tools, and for drawing it over the model"
-        ),
-        default=True,
+    write_field: options.flag(
+        "Write Field",
+        f"Store a direction per face in the attribute `{fields.NAME}`; for other tools, and for drawing it over the model",
+        on=True,
+    )
+
+    engine: options.engine()
+    reroute: options.flag(
+        "Reroute",
+        "Padding: branches of the cut are led around cones until all loops turn as the field does. Off: they turn as they "
+        "happen to, with the field's cones alone",
+        on=True,
     )
 
     def has_effect(self, name):
         needs = {
+            "field_file": self.field_from in {"file", "signature"},
             "curvature": self.field_from == "curvature",
             "sharp_angle": self.field_from == "edges",
             "edge_weight": self.field_from in {"edges", "flow"},
             "attribute": self.field_from == "attribute",
-            "merge_cones": self.field_from not in {"attribute", "cones"},
+            "merge_cones": self.field_from not in {"attribute", "cones", "file", "signature"},
             "density_name": self.density != "uniform",
             "density_ratio": self.density == "painted",
         }
@@ -367,11 +346,8 @@ class UV_OT_flipfree_field_aligned(options.MapOperator, bpy.types.Operator):
         else:
             layout.prop_search(self, name, ob.data, "attributes")
 
-    def make_task(self, snapshot, **options):
-        return make_task(snapshot, **options)
-
-    def summary(self, tasks):
-        return summary(tasks)
+    make_task = staticmethod(make_task)
+    summary = staticmethod(summary)
 
 
 CLASSES = (UV_OT_flipfree_field_aligned,)

@@ -12,7 +12,7 @@ import bmesh
 import bpy
 import numpy as np
 
-from . import fields, labels
+from . import labels, selection
 
 ATTRIBUTE = "cone_angle"
 _GROUP = re.compile(r"Cone ([+-]\d+)")
@@ -208,7 +208,7 @@ def replace(ob: bpy.types.Object, vertices: list[int], curvature: dict[int, int]
 def clear(ob: bpy.types.Object) -> int:
     """No cones are left: in edit mode at the selected vertices, else anywhere. Returns how many there were."""
     editing = ob.mode == "EDIT"
-    with fields.whole_mesh(ob) as mesh:
+    with selection.whole_mesh(ob) as mesh:
         marked = sorted(read(ob, mesh, np.zeros(len(mesh.vertices), bool)))
         if editing:
             shown = [v.select and not v.hide for v in mesh.vertices]

@@ -5,32 +5,16 @@ A field is a FLOAT_VECTOR attribute of faces: one of its four directions, in obj
 quarters about the face's normal. A face of several triangles has the mean of theirs.
 """
 
-from contextlib import contextmanager
-
 import bmesh
-import bpy
 import numpy as np
 
 from .. import compat
 from . import labels, mesh_io
+from .selection import whole_mesh
 
 NAME = "flipfree_field"
 # Shorter, relative to its length, a vector's part in the plane of its face says nothing.
 _ASKEW = 1e-3
-
-
-@contextmanager
-def whole_mesh(ob):
-    """The object's mesh with all of its attributes, in either mode; to be read only."""
-    if ob.mode != "EDIT":
-        yield ob.data
-        return
-    ob.update_from_editmode()
-    mesh = ob.data.copy()
-    try:
-        yield mesh
-    finally:
-        bpy.data.meshes.remove(mesh)
 
 
 def _normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

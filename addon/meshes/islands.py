@@ -74,6 +74,75 @@ def islands_of(snapshot, cuts: np.ndarray | None = None) -> list[Island]:
     return [Island(snapshot, triangles, split, origin) for triangles in found]
 
 
+def problem_at(snapshot, island: Island, vertices, why: str) -> mesh_io.MeshProblem:
+    """To be raised: about these vertices of the island."""
+    ids = snapshot.vertex_ids[island.submesh[vertices]]
+    text = f"{snapshot.object_name}: vertex {ids[0]}{mesh_io.more(ids)} {why}"
+    return mesh_io.MeshProblem(text, "vertex", ids)
+
+
+def chains_of(snapshot, island: Island, marked: np.ndarray, *, what: str, ends=()) -> list:
+    """Paths along edges of the mesh with these keys, in the island's own vertices: along a seam there is one on either side.
+    They end where no marked edge goes on, and at the vertices `ends`. what: how the edges were marked. Raises MeshProblem
+    where three meet, and for rings."""
+    edges = island.edges()
+    in_mesh = snapshot.vertex_ids[island.submesh[edges]]
+    near: dict[int, list[int]] = {}
+    for a, b in edges[np.isin(labels.edge_keys(in_mesh), marked)].tolist():
+        near.setdefault(a, []).append(b)
+        near.setdefault(b, []).append(a)
+    crossing = [v for v, others in near.items() if len(others) > 2 and v not in ends]
+    if crossing:
+        why = f"joins more than two {what} edges. Take one chain at a time"
+        raise problem_at(snapshot, island, crossing, why)
+    found, done = [], set()
+    stops = {v for v, others in near.items() if len(others) != 2 or v in ends}
+    for start in sorted(stops):
+        for second in near[start]:
+            if (start, second) in done:
+                continue
+            chain = [start, second]
+            while chain[-1] not in stops:
+                chain.append(next(w for w in near[chain[-1]] if w != chain[-2]))
+            done |= {(start, second), (chain[-1], chain[-2])}
+            found.append(chain)
+    rings = set(near) - {v for chain in found for v in chain}
+    if rings:
+        why = f"lies on a closed ring of {what} edges, which has no ends. Leave out one of them"
+        raise problem_at(snapshot, island, sorted(rings), why)
+    return found
+
+
+def collect_pins(snapshot, found: list[Island], vertices, *, pinned=True) -> None:
+    """Gives islands their pins: the pinned corners, unless not asked for, and all corners at these mesh vertices. Two places
+    for one vertex are refused by name."""
+    name = snapshot.object_name
+    for island in found:
+        loops = snapshot.triangle_loops[island.triangles]
+        mesh_vertices = snapshot.vertex_ids[island.submesh]
+        chosen = np.isin(mesh_vertices[island.faces], vertices)
+        if pinned:
+            chosen |= snapshot.pinned[loops]
+        rows, corners = np.nonzero(chosen)
+        for row, corner in zip(rows.tolist(), corners.tolist(), strict=True):
+            vertex = int(island.faces[row, corner])
+            target = tuple(map(float, snapshot.uv[loops[row, corner]]))
+            mesh_vertex = int(mesh_vertices[vertex])
+            if not np.isfinite(target).all():
+                raise mesh_io.MeshProblem(
+                    f"{name}: vertex {mesh_vertex} has a pinned UV that is no number. Unpin it with Alt P",
+                    "vertex",
+                    [mesh_vertex],
+                )
+            if island.pins.setdefault(vertex, target) != target:
+                raise mesh_io.MeshProblem(
+                    f"{name}: vertex {mesh_vertex} is pinned to two places in one island. Mark a seam "
+                    "between them, or unpin one with Alt P",
+                    "vertex",
+                    [mesh_vertex],
+                )
+
+
 @dataclass
 class Piece:
     """A map of some of the snapshot's triangles, perhaps refined; numbers are its own."""
@@ -97,9 +166,27 @@ class Combined:
     stored: np.ndarray  # (m', 3, 2) float32
     seam_triangles: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     # triangles of the snapshot that were split because of a vertex across a seam
+    split_cuts: bool = (
+        False  # cuts along diagonals of faces split these, although UVs are not torn there
+    )
 
     def uv32(self) -> np.ndarray:
         return self.stored
+
+
+def placed(found, uv: np.ndarray, **more) -> Combined:
+    """A solver's map of a whole snapshot, with other UVs (m', 3, 2)."""
+    return Combined(
+        vertices=found.vertices,
+        faces=found.faces,
+        parent_face=found.parent_face,
+        vertex_parent=found.vertex_parent,
+        vertex_barycentric=found.vertex_barycentric,
+        cut_edges=found.cut_edges,
+        uv=uv,
+        stored=uv.astype(np.float32),
+        **more,
+    )
 
 
 def combine(snapshot, pieces: list[Piece], cut_edges: np.ndarray | None = None) -> Combined:

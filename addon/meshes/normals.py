@@ -9,14 +9,14 @@ custom normals.
 import bpy
 import numpy as np
 
-from . import fields
+from . import selection
 
 _LAYER = "flipfree_normals"
 
 
 def take(ob: bpy.types.Object) -> np.ndarray | None:
     """(#loops, 3) float32 normals of the corners, in either mode; None if none were customised."""
-    with fields.whole_mesh(ob) as mesh:
+    with selection.whole_mesh(ob) as mesh:
         if not mesh.has_custom_normals:
             return None
         values = np.empty((len(mesh.loops), 3), np.float32)

@@ -16,10 +16,11 @@ import bpy
 import numpy as np
 
 from .. import compat
-from . import cones, mesh_io, normals, selection, turns
+from . import cones, labels, mesh_io, normals, selection, turns
 from .writing import mixing
 
 PIN_GROUP = "Pins"  # its vertices are pinned, as if their UVs were
+MOVABLE_GROUP = "Movable"  # the targets of its vertices on an outline are only where they begin
 
 
 @dataclass
@@ -41,7 +42,18 @@ def needs_new_faces(snapshot: mesh_io.Snapshot, result) -> bool:
     """Whether the result fits the mesh's own faces: no new vertices, one UV per corner of each face."""
     if is_refined(snapshot, result) or not np.array_equal(result.faces, snapshot.triangles):
         return True
-    return len(mesh_io.torn_faces(snapshot, result.uv32())) > 0
+    return len(mesh_io.torn_faces(snapshot, result.uv32())) > 0 or len(_split(snapshot, result)) > 0
+
+
+def _split(snapshot: mesh_io.Snapshot, result) -> np.ndarray:
+    """Faces with a cut along one of their diagonals, if these have to become edges."""
+    if not getattr(result, "split_cuts", False):
+        return np.zeros(0, np.int64)
+    inner = np.isin(labels.edge_keys(result.cut_edges), labels.edge_keys(snapshot.diagonals))
+    cut = labels.edge_keys(result.cut_edges[inner])
+    sides = np.stack([snapshot.triangles, np.roll(snapshot.triangles, -1, axis=1)], axis=-1)
+    at = np.isin(labels.edge_keys(sides.reshape(-1, 2)), cut).reshape(-1, 3)
+    return np.unique(snapshot.triangle_face[at.any(axis=1)])
 
 
 def plan(snapshot: mesh_io.Snapshot, result) -> Plan:
@@ -60,6 +72,7 @@ def plan(snapshot: mesh_io.Snapshot, result) -> Plan:
         order = [_corner_of(snapshot.triangles[parent], v) for v in result.faces[child].tolist()]
         aligned[parent, order] = uv[child]
     broken |= set(mesh_io.torn_faces(snapshot, aligned).tolist())
+    broken |= set(_split(snapshot, result).tolist())
     face_of = snapshot.triangle_face[result.parent_face]
     replaced = np.isin(face_of, list(broken))
     children = {}
@@ -161,8 +174,8 @@ def write(
 
 
 def _marking_groups(ob) -> list[int]:
-    pins = ob.vertex_groups.get(PIN_GROUP)
-    return [*cones.groups(ob), *([] if pins is None else [pins.index])]
+    found = [ob.vertex_groups.get(name) for name in (PIN_GROUP, MOVABLE_GROUP)]
+    return [*cones.groups(ob), *(group.index for group in found if group is not None)]
 
 
 def _unmark(bm, vertices, groups) -> None:

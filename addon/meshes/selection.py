@@ -2,6 +2,7 @@
 """What is selected: which faces are worked on, and showing places, in Edit Mode and outside."""
 
 from collections.abc import Iterable
+from contextlib import contextmanager
 
 import bmesh
 import bpy
@@ -22,6 +23,40 @@ def selected_faces(mesh: bpy.types.Mesh, in_uv_editor: bool) -> np.ndarray:
     if in_uv_editor and active:
         chosen &= compat.uv_selected_faces(mesh, active.name)
     return chosen
+
+
+@contextmanager
+def whole_mesh(ob):
+    """The object's mesh with all of its attributes, in either mode; to be read only."""
+    if ob.mode != "EDIT":
+        yield ob.data
+        return
+    ob.update_from_editmode()
+    mesh = ob.data.copy()
+    try:
+        yield mesh
+    finally:
+        bpy.data.meshes.remove(mesh)
+
+
+def vertices(ob) -> np.ndarray:
+    """Ids of the selected vertices."""
+    with whole_mesh(ob) as mesh:
+        return np.flatnonzero(_flags(mesh.vertices, "select"))
+
+
+def in_group(ob, name: str) -> np.ndarray:
+    """Ids of the vertices with a weight in the vertex group, none if there is none."""
+    group = ob.vertex_groups.get(name)
+    if group is None:
+        return np.zeros(0, np.int64)
+    with whole_mesh(ob) as mesh:
+        found = [
+            v.index
+            for v in mesh.vertices
+            if any(g.group == group.index and g.weight > 0.0 for g in v.groups)
+        ]
+    return np.array(found, np.int64)
 
 
 def _flags(sequence, name: str) -> np.ndarray:

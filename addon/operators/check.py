@@ -120,26 +120,22 @@ class UV_OT_flipfree_check(
         "Check the UV map with exact arithmetic: count flipped and overlapping faces and islands, measure distortion, and select "
         "the faces that are wrong"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Check"
     needs_uv = True
+    writes = False
     option_names = (
         "stacked_ok",
         "correct_aspect",
         "use_modifiers",
     )
 
-    stacked_ok: bpy.props.BoolProperty(
-        name="Allow Stacked Islands",
-        description="Islands that lie on each other are counted, but not wrong: for parts that share a texture on purpose",
-        default=False,
+    stacked_ok: options.flag(
+        "Allow Stacked Islands",
+        "Islands that lie on each other are counted, but not wrong: for parts that share a texture on purpose",
     )
 
-    def make_task(self, snapshot, **options):
-        return CheckTask(snapshot, **options)
-
-    def summary(self, tasks):
-        return summary(tasks)
+    make_task = staticmethod(CheckTask)
+    summary = staticmethod(summary)
 
     def advice(self, tasks):
         return advice(tasks)

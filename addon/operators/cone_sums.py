@@ -3,25 +3,19 @@
 
 import math
 
-import bpy
 import numpy as np
 
-from ..meshes import cones, mesh_io
+from ..meshes import cones, mesh_io, selection
 from . import common
 
 
 def marked(ob, snapshot) -> tuple[dict[int, float], np.ndarray]:
     """({submesh vertex: angle}, (#Sv,) bool boundary of the submesh). A mesh vertex with several fans marks each."""
-    if ob.mode == "EDIT":
-        ob.update_from_editmode()
-    mesh = ob.data.copy()
-    try:
-        boundary = submesh_boundary(snapshot)
+    boundary = submesh_boundary(snapshot)
+    with selection.whole_mesh(ob) as mesh:
         whole = np.zeros(len(mesh.vertices), bool)
         whole[snapshot.vertex_ids[boundary]] = True
         angles = cones.read(ob, mesh, whole)
-    finally:
-        bpy.data.meshes.remove(mesh)
     found = {i: angles[v] for i, v in enumerate(snapshot.vertex_ids.tolist()) if v in angles}
     return found, boundary
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Conformal Map with Cones, Suggest Cones, Mark Cone, Clear Cones (thesis 4, docs/conformal-map.md)."""
 
-import dataclasses
 import functools
 import math
 
@@ -14,12 +13,6 @@ from . import common, cone_sums, options, parts
 
 # Radians by which a 32-bit cone angle may be off its 64-bit value (half a unit in the last place below 64).
 ROUNDING = 2e-6
-
-# Of a certificate, what depends on how the map is rounded.
-AS_STORED = (
-    *("triangles", "flips32", "overlaps", "energy", "max_energy", "energy_p99"),
-    *("poor", "stretched", "area", "poor_islands", "failed_faces"),
-)
 
 BOUNDARIES = (
     ("free", "Free", "Lengths along the boundary stay: least distortion of area"),
@@ -47,14 +40,8 @@ REFINED_STARTS = (
 )
 
 
-class ConformalTask(parts.PartsTask):
+class ConformalTask(parts.PackedTask):
     """Every connected part of the faces is a surface of its own, with cones that must fit it alone."""
-
-    packs_alone = (
-        True  # where no other object takes part; otherwise all are laid out together (layout.py)
-    )
-    keep_placement = False
-    aspect = 1.0
 
     poor_cure = "Suggest Cones finds where cones would even the scale out, or cut the surface there"
 
@@ -66,6 +53,7 @@ class ConformalTask(parts.PartsTask):
         *,
         boundary="free",
         refined_start="auto",
+        precision=0,
         mark_cuts=True,
         pack=True,
         scale_true=True,
@@ -76,18 +64,12 @@ class ConformalTask(parts.PartsTask):
         self.boundary_vertices = boundary_vertices
         self.boundary = boundary
         self.refined_start = refined_start
+        self.precision = precision
         self.mark_cuts = mark_cuts
         self.packs = pack
         self.pack_options = {"together": True, "scale_true": scale_true}
         self.margin = margin
         self.angle_error = 0.0
-        self._pieces = []
-
-    def pins(self) -> dict:
-        return {}
-
-    def uv_on_texture(self) -> np.ndarray:
-        return self.result.uv
 
     def stages(self):
         self._refuse_bad_angles()
@@ -109,57 +91,11 @@ class ConformalTask(parts.PartsTask):
             self.solving = used, triangles
             if callable(angles):
                 angles = yield angles()
-            result = self.checked((yield solver.conformal(part, angles, self.refined_start)))
+            job = solver.conformal(part, angles, self.refined_start, self.precision)
+            result = self.checked((yield job))
             self.angle_error = max(self.angle_error, result.stats["angle_error"])
             pieces.append(islands.Piece(triangles, used, result))
-        self.solving = None
-        self.result = islands.combine(self.snapshot, pieces)
-        self.result.cut_edges = self._combined_cuts(pieces)
-        self._pieces = pieces
-        if self.packs and not self.packs_alone:
-            return
-        if self.packs:
-            packed = yield solver.pack(
-                *self.surface(), self.result.uv, margin=self.margin, **self.pack_options
-            )
-            self.result.uv, self.result.stored = packed.uv, packed.uv32()
-        yield from self._look_at_stored()
-        yield from self.look_at_islands()
-
-    def lay_out(self, uv, stored, stats):
-        """Stages that take a layout of all objects."""
-        self.result.uv, self.result.stored = uv, stored
-        yield from self._look_at_stored()
-        yield from self.look_at_islands()
-
-    def _look_at_stored(self):
-        """The solver judged its own map in 64 bits; the report speaks of what will be stored, where overlaps may be others."""
-        result = self.result
-        for i, piece in enumerate(self._pieces):
-            rows = np.isin(result.parent_face, piece.triangles)
-            found = yield solver.certify_arrays(
-                result.vertices, result.faces[rows], result.uv32()[rows], bijective=True
-            )
-            stored = {name: getattr(found, name) for name in AS_STORED}
-            certificate = dataclasses.replace(self.certificates[i], **stored)
-            faces = self.snapshot.triangle_face[result.parent_face[rows]]
-            self.certificates[i] = certificate
-            self.judged[i] = common.Judged(certificate, faces)
-
-    def island_count(self) -> int:
-        return labels.count_islands(self.result.faces, self.result.uv32())
-
-    def _combined_cuts(self, pieces) -> np.ndarray:
-        """Cut edges of all parts in the numbers of the combined map."""
-        total = len(self.snapshot.vertices)
-        cuts = []
-        for piece in pieces:
-            old = len(piece.submesh)
-            new = len(piece.result.vertices) - old
-            number = np.concatenate([piece.submesh, np.arange(total, total + new)])
-            total += new
-            cuts.append(number[piece.result.cut_edges])
-        return np.concatenate(cuts)
+        yield from self.put_together(pieces)
 
     def _refuse_bad_angles(self):
         bad = [v for v, angle in self.cone_angles.items() if not angle > 0.0]
@@ -217,11 +153,8 @@ def make_task(snapshot, **options) -> ConformalTask:
 
 def summary(tasks: list[ConformalTask]) -> str:
     """The report line, without the time."""
-    count = sum(t.island_count() for t in tasks)
-    between = sum(t.island_overlaps for t in tasks)
-    text = common.figures([c for t in tasks for c in t.certificates], count, between)
     error = max(t.angle_error for t in tasks)
-    return f"{text}, cone angles within {error:.1e} rad, {parts.added(tasks)}"
+    return parts.packed_summary(tasks, f", cone angles within {error:.1e} rad")
 
 
 class UV_OT_flipfree_conformal(
@@ -233,12 +166,12 @@ class UV_OT_flipfree_conformal(
         "Map without shear, with exactly the marked cone angles. Triangles that would flip are subdivided, "
         "the cut is marked as seams"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Conformal Map"
     joint_layout = True
     option_names = (
         "boundary",
         "refined_start",
+        "precision",
         "mark_cuts",
         "pack",
         "scale_true",
@@ -246,33 +179,34 @@ class UV_OT_flipfree_conformal(
         "use_modifiers",
     )
 
-    boundary: bpy.props.EnumProperty(name="Boundary", items=BOUNDARIES, default="free")
-    refined_start: bpy.props.EnumProperty(
-        name="Refined Start",
-        description="Add vertices while the metric is computed, so that needle-shaped triangles do no harm",
-        items=REFINED_STARTS,
-        default="auto",
+    boundary: options.choice("Boundary", "", BOUNDARIES)
+    refined_start: options.choice(
+        "Refined Start",
+        "Add vertices while the metric is computed, so that needle-shaped triangles do no harm",
+        REFINED_STARTS,
+    )
+    precision: options.whole(
+        "Precision",
+        "Bits of the numbers in which the metric is computed, 53 to 4096; 0: as in the preferences",
+        0,
+        0,
+        max=4096,
     )
     mark_cuts: options.mark_cuts()
-    pack: bpy.props.BoolProperty(
-        name="Pack Islands",
-        description=(
-            "Pack the islands into the unit square. Islands of one connected part turn and scale together, so that "
-            "quarter turns across seams stay quarter turns"
-        ),
-        default=True,
+    pack: options.flag(
+        "Pack Islands",
+        "Pack the islands into the unit square. Islands of one connected part turn and scale together, so that "
+        "quarter turns across seams stay quarter turns",
+        on=True,
     )
-    scale_true: bpy.props.BoolProperty(
-        name="True Scale",
-        description="Separate parts get the size of their surface when they are packed. Off: the size the metric has",
-        default=True,
+    scale_true: options.flag(
+        "True Scale",
+        "Separate parts get the size of their surface when they are packed. Off: the size the metric has",
+        on=True,
     )
 
-    def make_task(self, snapshot, **options):
-        return make_task(snapshot, **options)
-
-    def summary(self, tasks):
-        return summary(tasks)
+    make_task = staticmethod(make_task)
+    summary = staticmethod(summary)
 
 
 class SuggestTask(modal.StagedTask):
@@ -310,7 +244,6 @@ class UV_OT_flipfree_suggest_cones(options.UseModifiers, options.MapOperator, bp
     bl_idname = "uv.flipfree_suggest_cones"
     bl_label = "Suggest Cones"
     bl_description = "Place cones one by one where a conformal map would scale most, until scales differ no more than the bound"
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Suggest Cones"
     option_names = (
         "bound",
@@ -319,16 +252,16 @@ class UV_OT_flipfree_suggest_cones(options.UseModifiers, options.MapOperator, bp
     )
 
     bound: options.scale_bound(4.0)
-    quarter_turns: bpy.props.BoolProperty(
-        name="Quarter Turns",
-        description="Angles in multiples of 90 degrees, as seamless maps want them",
-        default=False,
+    quarter_turns: options.flag(
+        "Quarter Turns", "Angles in multiples of 90 degrees, as seamless maps want them"
     )
 
-    def make_task(self, snapshot, **options):
+    @staticmethod
+    def make_task(snapshot, **options):
         return SuggestTask(separated.separated(snapshot), **options)
 
-    def summary(self, tasks):
+    @staticmethod
+    def summary(tasks):
         count = sum(len(t.cones) for t in tasks)
         ratio = max(t.scale_ratio for t in tasks)
         missed = "" if all(t.bound_holds for t in tasks) else ", bound not reached"
@@ -341,11 +274,11 @@ class MESH_OT_flipfree_mark_cone(bpy.types.Operator):
     bl_description = "Make the selected vertices cones of so many quarter turns (0 removes them) and say what is still missing"
     bl_options = {"REGISTER", "UNDO"}
 
-    quarter_turns: bpy.props.IntProperty(
-        name="Quarter Turns",
-        description="Curvature in quarter turns: 1 is the corner of a cube, -1 a saddle",
-        default=1,
-        min=-40,
+    quarter_turns: options.whole(
+        "Quarter Turns",
+        "Curvature in quarter turns: 1 is the corner of a cube, -1 a saddle",
+        1,
+        -40,
         max=3,
     )
 

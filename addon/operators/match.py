@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Match Pins: pinned UVs met bit for bit without a fold, subdividing where that is needed (thesis 3.3, docs/match-pins.md)."""
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import bpy
 import numpy as np
@@ -9,10 +9,11 @@ import numpy as np
 from flipfree.calls.matching import held_by_pins
 
 from .. import solver
-from ..meshes import islands, labels, mesh_io, refine, separated
+from ..meshes import islands, labels, marks, mesh_io, refine, selection, separated
 from . import common, layout, options, parts
 
 GROUP = refine.PIN_GROUP
+MOVABLE = refine.MOVABLE_GROUP
 
 REST = (
     ("keep", "Stay", "Islands without pins keep their UVs"),
@@ -22,6 +23,16 @@ REST = (
         "Islands without pins are unwrapped. They keep their places if these are free, or else are packed beside the others",
     ),
 )
+
+
+@dataclass
+class Marked:
+    """What the mesh says besides pins: mesh vertices whose targets on the outline are only where they begin; keys of edges
+    (labels.edge_keys) that are part of lines, and of paths."""
+
+    movable: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    lines: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    paths: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
 
 
 class MatchTask(parts.PartsTask):
@@ -39,8 +50,10 @@ class MatchTask(parts.PartsTask):
         may_add=True,
         max_seconds=options.MAX_SECONDS,
         aspect=1.0,
+        marked=None,
     ):
         super().__init__(snapshot)
+        self.marked = marked or Marked()
         self.aspect = aspect
         self.may_add = may_add  # vertices
         self.group_vertices = group_vertices  # mesh vertices of the group `Pins`
@@ -58,7 +71,7 @@ class MatchTask(parts.PartsTask):
         pinned, free = yield from self._sort_islands()
         pieces = []
         for island in pinned:
-            if len(island.pins) == 1:
+            if len(island.pins) == 1 and not self._may_move(island):
                 pieces.append((yield from self._moved(island)))
                 continue
             request = self._request(island)
@@ -67,7 +80,7 @@ class MatchTask(parts.PartsTask):
             self._outline_vertices = island.submesh[outline]
             result = yield solver.match(island, max_seconds=self.max_seconds, **request)
             if self.aspect != 1.0:
-                result = yield from self._on_texture(island, request["bijective"], result)
+                result = yield from self._on_texture(island, request, result)
             self.hurried += int(result.stats.get("time_limit_reached", 0))
             pieces.append(islands.Piece(island.triangles, island.submesh, self._counted(result)))
         if self.rest == "unwrap" and free:
@@ -84,14 +97,14 @@ class MatchTask(parts.PartsTask):
             self._refuse_new_faces()
         yield from self.look_at_islands()
 
-    def _on_texture(self, island, bijective, result):
+    def _on_texture(self, island, request, result):
         """The same with its shape on the texture, as far as pins, and lines between two of them, leave it open."""
         pinned = np.zeros(len(island.vertices), bool)
-        pinned[list(island.pins)] = True
+        pinned[[*island.pins, *(v for line, _ in request["lines"] for v in line)]] = True
         found = yield solver.improve_refined(
             result,
             held=held_by_pins(result, island.faces, pinned),
-            bijective=bijective,
+            bijective=request["bijective"],
             aspect=self.aspect,
             max_seconds=self.max_seconds,
         )
@@ -151,14 +164,12 @@ class MatchTask(parts.PartsTask):
             return False
         if self.cut_open:
             return True
-        faces = np.unique(self.snapshot.triangle_face[island.triangles])
-        handles = f"{island.genus(loops)} handle{'s' * (island.genus(loops) != 1)}"
-        raise mesh_io.MeshProblem(
-            f"{self.snapshot.object_name}: the island of face {faces[0]} ({common.plural(len(faces), 'face')}) "
+        handles = common.plural(island.genus(loops), "handle")
+        refuse_island(
+            self.snapshot,
+            island,
             f"{'has ' + handles if loops else 'is closed'} and cannot be flattened in one piece. Mark seams that open "
             "it, or turn on Cut Open in the redo panel",
-            "face",
-            faces,
         )
 
     def _moved(self, island):
@@ -200,31 +211,7 @@ class MatchTask(parts.PartsTask):
         return result, used
 
     def _collect_pins(self, found):
-        """Pinned corners as pins of the islands' vertices; two places for one vertex are refused by name."""
-        snapshot = self.snapshot
-        name = snapshot.object_name
-        for island in found:
-            loops = snapshot.triangle_loops[island.triangles]
-            mesh_vertices = snapshot.vertex_ids[island.submesh]
-            in_group = np.isin(mesh_vertices[island.faces], self.group_vertices)
-            rows, corners = np.nonzero(snapshot.pinned[loops] | in_group)
-            for row, corner in zip(rows.tolist(), corners.tolist(), strict=True):
-                vertex = int(island.faces[row, corner])
-                target = tuple(map(float, snapshot.uv[loops[row, corner]]))
-                mesh_vertex = int(mesh_vertices[vertex])
-                if not np.isfinite(target).all():
-                    raise mesh_io.MeshProblem(
-                        f"{name}: vertex {mesh_vertex} has a pinned UV that is no number. Unpin it with Alt P",
-                        "vertex",
-                        [mesh_vertex],
-                    )
-                if island.pins.setdefault(vertex, target) != target:
-                    raise mesh_io.MeshProblem(
-                        f"{name}: vertex {mesh_vertex} is pinned to two places in one island. Mark a seam "
-                        "between them, or unpin one with Alt P",
-                        "vertex",
-                        [mesh_vertex],
-                    )
+        islands.collect_pins(self.snapshot, found, self.group_vertices)
 
     def _request(self, island) -> dict:
         """Pins in the solver's terms: the whole boundary if all of it is pinned, lines, points."""
@@ -232,33 +219,81 @@ class MatchTask(parts.PartsTask):
         outline = self._outline(island)
         request = {"boundary_loop": None, "boundary_uv": None, "bijective": self.bijective}
         if outline is not None:
+            begin = np.empty((len(island.vertices), 2))
+            begin[island.faces] = self.snapshot.corner_uv[island.triangles]
             request["boundary_loop"] = outline
-            request["boundary_uv"] = [points.pop(v) for v in outline]
+            request["boundary_uv"] = [points.pop(v, tuple(begin[v].tolist())) for v in outline]
+            request["movable"] = [v for v in outline if v not in island.pins]
             request["bijective"] = False  # the targets say whether it overlaps itself
-        lines = self._lines(island, points, set(outline or ())) if self.straight_lines else []
-        request["lines"] = [((a, b), (island.pins[a], island.pins[b])) for a, b in lines]
+        lines = self._lines(island, points, outline or []) if self.straight_lines else []
+        request["lines"] = [(c, (island.pins[c[0]], island.pins[c[-1]])) for c in lines]
+        request["paths"] = self._paths(island, outline)
         request["points"] = points
         return request
 
+    def _may_move(self, island) -> set[int]:
+        ids = self.snapshot.vertex_ids[island.submesh]
+        return set(np.flatnonzero(np.isin(ids, self.marked.movable)).tolist()) - set(island.pins)
+
     def _outline(self, island) -> list[int] | None:
-        """The loop that the whole outline is prescribed by: all pinned; of several loops, one that runs as an outline does."""
+        """The loop that the whole outline is prescribed by: all pinned, or movable from where they are; of several loops, one
+        that runs as an outline does."""
         loops = island.boundary_loops()
-        whole = [loop for loop in loops if all(v in island.pins for v in loop)]
+        movable = self._may_move(island)
+        for loop in loops:
+            lost = [v for v in loop if v not in island.pins and v not in movable]
+            if lost and movable.intersection(loop):
+                why = f"is neither pinned nor in the group '{MOVABLE}', as others of its boundary are. Pin it with P"
+                raise islands.problem_at(self.snapshot, island, lost, why)
+        placed = movable | set(island.pins)
+        whole = [loop for loop in loops if placed.issuperset(loop)]
         if len(loops) == 1:
             return whole[0] if whole else None
         for loop in whole:
-            uv = np.array([island.pins[v] for v in loop])
+            uv = np.array([island.pins.get(v, (np.nan, np.nan)) for v in loop])
+            uv = uv[np.isfinite(uv).all(axis=1)]
             following = np.roll(uv, -1, axis=0)
             if float(np.sum(uv[:, 0] * following[:, 1] - uv[:, 1] * following[:, 0])) > 0.0:
                 return loop
         return None
 
-    def _lines(self, island, points, outline: set) -> list[tuple[int, int]]:
-        """Mesh edges between pinned vertices that are to stay straight when triangles beside them are subdivided.
+    def _paths(self, island, outline) -> dict[int, list[int]]:
+        """{pinned vertex: marked vertices from it to the outline}"""
+        rim = {v for loop in island.boundary_loops() for v in loop}
+        ends = rim | set(island.pins)
+        found = {}
+        keys = self.marked.paths
+        for chain in islands.chains_of(self.snapshot, island, keys, what="path's", ends=ends):
+            path = chain if chain[-1] in rim else chain[::-1]
+            if path[-1] not in rim or path[0] in rim or path[0] not in island.pins:
+                why = "is the end of a marked path, which has to lead from a pin inside to the boundary"
+                raise islands.problem_at(self.snapshot, island, [chain[0], chain[-1]], why)
+            if outline is None:
+                why = "is where a marked path begins, but the outline is not pinned: its sheets are unknown"
+                raise islands.problem_at(self.snapshot, island, [path[0]], why)
+            found[path[0]] = path
+        return found
+
+    def _lines(self, island, points, outline: list) -> list[list[int]]:
+        """Marked lines from pin to pin, and mesh edges between pinned vertices that are to stay straight when triangles beside
+        them are subdivided.
 
         Not those of triangles with three pins, which have no room to bend, and not those between two vertices of the
         outline, which may have to be subdivided for it.
         """
+        rim = {frozenset(side) for side in zip(outline, outline[1:] + outline[:1], strict=True)}
+        chains = []
+        for chain in islands.chains_of(
+            self.snapshot, island, self.marked.lines, what="line's", ends=island.pins
+        ):
+            loose = [v for v in (chain[0], chain[-1]) if v not in island.pins]
+            if loose:
+                why = "is the end of a marked line and not pinned. Pin it with P"
+                raise islands.problem_at(self.snapshot, island, loose, why)
+            if len(chain) > 2 and not rim.issuperset(
+                map(frozenset, zip(chain, chain[1:], strict=False))
+            ):
+                chains.append(chain)
         pinned = np.zeros(len(island.vertices), bool)
         pinned[list(island.pins)] = True
         solid = island.faces[pinned[island.faces].all(axis=1)]
@@ -268,7 +303,8 @@ class MatchTask(parts.PartsTask):
         edges = edges[~np.isin(labels.edge_keys(edges), labels.edge_keys(ends))]
         in_mesh = self.snapshot.vertex_ids[island.submesh[edges]]
         real = np.isin(labels.edge_keys(in_mesh), labels.edge_keys(self.snapshot.edges))
-        return [(a, b) for a, b in edges[real].tolist() if a not in outline or b not in outline]
+        inside = set(outline)
+        return chains + [e for e in edges[real].tolist() if not inside.issuperset(e)]
 
     def explain(self, error):
         """As in PartsTask; contradictions without a place are about the outline."""
@@ -315,7 +351,13 @@ def summary(tasks: list[MatchTask]) -> str:
 
 def make_task(snapshot, **options) -> MatchTask:
     snapshot = separated.separated(snapshot)
-    return MatchTask(snapshot, group_vertices(bpy.data.objects[snapshot.object_name]), **options)
+    ob = bpy.data.objects[snapshot.object_name]
+    marked = Marked(
+        selection.in_group(ob, MOVABLE),
+        marks.chain_keys(ob, snapshot, "line"),
+        marks.chain_keys(ob, snapshot, "path"),
+    )
+    return MatchTask(snapshot, group_vertices(ob), marked=marked, **options)
 
 
 class UV_OT_flipfree_match(
@@ -332,7 +374,6 @@ class UV_OT_flipfree_match(
         "Map every island with pins so that pinned UVs keep their place exactly and nothing folds; "
         "triangles are subdivided only where no other way is left"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Match Pins"
     needs_uv = True
     option_names = (
@@ -346,44 +387,41 @@ class UV_OT_flipfree_match(
         "use_modifiers",
     )
 
-    may_add: bpy.props.BoolProperty(
-        name="May Add Vertices",
-        description=(
-            "Triangles are subdivided where the pins leave no other way. Off: the mesh stays as it is, and pins that "
-            "cannot be met then are refused"
-        ),
-        default=True,
+    may_add: options.flag(
+        "May Add Vertices",
+        "Triangles are subdivided where the pins leave no other way. Off: the mesh stays as it is, and pins that "
+        "cannot be met then are refused",
+        on=True,
     )
-    straight_lines: bpy.props.BoolProperty(
-        name="Straight Lines",
-        description="Edges between two pinned vertices stay straight, even where triangles beside them are subdivided",
-        default=True,
+    straight_lines: options.flag(
+        "Straight Lines",
+        "Marked lines run straight from pin to pin, and edges between two pinned vertices stay straight, even where "
+        "triangles beside them are subdivided",
+        on=True,
     )
-    cut_open: bpy.props.BoolProperty(
-        name="Cut Open",
-        description="Pinned islands that are closed or have handles are cut open, and the cuts marked as seams",
-        default=False,
+    cut_open: options.flag(
+        "Cut Open",
+        "Pinned islands that are closed or have handles are cut open, and the cuts marked as seams",
     )
-    rest: bpy.props.EnumProperty(name="Other Islands", items=REST, default="keep")
+    rest: options.choice("Other Islands", "", REST)
 
-    def make_task(self, snapshot, **options):
-        return make_task(snapshot, **options)
-
-    def summary(self, tasks):
-        return summary(tasks)
+    make_task = staticmethod(make_task)
+    summary = staticmethod(summary)
 
 
-def group_vertices(ob) -> list[int]:
-    group = ob.vertex_groups.get(GROUP)
-    if group is None:
-        return []
-    if ob.mode == "EDIT":
-        ob.update_from_editmode()
-    return [
-        v.index
-        for v in ob.data.vertices
-        if any(g.group == group.index and g.weight > 0.0 for g in v.groups)
-    ]
+def refuse_island(snapshot, island, what: str):
+    """Raises MeshProblem, naming the island."""
+    faces = np.unique(snapshot.triangle_face[island.triangles])
+    raise mesh_io.MeshProblem(
+        f"{snapshot.object_name}: the island of face {faces[0]} ({common.plural(len(faces), 'face')}) {what}",
+        "face",
+        faces,
+    )
+
+
+def group_vertices(ob) -> np.ndarray:
+    """Mesh vertices of the group `Pins`."""
+    return selection.in_group(ob, GROUP)
 
 
 CLASSES = (UV_OT_flipfree_match,)

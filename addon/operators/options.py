@@ -18,42 +18,53 @@ from ..meshes import mesh_io
 from . import common, layout
 
 
-class NoOverlaps:
-    bijective: bpy.props.BoolProperty(
-        name="No Overlaps",
-        description="No island may overlap itself",
-        default=True,
+def flag(name: str, description: str, *, on: bool = False):
+    return bpy.props.BoolProperty(name=name, description=description, default=on)
+
+
+def choice(name: str, description: str, items: tuple, *, default: str = ""):
+    """default: without it the first item."""
+    return bpy.props.EnumProperty(
+        name=name, description=description, items=items, default=default or items[0][0]
     )
+
+
+def real(name: str, description: str, default: float, least: float, **more):
+    """more: as of Blender's properties: max, soft_max, precision, subtype."""
+    return bpy.props.FloatProperty(
+        name=name, description=description, default=default, min=least, **more
+    )
+
+
+def whole(name: str, description: str, default: int, least: int, **more):
+    return bpy.props.IntProperty(
+        name=name, description=description, default=default, min=least, **more
+    )
+
+
+class NoOverlaps:
+    bijective: flag("No Overlaps", "No island may overlap itself", on=True)
 
 
 class KeepPins:
-    use_pins: bpy.props.BoolProperty(
-        name="Keep Pins",
-        description="Pinned UVs keep their place exactly",
-        default=True,
-    )
+    use_pins: flag("Keep Pins", "Pinned UVs keep their place exactly", on=True)
 
 
 class UseModifiers:
-    use_modifiers: bpy.props.BoolProperty(
-        name="Use Modifiers",
-        description=(
-            "Work on the surface as modifiers and shape keys deform it in the viewport. Only with such that leave the faces as "
-            "they are: subdivision, mirror and the like are refused"
-        ),
-        default=False,
+    use_modifiers: flag(
+        "Use Modifiers",
+        "Work on the surface as modifiers and shape keys deform it in the viewport. Only with such that leave the faces as "
+        "they are: subdivision, mirror and the like are refused",
     )
 
 
 class Stretch:
-    stretch: bpy.props.FloatProperty(
-        name="Stretch",
-        description=(
-            "Of automatic seams: lengths may change by about this factor. Lower is more seams: 1.1 is hardly any "
-            "stretch, 1.25 suits most textures, 2 is few cuts"
-        ),
-        default=STRETCH_BOUND,
-        min=1.01,
+    stretch: real(
+        "Stretch",
+        "Of automatic seams: lengths may change by about this factor. Lower is more seams: 1.1 is hardly any "
+        "stretch, 1.25 suits most textures, 2 is few cuts",
+        STRETCH_BOUND,
+        1.01,
         soft_max=3.0,
         max=100.0,
         precision=2,
@@ -61,88 +72,87 @@ class Stretch:
 
 
 class Margin:
-    margin: bpy.props.FloatProperty(
-        name="Margin",
-        description="Space between packed islands, in widths of the texture: 0.005 is 5 of 1024 pixels",
-        default=0.005,
-        min=0.0,
+    margin: real(
+        "Margin",
+        "Space between packed islands, in widths of the texture: 0.005 is 5 of 1024 pixels",
+        0.005,
+        0.0,
         max=0.2,
         precision=3,
     )
 
 
 class CorrectAspect:
-    correct_aspect: bpy.props.BoolProperty(
-        name="Correct Aspect",
-        description=(
-            "Islands keep their shape on the active image, which may be wider than high: that of the UV editor the operator is "
-            "called from, or else of the active material. Without an image textures are squares"
-        ),
-        default=True,
+    correct_aspect: flag(
+        "Correct Aspect",
+        "Islands keep their shape on the active image, which may be wider than high: that of the UV editor the operator is "
+        "called from, or else of the active material. Without an image textures are squares",
+        on=True,
     )
 
 
 class MeasureAspect:
-    correct_aspect: bpy.props.BoolProperty(
-        name="Correct Aspect",
-        description=(
-            "Measured on the active image, which may be wider than high: that of the UV editor the operator is called from, or "
-            "else of the active material. Off: in the unit square"
-        ),
-        default=True,
+    correct_aspect: flag(
+        "Correct Aspect",
+        "Measured on the active image, which may be wider than high: that of the UV editor the operator is called from, or "
+        "else of the active material. Off: in the unit square",
+        on=True,
     )
 
 
 class Placement(Margin):
-    keep_placement: bpy.props.BoolProperty(
-        name="Keep Placement",
-        description=(
-            "Islands go back to where they were, all at one scale, if then none overlaps another and none leaves the "
-            "unit square. Otherwise, and by default, they are packed together. Islands with pins always stay"
-        ),
-        default=False,
+    keep_placement: flag(
+        "Keep Placement",
+        "Islands go back to where they were, all at one scale, if then none overlaps another and none leaves the "
+        "unit square. Otherwise, and by default, they are packed together. Islands with pins always stay",
     )
 
 
 class Packing(Margin):
-    pack: bpy.props.BoolProperty(
-        name="Pack Islands",
-        description=(
-            "Pack the islands of all objects into the unit square, at one scale. Otherwise they keep their place, "
-            "size and direction. Islands with pins always stay"
-        ),
-        default=False,
+    pack: flag(
+        "Pack Islands",
+        "Pack the islands of all objects into the unit square, at one scale. Otherwise they keep their place, "
+        "size and direction. Islands with pins always stay",
     )
 
 
 def scale_bound(default: float):
-    return bpy.props.FloatProperty(
-        name="Scale Bound",
-        description="Of suggested cones: the largest scale is at most so many times the smallest one. Lower is more cones",
-        default=default,
-        min=1.01,
+    return real(
+        "Scale Bound",
+        "Of suggested cones: the largest scale is at most so many times the smallest one. Lower is more cones",
+        default,
+        1.01,
         soft_max=100.0,
     )
 
 
 def mark_cuts(attribute: str = ""):
     """attribute: what else is written with the marks."""
-    return bpy.props.BoolProperty(
-        name="Mark Cuts as Seams",
-        description="Mark the edges along which the map is cut" + attribute,
-        default=True,
-    )
+    text = "Mark the edges along which the map is cut" + attribute
+    return flag("Mark Cuts as Seams", text, on=True)
+
+
+ENGINES = (
+    ("auto", "Automatic", "The first one that finds a map"),
+    ("penner", "Edge Lengths", "Changes the lengths of edges until all angles fit"),
+    (
+        "padding",
+        "Padding",
+        "Pads the map of a cut surface until its seams fit: another road to the same cones, slower and with more added vertices",
+    ),
+)
+
+
+def engine():
+    return choice("Engine", "How the map is found", ENGINES)
 
 
 def fit_unit_square():
-    return bpy.props.BoolProperty(
-        name="Fit Unit Square",
-        description=(
-            "Scale the map by a power of two, which keeps the seams exact, so that it fits the unit square. Off: one UV "
-            "unit is one unit of the object, so that several objects have one scale"
-        ),
-        default=True,
+    text = (
+        "Scale the map by a power of two, which keeps the seams exact, so that it fits the unit square. Off: one UV "
+        "unit is one unit of the object, so that several objects have one scale"
     )
+    return flag("Fit Unit Square", text, on=True)
 
 
 # Seconds of the clock per island, where an operator does not ask.
@@ -150,14 +160,12 @@ MAX_SECONDS = 300.0
 
 
 class TimeLimit:
-    max_seconds: bpy.props.FloatProperty(
-        name="Time Limit",
-        description=(
-            "Most seconds per island. A map that was found by then is kept, however much it could still be "
-            "improved; if there is none, nothing is changed. 0 is no limit"
-        ),
-        default=MAX_SECONDS,
-        min=0.0,
+    max_seconds: real(
+        "Time Limit",
+        "Most seconds per island. A map that was found by then is kept, however much it could still be "
+        "improved; if there is none, nothing is changed. 0 is no limit",
+        MAX_SECONDS,
+        0.0,
         soft_max=3600.0,
         precision=1,
     )
@@ -166,10 +174,12 @@ class TimeLimit:
 class MapOperator(modal.SolverOperator):
     """Mixin for operators with one task per object. Subclasses give `option_names` and `make_task`."""
 
+    bl_options = {"REGISTER", "UNDO"}
     option_names: tuple = ()
     advanced: tuple = ()  # those of them that are drawn in a panel of their own, closed at first
     needs_uv = False
     joint_layout = False  # islands of all objects are packed together
+    writes = True  # the mesh; the others have nothing to save
 
     def advice(self, tasks):
         return common.advice(tasks)

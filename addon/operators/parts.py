@@ -6,8 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 from .. import modal, solver
-from ..meshes import mesh_io, refine, separated
+from ..meshes import islands, labels, mesh_io, refine, separated
 from . import common
+
+# Of a certificate, what depends on how the map is rounded.
+AS_STORED = (
+    *("triangles", "flips32", "overlaps", "energy", "max_energy", "energy_p99"),
+    *("poor", "stretched", "area", "poor_islands", "failed_faces"),
+)
 
 
 class PartsTask(modal.StagedTask):
@@ -92,7 +98,85 @@ class PartsTask(modal.StagedTask):
         yield from mesh_io.writing_uv(ob, snapshot, loops, values, seams)
 
 
+class PackedTask(PartsTask):
+    """Parts that are maps of their own shape and size: packed, if `packs`, or where their solvers put them. Subclasses have
+    `margin` and `pack_options`."""
+
+    packs = True
+    packs_alone = (
+        True  # where no other object takes part; otherwise all are laid out together (layout.py)
+    )
+    keep_placement = False
+    aspect = 1.0
+    pieces: tuple = ()
+
+    def pins(self) -> dict:
+        return {}
+
+    def uv_on_texture(self) -> np.ndarray:
+        return self.result.uv
+
+    def put_together(self, pieces):
+        """Last stages: the result of pieces (islands.Piece)."""
+        self.solving = None
+        self.pieces = pieces
+        self.result = islands.combine(self.snapshot, pieces)
+        self.result.cut_edges = self._combined_cuts()
+        if self.packs and not self.packs_alone:
+            return
+        if self.packs:
+            packed = yield solver.pack(
+                *self.surface(), self.result.uv, margin=self.margin, **self.pack_options
+            )
+            self.result.uv, self.result.stored = packed.uv, packed.uv32()
+        yield from self._look_at_stored()
+        yield from self.look_at_islands()
+
+    def lay_out(self, uv, stored, stats):
+        """Stages that take a layout of all objects."""
+        self.result.uv, self.result.stored = uv, stored
+        yield from self._look_at_stored()
+        yield from self.look_at_islands()
+
+    def _look_at_stored(self):
+        """The solver judged its own map in 64 bits; the report speaks of what will be stored, where overlaps may be others."""
+        result = self.result
+        for i, piece in enumerate(self.pieces):
+            rows = np.isin(result.parent_face, piece.triangles)
+            found = yield solver.certify_arrays(
+                result.vertices, result.faces[rows], result.uv32()[rows], bijective=True
+            )
+            stored = {name: getattr(found, name) for name in AS_STORED}
+            certificate = replace(self.certificates[i], **stored)
+            faces = self.snapshot.triangle_face[result.parent_face[rows]]
+            self.certificates[i] = certificate
+            self.judged[i] = common.Judged(certificate, faces)
+
+    def island_count(self) -> int:
+        return labels.count_islands(self.result.faces, self.result.uv32())
+
+    def _combined_cuts(self) -> np.ndarray:
+        """Cut edges of all parts in the numbers of the combined map."""
+        total = len(self.snapshot.vertices)
+        cuts = [np.zeros((0, 2), np.int32)]
+        for piece in self.pieces:
+            old = len(piece.submesh)
+            new = len(piece.result.vertices) - old
+            number = np.concatenate([piece.submesh, np.arange(total, total + new)])
+            total += new
+            cuts.append(number[piece.result.cut_edges])
+        return np.concatenate(cuts)
+
+
 def added(tasks: list[PartsTask]) -> str:
     """How many vertices the tasks added, in words."""
     count = sum(task.new_vertices for task in tasks)
     return f"{common.plural(count, 'vertex', 'vertices')} added"
+
+
+def packed_summary(tasks: list[PackedTask], more: str = "") -> str:
+    """The report line, without the time. more: said after the figures of the map."""
+    count = sum(t.island_count() for t in tasks)
+    between = sum(t.island_overlaps for t in tasks)
+    text = common.figures([c for t in tasks for c in t.certificates], count, between)
+    return f"{text}{more}, {added(tasks)}"

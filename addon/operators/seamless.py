@@ -50,16 +50,6 @@ BOUNDARIES = (
     ("free", "Free", "As near to the surface as the inside allows: least distortion"),
 )
 
-ENGINES = (
-    ("auto", "Automatic", "The first one that finds a map"),
-    ("penner", "Edge Lengths", "Changes the lengths of edges until all angles fit"),
-    (
-        "padding",
-        "Padding",
-        "Pads the map of a cut surface until its seams fit: another road to the same cones, slower and with more added vertices",
-    ),
-)
-
 
 class SeamlessTask(parts.PartsTask):
     """All connected parts of the faces in one map, each a chart with cones of its own."""
@@ -142,16 +132,7 @@ class SeamlessTask(parts.PartsTask):
     def take(self, found):
         """Last stage: the solver's map, placed as it will be stored, judged there with the cones of `quarters`."""
         uv = in_unit_square(found.uv64) if self.fit else found.uv64
-        self.result = islands.Combined(
-            vertices=found.vertices,
-            faces=found.faces,
-            parent_face=found.parent_face,
-            vertex_parent=found.vertex_parent,
-            vertex_barycentric=found.vertex_barycentric,
-            cut_edges=found.cut_edges,
-            uv=uv,
-            stored=uv.astype(np.float32),
-        )
+        self.result = islands.placed(found, uv)
         self.turns = found.transitions.quarter_turns
         self.freed_boundaries = found.stats.get("freed_boundaries", 0)
         self.enlarged_islands = found.stats.get("enlarged_islands", 0)
@@ -249,18 +230,21 @@ def make_task(snapshot, **options) -> SeamlessTask:
 
 def summary(tasks: list[SeamlessTask]) -> str:
     """The report line, without the time."""
+    chosen = sum(len(t.suggested) for t in tasks)
+    return figures(tasks, f" ({chosen} suggested)" if chosen else "")
+
+
+def figures(tasks: list[SeamlessTask], more: str) -> str:
+    """more: said after the number of cones."""
     certificates = [c for t in tasks for c in t.certificates]
     edges = sum(c.seam_edges for c in certificates)
-    exact = sum(c.seams_exact32 for c in certificates)
-    count = sum(len(t.quarters) for t in tasks)
-    chosen = sum(len(t.suggested) for t in tasks)
     triangles = sum(c.triangles for c in certificates)
     mean = sum(c.energy * c.triangles for c in certificates) / max(triangles, 1)
     return ", ".join(
         [
             common.plural(sum(t.island_count() for t in tasks), "island"),
-            common.plural(count, "cone") + (f" ({chosen} suggested)" if chosen else ""),
-            f"{exact} of {common.plural(edges, 'seam edge')} exact",
+            common.plural(sum(len(t.quarters) for t in tasks), "cone") + more,
+            f"{sum(c.seams_exact32 for c in certificates)} of {common.plural(edges, 'seam edge')} exact",
             common.plural(sum(max(c.flips32, 0) for c in certificates), "flip"),
             f"distortion mean {mean:.3f} max {max(c.max_energy for c in certificates):.3g} on "
             + common.plural(triangles, "triangle"),
@@ -276,7 +260,6 @@ class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):
         "Map a surface so that across every seam the map only turns by quarters and moves: textures with fourfold "
         "symmetry keep their direction and size. The cut is marked as seams"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Seamless Map"
     option_names = (
         "cones_from",
@@ -290,46 +273,26 @@ class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):
     )
     advanced = ("engine",)
 
-    cones_from: bpy.props.EnumProperty(
-        name="Cones",
-        description="Where the map's angles around a vertex are no full turn",
-        items=CONES,
-        default="auto",
+    cones_from: options.choice(
+        "Cones", "Where the map's angles around a vertex are no full turn", CONES
     )
     bound: options.scale_bound(2.0)
-    boundary: bpy.props.EnumProperty(
-        name="Boundary",
-        description="Where the surface is open",
-        items=BOUNDARIES,
-        default="aligned_or_free",
-    )
-    optimise: bpy.props.BoolProperty(
-        name="Optimise",
-        description="Lower the distortion; the seams keep matching",
-        default=True,
-    )
+    boundary: options.choice("Boundary", "Where the surface is open", BOUNDARIES)
+    optimise: options.flag("Optimise", "Lower the distortion; the seams keep matching", on=True)
     fit: options.fit_unit_square()
     mark_cuts: options.mark_cuts(", with their quarter turns in the attribute `seam_turns`")
-    mark_cones: bpy.props.BoolProperty(
-        name="Mark Suggested Cones",
-        description="Put suggested cones into the groups `Cone +1`, `Cone -1`, ...: the next run takes the same ones",
-        default=True,
+    mark_cones: options.flag(
+        "Mark Suggested Cones",
+        "Put suggested cones into the groups `Cone +1`, `Cone -1`, ...: the next run takes the same ones",
+        on=True,
     )
-    engine: bpy.props.EnumProperty(
-        name="Engine",
-        description="How the map is found",
-        items=ENGINES,
-        default="auto",
-    )
+    engine: options.engine()
 
     def has_effect(self, name):
         return name != "bound" or self.cones_from != "marked"
 
-    def make_task(self, snapshot, **options):
-        return make_task(snapshot, **options)
-
-    def summary(self, tasks):
-        return summary(tasks)
+    make_task = staticmethod(make_task)
+    summary = staticmethod(summary)
 
 
 CLASSES = (UV_OT_flipfree_seamless,)

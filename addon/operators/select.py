@@ -37,10 +37,10 @@ def show(context, places: list) -> None:
         selection.select_only(ob, kind, ids, modes=kinds)
 
 
-class UV_OT_flipfree_select_failed(bpy.types.Operator):
-    bl_idname = "uv.flipfree_select_failed"
-    bl_label = "Select Where It Failed"
-    bl_description = "Select what the last error message speaks of"
+class _SelectPlaces:
+    """Selects what a run left behind. Subclasses have `there_are()` and `places()`: [(object, kind, ids)]; `nothing`: why there
+    is nothing to select; `changed`, `again`: which mesh there is no longer, and what to do."""
+
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
@@ -48,62 +48,52 @@ class UV_OT_flipfree_select_failed(bpy.types.Operator):
         if context.mode not in {"OBJECT", "EDIT_MESH"}:
             cls.poll_message_set("Works in Object Mode and in Edit Mode of meshes")
             return False
-        if not errors.has_places():
-            cls.poll_message_set("The last run did not fail, or nowhere in particular")
+        if not cls.there_are():
+            cls.poll_message_set(cls.nothing)
             return False
         return True
 
     def execute(self, context):
-        found = errors.places()
-        if context.mode == "EDIT_MESH":
-            editing = set(context.objects_in_mode)
-            found = [(ob, failure) for ob, failure in found if ob in editing]
-        if not found:
-            errors.complain(
-                self,
-                "The mesh is no longer the one that the run failed on, or not the one in Edit Mode. Run it again",
-            )
-            return {"CANCELLED"}
-        show(context, [(ob, failure.kind, failure.elements) for ob, failure in found])
-        counts = [common.plural(len(f.elements), f.kind, _MANY[f.kind]) for _, f in found]
-        self.report({"INFO"}, f"{', '.join(counts)} selected")
-        return {"FINISHED"}
-
-
-class UV_OT_flipfree_select_mends(bpy.types.Operator):
-    bl_idname = "uv.flipfree_select_mends"
-    bl_label = "Select Mends"
-    bl_description = (
-        "Select what the last report calls separated: edges with more than two faces, vertices where parts touch, faces without "
-        "area and the like. They are mapped; the mesh stays as it is"
-    )
-    bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context):
-        if context.mode not in {"OBJECT", "EDIT_MESH"}:
-            cls.poll_message_set("Works in Object Mode and in Edit Mode of meshes")
-            return False
-        if not mends.there_are():
-            cls.poll_message_set("The last run separated nothing")
-            return False
-        return True
-
-    def execute(self, context):
-        found = mends.places()
+        found = self.places()
         if context.mode == "EDIT_MESH":
             editing = set(context.objects_in_mode)
             found = [place for place in found if place[0] in editing]
         if not found:
             errors.complain(
                 self,
-                "The mesh is no longer the one that was separated, or not the one in Edit Mode. Run the operator again",
+                f"The mesh is no longer the one that {self.changed}, or not the one in Edit Mode. {self.again}",
             )
             return {"CANCELLED"}
         show(context, found)
         counts = [common.plural(len(ids), kind, _MANY[kind]) for _, kind, ids in found]
         self.report({"INFO"}, f"{', '.join(counts)} selected")
         return {"FINISHED"}
+
+
+class UV_OT_flipfree_select_failed(_SelectPlaces, bpy.types.Operator):
+    bl_idname = "uv.flipfree_select_failed"
+    bl_label = "Select Where It Failed"
+    bl_description = "Select what the last error message speaks of"
+    nothing = "The last run did not fail, or nowhere in particular"
+    changed, again = "the run failed on", "Run it again"
+    there_are = staticmethod(errors.has_places)
+
+    @staticmethod
+    def places():
+        return [(ob, failure.kind, failure.elements) for ob, failure in errors.places()]
+
+
+class UV_OT_flipfree_select_mends(_SelectPlaces, bpy.types.Operator):
+    bl_idname = "uv.flipfree_select_mends"
+    bl_label = "Select Mends"
+    bl_description = (
+        "Select what the last report calls separated: edges with more than two faces, vertices where parts touch, faces without "
+        "area and the like. They are mapped; the mesh stays as it is"
+    )
+    nothing = "The last run separated nothing"
+    changed, again = "was separated", "Run the operator again"
+    there_are = staticmethod(mends.there_are)
+    places = staticmethod(mends.places)
 
 
 _MANY = {"vertex": "vertices", "edge": "edges", "face": "faces"}
@@ -161,7 +151,6 @@ class UV_OT_flipfree_select_poor(options.MeasureAspect, options.MapOperator, bpy
         "Select the islands of the UV map that are stretched beyond 1.25: more seams there give a better map. "
         "At most the hundred worst"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Select Distorted Islands"
     needs_uv = True
     option_names = ("correct_aspect",)
@@ -257,27 +246,20 @@ class UV_OT_flipfree_select_faces(options.MeasureAspect, options.MapOperator, bp
     bl_idname = "uv.flipfree_select_faces"
     bl_label = "Select Faces by Map"
     bl_description = "Select faces that are flipped, without area, overlapping or most distorted in the UV map, or their islands"
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Select Faces"
     needs_uv = True
     option_names = ("what", "share", "islands", "correct_aspect")
 
-    what: bpy.props.EnumProperty(
-        name="Faces", description="Which faces are selected", items=WHAT, default="flipped"
-    )
-    share: bpy.props.FloatProperty(
-        name="Share",
-        description="How much of the surface is selected: the worst faces that make up so many per cent of its area",
-        default=5.0,
-        min=0.0,
+    what: options.choice("Faces", "Which faces are selected", WHAT)
+    share: options.real(
+        "Share",
+        "How much of the surface is selected: the worst faces that make up so many per cent of its area",
+        5.0,
+        0.0,
         max=100.0,
         subtype="PERCENTAGE",
     )
-    islands: bpy.props.BoolProperty(
-        name="Whole Islands",
-        description="Select all faces of the islands that have such faces",
-        default=False,
-    )
+    islands: options.flag("Whole Islands", "Select all faces of the islands that have such faces")
 
     def has_effect(self, name):
         return name not in ("share", "correct_aspect") or self.what in _BY_MEASURE

@@ -276,7 +276,6 @@ class UV_OT_flipfree_unwrap(
         "Unwrap along the seams so that no face is flipped, with low distortion; "
         "pinned UVs stay exactly where they are"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Unwrap Flip-Free"
     option_names = (
         "seams",
@@ -294,10 +293,10 @@ class UV_OT_flipfree_unwrap(
     )
     joint_layout = True
 
-    seams: bpy.props.EnumProperty(
-        name="Seams",
-        description="Where islands end. On meshes with pinned UVs no seams are looked for, unless Keep Pins is off",
-        items=(
+    seams: options.choice(
+        "Seams",
+        "Where islands end. On meshes with pinned UVs no seams are looked for, unless Keep Pins is off",
+        (
             (
                 "auto",
                 "Automatic",
@@ -312,41 +311,28 @@ class UV_OT_flipfree_unwrap(
         ),
         default=SEAMS,
     )
-    may_add_cuts: bpy.props.BoolProperty(
-        name="May Add Cuts",
-        description=(
-            "An island that would lie on top of itself, and could only be kept from it by crushing it, is cut further. "
-            "Off: it is crushed. Without effect on islands with pins, or where overlaps are allowed"
-        ),
-        default=True,
+    may_add_cuts: options.flag(
+        "May Add Cuts",
+        "An island that would lie on top of itself, and could only be kept from it by crushing it, is cut further. "
+        "Off: it is crushed. Without effect on islands with pins, or where overlaps are allowed",
+        on=True,
     )
-    cut_extremities: bpy.props.BoolProperty(
-        name="Cut to Extremities",
-        description=(
-            "Closed parts without seams are cut open automatically: also along legs, fingers and whatever else "
-            "would shrink many times. Off: one short cut. Without effect where UVs are pinned"
-        ),
-        default=True,
+    cut_extremities: options.flag(
+        "Cut to Extremities",
+        "Closed parts without seams are cut open automatically: also along legs, fingers and whatever else "
+        "would shrink many times. Off: one short cut. Without effect where UVs are pinned",
+        on=True,
     )
-    mark_seams: bpy.props.BoolProperty(
-        name="Mark Cuts as Seams",
-        description="Mark the edges that were cut automatically as seams",
-        default=False,
+    mark_seams: options.flag(
+        "Mark Cuts as Seams", "Mark the edges that were cut automatically as seams"
     )
-    select_cuts: bpy.props.BoolProperty(
-        name="Select Added Cuts",
-        description="Select the edges that were cut automatically",
-        default=False,
-    )
+    select_cuts: options.flag("Select Added Cuts", "Select the edges that were cut automatically")
 
     def has_effect(self, name):
         return name not in ({"stretch"} if self.seams == "given" else {"cut_extremities"})
 
-    def make_task(self, snapshot, **options):
-        return UnwrapTask(snapshot, **options)
-
-    def summary(self, tasks):
-        return summary(tasks)
+    make_task = staticmethod(UnwrapTask)
+    summary = staticmethod(summary)
 
 
 CLASSES = (UV_OT_flipfree_unwrap,)

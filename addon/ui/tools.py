@@ -7,7 +7,7 @@ from types import ModuleType
 from ..checker import checker
 from ..fields import field_aligned
 from ..live import live_pins
-from ..operators import check, conformal, match, seamless, select, unwrap
+from ..operators import check, conformal, cut, embed, mark, match, seamless, select, unwrap
 from ..operators.arrange import density, orient, straighten
 from ..operators.mending import improve, repair
 from ..operators.packing import pack
@@ -17,11 +17,13 @@ from ..views import controls
 
 @dataclass(frozen=True)
 class Tool:
-    """module: its CLASSES has the operator. icon: one that all Blenders from 4.2 on have."""
+    """module: its CLASSES has the operator. icon: one that all Blenders from 4.2 on have. command: of `blender -c flipfree`,
+    where there is one; several words are the same."""
 
     module: ModuleType
     operator: str
     icon: str
+    command: str = ""
 
 
 @dataclass(frozen=True)
@@ -43,14 +45,15 @@ SECTIONS = (
     Section(
         "Unwrap",
         (
-            Tool(auto_seams, "uv.flipfree_auto_seams", "MOD_EDGESPLIT"),
-            Tool(unwrap, "uv.flipfree_unwrap", "UV"),
-            Tool(match, "uv.flipfree_match", "PINNED"),
+            Tool(auto_seams, "uv.flipfree_auto_seams", "MOD_EDGESPLIT", "seams"),
+            Tool(unwrap, "uv.flipfree_unwrap", "UV", "unwrap"),
+            Tool(match, "uv.flipfree_match", "PINNED", "match"),
+            Tool(embed, "uv.flipfree_embed", "MESH_CIRCLE", "embed"),
             Tool(live_pins, "uv.flipfree_live_pins", "UNPINNED"),
-            Tool(improve, "uv.flipfree_improve", "MOD_SMOOTH"),
-            Tool(repair, "uv.flipfree_repair", "MODIFIER"),
-            Tool(check, "uv.flipfree_check", "CHECKMARK"),
-            Tool(pack, "uv.flipfree_pack", "PACKAGE"),
+            Tool(improve, "uv.flipfree_improve", "MOD_SMOOTH", "improve"),
+            Tool(repair, "uv.flipfree_repair", "MODIFIER", "repair"),
+            Tool(check, "uv.flipfree_check", "CHECKMARK", "check"),
+            Tool(pack, "uv.flipfree_pack", "PACKAGE", "pack"),
         ),
         opened=True,
     ),
@@ -67,12 +70,14 @@ SECTIONS = (
     Section(
         "Cones and Seamless Maps",
         (
-            Tool(conformal, "uv.flipfree_suggest_cones", "LIGHT"),
+            Tool(conformal, "uv.flipfree_suggest_cones", "LIGHT", "cones"),
             Tool(conformal, "mesh.flipfree_mark_cone", "MESH_CONE"),
             Tool(conformal, "uv.flipfree_clear_cones", "X"),
-            Tool(conformal, "uv.flipfree_conformal", "MOD_WARP"),
-            Tool(seamless, "uv.flipfree_seamless", "MESH_TORUS"),
-            Tool(field_aligned, "uv.flipfree_field_aligned", "MOD_LATTICE"),
+            Tool(mark, "mesh.flipfree_mark", "CURVE_PATH"),
+            Tool(cut, "uv.flipfree_cut", "MOD_BOOLEAN", "cut"),
+            Tool(conformal, "uv.flipfree_conformal", "MOD_WARP", "conformal"),
+            Tool(seamless, "uv.flipfree_seamless", "MESH_TORUS", "seamless"),
+            Tool(field_aligned, "uv.flipfree_field_aligned", "MOD_LATTICE", "field field-aligned"),
         ),
     ),
     Section(

@@ -155,6 +155,7 @@ def test_unknown_files_and_arguments_are_refused_with_words(tmp_path):
         (["pack", "--effort", "-1"], "--effort: must be"),
         (["field", "--density-ratio", "0"], "--density-ratio: must be"),
         (["match", "--max-seconds", "inf"], "--max-seconds: must be"),
+        (["conformal", "--precision", "52"], "--precision: must be"),
         (["pack", "--margin-pixels", "512"], "--margin-pixels 512: it must be below"),
     ],
 )
@@ -192,7 +193,8 @@ def pinned_blend(tmp_path):
         ["improve", "--pack", "--ignore-pins", "--iterations", "20"],
         ["repair", "--overlaps", "open", "--move-apart", "--mark-seams"],
         ["repair", "--stretched", "improve", "--ignore-pins"],
-        ["conformal", "--boundary", "circle"],
+        ["conformal", "--boundary", "circle", "--precision", "113"],
+        ["embed", "--boundary", "triangle", "--no-pack"],
     ],
 )
 def test_every_map_can_be_made_in_batches(pinned_blend, tmp_path, arguments):
@@ -203,6 +205,18 @@ def test_every_map_can_be_made_in_batches(pinned_blend, tmp_path, arguments):
     again = command("check", out)
     assert again.returncode == 0
     assert "Nothing wrong" in again.stdout or "No flips and no overlaps" in again.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [(["seams"], "marked as seams"), (["cones", "--bound", "3"], "scales differ by")],
+)
+def test_what_prepares_maps_is_a_command_too(pinned_blend, tmp_path, arguments, said):
+    out, report = tmp_path / "out.blend", tmp_path / "r.json"
+    result = command(arguments[0], pinned_blend, out, *arguments[1:], "--json", report)
+    assert result.returncode == 0 and said in result.stdout, result.stdout + result.stderr
+    (record,) = json.loads(report.read_text())
+    assert record["ok"] and record["errors"] == [] and out.exists()
 
 
 def test_pins_that_contradict_give_status_1_and_no_file(pinned_blend, tmp_path):

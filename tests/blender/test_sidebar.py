@@ -222,7 +222,7 @@ def test_preferences_reach_the_solver(preferences, part, monkeypatch):
             name,
             lambda *a, real=real, name=name, **k: asked.setdefault(name, k) and real(*a, **k),
         )
-    preferences.threads, preferences.max_seconds, preferences.precision = 1, 60.0, "113"
+    preferences.threads, preferences.max_seconds, preferences.precision = 1, 60.0, 113
     shapes.grid(4, uv=True)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     assert asked["unwrap"]["threads"] == 1 and asked["unwrap"]["max_seconds"] == 60.0

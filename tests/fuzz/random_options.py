@@ -220,6 +220,7 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "alignment": (0.3, one_of(0.0, 0.1, 0.9, 0.999999)),
     "edge_weight": (0.3, one_of(1.0, 0.5, 1e-9)),
     "simplify": (0.4, flag),
+    "reroute": (0.3, flag),
     "bijective": (0.5, flag),
     "keep_bijective": (0.5, flag),
     "cut_extremities": (0.3, flag),
@@ -275,7 +276,13 @@ def random_arguments(name: str, mesh: Mesh, random: Random) -> dict[str, Any]:
         elif key == "boundary":
             if random.random() < 0.7:
                 arguments[key] = boundary(name, mesh, random)
-        elif name in ("seamless", "field_aligned") and key in ("cones", "engine"):
+        elif name == "embed" and key == "corners":
+            if random.random() < 0.2:
+                loop = loop_of(mesh)[:: random.integers(1, 4)]
+                turn = 2 * np.pi * np.arange(len(loop)) / max(len(loop), 1)
+                places = zip(np.cos(turn).tolist(), np.sin(turn).tolist(), strict=True)
+                arguments |= {"boundary": "corners", key: dict(zip(loop, places, strict=True))}
+        elif name in ("seamless", "field_aligned", "admissible_cut") and key in ("cones", "engine"):
             choose = turns if key == "cones" else one_of(*SEAMLESS_ENGINES)
             if random.random() < 0.6:
                 arguments[key] = choose(mesh, random)

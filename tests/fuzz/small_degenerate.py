@@ -77,6 +77,7 @@ CALLS: dict[str, Arguments] = {
     "cross_field": lambda m, r: {},
     "field_aligned": lambda m, r: {},
     "seamless": lambda m, r: {"cones": some_cones(m, r)},
+    "admissible_cut": lambda m, r: {"cones": some_cones(m, r)},
     "match": lambda m, r: {"points": few_pins(m, r)},
     "embed": lambda m, r: {"optimise": bool(r.integers(2))},
     "pack": lambda m, r: {"uv": some_uv(m, r)},

@@ -155,6 +155,10 @@ def arguments_of(name: str) -> dict[str, Any]:
         "improve": {"map_or_arrays": (vertices, faces, uv)},
         "field_aligned": dict(zip(("vertices", "faces"), octahedron_sphere(1), strict=True)),
         "seamless": dict(zip(("vertices", "faces"), octahedron_sphere(0), strict=True)),
+        "admissible_cut": {
+            **dict(zip(("vertices", "faces"), octahedron_sphere(0), strict=True)),
+            "cones": {0: 2, 1: 2, 2: 2, 3: 2},
+        },
         "conformal": {**mesh, "target_angles": angles},
         "conformal_metric": {**mesh, "target_angles": angles},
         "signature": {**mesh, "field": ff.CrossField(np.tile([0.6, 0.8, 0.0], (8, 1)))},

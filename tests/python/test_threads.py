@@ -117,6 +117,7 @@ CALLS: dict[str, Callable[[Size, int], bytes]] = {
     ),
     "seamless": lambda s, t: map_bits(ff.seamless(*s.ball, sheet_cones(s.ball), threads=t)),
     "seamless, torus": lambda s, t: map_bits(ff.seamless(*s.ring, {}, threads=t)),
+    "admissible_cut": lambda s, t: bits(ff.admissible_cut(*s.ring, {}, threads=t).vertices),
     "cross_field": lambda s, t: bits(field_of(s.ball, t).directions),
     "signature": lambda s, t: repr(ff.signature(*s.ring, field_of(s.ring, 1), threads=t)).encode(),
     "field_aligned": lambda s, t: map_bits(ff.field_aligned(*s.ring, threads=t)),

@@ -15,12 +15,8 @@ _last = {"density": 0.0, "texture_size": 1024}
 
 
 class TextureSize:
-    texture_size: bpy.props.IntProperty(
-        name="Texture Size",
-        description="Pixels of the texture's longer side",
-        default=1024,
-        min=1,
-        max=65536,
+    texture_size: options.whole(
+        "Texture Size", "Pixels of the texture's longer side", 1024, 1, max=65536
     )
 
 
@@ -139,23 +135,21 @@ class UV_OT_flipfree_set_density(
         "Scale islands about their centres until they have so many pixels of the texture per unit of the scene. They may overlap "
         "or leave the tile then: Pack Islands without Same Density keeps the sizes"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Set Texel Density"
     needs_uv = True
     option_names = ("density", "texture_size", "together", "use_pins", "correct_aspect")
 
-    density: bpy.props.FloatProperty(
-        name="Density",
-        description="Pixels of the texture per unit of the scene",
-        default=512.0,
-        min=1e-6,
+    density: options.real(
+        "Density",
+        "Pixels of the texture per unit of the scene",
+        512.0,
+        1e-6,
         soft_max=8192.0,
         precision=2,
     )
-    together: bpy.props.BoolProperty(
-        name="Keep Proportions",
-        description="All islands of an object are scaled alike, and only their average is met. Otherwise each of them meets it",
-        default=False,
+    together: options.flag(
+        "Keep Proportions",
+        "All islands of an object are scaled alike, and only their average is met. Otherwise each of them meets it",
     )
 
     def invoke(self, context, event):
@@ -163,8 +157,7 @@ class UV_OT_flipfree_set_density(
             self.density, self.texture_size = _last["density"], _last["texture_size"]
         return super().invoke(context, event)
 
-    def make_task(self, snapshot, **options):
-        return DensityTask(snapshot, **options)
+    make_task = staticmethod(DensityTask)
 
     def summary(self, tasks):
         scaled = common.plural(sum(t.moved for t in tasks), "island")

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from ... import compat, errors, modal
-from ...meshes import fields, labels, mesh_io
+from ...meshes import labels, mesh_io, selection
 from .. import common, options
 from . import moved
 
@@ -137,7 +137,7 @@ def selected_edges(ob) -> np.ndarray:
         bm.verts.index_update()
         pairs = [[v.index for v in e.verts] for e in bm.edges if e.select and not e.hide]
         return np.array(pairs, np.int64).reshape(-1, 2)
-    with fields.whole_mesh(ob) as mesh:
+    with selection.whole_mesh(ob) as mesh:
         chosen = np.empty(len(mesh.edges), bool)
         mesh.edges.foreach_get("select", chosen)
         return compat.edge_vertices(mesh)[chosen].astype(np.int64)
@@ -165,17 +165,12 @@ class UV_OT_flipfree_orient(
     bl_idname = "uv.flipfree_orient"
     bl_label = "Orient Islands"
     bl_description = "Turn islands about their centres so that they lie along u and v"
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Orient Islands"
     needs_uv = True
     option_names = ("by", "axis", "use_pins", "correct_aspect")
 
-    by: bpy.props.EnumProperty(
-        name="By", description="What lies along the axis", items=BY, default="box"
-    )
-    axis: bpy.props.EnumProperty(
-        name="Axis", description="Along which the longest side lies", items=AXES, default="v"
-    )
+    by: options.choice("By", "What lies along the axis", BY)
+    axis: options.choice("Axis", "Along which the longest side lies", AXES, default="v")
 
     def has_effect(self, name):
         return name != "axis" or self.by == "box"
@@ -188,8 +183,7 @@ class UV_OT_flipfree_orient(
             )
         return super().make_run(context)
 
-    def make_task(self, snapshot, **options):
-        return OrientTask(snapshot, **options)
+    make_task = staticmethod(OrientTask)
 
     def summary(self, tasks):
         return (

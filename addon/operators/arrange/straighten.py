@@ -9,7 +9,7 @@ import math
 import bpy
 import numpy as np
 
-from ...meshes import labels, mesh_io, separated
+from ...meshes import islands, labels, mesh_io, separated
 from .. import match, options
 from . import orient
 
@@ -34,7 +34,8 @@ class StraightenTask(match.MatchTask):
         super()._collect_pins(found)
         self.chains = 0
         for island in found:
-            chains = self._chains(island)
+            chains = islands.chains_of(self.snapshot, island, self.selected, what="selected")
+            chains = [chain for chain in chains if len(chain) > 2]
             if not chains:
                 island.pins.clear()  # it stays as it is
             for chain in chains:
@@ -44,49 +45,6 @@ class StraightenTask(match.MatchTask):
             raise mesh_io.MeshProblem(
                 f"{self.snapshot.object_name}: the selected edges make no chain. Select edges that follow each other, two or more"
             )
-
-    def _chains(self, island) -> list[list[int]]:
-        """Paths of two edges or more in the island's own vertices: chains along a seam are one on either side of it."""
-        edges = island.edges()
-        in_mesh = self.snapshot.vertex_ids[island.submesh[edges]]
-        near: dict[int, list[int]] = {}
-        for a, b in edges[np.isin(labels.edge_keys(in_mesh), self.selected)].tolist():
-            near.setdefault(a, []).append(b)
-            near.setdefault(b, []).append(a)
-        crossing = [v for v, others in near.items() if len(others) > 2]
-        if crossing:
-            self._refuse(
-                island,
-                crossing,
-                "joins more than two selected edges. Straighten one chain at a time",
-            )
-        found, done = [], set()
-        for start in [v for v, others in near.items() if len(others) == 1]:
-            if start in done:
-                continue
-            chain = [start]
-            while True:
-                following = [w for w in near[chain[-1]] if w not in chain[-2:]]
-                if not following:
-                    break
-                chain.append(following[0])
-            done |= {chain[0], chain[-1]}
-            if len(chain) > 2:
-                found.append(chain)
-        rings = set(near) - {v for chain in found for v in chain} - done
-        if rings:
-            self._refuse(
-                island,
-                sorted(rings),
-                "lies on a closed ring, which has no ends. Leave out one of its edges",
-            )
-        return found
-
-    def _refuse(self, island, vertices, why):
-        ids = self.snapshot.vertex_ids[island.submesh[vertices]]
-        raise mesh_io.MeshProblem(
-            f"{self.snapshot.object_name}: vertex {ids[0]}{mesh_io.more(ids)} {why}", "vertex", ids
-        )
 
     def _pin(self, island, chain):
         """Along the line as far apart as on the surface."""
@@ -100,7 +58,8 @@ class StraightenTask(match.MatchTask):
         for vertex, target in zip(chain, targets.tolist(), strict=True):
             wanted = tuple(map(float, target))
             if island.pins.setdefault(vertex, wanted) != wanted:
-                self._refuse(island, [vertex], "is pinned beside the line. Unpin it with Alt P")
+                why = "is pinned beside the line. Unpin it with Alt P"
+                raise islands.problem_at(self.snapshot, island, [vertex], why)
 
     def _ends(self, start, end):
         if self.direction == "ends":
@@ -128,18 +87,15 @@ class UV_OT_flipfree_straighten(
         "Put chains of selected edges onto straight lines in the map, exactly, and map the rest of their islands around them "
         "without flips. Pinned UVs stay"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Straighten Chain"
     needs_uv = True
     option_names = ("direction", "bijective", "may_add", "correct_aspect", "max_seconds")
 
-    direction: bpy.props.EnumProperty(
-        name="Line", description="Where the line lies", items=DIRECTIONS, default="ends"
-    )
-    may_add: bpy.props.BoolProperty(
-        name="May Add Vertices",
-        description="Triangles are subdivided where the line leaves no other way. Off: such lines are refused",
-        default=True,
+    direction: options.choice("Line", "Where the line lies", DIRECTIONS)
+    may_add: options.flag(
+        "May Add Vertices",
+        "Triangles are subdivided where the line leaves no other way. Off: such lines are refused",
+        on=True,
     )
 
     @classmethod

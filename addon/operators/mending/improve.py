@@ -89,7 +89,6 @@ class UV_OT_flipfree_improve(
         "Lower the distortion of a UV map without making flips; islands and pins stay. Flips that it has are "
         "repaired first"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Improve"
     needs_uv = True
     joint_layout = True
@@ -103,19 +102,16 @@ class UV_OT_flipfree_improve(
         "use_modifiers",
     )
 
-    iterations: bpy.props.IntProperty(
-        name="Iterations",
-        description="At most so many steps for each island; it ends earlier when nothing is left to gain",
-        default=200,
-        min=1,
+    iterations: options.whole(
+        "Iterations",
+        "At most so many steps for each island; it ends earlier when nothing is left to gain",
+        200,
+        1,
         max=10000,
     )
 
-    def make_task(self, snapshot, **options):
-        return ImproveTask(snapshot, **options)
-
-    def summary(self, tasks):
-        return summary(tasks)
+    make_task = staticmethod(ImproveTask)
+    summary = staticmethod(summary)
 
     def hint(self, tasks):
         return hint(tasks)

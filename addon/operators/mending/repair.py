@@ -149,7 +149,6 @@ class UV_OT_flipfree_repair(
         "Mend flipped, collapsed and overlapping faces of a UV map with as little change as possible; "
         "what is right stays exactly as it is"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Repair Flips"
     needs_uv = True
     option_names = (
@@ -163,40 +162,29 @@ class UV_OT_flipfree_repair(
         "use_modifiers",
     )
 
-    overlaps: bpy.props.EnumProperty(
-        name="Islands on Themselves",
-        description="What becomes of an island that lies on itself though none of its faces is flipped",
-        items=OVERLAPS,
-        default="cut",
+    overlaps: options.choice(
+        "Islands on Themselves",
+        "What becomes of an island that lies on itself though none of its faces is flipped",
+        OVERLAPS,
     )
-    stretched: bpy.props.EnumProperty(
-        name="Stretched Islands",
-        description=(
-            "What becomes of islands without a flip whose mean distortion is more than a tenth above that of an unwrap of "
-            "them"
-        ),
-        items=STRETCHED,
-        default="keep",
+    stretched: options.choice(
+        "Stretched Islands",
+        "What becomes of islands without a flip whose mean distortion is more than a tenth above that of an unwrap of "
+        "them",
+        STRETCHED,
     )
-    disjoint: bpy.props.BoolProperty(
-        name="Move Islands Apart",
-        description=(
-            "Islands that lie on larger ones are put where there is room. Off: islands that share their place on purpose "
-            "stay. Islands with pins always stay"
-        ),
-        default=False,
+    disjoint: options.flag(
+        "Move Islands Apart",
+        "Islands that lie on larger ones are put where there is room. Off: islands that share their place on purpose "
+        "stay. Islands with pins always stay",
     )
-    mark_seams: bpy.props.BoolProperty(
-        name="Mark Cuts as Seams",
-        description="Mark the edges along which the map is cut as seams, where islands had to be cut",
-        default=False,
+    mark_seams: options.flag(
+        "Mark Cuts as Seams",
+        "Mark the edges along which the map is cut as seams, where islands had to be cut",
     )
 
-    def make_task(self, snapshot, **options):
-        return RepairTask(snapshot, **options)
-
-    def summary(self, tasks):
-        return summary(tasks)
+    make_task = staticmethod(RepairTask)
+    summary = staticmethod(summary)
 
     def hint(self, tasks):
         return hint(tasks)

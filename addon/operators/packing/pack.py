@@ -93,7 +93,6 @@ class UV_OT_flipfree_pack(
         "Nest the islands of all objects into one tile, true outlines, holes used, with an exact least gap in pixels; "
         "islands with pins and faces that are not selected stay and are kept clear of"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Pack Islands"
     needs_uv = True
     joint_layout = True
@@ -110,56 +109,49 @@ class UV_OT_flipfree_pack(
         "effort",
     )
 
-    margin_pixels: bpy.props.FloatProperty(
-        name="Margin",
-        description="Least gap between islands, in pixels of the texture; half of it to the tile's border",
-        default=2.0,
-        min=0.0,
+    margin_pixels: options.real(
+        "Margin",
+        "Least gap between islands, in pixels of the texture; half of it to the tile's border",
+        2.0,
+        0.0,
         soft_max=64.0,
         precision=1,
     )
-    texture_size: bpy.props.IntProperty(
-        name="Texture Size",
-        description="Pixels of the texture's longer side, by which the margin is measured",
-        default=1024,
-        min=16,
+    texture_size: options.whole(
+        "Texture Size",
+        "Pixels of the texture's longer side, by which the margin is measured",
+        1024,
+        16,
         max=65536,
     )
-    rotation: bpy.props.EnumProperty(
-        name="Rotation",
-        description="How islands may be turned",
-        items=ROTATIONS,
-        default="straight",
+    rotation: options.choice("Rotation", "How islands may be turned", ROTATIONS)
+    same_density: options.flag(
+        "Same Density",
+        "All islands get the same area per area of the surface. Otherwise they keep their relative sizes",
+        on=True,
     )
-    same_density: bpy.props.BoolProperty(
-        name="Same Density",
-        description="All islands get the same area per area of the surface. Otherwise they keep their relative sizes",
-        default=True,
+    stack_similar: options.flag(
+        "Stack Similar", "Islands of equal outline lie on top of each other and share their pixels"
     )
-    stack_similar: bpy.props.BoolProperty(
-        name="Stack Similar",
-        description="Islands of equal outline lie on top of each other and share their pixels",
-        default=False,
-    )
-    tile: bpy.props.IntProperty(
-        name="Tile",
-        description="UDIM tile to pack into. The next one that has room, if others leave none there",
-        default=1001,
-        min=1001,
+    tile: options.whole(
+        "Tile",
+        "UDIM tile to pack into. The next one that has room, if others leave none there",
+        1001,
+        1001,
         max=1100,
     )
-    tiles: bpy.props.IntProperty(
-        name="Tiles",
-        description="How many UDIM tiles, from that one on, islands are spread over: all at one scale",
-        default=1,
-        min=1,
+    tiles: options.whole(
+        "Tiles",
+        "How many UDIM tiles, from that one on, islands are spread over: all at one scale",
+        1,
+        1,
         max=100,
     )
-    effort: bpy.props.FloatProperty(
-        name="Effort",
-        description="How long to search for a denser layout: 1 is about a second for 300 islands, 0 puts boxes side by side",
-        default=1.0,
-        min=0.0,
+    effort: options.real(
+        "Effort",
+        "How long to search for a denser layout: 1 is about a second for 300 islands, 0 puts boxes side by side",
+        1.0,
+        0.0,
         soft_max=20.0,
         max=1000.0,
         precision=1,
@@ -168,11 +160,8 @@ class UV_OT_flipfree_pack(
     def has_effect(self, name):
         return name != "correct_aspect" or self.tiles == 1
 
-    def make_task(self, snapshot, **options):
-        return PackTask(snapshot, **options)
-
-    def summary(self, tasks):
-        return summary(tasks)
+    make_task = staticmethod(PackTask)
+    summary = staticmethod(summary)
 
 
 CLASSES = (UV_OT_flipfree_pack,)

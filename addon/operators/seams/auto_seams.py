@@ -90,7 +90,6 @@ class UV_OT_flipfree_auto_seams(
         "Mark short seams along which the mesh can be unwrapped with no more stretch than allowed, in few islands. "
         "UVs stay as they are"
     )
-    bl_options = {"REGISTER", "UNDO"}
     verb = "Auto Seams"
     option_names = (
         "stretch",
@@ -102,21 +101,17 @@ class UV_OT_flipfree_auto_seams(
         "use_modifiers",
     )
 
-    keep_seams: bpy.props.BoolProperty(
-        name="Keep Seams",
-        description="Seams that are marked already stay, and only what is missing is added. Off: they are cleared first",
-        default=True,
+    keep_seams: options.flag(
+        "Keep Seams",
+        "Seams that are marked already stay, and only what is missing is added. Off: they are cleared first",
+        on=True,
     )
-    sharp_edges: bpy.props.BoolProperty(
-        name="Cut Sharp Edges",
-        description="All edges sharper than the angle become seams",
-        default=False,
-    )
-    sharp_angle: bpy.props.FloatProperty(
-        name="Angle",
-        description="Between the faces of an edge, from which on it counts as sharp",
-        default=math.radians(60.0),
-        min=math.radians(1.0),
+    sharp_edges: options.flag("Cut Sharp Edges", "All edges sharper than the angle become seams")
+    sharp_angle: options.real(
+        "Angle",
+        "Between the faces of an edge, from which on it counts as sharp",
+        math.radians(60.0),
+        math.radians(1.0),
         max=math.pi,
         subtype="ANGLE",
     )
@@ -139,10 +134,10 @@ class UV_OT_flipfree_auto_seams(
     def has_effect(self, name):
         return name != "sharp_angle" or self.sharp_edges
 
-    def make_task(self, snapshot, **options):
-        return AutoSeamsTask(snapshot, **options)
+    make_task = staticmethod(AutoSeamsTask)
 
-    def summary(self, tasks):
+    @staticmethod
+    def summary(tasks):
         return f"{common.plural(sum(t.added() for t in tasks), 'edge')} marked as seams"
 
 

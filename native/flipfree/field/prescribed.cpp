@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <queue>
 #include <string>
 #include <unordered_map>
@@ -228,33 +231,76 @@ Eigen::MatrixXd crossings(const mesh::Adjacency& adjacency, const std::vector<Lo
   return matrix;
 }
 
+// Whole numbers x with a x = b for a of fewer rows than columns, by column operations that make a
+// triangular (Hermite); none where the rows are dependent or no such numbers are there.
+std::optional<std::vector<std::int64_t>> whole_solution(const Eigen::MatrixXd& a,
+                                                        const std::vector<std::int64_t>& b) {
+  constexpr std::int64_t kMost = std::int64_t{1} << 30;  // products stay in range
+  const auto rows = static_cast<std::size_t>(a.rows()), count = static_cast<std::size_t>(a.cols());
+  // Column j: that of a, and below it which columns of a it is a sum of.
+  std::vector<std::vector<std::int64_t>> column(count, std::vector<std::int64_t>(rows + count));
+  for (std::size_t j = 0; j < count; ++j) {
+    for (std::size_t i = 0; i < rows; ++i)
+      column[j][i] = std::llround(a(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
+    column[j][rows + j] = 1;
+  }
+  std::vector<std::int64_t> sum(rows + count, 0);
+  for (std::size_t i = 0; i < rows; ++i) {
+    for (std::size_t j = i + 1; j < count; ++j) {
+      while (column[j][i] != 0) {  // Euclid's algorithm: the smaller one decreases
+        const std::int64_t times = column[i][i] / column[j][i];
+        for (std::size_t k = i; k < rows + count; ++k) {
+          column[i][k] -= times * column[j][k];
+          if (std::abs(column[i][k]) > kMost) return std::nullopt;
+        }
+        std::swap(column[i], column[j]);
+      }
+    }
+    const std::int64_t pivot = column[i][i], left = b[i] - sum[i];
+    if (pivot == 0 || left % pivot != 0) return std::nullopt;
+    for (std::size_t k = 0; k < rows + count; ++k) {
+      sum[k] += left / pivot * column[i][k];
+      if (std::abs(sum[k]) > kMost) return std::nullopt;
+    }
+  }
+  return std::vector<std::int64_t>(sum.begin() + static_cast<std::ptrdiff_t>(rows), sum.end());
+}
+
 void meet_loops(const Triangles& faces, const mesh::Adjacency& adjacency,
                 const std::vector<LoopTurn>& loops, const TreeCotree& tree, CrossField& field) {
   check_strips(loops, adjacency);
   const std::vector<EdgeChain> chains = chains_of(faces, adjacency, tree);
   const auto refuse = [&] {
-    throw_invalid(
-        ErrorCode::kBadOption,
-        "The loops do not generate the surface's homology: " + std::to_string(loops.size()) +
-            " loops, of which " + std::to_string(chains.size()) +
-            " are needed that are independent and leave nothing out. Give those of a "
-            "homology basis, such as signature() has them.");
+    throw_invalid(ErrorCode::kBadOption,
+                  "No field with these cones turns so: of " + std::to_string(loops.size()) +
+                      " loops, with " + std::to_string(chains.size()) +
+                      " in a basis of the homology, one is a sum of others, or turns as the cones "
+                      "forbid. Give loops of a basis, or some of them, such as signature() has.");
   };
-  if (loops.size() != chains.size()) refuse();
+  if (loops.size() > chains.size()) refuse();
   if (loops.empty()) return;
-  Eigen::VectorXd lacking(static_cast<Eigen::Index>(loops.size()));
-  for (std::size_t i = 0; i < loops.size(); ++i) {
-    lacking[static_cast<Eigen::Index>(i)] =
-        loops[i].quarter_turns - turning_number(adjacency, field, loops[i].loop);
+  std::vector<std::int64_t> lacking;
+  for (const LoopTurn& loop : loops)
+    lacking.push_back(loop.quarter_turns - turning_number(adjacency, field, loop.loop));
+  const Eigen::MatrixXd crossing = crossings(adjacency, loops, chains);
+  std::vector<std::int64_t> by;
+  if (loops.size() == chains.size()) {  // of a hundred handles whole numbers would grow too long
+    const Eigen::FullPivLU<Eigen::MatrixXd> factor(crossing);
+    if (!factor.isInvertible()) refuse();
+    Eigen::VectorXd wanted(static_cast<Eigen::Index>(lacking.size()));
+    for (std::size_t i = 0; i < lacking.size(); ++i)
+      wanted[static_cast<Eigen::Index>(i)] = static_cast<double>(lacking[i]);
+    for (const double value : Eigen::VectorXd(factor.solve(wanted))) {
+      if (!(std::abs(value) < 1e8)) refuse();
+      by.push_back(std::llround(value));
+    }
+  } else if (const auto found = whole_solution(crossing, lacking)) {
+    by = *found;
+  } else {
+    refuse();
   }
-  const Eigen::FullPivLU<Eigen::MatrixXd> factor(crossings(adjacency, loops, chains));
-  if (!factor.isInvertible()) refuse();
-  const Eigen::VectorXd by = factor.solve(lacking);
-  for (std::size_t j = 0; j < chains.size(); ++j) {
-    const double whole = std::round(by[static_cast<Eigen::Index>(j)]);
-    if (!(std::abs(whole) < 1e8)) refuse();
-    add_along(adjacency, chains[j], static_cast<Index>(whole), field);
-  }
+  for (std::size_t j = 0; j < chains.size(); ++j)
+    add_along(adjacency, chains[j], static_cast<Index>(by[j]), field);
   // Rounded, then counted: what is returned is exact.
   for (const LoopTurn& loop : loops) {
     if (turning_number(adjacency, field, loop.loop) != loop.quarter_turns) refuse();
@@ -321,10 +367,11 @@ CrossField field_with_signature(const mesh::Surface& surface, const mesh::Adjace
   CrossField field{std::vector<double>(faces, 0.0), std::vector<Index>(3 * faces, 0)};
   const TreeCotree tree = tree_cotree(surface, adjacency, context);
   meet_cones(surface.faces, adjacency, frames, cones, tree, field);
-  if (loops) meet_loops(surface.faces, adjacency, *loops, tree, field);
   const AngleSystem system(surface, adjacency, std::vector<char>(faces, 0),
                            std::vector<double>(faces, 0.0), context);
-  if (!loops) choose_turns(surface.faces, adjacency, frames, tree, system, field, context);
+  if (!loops || loops->size() < tree.loops.size())
+    choose_turns(surface.faces, adjacency, frames, tree, system, field, context);
+  if (loops) meet_loops(surface.faces, adjacency, *loops, tree, field);
   relax(adjacency, frames, system, field, context);
   return field;
 }

@@ -61,10 +61,11 @@ void descend(const mesh::Adjacency& adjacency, const Frames& frames, const Angle
              const std::vector<double>& wish, CrossField& field, ExecutionContext& context);
 
 // `cones`: quarter turns per vertex, 4 where the field is regular. `loops`: with their turns; they
-// generate the homology of each component; none: the turns that need the least rotation.
+// are a basis of the homology, or some of one: what they leave open, or without any all, has the
+// turns that need about the least rotation.
 // Precondition: a valid closed surface. Throws Infeasible (kGaussBonnet) naming what is missing on
-// a component, InvalidInput (kBadOption: loops that are no closed strips of faces, that are not
-// independent or too few), NotConverged, Cancelled. Cost: a factorization, O(genus) solutions.
+// a component, InvalidInput (kBadOption: loops that are no closed strips of faces, or that no
+// field turns along so), NotConverged, Cancelled. Cost: a factorization, O(genus) solutions.
 CrossField field_with_signature(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                 const Frames& frames, const std::vector<Index>& cones,
                                 const std::optional<std::vector<LoopTurn>>& loops,

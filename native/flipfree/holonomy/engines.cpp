@@ -86,23 +86,13 @@ seamless::PennerMap rerouted(const mesh::Surface& surface, const mesh::Adjacency
 
 }  // namespace
 
-std::vector<seamless::AdmissibleCut> field_cuts(const mesh::Surface& surface,
-                                                const mesh::Adjacency& adjacency,
-                                                const field::CrossField& field,
-                                                const std::vector<Index>& cones, bool reroute,
-                                                seamless::Reroutings& done,
-                                                ExecutionContext& context) {
-  const seamless::CutMaker make_cut =
-      reroute ? turning_cutter(surface, adjacency, field, true, done) : bare_cut;
-  const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
-  const mesh::CutMesh open = mesh::cut_along(surface.faces, adjacency, none);
-  std::vector<seamless::AdmissibleCut> cuts;
-  for (const mesh::Chart& chart : mesh::split_into_charts(surface.vertices, open)) {
-    std::vector<Index> own;
-    for (const VertexId v : chart.vertices) own.push_back(cones[at(open.vertex_origin[at(v)])]);
-    cuts.push_back(make_cut(chart.surface, own, chart.faces, context));
-  }
-  return cuts;
+seamless::RefinedPieces field_cut(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                  const field::CrossField& field, const std::vector<Index>& cones,
+                                  bool reroute, seamless::Reroutings& done,
+                                  ExecutionContext& context) {
+  return seamless::cut_components(
+      surface, cones, reroute ? turning_cutter(surface, adjacency, field, true, done) : bare_cut,
+      context);
 }
 
 seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,

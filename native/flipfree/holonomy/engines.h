@@ -10,21 +10,20 @@
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/exact/seamless_map.h"
+#include "flipfree/seamless/padding/cut_components.h"
 #include "flipfree/seamless/padding/padding.h"
 #include "flipfree/seamless/padding/topology.h"
 #include "flipfree/seamless/penner/penner.h"
 
 namespace flipfree::holonomy {
 
-// The cuts of all components for padding, such that the map that comes of them turns as the field
-// does along every loop; or, without `reroute`, as it happens to. `cones`: the field's. Adds to
-// `done`. Precondition: a closed valid surface. Errors: as seamless::make_turning_cut().
-std::vector<seamless::AdmissibleCut> field_cuts(const mesh::Surface& surface,
-                                                const mesh::Adjacency& adjacency,
-                                                const field::CrossField& field,
-                                                const std::vector<Index>& cones, bool reroute,
-                                                seamless::Reroutings& done,
-                                                ExecutionContext& context);
+// All components cut for padding, such that the map that comes of it turns as the field does along
+// every loop; or, without `reroute`, as it happens to. `cones`: the field's. Adds to `done`.
+// Precondition: a closed valid surface. Errors: as seamless::make_turning_cut().
+seamless::RefinedPieces field_cut(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                  const field::CrossField& field, const std::vector<Index>& cones,
+                                  bool reroute, seamless::Reroutings& done,
+                                  ExecutionContext& context);
 
 // A map with the topology `needed`, which is the field's, and without flips. Stats: the engine's,
 // "engine"; of padding "reroutings.loops" (of homology bases), "reroutings.guided" (branches that

@@ -1,5 +1,7 @@
 // Seamless maps, cross fields, and maps that follow them.
+#include <algorithm>
 #include <optional>
+#include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -9,7 +11,12 @@
 #include "flipfree/holonomy/engines.h"
 #include "flipfree/holonomy/field_aligned.h"
 #include "flipfree/holonomy/needed_topology.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/validate.h"
 #include "flipfree/seamless/exact/seamless_map.h"
+#include "flipfree/seamless/padding/topology.h"
+#include "flipfree/seamless/request.h"
 #include "job.h"
 
 namespace flipfree::python {
@@ -75,7 +82,7 @@ holonomy::AlignedOptions read_aligned(OptionReader& read) {
   read("sizing", options.sizing);
   read("optimise", options.optimise);
   read("exact", options.exact);
-  read("reroute", options.reroute);  // for benchmarks
+  read("reroute", options.reroute);
   read("max_seconds", options.max_seconds);
   return options;
 }
@@ -99,39 +106,95 @@ certify::Parametrization follow(const mesh::Surface& surface,
                  "or simplify the field", find);
 }
 
-double length_of(const seamless::AdmissibleCut& cut) {
-  double sum = 0.0;
-  for (const std::vector<HalfedgeId>& branch : cut.branches) {
-    for (const HalfedgeId h : branch)
-      sum += (cut.surface.vertices.row(mesh::target(cut.surface.faces, h)) -
-              cut.surface.vertices.row(mesh::source(cut.surface.faces, h)))
-                 .norm();
+void require_closed(const mesh::Adjacency& adjacency) {
+  for (HalfedgeId h = 0; static_cast<std::size_t>(h) < adjacency.opposite.size(); ++h) {
+    if (adjacency.opposite[static_cast<std::size_t>(h)] != kInvalid) continue;
+    throw_invalid(ErrorCode::kBadOption,
+                  "The surface is open at face " + std::to_string(h / 3) +
+                      ", and admissible cuts are of closed ones. Close its holes.",
+                  ElementKind::kFace, {h / 3});
   }
-  return sum;
 }
 
-// What the cut of the engine "padding" is like (thesis table 6.1); for benchmarks.
-Stats described_cut(const mesh::Surface& surface, const GivenField& given, bool reroute,
-                    ExecutionContext& context) {
-  const field::CrossField own = field::read_field(surface, given, context);
+using Sectors = std::vector<std::pair<VertexId, FaceId>>;
+
+// (refined surface, its parent faces, parents and weights of its vertices, branches as vertices,
+// (vertex, first face) of each right angle at a node and of each flat sector there).
+using FoundCut = std::tuple<Points3, Triangles, std::vector<FaceId>, std::vector<FaceId>, Points3,
+                            std::vector<std::vector<VertexId>>, Sectors, Sectors, Stats>;
+
+FoundCut described(seamless::RefinedPieces&& pieces, Stats stats) {
+  const auto& [face, vertex] = pieces.provenance;
+  Points3 weights(static_cast<Eigen::Index>(vertex.size()), 3);
+  std::vector<FaceId> parents;
+  for (const mesh::SurfacePoint& point : vertex) {
+    weights.row(static_cast<Eigen::Index>(parents.size())) = point.weight.transpose();
+    parents.push_back(point.face);
+  }
+  const Triangles& faces = pieces.surface.faces;
+  std::vector<std::vector<VertexId>> branches;
+  Sectors corners, flat;
+  FaceId first = 0;
+  for (const seamless::AdmissibleCut& cut : pieces.cuts) {
+    const auto placed = [&](HalfedgeId h) {
+      return std::pair{mesh::source(faces, h + 3 * first), h / 3 + first};
+    };
+    const mesh::Adjacency adjacency =
+        mesh::build_adjacency(static_cast<Index>(cut.surface.vertices.rows()), cut.surface.faces);
+    for (const HalfedgeId h : cut.flat_sectors) flat.push_back(placed(h));
+    for (const std::vector<HalfedgeId>& branch : cut.branches) {
+      std::vector<VertexId>& path = branches.emplace_back();
+      for (const HalfedgeId h : branch) path.push_back(placed(h).first);
+      path.push_back(mesh::target(faces, branch.back() + 3 * first));
+      // Both ends are nodes, at each of which the sector to the left of the branch begins.
+      const HalfedgeId back = adjacency.opposite[static_cast<std::size_t>(branch.back())];
+      for (const HalfedgeId h : {branch.front(), back}) {
+        if (std::ranges::find(cut.flat_sectors, h) == cut.flat_sectors.end())
+          corners.push_back(placed(h));
+      }
+    }
+    first += static_cast<FaceId>(cut.surface.faces.rows());
+  }
+  return {std::move(pieces.surface.vertices),
+          std::move(pieces.surface.faces),
+          face,
+          std::move(parents),
+          std::move(weights),
+          std::move(branches),
+          std::move(corners),
+          std::move(flat),
+          std::move(stats)};
+}
+
+// With the cones given, or with those of a field and turning as it does (thesis 5.2.1, 6.5).
+FoundCut admissible_cut(const mesh::Surface& surface,
+                        const std::optional<std::vector<Index>>& cones,
+                        const std::optional<FieldArrays>& given, bool reroute,
+                        ExecutionContext& context) {
+  mesh::validate(surface, {}, context);
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  const std::vector<Index> cones =
+  require_closed(adjacency);
+  if (!given) {
+    seamless::check_request(surface, *cones, context);
+    return described(
+        seamless::cut_components(
+            surface, *cones,
+            [](const mesh::Surface& part, const std::vector<Index>& own, const std::vector<FaceId>&,
+               ExecutionContext& inner) { return seamless::make_admissible_cut(part, own, inner); },
+            context),
+        {});
+  }
+  const field::CrossField own = field::read_field(surface, to_field(*given), context);
+  const std::vector<Index> wanted =
       holonomy::needed_topology(surface, adjacency, own, true, context).cones;
   seamless::Reroutings done;
-  double length = 0.0;
-  Eigen::Index added = -surface.vertices.rows();
-  for (const seamless::AdmissibleCut& cut :
-       holonomy::field_cuts(surface, adjacency, own, cones, reroute, done, context)) {
-    length += length_of(cut);
-    added += cut.surface.vertices.rows();
-  }
-  return {{"loops", static_cast<std::int64_t>(done.loops)},
-          {"guided", static_cast<std::int64_t>(done.shortest)},
-          {"fallback", static_cast<std::int64_t>(done.fallback)},
-          {"quarters", static_cast<std::int64_t>(done.quarters)},
-          {"length", length},
-          {"added_vertices", static_cast<std::int64_t>(added)}};
+  seamless::RefinedPieces pieces =
+      holonomy::field_cut(surface, adjacency, own, wanted, reroute, done, context);
+  return described(std::move(pieces), {{"loops", static_cast<std::int64_t>(done.loops)},
+                                       {"guided", static_cast<std::int64_t>(done.shortest)},
+                                       {"fallback", static_cast<std::int64_t>(done.fallback)},
+                                       {"quarters", static_cast<std::int64_t>(done.quarters)}});
 }
 
 }  // namespace
@@ -154,12 +217,14 @@ void bind_seamless(py::module_& module) {
       return follow(surface, given, made, options, context);
     };
   });
-  def_job(module, "field_cut", [](OptionReader& read) {
-    return
-        [given = to_field(read.value<FieldArrays>("field")), reroute = read.value<bool>("reroute")](
-            const mesh::Surface& surface, ExecutionContext& context) {
-          return described_cut(surface, given, reroute, context);
-        };
+  def_job(module, "admissible_cut", [](OptionReader& read) {
+    return [cones = read.value<std::optional<std::vector<Index>>>("cones"),
+            given = read.value<std::optional<FieldArrays>>("field"),
+            reroute = read.value<bool>("reroute"), max_seconds = read.value<double>("max_seconds")](
+               const mesh::Surface& surface, ExecutionContext& context) {
+      return in_time(context, max_seconds, "The cut was not found", "or ask for fewer cones",
+                     [&] { return admissible_cut(surface, cones, given, reroute, context); });
+    };
   });
   def_job(module, "cross_field", [](OptionReader& read) {
     return [options = read_field(read)](const mesh::Surface& surface, ExecutionContext& context) {

@@ -14,6 +14,7 @@ from . import jobs
 from ._native import version as __version__
 from .calls.certification import certify
 from .calls.conformal import boundary_angles, conformal, conformal_metric, suggest_cones
+from .calls.cuts import AdmissibleCut, admissible_cut
 from .calls.improving import improve, repair
 from .calls.matching import embed, match
 from .calls.mesh_files import MeshFile, read, write
@@ -24,6 +25,7 @@ from .results import Certificate, ConformalMetric, Mend, Parametrization, Transi
 from .separated import SeparatedSurface, islands, separate, split_fans
 
 __all__ = [
+    "AdmissibleCut",
     "Cancelled",
     "Certificate",
     "ConformalMetric",
@@ -39,6 +41,7 @@ __all__ = [
     "Signature",
     "Transitions",
     "__version__",
+    "admissible_cut",
     "auto_seams",
     "boundary_angles",
     "certify",

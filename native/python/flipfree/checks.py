@@ -356,7 +356,9 @@ def as_list(values: Any, name: str, of: str) -> list[Any]:
 OPTIONS: dict[str, Callable[[Any, str], Any]] = {
     **dict.fromkeys(("bijective", "cut_extremities", "disjoint", "exact"), as_flag),
     **dict.fromkeys(("keep_bijective", "low_distortion", "may_add_cuts", "optimise"), as_flag),
-    **dict.fromkeys(("repair", "require_convergence", "scale_true", "seamless"), as_flag),
+    **dict.fromkeys(
+        ("repair", "require_convergence", "reroute", "scale_true", "seamless"), as_flag
+    ),
     **dict.fromkeys(("simplify", "stack_similar", "together"), as_flag),
     **dict.fromkeys(("cuts", "uncuttable"), partial(as_optional_indices, columns=2)),
     **dict.fromkeys(("corners", "groups", "movable", "unmoved"), as_optional_indices),

@@ -3,12 +3,13 @@
 For user interfaces: poll ``job.wait(0.0)`` and ``job.progress()``, offer ``job.cancel()``, collect ``job.result()``.
 """
 
-from .calls import certification, improving, matching, unwrapping
+from .calls import certification, cuts, improving, matching, unwrapping
 from .calls import conformal as angles
 from .calls import seamless as seamless_maps
 from .job import Job as Job
 from .job import job_of
 
+admissible_cut = job_of(cuts.admissible_cut)
 auto_seams = job_of(unwrapping.auto_seams)
 boundary_angles = job_of(angles.boundary_angles)
 certify = job_of(certification.certify)

@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+from ..calls.conformal import LEAST_BITS, MOST_BITS
 from ..checks import LARGEST_COUNT, MOST_ASPECT
 from .plan import PlanError
 
@@ -68,12 +69,18 @@ tiles = whole(1, 100)
 iterations = whole(0)
 
 
+def precision(text: str) -> int:
+    """For argparse: mantissa bits, 0 for as many as it takes."""
+    return 0 if text in ("auto", "0") else whole(LEAST_BITS, MOST_BITS)(text)
+
+
 #: Options that several commands have: their type and default.
-_OPTIONS: dict[str, tuple[Callable[[str], float], float]] = {
+OPTIONS: dict[str, tuple[Callable[[str], float], float]] = {
     "bound": (bound, 4.0),
     "effort": (effort, 1.0),
     "iterations": (iterations, 200),
     "margin": (margin, 0.005),
+    "precision": (precision, 0),
     "margin_pixels": (pixels, 2.0),
     "texture_size": (texture_size, 1024),
     "tile": (tile, 1001),
@@ -83,7 +90,7 @@ _OPTIONS: dict[str, tuple[Callable[[str], float], float]] = {
 
 def add_options(parser: argparse.ArgumentParser, **texts: str) -> None:
     for name, text in texts.items():
-        kind, default = _OPTIONS[name]
+        kind, default = OPTIONS[name]
         parser.add_argument(f"--{name.replace('_', '-')}", type=kind, default=default, help=text)
 
 

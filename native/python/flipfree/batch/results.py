@@ -21,14 +21,20 @@ MEASURED = ("seconds", "peak_memory")
 
 
 def beside(source: Path, kind: str) -> Path:
-    """The file with an input's pins or cones: bunny.obj.pins.json."""
+    """The file with an input's pins, cones or signature: bunny.obj.pins.json."""
     return source.with_name(f"{source.name}.{kind}.json")
 
 
+def field_files(source: Path) -> list[Path]:
+    """Where a field of an input may be: bunny.obj.rawfield."""
+    return [source.with_name(source.name + end) for end in (".rawfield", ".ffield", ".rotation")]
+
+
 def hash_of(source: Path) -> str | None:
-    """Of the input's content and of its pins and cones, if there are any; None if it cannot be read."""
+    """Of the input's content and of what lies beside it, if there is anything; None if it cannot be read."""
     digest = hashlib.sha256()
-    for path in (source, beside(source, "pins"), beside(source, "cones")):
+    others = [beside(source, kind) for kind in ("pins", "cones", "signature")]
+    for path in (source, *others, *field_files(source)):
         try:
             with path.open("rb") as file:
                 digest.update(hashlib.file_digest(file, "sha256").digest())

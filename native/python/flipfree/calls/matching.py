@@ -22,9 +22,9 @@ from ..checks import (
     refuse_beyond_storage,
     shown,
 )
-from ..errors import InvalidInput, bad_shape
+from ..errors import InvalidInput, bad_option, bad_shape
 from ..job import Job, Progress, solver_call, start_job
-from ..results import FloatArray, IntArray, Parametrization, parametrization_from
+from ..results import FloatArray, IntArray, Mesh, Parametrization, parametrization_from
 
 Points = Mapping[int, tuple[float, float]]
 Lines = Sequence[tuple[Sequence[int], Any]]
@@ -32,7 +32,45 @@ Lines = Sequence[tuple[Sequence[int], Any]]
 #: What ``engine`` of match may be: all in turn, or one of them alone (for tests and benchmarks).
 ENGINES = ("auto", "first try", "outline", "arms", "matchmaker")
 
-SHAPES = ("circle", "square", "triangle")
+SHAPES = ("circle", "square", "triangle", "corners")
+
+
+def _on_polygon(mesh: Mesh, corners: Any) -> tuple[IntArray, FloatArray]:
+    """The boundary's vertices in order, the surface on the left, and their places: corners {vertex: (u, v)} where they are
+    given, the others on straight sides between these, by length."""
+    given = {
+        v: _place(uv, f"corners[{v}]")
+        for v, uv in as_vertex_map(corners, "corners", "(u, v)").items()
+    }
+    if len(given) < 3:
+        raise InvalidInput(
+            "corners must name three vertices of the boundary at least.", code="bad boundary"
+        )
+    if mesh.faces.min(initial=0) < 0 or mesh.faces.max(initial=-1) >= len(mesh.scaled):
+        return np.zeros(0, np.int32), np.zeros((0, 2))  # refused by name where the mesh is
+    ends = np.stack([mesh.faces, np.roll(mesh.faces, -1, axis=1)], -1).reshape(-1, 2).tolist()
+    inner = {(b, a) for a, b in ends}
+    follow = {a: b for a, b in ends if (a, b) not in inner}
+    loop = [next(iter(given))]
+    while follow.get(loop[-1], loop[0]) != loop[0] and len(loop) <= len(follow):
+        loop.append(follow[loop[-1]])
+    lost = sorted(given.keys() - (set(loop) if loop[0] in follow else set()))
+    if lost:
+        raise InvalidInput(
+            f"corners names vertex {shown(lost[0])}, which is not on the boundary that the others are on. Leave it out.",
+            code="bad boundary",
+            kind="vertex",
+            elements=lost[:1],
+        )
+    points = mesh.scaled[loop]
+    along = np.append(0.0, np.cumsum(np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)))
+    places = [i for i, v in enumerate(loop) if v in given]
+    targets = np.array([given[loop[i]] for i in [*places, places[0]]])
+    at = along[[*places, len(loop)]]
+    uv = np.stack([np.interp(along[:-1], at, targets[:, k]) for k in (0, 1)], axis=1)
+    uv = uv.astype(np.float32).astype(np.float64)
+    uv[places] = targets[:-1]
+    return np.array(loop, np.int32), uv
 
 
 @solver_call
@@ -42,6 +80,7 @@ def embed(
     *,
     boundary: Any = "circle",
     boundary_loop: Any = None,
+    corners: Any = None,
     initial_uv: Any = None,
     method: str = "ladder",
     start: str = "tutte",
@@ -61,8 +100,10 @@ def embed(
     Args:
         vertices: (n, 3) float64. faces: (m, 3), one disk, consistently oriented.
         boundary: "circle" (radius 1), "square" ([-1, 1]^2) or "triangle" (equilateral, circumradius 1), all around
-            the origin, by arc length; or (b, 2) positions of a convex polygon, kept bit for bit.
+            the origin, by arc length; "corners"; or (b, 2) positions of a convex polygon, kept bit for bit.
         boundary_loop: (b,) the boundary's vertex ids in order; default: from the smallest id, surface on the left.
+        corners: for "corners": {boundary vertex: (u, v)}, three at least, that make a convex polygon; they are kept bit for
+            bit, and the boundary runs straight between them, by arc length.
         initial_uv: (n, 2) start, may be invalid or random; boundary rows are ignored.
         method: "ladder" (Tutte, Schnyder-weighted Tutte, repair, progressive embedding; the first that is flip-free by
             exact test), "schnyder" (the ladder without Tutte), "progressive" (the thesis' algorithm alone) or "tutte"
@@ -84,14 +125,23 @@ def embed(
     """
     mesh = as_mesh(vertices, faces)
     options = checked(locals(), "low_distortion optimise iterations tolerance max_seconds")
+    loop = as_optional_indices(boundary_loop, "boundary_loop")
+    if corners is not None and not (isinstance(boundary, str) and boundary == "corners"):
+        raise bad_option(
+            f"corners are for boundary='corners', not {shown(boundary)}. Give one of them."
+        )
     if isinstance(boundary, str):
-        options["shape"] = as_choice(boundary, "boundary", SHAPES, ", or an array of positions")
+        shape = as_choice(boundary, "boundary", SHAPES, ", or an array of positions")
+        if shape == "corners":
+            loop, options["polygon"] = _on_polygon(mesh, corners)
+        else:
+            options["shape"] = shape
     else:
         options["polygon"] = as_places(boundary, "boundary")
     if initial_uv is not None:
         options["initial"] = as_floats(initial_uv, "initial_uv", 2)
     options |= dict(
-        loop=as_optional_indices(boundary_loop, "boundary_loop"),
+        loop=loop,
         method=as_choice(method, "method", ("ladder", "schnyder", "progressive", "tutte")),
         start_from_tutte=as_choice(start, "start", ("tutte", "nothing")) == "tutte",
     )

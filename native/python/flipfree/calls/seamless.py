@@ -5,6 +5,7 @@ turn apart; maps with exactly the cones and turning numbers of these; and files 
 from __future__ import annotations
 
 import gzip
+import json
 import os
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -143,11 +144,45 @@ class Signature:
         cones: {vertex: k}: total angle k pi / 2, where k is not 4 (on the boundary: not 2, the angle between its edges).
         loops: [(face ids, quarter turns)]: closed strips of faces, each sharing an edge with the next one and the last with
             the first, that generate the homology, then those along each boundary loop; and by how much each turns to the
-            left.
+            left. Of a signature that is asked for, all or some.
     """
 
     cones: dict[int, int]
     loops: list[tuple[IntArray, int]]
+
+    @staticmethod
+    @ours_only
+    def read(path: str | os.PathLike[str]) -> Signature:
+        """Of a JSON file: ``{"cones": {"12": 3}, "loops": [{"faces": [4, 7, 9], "turns": 1}]}``, both optional."""
+        place = as_path(path)
+        try:
+            told = json.loads(place.read_text(encoding="utf-8"))
+            cones = {int(v): int(k) for v, k in told.get("cones", {}).items()}
+            loops = [
+                (as_indices(loop["faces"], "faces"), int(loop["turns"]))
+                for loop in told.get("loops", [])
+            ]
+        except OSError as error:
+            raise no_access(place, "read", error) from None
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            raise _malformed(place, f"it holds no signature: {error!r}.") from None
+        return Signature(cones, loops)
+
+    @ours_only
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """To such a file."""
+        told = {
+            "cones": {str(v): k for v, k in self.cones.items()},
+            "loops": [
+                {"faces": np.asarray(faces).tolist(), "turns": int(turns)}
+                for faces, turns in self.loops
+            ],
+        }
+        place = as_path(path)
+        try:
+            place.write_text(json.dumps(told) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise no_access(place, "written", error) from None
 
 
 def _described(mesh: Mesh, arrays: FieldArrays) -> FieldArrays:
@@ -289,9 +324,9 @@ def cross_field(
             of the surface's extent. Where the surface bends equally in all directions it has no say.
         boundary: the field follows the boundary, if there is one.
         edge_weight: how much edges and boundary count, on the scale of ``alignment``; 1: the field follows them exactly.
-        signature: cones, and turns of the loops of a homology basis, that the field shall have exactly; without loops
-            (``Signature(cones, [])``) turns that need little rotation are chosen. Closed surfaces only; what the field
-            should follow has no say then.
+        signature: cones, and turns of loops of a homology basis, that the field shall have exactly; of what the loops leave
+            open, all of it without any (``Signature(cones, [])``), turns that need little rotation are chosen. Closed
+            surfaces only; what the field should follow has no say then.
         sizing: (n,) positive: length in the map of a length 1 there, relative to the others: the field turns, and has its
             cones, where a map of such sizes needs it. None: all alike.
         simplify: near pairs of cones of opposite sign are merged, and cones of one quarter turn share their curvature with
@@ -376,6 +411,7 @@ def field_aligned(
     boundary: str = "aligned",
     optimise: bool = True,
     exact: bool = True,
+    reroute: bool = True,
     uncuttable: Any = None,
     iterations: int = 200,
     max_seconds: float | None = None,
@@ -394,6 +430,8 @@ def field_aligned(
         engine: "penner" changes lengths of edges until all angles fit; "padding" cuts into disks, along branches that are
             led around cones until all loops turn as the field does (closed surfaces only); "auto" takes padding where
             penner finds no map.
+        reroute: False: loops of padding's cut turn as they happen to, so that the map has the field's cones alone (thesis
+            table 6.2).
         boundary: where the surface is open. "aligned": it runs exactly along the axes, with corners where the field turns
             between its edges. "free": as near to the surface as the inside allows, turning in all as the field does.
         optimise: the map is brought to follow the field; without, it is the engine's, turned towards the field.
@@ -419,7 +457,7 @@ def field_aligned(
         )
     mesh = as_mesh(vertices, faces)
     made = _of_field(mesh, signature, sizing)
-    options = checked(locals(), "uncuttable optimise exact max_seconds")
+    options = checked(locals(), "uncuttable optimise exact reroute max_seconds")
     options |= dict(
         engine=as_choice(engine, "engine", ENGINES),
         iterations=as_count(iterations, "iterations", 1),

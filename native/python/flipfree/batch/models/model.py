@@ -96,12 +96,17 @@ class Model:
 
 @dataclass
 class Solved:
-    """A command's outcome: a map, or the certificate of one."""
+    """A command's outcome: a map, or the certificate of one, or a mesh without a map.
 
-    certificate: Certificate
-    map: Parametrization | None = None
+    Attributes:
+        beside: {kind: what is written into a file of that kind beside the output}.
+    """
+
+    certificate: Certificate | None
+    map: Parametrization | MeshFile | tuple[FloatArray, IntArray] | None = None
     warnings: list[str] = field(default_factory=list)
     figures: dict[str, Any] = field(default_factory=dict)
+    beside: dict[str, Any] = field(default_factory=dict)
 
 
 Solve = Callable[[Model, dict[str, Any]], Solved]
@@ -115,8 +120,10 @@ def read_model(source: Path, *, merge: bool, max_seconds: float | None, threads:
     return Model(source, file, faces, max_seconds, threads)
 
 
-def as_written(model: Model, result: Parametrization) -> Parametrization | MeshFile:
+def as_written(model: Model, result: Any) -> Any:
     """With the file's own vertices and polygons where the map adds nothing."""
+    if not isinstance(result, Parametrization):
+        return result
     if len(result.vertices) == len(model.vertices) and np.array_equal(result.faces, model.faces):
         uv = result.uv32().astype(np.float64)
         return replace(model.file, uv=uv)

@@ -1,4 +1,4 @@
-"""Commands that want a clean surface, which they make of what they get: match, conformal, seamless, field.
+"""Commands that want a clean surface, which they make of what they get: embed, match, conformal, seamless, field.
 
 Solvers that want one connected surface get the parts one after the other; they are packed together at the end.
 """
@@ -9,6 +9,7 @@ import argparse
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,45 +18,117 @@ import numpy.typing as npt
 from ...calls.certification import certify
 from ...calls.conformal import boundary_angles, suggest_cones
 from ...calls.conformal import conformal as conformal_map
+from ...calls.cuts import admissible_cut
+from ...calls.matching import embed as embed_disk
 from ...calls.matching import held_by_pins
 from ...calls.matching import match as match_pins
-from ...calls.seamless import cross_field, field_aligned
+from ...calls.seamless import CrossField, Signature, cross_field, field_aligned
 from ...calls.seamless import seamless as seamless_map
 from ...calls.unwrapping import pack
-from ...errors import FlipfreeError, Infeasible, InvalidInput, NotConverged, bad_pins
+from ...errors import (
+    FlipfreeError,
+    Infeasible,
+    InvalidInput,
+    NotConverged,
+    bad_option,
+    bad_pins,
+)
 from ...results import FloatArray, IntArray, Parametrization, Transitions
 from ...separated import SeparatedSurface, edge_keys, islands
+from ...texts import counted
 from .. import numbers
+from ..results import beside, field_files
 from .any_mesh import with_aspect_of_pins
 from .model import Model, Solved
 
 #: (vertices, faces, clean vertex of each vertex) -> map
 SolvePart = Callable[[FloatArray, IntArray, IntArray], Parametrization]
 
+#: Of the scale, in what ``seamless`` suggests.
+_BOUND = 2.0
+
 _FREE = "a boundary is free, as no map was found with one along the axes"
 _ENLARGED = "parts too small beside the others for 32 bits are larger than in scale"
 
 
+def embed_arguments(parser: argparse.ArgumentParser) -> None:
+    numbers.add_choice(
+        parser,
+        "--boundary",
+        "circle square triangle pinned",
+        "pinned: straight between the points of the file with the pins that are on the boundary",
+    )
+    numbers.add_choice(parser, "--method", "ladder schnyder progressive tutte")
+    numbers.add_flags(
+        parser,
+        optimise="lower the distortion, with the boundary held",
+        no_pack="all parts lie around the origin",
+    )
+    numbers.add_options(parser, margin="between packed islands")
+
+
+def embed(model: Model, options: dict[str, Any]) -> Solved:
+    own = options["boundary"] == "pinned"
+    clean = model.clean()
+    points = _points(model, clean, _pins_of(model)) if own else {}
+
+    def solve(vertices: FloatArray, faces: IntArray, used: IntArray) -> Parametrization:
+        return embed_disk(
+            vertices,
+            faces,
+            boundary="corners" if own else options["boundary"],
+            corners={i: points[v] for i, v in enumerate(used.tolist()) if v in points}
+            if own
+            else None,
+            method=options["method"],
+            optimise=options["optimise"],
+            **model.limits,
+        )
+
+    found = each_part(clean, solve)
+    if not (own or options["no_pack"]):
+        found = _packed(model, found, options, together=False)
+    whole = clean.on_input(found)
+    judged = certify(found.vertices, found.faces, found.uv, pins=points, threads=model.threads)
+    return Solved(replace(judged, mends=clean.mends), whole)
+
+
+def _packed(
+    model: Model, found: Parametrization, options: dict[str, Any], *, together: bool
+) -> Parametrization:
+    packed = pack(
+        found.vertices,
+        found.faces,
+        found.uv,
+        together=together,
+        scale_true=True,
+        margin=options["margin"],
+        **model.limits,
+    )
+    return found.at(packed)
+
+
 def match_arguments(parser: argparse.ArgumentParser) -> None:
-    numbers.add_flags(parser, allow_overlaps="islands may overlap themselves")
+    numbers.add_flags(
+        parser,
+        allow_overlaps="islands may overlap themselves",
+        no_new_vertices="refuse pins that cannot be met by the mesh as it is",
+    )
     numbers.add_aspect(parser)
 
 
 def match(model: Model, options: dict[str, Any]) -> Solved:
-    told = model.told("pins")
-    if told is None:
-        raise bad_pins(
-            f"{model.source.name}.pins.json is missing: the pins, such as "
-            '{"points": {"0": [0.0, 0.5]}, "lines": [{"vertices": [3, 4], "uv": [[0, 0], [1, 0]]}]}.'
-        )
+    told = _pins_of(model)
     clean = model.clean()
     points, lines = _points(model, clean, told), _lines(model, clean, told)
+    outline, paths, movable = _outline(model, clean, told)
 
     def solve(vertices: FloatArray, faces: IntArray, used: IntArray) -> Parametrization:
         number = {v: i for i, v in enumerate(used.tolist())}
         own = {number[v]: uv for v, uv in points.items() if v in number}
         own_lines = [([number[v] for v in vs], uv) for vs, uv in lines if vs[0] in number]
-        if not own and not own_lines:
+        own_loop = [number[v] for v in outline if v in number]
+        if not own and not own_lines and not own_loop:
             where = clean.vertex_origin[used[0]]
             raise bad_pins(f"The part with vertex {where} has no pins. Give it some.")
         met = match_pins(
@@ -63,13 +136,26 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
             faces,
             points=own,
             lines=own_lines,
-            bijective=not options["allow_overlaps"],
+            boundary_loop=own_loop or None,
+            boundary_uv=[outline[v] for v in outline if v in number] if own_loop else None,
+            paths={
+                number[v]: [number[w] for w in path] for v, path in paths.items() if v in number
+            },
+            movable=[number[v] for v in movable if v in number],
+            bijective=not (options["allow_overlaps"] or own_loop),
             **model.limits,
         )
+        added = len(met.vertices) - len(vertices)
+        if added and options["no_new_vertices"]:
+            raise bad_pins(
+                f"The pins cannot be met without {counted(added, 'new vertex', 'new vertices')}. Allow them, or move pins "
+                "nearer to where their surroundings are."
+            )
         if options["aspect"] == 1.0:
             return met
         pinned = np.zeros(len(vertices), bool)
-        pinned[[*own, *(v for vs, _ in own_lines for v in vs)]] = True
+        pinned[[*own, *own_loop, *(v for vs, _ in own_lines for v in vs)]] = True
+        pinned[[number[v] for v in movable if v in number]] = False
         return with_aspect_of_pins(model, met, held_by_pins(met, faces, pinned), options)
 
     found = each_part(clean, solve)
@@ -78,12 +164,22 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
         found.vertices,
         found.faces,
         found.uv,
-        pins=points,
-        bijective=not options["allow_overlaps"],
+        pins={**points, **{v: uv for v, uv in outline.items() if v not in movable}},
+        bijective=not (options["allow_overlaps"] or outline),
         aspect=options["aspect"],
         threads=model.threads,
     )
     return Solved(replace(judged, mends=clean.mends), whole)
+
+
+def _pins_of(model: Model) -> dict[str, Any]:
+    told = model.told("pins")
+    if told is None:
+        raise bad_pins(
+            f"{model.source.name}.pins.json is missing: the pins, such as "
+            '{"points": {"0": [0.0, 0.5]}, "lines": [{"vertices": [3, 4], "uv": [[0, 0], [1, 0]]}]}.'
+        )
+    return told
 
 
 def _points(
@@ -103,8 +199,7 @@ def _points(
 def _lines(
     model: Model, clean: SeparatedSurface, told: dict[str, Any]
 ) -> list[tuple[list[int], FloatArray]]:
-    copy = np.full(len(model.vertices), -1)
-    copy[clean.vertex_origin[::-1]] = np.arange(len(clean.vertices))[::-1]
+    copy = _first_copies(model, clean)
     lines = []
     for line in told.get("lines", []):
         try:
@@ -122,6 +217,39 @@ def _lines(
             raise bad_pins("A line needs two vertices at least. Correct it.")
         lines.append((copy[vertices].tolist(), uv))
     return lines
+
+
+def _first_copies(model: Model, clean: SeparatedSurface) -> IntArray:
+    """(n,) the first copy on the clean surface of each vertex, -1 if there is none."""
+    copy = np.full(len(model.vertices), -1, np.int32)
+    copy[clean.vertex_origin[::-1]] = np.arange(len(clean.vertices), dtype=np.int32)[::-1]
+    return copy
+
+
+def _outline(
+    model: Model, clean: SeparatedSurface, told: dict[str, Any]
+) -> tuple[dict[int, tuple[float, float]], dict[int, list[int]], set[int]]:
+    """Whole boundaries in order, with their places; from points on it the way to one; and what of it may move. In copies."""
+    try:
+        outline = told.get("outline", {"vertices": [], "uv": []})
+        loop = list(map(int, outline["vertices"]))
+        places = np.array(outline["uv"], float).reshape(-1, 2).tolist()
+        paths = {int(v): list(map(int, path)) for v, path in told.get("paths", {}).items()}
+        movable = list(map(int, told.get("movable", [])))
+        named = [*loop, *paths, *movable, *(v for path in paths.values() for v in path)]
+        pairs = list(zip(loop, map(tuple, places), strict=True))
+    except (AttributeError, KeyError, TypeError, ValueError):
+        raise bad_pins(
+            'outline must be {"vertices": [...], "uv": [[u, v], ...]}, one place for each, paths {"vertex": [...]}, and '
+            "movable [vertices]. Correct the file with the pins."
+        ) from None
+    _refuse_unknown(model, named)
+    copy = _first_copies(model, clean).tolist()
+    return (
+        {copy[v]: uv for v, uv in pairs},
+        {copy[v]: [copy[w] for w in path] for v, path in paths.items()},
+        {copy[v] for v in movable},
+    )
 
 
 def _refuse_unknown(model: Model, vertices: Any) -> None:
@@ -143,7 +271,14 @@ def conformal_arguments(parser: argparse.ArgumentParser) -> None:
     )
     numbers.add_options(parser, bound="of the scale, for suggested cones")
     numbers.add_choice(parser, "--boundary", "free straight circle")
-    numbers.add_options(parser, margin="between packed islands")
+    numbers.add_choice(
+        parser, "--refined-start", "auto on off", "metric of a surface without needles"
+    )
+    numbers.add_options(
+        parser,
+        precision="bits of the metric's numbers, 53 to 4096, or auto",
+        margin="between packed islands",
+    )
 
 
 def conformal(model: Model, options: dict[str, Any]) -> Solved:
@@ -163,20 +298,85 @@ def conformal(model: Model, options: dict[str, Any]) -> Solved:
             angles = boundary_angles(
                 vertices, faces, options["boundary"], cones=own, **model.limits
             )
-        return conformal_map(vertices, faces, angles, **model.limits)
+        return conformal_map(
+            vertices,
+            faces,
+            angles,
+            precision=options["precision"] or "auto",
+            intrinsic_refinement=options["refined_start"],
+            **model.limits,
+        )
 
     found = each_part(clean, solve)
-    packed = pack(
-        found.vertices,
-        found.faces,
-        found.uv,
-        together=True,
-        scale_true=True,
-        margin=options["margin"],
-        **model.limits,
-    )
-    whole = clean.on_input(found.at(packed))
+    whole = clean.on_input(_packed(model, found, options, together=True))
     return Solved(whole.certificate, whole)
+
+
+def cones_arguments(parser: argparse.ArgumentParser) -> None:
+    numbers.add_options(parser, bound="of the scale")
+    numbers.add_flags(parser, quarter_turns="angles in multiples of 90 degrees")
+
+
+def _suggested(
+    model: Model, clean: SeparatedSurface, bound: float, quarter_turns: bool
+) -> tuple[dict[int, float], float, bool]:
+    """{vertex of the clean surface: degrees} over all parts, the largest ratio of scales of one, and whether the bound holds."""
+    label, _ = islands(clean.faces)
+    found: dict[int, float] = {}
+    ratio, holds = 1.0, True
+    for first in np.unique(label):
+        used, own = np.unique(clean.faces[label == first], return_inverse=True)
+        angles = suggest_cones(
+            clean.vertices[used],
+            own.reshape(-1, 3),
+            bound=bound,
+            quarter_turns=quarter_turns,
+            **model.limits,
+        )
+        degrees = np.degrees(angles[angles.cones])
+        if quarter_turns:
+            degrees = 90.0 * np.rint(degrees / 90.0)
+        found |= dict(zip(used[angles.cones].tolist(), degrees.tolist(), strict=True))
+        ratio, holds = max(ratio, angles.scale_ratio), holds and angles.bound_holds
+    return found, ratio, holds
+
+
+def cones(model: Model, options: dict[str, Any]) -> Solved:
+    clean = model.clean()
+    found, ratio, holds = _suggested(model, clean, options["bound"], options["quarter_turns"])
+    told = {str(clean.vertex_origin[v]): angle for v, angle in found.items()}
+    warnings = [] if holds else [f"The bound {options['bound']:g} is not reached."]
+    figures = {"cones": len(told), "scale_ratio": ratio}
+    return Solved(None, model.file, warnings, figures, {"cones": told})
+
+
+def cut_arguments(parser: argparse.ArgumentParser) -> None:
+    numbers.add_choice(
+        parser,
+        "--follow",
+        "cones field",
+        "those of the file beside the model; or besides the turns of the smoothest field with these, or of a signature there",
+    )
+
+
+def cut(model: Model, options: dict[str, Any]) -> Solved:
+    clean = model.clean()
+    quarters = _quarters(clean, clean.copies(_cones(model)))
+    field = None
+    if options["follow"] == "field":
+        path = beside(model.source, "signature")
+        wanted = Signature.read(path) if path.exists() else Signature(quarters, [])
+        field = cross_field(clean.vertices, clean.faces, signature=wanted, **model.limits)
+    found = admissible_cut(
+        clean.vertices, clean.faces, None if field else quarters, field=field, **model.limits
+    )
+    told = {
+        "branches": [branch.tolist() for branch in found.branches],
+        "corners": found.corners.tolist(),
+        "flat": found.flat.tolist(),
+    }
+    figures = {"branches": len(found.branches), "corners": len(found.corners)}
+    return Solved(None, (found.vertices, found.faces), [], figures, {"cut": told})
 
 
 def _cones(model: Model) -> dict[int, float]:
@@ -209,6 +409,9 @@ def seamless_arguments(parser: argparse.ArgumentParser) -> None:
         "auto suggested",
         "auto: of the file beside the model, else suggested",
     )
+    parser.add_argument(
+        "--bound", type=numbers.bound, default=_BOUND, help="of the scale, for suggested cones"
+    )
     _add_seamless_arguments(parser)
     numbers.add_choice(parser, "--engine", "auto penner padding")
 
@@ -225,13 +428,10 @@ def _add_seamless_arguments(parser: argparse.ArgumentParser) -> None:
 def seamless(model: Model, options: dict[str, Any]) -> Solved:
     clean = model.clean()
     cones = clean.copies(_cones(model)) if options["cones"] == "auto" else {}
-    quarters = {v: round(angle / (math.pi / 2)) for v, angle in cones.items()}
-    for v, angle in cones.items():
-        if abs(quarters[v] - angle / (math.pi / 2)) > 1e-9 or quarters[v] < 1:
-            raise InvalidInput(
-                f"Vertex {clean.vertex_origin[v]} has a cone of {math.degrees(angle):g} degrees, no multiple of 90. Correct it.",
-                code="bad angles",
-            )
+    quarters = _quarters(clean, cones)
+    if not quarters and options["bound"] != _BOUND:
+        suggested, _, _ = _suggested(model, clean, options["bound"], True)
+        quarters = {v: round(angle / 90.0) for v, angle in suggested.items()}
     found = seamless_map(
         clean.vertices,
         clean.faces,
@@ -244,6 +444,17 @@ def seamless(model: Model, options: dict[str, Any]) -> Solved:
     )
     freed = bool(found.stats.get("freed_boundaries", 0))
     return _placed(model, clean, found, options, freed)
+
+
+def _quarters(clean: SeparatedSurface, cones: dict[int, float]) -> dict[int, int]:
+    quarters = {v: round(angle / (math.pi / 2)) for v, angle in cones.items()}
+    for v, angle in cones.items():
+        if abs(quarters[v] - angle / (math.pi / 2)) > 1e-9 or quarters[v] < 1:
+            raise InvalidInput(
+                f"Vertex {clean.vertex_origin[v]} has a cone of {math.degrees(angle):g} degrees, no multiple of 90. Correct it.",
+                code="bad angles",
+            )
+    return quarters
 
 
 def _placed(
@@ -278,8 +489,12 @@ def field_arguments(parser: argparse.ArgumentParser) -> None:
     numbers.add_choice(
         parser,
         "--field",
-        "curvature smooth edges flow",
-        "what the map's lines run along: edges at which the surface folds, the flow of quads",
+        "curvature smooth edges flow cones file signature",
+        "what the map's lines run along: edges at which the surface folds, the flow of quads; a field in a file beside the model "
+        "(.rawfield, .ffield, .rotation); its cones, or its signature, of such a file",
+    )
+    parser.add_argument(
+        "--field-file", default="", help="with field or signature, instead of that beside the model"
     )
     parser.add_argument(
         "--curvature", type=numbers.real(0.0, 1.0), default=0.5, help="its weight, 0 to 1"
@@ -287,12 +502,22 @@ def field_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sharp-from", type=numbers.real(0.0, 180.0), default=30.0, help="degrees, for edges"
     )
-    numbers.add_flags(parser, keep_near_cones="that bend opposite ways")
+    parser.add_argument(
+        "--edge-weight", type=numbers.real(0.01, 1.0), default=1.0, help="of edges, 0.01 to 1"
+    )
+    numbers.add_flags(
+        parser,
+        keep_near_cones="that bend opposite ways",
+        no_reroute="of padding: loops turn as they happen to",
+    )
     _add_seamless_arguments(parser)
+    numbers.add_choice(parser, "--engine", "auto penner padding")
 
 
 def field(model: Model, options: dict[str, Any]) -> Solved:
     clean = model.clean()
+    field_told = options["field"] in ("cones", "file", "signature")
+    told = _told_field(model, clean, options) if field_told else None
     sharp = None
     if options["field"] == "edges":
         sharp = _folds(clean, math.radians(options["sharp_from"]))
@@ -300,20 +525,30 @@ def field(model: Model, options: dict[str, Any]) -> Solved:
         sharp = clean.edges(_flow(model))
 
     def follow(aligned: bool) -> Parametrization:
-        direction = cross_field(
-            clean.vertices,
-            clean.faces,
-            sharp_edges=sharp,
-            alignment=min(options["curvature"], 0.99) if options["field"] == "curvature" else 0.0,
-            boundary=aligned,
-            simplify=not options["keep_near_cones"],
-            **model.limits,
+        direction = (
+            told
+            if isinstance(told, CrossField)
+            else cross_field(
+                clean.vertices,
+                clean.faces,
+                sharp_edges=sharp,
+                edge_weight=options["edge_weight"],
+                alignment=min(options["curvature"], 0.99)
+                if options["field"] == "curvature"
+                else 0.0,
+                boundary=aligned,
+                signature=told,
+                simplify=not (options["keep_near_cones"] or field_told),
+                **model.limits,
+            )
         )
         return field_aligned(
             clean.vertices,
             clean.faces,
             field=direction,
             boundary="aligned" if aligned else "free",
+            engine=options["engine"],
+            reroute=not options["no_reroute"],
             optimise=not options["no_optimise"],
             uncuttable=clean.edges(model.diagonals),
             **model.limits,
@@ -330,6 +565,29 @@ def field(model: Model, options: dict[str, Any]) -> Solved:
     solved = _placed(model, clean, found, options, freed)
     solved.figures["degrees_off_field"] = math.degrees(found.stats["angle_mean"])
     return solved
+
+
+def _told_field(
+    model: Model, clean: SeparatedSurface, options: dict[str, Any]
+) -> CrossField | Signature:
+    """The field, or what it shall have, of files beside the model or that the command line names."""
+    if options["field"] == "cones":
+        return Signature(_quarters(clean, clean.copies(_cones(model))), [])
+    if clean.mends:
+        raise bad_option(
+            f"{model.source} is no clean surface ({clean.mends[0].what}), and the file is about its own triangles. Clean it."
+        )
+    of_signature = options["field"] == "signature"
+    places = [beside(model.source, "signature")] if of_signature else field_files(model.source)
+    found = options["field_file"] or next(filter(Path.exists, places), None)
+    if found is None:
+        names = ", ".join(place.name for place in places)
+        raise bad_option(
+            f"{names}: nothing of that name lies beside the model. Give it a {options['field']}."
+        )
+    if of_signature:
+        return Signature.read(found)
+    return CrossField.read(found, model.vertices, model.faces)
 
 
 def _folds(clean: SeparatedSurface, angle: float) -> IntArray:

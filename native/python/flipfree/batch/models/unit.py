@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import glob
+import json
 import math
 import os
 import platform
@@ -23,7 +24,7 @@ from ...results import Certificate, Parametrization
 from ...texts import above_bound, turned_over
 from ..child import Engine
 from ..plan import Formats
-from ..results import Record
+from ..results import Record, beside
 from ..run import not_written
 from ..worker import Unit
 from . import any_mesh, surfaces
@@ -51,11 +52,23 @@ COMMANDS = {
         any_mesh.unwrap_arguments,
         cure="--seams auto and a lower --stretch cut it further",
     ),
+    "embed": Command(
+        "disks onto a convex polygon",
+        surfaces.embed,
+        surfaces.embed_arguments,
+        cure="--optimise, or a boundary more like the part's own",
+    ),
     "match": Command(
         "pins met exactly",
         surfaces.match,
         surfaces.match_arguments,
         cure="move pins nearer to where their surroundings are",
+    ),
+    "cones": Command(
+        "suggested cones, into a file beside the output", surfaces.cones, surfaces.cones_arguments
+    ),
+    "cut": Command(
+        "closed surfaces cut into disks with right angles", surfaces.cut, surfaces.cut_arguments
     ),
     "conformal": Command(
         "maps without shear",
@@ -116,11 +129,16 @@ def unit_of(settings: Mapping[str, Any]) -> Unit:
             target.parent.mkdir(parents=True, exist_ok=True)
             for left in target.parent.glob(f".{glob.escape(target.name)}.*.part"):
                 left.unlink(missing_ok=True)  # of a process that was killed while it wrote
-            keep = source if source.suffix.lower() == target.suffix.lower() else None
+            same = source.suffix.lower() == target.suffix.lower()
+            keep = source if same and not isinstance(solved.map, tuple) else None
             write(target, as_written(model, solved.map), keep=keep)
+            for kind, told in solved.beside.items():
+                beside(target, kind).write_text(json.dumps(told) + "\n", encoding="utf-8")
         except (OSError, InvalidInput) as error:
             return not_written(target, error)
-        added = len(solved.map.vertices) - len(model.vertices)
+        surface = solved.map
+        vertices = surface[0] if isinstance(surface, tuple) else surface.vertices
+        added = len(vertices) - len(model.vertices)
         return record | {"written": True, "vertices_added": added}
 
     return solve
@@ -129,6 +147,10 @@ def unit_of(settings: Mapping[str, Any]) -> Unit:
 def record_of(command: Command, solved: Solved, options: Mapping[str, Any]) -> Record:
     certificate, found = solved.certificate, solved.map
     warnings = list(solved.warnings)
+    if certificate is None:
+        status = "warned" if warnings else "certified"
+        told = {"status": status, "message": " ".join(warnings), "reason": ""}
+        return {**told, **solved.figures}
     if certificate.poor:
         warnings.append(
             f"The map is valid, but {above_bound(certificate.stretched)} (mean energy {certificate.energy:.3g}, 1 is none): "
@@ -136,7 +158,7 @@ def record_of(command: Command, solved: Solved, options: Mapping[str, Any]) -> R
         )
     if certificate.turned:
         warnings.append(f"{turned_over(certificate.turned)}. Recalculate normals.")
-    if found is not None and found.stats.get("time_limit_reached", 0):
+    if isinstance(found, Parametrization) and found.stats.get("time_limit_reached", 0):
         warnings.append("Time was over (--max-seconds); this is the best map by then.")
     if not certificate.ok:
         status, message = "refused", "; ".join(certificate.failures)
@@ -150,7 +172,7 @@ def record_of(command: Command, solved: Solved, options: Mapping[str, Any]) -> R
         "energy": of_certificate(certificate)["energy"],
         **solved.figures,
     }
-    if found is not None:
+    if isinstance(found, Parametrization):
         record["percentiles"] = _percentiles(found, options.get("aspect", 1.0))
     return record
 

@@ -1,0 +1,119 @@
+"""Signatures of which only some loops are given, their files, and maps whose loops turn as they happen to."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import flipfree as ff
+from flipfree.calls.seamless import halfedges_of_strip
+
+from judges import fields
+from mesh_files import data_folder, read_mesh
+from surfaces import torus
+
+
+def turns_of(vertices: np.ndarray, faces: np.ndarray, field: ff.CrossField, strip: object) -> int:
+    loop = halfedges_of_strip(faces, strip, "strip").tolist()
+    assert field.rotation is not None
+    return fields.judge(vertices, faces, field.rotation, [loop]).turns[0]
+
+
+@pytest.mark.parametrize("turns", [-2, 0, 1, 4])
+@pytest.mark.parametrize("which", [0, 1])
+def test_one_loop_of_a_torus_turns_as_asked_and_the_other_as_it_likes(
+    turns: int, which: int
+) -> None:
+    vertices, faces = torus()
+    cones = {0: 3, 60: 3, 130: 5, 200: 5}
+    basis = ff.signature(
+        vertices, faces, ff.cross_field(vertices, faces, signature=ff.Signature(cones, []))
+    ).loops
+    strip = basis[which][0]
+    field = ff.cross_field(vertices, faces, signature=ff.Signature(cones, [(strip, turns)]))
+    assert turns_of(vertices, faces, field, strip) == turns
+    assert ff.signature(vertices, faces, field).cones == cones
+
+
+def test_some_loops_of_two_handles_are_met_and_all_of_them_as_before() -> None:
+    folder = data_folder()
+    if folder is None or not (folder / "fields" / "eight766.obj").exists():
+        pytest.skip("the shared data folder is not here (FLIPFREE_DATA)")
+    mesh = read_mesh(folder / "fields" / "eight766.obj")
+    vertices, faces = mesh.vertices, mesh.faces
+    cones = {int(v): 5 for v in np.random.default_rng(3).permutation(len(vertices))[:8]}
+    near = ff.cross_field(vertices, faces, signature=ff.Signature(cones, []))
+    loops = ff.signature(vertices, faces, near).loops
+    for count in range(1, 5):
+        asked = [(strip, turns + i + 1) for i, (strip, turns) in enumerate(loops[:count])]
+        field = ff.cross_field(vertices, faces, signature=ff.Signature(cones, asked))
+        found = ff.signature(vertices, faces, field)
+        assert found.cones == cones
+        for strip, turns in asked:
+            assert turns_of(vertices, faces, field, strip) == turns
+
+
+def test_a_signature_comes_back_from_its_file(tmp_path: Path) -> None:
+    vertices, faces = torus()
+    whole = ff.signature(vertices, faces, ff.cross_field(vertices, faces))
+    whole.write(tmp_path / "s.json")
+    again = ff.Signature.read(tmp_path / "s.json")
+    assert again.cones == whole.cones
+    for (strip, turns), (other, same) in zip(whole.loops, again.loops, strict=True):
+        assert np.array_equal(strip, other) and turns == same
+    assert ff.field_aligned(vertices, faces, signature=again).certificate.ok
+    for text in ("[]", '{"cones": [1]}', '{"loops": [{"faces": [1]}]}', "{", '{"loops": [3]}'):
+        (tmp_path / "bad.json").write_text(text)
+        with pytest.raises(ff.InvalidInput, match="bad.json"):
+            ff.Signature.read(tmp_path / "bad.json")
+    with pytest.raises(ff.InvalidInput, match="missing.json"):
+        ff.Signature.read(tmp_path / "missing.json")
+
+
+def test_without_rerouting_the_map_has_the_cones_alone() -> None:
+    vertices, faces = torus()
+    cones = {0: 3, 60: 3, 130: 5, 200: 5}
+    near = ff.cross_field(vertices, faces, signature=ff.Signature(cones, []))
+    odd = [(strip, turns + 1) for strip, turns in ff.signature(vertices, faces, near).loops]
+    field = ff.cross_field(vertices, faces, signature=ff.Signature(cones, odd))
+    kept = ff.field_aligned(vertices, faces, field=field, engine="padding")
+    bare = ff.field_aligned(vertices, faces, field=field, engine="padding", reroute=False)
+    assert kept.certificate.ok and bare.certificate.ok
+    assert kept.certificate.holonomy_failures == 0 and bare.certificate.holonomy_failures <= 0
+    assert dict(bare.certificate.quarter_cones.tolist()) == cones
+    assert kept.stats["reroutings.guided"] + kept.stats["reroutings.fallback"] > 0
+    assert bare.stats["reroutings.guided"] + bare.stats["reroutings.fallback"] == 0
+    with pytest.raises(ff.InvalidInput, match="reroute"):
+        ff.field_aligned(vertices, faces, field=field, reroute="no")
+
+
+@pytest.mark.parametrize("kind", ["rawfield", "ffield", "rotation", "signature", "cones"])
+def test_the_command_takes_fields_and_signatures_of_files(tmp_path: Path, kind: str) -> None:
+    vertices, faces = torus()
+    model = tmp_path / "torus.obj"
+    ff.write(model, (vertices, faces))
+    field = ff.cross_field(vertices, faces, alignment=0.5)
+    beside = tmp_path / f"torus.obj.{kind}"
+    if kind == "signature":
+        ff.signature(vertices, faces, field).write(f"{beside}.json")
+    elif kind == "cones":
+        Path(f"{beside}.json").write_text(json.dumps({"0": 270, "100": 450, "9": 270, "50": 450}))
+    else:
+        field.write(beside, vertices, faces)
+    source = kind if kind in ("signature", "cones") else "file"
+    command = [sys.executable, "-m", "flipfree", "field", str(model), "--out", str(tmp_path / "uv")]
+    words = ["--field", source, "--engine", "penner", "--json", str(tmp_path / "r.jsonl")]
+    ended = subprocess.run([*command, *words], capture_output=True, text=True)
+    (record,) = map(json.loads, (tmp_path / "r.jsonl").read_text().splitlines())
+    assert record["status"] in ("certified", "warned"), record["message"]
+    assert ended.returncode == 0 and record["degrees_off_field"] < 30
+    Path(f"{beside}.json" if kind in ("signature", "cones") else beside).unlink()
+    ended = subprocess.run(
+        [*command[:-1], str(tmp_path / "no"), "--field", source], capture_output=True, text=True
+    )
+    assert kind == "cones" or "refused" in ended.stderr
