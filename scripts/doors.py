@@ -38,7 +38,7 @@ field with a signature | 6.3 | field/prescribed field_with_signature | Signature
 rerouted cut | 6.5 | holonomy/engines field_cut | admissible_cut | cut | cut
 map along a field | 6 | holonomy/field_aligned compute_field_aligned_map | field_aligned | field_aligned | field
 [islands onto the plane](method/unwrap.md) | | unwrap/unwrap unwrap | unwrap | unwrap | unwrap
-[short seams](auto-seams.md) | | unwrap/seams/seams find_seams | auto_seams | auto_seams | seams unwrap
+[short seams](auto-seams.md) | | unwrap/seams/auto_islands find_seams | auto_seams | auto_seams | seams unwrap
 less distortion | | distortion/improve improve | improve | improve | improve
 [flips mended](method/repair.md) | | unwrap/repair/repair repair | repair | repair | repair
 [packing](method/packing.md) | | unwrap/packing/pack pack | pack | pack | pack

@@ -62,20 +62,23 @@ bool is_within(const Stretch& bound, const mesh::Surface& chart, const Points2& 
   return stretch_of(chart, by_corner(chart.faces, uv)).within(bound);
 }
 
-// Maps of the islands that the given seams bound, none of which had to be opened, within the bound
-// of stretch and not on themselves: what is cut well enough is cut no further.
+// Maps of the islands that the given seams bound, or that nets would cut, none of which had to be
+// opened, within the bound of stretch and not on themselves: what is cut well enough is cut no
+// further.
 KnownMaps known_by_seams(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                         const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
-                         Islands& islands, const UnwrapOptions& options, ExecutionContext& context,
-                         Stats& stats) {
+                         const mesh::EdgeFlags& seams, const mesh::EdgeFlags& nets,
+                         const mesh::EdgeFlags& uncuttable, Islands& islands,
+                         const UnwrapOptions& options, ExecutionContext& context, Stats& stats) {
   KnownMaps known = nothing_known(surface.faces);
   std::vector<char> candidate(islands.charts.size(), 0);
   for (std::size_t c = 0; c < candidate.size(); ++c) {
     const mesh::Chart& chart = islands.charts[c];
     const mesh::Adjacency local = adjacency_of(chart.surface);
     const bool opened = any_flag(part_of(chart, islands.added));
+    const bool in_nets = any_flag(part_of(chart, nets));
     for (std::size_t h = 0; h < local.opposite.size() && !opened; ++h) {
-      if (local.opposite[h] == kInvalid && seams[corner_of(chart, h)] != 0) candidate[c] = 1;
+      if (local.opposite[h] == kInvalid && (in_nets || seams[corner_of(chart, h)] != 0))
+        candidate[c] = 1;
     }
     // The others are passed over as if they were known.
     if (candidate[c] == 0)
@@ -243,13 +246,22 @@ AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
                          ExecutionContext& context, Stats& stats) {
   KnownMaps known = nothing_known(surface.faces);
   double begin = 0.0;
-  if (any_flag(seams)) {
+  std::vector<double> cost = edge_costs(surface, adjacency, uncuttable, options.seams);
+  mesh::EdgeFlags never(cost.size(), 0);
+  for (std::size_t h = 0; h < cost.size(); ++h)
+    never[h] = cost[h] == mesh::ShortestPaths::kUnreached ? 1 : 0;
+  mesh::EdgeFlags wanted =
+      with_sharp_edges(surface, adjacency, seams, never, options.seams.sharp_angle);
+  const mesh::EdgeFlags nets = net_seams(surface, adjacency, wanted, cost, context);
+  const mesh::EdgeFlags& first = any_flag(seams) ? seams : wanted;
+  if (any_flag(first) || any_flag(nets)) {
     Islands given =
-        make_islands(surface, adjacency, seams, uncuttable, false, context, {{}, {}, false});
+        make_islands(surface, adjacency, first, uncuttable, false, context, {{}, {}, false});
     begin = 0.2;
     const ProgressRange range(context, 0.0, begin);
     try {
-      known = known_by_seams(surface, adjacency, seams, uncuttable, given, options, context, stats);
+      known = known_by_seams(surface, adjacency, first, nets, uncuttable, given, options, context,
+                             stats);
     } catch (const TimeIsOver&) {
       if (options.seams.edges_only) return {std::move(given), {}};
       throw;
@@ -262,17 +274,16 @@ AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
     }
   }
   const ProgressRange range(context, begin, 1.0);
-  std::vector<double> cost = edge_costs(surface, adjacency, uncuttable, options.seams);
   prefer_hidden(cost, surface.faces, exposure(placed, surface.faces, adjacency, context));
-  mesh::EdgeFlags never(cost.size(), 0);
+  const bool by_seams = any_flag(seams);
   for (std::size_t h = 0; h < cost.size(); ++h) {
-    if (known.of_face[h / 3] != KnownMaps::kNothing) cost[h] = mesh::ShortestPaths::kUnreached;
-    never[h] = cost[h] == mesh::ShortestPaths::kUnreached ? 1 : 0;
+    if (known.of_face[h / 3] == KnownMaps::kNothing) {
+      wanted[h] |= nets[h];
+      continue;
+    }
+    cost[h] = mesh::ShortestPaths::kUnreached;
+    if (by_seams) wanted[h] = seams[h];
   }
-  mesh::EdgeFlags wanted =
-      with_sharp_edges(surface, adjacency, seams, never, options.seams.sharp_angle);
-  const mesh::EdgeFlags nets = net_seams(surface, adjacency, wanted, cost, context);
-  for (std::size_t h = 0; h < wanted.size(); ++h) wanted[h] |= nets[h];
   Islands islands = make_islands(surface, adjacency, wanted, uncuttable, false, context,
                                  {{}, positive(surface, cost), false});
   return Finder(surface, adjacency, uncuttable, options, std::move(cost), std::move(islands),

@@ -34,7 +34,7 @@ constexpr double kCrossLost = 0.05;
 constexpr double kLeastFill = 0.4;
 // They are not longer than this, in roots of the whole surface's area, unless they were before:
 // what is longer leaves most of a texture empty.
-constexpr double kLongest = 1.7;
+constexpr double kLongest = 2.0;
 // In which lengths are measured, to half a per cent.
 constexpr std::size_t kSpanDirections = 16;
 // Shares of a part's area: of a region that counts, of a net that counts, of a net that is no
@@ -49,18 +49,21 @@ constexpr double kHardOutlines = 0.35;
 // An outline of which so much runs along one cross is straight (24 directions have a sixth).
 constexpr double kStraight = 0.25;
 // A smooth region whose inner vertices have less curvature than the first (radians, sum of
-// absolute values) is rolled; with more than the second, and seams longer than this (in roots of
-// its area) where it is unfolded rigidly, it is curved.
+// absolute values) is rolled; with more than the second, far above what rounding leaves, and seams
+// longer than this (in roots of its area) where it is unfolded rigidly, it is curved.
 constexpr double kRolled = 0.05;
-constexpr double kCurved = 0.3;
+constexpr double kCurved = 1e-3;
 constexpr double kTornApart = 4.0;
 // How deep a net that is no island of its own may lie in another that it hangs on, in roots of its
 // area: steps of so much, so many of them.
 constexpr double kDepth = 0.05;
 constexpr int kDepths = 8;
+// What has an edge longer than this, in roots of its area, is a wire or has a needle.
+constexpr double kWire = 16.0;
 // Directions of outlines are counted modulo a quarter turn in so many bins.
 constexpr int kBins = 180;
-// Cells of the grid in which overlaps are looked for, to the part's size.
+// Cells of the grid in which overlaps are looked for, to a part's extent: a face is in so many
+// times so many of them at the most.
 constexpr double kCells = 64.0;
 
 struct Hinge {
@@ -144,6 +147,7 @@ struct Part {
   std::vector<Hinge> hinges;       // edges that may become seams
   std::vector<HalfedgeId> joined;  // edges that may not
   double area = 0.0;
+  double extent = 0.0;  // the longest edge, or size() if that is longer
   double size() const { return std::sqrt(area); }
 };
 
@@ -167,7 +171,7 @@ struct Rules {
 class Nets {
  public:
   Nets(const Shapes& shapes, const Part& part, const ExecutionContext& context)
-      : shapes_(shapes), part_(part), context_(context), cell_(part.size() / kCells) {
+      : shapes_(shapes), part_(part), context_(context), cell_(part.extent / kCells) {
     for (const FaceId f : part.faces) {
       place_[f] = static_cast<Index>(at_.size());
       at_.push_back(shapes.flat[at(f)]);
@@ -575,6 +579,10 @@ std::vector<Part> parts_of(const mesh::Surface& surface, const mesh::Adjacency& 
     Part& part = parts[at(components.of_face[at(f)])];
     part.faces.push_back(f);
     part.area += shapes.area[at(f)];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Corners& flat = shapes.flat[at(f)];
+      part.extent = std::max(part.extent, (flat[(k + 1) % 3] - flat[k]).norm());
+    }
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
       const HalfedgeId o = adjacency.opposite[at(h)];
       if (o == kInvalid || o < h || seams[at(h)] != 0) continue;
@@ -589,6 +597,7 @@ std::vector<Part> parts_of(const mesh::Surface& surface, const mesh::Adjacency& 
       part.hinges.push_back({h, side.norm(), std::atan2(n.cross(m).norm(), n.dot(m))});
     }
   }
+  for (Part& part : parts) part.extent = std::max(part.extent, part.size());
   return parts;
 }
 
@@ -635,7 +644,7 @@ class Regions {
 
 // Is most of it flat or rolled, in regions that count?
 bool may_be_hard(const Shapes& shapes, const Part& part) {
-  if (part.hinges.empty() || !(part.area > 0.0)) return false;
+  if (part.hinges.empty() || !(part.extent < kWire * part.size())) return false;
   Regions flat(shapes, part, kFlat);
   Regions smooth(shapes, part, kSmooth);
   double hard = 0.0;
