@@ -1,0 +1,334 @@
+#include "flipfree/quads/quads.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "flipfree/base/disjoint_sets.h"
+#include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/holonomy/field_aligned.h"
+#include "flipfree/quads/cells.h"
+#include "flipfree/quads/coarse.h"
+#include "flipfree/quads/integers.h"
+#include "flipfree/quads/places.h"
+#include "flipfree/quads/relax.h"
+
+namespace flipfree::quads {
+
+namespace {
+
+// A map made ready: as integers, and on its cones alone.
+struct Prepared {
+  FlatMap flat;
+  std::vector<Index> quarters;
+  CoarseSurface coarse;
+};
+
+Prepared prepare(const certify::Parametrization& map, ExecutionContext& context) {
+  Prepared p;
+  p.flat = flat_map(map);
+  p.quarters = quarters_around(p.flat.surface, at(map.surface.vertices.rows()));
+  const std::vector<HalfedgeId> first = leaving(p.flat.surface, p.quarters.size());
+  std::vector<Index> sharp;
+  for (std::size_t v = 0; v < first.size(); ++v) {
+    if (first[v] != kInvalid && p.flat.surface.opposite[at(first[v])] != kInvalid &&
+        p.quarters[v] == 1)
+      sharp.push_back(static_cast<Index>(v));
+  }
+  if (!sharp.empty())
+    throw_infeasible(ErrorCode::kBadAngles,
+                     "The map has only one quarter turn at vertex " + std::to_string(sharp[0]) +
+                         ", where a quad would meet itself. Give a field without such cones "
+                         "(simplify).",
+                     {}, ElementKind::kVertex, first_elements(sharp));
+  p.coarse = coarse_surface(p.flat.surface, p.quarters, context);
+  return p;
+}
+
+// One choice of integers, and its cells.
+struct Attempt {
+  CoarseSurface coarse;
+  Cells cells;
+  std::vector<std::string> defects;
+  double count() const { return static_cast<double>(cells.quads.size()); }
+};
+
+Attempt attempt_with(CoarseSurface coarse, const ExecutionContext& context) {
+  Attempt made;
+  made.cells = extract_cells(coarse, context);
+  made.coarse = std::move(coarse);
+  made.defects = quad_defects(made.cells.quads, static_cast<Index>(made.cells.corners.size()));
+  return made;
+}
+
+struct Scales {
+  std::vector<Index> component;  // per face of the coarse surface
+  std::vector<double> scale;     // per component: quads per length of the map's integers, for one
+                                 // quad in all
+  double area = 0.0;             // of the surface
+};
+
+// Every component has its share of the quads by its area on the surface, whatever its size in the
+// map.
+Scales scales_of(const Prepared& p, const certify::Parametrization& map) {
+  const FlatSurface& flat = p.flat.surface;
+  DisjointSets parts(static_cast<Index>(p.quarters.size()));
+  for (HalfedgeId h = 0; h < flat.halfedges(); ++h) parts.join(flat.source[at(h)], flat.target(h));
+  std::vector<Index> number(p.quarters.size(), kInvalid);
+  std::vector<double> on_surface, in_map;
+  Scales scales;
+  const auto part = [&](VertexId v) -> std::size_t {
+    Index& n = number[at(parts.find(v))];
+    if (n == kInvalid) {
+      n = static_cast<Index>(on_surface.size());
+      on_surface.push_back(0.0);
+      in_map.push_back(0.0);
+    }
+    return at(n);
+  };
+  for (FaceId f = 0; f < flat.halfedges() / 3; ++f) {
+    const Vector3 a = map.surface.vertices.row(map.surface.faces(f, 0));
+    const Vector3 b = map.surface.vertices.row(map.surface.faces(f, 1));
+    const Vector3 c = map.surface.vertices.row(map.surface.faces(f, 2));
+    const double area = 0.5 * (b - a).cross(c - a).norm();
+    const std::size_t n = part(flat.source[at(3 * f)]);
+    on_surface[n] += area;
+    in_map[n] += 0.5 * static_cast<double>(flat.twice_area(f));
+    scales.area += area;
+  }
+  for (std::size_t n = 0; n < in_map.size(); ++n)
+    scales.scale.push_back(std::sqrt(on_surface[n] / scales.area / in_map[n]));
+  for (FaceId f = 0; f < p.coarse.faces(); ++f)
+    scales.component.push_back(static_cast<Index>(part(p.coarse.flat.source[at(3 * f)])));
+  return scales;
+}
+
+// Integers for about `wanted` quads.
+std::optional<Attempt> attempt_at(const Prepared& p, const Scales& scales, double wanted,
+                                  ExecutionContext& context) {
+  std::vector<double> scale = scales.scale;
+  for (double& s : scale) s *= std::sqrt(wanted);
+  CoarseSurface coarse = p.coarse;
+  if (!choose_integers(coarse, p.flat.surface, scales.component, scale, context))
+    return std::nullopt;
+  // More than anyone can hold: kLongest and memory.
+  constexpr std::int64_t kMostQuads = 50'000'000;
+  if (twice_area_in_quads(coarse) > 2 * kMostQuads) return std::nullopt;
+  return attempt_with(std::move(coarse), context);
+}
+
+// As near to `target` quads as a few scales come; more where so few are no mesh.
+Attempt nearest_attempt(const Prepared& p, const Scales& scales, double target,
+                        ExecutionContext& context, Stats& stats) {
+  constexpr double kNear = 0.05;
+  constexpr int kMostScales = 4;
+  constexpr int kMostRaised = 24;
+  std::optional<Attempt> best;
+  const auto off = [&](const Attempt& a) { return std::abs(std::log(a.count() / target)); };
+  const auto offer = [&](std::optional<Attempt> made) {
+    if (!made || !made->defects.empty() || (best && off(*best) <= off(*made))) return;
+    best = std::move(made);
+  };
+  std::int64_t tries = 0;
+  double wanted = target;
+  for (int i = 0; i < kMostScales && !(best && off(*best) <= std::log1p(kNear)); ++i) {
+    context.report("integers", 0.2 * i / kMostScales);
+    ++tries;
+    std::optional<Attempt> made = attempt_at(p, scales, wanted, context);
+    if (!made) break;
+    wanted *= target / made->count();
+    offer(std::move(made));
+  }
+  stats["count_raised"] = static_cast<std::int64_t>(best ? 0 : 1);
+  for (int i = 1; i <= kMostRaised && !best; ++i) {
+    context.report("integers", 0.2);
+    ++tries;
+    offer(attempt_at(p, scales, target * std::pow(1.5, i), context));
+  }
+  if (!best)
+    throw_not_converged(ErrorCode::kIterationLimit,
+                        "No whole numbers were found for the edges between the map's cones. Ask "
+                        "for more quads, or simplify the field.");
+  stats["scales_tried"] = tries;
+  return *std::move(best);
+}
+
+// The map's own integers.
+Attempt attempt_of_map(const Prepared& p, const ExecutionContext& context) {
+  CoarseSurface coarse = p.coarse;
+  for (HalfedgeId h = 0; h < coarse.flat.halfedges(); ++h) {
+    const Vector2 e = p.flat.unit * as_vector(coarse.flat.edge[at(h)]);
+    const Gauss q{std::llround(e.x()), std::llround(e.y())};
+    if (as_vector(q) != e || !fits(q)) {
+      const VertexId a = coarse.flat.source[at(h)], b = coarse.flat.target(h);
+      throw_invalid(ErrorCode::kBadOption,
+                    "Vertices " + std::to_string(a) + " and " + std::to_string(b) +
+                        " of the map, cones or corners, are not whole numbers apart. Use quads(), "
+                        "which chooses such numbers.",
+                    ElementKind::kVertex, {a, b});
+    }
+    coarse.integer.push_back(q);
+  }
+  return attempt_with(std::move(coarse), context);
+}
+
+// Corners that relaxation leaves alone: on the border, and on edges of the map that are sharp.
+std::vector<char> held_corners(const certify::Parametrization& map,
+                               const mesh::Adjacency& adjacency, const std::vector<Spot>& spots) {
+  constexpr double kSharp = 0.8;  // cosine of the angle between normals: 37 degrees
+  constexpr double kOnEdge = 1e-7;
+  std::vector<Vector3> normal;
+  for (FaceId f = 0; f < static_cast<FaceId>(map.surface.faces.rows()); ++f) {
+    const Vector3 a = map.surface.vertices.row(map.surface.faces(f, 0));
+    const Vector3 b = map.surface.vertices.row(map.surface.faces(f, 1));
+    const Vector3 c = map.surface.vertices.row(map.surface.faces(f, 2));
+    normal.push_back((b - a).cross(c - a).normalized());
+  }
+  std::vector<char> edge_held(adjacency.opposite.size(), 0),
+      vertex_held(at(map.surface.vertices.rows()), 0);
+  for (HalfedgeId h = 0; at(h) < edge_held.size(); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o != kInvalid && normal[at(h / 3)].dot(normal[at(o / 3)]) > kSharp) continue;
+    edge_held[at(h)] = 1;
+    vertex_held[at(mesh::source(map.surface.faces, h))] = 1;
+    vertex_held[at(mesh::target(map.surface.faces, h))] = 1;
+  }
+  std::vector<char> held;
+  for (const Spot& spot : spots) {
+    char hold = 0;
+    for (int k = 0; k < 3; ++k) {
+      const HalfedgeId h = 3 * spot.face + k;
+      if (spot.weight[(k + 2) % 3] < kOnEdge && edge_held[at(h)] != 0) hold = 1;
+      if (spot.weight[k] > 1.0 - kOnEdge && vertex_held[at(map.surface.faces(spot.face, k))] != 0)
+        hold = 1;
+    }
+    held.push_back(hold);
+  }
+  return held;
+}
+
+QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrization& map,
+                  const mesh::Surface& surface, const QuadOptions& options,
+                  ExecutionContext& context, Stats stats) {
+  QuadMesh mesh;
+  std::vector<Spot> spots = spots_of(made.cells, made.coarse, p.flat.surface, context);
+  mesh.quads = std::move(made.cells.quads);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(
+      static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  {
+    const ProgressRange range(context, 0.3, 0.8);
+    relax(map.surface, adjacency, mesh.quads, held_corners(map, adjacency, spots),
+          options.relax_rounds, spots, context);
+  }
+  const auto count = static_cast<Eigen::Index>(spots.size());
+  mesh.vertices.resize(count, 3);
+  mesh.barycentric.resize(count, 3);
+  std::vector<Index> around;
+  for (Eigen::Index v = 0; v < count; ++v) {
+    const Spot spot = on_input(map, surface, spots[at(v)]);
+    mesh.parent_face.push_back(spot.face);
+    mesh.barycentric.row(v) = spot.weight.transpose();
+    mesh.vertices.row(v) = position(surface, spot).transpose();
+    const Carrier& carrier = made.cells.corners[at(v)];
+    if (carrier.at_vertex)
+      around.push_back(p.quarters[at(made.coarse.flat.source[at(carrier.halfedge)])]);
+    else
+      around.push_back(carrier.on_edge &&
+                               made.coarse.flat.opposite[at(carrier.halfedge)] == kInvalid
+                           ? 2
+                           : 4);
+  }
+  for (const Quad& quad : mesh.quads) {
+    Vector3 middle = Vector3::Zero();
+    for (const VertexId v : quad) middle += 0.25 * Vector3(mesh.vertices.row(v));
+    const Spot& from = spots[at(quad[0])];
+    const Spot spot =
+        slide(map.surface, adjacency, from, middle - position(map.surface, from));
+    mesh.quad_parent.push_back(map.parent_face[at(spot.face)]);
+  }
+  context.report("certifying", 0.8);
+  QuadRequest request;
+  request.surface = &surface;
+  request.vertices = &mesh.vertices;
+  request.quads = &mesh.quads;
+  request.parent_face = &mesh.parent_face;
+  request.barycentric = &mesh.barycentric;
+  request.quad_parent = &mesh.quad_parent;
+  request.around = &around;
+  request.count = twice_area_in_quads(made.coarse) / 2;
+  mesh.certificate = certify_quads(request, context);
+  if (!mesh.certificate.ok)
+    throw_not_converged(ErrorCode::kCertificateFailed,
+                        "The quads fail their certificate: " + mesh.certificate.failures[0] +
+                            ". Ask for more quads.");
+  std::int64_t flat_kept = 0;
+  std::vector<HalfedgeId> first = leaving(made.coarse.flat, p.quarters.size());
+  for (std::size_t v = 0; v < first.size(); ++v) {
+    if (first[v] == kInvalid) continue;
+    flat_kept += p.quarters[v] == (made.coarse.flat.opposite[at(first[v])] == kInvalid ? 2 : 4);
+  }
+  stats["kept_vertices"] = flat_kept;
+  stats["coarse_faces"] = static_cast<std::int64_t>(made.coarse.faces());
+  mesh.stats = std::move(stats);
+  return mesh;
+}
+
+}  // namespace
+
+QuadMesh quads_of_surface(const mesh::Surface& surface,
+                          const std::optional<field::GivenField>& given,
+                          const QuadOptions& options, ExecutionContext& context) {
+  Stopwatch watch;
+  certify::Parametrization map;
+  {
+    field::CrossField own;
+    {
+      const ProgressRange range(context, 0.0, 0.1);
+      field::FieldOptions made;
+      made.simplify = true;
+      own = given ? field::read_field(surface, *given, context)
+                  : field::compute_cross_field(surface, made, context).field;
+    }
+    const ProgressRange range(context, 0.1, 0.6);
+    map = holonomy::compute_field_aligned_map(surface, own, {}, context);
+  }
+  Stats stats;
+  for (const auto& [name, value] : map.stats) stats["map." + name] = value;
+  stats["seconds.map"] = watch.seconds();
+  watch.restart();
+  const ProgressRange range(context, 0.6, 1.0);
+  const Prepared p = prepare(map, context);
+  const Scales scales = scales_of(p, map);
+  const double target = options.target > 0.0
+                            ? options.target
+                            : scales.area / (options.edge_length * options.edge_length);
+  stats["target"] = target;
+  stats["seconds.coarse"] = watch.seconds();
+  watch.restart();
+  Attempt made = nearest_attempt(p, scales, std::max(target, 1.0), context, stats);
+  stats["seconds.integers"] = watch.seconds();
+  watch.restart();
+  QuadMesh mesh = finished(p, std::move(made), map, surface, options, context, std::move(stats));
+  mesh.stats["seconds.finish"] = watch.seconds();
+  return mesh;
+}
+
+QuadMesh quads_of_map(const certify::Parametrization& map, const mesh::Surface& surface,
+                      const QuadOptions& options, ExecutionContext& context) {
+  const Prepared p = prepare(map, context);
+  Attempt made = attempt_of_map(p, context);
+  if (!made.defects.empty())
+    throw_infeasible(ErrorCode::kBadOption,
+                     "The map's " + std::to_string(made.cells.quads.size()) +
+                         " cells are no mesh of quads: " + made.defects[0] +
+                         ". Take a map of more cells.",
+                     {});
+  return finished(p, std::move(made), map, surface, options, context, {});
+}
+
+}  // namespace flipfree::quads
