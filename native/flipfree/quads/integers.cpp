@@ -15,15 +15,16 @@ namespace {
 
 constexpr std::array<Gauss, 4> kUnits = {Gauss{1, 0}, Gauss{0, 1}, Gauss{-1, 0}, Gauss{0, -1}};
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-// Energy of a triangle without area, more than any of those that have one.
+// Energy of a triangle without area, and of a vertex with the wrong angle: more than any other has.
 constexpr double kNoArea = 1e9;
 
 class Descent {
  public:
-  Descent(CoarseSurface& coarse, const FlatSurface& map, const std::vector<Index>& component,
-          std::vector<double> scale, ExecutionContext& context)
+  Descent(CoarseSurface& coarse, const FlatSurface& map, const std::vector<Index>& quarters,
+          const std::vector<Index>& component, std::vector<double> scale, ExecutionContext& context)
       : coarse_(coarse),
         map_(map),
+        quarters_(quarters),
         component_(component),
         scale_(std::move(scale)),
         context_(context) {}
@@ -56,9 +57,18 @@ class Descent {
     }
   }
 
-  bool all_positive() const {
+  // Areas are positive, and vertices have their angle: positive areas alone leave whole turns open,
+  // one more here for one less there.
+  bool is_valid() const {
     for (FaceId f = 0; f < coarse_.faces(); ++f)
       if (area(f) <= 0) return false;
+    std::vector<double> angle(quarters_.size(), 0.0);
+    for (HalfedgeId h = 0; h < flat().halfedges(); ++h)
+      angle[at(flat().source[at(h)])] += corner_angle(h);
+    for (HalfedgeId h = 0; h < flat().halfedges(); ++h) {
+      const VertexId v = flat().source[at(h)];
+      if (std::lround(angle[at(v)] / kQuarterTurn) != quarters_[at(v)]) return false;
+    }
     return true;
   }
 
@@ -69,6 +79,17 @@ class Descent {
   }
   std::int64_t area(FaceId f) const {
     return cross(coarse_.integer[at(3 * f)], coarse_.integer[at(3 * f + 1)]);
+  }
+  double corner_angle(HalfedgeId h) const {
+    return turn(as_vector(coarse_.integer[at(h)]), as_vector(-coarse_.integer[at(previous_corner(h))]));
+  }
+  bool has_its_angle(VertexId v) const {
+    double angle = 0.0;
+    around(flat(), leaving_[at(v)], [&](HalfedgeId h) {
+      angle += corner_angle(h);
+      return true;
+    });
+    return std::lround(angle / kQuarterTurn) == quarters_[at(v)];
   }
   // Whether a unit may be added to a border edge: along its axis.
   bool along(HalfedgeId h, Index direction) const {
@@ -204,6 +225,7 @@ class Descent {
     cost_.assign(8 * at(flat().halfedges()), kInfinite);
     for (FaceId f = 0; f < coarse_.faces(); ++f) price_face(f);
     blocked_.clear();
+    leaving_ = leaving(flat(), quarters_.size());
     const Index outside = 4 * flat().halfedges();
     std::vector<HalfedgeId> border;
     for (HalfedgeId h = 0; h < flat().halfedges(); ++h)
@@ -288,9 +310,15 @@ class Descent {
     std::vector<FaceId> once = faces;
     std::sort(once.begin(), once.end());
     once.erase(std::unique(once.begin(), once.end()), once.end());
+    std::vector<VertexId> vertices;
+    for (const FaceId f : once)
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) vertices.push_back(flat().source[at(h)]);
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
     const auto sum = [&] {
       double all = 0.0;
       for (const FaceId f : once) all += energy(f);
+      for (const VertexId v : vertices) all += has_its_angle(v) ? 0.0 : kNoArea;
       return all;
     };
     const double now = sum();
@@ -362,9 +390,11 @@ class Descent {
 
   CoarseSurface& coarse_;
   const FlatSurface& map_;
+  const std::vector<Index>& quarters_;
   const std::vector<Index>& component_;
   std::vector<double> scale_;
   ExecutionContext& context_;
+  std::vector<HalfedgeId> leaving_;   // as of the last flips
   std::vector<double> cost_;          // per Step::index()
   std::vector<std::size_t> blocked_;  // steps whose cost is infinite although they are possible
 };
@@ -372,24 +402,24 @@ class Descent {
 }  // namespace
 
 bool choose_integers(CoarseSurface& coarse, const FlatSurface& map,
-                     const std::vector<Index>& component, const std::vector<double>& scale,
+                     const std::vector<Index>& quarters, const std::vector<Index>& component, const std::vector<double>& scale,
                      ExecutionContext& context) {
   // So many times larger by a square root of two, where rounding leaves a triangle without area.
   constexpr int kMostSteps = 24;
-  Descent descent(coarse, map, component, scale, context);
+  Descent descent(coarse, map, quarters, component, scale, context);
   int larger = 0;
   for (;; ++larger) {
     if (larger > kMostSteps) return false;
     if (!descent.round()) return false;
     descent.descend();
-    if (descent.all_positive()) break;
+    if (descent.is_valid()) break;
     descent.scale_by(std::sqrt(2.0));
   }
   for (; larger > 0; --larger) {
     descent.scale_by(std::sqrt(0.5));
     descent.descend();
   }
-  return descent.all_positive();
+  return descent.is_valid();
 }
 
 std::int64_t twice_area_in_quads(const CoarseSurface& coarse) {

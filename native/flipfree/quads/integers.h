@@ -2,9 +2,9 @@
 // shape, as one of whole squares.
 //
 // Unknown is a Gaussian integer for every edge, in the chart of its face, with the map's quarter
-// turns; triangles close, edges of the border keep their axis, and every area is positive: then no
-// cone, corner or border is merged with another, and the area of the surface is the number of
-// quads. Edges are rounded; what triangles then lack is sent along cheapest dual paths from one to
+// turns; triangles close, edges of the border keep their axis, every area is positive and every
+// vertex has its angle: then no cone, corner or border is merged with another, and the area of the
+// surface is the number of quads. Edges are rounded; what triangles then lack is sent along cheapest dual paths from one to
 // another, a unit turning with the charts that it passes; then closed dual paths that lower the
 // energy, symmetric Dirichlet of the change of shape, are applied as long as there are any
 // (cancelling of negative cycles). No solver, no tolerance: whatever is tried, the conditions are
@@ -25,9 +25,9 @@ namespace flipfree::quads {
 // Chooses coarse.integer for a surface in which a length 1 of component c is scale[c] quads;
 // `component`: per face. Flips edges so that triangles are well shaped in the new metric; areas
 // stay positive by the edges and by the integers. False if no integers with positive areas were
-// found. `map` as of flip_coarse(). Throws Cancelled, TimeIsOver.
+// found. `map` as of flip_coarse(), `quarters` as of coarse_surface(). Throws Cancelled, TimeIsOver.
 bool choose_integers(CoarseSurface& coarse, const FlatSurface& map,
-                     const std::vector<Index>& component, const std::vector<double>& scale,
+                     const std::vector<Index>& quarters, const std::vector<Index>& component, const std::vector<double>& scale,
                      ExecutionContext& context);
 
 // Twice the area of all triangles by their integers: twice the number of quads.

@@ -22,6 +22,10 @@ namespace flipfree::quads {
 
 namespace {
 
+// Of the field that is made where none is given, to the principal curvatures: it brings the cones
+// that parts of machines need, and costs organic shapes little.
+constexpr double kAlignment = 0.1;
+
 // A map made ready: as integers, and on its cones alone.
 struct Prepared {
   FlatMap flat;
@@ -114,7 +118,7 @@ std::optional<Attempt> attempt_at(const Prepared& p, const Scales& scales, doubl
   std::vector<double> scale = scales.scale;
   for (double& s : scale) s *= std::sqrt(wanted);
   CoarseSurface coarse = p.coarse;
-  if (!choose_integers(coarse, p.flat.surface, scales.component, scale, context))
+  if (!choose_integers(coarse, p.flat.surface, p.quarters, scales.component, scale, context))
     return std::nullopt;
   // More than anyone can hold: kLongest and memory.
   constexpr std::int64_t kMostQuads = 50'000'000;
@@ -212,6 +216,25 @@ std::vector<char> held_corners(const certify::Parametrization& map,
   return held;
 }
 
+// The face at the middle of a quad: where one gets from its corners, over the surface; of four ways,
+// which part at creases, the one that ends nearest.
+FaceId face_at_middle(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                      const Quad& quad, const std::vector<Spot>& spots) {
+  Vector3 middle = Vector3::Zero();
+  for (const VertexId v : quad) middle += 0.25 * position(surface, spots[at(v)]);
+  FaceId nearest = kInvalid;
+  double least = 0.0;
+  for (const VertexId v : quad) {
+    const Spot& from = spots[at(v)];
+    const Spot spot = slide(surface, adjacency, from, middle - position(surface, from));
+    const double off = (position(surface, spot) - middle).squaredNorm();
+    if (nearest != kInvalid && off >= least) continue;
+    nearest = spot.face;
+    least = off;
+  }
+  return nearest;
+}
+
 QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrization& map,
                   const mesh::Surface& surface, const QuadOptions& options,
                   ExecutionContext& context, Stats stats) {
@@ -243,14 +266,9 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
                            ? 2
                            : 4);
   }
-  for (const Quad& quad : mesh.quads) {
-    Vector3 middle = Vector3::Zero();
-    for (const VertexId v : quad) middle += 0.25 * Vector3(mesh.vertices.row(v));
-    const Spot& from = spots[at(quad[0])];
-    const Spot spot =
-        slide(map.surface, adjacency, from, middle - position(map.surface, from));
-    mesh.quad_parent.push_back(map.parent_face[at(spot.face)]);
-  }
+  for (const Quad& quad : mesh.quads)
+    mesh.quad_parent.push_back(
+        map.parent_face[at(face_at_middle(map.surface, adjacency, quad, spots))]);
   context.report("certifying", 0.8);
   QuadRequest request;
   request.surface = &surface;
@@ -291,6 +309,7 @@ QuadMesh quads_of_surface(const mesh::Surface& surface,
       const ProgressRange range(context, 0.0, 0.1);
       field::FieldOptions made;
       made.simplify = true;
+      made.alignment = kAlignment;
       own = given ? field::read_field(surface, *given, context)
                   : field::compute_cross_field(surface, made, context).field;
     }

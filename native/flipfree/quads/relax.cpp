@@ -12,6 +12,10 @@ namespace {
 // where there is room quads become square.
 constexpr double kOwnProportions = 0.7;
 
+// Overrelaxation: what is wrong over many quads is put right in rounds of their number, not of its
+// square.
+constexpr double kOver = 1.7;
+
 class Relaxation {
  public:
   Relaxation(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
@@ -42,7 +46,7 @@ class Relaxation {
     const int before = turned_around(v);
     double share = 1.0;
     for (int tries = 0; tries < 4; ++tries, share *= 0.5) {
-      spots_[at(v)] = slide(surface_, adjacency_, spot, share * (wish - place));
+      spots_[at(v)] = slide(surface_, adjacency_, spot, share * kOver * (wish - place));
       place_[at(v)] = position(surface_, spots_[at(v)]);
       if (turned_around(v) <= before) return;
     }
