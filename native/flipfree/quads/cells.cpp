@@ -56,6 +56,7 @@ class Walker {
           quad[k] = number_of(walk({f, centre}, centre + kCorners[k]), cells);
         }
         cells.quads.push_back(quad);
+        cells.centres.push_back({3 * f, centre, false, false});
       });
     }
     return cells;
@@ -143,10 +144,10 @@ class Walker {
         along = turned(along, flat_.turn[at(h)]) + edge_[at(carrier.halfedge)];
       }
       carrier.on_edge = true;
-      carrier.place = {along.x / 2, along.y / 2};
+      carrier.doubled = along;
       return numbered({carrier.halfedge / 3, origin(carrier.halfedge) + along}, carrier, cells);
     }
-    carrier.place = {place.at.x / 2, place.at.y / 2};
+    carrier.doubled = place.at;
     return numbered({place.face, place.at}, carrier, cells);
   }
 

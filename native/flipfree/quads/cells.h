@@ -19,20 +19,21 @@
 
 namespace flipfree::quads {
 
-// Where a corner lies on the coarse surface: on a half-edge's source if `at_vertex`; else at
-// `place` in the chart of the half-edge's face, relative to the half-edge's source, in integers. Of
-// corners on an edge the half-edge is one of the edge's; others are given with the first of their
-// face.
+// Where a corner or a centre lies on the coarse surface: on a half-edge's source if `at_vertex`;
+// else at half of `doubled` in the chart of the half-edge's face, relative to the half-edge's
+// source. Of corners on an edge the half-edge is one of the edge's; others are given with the first
+// of their face.
 struct Carrier {
   HalfedgeId halfedge = kInvalid;
-  Gauss place;
+  Gauss doubled;
   bool at_vertex = false;
   bool on_edge = false;
 };
 
 struct Cells {
-  std::vector<Carrier> corners;               // numbered as they are met
+  std::vector<Carrier> corners;                // numbered as they are met
   std::vector<std::array<VertexId, 4>> quads;  // counter-clockwise, numbers of corners
+  std::vector<Carrier> centres;                // of the quads
 };
 
 // Precondition: integers are chosen, with positive areas. Throws Cancelled, TimeIsOver. Cost: about

@@ -17,16 +17,19 @@ constexpr std::array<Gauss, 4> kUnits = {Gauss{1, 0}, Gauss{0, 1}, Gauss{-1, 0},
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 // Energy of a triangle without area, and of a vertex with the wrong angle: more than any other has.
 constexpr double kNoArea = 1e9;
+constexpr double kPull = 10.0;
 
 class Descent {
  public:
   Descent(CoarseSurface& coarse, const FlatSurface& map, const std::vector<Index>& quarters,
-          const std::vector<Index>& component, std::vector<double> scale, ExecutionContext& context)
+          const std::vector<Index>& component, std::vector<double> scale, double count,
+          ExecutionContext& context)
       : coarse_(coarse),
         map_(map),
         quarters_(quarters),
         component_(component),
         scale_(std::move(scale)),
+        count_(count),
         context_(context) {}
 
   void scale_by(double factor) {
@@ -215,15 +218,28 @@ class Descent {
           std::array<Gauss, 3> changed = q;
           changed[at(in % 3)] = changed[at(in % 3)] - kUnits[at(d)];
           changed[at(out % 3)] = changed[at(out % 3)] + kUnits[at(d)];
-          cost = energy(f, changed) - now;
+          cost = energy(f, changed) - now +
+                 0.5 * bias_ * static_cast<double>(cross(changed[0], changed[1]) - cross(q[0], q[1]));
         }
       }
     }
   }
 
+  // Squares of what the count is off by, as energy: one quad per hundred off has a tenth of a quad's.
+  double price_of_count(double count) const {
+    return count_ > 0.0 ? kPull / count_ * (count - count_) * (count - count_) : 0.0;
+  }
+  void price_all() {
+    if (count_ > 0.0) {
+      quads_ = 0.5 * static_cast<double>(twice_area_in_quads(coarse_));
+      bias_ = 2.0 * kPull / count_ * (quads_ - count_);
+    }
+    for (FaceId f = 0; f < coarse_.faces(); ++f) price_face(f);
+  }
+
   void cancel_cycles() {
     cost_.assign(8 * at(flat().halfedges()), kInfinite);
-    for (FaceId f = 0; f < coarse_.faces(); ++f) price_face(f);
+    price_all();
     blocked_.clear();
     leaving_ = leaving(flat(), quarters_.size());
     const Index outside = 4 * flat().halfedges();
@@ -315,8 +331,14 @@ class Descent {
       for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) vertices.push_back(flat().source[at(h)]);
     std::sort(vertices.begin(), vertices.end());
     vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    const auto doubled = [&] {
+      std::int64_t all = 0;
+      for (const FaceId f : once) all += area(f);
+      return all;
+    };
+    const std::int64_t before = doubled();
     const auto sum = [&] {
-      double all = 0.0;
+      double all = price_of_count(quads_ + 0.5 * static_cast<double>(doubled() - before));
       for (const FaceId f : once) all += energy(f);
       for (const VertexId v : vertices) all += has_its_angle(v) ? 0.0 : kNoArea;
       return all;
@@ -338,6 +360,7 @@ class Descent {
       for (const std::size_t index : blocked_) price_face(static_cast<FaceId>(index / 24));
       blocked_.clear();
       for (const FaceId f : once) price_face(f);
+      if (count_ > 0.0) price_all();
       return true;
     }
     shift(false);
@@ -393,6 +416,9 @@ class Descent {
   const std::vector<Index>& quarters_;
   const std::vector<Index>& component_;
   std::vector<double> scale_;
+  double count_;
+  double quads_ = 0.0;  // as of the last price_all()
+  double bias_ = 0.0;  // what a quad more costs besides, as long as the count is off
   ExecutionContext& context_;
   std::vector<HalfedgeId> leaving_;   // as of the last flips
   std::vector<double> cost_;          // per Step::index()
@@ -403,10 +429,10 @@ class Descent {
 
 bool choose_integers(CoarseSurface& coarse, const FlatSurface& map,
                      const std::vector<Index>& quarters, const std::vector<Index>& component, const std::vector<double>& scale,
-                     ExecutionContext& context) {
+                     double count, ExecutionContext& context) {
   // So many times larger by a square root of two, where rounding leaves a triangle without area.
   constexpr int kMostSteps = 24;
-  Descent descent(coarse, map, quarters, component, scale, context);
+  Descent descent(coarse, map, quarters, component, scale, count, context);
   int larger = 0;
   for (;; ++larger) {
     if (larger > kMostSteps) return false;

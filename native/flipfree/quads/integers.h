@@ -23,12 +23,13 @@
 namespace flipfree::quads {
 
 // Chooses coarse.integer for a surface in which a length 1 of component c is scale[c] quads;
-// `component`: per face. Flips edges so that triangles are well shaped in the new metric; areas
+// `component`: per face. `count`: how many quads there
+// shall be, for whose sake lengths give way where that costs least; 0: as many as come out. Flips edges so that triangles are well shaped in the new metric; areas
 // stay positive by the edges and by the integers. False if no integers with positive areas were
 // found. `map` as of flip_coarse(), `quarters` as of coarse_surface(). Throws Cancelled, TimeIsOver.
 bool choose_integers(CoarseSurface& coarse, const FlatSurface& map,
                      const std::vector<Index>& quarters, const std::vector<Index>& component, const std::vector<double>& scale,
-                     ExecutionContext& context);
+                     double count, ExecutionContext& context);
 
 // Twice the area of all triangles by their integers: twice the number of quads.
 std::int64_t twice_area_in_quads(const CoarseSurface& coarse);

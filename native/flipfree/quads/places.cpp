@@ -82,17 +82,17 @@ Spot spot_of(const Carrier& carrier, const CoarseSurface& coarse, const FlatSurf
     spot.weight[coarse.start[at(h)] % 3] = 1.0;
     return spot;
   }
-  const Vector2 place = as_vector(carrier.place);
   if (carrier.on_edge) {
-    const Vector2 whole = as_vector(coarse.integer[at(h)]);
-    return walk(h, place.dot(whole) / whole.squaredNorm() * as_vector(coarse.flat.edge[at(h)]));
+    const Vector2 place = as_vector(carrier.doubled), whole = as_vector(coarse.integer[at(h)]);
+    return walk(h, 0.5 * place.dot(whole) / whole.squaredNorm() * as_vector(coarse.flat.edge[at(h)]));
   }
-  const Gauss q = coarse.integer[at(h)], r = q + coarse.integer[at(h + 1)];
+  const Gauss first = coarse.integer[at(h)], second = first + coarse.integer[at(h + 1)];
+  const Gauss q = first + first, r = second + second;
   const auto area = static_cast<double>(cross(q, r));
   const std::array<double, 3> share = {
-      static_cast<double>(cross(q - carrier.place, r - carrier.place)) / area,
-      static_cast<double>(cross(carrier.place, r)) / area,
-      static_cast<double>(cross(q, carrier.place)) / area};
+      static_cast<double>(cross(q - carrier.doubled, r - carrier.doubled)) / area,
+      static_cast<double>(cross(carrier.doubled, r)) / area,
+      static_cast<double>(cross(q, carrier.doubled)) / area};
   // From the nearest corner, to the two others.
   const auto k = static_cast<Index>(std::max_element(share.begin(), share.end()) - share.begin());
   const HalfedgeId from = h + k;
@@ -103,10 +103,10 @@ Spot spot_of(const Carrier& carrier, const CoarseSurface& coarse, const FlatSurf
 
 }  // namespace
 
-std::vector<Spot> spots_of(const Cells& cells, const CoarseSurface& coarse, const FlatSurface& map,
+std::vector<Spot> spots_of(const std::vector<Carrier>& carriers, const CoarseSurface& coarse, const FlatSurface& map,
                            const ExecutionContext& context) {
   std::vector<Spot> spots;
-  for (const Carrier& carrier : cells.corners) {
+  for (const Carrier& carrier : carriers) {
     if (spots.size() % 256 == 0) context.check();
     spots.push_back(spot_of(carrier, coarse, map));
   }

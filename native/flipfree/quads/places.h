@@ -23,11 +23,11 @@ inline Vector3 position(const mesh::Surface& surface, const Spot& spot) {
   return p;
 }
 
-// Of every corner its spot on the map's triangles: the place that the affine map between a coarse
+// Of every carrier its spot on the map's triangles: the place that the affine map between a coarse
 // triangle's integers and its edges says, found by walking there straight from one of its vertices.
 // Vertices of the map are met exactly, corners on the border lie on it; else rounding decides no
 // more than the spot itself. Cost: the faces that are walked through.
-std::vector<Spot> spots_of(const Cells& cells, const CoarseSurface& coarse, const FlatSurface& map,
+std::vector<Spot> spots_of(const std::vector<Carrier>& carriers, const CoarseSurface& coarse, const FlatSurface& map,
                            const ExecutionContext& context);
 
 // Straight over the surface from a spot, along a vector in space, of which what lies in the plane

@@ -114,11 +114,12 @@ Scales scales_of(const Prepared& p, const certify::Parametrization& map) {
 
 // Integers for about `wanted` quads.
 std::optional<Attempt> attempt_at(const Prepared& p, const Scales& scales, double wanted,
-                                  ExecutionContext& context) {
+                                  double count, ExecutionContext& context) {
   std::vector<double> scale = scales.scale;
   for (double& s : scale) s *= std::sqrt(wanted);
   CoarseSurface coarse = p.coarse;
-  if (!choose_integers(coarse, p.flat.surface, p.quarters, scales.component, scale, context))
+  if (!choose_integers(coarse, p.flat.surface, p.quarters, scales.component, scale, count,
+                       context))
     return std::nullopt;
   // More than anyone can hold: kLongest and memory.
   constexpr std::int64_t kMostQuads = 50'000'000;
@@ -126,34 +127,37 @@ std::optional<Attempt> attempt_at(const Prepared& p, const Scales& scales, doubl
   return attempt_with(std::move(coarse), context);
 }
 
-// As near to `target` quads as a few scales come; more where so few are no mesh.
+// As near to `target` quads as a few scales come, then by lengths that give way; more where so few
+// are no mesh.
 Attempt nearest_attempt(const Prepared& p, const Scales& scales, double target,
                         ExecutionContext& context, Stats& stats) {
   constexpr double kNear = 0.05;
-  constexpr int kMostScales = 4;
+  constexpr int kMostScales = 3;
   constexpr int kMostRaised = 24;
   std::optional<Attempt> best;
-  const auto off = [&](const Attempt& a) { return std::abs(std::log(a.count() / target)); };
-  const auto offer = [&](std::optional<Attempt> made) {
-    if (!made || !made->defects.empty() || (best && off(*best) <= off(*made))) return;
-    best = std::move(made);
-  };
   std::int64_t tries = 0;
+  const auto off = [&](double count) { return std::abs(std::log(count / target)); };
+  const auto is_near = [&] { return best && off(best->count()) <= std::log1p(kNear); };
+  // The count that comes out; 0 for none.
+  const auto offer = [&](double wanted, double held_to) {
+    context.report("integers", 0.02 * static_cast<double>(std::min<std::int64_t>(tries, 10)));
+    ++tries;
+    std::optional<Attempt> made = attempt_at(p, scales, wanted, held_to, context);
+    if (!made) return 0.0;
+    const double count = made->count();
+    if (made->defects.empty() && (!best || off(count) < off(best->count())))
+      best = std::move(made);
+    return count;
+  };
   double wanted = target;
-  for (int i = 0; i < kMostScales && !(best && off(*best) <= std::log1p(kNear)); ++i) {
-    context.report("integers", 0.2 * i / kMostScales);
-    ++tries;
-    std::optional<Attempt> made = attempt_at(p, scales, wanted, context);
-    if (!made) break;
-    wanted *= target / made->count();
-    offer(std::move(made));
+  for (int i = 0; i < kMostScales && !is_near(); ++i) {
+    const double count = offer(wanted, 0.0);
+    if (count == 0.0) break;
+    wanted *= target / count;
   }
+  if (!is_near()) offer(target, target);
   stats["count_raised"] = static_cast<std::int64_t>(best ? 0 : 1);
-  for (int i = 1; i <= kMostRaised && !best; ++i) {
-    context.report("integers", 0.2);
-    ++tries;
-    offer(attempt_at(p, scales, target * std::pow(1.5, i), context));
-  }
+  for (int i = 1; i <= kMostRaised && !best; ++i) offer(target * std::pow(1.5, i), 0.0);
   if (!best)
     throw_not_converged(ErrorCode::kIterationLimit,
                         "No whole numbers were found for the edges between the map's cones. Ask "
@@ -216,16 +220,16 @@ std::vector<char> held_corners(const certify::Parametrization& map,
   return held;
 }
 
-// The face at the middle of a quad: where one gets from its corners, over the surface; of four ways,
-// which part at creases, the one that ends nearest.
+// The face at the middle of a quad: where one gets from its corners, or from where its centre was,
+// over the surface; of these ways, which part at creases, the one that ends nearest.
 FaceId face_at_middle(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                      const Quad& quad, const std::vector<Spot>& spots) {
+                      const Quad& quad, const std::vector<Spot>& spots, const Spot& centre) {
   Vector3 middle = Vector3::Zero();
   for (const VertexId v : quad) middle += 0.25 * position(surface, spots[at(v)]);
   FaceId nearest = kInvalid;
   double least = 0.0;
-  for (const VertexId v : quad) {
-    const Spot& from = spots[at(v)];
+  for (std::size_t k = 0; k <= 4; ++k) {
+    const Spot& from = k == 4 ? centre : spots[at(quad[k])];
     const Spot spot = slide(surface, adjacency, from, middle - position(surface, from));
     const double off = (position(surface, spot) - middle).squaredNorm();
     if (nearest != kInvalid && off >= least) continue;
@@ -239,7 +243,9 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
                   const mesh::Surface& surface, const QuadOptions& options,
                   ExecutionContext& context, Stats stats) {
   QuadMesh mesh;
-  std::vector<Spot> spots = spots_of(made.cells, made.coarse, p.flat.surface, context);
+  std::vector<Spot> spots = spots_of(made.cells.corners, made.coarse, p.flat.surface, context);
+  const std::vector<Spot> centres =
+      spots_of(made.cells.centres, made.coarse, p.flat.surface, context);
   mesh.quads = std::move(made.cells.quads);
   const mesh::Adjacency adjacency = mesh::build_adjacency(
       static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
@@ -266,9 +272,9 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
                            ? 2
                            : 4);
   }
-  for (const Quad& quad : mesh.quads)
-    mesh.quad_parent.push_back(
-        map.parent_face[at(face_at_middle(map.surface, adjacency, quad, spots))]);
+  for (std::size_t q = 0; q < mesh.quads.size(); ++q)
+    mesh.quad_parent.push_back(map.parent_face[at(
+        face_at_middle(map.surface, adjacency, mesh.quads[q], spots, centres[q]))]);
   context.report("certifying", 0.8);
   QuadRequest request;
   request.surface = &surface;
