@@ -49,11 +49,14 @@ def box(sizes: tuple[int, int, int], cells: tuple[int, int, int]) -> Mapped:
     return _joined(np.concatenate(points), np.concatenate(uv))
 
 
-def twisted_torus(k: int, l: int, twist: int, columns: int, rows: int) -> Mapped:
-    """k x l cells; what leaves at the top comes back at the bottom `twist` cells further. Precondition: the columns' width
+def twisted_torus(k: int, rise: int, twist: int, columns: int, rows: int) -> Mapped:
+    """k x rise cells; what leaves at the top comes back at the bottom `twist` cells further. Precondition: the columns' width
     divides the twist."""
-    uv = _sheet(k, l, columns, rows)
-    along, across = 2 * np.pi * (uv[..., 0] - twist * uv[..., 1] / l) / k, 2 * np.pi * uv[..., 1] / l
+    uv = _sheet(k, rise, columns, rows)
+    along, across = (
+        2 * np.pi * (uv[..., 0] - twist * uv[..., 1] / rise) / k,
+        2 * np.pi * uv[..., 1] / rise,
+    )
     ring = 2.0 + 0.7 * np.cos(across)
     points = np.stack([ring * np.cos(along), ring * np.sin(along), 0.7 * np.sin(across)], -1)
     return _joined(points, uv)

@@ -169,11 +169,15 @@ def fingerprint(quads: Any, rounds: int = 12) -> Counter[int]:
     around: dict[Any, list[Any]] = {}
     for quad in quads:
         for k in range(4):
-            around.setdefault(quad[k], []).append((quad[(k + 1) % 4], quad[(k + 2) % 4], quad[k - 1]))
+            around.setdefault(quad[k], []).append(
+                (quad[(k + 1) % 4], quad[(k + 2) % 4], quad[k - 1])
+            )
     colour = {v: len(fans) for v, fans in around.items()}
     for _ in range(rounds):
         colour = {
-            v: hash((colour[v], tuple(sorted((colour[a], colour[b], colour[c]) for a, b, c in fans))))
+            v: hash(
+                (colour[v], tuple(sorted((colour[a], colour[b], colour[c]) for a, b, c in fans)))
+            )
             for v, fans in around.items()
         }
     return Counter(colour.values())

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 
+import integer_maps as maps
 import numpy as np
 import pytest
 
 import flipfree as ff
 
-import integer_maps as maps
 from judges.quads import Extraction, fingerprint
 from mesh_files import data_folder, read_mesh
 from surfaces import cylinder, octahedron_sphere, torus

@@ -71,7 +71,9 @@ class Walker {
   }
   // Positive to the left of the half-edge.
   std::int64_t side(HalfedgeId h, Gauss p) const { return cross(edge_[at(h)], p - origin(h)); }
-  bool owns(HalfedgeId h) const { return flat_.opposite[at(h)] == kInvalid || h < flat_.opposite[at(h)]; }
+  bool owns(HalfedgeId h) const {
+    return flat_.opposite[at(h)] == kInvalid || h < flat_.opposite[at(h)];
+  }
 
   // Odd places of a face; of those on an edge the ones of the face whose half-edge is smaller.
   template <typename Visit>
@@ -152,7 +154,8 @@ class Walker {
   }
 
   VertexId numbered(const CornerKey& key, const Carrier& carrier, Cells& cells) {
-    const auto [found, is_new] = number_.try_emplace(key, static_cast<VertexId>(cells.corners.size()));
+    const auto [found, is_new] =
+        number_.try_emplace(key, static_cast<VertexId>(cells.corners.size()));
     if (is_new) cells.corners.push_back(carrier);
     return found->second;
   }

@@ -7,9 +7,9 @@
 // (Loops at the vertex can forbid it; then the vertex stays, which costs a quad corner there and
 // nothing else.) Every area is decided in integers; Delaunay is a wish, in doubles.
 //
-// Based on: Gillespie, Sharp, Crane, "Integer Coordinates for Intrinsic Geometry Processing" (2021),
-// for removal by flips; directions are kept as in Sharp, Soliman, Crane, "Navigating Intrinsic
-// Triangulations" (2019), but exactly.
+// Based on: Gillespie, Sharp, Crane, "Integer Coordinates for Intrinsic Geometry Processing"
+// (2021), for removal by flips; directions are kept as in Sharp, Soliman, Crane, "Navigating
+// Intrinsic Triangulations" (2019), but exactly.
 #pragma once
 
 #include <vector>

@@ -98,7 +98,8 @@ std::vector<Index> quarters_around(const FlatSurface& surface, std::size_t verti
         std::atan2(static_cast<double>(cross(a, b)), static_cast<double>(dot(a, b)));
   }
   std::vector<Index> quarters;
-  for (const double sum : angle) quarters.push_back(static_cast<Index>(std::lround(sum / kQuarterTurn)));
+  for (const double sum : angle)
+    quarters.push_back(static_cast<Index>(std::lround(sum / kQuarterTurn)));
   return quarters;
 }
 
@@ -117,10 +118,9 @@ std::array<Moved, 4> flip(FlatSurface& s, HalfedgeId h) {
   const Index turn = s.turn[at(o)];
   const Diamond d = diamond(s, s.edge, h);
   const VertexId a = s.source[at(previous_corner(h))], b = s.source[at(previous_corner(o))];
-  const std::array<Moved, 4> moved = {Moved{previous_corner(h), 3 * f, 0},
-                                      Moved{next_corner(o), 3 * f + 1, turn},
-                                      Moved{previous_corner(o), 3 * g + 1, turn},
-                                      Moved{next_corner(h), 3 * g + 2, 0}};
+  const std::array<Moved, 4> moved = {
+      Moved{previous_corner(h), 3 * f, 0}, Moved{next_corner(o), 3 * f + 1, turn},
+      Moved{previous_corner(o), 3 * g + 1, turn}, Moved{next_corner(h), 3 * g + 2, 0}};
   struct Side {
     VertexId source;
     HalfedgeId opposite;

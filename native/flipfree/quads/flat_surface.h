@@ -98,7 +98,7 @@ std::vector<Index> quarters_around(const FlatSurface& surface, std::size_t verti
 //          \ | /                    \   /          becomes (a, s, b), its neighbour (a, b, t).
 //            s                        s
 struct Diamond {
-  Gauss before, diagonal, across;  // a -> s, a -> b, a -> t
+  Gauss before, diagonal, across;                                     // a -> s, a -> b, a -> t
   std::int64_t at_source() const { return cross(before, diagonal); }  // twice the area of (a, s, b)
   std::int64_t at_target() const { return cross(diagonal, across); }
 };

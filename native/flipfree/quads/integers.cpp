@@ -84,7 +84,8 @@ class Descent {
     return cross(coarse_.integer[at(3 * f)], coarse_.integer[at(3 * f + 1)]);
   }
   double corner_angle(HalfedgeId h) const {
-    return turn(as_vector(coarse_.integer[at(h)]), as_vector(-coarse_.integer[at(previous_corner(h))]));
+    return turn(as_vector(coarse_.integer[at(h)]),
+                as_vector(-coarse_.integer[at(previous_corner(h))]));
   }
   bool has_its_angle(VertexId v) const {
     double angle = 0.0;
@@ -107,10 +108,9 @@ class Descent {
     const double before = flipfree::cross(a, b);
     // |J|^2 times twice the area: sum of cotangents times squares, which is this.
     const Vector2 c = as_vector(q[0]), d = as_vector(q[1]);
-    const double stretch =
-        (c.squaredNorm() * b.squaredNorm() - 2.0 * c.dot(d) * a.dot(b) +
-         d.squaredNorm() * a.squaredNorm()) /
-        before;
+    const double stretch = (c.squaredNorm() * b.squaredNorm() - 2.0 * c.dot(d) * a.dot(b) +
+                            d.squaredNorm() * a.squaredNorm()) /
+                           before;
     if (doubled <= 0) return kNoArea * (1.0 - static_cast<double>(doubled)) + stretch;
     const double ratio = before / static_cast<double>(doubled);
     return 0.125 * stretch * (1.0 + ratio * ratio);
@@ -147,8 +147,8 @@ class Descent {
   bool send(FaceId f, std::vector<Gauss>& rest) {
     const Gauss left = rest[at(f)];
     // One unit of it, to be taken from f.
-    const Index unit = std::abs(left.x) >= std::abs(left.y) ? (left.x > 0 ? 0 : 2)
-                                                            : (left.y > 0 ? 1 : 3);
+    const Index unit =
+        std::abs(left.x) >= std::abs(left.y) ? (left.x > 0 ? 0 : 2) : (left.y > 0 ? 1 : 3);
     rest[at(f)] = left - kUnits[at(unit)];
     const std::size_t nodes = 4 * at(flat().halfedges());
     std::vector<double> distance(nodes, kInfinite);
@@ -212,20 +212,21 @@ class Descent {
           const HalfedgeId out = step.out();
           double& cost = cost_[step.index()];
           cost = kInfinite;
-          if ((border && !along(in, d)) ||
-              (flat().opposite[at(out)] == kInvalid && !along(out, d)))
+          if ((border && !along(in, d)) || (flat().opposite[at(out)] == kInvalid && !along(out, d)))
             continue;
           std::array<Gauss, 3> changed = q;
           changed[at(in % 3)] = changed[at(in % 3)] - kUnits[at(d)];
           changed[at(out % 3)] = changed[at(out % 3)] + kUnits[at(d)];
-          cost = energy(f, changed) - now +
-                 0.5 * bias_ * static_cast<double>(cross(changed[0], changed[1]) - cross(q[0], q[1]));
+          cost =
+              energy(f, changed) - now +
+              0.5 * bias_ * static_cast<double>(cross(changed[0], changed[1]) - cross(q[0], q[1]));
         }
       }
     }
   }
 
-  // Squares of what the count is off by, as energy: one quad per hundred off has a tenth of a quad's.
+  // Squares of what the count is off by, as energy: one quad per hundred off has a tenth of a
+  // quad's.
   double price_of_count(double count) const {
     return count_ > 0.0 ? kPull / count_ * (count - count_) * (count - count_) : 0.0;
   }
@@ -313,8 +314,10 @@ class Descent {
         n = before[at(n)];
       } while (n != node);
       any = true;
-      if (apply(steps)) lowered = true;
-      else if (!lowered) block(steps);
+      if (apply(steps))
+        lowered = true;
+      else if (!lowered)
+        block(steps);
     }
     return any;
   }
@@ -418,7 +421,7 @@ class Descent {
   std::vector<double> scale_;
   double count_;
   double quads_ = 0.0;  // as of the last price_all()
-  double bias_ = 0.0;  // what a quad more costs besides, as long as the count is off
+  double bias_ = 0.0;   // what a quad more costs besides, as long as the count is off
   ExecutionContext& context_;
   std::vector<HalfedgeId> leaving_;   // as of the last flips
   std::vector<double> cost_;          // per Step::index()
@@ -428,8 +431,8 @@ class Descent {
 }  // namespace
 
 bool choose_integers(CoarseSurface& coarse, const FlatSurface& map,
-                     const std::vector<Index>& quarters, const std::vector<Index>& component, const std::vector<double>& scale,
-                     double count, ExecutionContext& context) {
+                     const std::vector<Index>& quarters, const std::vector<Index>& component,
+                     const std::vector<double>& scale, double count, ExecutionContext& context) {
   // So many times larger by a square root of two, where rounding leaves a triangle without area.
   constexpr int kMostSteps = 24;
   Descent descent(coarse, map, quarters, component, scale, count, context);

@@ -84,7 +84,8 @@ Spot spot_of(const Carrier& carrier, const CoarseSurface& coarse, const FlatSurf
   }
   if (carrier.on_edge) {
     const Vector2 place = as_vector(carrier.doubled), whole = as_vector(coarse.integer[at(h)]);
-    return walk(h, 0.5 * place.dot(whole) / whole.squaredNorm() * as_vector(coarse.flat.edge[at(h)]));
+    return walk(h,
+                0.5 * place.dot(whole) / whole.squaredNorm() * as_vector(coarse.flat.edge[at(h)]));
   }
   const Gauss first = coarse.integer[at(h)], second = first + coarse.integer[at(h + 1)];
   const Gauss q = first + first, r = second + second;
@@ -96,15 +97,15 @@ Spot spot_of(const Carrier& carrier, const CoarseSurface& coarse, const FlatSurf
   // From the nearest corner, to the two others.
   const auto k = static_cast<Index>(std::max_element(share.begin(), share.end()) - share.begin());
   const HalfedgeId from = h + k;
-  return walk(from, share[at((k + 1) % 3)] * as_vector(coarse.flat.edge[at(from)]) -
-                        share[at((k + 2) % 3)] *
-                            as_vector(coarse.flat.edge[at(previous_corner(from))]));
+  return walk(from,
+              share[at((k + 1) % 3)] * as_vector(coarse.flat.edge[at(from)]) -
+                  share[at((k + 2) % 3)] * as_vector(coarse.flat.edge[at(previous_corner(from))]));
 }
 
 }  // namespace
 
-std::vector<Spot> spots_of(const std::vector<Carrier>& carriers, const CoarseSurface& coarse, const FlatSurface& map,
-                           const ExecutionContext& context) {
+std::vector<Spot> spots_of(const std::vector<Carrier>& carriers, const CoarseSurface& coarse,
+                           const FlatSurface& map, const ExecutionContext& context) {
   std::vector<Spot> spots;
   for (const Carrier& carrier : carriers) {
     if (spots.size() % 256 == 0) context.check();

@@ -27,8 +27,8 @@ inline Vector3 position(const mesh::Surface& surface, const Spot& spot) {
 // triangle's integers and its edges says, found by walking there straight from one of its vertices.
 // Vertices of the map are met exactly, corners on the border lie on it; else rounding decides no
 // more than the spot itself. Cost: the faces that are walked through.
-std::vector<Spot> spots_of(const std::vector<Carrier>& carriers, const CoarseSurface& coarse, const FlatSurface& map,
-                           const ExecutionContext& context);
+std::vector<Spot> spots_of(const std::vector<Carrier>& carriers, const CoarseSurface& coarse,
+                           const FlatSurface& map, const ExecutionContext& context);
 
 // Straight over the surface from a spot, along a vector in space, of which what lies in the plane
 // of the face counts; unfolded across edges, as far as the border at most.

@@ -270,8 +270,7 @@ std::size_t misplaced(const QuadRequest& request) {
     const FaceId f = (*request.parent_face)[at(v)];
     Vector3 p = Vector3::Zero();
     const Vector3 weight = request.barycentric->row(v);
-    for (int k = 0; k < 3; ++k)
-      p += weight[k] * Vector3(surface.vertices.row(surface.faces(f, k)));
+    for (int k = 0; k < 3; ++k) p += weight[k] * Vector3(surface.vertices.row(surface.faces(f, k)));
     const double off = (p - Vector3(request.vertices->row(v))).norm();
     if (!(weight.minCoeff() >= 0.0) || !(std::abs(weight.sum() - 1.0) < 1e-9) ||
         !(off <= 1e-9 * size))
@@ -296,8 +295,7 @@ std::vector<std::string> quad_defects(const std::vector<Quad>& quads, Index vert
     twice += repeated ? 1 : 0;
   }
   std::vector<std::string> defects;
-  if (twice > 0)
-    defects.push_back(several(twice, "quad uses", "quads use") + " a vertex twice");
+  if (twice > 0) defects.push_back(several(twice, "quad uses", "quads use") + " a vertex twice");
   const std::vector<QuadSide> sides = sorted_sides(quads);
   std::size_t doubled = 0;
   for (std::size_t i = 0; i < sides.size();) {
@@ -335,7 +333,8 @@ std::vector<std::string> quad_defects(const std::vector<Quad>& quads, Index vert
   std::size_t pinched = 0;
   for (std::size_t v = 0; v < corners.size(); ++v) pinched += corners[v] != met[v] ? 1 : 0;
   if (pinched > 0)
-    defects.push_back(several(pinched, "vertex has", "vertices have") + " more than one fan of quads");
+    defects.push_back(several(pinched, "vertex has", "vertices have") +
+                      " more than one fan of quads");
   return defects;
 }
 
@@ -360,14 +359,11 @@ QuadCertificate certify_quads(const QuadRequest& request, const ExecutionContext
   if (const auto unused = std::count(around.begin(), around.end(), 0); unused > 0)
     c.failures.push_back(std::to_string(unused) + " vertices have no quad");
   if (c.failures.empty()) {
-    const Counts of_quads = counted(quads.size(), 4, vertices, [&](std::size_t f, Index k) {
-      return quads[f][at(k)];
-    });
-    const Counts of_surface =
-        counted(at(surface.faces.rows()), 3, static_cast<Index>(surface.vertices.rows()),
-                [&](std::size_t f, Index k) {
-                  return surface.faces(static_cast<Eigen::Index>(f), k);
-                });
+    const Counts of_quads =
+        counted(quads.size(), 4, vertices, [&](std::size_t f, Index k) { return quads[f][at(k)]; });
+    const Counts of_surface = counted(
+        at(surface.faces.rows()), 3, static_cast<Index>(surface.vertices.rows()),
+        [&](std::size_t f, Index k) { return surface.faces(static_cast<Eigen::Index>(f), k); });
     c.components = of_quads.components;
     c.genus = of_quads.genus;
     c.borders = of_quads.borders;

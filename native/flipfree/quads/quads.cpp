@@ -118,8 +118,7 @@ std::optional<Attempt> attempt_at(const Prepared& p, const Scales& scales, doubl
   std::vector<double> scale = scales.scale;
   for (double& s : scale) s *= std::sqrt(wanted);
   CoarseSurface coarse = p.coarse;
-  if (!choose_integers(coarse, p.flat.surface, p.quarters, scales.component, scale, count,
-                       context))
+  if (!choose_integers(coarse, p.flat.surface, p.quarters, scales.component, scale, count, context))
     return std::nullopt;
   // More than anyone can hold: kLongest and memory.
   constexpr std::int64_t kMostQuads = 50'000'000;
@@ -145,8 +144,7 @@ Attempt nearest_attempt(const Prepared& p, const Scales& scales, double target,
     std::optional<Attempt> made = attempt_at(p, scales, wanted, held_to, context);
     if (!made) return 0.0;
     const double count = made->count();
-    if (made->defects.empty() && (!best || off(count) < off(best->count())))
-      best = std::move(made);
+    if (made->defects.empty() && (!best || off(count) < off(best->count()))) best = std::move(made);
     return count;
   };
   double wanted = target;
@@ -247,8 +245,8 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
   const std::vector<Spot> centres =
       spots_of(made.cells.centres, made.coarse, p.flat.surface, context);
   mesh.quads = std::move(made.cells.quads);
-  const mesh::Adjacency adjacency = mesh::build_adjacency(
-      static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
   {
     const ProgressRange range(context, 0.3, 0.8);
     relax(map.surface, adjacency, mesh.quads, held_corners(map, adjacency, spots),
@@ -267,10 +265,8 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
     if (carrier.at_vertex)
       around.push_back(p.quarters[at(made.coarse.flat.source[at(carrier.halfedge)])]);
     else
-      around.push_back(carrier.on_edge &&
-                               made.coarse.flat.opposite[at(carrier.halfedge)] == kInvalid
-                           ? 2
-                           : 4);
+      around.push_back(
+          carrier.on_edge && made.coarse.flat.opposite[at(carrier.halfedge)] == kInvalid ? 2 : 4);
   }
   for (std::size_t q = 0; q < mesh.quads.size(); ++q)
     mesh.quad_parent.push_back(map.parent_face[at(
@@ -305,8 +301,8 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
 }  // namespace
 
 QuadMesh quads_of_surface(const mesh::Surface& surface,
-                          const std::optional<field::GivenField>& given,
-                          const QuadOptions& options, ExecutionContext& context) {
+                          const std::optional<field::GivenField>& given, const QuadOptions& options,
+                          ExecutionContext& context) {
   Stopwatch watch;
   certify::Parametrization map;
   {

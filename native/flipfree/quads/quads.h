@@ -25,7 +25,6 @@ struct QuadOptions {
   double target = 0.0;
   double edge_length = 0.0;
   int relax_rounds = 30;
-  double max_seconds = 0.0;  // of the clock; 0: no limit
 };
 
 struct QuadMesh {
@@ -46,8 +45,8 @@ struct QuadMesh {
 // InvalidInput, Infeasible (cones of one quarter turn, whose quads meet themselves), NotConverged
 // and Cancelled.
 QuadMesh quads_of_surface(const mesh::Surface& surface,
-                          const std::optional<field::GivenField>& given,
-                          const QuadOptions& options, ExecutionContext& context);
+                          const std::optional<field::GivenField>& given, const QuadOptions& options,
+                          ExecutionContext& context);
 
 // The unit cells of a map whose cones and corners are whole numbers apart. Throws InvalidInput
 // where they are not, or the map is not seamless; Infeasible where its cells are no mesh.
