@@ -208,6 +208,13 @@ def test_so_few_that_quads_would_meet_themselves_are_raised() -> None:
     assert mesh.stats["count_raised"] == 1 and len(mesh.quads) > 1
 
 
+def test_borders_of_two_edges_are_none() -> None:
+    vertices, faces = cylinder(5, 30)
+    mesh = ff.quads(vertices * [0.1, 0.1, 1.0], faces, target=1)
+    check(mesh, vertices * [0.1, 0.1, 1.0], faces)
+    assert mesh.certificate.borders == 2 and mesh.stats["count_raised"] == 1
+
+
 def test_cones_of_one_quarter_turn_are_refused() -> None:
     vertices, faces = octahedron_sphere(3)
     sharp = ff.Signature({0: 1, 1: 3, 2: 3, 3: 3, 4: 3, 5: 3}, [])

@@ -62,11 +62,34 @@ struct Attempt {
   double count() const { return static_cast<double>(cells.quads.size()); }
 };
 
+// Whether the border has as many sides as it is long. Two edges of it with the same ends are one
+// edge inside to everyone who knows the quads alone.
+bool keeps_border(const Cells& cells, const CoarseSurface& coarse) {
+  std::int64_t length = 0;
+  for (HalfedgeId h = 0; h < coarse.flat.halfedges(); ++h) {
+    const Gauss q = coarse.integer[at(h)];
+    if (coarse.flat.opposite[at(h)] == kInvalid) length += std::abs(q.x) + std::abs(q.y);
+  }
+  std::vector<std::pair<VertexId, VertexId>> sides;
+  for (const Quad& quad : cells.quads)
+    for (std::size_t k = 0; k < 4; ++k) sides.push_back(std::minmax({quad[k], quad[(k + 1) % 4]}));
+  std::sort(sides.begin(), sides.end());
+  for (std::size_t i = 0; i < sides.size();) {
+    std::size_t j = i;
+    while (j < sides.size() && sides[j] == sides[i]) ++j;
+    length -= j - i == 1 ? 1 : 0;
+    i = j;
+  }
+  return length == 0;
+}
+
 Attempt attempt_with(CoarseSurface coarse, const ExecutionContext& context) {
   Attempt made;
   made.cells = extract_cells(coarse, context);
-  made.coarse = std::move(coarse);
   made.defects = quad_defects(made.cells.quads, static_cast<Index>(made.cells.corners.size()));
+  if (made.defects.empty() && !keeps_border(made.cells, coarse))
+    made.defects.push_back("two edges of a border have the same ends");
+  made.coarse = std::move(coarse);
   return made;
 }
 
