@@ -260,6 +260,30 @@ FaceId face_at_middle(const mesh::Surface& surface, const mesh::Adjacency& adjac
   return nearest;
 }
 
+// The smoothest field, a little along curvature, unless that makes more cones inside of two quarter
+// turns or less.
+field::CrossField own_field(const mesh::Surface& surface, ExecutionContext& context) {
+  field::FieldOptions options;
+  options.simplify = true;
+  options.alignment = kAlignment;
+  field::FoundField along = field::compute_cross_field(surface, options, context);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const auto sharp = [&](const std::vector<Index>& cones) {
+    Index count = 0;
+    for (std::size_t v = 0; v < cones.size(); ++v) {
+      const bool inside = adjacency.opposite[at(adjacency.vertex_halfedge[v])] != kInvalid;
+      count += inside && cones[v] <= 2 ? 1 : 0;
+    }
+    return count;
+  };
+  if (sharp(along.cones) == 0) return std::move(along.field);
+  options.alignment = 0.0;
+  field::FoundField smooth = field::compute_cross_field(surface, options, context);
+  return sharp(smooth.cones) < sharp(along.cones) ? std::move(smooth.field)
+                                                  : std::move(along.field);
+}
+
 QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrization& map,
                   const mesh::Surface& surface, const QuadOptions& options,
                   ExecutionContext& context, Stats stats) {
@@ -332,11 +356,7 @@ QuadMesh quads_of_surface(const mesh::Surface& surface,
     field::CrossField own;
     {
       const ProgressRange range(context, 0.0, 0.1);
-      field::FieldOptions made;
-      made.simplify = true;
-      made.alignment = kAlignment;
-      own = given ? field::read_field(surface, *given, context)
-                  : field::compute_cross_field(surface, made, context).field;
+      own = given ? field::read_field(surface, *given, context) : own_field(surface, context);
     }
     const ProgressRange range(context, 0.1, 0.6);
     map = holonomy::compute_field_aligned_map(surface, own, {}, context);
