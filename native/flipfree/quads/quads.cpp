@@ -371,6 +371,11 @@ QuadMesh quads_of_surface(const mesh::Surface& surface,
   const double target = options.target > 0.0
                             ? options.target
                             : scales.area / (options.edge_length * options.edge_length);
+  constexpr double kMostQuads = 1e7;
+  if (!(target <= kMostQuads))
+    throw_invalid(ErrorCode::kBadOption,
+                  "edge_length is so short that it takes more than 10000000 quads. Give a longer "
+                  "one.");
   stats["target"] = target;
   stats["seconds.coarse"] = watch.seconds();
   watch.restart();

@@ -9,11 +9,14 @@ import numpy as np
 
 from . import _native
 from .calls.seamless import arrays_of
-from .checks import as_mesh, as_positive, as_seconds, shown
+from .checks import as_mesh, as_number, as_positive, as_seconds, shown
 from .errors import bad_option
 from .job import Job, Progress, solver_call, start_job
 from .results import FloatArray, IntArray, Mesh, Parametrization, ReadOnly, frozen, in_unit
 from .texts import counted
+
+#: More are refused.
+MOST_QUADS = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +138,12 @@ def quads(
     mesh = as_mesh(vertices, faces)
     options: dict[str, Any] = dict(max_seconds=as_seconds(max_seconds, "max_seconds"))
     if target is not None:
-        options["target"] = as_positive(target, "target")
+        options["target"] = as_number(
+            target,
+            "target",
+            f"must be positive and at most {MOST_QUADS}",
+            lambda count: 0.0 < count <= MOST_QUADS,
+        )
     else:
         length = as_positive(edge_length, "edge_length")
         options["edge_length"] = float(np.ldexp(length, -mesh.exponent))
