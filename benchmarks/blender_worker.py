@@ -7,6 +7,7 @@
     pack OUT.npz IN.npz GAP SECONDS       Pack Islands on a flat mesh's islands, several times
     smart FOLDER                          Smart UV Project: NAME.npz with vertices and faces -> NAME.smart.npz
     pins FOLDER                           SEED.mesh.npz unwrapped, some pins moved, unwrapped again -> SEED.npz
+    quadriflow OUT.npz IN.npz TARGET      QuadriFlow Remesh
 
 Seconds are (wall clock, CPU) of the operator alone. match: pins are random inner vertices, moved from their place in Blender's own
 Minimum Stretch layout; only that island is selected, so nothing else is timed. pack: what Blender makes differs from press to press
@@ -241,8 +242,25 @@ def pins(folder):
         np.savez(Path(folder) / f"{seed}.npz", uv=map_with_moved_pins(seed, given), **given)
 
 
+def quadriflow(out, source, target):
+    """Blender's own quads of a mesh: faces of four corners, and seconds of CPU."""
+    given = np.load(source)
+    added(given["vertices"], given["faces"])
+    cpu = time.process_time()
+    answer = bpy.ops.object.quadriflow_remesh(target_faces=int(target), seed=0)
+    cpu = time.process_time() - cpu
+    mesh = bpy.context.object.data
+    corners = values(mesh.loops, "vertex_index", np.int32, 1)
+    made = answer == {"FINISHED"} and len(corners) == 4 * len(mesh.polygons)
+    faces = corners.reshape(-1, 4) if made else np.zeros((0, 4), np.int32)
+    np.savez(out, vertices=values(mesh.vertices, "co", np.float32, 3), quads=faces, cpu=cpu)
+
+
 verb, *rest = sys.argv[sys.argv.index("--") + 1 :]
-{"unwrap": unwrap, "match": match, "pack": pack, "smart": smart, "pins": pins}[verb](*rest)
+{
+    **{"unwrap": unwrap, "match": match, "pack": pack, "smart": smart, "pins": pins},
+    **{"quadriflow": quadriflow},
+}[verb](*rest)
 sys.stdout.flush()
 # 4.3.2 can crash while Python is torn down after long scripts; everything is written.
 os._exit(0)

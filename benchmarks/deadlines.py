@@ -159,6 +159,7 @@ def public_calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
         "suggest_cones, quarters": on_mesh(ff.suggest_cones, quarter_turns=True),
         "cross_field": on_mesh(ff.cross_field, alignment=0.3, simplify=True),
         "field_aligned": on_mesh(ff.field_aligned),
+        "quads": on_mesh(ff.quads, target=500),
         "signature": lambda c, s: ff.signature(c[1], c[2], plain_field(c), max_seconds=s),
         "boundary_angles, free": on_mesh(ff.boundary_angles),
         "boundary_angles, circle": on_mesh(ff.boundary_angles, boundary="circle"),
@@ -173,6 +174,7 @@ def public_calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
     }
     mapped: dict[str, Call] = {
         "improve": lambda c, s: ff.improve(maps.of(c), max_seconds=s),
+        "quads_from_map": lambda c, s: ff.quads_from_map(maps.of(c), max_seconds=s),
         "repair": lambda c, s: on_map(ff.repair, c, s, spoil=True),
         "pack": lambda c, s: on_map(ff.pack, c, s),
         "certify": lambda c, s: on_map(partial(ff.certify, bijective=True), c, s),

@@ -156,6 +156,7 @@ void def_call(py::module_& module, const char* name, Options (*read_options)(Opt
 void bind_conformal(py::module_& module);
 void bind_maps(py::module_& module);
 void bind_meshes(py::module_& module);
+void bind_quads(py::module_& module);
 void bind_seamless(py::module_& module);
 
 }  // namespace flipfree::python

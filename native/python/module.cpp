@@ -125,5 +125,6 @@ PYBIND11_MODULE(_native, module) {
   bind_conformal(module);
   bind_maps(module);
   bind_meshes(module);
+  bind_quads(module);
   bind_seamless(module);
 }

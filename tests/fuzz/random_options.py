@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -174,6 +175,18 @@ def signature(mesh: Mesh, random: Random) -> Any:
     return ff.Signature(cones, [(strip, int(random.integers(-3, 4)))])
 
 
+def parametrization(mesh: Mesh, random: Random) -> Any:
+    """A map with cells of any size, or one that is not seamless, or none."""
+    try:
+        if random.random() < 0.2:
+            return ff.unwrap(mesh.vertices, mesh.faces, max_seconds=1.0)
+        map = ff.field_aligned(mesh.vertices, mesh.faces, max_seconds=1.0)
+    except ff.FlipfreeError:
+        return None
+    finer = 2.0 ** random.integers(0, 20)
+    return replace(map, uv=map.uv * finer, _uv32=map.uv32() * np.float32(finer))
+
+
 def flag(_mesh: Mesh, random: Random) -> bool:
     return bool(random.integers(2))
 
@@ -190,6 +203,9 @@ def vertex_map(values: Callable[[Random], Any]) -> Callable[[Mesh, Random], Any]
 PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "uv": (1.0, corner_uv),
     "target_angles": (1.0, angles),
+    "parametrization": (1.0, parametrization),
+    "target": (0.9, one_of(1, 30, 300, 1e4)),
+    "edge_length": (0.1, one_of(0.1, 1.0, 1e3)),
     "map_or_arrays": (1.0, lambda mesh, random: (mesh.vertices, mesh.faces, corner_uv(mesh, random))),
     "pins": (0.4, pins),
     "points": (0.7, lambda mesh, random: {v: place(random) for v in vertices_of(mesh, random)}),

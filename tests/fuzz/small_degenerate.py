@@ -76,6 +76,7 @@ CALLS: dict[str, Arguments] = {
     "suggest_cones": lambda m, r: {"quarter_turns": bool(r.integers(2))},
     "cross_field": lambda m, r: {},
     "field_aligned": lambda m, r: {},
+    "quads": lambda m, r: {"target": int(r.integers(1, 60))},
     "seamless": lambda m, r: {"cones": some_cones(m, r)},
     "admissible_cut": lambda m, r: {"cones": some_cones(m, r)},
     "match": lambda m, r: {"points": few_pins(m, r)},

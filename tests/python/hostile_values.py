@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+from integer_maps import box, parametrization
 
 import flipfree as ff
 
@@ -153,6 +154,8 @@ def arguments_of(name: str) -> dict[str, Any]:
         "pack": {**mesh, "uv": uv},
         "repair": {**mesh, "uv": uv},
         "improve": {"map_or_arrays": (vertices, faces, uv)},
+        "quads": dict(zip(("vertices", "faces"), octahedron_sphere(1), strict=True), target=50),
+        "quads_from_map": {"parametrization": parametrization(box((1, 2, 3), (2, 2, 2)))},
         "field_aligned": dict(zip(("vertices", "faces"), octahedron_sphere(1), strict=True)),
         "seamless": dict(zip(("vertices", "faces"), octahedron_sphere(0), strict=True)),
         "admissible_cut": {

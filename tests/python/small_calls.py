@@ -33,6 +33,7 @@ CALLS = {
     "angles": lambda **options: ff.boundary_angles(*GRID, "circle", **options),
     "field": lambda **options: ff.cross_field(*BALL, **options).directions,
     "aligned": lambda **options: ff.field_aligned(*BALL, **options).uv,
+    "quads": lambda **options: ff.quads(*BALL, target=100, **options).vertices,
     "repair": lambda **options: ff.repair(*BALL, np.zeros((len(BALL[1]), 3, 2)), **options).uv,
     "cones": lambda **options: np.asarray(ff.suggest_cones(*GRID, **options)),
 }

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from integer_maps import box, parametrization
 
 import flipfree as ff
 
@@ -26,6 +27,8 @@ class Size:
     ring: Mesh
     threads: tuple[int, ...]
 
+
+BOX = parametrization(box((4, 6, 10), (4, 3, 5)))
 
 SIZES = {
     "small": Size(bumpy_grid(12, 10), octahedron_sphere(2), torus(16, 8), tuple(range(2, 17))),
@@ -121,6 +124,8 @@ CALLS: dict[str, Callable[[Size, int], bytes]] = {
     "cross_field": lambda s, t: bits(field_of(s.ball, t).directions),
     "signature": lambda s, t: repr(ff.signature(*s.ring, field_of(s.ring, 1), threads=t)).encode(),
     "field_aligned": lambda s, t: map_bits(ff.field_aligned(*s.ring, threads=t)),
+    "quads": lambda s, t: bits(ff.quads(*s.ring, target=200, threads=t).vertices),
+    "quads_from_map": lambda s, t: bits(ff.quads_from_map(BOX, threads=t).vertices),
     "pack": lambda s, t: map_bits(ff.pack(*stripes(s.grid), effort=0.1, threads=t)),
     "certify": lambda s, t: repr(
         {

@@ -21,6 +21,7 @@ from .calls.mesh_files import MeshFile, read, write
 from .calls.seamless import CrossField, Signature, cross_field, field_aligned, seamless, signature
 from .calls.unwrapping import auto_seams, pack, unwrap
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
+from .quads import QuadCertificate, QuadMesh, quads, quads_from_map
 from .results import Certificate, ConformalMetric, Mend, Parametrization, Transitions
 from .separated import SeparatedSurface, islands, separate, split_fans
 
@@ -37,6 +38,8 @@ __all__ = [
     "MeshFile",
     "NotConverged",
     "Parametrization",
+    "QuadCertificate",
+    "QuadMesh",
     "SeparatedSurface",
     "Signature",
     "Transitions",
@@ -55,6 +58,8 @@ __all__ = [
     "jobs",
     "match",
     "pack",
+    "quads",
+    "quads_from_map",
     "read",
     "repair",
     "seamless",

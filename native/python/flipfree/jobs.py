@@ -8,6 +8,8 @@ from .calls import conformal as angles
 from .calls import seamless as seamless_maps
 from .job import Job as Job
 from .job import job_of
+from .quads import quads as _quads
+from .quads import quads_from_map as _quads_from_map
 
 admissible_cut = job_of(cuts.admissible_cut)
 auto_seams = job_of(unwrapping.auto_seams)
@@ -21,6 +23,8 @@ field_aligned = job_of(seamless_maps.field_aligned)
 improve = job_of(improving.improve)
 match = job_of(matching.match)
 pack = job_of(unwrapping.pack)
+quads = job_of(_quads)
+quads_from_map = job_of(_quads_from_map)
 repair = job_of(improving.repair)
 seamless = job_of(seamless_maps.seamless)
 signature = job_of(seamless_maps.signature)

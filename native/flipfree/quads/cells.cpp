@@ -1,0 +1,175 @@
+#include "flipfree/quads/cells.h"
+
+#include <algorithm>
+#include <limits>
+#include <tuple>
+#include <unordered_map>
+
+#include "flipfree/base/error.h"
+
+namespace flipfree::quads {
+
+namespace {
+
+std::int64_t floor_of(std::int64_t a, std::int64_t b) {  // b > 0
+  return a / b - (a % b < 0 ? 1 : 0);
+}
+
+// A place in the chart of a face, whose first corner is the origin.
+struct Place {
+  FaceId face = kInvalid;
+  Gauss at;
+};
+
+struct CornerKey {
+  Index kind = 0;  // face, or -1 - vertex
+  Gauss place;
+  bool operator==(const CornerKey&) const = default;
+};
+struct HashOfKey {
+  std::size_t operator()(const CornerKey& key) const {
+    std::uint64_t hash = static_cast<std::uint32_t>(key.kind);
+    for (const std::int64_t x : {key.place.x, key.place.y})
+      hash = (hash ^ static_cast<std::uint64_t>(x)) * 0x9E3779B97F4A7C15U;
+    return static_cast<std::size_t>(hash ^ (hash >> 29));
+  }
+};
+
+// Places are doubled, so that centres of cells are odd and corners even.
+class Walker {
+ public:
+  Walker(const CoarseSurface& coarse, const ExecutionContext& context)
+      : flat_(coarse.flat), context_(context) {
+    edge_ = coarse.integer;
+    for (Gauss& e : edge_) e = e + e;
+  }
+
+  Cells run() {
+    Cells cells;
+    for (FaceId f = 0; f < flat_.halfedges() / 3; ++f) {
+      for_each_centre(f, [&](Gauss centre) {
+        if (cells.quads.size() % 256 == 0) context_.check();
+        std::array<VertexId, 4> quad{};
+        for (std::size_t k = 0; k < 4; ++k) {
+          constexpr std::array<Gauss, 4> kCorners = {Gauss{-1, -1}, Gauss{1, -1}, Gauss{1, 1},
+                                                     Gauss{-1, 1}};
+          quad[k] = number_of(walk({f, centre}, centre + kCorners[k]), cells);
+        }
+        cells.quads.push_back(quad);
+        cells.centres.push_back({3 * f, centre, false, false});
+      });
+    }
+    return cells;
+  }
+
+ private:
+  // Place of the half-edge's source in the chart of its face.
+  Gauss origin(HalfedgeId h) const {
+    const HalfedgeId first = 3 * (h / 3);
+    if (h % 3 == 0) return {};
+    return h % 3 == 1 ? edge_[at(first)] : edge_[at(first)] + edge_[at(first + 1)];
+  }
+  // Positive to the left of the half-edge.
+  std::int64_t side(HalfedgeId h, Gauss p) const { return cross(edge_[at(h)], p - origin(h)); }
+  bool owns(HalfedgeId h) const {
+    return flat_.opposite[at(h)] == kInvalid || h < flat_.opposite[at(h)];
+  }
+
+  // Odd places of a face; of those on an edge the ones of the face whose half-edge is smaller.
+  template <typename Visit>
+  void for_each_centre(FaceId f, const Visit& visit) const {
+    std::int64_t low = 0, high = 0;
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      low = std::min(low, origin(h).y);
+      high = std::max(high, origin(h).y);
+    }
+    for (std::int64_t y = low + 1; y < high; y += 2) {  // corners are even
+      std::int64_t from = std::numeric_limits<std::int64_t>::min(), to = -(from + 1);
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+        // dx (y - y0) - dy (x - x0) >= 0, or > 0 where the edge is the neighbour's.
+        const Gauss d = edge_[at(h)], o = origin(h);
+        const std::int64_t most = d.x * (y - o.y) + d.y * o.x - (owns(h) ? 0 : 1);  // >= dy x
+        if (d.y > 0)
+          to = std::min(to, floor_of(most, d.y));
+        else if (d.y < 0)
+          from = std::max(from, -floor_of(most, -d.y));
+        else if (most < 0)
+          to = std::numeric_limits<std::int64_t>::min();
+      }
+      if (from % 2 == 0) ++from;
+      for (std::int64_t x = from; x <= to; x += 2) visit(Gauss{x, y});
+    }
+  }
+
+  // Straight from a place in a face to another place of its chart, through as many faces as it
+  // takes; neither the way nor its end passes a vertex on the way. The end, in the chart of a face
+  // that holds it.
+  Place walk(Place from, Gauss end) const {
+    Place here{from.face, end};
+    Gauss start = from.at;
+    HalfedgeId came = kInvalid;
+    for (Index steps = 0; steps < 16 * flat_.halfedges() + 64; ++steps) {
+      HalfedgeId out = kInvalid;
+      for (HalfedgeId h = 3 * here.face; h < 3 * here.face + 3; ++h) {
+        if (h == came || side(h, here.at) >= 0) continue;
+        // It leaves across h if h's ends lie on the two sides of the way.
+        const Gauss way = here.at - start;
+        const Gauss a = origin(h) - start, b = a + edge_[at(h)];
+        if (cross(way, a) <= 0 && cross(way, b) >= 0) out = h;
+      }
+      if (out == kInvalid) return here;
+      const HalfedgeId o = flat_.opposite[at(out)];
+      if (o == kInvalid) break;
+      const Index turn = flat_.turn[at(out)];
+      const Gauss target = origin(next_corner(o));  // where out begins, in the neighbour's chart
+      const auto carried = [&](Gauss p) { return target + turned(p - origin(out), turn); };
+      here = {o / 3, carried(here.at)};
+      start = carried(start);
+      came = o;
+    }
+    throw InternalError("quads: a cell leaves the surface");
+  }
+
+  VertexId number_of(Place place, Cells& cells) {
+    Carrier carrier{3 * place.face, {}, false, false};
+    for (HalfedgeId h = 3 * place.face; h < 3 * place.face + 3; ++h) {
+      if (!(place.at == origin(h))) continue;
+      carrier = {h, {}, true, false};
+      return numbered({-1 - flat_.source[at(h)], {}}, carrier, cells);
+    }
+    for (HalfedgeId h = 3 * place.face; h < 3 * place.face + 3; ++h) {
+      if (side(h, place.at) != 0) continue;
+      Gauss along = place.at - origin(h);
+      carrier.halfedge = h;
+      if (!owns(h)) {
+        carrier.halfedge = flat_.opposite[at(h)];
+        along = turned(along, flat_.turn[at(h)]) + edge_[at(carrier.halfedge)];
+      }
+      carrier.on_edge = true;
+      carrier.doubled = along;
+      return numbered({carrier.halfedge / 3, origin(carrier.halfedge) + along}, carrier, cells);
+    }
+    carrier.doubled = place.at;
+    return numbered({place.face, place.at}, carrier, cells);
+  }
+
+  VertexId numbered(const CornerKey& key, const Carrier& carrier, Cells& cells) {
+    const auto [found, is_new] =
+        number_.try_emplace(key, static_cast<VertexId>(cells.corners.size()));
+    if (is_new) cells.corners.push_back(carrier);
+    return found->second;
+  }
+
+  const FlatSurface& flat_;
+  const ExecutionContext& context_;
+  std::vector<Gauss> edge_;  // doubled
+  std::unordered_map<CornerKey, VertexId, HashOfKey> number_;
+};
+
+}  // namespace
+
+Cells extract_cells(const CoarseSurface& coarse, const ExecutionContext& context) {
+  return Walker(coarse, context).run();
+}
+
+}  // namespace flipfree::quads

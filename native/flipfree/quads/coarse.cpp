@@ -1,0 +1,391 @@
+#include "flipfree/quads/coarse.h"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "flipfree/base/disjoint_sets.h"
+#include "flipfree/base/plane.h"
+
+namespace flipfree::quads {
+
+namespace {
+
+// The corner of the map whose sector holds a direction that lies counter-clockwise of `first`'s
+// half-edge by less than half a turn, given in the chart of `first`'s face; and how many quarters
+// its chart is turned.
+std::pair<CornerId, Index> sector_of(const FlatSurface& map, CornerId first, Gauss direction) {
+  CornerId c = first;
+  Index turn = 0;
+  while (true) {
+    const HalfedgeId last = previous_corner(c);
+    const Gauss d = turned(direction, turn);
+    const HalfedgeId across = map.opposite[at(last)];
+    if (across == kInvalid || cross(d, -map.edge[at(last)]) > 0) return {c, turn};
+    turn += map.turn[at(last)];
+    c = across;
+  }
+}
+
+class Remover {
+ public:
+  Remover(const FlatSurface& map, const std::vector<Index>& quarters,
+          const ExecutionContext& context)
+      : map_(map), quarters_(quarters), context_(context) {
+    coarse_.flat = map;
+    for (HalfedgeId h = 0; h < map.halfedges(); ++h) {
+      coarse_.start.push_back(h);
+      coarse_.start_turn.push_back(0);
+    }
+    leaving_ = leaving(map, quarters.size());
+  }
+
+  CoarseSurface run() {
+    std::vector<HalfedgeId> all;
+    for (HalfedgeId h = 0; h < map_.halfedges(); ++h) all.push_back(h);
+    make_delaunay(std::move(all));
+    std::vector<VertexId> left = removable();
+    // What loops forbid may be possible once others are gone.
+    for (std::size_t before = 0; before != left.size();) {
+      before = left.size();
+      std::erase_if(left, [&](VertexId v) {
+        context_.check();
+        return remove(v);
+      });
+    }
+    compact();
+    return std::move(coarse_);
+  }
+
+ private:
+  FlatSurface& flat() { return coarse_.flat; }
+  bool on_border(VertexId v) const {
+    return coarse_.flat.opposite[at(leaving_[at(v)])] == kInvalid;
+  }
+
+  // Flat vertices but those that must stay.
+  std::vector<VertexId> removable() {
+    const std::size_t count = quarters_.size();
+    DisjointSets parts(static_cast<Index>(count)), borders(static_cast<Index>(count));
+    for (HalfedgeId h = 0; h < map_.halfedges(); ++h) {
+      parts.join(map_.source[at(h)], map_.target(h));
+      if (map_.opposite[at(h)] == kInvalid) borders.join(map_.source[at(h)], map_.target(h));
+    }
+    std::vector<char> part_held(count, 0), border_held(count, 0);
+    const auto hold = [&](VertexId v) {
+      part_held[at(parts.find(v))] = 1;
+      border_held[at(borders.find(v))] = 1;
+    };
+    std::vector<VertexId> flats;
+    for (VertexId v = 0; at(v) < count; ++v) {
+      if (leaving_[at(v)] == kInvalid) continue;
+      if (quarters_[at(v)] == (on_border(v) ? 2 : 4))
+        flats.push_back(v);
+      else
+        hold(v);
+    }
+    // Borders first: what holds one holds its component.
+    for (const bool border : {true, false}) {
+      std::erase_if(flats, [&](VertexId v) {
+        if (on_border(v) != border) return false;
+        const bool held =
+            border ? border_held[at(borders.find(v))] != 0 : part_held[at(parts.find(v))] != 0;
+        if (!held) hold(v);
+        return !held;
+      });
+    }
+    return flats;
+  }
+
+  void flip_at(HalfedgeId h) {
+    const HalfedgeId o = flat().opposite[at(h)];
+    const FaceId f = h / 3, g = o / 3;
+    flip_coarse(coarse_, map_, h);
+    for (const FaceId face : {f, g})
+      for (HalfedgeId e = 3 * face; e < 3 * face + 3; ++e) set_leaving(e);
+  }
+
+  // Half-edge e is a candidate for what leaves its vertex: border half-edges are, for good.
+  void set_leaving(HalfedgeId e) {
+    HalfedgeId& first = leaving_[at(flat().source[at(e)])];
+    const bool border = flat().opposite[at(e)] == kInvalid;
+    if (border || first == kInvalid || flat().source[at(first)] != flat().source[at(e)] ||
+        flat().opposite[at(first)] != kInvalid)
+      first = e;
+  }
+
+  void make_delaunay(std::vector<HalfedgeId> stack) {
+    // Flips end by themselves in exact arithmetic; rounding could make a few go round.
+    std::size_t most = 100 * stack.size() + 100 * flat().source.size();
+    while (!stack.empty() && most-- > 0) {
+      if (most % 1024 == 0) context_.check();
+      const HalfedgeId h = stack.back();
+      stack.pop_back();
+      const HalfedgeId o = flat().opposite[at(h)];
+      if (flat().source[at(h)] == kInvalid || o == kInvalid || o / 3 == h / 3 ||
+          is_delaunay(flat(), flat().edge, h))
+        continue;
+      const Diamond d = diamond(flat(), flat().edge, h);
+      if (d.at_source() <= 0 || d.at_target() <= 0 || !fits(d.diagonal)) continue;
+      flip_at(h);
+      for (const HalfedgeId e : {3 * (h / 3), 3 * (h / 3) + 1, 3 * (o / 3) + 1, 3 * (o / 3) + 2})
+        stack.push_back(e);
+    }
+  }
+
+  // The half-edge from v that is best flipped, kInvalid if none may be; the number of edges inside.
+  struct Choice {
+    HalfedgeId halfedge = kInvalid;
+    Index inner = 0;
+    bool loop = false;
+  };
+  Choice choose(VertexId v) {
+    Choice best;
+    double longest = -1.0;
+    around(flat(), leaving_[at(v)], [&](HalfedgeId h) {
+      const HalfedgeId o = flat().opposite[at(h)];
+      if (flat().target(h) == v) best.loop = true;
+      if (o == kInvalid) return true;
+      ++best.inner;
+      if (o / 3 == h / 3) return true;
+      const Diamond d = diamond(flat(), flat().edge, h);
+      const double length = as_vector(flat().edge[at(h)]).squaredNorm();
+      // Loops first: they are what forbids the end.
+      const double wish = flat().target(h) == v ? 1e30 + length : length;
+      if (d.at_source() >= 0 && d.at_target() > 0 && fits(d.diagonal) && wish > longest) {
+        longest = wish;
+        best.halfedge = h;
+      }
+      return true;
+    });
+    return best;
+  }
+
+  // The faces around a vertex as they are, to be put back.
+  struct Star {
+    struct Side {
+      HalfedgeId halfedge, opposite;
+      VertexId source;
+      Index turn;
+      Gauss edge;
+      CornerId start;
+      Index start_turn;
+      HalfedgeId first;  // of those that leave the source
+    };
+    std::vector<Side> sides;
+  };
+  Star star_of(VertexId v) {
+    Star star;
+    around(flat(), leaving_[at(v)], [&](HalfedgeId spoke) {
+      for (HalfedgeId h = 3 * (spoke / 3); h < 3 * (spoke / 3) + 3; ++h) {
+        const std::size_t i = at(h);
+        star.sides.push_back({h, flat().opposite[i], flat().source[i], flat().turn[i],
+                              flat().edge[i], coarse_.start[i], coarse_.start_turn[i],
+                              leaving_[at(flat().source[i])]});
+      }
+      return true;
+    });
+    return star;
+  }
+  void restore(const Star& star) {
+    for (const Star::Side& side : star.sides) {
+      const std::size_t i = at(side.halfedge);
+      flat().source[i] = side.source;
+      flat().opposite[i] = side.opposite;
+      flat().turn[i] = side.turn;
+      flat().edge[i] = side.edge;
+      coarse_.start[i] = side.start;
+      coarse_.start_turn[i] = side.start_turn;
+      leaving_[at(side.source)] = side.first;
+      if (side.opposite == kInvalid) continue;
+      flat().opposite[at(side.opposite)] = side.halfedge;
+      flat().turn[at(side.opposite)] = -side.turn & 3;
+    }
+  }
+
+  bool remove(VertexId v) {
+    const bool border = on_border(v);
+    const Index wanted = border ? 0 : 3;
+    const Star before = star_of(v);
+    for (std::size_t most = 10 * before.sides.size(); most > 0; --most) {
+      const Choice choice = choose(v);
+      if (choice.inner == wanted && !choice.loop) {
+        if (border ? drop(v) : merge(v)) return true;
+        break;
+      }
+      if (choice.inner <= wanted || choice.halfedge == kInvalid) break;
+      flip_at(choice.halfedge);
+    }
+    restore(before);
+    return false;
+  }
+
+  void kill(FaceId f) {
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) flat().source[at(h)] = kInvalid;
+  }
+
+  // Takes the last triangle of a straight border vertex, which has no area, away.
+  bool drop(VertexId v) {
+    const HalfedgeId out = leaving_[at(v)];
+    const HalfedgeId facing = next_corner(out);
+    const HalfedgeId o = flat().opposite[at(facing)];
+    if (o == kInvalid || o / 3 == out / 3) return false;
+    flat().opposite[at(o)] = kInvalid;
+    flat().turn[at(o)] = 0;
+    kill(out / 3);
+    leaving_[at(v)] = kInvalid;
+    set_leaving(o);
+    make_delaunay({next_corner(o), previous_corner(o)});
+    return true;
+  }
+
+  // Makes one triangle of the three around v, in the first one's chart and place.
+  bool merge(VertexId v) {
+    std::vector<HalfedgeId> spokes;
+    around(flat(), leaving_[at(v)], [&](HalfedgeId h) {
+      spokes.push_back(h);
+      return true;
+    });
+    const FaceId f = spokes[0] / 3;
+    if (spokes[1] / 3 == f || spokes[2] / 3 == f || spokes[1] / 3 == spokes[2] / 3) return false;
+    struct Side {
+      HalfedgeId from, opposite;
+      VertexId source;
+      Index turn, by;
+      Gauss edge;
+      CornerId start;
+      Index start_turn;
+    };
+    std::vector<Side> sides;
+    Index by = 0;  // from the chart of the spoke's face to the first one's
+    for (const HalfedgeId spoke : spokes) {
+      const HalfedgeId h = next_corner(spoke);
+      sides.push_back({h, flat().opposite[at(h)], flat().source[at(h)], flat().turn[at(h)], by,
+                       turned(flat().edge[at(h)], by), coarse_.start[at(h)],
+                       (coarse_.start_turn[at(h)] - by) & 3});
+      by -= flat().turn[at(previous_corner(spoke))];
+    }
+    for (const HalfedgeId spoke : spokes) kill(spoke / 3);
+    leaving_[at(v)] = kInvalid;
+    for (Index k = 0; k < 3; ++k) {
+      Side& side = sides[at(k)];
+      side.turn -= side.by;
+      for (Index j = 0; j < 3; ++j) {
+        if (side.opposite != sides[at(j)].from) continue;
+        side.opposite = 3 * f + j;
+        side.turn += sides[at(j)].by;
+        break;
+      }
+    }
+    for (Index k = 0; k < 3; ++k) {
+      const Side& side = sides[at(k)];
+      const std::size_t h = at(3 * f + k);
+      flat().source[h] = side.source;
+      flat().edge[h] = side.edge;
+      flat().opposite[h] = side.opposite;
+      flat().turn[h] = side.opposite == kInvalid ? 0 : side.turn & 3;
+      coarse_.start[h] = side.start;
+      coarse_.start_turn[h] = side.start_turn;
+      if (side.opposite != kInvalid) {
+        flat().opposite[at(side.opposite)] = 3 * f + k;
+        flat().turn[at(side.opposite)] = -side.turn & 3;
+      }
+    }
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      HalfedgeId& first = leaving_[at(flat().source[at(h)])];
+      if (flat().source[at(first)] != flat().source[at(h)]) first = kInvalid;
+    }
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) set_leaving(h);
+    make_delaunay({3 * f, 3 * f + 1, 3 * f + 2});
+    return true;
+  }
+
+  void compact() {
+    std::vector<HalfedgeId> now(flat().source.size(), kInvalid);
+    HalfedgeId next = 0;
+    for (std::size_t h = 0; h < now.size(); ++h)
+      if (flat().source[h] != kInvalid) now[h] = next++;
+    CoarseSurface kept;
+    for (std::size_t h = 0; h < now.size(); ++h) {
+      if (now[h] == kInvalid) continue;
+      const HalfedgeId o = flat().opposite[h];
+      kept.flat.source.push_back(flat().source[h]);
+      kept.flat.opposite.push_back(o == kInvalid ? kInvalid : now[at(o)]);
+      kept.flat.turn.push_back(flat().turn[h]);
+      kept.flat.edge.push_back(flat().edge[h]);
+      kept.start.push_back(coarse_.start[h]);
+      kept.start_turn.push_back(coarse_.start_turn[h]);
+    }
+    coarse_ = std::move(kept);
+  }
+
+  const FlatSurface& map_;
+  const std::vector<Index>& quarters_;
+  const ExecutionContext& context_;
+  CoarseSurface coarse_;
+  std::vector<HalfedgeId> leaving_;  // #V of the map
+};
+
+}  // namespace
+
+CoarseSurface coarse_surface(const FlatSurface& map, const std::vector<Index>& quarters,
+                             const ExecutionContext& context) {
+  return Remover(map, quarters, context).run();
+}
+
+void flip_coarse(CoarseSurface& coarse, const FlatSurface& map, HalfedgeId h) {
+  const HalfedgeId o = coarse.flat.opposite[at(h)];
+  const bool with_integers = !coarse.integer.empty();
+  const Diamond whole = with_integers ? diamond(coarse.flat, coarse.integer, h) : Diamond{};
+  const std::array<Moved, 4> moved = flip(coarse.flat, h);
+  std::array<std::pair<CornerId, Index>, 4> start;
+  std::array<Gauss, 4> integer;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::size_t from = at(moved[i].from);
+    start[i] = {coarse.start[from], (coarse.start_turn[from] - moved[i].turn) & 3};
+    if (with_integers) integer[i] = turned(coarse.integer[from], moved[i].turn);
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::size_t to = at(moved[i].to);
+    std::tie(coarse.start[to], coarse.start_turn[to]) = start[i];
+    if (with_integers) coarse.integer[to] = integer[i];
+  }
+  const HalfedgeId back = 3 * (h / 3) + 2, forth = 3 * (o / 3);
+  if (with_integers) {
+    coarse.integer[at(back)] = -whole.diagonal;
+    coarse.integer[at(forth)] = whole.diagonal;
+  }
+  // Each leaves its vertex counter-clockwise of the half-edge that follows it in the other face.
+  const auto direct = [&](HalfedgeId e, HalfedgeId before) {
+    const Index turn = coarse.start_turn[at(before)];
+    const auto [corner, more] =
+        sector_of(map, coarse.start[at(before)], turned(coarse.flat.edge[at(e)], turn));
+    coarse.start[at(e)] = corner;
+    coarse.start_turn[at(e)] = (turn + more) & 3;
+  };
+  direct(forth, 3 * (h / 3));
+  direct(back, 3 * (o / 3) + 1);
+}
+
+bool is_delaunay(const FlatSurface& surface, const std::vector<Gauss>& edge, HalfedgeId h) {
+  // The angles at the two apexes have a sum of at most half a turn.
+  const auto apex = [&](HalfedgeId e) {
+    const Vector2 a = as_vector(edge[at(previous_corner(e))]),
+                  b = -as_vector(edge[at(next_corner(e))]);
+    const double size = a.norm() * b.norm();
+    return Vector2(a.dot(b) / size, flipfree::cross(a, b) / size);
+  };
+  const Vector2 here = apex(h), there = apex(surface.opposite[at(h)]);
+  return here.x() * there.y() + here.y() * there.x() > -1e-12;
+}
+
+std::vector<HalfedgeId> leaving(const FlatSurface& surface, std::size_t vertices) {
+  std::vector<HalfedgeId> first(vertices, kInvalid);
+  for (HalfedgeId h = 0; h < surface.halfedges(); ++h) {
+    HalfedgeId& of_vertex = first[at(surface.source[at(h)])];
+    if (of_vertex == kInvalid || surface.opposite[at(h)] == kInvalid) of_vertex = h;
+  }
+  return first;
+}
+
+}  // namespace flipfree::quads

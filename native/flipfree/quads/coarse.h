@@ -1,0 +1,52 @@
+// The coarse surface of a map: the same flat surface, triangulated on its cones and corners alone.
+//
+// Flat vertices go one after the other: edges at the vertex are flipped until three are left (on
+// the border none inside), then it is taken out and what is around is made Delaunay. A vertex of
+// four edges or more always has one that may be flipped: its star, laid out, is a polygon of which
+// the vertex sees every corner, and one of two ears that do not overlap does not hold it inside.
+// (Loops at the vertex can forbid it; then the vertex stays, which costs a quad corner there and
+// nothing else.) Every area is decided in integers; Delaunay is a wish, in doubles.
+//
+// Based on: Gillespie, Sharp, Crane, "Integer Coordinates for Intrinsic Geometry Processing"
+// (2021), for removal by flips; directions are kept as in Sharp, Soliman, Crane, "Navigating
+// Intrinsic Triangulations" (2019), but exactly.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/quads/flat_surface.h"
+
+namespace flipfree::quads {
+
+struct CoarseSurface {
+  FlatSurface flat;  // edges in the map's integers; areas positive
+  // Where each half-edge leaves its vertex on the map: in this corner's sector, which begins at the
+  // corner's half-edge and ends before the next one, as the vector i^start_turn[h] edge[h].
+  std::vector<CornerId> start;
+  std::vector<Index> start_turn;
+  // The same edges, in quads: what integers.h chooses. Empty before.
+  std::vector<Gauss> integer;
+
+  Index faces() const { return flat.halfedges() / 3; }
+};
+
+// Vertices that are kept: cones, corners, one of every closed border and of every component that
+// has none else; and those that could not be taken out. `quarters`: quarters_around() of the map.
+// Throws Cancelled, TimeIsOver. Cost: about O(#F).
+CoarseSurface coarse_surface(const FlatSurface& map, const std::vector<Index>& quarters,
+                             const ExecutionContext& context);
+
+// Flips an edge together with directions and integers. Preconditions as of flip(); both areas are
+// positive by the edges.
+void flip_coarse(CoarseSurface& coarse, const FlatSurface& map, HalfedgeId h);
+
+// Whether the flip makes the edge Delaunay in the metric of these vectors, and by more than
+// rounding.
+bool is_delaunay(const FlatSurface& surface, const std::vector<Gauss>& edge, HalfedgeId h);
+
+// Per vertex of the map one half-edge of the coarse surface that leaves it, on the border the one
+// from which around() sees all; kInvalid where it was taken out.
+std::vector<HalfedgeId> leaving(const FlatSurface& surface, std::size_t vertices);
+
+}  // namespace flipfree::quads

@@ -1,0 +1,130 @@
+// Flat surfaces with cones, in integers: triangles whose edges are Gaussian integers, and quarter
+// turns between their charts.
+//
+// Every face has a chart of its own. Half-edge h = 3 f + k (mesh/adjacency.h) is the vector
+// edge[h] in the chart of f, and the vectors of a face sum up to zero. Across an edge vectors turn
+// by quarters:
+//
+//        edge[opposite[h]] = -i^turn[h] edge[h]
+//
+// so that i^turn[h] takes vectors from the chart of h's face to that of its neighbour. A map whose
+// seams are exact as stored is such a surface without a rounding: its coordinates are multiples of
+// a power of two.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/certify/parametrization.h"
+
+namespace flipfree::quads {
+
+// A Gaussian integer.
+struct Gauss {
+  std::int64_t x = 0;
+  std::int64_t y = 0;
+  friend bool operator==(const Gauss&, const Gauss&) = default;
+};
+constexpr Gauss operator+(Gauss a, Gauss b) { return {a.x + b.x, a.y + b.y}; }
+constexpr Gauss operator-(Gauss a, Gauss b) { return {a.x - b.x, a.y - b.y}; }
+constexpr Gauss operator-(Gauss a) { return {-a.x, -a.y}; }
+// i^quarters a.
+constexpr Gauss turned(Gauss a, Index quarters) {
+  switch (quarters & 3) {
+    case 1:
+      return {-a.y, a.x};
+    case 2:
+      return {-a.x, -a.y};
+    case 3:
+      return {a.y, -a.x};
+    default:
+      return a;
+  }
+}
+inline Vector2 turned(const Vector2& a, Index quarters) {
+  switch (quarters & 3) {
+    case 1:
+      return {-a.y(), a.x()};
+    case 2:
+      return -a;
+    case 3:
+      return {a.y(), -a.x()};
+    default:
+      return a;
+  }
+}
+constexpr std::int64_t cross(Gauss a, Gauss b) { return a.x * b.y - a.y * b.x; }
+constexpr std::int64_t dot(Gauss a, Gauss b) { return a.x * b.x + a.y * b.y; }
+inline Vector2 as_vector(Gauss a) { return {static_cast<double>(a.x), static_cast<double>(a.y)}; }
+
+// Components of edges stay below this either way, so that products and their sums fit 64 bits.
+inline constexpr std::int64_t kLongest = std::int64_t{1} << 30;
+constexpr bool fits(Gauss a) {
+  return a.x < kLongest && a.x > -kLongest && a.y < kLongest && a.y > -kLongest;
+}
+
+struct FlatSurface {
+  std::vector<VertexId> source;      // 3 #F
+  std::vector<HalfedgeId> opposite;  // 3 #F; kInvalid on the border
+  std::vector<Index> turn;           // 3 #F, 0 to 3; 0 on the border
+  std::vector<Gauss> edge;           // 3 #F
+
+  Index halfedges() const { return static_cast<Index>(source.size()); }
+  VertexId target(HalfedgeId h) const { return source[at(next_corner(h))]; }
+  std::int64_t twice_area(FaceId f) const { return cross(edge[at(3 * f)], edge[at(3 * f + 1)]); }
+};
+
+// The map as a flat surface on its own triangles, and the power of two that its integers are
+// multiplied with. Throws InvalidInput where the map is not seamless as it is stored, where its
+// border does not run along the axes, or where it is on no common grid.
+struct FlatMap {
+  FlatSurface surface;
+  double unit = 0.0;
+};
+FlatMap flat_map(const certify::Parametrization& map);
+
+// Quarter turns of the angle around every vertex; 0 for those that no face uses.
+std::vector<Index> quarters_around(const FlatSurface& surface, std::size_t vertices);
+
+// The two triangles at an edge, and those that a flip would make of them, in the chart of h's
+// face:
+//
+//            t                        t
+//          / | \                    /   \          h: s -> t, the face of h has its apex a on
+//        a   h   b       ->       a --d-- b        the left; d runs from a to b. The face of h
+//          \ | /                    \   /          becomes (a, s, b), its neighbour (a, b, t).
+//            s                        s
+struct Diamond {
+  Gauss before, diagonal, across;                                     // a -> s, a -> b, a -> t
+  std::int64_t at_source() const { return cross(before, diagonal); }  // twice the area of (a, s, b)
+  std::int64_t at_target() const { return cross(diagonal, across); }
+};
+Diamond diamond(const FlatSurface& surface, const std::vector<Gauss>& edge, HalfedgeId h);
+
+// Of the four half-edges around a flipped edge: where each was, where it is now, and by how many
+// quarters its chart turned.
+struct Moved {
+  HalfedgeId from = kInvalid;
+  HalfedgeId to = kInvalid;
+  Index turn = 0;
+};
+// Replaces the edge of h by the other diagonal; its half-edges are 3 f + 2 (from b to a), f the
+// face of h, and three times its neighbour (from a to b). Preconditions: two faces; the diamond was
+// looked at.
+std::array<Moved, 4> flip(FlatSurface& surface, HalfedgeId h);
+
+// Calls visit(h) for the half-edges that leave the vertex of `first`, counter-clockwise, from
+// `first` on; until it returns false, comes round, or meets the border.
+template <typename Visit>
+void around(const FlatSurface& surface, HalfedgeId first, const Visit& visit) {
+  for (HalfedgeId h = first; h != kInvalid;) {
+    if (!visit(h)) return;
+    h = surface.opposite[at(previous_corner(h))];
+    if (h == first) return;
+  }
+}
+
+}  // namespace flipfree::quads

@@ -1,0 +1,461 @@
+#include "flipfree/quads/integers.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <queue>
+#include <utility>
+
+#include "flipfree/base/plane.h"
+
+namespace flipfree::quads {
+
+namespace {
+
+constexpr std::array<Gauss, 4> kUnits = {Gauss{1, 0}, Gauss{0, 1}, Gauss{-1, 0}, Gauss{0, -1}};
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+// Energy of a triangle without area, and of a vertex with the wrong angle: more than any other has.
+constexpr double kNoArea = 1e9;
+constexpr double kPull = 10.0;
+
+class Descent {
+ public:
+  Descent(CoarseSurface& coarse, const FlatSurface& map, const std::vector<Index>& quarters,
+          const std::vector<Index>& component, std::vector<double> scale, double count,
+          ExecutionContext& context)
+      : coarse_(coarse),
+        map_(map),
+        quarters_(quarters),
+        component_(component),
+        scale_(std::move(scale)),
+        count_(count),
+        context_(context) {}
+
+  void scale_by(double factor) {
+    for (double& s : scale_) s *= factor;
+  }
+
+  // Every edge by itself, then closed.
+  bool round() {
+    const Index count = flat().halfedges();
+    coarse_.integer.assign(at(count), Gauss{});
+    for (HalfedgeId h = 0; h < count; ++h) {
+      const HalfedgeId o = flat().opposite[at(h)];
+      if (o != kInvalid && o < h) {
+        coarse_.integer[at(h)] = -turned(coarse_.integer[at(o)], flat().turn[at(o)]);
+        continue;
+      }
+      const Vector2 v = wish(h);
+      coarse_.integer[at(h)] = {std::llround(v.x()), std::llround(v.y())};
+    }
+    return close();
+  }
+
+  // Closed dual paths as long as one of them lowers the energy; then flips, and again.
+  void descend() {
+    for (int round = 0; round < 8; ++round) {
+      cancel_cycles();
+      if (!flip_to_delaunay()) return;
+    }
+  }
+
+  // Areas are positive, and vertices have their angle: positive areas alone leave whole turns open,
+  // one more here for one less there.
+  bool is_valid() const {
+    for (FaceId f = 0; f < coarse_.faces(); ++f)
+      if (area(f) <= 0) return false;
+    std::vector<double> angle(quarters_.size(), 0.0);
+    for (HalfedgeId h = 0; h < flat().halfedges(); ++h)
+      angle[at(flat().source[at(h)])] += corner_angle(h);
+    for (HalfedgeId h = 0; h < flat().halfedges(); ++h) {
+      const VertexId v = flat().source[at(h)];
+      if (std::lround(angle[at(v)] / kQuarterTurn) != quarters_[at(v)]) return false;
+    }
+    return true;
+  }
+
+ private:
+  const FlatSurface& flat() const { return coarse_.flat; }
+  Vector2 wish(HalfedgeId h) const {
+    return scale_[at(component_[at(h / 3)])] * as_vector(flat().edge[at(h)]);
+  }
+  std::int64_t area(FaceId f) const {
+    return cross(coarse_.integer[at(3 * f)], coarse_.integer[at(3 * f + 1)]);
+  }
+  double corner_angle(HalfedgeId h) const {
+    return turn(as_vector(coarse_.integer[at(h)]),
+                as_vector(-coarse_.integer[at(previous_corner(h))]));
+  }
+  bool has_its_angle(VertexId v) const {
+    double angle = 0.0;
+    around(flat(), leaving_[at(v)], [&](HalfedgeId h) {
+      angle += corner_angle(h);
+      return true;
+    });
+    return std::lround(angle / kQuarterTurn) == quarters_[at(v)];
+  }
+  // Whether a unit may be added to a border edge: along its axis.
+  bool along(HalfedgeId h, Index direction) const {
+    return (flat().edge[at(h)].y == 0) == (direction % 2 == 0);
+  }
+
+  // Symmetric Dirichlet energy of the triangle's change of shape, by area in quads; 1 per quad
+  // where there is none.
+  double energy(FaceId f, const std::array<Gauss, 3>& q) const {
+    const std::int64_t doubled = cross(q[0], q[1]);
+    const Vector2 a = wish(3 * f), b = wish(3 * f + 1);
+    const double before = flipfree::cross(a, b);
+    // |J|^2 times twice the area: sum of cotangents times squares, which is this.
+    const Vector2 c = as_vector(q[0]), d = as_vector(q[1]);
+    const double stretch = (c.squaredNorm() * b.squaredNorm() - 2.0 * c.dot(d) * a.dot(b) +
+                            d.squaredNorm() * a.squaredNorm()) /
+                           before;
+    if (doubled <= 0) return kNoArea * (1.0 - static_cast<double>(doubled)) + stretch;
+    const double ratio = before / static_cast<double>(doubled);
+    return 0.125 * stretch * (1.0 + ratio * ratio);
+  }
+  std::array<Gauss, 3> integers_of(FaceId f) const {
+    return {coarse_.integer[at(3 * f)], coarse_.integer[at(3 * f + 1)],
+            coarse_.integer[at(3 * f + 2)]};
+  }
+  double energy(FaceId f) const { return energy(f, integers_of(f)); }
+
+  // Sends what triangles lack, or have too much, to each other. A node is a half-edge whose vector
+  // was changed by a unit, direction d: its neighbour has to make up for it.
+  bool close() {
+    std::vector<Gauss> rest;
+    for (FaceId f = 0; f < coarse_.faces(); ++f) {
+      const auto q = integers_of(f);
+      rest.push_back(q[0] + q[1] + q[2]);
+    }
+    for (FaceId f = 0; f < coarse_.faces(); ++f) {
+      while (!(rest[at(f)] == Gauss{})) {
+        context_.check();
+        if (!send(f, rest)) return false;
+      }
+    }
+    return true;
+  }
+
+  // What a unit more costs on the edge, in squared distance from the wish; not negative.
+  double price(HalfedgeId h, Gauss unit) const {
+    const Vector2 off = as_vector(coarse_.integer[at(h)]) - wish(h);
+    return std::max(0.01, 1.0 + 2.0 * off.dot(as_vector(unit)));
+  }
+
+  bool send(FaceId f, std::vector<Gauss>& rest) {
+    const Gauss left = rest[at(f)];
+    // One unit of it, to be taken from f.
+    const Index unit =
+        std::abs(left.x) >= std::abs(left.y) ? (left.x > 0 ? 0 : 2) : (left.y > 0 ? 1 : 3);
+    rest[at(f)] = left - kUnits[at(unit)];
+    const std::size_t nodes = 4 * at(flat().halfedges());
+    std::vector<double> distance(nodes, kInfinite);
+    std::vector<Index> before(nodes, kInvalid);
+    using Entry = std::pair<double, Index>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+    const auto offer = [&](HalfedgeId h, Index d, double sum, Index from) {
+      const HalfedgeId o = flat().opposite[at(h)];
+      if (o == kInvalid && !along(h, d)) return;
+      sum += price(h, kUnits[at(d)]);
+      const Index node = 4 * h + d;
+      if (sum >= distance[at(node)]) return;
+      distance[at(node)] = sum;
+      before[at(node)] = from;
+      queue.emplace(sum, node);
+    };
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) offer(h, (unit + 2) % 4, 0.0, kInvalid);
+    while (!queue.empty()) {
+      const auto [sum, node] = queue.top();
+      queue.pop();
+      if (sum > distance[at(node)]) continue;
+      const HalfedgeId h = node / 4, o = flat().opposite[at(h)];
+      // The neighbour's sum has changed by -i^turn times the unit.
+      const Index d = (node % 4 + (o == kInvalid ? 0 : flat().turn[at(h)])) % 4;
+      if (o == kInvalid || dot(rest[at(o / 3)], kUnits[at(d)]) > 0) {
+        if (o != kInvalid) rest[at(o / 3)] = rest[at(o / 3)] - kUnits[at(d)];
+        for (Index n = node; n != kInvalid; n = before[at(n)]) add(n / 4, n % 4);
+        return true;
+      }
+      for (const HalfedgeId e : {next_corner(o), previous_corner(o)}) offer(e, d, sum, node);
+    }
+    return false;
+  }
+
+  // Adds the unit to the half-edge, and what goes with it to the other side.
+  void add(HalfedgeId h, Index d) {
+    const HalfedgeId o = flat().opposite[at(h)];
+    coarse_.integer[at(h)] = coarse_.integer[at(h)] + kUnits[at(d)];
+    if (o != kInvalid)
+      coarse_.integer[at(o)] = coarse_.integer[at(o)] - kUnits[at((d + flat().turn[at(h)]) % 4)];
+  }
+
+  // Steps of closed dual paths: through a face, in across half-edge `in` (which loses the unit d),
+  // out across the next or the previous one (which gains it). Node 4 h + d: h gains the unit d.
+  struct Step {
+    HalfedgeId in;
+    Index d;
+    Index which;
+    std::size_t index() const { return at(8 * in + 2 * d + which); }
+    HalfedgeId out() const { return which == 0 ? next_corner(in) : previous_corner(in); }
+  };
+
+  void price_face(FaceId f) {
+    const std::array<Gauss, 3> q = integers_of(f);
+    const double now = energy(f, q);
+    for (HalfedgeId in = 3 * f; in < 3 * f + 3; ++in) {
+      const bool border = flat().opposite[at(in)] == kInvalid;
+      for (Index d = 0; d < 4; ++d) {
+        for (Index which = 0; which < 2; ++which) {
+          const Step step{in, d, which};
+          const HalfedgeId out = step.out();
+          double& cost = cost_[step.index()];
+          cost = kInfinite;
+          if ((border && !along(in, d)) || (flat().opposite[at(out)] == kInvalid && !along(out, d)))
+            continue;
+          std::array<Gauss, 3> changed = q;
+          changed[at(in % 3)] = changed[at(in % 3)] - kUnits[at(d)];
+          changed[at(out % 3)] = changed[at(out % 3)] + kUnits[at(d)];
+          cost =
+              energy(f, changed) - now +
+              0.5 * bias_ * static_cast<double>(cross(changed[0], changed[1]) - cross(q[0], q[1]));
+        }
+      }
+    }
+  }
+
+  // Squares of what the count is off by, as energy: one quad per hundred off has a tenth of a
+  // quad's.
+  double price_of_count(double count) const {
+    return count_ > 0.0 ? kPull / count_ * (count - count_) * (count - count_) : 0.0;
+  }
+  void price_all() {
+    if (count_ > 0.0) {
+      quads_ = 0.5 * static_cast<double>(twice_area_in_quads(coarse_));
+      bias_ = 2.0 * kPull / count_ * (quads_ - count_);
+    }
+    for (FaceId f = 0; f < coarse_.faces(); ++f) price_face(f);
+  }
+
+  void cancel_cycles() {
+    cost_.assign(8 * at(flat().halfedges()), kInfinite);
+    price_all();
+    blocked_.clear();
+    leaving_ = leaving(flat(), quarters_.size());
+    const Index outside = 4 * flat().halfedges();
+    std::vector<HalfedgeId> border;
+    for (HalfedgeId h = 0; h < flat().halfedges(); ++h)
+      if (flat().opposite[at(h)] == kInvalid) border.push_back(h);
+    std::vector<double> distance(at(outside) + 1);
+    std::vector<Index> before(at(outside) + 1);
+    std::vector<std::size_t> step_to(at(outside) + 1, 0);
+    for (bool found = true; found;) {
+      context_.check();
+      found = false;
+      std::fill(distance.begin(), distance.end(), 0.0);
+      std::fill(before.begin(), before.end(), kInvalid);
+      // Bellman and Ford; a negative cycle shows among the predecessors after a few rounds.
+      for (Index round = 0; round <= outside && !found; ++round) {
+        bool changed = false;
+        const auto relax = [&](Index from, const Step& step) {
+          const double cost = cost_[step.index()];
+          const Index node = 4 * step.out() + step.d;
+          const double sum = distance[at(from)] + cost;
+          if (!(sum < distance[at(node)] - 1e-9 * (1.0 + std::abs(sum)))) return;
+          distance[at(node)] = sum;
+          before[at(node)] = from;
+          step_to[at(node)] = step.index();
+          changed = true;
+        };
+        for (HalfedgeId h = 0; h < flat().halfedges(); ++h) {
+          const HalfedgeId o = flat().opposite[at(h)];
+          for (Index d = 0; d < 4; ++d) {
+            const Index node = 4 * h + d;
+            if (o != kInvalid) {
+              const Index turned_d = (d + flat().turn[at(h)]) % 4;
+              for (Index which = 0; which < 2; ++which) relax(node, {o, turned_d, which});
+            } else if (along(h, d) && distance[at(node)] < distance[at(outside)]) {
+              distance[at(outside)] = distance[at(node)];
+              before[at(outside)] = node;
+              changed = true;
+            }
+          }
+        }
+        for (const HalfedgeId in : border)
+          for (Index d = 0; d < 4; ++d)
+            for (Index which = 0; which < 2; ++which) relax(outside, {in, d, which});
+        if (!changed) break;
+        found = apply_cycles(before, step_to, outside);
+      }
+    }
+    blocked_.clear();
+  }
+
+  // Applies the cycles among the predecessors that lower the energy, as it is once all their steps
+  // are taken; of others a face that they pass twice is closed to them. True if there was any.
+  bool apply_cycles(const std::vector<Index>& before, const std::vector<std::size_t>& step_to,
+                    Index outside) {
+    std::vector<Index> seen(before.size(), 0);
+    bool any = false, lowered = false;
+    Index pass = 0;
+    for (Index start = 0; start <= outside; ++start) {
+      ++pass;
+      Index node = start;
+      while (node != kInvalid && seen[at(node)] == 0) {
+        seen[at(node)] = pass;
+        node = before[at(node)];
+      }
+      if (node == kInvalid || seen[at(node)] != pass) continue;
+      std::vector<std::size_t> steps;
+      Index n = node;
+      do {
+        if (n != outside) steps.push_back(step_to[at(n)]);
+        n = before[at(n)];
+      } while (n != node);
+      any = true;
+      if (apply(steps))
+        lowered = true;
+      else if (!lowered)
+        block(steps);
+    }
+    return any;
+  }
+
+  // Takes the steps if that lowers the energy.
+  bool apply(const std::vector<std::size_t>& steps) {
+    std::vector<FaceId> faces;
+    for (const std::size_t index : steps) faces.push_back(static_cast<FaceId>(index / 24));
+    std::vector<FaceId> once = faces;
+    std::sort(once.begin(), once.end());
+    once.erase(std::unique(once.begin(), once.end()), once.end());
+    std::vector<VertexId> vertices;
+    for (const FaceId f : once)
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) vertices.push_back(flat().source[at(h)]);
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    const auto doubled = [&] {
+      std::int64_t all = 0;
+      for (const FaceId f : once) all += area(f);
+      return all;
+    };
+    const std::int64_t before = doubled();
+    const auto sum = [&] {
+      double all = price_of_count(quads_ + 0.5 * static_cast<double>(doubled() - before));
+      for (const FaceId f : once) all += energy(f);
+      for (const VertexId v : vertices) all += has_its_angle(v) ? 0.0 : kNoArea;
+      return all;
+    };
+    const double now = sum();
+    const auto shift = [&](bool forth) {
+      for (const std::size_t index : steps) {
+        const Step step{static_cast<HalfedgeId>(index / 8), static_cast<Index>(index % 8 / 2),
+                        static_cast<Index>(index % 2)};
+        const Gauss unit = forth ? kUnits[at(step.d)] : -kUnits[at(step.d)];
+        Gauss& in = coarse_.integer[at(step.in)];
+        in = in - unit;
+        Gauss& out = coarse_.integer[at(step.out())];
+        out = out + unit;
+      }
+    };
+    shift(true);
+    if (sum() < now - 1e-9 * now) {
+      for (const std::size_t index : blocked_) price_face(static_cast<FaceId>(index / 24));
+      blocked_.clear();
+      for (const FaceId f : once) price_face(f);
+      if (count_ > 0.0) price_all();
+      return true;
+    }
+    shift(false);
+    return false;
+  }
+
+  // Steps that are not worth their price together: of those that share a face none is taken until
+  // something else has changed.
+  void block(const std::vector<std::size_t>& steps) {
+    std::vector<char> shared(steps.size(), 0);
+    bool some = false;
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      for (std::size_t j = 0; j < steps.size(); ++j) {
+        if (i != j && steps[i] / 24 == steps[j] / 24) shared[i] = 1;
+      }
+      some = some || shared[i] != 0;
+    }
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+      if (some && shared[i] == 0) continue;
+      cost_[steps[i]] = kInfinite;
+      blocked_.push_back(steps[i]);
+    }
+  }
+
+  // Flips edges that are not Delaunay by the integers, and those of triangles without area by them
+  // if that gives both one. True if any was.
+  bool flip_to_delaunay() {
+    bool any = false;
+    std::size_t most = 20 * at(flat().halfedges()) + 100;
+    for (bool changed = true; changed && most > 0;) {
+      changed = false;
+      for (HalfedgeId h = 0; h < flat().halfedges() && most > 0; ++h) {
+        const HalfedgeId o = flat().opposite[at(h)];
+        if (o == kInvalid || o / 3 == h / 3 || component_[at(h / 3)] != component_[at(o / 3)])
+          continue;
+        const bool positive = area(h / 3) > 0 && area(o / 3) > 0;
+        if (positive && is_delaunay(flat(), coarse_.integer, h)) continue;
+        const Diamond real = diamond(flat(), flat().edge, h);
+        const Diamond whole = diamond(flat(), coarse_.integer, h);
+        if (real.at_source() <= 0 || real.at_target() <= 0 || whole.at_source() <= 0 ||
+            whole.at_target() <= 0 || !fits(real.diagonal) || !fits(whole.diagonal))
+          continue;
+        flip_coarse(coarse_, map_, h);
+        --most;
+        changed = any = true;
+      }
+    }
+    return any;
+  }
+
+  CoarseSurface& coarse_;
+  const FlatSurface& map_;
+  const std::vector<Index>& quarters_;
+  const std::vector<Index>& component_;
+  std::vector<double> scale_;
+  double count_;
+  double quads_ = 0.0;  // as of the last price_all()
+  double bias_ = 0.0;   // what a quad more costs besides, as long as the count is off
+  ExecutionContext& context_;
+  std::vector<HalfedgeId> leaving_;   // as of the last flips
+  std::vector<double> cost_;          // per Step::index()
+  std::vector<std::size_t> blocked_;  // steps whose cost is infinite although they are possible
+};
+
+}  // namespace
+
+bool choose_integers(CoarseSurface& coarse, const FlatSurface& map,
+                     const std::vector<Index>& quarters, const std::vector<Index>& component,
+                     const std::vector<double>& scale, double count, ExecutionContext& context) {
+  // So many times larger by a square root of two, where rounding leaves a triangle without area.
+  constexpr int kMostSteps = 24;
+  Descent descent(coarse, map, quarters, component, scale, count, context);
+  int larger = 0;
+  for (;; ++larger) {
+    if (larger > kMostSteps) return false;
+    if (!descent.round()) return false;
+    descent.descend();
+    if (descent.is_valid()) break;
+    descent.scale_by(std::sqrt(2.0));
+  }
+  for (; larger > 0; --larger) {
+    descent.scale_by(std::sqrt(0.5));
+    descent.descend();
+  }
+  return descent.is_valid();
+}
+
+std::int64_t twice_area_in_quads(const CoarseSurface& coarse) {
+  std::int64_t sum = 0;
+  for (FaceId f = 0; f < coarse.faces(); ++f)
+    sum += cross(coarse.integer[at(3 * f)], coarse.integer[at(3 * f + 1)]);
+  return sum;
+}
+
+}  // namespace flipfree::quads

@@ -1,0 +1,408 @@
+#include "flipfree/quads/quad_certificate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <tuple>
+
+#include <Eigen/Geometry>
+
+#include "flipfree/base/disjoint_sets.h"
+
+namespace flipfree::quads {
+
+namespace {
+
+// A side of a quad: side 4 q + k runs from corner k to the next one.
+struct QuadSide {
+  VertexId low, high;
+  Index side;
+  bool forth;  // from low to high
+  bool operator<(const QuadSide& o) const {
+    return std::tie(low, high, side) < std::tie(o.low, o.high, o.side);
+  }
+};
+
+std::vector<QuadSide> sorted_sides(const std::vector<Quad>& quads) {
+  std::vector<QuadSide> sides;
+  for (std::size_t q = 0; q < quads.size(); ++q) {
+    for (std::size_t k = 0; k < 4; ++k) {
+      const VertexId a = quads[q][k], b = quads[q][(k + 1) % 4];
+      sides.push_back({std::min(a, b), std::max(a, b), static_cast<Index>(4 * q + k), a < b});
+    }
+  }
+  std::sort(sides.begin(), sides.end());
+  return sides;
+}
+
+// Per side the one of the neighbour, kInvalid on the border. Precondition: no defects.
+std::vector<Index> mates_of(const std::vector<Quad>& quads) {
+  std::vector<Index> mate(4 * quads.size(), kInvalid);
+  const std::vector<QuadSide> sides = sorted_sides(quads);
+  for (std::size_t i = 0; i + 1 < sides.size(); ++i) {
+    const QuadSide &a = sides[i], &b = sides[i + 1];
+    if (a.low != b.low || a.high != b.high) continue;
+    mate[at(a.side)] = b.side;
+    mate[at(b.side)] = a.side;
+  }
+  return mate;
+}
+
+struct Counts {
+  Index components = 0, genus = 0, borders = 0;
+  bool operator==(const Counts&) const = default;
+};
+
+// Of polygons of `size` corners each: corner c's next one is its polygon's.
+template <typename VertexOf>
+Counts counted(std::size_t polygons, Index size, Index vertices, const VertexOf& vertex_of) {
+  DisjointSets parts(vertices), rims(vertices);
+  std::map<std::pair<VertexId, VertexId>, int> edges;
+  std::vector<char> used(at(vertices), 0);
+  for (std::size_t f = 0; f < polygons; ++f) {
+    for (Index k = 0; k < size; ++k) {
+      const VertexId a = vertex_of(f, k), b = vertex_of(f, (k + 1) % size);
+      used[at(a)] = 1;
+      parts.join(a, b);
+      ++edges[{std::min(a, b), std::max(a, b)}];
+    }
+  }
+  std::vector<char> rim(at(vertices), 0);
+  for (const auto& [ends, faces] : edges) {
+    if (faces != 1) continue;
+    rims.join(ends.first, ends.second);
+    rim[at(ends.first)] = rim[at(ends.second)] = 1;
+  }
+  Counts counts;
+  Index points = 0;
+  for (VertexId v = 0; v < vertices; ++v) {
+    points += used[at(v)];
+    counts.components += used[at(v)] != 0 && parts.find(v) == v ? 1 : 0;
+    counts.borders += rim[at(v)] != 0 && rims.find(v) == v ? 1 : 0;
+  }
+  const Index euler = points - static_cast<Index>(edges.size()) + static_cast<Index>(polygons);
+  counts.genus = (2 * counts.components - counts.borders - euler) / 2;
+  return counts;
+}
+
+// Chains of edges: joined at vertices of four quads, and along the border at those of two.
+Index count_loops(const std::vector<Quad>& quads, const std::vector<Index>& mate,
+                  const std::vector<Index>& around, const std::vector<char>& rim) {
+  const auto next = [](Index side) { return side % 4 == 3 ? side - 3 : side + 1; };
+  DisjointSets chains(static_cast<Index>(mate.size()));
+  for (Index s = 0; at(s) < mate.size(); ++s) {
+    if (mate[at(s)] != kInvalid) chains.join(s, mate[at(s)]);
+    // At the corner where s ends.
+    const VertexId v = quads[at(next(s) / 4)][at(next(s) % 4)];
+    if (rim[at(v)] == 0 && around[at(v)] == 4) {
+      // The next side's neighbour, its next side: straight on.
+      const Index m = mate[at(next(s))];
+      chains.join(s, next(m));
+    } else if (rim[at(v)] != 0 && around[at(v)] == 2 && mate[at(s)] == kInvalid) {
+      chains.join(s, next(mate[at(next(s))]));
+    }
+  }
+  Index count = 0;
+  for (Index s = 0; at(s) < mate.size(); ++s) count += chains.find(s) == s ? 1 : 0;
+  return count;
+}
+
+double squared_distance(const Vector3& p, const std::array<Vector3, 3>& t) {
+  // Ericson, "Real-Time Collision Detection" (2005), 5.1.5: by the region that holds p.
+  const Vector3 ab = t[1] - t[0], ac = t[2] - t[0], ap = p - t[0];
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0.0 && d2 <= 0.0) return ap.squaredNorm();
+  const Vector3 bp = p - t[1];
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0.0 && d4 <= d3) return bp.squaredNorm();
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return (ap - d1 / (d1 - d3) * ab).squaredNorm();
+  const Vector3 cp = p - t[2];
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0.0 && d5 <= d6) return cp.squaredNorm();
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return (ap - d2 / (d2 - d6) * ac).squaredNorm();
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
+    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return (bp - w * (t[2] - t[1])).squaredNorm();
+  }
+  const double sum = va + vb + vc;
+  return (ap - vb / sum * ab - vc / sum * ac).squaredNorm();
+}
+
+// Triangles in boxes in boxes.
+class BoxTree {
+ public:
+  explicit BoxTree(std::vector<std::array<Vector3, 3>> triangles)
+      : triangles_(std::move(triangles)), order_(triangles_.size()) {
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    if (!order_.empty()) build(0, order_.size());
+  }
+
+  // From p to the nearest triangle.
+  double distance(const Vector3& p) const {
+    double best = std::numeric_limits<double>::infinity();
+    if (!nodes_.empty()) search(0, p, best);
+    return std::sqrt(best);
+  }
+
+ private:
+  struct Node {
+    Vector3 low, high;
+    std::size_t begin, end;  // of the order, in leaves
+    std::size_t second;      // child; the first one is the next node. 0: a leaf
+  };
+
+  std::size_t build(std::size_t begin, std::size_t end) {
+    constexpr std::size_t kLeaf = 4;
+    const std::size_t own = nodes_.size();
+    nodes_.push_back({triangles_[order_[begin]][0], triangles_[order_[begin]][0], begin, end, 0});
+    for (std::size_t i = begin; i < end; ++i) {
+      for (const Vector3& p : triangles_[order_[i]]) {
+        nodes_[own].low = nodes_[own].low.cwiseMin(p);
+        nodes_[own].high = nodes_[own].high.cwiseMax(p);
+      }
+    }
+    if (end - begin <= kLeaf) return own;
+    Eigen::Index axis = 0;
+    (nodes_[own].high - nodes_[own].low).maxCoeff(&axis);
+    const auto place = [&](std::size_t i) {
+      return triangles_[i][0][axis] + triangles_[i][1][axis] + triangles_[i][2][axis];
+    };
+    const std::size_t middle = begin + (end - begin) / 2;
+    const auto from = order_.begin();
+    std::nth_element(from + static_cast<std::ptrdiff_t>(begin),
+                     from + static_cast<std::ptrdiff_t>(middle),
+                     from + static_cast<std::ptrdiff_t>(end),
+                     [&](std::size_t a, std::size_t b) { return place(a) < place(b); });
+    build(begin, middle);
+    const std::size_t second = build(middle, end);
+    nodes_[own].second = second;
+    return own;
+  }
+
+  double to_box(std::size_t node, const Vector3& p) const {
+    const Vector3 off = (nodes_[node].low - p).cwiseMax(p - nodes_[node].high).cwiseMax(0.0);
+    return off.squaredNorm();
+  }
+
+  void search(std::size_t n, const Vector3& p, double& best) const {
+    const Node& node = nodes_[n];
+    if (node.second == 0) {
+      for (std::size_t i = node.begin; i < node.end; ++i)
+        best = std::min(best, squared_distance(p, triangles_[order_[i]]));
+      return;
+    }
+    std::array<std::pair<double, std::size_t>, 2> children = {
+        std::pair{to_box(n + 1, p), n + 1}, std::pair{to_box(node.second, p), node.second}};
+    if (children[1] < children[0]) std::swap(children[0], children[1]);
+    for (const auto& [distance, child] : children)
+      if (distance < best) search(child, p, best);
+  }
+
+  std::vector<std::array<Vector3, 3>> triangles_;
+  std::vector<std::size_t> order_;
+  std::vector<Node> nodes_;
+};
+
+// The largest distance from these points to the tree.
+double farthest(const BoxTree& tree, const std::vector<Vector3>& points,
+                const ExecutionContext& context) {
+  double most = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (i % 256 == 0) context.check();
+    most = std::max(most, tree.distance(points[i]));
+  }
+  return most;
+}
+
+void measure_distances(const QuadRequest& request, const ExecutionContext& context,
+                       QuadCertificate& c) {
+  const mesh::Surface& surface = *request.surface;
+  std::vector<std::array<Vector3, 3>> of_surface, of_quads;
+  std::vector<Vector3> on_surface, on_quads;
+  for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
+    std::array<Vector3, 3> t;
+    for (int k = 0; k < 3; ++k) t[at(k)] = surface.vertices.row(surface.faces(f, k));
+    of_surface.push_back(t);
+    for (std::size_t k = 0; k < 3; ++k) {
+      on_surface.push_back(t[k]);
+      on_surface.emplace_back(0.5 * (t[k] + t[(k + 1) % 3]));
+    }
+    on_surface.emplace_back((t[0] + t[1] + t[2]) / 3.0);
+  }
+  for (const Quad& quad : *request.quads) {
+    std::array<Vector3, 4> p;
+    for (std::size_t k = 0; k < 4; ++k) p[k] = request.vertices->row(quad[k]);
+    of_quads.push_back({p[0], p[1], p[2]});
+    of_quads.push_back({p[0], p[2], p[3]});
+    for (std::size_t k = 0; k < 4; ++k) {
+      on_quads.push_back(p[k]);
+      on_quads.emplace_back(0.5 * (p[k] + p[(k + 1) % 4]));
+    }
+    on_quads.emplace_back(0.25 * (p[0] + p[1] + p[2] + p[3]));
+  }
+  Vector3 low = of_surface[0][0], high = low;
+  for (const auto& t : of_surface) {
+    for (const Vector3& p : t) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+  }
+  const double diagonal = (high - low).norm();
+  c.to_surface = farthest(BoxTree(std::move(of_surface)), on_quads, context) / diagonal;
+  c.to_quads = farthest(BoxTree(std::move(of_quads)), on_surface, context) / diagonal;
+}
+
+std::string several(std::size_t n, const std::string& one, const std::string& many) {
+  return std::to_string(n) + " " + (n == 1 ? one : many);
+}
+
+// Vertices that do not lie where their face and weights say, by more than rounding.
+std::size_t misplaced(const QuadRequest& request) {
+  const mesh::Surface& surface = *request.surface;
+  const double size = surface.vertices.cwiseAbs().maxCoeff();
+  std::size_t count = 0;
+  for (VertexId v = 0; v < static_cast<VertexId>(request.vertices->rows()); ++v) {
+    const FaceId f = (*request.parent_face)[at(v)];
+    Vector3 p = Vector3::Zero();
+    const Vector3 weight = request.barycentric->row(v);
+    for (int k = 0; k < 3; ++k) p += weight[k] * Vector3(surface.vertices.row(surface.faces(f, k)));
+    const double off = (p - Vector3(request.vertices->row(v))).norm();
+    if (!(weight.minCoeff() >= 0.0) || !(std::abs(weight.sum() - 1.0) < 1e-9) ||
+        !(off <= 1e-9 * size))
+      ++count;
+  }
+  return count;
+}
+
+std::string described(const Counts& c) {
+  return several(at(c.components), "component", "components") + ", genus " +
+         std::to_string(c.genus) + ", " + several(at(c.borders), "border", "borders");
+}
+
+}  // namespace
+
+std::vector<std::string> quad_defects(const std::vector<Quad>& quads, Index vertices) {
+  std::size_t twice = 0;
+  for (const Quad& q : quads) {
+    bool repeated = false;
+    for (std::size_t k = 0; k < 4; ++k)
+      for (std::size_t j = 0; j < k; ++j) repeated = repeated || q[k] == q[j];
+    twice += repeated ? 1 : 0;
+  }
+  std::vector<std::string> defects;
+  if (twice > 0) defects.push_back(several(twice, "quad uses", "quads use") + " a vertex twice");
+  const std::vector<QuadSide> sides = sorted_sides(quads);
+  std::size_t doubled = 0;
+  for (std::size_t i = 0; i < sides.size();) {
+    std::size_t j = i;
+    int forth = 0;
+    for (; j < sides.size() && sides[j].low == sides[i].low && sides[j].high == sides[i].high; ++j)
+      forth += sides[j].forth ? 1 : 0;
+    const std::size_t faces = j - i;
+    if (faces > 2 || (faces == 2 && forth != 1)) ++doubled;
+    i = j;
+  }
+  if (doubled > 0)
+    defects.push_back(several(doubled, "pair of vertices is", "pairs of vertices are") +
+                      " joined by more than one edge");
+  if (!defects.empty()) return defects;
+  // One fan of quads around every vertex: as many as one meets by going round.
+  const std::vector<Index> mate = mates_of(quads);
+  std::vector<Index> corners(at(vertices), 0), met(at(vertices), 0);
+  for (const Quad& q : quads)
+    for (const VertexId v : q) ++corners[at(v)];
+  std::vector<char> begun(at(vertices), 0);
+  // A fan begins at the side that leaves along the border, if there is one.
+  for (const bool border : {true, false}) {
+    for (Index s = 0; at(s) < mate.size(); ++s) {
+      const VertexId v = quads[at(s / 4)][at(s % 4)];
+      if (begun[at(v)] != 0 || (mate[at(s)] != kInvalid && border)) continue;
+      begun[at(v)] = 1;
+      Index side = s;
+      do {
+        ++met[at(v)];
+        side = mate[at(side % 4 == 0 ? side + 3 : side - 1)];
+      } while (side != kInvalid && side != s);
+    }
+  }
+  std::size_t pinched = 0;
+  for (std::size_t v = 0; v < corners.size(); ++v) pinched += corners[v] != met[v] ? 1 : 0;
+  if (pinched > 0)
+    defects.push_back(several(pinched, "vertex has", "vertices have") +
+                      " more than one fan of quads");
+  return defects;
+}
+
+QuadCertificate certify_quads(const QuadRequest& request, const ExecutionContext& context) {
+  const std::vector<Quad>& quads = *request.quads;
+  const auto vertices = static_cast<Index>(request.vertices->rows());
+  const mesh::Surface& surface = *request.surface;
+  QuadCertificate c;
+  c.vertices = vertices;
+  c.quads = static_cast<Index>(quads.size());
+  c.failures = quad_defects(quads, vertices);
+  if (request.count >= 0 && request.count != static_cast<std::int64_t>(quads.size()))
+    c.failures.push_back("there are " + std::to_string(quads.size()) +
+                         " quads, but the area of the map is " + std::to_string(request.count));
+  if (const std::size_t off = misplaced(request); off > 0)
+    c.failures.push_back(several(off, "vertex does", "vertices do") +
+                         " not lie where its parent face and weights say");
+  context.check();
+  std::vector<Index> around(at(vertices), 0);
+  for (const Quad& q : quads)
+    for (const VertexId v : q) ++around[at(v)];
+  if (const auto unused = std::count(around.begin(), around.end(), 0); unused > 0)
+    c.failures.push_back(std::to_string(unused) + " vertices have no quad");
+  if (c.failures.empty()) {
+    const Counts of_quads =
+        counted(quads.size(), 4, vertices, [&](std::size_t f, Index k) { return quads[f][at(k)]; });
+    const Counts of_surface = counted(
+        at(surface.faces.rows()), 3, static_cast<Index>(surface.vertices.rows()),
+        [&](std::size_t f, Index k) { return surface.faces(static_cast<Eigen::Index>(f), k); });
+    c.components = of_quads.components;
+    c.genus = of_quads.genus;
+    c.borders = of_quads.borders;
+    if (!(of_quads == of_surface))
+      c.failures.push_back("the quads have " + described(of_quads) + ", the surface " +
+                           described(of_surface));
+    const std::vector<Index> mate = mates_of(quads);
+    std::vector<char> rim(at(vertices), 0);
+    for (std::size_t s = 0; s < mate.size(); ++s) {
+      if (mate[s] != kInvalid) continue;
+      rim[at(quads[s / 4][s % 4])] = rim[at(quads[s / 4][(s + 1) % 4])] = 1;
+    }
+    for (VertexId v = 0; v < vertices; ++v) {
+      if (around[at(v)] == (rim[at(v)] != 0 ? 2 : 4)) continue;
+      c.irregular.push_back(v);
+      c.valence.push_back(around[at(v)]);
+    }
+    c.edge_loops = count_loops(quads, mate, around, rim);
+  }
+  if (request.around != nullptr) {
+    std::size_t wrong = 0;
+    for (std::size_t v = 0; v < around.size(); ++v)
+      wrong += around[v] != (*request.around)[v] ? 1 : 0;
+    if (wrong > 0)
+      c.failures.push_back(several(wrong, "vertex has", "vertices have") +
+                           " another number of quads than the map has quarter turns there");
+  }
+  for (std::size_t q = 0; q < quads.size(); ++q) {
+    const auto p = [&](std::size_t k) { return Vector3(request.vertices->row(quads[q][k])); };
+    const FaceId f = (*request.quad_parent)[q];
+    const Vector3 a = surface.vertices.row(surface.faces(f, 0));
+    const Vector3 normal = (Vector3(surface.vertices.row(surface.faces(f, 1))) - a)
+                               .cross(Vector3(surface.vertices.row(surface.faces(f, 2))) - a);
+    if (!((p(2) - p(0)).cross(p(3) - p(1)).dot(normal) > 0.0))
+      c.turned.push_back(static_cast<Index>(q));
+  }
+  if (!quads.empty()) measure_distances(request, context, c);
+  c.ok = c.failures.empty();
+  return c;
+}
+
+}  // namespace flipfree::quads

@@ -1,0 +1,403 @@
+#include "flipfree/quads/quads.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "flipfree/base/disjoint_sets.h"
+#include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/holonomy/field_aligned.h"
+#include "flipfree/quads/cells.h"
+#include "flipfree/quads/coarse.h"
+#include "flipfree/quads/integers.h"
+#include "flipfree/quads/places.h"
+#include "flipfree/quads/relax.h"
+
+namespace flipfree::quads {
+
+namespace {
+
+// Of the field that is made where none is given, to the principal curvatures: it brings the cones
+// that parts of machines need, and costs organic shapes little.
+constexpr double kAlignment = 0.1;
+
+// A map made ready: as integers, and on its cones alone.
+struct Prepared {
+  FlatMap flat;
+  std::vector<Index> quarters;
+  CoarseSurface coarse;
+};
+
+Prepared prepare(const certify::Parametrization& map, ExecutionContext& context) {
+  Prepared p;
+  p.flat = flat_map(map);
+  p.quarters = quarters_around(p.flat.surface, at(map.surface.vertices.rows()));
+  const std::vector<HalfedgeId> first = leaving(p.flat.surface, p.quarters.size());
+  std::vector<Index> sharp;
+  for (std::size_t v = 0; v < first.size(); ++v) {
+    if (first[v] != kInvalid && p.flat.surface.opposite[at(first[v])] != kInvalid &&
+        p.quarters[v] == 1)
+      sharp.push_back(static_cast<Index>(v));
+  }
+  if (!sharp.empty())
+    throw_infeasible(ErrorCode::kBadAngles,
+                     "The map has only one quarter turn at vertex " + std::to_string(sharp[0]) +
+                         ", where a quad would meet itself. Give a field without such cones "
+                         "(simplify).",
+                     {}, ElementKind::kVertex, first_elements(sharp));
+  p.coarse = coarse_surface(p.flat.surface, p.quarters, context);
+  return p;
+}
+
+// One choice of integers, and its cells.
+struct Attempt {
+  CoarseSurface coarse;
+  Cells cells;
+  std::vector<std::string> defects;
+  double count() const { return static_cast<double>(cells.quads.size()); }
+};
+
+// Whether the border has as many sides as it is long. Two edges of it with the same ends are one
+// edge inside to everyone who knows the quads alone.
+bool keeps_border(const Cells& cells, const CoarseSurface& coarse) {
+  std::int64_t length = 0;
+  for (HalfedgeId h = 0; h < coarse.flat.halfedges(); ++h) {
+    const Gauss q = coarse.integer[at(h)];
+    if (coarse.flat.opposite[at(h)] == kInvalid) length += std::abs(q.x) + std::abs(q.y);
+  }
+  std::vector<std::pair<VertexId, VertexId>> sides;
+  for (const Quad& quad : cells.quads)
+    for (std::size_t k = 0; k < 4; ++k) sides.push_back(std::minmax({quad[k], quad[(k + 1) % 4]}));
+  std::sort(sides.begin(), sides.end());
+  for (std::size_t i = 0; i < sides.size();) {
+    std::size_t j = i;
+    while (j < sides.size() && sides[j] == sides[i]) ++j;
+    length -= j - i == 1 ? 1 : 0;
+    i = j;
+  }
+  return length == 0;
+}
+
+Attempt attempt_with(CoarseSurface coarse, const ExecutionContext& context) {
+  Attempt made;
+  made.cells = extract_cells(coarse, context);
+  made.defects = quad_defects(made.cells.quads, static_cast<Index>(made.cells.corners.size()));
+  if (made.defects.empty() && !keeps_border(made.cells, coarse))
+    made.defects.push_back("two edges of a border have the same ends");
+  made.coarse = std::move(coarse);
+  return made;
+}
+
+struct Scales {
+  std::vector<Index> component;  // per face of the coarse surface
+  std::vector<double> scale;     // per component: quads per length of the map's integers, for one
+                                 // quad in all
+  double area = 0.0;             // of the surface
+};
+
+// Every component has its share of the quads by its area on the surface, whatever its size in the
+// map.
+Scales scales_of(const Prepared& p, const certify::Parametrization& map) {
+  const FlatSurface& flat = p.flat.surface;
+  DisjointSets parts(static_cast<Index>(p.quarters.size()));
+  for (HalfedgeId h = 0; h < flat.halfedges(); ++h) parts.join(flat.source[at(h)], flat.target(h));
+  std::vector<Index> number(p.quarters.size(), kInvalid);
+  std::vector<double> on_surface, in_map;
+  Scales scales;
+  const auto part = [&](VertexId v) -> std::size_t {
+    Index& n = number[at(parts.find(v))];
+    if (n == kInvalid) {
+      n = static_cast<Index>(on_surface.size());
+      on_surface.push_back(0.0);
+      in_map.push_back(0.0);
+    }
+    return at(n);
+  };
+  for (FaceId f = 0; f < flat.halfedges() / 3; ++f) {
+    const Vector3 a = map.surface.vertices.row(map.surface.faces(f, 0));
+    const Vector3 b = map.surface.vertices.row(map.surface.faces(f, 1));
+    const Vector3 c = map.surface.vertices.row(map.surface.faces(f, 2));
+    const double area = 0.5 * (b - a).cross(c - a).norm();
+    const std::size_t n = part(flat.source[at(3 * f)]);
+    on_surface[n] += area;
+    in_map[n] += 0.5 * static_cast<double>(flat.twice_area(f));
+    scales.area += area;
+  }
+  for (std::size_t n = 0; n < in_map.size(); ++n)
+    scales.scale.push_back(std::sqrt(on_surface[n] / scales.area / in_map[n]));
+  for (FaceId f = 0; f < p.coarse.faces(); ++f)
+    scales.component.push_back(static_cast<Index>(part(p.coarse.flat.source[at(3 * f)])));
+  return scales;
+}
+
+// Integers for about `wanted` quads.
+std::optional<Attempt> attempt_at(const Prepared& p, const Scales& scales, double wanted,
+                                  double count, ExecutionContext& context) {
+  std::vector<double> scale = scales.scale;
+  for (double& s : scale) s *= std::sqrt(wanted);
+  CoarseSurface coarse = p.coarse;
+  if (!choose_integers(coarse, p.flat.surface, p.quarters, scales.component, scale, count, context))
+    return std::nullopt;
+  // More than anyone can hold: kLongest and memory.
+  constexpr std::int64_t kMostQuads = 50'000'000;
+  if (twice_area_in_quads(coarse) > 2 * kMostQuads) return std::nullopt;
+  return attempt_with(std::move(coarse), context);
+}
+
+// As near to `target` quads as a few scales come, then by lengths that give way; more where so few
+// are no mesh.
+Attempt nearest_attempt(const Prepared& p, const Scales& scales, double target,
+                        ExecutionContext& context, Stats& stats) {
+  constexpr double kNear = 0.05;
+  constexpr int kMostScales = 3;
+  constexpr int kMostRaised = 24;
+  std::optional<Attempt> best;
+  std::int64_t tries = 0;
+  const auto off = [&](double count) { return std::abs(std::log(count / target)); };
+  const auto is_near = [&] { return best && off(best->count()) <= std::log1p(kNear); };
+  // The count that comes out; 0 for none.
+  const auto offer = [&](double wanted, double held_to) {
+    context.report("integers", 0.02 * static_cast<double>(std::min<std::int64_t>(tries, 10)));
+    ++tries;
+    std::optional<Attempt> made = attempt_at(p, scales, wanted, held_to, context);
+    if (!made) return 0.0;
+    const double count = made->count();
+    if (made->defects.empty() && (!best || off(count) < off(best->count()))) best = std::move(made);
+    return count;
+  };
+  double wanted = target;
+  for (int i = 0; i < kMostScales && !is_near(); ++i) {
+    const double count = offer(wanted, 0.0);
+    if (count == 0.0) break;
+    wanted *= target / count;
+  }
+  if (!is_near()) offer(target, target);
+  stats["count_raised"] = static_cast<std::int64_t>(best ? 0 : 1);
+  for (int i = 1; i <= kMostRaised && !best; ++i) offer(target * std::pow(1.5, i), 0.0);
+  if (!best)
+    throw_not_converged(ErrorCode::kIterationLimit,
+                        "No whole numbers were found for the edges between the map's cones. Ask "
+                        "for more quads, or simplify the field.");
+  stats["scales_tried"] = tries;
+  return *std::move(best);
+}
+
+// The map's own integers.
+Attempt attempt_of_map(const Prepared& p, const ExecutionContext& context) {
+  CoarseSurface coarse = p.coarse;
+  for (HalfedgeId h = 0; h < coarse.flat.halfedges(); ++h) {
+    const Vector2 e = p.flat.unit * as_vector(coarse.flat.edge[at(h)]);
+    const Gauss q{std::llround(e.x()), std::llround(e.y())};
+    if (as_vector(q) != e || !fits(q)) {
+      const VertexId a = coarse.flat.source[at(h)], b = coarse.flat.target(h);
+      throw_invalid(ErrorCode::kBadOption,
+                    "Vertices " + std::to_string(a) + " and " + std::to_string(b) +
+                        " of the map, cones or corners, are not whole numbers apart. Use quads(), "
+                        "which chooses such numbers.",
+                    ElementKind::kVertex, {a, b});
+    }
+    coarse.integer.push_back(q);
+  }
+  return attempt_with(std::move(coarse), context);
+}
+
+// Corners that relaxation leaves alone: on the border, and on edges of the map that are sharp.
+std::vector<char> held_corners(const certify::Parametrization& map,
+                               const mesh::Adjacency& adjacency, const std::vector<Spot>& spots) {
+  constexpr double kSharp = 0.8;  // cosine of the angle between normals: 37 degrees
+  constexpr double kOnEdge = 1e-7;
+  std::vector<Vector3> normal;
+  for (FaceId f = 0; f < static_cast<FaceId>(map.surface.faces.rows()); ++f) {
+    const Vector3 a = map.surface.vertices.row(map.surface.faces(f, 0));
+    const Vector3 b = map.surface.vertices.row(map.surface.faces(f, 1));
+    const Vector3 c = map.surface.vertices.row(map.surface.faces(f, 2));
+    normal.push_back((b - a).cross(c - a).normalized());
+  }
+  std::vector<char> edge_held(adjacency.opposite.size(), 0),
+      vertex_held(at(map.surface.vertices.rows()), 0);
+  for (HalfedgeId h = 0; at(h) < edge_held.size(); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o != kInvalid && normal[at(h / 3)].dot(normal[at(o / 3)]) > kSharp) continue;
+    edge_held[at(h)] = 1;
+    vertex_held[at(mesh::source(map.surface.faces, h))] = 1;
+    vertex_held[at(mesh::target(map.surface.faces, h))] = 1;
+  }
+  std::vector<char> held;
+  for (const Spot& spot : spots) {
+    char hold = 0;
+    for (int k = 0; k < 3; ++k) {
+      const HalfedgeId h = 3 * spot.face + k;
+      if (spot.weight[(k + 2) % 3] < kOnEdge && edge_held[at(h)] != 0) hold = 1;
+      if (spot.weight[k] > 1.0 - kOnEdge && vertex_held[at(map.surface.faces(spot.face, k))] != 0)
+        hold = 1;
+    }
+    held.push_back(hold);
+  }
+  return held;
+}
+
+// The face at the middle of a quad: where one gets from its corners, or from where its centre was,
+// over the surface; of these ways, which part at creases, the one that ends nearest.
+FaceId face_at_middle(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                      const Quad& quad, const std::vector<Spot>& spots, const Spot& centre) {
+  Vector3 middle = Vector3::Zero();
+  for (const VertexId v : quad) middle += 0.25 * position(surface, spots[at(v)]);
+  FaceId nearest = kInvalid;
+  double least = 0.0;
+  for (std::size_t k = 0; k <= 4; ++k) {
+    const Spot& from = k == 4 ? centre : spots[at(quad[k])];
+    const Spot spot = slide(surface, adjacency, from, middle - position(surface, from));
+    const double off = (position(surface, spot) - middle).squaredNorm();
+    if (nearest != kInvalid && off >= least) continue;
+    nearest = spot.face;
+    least = off;
+  }
+  return nearest;
+}
+
+// The smoothest field, a little along curvature, unless that makes more cones inside of two quarter
+// turns or less.
+field::CrossField own_field(const mesh::Surface& surface, ExecutionContext& context) {
+  field::FieldOptions options;
+  options.simplify = true;
+  options.alignment = kAlignment;
+  field::FoundField along = field::compute_cross_field(surface, options, context);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const auto sharp = [&](const std::vector<Index>& cones) {
+    Index count = 0;
+    for (std::size_t v = 0; v < cones.size(); ++v) {
+      const bool inside = adjacency.opposite[at(adjacency.vertex_halfedge[v])] != kInvalid;
+      count += inside && cones[v] <= 2 ? 1 : 0;
+    }
+    return count;
+  };
+  if (sharp(along.cones) == 0) return std::move(along.field);
+  options.alignment = 0.0;
+  field::FoundField smooth = field::compute_cross_field(surface, options, context);
+  return sharp(smooth.cones) < sharp(along.cones) ? std::move(smooth.field)
+                                                  : std::move(along.field);
+}
+
+QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrization& map,
+                  const mesh::Surface& surface, const QuadOptions& options,
+                  ExecutionContext& context, Stats stats) {
+  QuadMesh mesh;
+  std::vector<Spot> spots = spots_of(made.cells.corners, made.coarse, p.flat.surface, context);
+  const std::vector<Spot> centres =
+      spots_of(made.cells.centres, made.coarse, p.flat.surface, context);
+  mesh.quads = std::move(made.cells.quads);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  {
+    const ProgressRange range(context, 0.3, 0.8);
+    relax(map.surface, adjacency, mesh.quads, held_corners(map, adjacency, spots),
+          options.relax_rounds, spots, context);
+  }
+  const auto count = static_cast<Eigen::Index>(spots.size());
+  mesh.vertices.resize(count, 3);
+  mesh.barycentric.resize(count, 3);
+  std::vector<Index> around;
+  for (Eigen::Index v = 0; v < count; ++v) {
+    const Spot spot = on_input(map, surface, spots[at(v)]);
+    mesh.parent_face.push_back(spot.face);
+    mesh.barycentric.row(v) = spot.weight.transpose();
+    mesh.vertices.row(v) = position(surface, spot).transpose();
+    const Carrier& carrier = made.cells.corners[at(v)];
+    if (carrier.at_vertex)
+      around.push_back(p.quarters[at(made.coarse.flat.source[at(carrier.halfedge)])]);
+    else
+      around.push_back(
+          carrier.on_edge && made.coarse.flat.opposite[at(carrier.halfedge)] == kInvalid ? 2 : 4);
+  }
+  for (std::size_t q = 0; q < mesh.quads.size(); ++q)
+    mesh.quad_parent.push_back(map.parent_face[at(
+        face_at_middle(map.surface, adjacency, mesh.quads[q], spots, centres[q]))]);
+  context.report("certifying", 0.8);
+  QuadRequest request;
+  request.surface = &surface;
+  request.vertices = &mesh.vertices;
+  request.quads = &mesh.quads;
+  request.parent_face = &mesh.parent_face;
+  request.barycentric = &mesh.barycentric;
+  request.quad_parent = &mesh.quad_parent;
+  request.around = &around;
+  request.count = twice_area_in_quads(made.coarse) / 2;
+  mesh.certificate = certify_quads(request, context);
+  if (!mesh.certificate.ok)
+    throw_not_converged(ErrorCode::kCertificateFailed,
+                        "The quads fail their certificate: " + mesh.certificate.failures[0] +
+                            ". Ask for more quads.");
+  std::int64_t flat_kept = 0;
+  std::vector<HalfedgeId> first = leaving(made.coarse.flat, p.quarters.size());
+  for (std::size_t v = 0; v < first.size(); ++v) {
+    if (first[v] == kInvalid) continue;
+    flat_kept += p.quarters[v] == (made.coarse.flat.opposite[at(first[v])] == kInvalid ? 2 : 4);
+  }
+  stats["kept_vertices"] = flat_kept;
+  stats["coarse_faces"] = static_cast<std::int64_t>(made.coarse.faces());
+  mesh.stats = std::move(stats);
+  return mesh;
+}
+
+}  // namespace
+
+QuadMesh quads_of_surface(const mesh::Surface& surface,
+                          const std::optional<field::GivenField>& given, const QuadOptions& options,
+                          ExecutionContext& context) {
+  Stopwatch watch;
+  certify::Parametrization map;
+  {
+    field::CrossField own;
+    {
+      const ProgressRange range(context, 0.0, 0.1);
+      own = given ? field::read_field(surface, *given, context) : own_field(surface, context);
+    }
+    const ProgressRange range(context, 0.1, 0.6);
+    map = holonomy::compute_field_aligned_map(surface, own, {}, context);
+  }
+  Stats stats;
+  for (const auto& [name, value] : map.stats) stats["map." + name] = value;
+  stats["seconds.map"] = watch.seconds();
+  watch.restart();
+  const ProgressRange range(context, 0.6, 1.0);
+  const Prepared p = prepare(map, context);
+  const Scales scales = scales_of(p, map);
+  const double target = options.target > 0.0
+                            ? options.target
+                            : scales.area / (options.edge_length * options.edge_length);
+  constexpr double kMostQuads = 1e7;
+  if (!(target <= kMostQuads))
+    throw_invalid(ErrorCode::kBadOption,
+                  "edge_length is so short that it takes more than 10000000 quads. Give a longer "
+                  "one.");
+  stats["target"] = target;
+  stats["seconds.coarse"] = watch.seconds();
+  watch.restart();
+  Attempt made = nearest_attempt(p, scales, std::max(target, 1.0), context, stats);
+  stats["seconds.integers"] = watch.seconds();
+  watch.restart();
+  QuadMesh mesh = finished(p, std::move(made), map, surface, options, context, std::move(stats));
+  mesh.stats["seconds.finish"] = watch.seconds();
+  return mesh;
+}
+
+QuadMesh quads_of_map(const certify::Parametrization& map, const mesh::Surface& surface,
+                      const QuadOptions& options, ExecutionContext& context) {
+  const Prepared p = prepare(map, context);
+  Attempt made = attempt_of_map(p, context);
+  if (!made.defects.empty())
+    throw_infeasible(ErrorCode::kBadOption,
+                     "The map's " + std::to_string(made.cells.quads.size()) +
+                         " cells are no mesh of quads: " + made.defects[0] +
+                         ". Take a map of more cells.",
+                     {});
+  return finished(p, std::move(made), map, surface, options, context, {});
+}
+
+}  // namespace flipfree::quads

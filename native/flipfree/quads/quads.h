@@ -1,0 +1,56 @@
+// Quads: a surface as a mesh of quads that follow a seamless map, certified.
+//
+//   flat_map()         flat_surface.h      the map as integers
+//   coarse_surface()   coarse.h            its cones and corners, triangulated
+//   choose_integers()  integers.h          edges in whole quads
+//   extract_cells()    cells.h             the quads
+//   spots_of()         places.h            where their corners lie
+//   relax()            relax.h             made more regular
+//   certify_quads()    quad_certificate.h  judged
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/certify/parametrization.h"
+#include "flipfree/field/compute.h"
+#include "flipfree/quads/quad_certificate.h"
+
+namespace flipfree::quads {
+
+struct QuadOptions {
+  // How many quads; 0: as many as quads of `edge_length`, a length on the surface, that it takes.
+  double target = 0.0;
+  double edge_length = 0.0;
+  int relax_rounds = 30;
+};
+
+struct QuadMesh {
+  Points3 vertices;                 // #v x 3, on the surface
+  std::vector<Quad> quads;          // counter-clockwise
+  std::vector<FaceId> parent_face;  // per vertex: the input's face that holds it
+  Points3 barycentric;              // #v x 3: weights in that face
+  std::vector<FaceId> quad_parent;  // per quad: the input's face at its middle
+  QuadCertificate certificate;
+  Stats stats;  // "target"; "coarse_faces", "kept_vertices" (flat ones that stayed), "count_raised"
+                // (1 where fewer quads would not make a mesh), and the map's
+};
+
+// Quads of a surface that follow a field; none: the smoothest, simplified. Every cone
+// is a vertex of as many quads as it has quarter turns, and the number of quads is within 5 % of
+// the one wanted where integers allow it: small numbers are sparse. Where so few quads would be no
+// mesh (a quad that meets itself, two edges with the same ends), there are more. Throws
+// InvalidInput, Infeasible (cones of one quarter turn, whose quads meet themselves), NotConverged
+// and Cancelled.
+QuadMesh quads_of_surface(const mesh::Surface& surface,
+                          const std::optional<field::GivenField>& given, const QuadOptions& options,
+                          ExecutionContext& context);
+
+// The unit cells of a map whose cones and corners are whole numbers apart. Throws InvalidInput
+// where they are not, or the map is not seamless; Infeasible where its cells are no mesh.
+QuadMesh quads_of_map(const certify::Parametrization& map, const mesh::Surface& surface,
+                      const QuadOptions& options, ExecutionContext& context);
+
+}  // namespace flipfree::quads

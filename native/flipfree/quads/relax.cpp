@@ -1,0 +1,123 @@
+#include "flipfree/quads/relax.h"
+
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+namespace flipfree::quads {
+
+namespace {
+
+// How much of a quad's proportions stays, 0 for squares: a strip that has to be wide shall be, but
+// where there is room quads become square.
+constexpr double kOwnProportions = 0.7;
+
+// Overrelaxation: what is wrong over many quads is put right in rounds of their number, not of its
+// square.
+constexpr double kOver = 1.7;
+
+class Relaxation {
+ public:
+  Relaxation(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+             const std::vector<Quad>& quads, std::vector<Spot>& spots)
+      : surface_(surface), adjacency_(adjacency), quads_(quads), spots_(spots) {
+    for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
+      const Vector3 a = corner(f, 0);
+      normal_.push_back((corner(f, 1) - a).cross(corner(f, 2) - a).normalized());
+    }
+    for (const Spot& spot : spots) place_.push_back(position(surface, spot));
+    first_.assign(spots.size() + 1, 0);
+    for (const Quad& quad : quads)
+      for (const VertexId v : quad) ++first_[at(v) + 1];
+    for (std::size_t v = 0; v < spots.size(); ++v) first_[v + 1] += first_[v];
+    use_.resize(4 * quads.size());
+    std::vector<Index> filled(first_.begin(), first_.end() - 1);
+    for (std::size_t q = 0; q < quads.size(); ++q)
+      for (std::size_t k = 0; k < 4; ++k)
+        use_[at(filled[at(quads[q][k])]++)] = static_cast<Index>(4 * q + k);
+  }
+
+  void move(VertexId v) {
+    Vector3 wish = Vector3::Zero();
+    for (Index i = first_[at(v)]; i < first_[at(v) + 1]; ++i) wish += wished(use_[at(i)]);
+    wish /= static_cast<double>(first_[at(v) + 1] - first_[at(v)]);
+    const Spot spot = spots_[at(v)];
+    const Vector3 place = place_[at(v)];
+    const int before = turned_around(v);
+    double share = 1.0;
+    for (int tries = 0; tries < 4; ++tries, share *= 0.5) {
+      spots_[at(v)] = slide(surface_, adjacency_, spot, share * kOver * (wish - place));
+      place_[at(v)] = position(surface_, spots_[at(v)]);
+      if (turned_around(v) <= before) return;
+    }
+    spots_[at(v)] = spot;
+    place_[at(v)] = place;
+  }
+
+ private:
+  Vector3 corner(FaceId f, int k) const { return surface_.vertices.row(surface_.faces(f, k)); }
+
+  // Where the rectangle that is nearest to a quad has this corner.
+  Vector3 wished(Index use) const {
+    const Quad& quad = quads_[at(use / 4)];
+    std::array<Vector3, 4> p;
+    for (std::size_t k = 0; k < 4; ++k) p[k] = place_[at(quad[k])];
+    const Vector3 centre = 0.25 * (p[0] + p[1] + p[2] + p[3]);
+    const Vector3 u = p[1] - p[0] + p[2] - p[3], w = p[3] - p[0] + p[2] - p[1];
+    const double a = u.norm(), b = w.norm();
+    if (!(a > 0.0) || !(b > 0.0)) return p[at(use % 4)];
+    // The sides' directions, turned apart or together as much as they must.
+    const Vector3 sum = u / a + w / b, difference = u / a - w / b;
+    if (!(sum.norm() > 1e-6) || !(difference.norm() > 1e-6)) return p[at(use % 4)];
+    const Vector3 s = sum.normalized(), d = difference.normalized();
+    const double middle = std::sqrt(a * b);
+    const double scale = 0.25 * std::sqrt(0.5);
+    const Vector3 right =
+        scale * std::pow(a, kOwnProportions) * std::pow(middle, 1.0 - kOwnProportions) * (s + d);
+    const Vector3 up =
+        scale * std::pow(b, kOwnProportions) * std::pow(middle, 1.0 - kOwnProportions) * (s - d);
+    const double x = use % 4 == 1 || use % 4 == 2 ? 1.0 : -1.0, y = use % 4 >= 2 ? 1.0 : -1.0;
+    return centre + x * right + y * up;
+  }
+
+  // Corners of the quads around v that look against the surface.
+  int turned_around(VertexId v) const {
+    int count = 0;
+    for (Index i = first_[at(v)]; i < first_[at(v) + 1]; ++i) {
+      const Quad& quad = quads_[at(use_[at(i)] / 4)];
+      Vector3 normal = Vector3::Zero();
+      for (const VertexId c : quad) normal += normal_[at(spots_[at(c)].face)];
+      for (std::size_t k = 0; k < 4; ++k) {
+        const Vector3& p = place_[at(quad[k])];
+        const Vector3 next = place_[at(quad[(k + 1) % 4])] - p;
+        const Vector3 last = place_[at(quad[(k + 3) % 4])] - p;
+        if (!(next.cross(last).dot(normal) > 0.0)) ++count;
+      }
+    }
+    return count;
+  }
+
+  const mesh::Surface& surface_;
+  const mesh::Adjacency& adjacency_;
+  const std::vector<Quad>& quads_;
+  std::vector<Spot>& spots_;
+  std::vector<Vector3> normal_, place_;
+  std::vector<Index> first_, use_;  // corners 4 q + k at each vertex
+};
+
+}  // namespace
+
+void relax(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+           const std::vector<Quad>& quads, const std::vector<char>& held, int rounds,
+           std::vector<Spot>& spots, ExecutionContext& context) {
+  Relaxation relaxation(surface, adjacency, quads, spots);
+  for (int round = 0; round < rounds; ++round) {
+    for (VertexId v = 0; at(v) < spots.size(); ++v) {
+      if (v % 256 == 0)
+        context.report("relaxing", (round + v / static_cast<double>(spots.size())) / rounds);
+      if (held[at(v)] == 0) relaxation.move(v);
+    }
+  }
+}
+
+}  // namespace flipfree::quads

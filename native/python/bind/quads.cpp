@@ -1,0 +1,90 @@
+// Quads from a surface, and from a map.
+#include "flipfree/quads/quads.h"
+
+#include <optional>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/failure.h"
+#include "flipfree/certify/parametrization.h"
+#include "job.h"
+
+namespace flipfree::python {
+namespace {
+
+py::object quads_to_python(quads::QuadMesh&& mesh) {
+  using namespace pybind11::literals;
+  std::vector<Index> corners;
+  for (const quads::Quad& quad : mesh.quads)
+    corners.insert(corners.end(), quad.begin(), quad.end());
+  quads::QuadCertificate& c = mesh.certificate;
+  return py::dict(
+      "vertices"_a = std::move(mesh.vertices),
+      "quads"_a = py::object(py::cast(std::move(corners)).attr("reshape")(-1, 4)),
+      "parent_face"_a = std::move(mesh.parent_face), "barycentric"_a = std::move(mesh.barycentric),
+      "quad_parent"_a = std::move(mesh.quad_parent), "stats"_a = to_python(mesh.stats),
+      "certificate"_a = py::dict("ok"_a = c.ok, "vertices"_a = c.vertices, "quads"_a = c.quads,
+                                 "components"_a = c.components, "genus"_a = c.genus,
+                                 "borders"_a = c.borders, "irregular"_a = std::move(c.irregular),
+                                 "valence"_a = std::move(c.valence), "edge_loops"_a = c.edge_loops,
+                                 "turned"_a = std::move(c.turned), "to_surface"_a = c.to_surface,
+                                 "to_quads"_a = c.to_quads, "failures"_a = std::move(c.failures)));
+}
+
+quads::QuadOptions read_quad_options(OptionReader& read) {
+  quads::QuadOptions options;
+  read("target", options.target);
+  read("edge_length", options.edge_length);
+  return options;
+}
+
+}  // namespace
+}  // namespace flipfree::python
+
+namespace pybind11::detail {
+template <>
+struct type_caster<flipfree::quads::QuadMesh> {
+  static constexpr auto name = const_name("object");
+  static handle cast(flipfree::quads::QuadMesh&& mesh, return_value_policy, handle) {
+    return flipfree::python::quads_to_python(std::move(mesh)).release();
+  }
+};
+}  // namespace pybind11::detail
+
+namespace flipfree::python {
+
+void bind_quads(py::module_& module) {
+  def_job(module, "quads", [](OptionReader& read) {
+    using Arrays = std::tuple<Points3, std::vector<double>, std::vector<Index>>;
+    return [given = read.value<std::optional<Arrays>>("field"), options = read_quad_options(read),
+            max_seconds = read.value<double>("max_seconds")](const mesh::Surface& surface,
+                                                             ExecutionContext& context) {
+      return in_time(
+          context, max_seconds, "The quads were not reached", "or ask for fewer quads", [&] {
+            return quads::quads_of_surface(
+                surface,
+                given ? std::optional(field::GivenField{std::get<0>(*given), std::get<1>(*given),
+                                                        std::get<2>(*given)})
+                      : std::nullopt,
+                options, context);
+          });
+    };
+  });
+  def_job(module, "quads_from_map", [](OptionReader& read) {
+    return [uv = read.value<Points2f>("uv32"), options = read_quad_options(read),
+            max_seconds = read.value<double>("max_seconds")](const mesh::Surface& surface,
+                                                             ExecutionContext& context) {
+      return in_time(context, max_seconds, "The quads were not reached",
+                     "or take a map of fewer cells", [&] {
+                       certify::Parametrization map;
+                       map.surface = surface;
+                       map.uv32 = uv;
+                       certify::set_identity_provenance(map);
+                       return quads::quads_of_map(map, surface, options, context);
+                     });
+    };
+  });
+}
+
+}  // namespace flipfree::python

@@ -1,0 +1,237 @@
+"""Quads: counts, topology, cones, and the same meshes by a judge in fractions."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import integer_maps as maps
+import numpy as np
+import pytest
+
+import flipfree as ff
+
+from judges.quads import Extraction, fingerprint
+from mesh_files import data_folder, read_mesh
+from surfaces import cylinder, octahedron_sphere, torus
+
+
+def irregular(mesh: ff.QuadMesh) -> Counter[int]:
+    return Counter(mesh.certificate.irregular[:, 1].tolist())
+
+
+def topology(quads: np.ndarray) -> tuple[int, int]:
+    """Euler characteristic, and the number of edges with one quad."""
+    ends = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], -1).reshape(-1, 2), axis=1)
+    edges, uses = np.unique(ends, axis=0, return_counts=True)
+    assert uses.max() <= 2
+    return len(np.unique(quads)) - len(edges) + len(quads), int((uses == 1).sum())
+
+
+def check(mesh: ff.QuadMesh, vertices: np.ndarray, faces: np.ndarray) -> None:
+    assert mesh.certificate.ok and mesh.certificate.quads == len(mesh.quads)
+    assert (np.sort(mesh.quads, axis=1)[:, 1:] != np.sort(mesh.quads, axis=1)[:, :-1]).all()
+    places = (vertices[faces[mesh.parent_face]] * mesh.barycentric[..., None]).sum(1)
+    np.testing.assert_allclose(places, mesh.vertices, atol=1e-9 * np.abs(vertices).max())
+    triangles = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], -1).reshape(-1, 2), axis=1)
+    edges, uses = np.unique(triangles, axis=0, return_counts=True)
+    euler, rim = topology(mesh.quads)
+    assert euler == len(np.unique(faces)) - len(edges) + len(faces)
+    assert (rim == 0) == (uses.min() == 2)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 10])
+def test_a_cube_has_six_n_squared(n: int) -> None:
+    vertices, faces, _ = maps.box((1, 1, 1), (6, 6, 6))
+    mesh = ff.quads(vertices, faces, target=6 * n * n)
+    check(mesh, vertices, faces)
+    assert len(mesh.quads) == 6 * n * n and irregular(mesh) == {3: 8}
+    assert len(mesh.certificate.turned) == 0
+
+
+def test_a_box_has_whole_quads_along_every_edge() -> None:
+    vertices, faces, _ = maps.box((2, 3, 5), (4, 6, 10))
+    mesh = ff.quads(vertices, faces, edge_length=0.5)
+    check(mesh, vertices, faces)
+    assert len(mesh.quads) == 62 * 4 and irregular(mesh) == {3: 8}
+    assert mesh.certificate.hausdorff < 1e-6
+    # The twelve edges, and a ring between any two neighbouring planes of the grid.
+    assert mesh.certificate.edge_loops == 12 + (4 - 1) + (6 - 1) + (10 - 1)
+
+
+INTEGER_MAPS = {
+    "cube": maps.box((1, 1, 1), (2, 2, 2)),
+    "box": maps.box((2, 3, 5), (2, 3, 4)),
+    "centres on edges": maps.box((3, 3, 1), (2, 2, 2)),
+    "torus": maps.twisted_torus(4, 5, 0, 8, 8),
+    "torus, twisted": maps.twisted_torus(6, 4, 3, 8, 8),
+    "torus, twisted by one": maps.twisted_torus(4, 3, 1, 8, 6),
+    "pillow": maps.pillow(3, 4),
+    "annulus": maps.annulus(2, 3),
+}
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("name", INTEGER_MAPS)
+def test_cells_are_those_of_a_judge_in_fractions(name: str, seed: int) -> None:
+    mapped = maps.in_random_charts(INTEGER_MAPS[name], seed)
+    vertices, faces, uv = mapped
+    mesh = ff.quads_from_map(maps.parametrization(mapped))
+    check(mesh, vertices, faces)
+    a, b = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    area = (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2
+    assert len(mesh.quads) == area
+    corners = mesh.certificate.irregular[:, 0]
+    # A vertex of the map that is a cone or a corner; on a torus any.
+    start = 0
+    if len(corners):
+        start = int(np.abs(vertices - mesh.vertices[corners[0]]).sum(1).argmin())
+    judged = Extraction(faces, uv, start).quads()
+    assert len(judged) == area
+    assert fingerprint(judged) == fingerprint(mesh.quads.tolist())
+
+
+def test_a_torus_of_one_cell_is_refused() -> None:
+    for twist in (0, 1):
+        mapped = maps.twisted_torus(1, 1, twist, 8, 8)
+        with pytest.raises(ff.Infeasible, match="a vertex twice"):
+            ff.quads_from_map(maps.parametrization(mapped))
+    with pytest.raises(ff.Infeasible, match="more than one edge"):
+        ff.quads_from_map(maps.parametrization(maps.twisted_torus(2, 2, 0, 8, 8)))
+
+
+def test_a_pillow_has_vertices_of_two_quads() -> None:
+    mesh = ff.quads_from_map(maps.parametrization(maps.pillow(4, 4)))
+    assert mesh.certificate.ok and len(mesh.quads) == 32 and irregular(mesh) == {2: 4}
+
+
+def test_maps_without_whole_numbers_are_refused_by_name() -> None:
+    vertices, faces, uv = maps.box((2, 3, 5), (2, 3, 5))
+    with pytest.raises(ff.InvalidInput, match="whole numbers apart"):
+        ff.quads_from_map(maps.parametrization((vertices, faces, uv * 0.75)))
+    uv[7] *= 2.0
+    with pytest.raises(ff.InvalidInput, match="does not match across its seam"):
+        ff.quads_from_map(maps.parametrization((vertices, faces, uv)))
+    uv[7] = uv[7, ::-1]
+    with pytest.raises(ff.InvalidInput, match="no positive area"):
+        ff.quads_from_map(maps.parametrization((vertices, faces, uv)))
+    with pytest.raises(ff.InvalidInput, match="must be a Parametrization"):
+        ff.quads_from_map(vertices)
+
+
+@pytest.mark.parametrize("target", [6, 24, 500, 3000])
+def test_a_sphere_has_the_count_that_it_was_asked_for(target: int) -> None:
+    vertices, faces = octahedron_sphere(4)
+    mesh = ff.quads(vertices, faces, target=target)
+    check(mesh, vertices, faces)
+    assert 0.9 * target <= len(mesh.quads) <= 1.1 * target
+    assert irregular(mesh) == {3: 8} and len(mesh.certificate.turned) == 0
+
+
+def test_cones_nearer_than_a_quad_stay_apart() -> None:
+    vertices, faces = torus(48, 24)
+    near = ff.Signature({0: 3, 1: 5, 600: 3, 601: 5}, [])
+    field = ff.cross_field(vertices, faces, signature=near)
+    for target in (60, 200):
+        mesh = ff.quads(vertices, faces, target=target, field=field)
+        check(mesh, vertices, faces)
+        assert irregular(mesh) == {3: 2, 5: 2}
+
+
+def test_open_surfaces_keep_their_borders() -> None:
+    for vertices, faces, borders in (
+        (*cylinder(24, 4), 2),
+        (*maps.annulus(2, 3)[:2], 2),
+        (*maps.box((2, 3, 40), (2, 3, 40))[:2], 0),
+    ):
+        mesh = ff.quads(vertices, faces, target=300)
+        check(mesh, vertices, faces)
+        assert mesh.certificate.borders == borders
+        assert 285 <= len(mesh.quads) <= 315
+
+
+def test_a_long_tube_has_rings() -> None:
+    vertices, faces = cylinder(12, 60)
+    vertices = vertices * [0.05, 0.05, 1.0]
+    mesh = ff.quads(vertices, faces, target=400)
+    check(mesh, vertices, faces)
+    assert len(mesh.certificate.irregular) == 0
+
+
+def test_an_l_with_a_hole_keeps_its_corners() -> None:
+    vertices, faces, uv = maps.annulus(2, 5)
+    used, ids = np.unique(faces[~(uv.mean(1) > 9).all(-1)], return_inverse=True)
+    faces = ids.reshape(-1, 3).astype(np.int32)
+    mesh = ff.quads(vertices[used], faces, target=4 * len(faces) // 2)
+    check(mesh, vertices[used], faces)
+    assert len(mesh.quads) == 2 * len(faces)
+
+
+def test_every_component_has_its_share() -> None:
+    one, faces, _ = maps.box((1, 1, 1), (4, 4, 4))
+    both = np.concatenate([one, 2.0 * one + 5.0])
+    mesh = ff.quads(both, np.concatenate([faces, faces + len(one)]), target=6 * 5 * 9)
+    assert mesh.certificate.ok and mesh.certificate.components == 2
+    assert Counter((mesh.vertices[mesh.quads[:, 0], 0] > 2.0).tolist()) == {False: 54, True: 216}
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e6, 1e-200])
+def test_quads_do_not_depend_on_the_unit(size: float) -> None:
+    vertices, faces = octahedron_sphere(3)
+    mesh = ff.quads(vertices * size, faces, edge_length=0.2 * size)
+    check(mesh, vertices * size, faces)
+    assert 290 < len(mesh.quads) < 340
+
+
+def test_results_have_the_same_bits_for_any_number_of_threads() -> None:
+    vertices, faces = torus()
+    one, many = (ff.quads(vertices, faces, target=200, threads=n) for n in (1, 3))
+    assert (one.quads == many.quads).all() and (one.vertices == many.vertices).all()
+
+
+def test_handles_stay() -> None:
+    folder = data_folder() / "fields"
+    for name, genus in (("eight766.obj", 2), ("gtorus004_fine.obj", 4)):
+        given = read_mesh(folder / name)
+        vertices, faces = given.vertices, given.faces
+        for target in (100, 1000):
+            mesh = ff.quads(vertices, faces, target=target)
+            check(mesh, vertices, faces)
+            assert mesh.certificate.genus == genus
+            if target == 1000:
+                assert 950 <= len(mesh.quads) <= 1050
+
+
+def test_so_few_that_quads_would_meet_themselves_are_raised() -> None:
+    vertices, faces = torus()
+    mesh = ff.quads(vertices, faces, target=1)
+    check(mesh, vertices, faces)
+    assert mesh.stats["count_raised"] == 1 and len(mesh.quads) > 1
+
+
+def test_borders_of_two_edges_are_none() -> None:
+    vertices, faces = cylinder(5, 30)
+    mesh = ff.quads(vertices * [0.1, 0.1, 1.0], faces, target=1)
+    check(mesh, vertices * [0.1, 0.1, 1.0], faces)
+    assert mesh.certificate.borders == 2 and mesh.stats["count_raised"] == 1
+
+
+def test_cones_of_one_quarter_turn_are_refused() -> None:
+    vertices, faces = octahedron_sphere(3)
+    sharp = ff.Signature({0: 1, 1: 3, 2: 3, 3: 3, 4: 3, 5: 3}, [])
+    field = ff.cross_field(vertices, faces, signature=sharp)
+    with pytest.raises(ff.Infeasible, match="one quarter turn at vertex 0"):
+        ff.quads(vertices, faces, target=100, field=field)
+
+
+def test_what_is_not_there_is_said() -> None:
+    vertices, faces = octahedron_sphere(1)
+    for options in ({}, dict(target=5, edge_length=1.0), dict(target=0), dict(edge_length=-1.0)):
+        with pytest.raises(ff.InvalidInput, match="target|edge_length"):
+            ff.quads(vertices, faces, **options)
+    with pytest.raises(TypeError):
+        ff.quads(vertices, faces, target=100, features=[[0, 1]])
+    stopped = []
+    with pytest.raises(ff.Cancelled):
+        ff.quads(vertices, faces, target=10, progress=lambda *_: stopped.append(1) or False)
+    with pytest.raises(ff.NotConverged, match="not reached"):
+        ff.quads(*octahedron_sphere(5), target=5000, max_seconds=1e-3)
