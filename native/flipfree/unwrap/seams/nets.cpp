@@ -21,9 +21,9 @@ namespace {
 // Radians between the normals of two faces: up to the first they are one flat face, up to the
 // second one smooth region, up to the third a bend that a net runs over like a smooth one (of
 // bevels with one or two segments).
-constexpr double kFlat = 0.017;
-constexpr double kSmooth = 0.44;
-constexpr double kBend = 0.61;
+constexpr double kFlatAngle = 0.017;
+constexpr double kSmoothAngle = 0.44;
+constexpr double kBendAngle = 0.61;
 // Two sides of an edge lie on each other up to this share of the part's size (root of its area);
 // triangles overlap from this share on.
 constexpr double kMeets = 1e-3;
@@ -47,7 +47,7 @@ constexpr double kHardNets = 0.85;
 // Of the nets' outlines so much runs along their crosses, in the mean by area.
 constexpr double kHardOutlines = 0.35;
 // An outline of which so much runs along one cross is straight (24 directions have a sixth).
-constexpr double kStraight = 0.25;
+constexpr double kStraightOutline = 0.25;
 // A smooth region whose inner vertices have less curvature than the first (radians, sum of
 // absolute values) is rolled; with more than the second, far above what rounding leaves, and seams
 // longer than this (in roots of its area) where it is unfolded rigidly, it is curved.
@@ -64,7 +64,7 @@ constexpr double kWire = 16.0;
 constexpr int kBins = 180;
 // Cells of the grid in which overlaps are looked for, to a part's extent: a face is in so many
 // times so many of them at the most.
-constexpr double kCells = 64.0;
+constexpr double kNetCells = 64.0;
 
 struct Hinge {
   HalfedgeId h = kInvalid;  // the lower one of the edge's two
@@ -142,7 +142,7 @@ struct Spans {
 };
 
 // A connected part of the surface: what is measured of it.
-struct Part {
+struct MadePart {
   std::vector<FaceId> faces;
   std::vector<Hinge> hinges;       // edges that may become seams
   std::vector<HalfedgeId> joined;  // edges that may not
@@ -170,8 +170,8 @@ struct Rules {
 // Faces of one part in nets, each with a plane of its own.
 class Nets {
  public:
-  Nets(const Shapes& shapes, const Part& part, const ExecutionContext& context)
-      : shapes_(shapes), part_(part), context_(context), cell_(part.extent / kCells) {
+  Nets(const Shapes& shapes, const MadePart& part, const ExecutionContext& context)
+      : shapes_(shapes), part_(part), context_(context), cell_(part.extent / kNetCells) {
     for (const FaceId f : part.faces) {
       place_[f] = static_cast<Index>(at_.size());
       at_.push_back(shapes.flat[at(f)]);
@@ -397,7 +397,7 @@ class Nets {
     return bins[at((i + kBins - 1) % kBins)] + bins[at(i)] + bins[at((i + 1) % kBins)];
   }
   static bool is_straight(const Bins& bins) {
-    return along(bins, cross_of(bins)) >= kStraight * length_of(bins);
+    return along(bins, cross_of(bins)) >= kStraightOutline * length_of(bins);
   }
   static double length_of(const Bins& bins) {
     double sum = 0.0;
@@ -512,7 +512,7 @@ class Nets {
   }
 
   const Shapes& shapes_;
-  const Part& part_;
+  const MadePart& part_;
   const ExecutionContext& context_;
   double cell_;
   std::unordered_map<FaceId, Index> place_;  // in the part
@@ -565,18 +565,18 @@ Shapes shapes_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
   return shapes;
 }
 
-std::vector<Part> parts_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                           const mesh::EdgeFlags& seams, const std::vector<double>& cost,
-                           const Shapes& shapes) {
+std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                               const mesh::EdgeFlags& seams, const std::vector<double>& cost,
+                               const Shapes& shapes) {
   const mesh::Components components = mesh::components_between(adjacency, seams);
-  std::vector<Part> parts(at(components.count));
+  std::vector<MadePart> parts(at(components.count));
   const Triangles& faces = surface.faces;
   const auto normal = [&](FaceId f) {
     const Vector3 a = place(surface, faces(f, 0));
     return Vector3((place(surface, faces(f, 1)) - a).cross(place(surface, faces(f, 2)) - a));
   };
   for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
-    Part& part = parts[at(components.of_face[at(f)])];
+    MadePart& part = parts[at(components.of_face[at(f)])];
     part.faces.push_back(f);
     part.area += shapes.area[at(f)];
     for (std::size_t k = 0; k < 3; ++k) {
@@ -597,14 +597,14 @@ std::vector<Part> parts_of(const mesh::Surface& surface, const mesh::Adjacency& 
       part.hinges.push_back({h, side.norm(), std::atan2(n.cross(m).norm(), n.dot(m))});
     }
   }
-  for (Part& part : parts) part.extent = std::max(part.extent, part.size());
+  for (MadePart& part : parts) part.extent = std::max(part.extent, part.size());
   return parts;
 }
 
 // Faces joined across edges that bend by less than an angle, or are no seams.
 class Regions {
  public:
-  Regions(const Shapes& shapes, const Part& part, double angle)
+  Regions(const Shapes& shapes, const MadePart& part, double angle)
       : sets_(Index(shapes.faces.rows())) {
     const auto join = [&](HalfedgeId h) {
       sets_.join(h / 3, shapes.adjacency.opposite[at(h)] / 3);
@@ -643,10 +643,10 @@ class Regions {
 };
 
 // Is most of it flat or rolled, in regions that count?
-bool may_be_hard(const Shapes& shapes, const Part& part) {
+bool may_be_hard(const Shapes& shapes, const MadePart& part) {
   if (part.hinges.empty() || !(part.extent < kWire * part.size())) return false;
-  Regions flat(shapes, part, kFlat);
-  Regions smooth(shapes, part, kSmooth);
+  Regions flat(shapes, part, kFlatAngle);
+  Regions smooth(shapes, part, kSmoothAngle);
   double hard = 0.0;
   for (const FaceId f : part.faces) {
     const bool is_flat = flat.area(flat.of(f)) >= kRegion * part.area;
@@ -663,21 +663,22 @@ struct CurvedRegion {
 };
 
 // Smooth regions that fall to pieces where they are unfolded rigidly.
-std::vector<CurvedRegion> curved_regions(const Shapes& shapes, const Part& part,
+std::vector<CurvedRegion> curved_regions(const Shapes& shapes, const MadePart& part,
                                          const std::vector<Hinge>& order,
                                          const ExecutionContext& context) {
-  Regions smooth(shapes, part, kSmooth);
+  Regions smooth(shapes, part, kSmoothAngle);
   std::unordered_map<Index, double> torn;
   Nets nets(shapes, part, context);
   for (int round = 0; round < 2; ++round) {
     for (const Hinge& hinge : order) {
-      if (hinge.angle < kSmooth && smooth.curvature(smooth.of(hinge.h / 3)) > kCurved)
+      if (hinge.angle < kSmoothAngle && smooth.curvature(smooth.of(hinge.h / 3)) > kCurved)
         nets.join(hinge.h, {});
     }
   }
   for (const Hinge& hinge : order) {
     const Index region = smooth.of(hinge.h / 3);
-    if (hinge.angle < kSmooth && smooth.curvature(region) > kCurved && !nets.is_joined(hinge.h))
+    if (hinge.angle < kSmoothAngle && smooth.curvature(region) > kCurved &&
+        !nets.is_joined(hinge.h))
       torn[region] += hinge.length;
   }
   std::unordered_map<Index, std::size_t> number;
@@ -693,17 +694,17 @@ std::vector<CurvedRegion> curved_regions(const Shapes& shapes, const Part& part,
   }
   for (const Hinge& hinge : part.hinges) {
     const auto entry = number.find(smooth.of(hinge.h / 3));
-    if (hinge.angle < kSmooth && entry != number.end())
+    if (hinge.angle < kSmoothAngle && entry != number.end())
       regions[entry->second].edges.push_back(hinge.h);
   }
   return regions;
 }
 
 // Flat edges, then smooth ones, then the others, the longest first.
-std::vector<Hinge> in_order(const Part& part) {
+std::vector<Hinge> in_order(const MadePart& part) {
   const double unit = 1e-6 * part.size();
   const auto rank = [&](const Hinge& hinge) {
-    const int kind = hinge.angle < kFlat ? 0 : hinge.angle < kBend ? 1 : 2;
+    const int kind = hinge.angle < kFlatAngle ? 0 : hinge.angle < kBendAngle ? 1 : 2;
     return std::tuple(kind, -std::round(hinge.length / unit), hinge.h);
   };
   std::vector<Hinge> order = part.hinges;
@@ -712,7 +713,7 @@ std::vector<Hinge> in_order(const Part& part) {
   return order;
 }
 
-void flag_part(const Shapes& shapes, const Part& part, mesh::EdgeFlags& flags,
+void flag_part(const Shapes& shapes, const MadePart& part, mesh::EdgeFlags& flags,
                const ExecutionContext& context) {
   const std::vector<Hinge> order = in_order(part);
   Nets nets(shapes, part, context);
@@ -720,7 +721,7 @@ void flag_part(const Shapes& shapes, const Part& part, mesh::EdgeFlags& flags,
     nets.fix(region.faces, region.edges);
   for (int round = 0; round < 2; ++round) {
     for (const Hinge& hinge : order)
-      nets.join(hinge.h, {hinge.angle >= kFlat, hinge.angle >= kBend});
+      nets.join(hinge.h, {hinge.angle >= kFlatAngle, hinge.angle >= kBendAngle});
   }
   nets.gather_slivers();
   double rigid = 0.0;
@@ -746,7 +747,7 @@ mesh::EdgeFlags net_seams(const mesh::Surface& surface, const mesh::Adjacency& a
                           const ExecutionContext& context) {
   mesh::EdgeFlags flags(adjacency.opposite.size(), 0);
   const Shapes shapes = shapes_of(surface, adjacency, seams);
-  for (const Part& part : parts_of(surface, adjacency, seams, cost, shapes)) {
+  for (const MadePart& part : parts_of(surface, adjacency, seams, cost, shapes)) {
     context.check();
     if (may_be_hard(shapes, part)) flag_part(shapes, part, flags, context);
   }
