@@ -90,7 +90,8 @@ def unwrap(
             open a closed part or a handle, that is refused; with automatic seams a sphere is opened along some of them.
         materials: (m,) whole numbers: where more than two faces meet at an edge, those of one material rather go together.
         polygons: (m,) whole numbers: triangles of one polygon, whose corners have one UV each. They stay in one piece; a polygon
-            that no cut can go around is an island of its own. Edges inside one are ``uncuttable``; without it, these tell polygons.
+            that no cut can go around is an island of its own. Edges inside one are ``uncuttable``; without it, these tell
+            polygons.
         pins: {vertex or (face, corner): (u, v)}, met bit for bit. A pin that cannot be reached without a flip on
             this triangulation raises NotConverged; ``match`` refines the mesh instead.
         bijective: charts do not overlap themselves.
@@ -157,7 +158,8 @@ def auto_seams(
             sphere that only they could open is opened along some of them, a handle is refused.
         materials: (m,) whole numbers: where more than two faces meet at an edge, those of one material rather go together.
         polygons: (m,) whole numbers: triangles of one polygon, whose corners have one UV each. They stay in one piece; a polygon
-            that no cut can go around is an island of its own. Edges inside one are ``uncuttable``; without it, these tell polygons.
+            that no cut can go around is an island of its own. Edges inside one are ``uncuttable``; without it, these tell
+            polygons.
         max_seconds: of the clock; None or 0 is no limit. The seams that were found by then come back.
         threads: None is all cores; the result is the same for every number, unless a limit of time is reached.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
