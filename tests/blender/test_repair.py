@@ -196,7 +196,7 @@ def test_what_blender_unwraps_around_moved_pins_is_unfolded(method, moved):
     ]
     chosen = random.choice(inner, moved, replace=False)
     for v in chosen:
-        uv[corner == v] += random.normal(size=2).astype(np.float32) * np.float32(0.15)
+        uv[corner == v] += random.normal(size=2).astype(np.float32) * np.float32(0.3)
     shapes.set_uv(ob, uv)
     shapes.set_pins(ob, np.isin(corner, chosen))
     shapes.enter("EDIT")

@@ -14,6 +14,7 @@
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/mesh/shortest_paths.h"
+#include "flipfree/unwrap/seams/costs.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -34,7 +35,7 @@ constexpr double kCrossLost = 0.05;
 constexpr double kLeastFill = 0.4;
 // They are not longer than this, in roots of the whole surface's area, unless they were before:
 // what is longer leaves most of a texture empty.
-constexpr double kLongest = 2.0;
+constexpr double kLongest = 1.9;
 // In which lengths are measured, to half a per cent.
 constexpr std::size_t kSpanDirections = 16;
 // Shares of a part's area: of a region that counts, of a net that counts, of a net that is no
@@ -69,6 +70,7 @@ constexpr double kNetCells = 64.0;
 struct Hinge {
   HalfedgeId h = kInvalid;  // the lower one of the edge's two
   double length = 0.0;
+  double weight = 1.0;  // times the length: what joining it is worth, as the caller says
   double angle = 0.0;
 };
 
@@ -594,7 +596,9 @@ std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacen
       const Vector3 m = normal(o / 3);
       const Vector3 side =
           place(surface, mesh::target(faces, h)) - place(surface, mesh::source(faces, h));
-      part.hinges.push_back({h, side.norm(), std::atan2(n.cross(m).norm(), n.dot(m))});
+      const double plain = side.norm() * bend_factor(surface, h, o);
+      const double weight = plain > 0.0 ? cost[at(h)] / plain : 1.0;
+      part.hinges.push_back({h, side.norm(), weight, std::atan2(n.cross(m).norm(), n.dot(m))});
     }
   }
   for (MadePart& part : parts) part.extent = std::max(part.extent, part.size());
@@ -700,12 +704,12 @@ std::vector<CurvedRegion> curved_regions(const Shapes& shapes, const MadePart& p
   return regions;
 }
 
-// Flat edges, then smooth ones, then the others, the longest first.
+// Flat edges, then smooth ones, then the others, those first that are worth most.
 std::vector<Hinge> in_order(const MadePart& part) {
   const double unit = 1e-6 * part.size();
   const auto rank = [&](const Hinge& hinge) {
     const int kind = hinge.angle < kFlatAngle ? 0 : hinge.angle < kBendAngle ? 1 : 2;
-    return std::tuple(kind, -std::round(hinge.length / unit), hinge.h);
+    return std::tuple(kind, -std::round(hinge.weight * hinge.length / unit), hinge.h);
   };
   std::vector<Hinge> order = part.hinges;
   std::sort(order.begin(), order.end(),
