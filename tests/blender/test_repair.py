@@ -181,7 +181,7 @@ def test_pins_hold():
 
 
 @pytest.mark.parametrize("method", ["ANGLE_BASED", "CONFORMAL"])
-@pytest.mark.parametrize("moved", [3, 12])
+@pytest.mark.parametrize("moved", [8, 12])
 def test_what_blender_unwraps_around_moved_pins_is_unfolded(method, moved):
     """Blender's own unwrap meets pins by folding faces."""
     ob = shapes.monkey(1)
@@ -196,7 +196,7 @@ def test_what_blender_unwraps_around_moved_pins_is_unfolded(method, moved):
     ]
     chosen = random.choice(inner, moved, replace=False)
     for v in chosen:
-        uv[corner == v] += random.normal(size=2).astype(np.float32) * np.float32(0.3)
+        uv[corner == v] += random.normal(size=2).astype(np.float32) * np.float32(0.15)
     shapes.set_uv(ob, uv)
     shapes.set_pins(ob, np.isin(corner, chosen))
     shapes.enter("EDIT")

@@ -35,7 +35,7 @@ constexpr double kCrossLost = 0.05;
 constexpr double kLeastFill = 0.4;
 // They are not longer than this, in roots of the whole surface's area, unless they were before:
 // what is longer leaves most of a texture empty.
-constexpr double kLongest = 1.9;
+constexpr double kLongest = 1.8;
 // In which lengths are measured, to half a per cent.
 constexpr std::size_t kSpanDirections = 16;
 // Shares of a part's area: of a region that counts, of a net that counts, of a net that is no
@@ -136,10 +136,14 @@ struct Spans {
       high[i] = std::max(high[i], x);
     }
   }
-  double longest() const {
-    double most = 0.0;
-    for (std::size_t i = 0; i < kSpanDirections; ++i) most = std::max(most, high[i] - low[i]);
-    return most;
+  // Across the direction in which it is narrowest.
+  double length() const {
+    std::size_t narrowest = 0;
+    for (std::size_t i = 1; i < kSpanDirections; ++i) {
+      if (high[i] - low[i] < high[narrowest] - low[narrowest]) narrowest = i;
+    }
+    const std::size_t across = (narrowest + kSpanDirections / 2) % kSpanDirections;
+    return high[across] - low[across];
   }
 };
 
@@ -430,14 +434,14 @@ class Nets {
 
   // Longer than nets may be, and than either is.
   bool is_longer(Index a, Index b, const Motion& m) const {
-    const double before = std::max(spans_[at(a)].longest(), spans_[at(b)].longest());
+    const double before = std::max(spans_[at(a)].length(), spans_[at(b)].length());
     const double most = std::max(kLongest * shapes_.size, 1.001 * before);
     Spans whole = spans_[at(a)];
-    if (whole.longest() + spans_[at(b)].longest() <= most) return false;
+    if (whole.length() + spans_[at(b)].length() <= most) return false;
     for (const Index i : members_[at(b)]) {
       for (const Vector2& p : at_[at(i)]) whole.add(m(p));
     }
-    return whole.longest() > most;
+    return whole.length() > most;
   }
 
   void join_nets(HalfedgeId h, const Rules& rules) {
