@@ -2,12 +2,14 @@
 
     auto_seams.py peers [--blender PROGRAM] [--stretch 1.25]    a row per method
     auto_seams.py models [--stretch 1.25]                       a row per model
+    auto_seams.py hard [--blender PROGRAM]                      hard surfaces: what lies along the axes, beside Smart UV Project
     auto_seams.py large                                         models subdivided (Loop 1987), from mesh to packed islands
 
 Models: the shared data folder's seams/. xatlas is left out where it cannot be imported. Seam: length of the edges whose sides differ,
 each once, over the square root of the surface's area. Energy: mean at the map's best scale, the worst island at its own. 99 %: the
 longest singular value and the area ratio that a hundredth of the area is above, either way, at the map's best scale; for the worst
-island at its own, the larger of both. Exit status 1 if one of ours is not certified, or an island of it above its bounds.
+island at its own, the larger of both. hard: islands, energy, share of the border's length within 1 degree of the axes, seam, slivers (islands
+with less than 0.2 % of the area), fill; polygons stay whole. Exit status 1 if one of ours is not certified, or an island of it above its bounds.
 """
 
 from __future__ import annotations
@@ -175,15 +177,20 @@ def by_xatlas(model: Model) -> Figures:
     return judge(vertices, faces, pixels[corners.reshape(-1, 3)], cost.cpu)
 
 
-def by_smart_project(program: str, models: list[Model]) -> Iterator[Figures]:
-    """All models in one Blender."""
+def smart_maps(program: str, models: list[Model]) -> Iterator[tuple[Any, float]]:
+    """Smart UV Project's corner UVs and CPU seconds, all models in one Blender."""
     with tempfile.TemporaryDirectory() as folder:
         for name, vertices, faces in models:
             np.savez(Path(folder) / f"{name}.npz", vertices=vertices, faces=faces)
         in_blender(program, "smart", folder)
-        for name, vertices, faces in models:
+        for name, _, _ in models:
             found = np.load(Path(folder) / f"{name}.smart.npz")
-            yield judge(vertices, faces, found["uv"], float(found["seconds"][1]))
+            yield found["uv"], float(found["seconds"][1])
+
+
+def by_smart_project(program: str, models: list[Model]) -> Iterator[Figures]:
+    for (_, vertices, faces), found in zip(models, smart_maps(program, models), strict=True):
+        yield judge(vertices, faces, *found)
 
 
 def chosen(options: Options) -> list[Model]:
@@ -241,6 +248,41 @@ def models(options: Options) -> Iterator[Row]:
         for model in chosen(options):
             found = ours(model, stretch, options)
             yield model[0], *found.cells(), f"{found.seconds:.2f}"
+
+
+def hard_figures(vertices: Array, faces: Any, uv: Any) -> str:
+    uv = np.array(uv, np.float64)
+    seams, island = seams_and_islands(faces, uv)
+    cut = {frozenset(edge) for edge in seams.tolist()}
+    edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1)
+    border = np.array([[frozenset(e) in cut for e in face] for face in edges.tolist()])
+    sides = (np.roll(uv, -1, axis=1) - uv)[border]
+    angle = np.degrees(np.arctan2(sides[:, 1], sides[:, 0])) % 90.0
+    length = np.linalg.norm(sides, axis=1)
+    upright = 100.0 * length[np.minimum(angle, 90.0 - angle) < 1.0].sum() / length.sum()
+    a, b = (vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2))
+    area = 0.5 * np.linalg.norm(np.cross(a, b), axis=1)
+    own = np.bincount(np.unique(island, return_inverse=True)[1], area)
+    seam = np.linalg.norm(np.subtract(*vertices[seams.T]), axis=1).sum() / np.sqrt(area.sum())
+    found = ff.certify(vertices, faces, uv)
+    slivers = (own < 0.002 * area.sum()).sum()
+    return f"{len(own)}, {found.energy:.4f}, {upright:.0f} %, {seam:.1f}, {slivers}"
+
+
+@table(
+    "model | triangles | islands, energy, upright, seam, slivers | fill | CPU s | Smart UV Project"
+)
+def hard(options: Options) -> Iterator[Row]:
+    paths = options.cases(sorted((data() / "hard").glob("*.obj")))
+    meshes = {path.stem: ff.read(path) for path in paths}
+    models = [(name, mesh.vertices, mesh.faces) for name, mesh in meshes.items()]
+    peers = list(smart_maps(options.blender, models)) if options.blender else []
+    for i, (name, vertices, faces) in enumerate(models):
+        with timed() as cost:
+            result = ff.unwrap(vertices, faces, polygons=meshes[name].polygons)
+        cells = hard_figures(vertices, faces, result.uv32()), f"{result.stats['fill']:.2f}"
+        smart = hard_figures(vertices, faces, peers[i][0]) if peers else ""
+        yield name, len(faces), *cells, f"{cost.cpu:.2f}", smart
 
 
 def subdivided(vertices: Array, faces: Any) -> tuple[Array, Any]:
