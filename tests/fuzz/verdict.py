@@ -86,6 +86,19 @@ def _check_signature(result: ff.Signature, arguments: dict[str, Any]) -> None:
         raise Finding(f"the cones {result.cones} do not fit the Euler characteristic {euler}")
 
 
+def _check_quads(result: ff.QuadMesh, arguments: dict[str, Any]) -> None:
+    if not result.certificate.ok:
+        raise Finding(f"a mesh of quads without a certificate: {result.certificate.failures}")
+    quads = result.quads
+    if (np.sort(quads, axis=1)[:, 1:] == np.sort(quads, axis=1)[:, :-1]).any():
+        raise Finding("a quad has a vertex twice")
+    sides = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
+    if len(np.unique(sides, axis=0)) != len(sides):
+        raise Finding("two quads have one side in the same direction")
+    if not np.isfinite(result.vertices).all() or quads.max() >= len(result.vertices):
+        raise Finding("a mesh of quads names vertices that are not there")
+
+
 def check_result(name: str, result: Any, arguments: dict[str, Any]) -> None:
     """Raises Finding for a result that breaks a promise."""
     if isinstance(result, ff.Parametrization):
@@ -101,6 +114,13 @@ def check_result(name: str, result: Any, arguments: dict[str, Any]) -> None:
         parts = [result.scale_factors, result.angles, result.log_lengths]
         if result.converged and not all(np.isfinite(part).all() for part in parts):
             raise Finding("a metric converged with numbers that are not finite")
+    elif isinstance(result, ff.QuadMesh):
+        _check_quads(result, arguments)
+    elif isinstance(result, ff.AdmissibleCut):
+        if not all(
+            len(branch) > 1 and max(branch) < len(result.vertices) for branch in result.branches
+        ):
+            raise Finding("an admissible cut has a branch that is none")
     elif not np.isfinite(result).all():
         raise Finding(f"{name} returned angles that are not finite")
 

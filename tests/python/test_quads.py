@@ -93,9 +93,9 @@ def test_cells_are_those_of_a_judge_in_fractions(name: str, seed: int) -> None:
 def test_a_torus_of_one_cell_is_refused() -> None:
     for twist in (0, 1):
         mapped = maps.twisted_torus(1, 1, twist, 8, 8)
-        with pytest.raises(ff.Infeasible, match="a vertex twice"):
+        with pytest.raises(ff.InvalidInput, match="a vertex twice"):
             ff.quads_from_map(maps.parametrization(mapped))
-    with pytest.raises(ff.Infeasible, match="more than one edge"):
+    with pytest.raises(ff.InvalidInput, match="more than one edge"):
         ff.quads_from_map(maps.parametrization(maps.twisted_torus(2, 2, 0, 8, 8)))
 
 
@@ -219,7 +219,7 @@ def test_cones_of_one_quarter_turn_are_refused() -> None:
     vertices, faces = octahedron_sphere(3)
     sharp = ff.Signature({0: 1, 1: 3, 2: 3, 3: 3, 4: 3, 5: 3}, [])
     field = ff.cross_field(vertices, faces, signature=sharp)
-    with pytest.raises(ff.Infeasible, match="one quarter turn at vertex 0"):
+    with pytest.raises(ff.InvalidInput, match="one quarter turn at vertex 0"):
         ff.quads(vertices, faces, target=100, field=field)
 
 

@@ -45,11 +45,11 @@ Prepared prepare(const certify::Parametrization& map, ExecutionContext& context)
       sharp.push_back(static_cast<Index>(v));
   }
   if (!sharp.empty())
-    throw_infeasible(ErrorCode::kBadAngles,
-                     "The map has only one quarter turn at vertex " + std::to_string(sharp[0]) +
-                         ", where a quad would meet itself. Give a field without such cones "
-                         "(simplify).",
-                     {}, ElementKind::kVertex, first_elements(sharp));
+    throw_invalid(ErrorCode::kBadAngles,
+                  "The map has only one quarter turn at vertex " + std::to_string(sharp[0]) +
+                      ", where a quad would meet itself. Give a field without such cones "
+                      "(simplify).",
+                  ElementKind::kVertex, first_elements(sharp));
   p.coarse = coarse_surface(p.flat.surface, p.quarters, context);
   return p;
 }
@@ -392,11 +392,9 @@ QuadMesh quads_of_map(const certify::Parametrization& map, const mesh::Surface& 
   const Prepared p = prepare(map, context);
   Attempt made = attempt_of_map(p, context);
   if (!made.defects.empty())
-    throw_infeasible(ErrorCode::kBadOption,
-                     "The map's " + std::to_string(made.cells.quads.size()) +
-                         " cells are no mesh of quads: " + made.defects[0] +
-                         ". Take a map of more cells.",
-                     {});
+    throw_invalid(ErrorCode::kBadOption, "The map's " + std::to_string(made.cells.quads.size()) +
+                                             " cells are no mesh of quads: " + made.defects[0] +
+                                             ". Take a map of more cells.");
   return finished(p, std::move(made), map, surface, options, context, {});
 }
 

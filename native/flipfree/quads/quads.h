@@ -42,14 +42,14 @@ struct QuadMesh {
 // is a vertex of as many quads as it has quarter turns, and the number of quads is within 5 % of
 // the one wanted where integers allow it: small numbers are sparse. Where so few quads would be no
 // mesh (a quad that meets itself, two edges with the same ends), there are more. Throws
-// InvalidInput, Infeasible (cones of one quarter turn, whose quads meet themselves), NotConverged
+// InvalidInput (also cones of one quarter turn, whose quads meet themselves), NotConverged
 // and Cancelled.
 QuadMesh quads_of_surface(const mesh::Surface& surface,
                           const std::optional<field::GivenField>& given, const QuadOptions& options,
                           ExecutionContext& context);
 
 // The unit cells of a map whose cones and corners are whole numbers apart. Throws InvalidInput
-// where they are not, or the map is not seamless; Infeasible where its cells are no mesh.
+// where they are not, or the map is not seamless, or its cells are no mesh.
 QuadMesh quads_of_map(const certify::Parametrization& map, const mesh::Surface& surface,
                       const QuadOptions& options, ExecutionContext& context);
 

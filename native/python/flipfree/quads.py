@@ -129,7 +129,7 @@ def quads(
         The quads, certified.
 
     Raises:
-        InvalidInput, Infeasible (cones of one quarter turn), NotConverged, Cancelled.
+        InvalidInput (also cones of one quarter turn), NotConverged, Cancelled.
     """
     if (target is None) == (edge_length is None):
         raise bad_option(
@@ -170,7 +170,7 @@ def quads_from_map(
         The quads, certified; ``parent_face``, ``barycentric`` and ``quad_parent`` are of the map's own faces.
 
     Raises:
-        InvalidInput (no such map; names an edge), Infeasible (its cells are no mesh: a torus of one cell), NotConverged,
+        InvalidInput (no such map; names an edge; or its cells are no mesh: a torus of one cell), NotConverged,
         Cancelled.
     """
     if not isinstance(parametrization, Parametrization):
