@@ -37,6 +37,7 @@ signature of a field | 6.2 | field/compute read_signature | signature | field_al
 field with a signature | 6.3 | field/prescribed field_with_signature | Signature | field_aligned | field
 rerouted cut | 6.5 | holonomy/engines field_cut | admissible_cut | cut | cut
 map along a field | 6 | holonomy/field_aligned compute_field_aligned_map | field_aligned | field_aligned | field
+[mesh of quads](quads.md) | | quads/quads quads_of_surface | quads | quads | quads
 [islands onto the plane](method/unwrap.md) | | unwrap/unwrap unwrap | unwrap | unwrap | unwrap
 [short seams](auto-seams.md) | | unwrap/seams/auto_islands find_seams | auto_seams | auto_seams | seams unwrap
 less distortion | | distortion/improve improve | improve | improve | improve
@@ -69,9 +70,9 @@ def _door(row: str) -> Door:
 DOORS = tuple(map(_door, _ROWS.strip().splitlines()))
 
 #: Of the package, what is no algorithm.
-_HELPERS = {"islands", "jobs", "read", "separate", "split_fans", "write"}
+_HELPERS = {"islands", "jobs", "quads_from_map", "read", "separate", "split_fans", "write"}
 #: Of the compiled module, what a door of another name calls.
-_PARTS = {"field_signature": "signature"}
+_PARTS = {"field_signature": "signature", "quads_from_map": "quads"}
 
 
 def _public() -> set[str]:
