@@ -247,6 +247,10 @@ def field_aligned(snapshot, field, **options):
     )
 
 
+def quads(snapshot, **options):
+    return jobs.quads(snapshot.vertices, snapshot.triangles, **_limits(), **options)
+
+
 def embed(island, **options):
     """The map of one island, a disk."""
     return jobs.embed(island.vertices, island.faces, **_limits(), **options)

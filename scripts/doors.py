@@ -37,6 +37,7 @@ signature of a field | 6.2 | field/compute read_signature | signature | field_al
 field with a signature | 6.3 | field/prescribed field_with_signature | Signature | field_aligned | field
 rerouted cut | 6.5 | holonomy/engines field_cut | admissible_cut | cut | cut
 map along a field | 6 | holonomy/field_aligned compute_field_aligned_map | field_aligned | field_aligned | field
+[mesh of quads](quads.md) | | quads/quads quads_of_surface | quads | quads | quads
 [islands onto the plane](method/unwrap.md) | | unwrap/unwrap unwrap | unwrap | unwrap | unwrap
 [short seams](auto-seams.md) | | unwrap/seams/auto_islands find_seams | auto_seams | auto_seams | seams unwrap
 less distortion | | distortion/improve improve | improve | improve | improve
@@ -68,11 +69,10 @@ def _door(row: str) -> Door:
 
 DOORS = tuple(map(_door, _ROWS.strip().splitlines()))
 
-#: Of the package, what is no algorithm, and meshes made of maps, which have no operator yet.
-_HELPERS = {"islands", "jobs", "read", "separate", "split_fans", "write"}
-_MESHES = {"quads", "quads_from_map"}
+#: Of the package, what is no algorithm.
+_HELPERS = {"islands", "jobs", "quads_from_map", "read", "separate", "split_fans", "write"}
 #: Of the compiled module, what a door of another name calls.
-_PARTS = {"field_signature": "signature"}
+_PARTS = {"field_signature": "signature", "quads_from_map": "quads"}
 
 
 def _public() -> set[str]:
@@ -138,11 +138,9 @@ def missing() -> list[str]:
             found.append(f"{door.algorithm}: python -m flipfree has no {of_python}")
     functions = {name for name in public if name.islower() and not name.startswith("_")}
     doors = {door.python for door in DOORS}
-    others = _HELPERS | _MESHES
-    found += [f"{name} of the package has no row" for name in functions - others - doors]
+    found += [f"{name} of the package has no row" for name in functions - _HELPERS - doors]
     found += [
-        f"{name} of the module has no row"
-        for name in {_PARTS.get(n, n) for n in _bound()} - _MESHES - doors
+        f"{name} of the module has no row" for name in {_PARTS.get(n, n) for n in _bound()} - doors
     ]
     found += [
         f"{name} of python -m flipfree has no row"

@@ -46,7 +46,7 @@ WORDS = {
 # Options that are choices in a window, and a flag here: (word, what it chooses).
 FLAGS = {"rest": ("unwrap_rest", "unwrap")}
 # Of a window alone.
-_LEFT_OUT = {"select_corners", "select_cuts", "use_modifiers"}
+_LEFT_OUT = {"replace", "select_corners", "select_cuts", "use_modifiers"}
 # Numbers of more digits than Blender's floats have are not what anybody typed.
 _DIGITS = 6
 

@@ -7,7 +7,7 @@ from types import ModuleType
 from ..checker import checker
 from ..fields import field_aligned
 from ..live import live_pins
-from ..operators import check, conformal, cut, embed, mark, match, seamless, select, unwrap
+from ..operators import check, conformal, cut, embed, mark, match, quads, seamless, select, unwrap
 from ..operators.arrange import density, orient, straighten
 from ..operators.mending import improve, repair
 from ..operators.packing import pack
@@ -78,6 +78,7 @@ SECTIONS = (
             Tool(conformal, "uv.flipfree_conformal", "MOD_WARP", "conformal"),
             Tool(seamless, "uv.flipfree_seamless", "MESH_TORUS", "seamless"),
             Tool(field_aligned, "uv.flipfree_field_aligned", "MOD_LATTICE", "field field-aligned"),
+            Tool(quads, "uv.flipfree_quads", "MOD_REMESH", "quads"),
         ),
     ),
     Section(

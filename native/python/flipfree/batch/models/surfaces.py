@@ -22,6 +22,7 @@ from ...calls.cuts import admissible_cut
 from ...calls.matching import embed as embed_disk
 from ...calls.matching import held_by_pins
 from ...calls.matching import match as match_pins
+from ...calls.mesh_files import MeshFile
 from ...calls.seamless import CrossField, Signature, cross_field, field_aligned
 from ...calls.seamless import seamless as seamless_map
 from ...calls.unwrapping import pack
@@ -33,6 +34,8 @@ from ...errors import (
     bad_option,
     bad_pins,
 )
+from ...quads import MOST_QUADS
+from ...quads import quads as quad_mesh
 from ...results import FloatArray, IntArray, Parametrization, Transitions
 from ...separated import SeparatedSurface, edge_keys, islands
 from ...texts import counted
@@ -49,6 +52,9 @@ _BOUND = 2.0
 
 _FREE = "a boundary is free, as no map was found with one along the axes"
 _ENLARGED = "parts too small beside the others for 32 bits are larger than in scale"
+_MORE_QUADS = "so few quads would be no mesh: there are more"
+# Edges at which a surface folds by more are sharp, where nobody says from where on.
+_SHARP = math.radians(30.0)
 
 
 def embed_arguments(parser: argparse.ArgumentParser) -> None:
@@ -565,6 +571,64 @@ def field(model: Model, options: dict[str, Any]) -> Solved:
     solved = _placed(model, clean, found, options, freed)
     solved.figures["degrees_off_field"] = math.degrees(found.stats["angle_mean"])
     return solved
+
+
+def quads_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--target", type=numbers.whole(1, MOST_QUADS), default=2000, help="about how many quads"
+    )
+    parser.add_argument(
+        "--edge-length", type=numbers.real(0.0), default=0.0, help="of their sides, instead"
+    )
+    numbers.add_choice(
+        parser,
+        "--field",
+        "automatic curvature smooth edges flow",
+        "what the edges of quads run along",
+    )
+
+
+def quads(model: Model, options: dict[str, Any]) -> Solved:
+    clean = model.clean()
+    wanted = options["field"]
+    followed = None
+    if wanted != "automatic":
+        folds = _folds(clean, _SHARP) if wanted == "edges" else None
+        followed = cross_field(
+            clean.vertices,
+            clean.faces,
+            sharp_edges=clean.edges(_flow(model)) if wanted == "flow" else folds,
+            alignment=0.5 if wanted == "curvature" else 0.0,
+            simplify=True,
+            **model.limits,
+        )
+    length = options["edge_length"] or None
+    found = quad_mesh(
+        clean.vertices,
+        clean.faces,
+        target=None if length else options["target"],
+        edge_length=length,
+        field=followed,
+        **model.limits,
+    )
+    count = len(found.quads)
+    halves = np.array([[0, 1, 2], [0, 2, 3]])
+    file = MeshFile(
+        found.vertices,
+        found.quads[:, halves].reshape(-1, 3).astype(np.int32),
+        None,
+        np.repeat(np.arange(count, dtype=np.int32), 2),
+        (4 * np.arange(count)[:, None, None] + halves).reshape(-1, 3).astype(np.int32),
+    )
+    told = found.certificate
+    figures = {
+        "quads": count,
+        "irregular": len(told.irregular),
+        "turned_quads": len(told.turned),
+        "hausdorff": told.hausdorff,
+    }
+    warnings = [_MORE_QUADS] * bool(found.stats.get("count_raised", 0))
+    return Solved(None, file, warnings, figures)
 
 
 def _told_field(

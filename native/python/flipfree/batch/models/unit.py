@@ -88,6 +88,7 @@ COMMANDS = {
         surfaces.field_arguments,
         cure="a finer mesh or another field follows the surface better",
     ),
+    "quads": Command("a mesh of quads", surfaces.quads, surfaces.quads_arguments),
     "improve": Command("less distortion", any_mesh.improve, any_mesh.improve_arguments),
     "repair": Command("flips mended", any_mesh.repair, any_mesh.repair_arguments),
     "pack": Command("islands nested into a tile", any_mesh.pack, any_mesh.pack_arguments),
@@ -130,7 +131,8 @@ def unit_of(settings: Mapping[str, Any]) -> Unit:
             for left in target.parent.glob(f".{glob.escape(target.name)}.*.part"):
                 left.unlink(missing_ok=True)  # of a process that was killed while it wrote
             same = source.suffix.lower() == target.suffix.lower()
-            keep = source if same and not isinstance(solved.map, tuple) else None
+            of_source = solved.map is model.file or isinstance(solved.map, Parametrization)
+            keep = source if same and of_source else None
             write(target, as_written(model, solved.map), keep=keep)
             for kind, told in solved.beside.items():
                 beside(target, kind).write_text(json.dumps(told) + "\n", encoding="utf-8")

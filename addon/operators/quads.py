@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Quad Remesh: the surface as a mesh of quads along a cross field (docs/quads.md)."""
+
+import dataclasses
+
+import bpy
+import numpy as np
+
+from .. import modal, scene, solver
+from ..fields import field_aligned, sources
+from ..meshes import mesh_io, separated
+from . import common, options
+
+FIELDS = (
+    (
+        "automatic",
+        "Automatic",
+        "Smooth, and a little along curvature where that makes no more irregular vertices",
+    ),
+    *(
+        field
+        for field in field_aligned.FIELDS
+        if field[0] in ("curvature", "smooth", "edges", "flow")
+    ),
+)
+
+# Attributes that can be mixed: type -> name and number of their values.
+_MIXED = {
+    "FLOAT": ("value", 1),
+    "FLOAT_VECTOR": ("vector", 3),
+    "FLOAT_COLOR": ("color", 4),
+    "BYTE_COLOR": ("color", 4),
+}
+# Those of faces, which are copied.
+_OF_FACES = _MIXED | {"INT": ("value", 1), "BOOLEAN": ("value", 1)}
+_TYPES = {"INT": np.int32, "BOOLEAN": bool}
+
+
+class QuadsTask(modal.StagedTask):
+    """own: (#Sv, 3) the snapshot's vertices in the object; its `vertices` are turned and scaled into the scene."""
+
+    cures = {
+        "bad angles": "Round it off there, or choose another Field",
+        "time limit reached": "Allow more time in the preferences, or ask for fewer Quads",
+    }
+
+    def __init__(
+        self, snapshot, own, *, target=2000, edge_length=0.0, field_from="automatic", replace=True
+    ):
+        super().__init__(snapshot)
+        self.own = own
+        self.size = {"edge_length": edge_length} if edge_length else {"target": target}
+        self.field_from = field_from
+        self.replace = replace
+
+    def stages(self):
+        name = self.snapshot.object_name
+        if self.replace and len(self.snapshot.other_loops):
+            raise mesh_io.MeshProblem(
+                f"{name}: some faces are hidden, and would be lost. Alt H in Edit Mode reveals them, or turn off Replace"
+            )
+        field = None
+        if self.field_from != "automatic":
+            self.span = (0.0, 0.2)
+            given = sources.look(self.snapshot, field_from=self.field_from)
+            field = yield solver.cross_field(self.snapshot, **given.follow)
+            self.span = (0.2, 1.0)
+        self.result = yield solver.quads(self.snapshot, field=field, **self.size)
+
+    def write(self, ob):
+        old, found = ob.data, self.result
+        if mesh_io.counts(ob) != self.snapshot.counts:
+            raise mesh_io.MeshProblem(
+                f"{ob.name}: the mesh was changed while its quads were computed. Run the operator again"
+            )
+        corners = self.snapshot.triangles[found.parent_face]
+        places = self._mixed(self.own[corners])
+        mesh = bpy.data.meshes.new(old.name)
+        mesh.from_pydata(places.tolist(), [], found.quads.tolist(), shade_flat=False)
+        for slot in ob.material_slots:
+            mesh.materials.append(slot.material)
+        self._carry_attributes(old, mesh)
+        groups = self._weights(ob)
+        if self.replace:
+            name = old.name
+            old.user_remap(mesh)
+            bpy.data.meshes.remove(old)
+            mesh.name = name
+        else:
+            ob = self._beside(ob, mesh)
+        for group, weights in groups:
+            own = ob.vertex_groups.get(group) or ob.vertex_groups.new(name=group)
+            for vertex in np.flatnonzero(weights).tolist():
+                own.add([vertex], weights[vertex], "REPLACE")
+
+    def _beside(self, ob, mesh):
+        """A copy of the object with this mesh, in its collections; it is selected in place of the object, which is hidden."""
+        made = ob.copy()
+        made.data = mesh
+        made.name = f"{ob.name} Quads"
+        for collection in ob.users_collection:
+            collection.objects.link(made)
+        active = bpy.context.view_layer.objects.active == ob
+        ob.select_set(False)
+        ob.hide_set(True)
+        made.select_set(True)
+        if active:
+            bpy.context.view_layer.objects.active = made
+        return made
+
+    def _mixed(self, values):
+        """(n, ...) of the new vertices from what the corners of their faces have, (n, 3, ...)."""
+        return np.einsum("vk,vk...->v...", self.result.barycentric, values)
+
+    def _carry_attributes(self, old, mesh):
+        """UV maps are not: a quad may lie on both sides of a seam."""
+        found, snapshot = self.result, self.snapshot
+        vertices = snapshot.vertex_ids[snapshot.triangles[found.parent_face]]
+        loops = snapshot.triangle_loops[found.parent_face]
+        for given in old.attributes:
+            types = _OF_FACES if given.domain == "FACE" else _MIXED
+            if given.name.startswith(".") or given.name == "position" or given.domain == "EDGE":
+                continue
+            if given.data_type not in types:
+                continue
+            key, width = types[given.data_type]
+            values = np.empty((len(given.data), width), _TYPES.get(given.data_type, np.float32))
+            given.data.foreach_get(key, values.ravel())
+            if given.domain == "FACE":
+                values = values[snapshot.triangle_face[found.quad_parent]]
+            elif given.domain == "POINT":
+                values = self._mixed(values[vertices])
+            else:
+                values = self._mixed(values[loops])[found.quads.ravel()]
+            made = mesh.attributes.new(given.name, given.data_type, given.domain)
+            values = np.ascontiguousarray(values, _TYPES.get(given.data_type, np.float32))
+            made.data.foreach_set(key, values.ravel())
+
+    def _weights(self, ob):
+        """[(name, (n,) weights of the new vertices)] of the vertex groups."""
+        weights = np.zeros((len(ob.vertex_groups), len(ob.data.vertices)), np.float32)
+        for vertex in ob.data.vertices if len(weights) else ():
+            for element in vertex.groups:
+                weights[element.group, vertex.index] = element.weight
+        vertices = self.snapshot.vertex_ids[self.snapshot.triangles[self.result.parent_face]]
+        return [
+            (group.name, self._mixed(row[vertices]))
+            for group, row in zip(ob.vertex_groups, weights, strict=True)
+        ]
+
+
+def make_task(snapshot, **options) -> QuadsTask:
+    snapshot = separated.separated(snapshot)
+    ob = bpy.data.objects[snapshot.object_name]
+    placed = scene.placed_vertices(snapshot.vertices, snapshot.triangles, ob)
+    return QuadsTask(dataclasses.replace(snapshot, vertices=placed), snapshot.vertices, **options)
+
+
+def summary(tasks: list[QuadsTask]) -> str:
+    """The report line, without the time."""
+    found = [task.result.certificate for task in tasks]
+    quads, genus, borders = (
+        sum(getattr(c, name) for c in found) for name in ("quads", "genus", "borders")
+    )
+    kept = f"genus {genus}" + (f" and {common.plural(borders, 'border')}" if borders else "")
+    clean = [task.snapshot.clean for task in tasks if task.snapshot.clean is not None]
+    return (
+        f"{common.plural(quads, 'quad')}, {sum(len(c.irregular) for c in found)} irregular, "
+        f"{sum(len(c.turned) for c in found)} turned, {kept} kept, "
+        f"off by {100.0 * max(c.hausdorff for c in found):.2g} % at most{common.separated_text(clean)}"
+    )
+
+
+class UV_OT_flipfree_quads(options.MapOperator, bpy.types.Operator):
+    bl_idname = "uv.flipfree_quads"
+    bl_label = "Quad Remesh"
+    bl_description = (
+        "Make a mesh of quads of the surface, with its topology, whose edges follow a field. Materials, vertex groups and "
+        "attributes are carried over, UV maps and shape keys are not"
+    )
+    verb = "Quad Remesh"
+    option_names = ("target", "edge_length", "field_from", "replace")
+
+    target: options.whole(
+        "Quads", "About how many quads each object becomes", 2000, 1, max=10_000_000
+    )
+    edge_length: options.real(
+        "Edge Length",
+        "How long the sides of quads are in the scene; 0: as their number makes them",
+        0.0,
+        0.0,
+        subtype="DISTANCE",
+    )
+    field_from: options.choice("Field", "What the edges of quads run along", FIELDS)
+    replace: options.flag(
+        "Replace",
+        "The quads take the place of the object's mesh. Off: they are a new object, and the old one is hidden",
+    )
+
+    make_task = staticmethod(make_task)
+    summary = staticmethod(summary)
+
+    @classmethod
+    def poll(cls, context):
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Works in Object Mode")
+            return False
+        return super().poll(context)
+
+    def has_effect(self, name):
+        return name != "target" or not self.edge_length
+
+    def advice(self, tasks):
+        raised = any(task.result.stats.get("count_raised") for task in tasks)
+        return "So few quads would be no mesh: there are more" if raised else ""
+
+
+CLASSES = (UV_OT_flipfree_quads,)

@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Quad Remesh: a new object or another mesh, what is carried over, what is refused and leaves everything alone."""
+
+import bpy
+import numpy as np
+import pytest
+import shapes
+from mathutils import Matrix
+
+
+def quads(**options):
+    return bpy.ops.uv.flipfree_quads(**options)
+
+
+def points_of(ob):
+    return np.array([ob.matrix_world @ v.co for v in ob.data.vertices])
+
+
+def assert_quads(ob, count=None):
+    assert all(len(face.vertices) == 4 for face in ob.data.polygons)
+    assert count is None or len(ob.data.polygons) == count
+    assert not ob.data.validate()
+
+
+def names():
+    return sorted(ob.name for ob in bpy.data.objects)
+
+
+@pytest.mark.parametrize("n", [2, 5])
+def test_a_cube_becomes_a_grid_on_each_side_in_an_object_of_its_own(n):
+    ob = shapes.cube()
+    ob.matrix_world = Matrix(((0, -2, 0, 5), (2, 0, 0, 6), (0, 0, 2, 7), (0, 0, 0, 1)))
+    bpy.context.view_layer.update()
+    before = shapes.everything(ob)
+    assert quads(target=6 * n * n) == {"FINISHED"}
+    made = bpy.context.object
+    bpy.context.view_layer.update()
+    assert made is not ob and made.select_get() and made.matrix_world == ob.matrix_world
+    assert ob.hide_get() and shapes.everything(ob) == before
+    assert_quads(made, 6 * n * n)
+    points = points_of(made) - [5, 6, 7]
+    assert len(points) == 6 * n * n + 2
+    assert np.allclose(np.abs(points).max(axis=1), 2, atol=1e-5)
+
+
+def test_edge_lengths_are_those_of_the_scene():
+    ob = shapes.cube()
+    ob.scale = 3, 3, 3
+    bpy.context.view_layer.update()
+    assert quads(edge_length=1.0, replace=True) == {"FINISHED"}
+    assert_quads(ob, 6 * 36)
+
+
+def test_scales_that_differ_are_seen_as_in_the_scene():
+    ob = shapes.cube()
+    ob.scale = 1, 1, 4
+    bpy.context.view_layer.update()
+    assert quads(target=18 * 16, replace=True) == {"FINISHED"}
+    points = points_of(ob)
+    sides = [np.linalg.norm(np.subtract(*points[list(e.vertices)])) for e in ob.data.edges]
+    assert max(sides) < 2 * min(sides)
+
+
+def test_replacing_keeps_the_object_and_what_the_mesh_carries():
+    ob = shapes.cube()
+    other = ob.copy()
+    bpy.context.collection.objects.link(other)
+    name = ob.data.name
+    for slot in ("Side", "Top"):
+        ob.data.materials.append(bpy.data.materials.new(slot))
+    for face in ob.data.polygons:
+        face.material_index = int(face.normal.z > 0.9)
+        face.use_smooth = True
+    top = [v.index for v in ob.data.vertices if v.co.z > 0]
+    ob.vertex_groups.new(name="Other")
+    ob.vertex_groups.new(name="Height").add(top, 1.0, "REPLACE")
+    colours = ob.data.color_attributes.new("Colour", "FLOAT_COLOR", "CORNER")
+    for loop in ob.data.loops:
+        z = ob.data.vertices[loop.vertex_index].co.z
+        colours.data[loop.index].color = (z / 2 + 0.5, 0.0, 0.0, 1.0)
+    assert quads(target=96, replace=True) == {"FINISHED"}
+    mesh = ob.data
+    assert names() == ["Cube", "Cube.001"] and mesh.name == name and other.data == mesh
+    assert len(bpy.data.meshes) == 1
+    assert_quads(ob, 96)
+    assert [m.name for m in mesh.materials] == ["Side", "Top"]
+    assert [f.material_index for f in mesh.polygons] == [
+        int(f.normal.z > 0.9) for f in mesh.polygons
+    ]
+    assert all(f.use_smooth for f in mesh.polygons)
+    assert [group.name for group in ob.vertex_groups] == ["Other", "Height"]
+    for vertex in mesh.vertices:
+        weights = {element.group: element.weight for element in vertex.groups}
+        assert weights.get(1, 0.0) == pytest.approx(vertex.co.z / 2 + 0.5, abs=1e-5)
+    for loop in mesh.loops:
+        red = mesh.color_attributes["Colour"].data[loop.index].color[0]
+        assert red == pytest.approx(mesh.vertices[loop.vertex_index].co.z / 2 + 0.5, abs=1e-5)
+
+
+@pytest.mark.parametrize("replace", [False, True])
+def test_undo_brings_the_scene_back(replace):
+    before = shapes.everything(shapes.cube())
+    bpy.ops.ed.undo_push(message="before")
+    assert quads(target=54, replace=replace) == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="after")
+    bpy.ops.ed.undo()
+    assert names() == ["Cube"]
+    ob = bpy.data.objects["Cube"]
+    assert shapes.everything(ob) == before and not ob.hide_get() and ob.select_get()
+
+
+@pytest.mark.parametrize("field", ["automatic", "curvature", "smooth", "edges", "flow"])
+def test_every_field_and_all_selected_objects(field):
+    torus = bpy.ops.mesh.primitive_torus_add
+    torus()
+    torus(location=(5, 0, 0))
+    for ob in bpy.data.objects:
+        ob.select_set(True)
+    assert quads(target=300, field_from=field) == {"FINISHED"}
+    made = [ob for ob in bpy.data.objects if "Quads" in ob.name]
+    assert len(made) == 2 and set(bpy.context.selected_objects) == set(made)
+    for ob in made:
+        assert_quads(ob)
+        assert abs(len(ob.data.polygons) - 300) <= 15
+        assert len(ob.data.vertices) == len(ob.data.polygons)  # a torus still
+
+
+def test_open_surfaces_and_broken_ones_become_quads():
+    ob = shapes.grid(9, bump=0.4)
+    assert quads(target=64, replace=True) == {"FINISHED"}
+    assert_quads(ob)
+    points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (0, 0, -1)]
+    ob = shapes.add("Book", points, [(0, 1, 2, 3), (0, 1, 4), (0, 1, 5)])
+    assert quads(target=50, replace=True) == {"FINISHED"}
+    assert_quads(ob)
+
+
+def refused(ob, words, **options):
+    before, objects = shapes.everything(ob), names()
+    with pytest.raises(RuntimeError, match=words):
+        quads(**options)
+    assert shapes.everything(ob) == before and names() == objects
+    assert len(bpy.data.meshes) == 1 and not ob.hide_get() and ob.select_get()
+
+
+BAD = {
+    "no faces": [],
+    "another Field": [(0, 0, 0), (1, 0, 0), (2, 0, 0)],
+    "no number": [(0, 0, 0), (1, 0, 0), (float("nan"), 1, 0)],
+}
+
+
+@pytest.mark.parametrize("replace", [False, True])
+@pytest.mark.parametrize("words", BAD)
+def test_what_is_refused_is_left_as_it_was(words, replace):
+    points = BAD[words]
+    ob = shapes.add("Bad", points, [(0, 1, 2)] if points else [])
+    refused(ob, words, replace=replace)
+
+
+def test_objects_that_fail_leave_the_others_their_quads():
+    bad = shapes.add("Bad", BAD["another Field"], [(0, 1, 2)])
+    shapes.grid(6)
+    bad.select_set(True)
+    assert quads(target=40) == {"FINISHED"}
+    assert names() == ["Bad", "Grid", "Grid Quads"] and not bad.hide_get()
+
+
+def test_esc_leaves_the_scene_as_it_was(part):
+    ob = shapes.slow()
+    before = shapes.everything(ob)
+    task = part("operators.quads").make_task(part("meshes.mesh_io").read(ob, only_selected=False))
+    run = part("modal").Run([task])
+    assert not run.advance(0.05)
+    run.cancel()
+    while not run.advance(0.05):
+        pass
+    run.finish()
+    assert run.cancelled and not run.done
+    assert names() == ["Grid"] and shapes.everything(ob) == before
+
+
+def test_hidden_faces_are_not_lost():
+    ob = shapes.grid(6)
+    ob.data.polygons[0].hide = True
+    refused(ob, "some faces are hidden", replace=True)
+    assert quads(target=40) == {"FINISHED"}
+    assert_quads(bpy.context.object)
+
+
+def test_it_works_in_object_mode_only():
+    shapes.cube()
+    shapes.enter("EDIT")
+    assert not bpy.ops.uv.flipfree_quads.poll()
+
+
+def test_the_command_writes_quads(part, tmp_path):
+    shapes.cube()
+    source, target = tmp_path / "cube.obj", tmp_path / "quads.obj"
+    bpy.ops.wm.obj_export(filepath=str(source))
+    words = ["quads", str(source), str(target), "--target", "96"]
+    assert part("command_line").main(words) == 0
+    faces = [line.split()[1:] for line in target.read_text().splitlines() if line[:2] == "f "]
+    assert len(faces) == 96 and all(len(face) == 4 for face in faces)
