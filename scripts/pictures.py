@@ -181,7 +181,6 @@ def of_mesh(call: Callable[..., ff.Parametrization], make: Callable[[], Any]) ->
 
 PICTURES: dict[str, Drawing] = {
     "auto_seams_cylinder": on_surface(auto(cylinder), View(20, 20)),
-    "auto_seams_torus": on_surface(auto(torus), View(20, 35)),
     **{
         f"auto_seams_{name}": on_surface(auto(lambda n=name: model(f"seams/{n}.obj")), view)
         for name, view in (
