@@ -29,7 +29,7 @@ import flipfree as ff
 
 from judges.unfoldings import TWO_HOLES, unfolding
 from mesh_files import data_folder, read_mesh
-from surfaces import cylinder, torus
+from surfaces import cylinder
 
 LIGHT, DARK = np.array([0.93, 0.90, 0.82]), np.array([0.33, 0.42, 0.52])
 RED, GREEN, BLUE = "#d4261c", "#1f9d3a", "#1030c0"
