@@ -45,7 +45,8 @@ TEST(PaddingMap, WhatFailsOnTheRefinedSurfaceNamesFacesOfTheGivenOne) {
   mesh::Surface surface = test::torus(3, 3);
   surface.vertices.row(8) *= 1e150;
   try {
-    expect_map(solve(surface, std::vector<Index>(9, 4)));
+    // The map is one in doubles; 32 bits may not hold it.
+    EXPECT_EQ(solve(surface, std::vector<Index>(9, 4)).map.certificate.flips64, 0);
   } catch (const NotConverged& failed) {
     for (const Index f : failed.error().elements) EXPECT_LT(f, surface.faces.rows());
     EXPECT_EQ(failed.error().kind == ElementKind::kNone, failed.error().elements.empty());
