@@ -115,6 +115,7 @@ def ready():
 REFUSED = {
     "uv.flipfree_embed": "only disks fit into a polygon",
     "uv.flipfree_match": "no UV is pinned",
+    "uv.flipfree_quads": "Works in Object Mode",
     "uv.flipfree_straighten": "more than two selected edges",
     "uv.flipfree_select_failed": "did not fail",
     "uv.flipfree_select_mends": "separated nothing",
