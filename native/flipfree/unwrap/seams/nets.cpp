@@ -63,9 +63,11 @@ constexpr int kDepths = 8;
 constexpr double kWire = 16.0;
 // Directions of outlines are counted modulo a quarter turn in so many bins.
 constexpr int kBins = 180;
-// Cells of the grid in which overlaps are looked for, to a part's extent: a face is in so many
-// times so many of them at the most.
-constexpr double kNetCells = 64.0;
+// Cells of the grid in which overlaps are looked for, to a part's extent: so many times the root of
+// its faces, within these. A face is in as many of them, squared, at the most.
+constexpr double kCellsToFaces = 2.0;
+constexpr double kFewestCells = 4.0;
+constexpr double kMostCells = 64.0;
 
 struct Hinge {
   HalfedgeId h = kInvalid;  // the lower one of the edge's two
@@ -161,10 +163,15 @@ struct MadePart {
 struct Shapes {
   const Triangles& faces;
   const mesh::Adjacency& adjacency;
-  double size = 0.0;              // root of the whole area
-  std::vector<double> area;       // per face
-  std::vector<Corners> flat;      // per face, laid into the plane
-  std::vector<double> curvature;  // per vertex: 2 pi less its angles; 0 at borders and seams
+  const mesh::EdgeFlags& seams;
+  double size = 0.0;          // root of the whole area
+  std::vector<double> area;   // per face
+  std::vector<Corners> flat;  // per face, laid into the plane
+  // Per vertex: the size of its angle defect over the number of its corners, 0 at borders and
+  // seams; and the largest angle between faces at an edge there.
+  std::vector<double> curvature;
+  std::vector<double> bend;
+  std::vector<Index> place;  // per face: its number among its part's
 };
 
 // What must hold besides no overlap where nets are joined.
@@ -177,9 +184,13 @@ struct Rules {
 class Nets {
  public:
   Nets(const Shapes& shapes, const MadePart& part, const ExecutionContext& context)
-      : shapes_(shapes), part_(part), context_(context), cell_(part.extent / kNetCells) {
+      : shapes_(shapes),
+        part_(part),
+        context_(context),
+        cell_(part.extent /
+              std::clamp(kCellsToFaces * std::sqrt(static_cast<double>(part.faces.size())),
+                         kFewestCells, kMostCells)) {
     for (const FaceId f : part.faces) {
-      place_[f] = static_cast<Index>(at_.size());
       at_.push_back(shapes.flat[at(f)]);
       net_.push_back(static_cast<Index>(members_.size()));
       members_.push_back({static_cast<Index>(members_.size())});
@@ -196,7 +207,7 @@ class Nets {
   }
 
   bool is_joined(HalfedgeId h) const { return is_joined_[at(corner(h))] != 0; }
-  Index net_of(FaceId f) const { return net_[at(place_.at(f))]; }
+  Index net_of(FaceId f) const { return net_[at(shapes_.place[at(f)])]; }
   bool is_fixed(Index net) const { return is_fixed_[at(net)] != 0; }
   const std::vector<Index>& members(Index net) const { return members_[at(net)]; }
   std::size_t count() const { return members_.size(); }
@@ -284,13 +295,12 @@ class Nets {
   }
 
  private:
-  // kInvalid also where the other face is in another part.
+  // kInvalid also across seams.
   HalfedgeId opposite(HalfedgeId h) const {
-    const HalfedgeId o = shapes_.adjacency.opposite[at(h)];
-    return o != kInvalid && place_.contains(o / 3) ? o : kInvalid;
+    return shapes_.seams[at(h)] != 0 ? kInvalid : shapes_.adjacency.opposite[at(h)];
   }
-  Index corner(HalfedgeId h) const { return 3 * place_.at(h / 3) + h % 3; }
-  Index net_at(HalfedgeId h) const { return net_[at(place_.at(h / 3))]; }
+  Index corner(HalfedgeId h) const { return 3 * shapes_.place[at(h / 3)] + h % 3; }
+  Index net_at(HalfedgeId h) const { return net_[at(shapes_.place[at(h / 3)])]; }
   Vector2 from(HalfedgeId h) const { return at_[at(corner(h) / 3)][at(h % 3)]; }
   Vector2 to(HalfedgeId h) const { return at_[at(corner(h) / 3)][at((h % 3 + 1) % 3)]; }
 
@@ -521,7 +531,6 @@ class Nets {
   const MadePart& part_;
   const ExecutionContext& context_;
   double cell_;
-  std::unordered_map<FaceId, Index> place_;  // in the part
   std::vector<Corners> at_;                  // per face of the part, in its net's plane
   std::vector<Index> net_;                   // per face of the part
   std::vector<std::vector<Index>> members_;  // per net: faces of the part
@@ -540,8 +549,9 @@ Vector3 place(const mesh::Surface& surface, VertexId v) {
 Shapes shapes_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                  const mesh::EdgeFlags& seams) {
   const Triangles& faces = surface.faces;
-  Shapes shapes{faces, adjacency, 0.0,
-                {},    {},        std::vector<double>(at(surface.vertices.rows()), 0.0)};
+  const std::vector<double> zero(at(surface.vertices.rows()), 0.0);
+  Shapes shapes{faces, adjacency, seams, 0.0, {}, {}, zero, zero, {}};
+  std::vector<double> corners = zero;
   std::vector<char> is_border(at(surface.vertices.rows()), 0);
   double whole = 0.0;
   for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
@@ -560,22 +570,26 @@ Shapes shapes_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
       const Vector3 a = p[at((k + 1) % 3)] - p[at(k)];
       const Vector3 b = p[at((k + 2) % 3)] - p[at(k)];
       shapes.curvature[at(faces(f, k))] -= std::atan2(a.cross(b).norm(), a.dot(b));
+      corners[at(faces(f, k))] += 1.0;
       const HalfedgeId h = 3 * f + k;
       if (adjacency.opposite[at(h)] != kInvalid && seams[at(h)] == 0) continue;
       is_border[at(mesh::source(faces, h))] = is_border[at(mesh::target(faces, h))] = 1;
     }
   }
-  for (std::size_t v = 0; v < is_border.size(); ++v)
-    shapes.curvature[v] = is_border[v] != 0 ? 0.0 : shapes.curvature[v] + 2 * std::numbers::pi;
+  for (std::size_t v = 0; v < is_border.size(); ++v) {
+    const double own = shapes.curvature[v] + 2 * std::numbers::pi;
+    shapes.curvature[v] = is_border[v] != 0 ? 0.0 : std::abs(own) / corners[v];
+  }
   shapes.size = std::sqrt(whole);
   return shapes;
 }
 
 std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                const mesh::EdgeFlags& seams, const std::vector<double>& cost,
-                               const Shapes& shapes) {
+                               Shapes& shapes) {
   const mesh::Components components = mesh::components_between(adjacency, seams);
   std::vector<MadePart> parts(at(components.count));
+  shapes.place.resize(components.of_face.size());
   const Triangles& faces = surface.faces;
   const auto normal = [&](FaceId f) {
     const Vector3 a = place(surface, faces(f, 0));
@@ -583,6 +597,7 @@ std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacen
   };
   for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
     MadePart& part = parts[at(components.of_face[at(f)])];
+    shapes.place[at(f)] = static_cast<Index>(part.faces.size());
     part.faces.push_back(f);
     part.area += shapes.area[at(f)];
     for (std::size_t k = 0; k < 3; ++k) {
@@ -602,7 +617,10 @@ std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacen
           place(surface, mesh::target(faces, h)) - place(surface, mesh::source(faces, h));
       const double plain = side.norm() * bend_factor(surface, h, o);
       const double weight = plain > 0.0 ? cost[at(h)] / plain : 1.0;
-      part.hinges.push_back({h, side.norm(), weight, std::atan2(n.cross(m).norm(), n.dot(m))});
+      const double angle = std::atan2(n.cross(m).norm(), n.dot(m));
+      for (const VertexId v : {mesh::source(faces, h), mesh::target(faces, h)})
+        shapes.bend[at(v)] = std::max(shapes.bend[at(v)], angle);
+      part.hinges.push_back({h, side.norm(), weight, angle});
     }
   }
   for (MadePart& part : parts) part.extent = std::max(part.extent, part.size());
@@ -613,41 +631,36 @@ std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacen
 class Regions {
  public:
   Regions(const Shapes& shapes, const MadePart& part, double angle)
-      : sets_(Index(shapes.faces.rows())) {
+      : shapes_(shapes),
+        sets_(static_cast<Index>(part.faces.size())),
+        area_(part.faces.size(), 0.0),
+        curvature_(part.faces.size(), 0.0) {
     const auto join = [&](HalfedgeId h) {
-      sets_.join(h / 3, shapes.adjacency.opposite[at(h)] / 3);
+      sets_.join(shapes.place[at(h / 3)], shapes.place[at(shapes.adjacency.opposite[at(h)] / 3)]);
     };
     for (const HalfedgeId h : part.joined) join(h);
     for (const Hinge& hinge : part.hinges) {
       if (hinge.angle < angle) join(hinge.h);
     }
-    for (const FaceId f : part.faces) area_[of(f)] += shapes.area[at(f)];
-    // Vertices inside: no edge there bends more.
-    std::unordered_map<VertexId, char> bent;
-    for (const Hinge& hinge : part.hinges) {
-      if (hinge.angle < angle) continue;
-      bent[mesh::source(shapes.faces, hinge.h)] = 1;
-      bent[mesh::target(shapes.faces, hinge.h)] = 1;
-    }
-    std::unordered_map<VertexId, char> seen;
     for (const FaceId f : part.faces) {
+      area_[at(of(f))] += shapes.area[at(f)];
       for (Index k = 0; k < 3; ++k) {
-        const VertexId v = shapes.faces(f, k);
-        if (!bent.contains(v) && seen.emplace(v, 1).second)
-          curvature_[of(f)] += std::abs(shapes.curvature[at(v)]);
+        const std::size_t v = at(shapes.faces(f, k));
+        if (shapes.bend[v] < angle) curvature_[at(of(f))] += shapes.curvature[v];
       }
     }
   }
 
-  Index of(FaceId f) { return sets_.find(f); }
-  double area(Index region) { return area_[region]; }
-  // Sum of the absolute values at the vertices inside.
-  double curvature(Index region) { return curvature_[region]; }
+  Index of(FaceId f) { return sets_.find(shapes_.place[at(f)]); }
+  double area(Index region) const { return area_[at(region)]; }
+  // Sum of the sizes of angle defects at the vertices inside, at which no edge bends more.
+  double curvature(Index region) const { return curvature_[at(region)]; }
 
  private:
-  DisjointSets sets_;
-  std::unordered_map<Index, double> area_;
-  std::unordered_map<Index, double> curvature_;
+  const Shapes& shapes_;
+  DisjointSets sets_;  // of the part's faces
+  std::vector<double> area_;
+  std::vector<double> curvature_;
 };
 
 // Is most of it flat or rolled, in regions that count?
@@ -675,6 +688,9 @@ std::vector<CurvedRegion> curved_regions(const Shapes& shapes, const MadePart& p
                                          const std::vector<Hinge>& order,
                                          const ExecutionContext& context) {
   Regions smooth(shapes, part, kSmoothAngle);
+  if (std::none_of(part.faces.begin(), part.faces.end(),
+                   [&](FaceId f) { return smooth.curvature(smooth.of(f)) > kCurved; }))
+    return {};
   std::unordered_map<Index, double> torn;
   Nets nets(shapes, part, context);
   for (int round = 0; round < 2; ++round) {
@@ -754,7 +770,7 @@ mesh::EdgeFlags net_seams(const mesh::Surface& surface, const mesh::Adjacency& a
                           const mesh::EdgeFlags& seams, const std::vector<double>& cost,
                           const ExecutionContext& context) {
   mesh::EdgeFlags flags(adjacency.opposite.size(), 0);
-  const Shapes shapes = shapes_of(surface, adjacency, seams);
+  Shapes shapes = shapes_of(surface, adjacency, seams);
   for (const MadePart& part : parts_of(surface, adjacency, seams, cost, shapes)) {
     context.check();
     if (may_be_hard(shapes, part)) flag_part(shapes, part, flags, context);
