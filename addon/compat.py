@@ -145,6 +145,14 @@ def select_uv_faces(mesh: bpy.types.Mesh, faces: np.ndarray) -> None:
     bmesh.update_edit_mesh(mesh, loop_triangles=False, destructive=False)
 
 
+def colour_icon(colour: str) -> str:
+    """A square of "RED", "YELLOW" or "GREEN": its icon has another name from 4.4 on."""
+    known = bpy.types.UILayout.bl_rna.functions["operator"].parameters["icon"].enum_items
+    number = {"RED": 1, "YELLOW": 3, "GREEN": 4}[colour]
+    names = (f"STRIP_COLOR_0{number}", f"SEQUENCE_COLOR_0{number}")
+    return next((name for name in names if name in known), "INFO")
+
+
 def seam_edges(mesh: bpy.types.Mesh) -> np.ndarray:
     """(#edges,) bool. The attribute's name differs (`.uv_seam`, `uv_seam`); the property does not."""
     values = np.empty(len(mesh.edges), dtype=bool)

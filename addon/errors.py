@@ -129,6 +129,11 @@ HINT = "Flipfree > Select Where It Failed shows the place"
 # Characters of a line in popups: these are as wide as their longest line, and the screen ends somewhere.
 _WIDTH = 100
 
+# Characters that the status bar has room for.
+_STATUS = 119
+_MORE = " (more in the sidebar)"
+_said = [""]
+
 # Of the last run, those with a place; Select Where It Failed asks for them.
 _remembered: list["Failure"] = []
 
@@ -172,6 +177,10 @@ def places() -> list[tuple[bpy.types.Object, Failure]]:
     return [(ob, f) for ob, f in found if ob is not None and mesh_io.counts(ob) == f.counts]
 
 
+def _has_window() -> bool:
+    return not bpy.app.background
+
+
 def in_lines(text: str) -> str:
     """The text in lines that popups can show whole."""
     wrap = functools.partial(
@@ -182,7 +191,30 @@ def in_lines(text: str) -> str:
 
 def complain(operator, text: str) -> None:
     """Reports an error; where Blender has windows, that is a popup. Others get the text as it is."""
-    operator.report({"ERROR"}, text if bpy.app.background else in_lines(text))
+    operator.report({"ERROR"}, in_lines(text) if _has_window() else text)
+
+
+def tell(operator, kind: str, text: str, first: str = "") -> None:
+    """Reports a line. In a window the status bar has room for so many characters, `first` before the rest; the sidebar has the
+    whole. Others get the whole."""
+    _said[:] = [text]
+    operator.report({kind}, for_status_bar(first or text) if _has_window() else text)
+
+
+def for_status_bar(text: str) -> str:
+    """As many of its clauses as there is room for."""
+    text = " ".join(text.split())
+    if len(text) <= _STATUS:
+        return text
+    room = _STATUS - len(_MORE)
+    ends = [m.start() for m in re.finditer(r"[,;:.] ", text[: room + 2])]
+    found = text[: ends[-1]] if ends else textwrap.shorten(text, room, placeholder=" ...")
+    return found + _MORE
+
+
+def said() -> str:
+    """The whole of the last line that was reported."""
+    return _said[0]
 
 
 def _place(kind: str, elements: np.ndarray) -> str:

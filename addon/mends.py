@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What meshes were separated for (docs/method/unwrap.md), by place: for Select Mends and for records."""
+"""What meshes were separated for (docs/method/unwrap.md), by place: for Select Mesh Defects and for records."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ import numpy as np
 from . import watch
 from .meshes import mesh_io
 
-# Of the last run; Select Mends asks for them.
+# Of the last run; Select Mesh Defects asks for them.
 _remembered: list["Mended"] = []
 
 

@@ -245,8 +245,10 @@ class SolverOperator:
         if run.solved_here:
             text += ", solved inside Blender as no process could be started for it"
         advice = self.advice(run.done)
-        text = ". ".join(filter(None, [text, advice, self.hint(run.done)]))
-        self.report({"WARNING"} if advice else {"INFO"}, text)
+        hint = self.hint(run.done)
+        whole = ". ".join(filter(None, [text, advice, hint]))
+        first = ". ".join(filter(None, [advice, text, hint]))
+        errors.tell(self, "WARNING" if advice else "INFO", whole, first)
         return {"FINISHED"}
 
     def _cancelled(self) -> set[str]:
@@ -270,6 +272,6 @@ class SolverOperator:
         if errors.remember(failures):
             text += f". {errors.HINT}"
         if written:
-            self.report({"WARNING"}, text)
+            errors.tell(self, "WARNING", text)
         else:
             errors.complain(self, text)

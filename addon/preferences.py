@@ -75,12 +75,15 @@ class FlipfreePreferences(bpy.types.AddonPreferences):
         soft_max=10_000_000,
     )
 
-    def draw(self, _context):
+    def draw(self, context):
+        from .ui import menus  # which asks this module
+
         self.layout.use_property_split = True
         for name in ("threads", "max_seconds", "margin", "precision", "separate"):
             self.layout.prop(self, name)
         if self.separate == "above":
             self.layout.prop(self, "separate_from")
+        menus.draw_shortcuts(context, self.layout)
 
 
 def _get(name: str, default):

@@ -5,6 +5,8 @@ import json
 import math
 import sys
 
+from flipfree.distortion import LEVELS
+
 from . import mends
 from .operators import common
 
@@ -49,7 +51,9 @@ def of_task(task, line: str, advice: str) -> dict:
         if stat in stats:
             record[field] = int(stats[stat])
     record["stretched"] = common.by_area(certificates, "stretched")
-    record["poor"] = any(c.poor for c in certificates)
+    level = max((c.level for c in certificates), default=0)
+    record["poor"], record["level"] = level > 0, LEVELS[level]
+    record["needles"] = sum(c.needles for c in certificates)
     record["poor_islands"] = common.poor_islands([task])
     record["separated"] = common.mends(certificates)
     record["mends"] = [

@@ -39,7 +39,7 @@ class Session:
         if triangles > MOST_TRIANGLES:
             raise mesh_io.MeshProblem(
                 f"{common.plural(triangles, 'triangle')} are too many to follow their pins while these are moved: at most "
-                f"{MOST_TRIANGLES}. Unwrap Flip-Free keeps pins too, and Match Pins meets them, once they are where they belong"
+                f"{MOST_TRIANGLES}. Auto Unwrap keeps pins too, and Match Pins meets them, once they are where they belong"
             )
         self.process = processes.of(self.followed)
         for one in self.followed:

@@ -4,6 +4,8 @@
 import bpy
 import numpy as np
 
+from flipfree.distortion import LEVELS
+
 from .. import modal, solver
 from ..meshes import labels, selection
 from ..runs import steps
@@ -76,8 +78,9 @@ def summary(tasks: list[CheckTask]) -> str:
     text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
     wrong = sum(len(t.failed_faces()) for t in tasks)
     verdict = f"{common.plural(wrong, 'face')} wrong, now selected" if wrong else "Nothing wrong"
-    if any(t.certificate.poor for t in tasks) and not wrong:
-        verdict = "No flips and no overlaps, but stretched"
+    level = max(t.certificate.level for t in tasks)
+    if level and not wrong:
+        verdict = f"No flips and no overlaps, but {LEVELS[level]}"
     nowhere = [text for t in tasks for text in t.certificate.failures]
     if not wrong and nowhere:  # of the whole map, no face in particular
         verdict = nowhere[0]
@@ -102,7 +105,7 @@ def advice(tasks: list[CheckTask]) -> str:
         texts.append("Pack the islands, or allow stacked ones in the redo panel")
     if any(t.certificate.flips32 > 0 or t.certificate.overlaps > 0 for t in tasks):
         texts.append(
-            "Repair Flips mends them and leaves the rest of the map as it is, Unwrap Flip-Free makes a new one"
+            "Repair Flips mends them and leaves the rest of the map as it is, Auto Unwrap makes a new one"
         )
     elif not texts and any(len(t.failed_faces()) for t in tasks):
         texts.append("Unwrap it anew")

@@ -297,6 +297,12 @@ def _about_scale(tasks) -> str:
     return f"{found[0]}{mesh_io.more(found)} has a non-uniform scale: apply it (Ctrl A) if the islands should not be stretched"
 
 
+def needles_hint(tasks) -> str:
+    return texts.needles_named(
+        sum(judged.certificate.needles for task in tasks for judged in task.judged)
+    )
+
+
 def _about_poor(tasks) -> str:
     poor = [task for task in tasks if any(judged.certificate.poor for judged in task.judged)]
     if not poor:

@@ -200,7 +200,7 @@ class UV_OT_flipfree_conformal(
         on=True,
     )
     scale_true: options.flag(
-        "True Scale",
+        "Average Islands Scale",
         "Separate parts get the size of their surface when they are packed. Off: the size the metric has",
         on=True,
     )

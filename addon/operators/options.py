@@ -144,7 +144,7 @@ ENGINES = (
 
 
 def engine():
-    return choice("Engine", "How the map is found", ENGINES)
+    return choice("Method", "How the map is found", ENGINES)
 
 
 def fit_unit_square():
@@ -183,6 +183,9 @@ class MapOperator(modal.SolverOperator):
 
     def advice(self, tasks):
         return common.advice(tasks)
+
+    def hint(self, tasks):
+        return common.needles_hint(tasks)
 
     def between(self, tasks):
         return common.between_text(tasks)

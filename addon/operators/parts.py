@@ -12,7 +12,7 @@ from . import common
 # Of a certificate, what depends on how the map is rounded.
 AS_STORED = (
     *("triangles", "flips32", "overlaps", "energy", "max_energy", "energy_p99"),
-    *("poor", "stretched", "area", "poor_islands", "failed_faces"),
+    *("level", "stretched", "area", "poor_islands", "needles", "failed_faces"),
 )
 
 

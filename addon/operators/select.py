@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Select Where It Failed, Mends, Distorted Islands, Faces by Map: shown in the viewport or the UV editor."""
+"""Select Where It Failed, Mesh Defects, Distorted Islands, Faces by Map: shown in the viewport or the UV editor."""
 
 import bpy
 import numpy as np
+
+from flipfree.distortion import STRETCH_BOUND
 
 from .. import compat, errors, mends, modal, solver
 from ..aspect import sides
@@ -85,7 +87,7 @@ class UV_OT_flipfree_select_failed(_SelectPlaces, bpy.types.Operator):
 
 class UV_OT_flipfree_select_mends(_SelectPlaces, bpy.types.Operator):
     bl_idname = "uv.flipfree_select_mends"
-    bl_label = "Select Mends"
+    bl_label = "Select Mesh Defects"
     bl_description = (
         "Select what the last report calls separated: edges with more than two faces, vertices where parts touch, faces without "
         "area and the like. They are mapped; the mesh stays as it is"
@@ -148,7 +150,7 @@ class UV_OT_flipfree_select_poor(options.MeasureAspect, options.MapOperator, bpy
     bl_idname = "uv.flipfree_select_poor"
     bl_label = "Select Distorted Islands"
     bl_description = (
-        "Select the islands of the UV map that are stretched beyond 1.25: more seams there give a better map. "
+        f"Select the islands of the UV map that are stretched beyond {STRETCH_BOUND}: more seams there give a better map. "
         "At most the hundred worst"
     )
     verb = "Select Distorted Islands"
@@ -161,11 +163,9 @@ class UV_OT_flipfree_select_poor(options.MeasureAspect, options.MapOperator, bpy
 
     def summary(self, tasks):
         if not _show_faces(tasks):
-            return "No island is stretched beyond 1.25"
+            return f"No island is stretched beyond {STRETCH_BOUND}"
         count = common.plural(sum(task.islands for task in tasks), "island")
-        return (
-            f"{count} stretched beyond 1.25, now selected. Mark more seams there and unwrap again"
-        )
+        return f"{count} stretched beyond {STRETCH_BOUND}, now selected. Mark more seams there, or use Cut Where Stretched"
 
 
 WHAT = (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Unwrap Flip-Free: one flip-free island per seam island (thesis 3.2, docs/unwrap.md)."""
+"""Auto Unwrap: one flip-free island per seam island (thesis 3.2, docs/unwrap.md)."""
 
 import copy
 import dataclasses
@@ -271,12 +271,12 @@ class UV_OT_flipfree_unwrap(
     bpy.types.Operator,
 ):
     bl_idname = "uv.flipfree_unwrap"
-    bl_label = "Unwrap Flip-Free"
+    bl_label = "Auto Unwrap"
     bl_description = (
-        "Unwrap along the seams so that no face is flipped, with low distortion; "
+        "Unwrap so that no face is flipped, with low distortion, along marked seams and more where these leave too much stretch; "
         "pinned UVs stay exactly where they are"
     )
-    verb = "Unwrap Flip-Free"
+    verb = "Auto Unwrap"
     option_names = (
         "seams",
         "stretch",

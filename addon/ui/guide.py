@@ -1,100 +1,87 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What to do next with the active mesh, for someone who never read a page: seams, unwrap, check, pack, look."""
+"""How the active UV map stands and what to do about it, for someone who never read a page."""
 
 from dataclasses import dataclass
 
 import bmesh
 
-from .. import certificates, watch
-from . import tools
+from flipfree import texts
+from flipfree.distortion import LEVELS
+
+from .. import certificates, compat, watch
 
 
 @dataclass(frozen=True)
 class Step:
-    """number: which of the four steps, 0 before the first. operators: names for buttons, the recommended one first."""
+    """lines: what was found, and what helps. buttons: (operator, text) besides Auto Unwrap, Pack and Check, which are always
+    there. colour: "GREEN", "YELLOW", "RED", or "" where nothing was found out."""
 
-    number: int
     lines: tuple[str, ...]
-    operators: tuple[str, ...] = ()
-    icon: str = "INFO"
+    buttons: tuple[tuple[str, str], ...] = ()
+    colour: str = ""
+
+    @property
+    def icon(self) -> str:
+        return compat.colour_icon(self.colour) if self.colour else "INFO"
 
 
-NAMES = ("Seams", "Unwrap", "Check", "Pack")
 _MOST_SEARCHED = 50_000  # edges
-_UNWRAP, _CHECK, _PACK = "uv.flipfree_unwrap", "uv.flipfree_check", "uv.flipfree_pack"
+_SEAMS = ("uv.flipfree_auto_seams", "Auto Seams")
+_REPAIR = ("uv.flipfree_repair", "Repair Flips")
+_STRETCHED = (
+    ("uv.flipfree_select_poor", "Select"),
+    ("uv.flipfree_cut_stretched", "Cut Where Stretched"),
+)
 
 
 def step(context) -> Step:
     """Cheap enough to be asked at every redraw."""
     ob = context.view_layer.objects.active
     if ob is None or ob.type != "MESH":
-        return Step(0, ("Make a mesh object the active one.",))
+        return Step(("Make a mesh object the active one.",))
     if context.mode not in {"OBJECT", "EDIT_MESH"}:
-        return Step(0, ("Works in Object Mode", "and in Edit Mode of meshes."))
+        return Step(("Works in Object Mode", "and in Edit Mode of meshes."))
     if context.mode == "OBJECT" and not ob.select_get():
-        return Step(0, (f"{ob.name} is not selected.",))
+        return Step((f"{ob.name} is not selected.",))
     if ob.data.uv_layers.active is None:
-        return _first(ob, context)
+        if has_seams(ob):
+            return Step(("Seams are marked: Auto Unwrap", "keeps them."))
+        by_hand = (("mesh.mark_seam", "Mark Seam"),) if context.mode == "EDIT_MESH" else ()
+        return Step(("No UV map yet: Auto Unwrap", "finds seams by itself."), (*by_hand, _SEAMS))
     kept = certificates.of(ob)
     if kept is None:
-        return Step(
-            3,
-            ("This UV map was not looked at yet.", "Check it, or unwrap anew."),
-            (_CHECK, _UNWRAP),
-        )
+        return Step(("This UV map was not checked yet.",))
     if certificates.holds(ob, kept) is False:
-        return Step(3, ("Mesh or UVs have changed since", "the last certificate."), (_CHECK,))
-    return _by_certificate(kept)
+        return Step(("Mesh or UVs have changed since:", "check again."))
+    return _by_figures(kept.figures)
 
 
-def _first(ob, context) -> Step:
-    """Without a UV map: seams or none."""
-    if has_seams(ob):
-        return Step(2, ("Seams are marked:", "unwrap along them."), (_UNWRAP,))
-    lines = (
-        "Select edges where the texture",
-        "may be cut and mark them, or",
-        "let Unwrap choose its cuts.",
-    )
-    by_hand = ("mesh.mark_seam",) if context.mode == "EDIT_MESH" else ()
-    return Step(1, lines, (*by_hand, *_offered("uv.flipfree_auto_seams"), _UNWRAP))
-
-
-def _by_certificate(kept) -> Step:
-    figures = kept.figures
+def _by_figures(figures: dict) -> Step:
     if figures["flips32"] > 0 or figures["overlaps"] > 0:
+        counts = (("flips32", "flipped face"), ("overlaps", "overlap"))
+        found = [texts.counted(figures[key], noun) for key, noun in counts if figures[key] > 0]
         return Step(
-            2,
-            ("Faces are flipped or overlap.", "Unwrap makes a map without."),
-            (*_offered("uv.flipfree_repair"), _UNWRAP),
-            "ERROR",
+            (", ".join(found),),
+            (("uv.flipfree_select_faces", "Select"), _REPAIR),
+            "RED",
         )
     if figures["island_overlaps"] > 0:
-        return Step(4, ("Islands lie on each other.", "Pack separates them."), (_PACK,), "ERROR")
+        return Step(("Islands lie on each other:", "Pack separates them."), (), "RED")
     if not figures["ok"]:
-        return Step(
-            2, ("The map failed its check.", "Unwrap makes a new one."), (_UNWRAP,), "ERROR"
-        )
+        return Step(("The map failed its check:", "unwrap it anew."), (), "RED")
+    needles = texts.needles_named(figures["needles"]).replace(": ", ":\n", 1).splitlines()
     if figures["poor"]:
-        return Step(
-            1,
-            (
-                f"{100.0 * (figures['stretched'] or 0.0):.0f} % of the surface is",
-                "stretched beyond 1.25:",
-                "cut there, or unwrap anew.",
-            ),
-            ("uv.flipfree_select_poor", _UNWRAP),
-            "ERROR",
+        count = texts.counted(len(figures["poor_islands"]), "island")
+        share, _, beyond = texts.above_bound(figures["stretched"] or 0.0).partition(
+            " is stretched "
         )
-    return Step(
-        4, ("Nothing is wrong with this map.", "Pack nests it more densely."), (_PACK,), "CHECKMARK"
-    )
-
-
-def _offered(*names: str) -> tuple[str, ...]:
-    """Those of these operators that the table has."""
-    there = {tool.operator for tool in tools.all_tools()}
-    return tuple(name for name in names if name in there)
+        level = figures["level"]
+        return Step(
+            (f"{level.capitalize()}: {share}", f"{beyond}, {count}", *needles),
+            _STRETCHED,
+            "RED" if level == LEVELS[-1] else "YELLOW",
+        )
+    return Step(("Nothing is wrong with this map.", *needles), (), "GREEN")
 
 
 def has_seams(ob) -> bool:

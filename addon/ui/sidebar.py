@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tab "Flipfree" in the sidebars of 3D viewport and UV editor: what to do next, the last certificate, all operators.
+"""The tab "Flipfree" in the sidebars of 3D viewport and UV editor: three buttons, what came of them, and all else by task.
 
 Every panel is written once, as a plain class; `_in_both` makes the two that Blender wants.
 """
@@ -8,7 +8,9 @@ import textwrap
 
 import bpy
 
-from .. import certificates
+from flipfree.distortion import STRETCH_BOUND
+
+from .. import certificates, errors
 from ..live import live_pins
 from ..operators import common
 from . import guide, tools
@@ -17,51 +19,67 @@ _SPACES = {"VIEW_3D": "VIEW3D", "IMAGE_EDITOR": "IMAGE"}  # and how identifiers 
 _MAIN = "flipfree"
 
 
-class _Guide:
+class _Main:
     bl_label = "Flipfree UV"
 
     def draw(self, context):
+        first = self.layout.column(align=True)
+        first.scale_y = 1.4
+        row = first
+        for tool, text in zip(
+            tools.SECTIONS[0].tools, ("Auto Unwrap", "Pack", "Check"), strict=True
+        ):
+            row.operator(tool.operator, text=text, icon=tool.icon)
+            row = first.row(align=True) if row is first else row
         found = guide.step(context)
-        row = self.layout.row(align=True)
-        row.enabled = False
-        for number, name in enumerate(guide.NAMES, start=1):
-            row.label(text=f"{number} {name}" if number != found.number else f"[{number} {name}]")
         box = self.layout.box().column(align=True)
+        box.alert = found.colour == "RED"
         for i, line in enumerate(found.lines):
             box.label(text=line, icon=found.icon if i == 0 else "BLANK1")
-        for name in found.operators:
-            self.layout.operator(name)
+        row = self.layout.row(align=True)
+        for name, text in found.buttons:
+            row.operator(name, text=text)
         session = live_pins.current()
         if session is not None:
             box = self.layout.box().column(align=True)
-            icon = "ERROR" if session.problem else "PINNED"
-            for i, line in enumerate(textwrap.wrap(session.text(), 34)):
-                box.label(text=line, icon=icon if i == 0 else "BLANK1")
+            _wrapped(box, session.text(), "ERROR" if session.problem else "PINNED")
             box.operator("uv.flipfree_live_pins", text="End Live Pins", depress=True)
 
 
-class _Certificate:
-    bl_label = "Last Certificate"
+def _wrapped(layout, text: str, icon: str) -> None:
+    for i, line in enumerate(textwrap.wrap(text, 34)):
+        layout.label(text=line, icon=icon if i == 0 else "BLANK1")
+
+
+class _Details:
+    bl_label = "Details"
+    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
         ob = context.view_layer.objects.active
         kept = certificates.of(ob) if ob is not None and ob.type == "MESH" else None
         layout = self.layout.column(align=True)
         if kept is None:
-            layout.label(text="None yet for this UV map")
-            return
-        holds = certificates.holds(ob, kept)
-        if holds is False:
-            layout.label(text="The map has changed since", icon="ERROR")
-        elif holds is None:
-            layout.label(text="May have changed in Edit Mode", icon="QUESTION")
-        layout.label(text=f"{ob.data.uv_layers.active.name}: {kept.verb}")
-        body = layout.column(align=True)
-        body.active = holds is not False
-        for name, value, icon in rows(kept):
-            row = body.split(factor=0.55)
-            row.label(text=name, icon=icon)
-            row.label(text=value)
+            layout.label(text="This UV map was not checked yet")
+        else:
+            _figures(layout, ob, kept)
+        if errors.said():
+            _wrapped(self.layout.box().column(align=True), errors.said(), "INFO")
+
+
+def _figures(layout, ob, kept) -> None:
+    holds = certificates.holds(ob, kept)
+    if holds is False:
+        layout.label(text="The map has changed since", icon="ERROR")
+    elif holds is None:
+        layout.label(text="May have changed in Edit Mode", icon="QUESTION")
+    layout.label(text=f"{ob.data.uv_layers.active.name}: {kept.verb}")
+    body = layout.column(align=True)
+    body.active = holds is not False
+    for name, value, icon in rows(kept):
+        row = body.split(factor=0.55)
+        row.label(text=name, icon=icon)
+        row.label(text=value)
 
 
 def rows(kept) -> list[tuple[str, str, str]]:
@@ -87,9 +105,8 @@ def rows(kept) -> list[tuple[str, str, str]]:
         value = figures[key]
         found.append((name, "unbounded" if value is None else f"{value:.3f}", "BLANK1"))
     share, icon = figures["stretched"], "ERROR" if figures["poor"] else "BLANK1"
-    found.append(
-        ("Beyond 1.25", "not measured" if share is None else f"{100.0 * share:.1f} %", icon)
-    )
+    text = "not measured" if share is None else f"{100.0 * share:.1f} %"
+    found.append((f"Beyond {STRETCH_BOUND}", text, icon))
     found.append(("Islands", str(figures["islands"]), "BLANK1"))
     if figures["seam_edges"] > 0:
         found.append(
@@ -109,12 +126,8 @@ def _section(section: tools.Section) -> type:
         for tool in section.tools:
             layout.operator(tool.operator, icon=tool.icon)
 
-    options = set() if section.opened else {"DEFAULT_CLOSED"}
-    return type(
-        f"_Section{section.name}",
-        (),
-        {"bl_label": section.name, "bl_options": options, "draw": draw},
-    )
+    values = {"bl_label": section.name, "bl_options": {"DEFAULT_CLOSED"}, "draw": draw}
+    return type(f"_Section{section.name}", (), values)
 
 
 def _in_both(panel: type, name: str, order: int) -> list[type]:
@@ -134,9 +147,6 @@ def _in_both(panel: type, name: str, order: int) -> list[type]:
     return found
 
 
-CLASSES = [*_in_both(_Guide, _MAIN, 0), *_in_both(_Certificate, f"{_MAIN}_certificate", 2)]
-for _order, _each in enumerate(tools.SECTIONS):
-    # The certificate stands below the first section, which makes it.
-    CLASSES += _in_both(
-        _section(_each), f"{_MAIN}_{_each.identifier}", _order if _order == 0 else _order + 2
-    )
+CLASSES = [*_in_both(_Main, _MAIN, 0), *_in_both(_Details, f"{_MAIN}_details", 1)]
+for _order, _each in enumerate(tools.SECTIONS[1:], start=2):
+    CLASSES += _in_both(_section(_each), f"{_MAIN}_{_each.identifier}", _order)

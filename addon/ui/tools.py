@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one table of operators: what is registered, and in which order and under which heads menus and sidebar show it."""
+"""The one table of operators: what is registered, and in which order and under which tasks menus and sidebar show it."""
 
 from dataclasses import dataclass
 from types import ModuleType
@@ -11,7 +11,7 @@ from ..operators import check, conformal, cut, embed, mark, match, quads, seamle
 from ..operators.arrange import density, orient, straighten
 from ..operators.mending import improve, repair
 from ..operators.packing import pack
-from ..operators.seams import auto_seams
+from ..operators.seams import auto_seams, cut_stretched
 from ..views import controls
 
 
@@ -30,8 +30,6 @@ class Tool:
 class Section:
     name: str
     tools: tuple[Tool, ...]
-    opened: bool = False  # in the sidebar, at first
-    submenu: bool = False  # in menus
     draws: ModuleType | None = (
         None  # has draw_menu(layout) and draw_panel(layout, context), instead of a row of buttons
     )
@@ -45,38 +43,57 @@ SECTIONS = (
     Section(
         "Unwrap",
         (
-            Tool(auto_seams, "uv.flipfree_auto_seams", "MOD_EDGESPLIT", "seams"),
             Tool(unwrap, "uv.flipfree_unwrap", "UV", "unwrap"),
-            Tool(match, "uv.flipfree_match", "PINNED", "match"),
-            Tool(embed, "uv.flipfree_embed", "MESH_CIRCLE", "embed"),
-            Tool(live_pins, "uv.flipfree_live_pins", "UNPINNED"),
-            Tool(improve, "uv.flipfree_improve", "MOD_SMOOTH", "improve"),
-            Tool(repair, "uv.flipfree_repair", "MODIFIER", "repair"),
-            Tool(check, "uv.flipfree_check", "CHECKMARK", "check"),
             Tool(pack, "uv.flipfree_pack", "PACKAGE", "pack"),
+            Tool(check, "uv.flipfree_check", "CHECKMARK", "check"),
         ),
-        opened=True,
     ),
     Section(
-        "Islands",
+        "Seams",
+        (
+            Tool(auto_seams, "uv.flipfree_auto_seams", "MOD_EDGESPLIT", "seams"),
+            Tool(cut_stretched, "uv.flipfree_cut_stretched", "MOD_UVPROJECT"),
+            Tool(cut, "uv.flipfree_cut", "MOD_BOOLEAN", "cut"),
+        ),
+    ),
+    Section(
+        "Pins",
+        (
+            Tool(live_pins, "uv.flipfree_live_pins", "UNPINNED"),
+            Tool(match, "uv.flipfree_match", "PINNED", "match"),
+            Tool(embed, "uv.flipfree_embed", "MESH_CIRCLE", "embed"),
+        ),
+    ),
+    Section(
+        "Repair",
+        (
+            Tool(repair, "uv.flipfree_repair", "MODIFIER", "repair"),
+            Tool(improve, "uv.flipfree_improve", "MOD_SMOOTH", "improve"),
+        ),
+    ),
+    Section(
+        "Arrange",
         (
             Tool(orient, "uv.flipfree_orient", "DRIVER_ROTATIONAL_DIFFERENCE"),
             Tool(straighten, "uv.flipfree_straighten", "IPO_LINEAR"),
             Tool(density, "uv.flipfree_get_density", "EYEDROPPER"),
             Tool(density, "uv.flipfree_set_density", "TEXTURE"),
         ),
-        submenu=True,
     ),
     Section(
-        "Cones and Seamless Maps",
+        "Cones",
         (
             Tool(conformal, "uv.flipfree_suggest_cones", "LIGHT", "cones"),
             Tool(conformal, "mesh.flipfree_mark_cone", "MESH_CONE"),
             Tool(conformal, "uv.flipfree_clear_cones", "X"),
-            Tool(mark, "mesh.flipfree_mark", "CURVE_PATH"),
-            Tool(cut, "uv.flipfree_cut", "MOD_BOOLEAN", "cut"),
             Tool(conformal, "uv.flipfree_conformal", "MOD_WARP", "conformal"),
+        ),
+    ),
+    Section(
+        "Seamless",
+        (
             Tool(seamless, "uv.flipfree_seamless", "MESH_TORUS", "seamless"),
+            Tool(mark, "mesh.flipfree_mark", "CURVE_PATH"),
             Tool(field_aligned, "uv.flipfree_field_aligned", "MOD_LATTICE", "field field-aligned"),
             Tool(quads, "uv.flipfree_quads", "MOD_REMESH", "quads"),
         ),
@@ -89,7 +106,6 @@ SECTIONS = (
             Tool(select, "uv.flipfree_select_mends", "MODIFIER"),
             Tool(select, "uv.flipfree_select_faces", "FACESEL"),
         ),
-        submenu=True,
     ),
     Section(
         "Show",
@@ -98,8 +114,6 @@ SECTIONS = (
             Tool(controls, "view3d.flipfree_show_field", "EMPTY_AXIS"),
             Tool(controls, "uv.flipfree_hide_all", "HIDE_ON"),
         ),
-        opened=True,
-        submenu=True,
         draws=controls,
     ),
     Section(
@@ -108,7 +122,6 @@ SECTIONS = (
             Tool(checker, "uv.flipfree_checker", "TEXTURE"),
             Tool(checker, "uv.flipfree_remove_checker", "X"),
         ),
-        submenu=True,
     ),
 )
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The demo's part inside Blender: a mesh, seams, Unwrap Flip-Free through its operator, two renderings.
+"""The demo's part inside Blender: a mesh, seams, Auto Unwrap through its operator, two renderings.
 
     blender -b --python in_blender.py -- OUT_FOLDER [MESH]
 

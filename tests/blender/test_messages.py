@@ -66,7 +66,7 @@ def test_options_that_messages_name_are_there_under_that_name(addon):
 
 
 OPERATOR = (
-    "Repair Flips|Unwrap Flip-Free|Select Distorted Islands|Select Where It Failed|Suggest Cones|Mark Cone|Clear Cones|"
+    "Repair Flips|Auto Unwrap|Select Distorted Islands|Select Where It Failed|Suggest Cones|Mark Cone|Clear Cones|"
     "Auto Seams|Match Pins"
 )
 
@@ -74,7 +74,7 @@ OPERATOR = (
 def test_operators_that_messages_name_are_there_under_that_name(addon):
     _, names = labels()
     named = {found for _, text in texts(addon) for found in re.findall(OPERATOR, text)}
-    assert {"Repair Flips", "Unwrap Flip-Free", "Select Distorted Islands"} <= named
+    assert {"Repair Flips", "Auto Unwrap", "Select Distorted Islands"} <= named
     assert named <= names, named - names
 
 
@@ -86,7 +86,7 @@ def test_check_of_flips_names_repair_first_and_it_mends_them(capfd):
     shapes.set_uv(ob, uv)
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
     said = capfd.readouterr().out
-    assert said.index("Repair Flips mends them") < said.index("Unwrap Flip-Free makes a new one")
+    assert said.index("Repair Flips mends them") < said.index("Auto Unwrap makes a new one")
     assert bpy.ops.uv.flipfree_repair() == {"FINISHED"}
     capfd.readouterr()
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
@@ -113,3 +113,47 @@ def test_the_cure_of_a_stretched_unwrap_works_from_where_the_user_is(seams, capf
         assert "A lower 'Stretch' cuts there" in said
     assert bpy.ops.uv.flipfree_unwrap(seams="auto", stretch=1.25) == {"FINISHED"}
     assert "stretched" not in capfd.readouterr().out
+
+
+def test_the_status_bar_gets_no_more_than_it_has_room_for(part):
+    errors = part("errors")
+    clauses = [f"{n} islands, 0 flips; the rest. And more" for n in range(30)]
+    for count in range(1, 31):
+        text = ", ".join(clauses[:count])
+        line = errors.for_status_bar(text)
+        assert len(line) < 120 and (line == text or line.endswith("(more in the sidebar)"))
+        assert line.split(" (more")[0] in text
+    assert len(errors.for_status_bar("word " * 60)) < 120
+
+
+@pytest.mark.parametrize("make", ["two_sheets", "monkey", "fold"])
+def test_every_operator_reports_lines_below_120_characters(make, part, monkeypatch, capfd):
+    """As a window has them: the whole is in the sidebar then."""
+    monkeypatch.setattr(part("errors"), "_has_window", lambda: True)
+    seen = 0
+    for tool in part("ui.tools").all_tools():
+        if bpy.context.mode != "OBJECT":
+            bpy.ops.object.mode_set(mode="OBJECT")
+        bpy.data.batch_remove(list(bpy.data.objects))
+        bpy.context.view_layer.update()
+        if make == "fold":
+            ob = shapes.grid(6, uv=True)
+            shapes.set_uv(ob, np.sin(9.0 * shapes.plane(ob)))
+        else:
+            {"two_sheets": lambda: shapes.two_sheets(squeezed=True), "monkey": shapes.monkey}[
+                make
+            ]()
+        space, name = tool.operator.split(".")
+        operator = getattr(getattr(bpy.ops, space), name)
+        said = ""
+        try:
+            if operator.poll():
+                operator()
+        except RuntimeError as error:
+            said = str(error)
+        for line in (said + "\n" + capfd.readouterr().out).splitlines():
+            kind, _, text = line.partition(": ")
+            text = text if kind in ("Info", "Warning", "Error") else line
+            seen += kind in ("Info", "Warning", "Error")
+            assert len(text) < 120, (tool.operator, text)
+    assert seen > 5

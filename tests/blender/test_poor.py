@@ -36,7 +36,7 @@ def test_check_warns_of_a_poor_map_though_nothing_is_wrong(capfd):
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
     (line,) = warnings(capfd.readouterr().out)
     assert (
-        "No flips and no overlaps, but stretched: 2 islands" in line
+        "No flips and no overlaps, but badly stretched: 2 islands" in line
         and "the worst at face 16" in line
     )
     assert shapes.selection(ob) == chosen

@@ -9,6 +9,7 @@ import pytest
 
 OPERATORS = [
     "flipfree_auto_seams",
+    "flipfree_cut_stretched",
     "flipfree_unwrap",
     "flipfree_match",
     "flipfree_embed",
@@ -68,6 +69,16 @@ def test_every_operator_is_in_the_menu_once_with_an_icon_and_a_description(part)
         assert tool.icon in icons and tool.icon != "NONE"
         space, name = tool.operator.split(".")
         assert getattr(getattr(bpy.ops, space), name).get_rna_type().description
+
+
+def test_the_pie_menu_has_eight_operators_and_a_shortcut_that_nobody_has_set(part):
+    menus = part("ui.menus")
+    known = {tool.operator for tool in part("ui.tools").all_tools()}
+    names = menus.VIEW3D_MT_flipfree_pie.NAMES
+    assert len(set(names)) == 8 and set(names) <= known
+    assert hasattr(bpy.types, "VIEW3D_MT_flipfree_pie")
+    for _, item in menus._items:  # none without a window
+        assert item.type == "NONE" and item.properties.name == "VIEW3D_MT_flipfree_pie"
 
 
 def test_it_can_be_disabled_and_enabled_again(addon):

@@ -41,6 +41,10 @@ class Recorder:
         return add
 
 
+def buttons(step):
+    return [name for name, _ in step().buttons]
+
+
 def draw(part, name):
     """What a panel of the sidebar shows."""
     from types import SimpleNamespace
@@ -52,30 +56,31 @@ def draw(part, name):
 
 
 def test_the_guide_leads_from_seams_to_packing(step, kept):
-    assert step().number == 0 and "mesh" in step().lines[0]
+    assert not step().colour and "mesh" in step().lines[0]
     ob = shapes.cube()
     ob.data.uv_layers.remove(ob.data.uv_layers[0])
-    assert step().number == 1 and "uv.flipfree_unwrap" in step().operators
+    assert "Auto Unwrap" in step().lines[0] and buttons(step) == ["uv.flipfree_auto_seams"]
     bpy.ops.object.mode_set(mode="EDIT")
-    assert step().operators[0] == "mesh.mark_seam"
+    assert buttons(step)[0] == "mesh.mark_seam"
     bpy.ops.mesh.select_all(action="SELECT")
     bpy.ops.mesh.mark_seam()
-    assert step().number == 2 and step().operators == ("uv.flipfree_unwrap",)
+    assert "Seams are marked" in step().lines[0] and not step().buttons
     bpy.ops.object.mode_set(mode="OBJECT")
-    assert step().number == 2
+    assert "Seams are marked" in step().lines[0]
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    assert (step().number, step().icon) == (4, "CHECKMARK")
+    assert step().colour == "GREEN" and step().icon != "INFO"
     shapes.set_uv(ob, -shapes.uv_of(ob) * [1, -1])
     ob.data.update()
     bpy.context.view_layer.update()
-    assert step().operators == ("uv.flipfree_check",) and "changed" in step().lines[0]
+    assert not step().colour and "changed" in step().lines[0]
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
-    assert (step().number, step().icon) == (2, "ERROR") and "flipped" in step().lines[0]
+    assert step().colour == "RED" and step().lines == ("12 flipped faces",)
+    assert "uv.flipfree_repair" in buttons(step)
 
 
 def test_a_map_that_nobody_looked_at_is_to_be_checked(step, kept):
     shapes.cube()
-    assert step().operators[0] == "uv.flipfree_check"
+    assert "not checked" in step().lines[0]
 
 
 def test_stacked_islands_are_to_be_packed(step, kept):
@@ -86,14 +91,18 @@ def test_stacked_islands_are_to_be_packed(step, kept):
     )
     shapes.set_pins(ob, np.zeros(len(uv), bool))
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
-    assert step().operators == ("uv.flipfree_pack",)
+    assert step().colour == "RED" and "Pack" in step().lines[1]
 
 
-def test_poor_maps_want_seams(step, kept):
+def test_stretched_maps_are_yellow_badly_stretched_ones_red_and_can_be_cut(step, kept):
     ob = shapes.two_sheets(squeezed=True)
+    shapes.set_pins(ob, np.zeros(len(shapes.uv_of(ob)), bool))
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
-    assert ob and step().operators == ("uv.flipfree_select_poor", "uv.flipfree_unwrap")
-    assert step().icon == "ERROR" and step().lines[0].startswith("4 % of the surface")
+    assert buttons(step) == ["uv.flipfree_select_poor", "uv.flipfree_cut_stretched"]
+    assert (step().colour, step().lines[0]) == ("RED", "Badly stretched: 3 % of the surface")
+    assert step().lines[1] == "beyond 1.25, 1 island"
+    assert bpy.ops.uv.flipfree_cut_stretched() == {"FINISHED"}
+    assert step().colour == "GREEN"
 
 
 def test_an_object_that_is_not_selected_is_named(step):
@@ -109,7 +118,7 @@ def test_a_certificate_holds_until_the_map_changes_and_again_after_going_back(
     assert kept() is None
     shapes.enter(mode)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    assert kept().verb == "Unwrap Flip-Free" and kept().figures["flips32"] == 0
+    assert kept().verb == "Auto Unwrap" and kept().figures["flips32"] == 0
     assert holds() is True
     for other in ("OBJECT", "EDIT"):
         bpy.ops.object.mode_set(mode=other)
@@ -167,16 +176,20 @@ def test_a_run_on_some_faces_says_so(kept, part):
     shapes.select_faces(ob, range(5))
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     assert (kept().faces, kept().of) == (5, 16)
-    assert ("label", "5 of 16 faces") in draw(part, "VIEW3D_PT_flipfree_certificate")
+    assert ("label", "5 of 16 faces") in draw(part, "VIEW3D_PT_flipfree_details")
 
 
 def test_the_certificate_is_drawn_with_its_figures(kept, part):
-    name = "VIEW3D_PT_flipfree_certificate"
+    name = "VIEW3D_PT_flipfree_details"
     shapes.grid(4, uv=True)
-    assert draw(part, name) == [("label", "None yet for this UV map")]
+    part("errors")._said[:] = [""]
+    assert draw(part, name) == [("label", "This UV map was not checked yet")]
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     texts = [text for _, text in draw(part, name)]
-    assert texts[0] == "UVMap: Unwrap Flip-Free"
+    assert " ".join(texts).endswith(part("errors").said()), "the last report stands below"
+    part("errors")._said[:] = [""]
+    texts = [text for _, text in draw(part, name)]
+    assert texts[0] == "UVMap: Auto Unwrap"
     figures = dict(zip(texts[1::2], texts[2::2], strict=True))
     assert figures["Flipped Faces"] == figures["Overlaps"] == "0" and figures["Islands"] == "1"
     assert float(figures["Distortion"]) >= 1.0
@@ -197,9 +210,13 @@ def test_both_editors_have_every_panel_and_every_operator(part):
         for kind, text in draw(part, cls.__name__)
         if kind == "operator"
     }
-    sections = part("ui.tools").SECTIONS
+    first, *sections = part("ui.tools").SECTIONS
     expected = {tool.operator for s in sections if s.draws is None for tool in s.tools}
     assert expected | {"uv.flipfree_hide_all"} <= drawn
+    main = [text for kind, text in draw(part, "VIEW3D_PT_flipfree") if kind == "operator"]
+    assert main == ["Auto Unwrap", "Pack", "Check"]
+    closed = [cls for cls in classes if "DEFAULT_CLOSED" in getattr(cls, "bl_options", ())]
+    assert len(closed) == len(classes) - 2, "all but the tab itself, in both editors"
 
 
 @pytest.fixture

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Unwrap Flip-Free through its operator, in every mode; judged by arithmetic that shares nothing with the solver."""
+"""Auto Unwrap through its operator, in every mode; judged by arithmetic that shares nothing with the solver."""
 
 import bmesh
 import bpy

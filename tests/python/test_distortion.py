@@ -42,11 +42,32 @@ def test_the_share_beyond_the_bound_is_by_area_and_the_islands_are_named_worst_f
     assert "50 % of the surface is stretched beyond 1.25" in str(found)
 
 
-def test_a_map_within_the_bound_says_nothing():
-    vertices, faces, uv = sheets([1.0] * 20 + [1.4], [1.0] * 20 + [1 / 1.4])
+@pytest.mark.parametrize(("others", "level"), [(20, 1), (120, 0)])
+def test_a_stretched_island_counts_from_a_hundredth_of_the_surface_on(others, level):
+    vertices, faces, uv = sheets([1.0] * others + [1.4], [1.0] * others + [1 / 1.4])
     found = ff.certify(vertices, faces, uv)
-    assert not found.poor and found.stretched == pytest.approx(1 / 21)
-    assert found.poor_islands.tolist() == [40] and "stretch" not in str(found)
+    assert found.level == level and found.stretched == pytest.approx(1 / (others + 1))
+    assert found.poor_islands.tolist() == [2 * others]
+    assert ("stretched" in str(found)) == found.poor == (level > 0)
+
+
+def test_levels_are_by_the_mean_by_islands_and_by_triangles():
+    assert [ff.certify(*sheets([s**0.5], [s**-0.5])).level for s in (1.2, 1.9, 2.1)] == [0, 1, 2]
+    assert ff.certify(*sheets([1.0] * 9 + [2.0], [1.0] * 9 + [0.4])).level == 2
+    vertices, faces, uv = sheets([1.0] * 40, [1.0] * 40)  # one triangle of a square of 80
+    faces, uv = np.delete(faces, 1, 0), np.delete(uv, 1, 0)
+    uv[0, 1] += [1.5, 0.0]
+    found = ff.certify(vertices, faces, uv)
+    assert found.level == 2 and "badly stretched" in str(found)
+
+
+def test_needles_are_those_that_are_thin_on_the_surface_and_badly_stretched():
+    vertices, faces, uv = sheets([1.0, 1.0], [1.0, 1.0])
+    vertices[2] = [1.0, 1e-5, 0.0]
+    found = ff.certify(vertices, faces, uv)
+    assert found.needles == 1 and "1 needle: Merge by Distance or Limited Dissolve" in str(found)
+    flat = vertices[faces][:, :, :2]
+    assert ff.certify(vertices, faces, flat).needles == 0, "thin in the map as well"
 
 
 @pytest.mark.parametrize("aspect", [1.0, 0.5, 3.0])

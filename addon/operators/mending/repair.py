@@ -163,7 +163,7 @@ class UV_OT_flipfree_repair(
     )
 
     overlaps: options.choice(
-        "Islands on Themselves",
+        "Overlapping Islands",
         "What becomes of an island that lies on itself though none of its faces is flipped",
         OVERLAPS,
     )

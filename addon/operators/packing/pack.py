@@ -11,11 +11,11 @@ from ..unwrap import MapTask, layout_notes
 ROTATIONS = (
     (
         "straight",
-        "Any but Straight",
+        "Automatic",
         "Rectangles and other islands with straight outlines stay along the axes, others turn by any angle",
     ),
     ("free", "Any", "By any angle"),
-    ("quarters", "90 Degrees", "By quarter turns only"),
+    ("quarters", "Cardinal", "By 90 degrees only"),
     ("none", "None", "Not at all"),
 )
 
@@ -134,14 +134,14 @@ class UV_OT_flipfree_pack(
         "Stack Similar", "Islands of equal outline lie on top of each other and share their pixels"
     )
     tile: options.whole(
-        "Tile",
+        "First Tile",
         "UDIM tile to pack into. The next one that has room, if others leave none there",
         1001,
         1001,
         max=1100,
     )
     tiles: options.whole(
-        "Tiles",
+        "Tile Count",
         "How many UDIM tiles, from that one on, islands are spread over: all at one scale",
         1,
         1,

@@ -9,6 +9,7 @@ crushed makes all others look stretched. So a map with a mean above the bound ha
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,14 @@ Array = npt.NDArray[Any]
 STRETCH_BOUND = 1.25
 #: The energy of that stretch is 1.025; the rest is what one scale for all islands and 32 bits may cost.
 BOUND_ENERGY = 1.03
+#: What a checker shows: up to the bound squares; from there rectangles, 5 to 4; from stretch 2 on, which is the second energy,
+#: pairs of squares.
+LEVELS = ("fine", "stretched", "badly stretched")
+_LEVEL_ENERGIES = (BOUND_ENERGY, 1.25)
+#: Of the surface, by area: what is less than this together is too small to be seen. Automatic seams leave as much out.
+_VISIBLE = 0.01
+#: Height over longest side of a triangle that is a needle.
+_NEEDLE = 1e-3
 
 _MOST_ISLANDS = 100
 
@@ -68,20 +77,51 @@ def _dot(a: Array, b: Array) -> Array:
     return found
 
 
-def stretched_share(energy: Array, area: Array) -> float:
-    """Share of the surface, by area, that is stretched beyond the bound."""
+def needles(vertices: Array, faces: Array, energy: Array) -> int:
+    """How many triangles of the surface are as thin as needles and badly stretched: merging what is at one place ends them."""
+    badly = energy > _LEVEL_ENERGIES[1]
+    corner = np.asarray(vertices, np.float64)[faces[badly]]
+    sides = np.roll(corner, -1, axis=1) - corner
+    with np.errstate(all="ignore"):
+        longest = np.einsum("tij,tij->ti", sides, sides).max(axis=1, initial=0.0)
+        twice = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    return int(np.count_nonzero((twice > 0.0) & (twice < _NEEDLE * longest)))
+
+
+@dataclass(frozen=True)
+class Stretched:
+    """share: of the surface, by area, whose triangles are above the bound; islands: (k,) a face of each island whose own mean is,
+    the worst first, at most 100; level: an index of LEVELS."""
+
+    share: float
+    islands: npt.NDArray[np.int32]
+    level: int
+
+
+def level_of(mean: float) -> int:
+    """Of a map's mean energy alone."""
+    return sum(not mean <= bound for bound in _LEVEL_ENERGIES)
+
+
+def stretched(faces: Array, uv: Array, energy: Array, area: Array, mean: float) -> Stretched:
+    """Of a map of this mean energy. What is stretched is as its worst part that can be seen: the mean; its islands; triangles,
+    which are a level lower, as around every cone some are stretched."""
     whole = float(area.sum())
-    return float(area[energy > BOUND_ENERGY].sum()) / whole if whole > 0.0 else 0.0
-
-
-def stretched_islands(faces: Array, uv: Array, energy: Array, area: Array) -> npt.NDArray[np.int32]:
-    """(k,) a face of each island with a mean energy above the bound, the worst first, at most 100."""
+    share = float(area[energy > BOUND_ENERGY].sum()) / whole if whole > 0.0 else 0.0
+    if not share > 0.0:
+        return Stretched(share, np.zeros(0, np.int32), level_of(mean))
     label = _native.islands(faces, np.asarray(uv, np.float32).reshape(-1, 2))[0]
     counted = area > 0.0
-    whole = np.bincount(label, area, len(label))
+    size = np.bincount(label, area, len(label))
     with np.errstate(all="ignore"):
         sums = np.bincount(label[counted], (energy * area)[counted], len(label))
-        mean = sums / whole
-    found = np.flatnonzero((whole > 0.0) & (mean > BOUND_ENERGY))
-    worst = found[np.argsort(-mean[found], kind="stable")]
-    return worst[:_MOST_ISLANDS].astype(np.int32)
+        means = np.where(size > 0.0, sums / size, 0.0)
+    level = level_of(mean)
+    for k, bound in enumerate(_LEVEL_ENERGIES, start=1):
+        if size[means > bound].sum() > _VISIBLE * whole:
+            level = max(level, k)
+    if area[energy > _LEVEL_ENERGIES[1]].sum() > _VISIBLE * whole:
+        level = max(level, 1)
+    found = np.flatnonzero(means > BOUND_ENERGY)
+    worst = found[np.argsort(-means[found], kind="stable")]
+    return Stretched(share, worst[:_MOST_ISLANDS].astype(np.int32), level)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .distortion import BOUND_ENERGY, energies, stretched_islands, stretched_share
-from .texts import above_bound, counted, mended
+from .distortion import LEVELS, energies, level_of, needles, stretched
+from .texts import above_bound, counted, mended, needles_named
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -118,10 +118,12 @@ class Certificate:
         energy: symmetric Dirichlet, area-weighted mean at the best global scale, 1 = isometric; max_energy: of the
             worst triangle; energy_p99: 99th percentile by area. Of the 64-bit map or of the stored one, whichever is worse.
             -1: not measured (``conformal`` with ``lengths``).
-        poor: valid, but above the stretch bound: energy above 1.03, about what ``distortion.STRETCH_BOUND`` 1.25 has.
+        level: how stretched the map is to the eye, an index of ``distortion.LEVELS``: 0 fine; 1 above the stretch bound 1.25;
+            2 badly, above 2: by its mean, or by islands or triangles that are a hundredth of the surface together.
         stretched: share of the surface's area whose own stretch is above the bound, 0 to 1. -1: not measured.
         area: of the surface, in the unit of its vertices; -1 where ``stretched`` was not measured.
         poor_islands: (k,) a face of each chart whose own mean energy is above the bound, worst first, at most 100.
+        needles: triangles of the surface thinner than a thousandth of their length that are badly stretched.
         mends: what the mesh had to be separated for, empty for a clean surface. Faces that use a vertex twice have no
             triangle and are not judged; all others are.
         failures: what failed, in words. failed_faces: (k,) faces named there, at most 1000.
@@ -150,13 +152,19 @@ class Certificate:
     energy: float
     max_energy: float
     energy_p99: float
-    poor: bool
+    level: int
     stretched: float
     area: float
     poor_islands: IntArray
+    needles: int
     mends: tuple[Mend, ...]
     failures: list[str]
     failed_faces: IntArray
+
+    @property
+    def poor(self) -> bool:
+        """Valid, but above the stretch bound."""
+        return self.level > 0
 
     @property
     def turned(self) -> int:
@@ -185,7 +193,9 @@ class Certificate:
             f"energy {self.energy:.6g} (worst triangle {self.max_energy:.4g}){seams}"
         ]
         if self.poor:
-            lines.append(f"  above the stretch bound: {above_bound(self.stretched)}")
+            lines.append(f"  {LEVELS[self.level]}: {above_bound(self.stretched)}")
+        if self.needles:
+            lines.append(f"  {needles_named(self.needles)}")
         if self.mends:
             lines.append("  separated: " + ", ".join(str(mend) for mend in self.mends))
         return "\n".join(lines + [f"  {failure}" for failure in self.failures])
@@ -296,17 +306,18 @@ def certificate_from(
 ) -> Certificate:
     """Of a map of this mesh, scaled vertices and all, as stored. Errors have one without its map, and so without ``stretched``
     and what goes with it."""
-    data = dict(data) | {"stretched": -1.0, "area": -1.0, "poor": False}
+    data = dict(data) | {"stretched": -1.0, "area": -1.0, "level": 0, "needles": 0}
     data["poor_islands"] = np.zeros(0, np.int32)
     if data["energy"] != -1.0:  # a metric that is not the surface's has none
-        data["poor"] = not data["energy"] <= BOUND_ENERGY
+        data["level"] = level_of(data["energy"])
         if mesh is not None:
             energy, area = energies(mesh.scaled, mesh.faces, uv32, aspect)
             with np.errstate(over="ignore", under="ignore"):
                 data["area"] = float(np.ldexp(area.sum(), 2 * mesh.exponent))
-            data["stretched"] = stretched_share(energy, area)
-            if data["stretched"] > 0.0:
-                data["poor_islands"] = stretched_islands(mesh.faces, uv32, energy, area)
+            found = stretched(mesh.faces, uv32, energy, area, data["energy"])
+            data["stretched"], data["level"] = found.share, found.level
+            data["poor_islands"] = found.islands
+            data["needles"] = needles(mesh.scaled, mesh.faces, energy)
     data["quarter_cones"] = np.array(data["quarter_cones"], np.int32).reshape(-1, 2)
     for name in ("failed_faces", "seam_vertices", "quarter_cones", "poor_islands"):
         frozen(data[name])

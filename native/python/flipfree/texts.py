@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from .distortion import STRETCH_BOUND
+
 _ONE = {"edges": "edge", "faces": "face", "vertices": "vertex", "use": "uses", "their": "its"}
 
 
@@ -23,12 +25,17 @@ def mended(count: int, what: str) -> str:
 
 
 def above_bound(share: float) -> str:
-    """Of a map, how much of the surface is stretched beyond the bound (maps/distortion.py)."""
+    """Of a map, how much of the surface is stretched beyond the bound (distortion.py)."""
     percent = "less than 1" if share < 0.01 else f"{int(100.0 * share)}"
-    return f"{percent} % of the surface is stretched beyond 1.25"
+    return f"{percent} % of the surface is stretched beyond {STRETCH_BOUND:g}"
 
 
 def turned_over(count: int) -> str:
     """Of a map, what it means that so many faces are mapped against their own winding."""
     are, their = ("is", "its") if count == 1 else ("are", "their")
     return f"{counted(count, 'face')} {are} wound against the others: {their} texture is mirrored, seen from the front"
+
+
+def needles_named(count: int) -> str:
+    """What to do about triangles without width, which spoil the figure of the worst face; "" if there are none."""
+    return f"{counted(count, 'needle')}: Merge by Distance or Limited Dissolve" if count else ""

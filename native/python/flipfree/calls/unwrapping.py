@@ -1,4 +1,4 @@
-"""Unwrap Flip-Free: seam islands onto the plane, the seams for it, and the packing of charts.
+"""Auto Unwrap: seam islands onto the plane, the seams for it, and the packing of charts.
 
 Textures that are no squares are packed in their pixels, of which the unit square has one shape only: the longer side has
 length 1 in the texture's own plane, where islands turn and gaps are measured; what lies beside it in the unit square is an
@@ -212,7 +212,7 @@ def _as_weights(values: Any) -> dict[str, Any]:
 
 
 #: What a certificate says of distortion.
-DISTORTION = "energy max_energy energy_p99 stretched area poor poor_islands".split()
+DISTORTION = "energy max_energy energy_p99 stretched area level poor_islands needles".split()
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ import numpy as np
 
 from ... import _native
 from ...calls.mesh_files import write
-from ...distortion import derivatives, percentiles
+from ...distortion import LEVELS, derivatives, percentiles
 from ...errors import InvalidInput
 from ...results import Certificate, Parametrization
 from ...texts import above_bound, turned_over
@@ -155,8 +155,8 @@ def record_of(command: Command, solved: Solved, options: Mapping[str, Any]) -> R
         return {**told, **solved.figures}
     if certificate.poor:
         warnings.append(
-            f"The map is valid, but {above_bound(certificate.stretched)} (mean energy {certificate.energy:.3g}, 1 is none): "
-            f"{command.cure}."
+            f"The map is {LEVELS[certificate.level]}: {above_bound(certificate.stretched)} "
+            f"(mean energy {certificate.energy:.3g}, 1 is none): {command.cure}."
         )
     if certificate.turned:
         warnings.append(f"{turned_over(certificate.turned)}. Recalculate normals.")
@@ -197,8 +197,9 @@ def of_certificate(certificate: Certificate) -> dict[str, Any]:
         value = float(getattr(certificate, name))
         found[name] = value if math.isfinite(value) and value >= 0 else None
     found["stretched"] = certificate.stretched if certificate.stretched >= 0 else None
-    found["poor"] = certificate.poor
+    found["poor"], found["level"] = certificate.poor, LEVELS[certificate.level]
     found["poor_islands"] = certificate.poor_islands.tolist()
+    found["needles"] = certificate.needles
     found["mends"] = {mend.what: mend.count for mend in certificate.mends}
     found["failures"] = list(certificate.failures)
     return found
