@@ -71,6 +71,14 @@ TEXTS = {
         "has a target boundary that is not convex",
         "Use Match Pins for such targets",
     ),
+    "no quad": (
+        "is no quad",
+        "Rectify takes islands of quads: select others, or mark seams around it",
+    ),
+    "no grid": (
+        "is in no grid: other than four quads meet inside its island, or the island lies on itself",
+        "Mark seams through such vertices, or select other islands",
+    ),
     "bad pins": ("has a pin that cannot be met", "Move it, or unpin it with Alt P"),
     "bad angles": ("has a cone angle that no surface has", "Give it another angle, above zero"),
     "no room in the polygon": (

@@ -179,6 +179,19 @@ def pack(vertices, faces, uv, *, effort=QUICK_PACKING, **options):
     return jobs.pack(vertices, faces, uv, effort=effort, threads=threads(), **options)
 
 
+def rectify(snapshot, **options):
+    """The snapshot's own islands, and what its seams make of them."""
+    return jobs.rectify(
+        snapshot.vertices,
+        snapshot.triangles,
+        snapshot.corner_uv,
+        cuts=snapshot.cuts,
+        polygons=snapshot.triangle_face,
+        **_limits(),
+        **options,
+    )
+
+
 def boundary_angles(snapshot, *, boundary, cones, corners):
     """corners: boundary vertices, for a straight boundary."""
     return jobs.boundary_angles(

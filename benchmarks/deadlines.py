@@ -177,6 +177,7 @@ def public_calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
         "quads_from_map": lambda c, s: ff.quads_from_map(maps.of(c), max_seconds=s),
         "repair": lambda c, s: on_map(ff.repair, c, s, spoil=True),
         "pack": lambda c, s: on_map(ff.pack, c, s),
+        "rectify": on_mesh(ff.rectify),
         "certify": lambda c, s: on_map(partial(ff.certify, bijective=True), c, s),
     }
     closed: dict[str, Call] = {

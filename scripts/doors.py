@@ -43,6 +43,7 @@ map along a field | 6 | holonomy/field_aligned compute_field_aligned_map | field
 less distortion | | distortion/improve improve | improve | improve | improve
 [flips mended](method/repair.md) | | unwrap/repair/repair repair | repair | repair | repair
 [packing](method/packing.md) | | unwrap/packing/pack pack | pack | pack | pack
+[strips and grids](panel.md#arrange) | | unwrap/packing/pack pack | rectify | rectify | rectify
 [certificate](guarantees.md) | | certify/certify certify | certify | check | check
 """
 

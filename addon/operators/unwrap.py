@@ -56,6 +56,13 @@ class MapTask(modal.StagedTask):
         rest.leaves_out = "Its island keeps its UVs, the others were mapped"
         return rest
 
+    def leave_out(self, chosen: np.ndarray):
+        """Goes on without the triangles of this mask, which stay where they are."""
+        if chosen.any():
+            self.snapshot = self.snapshot.without(np.flatnonzero(chosen))
+            self.packs_alone = False
+            self.leaves_out = "The other islands stay"
+
     def take(self, result):
         """Stages that keep a result, and what will be stored of it."""
         common.refuse_uncertified(self.snapshot, result.certificate)
@@ -229,13 +236,17 @@ class UnwrapTask(MapTask):
             selection.select_only(ob, "edge", self.automatic_cuts())
 
 
-def summary(tasks: list[UnwrapTask]) -> str:
-    """The report line, without the time."""
+def summary_of_maps(tasks: list[MapTask], more: str = "") -> str:
+    """The report line, without the time. more: said after the figures of the map."""
     text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
+    return text + more + layout_notes(tasks)
+
+
+def summary(tasks: list[UnwrapTask]) -> str:
     cuts = sum(len(t.automatic_cuts()) for t in tasks)
-    if cuts:
-        text += f", {common.plural(cuts, 'edge')} cut automatically"
-    return text + layout_notes(tasks)
+    return summary_of_maps(
+        tasks, f", {common.plural(cuts, 'edge')} cut automatically" if cuts else ""
+    )
 
 
 def left_tiles_text(count: int) -> str:

@@ -8,7 +8,7 @@ from ..checker import checker
 from ..fields import field_aligned
 from ..live import live_pins
 from ..operators import check, conformal, cut, embed, mark, match, quads, seamless, select, unwrap
-from ..operators.arrange import density, orient, straighten
+from ..operators.arrange import density, orient, rectify, straighten
 from ..operators.mending import improve, repair
 from ..operators.packing import pack
 from ..operators.seams import auto_seams, cut_stretched
@@ -75,6 +75,7 @@ SECTIONS = (
         "Arrange",
         (
             Tool(orient, "uv.flipfree_orient", "DRIVER_ROTATIONAL_DIFFERENCE"),
+            Tool(rectify, "uv.flipfree_rectify", "MESH_GRID", "rectify"),
             Tool(straighten, "uv.flipfree_straighten", "IPO_LINEAR"),
             Tool(density, "uv.flipfree_get_density", "EYEDROPPER"),
             Tool(density, "uv.flipfree_set_density", "TEXTURE"),

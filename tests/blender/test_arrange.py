@@ -271,3 +271,43 @@ def test_scaling_that_would_fold_by_rounding_is_refused(part):
     with pytest.raises(RuntimeError, match="too coarse"):
         bpy.ops.uv.flipfree_set_density(density=1.0)
     assert shapes.uv_of(ob).tobytes() == before
+
+
+def bent(rows=3, columns=12):
+    """An arc of quads, mapped as it lies."""
+    ring = np.linspace(0.0, 2.0, columns + 1)
+    points = [
+        (np.cos(a) * (3 + r / 2), np.sin(a) * (3 + r / 2), 0.0)
+        for a in ring
+        for r in range(rows + 1)
+    ]
+    wide = rows + 1
+    quads = [
+        (i * wide + j, i * wide + j + 1, (i + 1) * wide + j + 1, (i + 1) * wide + j)
+        for i in range(columns)
+        for j in range(rows)
+    ]
+    ob = shapes.add("Arc", points, quads, uv=True)
+    shapes.set_uv(ob, shapes.plane(ob) / 10 + 0.5)
+    return ob
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_rectify_makes_an_arc_a_straight_strip(mode, capfd):
+    ob = bent()
+    shapes.enter(mode)
+    assert bpy.ops.uv.flipfree_rectify() == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    uv = shapes.uv_of(ob)
+    assert sorted(len(np.unique(uv[:, k])) for k in (0, 1)) == [4, 13]
+    assert "1 island, 0 flips, 0 overlaps" in capfd.readouterr().out
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_rectify_names_what_is_no_grid_and_leaves_islands_with_pins():
+    ob = shapes.monkey(0)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    shapes.refused(ob, r"is no quad\. Rectify takes islands of quads", bpy.ops.uv.flipfree_rectify)
+    ob = bent()
+    shapes.set_pins(ob, np.arange(len(shapes.uv_of(ob))) == 0)
+    shapes.refused(ob, "islands with pins stay", bpy.ops.uv.flipfree_rectify)

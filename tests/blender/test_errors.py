@@ -210,7 +210,13 @@ def test_every_code_of_the_solver_has_a_text_for_users(part):
     source = (REPOSITORY / "native/flipfree/base/error.cpp").read_text()
     codes = set(re.findall(r'return "([^"]+)";', source)) - {"unknown error"}
     assert codes <= set(part("errors").TEXTS)
-    of_python = {"out of memory", "solver process not started", "solver process ended"}
+    of_python = {
+        "no quad",
+        "no grid",
+        "out of memory",
+        "solver process not started",
+        "solver process ended",
+    }
     assert codes | of_python == set(part("errors").TEXTS)
 
 

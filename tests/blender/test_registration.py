@@ -27,6 +27,7 @@ OPERATORS = [
     "flipfree_set_density",
     "flipfree_orient",
     "flipfree_straighten",
+    "flipfree_rectify",
 ]
 
 

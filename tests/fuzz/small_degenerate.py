@@ -83,6 +83,7 @@ CALLS: dict[str, Arguments] = {
     "embed": lambda m, r: {"optimise": bool(r.integers(2))},
     "pack": lambda m, r: {"uv": some_uv(m, r)},
     "certify": lambda m, r: {"uv": some_uv(m, r)},
+    "rectify": lambda m, r: {"polygons": np.arange(len(m[1])) // 2},
     "repair": lambda m, r: {"uv": some_uv(m, r)},
     "improve": lambda m, r: {"uv": some_uv(m, r)},
 }

@@ -152,6 +152,7 @@ def arguments_of(name: str) -> dict[str, Any]:
     return {
         "certify": {**mesh, "uv": uv},
         "pack": {**mesh, "uv": uv},
+        "rectify": {**mesh, "polygons": np.arange(len(faces)) // 2},
         "repair": {**mesh, "uv": uv},
         "improve": {"map_or_arrays": (vertices, faces, uv)},
         "quads": dict(zip(("vertices", "faces"), octahedron_sphere(1), strict=True), target=50),

@@ -6,7 +6,7 @@ import bpy
 from ... import modal, solver
 from ...runs import steps
 from .. import common, options
-from ..unwrap import MapTask, layout_notes
+from ..unwrap import MapTask, summary_of_maps
 
 ROTATIONS = (
     (
@@ -75,13 +75,12 @@ class PackTask(MapTask):
 
 def summary(tasks: list[PackTask]) -> str:
     """The report line, without the time."""
-    text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
-    stats = tasks[0].result.stats
+    text, stats = "", tasks[0].result.stats
     if stats.get("stacked", 0):
         text += f", {common.plural(stats['stacked'], 'island')} stacked"
     if stats.get("tiles", 1) > 1:
         text += f", in {common.plural(stats['tiles'], 'tile')}"
-    return text + layout_notes(tasks)
+    return summary_of_maps(tasks, text)
 
 
 class UV_OT_flipfree_pack(

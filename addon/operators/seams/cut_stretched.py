@@ -22,10 +22,7 @@ class CutStretchedTask(unwrap.UnwrapTask):
             raise mesh_io.MeshProblem(
                 f"{whole.object_name}: no island is stretched beyond {STRETCH_BOUND}"
             )
-        if not chosen.all():
-            self.snapshot = whole.without(np.flatnonzero(~chosen))
-            self.packs_alone = False
-            self.leaves_out = "The other islands stay"
+        self.leave_out(~chosen)
         yield from super().stages()
 
 

@@ -18,6 +18,7 @@ from .calls.cuts import AdmissibleCut, admissible_cut
 from .calls.improving import improve, repair
 from .calls.matching import embed, match
 from .calls.mesh_files import MeshFile, read, write
+from .calls.rectifying import rectify
 from .calls.seamless import CrossField, Signature, cross_field, field_aligned, seamless, signature
 from .calls.unwrapping import auto_seams, pack, unwrap
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
@@ -61,6 +62,7 @@ __all__ = [
     "quads",
     "quads_from_map",
     "read",
+    "rectify",
     "repair",
     "seamless",
     "separate",

@@ -1,4 +1,4 @@
-"""Commands that take any mesh: unwrap, improve, repair, pack, check; and what they make of maps for textures that are no
+"""Commands that take any mesh: unwrap, improve, repair, pack, rectify, check; and what they make of maps for textures that are no
 squares (--aspect)."""
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy.typing as npt
 from ...calls.certification import certify
 from ...calls.improving import improve as improve_map
 from ...calls.improving import repair as repair_map
+from ...calls.rectifying import rectify as rectify_map
 from ...calls.unwrapping import pack as pack_map
 from ...calls.unwrapping import unwrap as unwrap_mesh
 from ...results import Parametrization
@@ -159,6 +160,23 @@ def pack(model: Model, options: dict[str, Any]) -> Solved:
             f"The gap of {options['margin_pixels']:g} pixels (--margin-pixels) is not met everywhere."
         )
     return Solved(found.certificate, found, warnings, {"fill": float(found.stats["fill"])})
+
+
+def rectify_arguments(parser: argparse.ArgumentParser) -> None:
+    add_options(parser, margin="between packed islands")
+    add_aspect(parser)
+
+
+def rectify(model: Model, options: dict[str, Any]) -> Solved:
+    found = rectify_map(
+        model.vertices,
+        model.faces,
+        None if model.file.uv is None else model.uv(),
+        polygons=model.file.polygons,
+        **_taken(options, "margin aspect"),
+        **model.limits,
+    )
+    return Solved(found.certificate, found, figures={"islands": int(found.stats["charts"])})
 
 
 def check_arguments(parser: argparse.ArgumentParser) -> None:

@@ -92,6 +92,11 @@ COMMANDS = {
     "improve": Command("less distortion", any_mesh.improve, any_mesh.improve_arguments),
     "repair": Command("flips mended", any_mesh.repair, any_mesh.repair_arguments),
     "pack": Command("islands nested into a tile", any_mesh.pack, any_mesh.pack_arguments),
+    "rectify": Command(
+        "islands of quads as straight strips and grids",
+        any_mesh.rectify,
+        any_mesh.rectify_arguments,
+    ),
     "check": Command("the certificate of a map", any_mesh.check, any_mesh.check_arguments, False),
 }
 
