@@ -1,5 +1,5 @@
 #!/bin/bash
-# Makes the pictures of Blender's window in docs/images that are cut out of the tests with a window, anew: result, check, improve.
+# Makes the pictures of Blender's window in docs/images that are cut out of the tests with a window, anew: result, check, improve, menu, panel.
 #
 #   scripts/docs-pictures.sh BLENDER NAME
 #
@@ -10,8 +10,10 @@ cd "$(dirname "$0")/.."
 shots=$(mktemp -d)
 trap 'rm -rf "$shots"' EXIT
 bash scripts/window-tests.sh "${1:?usage: docs-pictures.sh BLENDER NAME}" "${2:?usage: docs-pictures.sh BLENDER NAME}" "$shots" \
-  menus_draw check_selects
+  menus_draw check_selects sidebars
 small=(-strip -dither None -colors 256 -define png:compression-level=9)
+convert "$shots/panel_unwrapped.png" "${small[@]}" docs/images/panel.png
+convert "$shots/menu.png" -crop 410x378+540+250 +repage "${small[@]}" docs/images/menu.png
 convert "$shots/result.png" "${small[@]}" docs/images/result.png
 convert "$shots/check_flips.png" "${small[@]}" docs/images/check.png
 # The UV editor before, both editors and the report line after.

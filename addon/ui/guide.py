@@ -81,7 +81,12 @@ def _by_figures(figures: dict) -> Step:
             _STRETCHED,
             "RED" if level == LEVELS[-1] else "YELLOW",
         )
-    return Step(("Nothing is wrong with this map.", *needles), (), "GREEN")
+    return Step(("Nothing is wrong with this map:", _in_short(figures), *needles), (), "GREEN")
+
+
+def _in_short(figures: dict) -> str:
+    mean = "" if figures["energy"] is None else f", distortion {figures['energy']:.3f}"
+    return texts.counted(figures["islands"], "island") + mean
 
 
 def has_seams(ob) -> bool:

@@ -113,6 +113,7 @@ def ready():
 
 # What does not apply to that: it is refused, with a reason.
 REFUSED = {
+    "uv.flipfree_cut_stretched": "no island is stretched",
     "uv.flipfree_embed": "only disks fit into a polygon",
     "uv.flipfree_match": "no UV is pinned",
     "uv.flipfree_quads": "Works in Object Mode",
