@@ -13,11 +13,11 @@ from .. import certificates, compat, watch
 
 @dataclass(frozen=True)
 class Step:
-    """lines: what was found, and what helps. buttons: (operator, text) besides Auto Unwrap, Pack and Check, which are always
-    there. colour: "GREEN", "YELLOW", "RED", or "" where nothing was found out."""
+    """lines: what was found, and what helps. buttons: (operator, text, options) besides Auto Unwrap, Pack and Check, which are
+    always there. colour: "GREEN", "YELLOW", "RED", or "" where nothing was found out."""
 
     lines: tuple[str, ...]
-    buttons: tuple[tuple[str, str], ...] = ()
+    buttons: tuple[tuple[str, str, dict], ...] = ()
     colour: str = ""
 
     @property
@@ -26,11 +26,11 @@ class Step:
 
 
 _MOST_SEARCHED = 50_000  # edges
-_SEAMS = ("uv.flipfree_auto_seams", "Auto Seams")
-_REPAIR = ("uv.flipfree_repair", "Repair Flips")
+_SEAMS = ("uv.flipfree_auto_seams", "Auto Seams", {})
+_REPAIR = ("uv.flipfree_repair", "Repair Flips", {})
 _STRETCHED = (
-    ("uv.flipfree_select_poor", "Select"),
-    ("uv.flipfree_cut_stretched", "Cut Where Stretched"),
+    ("uv.flipfree_select_poor", "Select", {}),
+    ("uv.flipfree_cut_stretched", "Cut Where Stretched", {}),
 )
 
 
@@ -46,7 +46,7 @@ def step(context) -> Step:
     if ob.data.uv_layers.active is None:
         if has_seams(ob):
             return Step(("Seams are marked: Auto Unwrap", "keeps them."))
-        by_hand = (("mesh.mark_seam", "Mark Seam"),) if context.mode == "EDIT_MESH" else ()
+        by_hand = (("mesh.mark_seam", "Mark Seam", {}),) if context.mode == "EDIT_MESH" else ()
         return Step(("No UV map yet: Auto Unwrap", "finds seams by itself."), (*by_hand, _SEAMS))
     kept = certificates.of(ob)
     if kept is None:
@@ -62,7 +62,7 @@ def _by_figures(figures: dict) -> Step:
         found = [texts.counted(figures[key], noun) for key, noun in counts if figures[key] > 0]
         return Step(
             (", ".join(found),),
-            (("uv.flipfree_select_faces", "Select"), _REPAIR),
+            (_select("flipped" if figures["flips32"] > 0 else "overlapping"), _REPAIR),
             "RED",
         )
     if figures["island_overlaps"] > 0:
@@ -71,17 +71,22 @@ def _by_figures(figures: dict) -> Step:
         return Step(("The map failed its check:", "unwrap it anew."), (), "RED")
     needles = texts.needles_named(figures["needles"]).replace(": ", ":\n", 1).splitlines()
     if figures["poor"]:
-        count = texts.counted(len(figures["poor_islands"]), "island")
+        islands = len(figures["poor_islands"])
+        where = texts.counted(islands, "island") if islands else "around single faces"
         share, _, beyond = texts.above_bound(figures["stretched"] or 0.0).partition(
             " is stretched "
         )
         level = figures["level"]
         return Step(
-            (f"{level.capitalize()}: {share}", f"{beyond}, {count}", *needles),
-            _STRETCHED,
+            (f"{level.capitalize()}: {share}", f"{beyond}, {where}", *needles),
+            _STRETCHED if islands else (_select("worst", share=1.0),),
             "RED" if level == LEVELS[-1] else "YELLOW",
         )
     return Step(("Nothing is wrong with this map:", _in_short(figures), *needles), (), "GREEN")
+
+
+def _select(what: str, **options) -> tuple[str, str, dict]:
+    return "uv.flipfree_select_faces", "Select", {"what": what, **options}
 
 
 def _in_short(figures: dict) -> str:

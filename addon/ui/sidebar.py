@@ -37,8 +37,10 @@ class _Main:
         for i, line in enumerate(found.lines):
             box.label(text=line, icon=found.icon if i == 0 else "BLANK1")
         row = self.layout.row(align=True)
-        for name, text in found.buttons:
-            row.operator(name, text=text)
+        for name, text, options in found.buttons:
+            button = row.operator(name, text=text)
+            for option, value in options.items():
+                setattr(button, option, value)
         session = live_pins.current()
         if session is not None:
             box = self.layout.box().column(align=True)

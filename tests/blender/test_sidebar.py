@@ -42,7 +42,7 @@ class Recorder:
 
 
 def buttons(step):
-    return [name for name, _ in step().buttons]
+    return [name for name, _, _ in step().buttons]
 
 
 def draw(part, name):
@@ -75,6 +75,7 @@ def test_the_guide_leads_from_seams_to_packing(step, kept):
     assert not step().colour and "changed" in step().lines[0]
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
     assert step().colour == "RED" and step().lines == ("12 flipped faces",)
+    assert step().buttons[0][2] == {"what": "flipped"}
     assert "uv.flipfree_repair" in buttons(step)
 
 

@@ -41,7 +41,8 @@ def rectify(
     Args:
         vertices: (n, 3) float64. faces: (m, 3), consistently oriented. uv: (m, 3, 2), one per face corner: islands end where it
             differs on the two sides of an edge. None: at cuts and boundaries alone.
-        polygons: (m,) whole numbers: the two triangles of a quad have the same one.
+        polygons: (m,) whole numbers: the two triangles of a quad have the same one. Triangles that are alone are taken as quads
+            in pairs, across what is the longest side of both.
         cuts: (s, 2) vertex pairs: seams, where islands end as well.
         margin: space between islands, in units of the unit square.
         aspect: width over height of the texture that the unit square shows; widths are those in its pixels.
@@ -96,7 +97,7 @@ def _refuse(triangles: Ints, why: str, code: str = "no grid") -> None:
 
 def _straight(vertices: FloatArray, faces: Ints, polygons: Any, uv: Any, cuts: Any) -> FloatArray:
     """(m, 3, 2) of all islands, beside each other."""
-    pair, corner_of = _quads(faces, polygons)
+    pair, corner_of = _quads(faces, _paired(vertices, faces, polygons))
     quads = np.zeros((len(pair), 4), np.int64)
     rows = np.repeat(np.arange(len(pair)), 6)
     quads[rows, corner_of.ravel()] = faces[pair].ravel()
@@ -133,12 +134,25 @@ def _straight(vertices: FloatArray, faces: Ints, polygons: Any, uv: Any, cuts: A
     return found
 
 
+def _paired(vertices: FloatArray, faces: Ints, polygons: Any) -> Ints:
+    """Numbers of polygons, with triangles that are alone in pairs."""
+    _, at, count = np.unique(polygons, return_inverse=True, return_counts=True)
+    found = at.ravel()
+    alone = np.flatnonzero(count[found] == 1)
+    corner = vertices[faces[alone]]
+    longest = np.linalg.norm(np.roll(corner, -1, axis=1) - corner, axis=2).argmax(axis=1)
+    ends = np.sort([faces[alone, longest], faces[alone, (longest + 1) % 3]], axis=0)
+    _, pair = np.unique(ends, axis=1, return_inverse=True)
+    found[alone] = len(count) + pair.ravel()
+    return found
+
+
 def _quads(faces: Ints, polygons: Any) -> tuple[Ints, Ints]:
     """((k, 2) triangles of each quad, (k, 2, 3) which corner of the quad each of their corners is). Refuses all else."""
     order = np.argsort(polygons, kind="stable")
     _, first, count = np.unique(polygons[order], return_index=True, return_counts=True)
     alone = np.repeat(count != 2, count)
-    _refuse(order[alone], "no quad, which are two triangles of one number in polygons", "no quad")
+    _refuse(order[alone], "no quad", "no quad")
     pair = np.column_stack([order[first], order[first + 1]])
     one, other = faces[pair[:, 0]], faces[pair[:, 1]]
     back = np.roll(other, -1, axis=1)
