@@ -317,5 +317,5 @@ def _about_poor(tasks) -> str:
     where = "" if refined else f", the worst at face {found[0]}"  # new faces shift the ids
     return (
         f"{text[0].upper()}{text[1:]}: {plural(len(found), 'island')}{where}. {cure}: "
-        "Flipfree > Select Distorted Islands selects them"
+        "Flipfree > Select Stretched Islands selects them"
     )

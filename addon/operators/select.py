@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Select Where It Failed, Mesh Defects, Distorted Islands, Faces by Map: shown in the viewport or the UV editor."""
+"""Select Where It Failed, Mesh Defects, Stretched Islands, Faces by Map: shown in the viewport or the UV editor."""
 
 import bpy
 import numpy as np
@@ -148,12 +148,12 @@ def _show_faces(tasks) -> int:
 
 class UV_OT_flipfree_select_poor(options.MeasureAspect, options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_select_poor"
-    bl_label = "Select Distorted Islands"
+    bl_label = "Select Stretched Islands"
     bl_description = (
         f"Select the islands of the UV map that are stretched beyond {STRETCH_BOUND}: more seams there give a better map. "
         "At most the hundred worst"
     )
-    verb = "Select Distorted Islands"
+    verb = "Select Stretched Islands"
     needs_uv = True
     option_names = ("correct_aspect",)
 

@@ -128,7 +128,7 @@ def test_records_say_what_is_poor_and_what_failed(tmp_path):
     assert not found["Bad"]["ok"] and "no number" in found["Bad"]["errors"][0]["message"]
     assert found["Flat"]["poor"] and found["Flat"]["poor_islands"] == [0]
     assert found["Flat"]["stretched"] == 1.0
-    assert "Select Distorted Islands" in found["Flat"]["warnings"][0]
+    assert "Select Stretched Islands" in found["Flat"]["warnings"][0]
     out = tmp_path / "out.blend"
     assert command("unwrap", path, out, "--json", record).returncode == 1
     found = {entry["object"]: entry for entry in json.loads(record.read_text())}

@@ -66,7 +66,7 @@ def test_options_that_messages_name_are_there_under_that_name(addon):
 
 
 OPERATOR = (
-    "Repair Flips|Auto Unwrap|Select Distorted Islands|Select Where It Failed|Suggest Cones|Mark Cone|Clear Cones|"
+    "Repair Flips|Auto Unwrap|Select Stretched Islands|Select Where It Failed|Suggest Cones|Mark Cone|Clear Cones|"
     "Auto Seams|Match Pins"
 )
 
@@ -74,7 +74,7 @@ OPERATOR = (
 def test_operators_that_messages_name_are_there_under_that_name(addon):
     _, names = labels()
     named = {found for _, text in texts(addon) for found in re.findall(OPERATOR, text)}
-    assert {"Repair Flips", "Auto Unwrap", "Select Distorted Islands"} <= named
+    assert {"Repair Flips", "Auto Unwrap", "Select Stretched Islands"} <= named
     assert named <= names, named - names
 
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Results that are valid but stretched beyond the bound: a warning that says where, and Select Distorted Islands."""
+"""Results that are valid but stretched beyond the bound: a warning that says where, and Select Stretched Islands."""
 
 import bpy
+import numpy as np
 import pytest
 import shapes
 
@@ -19,7 +20,7 @@ def test_a_poor_result_is_a_warning_that_names_the_islands(operator, capfd):
     assert "3 % of the surface is stretched beyond 1.25: 1 island" in line and "at face 16" in line
     cure = {"match": "Move pins nearer", "unwrap": "unpin some of the pins"}.get(operator)
     cure = cure or "Mark more seams there"
-    assert cure in line and "Select Distorted Islands" in line
+    assert cure in line and "Select Stretched Islands" in line
 
 
 @pytest.mark.parametrize("operator", ["unwrap", "improve", "match"])
@@ -81,3 +82,26 @@ def test_a_mean_just_above_the_bound_is_a_warning_and_just_below_is_none(capfd):
         out = capfd.readouterr().out
         assert bool(warnings(out)) == above
         assert ("Nothing wrong" in out) != above and ("100 % of the surface" in out) == above
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_cut_where_stretched_unwraps_these_islands_and_packs_all_at_one_scale(mode, capfd):
+    ob = shapes.two_sheets(squeezed=True)
+    shapes.set_pins(ob, np.zeros(len(shapes.uv_of(ob)), bool))
+    before = shapes.uv_of(ob)
+    shapes.enter(mode)
+    assert bpy.ops.uv.flipfree_cut_stretched() == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    moved, old = (uv[:64] - uv[0] for uv in (shapes.uv_of(ob), before))
+    lengths = np.linalg.norm(moved, axis=1) / np.maximum(np.linalg.norm(old, axis=1), 1e-6)
+    assert np.ptp(lengths[lengths > 0]) < 1e-3, "the other island keeps its shape"
+    capfd.readouterr()
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    line = capfd.readouterr().out
+    assert "Nothing wrong: 2 islands, 0 flips, 0 overlaps" in line and "stretched" not in line
+    shapes.refused(ob, "no island is stretched beyond 1.25", bpy.ops.uv.flipfree_cut_stretched)
+
+
+def test_cut_where_stretched_leaves_islands_with_pins():
+    ob = shapes.two_sheets(squeezed=True)
+    shapes.refused(ob, "have pins. Unpin them", bpy.ops.uv.flipfree_cut_stretched)

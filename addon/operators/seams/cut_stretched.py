@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cut Where Stretched: islands above the stretch bound are unwrapped again along seams that are found; the others stay."""
+"""Cut Where Stretched: islands above the stretch bound are unwrapped again along seams that are found, and packed with the others."""
 
 import bpy
 import numpy as np
@@ -11,19 +11,81 @@ from ...meshes import labels, mesh_io
 from .. import common, options, unwrap
 
 
-class CutStretchedTask(unwrap.UnwrapTask):
+class CutStretchedTask(unwrap.MapTask):
+    flattens = True
+    packs_alone = False
+    bijective = False  # other islands may overlap themselves
+
+    def __init__(
+        self,
+        snapshot,
+        *,
+        stretch=STRETCH_BOUND,
+        use_pins=True,
+        mark_seams=True,
+        margin=0.005,
+        aspect=1.0,
+    ):
+        super().__init__(snapshot)
+        self.stretch = stretch
+        self.use_pins = use_pins
+        self.mark_seams = mark_seams
+        self.margin = margin
+        self.aspect = aspect
+        self._cuts = np.zeros(0, np.int64)
+
     def stages(self):
-        whole = self.snapshot
-        common.refuse_nonfinite_uvs(whole)
-        found = yield solver.certify(whole, whole.corner_uv, aspect=self.aspect)
-        label = labels.island_labels(whole.triangles, whole.corner_uv)
-        chosen = np.isin(label, label[found.poor_islands])
-        if not chosen.any():
-            raise mesh_io.MeshProblem(
-                f"{whole.object_name}: no island is stretched beyond {STRETCH_BOUND}"
-            )
-        self.leave_out(~chosen)
-        yield from super().stages()
+        snapshot = self.snapshot
+        chosen = yield from self._stretched()
+        part, _ = snapshot.part(np.flatnonzero(chosen))
+        found = yield solver.unwrap(
+            part,
+            pins={},
+            seams="auto",
+            stretch=self.stretch,
+            bijective=True,
+            may_add_cuts=True,
+            cut_extremities=True,
+            margin=self.margin,
+            keep_places=False,
+            effort=0.0,
+        )
+        self._cuts = mesh_io.edge_ids(part, found.cut_edges)
+        uv = snapshot.corner_uv.astype(np.float64)
+        # Away from the others, whose UVs must not meet them.
+        uv[chosen] = found.uv / [self.aspect, 1.0] + [np.ceil(uv[..., 0].max()) + 1.0, 0.0]
+        result = yield solver.pack(
+            snapshot.vertices,
+            snapshot.triangles,
+            uv,
+            unmoved=[3 * t + k for t, k in self.pins()],
+            scale_true=True,
+            margin=self.margin,
+            aspect=self.aspect,
+            effort=0.0,
+        )
+        yield from self.take(result)
+
+    def _stretched(self):
+        """Stages that find the triangles of stretched islands without pins. Raises MeshProblem if there are none."""
+        snapshot = self.snapshot
+        common.refuse_nonfinite_uvs(snapshot)
+        found = yield solver.certify(snapshot, snapshot.corner_uv, aspect=self.aspect)
+        label = labels.island_labels(snapshot.triangles, snapshot.corner_uv)
+        stretched = np.isin(label, label[found.poor_islands])
+        held = np.isin(label, label[[t for t, _ in self.pins()]])
+        if (stretched & ~held).any():
+            return stretched & ~held
+        why = f"no island is stretched beyond {STRETCH_BOUND}"
+        if stretched.any():
+            why = "the islands that are stretched have pins. Unpin them, or turn off Keep Pins"
+        raise mesh_io.MeshProblem(f"{snapshot.object_name}: {why}")
+
+    def automatic_cuts(self):
+        return self._cuts[~self.snapshot.seams[self._cuts]]
+
+    def new_seams(self):
+        return self.automatic_cuts() if self.mark_seams else None
 
 
 class UV_OT_flipfree_cut_stretched(
@@ -38,7 +100,7 @@ class UV_OT_flipfree_cut_stretched(
     bl_label = "Cut Where Stretched"
     bl_description = (
         f"Unwrap the islands that are stretched beyond {STRETCH_BOUND} again, along seams that are found where they need them, "
-        "and put them beside the others, which stay"
+        "and pack them with the others at one scale. Islands with pins stay"
     )
     verb = "Cut Where Stretched"
     needs_uv = True

@@ -66,9 +66,10 @@ def rectify(
     known = len(mesh.faces) and 0 <= mesh.faces.min() and mesh.faces.max() < len(mesh.scaled)
     straight = np.zeros((len(mesh.faces), 3, 2))
     if known:  # else it is refused by name where the mesh is
-        straight = _straight(
-            mesh.scaled, mesh.faces.astype(np.int64), numbers, old, options["cuts"]
-        )
+        with np.errstate(all="ignore"):  # numbers beyond all range are refused there, too
+            straight = _straight(
+                mesh.scaled, mesh.faces.astype(np.int64), numbers, old, options["cuts"]
+            )
     return job_of(pack)(
         vertices,
         faces,
