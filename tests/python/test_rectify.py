@@ -70,6 +70,31 @@ def test_columns_are_as_wide_as_their_edges():
     assert found.certificate.energy == pytest.approx(1.0, abs=1e-6)
 
 
+def test_the_crooked_seam_of_a_tube_becomes_straight_unless_it_is_marked():
+    def place(i, j):
+        return (np.cos(i * np.pi / 8), np.sin(i * np.pi / 8), j / 3)
+
+    vertices, faces, polygons = grid(16, 8, place, ring=True)
+    crooked = [16 * j + (j > 4) for j in range(9)]
+    seam = list(zip(crooked, crooked[1:], strict=False)) + [(16 * 5, 16 * 5 + 1)]
+    seam.remove((16 * 4, 16 * 5 + 1))
+    seam.append((16 * 4, 16 * 5))
+    uv = ff.unwrap(vertices, faces, cuts=seam, seams="given", polygons=polygons).uv
+    assert len(lines(ff.rectify(vertices, faces, uv, polygons=polygons), 0)) in (9, 17)
+    kept = ff.rectify(vertices, faces, uv, polygons=polygons, cuts=seam)
+    counts = sorted((len(lines(kept, 0)), len(lines(kept, 1))))
+    assert counts == [9, 18] and kept.certificate.energy == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_net_that_is_no_grid_without_its_seams_keeps_them():
+    cube = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    vertices, faces, polygons = mesh_of(cube, sides)
+    uv = ff.unwrap(vertices, faces, polygons=polygons).uv
+    found = ff.rectify(vertices, faces, uv, polygons=polygons)
+    assert found.certificate.energy == pytest.approx(1.0, abs=1e-3) and found.stats["charts"] == 1
+
+
 @pytest.mark.parametrize("torus", [False, True])
 def test_what_closes_up_is_cut_straight(torus):
     def place(i, j):

@@ -12,6 +12,7 @@ from ..checks import as_corner_uv, as_face_numbers, as_mesh, checked
 from ..errors import InvalidInput
 from ..job import Job, Progress, job_of, solver_call
 from ..results import FloatArray, Parametrization
+from ..separated import islands
 from ..texts import counted
 from .unwrapping import pack
 
@@ -40,7 +41,8 @@ def rectify(
 
     Args:
         vertices: (n, 3) float64. faces: (m, 3), consistently oriented. uv: (m, 3, 2), one per face corner: islands end where it
-            differs on the two sides of an edge. None: at cuts and boundaries alone.
+            differs on the two sides of an edge, but for those that are grids without their seams, such as tubes, which get a
+            straight one. None: at cuts and boundaries alone.
         polygons: (m,) whole numbers: the two triangles of a quad have the same one. Triangles that are alone are taken as quads
             in pairs, across what is the longest side of both.
         cuts: (s, 2) vertex pairs: seams, where islands end as well.
@@ -102,18 +104,13 @@ def _straight(vertices: FloatArray, faces: Ints, polygons: Any, uv: Any, cuts: A
     quads = np.zeros((len(pair), 4), np.int64)
     rows = np.repeat(np.arange(len(pair)), 6)
     quads[rows, corner_of.ravel()] = faces[pair].ravel()
-    places = None
+    across = _across(quads, cuts)
     if uv is not None:
         places = np.zeros((len(pair), 4, 2), np.float32)
         places[rows, corner_of.ravel()] = uv[pair].reshape(-1, 2)
-    across = _across(quads, places, cuts)
-    around = np.where(across >= 0, across - across % 4 + (across + 1) % 4, -1)
-    fourth = np.arange(len(around))
-    for _ in range(4):
-        fourth = np.where(fourth >= 0, around[fourth], -1)
-    irregular = (fourth >= 0) & (fourth != np.arange(len(around)))
+        across = _by_islands(across, places, islands(faces, uv.astype(np.float32))[0][pair[:, 0]])
     _refuse(
-        pair[np.flatnonzero(irregular) // 4, 0],
+        pair[_irregular(across), 0],
         "other than four quads meet inside the island. Mark seams through such vertices",
     )
     island, turn, cell = _cells(across)
@@ -172,7 +169,7 @@ def _quads(faces: Ints, polygons: Any) -> tuple[Ints, Ints]:
     return pair, corner_of
 
 
-def _across(quads: Ints, places: Any, cuts: Any) -> Ints:
+def _across(quads: Ints, cuts: Any) -> Ints:
     """(4 k,) the side of another quad beyond each, -1 where the island ends. Side s is from corner s to the next."""
     start, end = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
     size = int(quads.max()) + 1
@@ -185,11 +182,30 @@ def _across(quads: Ints, places: Any, cuts: Any) -> Ints:
         low, high = np.minimum(start, end), np.maximum(start, end)
         pairs = np.sort(np.asarray(cuts, np.int64), axis=1)
         found[np.isin(low * size + high, pairs[:, 0] * size + pairs[:, 1])] = -1
-    if places is not None:
-        begin, stop = places.reshape(-1, 2), np.roll(places, -1, axis=1).reshape(-1, 2)
-        same = (begin == stop[found]).all(axis=1) & (stop == begin[found]).all(axis=1)
-        found[~same] = -1
     return found
+
+
+def _by_islands(across: Ints, places: Any, label: Ints) -> Ints:
+    """The same with islands of a map, which end at each other. Where one is torn inside, it is joined if that makes a grid, to be
+    cut straight then: the seams of tubes are crooked as a rule."""
+    label = np.unique(label, return_inverse=True)[1].ravel()
+    own, other = np.repeat(label, 4), label[across // 4]
+    joined = np.where((across >= 0) & (own == other), across, -1)
+    begin, stop = places.reshape(-1, 2), np.roll(places, -1, axis=1).reshape(-1, 2)
+    torn = ~((begin == stop[joined]) & (stop == begin[joined])).all(axis=1) & (joined >= 0)
+    if not torn.any():
+        return joined
+    wrong = [_irregular(joined), _closed_wrongly(joined, *_cells(joined))]
+    return np.where(torn & np.isin(own, label[np.concatenate(wrong)]), -1, joined)
+
+
+def _irregular(across: Ints) -> Ints:
+    """Quads with a corner inside at which other than four meet."""
+    around = np.where(across >= 0, across - across % 4 + (across + 1) % 4, -1)
+    fourth = np.arange(len(around))
+    for _ in range(4):
+        fourth = np.where(fourth >= 0, around[fourth], -1)
+    return np.flatnonzero((fourth >= 0) & (fourth != np.arange(len(around)))) // 4
 
 
 def _cells(across: Ints) -> tuple[Ints, Ints, Ints]:
