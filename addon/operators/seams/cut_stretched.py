@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cut Where Stretched: islands above the stretch bound are unwrapped again along seams that are found, and packed with the others."""
+"""Cut Where Stretched: islands above the stretch bound, unwrapped again along seams that are found and packed with all."""
 
 import bpy
 import numpy as np

@@ -185,7 +185,7 @@ def _across(quads: Ints, cuts: Any) -> Ints:
     return found
 
 
-def _by_islands(across: Ints, places: Any, label: Ints) -> Ints:
+def _by_islands(across: Ints, places: Any, label: Any) -> Ints:
     """The same with islands of a map, which end at each other. Where one is torn inside, it is joined if that makes a grid, to be
     cut straight then: the seams of tubes are crooked as a rule."""
     label = np.unique(label, return_inverse=True)[1].ravel()
