@@ -105,3 +105,11 @@ def test_cut_where_stretched_unwraps_these_islands_and_packs_all_at_one_scale(mo
 def test_cut_where_stretched_leaves_islands_with_pins():
     ob = shapes.two_sheets(squeezed=True)
     shapes.refused(ob, "have pins. Unpin them", bpy.ops.uv.flipfree_cut_stretched)
+
+
+def test_needles_are_named_with_what_ends_them(capfd):
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1e-5, 0), (0, 1, 0)]
+    ob = shapes.add("Needle", corners, [(0, 1, 2), (0, 2, 3)], uv=True)
+    shapes.set_uv(ob, np.array([(0, 0), (1, 0), (1, 1), (0, 0), (1, 1), (0, 1)], float))
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    assert "1 needle: Merge by Distance or Limited Dissolve" in capfd.readouterr().out

@@ -108,3 +108,16 @@ def test_faces_without_area_count_nowhere_in_space_and_as_stretched_in_the_map()
     needle = np.vstack([faces, [0, 1, 1]])
     found = ff.certify(vertices, needle, np.concatenate([uv, np.zeros((1, 3, 2))]))
     assert found.stretched == pytest.approx(0.25) and found.flips32 >= 1
+
+
+@pytest.mark.parametrize(("columns", "level"), [(80, 0), (40, 1)])
+def test_a_few_faces_of_an_island_count_from_two_hundredths_on(columns, level):
+    vertices, faces = bumpy_grid(columns, 4)
+    vertices = vertices * [1.0, 1.0, 0.0]
+    uv = vertices[faces][:, :, :2].copy()
+    along = uv[..., 0]
+    at = np.unique(along)
+    uv[..., 0] = np.where(along > at[-2], at[-2] + 2.3 * (along - at[-2]), along)
+    found = ff.certify(vertices, faces, uv)
+    assert found.energy < BOUND_ENERGY and not len(found.poor_islands)
+    assert found.level == level and found.stretched == pytest.approx(1 / columns, rel=1e-3)

@@ -27,8 +27,10 @@ BOUND_ENERGY = 1.03
 #: pairs of squares.
 LEVELS = ("fine", "stretched", "badly stretched")
 _LEVEL_ENERGIES = (BOUND_ENERGY, 1.25)
-#: Of the surface, by area: what is less than this together is too small to be seen. Automatic seams leave as much out.
+#: Of the surface, by area: what is less than this together is too small to be seen.
 _VISIBLE = 0.01
+#: The same of single triangles, which automatic seams leave a hundredth of every island of.
+_VISIBLE_TRIANGLES = 0.02
 #: Height over longest side of a triangle that is a needle.
 _NEEDLE = 1e-3
 
@@ -120,7 +122,7 @@ def stretched(faces: Array, uv: Array, energy: Array, area: Array, mean: float) 
     for k, bound in enumerate(_LEVEL_ENERGIES, start=1):
         if size[means > bound].sum() > _VISIBLE * whole:
             level = max(level, k)
-    if area[energy > _LEVEL_ENERGIES[1]].sum() > _VISIBLE * whole:
+    if area[energy > _LEVEL_ENERGIES[1]].sum() > _VISIBLE_TRIANGLES * whole:
         level = max(level, 1)
     found = np.flatnonzero(means > BOUND_ENERGY)
     worst = found[np.argsort(-means[found], kind="stable")]

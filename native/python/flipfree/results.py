@@ -119,7 +119,8 @@ class Certificate:
             worst triangle; energy_p99: 99th percentile by area. Of the 64-bit map or of the stored one, whichever is worse.
             -1: not measured (``conformal`` with ``lengths``).
         level: how stretched the map is to the eye, an index of ``distortion.LEVELS``: 0 fine; 1 above the stretch bound 1.25;
-            2 badly, above 2: by its mean, or by islands or triangles that are a hundredth of the surface together.
+            2 badly, above 2: by its mean, or by islands that are a hundredth of the surface together; 1 also where two
+            hundredths of its triangles are above 2.
         stretched: share of the surface's area whose own stretch is above the bound, 0 to 1. -1: not measured.
         area: of the surface, in the unit of its vertices; -1 where ``stretched`` was not measured.
         poor_islands: (k,) a face of each chart whose own mean energy is above the bound, worst first, at most 100.
