@@ -53,6 +53,12 @@ def test_the_menus_draw_the_submenu():
         yield 0.4
         shot(f"menu_object_{kind.lower()}")
         yield from pressed("ESC")
+    assert [keymap.name for keymap, _ in part("ui.menus")._items] == list(part("ui.menus").KEYMAPS)
+    with bpy.context.temp_override(**area_of("VIEW_3D")):
+        bpy.ops.wm.call_menu_pie(name="VIEW3D_MT_flipfree_pie")
+    yield 0.6
+    shot("pie")
+    yield from pressed("ESC")
 
 
 def open_sidebar(kind, category="Flipfree"):
