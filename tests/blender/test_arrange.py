@@ -311,3 +311,20 @@ def test_rectify_names_what_is_no_grid_and_leaves_islands_with_pins():
     ob = bent()
     shapes.set_pins(ob, np.arange(len(shapes.uv_of(ob))) == 0)
     shapes.refused(ob, "islands with pins stay", bpy.ops.uv.flipfree_rectify)
+
+
+def test_rectify_makes_the_side_of_a_cylinder_a_strip_once_seams_part_it_from_its_caps(capfd):
+    bpy.ops.mesh.primitive_cylinder_add(vertices=16)
+    ob = bpy.context.object
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    caps = [p.index for p in ob.data.polygons if len(p.vertices) > 4]
+    for edge in ob.data.edges:
+        a, b = (ob.data.vertices[v].co for v in edge.vertices)
+        edge.use_seam = bool(abs(a.z - b.z) < 0.1)
+    assert bpy.ops.uv.flipfree_rectify() == {"FINISHED"}
+    assert "Its island keeps its UVs, the others were mapped" in capfd.readouterr().out
+    side = np.repeat(
+        [p.index not in caps for p in ob.data.polygons], [len(p.vertices) for p in ob.data.polygons]
+    )
+    uv = shapes.uv_of(ob)[side]
+    assert sorted(len(np.unique(uv[:, k])) for k in (0, 1)) == [2, 17]

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from ... import solver
-from ...meshes import labels, mesh_io
+from ...meshes import islands, labels, mesh_io
 from .. import common, options, unwrap
 
 
@@ -21,7 +21,10 @@ class RectifyTask(unwrap.MapTask):
         self.pack_options = {"rotation": "quarters"}
 
     def island_labels(self):
-        return labels.island_labels(self.snapshot.triangles, self.snapshot.corner_uv)
+        snapshot = self.snapshot
+        of_map = labels.island_labels(snapshot.triangles, snapshot.corner_uv)
+        pairs = np.column_stack([of_map, islands.seam_islands(snapshot)])
+        return np.unique(pairs, axis=0, return_inverse=True)[1].ravel()
 
     def stages(self):
         common.refuse_nonfinite_uvs(self.snapshot)
