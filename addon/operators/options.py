@@ -221,8 +221,8 @@ class MapOperator(modal.SolverOperator):
         header, body = self.layout.panel(f"{type(self).__name__}_advanced", default_closed=True)
         header.label(text="Advanced")
         if body is not None:
-            for name in self.advanced:
-                body.prop(self, name)
+            for name in filter(self.has_effect, self.advanced):
+                self.draw_option(body, context, name)
 
     def values(self, context) -> dict:
         """The options by the names that tasks have for them."""

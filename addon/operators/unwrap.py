@@ -302,6 +302,10 @@ class UV_OT_flipfree_unwrap(
         "correct_aspect",
         "use_modifiers",
     )
+    advanced = (
+        *("may_add_cuts", "cut_extremities", "select_cuts", "keep_placement"),
+        *("correct_aspect", "use_modifiers"),
+    )
     joint_layout = True
 
     seams: options.choice(

@@ -107,6 +107,7 @@ class UV_OT_flipfree_pack(
         "tiles",
         "effort",
     )
+    advanced = ("correct_aspect", "tile", "tiles", "effort")
 
     margin_pixels: options.real(
         "Margin",
