@@ -91,7 +91,7 @@ def _refuse(triangles: Ints, why: str, code: str = "no grid") -> None:
     if len(triangles):
         named = np.unique(triangles)
         raise InvalidInput(
-            f"{counted(len(named), 'face')}, first face {named[0]}: {why}.",
+            f"{counted(len(named), 'face')}, first face {named[0]}: {why}. Cut around, or leave these islands out.",
             code=code,
             kind="face",
             elements=named[:1000].tolist(),
@@ -111,7 +111,7 @@ def _straight(vertices: FloatArray, faces: Ints, polygons: Any, uv: Any, cuts: A
         across = _by_islands(across, places, islands(faces, uv.astype(np.float32))[0][pair[:, 0]])
     _refuse(
         pair[_irregular(across), 0],
-        "other than four quads meet inside the island. Mark seams through such vertices",
+        "other than four quads meet inside the island",
     )
     island, turn, cell = _cells(across)
     _refuse(pair[_closed_wrongly(across, island, turn, cell), 0], "its island is no grid")
