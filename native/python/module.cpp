@@ -87,6 +87,7 @@ py::object to_python(const certify::Certificate& c) {
       "seam_deviation"_a = c.seam_deviation, "seam_vertices"_a = std::move(ends),
       "seam_transitions"_a = transitions_of(c.seams), "quarter_cones"_a = c.quarter_cones,
       "cone_failures"_a = c.cone_failures, "holonomy_failures"_a = c.holonomy_failures,
+      "feature_edges"_a = c.feature_edges, "features_missed"_a = c.features_missed,
       "provenance_failures"_a = c.provenance_failures, "overlaps"_a = c.overlaps,
       "island_overlaps"_a = c.island_overlaps, "island_overlap_faces"_a = c.island_overlap_faces,
       "energy"_a = c.energy, "max_energy"_a = c.max_energy, "energy_p99"_a = c.energy_p99,

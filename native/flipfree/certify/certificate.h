@@ -1,4 +1,4 @@
-// What was measured about a map, after rounding to what is stored (design: guarantees G1 to G7).
+// What was measured about a map, after rounding to what is stored (design: guarantees G1 to G8).
 #pragma once
 
 #include <cstdint>
@@ -43,8 +43,10 @@ struct Certificate {
   // Where G4 holds: interior vertices with k quarter turns of angle, k not 4; ascending. Counted
   // exactly, from the corners and the transitions.
   std::vector<std::pair<VertexId, Index>> quarter_cones;
-  std::int64_t cone_failures = -1;      // G5
-  std::int64_t holonomy_failures = -1;  // G6
+  std::int64_t cone_failures = -1;                             // G5
+  std::int64_t holonomy_failures = -1;                         // G6
+  std::int64_t feature_edges = -1;                             // G8: edges that shall be isolines
+  std::vector<std::pair<VertexId, VertexId>> features_missed;  // those of them that are none
   std::int64_t provenance_failures =
       -1;                      // G7: faces or vertices that do not lie in their input triangle
   std::int64_t overlaps = -1;  // places where a chart covers points twice or touches itself: pairs

@@ -10,6 +10,7 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/base/tolerances.h"
+#include "flipfree/certify/features.h"
 #include "flipfree/certify/measures.h"
 #include "flipfree/certify/overlap.h"
 #include "flipfree/mesh/adjacency.h"
@@ -323,6 +324,28 @@ struct Certifier {
         {});
   }
 
+  void check_features() {
+    if (request.features.rows() == 0) return;
+    const Provenance parent{request.parent, request.parent_face, request.vertex_parent,
+                            request.vertex_barycentric};
+    std::vector<Index> missed;
+    for (const Points2* values : {&uv, static_cast<const Points2*>(&stored)}) {
+      const std::vector<Index> own =
+          missed_features(request.features, surface, adjacency, parent, *values);
+      missed.insert(missed.end(), own.begin(), own.end());
+    }
+    std::sort(missed.begin(), missed.end());
+    missed.erase(std::unique(missed.begin(), missed.end()), missed.end());
+    certificate.feature_edges = request.features.rows();
+    for (const Index i : missed)
+      certificate.features_missed.emplace_back(request.features(i, 0), request.features(i, 1));
+    if (missed.empty() || !request.require_features) return;
+    fail("G8: " + counted(missed.size(), "feature is", "features are") +
+             " no isoline, first edge " + std::to_string(certificate.features_missed[0].first) +
+             "-" + std::to_string(certificate.features_missed[0].second),
+         {});
+  }
+
   void check_provenance_of_refinement() {
     if (request.parent == nullptr) return;
     certificate.provenance_failures = provenance.failures;
@@ -371,6 +394,7 @@ Certificate certify(const CertifyRequest& request, const ExecutionContext& conte
   if (certifier.certificate.flips64 == 0 && certifier.certificate.flips32 == 0) {
     certifier.check_winding();
     certifier.check_overlaps();
+    certifier.check_features();
     context.check();
   }
   certifier.check_islands();

@@ -44,6 +44,11 @@ struct CertifyRequest {
   // them.
   std::vector<std::pair<std::vector<HalfedgeId>, Index>> loops;
 
+  // G8: edges (pairs of vertices, of the parent if there is one) that shall be isolines, in 64 and
+  // in 32 bits, judged where no face is flipped. Those that are not are a failure, or only named.
+  IndexPairs features;
+  bool require_features = true;
+
   // G7: the input that surface refines, with provenance. If null, the surface is the input itself.
   const mesh::Surface* parent = nullptr;
   const std::vector<FaceId>* parent_face = nullptr;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "flipfree/base/failure.h"
+#include "flipfree/certify/features.h"
 #include "flipfree/certify/pins.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
@@ -160,6 +161,10 @@ Certificate in_input_terms(const mesh::SeparatedSurface& separated, Certificate 
     for (FaceId& f : *faces) f = separated.face_origin[at(f)];
   }
   for (auto& [v, k] : certificate.quarter_cones) v = separated.vertex_origin[at(v)];
+  for (auto& [a, b] : certificate.features_missed) {
+    a = separated.vertex_origin[at(a)];
+    b = separated.vertex_origin[at(b)];
+  }
   for (SeamTransition& seam : certificate.seams) {
     seam.from = separated.vertex_origin[at(seam.from)];
     seam.to = separated.vertex_origin[at(seam.to)];
@@ -220,6 +225,33 @@ void judge_collapsed_loops(const std::vector<FaceId>& first_faces, Certificate& 
                                  " of the loops pass faces that use a vertex twice");
 }
 
+// All edges of the separated surface on the input's.
+IndexPairs sorted_features(const mesh::SeparatedSurface& separated, const IndexPairs& features) {
+  std::vector<std::pair<VertexId, VertexId>> wanted, moved, met;
+  for (Eigen::Index i = 0; i < features.rows(); ++i)
+    wanted.push_back(std::minmax(features(i, 0), features(i, 1)));
+  std::sort(wanted.begin(), wanted.end());
+  const Triangles& faces = separated.surface.faces;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(3 * faces.rows()) && !wanted.empty(); ++h) {
+    const VertexId a = mesh::source(faces, h), b = mesh::target(faces, h);
+    const std::pair<VertexId, VertexId> origin =
+        std::minmax(separated.vertex_origin[at(a)], separated.vertex_origin[at(b)]);
+    if (!std::binary_search(wanted.begin(), wanted.end(), origin)) continue;
+    moved.push_back(std::minmax(a, b));
+    met.push_back(origin);
+  }
+  std::sort(met.begin(), met.end());
+  for (const auto& [a, b] : wanted) {
+    if (!std::binary_search(met.begin(), met.end(), std::pair(a, b))) throw_no_edge(a, b);
+  }
+  std::sort(moved.begin(), moved.end());
+  moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
+  IndexPairs pairs(static_cast<Eigen::Index>(moved.size()), 2);
+  for (std::size_t i = 0; i < moved.size(); ++i)
+    pairs.row(static_cast<Eigen::Index>(i)) << moved[i].first, moved[i].second;
+  return pairs;
+}
+
 // On the user's positions; `request` in terms of the input, uv of its corners.
 Certificate judge(const mesh::SeparatedSurface& separated, const CertifyRequest& request,
                   const ExecutionContext& context) {
@@ -238,6 +270,7 @@ Certificate judge(const mesh::SeparatedSurface& separated, const CertifyRequest&
   own.require_distortion = request.require_distortion && any_shape(separated.surface);
   SortedLoops loops = sorted_loops(separated, corners, request.loops);
   own.loops = std::move(loops.moved);
+  own.features = sorted_features(separated, request.features);
   own.parent = nullptr;
   Certificate result = in_input_terms(separated, certify(own, context));
   judge_collapsed_pins(pins.collapsed, request, result);

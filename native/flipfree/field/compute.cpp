@@ -1,5 +1,6 @@
 #include "flipfree/field/compute.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -108,12 +109,54 @@ FoundField compute(const mesh::Surface& surface, const FieldOptions& options,
   return found;
 }
 
+// Without the edges of faces at inner vertices of no quarter turn.
+IndexPairs possible_edges(const IndexPairs& edges, const mesh::Surface& surface,
+                          const std::vector<Index>& cones) {
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(cones.size()), surface.faces);
+  std::vector<std::pair<VertexId, VertexId>> impossible;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
+    const VertexId v = mesh::source(surface.faces, h);
+    if (cones[at(v)] >= 1 || adjacency.opposite[at(adjacency.vertex_halfedge[at(v)])] == kInvalid)
+      continue;
+    for (const HalfedgeId i : {h, next_corner(h), previous_corner(h)})
+      impossible.push_back(
+          std::minmax(mesh::source(surface.faces, i), mesh::target(surface.faces, i)));
+  }
+  std::sort(impossible.begin(), impossible.end());
+  IndexPairs kept(edges.rows(), 2);
+  Eigen::Index count = 0;
+  for (Eigen::Index i = 0; i < edges.rows(); ++i) {
+    const std::pair<VertexId, VertexId> edge = std::minmax(edges(i, 0), edges(i, 1));
+    if (!std::binary_search(impossible.begin(), impossible.end(), edge))
+      kept.row(count++) = edges.row(i);
+  }
+  return kept.topRows(count);
+}
+
+FoundField compute_possible(const mesh::Surface& surface, const FieldOptions& given,
+                            ExecutionContext& context) {
+  FieldOptions options = given;
+  for (;;) {
+    FoundField found = compute(surface, options, context);
+    IndexPairs kept = possible_edges(options.edges, surface, found.cones);
+    if (options.let_go && kept.rows() < options.edges.rows()) {
+      options.edges = std::move(kept);
+      continue;
+    }
+    if (options.let_go)
+      found.stats["let_go"] = static_cast<std::int64_t>(given.edges.rows() - options.edges.rows());
+    return found;
+  }
+}
+
 }  // namespace
 
 FoundField compute_cross_field(const mesh::Surface& surface, const FieldOptions& options,
                                ExecutionContext& context) {
   return in_time(context, options.max_seconds, "The cross field was not reached",
-                 "or decimate the mesh", [&] { return compute(surface, options, context); });
+                 "or decimate the mesh",
+                 [&] { return compute_possible(surface, options, context); });
 }
 
 CrossField read_field(const mesh::Surface& surface, const GivenField& given,

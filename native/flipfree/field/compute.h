@@ -24,6 +24,8 @@ struct FieldOptions {
   IndexPairs edges;          // vertex pairs: edges that the field follows
   bool boundary = true;      // it follows the boundary
   double edge_weight = 1.0;  // of edges and boundary, in (0, 1]; 1: exactly
+  // Edges are let go at inner vertices that would have no quarter turn, which no map has.
+  bool let_go = false;
   // #V: length in a map of a length 1 there, relative to the others, positive; empty: all alike.
   std::vector<double> sizing;
   // Merge near cones, spread those of one quarter turn. Those of none or less, which no map can
@@ -38,8 +40,8 @@ struct FieldOptions {
 struct FoundField {
   CrossField field;
   std::vector<Index> cones;  // of it, per vertex
-  Stats stats;  // "cancelled", "spread" (simplify.h), "cones", "sharp_cones" (of one quarter turn
-                // or less), "seconds"
+  Stats stats;  // "let_go" (edges), "cancelled", "spread" (simplify.h), "cones", "sharp_cones" (of
+                // one quarter turn or less), "seconds"
 };
 
 // Any number of components, with or without boundary (prescribed signatures: without). Throws

@@ -87,6 +87,41 @@ seamless::Strips strips_of(const Refined& refined, const mesh::Surface& input,
   return strips;
 }
 
+// The edges of the refined surface on edges inside of the input that are `wanted` (flags), with the
+// direction of the four in which the field lets each run. Where it turns between, or is 30 degrees
+// off, there is none.
+std::vector<distortion::StraightEdge> features_of(const Refined& refined,
+                                                  const mesh::Surface& input,
+                                                  const mesh::Adjacency& adjacency,
+                                                  const mesh::EdgeFlags& wanted,
+                                                  const std::vector<double>& direction) {
+  constexpr double kMostOff = 1.0 / 3.0;  // of a quarter turn
+  const field::Frames frames = field::measure_frames(refined.surface);
+  std::vector<distortion::StraightEdge> features;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(refined.adjacency.opposite.size()); ++h) {
+    const HalfedgeId o = refined.adjacency.opposite[at(h)];
+    if (o < h) continue;  // the boundary as well
+    const HalfedgeId side = input_halfedge(refined, input, adjacency, h);
+    if (side == kInvalid || wanted[at(side)] == 0) continue;
+    const auto turns = [&](HalfedgeId i) {
+      return (frames.direction[at(i)] - direction[at(i / 3)]) / (0.5 * std::numbers::pi);
+    };
+    const double there = turns(h), back = turns(o);
+    if (std::abs(there - std::round(there)) > kMostOff ||
+        std::abs(back - std::round(back)) > kMostOff)
+      continue;
+    // One of the two forwards along its axis, so that neighbours in one chart are one line.
+    const Index quarter = static_cast<Index>(std::lround(there)) & 3;
+    const Index other = static_cast<Index>(std::lround(back)) & 3;
+    if (quarter < 2) {
+      features.push_back({h, quarter});
+    } else {
+      features.push_back({o, other});
+    }
+  }
+  return features;
+}
+
 void add_angles(const distortion::CutMap& cut, const std::vector<double>& direction,
                 const Points2& uv, const ExecutionContext& context, Stats& stats) {
   const Points2 off = distortion::angles_off(cut, direction, uv, context);
@@ -127,7 +162,18 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
   if (certify::flipped_faces(turned).empty()) map.uv = std::move(turned);
   distortion::CutMap cut = distortion::cut_map(map.surface, own, cuts, map.uv);
   if (aligned) cut.straight = distortion::straight_boundary(cut, own);
+  seamless::SeamlessOptions finish;
+  finish.optimise = false;
+  finish.exact = options.exact;
+  finish.boundary = options.boundary;
+  finish.features = options.features;
+  std::vector<distortion::StraightEdge> features;
+  if (options.features.rows() > 0) {
+    features = features_of(refined, surface, adjacency,
+                           mesh::flag_edges(surface.faces, adjacency, options.features), direction);
+  }
   Stats stats;
+  stats["features.along_field"] = static_cast<std::int64_t>(features.size());
   add_angles(cut, direction, cut.uv, context, stats);
   stats["angle_mean_engine"] = stats["angle_mean"];
   if (options.optimise) {
@@ -137,16 +183,20 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
     align.size = size_of_faces(map, surface, options.sizing);
     align.max_iterations = options.max_iterations;
     try {
-      map.uv = distortion::corners_of(cut, distortion::align(cut, align, context, stats));
+      if (features.empty()) {
+        map.uv = distortion::corners_of(cut, distortion::align(cut, align, context, stats));
+      } else {
+        distortion::FeatureAlignment met =
+            distortion::align_with_features(cut, align, features, context, stats);
+        map.uv = distortion::corners_of(cut, met.uv);
+        stats["features.met"] = static_cast<std::int64_t>(met.features.size());
+        finish.straight = std::move(met.features);
+      }
     } catch (...) {
       seamless::rethrow_placed(map.parent_face, {});  // it counts faces of the refined map
     }
   }
   const ProgressRange range(context, options.optimise ? kAlignmentShare : 0.0, 1.0);
-  seamless::SeamlessOptions finish;
-  finish.optimise = false;
-  finish.exact = options.exact;
-  finish.boundary = options.boundary;
   if (&given != &surface) seamless::place_on(given, map);
   certify::Parametrization result =
       seamless::finish_map(std::move(found), given, strips, finish, context);

@@ -28,7 +28,10 @@ struct AlignedOptions {
   // Where the surface is open: kAligned, its boundary runs along the axes; else (kFree, kTurning)
   // it is as near to the surface as the inside allows, and turns in all as the field does.
   seamless::Boundary boundary = seamless::Boundary::kAligned;
-  bool optimise = true;        // follow the field; else the engine's map, turned to it
+  bool optimise = true;  // follow the field; else the engine's map, turned to it
+  // Edges inside that the field runs along or across: isolines of the optimised map, exactly, where
+  // they can be (distortion/alignment/align.h). Pairs that are no edge inside are not looked at.
+  IndexPairs features;
   bool exact = true;           // false: seams match up to rounding only
   std::vector<double> sizing;  // #V: length in the map of a length 1 there, relative to the
                                // others, positive; empty: all alike

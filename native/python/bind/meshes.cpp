@@ -71,6 +71,7 @@ auto read_certify(OptionReader& read) {
   read("disjoint", request.require_disjoint);
   read("seamless", request.require_seamless);
   read("aspect", request.aspect);
+  read("features", request.features);
   return [request, max_seconds, uv = read.value<Points2>("uv"),
           parent = read.value<std::optional<Parent>>("parent")](const mesh::Surface& surface,
                                                                 ExecutionContext& context) mutable {

@@ -64,6 +64,7 @@ field::FieldOptions read_field(OptionReader& read) {
   field::FieldOptions options;
   read("alignment", options.alignment);
   read("edges", options.edges);
+  read("let_go", options.let_go);
   read("boundary", options.boundary);
   read("edge_weight", options.edge_weight);
   read("simplify", options.simplify);
@@ -81,6 +82,7 @@ holonomy::AlignedOptions read_aligned(OptionReader& read) {
   read("iterations", options.engine.metric.max_iterations);
   read("sizing", options.sizing);
   read("optimise", options.optimise);
+  read("features", options.features);
   read("exact", options.exact);
   read("reroute", options.reroute);
   read("max_seconds", options.max_seconds);

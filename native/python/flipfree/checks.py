@@ -360,7 +360,7 @@ OPTIONS: dict[str, Callable[[Any, str], Any]] = {
         ("repair", "require_convergence", "reroute", "scale_true", "seamless"), as_flag
     ),
     **dict.fromkeys(("simplify", "stack_similar", "together"), as_flag),
-    **dict.fromkeys(("cuts", "uncuttable"), partial(as_optional_indices, columns=2)),
+    **dict.fromkeys(("cuts", "features", "uncuttable"), partial(as_optional_indices, columns=2)),
     **dict.fromkeys(("corners", "groups", "movable", "unmoved"), as_optional_indices),
     "aspect": partial(
         as_number,

@@ -112,6 +112,7 @@ class Certificate:
             map is from seamless. seam_vertices: (s, 2), the edges, with the side that ``seam_transitions`` lead from on
             the left.
         quarter_cones: (k, 2) interior vertices and their quarter turns of angle, where these are not 4 and G4 holds.
+        feature_edges: edges that were asked to be isolines (G8). features_missed: (k, 2), those of them that are none.
         overlaps: places where a chart covers points twice or touches itself; 0: the charts are one-to-one; -1: not
             counted, as they are not where the map has flips.
         island_overlaps: pairs of charts that share area. island_overlap_faces: (k,) faces of such charts, at most 1000.
@@ -147,6 +148,8 @@ class Certificate:
     cone_failures: int
     holonomy_failures: int
     provenance_failures: int
+    feature_edges: int
+    features_missed: IntArray
     overlaps: int
     island_overlaps: int
     island_overlap_faces: IntArray
@@ -320,7 +323,14 @@ def certificate_from(
             data["poor_islands"] = found.islands
             data["needles"] = needles(mesh.scaled, mesh.faces, energy)
     data["quarter_cones"] = np.array(data["quarter_cones"], np.int32).reshape(-1, 2)
-    for name in ("failed_faces", "seam_vertices", "quarter_cones", "poor_islands"):
+    data["features_missed"] = np.array(data["features_missed"], np.int32).reshape(-1, 2)
+    for name in (
+        "failed_faces",
+        "seam_vertices",
+        "quarter_cones",
+        "features_missed",
+        "poor_islands",
+    ):
         frozen(data[name])
     data["mends"] = mends_from(data["mends"])
     data["seam_transitions"] = Transitions(*map(frozen, data["seam_transitions"]))

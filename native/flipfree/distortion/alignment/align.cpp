@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <span>
 #include <string>
 
 #include "flipfree/base/error.h"
@@ -27,6 +29,20 @@ Target target_of(const RestTriangle& rest, double direction, double size) {
   const double edge = std::atan2(-rest.gradient[1][0], rest.gradient[1][1]);
   const double x = size * std::cos(edge + direction), y = size * std::sin(edge + direction);
   return {x, y, -y, x};
+}
+
+// The unit vector across an edge that runs in the direction, to the left.
+Vector2 across_of(Index direction) {
+  constexpr double kAcross[4][2] = {{0.0, 1.0}, {-1.0, 0.0}, {0.0, -1.0}, {1.0, 0.0}};
+  return {kAcross[direction][0], kAcross[direction][1]};
+}
+
+// An edge in the map: what it spans along its direction, and across.
+Vector2 vector_along(const Triangles& faces, const Points2& uv, const StraightEdge& e) {
+  const Vector2 v =
+      (uv.row(mesh::target(faces, e.h)) - uv.row(mesh::source(faces, e.h))).transpose();
+  const Vector2 n = across_of(e.direction);
+  return {n.y() * v.x() - n.x() * v.y(), n.dot(v)};
 }
 
 double square_off(const Jacobian& j, const Target& t) {
@@ -60,6 +76,26 @@ class Aligner {
       target_.push_back(target_of(rest_[f], options.direction[f],
                                   options.size.empty() ? 1.0 : unit * options.size[f]));
     }
+  }
+
+  // A penalty from now on: half of `weight` times the square of what each feature spans across.
+  void hold(std::span<const StraightEdge> features, double weight) {
+    features_ = features;
+    feature_weight_ = weight;
+  }
+
+  // Faces that a map turns over, or shrinks to less than a hundredth of their area.
+  std::vector<FaceId> lost(const Points2& uv) const {
+    constexpr double kLeast = 0.01;
+    std::vector<FaceId> found;
+    const std::vector<FaceId> flipped = flipped_faces(faces_, uv, context_);
+    for (std::size_t f = 0, i = 0; f < rest_.size(); ++f) {
+      const Jacobian j = jacobian_of(f, uv);
+      const bool turned = i < flipped.size() && at(flipped[i]) == f;
+      if (turned) ++i;
+      if (turned || !(j.a * j.d - j.b * j.c >= kLeast)) found.push_back(static_cast<FaceId>(f));
+    }
+    return found;
   }
 
   Points2 run(Stats& stats) {
@@ -102,7 +138,13 @@ class Aligner {
   }
 
   double energy(const Points2& uv) const {
-    return alignment(uv) + sum_energy(faces_, mild_, uv, context_).value();
+    double off = 0.0;
+    for (const StraightEdge& e : features_) {
+      const double across = vector_along(faces_, uv, e).y();
+      off += across * across;
+    }
+    return alignment(uv) + sum_energy(faces_, mild_, uv, context_).value() +
+           0.5 * feature_weight_ * off;
   }
 
   template <typename Term>
@@ -141,10 +183,33 @@ class Aligner {
     }
   }
 
+  void add_features() {
+    for (const StraightEdge& e : features_) {
+      const int a = e.h % 3, b = (a + 1) % 3;
+      const Vector2 n = across_of(e.direction);
+      const double pull = feature_weight_ * vector_along(faces_, uv_, e).y();
+      double gradient[6] = {};
+      double hessian[kHessianEntries] = {};
+      gradient[2 * a] = -pull * n.x();
+      gradient[2 * a + 1] = -pull * n.y();
+      gradient[2 * b] = pull * n.x();
+      gradient[2 * b + 1] = pull * n.y();
+      // n has one component: no mixed terms.
+      for (const int k : {a, b}) {
+        hessian[3 * k] = feature_weight_ * n.x() * n.x();
+        hessian[3 * k + 2] = feature_weight_ * n.y() * n.y();
+      }
+      hessian[9 + 4 * a] = -feature_weight_ * n.x() * n.x();
+      hessian[9 + 4 * a + 3] = -feature_weight_ * n.y() * n.y();
+      system_.add_face(e.h / 3, gradient, hessian);
+    }
+  }
+
   // Null, or why there is nothing more to do.
   const char* iterate() {
     system_.assemble(mild_, uv_, false, context_);
     add_alignment();
+    add_features();
     Points2 direction;
     const double slope = system_.solve(direction, context_);
     if (!(slope < 0.0)) return slope == 0.0 ? "converged" : "stalled";
@@ -170,12 +235,69 @@ class Aligner {
   std::vector<Target> target_;
   SeamSystem system_;
   Points2 uv_;
+  std::span<const StraightEdge> features_;
+  double feature_weight_ = 0.0;
 };
+
+// The map that meets its constraints and is nearest by its free coordinates.
+Points2 straightened(const CutMap& map, const ExecutionContext& context) {
+  const SeamConstraints constraints = eliminate_seams(
+      static_cast<Index>(map.uv.rows()), map.surface.faces, map.seams, map.straight, context);
+  return map_of(constraints, nodes_of(constraints, map.surface.faces, map.seams, map.uv));
+}
+
+// The feature that begins nearest to a face in the map.
+std::size_t nearest(const Triangles& faces, const std::vector<StraightEdge>& features,
+                    const Points2& uv, FaceId f) {
+  const auto distance = [&](const StraightEdge& e) {
+    return (uv.row(mesh::source(faces, e.h)) - uv.row(faces(f, 0))).squaredNorm();
+  };
+  const auto best = std::min_element(
+      features.begin(), features.end(),
+      [&](const StraightEdge& a, const StraightEdge& b) { return distance(a) < distance(b); });
+  return static_cast<std::size_t>(best - features.begin());
+}
+
+// What is left of features: without those that are off by more than a degree; or else, for each
+// face that would turn over, without the one that is furthest off of those at the face, or nearest
+// to it.
+std::vector<StraightEdge> kept(const Triangles& faces, const std::vector<StraightEdge>& features,
+                               const Points2& uv, const std::vector<FaceId>& turned) {
+  constexpr double kNear = 0.0175;
+  std::vector<StraightEdge> left;
+  std::vector<double> off;
+  std::vector<std::vector<std::size_t>> of_vertex(static_cast<std::size_t>(uv.rows()));
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    const Vector2 along = vector_along(faces, uv, features[i]);
+    off.push_back(std::abs(std::atan2(along.y(), along.x())));
+    if (off[i] <= kNear) left.push_back(features[i]);
+    for (const VertexId v :
+         {mesh::source(faces, features[i].h), mesh::target(faces, features[i].h)})
+      of_vertex[at(v)].push_back(i);
+  }
+  if (left.size() < features.size()) return left;
+  std::vector<char> dropped(features.size(), 0);
+  for (const FaceId f : turned) {
+    std::optional<std::size_t> worst;
+    for (int k = 0; k < 3; ++k) {
+      for (const std::size_t i : of_vertex[at(faces(f, k))])
+        if (!worst || off[i] > off[*worst]) worst = i;
+    }
+    if (!worst) worst = nearest(faces, features, uv, f);
+    dropped[*worst] = 1;
+  }
+  left.clear();
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    if (dropped[i] == 0) left.push_back(features[i]);
+  }
+  return left;
+}
 
 }  // namespace
 
-Points2 align(const CutMap& map, const AlignOptions& options, ExecutionContext& context,
-              Stats& stats) {
+namespace {
+
+void check_options(const CutMap& map, const AlignOptions& options, ExecutionContext& context) {
   const auto faces = static_cast<std::size_t>(map.surface.faces.rows());
   if (options.direction.size() != faces ||
       (!options.size.empty() && options.size.size() != faces)) {
@@ -184,7 +306,47 @@ Points2 align(const CutMap& map, const AlignOptions& options, ExecutionContext& 
                       std::to_string(faces) + " of them.");
   }
   check_start(map.surface, map.uv, {}, context);
+}
+
+}  // namespace
+
+Points2 align(const CutMap& map, const AlignOptions& options, ExecutionContext& context,
+              Stats& stats) {
+  check_options(map, options, context);
   return Aligner(map, options, context).run(stats);
+}
+
+FeatureAlignment align_with_features(const CutMap& map, const AlignOptions& options,
+                                     const std::vector<StraightEdge>& features,
+                                     ExecutionContext& context, Stats& stats) {
+  constexpr double kWeights[] = {1.0, 1e2, 1e4, 1e6};
+  check_options(map, options, context);
+  const Triangles& faces = map.surface.faces;
+  Aligner softly(map, options, context);
+  std::vector<StraightEdge> wanted = features;
+  CutMap found = map;
+  found.uv = softly.run(stats);
+  std::int64_t rounds = 0;
+  for (bool straight = false; !straight && !wanted.empty(); ++rounds) {
+    std::vector<FaceId> turned;
+    for (const double weight : kWeights) {
+      if (rounds > 0 && weight < kWeights[2]) continue;  // the others are near by now
+      softly.hold(wanted, weight);
+      found.uv = softly.run(stats);
+      found.straight = map.straight;
+      found.straight.insert(found.straight.end(), wanted.begin(), wanted.end());
+      Points2 moved = straightened(found, context);
+      turned = softly.lost(moved);
+      straight = turned.empty();
+      if (!straight) continue;
+      found.uv = std::move(moved);
+      break;
+    }
+    if (!straight) wanted = kept(faces, wanted, found.uv, turned);
+  }
+  stats["features.rounds"] = rounds;
+  if (!wanted.empty()) found.uv = Aligner(found, options, context).run(stats);
+  return {std::move(found.uv), std::move(wanted)};
 }
 
 Points2 angles_off(const CutMap& map, const std::vector<double>& direction, const Points2& uv,

@@ -36,6 +36,22 @@ struct AlignOptions {
 Points2 align(const CutMap& map, const AlignOptions& options, ExecutionContext& context,
               Stats& stats);
 
+// A map aligned to features as well: edges that run along the axes exactly, as far as they can.
+struct FeatureAlignment {
+  Points2 uv;
+  std::vector<StraightEdge> features;  // the ones that are met, up to rounding
+};
+
+// As align(), with `features`: edges inside and how the wished directions let
+// each run. A penalty for what they are off, of growing weight,
+// brings them near; then they become constraints like a straight boundary, where that turns no
+// triangle over and shrinks none to a hundredth. The ones that stay off, and one at each such
+// triangle, are given up and the others tried again. stats: as align(), "features.rounds". Throws
+// as align(). Cost: that of align(), some times.
+FeatureAlignment align_with_features(const CutMap& map, const AlignOptions& options,
+                                     const std::vector<StraightEdge>& features,
+                                     ExecutionContext& context, Stats& stats);
+
 // How far the map's isolines are from the directions and those across them: the mean of the angles
 // of the u and of the v isoline with the nearest of the four; and the face's share of the area, as
 // (radians, share) per face. Cost: O(#F).

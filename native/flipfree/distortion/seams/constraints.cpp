@@ -158,7 +158,7 @@ struct Cone {
   std::int64_t divisor = 0;  // 0: no cone, free
 };
 
-// A boundary vertex on lines, in the frame of its first copy: i^direction (along + i across).
+// A vertex on lines, in the frame of its first copy: i^direction (along + i across).
 struct Edge {
   bool on_line = false;
   Index direction = 0;
@@ -292,7 +292,7 @@ class Builder {
     if (!row.empty()) rows_.push_back(std::move(row));
   }
 
-  // With a straight boundary the unknowns are real: translations in two parts, then lines.
+  // With straight edges the unknowns are real: translations in two parts, then lines.
   Index first_line() const { return 2 * seam_count_; }
   LinearForm over_unknowns(const LinearForm& form) const {
     if (!real_) return form;
@@ -322,14 +322,23 @@ class Builder {
     rows_ = std::move(rows);
   }
 
-  // Boundary vertices by the lines through them: in the first copy's frame a line of direction d is
-  // where the second coordinate of i^-d z is q.
+  // Vertices by the lines through them: in the first copy's frame a line of direction d is where
+  // the second coordinate of i^-d z is q. A cone is where translations put it: they follow.
   void put_on_lines() {
     edges_.resize(at(vertex_count_));
     for (VertexId v = 0; v < vertex_count_; ++v) {
       const Copy& copy = copies_[at(v)];
+      const Cone& cone = cones_[at(copy.first)];
       for (const LineSide& side : lines_.sides[at(v)]) {
-        if (side.line == kInvalid) continue;
+        if (cone.divisor != 0) {
+          const LinearForm place = checked(sum(checked(sum({}, {cone.divisor, 0}, copy.shift)),
+                                               quarter_turn(copy.turns), cone.form));
+          const LinearForm across =
+              imaginary_part(checked(sum({}, quarter_turn(-side.direction), over_unknowns(place))));
+          rows_.push_back(
+              checked(sum(across, {-cone.divisor, 0}, {{first_line() + side.line, {1, 0}}})));
+          continue;
+        }
         const LinearForm shift = imaginary_part(
             checked(sum({}, quarter_turn(-side.direction), over_unknowns(copy.shift))));
         LinearForm q = checked(sum({{first_line() + side.line, {1, 0}}}, {-1, 0}, shift));
@@ -350,8 +359,14 @@ class Builder {
       if (!row.empty()) rows_.push_back(std::move(row));
       return;
     }
+    LinearForm along = checked(sum({}, {turn == 1 ? -1 : 1, 0}, q));
+    if (edge.corner) {
+      LinearForm row = checked(sum(along, {-1, 0}, edge.along));
+      if (!row.empty()) rows_.push_back(std::move(row));
+      return;
+    }
     edge.corner = true;
-    edge.along = checked(sum({}, {turn == 1 ? -1 : 1, 0}, q));
+    edge.along = std::move(along);
   }
   // i^direction (along + i across), without a free coordinate along the line.
   LinearForm place_of(const Edge& edge) const {
@@ -562,19 +577,20 @@ StraightLines straight_lines(Index vertex_count, const Triangles& faces,
   // Edges first; then those that continue each other are one line.
   for (std::size_t e = 0; e < straight.size(); ++e) {
     const auto& [h, direction] = straight[e];
-    const HalfedgeId n = next_corner(h);
-    lines.sides[at(faces(h / 3, h % 3))][1] = {static_cast<Index>(e), direction};
-    lines.sides[at(faces(n / 3, n % 3))][0] = {static_cast<Index>(e), direction};
+    for (const VertexId v : {mesh::source(faces, h), mesh::target(faces, h)})
+      lines.sides[at(v)].push_back({static_cast<Index>(e), direction});
   }
   DisjointSets sets(static_cast<Index>(straight.size()));
-  for (const auto& [in, out] : lines.sides) {
-    if (in.line == kInvalid || out.line == kInvalid || in.direction != out.direction) continue;
-    sets.join(out.line, in.line);
+  for (const std::vector<LineSide>& sides : lines.sides) {
+    for (std::size_t i = 1; i < sides.size(); ++i) {
+      for (std::size_t k = 0; k < i; ++k) {
+        if (sides[i].direction == sides[k].direction) sets.join(sides[k].line, sides[i].line);
+      }
+    }
   }
   std::vector<Index> number(straight.size(), kInvalid);
   for (VertexId v = 0; v < vertex_count; ++v) {
     for (LineSide& side : lines.sides[at(v)]) {
-      if (side.line == kInvalid) continue;
       Index& line = number[at(sets.find(side.line))];
       if (line == kInvalid) {
         line = static_cast<Index>(lines.vertices.size());

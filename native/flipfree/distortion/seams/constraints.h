@@ -44,8 +44,8 @@ struct SeamEdge {
   Index quarter_turns = 0;  // 0 to 3
 };
 
-// A boundary edge of the surface that runs along an axis: h's target - h's source is a positive
-// multiple of R^direction (1, 0).
+// An edge of the surface that runs along an axis, on its boundary or a feature inside: h's target -
+// h's source is a positive multiple of R^direction (1, 0).
 struct StraightEdge {
   HalfedgeId h = kInvalid;
   Index direction = 0;  // 0 to 3
@@ -55,7 +55,7 @@ struct CutMap {
   mesh::Surface surface;        // cut: a vertex for every wedge of the cut; faces as they were
   Points2 uv;                   // #V x 2, of the cut surface's vertices
   std::vector<SeamEdge> seams;  // in order of h, the lower half-edge of each edge
-  std::vector<StraightEdge> straight;  // in order of h; empty where the boundary is free
+  std::vector<StraightEdge> straight;  // boundary edges: all of a component's, or none
 };
 
 // Cuts `surface` along `cuts` and reads the quarter turn of each cut edge that is nearest to the
@@ -126,7 +126,7 @@ struct SeamConstraints {
   std::vector<Index> direction;  // per position: 0 where it is not real
   std::vector<ShiftSource> translation;
   std::vector<char> real;  // per node
-  // Per line of the boundary: cut vertices on it, and the direction it runs in there; c is the
+  // Per line of straight edges: cut vertices on it, and the direction it runs in there; c is the
   // second coordinate after turning by -direction.
   std::vector<std::vector<std::pair<VertexId, Index>>> lines;
   Index position_count() const { return static_cast<Index>(position.size()); }
@@ -160,8 +160,8 @@ struct SeamConstraints {
 // `vertex_count` and `faces` of the cut surface. Throws InvalidInput (kBadOption) naming the faces
 // at a seam edge whose ends do not pair up, NotConverged (kFactorizationFailed) if translations
 // depend on each other through numbers beyond 64 bits or grids finer than 2^12 steps.
-// Cost: O(#seams log #seams) plus the elimination, with one row per joint and two per end of a seam
-// at a straight boundary. `straight`: all boundary edges, or none.
+// Cost: O(#seams log #seams) plus the elimination, with one row per joint, two per end of a seam at
+// a straight boundary and one per crossing of a seam with straight edges or cone on them.
 SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
                                 const std::vector<SeamEdge>& seams,
                                 const std::vector<StraightEdge>& straight,
@@ -181,17 +181,16 @@ Points2 nodes_of(const SeamConstraints& constraints, const Triangles& faces,
 // The map of given nodes, in floating point.
 Points2 map_of(const SeamConstraints& constraints, const Points2& nodes);
 
-// The lines on which a boundary lies that runs along the axes: boundary edges of the cut surface
-// that follow each other in one direction.
+// The lines on which straight edges lie: those that meet in one direction at a vertex of the cut
+// surface.
 
 struct LineSide {
   Index line = kInvalid;
-  Index direction = 0;  // in which the boundary runs on it
+  Index direction = 0;  // in which the edge runs on it
 };
 
 struct StraightLines {
-  // Per cut vertex: of the boundary edge that ends there and of the one that begins there.
-  std::vector<std::array<LineSide, 2>> sides;
+  std::vector<std::vector<LineSide>> sides;  // per cut vertex: of the straight edges at it
   // Per line: its vertices, with the direction in which it runs; some twice.
   std::vector<std::vector<std::pair<VertexId, Index>>> vertices;
 };

@@ -113,6 +113,8 @@ void judge(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
   request.require_seamless = options.exact;
   request.measure_overlaps = false;
   request.require_cones = true;
+  request.features = options.features;
+  request.require_features = false;
   if (options.exact) request.loops = strips;
   request.cone_angles =
       prescribed_angles(cones, surface.faces, adjacency, is_aligned(options.boundary));
@@ -301,6 +303,7 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
   distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
   cut.straight = straight_where(aligned, map.parent_face, cut, adjacency);
+  cut.straight.insert(cut.straight.end(), options.straight.begin(), options.straight.end());
   distortion::ExactOptions exact_options;
   exact_options.optimise = options.optimise && !settled;
   exact_options.max_iterations = options.max_iterations;

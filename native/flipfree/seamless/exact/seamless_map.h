@@ -17,6 +17,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
+#include "flipfree/distortion/seams/constraints.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/penner/penner.h"
 
@@ -35,6 +36,11 @@ struct SeamlessOptions {
   PennerMapOptions engine;  // its own boundary and max_seconds are not looked at
   // By how much loops turn, as compute_penner_map() takes them; none: as is nearest.
   std::optional<std::vector<LoopTurn>> loops;
+  // Of finish_map() alone: edges of the engine's map inside the surface that run along the axes up
+  // to rounding, and are kept there.
+  std::vector<distortion::StraightEdge> straight;
+  // Of finish_map() alone: edges of the input, for the certificate to say which are isolines.
+  IndexPairs features;
   bool optimise = true;          // the distortion, under the seams' constraints
   bool exact = true;             // false: seams match up to rounding only; G4 is not asked for
   int max_iterations = 200;      // of the optimiser

@@ -79,6 +79,7 @@ def certify(
     cones: Mapping[int, float] | None = None,
     signature: Signature | None = None,
     seamless: bool = False,
+    features: Any = None,
     parent: tuple[Any, ...] | None = None,
     bijective: bool = False,
     disjoint: bool = False,
@@ -95,6 +96,7 @@ def certify(
         pins: {vertex or (face, corner): (u, v)}; G3 demands them bit for bit.
         cones: {vertex: total angle in radians}; G5 demands these angles, and 2 pi at every other interior vertex.
         seamless: G4 demands that every cut is an exact quarter turn and translation.
+        features: (k, 2) edges (of ``parent``, if there is one); G8 demands that they are isolines.
         parent: (vertices, faces, parent_face, vertex_parent, vertex_barycentric) of the input that this mesh
             refines; G7 demands a subdivision.
         signature: a :class:`Signature` on these faces; demands G4, its cones instead of ``cones``, and G6: that the map
@@ -113,7 +115,7 @@ def certify(
         InvalidInput (a mesh that is none, arrays of the wrong shape), NotConverged (time is over), Cancelled.
     """
     mesh = as_mesh(vertices, faces)
-    options = checked(locals(), "seamless bijective disjoint aspect max_seconds")
+    options = checked(locals(), "seamless features bijective disjoint aspect max_seconds")
     angles = as_angles(cones)
     if signature is not None:
         if cones is not None:

@@ -407,6 +407,7 @@ def field_aligned(
     field: CrossField | None = None,
     signature: Signature | None = None,
     sizing: Any = None,
+    features: Any = None,
     engine: str = "auto",
     boundary: str = "aligned",
     optimise: bool = True,
@@ -427,6 +428,9 @@ def field_aligned(
         signature: what the map shall have exactly, instead of a field: see :func:`cross_field`.
         sizing: (n,) positive: length in the map of a length 1 there, relative to the others. None: all alike. A field
             that is given should have been made for it (:func:`cross_field`); the one that is made here is.
+        features: (k, 2) edges that shall be isolines exactly as stored (G8): sharp ones, borders of materials. The field that
+            is made here runs along them; one that is given should (:func:`cross_field`, ``sharp_edges``). What the field or
+            other features forbid is left as it is and named: ``certificate.features_missed``.
         engine: "penner" changes lengths of edges until all angles fit; "padding" cuts into disks, along branches that are
             led around cones until all loops turn as the field does (closed surfaces only); "auto" takes padding where
             penner finds no map.
@@ -457,7 +461,12 @@ def field_aligned(
         )
     mesh = as_mesh(vertices, faces)
     made = _of_field(mesh, signature, sizing)
-    options = checked(locals(), "uncuttable optimise exact reroute max_seconds")
+    options = checked(locals(), "uncuttable optimise features exact reroute max_seconds")
+    if features is not None:
+        if not options["optimise"]:
+            raise bad_option("features need the map to follow the field. Set optimise=True.")
+        if signature is None:
+            made |= dict(edges=options["features"], let_go=True)
     options |= dict(
         engine=as_choice(engine, "engine", ENGINES),
         iterations=as_count(iterations, "iterations", 1),
