@@ -111,6 +111,7 @@ class FieldAlignedTask(seamless.SeamlessTask):
         self.write_field = write_field
         self.field = None
         self.off = 0.0  # degrees between map and field, mean by area
+        self.sharp = self.sharp_missed = 0  # edges that shall be lines of the map
 
     @property
     def cures(self):
@@ -134,6 +135,8 @@ class FieldAlignedTask(seamless.SeamlessTask):
         if self.boundary != "free":
             self.quarters |= self._corners(found)
         self.off = math.degrees(found.stats["angle_mean"])
+        self.sharp = max(found.certificate.feature_edges, 0)
+        self.sharp_missed = len(found.certificate.features_missed)
         yield from self.take(found)
         if may_be_free and self.boundary == "free":
             self.freed_boundaries = sum(
@@ -161,10 +164,12 @@ class FieldAlignedTask(seamless.SeamlessTask):
                 **self.given.follow,
             )
         self.span = (0.2, 0.9)
+        follow = self.given.follow
         return (
             yield solver.field_aligned(
                 self.snapshot,
                 self.field,
+                features=follow["sharp_edges"] if self.exact_edges() else None,
                 sizing=self.given.sizing,
                 boundary="aligned" if aligned else "free",
                 engine=self.engine,
@@ -172,6 +177,10 @@ class FieldAlignedTask(seamless.SeamlessTask):
                 optimise=self.optimise,
             )
         )
+
+    def exact_edges(self):
+        """Whether what the field follows exactly shall be lines of the map."""
+        return self.given.features and self.given.follow["edge_weight"] == 1.0 and self.optimise
 
     def _corners(self, found):
         """{submesh vertex: quarter turns} where the boundary of the map is not straight."""
@@ -212,7 +221,9 @@ def summary(tasks: list[FieldAlignedTask]) -> str:
     """The report line, without the time."""
     sizes = [sum(c.triangles for c in t.certificates) for t in tasks]
     off = sum(t.off * size for t, size in zip(tasks, sizes, strict=True)) / max(sum(sizes), 1)
-    return seamless.figures(tasks, f", {off:.1f} degrees off the field")
+    sharp, missed = (sum(getattr(t, name) for t in tasks) for name in ("sharp", "sharp_missed"))
+    exact = f", {sharp - missed} of {sharp} sharp edges on lines" if sharp else ""
+    return seamless.figures(tasks, f", {off:.1f} degrees off the field{exact}")
 
 
 class UV_OT_flipfree_field_aligned(options.MapOperator, bpy.types.Operator):

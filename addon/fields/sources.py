@@ -24,6 +24,7 @@ class Given:
     """What was read from the mesh."""
 
     follow: dict  # arguments of solver.cross_field
+    features: bool = False  # are its sharp edges lines that the map shall have?
     field: flipfree.CrossField | None = None  # itself
     cones: dict[int, float] | None = None  # {submesh vertex: angle}: those of the field
     signature: flipfree.Signature | None = None  # cones and loops of it
@@ -56,6 +57,7 @@ def look(
         }
     )
     if field_from == "edges":
+        given.features = True
         sharp = fields.marked_sharp(ob, snapshot)
         given.follow["sharp_edges"] = (
             sharp if len(sharp) else fields.sharper_than(snapshot, sharp_angle)

@@ -59,13 +59,16 @@ class QuadsTask(modal.StagedTask):
             raise mesh_io.MeshProblem(
                 f"{name}: some faces are hidden, and would be lost. Alt H in Edit Mode reveals them, or turn off Replace"
             )
-        field = None
-        if self.field_from != "automatic":
+        field = features = None
+        if self.field_from == "edges":
+            given = sources.look(self.snapshot, field_from=self.field_from)
+            features = given.follow["sharp_edges"]
+        elif self.field_from != "automatic":
             self.span = (0.0, 0.2)
             given = sources.look(self.snapshot, field_from=self.field_from)
             field = yield solver.cross_field(self.snapshot, **given.follow)
             self.span = (0.2, 1.0)
-        self.result = yield solver.quads(self.snapshot, field=field, **self.size)
+        self.result = yield solver.quads(self.snapshot, field=field, features=features, **self.size)
 
     def write(self, ob):
         old, found = ob.data, self.result
@@ -163,10 +166,14 @@ def summary(tasks: list[QuadsTask]) -> str:
         sum(getattr(c, name) for c in found) for name in ("quads", "genus", "borders")
     )
     kept = f"genus {genus}" + (f" and {common.plural(borders, 'border')}" if borders else "")
+    sharp, missed = (
+        sum(task.result.stats[name] for task in tasks) for name in ("features", "features_missed")
+    )
+    exact = f"{sharp - missed} of {sharp} sharp edges kept, " if sharp else ""
     clean = [task.snapshot.clean for task in tasks if task.snapshot.clean is not None]
     return (
         f"{common.plural(quads, 'quad')}, {sum(len(c.irregular) for c in found)} irregular, "
-        f"{sum(len(c.turned) for c in found)} turned, {kept} kept, "
+        f"{sum(len(c.turned) for c in found)} turned, {kept} kept, {exact}"
         f"off by {100.0 * max(c.hausdorff for c in found):.2g} % at most{common.separated_text(clean)}"
     )
 

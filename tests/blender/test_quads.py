@@ -43,6 +43,23 @@ def test_a_cube_becomes_a_grid_on_each_side_in_an_object_of_its_own(n):
     assert np.allclose(np.abs(points).max(axis=1), 2, atol=1e-5)
 
 
+def test_sharp_edges_are_rows_of_quad_edges(capfd):
+    ob = shapes.cube()
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.subdivide(number_cuts=3)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    ob.scale = 1, 2, 3
+    bpy.context.view_layer.update()
+    assert quads(target=600, field_from="edges", replace=True) == {"FINISHED"}
+    assert "48 of 48 sharp edges kept" in capfd.readouterr().out
+    mesh = bpy.context.object.data
+    points = np.array([v.co for v in mesh.vertices])
+    assert np.allclose(np.abs(points).max(axis=1), 1, atol=1e-5)
+    on_two = (np.abs(np.abs(points) - 1) < 1e-5).sum(axis=1) >= 2
+    rows = [e for e in mesh.edges if on_two[list(e.vertices)].all()]
+    assert len(rows) == on_two.sum() + 4  # twelve rows between eight corners
+
+
 def test_edge_lengths_are_those_of_the_scene():
     ob = shapes.cube()
     ob.scale = 3, 3, 3

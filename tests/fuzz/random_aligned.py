@@ -60,16 +60,22 @@ def random_options(case: Case, random: Random) -> dict[str, Any]:
         options["sizing"] = np.exp(random.normal(size=len(case.mesh.vertices)) * 0.5)
     if random.random() < 0.3:
         options["threads"] = int(random.integers(1, 4))
+    if options.get("optimise", True) and random.random() < 0.3:
+        count = int(random.integers(1, 30))
+        options["features"] = case.mesh.faces[random.integers(len(case.mesh.faces), size=count)][
+            :, :2
+        ]
     return options
 
 
-def random_field(case: Case, random: Random) -> ff.CrossField:
+def random_field(case: Case, features: Any, random: Random) -> ff.CrossField:
     return ff.cross_field(
         case.mesh.vertices,
         case.mesh.faces,
         alignment=float(random.choice([0.0, 0.0, 0.3, 0.9])),
         simplify=bool(random.random() < 0.3),
         boundary=case.boundary == "aligned" or random.random() < 0.3,
+        sharp_edges=features if features is not None and random.random() < 0.8 else None,
         max_seconds=20.0,
     )
 
@@ -168,6 +174,24 @@ def check_cones(judged: SeamCount, case: Case, field: ff.CrossField, bits: int) 
             raise Finding(f"in {bits} bits a curve turns by {turned} quarters, not {wanted}")
 
 
+def check_features(map: ff.Parametrization, features: Any) -> None:
+    """Those that are whole edges of the map, by the values on either side."""
+    missed = {tuple(sorted(e)) for e in map.certificate.features_missed.tolist()}
+    wanted = {tuple(sorted(e)) for e in np.asarray(features).tolist()}
+    sides: dict[tuple[int, int], list[tuple[int, int]]] = defaultdict(list)
+    for f, face in enumerate(map.faces.tolist()):
+        for k in range(3):
+            sides[tuple(sorted((face[k], face[(k + 1) % 3])))].append((f, k))
+    for edge in wanted & sides.keys():
+        met = all(
+            (uv[f, k] == uv[f, (k + 1) % 3]).any()
+            for f, k in sides[edge]
+            for uv in (map.uv64, map.uv32())
+        )
+        if met == (edge in missed):
+            raise Finding(f"feature {edge} is {'met' if met else 'missed'}, and named otherwise")
+
+
 def check_map(
     map: ff.Parametrization,
     case: Case,
@@ -180,6 +204,8 @@ def check_map(
         check_cones(judged, case, field, bits)
     if exact:
         check_turns(map, case, field, random)
+    if "features" in options:
+        check_features(map, options["features"])
 
 
 def kind_of(map: ff.Parametrization) -> str:
@@ -200,7 +226,7 @@ def one(seed: int, slack: float, bits: bytes) -> tuple[str, str]:
 
     def attempt() -> str:
         try:
-            field = random_field(case, random)
+            field = random_field(case, options.get("features"), random)
             map = timed_call(NAME, {**arguments, "field": field}, random, slack)
             check_map(map, case, field, options, random)
             outcome = kind_of(map)

@@ -229,7 +229,7 @@ def test_what_is_not_there_is_said() -> None:
         with pytest.raises(ff.InvalidInput, match="target|edge_length"):
             ff.quads(vertices, faces, **options)
     with pytest.raises(TypeError):
-        ff.quads(vertices, faces, target=100, features=[[0, 1]])
+        ff.quads(vertices, faces, target=100, symmetry="x")
     stopped = []
     with pytest.raises(ff.Cancelled):
         ff.quads(vertices, faces, target=10, progress=lambda *_: stopped.append(1) or False)

@@ -26,6 +26,7 @@ struct Parametrization {
   std::vector<FaceId> vertex_parent;  // #V: an input face that contains each vertex
   Points3 vertex_barycentric;         // #V x 3: weights in that face
   IndexPairs cut_edges;  // #cuts x 2: vertex pairs along which corner UVs differ, or may
+  std::vector<HalfedgeId> features;     // of surface, inside: kept along the axes for G8
   std::vector<Transition> transitions;  // per cut edge; empty where the map is not seamless
   Certificate certificate;
   Stats stats;

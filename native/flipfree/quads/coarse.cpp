@@ -29,10 +29,11 @@ std::pair<CornerId, Index> sector_of(const FlatSurface& map, CornerId first, Gau
 
 class Remover {
  public:
-  Remover(const FlatSurface& map, const std::vector<Index>& quarters,
+  Remover(const FlatSurface& map, const std::vector<Index>& quarters, std::vector<char> feature,
           const ExecutionContext& context)
       : map_(map), quarters_(quarters), context_(context) {
     coarse_.flat = map;
+    coarse_.feature = std::move(feature);
     for (HalfedgeId h = 0; h < map.halfedges(); ++h) {
       coarse_.start.push_back(h);
       coarse_.start_turn.push_back(0);
@@ -63,33 +64,63 @@ class Remover {
     return coarse_.flat.opposite[at(leaving_[at(v)])] == kInvalid;
   }
 
+  // The features' half-edges that leave v, each with its direction in the chart of the first.
+  std::vector<Gauss> features_at(VertexId v) const {
+    std::vector<Gauss> directions;
+    Index turn = 0;
+    around(coarse_.flat, leaving_[at(v)], [&](HalfedgeId h) {
+      if (coarse_.feature[at(h)] != 0)
+        directions.push_back(turned(coarse_.flat.edge[at(h)], -turn));
+      turn += coarse_.flat.turn[at(previous_corner(h))];
+      return true;
+    });
+    return directions;
+  }
+  // Whether v may be taken out of the features there.
+  bool within_line(const std::vector<Gauss>& features, bool border) const {
+    return features.empty() ||
+           (!border && features.size() == 2 && cross(features[0], features[1]) == 0 &&
+            dot(features[0], features[1]) < 0);
+  }
+
   // Flat vertices but those that must stay.
   std::vector<VertexId> removable() {
     const std::size_t count = quarters_.size();
-    DisjointSets parts(static_cast<Index>(count)), borders(static_cast<Index>(count));
+    DisjointSets parts(static_cast<Index>(count)), borders(static_cast<Index>(count)),
+        lines(static_cast<Index>(count));
     for (HalfedgeId h = 0; h < map_.halfedges(); ++h) {
       parts.join(map_.source[at(h)], map_.target(h));
       if (map_.opposite[at(h)] == kInvalid) borders.join(map_.source[at(h)], map_.target(h));
+      if (coarse_.feature[at(h)] != 0) lines.join(map_.source[at(h)], map_.target(h));
     }
-    std::vector<char> part_held(count, 0), border_held(count, 0);
+    std::vector<char> part_held(count, 0), border_held(count, 0), line_held(count, 0);
+    std::vector<char> on_line(count, 0);
     const auto hold = [&](VertexId v) {
       part_held[at(parts.find(v))] = 1;
       border_held[at(borders.find(v))] = 1;
+      line_held[at(lines.find(v))] = 1;
     };
     std::vector<VertexId> flats;
     for (VertexId v = 0; at(v) < count; ++v) {
       if (leaving_[at(v)] == kInvalid) continue;
-      if (quarters_[at(v)] == (on_border(v) ? 2 : 4))
+      const std::vector<Gauss> features = features_at(v);
+      on_line[at(v)] = features.empty() ? 0 : 1;
+      if (quarters_[at(v)] == (on_border(v) ? 2 : 4) && within_line(features, on_border(v)))
         flats.push_back(v);
       else
         hold(v);
     }
-    // Borders first: what holds one holds its component.
-    for (const bool border : {true, false}) {
+    // Borders and features first: what holds one holds its component.
+    enum class Kind { kBorder, kLine, kInside };
+    for (const Kind kind : {Kind::kBorder, Kind::kLine, Kind::kInside}) {
       std::erase_if(flats, [&](VertexId v) {
-        if (on_border(v) != border) return false;
-        const bool held =
-            border ? border_held[at(borders.find(v))] != 0 : part_held[at(parts.find(v))] != 0;
+        const Kind own = on_border(v)          ? Kind::kBorder
+                         : on_line[at(v)] != 0 ? Kind::kLine
+                                               : Kind::kInside;
+        if (own != kind) return false;
+        const bool held = kind == Kind::kBorder ? border_held[at(borders.find(v))] != 0
+                          : kind == Kind::kLine ? line_held[at(lines.find(v))] != 0
+                                                : part_held[at(parts.find(v))] != 0;
         if (!held) hold(v);
         return !held;
       });
@@ -123,7 +154,7 @@ class Remover {
       stack.pop_back();
       const HalfedgeId o = flat().opposite[at(h)];
       if (flat().source[at(h)] == kInvalid || o == kInvalid || o / 3 == h / 3 ||
-          is_delaunay(flat(), flat().edge, h))
+          coarse_.feature[at(h)] != 0 || is_delaunay(flat(), flat().edge, h))
         continue;
       const Diamond d = diamond(flat(), flat().edge, h);
       if (d.at_source() <= 0 || d.at_target() <= 0 || !fits(d.diagonal)) continue;
@@ -145,7 +176,7 @@ class Remover {
     around(flat(), leaving_[at(v)], [&](HalfedgeId h) {
       const HalfedgeId o = flat().opposite[at(h)];
       if (flat().target(h) == v) best.loop = true;
-      if (o == kInvalid) return true;
+      if (o == kInvalid || coarse_.feature[at(h)] != 0) return true;
       ++best.inner;
       if (o / 3 == h / 3) return true;
       const Diamond d = diamond(flat(), flat().edge, h);
@@ -170,6 +201,7 @@ class Remover {
       Gauss edge;
       CornerId start;
       Index start_turn;
+      char feature;
       HalfedgeId first;  // of those that leave the source
     };
     std::vector<Side> sides;
@@ -181,7 +213,7 @@ class Remover {
         const std::size_t i = at(h);
         star.sides.push_back({h, flat().opposite[i], flat().source[i], flat().turn[i],
                               flat().edge[i], coarse_.start[i], coarse_.start_turn[i],
-                              leaving_[at(flat().source[i])]});
+                              coarse_.feature[i], leaving_[at(flat().source[i])]});
       }
       return true;
     });
@@ -196,6 +228,7 @@ class Remover {
       flat().edge[i] = side.edge;
       coarse_.start[i] = side.start;
       coarse_.start_turn[i] = side.start_turn;
+      coarse_.feature[i] = side.feature;
       leaving_[at(side.source)] = side.first;
       if (side.opposite == kInvalid) continue;
       flat().opposite[at(side.opposite)] = side.halfedge;
@@ -205,12 +238,13 @@ class Remover {
 
   bool remove(VertexId v) {
     const bool border = on_border(v);
-    const Index wanted = border ? 0 : 3;
+    const bool on_line = !features_at(v).empty();
+    const Index wanted = border || on_line ? 0 : 3;
     const Star before = star_of(v);
     for (std::size_t most = 10 * before.sides.size(); most > 0; --most) {
       const Choice choice = choose(v);
       if (choice.inner == wanted && !choice.loop) {
-        if (border ? drop(v) : merge(v)) return true;
+        if (border ? drop(v) : on_line ? join(v) : merge(v)) return true;
         break;
       }
       if (choice.inner <= wanted || choice.halfedge == kInvalid) break;
@@ -239,6 +273,36 @@ class Remover {
     return true;
   }
 
+  // Takes the two triangles of a vertex on a feature, which have no area, away: the edges that
+  // face it become one.
+  bool join(VertexId v) {
+    const HalfedgeId out = leaving_[at(v)];
+    const HalfedgeId back = flat().opposite[at(previous_corner(out))];
+    const HalfedgeId one = flat().opposite[at(next_corner(out))];
+    const HalfedgeId other = flat().opposite[at(next_corner(back))];
+    const FaceId f = out / 3, g = back / 3;
+    if (f == g || one == kInvalid || other == kInvalid || one / 3 == f || one / 3 == g ||
+        other / 3 == f || other / 3 == g)
+      return false;
+    const Index turn =
+        flat().turn[at(one)] + flat().turn[at(out)] + flat().turn[at(next_corner(back))];
+    flat().opposite[at(one)] = other;
+    flat().opposite[at(other)] = one;
+    flat().turn[at(one)] = turn & 3;
+    flat().turn[at(other)] = -turn & 3;
+    coarse_.feature[at(one)] = coarse_.feature[at(other)] = 1;
+    kill(f);
+    kill(g);
+    leaving_[at(v)] = kInvalid;
+    for (const HalfedgeId h : {one, other}) {
+      HalfedgeId& first = leaving_[at(flat().source[at(h)])];
+      if (flat().source[at(first)] == kInvalid) first = h;
+    }
+    make_delaunay(
+        {next_corner(one), previous_corner(one), next_corner(other), previous_corner(other)});
+    return true;
+  }
+
   // Makes one triangle of the three around v, in the first one's chart and place.
   bool merge(VertexId v) {
     std::vector<HalfedgeId> spokes;
@@ -255,6 +319,7 @@ class Remover {
       Gauss edge;
       CornerId start;
       Index start_turn;
+      char feature;
     };
     std::vector<Side> sides;
     Index by = 0;  // from the chart of the spoke's face to the first one's
@@ -262,7 +327,7 @@ class Remover {
       const HalfedgeId h = next_corner(spoke);
       sides.push_back({h, flat().opposite[at(h)], flat().source[at(h)], flat().turn[at(h)], by,
                        turned(flat().edge[at(h)], by), coarse_.start[at(h)],
-                       (coarse_.start_turn[at(h)] - by) & 3});
+                       (coarse_.start_turn[at(h)] - by) & 3, coarse_.feature[at(h)]});
       by -= flat().turn[at(previous_corner(spoke))];
     }
     for (const HalfedgeId spoke : spokes) kill(spoke / 3);
@@ -286,6 +351,7 @@ class Remover {
       flat().turn[h] = side.opposite == kInvalid ? 0 : side.turn & 3;
       coarse_.start[h] = side.start;
       coarse_.start_turn[h] = side.start_turn;
+      coarse_.feature[h] = side.feature;
       if (side.opposite != kInvalid) {
         flat().opposite[at(side.opposite)] = 3 * f + k;
         flat().turn[at(side.opposite)] = -side.turn & 3;
@@ -315,6 +381,7 @@ class Remover {
       kept.flat.edge.push_back(flat().edge[h]);
       kept.start.push_back(coarse_.start[h]);
       kept.start_turn.push_back(coarse_.start_turn[h]);
+      kept.feature.push_back(coarse_.feature[h]);
     }
     coarse_ = std::move(kept);
   }
@@ -329,8 +396,8 @@ class Remover {
 }  // namespace
 
 CoarseSurface coarse_surface(const FlatSurface& map, const std::vector<Index>& quarters,
-                             const ExecutionContext& context) {
-  return Remover(map, quarters, context).run();
+                             std::vector<char> feature, const ExecutionContext& context) {
+  return Remover(map, quarters, std::move(feature), context).run();
 }
 
 void flip_coarse(CoarseSurface& coarse, const FlatSurface& map, HalfedgeId h) {
@@ -339,18 +406,22 @@ void flip_coarse(CoarseSurface& coarse, const FlatSurface& map, HalfedgeId h) {
   const Diamond whole = with_integers ? diamond(coarse.flat, coarse.integer, h) : Diamond{};
   const std::array<Moved, 4> moved = flip(coarse.flat, h);
   std::array<std::pair<CornerId, Index>, 4> start;
+  std::array<char, 4> feature{};
   std::array<Gauss, 4> integer;
   for (std::size_t i = 0; i < 4; ++i) {
     const std::size_t from = at(moved[i].from);
     start[i] = {coarse.start[from], (coarse.start_turn[from] - moved[i].turn) & 3};
+    feature[i] = coarse.feature[from];
     if (with_integers) integer[i] = turned(coarse.integer[from], moved[i].turn);
   }
   for (std::size_t i = 0; i < 4; ++i) {
     const std::size_t to = at(moved[i].to);
     std::tie(coarse.start[to], coarse.start_turn[to]) = start[i];
+    coarse.feature[to] = feature[i];
     if (with_integers) coarse.integer[to] = integer[i];
   }
   const HalfedgeId back = 3 * (h / 3) + 2, forth = 3 * (o / 3);
+  coarse.feature[at(back)] = coarse.feature[at(forth)] = 0;
   if (with_integers) {
     coarse.integer[at(back)] = -whole.diagonal;
     coarse.integer[at(forth)] = whole.diagonal;

@@ -25,17 +25,20 @@ struct CoarseSurface {
   // corner's half-edge and ends before the next one, as the vector i^start_turn[h] edge[h].
   std::vector<CornerId> start;
   std::vector<Index> start_turn;
+  // 1: part of a feature, along an axis of the map: never flipped, and stays along it.
+  std::vector<char> feature;
   // The same edges, in quads: what integers.h chooses. Empty before.
   std::vector<Gauss> integer;
 
   Index faces() const { return flat.halfedges() / 3; }
 };
 
-// Vertices that are kept: cones, corners, one of every closed border and of every component that
-// has none else; and those that could not be taken out. `quarters`: quarters_around() of the map.
-// Throws Cancelled, TimeIsOver. Cost: about O(#F).
+// Vertices that are kept: cones, corners, ends, bends and crossings of features, one of every
+// closed border or feature and of every component that has none else; and those that could not be
+// taken out. `quarters`: quarters_around() of the map. `feature`: per half-edge. Throws Cancelled,
+// TimeIsOver. Cost: about O(#F).
 CoarseSurface coarse_surface(const FlatSurface& map, const std::vector<Index>& quarters,
-                             const ExecutionContext& context);
+                             std::vector<char> feature, const ExecutionContext& context);
 
 // Flips an edge together with directions and integers. Preconditions as of flip(); both areas are
 // positive by the edges.

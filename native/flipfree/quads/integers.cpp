@@ -65,6 +65,8 @@ class Descent {
   bool is_valid() const {
     for (FaceId f = 0; f < coarse_.faces(); ++f)
       if (area(f) <= 0) return false;
+    for (HalfedgeId h = 0; h < flat().halfedges(); ++h)
+      if (is_reversed(h, coarse_.integer[at(h)])) return false;
     std::vector<double> angle(quarters_.size(), 0.0);
     for (HalfedgeId h = 0; h < flat().halfedges(); ++h)
       angle[at(flat().source[at(h)])] += corner_angle(h);
@@ -95,7 +97,14 @@ class Descent {
     });
     return std::lround(angle / kQuarterTurn) == quarters_[at(v)];
   }
-  // Whether a unit may be added to a border edge: along its axis.
+  // Edges of borders and features have an axis to keep; features their direction on it as well.
+  bool has_axis(HalfedgeId h) const {
+    return flat().opposite[at(h)] == kInvalid || coarse_.feature[at(h)] != 0;
+  }
+  bool is_reversed(HalfedgeId h, Gauss q) const {
+    return coarse_.feature[at(h)] != 0 && dot(flat().edge[at(h)], q) <= 0;
+  }
+  // Whether a unit may be added to such an edge: along its axis.
   bool along(HalfedgeId h, Index direction) const {
     return (flat().edge[at(h)].y == 0) == (direction % 2 == 0);
   }
@@ -104,6 +113,12 @@ class Descent {
   // where there is none.
   double energy(FaceId f, const std::array<Gauss, 3>& q) const {
     const std::int64_t doubled = cross(q[0], q[1]);
+    double reversed = 0.0;
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      if (is_reversed(h, q[at(h % 3)]))
+        reversed += kNoArea * (1.0 - static_cast<double>(dot(flat().edge[at(h)], q[at(h % 3)])) /
+                                         as_vector(flat().edge[at(h)]).norm());
+    }
     const Vector2 a = wish(3 * f), b = wish(3 * f + 1);
     const double before = flipfree::cross(a, b);
     // |J|^2 times twice the area: sum of cotangents times squares, which is this.
@@ -111,9 +126,9 @@ class Descent {
     const double stretch = (c.squaredNorm() * b.squaredNorm() - 2.0 * c.dot(d) * a.dot(b) +
                             d.squaredNorm() * a.squaredNorm()) /
                            before;
-    if (doubled <= 0) return kNoArea * (1.0 - static_cast<double>(doubled)) + stretch;
+    if (doubled <= 0) return kNoArea * (1.0 - static_cast<double>(doubled)) + stretch + reversed;
     const double ratio = before / static_cast<double>(doubled);
-    return 0.125 * stretch * (1.0 + ratio * ratio);
+    return 0.125 * stretch * (1.0 + ratio * ratio) + reversed;
   }
   std::array<Gauss, 3> integers_of(FaceId f) const {
     return {coarse_.integer[at(3 * f)], coarse_.integer[at(3 * f + 1)],
@@ -156,8 +171,7 @@ class Descent {
     using Entry = std::pair<double, Index>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
     const auto offer = [&](HalfedgeId h, Index d, double sum, Index from) {
-      const HalfedgeId o = flat().opposite[at(h)];
-      if (o == kInvalid && !along(h, d)) return;
+      if (has_axis(h) && !along(h, d)) return;
       sum += price(h, kUnits[at(d)]);
       const Index node = 4 * h + d;
       if (sum >= distance[at(node)]) return;
@@ -205,15 +219,13 @@ class Descent {
     const std::array<Gauss, 3> q = integers_of(f);
     const double now = energy(f, q);
     for (HalfedgeId in = 3 * f; in < 3 * f + 3; ++in) {
-      const bool border = flat().opposite[at(in)] == kInvalid;
       for (Index d = 0; d < 4; ++d) {
         for (Index which = 0; which < 2; ++which) {
           const Step step{in, d, which};
           const HalfedgeId out = step.out();
           double& cost = cost_[step.index()];
           cost = kInfinite;
-          if ((border && !along(in, d)) || (flat().opposite[at(out)] == kInvalid && !along(out, d)))
-            continue;
+          if ((has_axis(in) && !along(in, d)) || (has_axis(out) && !along(out, d))) continue;
           std::array<Gauss, 3> changed = q;
           changed[at(in % 3)] = changed[at(in % 3)] - kUnits[at(d)];
           changed[at(out % 3)] = changed[at(out % 3)] + kUnits[at(d)];
@@ -397,7 +409,8 @@ class Descent {
       changed = false;
       for (HalfedgeId h = 0; h < flat().halfedges() && most > 0; ++h) {
         const HalfedgeId o = flat().opposite[at(h)];
-        if (o == kInvalid || o / 3 == h / 3 || component_[at(h / 3)] != component_[at(o / 3)])
+        if (o == kInvalid || o / 3 == h / 3 || coarse_.feature[at(h)] != 0 ||
+            component_[at(h / 3)] != component_[at(o / 3)])
           continue;
         const bool positive = area(h / 3) > 0 && area(o / 3) > 0;
         if (positive && is_delaunay(flat(), coarse_.integer, h)) continue;

@@ -2,9 +2,9 @@
 // shape, as one of whole squares.
 //
 // Unknown is a Gaussian integer for every edge, in the chart of its face, with the map's quarter
-// turns; triangles close, edges of the border keep their axis, every area is positive and every
-// vertex has its angle: then no cone, corner or border is merged with another, and the area of the
-// surface is the number of quads. Edges are rounded; what triangles then lack is sent along
+// turns; triangles close, edges of borders and features keep their axis, every area is positive and
+// every vertex has its angle: then no cone, corner or border is merged with another, and the area
+// of the surface is the number of quads. Edges are rounded; what triangles then lack is sent along
 // cheapest dual paths from one to another, a unit turning with the charts that it passes; then
 // closed dual paths that lower the energy, symmetric Dirichlet of the change of shape, are applied
 // as long as there are any (cancelling of negative cycles). No solver, no tolerance: whatever is

@@ -50,7 +50,10 @@ Prepared prepare(const certify::Parametrization& map, ExecutionContext& context)
                       ", where a quad would meet itself. Give a field without such cones "
                       "(simplify).",
                   ElementKind::kVertex, first_elements(sharp));
-  p.coarse = coarse_surface(p.flat.surface, p.quarters, context);
+  std::vector<char> feature(at(p.flat.surface.halfedges()), 0);
+  for (const HalfedgeId h : map.features)
+    feature[at(h)] = feature[at(p.flat.surface.opposite[at(h)])] = 1;
+  p.coarse = coarse_surface(p.flat.surface, p.quarters, std::move(feature), context);
   return p;
 }
 
@@ -206,11 +209,9 @@ Attempt attempt_of_map(const Prepared& p, const ExecutionContext& context) {
   return attempt_with(std::move(coarse), context);
 }
 
-// Corners that relaxation leaves alone: on the border, and on edges of the map that are sharp.
-std::vector<char> held_corners(const certify::Parametrization& map,
-                               const mesh::Adjacency& adjacency, const std::vector<Spot>& spots) {
+// Edges of the map that quads run along: the border, features, and what is sharp.
+mesh::EdgeFlags lines_of(const certify::Parametrization& map, const mesh::Adjacency& adjacency) {
   constexpr double kSharp = 0.8;  // cosine of the angle between normals: 37 degrees
-  constexpr double kOnEdge = 1e-7;
   std::vector<Vector3> normal;
   for (FaceId f = 0; f < static_cast<FaceId>(map.surface.faces.rows()); ++f) {
     const Vector3 a = map.surface.vertices.row(map.surface.faces(f, 0));
@@ -218,27 +219,41 @@ std::vector<char> held_corners(const certify::Parametrization& map,
     const Vector3 c = map.surface.vertices.row(map.surface.faces(f, 2));
     normal.push_back((b - a).cross(c - a).normalized());
   }
-  std::vector<char> edge_held(adjacency.opposite.size(), 0),
-      vertex_held(at(map.surface.vertices.rows()), 0);
-  for (HalfedgeId h = 0; at(h) < edge_held.size(); ++h) {
+  mesh::EdgeFlags lines(adjacency.opposite.size(), 0);
+  for (HalfedgeId h = 0; at(h) < lines.size(); ++h) {
     const HalfedgeId o = adjacency.opposite[at(h)];
-    if (o != kInvalid && normal[at(h / 3)].dot(normal[at(o / 3)]) > kSharp) continue;
-    edge_held[at(h)] = 1;
-    vertex_held[at(mesh::source(map.surface.faces, h))] = 1;
-    vertex_held[at(mesh::target(map.surface.faces, h))] = 1;
+    lines[at(h)] = o == kInvalid || normal[at(h / 3)].dot(normal[at(o / 3)]) <= kSharp ? 1 : 0;
   }
-  std::vector<char> held;
-  for (const Spot& spot : spots) {
-    char hold = 0;
+  for (const HalfedgeId h : map.features) lines[at(h)] = lines[at(adjacency.opposite[at(h)])] = 1;
+  return lines;
+}
+
+// Corners on lines stay there, and those at the coarse surface's vertices on them where they are.
+std::vector<Freedom> freedom_of(const certify::Parametrization& map, const mesh::EdgeFlags& lines,
+                                const std::vector<Carrier>& corners,
+                                const std::vector<Spot>& spots) {
+  constexpr double kOnEdge = 1e-7;
+  std::vector<char> vertex_on(at(map.surface.vertices.rows()), 0);
+  for (HalfedgeId h = 0; at(h) < lines.size(); ++h) {
+    if (lines[at(h)] == 0) continue;
+    vertex_on[at(mesh::source(map.surface.faces, h))] = 1;
+    vertex_on[at(mesh::target(map.surface.faces, h))] = 1;
+  }
+  std::vector<Freedom> freedom;
+  for (std::size_t v = 0; v < spots.size(); ++v) {
+    const Spot& spot = spots[v];
+    bool on_line = false;
     for (int k = 0; k < 3; ++k) {
       const HalfedgeId h = 3 * spot.face + k;
-      if (spot.weight[(k + 2) % 3] < kOnEdge && edge_held[at(h)] != 0) hold = 1;
-      if (spot.weight[k] > 1.0 - kOnEdge && vertex_held[at(map.surface.faces(spot.face, k))] != 0)
-        hold = 1;
+      on_line =
+          on_line || (spot.weight[(k + 2) % 3] < kOnEdge && lines[at(h)] != 0) ||
+          (spot.weight[k] > 1.0 - kOnEdge && vertex_on[at(map.surface.faces(spot.face, k))] != 0);
     }
-    held.push_back(hold);
+    freedom.push_back(!on_line               ? Freedom::kFree
+                      : corners[v].at_vertex ? Freedom::kHeld
+                                             : Freedom::kAlongLine);
   }
-  return held;
+  return freedom;
 }
 
 // The face at the middle of a quad: where one gets from its corners, or from where its centre was,
@@ -262,8 +277,11 @@ FaceId face_at_middle(const mesh::Surface& surface, const mesh::Adjacency& adjac
 
 // The smoothest field, a little along curvature, unless that makes more cones inside of two quarter
 // turns or less.
-field::CrossField own_field(const mesh::Surface& surface, ExecutionContext& context) {
+field::CrossField own_field(const mesh::Surface& surface, const IndexPairs& features,
+                            ExecutionContext& context) {
   field::FieldOptions options;
+  options.edges = features;
+  options.let_go = true;
   options.simplify = true;
   options.alignment = kAlignment;
   field::FoundField along = field::compute_cross_field(surface, options, context);
@@ -296,8 +314,9 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
   {
     const ProgressRange range(context, 0.3, 0.8);
-    relax(map.surface, adjacency, mesh.quads, held_corners(map, adjacency, spots),
-          options.relax_rounds, spots, context);
+    const mesh::EdgeFlags lines = lines_of(map, adjacency);
+    relax(map.surface, adjacency, mesh.quads, lines,
+          freedom_of(map, lines, made.cells.corners, spots), options.relax_rounds, spots, context);
   }
   const auto count = static_cast<Eigen::Index>(spots.size());
   mesh.vertices.resize(count, 3);
@@ -356,13 +375,18 @@ QuadMesh quads_of_surface(const mesh::Surface& surface,
     field::CrossField own;
     {
       const ProgressRange range(context, 0.0, 0.1);
-      own = given ? field::read_field(surface, *given, context) : own_field(surface, context);
+      own = given ? field::read_field(surface, *given, context)
+                  : own_field(surface, options.features, context);
     }
     const ProgressRange range(context, 0.1, 0.6);
-    map = holonomy::compute_field_aligned_map(surface, own, {}, context);
+    holonomy::AlignedOptions align;
+    align.features = options.features;
+    map = holonomy::compute_field_aligned_map(surface, own, align, context);
   }
   Stats stats;
   for (const auto& [name, value] : map.stats) stats["map." + name] = value;
+  stats["features"] = static_cast<std::int64_t>(options.features.rows());
+  stats["features_missed"] = static_cast<std::int64_t>(map.certificate.features_missed.size());
   stats["seconds.map"] = watch.seconds();
   watch.restart();
   const ProgressRange range(context, 0.6, 1.0);

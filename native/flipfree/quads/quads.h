@@ -24,6 +24,9 @@ struct QuadOptions {
   // How many quads; 0: as many as quads of `edge_length`, a length on the surface, that it takes.
   double target = 0.0;
   double edge_length = 0.0;
+  // Edges that shall be rows of quad edges (holonomy/field_aligned.h); what cannot be is counted in
+  // the stats "features_missed" of "features".
+  IndexPairs features;
   int relax_rounds = 30;
 };
 

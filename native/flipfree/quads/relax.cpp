@@ -1,5 +1,6 @@
 #include "flipfree/quads/relax.h"
 
+#include <array>
 #include <cmath>
 
 #include <Eigen/Geometry>
@@ -16,11 +17,27 @@ constexpr double kOwnProportions = 0.7;
 // square.
 constexpr double kOver = 1.7;
 
+// A spot is on an edge where the third weight is less.
+constexpr double kOnEdge = 1e-7;
+// That one move passes along a line.
+constexpr int kMostEdges = 64;
+
 class Relaxation {
  public:
   Relaxation(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-             const std::vector<Quad>& quads, std::vector<Spot>& spots)
-      : surface_(surface), adjacency_(adjacency), quads_(quads), spots_(spots) {
+             const std::vector<Quad>& quads, const mesh::EdgeFlags& lines, std::vector<Spot>& spots)
+      : surface_(surface),
+        adjacency_(adjacency),
+        quads_(quads),
+        lines_(lines),
+        lines_at_(static_cast<std::size_t>(surface.vertices.rows())),
+        spots_(spots) {
+    for (HalfedgeId h = 0; at(h) < lines.size(); ++h) {
+      if (lines[at(h)] == 0) continue;
+      lines_at_[at(mesh::source(surface.faces, h))].push_back(h);
+      if (adjacency.opposite[at(h)] == kInvalid)
+        lines_at_[at(mesh::target(surface.faces, h))].push_back(h);
+    }
     for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
       const Vector3 a = corner(f, 0);
       normal_.push_back((corner(f, 1) - a).cross(corner(f, 2) - a).normalized());
@@ -37,7 +54,7 @@ class Relaxation {
         use_[at(filled[at(quads[q][k])]++)] = static_cast<Index>(4 * q + k);
   }
 
-  void move(VertexId v) {
+  void move(VertexId v, bool along_line) {
     Vector3 wish = Vector3::Zero();
     for (Index i = first_[at(v)]; i < first_[at(v) + 1]; ++i) wish += wished(use_[at(i)]);
     wish /= static_cast<double>(first_[at(v) + 1] - first_[at(v)]);
@@ -46,7 +63,8 @@ class Relaxation {
     const int before = turned_around(v);
     double share = 1.0;
     for (int tries = 0; tries < 4; ++tries, share *= 0.5) {
-      spots_[at(v)] = slide(surface_, adjacency_, spot, share * kOver * (wish - place));
+      const Vector3 way = share * kOver * (wish - place);
+      spots_[at(v)] = along_line ? slide_along(spot, way) : slide(surface_, adjacency_, spot, way);
       place_[at(v)] = position(surface_, spots_[at(v)]);
       if (turned_around(v) <= before) return;
     }
@@ -56,6 +74,68 @@ class Relaxation {
 
  private:
   Vector3 corner(FaceId f, int k) const { return surface_.vertices.row(surface_.faces(f, k)); }
+
+  // The same along the line that the spot lies on, by what of the way goes along it; at a vertex of
+  // more or fewer than two of its edges not beyond half of the way there.
+  Spot slide_along(const Spot& from, const Vector3& way) const {
+    const auto vertex = [&](VertexId v) -> Vector3 { return surface_.vertices.row(v); };
+    const auto spot_on = [&](HalfedgeId h, double t) {
+      Spot spot{h / 3, Vector3::Zero()};
+      spot.weight[h % 3] = 1.0 - t;
+      spot.weight[(h % 3 + 1) % 3] = t;
+      return spot;
+    };
+    // The edge, and how far along it the spot lies.
+    HalfedgeId on = kInvalid;
+    double t = 0.0, most = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      const HalfedgeId h = 3 * from.face + k;
+      if (from.weight[(k + 2) % 3] >= kOnEdge || lines_[at(h)] == 0) continue;
+      on = h;
+      t = from.weight[(k + 1) % 3] / (from.weight[k] + from.weight[(k + 1) % 3]);
+    }
+    for (int k = 0; k < 3; ++k) {
+      if (from.weight[k] <= 1.0 - kOnEdge) continue;
+      const VertexId v = surface_.faces(from.face, k);
+      if (lines_at_[at(v)].size() != 2) return from;
+      for (const HalfedgeId h : lines_at_[at(v)]) {
+        const bool leaves = mesh::source(surface_.faces, h) == v;
+        const VertexId w =
+            leaves ? mesh::target(surface_.faces, h) : mesh::source(surface_.faces, h);
+        const double along = way.dot((vertex(w) - vertex(v)).normalized());
+        if (on != kInvalid && along <= most) continue;
+        on = h;
+        t = leaves ? 0.0 : 1.0;
+        most = along;
+      }
+    }
+    if (on == kInvalid) return from;
+    const Vector3 a = vertex(mesh::source(surface_.faces, on)),
+                  b = vertex(mesh::target(surface_.faces, on));
+    double left = way.dot((b - a).normalized());
+    bool forth = left > 0.0;
+    left = std::abs(left);
+    for (int steps = 0; steps < kMostEdges; ++steps) {
+      const VertexId ends[2] = {mesh::source(surface_.faces, on), mesh::target(surface_.faces, on)};
+      const double length = (vertex(ends[1]) - vertex(ends[0])).norm();
+      if (!(length > 0.0)) break;
+      const double room = (forth ? 1.0 - t : t) * length;
+      if (left <= room) return spot_on(on, t + (forth ? left : -left) / length);
+      const VertexId next = ends[forth ? 1 : 0];
+      if (lines_at_[at(next)].size() != 2)
+        return spot_on(on, t + (forth ? 0.5 : -0.5) * room / length);
+      left -= room;
+      const HalfedgeId o = adjacency_.opposite[at(on)];
+      for (const HalfedgeId h : lines_at_[at(next)]) {
+        if (h == on || h == o) continue;
+        on = h;
+        break;
+      }
+      forth = mesh::source(surface_.faces, on) == next;
+      t = forth ? 0.0 : 1.0;
+    }
+    return from;
+  }
 
   // Where the rectangle that is nearest to a quad has this corner.
   Vector3 wished(Index use) const {
@@ -100,6 +180,8 @@ class Relaxation {
   const mesh::Surface& surface_;
   const mesh::Adjacency& adjacency_;
   const std::vector<Quad>& quads_;
+  const mesh::EdgeFlags& lines_;
+  std::vector<std::vector<HalfedgeId>> lines_at_;  // per vertex one half-edge of each line edge
   std::vector<Spot>& spots_;
   std::vector<Vector3> normal_, place_;
   std::vector<Index> first_, use_;  // corners 4 q + k at each vertex
@@ -108,14 +190,16 @@ class Relaxation {
 }  // namespace
 
 void relax(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-           const std::vector<Quad>& quads, const std::vector<char>& held, int rounds,
-           std::vector<Spot>& spots, ExecutionContext& context) {
-  Relaxation relaxation(surface, adjacency, quads, spots);
+           const std::vector<Quad>& quads, const mesh::EdgeFlags& lines,
+           const std::vector<Freedom>& freedom, int rounds, std::vector<Spot>& spots,
+           ExecutionContext& context) {
+  Relaxation relaxation(surface, adjacency, quads, lines, spots);
   for (int round = 0; round < rounds; ++round) {
     for (VertexId v = 0; at(v) < spots.size(); ++v) {
       if (v % 256 == 0)
         context.report("relaxing", (round + v / static_cast<double>(spots.size())) / rounds);
-      if (held[at(v)] == 0) relaxation.move(v);
+      if (freedom[at(v)] != Freedom::kHeld)
+        relaxation.move(v, freedom[at(v)] == Freedom::kAlongLine);
     }
   }
 }

@@ -9,13 +9,18 @@
 
 namespace flipfree::quads {
 
-// Moves every corner that is not `held` towards where its quads would have it, each being made a
+// How a corner moves: over the surface, along the lines that it lies on, or not at all.
+enum class Freedom : char { kFree, kAlongLine, kHeld };
+
+// Moves every corner as its freedom allows towards where its quads would have it, each being made a
 // rectangle of nearly its own proportions: straight over the surface (slide()), so that it stays on
-// it. A move that turns a corner of a quad against the surface there, that was not turned before,
-// is halved, and in the end not made. Rounds: over all corners, in order. Throws Cancelled,
+// it; or along `lines` (flags of half-edges: borders, features), past vertices at which two edges
+// of them meet. A move that turns a corner of a quad against the surface there, that was not turned
+// before, is halved, and in the end not made. Rounds: over all corners, in order. Throws Cancelled,
 // TimeIsOver. Cost: O(rounds * #corners).
 void relax(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-           const std::vector<Quad>& quads, const std::vector<char>& held, int rounds,
-           std::vector<Spot>& spots, ExecutionContext& context);
+           const std::vector<Quad>& quads, const mesh::EdgeFlags& lines,
+           const std::vector<Freedom>& freedom, int rounds, std::vector<Spot>& spots,
+           ExecutionContext& context);
 
 }  // namespace flipfree::quads

@@ -36,6 +36,7 @@ quads::QuadOptions read_quad_options(OptionReader& read) {
   quads::QuadOptions options;
   read("target", options.target);
   read("edge_length", options.edge_length);
+  read("features", options.features);
   return options;
 }
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _native
 from .calls.seamless import arrays_of
-from .checks import as_mesh, as_number, as_positive, as_seconds, shown
+from .checks import as_mesh, as_number, as_optional_indices, as_positive, as_seconds, shown
 from .errors import bad_option
 from .job import Job, Progress, solver_call, start_job
 from .results import FloatArray, IntArray, Mesh, Parametrization, ReadOnly, frozen, in_unit
@@ -108,6 +108,7 @@ def quads(
     target: float | None = None,
     edge_length: float | None = None,
     field: Any = None,
+    features: Any = None,
     max_seconds: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -121,6 +122,8 @@ def quads(
             5 % of what is asked for where whole numbers allow it: small counts are sparse, and where so few quads would be no
             mesh there are more.
         field: a :class:`CrossField` of this mesh; None: the smoothest, without cones of one quarter turn, along the borders.
+        features: (k, 2) edges that shall be rows of quad edges: sharp ones, borders of materials. What the field forbids is
+            left, and counted: ``stats["features_missed"]`` of ``stats["features"]``.
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
         threads: None is all cores; the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
@@ -147,6 +150,8 @@ def quads(
     else:
         length = as_positive(edge_length, "edge_length")
         options["edge_length"] = float(np.ldexp(length, -mesh.exponent))
+    if features is not None:
+        options["features"] = as_optional_indices(features, "features", 2)
     if field is not None:
         options["field"] = arrays_of(field, mesh.faces)
     return start_job(_native.quads, mesh, options, threads, _quad_mesh_from)

@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "distortion/polycubes.h"
 #include "flipfree/base/error.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/seams/constraints.h"
 
 namespace flipfree::distortion::seams_test {
 namespace {
@@ -170,4 +173,45 @@ TEST(MakeExact, a_map_that_is_optimised_until_time_is_over_is_exact_all_the_same
 }
 
 }  // namespace
+// Straight edges inside, crossed by seams and through cones: whatever the free coordinates are.
+TEST(EliminateSeams, every_choice_of_nodes_keeps_seams_and_straight_edges) {
+  for (const auto& cells : test::polycubes()) {
+    for (unsigned seed = 0; seed < 4; ++seed) {
+      const test::Unfolded u = test::unfold(cells, 3, seed);
+      CutMap map = test::cut_map_of(u);
+      std::mt19937 random(seed);
+      const auto vector = [&](HalfedgeId h, const Points2& uv) -> Vector2 {
+        return (uv.row(mesh::target(map.surface.faces, h)) -
+                uv.row(mesh::source(map.surface.faces, h)))
+            .transpose();
+      };
+      for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(3 * u.surface.faces.rows()); ++h) {
+        const Vector2 d = vector(h, map.uv);
+        if (u.adjacency.opposite[at(h)] < h || (d.x() != 0.0 && d.y() != 0.0) || random() % 3 != 0)
+          continue;
+        map.straight.push_back({h, d.y() == 0.0 ? (d.x() > 0.0 ? 0 : 2) : (d.y() > 0.0 ? 1 : 3)});
+      }
+      ExecutionContext context;
+      const SeamConstraints constraints = eliminate_seams(
+          static_cast<Index>(map.uv.rows()), map.surface.faces, map.seams, map.straight, context);
+      const auto nodes = nodes_of(constraints, map.surface.faces, map.seams, map.uv);
+      EXPECT_LT((map_of(constraints, nodes) - map.uv).cwiseAbs().maxCoeff(), 1e-9);
+      Points2 moved = nodes;
+      std::uniform_real_distribution<double> anywhere(-5.0, 5.0);
+      for (Eigen::Index n = 0; n < moved.rows(); ++n)
+        moved.row(n) << anywhere(random), constraints.real[at(n)] != 0 ? 0.0 : anywhere(random);
+      const Points2 uv = map_of(constraints, moved);
+      for (const StraightEdge& e : map.straight) {
+        const Vector2 d = vector(e.h, uv);
+        EXPECT_NEAR(e.direction % 2 == 0 ? d.y() : d.x(), 0.0, 1e-9);
+      }
+      for (const auto& [h, o, r] : map.seams) {
+        Vector2 d = vector(h, uv);
+        for (Index k = 0; k < r; ++k) d = Vector2(-d.y(), d.x());
+        EXPECT_NEAR((d + vector(o, uv)).norm(), 0.0, 1e-9);
+      }
+    }
+  }
+}
+
 }  // namespace flipfree::distortion::seams_test

@@ -66,7 +66,8 @@ TEST(Coarse, IsTheSameSurfaceOnItsConesAndCorners) {
     const FlatSurface flat = flat_map(map).surface;
     const std::vector<Index> quarters =
         quarters_around(flat, static_cast<std::size_t>(map.surface.vertices.rows()));
-    const CoarseSurface coarse = coarse_surface(flat, quarters, ExecutionContext());
+    const CoarseSurface coarse = coarse_surface(
+        flat, quarters, std::vector<char>(at(flat.halfedges()), 0), ExecutionContext());
     EXPECT_EQ(broken(coarse.flat), "");
     EXPECT_EQ(whole_area(coarse.flat), whole_area(flat));
     EXPECT_LT(coarse.faces(), surface.faces.rows() / 3);

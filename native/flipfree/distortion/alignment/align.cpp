@@ -324,28 +324,35 @@ FeatureAlignment align_with_features(const CutMap& map, const AlignOptions& opti
   const Triangles& faces = map.surface.faces;
   Aligner softly(map, options, context);
   std::vector<StraightEdge> wanted = features;
+  const Points2 without = softly.run(stats);
   CutMap found = map;
-  found.uv = softly.run(stats);
   std::int64_t rounds = 0;
-  for (bool straight = false; !straight && !wanted.empty(); ++rounds) {
-    std::vector<FaceId> turned;
-    for (const double weight : kWeights) {
-      if (rounds > 0 && weight < kWeights[2]) continue;  // the others are near by now
-      softly.hold(wanted, weight);
-      found.uv = softly.run(stats);
-      found.straight = map.straight;
-      found.straight.insert(found.straight.end(), wanted.begin(), wanted.end());
-      Points2 moved = straightened(found, context);
-      turned = softly.lost(moved);
-      straight = turned.empty();
-      if (!straight) continue;
-      found.uv = std::move(moved);
-      break;
+  try {
+    for (bool straight = false; !straight && !wanted.empty(); ++rounds) {
+      std::vector<FaceId> lost;
+      for (const double weight : kWeights) {
+        if (rounds > 0 && weight < kWeights[2]) continue;  // the others are near by now
+        softly.hold(wanted, weight);
+        found.uv = softly.run(stats);
+        found.straight = map.straight;
+        found.straight.insert(found.straight.end(), wanted.begin(), wanted.end());
+        Points2 moved = straightened(found, context);
+        lost = softly.lost(moved);
+        straight = lost.empty();
+        if (!straight) continue;
+        found.uv = std::move(moved);
+        break;
+      }
+      if (!straight) wanted = kept(faces, wanted, found.uv, lost);
     }
-    if (!straight) wanted = kept(faces, wanted, found.uv, turned);
+    if (!wanted.empty()) found.uv = Aligner(found, options, context).run(stats);
+  } catch (const TimeIsOver&) {
+    wanted.clear();
+  } catch (const NotConverged&) {
+    wanted.clear();  // numbers are too large for the constraints
   }
   stats["features.rounds"] = rounds;
-  if (!wanted.empty()) found.uv = Aligner(found, options, context).run(stats);
+  if (wanted.empty()) return {without, {}};
   return {std::move(found.uv), std::move(wanted)};
 }
 

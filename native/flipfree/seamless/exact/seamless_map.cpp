@@ -326,6 +326,7 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
       map.uv32.row(c) = exact.uv32.row(cut.surface.faces(c / 3, c % 3));
   }
   map.agreed.resize(0, 2);
+  for (const distortion::StraightEdge& edge : options.straight) map.features.push_back(edge.h);
   for (auto& [name, value] : exact.stats) map.stats[name] = std::move(value);
   const std::vector<VertexId> places = inner_cones(found.cones, surface.faces, of_input);
   write_transitions(seam_branches(map.surface.faces, adjacency, cuts, places, map.uv), map);

@@ -344,6 +344,7 @@ def cross_field(
     mesh = as_mesh(vertices, faces)
     options = checked(locals(), "simplify max_seconds")
     options |= dict(
+        let_go=options["simplify"],
         alignment=as_number(alignment, "alignment"),
         edges=as_optional_indices(sharp_edges, "sharp_edges", 2),
         boundary=as_flag(boundary, "boundary"),

@@ -530,6 +530,9 @@ def field(model: Model, options: dict[str, Any]) -> Solved:
     elif options["field"] == "flow":
         sharp = clean.edges(_flow(model))
 
+    exact = options["edge_weight"] == 1.0 and not options["no_optimise"]
+    features = sharp if options["field"] == "edges" and exact else None
+
     def follow(aligned: bool) -> Parametrization:
         direction = (
             told
@@ -556,6 +559,7 @@ def field(model: Model, options: dict[str, Any]) -> Solved:
             engine=options["engine"],
             reroute=not options["no_reroute"],
             optimise=not options["no_optimise"],
+            features=features,
             uncuttable=clean.edges(model.diagonals),
             **model.limits,
         )
@@ -569,6 +573,9 @@ def field(model: Model, options: dict[str, Any]) -> Solved:
         freed = True
         found = follow(False)
     solved = _placed(model, clean, found, options, freed)
+    if features is not None:
+        solved.figures["sharp_edges"] = found.certificate.feature_edges
+        solved.figures["sharp_edges_missed"] = len(found.certificate.features_missed)
     solved.figures["degrees_off_field"] = math.degrees(found.stats["angle_mean"])
     return solved
 
@@ -592,12 +599,12 @@ def quads(model: Model, options: dict[str, Any]) -> Solved:
     clean = model.clean()
     wanted = options["field"]
     followed = None
-    if wanted != "automatic":
-        folds = _folds(clean, _SHARP) if wanted == "edges" else None
+    folds = _folds(clean, _SHARP) if wanted == "edges" else None
+    if wanted not in ("automatic", "edges"):
         followed = cross_field(
             clean.vertices,
             clean.faces,
-            sharp_edges=clean.edges(_flow(model)) if wanted == "flow" else folds,
+            sharp_edges=clean.edges(_flow(model)) if wanted == "flow" else None,
             alignment=0.5 if wanted == "curvature" else 0.0,
             simplify=True,
             **model.limits,
@@ -609,6 +616,7 @@ def quads(model: Model, options: dict[str, Any]) -> Solved:
         target=None if length else options["target"],
         edge_length=length,
         field=followed,
+        features=folds,
         **model.limits,
     )
     count = len(found.quads)
@@ -627,6 +635,9 @@ def quads(model: Model, options: dict[str, Any]) -> Solved:
         "turned_quads": len(told.turned),
         "hausdorff": told.hausdorff,
     }
+    if folds is not None:
+        figures["sharp_edges"] = len(folds)
+        figures["sharp_edges_missed"] = found.stats["features_missed"]
     warnings = [_MORE_QUADS] * bool(found.stats.get("count_raised", 0))
     return Solved(None, file, warnings, figures)
 
