@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import bpy
 import numpy as np
 
-from flipfree.calls.matching import held_by_pins
+from flipfree.calls.matching import edges_between_pins, held_by_pins
 
 from .. import solver
 from ..meshes import islands, labels, marks, mesh_io, refine, selection, separated
@@ -275,12 +275,7 @@ class MatchTask(parts.PartsTask):
         return found
 
     def _lines(self, island, points, outline: list) -> list[list[int]]:
-        """Marked lines from pin to pin, and mesh edges between pinned vertices that are to stay straight when triangles beside
-        them are subdivided.
-
-        Not those of triangles with three pins, which have no room to bend, and not those between two vertices of the
-        outline, which may have to be subdivided for it.
-        """
+        """Marked lines from pin to pin, and mesh edges between pinned vertices that are to stay straight."""
         rim = {frozenset(side) for side in zip(outline, outline[1:] + outline[:1], strict=True)}
         chains = []
         for chain in islands.chains_of(
@@ -294,17 +289,10 @@ class MatchTask(parts.PartsTask):
                 map(frozenset, zip(chain, chain[1:], strict=False))
             ):
                 chains.append(chain)
-        pinned = np.zeros(len(island.vertices), bool)
-        pinned[list(island.pins)] = True
-        solid = island.faces[pinned[island.faces].all(axis=1)]
-        ends = np.concatenate([solid[:, e] for e in ((0, 1), (1, 2), (2, 0))])
         edges = island.edges()
-        edges = edges[pinned[edges].all(axis=1)]
-        edges = edges[~np.isin(labels.edge_keys(edges), labels.edge_keys(ends))]
         in_mesh = self.snapshot.vertex_ids[island.submesh[edges]]
         real = np.isin(labels.edge_keys(in_mesh), labels.edge_keys(self.snapshot.edges))
-        inside = set(outline)
-        return chains + [e for e in edges[real].tolist() if not inside.issuperset(e)]
+        return chains + edges_between_pins(island.faces, edges[real], list(island.pins), outline)
 
     def explain(self, error):
         """As in PartsTask; contradictions without a place are about the outline."""

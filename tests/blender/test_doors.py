@@ -12,8 +12,8 @@ from flipfree.batch.models.unit import COMMANDS
 IN_BLENDER = {
     *("attribute", "boundary_selected", "density", "density_from", "density_ratio", "ignore_pins"),
     *("keep_placement", "mark_seams", "no_cones", "no_field", "no_seams"),
-    # Of islands, which files without seams do not have; what the file with the pins says, or not.
-    *("bend_lines", "cut_open", "unwrap_rest", "pack", "metric_scale", "no_pack", "margin"),
+    # Of islands, which files without seams do not have.
+    *("pack", "metric_scale", "no_pack", "margin"),
 }
 # Of files without marks: cones are chosen or suggested on the way; charts of the file.
 IN_PACKAGE = {"bound", "cones", "keep_charts", "max_seconds"}

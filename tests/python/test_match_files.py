@@ -10,15 +10,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from embedding_meshes import boundary_loop, wavy_grid
+from embedding_meshes import Disk, boundary_loop, wavy_grid
 
 import flipfree as ff
+from flipfree.calls.matching import edges_between_pins
+
+from surfaces import octahedron_sphere
 
 N = 8
 
 
-def run(folder: Path, pins: dict[str, Any], *words: str) -> dict[str, Any]:
-    disk = wavy_grid(N, N)
+def run(folder: Path, pins: dict[str, Any], *words: str, surface: Any = None) -> dict[str, Any]:
+    disk = surface or wavy_grid(N, N)
     model = folder / "disk.obj"
     ff.write(model, (disk.vertices, disk.faces))
     Path(f"{model}.pins.json").write_text(json.dumps(pins))
@@ -99,3 +102,71 @@ def test_new_vertices_may_be_refused(tmp_path: Path) -> None:
     assert record["status"] in ("certified", "warned"), record["message"]
     refused = run(tmp_path, pins, "--no-new-vertices")
     assert (refused["status"] == "refused") == (record["vertices_added"] > 0)
+
+
+def solved(
+    folder: Path, vertices: Any, faces: Any, points: dict[int, Any], *words: str
+) -> tuple[Any, Any]:
+    """The record, and the file that was written."""
+    pins = {"points": {str(v): list(map(float, uv)) for v, uv in points.items()}}
+    record = run(folder, pins, *words, surface=Disk("disk", vertices, faces))
+    return record, ff.read(folder / "uv" / "disk.obj") if record.get("written") else None
+
+
+def test_closed_parts_are_cut_open_where_that_is_asked_for(tmp_path: Path) -> None:
+    ball = octahedron_sphere(2)
+    at = {0: (0.1, 0.2), 5: (0.9, 0.7)}
+    record, _ = solved(tmp_path, *ball, at)
+    assert record["status"] == "refused", record
+    record, file = solved(tmp_path, *ball, at, "--cut-open")
+    assert record["certificate"]["ok"] and record["certificate"]["overlaps"] == 0, record
+    for v, uv in at.items():
+        assert (file.uv[file.faces == v] == np.float32(uv)).all()
+
+
+def test_parts_without_pins_are_unwrapped_beside_the_others(tmp_path: Path) -> None:
+    disk = wavy_grid(N, N)
+    vertices = np.concatenate([disk.vertices, disk.vertices + 3.0])
+    faces = np.concatenate([disk.faces, disk.faces + len(disk.vertices)])
+    at = {0: (0.0, 0.0), N: (0.3, 0.0)}
+    record, _ = solved(tmp_path, vertices, faces, at)
+    assert record["status"] == "refused" and "--unwrap-rest" in record["message"], record
+    record, file = solved(tmp_path, vertices, faces, at, "--unwrap-rest")
+    assert record["certificate"]["ok"] and record["certificate"]["island_overlaps"] == 0, record
+    assert (file.uv[file.faces == N] == np.float32([0.3, 0.0])).all()
+
+
+def test_edges_between_pins_stay_straight_unless_they_may_bend(tmp_path: Path) -> None:
+    # Two neighbours inside change places while a ring around them stays.
+    disk = wavy_grid(N, N)
+    a = (N + 1) * (N // 2) + N // 2
+    ends = disk.vertices[[a, a + 1]]
+    at = {int(v): disk.vertices[v, :2] for v in boundary_loop(disk.faces)}
+    at |= {a: ends[1, :2], a + 1: ends[0, :2]}
+    for words in ([], ["--bend-lines"]):
+        record, file = solved(tmp_path, disk.vertices, disk.faces, at, *words)
+        assert record["certificate"]["ok"], record
+        if words:
+            continue
+        way = ends[1] - ends[0]
+        share = (file.vertices - ends[0]) @ way / (way @ way)
+        off = np.linalg.norm(file.vertices - ends[0] - share[:, None] * way, axis=1)
+        uv = np.empty((len(file.vertices), 2))
+        uv[file.faces] = file.uv
+        d = uv[(off < 1e-6) & (share > 0.0) & (share < 1.0)] - ends[1, :2]
+        assert np.abs(d[:, 0] * way[1] - d[:, 1] * way[0]).max(initial=0.0) < 1e-6
+
+
+def test_which_edges_stay_straight() -> None:
+    disk = wavy_grid(N, N)
+    middle = (N + 1) * (N // 2) + N // 2
+    row = [middle - 1, middle, middle + 1]
+    edges = np.sort(np.concatenate([disk.faces[:, :2], disk.faces[:, 1:], disk.faces[:, ::2]]), 1)
+    edges = np.unique(edges, axis=0)
+    straight = edges_between_pins(disk.faces, edges, row, [])
+    assert straight == [row[:2], row[1:]]
+    assert edges_between_pins(disk.faces, edges, row, row[:2]) == [row[1:]]
+    below = [v + N + 1 for v in row]
+    for a, b in edges_between_pins(disk.faces, edges, row + below, []):
+        other = disk.faces[(disk.faces == a).any(axis=1) & (disk.faces == b).any(axis=1)]
+        assert not np.isin(other, row + below).all(axis=1).any()  # triangles with three pins

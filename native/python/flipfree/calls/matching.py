@@ -25,6 +25,7 @@ from ..checks import (
 from ..errors import InvalidInput, bad_option, bad_shape
 from ..job import Job, Progress, solver_call, start_job
 from ..results import FloatArray, IntArray, Mesh, Parametrization, parametrization_from
+from ..separated import edge_keys
 
 Points = Mapping[int, tuple[float, float]]
 Lines = Sequence[tuple[Sequence[int], Any]]
@@ -247,3 +248,20 @@ def held_by_pins(
     weights, corners = found.vertex_barycentric[n:], pinned[faces[found.vertex_parent[n:]]]
     between = ((weights == 0.0) | corners).all(axis=1) & (weights == 0.0).any(axis=1)
     return np.concatenate([pinned, between])
+
+
+def edges_between_pins(
+    faces: IntArray, edges: npt.NDArray[Any], pinned: Sequence[int], outline: Sequence[int]
+) -> list[list[int]]:
+    """Of these (s, 2) edges, as lists, those between two pinned vertices that are to stay straight where triangles beside them
+    are subdivided: not those of triangles with three pins, which have no room to bend, and not those between two vertices of
+    the outline, which may have to be subdivided for it."""
+    fixed = np.zeros(int(faces.max()) + 1, bool)
+    fixed[list(pinned)] = True
+    solid = faces[fixed[faces].all(axis=1)]
+    sides = np.concatenate([solid[:, (k, (k + 1) % 3)] for k in range(3)])
+    chosen = edges[fixed[edges].all(axis=1)]
+    chosen = chosen[~np.isin(edge_keys(chosen), edge_keys(sides))]
+    rim = set(outline)
+    found: list[list[int]] = chosen.tolist()
+    return [edge for edge in found if not rim.issuperset(edge)]

@@ -9,6 +9,7 @@ import argparse
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +20,15 @@ from ...calls.certification import certify
 from ...calls.conformal import boundary_angles, suggest_cones
 from ...calls.conformal import conformal as conformal_map
 from ...calls.cuts import admissible_cut
+from ...calls.matching import edges_between_pins, held_by_pins
 from ...calls.matching import embed as embed_disk
-from ...calls.matching import held_by_pins
 from ...calls.matching import match as match_pins
 from ...calls.mesh_files import MeshFile
 from ...calls.seamless import CrossField, Signature, cross_field, field_aligned
 from ...calls.seamless import seamless as seamless_map
 from ...calls.unwrapping import pack
+from ...calls.unwrapping import unwrap as unwrap_mesh
+from ...checks import shown
 from ...errors import (
     FlipfreeError,
     Infeasible,
@@ -37,7 +40,7 @@ from ...errors import (
 from ...quads import MOST_QUADS
 from ...quads import quads as quad_mesh
 from ...results import FloatArray, IntArray, Parametrization, Transitions
-from ...separated import SeparatedSurface, edge_keys, islands
+from ...separated import SeparatedSurface, edge_keys, islands, split_fans
 from ...texts import counted
 from .. import numbers
 from ..results import beside, field_files
@@ -46,6 +49,9 @@ from .model import Model, Solved
 
 #: (vertices, faces, clean vertex of each vertex) -> map
 SolvePart = Callable[[FloatArray, IntArray, IntArray], Parametrization]
+
+#: As seams are where nobody asks for more than it takes to open a part.
+_AS_GIVEN: dict[str, Any] = dict(seams="given", may_add_cuts=False, cut_extremities=False)
 
 #: Of the scale, in what ``seamless`` suggests.
 _BOUND = 2.0
@@ -119,15 +125,52 @@ def match_arguments(parser: argparse.ArgumentParser) -> None:
         parser,
         allow_overlaps="islands may overlap themselves",
         no_new_vertices="refuse pins that cannot be met by the mesh as it is",
+        bend_lines="edges between two pins need not stay straight",
+        cut_open="cut parts with pins that are closed or have handles",
+        unwrap_rest="unwrap parts without pins, beside the others",
     )
     numbers.add_aspect(parser)
 
 
+def _cut_open(
+    model: Model, clean: SeparatedSurface, points: dict[int, tuple[float, float]]
+) -> tuple[SeparatedSurface, IntArray]:
+    """With parts that have pins, and are closed or have handles, cut; and (s, 2) the cuts, as vertex pairs of the input."""
+    label, _ = islands(clean.faces)
+    diagonals = clean.edges(model.diagonals)
+    cuts = [np.zeros((0, 2), np.int32)]
+    for first in np.unique(label[np.isin(clean.faces, list(points)).any(axis=1)]):
+        used, own = np.unique(clean.faces[label == first], return_inverse=True)
+        whole = np.searchsorted(used, diagonals[np.isin(diagonals, used).all(axis=1)])
+        opened = unwrap_mesh(
+            clean.vertices[used],
+            own.reshape(-1, 3),
+            uncuttable=whole,
+            effort=0.0,
+            **_AS_GIVEN,
+            **model.limits,
+        )
+        cuts.append(used[opened.cut_edges].astype(np.int32))
+    every = np.concatenate(cuts)
+    faces, origin = split_fans(clean.faces, cuts=every)
+    cut = replace(
+        clean,
+        vertices=clean.vertices[origin],
+        faces=faces,
+        vertex_origin=clean.vertex_origin[origin],
+    )
+    return cut, clean.vertex_origin[every]
+
+
 def match(model: Model, options: dict[str, Any]) -> Solved:
     told = _pins_of(model)
-    clean = model.clean()
+    clean, cuts = model.clean(), np.zeros((0, 2), np.int32)
+    if options["cut_open"]:
+        clean, cuts = _cut_open(model, clean, _points(model, clean, told))
     points, lines = _points(model, clean, told), _lines(model, clean, told)
     outline, paths, movable = _outline(model, clean, told)
+    diagonals = edge_keys(clean.edges(model.diagonals))
+    held: list[int] = []  # vertices of parts with pins
 
     def solve(vertices: FloatArray, faces: IntArray, used: IntArray) -> Parametrization:
         number = {v: i for i, v in enumerate(used.tolist())}
@@ -135,8 +178,24 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
         own_lines = [([number[v] for v in vs], uv) for vs, uv in lines if vs[0] in number]
         own_loop = [number[v] for v in outline if v in number]
         if not own and not own_lines and not own_loop:
+            if options["unwrap_rest"]:
+                rest = unwrap_mesh(vertices, faces, effort=0.0, **_AS_GIVEN, **model.limits)
+                return replace(rest, uv=rest.uv / [options["aspect"], 1.0])
             where = clean.vertex_origin[used[0]]
-            raise bad_pins(f"The part with vertex {where} has no pins. Give it some.")
+            raise bad_pins(
+                f"The part with vertex {where} has no pins. Give it some, or --unwrap-rest."
+            )
+        held.extend(used.tolist())
+        if not options["bend_lines"]:
+            place = own | {number[v]: uv for v, uv in outline.items() if v in number}
+            edges = np.unique(np.sort(_sides(faces), axis=1), axis=0)
+            edges = edges[~np.isin(edge_keys(used[edges]), diagonals)]
+            told_sides = {frozenset(side) for vs, _ in own_lines for side in pairwise(vs)}
+            own_lines += [
+                ([a, b], np.array([place[a], place[b]]))
+                for a, b in edges_between_pins(faces, edges, list(place), own_loop)
+                if {a, b} not in told_sides
+            ]
         met = match_pins(
             vertices,
             faces,
@@ -165,6 +224,20 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
         return with_aspect_of_pins(model, met, held_by_pins(met, faces, pinned), options)
 
     found = each_part(clean, solve)
+    _refuse_split_cuts(clean, found, cuts)
+    if len(held) < len(clean.vertices):
+        of_held = np.isin(clean.faces[found.parent_face, 0], held)
+        beside_held = pack(
+            found.vertices,
+            found.faces,
+            found.uv,
+            unmoved=np.flatnonzero(np.repeat(of_held, 3)).astype(np.int32),
+            scale_true=True,
+            keep_bijective=not options["allow_overlaps"],
+            aspect=options["aspect"],
+            **model.limits,
+        )
+        found = found.at(beside_held)
     whole = clean.on_input(found)
     judged = certify(
         found.vertices,
@@ -176,6 +249,21 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
         threads=model.threads,
     )
     return Solved(replace(judged, mends=clean.mends), whole)
+
+
+def _refuse_split_cuts(clean: SeparatedSurface, found: Parametrization, cuts: IntArray) -> None:
+    """The two sides of a cut are mapped each by itself, so that a vertex added on one is missing on the other."""
+    added = slice(len(clean.vertices), None)
+    weights = found.vertex_barycentric[added]
+    corners = clean.vertex_origin[clean.faces[found.vertex_parent[added]]]
+    on_edge = (weights == 0.0).any(axis=1)
+    ends = corners[on_edge][weights[on_edge] != 0.0].reshape(-1, 2)
+    split = ends[np.isin(edge_keys(ends), edge_keys(cuts))]
+    if len(split):
+        raise bad_pins(
+            f"The pins cannot be met without splitting the cut edge {shown(split[0].tolist())} on one side only. Move pins away "
+            "from it, or cut the part elsewhere yourself."
+        )
 
 
 def _pins_of(model: Model) -> dict[str, Any]:
