@@ -324,3 +324,16 @@ def test_a_torus_pressed_flat_to_nothing_is_given_up_by_padding_without_a_limit(
         ff.seamless(vertices, faces, {7: 3, 0: 3, 2: 2, 1: 8}, engine="padding", max_seconds=200)
     assert failed.value.code != "time limit reached"
     assert time.process_time() - before < 20
+
+
+@pytest.mark.parametrize("engine", ["penner", "padding"])
+@pytest.mark.parametrize("genus, cones", [(0, {0: 1, 3: 1, 40: 2}), (1, {0: 1, 130: 7})])
+def test_cones_of_one_quarter_turn_are_met_by_both_engines(
+    engine: str, genus: int, cones: dict[int, int]
+) -> None:
+    # Theorem 5.1 of the thesis leaves them out.
+    mesh = torus() if genus else octahedron_sphere(3)
+    found = ff.seamless(*mesh, cones, engine=engine)
+    assert found.stats["engine"] == engine and found.certificate.ok
+    assert found.certificate.seams_exact32 == found.certificate.seam_edges
+    assert {v: k for v, k in found.certificate.quarter_cones.tolist() if k != 4} == cones
