@@ -71,7 +71,7 @@ def _door(row: str) -> Door:
 DOORS = tuple(map(_door, _ROWS.strip().splitlines()))
 
 #: Of the package, what is no algorithm.
-_HELPERS = {"islands", "jobs", "quads_from_map", "read", "separate", "split_fans", "write"}
+_HELPERS = set("compose islands jobs quads_from_map read separate split_fans write".split())
 #: Of the compiled module, what a door of another name calls.
 _PARTS = {"field_signature": "signature", "quads_from_map": "quads"}
 

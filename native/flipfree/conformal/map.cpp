@@ -236,6 +236,16 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
   const auto& wanted = prescribed.request.cone_angles;
   const bool in_64_bits = layout.map.invalid.empty();
   take_map(layout.map, map);
+  if (solved.split == nullptr) {
+    result.log_weight.resize(static_cast<std::size_t>(map.surface.vertices.rows()));
+    for (std::size_t v = 0; v < at(vertex_count); ++v)
+      result.log_weight[v] = -solved.metric.scale_factors[v];
+    const std::vector<Index>& edge_vertex = layout.map.edge_vertex;
+    for (std::size_t i = 0; i < edge_vertex.size(); ++i) {
+      if (edge_vertex[i] != kInvalid)
+        result.log_weight[at(edge_vertex[i])] = overlay->overlay.positions.log_weight[i];
+    }
+  }
   map.cut_edges = std::move(layout.cut_edges);
   if (!layout.too_small.empty() && options.refinement != intrinsic::Refinement::kNever &&
       in_64_bits && repair_rounding(map, context) &&

@@ -200,6 +200,7 @@ OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const O
   OverlayPositions positions;
   positions.on_edge.resize(trace.crossings.size());
   positions.on_curve.resize(trace.crossings.size());
+  positions.log_weight.resize(trace.crossings.size());
   const auto locate = [&](std::size_t c, std::vector<Reach>& ahead) {
     const auto crossings = trace.of_curve(c);
     if (crossings.empty()) return;
@@ -256,6 +257,14 @@ OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const O
       positions.on_edge[id] = normalised(1, across);
       const long double along = (behind.source / r.source) * (behind.target / r.target) * ratio;
       positions.on_curve[id] = normalised(1, along);
+      // With ideal points v on the light cone, <v, w> = -|v w|^2 / 2, the place is
+      // s exp(-u_a) a + t exp(-u_b) b = weight (on_edge.source c + on_edge.target d).
+      const long double whole = length(crossings[i].through);
+      const long double by_ends = behind.source / r.source + behind.target / r.target;
+      const long double by_edge = (behind.source / whole) * (r.source / whole) +
+                                  (behind.target / whole) * (r.target / whole);
+      positions.log_weight[id] = static_cast<double>(
+          std::log(positions.on_curve[id].source * by_ends * by_edge) - scale[at(a)]);
     }
   };
   constexpr std::size_t kCurvesPerChunk = 4096;
@@ -398,10 +407,14 @@ class Straightener {
         const long double us = scale_[at(metric_.mesh.origin[at(h)])];
         const long double ut = scale_[at(metric_.mesh.origin[at(h ^ 1)])];
         // Weights of an edge are divided by the factors of its ends; only the ratio counts.
-        const long double most = std::max(us, ut);
+        const long double most = std::max(us, ut), least = std::min(us, ut);
         Wish& w = wish_[static_cast<std::size_t>(trace_.begin[curve]) + i];
         w.on_edge = scaled(straight[j].on_edge, std::exp(ut - most), std::exp(us - most));
         w.on_curve = straight[j].on_curve;
+        w.log_weight =
+            static_cast<double>(std::log(straight[j].on_edge.source * std::exp(least - us) +
+                                         straight[j].on_edge.target * std::exp(least - ut)) -
+                                least);
       }
       ++j;
     }
@@ -432,7 +445,10 @@ class Straightener {
         last = share;
       }
       for (std::size_t i = begin; i < end; ++i) {
-        if (ordered) positions_.on_edge[order[i]] = wish_[order[i]].on_edge;
+        if (ordered) {
+          positions_.on_edge[order[i]] = wish_[order[i]].on_edge;
+          positions_.log_weight[order[i]] = wish_[order[i]].log_weight;
+        }
         ++(ordered ? result.moved : result.kept);
       }
       begin = end;
@@ -479,6 +495,7 @@ class Straightener {
  private:
   struct Wish {
     Between on_edge, on_curve;
+    double log_weight = 0.0;
   };
   const FlippedMetric& metric_;
   const OverlayTrace& trace_;

@@ -230,6 +230,9 @@ struct OverlayPositions {
   std::vector<Between>
       on_edge;  // per crossing: on the half-edge `through` of T, in the final metric
   std::vector<Between> on_curve;  // per crossing: on the curve of M0, in the input's metric
+  // Per crossing: logarithm of its weight in the projective map. With -u_v at the vertices of M0, a
+  // place with weights b in a piece of the overlay goes to sum(b w place) / sum(b w).
+  std::vector<double> log_weight;
 };
 
 // `lengths`: per edge of T, of the final metric; `scale`: per vertex of M0 = T, u. Both in 80-bit

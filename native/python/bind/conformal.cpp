@@ -85,7 +85,8 @@ py::object to_python(const conformal::ConformalMetric& metric) {
 py::object to_python(conformal::ConformalMapResult&& result) {
   const conformal::ConformalMetric& metric = result.metric;
   py::dict d(
-      "map"_a = std::move(result.map), "error"_a = py::none(), "metric"_a = py::none(),
+      "map"_a = std::move(result.map), "log_weight"_a = std::move(result.log_weight),
+      "error"_a = py::none(), "metric"_a = py::none(),
       "figures"_a = py::dict("angle_error"_a = metric.angle_error,
                              "scale_range"_a = metric.scale_range, "flips"_a = metric.flips.size(),
                              "iterations"_a = metric.iterations, "bits"_a = metric.bits));

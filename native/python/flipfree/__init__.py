@@ -22,6 +22,7 @@ from .calls.rectifying import rectify
 from .calls.seamless import CrossField, Signature, cross_field, field_aligned, seamless, signature
 from .calls.unwrapping import auto_seams, pack, unwrap
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
+from .points import SurfaceMap, compose
 from .quads import QuadCertificate, QuadMesh, quads, quads_from_map
 from .results import Certificate, ConformalMetric, Mend, Parametrization, Transitions
 from .separated import SeparatedSurface, islands, separate, split_fans
@@ -43,12 +44,14 @@ __all__ = [
     "QuadMesh",
     "SeparatedSurface",
     "Signature",
+    "SurfaceMap",
     "Transitions",
     "__version__",
     "admissible_cut",
     "auto_seams",
     "boundary_angles",
     "certify",
+    "compose",
     "conformal",
     "conformal_metric",
     "cross_field",

@@ -222,6 +222,9 @@ class Parametrization(ReadOnly):
             order to the other one.
         certificate: measured on ``uv64`` and ``uv32()``; ``uv`` passes it too.
         stats: seconds per stage, iterations, added vertices, energy.
+        input_faces: (m, 3), those that ``parent_face`` counts.
+        log_weight: (n',) of a conformal map, logarithms of its vertices' weights: with it the map is projective, not linear,
+            between them (``map_points``). None elsewhere.
     """
 
     vertices: FloatArray
@@ -236,6 +239,8 @@ class Parametrization(ReadOnly):
     certificate: Certificate
     stats: dict[str, Any]
     _uv32: npt.NDArray[np.float32]
+    input_faces: IntArray
+    log_weight: FloatArray | None = None
 
     def __repr__(self) -> str:
         return (
@@ -246,12 +251,50 @@ class Parametrization(ReadOnly):
 
     def at(self, other: Parametrization, **changes: Any) -> Parametrization:
         """The same with the UVs of another map of these faces, and its certificate unless there is another one."""
-        changes = {"certificate": other.certificate} | changes
+        changes = {"certificate": other.certificate, "log_weight": None} | changes
         return replace(self, uv=other.uv, uv64=other.uv64, _uv32=other._uv32, **changes)
 
     def uv32(self) -> npt.NDArray[np.float32]:
         """The (m', 3, 2) values that Blender stores: ``uv`` rounded to nearest. A copy."""
         return self._uv32.copy()
+
+    def map_points(self, faces: Any, barycentrics: Any) -> FloatArray:
+        """Where points of the input's surface lie in the map, continuous away from cuts and one-to-one on every chart.
+
+        Linear on every triangle of the result. Of a conformal map projective there (thesis 4.5): so it is the exact one of
+        the metric where the overlay is written (``original_triangles=False``) and the input is Delaunay; elsewhere it
+        agrees with that at vertices, and along edges that both triangulations have.
+
+        Args:
+            faces: (k,) faces of the input. barycentrics: (k, 3) weights of their corners, from 0 on, with the sum 1.
+
+        Returns:
+            (k, 2) places as in ``uv``. On a cut: as seen from that face.
+
+        Raises:
+            InvalidInput: no such face, or none of the map; weights that are no point of a face.
+
+        O(m log m + p) for m triangles and p of them in these faces.
+        """
+        from .points import map_points
+
+        return map_points(self, faces, barycentrics)
+
+    def find_points(self, uv: Any) -> tuple[IntArray, IntArray, FloatArray]:
+        """The way back: what of the input's surface lies at places of the map.
+
+        Args:
+            uv: (k, 2).
+
+        Returns:
+            ((p,) rows of ``uv``, ascending, (p,) faces of the input, (p, 3) weights there): none where nothing lies, several
+            where the map overlaps itself, and on an edge one for each triangle beside it.
+
+        O((m + k) log m + p) for m triangles, where no place is in very many of their boxes.
+        """
+        from .points import find_points
+
+        return find_points(self, uv)
 
 
 @dataclass(frozen=True, eq=False)
@@ -355,6 +398,7 @@ def parametrization_from(data: dict[str, Any], mesh: Mesh, aspect: float = 1.0) 
             "vertices": frozen(vertices),
             "transitions": Transitions(*map(frozen, data["transitions"])),
             "certificate": certificate,
+            "input_faces": mesh.faces,
         }
     )
 

@@ -132,6 +132,8 @@ class SeparatedSurface:
             ),
             cut_edges=frozen(number[result.cut_edges]),
             certificate=certificate,
+            input_faces=self.input_faces,
+            log_weight=None,
         )
 
     def _points_of_collapsed(self, faces: IntArray) -> IntArray:

@@ -381,7 +381,8 @@ class MapRefiner {
       bad.resize(at(faces));
       for (FaceId f = 0; f < faces; ++f) bad[at(f)] = f;
     }
-    activate(bad, refinement == Refinement::kFull);
+    by_cells_ = refinement == Refinement::kFull;
+    activate(bad, by_cells_);
     if (refinement == Refinement::kAuto) thin_out();
   }
 
@@ -401,6 +402,7 @@ class MapRefiner {
   Storage storage_;
   const ExecutionContext& context_;
   FaceTriangulations faces_;
+  bool by_cells_ = false;  // along the final triangulation's edges wherever that is possible
   // Scratch, kept to avoid allocation.
   std::vector<PolygonVertex> polygon_, hole_;
   std::vector<PolygonTriangle> local_;
@@ -447,13 +449,15 @@ class MapRefiner {
         found.push_back({polygon_[at(t[0])].id, polygon_[at(t[1])].id, polygon_[at(t[2])].id});
       return true;
     };
+    const auto cells = [&] {
+      return triangulate_cells(polygon_, face_chords(faces_.point_counts(f), faces_.places(f)),
+                               storage_, local_, context_) &&
+             named() && (angles.empty() || angles_are_developed(angles, polygon_, found));
+    };
+    if (by_cells_ && cells()) return true;
     if (triangulate_small_or_by_ears(polygon_, angles, storage_, local_, context_)) return named();
     if (polygon_.size() <= kExactPolygon) return false;
-    if (triangulate_cells(polygon_, face_chords(faces_.point_counts(f), faces_.places(f)), storage_,
-                          local_, context_) &&
-        named() && angles_are_developed(angles, polygon_, found)) {
-      return true;
-    }
+    if (cells()) return true;
     return triangulate_exactly(polygon_, angles, storage_, local_, context_) && named();
   }
   // Makes the points of h's edge active that can be told apart from each other; true if any was not

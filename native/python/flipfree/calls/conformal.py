@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,7 @@ from ..results import (
     IntArray,
     Mesh,
     Parametrization,
+    frozen,
     metric_from,
     parametrization_from,
 )
@@ -124,7 +126,8 @@ def _result_from(data: dict[str, Any], mesh: Mesh, metric_exponent: int) -> Para
     if error is None:
         parametrization = parametrization_from(data["map"], mesh)
         parametrization.stats.update(data["figures"])
-        return parametrization
+        weights = data["log_weight"]
+        return replace(parametrization, log_weight=frozen(weights) if len(weights) else None)
     failure = NotConverged(**error)
     if len(data["map"]["faces"]):
         best = parametrization_from(data["map"], mesh)

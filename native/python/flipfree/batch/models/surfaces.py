@@ -838,4 +838,6 @@ def _combined(
     transitions = Transitions(arrays.pop("turns"), arrays.pop("shifts"))
     results = [found for _, _, found in pieces]
     worst = next((r for r in results if not r.certificate.ok), results[0])
-    return replace(worst, transitions=transitions, **arrays)
+    return replace(
+        worst, transitions=transitions, input_faces=clean.faces, log_weight=None, **arrays
+    )

@@ -1,0 +1,227 @@
+"""A map at points that are no vertices (thesis 4.5), the way back, and two maps one after the other (thesis 3.4.1).
+
+A map is known on the pieces of an overlay: the triangles of the result, each inside one triangle of the input. It is linear
+on every piece, or projective where the result has ``log_weight``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .checks import as_floats, as_indices, as_places
+from .errors import InvalidInput, bad_shape
+from .job import ours_only
+from .results import FloatArray, IntArray, Parametrization
+
+#: What weights may be below zero by rounding.
+_SLACK = 1e-12
+
+
+@ours_only
+def map_points(found: Parametrization, faces: Any, barycentrics: Any) -> FloatArray:
+    """See :meth:`Parametrization.map_points`."""
+    face, weights = _points_of(found, faces, barycentrics)
+    order = np.argsort(found.parent_face, kind="stable")
+    begin, end = (
+        np.searchsorted(found.parent_face[order], face, side=side) for side in ("left", "right")
+    )
+    if (begin == end).any():
+        lost = face[begin == end][0]
+        raise InvalidInput(
+            f"Face {lost} is not in the map. Leave its points out.", kind="face", elements=[lost]
+        )
+    query = np.repeat(np.arange(len(face)), end - begin)
+    place = np.arange(len(query)) - np.repeat(np.cumsum(end - begin) - end, end - begin)
+    piece = order[place]
+    shares = _shares(_corners_in_parents(found, piece), weights[query])
+    deepest = np.lexsort((shares.min(axis=1), query))[np.cumsum(end - begin) - 1]
+    piece, shares = piece[deepest], np.maximum(shares[deepest], 0.0)
+    shares = _normalised(shares * _projective(found, piece))
+    uv: FloatArray = np.einsum("qk,qkd->qd", shares, found.uv[piece])
+    return uv
+
+
+@ours_only
+def find_points(found: Parametrization, uv: Any) -> tuple[IntArray, IntArray, FloatArray]:
+    """See :meth:`Parametrization.find_points`."""
+    return Finder(found).find(as_places(uv, "uv"))
+
+
+def _points_of(
+    found: Parametrization, faces: Any, barycentrics: Any
+) -> tuple[IntArray, FloatArray]:
+    face, weights = as_indices(faces, "faces"), as_floats(barycentrics, "barycentrics", 3)
+    if len(face) != len(weights):
+        raise bad_shape(f"barycentrics must have shape ({len(face)}, 3), one row for each face.")
+    wrong = (face < 0) | (face >= len(found.input_faces))
+    if wrong.any():
+        raise InvalidInput(
+            f"faces names face {face[wrong][0]} of {len(found.input_faces)}.",
+            code="index out of range",
+        )
+    with np.errstate(invalid="ignore"):
+        wrong = ~((weights >= -_SLACK).all(axis=1) & (np.abs(weights.sum(axis=1) - 1.0) < 1e-9))
+    if wrong.any():
+        raise InvalidInput(
+            f"barycentrics must be three weights from 0 on with the sum 1, not {weights[wrong][0]}.",
+            kind="face",
+            elements=face[wrong][:1],
+        )
+    return face, weights
+
+
+def _corners_in_parents(found: Parametrization, piece: npt.NDArray[Any]) -> FloatArray:
+    """(q, 3, 3) weights of the corners of these faces of the result in the input's faces that contain them."""
+    vertex = found.faces[piece]
+    named = found.input_faces[found.vertex_parent[vertex]]
+    wanted = found.input_faces[found.parent_face[piece]]
+    same = (named[..., None] == wanted[:, None, None]).astype(np.float64)
+    weights: FloatArray = np.einsum("qcj,qcjk->qck", found.vertex_barycentric[vertex], same)
+    return weights
+
+
+def _shares(corner: FloatArray, point: FloatArray) -> FloatArray:
+    """(q, 3) weights of corners (q, 3, 3) that make points (q, 3), all of them weights of one triangle. -inf: flat corners."""
+    after, before = np.roll(corner, -1, axis=1), np.roll(corner, -2, axis=1)
+    part = np.einsum("qd,qcd->qc", point, np.cross(after, before))
+    whole = np.einsum("qd,qd->q", corner[:, 0], np.cross(corner[:, 1], corner[:, 2]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares: FloatArray = np.where(whole[:, None] > 0.0, part / whole[:, None], -np.inf)
+    return shares
+
+
+def _projective(found: Parametrization, piece: npt.NDArray[Any]) -> FloatArray:
+    """(q, 3) weights of the corners of these faces: the largest is 1."""
+    if found.log_weight is None:
+        return np.ones((len(piece), 3))
+    logs = found.log_weight[found.faces[piece]]
+    weights: FloatArray = np.exp(logs - logs.max(axis=1, keepdims=True))
+    return weights
+
+
+def _normalised(weights: FloatArray) -> FloatArray:
+    shares: FloatArray = weights / weights.sum(axis=1, keepdims=True)
+    return shares
+
+
+class Finder:
+    """Finds points of the plane in a map: boxes around its triangles in a binary tree, in the order of a Z curve over their
+    ranks, so that maps of very different sizes are no worse. O(m log m) for m triangles."""
+
+    def __init__(self, found: Parametrization) -> None:
+        self.map = found
+        low, high = found.uv.min(axis=1), found.uv.max(axis=1)
+        rank = np.argsort(np.argsort(low + high, axis=0), axis=0).astype(np.int64)
+        key = np.zeros(len(low), np.int64)
+        for bit in range(max(len(low) - 1, 1).bit_length()):
+            for axis in (0, 1):
+                key |= (rank[:, axis] >> bit & 1) << (2 * bit + axis)
+        self.order = np.argsort(key, kind="stable")
+        leaves = 1 << max(len(low) - 1, 0).bit_length()
+        box = np.full((leaves, 2, 2), np.inf)  # low, -high
+        box[: len(low), 0], box[: len(low), 1] = low[self.order], -high[self.order]
+        self.levels = [box]
+        while len(box) > 1:
+            box = box.reshape(-1, 2, 2, 2).min(axis=1)
+            self.levels.append(box)
+
+    def find(self, uv: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
+        size = np.abs(uv).max(initial=0.0) + np.abs(self.map.uv).max(initial=0.0)
+        sides = np.stack([uv, -uv], axis=1) + _SLACK * size
+        query, node = np.arange(len(uv)), np.zeros(len(uv), np.int64)
+        for box in reversed(self.levels):
+            inside = (box[node] <= sides[query]).all(axis=(1, 2))
+            query, node = query[inside], node[inside]
+            if len(box) < len(self.levels[0]):
+                query, node = np.repeat(query, 2), (2 * node[:, None] + [0, 1]).ravel()
+        piece = self.order[node]
+        corner = self.map.uv[piece] - uv[query][:, None]
+        after, before = np.roll(corner, -1, axis=1), np.roll(corner, -2, axis=1)
+        part = after[..., 0] * before[..., 1] - after[..., 1] * before[..., 0]
+        whole = part.sum(axis=1)
+        reach = np.abs(corner).max(axis=(1, 2))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shares = part / whole[:, None]
+            slack = _SLACK + 4e-15 * reach * (reach + size) / whole
+            within = (whole > 0.0) & (shares.min(axis=1) >= -slack)
+        query, piece, shares = query[within], piece[within], np.maximum(shares[within], 0.0)
+        shares = _normalised(_normalised(shares) / _projective(self.map, piece))
+        weights = np.einsum("qc,qck->qk", shares, _corners_in_parents(self.map, piece))
+        first = np.argsort(query, kind="stable")
+        faces = self.map.parent_face[piece].astype(np.int32)
+        return query[first].astype(np.int32), faces[first], weights[first]
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceMap:
+    """From one surface to another through a common image in the plane: what :func:`compose` returns."""
+
+    first: Parametrization
+    second: Parametrization
+    _finder: Finder
+
+    def map_points(self, faces: Any, barycentrics: Any) -> tuple[IntArray, FloatArray]:
+        """Points of the first surface on the second.
+
+        Args:
+            faces: (k,) faces of the first input. barycentrics: (k, 3) weights there, from 0 on, with the sum 1.
+
+        Returns:
+            ((k,) faces of the second input, (k, 3) weights there). On an edge: one of its faces.
+
+        Raises:
+            InvalidInput: no such face or weights; a point outside the second image, which the message names.
+
+        O((k + p) log m), p the pieces in these faces.
+        """
+        query, face, weights = self._finder.find(self.first.map_points(faces, barycentrics))
+        count = len(np.asarray(faces))
+        found, first = np.unique(query, return_index=True)
+        if len(found) < count:
+            lost = np.setdiff1d(np.arange(count), found)[0]
+            on_face = int(np.asarray(faces)[lost])
+            raise InvalidInput(
+                f"Point {lost}, on face {on_face}, lies outside the second map. Map both surfaces onto one domain, such as a "
+                "square.",
+                kind="face",
+                elements=[on_face],
+            )
+        return face[first], weights[first]
+
+
+@ours_only
+def compose(first: Parametrization, second: Parametrization) -> SurfaceMap:
+    """Two surfaces over one domain: the map from the first to the second, one-to-one and without a fold (thesis 3.4.1).
+
+    It is second^-1 after first, linear (or projective) on every piece of the overlay of the two; ``compose(second, first)``
+    is its inverse. Both maps cover the same part of the plane, each point once: such as ``embed`` of two disks onto one
+    square, with corresponding ``corners``.
+
+    Raises:
+        InvalidInput: a map covers places twice, or is not certified; or a vertex of one lies outside the other, by name.
+
+    O((n + m) log m) for n vertices and m faces of both.
+    """
+    for name, found in (("first", first), ("second", second)):
+        if not isinstance(found, Parametrization):
+            raise InvalidInput(f"{name} must be a Parametrization.", code="bad option")
+        told = found.certificate
+        if not told.ok or told.overlaps != 0 or told.island_overlaps > 0:
+            raise InvalidInput(
+                f"The {name} map is not one-to-one, so that a point of the plane has several places on its surface. Take maps "
+                "without overlaps.",
+                code="islands overlap",
+            )
+    there, back = (
+        SurfaceMap(first, second, Finder(second)),
+        SurfaceMap(second, first, Finder(first)),
+    )
+    for one in (there, back):
+        face = np.repeat(np.arange(len(one.first.input_faces), dtype=np.int32), 3)
+        known = np.isin(face, one.first.parent_face)
+        one.map_points(face[known], np.tile(np.eye(3), (len(face) // 3, 1))[known])
+    return there
