@@ -37,7 +37,7 @@ FIELDS = (
         "cones",
         "Marked Cones",
         "The smoothest one with the cones of the cone groups and `cone_angle`, and no others, and with the turns of the rings "
-        "that Mark Line, Path or Loop marked; closed surfaces only",
+        "that Mark Line, Path or Loop marked",
     ),
     (
         "file",
@@ -47,7 +47,7 @@ FIELDS = (
     (
         "signature",
         "Signature File",
-        "The smoothest one with the cones and turning numbers of a JSON file; closed surfaces only",
+        "The smoothest one with the cones and turning numbers of a JSON file",
     ),
 )
 

@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from flipfree.calls.seamless import halfedges_of_strip
 
 from judges import fields
 from mesh_files import data_folder, read_mesh
-from surfaces import torus
+from surfaces import bumpy_grid, cylinder, torus
 
 
 def turns_of(vertices: np.ndarray, faces: np.ndarray, field: ff.CrossField, strip: object) -> int:
@@ -56,6 +57,65 @@ def test_some_loops_of_two_handles_are_met_and_all_of_them_as_before() -> None:
         assert found.cones == cones
         for strip, turns in asked:
             assert turns_of(vertices, faces, field, strip) == turns
+
+
+def without(mesh: tuple[np.ndarray, np.ndarray], vertices: list[int]) -> Any:
+    """With a hole at each of these vertices, and (n,) the vertices of the boundary."""
+    points, faces = mesh
+    faces = faces[~np.isin(faces, vertices).any(axis=1)]
+    used, faces = np.unique(faces, return_inverse=True)
+    faces = faces.reshape(-1, 3).astype(np.int32)
+    ends = np.stack([faces, np.roll(faces, -1, axis=1)], -1).reshape(-1, 2)
+    keys = ends @ [len(used), 1]
+    return points[used], faces, np.unique(ends[~np.isin(keys, ends @ [1, len(used)])])
+
+
+OPEN = {
+    "disk": lambda: without(bumpy_grid(16, 16), []),
+    "cylinder": lambda: without(cylinder(), []),
+    "disk with a hole": lambda: without(bumpy_grid(16, 16), [144]),
+    "torus with two holes": lambda: without(torus(), [100, 10]),
+}
+
+
+@pytest.mark.parametrize("name", OPEN)
+def test_signatures_of_open_surfaces_are_met(name: str) -> None:
+    vertices, faces, rim = OPEN[name]()
+    inner = np.setdiff1d(np.arange(len(vertices)), rim)
+    places = np.random.default_rng(1).choice(inner, 3, replace=False).tolist()
+    cones = dict(zip(places, (3, 5, 3), strict=True))
+    near = ff.cross_field(vertices, faces, signature=ff.Signature(cones, []), boundary=True)
+    loops = ff.signature(vertices, faces, near).loops
+    wanted = [(strip, turns + (i == 0)) for i, (strip, turns) in enumerate(loops[:-1])]
+    signature = ff.Signature(cones, wanted)
+    field = ff.cross_field(vertices, faces, signature=signature, boundary=True)
+    found = ff.signature(vertices, faces, field)
+    assert {v: k for v, k in found.cones.items() if v not in rim} == cones
+    for strip, turns in wanted:
+        assert turns_of(vertices, faces, field, strip) == turns
+    again = ff.cross_field(vertices, faces, signature=found, boundary=True)
+    assert [t for _, t in ff.signature(vertices, faces, again).loops] == [t for _, t in found.loops]
+    for boundary in ("aligned", "free"):
+        made = ff.field_aligned(vertices, faces, signature=signature, boundary=boundary)
+        certificate = made.certificate
+        assert certificate.ok and certificate.holonomy_failures == 0
+        assert made.stats["engine"] == "penner" and made.stats["loops_checked"] == len(loops)
+        assert dict(certificate.quarter_cones.tolist()) == cones
+    # The loop along the last boundary turns as cones and the other loops leave it.
+    strip, turns = found.loops[-1]
+    with pytest.raises(ff.InvalidInput, match="turns as the cones forbid"):
+        ff.cross_field(
+            vertices, faces, signature=ff.Signature(cones, [*wanted, (strip, turns + 1)])
+        )
+
+
+def test_padding_has_no_signatures_of_open_surfaces() -> None:
+    vertices, faces, rim = OPEN["disk"]()
+    with pytest.raises(ff.InvalidInput, match="padding.*boundary"):
+        ff.field_aligned(vertices, faces, signature=ff.Signature({}, []), engine="padding")
+    corners = dict.fromkeys(rim[:5].tolist(), 1)
+    with pytest.raises(ff.Infeasible, match="Gauss-Bonnet"):
+        ff.cross_field(vertices, faces, signature=ff.Signature(corners, []))
 
 
 def test_a_signature_comes_back_from_its_file(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -19,8 +21,7 @@ mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
   return mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
 }
 
-void check(const FieldOptions& options, const mesh::Surface& surface,
-           const mesh::Adjacency& adjacency) {
+void check(const FieldOptions& options, const mesh::Surface& surface) {
   const auto refuse = [](const std::string& what) { throw_invalid(ErrorCode::kBadOption, what); };
   if (!(options.alignment >= 0.0 && options.alignment < 1.0))
     refuse("alignment must lie in [0, 1), not " + std::to_string(options.alignment) + ".");
@@ -31,13 +32,29 @@ void check(const FieldOptions& options, const mesh::Surface& surface,
   if (!options.cones) return;
   if (options.cones->size() != static_cast<std::size_t>(surface.vertices.rows()))
     throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
-  for (const HalfedgeId o : adjacency.opposite) {
-    if (o == kInvalid) {
-      throw_invalid(ErrorCode::kBadBoundary,
-                    "A field with a given signature needs a closed surface, and this one has a "
-                    "boundary. Close it, or let the field be the smoothest.");
-    }
+}
+
+// Turns the directions of a field whose matching stays, so that those beside the boundary run along
+// it where the matching lets them.
+void follow_boundary(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                     const Frames& own, const Frames& frames, CrossField& field,
+                     ExecutionContext& context) {
+  constexpr double kPull = 10.0;  // beside weights that are about one
+  Wishes wishes = no_wishes(static_cast<Index>(surface.faces.rows()));
+  const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
+  follow_edges(surface, adjacency, own, none, true, 1.0, wishes);
+  const std::size_t faces = field.angle.size();
+  std::vector<double> pull(faces, 0.0), offset(faces, 0.0);
+  for (std::size_t f = 0; f < faces; ++f) {
+    if (wishes.held[f] == 0) continue;
+    pull[f] = kPull;
+    const double wish = 0.25 * std::arg(wishes.cross[static_cast<Eigen::Index>(f)]);
+    offset[f] = std::remainder(wish - field.angle[f], 0.5 * std::numbers::pi);
   }
+  const AngleSystem system(surface, adjacency, std::vector<char>(faces, 0), pull, context);
+  const std::vector<double> turned =
+      system.solve(rotation_form(adjacency, frames, field), offset, context);
+  for (std::size_t f = 0; f < faces; ++f) field.angle[f] += turned[f];
 }
 
 CrossField guided_field(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
@@ -77,7 +94,7 @@ FoundField compute(const mesh::Surface& surface, const FieldOptions& options,
   const Stopwatch clock;
   mesh::validate(surface, {}, context);
   const mesh::Adjacency adjacency = adjacency_of(surface);
-  check(options, surface, adjacency);
+  check(options, surface);
   const Frames own = measure_frames(surface);
   const Frames frames =
       options.sizing.empty() ? own : sized_frames(surface, adjacency, own, options.sizing);
@@ -87,6 +104,8 @@ FoundField compute(const mesh::Surface& surface, const FieldOptions& options,
       options.cones
           ? field_with_signature(surface, adjacency, frames, *options.cones, options.loops, context)
           : guided_field(surface, adjacency, own, frames, options, wishes, context);
+  if (options.cones && options.boundary)
+    follow_boundary(surface, adjacency, own, frames, found.field, context);
   if (options.simplify || !options.cones) {
     SimplifyOptions how;
     if (!options.simplify) how = {0.0, 1};  // only those that no map can have

@@ -158,13 +158,50 @@ namespace {
                    ElementKind::kVertex, {root});
 }
 
+// Boundary loops, each as the vertex that stands for it, in the order of the tree; and per vertex
+// the root of its component, of what it stands for.
+struct Borders {
+  std::vector<VertexId> loops;
+  std::vector<VertexId> root;
+};
+
+Borders borders_of(const Triangles& faces, const mesh::Adjacency& adjacency,
+                   const TreeCotree& tree) {
+  std::vector<char> open(tree.stands_for.size(), 0);
+  for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
+    if (adjacency.opposite[at(h)] == kInvalid)
+      open[at(tree.stands_for[at(mesh::source(faces, h))])] = 1;
+  }
+  Borders out{{}, std::vector<VertexId>(open.size(), kInvalid)};
+  for (const VertexId v : tree.order) {
+    const HalfedgeId up = tree.to_parent[at(v)];
+    out.root[at(v)] =
+        up == kInvalid ? v : out.root[at(tree.stands_for[at(mesh::target(faces, up))])];
+    if (open[at(v)] != 0) out.loops.push_back(v);
+  }
+  return out;
+}
+
 // Every vertex but the roots gets its number from its parent; the roots then have theirs, if the
-// sum is right.
+// sum is right. A boundary loop has the sum of its vertices' numbers; the first one of a component
+// on which every vertex is to go straight on (2) takes what is left.
 void meet_cones(const Triangles& faces, const mesh::Adjacency& adjacency, const Frames& frames,
-                const std::vector<Index>& cones, const TreeCotree& tree, CrossField& field) {
+                const std::vector<Index>& cones, const TreeCotree& tree, const Borders& borders,
+                CrossField& field) {
   const std::vector<Index> now = cone_turns(faces, adjacency, frames, field);
-  std::vector<std::int64_t> lacking(cones.size(), 0);
-  for (std::size_t v = 0; v < cones.size(); ++v) lacking[v] = std::int64_t{cones[v]} - now[v];
+  std::vector<std::int64_t> lacking(cones.size(), 0), left(cones.size(), 0);
+  std::vector<char> bent(cones.size(), 0);
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    if (adjacency.vertex_halfedge[v] == kInvalid) continue;
+    const std::size_t own = at(tree.stands_for[v]);
+    lacking[own] += std::int64_t{cones[v]} - now[v];
+    left[at(borders.root[own])] += std::int64_t{cones[v]} - now[v];
+    bent[own] |= cones[v] != 2 ? 1 : 0;
+  }
+  for (const VertexId loop : borders.loops) {
+    if (bent[at(loop)] == 0)
+      lacking[at(loop)] -= std::exchange(left[at(borders.root[at(loop)])], 0);
+  }
   for (auto v = tree.order.rbegin(); v != tree.order.rend(); ++v) {
     if (adjacency.vertex_halfedge[at(*v)] == kInvalid) continue;
     const HalfedgeId up = tree.to_parent[at(*v)];
@@ -176,7 +213,7 @@ void meet_cones(const Triangles& faces, const mesh::Adjacency& adjacency, const 
     const auto by = static_cast<Index>(lacking[at(*v)]);
     field.matching[at(up)] -= by;
     field.matching[at(adjacency.opposite[at(up)])] += by;
-    lacking[at(mesh::target(faces, up))] += by;
+    lacking[at(tree.stands_for[at(mesh::target(faces, up))])] += by;
     lacking[at(*v)] = 0;
   }
 }
@@ -200,11 +237,17 @@ void check_strips(const std::vector<LoopTurn>& loops, const mesh::Adjacency& adj
   }
 }
 
+// 2 g closed ones, then from every boundary loop to the next one of its component.
 std::vector<EdgeChain> chains_of(const Triangles& faces, const mesh::Adjacency& adjacency,
-                                 const TreeCotree& tree) {
+                                 const TreeCotree& tree, const Borders& borders) {
   std::vector<EdgeChain> chains;
   for (std::size_t i = 0; i < tree.loops.size(); ++i)
     chains.push_back(chain_of(faces, adjacency, tree, i));
+  for (std::size_t i = 1; i < borders.loops.size(); ++i) {
+    const VertexId from = borders.loops[i - 1], to = borders.loops[i];
+    if (borders.root[at(from)] == borders.root[at(to)])
+      chains.push_back(tree_path(faces, adjacency, tree, from, to));
+  }
   return chains;
 }
 
@@ -231,10 +274,11 @@ Eigen::MatrixXd crossings(const mesh::Adjacency& adjacency, const std::vector<Lo
   return matrix;
 }
 
-// Whole numbers x with a x = b for a of fewer rows than columns, by column operations that make a
-// triangular (Hermite); none where the rows are dependent or no such numbers are there.
+// Whole numbers x with a x = b, by column operations that make a triangular (Hermite); none where
+// there are no such numbers, or rows are dependent and not `may_depend`.
 std::optional<std::vector<std::int64_t>> whole_solution(const Eigen::MatrixXd& a,
-                                                        const std::vector<std::int64_t>& b) {
+                                                        const std::vector<std::int64_t>& b,
+                                                        bool may_depend) {
   constexpr std::int64_t kMost = std::int64_t{1} << 30;  // products stay in range
   const auto rows = static_cast<std::size_t>(a.rows()), count = static_cast<std::size_t>(a.cols());
   // Column j: that of a, and below it which columns of a it is a sum of.
@@ -245,31 +289,37 @@ std::optional<std::vector<std::int64_t>> whole_solution(const Eigen::MatrixXd& a
     column[j][rows + j] = 1;
   }
   std::vector<std::int64_t> sum(rows + count, 0);
+  std::size_t place = 0;  // columns before it have their pivots
   for (std::size_t i = 0; i < rows; ++i) {
-    for (std::size_t j = i + 1; j < count; ++j) {
+    for (std::size_t j = place + 1; j < count; ++j) {
       while (column[j][i] != 0) {  // Euclid's algorithm: the smaller one decreases
-        const std::int64_t times = column[i][i] / column[j][i];
+        const std::int64_t times = column[place][i] / column[j][i];
         for (std::size_t k = i; k < rows + count; ++k) {
-          column[i][k] -= times * column[j][k];
-          if (std::abs(column[i][k]) > kMost) return std::nullopt;
+          column[place][k] -= times * column[j][k];
+          if (std::abs(column[place][k]) > kMost) return std::nullopt;
         }
-        std::swap(column[i], column[j]);
+        std::swap(column[place], column[j]);
       }
     }
-    const std::int64_t pivot = column[i][i], left = b[i] - sum[i];
+    const std::int64_t pivot = place < count ? column[place][i] : 0, left = b[i] - sum[i];
+    if (pivot == 0 && left == 0 && may_depend) continue;
     if (pivot == 0 || left % pivot != 0) return std::nullopt;
     for (std::size_t k = 0; k < rows + count; ++k) {
-      sum[k] += left / pivot * column[i][k];
+      sum[k] += left / pivot * column[place][k];
       if (std::abs(sum[k]) > kMost) return std::nullopt;
     }
+    ++place;
   }
   return std::vector<std::int64_t>(sum.begin() + static_cast<std::ptrdiff_t>(rows), sum.end());
 }
 
 void meet_loops(const Triangles& faces, const mesh::Adjacency& adjacency,
-                const std::vector<LoopTurn>& loops, const TreeCotree& tree, CrossField& field) {
+                const std::vector<LoopTurn>& loops, const TreeCotree& tree, const Borders& borders,
+                CrossField& field) {
   check_strips(loops, adjacency);
-  const std::vector<EdgeChain> chains = chains_of(faces, adjacency, tree);
+  const std::vector<EdgeChain> chains = chains_of(faces, adjacency, tree, borders);
+  // Loops along all boundaries of a component are sums of the others and of cones.
+  const bool open = !borders.loops.empty();
   const auto refuse = [&] {
     throw_invalid(ErrorCode::kBadOption,
                   "No field with these cones turns so: of " + std::to_string(loops.size()) +
@@ -277,14 +327,15 @@ void meet_loops(const Triangles& faces, const mesh::Adjacency& adjacency,
                       " in a basis of the homology, one is a sum of others, or turns as the cones "
                       "forbid. Give loops of a basis, or some of them, such as signature() has.");
   };
-  if (loops.size() > chains.size()) refuse();
+  if (loops.size() > chains.size() + borders.loops.size()) refuse();
   if (loops.empty()) return;
   std::vector<std::int64_t> lacking;
   for (const LoopTurn& loop : loops)
     lacking.push_back(loop.quarter_turns - turning_number(adjacency, field, loop.loop));
   const Eigen::MatrixXd crossing = crossings(adjacency, loops, chains);
   std::vector<std::int64_t> by;
-  if (loops.size() == chains.size()) {  // of a hundred handles whole numbers would grow too long
+  if (loops.size() == chains.size() &&
+      !open) {  // of a hundred handles whole numbers would grow too long
     const Eigen::FullPivLU<Eigen::MatrixXd> factor(crossing);
     if (!factor.isInvertible()) refuse();
     Eigen::VectorXd wanted(static_cast<Eigen::Index>(lacking.size()));
@@ -294,7 +345,7 @@ void meet_loops(const Triangles& faces, const mesh::Adjacency& adjacency,
       if (!(std::abs(value) < 1e8)) refuse();
       by.push_back(std::llround(value));
     }
-  } else if (const auto found = whole_solution(crossing, lacking)) {
+  } else if (const auto found = whole_solution(crossing, lacking, open)) {
     by = *found;
   } else {
     refuse();
@@ -309,9 +360,9 @@ void meet_loops(const Triangles& faces, const mesh::Adjacency& adjacency,
 
 // Turns that need nearly the least rotation: least squares over the real numbers, rounded.
 void choose_turns(const Triangles& faces, const mesh::Adjacency& adjacency, const Frames& frames,
-                  const TreeCotree& tree, const AngleSystem& system, CrossField& field,
-                  ExecutionContext& context) {
-  const std::vector<EdgeChain> chains = chains_of(faces, adjacency, tree);
+                  const TreeCotree& tree, const Borders& borders, const AngleSystem& system,
+                  CrossField& field, ExecutionContext& context) {
+  const std::vector<EdgeChain> chains = chains_of(faces, adjacency, tree, borders);
   if (chains.empty()) return;
   const std::vector<double> rotation = rotation_form(adjacency, frames, field);
   const auto count = static_cast<Eigen::Index>(chains.size());
@@ -324,8 +375,10 @@ void choose_turns(const Triangles& faces, const mesh::Adjacency& adjacency, cons
       form[at(adjacency.opposite[at(h)])] -= kQuarterTurn;
     }
     const std::vector<double> turned = system.solve(form, {}, context);
-    for (HalfedgeId h = 0; at(h) < form.size(); ++h)
-      form[at(h)] += turned[at(h / 3)] - turned[at(adjacency.opposite[at(h)] / 3)];
+    for (HalfedgeId h = 0; at(h) < form.size(); ++h) {
+      const HalfedgeId o = adjacency.opposite[at(h)];
+      if (o != kInvalid) form[at(h)] += turned[at(h / 3)] - turned[at(o / 3)];
+    }
   }
   const auto product = [&](const std::vector<double>& a, const std::vector<double>& b) {
     double sum = 0.0;
@@ -366,12 +419,13 @@ CrossField field_with_signature(const mesh::Surface& surface, const mesh::Adjace
   const auto faces = static_cast<std::size_t>(surface.faces.rows());
   CrossField field{std::vector<double>(faces, 0.0), std::vector<Index>(3 * faces, 0)};
   const TreeCotree tree = tree_cotree(surface, adjacency, context);
-  meet_cones(surface.faces, adjacency, frames, cones, tree, field);
+  const Borders borders = borders_of(surface.faces, adjacency, tree);
+  meet_cones(surface.faces, adjacency, frames, cones, tree, borders, field);
   const AngleSystem system(surface, adjacency, std::vector<char>(faces, 0),
                            std::vector<double>(faces, 0.0), context);
-  if (!loops || loops->size() < tree.loops.size())
-    choose_turns(surface.faces, adjacency, frames, tree, system, field, context);
-  if (loops) meet_loops(surface.faces, adjacency, *loops, tree, field);
+  if (!loops || !borders.loops.empty() || loops->size() < tree.loops.size())
+    choose_turns(surface.faces, adjacency, frames, tree, borders, system, field, context);
+  if (loops) meet_loops(surface.faces, adjacency, *loops, tree, borders, field);
   relax(adjacency, frames, system, field, context);
   return field;
 }

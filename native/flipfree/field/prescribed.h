@@ -60,10 +60,12 @@ void relax(const mesh::Adjacency& adjacency, const Frames& frames, const AngleSy
 void descend(const mesh::Adjacency& adjacency, const Frames& frames, const AngleSystem& system,
              const std::vector<double>& wish, CrossField& field, ExecutionContext& context);
 
-// `cones`: quarter turns per vertex, 4 where the field is regular. `loops`: with their turns; they
+// `cones`: quarter turns per vertex, 4 where the field is regular, 2 on the boundary. Of a boundary
+// loop with other numbers the sum is met, and where its corners lie is left to the directions; of
+// one with twos alone, what Gauss-Bonnet and the loops leave. `loops`: with their turns; they
 // are a basis of the homology, or some of one: what they leave open, or without any all, has the
 // turns that need about the least rotation.
-// Precondition: a valid closed surface. Throws Infeasible (kGaussBonnet) naming what is missing on
+// Precondition: a valid surface. Throws Infeasible (kGaussBonnet) naming what is missing on
 // a component, InvalidInput (kBadOption: loops that are no closed strips of faces, or that no
 // field turns along so), NotConverged, Cancelled. Cost: a factorization, O(genus) solutions.
 CrossField field_with_signature(const mesh::Surface& surface, const mesh::Adjacency& adjacency,

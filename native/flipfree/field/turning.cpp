@@ -196,10 +196,8 @@ TreeCotree tree_cotree(const mesh::Surface& surface, const mesh::Adjacency& adja
   return out;
 }
 
-EdgeChain chain_of(const Triangles& faces, const mesh::Adjacency& adjacency, const TreeCotree& tree,
-                   std::size_t i) {
-  // h is left by the loop, so it runs from the loop's right to its left.
-  const HalfedgeId h = tree.left_over[i];
+EdgeChain tree_path(const Triangles& faces, const mesh::Adjacency& adjacency,
+                    const TreeCotree& tree, VertexId from, VertexId to) {
   const auto to_root = [&](VertexId v) {
     EdgeChain chain;
     for (HalfedgeId up = tree.to_parent[at(tree.stands_for[at(v)])]; up != kInvalid;
@@ -207,16 +205,23 @@ EdgeChain chain_of(const Triangles& faces, const mesh::Adjacency& adjacency, con
       chain.push_back(up);
     return chain;
   };
-  EdgeChain onwards = to_root(mesh::target(faces, h));
-  EdgeChain before = to_root(mesh::source(faces, h));
-  while (!onwards.empty() && !before.empty() && onwards.back() == before.back()) {
-    onwards.pop_back();
+  EdgeChain chain = to_root(from), before = to_root(to);
+  while (!chain.empty() && !before.empty() && chain.back() == before.back()) {
+    chain.pop_back();
     before.pop_back();
   }
-  EdgeChain chain{h};
-  chain.insert(chain.end(), onwards.begin(), onwards.end());
   for (auto up = before.rbegin(); up != before.rend(); ++up)
     chain.push_back(adjacency.opposite[at(*up)]);
+  return chain;
+}
+
+EdgeChain chain_of(const Triangles& faces, const mesh::Adjacency& adjacency, const TreeCotree& tree,
+                   std::size_t i) {
+  // h is left by the loop, so it runs from the loop's right to its left.
+  const HalfedgeId h = tree.left_over[i];
+  EdgeChain chain =
+      tree_path(faces, adjacency, tree, mesh::target(faces, h), mesh::source(faces, h));
+  chain.insert(chain.begin(), h);
   return chain;
 }
 

@@ -84,6 +84,11 @@ struct TreeCotree {
 TreeCotree tree_cotree(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                        const ExecutionContext& context);
 
+// The chain of tree edges from what one vertex stands for to what another one does, of the same
+// component. Cost: O(its length + depth of the tree).
+EdgeChain tree_path(const Triangles& faces, const mesh::Adjacency& adjacency,
+                    const TreeCotree& tree, VertexId from, VertexId to);
+
 // The closed chain of edges through left_over[i]. It crosses loops[i] once, from the right of it to
 // its left, and no other loop. Cost: O(its length + depth of the tree).
 EdgeChain chain_of(const Triangles& faces, const mesh::Adjacency& adjacency, const TreeCotree& tree,

@@ -240,7 +240,9 @@ def halfedges_of_strip(faces: IntArray, strip: Any, name: str) -> IntArray:
     return np.asarray(3 * ids + meets.argmax(axis=1), np.int32)
 
 
-def as_quarter_turns(values: Any, name: str, count: int, usual: int, least: int) -> IntArray:
+def as_quarter_turns(
+    values: Any, name: str, count: int, usual: int | IntArray, least: int
+) -> IntArray:
     """{vertex: quarter turns} as (count,), ``usual`` elsewhere."""
     turns = np.full(count, usual, np.int32)
     for vertex, value in as_vertex_map(values, name, "quarter turns").items():
@@ -277,7 +279,10 @@ def as_signature(value: Any, mesh: Mesh) -> tuple[IntArray, Any]:
         raise bad_option(
             f"signature must be a Signature, not {shown(value)}. Make one by Signature(cones, loops)."
         )
-    cones = as_quarter_turns(value.cones, "signature.cones", len(mesh.scaled), 4, -_MOST_TURNS)
+    count = len(mesh.scaled)
+    known = not mesh.faces.size or (mesh.faces.min() >= 0 and mesh.faces.max() < count)
+    usual = _regular(mesh.faces, count) if known else np.full(count, 4, np.int32)
+    cones = as_quarter_turns(value.cones, "signature.cones", count, usual, -_MOST_TURNS)
     loops = []
     for i, item in enumerate(as_list(value.loops, "signature.loops", "a list of loops")):
         name = f"signature.loops[{i}]"
@@ -325,8 +330,9 @@ def cross_field(
         boundary: the field follows the boundary, if there is one.
         edge_weight: how much edges and boundary count, on the scale of ``alignment``; 1: the field follows them exactly.
         signature: cones, and turns of loops of a homology basis, that the field shall have exactly; of what the loops leave
-            open, all of it without any (``Signature(cones, [])``), turns that need little rotation are chosen. Closed
-            surfaces only; what the field should follow has no say then.
+            open, all of it without any (``Signature(cones, [])``), turns that need little rotation are chosen. On an
+            open surface the corners along a boundary count by their sum; the directions follow it, with ``boundary``, as far
+            as the turns let them. Nothing else that the field should follow has a say then.
         sizing: (n,) positive: length in the map of a length 1 there, relative to the others: the field turns, and has its
             cones, where a map of such sizes needs it. None: all alike.
         simplify: near pairs of cones of opposite sign are merged, and cones of one quarter turn share their curvature with

@@ -28,7 +28,6 @@ from ...calls.seamless import CrossField, Signature, cross_field, field_aligned
 from ...calls.seamless import seamless as seamless_map
 from ...calls.unwrapping import pack
 from ...calls.unwrapping import unwrap as unwrap_mesh
-from ...checks import shown
 from ...errors import (
     FlipfreeError,
     Infeasible,
@@ -46,6 +45,7 @@ from .. import numbers
 from ..results import beside, field_files
 from .any_mesh import with_aspect_of_pins
 from .model import Model, Solved
+from .pins import lines_told, outline_told, pins_of, points_told, refuse_split_cuts, refuse_unknown
 
 #: (vertices, faces, clean vertex of each vertex) -> map
 SolvePart = Callable[[FloatArray, IntArray, IntArray], Parametrization]
@@ -82,7 +82,7 @@ def embed_arguments(parser: argparse.ArgumentParser) -> None:
 def embed(model: Model, options: dict[str, Any]) -> Solved:
     own = options["boundary"] == "pinned"
     clean = model.clean()
-    points = _points(model, clean, _pins_of(model)) if own else {}
+    points = points_told(model, clean, pins_of(model)) if own else {}
 
     def solve(vertices: FloatArray, faces: IntArray, used: IntArray) -> Parametrization:
         return embed_disk(
@@ -163,12 +163,12 @@ def _cut_open(
 
 
 def match(model: Model, options: dict[str, Any]) -> Solved:
-    told = _pins_of(model)
+    told = pins_of(model)
     clean, cuts = model.clean(), np.zeros((0, 2), np.int32)
     if options["cut_open"]:
-        clean, cuts = _cut_open(model, clean, _points(model, clean, told))
-    points, lines = _points(model, clean, told), _lines(model, clean, told)
-    outline, paths, movable = _outline(model, clean, told)
+        clean, cuts = _cut_open(model, clean, points_told(model, clean, told))
+    points, lines = points_told(model, clean, told), lines_told(model, clean, told)
+    outline, paths, movable = outline_told(model, clean, told)
     diagonals = edge_keys(clean.edges(model.diagonals))
     held: list[int] = []  # vertices of parts with pins
 
@@ -224,7 +224,7 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
         return with_aspect_of_pins(model, met, held_by_pins(met, faces, pinned), options)
 
     found = each_part(clean, solve)
-    _refuse_split_cuts(clean, found, cuts)
+    refuse_split_cuts(clean, found, cuts)
     if len(held) < len(clean.vertices):
         of_held = np.isin(clean.faces[found.parent_face, 0], held)
         beside_held = pack(
@@ -249,111 +249,6 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
         threads=model.threads,
     )
     return Solved(replace(judged, mends=clean.mends), whole)
-
-
-def _refuse_split_cuts(clean: SeparatedSurface, found: Parametrization, cuts: IntArray) -> None:
-    """The two sides of a cut are mapped each by itself, so that a vertex added on one is missing on the other."""
-    added = slice(len(clean.vertices), None)
-    weights = found.vertex_barycentric[added]
-    corners = clean.vertex_origin[clean.faces[found.vertex_parent[added]]]
-    on_edge = (weights == 0.0).any(axis=1)
-    ends = corners[on_edge][weights[on_edge] != 0.0].reshape(-1, 2)
-    split = ends[np.isin(edge_keys(ends), edge_keys(cuts))]
-    if len(split):
-        raise bad_pins(
-            f"The pins cannot be met without splitting the cut edge {shown(split[0].tolist())} on one side only. Move pins away "
-            "from it, or cut the part elsewhere yourself."
-        )
-
-
-def _pins_of(model: Model) -> dict[str, Any]:
-    told = model.told("pins")
-    if told is None:
-        raise bad_pins(
-            f"{model.source.name}.pins.json is missing: the pins, such as "
-            '{"points": {"0": [0.0, 0.5]}, "lines": [{"vertices": [3, 4], "uv": [[0, 0], [1, 0]]}]}.'
-        )
-    return told
-
-
-def _points(
-    model: Model, clean: SeparatedSurface, told: dict[str, Any]
-) -> dict[int, tuple[float, float]]:
-    given = told.get("points", {})
-    try:
-        points = {int(v): (float(uv[0]), float(uv[1])) for v, uv in given.items()}
-    except (AttributeError, TypeError, ValueError, IndexError):
-        raise bad_pins(
-            'points must be {"vertex": [u, v], ...}. Correct the file with the pins.'
-        ) from None
-    _refuse_unknown(model, points)
-    return clean.copies(points)
-
-
-def _lines(
-    model: Model, clean: SeparatedSurface, told: dict[str, Any]
-) -> list[tuple[list[int], FloatArray]]:
-    copy = _first_copies(model, clean)
-    lines = []
-    for line in told.get("lines", []):
-        try:
-            vertices, uv = (
-                list(map(int, line["vertices"])),
-                np.array(line["uv"], float).reshape(-1, 2),
-            )
-        except (KeyError, TypeError, ValueError):
-            raise bad_pins(
-                'lines must be [{"vertices": [...], "uv": [[u, v], ...]}, ...]. '
-                "Correct the file with the pins."
-            ) from None
-        _refuse_unknown(model, vertices)
-        if len(vertices) < 2:
-            raise bad_pins("A line needs two vertices at least. Correct it.")
-        lines.append((copy[vertices].tolist(), uv))
-    return lines
-
-
-def _first_copies(model: Model, clean: SeparatedSurface) -> IntArray:
-    """(n,) the first copy on the clean surface of each vertex, -1 if there is none."""
-    copy = np.full(len(model.vertices), -1, np.int32)
-    copy[clean.vertex_origin[::-1]] = np.arange(len(clean.vertices), dtype=np.int32)[::-1]
-    return copy
-
-
-def _outline(
-    model: Model, clean: SeparatedSurface, told: dict[str, Any]
-) -> tuple[dict[int, tuple[float, float]], dict[int, list[int]], set[int]]:
-    """Whole boundaries in order, with their places; from points on it the way to one; and what of it may move. In copies."""
-    try:
-        outline = told.get("outline", {"vertices": [], "uv": []})
-        loop = list(map(int, outline["vertices"]))
-        places = np.array(outline["uv"], float).reshape(-1, 2).tolist()
-        paths = {int(v): list(map(int, path)) for v, path in told.get("paths", {}).items()}
-        movable = list(map(int, told.get("movable", [])))
-        named = [*loop, *paths, *movable, *(v for path in paths.values() for v in path)]
-        pairs = list(zip(loop, map(tuple, places), strict=True))
-    except (AttributeError, KeyError, TypeError, ValueError):
-        raise bad_pins(
-            'outline must be {"vertices": [...], "uv": [[u, v], ...]}, one place for each, paths {"vertex": [...]}, and '
-            "movable [vertices]. Correct the file with the pins."
-        ) from None
-    _refuse_unknown(model, named)
-    copy = _first_copies(model, clean).tolist()
-    return (
-        {copy[v]: uv for v, uv in pairs},
-        {copy[v]: [copy[w] for w in path] for v, path in paths.items()},
-        {copy[v] for v in movable},
-    )
-
-
-def _refuse_unknown(model: Model, vertices: Any) -> None:
-    known = set(np.unique(model.faces).tolist())
-    for v in vertices:
-        if v not in known:
-            raise bad_pins(
-                f"Vertex {v} is no face's (numbers from 0, the first of those in one place). "
-                "Correct the file beside the model."
-            )
 
 
 def conformal_arguments(parser: argparse.ArgumentParser) -> None:
@@ -483,7 +378,7 @@ def _cones(model: Model) -> dict[int, float]:
             'Cones must be {"vertex": degrees, ...}. Correct the file with the cones.',
             code="bad angles",
         ) from None
-    _refuse_unknown(model, cones)
+    refuse_unknown(model, cones)
     return cones
 
 
