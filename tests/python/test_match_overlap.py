@@ -136,3 +136,51 @@ def test_movable_boundary_vertices_move_and_others_stay() -> None:
         assert (result.uv[result.faces == v] == place).all() == (v not in movable)
     with pytest.raises(ff.InvalidInput, match="Movable vertex 0"):
         ff.match(vertices, faces, boundary_loop=loop, boundary_uv=target, movable=[0])
+
+
+@pytest.mark.parametrize("engine", ["auto", "matchmaker"])
+@pytest.mark.parametrize(("name", "pin"), [("lobes", (0.0, 0.9)), ("doodle", (0.0, 0.6))])
+def test_lines_inside_are_met_on_the_sheet_of_their_pin(
+    engine: str, name: str, pin: tuple[float, float]
+) -> None:
+    vertices, faces, loop = disk()
+    target = curve(name, SPOKES)
+    away = np.array(pin) - target[4]
+    ends = [pin, tuple(np.array(pin) + 0.2 * away / np.linalg.norm(away))]
+    line = spoke(4 + SPOKES // 2)[:3]
+    result = ff.match(
+        vertices,
+        faces,
+        boundary_loop=loop,
+        boundary_uv=target,
+        lines=[(line, ends)],
+        paths={0: spoke(4)},
+        engine=engine,
+    )
+    assert result.certificate.ok and result.certificate.overlaps > 0
+    assert engine in ("auto", result.stats["engine"])
+    place = {int(v): result.uv[f, k] for f, t in enumerate(result.faces) for k, v in enumerate(t)}
+    stored = np.float32(ends)
+    assert (np.float32(place[line[0]]) == stored[0]).all()
+    assert (np.float32(place[line[-1]]) == stored[-1]).all()
+    assert sees(result, line[0], line[-1])
+    for v, at in zip(loop, target, strict=True):
+        assert (result.uv[result.faces == v] == at).all()
+
+
+def test_a_line_that_leaves_its_sheet_is_refused_by_name() -> None:
+    vertices, faces, loop = disk()
+    target = curve("lobes", SPOKES)
+    line = spoke(4 + SPOKES // 2)[:2]
+    with pytest.raises(ff.Infeasible, match="leaves|outside") as refused:
+        ff.match(
+            vertices,
+            faces,
+            boundary_loop=loop,
+            boundary_uv=target,
+            lines=[(line, [(0.0, 0.9), (0.0, 9.0)])],
+            paths={0: spoke(4)},
+            engine="matchmaker",
+        )
+    assert refused.value.kind == "vertex" and line[-1] in refused.value.elements
+    assert refused.value.witness

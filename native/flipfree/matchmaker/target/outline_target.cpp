@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <deque>
 #include <map>
 #include <string>
 #include <utility>
@@ -186,16 +187,122 @@ Constraints outline_alone(const Constraints& constraints) {
 
 namespace {
 
-void insert_pins(Target& target, const Constraints& constraints) {
-  std::vector<VertexId> placed = target.domain.mesh_vertex;
-  std::sort(placed.begin(), placed.end());
+[[noreturn]] void refuse_line(const TargetDomain& domain, Index from, VertexId a, VertexId b) {
+  throw_infeasible(
+      ErrorCode::kContradictoryPins,
+      "The line through vertices " + std::to_string(a) + ", " + std::to_string(b) +
+          " leaves the boundary's targets, or meets a pin or another line.",
+      {"line leaves", {{"place", numbers_of({domain.point[static_cast<std::size_t>(from)]})}}},
+      ElementKind::kVertex, {a, b});
+}
+
+// Domain vertices by the mesh vertices they stand for.
+using Corners = std::map<VertexId, Index>;
+
+// Pins on the only sheet there is, then those to which a line leads from another one.
+Corners insert_pins(Target& target, const Constraints& constraints) {
+  TargetDomain& domain = target.domain;
+  Corners corner;
+  for (std::size_t d = 0; d < domain.mesh_vertex.size(); ++d)
+    corner.emplace(domain.mesh_vertex[d], static_cast<Index>(d));
+  const auto insert = [&](const PinnedVertex& p, FaceId sheet) {
+    check_off_edges(domain, p, sheet);
+    corner.emplace(p.vertex, insert_point(domain, sheet, p.uv, p.vertex));
+  };
+  std::map<VertexId, PinnedVertex> left;
   for (const PinnedVertex& p : constraints.pins) {
-    if (std::binary_search(placed.begin(), placed.end(), p.vertex)) continue;
-    const std::vector<FaceId> sheets = sheets_at(target.domain, p.uv);
-    if (sheets.size() != 1) refuse_sheets(p, sheets.size(), constraints);
-    check_off_edges(target.domain, p, sheets[0]);
-    insert_point(target.domain, sheets[0], p.uv, p.vertex);
+    if (corner.contains(p.vertex)) continue;
+    const std::vector<FaceId> sheets = sheets_at(domain, p.uv);
+    if (sheets.size() == 1) {
+      insert(p, sheets[0]);
+    } else if (sheets.empty() || constraints.edges.empty()) {
+      refuse_sheets(p, sheets.size(), constraints);
+    } else {
+      left.emplace(p.vertex, p);
+    }
   }
+  for (bool changed = true; changed && !left.empty();) {
+    changed = false;
+    for (const auto& edge : constraints.edges) {
+      for (const auto& [a, b] : {edge, std::pair(edge.second, edge.first)}) {
+        const auto from = corner.find(a);
+        const auto to = left.find(b);
+        if (from == corner.end() || to == left.end()) continue;
+        const Vector2 start = domain.point[static_cast<std::size_t>(from->second)];
+        const FaceId sheet =
+            find_along(domain, domain.point, kInvalid, from->second, start, to->second.uv);
+        if (sheet == kInvalid) refuse_line(domain, from->second, a, b);
+        insert(to->second, sheet);
+        left.erase(to);
+        changed = true;
+      }
+    }
+  }
+  if (!left.empty()) {
+    const PinnedVertex& p = left.begin()->second;
+    refuse_sheets(p, sheets_at(domain, p.uv).size(), constraints);
+  }
+  return corner;
+}
+
+// Edges that the segment from a to b crosses, each from its right to its left.
+std::deque<std::pair<Index, Index>> crossed_edges(const TargetDomain& domain, Index a, Index b) {
+  const mesh::EditableTriangulation& mesh = domain.triangulation;
+  const auto side = [&](Index v) {
+    return numeric::orientation(domain.point[at(a)], domain.point[at(b)], domain.point[at(v)]);
+  };
+  const auto refuse = [&] {
+    refuse_line(domain, a, domain.mesh_vertex[at(a)], domain.mesh_vertex[at(b)]);
+  };
+  HalfedgeId g = kInvalid;
+  mesh.for_each_outgoing(a, [&](HalfedgeId h) {
+    const Vector2& from = domain.point[at(a)];
+    if (numeric::orientation(from, domain.point[at(mesh.target(h))], domain.point[at(b)]) > 0 &&
+        numeric::orientation(from, domain.point[at(mesh.apex(h))], domain.point[at(b)]) < 0)
+      g = next_corner(h);
+  });
+  std::deque<std::pair<Index, Index>> crossed;
+  while (true) {
+    // A vertex on the segment, another line, or the outline.
+    if (g == kInvalid || mesh.is_boundary(g) || mesh.mark(g) != mesh.kUnmarked) refuse();
+    crossed.emplace_back(mesh.source(g), mesh.target(g));
+    const HalfedgeId o = mesh.opposite(g);
+    const Index v = mesh.apex(o);
+    if (v == b) return crossed;
+    g = side(v) == 0 ? kInvalid : side(v) > 0 ? next_corner(o) : previous_corner(o);
+  }
+}
+
+// Makes the segment between two vertices a fixed edge, by flips of the edges that it crosses
+// (Sloan 1993): of these one at least can be flipped at any time, and every flip in a convex
+// quadrilateral brings one nearer to crossing no more.
+void insert_line(TargetDomain& domain, Index a, Index b) {
+  mesh::EditableTriangulation& mesh = domain.triangulation;
+  if (mesh.find(a, b) == kInvalid) {
+    auto crossed = crossed_edges(domain, a, b);
+    const auto point = [&](Index v) -> const Vector2& { return domain.point[at(v)]; };
+    std::size_t steps = 1000 + crossed.size() * crossed.size() * 10;
+    while (!crossed.empty()) {
+      if (steps-- == 0)
+        refuse_line(domain, a, domain.mesh_vertex[at(a)], domain.mesh_vertex[at(b)]);
+      const auto [p, q] = crossed.front();
+      crossed.pop_front();
+      const HalfedgeId h = mesh.find(p, q);
+      const Index c = mesh.apex(h), d = mesh.apex(mesh.opposite(h));
+      const bool convex = numeric::orientation(point(c), point(d), point(mesh.target(h))) > 0 &&
+                          numeric::orientation(point(d), point(c), point(mesh.source(h))) > 0;
+      if (!convex || mesh.find(c, d) != kInvalid) {
+        crossed.emplace_back(p, q);
+        continue;
+      }
+      mesh.flip_edge(h);
+      if (numeric::orientation(point(a), point(b), point(c)) *
+              numeric::orientation(point(a), point(b), point(d)) <
+          0)
+        crossed.emplace_back(c, d);
+    }
+  }
+  mesh.set_mark(mesh.find(a, b), TargetDomain::kFixedEdge);
 }
 
 }  // namespace
@@ -204,13 +311,13 @@ Target full_target(const mesh::RefinedSurface& surface, const Constraints& const
                    const ExecutionContext& context) {
   if (constraints.free_boundary() || constraints.simple_outline)
     return embedded_target(surface, constraints);
-  if (!constraints.edges.empty()) {
-    throw_invalid(ErrorCode::kBadPins,
-                  "Lines inside a target that overlaps itself are not supported. Pin their "
-                  "vertices as points.");
-  }
   Target target = immersed_outline(surface, constraints, context);
-  insert_pins(target, constraints);
+  const Corners corner = insert_pins(target, constraints);
+  for (const auto& [a, b] : constraints.edges) {
+    insert_line(target.domain, corner.at(a), corner.at(b));
+    target.given.push_back({a, b});
+  }
+  if (!constraints.edges.empty()) make_delaunay(target.domain);
   return target;
 }
 

@@ -72,9 +72,7 @@ bool homotopy_applies(const Problem& problem) {
           sharp_turning(problem.constraints.outline) < kMostTurning);
 }
 
-bool matchmaker_applies(const Problem& problem) {
-  return !problem.overlapping() || problem.constraints.edges.empty();
-}
+bool matchmaker_applies(const Problem&) { return true; }
 
 std::optional<Solution> by_matchmaker(const Problem& problem, double, ExecutionContext& context,
                                       Stats& stats) {
@@ -150,11 +148,6 @@ std::vector<Way> ways_for(const Problem& problem) {
       break;
     case MatchEngine::kAuto:
     case MatchEngine::kMatchmaker:
-      what =
-          "The homotopy to the outline was blocked; lines inside a target that overlaps itself "
-          "have no "
-          "other way. Pin fewer vertices, or refine the mesh.";
-      break;
     case MatchEngine::kOutline:
       break;
   }
