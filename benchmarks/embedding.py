@@ -162,6 +162,43 @@ def faces(options: Options) -> Iterator[Row]:
         yield method, good, ", ".join(rungs), f"{np.mean(seconds):.2f}, {max(seconds):.1f}"
 
 
+def spheres() -> Iterator[Any]:
+    """Closed surfaces of genus 0 of the shared data, each once."""
+    paths = {path.stem: path for path in sorted(data().glob("*/*.o[bf][jf]"))}
+    for name, path in paths.items():
+        mesh = read_mesh(path)
+        sides = np.sort(np.stack([mesh.faces, np.roll(mesh.faces, -1, axis=1)], -1), axis=-1)
+        edges, uses = np.unique(sides.reshape(-1, 2), axis=0, return_counts=True)
+        euler = len(np.unique(mesh.faces)) - len(edges) + len(mesh.faces)
+        sphere = (uses == 2).all() and euler == 2 and len(mesh.faces) < 20000
+        if sphere and not ff.separate(mesh.vertices, mesh.faces).mends:
+            yield name, mesh
+
+
+@table(
+    "surfaces | outer faces | Tutte flips in 64 bits | only in 32 bits | ladder certified | most"
+)
+def rate(options: Options) -> Iterator[Row]:
+    """Twenty outer faces of each surface, evenly by number; the triangle is the boundary."""
+    flipped: Counter[str] = Counter()
+    only32 = count = good = surfaces = 0
+    for name, mesh in options.cases(spheres(), lambda case: case[0]):
+        surfaces += 1
+        for f in np.linspace(0, len(mesh.faces) - 1, 20).astype(int):
+            disk = Disk(f"{name}, face {f}", mesh.vertices, np.delete(mesh.faces, f, axis=0))
+            count += 1
+            try:
+                ff.embed(disk.vertices, disk.faces, boundary="triangle", method="tutte")
+            except ff.NotConverged as error:
+                in_doubles = error.certificate is None or error.certificate.flips64 > 0
+                flipped[name] += in_doubles
+                only32 += not in_doubles
+            good += embedded(disk, options, boundary="triangle")[0].certificate.ok
+    worst = ", ".join(f"{name} {n} of 20" for name, n in flipped.most_common(2))
+    share = f"{flipped.total()} ({flipped.total() / count:.1%})"
+    yield surfaces, count, share, only32, f"{good} of {count}", worst
+
+
 def measured(triangles: int) -> list[Any]:
     side = round((triangles / 2) ** 0.5)
     disk = wavy_grid(side, side)

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes the tables of docs/benchmarks.md from benchmarks/results/*.json.
+"""Writes the tables of docs/benchmarks.md and docs/thesis.md from benchmarks/results/*.json.
 
     python3 scripts/benchmark_page.py [--check]
 
 Each stands below a line `<!-- table: NAME -->` or `<!-- table: NAME; ROW; ROW -->`, the rows whose first cells are named; NAME
-is a file's, as a benchmark's --json writes it. The caption has its command, date, machine, and `note` if there is one. --check:
-status 1 if the page is another than this makes.
+is a file's, as a benchmark's --json writes it. The caption has its command, date, machine, and `note` if there is one. In a
+cell {NAME; ROW; COLUMN} stands for that cell of another file, and {NAME} for its command. --check: status 1 if a page is
+another than this makes.
 """
 
 from __future__ import annotations
@@ -16,13 +17,29 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs" / "benchmarks.md"
+PAGES = (ROOT / "docs" / "benchmarks.md", ROOT / "docs" / "thesis.md")
 RESULTS = ROOT / "benchmarks" / "results"
 BLOCK = re.compile(r"^<!-- table: (.*?) -->\n(?:[^\n]+\n)?(?:\n(?:\|[^\n]*\n)+)?", re.MULTILINE)
 
 
+QUOTED = re.compile(r"\{([^{}]+)\}")
+
+
+def quoted(found: re.Match[str]) -> str:
+    name, *place = [word.strip() for word in found[1].split(";")]
+    given = json.loads((RESULTS / f"{name}.json").read_text())
+    if not place:
+        return f"`{given['command']}`"
+    row, column = place
+    try:
+        (cells,) = (cells for cells in given["rows"] if cells[0] == row)
+        return str(cells[given["columns"].index(column)])
+    except ValueError:
+        raise SystemExit(f"{name} has no cell {row}, {column}") from None
+
+
 def line(cells: list[str]) -> str:
-    return f"| {' | '.join(cells)} |"
+    return f"| {' | '.join(QUOTED.sub(quoted, cell) for cell in cells)} |"
 
 
 def block(found: re.Match[str]) -> str:
@@ -40,13 +57,13 @@ def block(found: re.Match[str]) -> str:
     return f"<!-- table: {found[1]} -->\n{caption}:\n\n{table}\n"
 
 
-def page() -> str:
-    return BLOCK.sub(block, PAGE.read_text())
+def made(page: Path) -> str:
+    return BLOCK.sub(block, page.read_text())
 
 
 def complaints() -> list[str]:
-    same = page() == PAGE.read_text()
-    return [] if same else ["docs/benchmarks.md is not what scripts/benchmark_page.py makes"]
+    wrong = [page.name for page in PAGES if made(page) != page.read_text()]
+    return [f"docs/{name} is not what scripts/benchmark_page.py makes" for name in wrong]
 
 
 def main() -> int:
@@ -56,7 +73,8 @@ def main() -> int:
         found = complaints()
         print("\n".join(found))
         return int(bool(found))
-    PAGE.write_text(page())
+    for page in PAGES:
+        page.write_text(made(page))
     return 0
 
 
