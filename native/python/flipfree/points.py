@@ -37,7 +37,7 @@ def map_points(found: Parametrization, faces: Any, barycentrics: Any) -> FloatAr
     query = np.repeat(np.arange(len(face)), end - begin)
     place = np.arange(len(query)) - np.repeat(np.cumsum(end - begin) - end, end - begin)
     piece = order[place]
-    shares = _shares(_corners_in_parents(found, piece), weights[query])
+    shares = _shares(corners_in_parents(found, piece), weights[query])
     deepest = np.lexsort((shares.min(axis=1), query))[np.cumsum(end - begin) - 1]
     piece, shares = piece[deepest], np.maximum(shares[deepest], 0.0)
     shares = _normalised(shares * _projective(found, piece))
@@ -74,7 +74,7 @@ def _points_of(
     return face, weights
 
 
-def _corners_in_parents(found: Parametrization, piece: npt.NDArray[Any]) -> FloatArray:
+def corners_in_parents(found: Parametrization, piece: npt.NDArray[Any]) -> FloatArray:
     """(q, 3, 3) weights of the corners of these faces of the result in the input's faces that contain them."""
     vertex = found.faces[piece]
     named = found.input_faces[found.vertex_parent[vertex]]
@@ -150,7 +150,7 @@ class Finder:
             within = (whole > 0.0) & (shares.min(axis=1) >= -slack)
         query, piece, shares = query[within], piece[within], np.maximum(shares[within], 0.0)
         shares = _normalised(_normalised(shares) / _projective(self.map, piece))
-        weights = np.einsum("qc,qck->qk", shares, _corners_in_parents(self.map, piece))
+        weights = np.einsum("qc,qck->qk", shares, corners_in_parents(self.map, piece))
         first = np.argsort(query, kind="stable")
         faces = self.map.parent_face[piece].astype(np.int32)
         return query[first].astype(np.int32), faces[first], weights[first]

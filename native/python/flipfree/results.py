@@ -296,6 +296,28 @@ class Parametrization(ReadOnly):
 
         return find_points(self, uv)
 
+    def with_pins(
+        self,
+        points: Any,
+        *,
+        max_seconds: float | None = None,
+        threads: int | None = None,
+    ) -> Parametrization:
+        """The map with vertices at places of their own, and all of its cuts and boundaries as they are, bit for bit: so a
+        seamless or field-aligned map stays one, with its cones, transitions and turns (thesis figure 3.9). Its charts may
+        overlap themselves. As ``improve`` moves it there, or, where that finds no way, as ``match`` does, which may refine.
+
+        Args:
+            points: {vertex inside: (u, v)}. max_seconds, threads: of each of these two calls.
+
+        Raises:
+            InvalidInput: a vertex on a cut or the boundary. Infeasible: two vertices at one place, or one outside its chart:
+            named, with a witness. NotConverged, also where an edge that stays would have to be split.
+        """
+        from .calls.matching import move_to_pins
+
+        return move_to_pins(self, points, max_seconds, threads)
+
 
 @dataclass(frozen=True, eq=False)
 class ConformalMetric:

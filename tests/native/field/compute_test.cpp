@@ -34,7 +34,7 @@ TEST(ComputeFieldTest, BadOptionsAreRefused) {
   FieldOptions far, weightless, cones, loops;
   far.alignment = 1.0;
   weightless.edge_weight = 0.0;
-  cones.cones = std::vector<Index>(16, 4);
+  cones.cones = std::vector<Index>(15, 4);
   loops.loops.emplace();
   for (const FieldOptions& options : {far, weightless, cones, loops}) {
     ExecutionContext context;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,10 +23,13 @@ from ..checks import (
     refuse_beyond_storage,
     shown,
 )
-from ..errors import InvalidInput, bad_option, bad_shape
-from ..job import Job, Progress, solver_call, start_job
-from ..results import FloatArray, IntArray, Mesh, Parametrization, parametrization_from
-from ..separated import edge_keys
+from ..errors import Infeasible, InvalidInput, NotConverged, bad_option, bad_shape
+from ..job import Job, Progress, ours_only, solver_call, start_job
+from ..points import corners_in_parents
+from ..results import FloatArray, IntArray, Mesh, Parametrization, frozen, parametrization_from
+from ..separated import SeparatedSurface, each_part, edge_keys, split_fans
+from .certification import certify
+from .improving import improve
 
 Points = Mapping[int, tuple[float, float]]
 Lines = Sequence[tuple[Sequence[int], Any]]
@@ -265,3 +269,134 @@ def edges_between_pins(
     rim = set(outline)
     found: list[list[int]] = chosen.tolist()
     return [edge for edge in found if not rim.issuperset(edge)]
+
+
+def _loops(faces: IntArray) -> list[list[int]]:
+    """Boundary loops, the surface on the left."""
+    ends = np.stack([faces, np.roll(faces, -1, axis=1)], -1).reshape(-1, 2).tolist()
+    inner = {(b, a) for a, b in ends}
+    follow = {a: b for a, b in ends if (a, b) not in inner}
+    loops = []
+    while follow:
+        at = next(iter(follow))
+        loops.append([at])
+        while (at := follow.pop(at)) in follow:
+            loops[-1].append(at)
+    return loops
+
+
+@ours_only
+def move_to_pins(
+    found: Parametrization,
+    points: Points,
+    max_seconds: float | None = None,
+    threads: int | None = None,
+) -> Parametrization:
+    """See :meth:`Parametrization.with_pins`."""
+    pins = {}
+    for v, uv in as_vertex_map(points, "points", "(u, v)").items():
+        place = _place(uv, f"points[{shown(v)}]")
+        pins[v] = (float(place[0]), float(place[1]))
+    faces, origin = split_fans(found.faces, cuts=found.cut_edges)
+    stored = np.empty((len(origin), 2))
+    stored[faces] = found.uv32()
+    held = np.zeros(len(origin), bool)
+    held[[v for loop in _loops(faces) for v in loop]] = True
+    copy = {int(o): v for v, o in enumerate(origin) if not held[v]}
+    for v in pins:
+        if v not in copy:
+            raise InvalidInput(
+                f"Vertex {shown(v)} lies on a cut or on the boundary, which stay where they are, or is none of the map. Pin "
+                "vertices inside.",
+                code="bad pins",
+                kind="vertex",
+                elements=[v],
+            )
+    stored[[copy[v] for v in pins]] = list(pins.values())
+    held[[copy[v] for v in pins]] = True
+    limits: dict[str, Any] = dict(max_seconds=max_seconds, threads=threads)
+    try:
+        corners = {
+            (f, k): tuple(stored[faces[f, k]].tolist())
+            for f, k in np.argwhere(held[faces]).tolist()
+        }
+        moved = found.at(improve(found, pins=corners, keep_bijective=False, **limits))
+    except (Infeasible, NotConverged):
+        by_name = {copy[v]: uv for v, uv in pins.items()}
+        moved = _moved_by_match(found, faces, origin, stored, by_name, limits)
+    turned = bool(len(found.transitions.quarter_turns))
+    cones = {v: k * np.pi / 2 for v, k in found.certificate.quarter_cones.tolist() if k != 4}
+    certificate = certify(
+        moved.vertices,
+        moved.faces,
+        moved.uv,
+        pins=pins,
+        cones=cones if turned else None,
+        seamless=turned,
+        threads=threads,
+    )
+    if not certificate.ok:
+        raise NotConverged(
+            "The pins are met, but the map is not valid: " + "; ".join(certificate.failures),
+            code="certificate failed",
+            certificate=certificate,
+        )
+    return replace(moved, certificate=certificate)
+
+
+def _moved_by_match(
+    found: Parametrization,
+    faces: IntArray,
+    origin: IntArray,
+    places: FloatArray,
+    pins: Mapping[int, tuple[float, float]],
+    limits: dict[str, Any],
+) -> Parametrization:
+    """The same with vertices added; faces, places and pins of the surface that is cut."""
+    cut = SeparatedSurface(
+        vertices=found.vertices[origin],
+        faces=faces,
+        vertex_origin=origin,
+        face_origin=np.arange(len(faces), dtype=np.int32),
+        turned=np.zeros(len(faces), bool),
+        collapsed=np.zeros(0, np.int32),
+        mends=(),
+        input_vertices=found.vertices,
+        input_faces=found.faces,
+    )
+
+    def solve(vertices: FloatArray, own: IntArray, used: IntArray) -> Parametrization:
+        number = {int(v): i for i, v in enumerate(used)}
+        outer, *holes = sorted(_loops(own), key=len, reverse=True)
+        at = places[used]
+        mine = {number[v]: uv for v, uv in pins.items() if v in number}
+        mine |= {v: (at[v, 0], at[v, 1]) for hole in holes for v in hole}
+        return match(
+            vertices, own, points=mine, boundary_loop=outer, boundary_uv=at[outer], **limits
+        )
+
+    moved = cut.on_input(each_part(cut, solve))
+    new, parent = slice(len(found.vertices), None), moved.vertex_parent[len(found.vertices) :]
+    weights = moved.vertex_barycentric[new]
+    on_edge = (weights == 0.0).any(axis=1)
+    split = found.faces[parent[on_edge]][weights[on_edge] != 0.0].reshape(-1, 2)
+    rim = np.concatenate([np.column_stack([loop, np.roll(loop, -1)]) for loop in _loops(faces)])
+    split = split[np.isin(edge_keys(split), edge_keys(origin[rim]))]
+    if len(split):
+        raise NotConverged(
+            f"The pins were met only with a vertex on the edge {shown(split[0].tolist())}, which is a cut or the boundary and "
+            "stays. Move them away from it.",
+            code="bad pins",
+            kind="edge",
+            elements=split[0],
+        )
+    weights = np.einsum("vc,vck->vk", weights, corners_in_parents(found, parent))
+    return replace(
+        moved,
+        parent_face=frozen(found.parent_face[moved.parent_face]),
+        vertex_parent=frozen(np.concatenate([found.vertex_parent, found.parent_face[parent]])),
+        vertex_barycentric=frozen(np.concatenate([found.vertex_barycentric, weights])),
+        cut_edges=found.cut_edges,
+        transitions=found.transitions,
+        input_faces=found.input_faces,
+    )

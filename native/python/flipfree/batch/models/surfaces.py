@@ -7,14 +7,12 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ...calls.certification import certify
 from ...calls.conformal import boundary_angles, suggest_cones
@@ -29,7 +27,6 @@ from ...calls.seamless import seamless as seamless_map
 from ...calls.unwrapping import pack
 from ...calls.unwrapping import unwrap as unwrap_mesh
 from ...errors import (
-    FlipfreeError,
     Infeasible,
     InvalidInput,
     NotConverged,
@@ -38,17 +35,14 @@ from ...errors import (
 )
 from ...quads import MOST_QUADS
 from ...quads import quads as quad_mesh
-from ...results import FloatArray, IntArray, Parametrization, Transitions
-from ...separated import SeparatedSurface, edge_keys, islands, split_fans
+from ...results import FloatArray, IntArray, Parametrization
+from ...separated import SeparatedSurface, each_part, edge_keys, islands, split_fans
 from ...texts import counted
 from .. import numbers
 from ..results import beside, field_files
 from .any_mesh import with_aspect_of_pins
 from .model import Model, Solved
 from .pins import lines_told, outline_told, pins_of, points_told, refuse_split_cuts, refuse_unknown
-
-#: (vertices, faces, clean vertex of each vertex) -> map
-SolvePart = Callable[[FloatArray, IntArray, IntArray], Parametrization]
 
 #: As seams are where nobody asks for more than it takes to open a part.
 _AS_GIVEN: dict[str, Any] = dict(seams="given", may_add_cuts=False, cut_extremities=False)
@@ -668,71 +662,3 @@ def _flow(model: Model) -> IntArray:
     quads = np.isin(polygons, np.flatnonzero(np.bincount(polygons) == 2))
     pairs = np.unique(_sides(model.faces[quads]), axis=0)
     return pairs[~np.isin(edge_keys(pairs), edge_keys(model.diagonals))]
-
-
-def each_part(clean: SeparatedSurface, solve: SolvePart) -> Parametrization:
-    """The parts' maps in the numbers of the clean surface, its vertices first. Places overlap; certificate and ``stats`` are
-    the first part's that is not ok, or the first one's: judge the whole again."""
-    pieces = []
-    label, _ = islands(clean.faces)
-    for first in np.unique(label):
-        own = np.flatnonzero(label == first).astype(np.int32)
-        used, numbers = np.unique(clean.faces[own], return_inverse=True)
-        faces = numbers.reshape(-1, 3).astype(np.int32)
-        try:
-            found = solve(clean.vertices[used], faces, used.astype(np.int32))
-        except FlipfreeError as error:
-            error.kind, error.elements = _on_input(clean, used, own, error)
-            raise
-        pieces.append((own, used, found))
-    return pieces[0][2] if len(pieces) == 1 else _combined(clean, pieces)
-
-
-def _on_input(
-    clean: SeparatedSurface, used: npt.NDArray[Any], own: IntArray, error: FlipfreeError
-) -> tuple[str, list[int]]:
-    ids = np.array(error.elements, np.int64)
-    if error.kind in ("vertex", "edge") and (ids < len(used)).all():
-        return error.kind, clean.vertex_origin[used[ids]].tolist()
-    if error.kind == "face" and (ids < len(own)).all():
-        return error.kind, clean.face_origin[own[ids]].tolist()
-    return "none", []
-
-
-def _combined(
-    clean: SeparatedSurface, pieces: list[tuple[IntArray, npt.NDArray[Any], Parametrization]]
-) -> Parametrization:
-    count = len(clean.vertices)
-    first_parent, first_weights = np.zeros(count, np.int32), np.zeros((count, 3))
-    rows: dict[str, list[npt.NDArray[Any]]] = {}
-    for own, used, found in pieces:
-        old, added = len(used), len(found.vertices) - len(used)
-        number = np.concatenate([used, count + np.arange(added)]).astype(np.int32)
-        count += added
-        first_parent[used] = own[found.vertex_parent[:old]]
-        first_weights[used] = found.vertex_barycentric[:old]
-        columns: dict[str, npt.NDArray[Any]] = {
-            "vertices": found.vertices[old:],
-            "faces": number[found.faces],
-            "uv": found.uv,
-            "uv64": found.uv64,
-            "_uv32": found.uv32(),
-            "parent_face": own[found.parent_face],
-            "vertex_parent": own[found.vertex_parent[old:]],
-            "vertex_barycentric": found.vertex_barycentric[old:],
-            "cut_edges": number[found.cut_edges].reshape(-1, 2),
-            "turns": found.transitions.quarter_turns,
-            "shifts": found.transitions.translation.reshape(-1, 2),
-        }
-        for name, values in columns.items():
-            rows.setdefault(name, []).append(values)
-    rows["vertices"].insert(0, clean.vertices)
-    rows["vertex_parent"].insert(0, first_parent)
-    rows["vertex_barycentric"].insert(0, first_weights)
-    arrays: dict[str, Any] = {name: np.concatenate(values) for name, values in rows.items()}
-    transitions = Transitions(arrays.pop("turns"), arrays.pop("shifts"))
-    results = [found for _, _, found in pieces]
-    worst = next((r for r in results if not r.certificate.ok), results[0])
-    return replace(
-        worst, transitions=transitions, input_faces=clean.faces, log_weight=None, **arrays
-    )
