@@ -420,7 +420,7 @@ def parametrization_from(data: dict[str, Any], mesh: Mesh, aspect: float = 1.0) 
             "vertices": frozen(vertices),
             "transitions": Transitions(*map(frozen, data["transitions"])),
             "certificate": certificate,
-            "input_faces": mesh.faces,
+            "input_faces": frozen(mesh.faces.copy()),
         }
     )
 
