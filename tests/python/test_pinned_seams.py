@@ -86,6 +86,7 @@ def test_pins_are_met_and_seams_stay(make: Any) -> None:
 
 def test_pins_that_cannot_be_are_named() -> None:
     found = ring()
+    assert found.with_pins({}).certificate.ok
     (a, at), (b, _) = pins_near(found, 2, 1).items()
     with pytest.raises(ff.Infeasible) as same:
         found.with_pins({a: at, b: at})

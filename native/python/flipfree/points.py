@@ -32,7 +32,10 @@ def map_points(found: Parametrization, faces: Any, barycentrics: Any) -> FloatAr
     if (begin == end).any():
         lost = face[begin == end][0]
         raise InvalidInput(
-            f"Face {lost} is not in the map. Leave its points out.", kind="face", elements=[lost]
+            f"Face {lost} is not in the map. Leave its points out.",
+            code="index out of range",
+            kind="face",
+            elements=[lost],
         )
     query = np.repeat(np.arange(len(face)), end - begin)
     place = np.arange(len(query)) - np.repeat(np.cumsum(end - begin) - end, end - begin)
@@ -68,6 +71,7 @@ def _points_of(
     if wrong.any():
         raise InvalidInput(
             f"barycentrics must be three weights from 0 on with the sum 1, not {weights[wrong][0]}.",
+            code="bad option",
             kind="face",
             elements=face[wrong][:1],
         )
@@ -187,6 +191,7 @@ class SurfaceMap:
             raise InvalidInput(
                 f"Point {lost}, on face {on_face}, lies outside the second map. Map both surfaces onto one domain, such as a "
                 "square.",
+                code="bad option",
                 kind="face",
                 elements=[on_face],
             )
@@ -214,7 +219,7 @@ def compose(first: Parametrization, second: Parametrization) -> SurfaceMap:
             raise InvalidInput(
                 f"The {name} map is not one-to-one, so that a point of the plane has several places on its surface. Take maps "
                 "without overlaps.",
-                code="islands overlap",
+                code="bad option",
             )
     there, back = (
         SurfaceMap(first, second, Finder(second)),

@@ -312,8 +312,8 @@ def move_to_pins(
                 kind="vertex",
                 elements=[v],
             )
-    stored[[copy[v] for v in pins]] = list(pins.values())
-    held[[copy[v] for v in pins]] = True
+    for v, target in pins.items():
+        stored[copy[v]], held[copy[v]] = target, True
     limits: dict[str, Any] = dict(max_seconds=max_seconds, threads=threads)
     try:
         corners = {
