@@ -305,7 +305,8 @@ class Parametrization(ReadOnly):
     ) -> Parametrization:
         """The map with vertices at places of their own, and all of its cuts and boundaries as they are, bit for bit: so a
         seamless or field-aligned map stays one, with its cones, transitions and turns (thesis figure 3.9). Its charts may
-        overlap themselves. As ``improve`` moves it there, or, where that finds no way, as ``match`` does, which may refine.
+        overlap themselves; features inside them are not held. As ``improve`` moves it there, or, where that finds no way, as
+        ``match`` does, which may refine.
 
         Args:
             points: {vertex inside: (u, v)}. max_seconds, threads: of each of these two calls.
