@@ -17,3 +17,13 @@ target_link_libraries(flipfree_dependencies INTERFACE
   Eigen3::Eigen Threads::Threads ${OPENMESH_LIBRARY} ${OPENBLAS_LIBRARY} ${MPFR_LIBRARY} ${GMP_LIBRARY})
 target_compile_definitions(flipfree_dependencies INTERFACE CGAL_HEADER_ONLY=1
   CGAL_DISABLE_ROUNDING_MATH_CHECK=1)
+
+# Not every OpenBLAS shows its memory (numeric/dense_kernels.cpp).
+include(CheckFunctionExists)
+set(CMAKE_REQUIRED_LIBRARIES ${OPENBLAS_LIBRARY})
+check_function_exists(blas_memory_alloc FLIPFREE_BLAS_MEMORY)
+unset(CMAKE_REQUIRED_LIBRARIES)
+if(FLIPFREE_BLAS_MEMORY)
+  set_source_files_properties(${PROJECT_SOURCE_DIR}/native/flipfree/numeric/dense_kernels.cpp PROPERTIES
+    COMPILE_DEFINITIONS FLIPFREE_BLAS_MEMORY)
+endif()

@@ -15,6 +15,9 @@ import pytest
 import shapes
 from acting_models import steady
 
+#: On Windows every signal is an end at once.
+KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
+
 pytestmark = pytest.mark.sample(2)  # a Blender of its own each
 
 
@@ -259,7 +262,7 @@ def test_a_batch_that_is_killed_goes_on(models, tmp_path):
     while not results.exists() or results.read_text().count("\n") < 2:
         assert time.monotonic() < deadline and process.poll() is None
         time.sleep(0.01)
-    process.send_signal(signal.SIGKILL)
+    process.send_signal(KILL)
     process.communicate()
     batch(*given, "--resume")
     assert steady(results) == steady(whole, folder="whole")

@@ -12,6 +12,9 @@ from pathlib import Path
 import pytest
 from acting_models import records, steady
 
+#: On Windows every signal is an end at once.
+KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
+
 DRIVER = Path(__file__).with_name("acting_models.py")
 
 
@@ -204,7 +207,7 @@ def test_a_run_that_is_killed_at_any_moment_and_resumed_gives_the_same_results(h
             process.communicate(timeout=chance.uniform(0.2, 1.0))
             break
         except subprocess.TimeoutExpired:
-            process.send_signal(signal.SIGKILL)
+            process.send_signal(KILL)
             process.communicate()
             kills += 1
     assert batch(*ALL, "--jobs", 2, "--resume")[0] == 0

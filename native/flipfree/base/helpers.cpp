@@ -1,7 +1,5 @@
 #include "flipfree/base/helpers.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -11,8 +9,21 @@
 #include <system_error>
 #include <thread>
 
+#ifndef _WIN32
+#include <unistd.h>
+#endif
+
 namespace flipfree {
 namespace {
+
+// Of a process and not of those that it forks.
+int process_number() {
+#ifdef _WIN32
+  return 0;  // nothing forks there
+#else
+  return ::getpid();
+#endif
+}
 
 constexpr std::chrono::seconds kPatience{1};
 
@@ -26,7 +37,7 @@ struct Call {
 };
 
 struct Pool {
-  const pid_t process = ::getpid();
+  const int process = process_number();
   std::mutex mutex;
   std::condition_variable called;
   Call* newest = nullptr;  // calls that want helpers
@@ -45,7 +56,7 @@ Pool* pool() {
   static std::atomic<Pool*> current{nullptr};
   Pool* found = current.load(std::memory_order_acquire);
   // A forked child inherits the memory and none of the threads.
-  while (found == nullptr || found->process != ::getpid()) {
+  while (found == nullptr || found->process != process_number()) {
     auto* fresh = new (std::nothrow) Pool;
     if (fresh == nullptr) return nullptr;
     if (current.compare_exchange_strong(found, fresh, std::memory_order_acq_rel)) return fresh;

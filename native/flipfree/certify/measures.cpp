@@ -14,6 +14,7 @@
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/numeric/predicates.h"
+#include "flipfree/numeric/two_product.h"
 
 namespace flipfree::certify {
 
@@ -37,11 +38,7 @@ double percentile(std::vector<std::pair<double, double>> weighted, double share)
   return reached;
 }
 
-// A number as the sum of two doubles that do not overlap.
-struct Pair {
-  double high = 0.0;
-  double low = 0.0;
-};
+using numeric::Pair;
 
 Pair difference(double x, double y) {
   const double high = x - y;
@@ -50,9 +47,9 @@ Pair difference(double x, double y) {
 }
 
 Pair product(const Pair& x, const Pair& y) {
-  const double high = x.high * y.high;
-  const double low = std::fma(x.high, y.high, -high) + (x.high * y.low + x.low * y.high);
-  return {high, low + x.low * y.low};
+  const Pair main = numeric::two_product(x.high, y.high);
+  const double low = main.low + (x.high * y.low + x.low * y.high);
+  return {main.high, low + x.low * y.low};
 }
 
 // Twice the area of a triangle so thin that its cross product has no correct digit in doubles.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "flipfree/base/failure.h"
+#include "flipfree/numeric/two_product.h"
 
 namespace flipfree::conformal {
 
@@ -84,11 +85,9 @@ class Ray {
   bool move(double step, Gradient& gradient, ExecutionContext& context) {
     const double change = 0.5 * (step - step_);
     for (std::size_t v = 0; v < part_.high.size(); ++v) {
-      part_.high[v] = change * direction_.high[v];
-      if (!part_.low.empty()) {
-        part_.low[v] =
-            std::fma(change, direction_.high[v], -part_.high[v]) + change * direction_.low[v];
-      }
+      const numeric::Pair moved = numeric::two_product(change, direction_.high[v]);
+      part_.high[v] = moved.high;
+      if (!part_.low.empty()) part_.low[v] = moved.low + change * direction_.low[v];
       if (!part_.full.empty()) part_.full[v] = direction_.full[v] * numeric::BigFloat<16>(change);
     }
     engine_.scale(part_, context);

@@ -14,13 +14,20 @@
 // LAPACK, part of the same library; it has no C header of its own everywhere.
 extern "C" void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info,
                         std::size_t);
-// OpenBLAS's own; other libraries, or builds that hide them, have none.
-extern "C" void* blas_memory_alloc(int position) __attribute__((weak));
-extern "C" void blas_memory_free(void* buffer) __attribute__((weak));
+// OpenBLAS's own, where the library shows them (cmake/dependencies.cmake).
+#ifdef FLIPFREE_BLAS_MEMORY
+extern "C" void* blas_memory_alloc(int position);
+extern "C" void blas_memory_free(void* buffer);
+#endif
 
 namespace flipfree::numeric::dense {
 
 namespace {
+
+#ifndef FLIPFREE_BLAS_MEMORY
+void* blas_memory_alloc(int) { return nullptr; }
+void blas_memory_free(void*) {}
+#endif
 
 constexpr int kMost = static_cast<int>(kMostThreads);
 
@@ -48,8 +55,7 @@ void take(int count) {
       for (void* buffer : held) blas_memory_free(buffer);
       throw;
     }
-    if (blas_memory_alloc != nullptr && blas_memory_free != nullptr)
-      held.push_back(blas_memory_alloc(0));
+    held.push_back(blas_memory_alloc(0));
   }
   for (void* buffer : held) blas_memory_free(buffer);
 }

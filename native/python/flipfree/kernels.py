@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib
 import os
 import re
+import sys
 from pathlib import Path
 
 VARIABLE = "OPENBLAS_CORETYPE"
@@ -22,12 +23,20 @@ def has_avx2(cpuinfo: str) -> bool:
     return flags is not None and {"avx2", "fma"} <= set(flags[1].split())
 
 
+def _this_has_avx2() -> bool:
+    if sys.platform == "win32":
+        from .process import windows
+
+        return windows.has_avx2()
+    try:
+        return has_avx2(Path("/proc/cpuinfo").read_text())
+    except OSError:  # macOS, whose processors have other kernels, or hidden
+        return False
+
+
 def load_native() -> None:
     """Imports flipfree._native. The environment is as before afterwards."""
-    try:
-        shared = VARIABLE not in os.environ and has_avx2(Path("/proc/cpuinfo").read_text())
-    except OSError:  # not Linux, or hidden
-        shared = False
+    shared = VARIABLE not in os.environ and _this_has_avx2()
     if shared:
         os.environ[VARIABLE] = SHARED
     try:

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <set>
 
@@ -90,7 +91,7 @@ TEST(Boundary, WrongPolygonsAreNamed) {
   EXPECT_EQ(code(line), ErrorCode::kNotConvex);
   Points2 twice(10, 2);  // pentagram: every turn is left, but it winds twice
   for (int i = 0; i < 10; ++i) {
-    const double angle = 2 * M_PI * i / 5;
+    const double angle = 2 * std::numbers::pi * i / 5;
     twice.row(i) << std::cos(angle) * (1 + 0.01 * (i / 5)), std::sin(angle) * (1 + 0.01 * (i / 5));
   }
   EXPECT_EQ(code(twice), ErrorCode::kNotConvex);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "embedding/disks.h"
@@ -40,7 +41,8 @@ TEST(FindRoom, counts_the_floats_that_see_the_whole_ring) {
     const Index n = 3 + static_cast<Index>(random() % 4);
     Points2 places(n, 2);
     for (Index k = 0; k < n; ++k) {
-      const double angle = 2 * M_PI * (k + 0.5 * static_cast<double>(random() % 100) / 100) / n;
+      const double angle =
+          2 * std::numbers::pi * (k + 0.5 * static_cast<double>(random() % 100) / 100) / n;
       const double radius = 1 + static_cast<double>(random() % 6);
       const double flat = i % 2 == 0 ? 1.0 : 0.2;  // every other one a needle
       places.row(k) << 1.25 + step * std::round(radius * std::cos(angle)),

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <random>
 
+#include "flipfree/numeric/two_product.h"
+
 namespace flipfree::numeric::predicates_test {
 namespace {
 
@@ -62,6 +64,35 @@ TEST(InCircle, knows_the_corners_of_a_square_as_cocircular) {
   EXPECT_EQ(in_circle({0, 0}, {1, 0}, {1, 1}, {0, 1}), 0);
   EXPECT_EQ(in_circle({0, 0}, {1, 0}, {1, 1}, {0.5, 0.5}), 1);
   EXPECT_EQ(in_circle({0, 0}, {1, 0}, {1, 1}, {0, std::nextafter(1.0, 2.0)}), -1);
+}
+
+TEST(TwoProduct, is_exact_in_all_of_its_range_and_off_by_little_below) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> one_to_two(1.0, 2.0);
+  std::uniform_int_distribution<int> exponent(-1074, 995);
+  const Rational least(std::numeric_limits<double>::denorm_min());
+  int exact = 0;
+  int below = 0;
+  for (int i = 0; i < 200000; ++i) {
+    const int power = exponent(random);
+    // Beside products of all sizes, as many near the lower bound as near the upper one.
+    const int other = i % 3 == 0 ? exponent(random) : (i % 3 == 1 ? 1021 : -970) - power;
+    if (other < -1074 || other > 995 || power + other > 1021) continue;
+    const double x = std::ldexp(one_to_two(random), power);
+    const double y = std::ldexp(i % 2 == 0 ? one_to_two(random) : -one_to_two(random), other);
+    const Pair product = two_product(x, y);
+    const Rational error =
+        abs(Rational(x) * Rational(y) - Rational(product.high) - Rational(product.low));
+    if (std::abs(product.high) >= std::ldexp(1.0, -969)) {
+      ASSERT_EQ(error, 0) << x << " " << y;
+      ++exact;
+    } else {
+      ASSERT_LT(error, 4 * least) << x << " " << y;
+      ++below;
+    }
+  }
+  EXPECT_GT(exact, 50000);
+  EXPECT_GT(below, 10000);
 }
 
 TEST(SegmentsConflict, tells_crossings_touches_and_shared_ends_apart) {

@@ -180,7 +180,7 @@ mesh::Surface tube(Index sectors, Index rings) {
   surface.faces.resize(2 * sectors * (rings - 1) + sectors, 3);
   for (Index r = 0; r < rings; ++r) {
     for (Index s = 0; s < sectors; ++s) {
-      const double angle = 2 * M_PI * s / sectors;
+      const double angle = 2 * std::numbers::pi * s / sectors;
       surface.vertices.row(r * sectors + s) << std::cos(angle), std::sin(angle), r;
     }
   }

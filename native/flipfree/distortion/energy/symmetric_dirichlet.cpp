@@ -4,27 +4,12 @@
 #include <cmath>
 #include <limits>
 
+#include "flipfree/numeric/two_product.h"
+
 namespace flipfree::distortion {
 namespace {
 
 constexpr double kHalfRoot = 0.70710678118654752440;
-
-// Error-free product (Dekker 1971; Veltkamp splitting): x y = p + e exactly, barring overflow and
-// underflow.
-struct Product {
-  double p, e;
-};
-Product two_product(double x, double y) {
-  constexpr double kSplitter = 134217729.0;  // 2^27 + 1
-  const double p = x * y;
-  const double xs = kSplitter * x;
-  const double xh = xs - (xs - x);
-  const double xl = x - xh;
-  const double ys = kSplitter * y;
-  const double yh = ys - (ys - y);
-  const double yl = y - yh;
-  return {p, ((xh * yh - p) + xh * yl + xl * yh) + xl * yl};
-}
 
 // psi and its derivatives in terms of the singular values, and the parts of J that the
 // eigen-matrices share.
@@ -133,9 +118,9 @@ double positive_determinant(double a, double b, double c, double d) {
   const double magnitude = std::abs(plus) + std::abs(minus);
   double determinant = plus - minus;
   if (determinant < 1e-4 * magnitude) {
-    const Product first = two_product(a, d);
-    const Product second = two_product(b, c);
-    determinant = (first.p - second.p) + (first.e - second.e);
+    const numeric::Pair first = numeric::two_product(a, d);
+    const numeric::Pair second = numeric::two_product(b, c);
+    determinant = (first.high - second.high) + (first.low - second.low);
     // The entries are rounded differences: below this their own rounding hides the value.
     determinant = std::max(determinant, std::numeric_limits<double>::epsilon() * magnitude);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "flipfree/base/plane.h"
 #include "flipfree/embedding/progressive/simplify.h"
@@ -18,7 +19,7 @@ constexpr Size kMaxGoals = 24;  // rays tried around vertices of high degree, ev
 // Angle from direction u counter-clockwise to w, in [0, 2 pi).
 double positive_turn(const Vector2& u, const Vector2& w) {
   const double angle = turn(u, w);
-  return angle < 0 ? angle + 2 * M_PI : angle;
+  return angle < 0 ? angle + 2 * std::numbers::pi : angle;
 }
 
 // Largest energy over the closed star with its centre at p.
@@ -114,7 +115,7 @@ bool insert_vertex(PlanarMap& map, HalfedgeId h, InsertScratch& scratch) {
   split_vertex(map, h);
   map.move(m, p0);
   // m's fan runs from a counter-clockwise to b.
-  const bool m_moves = angle < M_PI;
+  const bool m_moves = angle < std::numbers::pi;
   if (place_mover(map, m_moves ? h : g, scratch)) return true;
   if (place_mover(map, m_moves ? g : h, scratch)) return true;
   map.move(v0, p0);

@@ -1,6 +1,6 @@
 // STL, binary or text. Told apart by size: a binary file has 84 bytes and 50 for each triangle.
-#include <OpenMesh/Core/IO/IOManager.hh>
 #include <OpenMesh/Core/IO/importer/BaseImporter.hh>
+#include <OpenMesh/Core/IO/reader/STLReader.hh>
 #include <OpenMesh/Core/System/omstream.hh>
 #include <bit>
 #include <cmath>
@@ -148,7 +148,9 @@ FilePolygons read_binary(const std::string& text) {
   Collector collector(polygons);
   IO::Options options = IO::Options::Binary;
   std::istringstream stream(text, std::ios::in | std::ios::binary);
-  if (!IO::IOManager().read(stream, ".stl", collector, options) ||
+  // Not through the manager of all readers, which knows of none where OpenMesh is linked
+  // statically.
+  if (!IO::STLReader().read(stream, collector, options) ||
       polygons.corners.size() != 3 * collector.n_faces())
     throw InternalError("OpenMesh did not read an STL file that holds together.");
   polygons.positions = to_points(collector.coordinates);

@@ -10,6 +10,7 @@ solved there before: no model pays for what another left behind.
 from __future__ import annotations
 
 import os
+import sys
 import threading
 import time
 from collections.abc import Mapping, Sequence
@@ -18,6 +19,9 @@ from pathlib import Path
 from typing import Any
 
 from ..process import pipes
+
+if sys.platform == "win32":
+    from ..process import windows
 from .results import Record
 
 _LOOK = 0.05  # seconds between looks at a child's memory
@@ -51,7 +55,8 @@ class Limits:
 
 
 def memory_can_be_limited() -> bool:
-    return Path("/proc/self/statm").exists()
+    """Linux and Windows say how much a process has; macOS would have to be asked by starting another."""
+    return sys.platform == "win32" or Path("/proc/self/statm").exists()
 
 
 class Child:
@@ -117,7 +122,7 @@ class Child:
                 return _death(process, peak)
             if messages:
                 return messages[0]
-            now = resident(process.pid)
+            now = resident(process)
             peak = max(peak, now)
             if memory is not None and now > memory:
                 text = f"needed more than the {memory:g} MB that --memory allows"
@@ -147,10 +152,12 @@ def _lost(reason: str, message: str, peak: float) -> Record:
     }
 
 
-def resident(pid: int) -> float:
+def resident(process: pipes.Child) -> float:
     """Memory of a process in MB; 0 where the system does not say."""
+    if sys.platform == "win32":
+        return windows.memory(int(process._handle))[0]
     try:
-        pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+        pages = int(Path(f"/proc/{process.pid}/statm").read_text().split()[1])
     except (OSError, ValueError, IndexError):
         return 0.0
     return pages * os.sysconf("SC_PAGE_SIZE") / 2**20

@@ -5,11 +5,15 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from .plan import Item, PlanError
+
+if sys.platform == "win32":
+    from ..process import windows
 
 Record = dict[str, Any]
 
@@ -89,13 +93,16 @@ class Results:
         path.parent.mkdir(parents=True, exist_ok=True)
         part = path.with_name(f".{path.name}.{os.getpid()}.part")
         part.write_bytes(b"".join(map(_line, kept)))
-        part.replace(path)
+        busy = f"{path}: another run writes to this file. Give another one with --json."
+        try:
+            part.replace(path)
+        except PermissionError as error:  # Windows replaces no open file
+            part.unlink()
+            raise (PlanError(busy) if os.name == "nt" else error) from error
         self._file = path.open("ab", buffering=0)
         if not _locked(self._file):
             self._file.close()
-            raise PlanError(
-                f"{path}: another run writes to this file. Give another one with --json."
-            )
+            raise PlanError(busy)
 
     def add(self, record: Record) -> None:
         if self._file is None:
@@ -122,11 +129,11 @@ def in_use(path: Path) -> bool:
 
 
 def _locked(file: BinaryIO) -> bool:
-    """Takes the file's lock, which ends with its process; True where systems have none."""
-    try:
-        import fcntl
-    except ImportError:
-        return True
+    """Takes the file's lock, which ends with its process."""
+    if sys.platform == "win32":
+        return windows.lock(file)
+    import fcntl
+
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:

@@ -16,6 +16,9 @@ from ..errors import FlipfreeError, Infeasible, InvalidInput
 from ..process.pipes import die_with, say
 from .results import Record
 
+if sys.platform == "win32":
+    from ..process import windows
+
 #: What one model is solved by: (input, output or None) -> record with "status" at least.
 Unit = Callable[[Path, Path | None], Record]
 
@@ -91,17 +94,17 @@ def _reset_peak() -> None:
 
 
 def _peak() -> float:
-    """Largest memory since the last reset, MB."""
+    """Largest memory since the last reset, MB; on Linux alone there is one, elsewhere it is of all models so far."""
     try:
         for line in Path("/proc/self/status").read_text().splitlines():
             if line.startswith("VmHWM:"):
                 return int(line.split()[1]) / 1024
     except OSError:
         pass
-    try:
-        import resource
-    except ImportError:
-        return 0.0
+    if sys.platform == "win32":
+        return windows.memory()[1]
+    import resource
+
     unit = 2**20 if sys.platform == "darwin" else 2**10
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
 

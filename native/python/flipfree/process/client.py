@@ -94,7 +94,7 @@ class SolverProcess:
         """Ends the process, whatever it is doing, and removes its files. What is mapped from them stays."""
         process, self._process = self._process, None
         if process is not None:
-            process.end(patience=0.05)
+            process.end(patience=2.0 if os.name == "nt" else 0.05)  # no open file is removed there
         folder, self._folder = self._folder, None
         if folder is not None:
             shutil.rmtree(folder, ignore_errors=True)

@@ -22,6 +22,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
 
+if sys.platform == "win32":
+    from . import windows
+
 Message = Mapping[str, Any]
 
 #: Begins every line that a child says to its parent.
@@ -47,6 +50,10 @@ class Child(subprocess.Popen[bytes]):
             start_new_session=os.name == "posix",  # the terminal's Ctrl C is the parent's
             creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
         )
+        # A parent that is killed takes it along; elsewhere the child asks for that (die_with).
+        self._job: int | None = None
+        if sys.platform == "win32":
+            self._job = windows.tie(int(self._handle))
         self.said: collections.deque[str] = collections.deque(maxlen=_KEPT_LINES)
         self._read = b""
 
@@ -80,6 +87,9 @@ class Child(subprocess.Popen[bytes]):
                 os.killpg(self.pid, signal.SIGKILL)
             else:
                 self.kill()
+        if sys.platform == "win32" and self._job is not None:
+            windows.close(self._job)
+            self._job = None
         for stream in (self.stdin, self.stdout):
             assert stream is not None
             with contextlib.suppress(OSError):
@@ -99,6 +109,8 @@ def how_ended(status: int) -> str:
     """A process with this status, in words."""
     if status < 0:
         return f"was ended by signal {-status} ({signal.Signals(-status).name})"
+    if status >= 1 << 31:  # Windows' own words for a crash
+        return f"ended with status {status:#x}"
     return f"ended with status {status}"
 
 
@@ -133,27 +145,19 @@ def _write(stream: IO[bytes], data: bytes) -> bool:
 
 def readable(stream: IO[bytes], seconds: float) -> bool:
     """Whether it can be read without waiting, or has ended; waits for that as long."""
-    if os.name != "nt":
-        return bool(select.select([stream.fileno()], [], [], seconds)[0])
-    # A pipe there can only be looked into.
-    import _winapi
-    import msvcrt
-
-    handle = msvcrt.get_osfhandle(stream.fileno())  # type: ignore[attr-defined]
-    end = time.monotonic() + seconds
-    while True:
-        try:
-            if _winapi.PeekNamedPipe(handle, 0)[0]:  # type: ignore[attr-defined]
-                return True
-        except OSError:  # its other end is closed
-            return True
-        if time.monotonic() >= end:
-            return False
-        time.sleep(0.005)
+    if sys.platform == "win32":
+        end = time.monotonic() + seconds
+        while not windows.waiting(stream.fileno()):  # a pipe there can only be looked into
+            if time.monotonic() >= end:
+                return False
+            time.sleep(0.005)
+        return True
+    return bool(select.select([stream.fileno()], [], [], seconds)[0])
 
 
 def die_with(parent: int, by: int | None = None) -> bool:
-    """A parent that is killed takes its children along, where the system can do that; elsewhere they have to notice.
+    """A parent that is killed takes its children along, on Linux by this, on Windows by the parent's own doing; on macOS they
+    have to notice that nobody writes to them any more.
 
     by: the signal that they get then; None is one that nobody can ignore. False: it had died before, so no signal will come.
     """

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "flipfree/base/stats.h"
 #include "unwrap/repair/charts.h"
@@ -38,7 +39,7 @@ TEST(Damage, a_vertex_wound_twice_is_bad_though_all_faces_are_positive) {
   surface.faces.resize(8, 3);
   Points2 uv = Points2::Zero(9, 2);
   for (Index i = 0; i < 8; ++i) {
-    const double angle = 2.0 * M_PI * i / 8.0;
+    const double angle = 2.0 * std::numbers::pi * i / 8.0;
     surface.vertices.row(i + 1) << std::cos(angle), std::sin(angle), 0.0;
     uv.row(i + 1) << std::cos(2.0 * angle), std::sin(2.0 * angle);
     surface.faces.row(i) << 0, i + 1, (i + 1) % 8 + 1;
@@ -67,7 +68,7 @@ TEST(Damage, a_vertex_of_many_bad_faces_is_looked_around_once) {
   surface.faces.resize(count, 3);
   Points2 uv = Points2::Zero(count + 1, 2);
   for (Index i = 0; i < count; ++i) {
-    const double angle = 2.0 * M_PI * i / count;
+    const double angle = 2.0 * std::numbers::pi * i / count;
     surface.vertices.row(i + 1) << std::cos(angle), std::sin(angle), 0.0;
     uv.row(i + 1) << std::cos(angle), -std::sin(angle);
     surface.faces.row(i) << 0, i + 1, (i + 1) % count + 1;
