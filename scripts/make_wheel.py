@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Packs the Python package with one compiled module and every library it needs into a self-contained wheel.
 
-    make_wheel.py --module _native.so --package native/python/flipfree --python cp313 --version 0.1.0 --out dist
+    make_wheel.py --module _native.so --package native/python/flipfree --python cp313 --version 0.2.0 --out dist
+    make_wheel.py --module _native.pyd --library flipfree_openblas.dll ...     for Windows
 
 Inside Blender other builds of the same libraries may be loaded (its BLAS, its GMP, its CHOLMOD). Two measures keep ours
 apart: the files get names of their own, found beside the module alone, and the symbols that the libraries exchange get a
 prefix, so that the dynamic linker, which prefers what the program itself has loaded, cannot mix them. Reference BLAS and
 LAPACK are replaced by OpenBLAS. Only glibc is left to be found on the user's machine; the script fails if anything else is.
+On Windows names of files suffice: libraries are told apart by them, symbols belong to libraries, and they lie beside the module.
 """
 
 import argparse
@@ -212,15 +214,41 @@ def check(module: Path, libraries: list[Path]):
         sys.exit(f"{module.name} exports more than its init function: {sorted(exported)[:5]}")
 
 
+SYSTEM_DLL = re.compile(
+    r"(kernel32|msvcrt|advapi32|ucrtbase|api-ms-win-crt-.*)\.dll", re.IGNORECASE
+)
+
+
+def check_windows(module: Path, libraries: list[Path], python: str) -> None:
+    """Everything that is imported is Windows', Python's or beside the module, which exports its init function alone; no file
+    tells where it was built."""
+    allowed = {path.name for path in libraries} | {f"{python.replace('cp', 'python')}.dll"}
+    for path in [module, *libraries]:
+        listing = run("x86_64-w64-mingw32-objdump", "-p", path)
+        imports = re.findall(r"DLL Name: (\S+)", listing)
+        foreign = [n for n in imports if n not in allowed and not SYSTEM_DLL.fullmatch(n)]
+        if foreign or not imports:
+            sys.exit(f"{path.name} would need {', '.join(foreign)} from the user's machine")
+        if str(Path(__file__).resolve().parent.parent).encode() in path.read_bytes():
+            sys.exit(f"{path.name} has the path of the folder that it was built in")
+        if path == module:
+            table = listing.partition("[Ordinal/Name Pointer] Table")[2].partition("\n\n")[0]
+            exported = [line.split()[-1] for line in table.splitlines() if line.startswith("\t[")]
+            if exported != ["PyInit__native"]:
+                sys.exit(f"{module.name} exports more than its init function: {exported[:5]}")
+
+
 def record_line(name: str, data: bytes) -> str:
     digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
     return f"{name},sha256={digest},{len(data)}\n"
 
 
 def write_wheel(stage: Path, python: str, version: str, out: Path) -> Path:
-    binaries = [p for p in stage.rglob("*") if ".so" in p.name]
-    major, minor = glibc_version(binaries)
-    tag = f"{python}-{python}-manylinux_{major}_{minor}_{os.uname().machine}"
+    if any(stage.rglob("*.pyd")):
+        tag = f"{python}-{python}-win_amd64"
+    else:
+        major, minor = glibc_version(p for p in stage.rglob("*") if ".so" in p.name)
+        tag = f"{python}-{python}-manylinux_{major}_{minor}_{os.uname().machine}"
     info = f"{DISTRIBUTION}-{version}.dist-info"
     (stage / info).mkdir()
     (stage / info / "METADATA").write_text(
@@ -252,6 +280,7 @@ def main():
     parser.add_argument(
         "--package", type=Path, required=True, help="folder flipfree/ with the Python sources"
     )
+    parser.add_argument("--library", type=Path, nargs="*", default=[], help="of Windows, to bundle")
     parser.add_argument("--python", required=True, help="Python tag, e.g. cp313")
     parser.add_argument("--version", required=True)
     parser.add_argument("--out", type=Path, required=True)
@@ -268,9 +297,13 @@ def main():
         module = package / options.module.name
         shutil.copyfile(options.module, module)
         module.chmod(0o755)
-        run("strip", "--strip-unneeded", module)
-        (stage / LIBRARY_FOLDER).mkdir()
-        bundle(module, stage / LIBRARY_FOLDER)
+        if module.suffix == ".pyd":
+            libraries = [Path(shutil.copy(library, package)) for library in options.library]
+            check_windows(module, libraries, options.python)
+        else:
+            run("strip", "--strip-unneeded", module)
+            (stage / LIBRARY_FOLDER).mkdir()
+            bundle(module, stage / LIBRARY_FOLDER)
         options.out.mkdir(parents=True, exist_ok=True)
         print(write_wheel(stage, options.python, options.version, options.out))
 

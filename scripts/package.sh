@@ -42,37 +42,12 @@ for entry in "${pythons[@]}"; do targets+=("_native_cp${entry%%=*}"); done
 targets=("${targets[@]//./}")
 bash scripts/build.sh -DFLIPFREE_WHEEL_PYTHONS="$list" -- "${targets[@]}"
 
-version=$(sed -n 's/^project(flipfree VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
-machine=$(uname -m)
 blender=${trees##* }/blender
-export BLENDER_USER_RESOURCES=$PWD/build/package-profile
-
-mkdir -p dist
-package() {  # package TAG MODULE: one zip
-  local tag=$1 module=$2 stage=build/extension-$1 log=build/extension-$1.log
-  rm -rf "$stage"
-  mkdir -p "$stage/wheels"
-  cp -r addon/. blender_manifest.toml "$stage/"
-  find "$stage" -name __pycache__ -prune -exec rm -rf {} +
-  cp LICENSE "$stage/LICENSE"
-  local wheel
-  wheel=$("$python" scripts/make_wheel.py --module "$module" --package native/python/flipfree \
-    --python "$tag" --version "$version" --out "$stage/wheels")
-  sed -i "s/^version = .*/version = \"$version\"/" "$stage/blender_manifest.toml"
-  printf 'wheels = ["./wheels/%s"]\n' "$(basename "$wheel")" >> "$stage/blender_manifest.toml"
-  local zip
-  zip=$PWD/dist/flipfree_uv-$version-linux_${machine/x86_64/x64}-py${tag#cp}.zip
-  { "$blender" --command extension validate "$stage" &&
-    "$blender" --command extension build --source-dir "$stage" --output-filepath "$zip"; } > "$log" 2>&1 || {
-    cat "$log" >&2
-    exit 1
-  }
-  echo "$zip ($(du -k "$zip" | cut -f1) kB)"
-}
-
-[ -n "${FLIPFREE_PACKAGE_FOR:-}" ] || package "cp${own/./}" build/python/flipfree/_native.cpython-"${own/./}"-*.so
+platform=linux-$(uname -m | sed 's/x86_64/x64/; s/aarch64/arm64/')
+[ -n "${FLIPFREE_PACKAGE_FOR:-}" ] ||
+  bash scripts/zip.sh "$blender" $platform "cp${own/./}" build/python/flipfree/_native.cpython-"${own/./}"-*.so
 for entry in "${pythons[@]}"; do
   tag=cp${entry%%=*}
   tag=${tag/./}
-  package "$tag" build/wheel_modules/"$tag"/_native.*.so
+  bash scripts/zip.sh "$blender" $platform "$tag" build/wheel_modules/"$tag"/_native.*.so
 done

@@ -73,6 +73,7 @@ if step "package" bash scripts/package.sh; then
   wait
   cat build/blender-5.2.log
 fi
+step "Windows" bash scripts/windows-tests.sh
 step "style" build/venv/bin/python scripts/check_style.py "$reports/style.xml"
 step "weight" build/venv/bin/python scripts/weight.py
-totals native python blender-4.3 blender-5.2 blender-4.3-window blender-5.2-window style
+totals native python blender-4.3 blender-5.2 blender-4.3-window blender-5.2-window windows-quick style

@@ -1,0 +1,55 @@
+#!/bin/bash
+# Tests of what scripts/windows.sh has made, under Wine; the last line says "N passed, N failed, N skipped".
+#
+#   scripts/windows-tests.sh [pytest arguments]          quick: the package and its processes in Windows' Python 3.11
+#   scripts/windows-tests.sh --python [arguments]        all of tests/python
+#   scripts/windows-tests.sh --blender [arguments]       tests/blender in bpy 4.2, into which Blender installs the zip
+#
+# Without Wine or without the zip that is one skipped test. Wine's own files lie in build/windows/wine.
+set -uo pipefail
+cd "$(dirname "$0")/.."
+windows=build/windows
+there=Z:$PWD  # as Wine names it
+zip=$(find dist -maxdepth 1 -name '*-windows_x64-py311.zip' | sort -V | tail -1)
+part=quick
+case "${1:-}" in --python | --blender) part=${1#--} && shift ;; esac
+report=build/reports/windows-$part.xml
+mkdir -p build/reports
+if ! command -v wine > /dev/null || [ -z "$zip" ]; then
+  echo '<testsuite><testcase name="windows"><skipped message="no Wine, or no zip: scripts/windows.sh"/></testcase></testsuite>' > "$report"
+  exec build/venv/bin/python scripts/totals.py build/reports "windows-$part"
+fi
+
+site=$windows/site packages=(numpy==1.26.4 pytest)
+[ $part != blender ] || { site=$windows/site-bpy && packages+=(bpy==4.2.0); }
+if [ ! -e "$site/.complete" ]; then
+  rm -rf "$site"
+  # Without what they need: bpy's own list has packages that its extensions alone use.
+  build/venv/bin/python -m pip install -q --disable-pip-version-check --no-compile --target "$site" --platform win_amd64 \
+    --python-version 3.11 --only-binary=:all: --no-deps "${packages[@]}" iniconfig pluggy packaging pygments colorama 2> "$windows/log" ||
+    { cat "$windows/log" >&2; exit 1; }
+  touch "$site/.complete"
+fi
+rm -rf "$windows/package" $windows/python-3.11/*._pth  # which would hide every other folder
+mkdir -p "$windows/package"
+[ $part = blender ] || { unzip -qo "$zip" 'wheels/*' -d "$windows" && unzip -qo "$windows"/wheels/*.whl -d "$windows/package"; }
+
+export WINEPREFIX=$PWD/$windows/wine WINEDEBUG=-all WINEDLLOVERRIDES=mscoree,mshtml= PYTHONDONTWRITEBYTECODE=1
+export PYTHONPATH="$there/$windows/package;$there/$site;$there/tests;$there/tests/python;$there/tests/fuzz;$there/benchmarks"
+[ -z "${FLIPFREE_DATA:-}" ] || export FLIPFREE_DATA=Z:$FLIPFREE_DATA
+python() { wine $windows/python-3.11/python.exe "$@" < /dev/null 2>&1 | cat; }  # without a pipe it has no handle to print to
+[ -d "$WINEPREFIX" ] || wine wineboot -i > /dev/null 2>&1 < /dev/null
+
+common=(-q -p no:cacheprovider --junitxml "$report" -o junit_suite_name="windows-$part")
+rm -f "$report"
+case $part in
+  quick) python -m pytest "${common[@]}" tests/python/test_{process,kernels,unwrap,mesh_files}.py "$@" ;;
+  python) python -m pytest "${common[@]}" "$@" ;;
+  blender)
+    export BLENDER_USER_RESOURCES=$there/build/profile-windows
+    rm -rf build/profile-windows && mkdir -p build/profile-windows
+    python scripts/farm/flipfree_bpy.py --install "$there/$zip"
+    python tests/blender/run_bpy.py tests/blender "${common[@]}" --rootdir tests/blender "$@"
+    ;;
+esac
+build/venv/bin/python scripts/totals.py build/reports "windows-$part"
