@@ -24,7 +24,7 @@ rm -rf "$BLENDER_USER_RESOURCES"
 mkdir -p "$BLENDER_USER_RESOURCES" build/reports
 
 tag=$("$blender" -b --factory-startup --python-expr 'import sys; print("TAG%d%d" % sys.version_info[:2])' 2>/dev/null | sed -n 's/^TAG//p')
-zip=$(find dist -name "*-linux_*-py$tag.zip" | sort -V | tail -1)
+zip=$(find dist -maxdepth 1 -name "*-linux_*-py$tag.zip" | sort -V | tail -1)
 [ -n "$zip" ] || { echo "No zip for Python tag $tag in dist/: run scripts/package.sh" >&2; exit 1; }
 "$blender" --command extension install-file -r user_default --enable "$zip" > "build/install-$name.log" 2>&1 || {
   cat "build/install-$name.log" >&2

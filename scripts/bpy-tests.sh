@@ -15,7 +15,7 @@ done
 [ $# -eq 0 ] || shift
 [ ${#versions[@]} -gt 0 ] || versions=(4.2.0 4.5 5.0)
 
-zip=$(find dist -name "*-linux_*-py311.zip" | sort -V | tail -1)
+zip=$(find dist -maxdepth 1 -name "*-linux_*-py311.zip" | sort -V | tail -1)
 [ -n "$zip" ] || { echo "No zip for Python 3.11 in dist/: run scripts/package.sh" >&2; exit 1; }
 mkdir -p build/reports
 for version in "${versions[@]}"; do

@@ -18,7 +18,7 @@ blender=$PWD/build/blender-4.3/blender
 export BLENDER_USER_RESOURCES=$PWD/build/profile-demo
 rm -rf "$BLENDER_USER_RESOURCES" build/demo
 mkdir -p "$BLENDER_USER_RESOURCES" build/demo out
-zip=$(find dist -name '*-linux_*-py313.zip' | sort -V | tail -1)
+zip=$(find dist -maxdepth 1 -name '*-linux_*-py313.zip' | sort -V | tail -1)
 
 logged() {  # logged LOG COMMAND...: Blender says much; what it says stays in a file unless something fails
   local log=$1
