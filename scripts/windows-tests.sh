@@ -3,7 +3,8 @@
 #
 #   scripts/windows-tests.sh [pytest arguments]          quick: the package and its processes in Windows' Python 3.11
 #   scripts/windows-tests.sh --python [arguments]        all of tests/python
-#   scripts/windows-tests.sh --blender [arguments]       tests/blender in bpy 4.2, into which Blender installs the zip
+#   scripts/windows-tests.sh --blender [arguments]       in bpy 4.2, into which Blender installs the zip: tests/blender of
+#                                                        processes, Check and Unwrap, or the files given
 #
 # Without Wine or without the zip that is one skipped test. Wine's own files lie in build/windows/wine.
 set -uo pipefail
@@ -49,7 +50,10 @@ case $part in
     export BLENDER_USER_RESOURCES=$there/build/profile-windows
     rm -rf build/profile-windows && mkdir -p build/profile-windows
     python scripts/farm/flipfree_bpy.py --install "$there/$zip"
-    python tests/blender/run_bpy.py tests/blender "${common[@]}" --rootdir tests/blender "$@"
+    [ $# -gt 0 ] || set -- tests/blender/test_{processes,check,unwrap}.py
+    # Wine 8 has no cexp, with which numpy averages fields: it would end Blender in the test of all operators.
+    python tests/blender/run_bpy.py "${common[@]}" --rootdir tests/blender \
+      --deselect test_processes.py::test_every_operator_gives_the_same_bits_in_a_process "$@"
     ;;
 esac
 build/venv/bin/python scripts/totals.py build/reports "windows-$part"
