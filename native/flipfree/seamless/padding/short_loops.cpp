@@ -93,9 +93,10 @@ std::vector<HalfedgeId> left_over(const Canvas& canvas, const FreeTree& tree,
   return left;
 }
 
+// Told by the order of faces, not by the numbers of vertices.
 VertexId any_free(const Canvas& canvas) {
-  for (VertexId v = 0; v < canvas.vertex_count(); ++v) {
-    if (canvas.is_free(v) && canvas.mesh().outgoing(v) != kInvalid) return v;
+  for (HalfedgeId h = 0; h < canvas.mesh().halfedge_slots(); ++h) {
+    if (canvas.is_free(canvas.mesh().source(h))) return canvas.mesh().source(h);
   }
   throw InternalError("a refined surface without free vertices");
 }

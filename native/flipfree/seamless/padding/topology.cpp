@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -18,12 +19,13 @@ namespace flipfree::seamless {
 
 namespace {
 
-// From so many handles on curves are led by the cones: shortest ones leave a disk that is far from
-// having right angles.
-constexpr Index kManyHandles = 8;
+// From this scale_range() on a cut is drawn again, led by the cones: shortest curves leave disks
+// that are far from having right angles. Of what the prices below lead to, the smallest range is
+// taken.
+constexpr double kFarOff = 100.0;
 // ChainGuide::quarter_price: in the cones' own flat angles, of which drifts grow from handle to
 // handle, and along a field, whose loops turn by whole quarters.
-constexpr double kConesPrice = 3.0;
+constexpr double kConesPrices[] = {0.7, 1.5, 3.0};
 constexpr double kFieldPrice = 2.0;
 
 // What the curves are led by; null: nothing.
@@ -183,15 +185,26 @@ AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vecto
   const Index genus = genus_of(surface);
   check_cones(cones, genus);
   const mesh::InOwnUnit scaled(surface);
-  if (genus >= kManyHandles) {
+  const auto range_of = [&](const AdmissibleCut& cut) {
+    if (cut.branches.empty()) return 0.0;
+    const auto range = attempt([&] { return scale_range(cut, cones, context); });
+    return range ? *range : std::numeric_limits<double>::infinity();
+  };
+  AdmissibleCut best = draw_cut(scaled.surface(), cones, genus, {}, context);
+  double least = range_of(best);
+  const bool far_off = least >= kFarOff;
+  for (std::size_t i = 0; far_off && i < std::size(kConesPrices); ++i) {
     auto led = attempt([&] {
       const std::vector<double> crossings = flat_crossings(scaled.surface(), cones, context);
-      return draw_cut(scaled.surface(), cones, genus, {nullptr, &crossings, kConesPrice}, context);
+      return draw_cut(scaled.surface(), cones, genus, {nullptr, &crossings, kConesPrices[i]},
+                      context);
     });
-    if (led) return in_given_unit(std::move(*led), surface, scaled.unit());
+    const double range = led ? range_of(*led) : least;
+    if (range >= least) continue;
+    least = range;
+    best = std::move(*led);
   }
-  return in_given_unit(draw_cut(scaled.surface(), cones, genus, {}, context), surface,
-                       scaled.unit());
+  return in_given_unit(std::move(best), surface, scaled.unit());
 }
 
 AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<Index>& cones,

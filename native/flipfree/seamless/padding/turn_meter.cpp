@@ -8,6 +8,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/numeric/cholesky/laplacian_factor.h"
 
 namespace flipfree::seamless {
@@ -18,24 +19,30 @@ namespace {
 constexpr double kLeastWeight = 0.01;
 constexpr double kMostWeight = 100.0;
 
-}  // namespace
+// Scale factors u by which angles become others to first order, zero at the last vertex, and the
+// cotangent weights of edges, per half-edge.
+struct LinearScale {
+  std::vector<double> u, weight;
+};
 
-std::vector<double> flat_crossings(const mesh::Surface& surface, const std::vector<Index>& cones,
-                                   ExecutionContext& context) {
+// `angle`: per vertex, radians, of the right sum.
+LinearScale linear_scale(const mesh::Surface& surface, const std::vector<double>& angle,
+                         ExecutionContext& context) {
   const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(cones.size()), surface.faces);
-  std::vector<double> weight(adjacency.opposite.size(), 0.0), u(cones.size());
-  for (std::size_t v = 0; v < cones.size(); ++v) u[v] = cones[v] * TurnMeter::kQuarter;
+      mesh::build_adjacency(static_cast<Index>(angle.size()), surface.faces);
+  LinearScale found{angle, std::vector<double>(adjacency.opposite.size(), 0.0)};
+  auto& [u, weight] = found;
   const auto place = [&](HalfedgeId h) -> Vector3 {
     return surface.vertices.row(mesh::source(surface.faces, h));
   };
   for (HalfedgeId h = 0; at(h) < weight.size(); ++h) {
     const HalfedgeId beyond = next_corner(h);  // the edge opposite of the corner
+    const HalfedgeId back = adjacency.opposite[at(beyond)];
     const Vector3 a = place(beyond) - place(h), b = place(previous_corner(h)) - place(h);
     const double dot = a.dot(b), cross = a.cross(b).norm();
     u[at(mesh::source(surface.faces, h))] -= std::atan2(cross, dot);
     weight[at(beyond)] += 0.5 * dot / std::max(cross, 1e-300);
-    weight[at(adjacency.opposite[at(beyond)])] += 0.5 * dot / std::max(cross, 1e-300);
+    if (back != kInvalid) weight[at(back)] += 0.5 * dot / std::max(cross, 1e-300);
   }
   for (double& w : weight)
     w = std::isfinite(w) ? std::clamp(w, kLeastWeight, kMostWeight) : kLeastWeight;
@@ -43,7 +50,8 @@ std::vector<double> flat_crossings(const mesh::Surface& surface, const std::vect
   for (HalfedgeId h = 0; at(h) < weight.size(); ++h) {
     const auto [low, high] =
         std::minmax({mesh::source(surface.faces, h), mesh::target(surface.faces, h)});
-    if (h < adjacency.opposite[at(h)]) couplings.push_back({low, high, weight[at(h)]});
+    const HalfedgeId back = adjacency.opposite[at(h)];
+    if (back == kInvalid || h < back) couplings.push_back({low, high, weight[at(h)]});
   }
   std::sort(couplings.begin(), couplings.end(), [](const auto& a, const auto& b) {
     return a.low != b.low ? a.low < b.low : a.high < b.high;
@@ -55,12 +63,37 @@ std::vector<double> flat_crossings(const mesh::Surface& surface, const std::vect
                         "Remove degenerate faces, or take the engine \"penner\".");
   }
   factor.solve(u, context);
-  std::vector<double> crossings(weight.size());
+  return found;
+}
+
+}  // namespace
+
+std::vector<double> flat_crossings(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                   ExecutionContext& context) {
+  std::vector<double> angle;
+  for (const Index k : cones) angle.push_back(k * TurnMeter::kQuarter);
+  auto [u, crossings] = linear_scale(surface, angle, context);
   for (HalfedgeId h = 0; at(h) < crossings.size(); ++h) {
-    crossings[at(h)] = weight[at(h)] * (u[at(mesh::source(surface.faces, h))] -
-                                        u[at(mesh::target(surface.faces, h))]);
+    crossings[at(h)] *=
+        u[at(mesh::source(surface.faces, h))] - u[at(mesh::target(surface.faces, h))];
   }
   return crossings;
+}
+
+double scale_range(const AdmissibleCut& cut, std::vector<Index> cones, ExecutionContext& context) {
+  const auto count = static_cast<Index>(cut.surface.vertices.rows());
+  cones.resize(at(count), 4);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(count, cut.surface.faces);
+  const OpenCut open = open_cut(cut, adjacency, cut_segments(cut, adjacency), cones);
+  double range = 0.0;
+  for (const mesh::Chart& chart : mesh::split_into_charts(cut.surface.vertices, open.mesh)) {
+    std::vector<double> angle;
+    for (const VertexId v : chart.vertices) angle.push_back(open.angle[at(v)]);
+    const std::vector<double> u = linear_scale(chart.surface, angle, context).u;
+    const auto [low, high] = std::minmax_element(u.begin(), u.end());
+    range = std::max(range, *high - *low);
+  }
+  return range;
 }
 
 void TurnMeter::forget() const {

@@ -11,6 +11,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/padding/paths.h"
+#include "flipfree/seamless/padding/segments.h"
 
 namespace flipfree::seamless {
 
@@ -21,6 +22,11 @@ namespace flipfree::seamless {
 // sum. Cost: one sparse factorization. Throws NotConverged if that fails.
 std::vector<double> flat_crossings(const mesh::Surface& surface, const std::vector<Index>& cones,
                                    ExecutionContext& context);
+
+// Largest range, of the pieces of a cut surface, of the scale factors by which their sides become
+// straight and their corners right angles to first order: what makes that metric hard to reach.
+// `cones`: of the surface before it was cut, quarter turns. Cost: as above.
+double scale_range(const AdmissibleCut& cut, std::vector<Index> cones, ExecutionContext& context);
 
 // By how much curves on a canvas turn in these angles. Remembers what it measured until the canvas
 // is refined; not to be shared by threads.
