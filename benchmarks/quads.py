@@ -1,6 +1,7 @@
 """ff.quads beside Blender's QuadriFlow and Instant Meshes (package pynanoinstantmeshes, where it is there).
 
     quads.py models [--targets 500,2000,10000] [--folders fields,general,hard] [--blender PROGRAM] [--json FILE]
+    quads.py features [--targets 2000] [--folders fields,hard] [--json FILE]
 
 Instant Meshes is asked for a quarter of the count, as it divides each face into four at the end. Angles: degrees that corners are off 90. Irregular: inner vertices with other than 4 quads, those of the border with other than 2. Kept:
 manifold, and Euler characteristic and number of components as the surface has them. Turned: quads that look against the surface, which
@@ -22,6 +23,7 @@ from runner import Options, Row, data, from_blender, main, numbers, table, timed
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
+from unwrap import sharp_edges
 
 import flipfree as ff
 
@@ -138,6 +140,54 @@ def models(options: Options) -> Iterator[Row]:
                     *measured(mesh.vertices, mesh.faces, made, quads, points, tree),
                     cpu,
                 )
+
+
+@table(
+    "model | sharp edges | length on isolines % | energy | degrees off the field | CPU s | target | quads | "
+    "angles mean / p95 | irregular | kept | turned | off %"
+)
+def features(options: Options) -> Iterator[Row]:
+    """Edges sharper than 40 degrees, of the models that have some."""
+    paths = [
+        p for f in options.folders.split(",") for p in sorted((data() / f).glob("*.o[bf][jf]"))
+    ]
+    for path in options.cases(paths, lambda p: p.stem):
+        mesh = ff.read(path)
+        sharp = sharp_edges(mesh, 40.0)
+        if len(sharp) == 0:
+            continue
+        points = surface_points(mesh.vertices, mesh.faces, POINTS)
+        tree = cKDTree(points[0])
+
+        try:
+            with timed() as cost:
+                map = ff.field_aligned(
+                    mesh.vertices, mesh.faces, features=sharp, max_seconds=options.seconds
+                )
+            missed, whole = (
+                np.linalg.norm(np.diff(mesh.vertices[edges], axis=1), axis=2).sum()
+                for edges in (map.certificate.features_missed, sharp)
+            )
+            for target in numbers(options.targets):
+                made = ff.quads(
+                    mesh.vertices,
+                    mesh.faces,
+                    target=int(target),
+                    features=sharp,
+                    max_seconds=options.seconds,
+                )
+                yield (
+                    path.stem,
+                    len(sharp),
+                    f"{100 * (1 - missed / whole):.1f}",
+                    f"{map.certificate.energy:.3f}",
+                    f"{np.degrees(map.stats['angle_mean']):.1f}",
+                    cost.cpu,
+                    target,
+                    *measured(mesh.vertices, mesh.faces, made.vertices, made.quads, points, tree),
+                )
+        except ff.FlipfreeError as error:
+            yield (path.stem, len(sharp), str(error).split(". ")[0][:80])
 
 
 def more(parser: argparse.ArgumentParser) -> None:

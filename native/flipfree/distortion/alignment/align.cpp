@@ -98,6 +98,14 @@ class Aligner {
     return found;
   }
 
+  // Whether a map is as far from the directions, in the mean, as turned by 29 degrees.
+  bool is_far(const Points2& uv) const {
+    constexpr double kMost = 0.25;
+    double area = 0.0;
+    for (const RestTriangle& r : rest_) area += r.weight;
+    return !(alignment(uv) < kMost * area);
+  }
+
   Points2 run(Stats& stats) {
     const Stopwatch watch;
     stats["alignment.energy_start"] = alignment(uv_);
@@ -345,7 +353,10 @@ FeatureAlignment align_with_features(const CutMap& map, const AlignOptions& opti
       }
       if (!straight) wanted = kept(faces, wanted, found.uv, lost);
     }
-    if (!wanted.empty()) found.uv = Aligner(found, options, context).run(stats);
+    if (!wanted.empty()) {
+      found.uv = Aligner(found, options, context).run(stats);
+      if (softly.is_far(found.uv)) wanted.clear();
+    }
   } catch (const TimeIsOver&) {
     wanted.clear();
   } catch (const NotConverged&) {

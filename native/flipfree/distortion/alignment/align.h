@@ -46,8 +46,8 @@ struct FeatureAlignment {
 // for what they are off, of growing weight, brings them near; then they become constraints like a
 // straight boundary, where that turns no triangle over and shrinks none to a hundredth. The ones
 // that stay off, and one at each such triangle, are given up and the others tried again; all where
-// time ends before. stats: as align(), "features.rounds". Throws as align(). Cost: that of align(),
-// some times.
+// time ends before, or where the map would be far from the directions everywhere. stats: as
+// align(), "features.rounds". Throws as align(). Cost: that of align(), some times.
 FeatureAlignment align_with_features(const CutMap& map, const AlignOptions& options,
                                      const std::vector<StraightEdge>& features,
                                      ExecutionContext& context, Stats& stats);
