@@ -42,7 +42,7 @@ map along a field | 6 | holonomy/field_aligned compute_field_aligned_map | field
 [short seams](auto-seams.md) | | unwrap/seams/auto_islands find_seams | auto_seams | auto_seams | seams unwrap
 less distortion | | distortion/improve improve | improve | improve | improve
 [flips mended](method/repair.md) | | unwrap/repair/repair repair | repair | repair | repair
-[packing](method/packing.md) | | unwrap/packing/pack pack | pack | pack | pack
+[packing](pack.md#how-it-works) | | unwrap/packing/pack pack | pack | pack | pack
 [strips and grids](panel.md#arrange) | | unwrap/packing/pack pack | rectify | rectify | rectify
 [certificate](guarantees.md) | | certify/certify certify | certify | check | check
 """
