@@ -268,9 +268,9 @@ std::size_t nearest(const Triangles& faces, const std::vector<StraightEdge>& fea
 
 // What is left of features: without those that are off by more than a degree; or else, for each
 // face that would turn over, without the one that is furthest off of those at the face, or nearest
-// to it.
+// to it; or without all at the face.
 std::vector<StraightEdge> kept(const Triangles& faces, const std::vector<StraightEdge>& features,
-                               const Points2& uv, const std::vector<FaceId>& turned) {
+                               const Points2& uv, const std::vector<FaceId>& turned, bool all) {
   constexpr double kNear = 0.0175;
   std::vector<StraightEdge> left;
   std::vector<double> off;
@@ -288,8 +288,10 @@ std::vector<StraightEdge> kept(const Triangles& faces, const std::vector<Straigh
   for (const FaceId f : turned) {
     std::optional<std::size_t> worst;
     for (int k = 0; k < 3; ++k) {
-      for (const std::size_t i : of_vertex[at(faces(f, k))])
+      for (const std::size_t i : of_vertex[at(faces(f, k))]) {
         if (!worst || off[i] > off[*worst]) worst = i;
+        if (all) dropped[i] = 1;
+      }
     }
     if (!worst) worst = nearest(faces, features, uv, f);
     dropped[*worst] = 1;
@@ -328,6 +330,7 @@ FeatureAlignment align_with_features(const CutMap& map, const AlignOptions& opti
                                      const std::vector<StraightEdge>& features,
                                      ExecutionContext& context, Stats& stats) {
   constexpr double kWeights[] = {1.0, 1e2, 1e4, 1e6};
+  constexpr std::int64_t kPatientRounds = 4;
   check_options(map, options, context);
   const Triangles& faces = map.surface.faces;
   Aligner softly(map, options, context);
@@ -336,6 +339,7 @@ FeatureAlignment align_with_features(const CutMap& map, const AlignOptions& opti
   CutMap found = map;
   std::int64_t rounds = 0;
   try {
+    const TimeLimit limit(context, 0.5 * context.seconds_left());  // the rest is for storing
     for (bool straight = false; !straight && !wanted.empty(); ++rounds) {
       std::vector<FaceId> lost;
       for (const double weight : kWeights) {
@@ -351,7 +355,7 @@ FeatureAlignment align_with_features(const CutMap& map, const AlignOptions& opti
         found.uv = std::move(moved);
         break;
       }
-      if (!straight) wanted = kept(faces, wanted, found.uv, lost);
+      if (!straight) wanted = kept(faces, wanted, found.uv, lost, rounds >= kPatientRounds);
     }
     if (!wanted.empty()) {
       found.uv = Aligner(found, options, context).run(stats);
