@@ -233,6 +233,7 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "signature": (0.2, signature),
     "sizing": (0.2, lambda mesh, random: np.exp(random.normal(size=len(mesh.vertices)))),
     "sharp_edges": (0.3, edges),
+    "features": (0.3, edges),
     "alignment": (0.3, one_of(0.0, 0.1, 0.9, 0.999999)),
     "edge_weight": (0.3, one_of(1.0, 0.5, 1e-9)),
     "simplify": (0.4, flag),
