@@ -111,7 +111,7 @@ void throw_no_edge(VertexId a, VertexId b) {
   throw_invalid(ErrorCode::kBadOption,
                 "Feature " + std::to_string(a) + "-" + std::to_string(b) +
                     " is no edge of the mesh. Name pairs of vertices that an edge joins.",
-                ElementKind::kEdge, {a, b});
+                ElementKind::kVertex, {a, b});
 }
 
 std::vector<Index> missed_features(const IndexPairs& features, const mesh::Surface& surface,
