@@ -107,11 +107,15 @@ bool goes_straight(HalfedgeId in, HalfedgeId out, const mesh::Adjacency& adjacen
 
 }  // namespace
 
-void throw_no_edge(VertexId a, VertexId b) {
-  throw_invalid(ErrorCode::kBadOption,
+void throw_no_edge(VertexId a, VertexId b, Eigen::Index vertex_count) {
+  std::vector<Index> existing;
+  for (const VertexId v : {a, b}) {
+    if (v >= 0 && v < vertex_count) existing.push_back(v);
+  }
+  throw_invalid(ErrorCode::kNotAnEdge,
                 "Feature " + std::to_string(a) + "-" + std::to_string(b) +
                     " is no edge of the mesh. Name pairs of vertices that an edge joins.",
-                ElementKind::kVertex, {a, b});
+                ElementKind::kVertex, std::move(existing));
 }
 
 std::vector<Index> missed_features(const IndexPairs& features, const mesh::Surface& surface,
@@ -140,7 +144,9 @@ std::vector<Index> missed_features(const IndexPairs& features, const mesh::Surfa
   std::vector<Index> missed;
   for (std::size_t i = 0; i < found.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    if (found[i] == 0) throw_no_edge(features(row, 0), features(row, 1));
+    if (found[i] == 0)
+      throw_no_edge(features(row, 0), features(row, 1),
+                    (parent.parent == nullptr ? surface : *parent.parent).vertices.rows());
     if (bent[i] != 0) missed.push_back(static_cast<Index>(i));
   }
   return missed;

@@ -13,13 +13,13 @@ namespace flipfree::certify {
 // both coordinates on some side, or which bends where the map's surface divides it. `parent`: whose
 // edges they are, with the provenance of the map's surface, which subdivides it; its faces null:
 // the surface's own. Precondition: no flipped face, seams of
-// quarter turns. Ascending. Throws InvalidInput (kBadOption) naming a pair that is no edge. Cost:
+// quarter turns. Ascending. Throws InvalidInput (kNotAnEdge) naming a pair that is no edge. Cost:
 // O(#F + #features log #features).
 std::vector<Index> missed_features(const IndexPairs& features, const mesh::Surface& surface,
                                    const mesh::Adjacency& adjacency, const Provenance& parent,
                                    const Points2& corner_uv);
 
 // Throws that InvalidInput.
-[[noreturn]] void throw_no_edge(VertexId a, VertexId b);
+[[noreturn]] void throw_no_edge(VertexId a, VertexId b, Eigen::Index vertex_count);
 
 }  // namespace flipfree::certify
