@@ -226,8 +226,7 @@ void judge_collapsed_loops(const std::vector<FaceId>& first_faces, Certificate& 
 }
 
 // All edges of the separated surface on the input's.
-IndexPairs sorted_features(const mesh::SeparatedSurface& separated, const IndexPairs& features,
-                           Eigen::Index vertex_count) {
+IndexPairs sorted_features(const mesh::SeparatedSurface& separated, const IndexPairs& features) {
   std::vector<std::pair<VertexId, VertexId>> wanted, moved, met;
   for (Eigen::Index i = 0; i < features.rows(); ++i)
     wanted.push_back(std::minmax(features(i, 0), features(i, 1)));
@@ -242,9 +241,10 @@ IndexPairs sorted_features(const mesh::SeparatedSurface& separated, const IndexP
     met.push_back(origin);
   }
   std::sort(met.begin(), met.end());
+  VertexId used = 0;
+  for (const VertexId v : separated.vertex_origin) used = std::max(used, v + 1);
   for (const auto& [a, b] : wanted) {
-    if (!std::binary_search(met.begin(), met.end(), std::pair(a, b)))
-      throw_no_edge(a, b, vertex_count);
+    if (!std::binary_search(met.begin(), met.end(), std::pair(a, b))) throw_no_edge(a, b, used);
   }
   std::sort(moved.begin(), moved.end());
   moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
@@ -272,7 +272,7 @@ Certificate judge(const mesh::SeparatedSurface& separated, const CertifyRequest&
   own.require_distortion = request.require_distortion && any_shape(separated.surface);
   SortedLoops loops = sorted_loops(separated, corners, request.loops);
   own.loops = std::move(loops.moved);
-  own.features = sorted_features(separated, request.features, request.surface->vertices.rows());
+  own.features = sorted_features(separated, request.features);
   own.parent = nullptr;
   Certificate result = in_input_terms(separated, certify(own, context));
   judge_collapsed_pins(pins.collapsed, request, result);
