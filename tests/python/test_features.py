@@ -141,6 +141,21 @@ def test_a_map_that_does_not_follow_features_fails_their_certificate() -> None:
     assert certificate.failures[0].startswith("G8")
 
 
+def test_of_a_mesh_with_doubled_faces_what_was_asked_for_is_counted() -> None:
+    vertices, faces = cube(4)
+    features = sharp_edges(vertices, faces)
+    uv = ff.field_aligned(vertices, faces, features=features).uv
+    turned = np.stack(
+        [uv[..., 0] * 0.6 - uv[..., 1] * 0.8, uv[..., 0] * 0.8 + uv[..., 1] * 0.6], -1
+    )
+    again = np.concatenate([faces, faces[:40]])
+    for values, missed in ((uv, 0), (turned, len(features))):
+        doubled = np.concatenate([values, values[:40]])
+        found = ff.certify(vertices, again, doubled, features=features)
+        assert found.mends and found.feature_edges == len(features)
+        assert len(found.features_missed) == missed
+
+
 def test_features_that_are_no_edges_are_refused_by_name() -> None:
     vertices, faces = cube(2)
     far = int(np.argmax(np.linalg.norm(vertices - vertices[0], axis=1)))

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -161,10 +162,13 @@ Certificate in_input_terms(const mesh::SeparatedSurface& separated, Certificate 
     for (FaceId& f : *faces) f = separated.face_origin[at(f)];
   }
   for (auto& [v, k] : certificate.quarter_cones) v = separated.vertex_origin[at(v)];
-  for (auto& [a, b] : certificate.features_missed) {
-    a = separated.vertex_origin[at(a)];
-    b = separated.vertex_origin[at(b)];
+  auto& missed = certificate.features_missed;
+  for (auto& [a, b] : missed) {
+    const VertexId from = separated.vertex_origin[at(a)], to = separated.vertex_origin[at(b)];
+    std::tie(a, b) = std::minmax(from, to);
   }
+  std::sort(missed.begin(), missed.end());
+  missed.erase(std::unique(missed.begin(), missed.end()), missed.end());
   for (SeamTransition& seam : certificate.seams) {
     seam.from = separated.vertex_origin[at(seam.from)];
     seam.to = separated.vertex_origin[at(seam.to)];
@@ -275,6 +279,7 @@ Certificate judge(const mesh::SeparatedSurface& separated, const CertifyRequest&
   own.features = sorted_features(separated, request.features);
   own.parent = nullptr;
   Certificate result = in_input_terms(separated, certify(own, context));
+  if (result.feature_edges >= 0) result.feature_edges = request.features.rows();
   judge_collapsed_pins(pins.collapsed, request, result);
   judge_unused_cones(std::move(cones.unused), result);
   judge_collapsed_loops(loops.collapsed, result);

@@ -173,7 +173,6 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
                            mesh::flag_edges(surface.faces, adjacency, options.features), direction);
   }
   Stats stats;
-  stats["features.along_field"] = static_cast<std::int64_t>(features.size());
   add_angles(cut, direction, cut.uv, context, stats);
   stats["angle_mean_engine"] = stats["angle_mean"];
   if (options.optimise) {
@@ -189,6 +188,7 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
         distortion::FeatureAlignment met =
             distortion::align_with_features(cut, align, features, context, stats);
         map.uv = distortion::corners_of(cut, met.uv);
+        stats["features.along_field"] = static_cast<std::int64_t>(features.size());
         stats["features.met"] = static_cast<std::int64_t>(met.features.size());
         finish.straight = std::move(met.features);
       }
