@@ -91,12 +91,16 @@ void throw_not_converged(ErrorCode code, std::string message, ElementKind kind,
   throw NotConverged({code, std::move(message), kind, std::move(elements)});
 }
 
-void throw_out_of_time(const std::string& what, double max_seconds, const std::string& cure) {
+Error out_of_time(const std::string& what, double max_seconds, const std::string& cure) {
   std::ostringstream message;
   message << what << " in the time allowed";
   if (max_seconds > 0) message << " (max_seconds = " << max_seconds << ")";
   message << ". Allow more time, " << cure << ".";
-  throw_not_converged(ErrorCode::kTimeLimit, message.str());
+  return {ErrorCode::kTimeLimit, message.str(), ElementKind::kNone, {}};
+}
+
+void throw_out_of_time(const std::string& what, double max_seconds, const std::string& cure) {
+  throw NotConverged(out_of_time(what, max_seconds, cure));
 }
 
 }  // namespace flipfree

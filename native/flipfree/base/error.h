@@ -126,8 +126,10 @@ class InternalError : public Exception {
                                       ElementKind kind = ElementKind::kNone,
                                       std::vector<Index> elements = {});
 
-// Throws NotConverged (kTimeLimit): `what` did not happen in the time allowed, do `cure`.
-// max_seconds: as the caller gave it, 0 if somebody else did.
+// kTimeLimit: `what` did not happen in the time allowed, do `cure` or allow more. max_seconds: as
+// the caller gave it, 0 if somebody else did.
+Error out_of_time(const std::string& what, double max_seconds, const std::string& cure);
+// Throws NotConverged with it.
 [[noreturn]] void throw_out_of_time(const std::string& what, double max_seconds,
                                     const std::string& cure);
 

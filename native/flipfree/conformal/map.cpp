@@ -61,15 +61,6 @@ Error not_certified(const ConformalMetric& metric, const certify::Certificate& c
           ElementKind::kFace, certificate.failed_faces};
 }
 
-Error out_of_time(const ConformalMetric& metric) {
-  return {ErrorCode::kTimeLimit,
-          "The metric is computed (largest angle error " + scientific(metric.angle_error) +
-              "), but time was over before its map was laid out. Allow more time (max_seconds), or "
-              "use the metric as it is.",
-          ElementKind::kNone,
-          {}};
-}
-
 Error needs_refinement(const std::vector<FaceId>& faces) {
   Error error;
   error.code = ErrorCode::kCertificateFailed;
@@ -281,7 +272,10 @@ ConformalMapResult map_from_metric(const mesh::Surface& surface,
     // The limit of the metric is one of the whole map; the metric was found in time.
     if (!(options.metric.max_seconds > 0.0)) throw TimeIsOver();
     result = {};
-    result.failure = out_of_time(solved.metric);
+    result.failure =
+        out_of_time("The metric is computed (largest angle error " +
+                        scientific(solved.metric.angle_error) + "), but no map was laid out",
+                    options.metric.max_seconds, "or use the metric as it is");
   }
   result.metric = std::move(solved.metric);
   return result;
