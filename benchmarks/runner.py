@@ -13,7 +13,6 @@ import argparse
 import datetime
 import json
 import os
-import resource
 import subprocess
 import sys
 import tempfile
@@ -26,6 +25,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from flipfree.batch.worker import peak_megabytes
 
 from mesh_files import data_folder
 
@@ -53,7 +54,7 @@ def timed() -> Iterator[Cost]:
 
 def peak_gigabytes() -> float:
     """The most memory that this process has held."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    return peak_megabytes() / 2**10
 
 
 class Options(argparse.Namespace):
@@ -106,7 +107,8 @@ def cell(value: Any) -> str:
 
 def machine() -> str:
     """As much as a reader of the figures has to know."""
-    lines = Path("/proc/cpuinfo").read_text().splitlines()
+    known = Path("/proc/cpuinfo")
+    lines = known.read_text().splitlines() if known.exists() else []
     models = [line.split(":")[1].split() for line in lines if line.startswith("model name")]
     return f"{os.cpu_count()} cores, {' '.join(models[0][:2]) if models else 'unknown'}"
 

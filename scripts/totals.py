@@ -2,11 +2,15 @@
 """Adds up JUnit reports: totals.py FOLDER SUITE...; a suite without a report counts as one failure.
 
 Prints the slowest ten tests, a line per suite and last the totals; the exit status is 0 only if nothing failed.
+With --table FILE what is skipped is noted with its reasons, as scripts/benchmark_page.py reads tables.
 With --slow FOLDER the names of native and Python tests of a second and more are written there, for scripts/test.sh --quick.
 """
 
+import datetime
+import json
 import sys
 import xml.etree.ElementTree as ET
+from collections import Counter
 from pathlib import Path
 
 Case = tuple[float, str, str, str]  # seconds, suite, file or class, name
@@ -53,6 +57,23 @@ def count(report: Path) -> tuple[int, int, int]:
     return passed, failed, skipped
 
 
+def write_table(reports: Path, suites: list[str], table: Path) -> None:
+    rows = []
+    for suite in suites:
+        skips = ET.parse(reports / f"{suite}.xml").iter("skipped")
+        reasons = Counter((skip.get("message") or "").strip() for skip in skips)
+        why = "; ".join(f"{number} {reason}" for reason, number in reasons.most_common())
+        rows.append([suite, *map(str, count(reports / f"{suite}.xml")), why])
+    found = {
+        "command": "scripts/windows-tests.sh",
+        "date": str(datetime.date.today()),
+        "machine": "Wine 8 on Debian 12",
+        "columns": ["suite", "passed", "failed", "skipped", "why"],
+        "rows": rows,
+    }
+    table.write_text(json.dumps(found, indent=1) + "\n")
+
+
 def main(folder: str, *suites: str) -> int:
     totals = [0, 0, 0]
     print_slowest(Path(folder), suites)
@@ -72,5 +93,9 @@ def main(folder: str, *suites: str) -> int:
 if __name__ == "__main__":
     if "--slow" in sys.argv:
         write_slow(Path(sys.argv[1]), Path(sys.argv[sys.argv.index("--slow") + 1]))
+        sys.exit(0)
+    if "--table" in sys.argv:
+        at = sys.argv.index("--table")
+        write_table(Path(sys.argv[1]), sys.argv[at + 2 :], Path(sys.argv[at + 1]))
         sys.exit(0)
     sys.exit(main(*sys.argv[1:]))

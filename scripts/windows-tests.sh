@@ -5,6 +5,8 @@
 #   scripts/windows-tests.sh --python [arguments]        all of tests/python
 #   scripts/windows-tests.sh --blender [arguments]       in bpy 4.2, into which Blender installs the zip: tests/blender of
 #                                                        processes, Check and Unwrap, or the files given
+#   scripts/windows-tests.sh --native                    the suites that scripts/windows.sh tests has built
+#   scripts/windows-tests.sh --run FILE [arguments]      runs FILE in Windows' Python: benchmarks/unwrap.py scale, say
 #
 # Without Wine or without the zip that is one skipped test. Wine's own files lie in build/windows/wine.
 set -uo pipefail
@@ -13,7 +15,7 @@ windows=build/windows
 there=Z:$PWD  # as Wine names it
 zip=$(find dist -maxdepth 1 -name '*-windows_x64-py311.zip' | sort -V | tail -1)
 part=quick
-case "${1:-}" in --python | --blender) part=${1#--} && shift ;; esac
+case "${1:-}" in --python | --blender | --native | --run) part=${1#--} && shift ;; esac
 report=build/reports/windows-$part.xml
 mkdir -p build/reports
 if ! command -v wine > /dev/null || [ -z "$zip" ]; then
@@ -40,6 +42,18 @@ export PYTHONPATH="$there/$windows/package;$there/$site;$there/tests;$there/test
 [ -z "${FLIPFREE_DATA:-}" ] || export FLIPFREE_DATA=Z:$FLIPFREE_DATA
 python() { wine $windows/python-3.11/python.exe "$@" < /dev/null 2>&1 | cat; }  # without a pipe it has no handle to print to
 [ -d "$WINEPREFIX" ] || wine wineboot -i > /dev/null 2>&1 < /dev/null
+
+if [ $part = native ]; then
+  suites=()
+  for program in $windows/build/tests/native/*_tests.exe; do
+    suite=windows-$(basename "$program" _tests.exe)
+    suites+=("$suite")
+    rm -f "build/reports/$suite.xml"
+    WINEPATH=$there/$windows/root/bin wine "$program" --gtest_output="xml:build/reports/$suite.xml" "$@" < /dev/null 2>&1 | tail -5
+  done
+  exec build/venv/bin/python scripts/totals.py build/reports "${suites[@]}"
+fi
+[ $part != run ] || { python "$@"; exit; }
 
 common=(-q -p no:cacheprovider --junitxml "$report" -o junit_suite_name="windows-$part")
 rm -f "$report"

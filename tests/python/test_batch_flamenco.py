@@ -3,7 +3,6 @@
 import json
 import random
 import shutil
-import signal
 import subprocess
 import sys
 import threading
@@ -82,7 +81,7 @@ def test_workers_that_are_killed_lose_nothing(tmp_path, monkeypatch, package_for
                 assert process.wait(patience) == 0
                 return
             except subprocess.TimeoutExpired:
-                process.send_signal(signal.SIGKILL)
+                process.kill()
                 process.wait()
                 kills.append(task["name"])
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import subprocess
 import sys
 import time
@@ -24,6 +23,8 @@ DEADLINE = 120
 
 
 def main(name: str, piece: int) -> None:
+    import resource
+
     results = []
     for room in ROOM:
         with open("/proc/self/statm") as statm:

@@ -61,14 +61,13 @@ class OrientTask(moved.MovedTask):
 
     def _edges(self, triangles, uv) -> float | None:
         """Turns the mean of the selected edges, by length and up to quarter turns, onto the nearest axis."""
-        total = 0j
+        total = np.zeros(2)
         for k in range(3):
             on = self._chosen[triangles, k]
             way = uv[on, (k + 1) % 3] - uv[on, k]
-            along = way[:, 0] + 1j * way[:, 1]
-            length = np.abs(along)
-            total += complex((length * np.exp(4j * np.angle(along))).sum())
-        return -np.angle(total) / 4 if abs(total) > 0 else None
+            length, quarter = np.hypot(*way.T), 4 * np.arctan2(way[:, 1], way[:, 0])
+            total += length @ np.cos(quarter), length @ np.sin(quarter)
+        return -math.atan2(total[1], total[0]) / 4 if total.any() else None
 
     def _up(self, triangles, uv) -> float | None:
         """Turns the mean gradient of the model's height in the map to point upwards."""

@@ -1,8 +1,10 @@
 #include "flipfree/base/helpers.h"
 
 #include <gtest/gtest.h>
+#ifndef _WIN32
 #include <sys/wait.h>
 #include <unistd.h>
+#endif
 
 #include <atomic>
 #include <chrono>
@@ -73,6 +75,7 @@ TEST(WorkTogether, calls_from_several_threads_come_to_their_end) {
   EXPECT_GE(calls.load(), 2000);
 }
 
+#ifndef _WIN32
 TEST(WorkTogether, a_forked_child_has_helpers_of_its_own) {
   EXPECT_EQ(together(2).size(), 3U);
   const pid_t child = ::fork();
@@ -105,6 +108,7 @@ TEST(WorkTogether, never_more_than_the_blas_has_room_for) {
   EXPECT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 0);
 }
+#endif
 
 }  // namespace
 }  // namespace flipfree::helpers_test

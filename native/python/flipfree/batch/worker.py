@@ -62,7 +62,7 @@ def answer(
         text = f"{type(error).__name__}: {error}. Please report this as a bug."
         record = {"status": "failed", "reason": "internal error", "message": text}
     record["seconds"] = round(time.perf_counter() - begin, 3)
-    record["peak_memory"] = round(_peak(), 1)
+    record["peak_memory"] = round(peak_megabytes(), 1)
     return record
 
 
@@ -93,8 +93,8 @@ def _reset_peak() -> None:
         pass
 
 
-def _peak() -> float:
-    """Largest memory since the last reset, MB; on Linux alone there is one, elsewhere it is of all models so far."""
+def peak_megabytes() -> float:
+    """Largest memory of this process since the last reset, MB; on Linux alone there is one, elsewhere it is of its whole life."""
     try:
         for line in Path("/proc/self/status").read_text().splitlines():
             if line.startswith("VmHWM:"):
