@@ -6,7 +6,9 @@
 #   scripts/windows-tests.sh --blender [arguments]       in bpy 4.2, into which Blender installs the zip: tests/blender of
 #                                                        processes, Check and Unwrap, or the files given
 #   scripts/windows-tests.sh --native                    the suites that scripts/windows.sh tests has built
-#   scripts/windows-tests.sh --run FILE [arguments]      runs FILE in Windows' Python: benchmarks/unwrap.py scale, say
+#   scripts/windows-tests.sh --run FILE [arguments]      runs FILE in Windows' Python: tests/fuzz/random_calls.py --calls 40, say
+#   scripts/windows-tests.sh --beside FILE [arguments]   and before that here, with the zip for Linux; {} is linux and windows:
+#                                                        benchmarks/same_results.py write build/reports/bits-{}.json
 #
 # Without Wine or without the zip that is one skipped test. Wine's own files lie in build/windows/wine.
 set -uo pipefail
@@ -15,7 +17,7 @@ windows=build/windows
 there=Z:$PWD  # as Wine names it
 zip=$(find dist -maxdepth 1 -name '*-windows_x64-py311.zip' | sort -V | tail -1)
 part=quick
-case "${1:-}" in --python | --blender | --native | --run) part=${1#--} && shift ;; esac
+case "${1:-}" in --python | --blender | --native | --run | --beside) part=${1#--} && shift ;; esac
 report=build/reports/windows-$part.xml
 mkdir -p build/reports
 if ! command -v wine > /dev/null || [ -z "$zip" ]; then
@@ -33,11 +35,20 @@ if [ ! -e "$site/.complete" ]; then
     { cat "$windows/log" >&2; exit 1; }
   touch "$site/.complete"
 fi
-rm -rf "$windows/package" $windows/python-3.11/*._pth  # which would hide every other folder
-mkdir -p "$windows/package"
-[ $part = blender ] || { unzip -qo "$zip" 'wheels/*' -d "$windows" && unzip -qo "$windows"/wheels/*.whl -d "$windows/package"; }
+rm -rf $windows/package $windows/python-3.11/*._pth  # which would hide every other folder
+unpack() {  # unpack ZIP FOLDER: the package in it
+  rm -rf "$2" && mkdir -p "$2"
+  unzip -qo "$1" 'wheels/*' -d "$2" && unzip -qo "$2"/wheels/*.whl -d "$2"
+}
+[ $part = blender ] || unpack "$zip" $windows/package
+if [ $part = beside ]; then
+  unpack "${zip/windows_x64/linux_x64}" $windows/package-linux
+  PYTHONPATH=$windows/package-linux:tests:tests/python:tests/fuzz:benchmarks build/venv/bin/python "${@//\{\}/linux}"
+  part=run
+  set -- "${@//\{\}/windows}"
+fi
 
-export WINEPREFIX=$PWD/$windows/wine WINEDEBUG=-all WINEDLLOVERRIDES=mscoree,mshtml= PYTHONDONTWRITEBYTECODE=1
+export WINEPREFIX=$PWD/$windows/wine WINEDEBUG=-all WINEDLLOVERRIDES="mscoree,mshtml=;winedbg.exe=d" PYTHONDONTWRITEBYTECODE=1
 export PYTHONPATH="$there/$windows/package;$there/$site;$there/tests;$there/tests/python;$there/tests/fuzz;$there/benchmarks"
 [ -z "${FLIPFREE_DATA:-}" ] || export FLIPFREE_DATA=Z:$FLIPFREE_DATA
 python() { wine $windows/python-3.11/python.exe "$@" < /dev/null 2>&1 | cat; }  # without a pipe it has no handle to print to

