@@ -196,7 +196,7 @@ void meet_cones(const Triangles& faces, const mesh::Adjacency& adjacency, const 
     const std::size_t own = at(tree.stands_for[v]);
     lacking[own] += std::int64_t{cones[v]} - now[v];
     left[at(borders.root[own])] += std::int64_t{cones[v]} - now[v];
-    bent[own] |= cones[v] != 2 ? 1 : 0;
+    if (cones[v] != 2) bent[own] = 1;
   }
   for (const VertexId loop : borders.loops) {
     if (bent[at(loop)] == 0)
