@@ -15,12 +15,6 @@ std::int64_t floor_of(std::int64_t a, std::int64_t b) {  // b > 0
   return a / b - (a % b < 0 ? 1 : 0);
 }
 
-// A place in the chart of a face, whose first corner is the origin.
-struct Place {
-  FaceId face = kInvalid;
-  Gauss at;
-};
-
 struct CornerKey {
   Index kind = 0;  // face, or -1 - vertex
   Gauss place;
@@ -63,12 +57,7 @@ class Walker {
   }
 
  private:
-  // Place of the half-edge's source in the chart of its face.
-  Gauss origin(HalfedgeId h) const {
-    const HalfedgeId first = 3 * (h / 3);
-    if (h % 3 == 0) return {};
-    return h % 3 == 1 ? edge_[at(first)] : edge_[at(first)] + edge_[at(first + 1)];
-  }
+  Gauss origin(HalfedgeId h) const { return quads::origin(edge_, h); }
   // Positive to the left of the half-edge.
   std::int64_t side(HalfedgeId h, Gauss p) const { return cross(edge_[at(h)], p - origin(h)); }
   bool owns(HalfedgeId h) const {
@@ -101,33 +90,10 @@ class Walker {
     }
   }
 
-  // Straight from a place in a face to another place of its chart, through as many faces as it
-  // takes; neither the way nor its end passes a vertex on the way. The end, in the chart of a face
-  // that holds it.
   Place walk(Place from, Gauss end) const {
-    Place here{from.face, end};
-    Gauss start = from.at;
-    HalfedgeId came = kInvalid;
-    for (Index steps = 0; steps < 16 * flat_.halfedges() + 64; ++steps) {
-      HalfedgeId out = kInvalid;
-      for (HalfedgeId h = 3 * here.face; h < 3 * here.face + 3; ++h) {
-        if (h == came || side(h, here.at) >= 0) continue;
-        // It leaves across h if h's ends lie on the two sides of the way.
-        const Gauss way = here.at - start;
-        const Gauss a = origin(h) - start, b = a + edge_[at(h)];
-        if (cross(way, a) <= 0 && cross(way, b) >= 0) out = h;
-      }
-      if (out == kInvalid) return here;
-      const HalfedgeId o = flat_.opposite[at(out)];
-      if (o == kInvalid) break;
-      const Index turn = flat_.turn[at(out)];
-      const Gauss target = origin(next_corner(o));  // where out begins, in the neighbour's chart
-      const auto carried = [&](Gauss p) { return target + turned(p - origin(out), turn); };
-      here = {o / 3, carried(here.at)};
-      start = carried(start);
-      came = o;
-    }
-    throw InternalError("quads: a cell leaves the surface");
+    const Place found = quads::walk(flat_, edge_, from, end, [](HalfedgeId) {});
+    if (found.face == kInvalid) throw InternalError("quads: a cell leaves the surface");
+    return found;
   }
 
   VertexId number_of(Place place, Cells& cells) {

@@ -11,22 +11,6 @@ namespace flipfree::quads {
 
 namespace {
 
-// The corner of the map whose sector holds a direction that lies counter-clockwise of `first`'s
-// half-edge by less than half a turn, given in the chart of `first`'s face; and how many quarters
-// its chart is turned.
-std::pair<CornerId, Index> sector_of(const FlatSurface& map, CornerId first, Gauss direction) {
-  CornerId c = first;
-  Index turn = 0;
-  while (true) {
-    const HalfedgeId last = previous_corner(c);
-    const Gauss d = turned(direction, turn);
-    const HalfedgeId across = map.opposite[at(last)];
-    if (across == kInvalid || cross(d, -map.edge[at(last)]) > 0) return {c, turn};
-    turn += map.turn[at(last)];
-    c = across;
-  }
-}
-
 class Remover {
  public:
   Remover(const FlatSurface& map, const std::vector<Index>& quarters, std::vector<char> feature,
@@ -398,6 +382,19 @@ class Remover {
 CoarseSurface coarse_surface(const FlatSurface& map, const std::vector<Index>& quarters,
                              std::vector<char> feature, const ExecutionContext& context) {
   return Remover(map, quarters, std::move(feature), context).run();
+}
+
+std::pair<CornerId, Index> sector_of(const FlatSurface& map, CornerId first, Gauss direction) {
+  CornerId c = first;
+  Index turn = 0;
+  while (true) {
+    const HalfedgeId last = previous_corner(c);
+    const Gauss d = turned(direction, turn);
+    const HalfedgeId across = map.opposite[at(last)];
+    if (across == kInvalid || cross(d, -map.edge[at(last)]) > 0) return {c, turn};
+    turn += map.turn[at(last)];
+    c = across;
+  }
 }
 
 void flip_coarse(CoarseSurface& coarse, const FlatSurface& map, HalfedgeId h) {

@@ -12,6 +12,7 @@
 // Intrinsic Triangulations" (2019), but exactly.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -39,6 +40,11 @@ struct CoarseSurface {
 // TimeIsOver. Cost: about O(#F).
 CoarseSurface coarse_surface(const FlatSurface& map, const std::vector<Index>& quarters,
                              std::vector<char> feature, const ExecutionContext& context);
+
+// The corner whose sector holds a direction that lies counter-clockwise of the half-edge of `first`
+// by less than half a turn, given in the chart of `first`'s face; and how many quarters its chart
+// is turned.
+std::pair<CornerId, Index> sector_of(const FlatSurface& surface, CornerId first, Gauss direction);
 
 // Flips an edge together with directions and integers. Preconditions as of flip(); both areas are
 // positive by the edges.

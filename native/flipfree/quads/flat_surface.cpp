@@ -69,22 +69,18 @@ FlatMap flat_map(const certify::Parametrization& map) {
              ElementKind::kFace, {f});
   }
   for (HalfedgeId h = 0; at(h) < count; ++h) {
-    const auto edge = [&](const std::string& what, const std::string& cure) {
-      const VertexId a = s.source[at(h)], b = s.target(h);
-      refuse("Edge " + std::to_string(a) + "-" + std::to_string(b) + " " + what + ". " + cure,
-             ElementKind::kEdge, {a, b});
-    };
     const HalfedgeId o = s.opposite[at(h)];
     const Gauss e = s.edge[at(h)];
     if (o == kInvalid) {
-      if (e.x != 0 && e.y != 0)
-        edge("of the border does not run along an axis of the map",
-             "Quads need an aligned boundary.");
+      if (e.x != 0 && e.y != 0) flat.oblique.push_back(h);
       continue;
     }
     Index turn = 0;
     while (turn < 4 && !(s.edge[at(o)] == -turned(e, turn))) ++turn;
-    if (turn == 4) edge("does not match across its seam", "Give a map that is seamless as stored.");
+    if (turn == 4)
+      refuse("Edge " + std::to_string(s.source[at(h)]) + "-" + std::to_string(s.target(h)) +
+                 " does not match across its seam. Give a map that is seamless as stored.",
+             ElementKind::kEdge, {s.source[at(h)], s.target(h)});
     s.turn[at(h)] = turn;
   }
   return flat;

@@ -78,11 +78,12 @@ struct FlatSurface {
 };
 
 // The map as a flat surface on its own triangles, and the power of two that its integers are
-// multiplied with. Throws InvalidInput where the map is not seamless as it is stored, where its
-// border does not run along the axes, or where it is on no common grid.
+// multiplied with. Throws InvalidInput where the map is not seamless as it is stored, or where it
+// is on no common grid.
 struct FlatMap {
   FlatSurface surface;
   double unit = 0.0;
+  std::vector<HalfedgeId> oblique;  // on the border, along no axis
 };
 FlatMap flat_map(const certify::Parametrization& map);
 
@@ -115,6 +116,58 @@ struct Moved {
 // face of h, and three times its neighbour (from a to b). Preconditions: two faces; the diamond was
 // looked at.
 std::array<Moved, 4> flip(FlatSurface& surface, HalfedgeId h);
+
+// A place in the chart of a face, whose first corner is the origin.
+struct Place {
+  FaceId face = kInvalid;
+  Gauss at;
+};
+
+// Where the half-edge begins in the chart of its face, by the vectors of `edge`.
+template <typename Vector>
+Vector origin(const std::vector<Vector>& edge, HalfedgeId h) {
+  const std::size_t first = at(h - h % 3);
+  Vector place = edge[first];
+  if (h % 3 == 0) place = place - edge[first];
+  if (h % 3 == 2) place = place + edge[first + 1];
+  return place;
+}
+
+// Straight from a place in a face to another one of its chart, through as many faces as it takes,
+// by the vectors of `edge`; neither the way nor its end passes a vertex on the way. The end in the
+// chart of a face that holds it; face kInvalid where the way leaves the surface. Calls crossed(h)
+// for the half-edges that are left across, in order.
+template <typename Crossed>
+Place walk(const FlatSurface& surface, const std::vector<Gauss>& edge, Place from, Gauss end,
+           const Crossed& crossed) {
+  Place here{from.face, end};
+  Gauss start = from.at;
+  HalfedgeId came = kInvalid;
+  for (Index steps = 0; steps < 16 * surface.halfedges() + 64; ++steps) {
+    HalfedgeId out = kInvalid;
+    for (HalfedgeId h = 3 * here.face; h < 3 * here.face + 3; ++h) {
+      const Gauss place = origin(edge, h);
+      if (h == came || cross(edge[at(h)], here.at - place) >= 0) continue;
+      // It leaves across h if h's ends lie on the two sides of the way.
+      const Gauss way = here.at - start;
+      const Gauss a = place - start, b = a + edge[at(h)];
+      if (cross(way, a) <= 0 && cross(way, b) >= 0) out = h;
+    }
+    if (out == kInvalid) return here;
+    const HalfedgeId o = surface.opposite[at(out)];
+    if (o == kInvalid) break;
+    crossed(out);
+    const Gauss target =
+        origin(edge, next_corner(o));  // where out begins, in the neighbour's chart
+    const auto carried = [&](Gauss p) {
+      return target + turned(p - origin(edge, out), surface.turn[at(out)]);
+    };
+    here = {o / 3, carried(here.at)};
+    start = carried(start);
+    came = o;
+  }
+  return {};
+}
 
 // Calls visit(h) for the half-edges that leave the vertex of `first`, counter-clockwise, from
 // `first` on; until it returns false, comes round, or meets the border.

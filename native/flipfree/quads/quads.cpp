@@ -8,15 +8,15 @@
 
 #include <Eigen/Geometry>
 
-#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/holonomy/field_aligned.h"
 #include "flipfree/quads/cells.h"
-#include "flipfree/quads/coarse.h"
 #include "flipfree/quads/integers.h"
 #include "flipfree/quads/places.h"
+#include "flipfree/quads/prepared.h"
 #include "flipfree/quads/relax.h"
+#include "flipfree/quads/transfer.h"
 
 namespace flipfree::quads {
 
@@ -26,17 +26,19 @@ namespace {
 // that parts of machines need, and costs organic shapes little.
 constexpr double kAlignment = 0.1;
 
-// A map made ready: as integers, and on its cones alone.
-struct Prepared {
-  FlatMap flat;
-  std::vector<Index> quarters;
-  CoarseSurface coarse;
-};
-
-Prepared prepare(const certify::Parametrization& map, ExecutionContext& context) {
-  Prepared p;
-  p.flat = flat_map(map);
-  p.quarters = quarters_around(p.flat.surface, at(map.surface.vertices.rows()));
+// A map that quads may have: along the axes at its border, without cones of one quarter turn.
+Prepared prepare_for_quads(const certify::Parametrization& map, const ExecutionContext& context) {
+  FlatMap flat = flat_map(map);
+  if (!flat.oblique.empty()) {
+    const HalfedgeId h = flat.oblique[0];
+    const VertexId a = flat.surface.source[at(h)], b = flat.surface.target(h);
+    throw_invalid(ErrorCode::kBadShape,
+                  "Edge " + std::to_string(a) + "-" + std::to_string(b) +
+                      " of the border does not run along an axis of the map. Quads need an "
+                      "aligned boundary.",
+                  ElementKind::kEdge, {a, b});
+  }
+  Prepared p = prepare(std::move(flat), map, context);
   const std::vector<HalfedgeId> first = leaving(p.flat.surface, p.quarters.size());
   std::vector<Index> sharp;
   for (std::size_t v = 0; v < first.size(); ++v) {
@@ -50,10 +52,6 @@ Prepared prepare(const certify::Parametrization& map, ExecutionContext& context)
                       ", where a quad would meet itself. Give a field without such cones "
                       "(simplify).",
                   ElementKind::kVertex, first_elements(sharp));
-  std::vector<char> feature(at(p.flat.surface.halfedges()), 0);
-  for (const HalfedgeId h : map.features)
-    feature[at(h)] = feature[at(p.flat.surface.opposite[at(h)])] = 1;
-  p.coarse = coarse_surface(p.flat.surface, p.quarters, std::move(feature), context);
   return p;
 }
 
@@ -94,48 +92,6 @@ Attempt attempt_with(CoarseSurface coarse, const ExecutionContext& context) {
     made.defects.push_back("two edges of a border have the same ends");
   made.coarse = std::move(coarse);
   return made;
-}
-
-struct Scales {
-  std::vector<Index> component;  // per face of the coarse surface
-  std::vector<double> scale;     // per component: quads per length of the map's integers, for one
-                                 // quad in all
-  double area = 0.0;             // of the surface
-};
-
-// Every component has its share of the quads by its area on the surface, whatever its size in the
-// map.
-Scales scales_of(const Prepared& p, const certify::Parametrization& map) {
-  const FlatSurface& flat = p.flat.surface;
-  DisjointSets parts(static_cast<Index>(p.quarters.size()));
-  for (HalfedgeId h = 0; h < flat.halfedges(); ++h) parts.join(flat.source[at(h)], flat.target(h));
-  std::vector<Index> number(p.quarters.size(), kInvalid);
-  std::vector<double> on_surface, in_map;
-  Scales scales;
-  const auto part = [&](VertexId v) -> std::size_t {
-    Index& n = number[at(parts.find(v))];
-    if (n == kInvalid) {
-      n = static_cast<Index>(on_surface.size());
-      on_surface.push_back(0.0);
-      in_map.push_back(0.0);
-    }
-    return at(n);
-  };
-  for (FaceId f = 0; f < flat.halfedges() / 3; ++f) {
-    const Vector3 a = map.surface.vertices.row(map.surface.faces(f, 0));
-    const Vector3 b = map.surface.vertices.row(map.surface.faces(f, 1));
-    const Vector3 c = map.surface.vertices.row(map.surface.faces(f, 2));
-    const double area = 0.5 * (b - a).cross(c - a).norm();
-    const std::size_t n = part(flat.source[at(3 * f)]);
-    on_surface[n] += area;
-    in_map[n] += 0.5 * static_cast<double>(flat.twice_area(f));
-    scales.area += area;
-  }
-  for (std::size_t n = 0; n < in_map.size(); ++n)
-    scales.scale.push_back(std::sqrt(on_surface[n] / scales.area / in_map[n]));
-  for (FaceId f = 0; f < p.coarse.faces(); ++f)
-    scales.component.push_back(static_cast<Index>(part(p.coarse.flat.source[at(3 * f)])));
-  return scales;
 }
 
 // Integers for about `wanted` quads.
@@ -360,6 +316,14 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
   }
   stats["kept_vertices"] = flat_kept;
   stats["coarse_faces"] = static_cast<std::int64_t>(made.coarse.faces());
+  if (options.with_map) {
+    std::optional<Points2> uv = integer_uv(map, p, made.coarse, context, stats);
+    if (uv) {
+      mesh.map = map;
+      set_integer_uv(*std::move(uv), p.quarters, surface, options.features, *mesh.map, context);
+      if (!mesh.map->certificate.ok) mesh.map.reset();
+    }
+  }
   mesh.stats = std::move(stats);
   return mesh;
 }
@@ -390,7 +354,7 @@ QuadMesh quads_of_surface(const mesh::Surface& surface,
   stats["seconds.map"] = watch.seconds();
   watch.restart();
   const ProgressRange range(context, 0.6, 1.0);
-  const Prepared p = prepare(map, context);
+  const Prepared p = prepare_for_quads(map, context);
   const Scales scales = scales_of(p, map);
   const double target = options.target > 0.0
                             ? options.target
@@ -413,7 +377,7 @@ QuadMesh quads_of_surface(const mesh::Surface& surface,
 
 QuadMesh quads_of_map(const certify::Parametrization& map, const mesh::Surface& surface,
                       const QuadOptions& options, ExecutionContext& context) {
-  const Prepared p = prepare(map, context);
+  const Prepared p = prepare_for_quads(map, context);
   Attempt made = attempt_of_map(p, context);
   if (!made.defects.empty())
     throw_invalid(ErrorCode::kBadOption, "The map's " + std::to_string(made.cells.quads.size()) +

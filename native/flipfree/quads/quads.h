@@ -5,6 +5,7 @@
 //   choose_integers()  integers.h          edges in whole quads
 //   extract_cells()    cells.h             the quads
 //   spots_of()         places.h            where their corners lie
+//   integer_uv()       transfer.h          the integers as a map
 //   relax()            relax.h             made more regular
 //   certify_quads()    quad_certificate.h  judged
 #pragma once
@@ -27,6 +28,7 @@ struct QuadOptions {
   // Edges that shall be rows of quad edges (holonomy/field_aligned.h); what cannot be is counted in
   // the stats "features_missed" of "features".
   IndexPairs features;
+  bool with_map = false;  // QuadMesh::map as well
   int relax_rounds = 30;
 };
 
@@ -36,6 +38,9 @@ struct QuadMesh {
   std::vector<FaceId> parent_face;  // per vertex: the input's face that holds it
   Points3 barycentric;              // #v x 3: weights in that face
   std::vector<FaceId> quad_parent;  // per quad: the input's face at its middle
+  // The integer map: quads, before they were relaxed, are its unit cells. Only where it was asked
+  // for, and only if there is one without a flip (transfer.h).
+  std::optional<certify::Parametrization> map;
   QuadCertificate certificate;
   Stats stats;  // "target"; "coarse_faces", "kept_vertices" (flat ones that stayed), "count_raised"
                 // (1 where fewer quads would not make a mesh), and the map's

@@ -26,8 +26,9 @@ constexpr double kSlack = 256;
 // The largest size of a coordinate.
 double half_extent(const Points2& uv) { return uv.cwiseAbs().maxCoeff(); }
 
-Points2 centred(const Points2& uv) {
-  const Eigen::RowVector2d middle = 0.5 * (uv.colwise().minCoeff() + uv.colwise().maxCoeff());
+Points2 centred(const Points2& uv, double unit = 0.0) {
+  Eigen::RowVector2d middle = 0.5 * (uv.colwise().minCoeff() + uv.colwise().maxCoeff());
+  if (unit > 0.0) middle = (middle / unit).array().round() * unit;
   return uv.rowwise() - middle;
 }
 
@@ -142,8 +143,8 @@ GridMap finish(const SeamConstraints& constraints, const Triangles& faces,
 
 GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces,
                       const std::vector<SeamEdge>& seams, const Points2& uv,
-                      ExecutionContext& context, Stats& stats) {
-  Points2 wide = centred(uv);
+                      ExecutionContext& context, Stats& stats, double unit) {
+  Points2 wide = centred(uv, unit);
   double step = step_for(half_extent(wide));
   GridPoints points;
   GridPoints nearest;
@@ -169,13 +170,14 @@ GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces
       }
       for (int r = 0; r < rings; ++r) region = repair.grow(region);
       const bool everything = repair.grow(region).size() == region.size();
+      if (everything && unit > 0.0) give_up(std::move(folded));  // opened, it has another scale
       ++opened;
       try {
         open_region(constraints, faces, region, wide, context);
       } catch (const NotConverged&) {
         give_up(std::move(folded));  // too small or too thin for doubles, let alone the grid
       }
-      wide = centred(wide);
+      wide = centred(wide, unit);
       round();
       folded = repair.sweep(folded_faces(faces, points, context));
       if (!folded.empty() && everything) give_up(std::move(folded));

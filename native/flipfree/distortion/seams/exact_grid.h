@@ -27,15 +27,17 @@ struct GridMap {
 // that the constraints were made of. The map is centred at the origin, not scaled. Guarantee: every
 // triangle is positively oriented and every seam edge's two sides are related by its quarter turn
 // and by the translation given, exactly; edges of one branch have one translation, up to their
-// units. Triangles that rounding would fold are opened again by moving free positions around them
-// on the grid, or in 64 bits over a region that grows as far as it must. stats: "rounding.repaired"
-// (free positions that are not at their nearest grid point), "rounding.folded" (triangles that
-// plain rounding folds), "rounding.opened" (times that a region was opened), "rounding.step".
-// Throws NotConverged (kRoundingFlips) naming the faces if the map needs more than 24 bits. Cost:
-// O(#F), plus the repairs.
+// units. `unit`: the map is centred by multiples of it, and translations, lines and held places
+// that are multiples of it stay so, as far as the grid is fine enough; 0: there is none. Triangles
+// that rounding would fold are opened again by moving free positions around them on the grid, or in
+// 64 bits over a region that grows as far as it must. stats: "rounding.repaired" (free positions
+// that are not at their nearest grid point), "rounding.folded" (triangles that plain rounding
+// folds), "rounding.opened" (times that a region was opened), "rounding.step". Throws NotConverged
+// (kRoundingFlips) naming the faces if the map needs more than 24 bits. Cost: O(#F), plus the
+// repairs.
 GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces,
                       const std::vector<SeamEdge>& seams, const Points2& uv,
-                      ExecutionContext& context, Stats& stats);
+                      ExecutionContext& context, Stats& stats, double unit = 0.0);
 
 // A map that may flip some triangles, at most `most`, moved to the grid and its flips opened there
 // by moving free positions alone; nothing if that does not open them all. Translations do not

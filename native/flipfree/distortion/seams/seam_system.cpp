@@ -144,6 +144,7 @@ double SeamSystem::assemble(const std::vector<RestTriangle>& rest, const Points2
   for (Index n = 0; n < constraints_.position_count(); ++n)
     nodes_.row(n) = uv.row(constraints_.position[at(n)]);
   const double energy = system_->assemble(plain_rest_, nodes_, soft, context);
+  if (motion_.rows() > 0) system_->add_prescribed(motion_);
   return energy + add_seam_faces(rest, uv, soft, context);
 }
 
@@ -184,6 +185,11 @@ void SeamSystem::add_face(FaceId f, const double gradient[6],
       // The second coordinate of a real node stays zero.
       if (a.node != b.node && real) block[2] = block[3] = 0;
       if (a.node != b.node && constraints_.real[at(b.node)]) block[1] = block[3] = 0;
+      if (a.node != b.node && motion_.rows() > 0) {
+        const Vector2 m = motion_.row(b.node);
+        own_gradient[0] += block[0] * m.x() + block[1] * m.y();
+        own_gradient[1] += block[2] * m.x() + block[3] * m.y();
+      }
       if (a.node == b.node) {
         diagonal[0] += block[0];
         diagonal[1] += 0.5 * (block[1] + block[2]);
@@ -203,6 +209,7 @@ void SeamSystem::add_face(FaceId f, const double gradient[6],
 double SeamSystem::solve(Points2& direction, ExecutionContext& context) {
   Points2 nodes;
   const double slope = system_->solve(nodes, context);
+  if (motion_.rows() > 0) nodes += motion_;
   direction = map_of(constraints_, nodes);
   return slope;
 }

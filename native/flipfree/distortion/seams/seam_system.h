@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -27,6 +28,9 @@ class SeamSystem : public StepSystem {
   // Adds to a face's part, after assemble(): gradient and Hessian in its corners' UV as
   // symmetric_dirichlet_hessian() has them.
   void add_face(FaceId f, const double gradient[6], const double hessian[kHessianEntries]);
+  // From now on fixed nodes move by `motion` (per node; zero where it is not fixed) with every
+  // step, and the free ones as goes best with it. Empty: they stay.
+  void prescribe(Points2 motion) { motion_ = std::move(motion); }
 
  private:
   double add_seam_faces(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
@@ -40,6 +44,7 @@ class SeamSystem : public StepSystem {
   std::vector<RestTriangle> plain_rest_;
   std::optional<NewtonSystem> system_;  // over nodes
   Points2 nodes_;
+  Points2 motion_;
 };
 
 }  // namespace flipfree::distortion

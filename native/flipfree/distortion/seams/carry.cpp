@@ -1,0 +1,148 @@
+#include "flipfree/distortion/seams/carry.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/energy/rest_shapes.h"
+#include "flipfree/distortion/minimize/minimizer.h"
+#include "flipfree/distortion/seams/exact_grid.h"
+#include "flipfree/distortion/seams/seam_system.h"
+
+namespace flipfree::distortion {
+
+namespace {
+
+class Mover {
+ public:
+  Mover(const CutMap& map, const Points2& goal, const std::vector<char>& held,
+        ExecutionContext& context)
+      : map_(map),
+        faces_(map.surface.faces),
+        context_(context),
+        constraints_(eliminate_seams(static_cast<Index>(map.uv.rows()), faces_, map.seams,
+                                     map.straight, context)),
+        system_(constraints_, faces_, held, context) {
+    mesh::Surface flat{Points3::Zero(map.uv.rows(), 3), faces_};
+    flat.vertices.leftCols<2>() = map.uv;
+    rest_ = build_rest_shapes(flat, context);
+    nodes_ = nodes_of(constraints_, faces_, map.seams, goal);
+    fixed_.assign(static_cast<std::size_t>(nodes_.rows()), 0);
+    std::fill(fixed_.begin() + constraints_.position_count(), fixed_.end(), char{1});
+    for (std::size_t v = 0; v < held.size(); ++v) {
+      if (held[v] == 0) continue;
+      options_.fixed.push_back(static_cast<VertexId>(v));
+      for (Index t = constraints_.begin[v]; t < constraints_.begin[v + 1]; ++t)
+        fixed_[at(constraints_.terms[at(t)].node)] = 1;
+    }
+    round_held(1.0);
+    const Points2 whole = map_of(constraints_, nodes_);
+    for (const VertexId v : options_.fixed) {
+      if (whole.row(v) == whole.row(v).array().round().matrix()) continue;
+      round_held(static_cast<double>(constraints_.translation_step));
+      break;
+    }
+    options_.unit = 1.0;
+    options_.keep_last = true;
+  }
+
+  std::optional<Points2> run(Stats& stats) {
+    std::optional<Points2> start = map_of(constraints_, nodes_);
+    const std::size_t flips = flipped_faces(faces_, *start, context_).size();
+    stats["carried.flips"] = static_cast<std::int64_t>(flips);
+    if (flips > 0) start = pulled();
+    stats["carried"] = std::string(!start ? "not" : flips > 0 ? "pulled" : "at once");
+    if (!start) return std::nullopt;
+    return on_grid(settled(*std::move(start), kSteps));
+  }
+
+ private:
+  static constexpr int kSteps = 12;
+
+  // Translations to multiples of a number, places to whole ones.
+  void round_held(double unit) {
+    for (Eigen::Index n = 0; n < nodes_.rows(); ++n) {
+      const double by = n < constraints_.position_count() ? 1.0 : unit;
+      if (fixed_[at(n)] != 0) nodes_.row(n) = by * (nodes_.row(n) / by).array().round();
+    }
+  }
+
+  // Fixed nodes moved to where they shall be, as far as one gets in every step, the others
+  // following.
+  std::optional<Points2> pulled() {
+    constexpr int kMostRounds = 60;
+    constexpr double kLeastStep = 1e-4;
+    constexpr double kLeastLeft = 1e-3;  // of the way: what is left would turn a triangle over
+    std::vector<RestTriangle> rest;
+    scale_rest(rest_.triangles, 1.0 / rest_.length, context_, rest);
+    Points2 uv = map_.uv;
+    double whole = 0.0;
+    for (int round = 0; round < kMostRounds; ++round) {
+      context_.report("carrying", static_cast<double>(round) / kMostRounds);
+      Points2 left = nodes_ - nodes_of(constraints_, faces_, map_.seams, uv);
+      for (Eigen::Index n = 0; n < left.rows(); ++n)
+        if (fixed_[at(n)] == 0) left.row(n).setZero();
+      const double far = left.cwiseAbs().maxCoeff();
+      if (round == 0) whole = far;
+      if (far < kLeastLeft * whole) return std::nullopt;
+      system_.prescribe(std::move(left));
+      system_.assemble(rest, uv, false, context_);
+      Points2 direction;
+      system_.solve(direction, context_);
+      system_.prescribe({});
+      double step =
+          std::min(1.0, kShareOfFlip * step_to_first_flip(faces_, uv, direction, context_));
+      Points2 trial = uv + step * direction;
+      for (; step > kLeastStep && !is_flip_free(faces_, trial, context_); step *= 0.5)
+        trial = uv + 0.5 * step * direction;
+      if (!(step > kLeastStep)) return std::nullopt;
+      uv.swap(trial);
+      if (step == 1.0) return uv;
+      uv = settled(std::move(uv), 2);
+    }
+    return std::nullopt;
+  }
+
+  Points2 settled(Points2 uv, int steps) {
+    options_.max_iterations = steps;
+    Stats ignored;
+    return Minimizer(faces_, rest_, nullptr, uv, options_, context_, &system_).run(ignored);
+  }
+
+  // With what is held where it shall be, bit for bit.
+  std::optional<Points2> on_grid(const Points2& uv) {
+    Points2 nodes = nodes_of(constraints_, faces_, map_.seams, uv);
+    for (Eigen::Index n = 0; n < nodes.rows(); ++n)
+      if (fixed_[at(n)] != 0) nodes.row(n) = nodes_.row(n);
+    Stats ignored;
+    try {
+      return round_to_grid(constraints_, faces_, map_.seams, map_of(constraints_, nodes), context_,
+                           ignored, 1.0)
+          .uv;
+    } catch (const NotConverged&) {
+      return std::nullopt;
+    }
+  }
+
+  const CutMap& map_;
+  const Triangles& faces_;
+  ExecutionContext& context_;
+  SeamConstraints constraints_;
+  SeamSystem system_;
+  RestShapes rest_;
+  Points2 nodes_;  // as they shall be, where they are fixed
+  std::vector<char> fixed_;
+  MinimizeOptions options_;
+};
+
+}  // namespace
+
+std::optional<Points2> carried_to(const CutMap& map, const Points2& goal,
+                                  const std::vector<char>& held, ExecutionContext& context,
+                                  Stats& stats) {
+  return Mover(map, goal, held, context).run(stats);
+}
+
+}  // namespace flipfree::distortion

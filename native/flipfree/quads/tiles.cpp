@@ -1,0 +1,131 @@
+#include "flipfree/quads/tiles.h"
+
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/certify/certified_map.h"
+#include "flipfree/quads/integers.h"
+#include "flipfree/quads/transfer.h"
+
+namespace flipfree::quads {
+
+namespace {
+
+double area_of(const mesh::Surface& surface) {
+  double twice = 0.0;
+  for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
+    const Vector3 a = surface.vertices.row(surface.faces(f, 0));
+    const Vector3 b = surface.vertices.row(surface.faces(f, 1));
+    const Vector3 c = surface.vertices.row(surface.faces(f, 2));
+    twice += (b - a).cross(c - a).norm();
+  }
+  return 0.5 * twice;
+}
+
+double tiles_of(const Points2& uv) {
+  double twice = 0.0;
+  for (Eigen::Index c = 0; c < uv.rows(); c += 3) {
+    const Vector2 a = (uv.row(c + 1) - uv.row(c)).transpose();
+    const Vector2 b = (uv.row(c + 2) - uv.row(c)).transpose();
+    twice += a.x() * b.y() - a.y() * b.x();
+  }
+  return 0.5 * twice;
+}
+
+// UVs with about so many tiles.
+std::optional<Points2> whole_uv(const certify::Parametrization& map, const FlatMap& flat,
+                                const std::optional<Prepared>& prepared, double wanted,
+                                ExecutionContext& context, Stats& stats) {
+  if (!prepared) {
+    const double scale = std::sqrt(wanted / tiles_of(map.uv32.cast<double>()));
+    return rounded_uv(map, flat, scale, context, stats);
+  }
+  Scales scales = scales_of(*prepared, map);
+  for (double& s : scales.scale) s *= std::sqrt(wanted);
+  CoarseSurface coarse = prepared->coarse;
+  if (!choose_integers(coarse, prepared->flat.surface, prepared->quarters, scales.component,
+                       scales.scale, 0.0, context))
+    return std::nullopt;
+  return integer_uv(map, *prepared, coarse, context, stats);
+}
+
+void count_seams(certify::Parametrization& map) {
+  double all = 0.0, matched = 0.0;
+  std::int64_t quarter = 0, half = 0;
+  for (std::size_t i = 0; i < map.transitions.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const double length = (map.surface.vertices.row(map.cut_edges(row, 0)) -
+                           map.surface.vertices.row(map.cut_edges(row, 1)))
+                              .norm();
+    const Index turns = map.transitions[i].quarter_turns;
+    all += length;
+    matched += turns == 0 ? length : 0.0;
+    quarter += turns % 2;
+    half += turns == 2 ? 1 : 0;
+  }
+  map.stats["seams"] = static_cast<std::int64_t>(map.transitions.size());
+  map.stats["seams_quarter"] = quarter;
+  map.stats["seams_half"] = half;
+  map.stats["seams_matched"] = all > 0.0 ? matched / all : 1.0;
+}
+
+certify::Parametrization fit_in_time(certify::Parametrization map, const TileOptions& options,
+                                     ExecutionContext& context) {
+  constexpr int kMostTries = 5;
+  constexpr double kFiner = 2.0;  // times as many tiles
+  constexpr double kMostTiles = 1e10;
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const mesh::EdgeFlags flags = mesh::flag_edges(map.surface.faces, adjacency, options.features);
+  for (HalfedgeId h = 0; at(h) < flags.size(); ++h)
+    if (flags[at(h)] != 0 && h < adjacency.opposite[at(h)]) map.features.push_back(h);
+  const double area = area_of(map.surface);
+  double wanted = area / (options.tile * options.tile);
+  if (!(wanted <= kMostTiles))
+    throw_invalid(
+        ErrorCode::kBadOption,
+        "tile is so short that it takes more than 10000000000 of them. Give a longer one.");
+  FlatMap flat = flat_map(map);
+  std::optional<Prepared> prepared;
+  if (flat.oblique.empty()) prepared = prepare(flat, map, context);
+  const std::vector<Index> quarters =
+      quarters_around(flat.surface, at(map.surface.vertices.rows()));
+  Stats stats;
+  std::optional<Points2> uv;
+  for (int i = 0; i < kMostTries && !uv; ++i, wanted *= kFiner) {
+    const ProgressRange range(context, 0.9 * i / kMostTries, 0.9 * (i + 1) / kMostTries);
+    stats["tries"] = static_cast<std::int64_t>(i + 1);
+    uv = whole_uv(map, flat, prepared, wanted, context, stats);
+  }
+  if (!uv)
+    throw_not_converged(ErrorCode::kIterationLimit,
+                        "No map with whole tiles was found without a flip. Ask for smaller tiles, "
+                        "or take a map with fewer cones.");
+  const double tiles = tiles_of(*uv);
+  context.report("certifying", 0.9);
+  const mesh::Surface surface = map.surface;
+  set_integer_uv(*std::move(uv), quarters, surface, options.features, map, context);
+  certify::require_certificate(map, "Fitting tiles");
+  map.stats = std::move(stats);
+  map.stats["tile"] = std::sqrt(area / tiles);
+  map.stats["tiles"] = tiles;
+  count_seams(map);
+  return map;
+}
+
+}  // namespace
+
+certify::Parametrization fit_tiles(certify::Parametrization map, const TileOptions& options,
+                                   ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "Whole tiles were not reached",
+                 "or take a map with fewer cones",
+                 [&] { return fit_in_time(std::move(map), options, context); });
+}
+
+}  // namespace flipfree::quads
