@@ -249,6 +249,8 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "optimise": (0.4, flag),
     "low_distortion": (0.3, flag),
     "seamless": (0.2, flag),
+    "tiled": (0.2, flag),
+    "with_map": (0.3, flag),
     "together": (0.4, flag),
     "scale_true": (0.4, flag),
     "quarter_turns": (0.4, flag),
@@ -299,6 +301,10 @@ def random_arguments(name: str, mesh: Mesh, random: Random) -> dict[str, Any]:
                 turn = 2 * np.pi * np.arange(len(loop)) / max(len(loop), 1)
                 places = zip(np.cos(turn).tolist(), np.sin(turn).tolist(), strict=True)
                 arguments |= {"boundary": "corners", key: dict(zip(loop, places, strict=True))}
+        elif name == "fit_tiles" and key == "tile":
+            arguments[key] = 10.0 ** random.uniform(-2.0, 1.0)
+        elif name == "fit_tiles" and key == "map_or_arrays" and random.random() < 0.7:
+            arguments[key] = parametrization(mesh, random)
         elif name in ("seamless", "field_aligned", "admissible_cut") and key in ("cones", "engine"):
             choose = turns if key == "cones" else one_of(*SEAMLESS_ENGINES)
             if random.random() < 0.6:

@@ -157,6 +157,7 @@ def arguments_of(name: str) -> dict[str, Any]:
         "improve": {"map_or_arrays": (vertices, faces, uv)},
         "quads": dict(zip(("vertices", "faces"), octahedron_sphere(1), strict=True), target=50),
         "quads_from_map": {"parametrization": parametrization(box((1, 2, 3), (2, 2, 2)))},
+        "fit_tiles": {"map_or_arrays": parametrization(box((1, 2, 3), (2, 2, 2))), "tile": 0.5},
         "field_aligned": dict(zip(("vertices", "faces"), octahedron_sphere(1), strict=True)),
         "seamless": dict(zip(("vertices", "faces"), octahedron_sphere(0), strict=True)),
         "admissible_cut": {

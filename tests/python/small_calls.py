@@ -34,6 +34,7 @@ CALLS = {
     "field": lambda **options: ff.cross_field(*BALL, **options).directions,
     "aligned": lambda **options: ff.field_aligned(*BALL, **options).uv,
     "quads": lambda **options: ff.quads(*BALL, target=100, **options).vertices,
+    "tiles": lambda **options: ff.fit_tiles(ff.field_aligned(*BALL), tile=0.1, **options).uv,
     "repair": lambda **options: ff.repair(*BALL, np.zeros((len(BALL[1]), 3, 2)), **options).uv,
     "cones": lambda **options: np.asarray(ff.suggest_cones(*GRID, **options)),
 }

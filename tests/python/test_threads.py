@@ -126,6 +126,7 @@ CALLS: dict[str, Callable[[Size, int], bytes]] = {
     "field_aligned": lambda s, t: map_bits(ff.field_aligned(*s.ring, threads=t)),
     "quads": lambda s, t: bits(ff.quads(*s.ring, target=200, threads=t).vertices),
     "quads_from_map": lambda s, t: bits(ff.quads_from_map(BOX, threads=t).vertices),
+    "fit_tiles": lambda s, t: map_bits(ff.fit_tiles(BOX, tile=0.3, threads=t)),
     "rectify": lambda s, t: map_bits(ff.rectify(*s.ring, threads=t)),
     "pack": lambda s, t: map_bits(ff.pack(*stripes(s.grid), effort=0.1, threads=t)),
     "certify": lambda s, t: repr(

@@ -8,6 +8,7 @@
 
 #include "flipfree/base/failure.h"
 #include "flipfree/certify/parametrization.h"
+#include "flipfree/quads/tiles.h"
 #include "job.h"
 
 namespace flipfree::python {
@@ -23,7 +24,9 @@ py::object quads_to_python(quads::QuadMesh&& mesh) {
       "vertices"_a = std::move(mesh.vertices),
       "quads"_a = py::object(py::cast(std::move(corners)).attr("reshape")(-1, 4)),
       "parent_face"_a = std::move(mesh.parent_face), "barycentric"_a = std::move(mesh.barycentric),
-      "quad_parent"_a = std::move(mesh.quad_parent), "stats"_a = to_python(mesh.stats),
+      "quad_parent"_a = std::move(mesh.quad_parent),
+      "map"_a = mesh.map ? py::cast(*std::move(mesh.map)) : py::none(),
+      "stats"_a = to_python(mesh.stats),
       "certificate"_a = py::dict("ok"_a = c.ok, "vertices"_a = c.vertices, "quads"_a = c.quads,
                                  "components"_a = c.components, "genus"_a = c.genus,
                                  "borders"_a = c.borders, "irregular"_a = std::move(c.irregular),
@@ -32,11 +35,21 @@ py::object quads_to_python(quads::QuadMesh&& mesh) {
                                  "to_quads"_a = c.to_quads, "failures"_a = std::move(c.failures)));
 }
 
+// A map as it is stored.
+certify::Parametrization map_of(const mesh::Surface& surface, const Points2f& uv) {
+  certify::Parametrization map;
+  map.surface = surface;
+  map.uv32 = uv;
+  certify::set_identity_provenance(map);
+  return map;
+}
+
 quads::QuadOptions read_quad_options(OptionReader& read) {
   quads::QuadOptions options;
   read("target", options.target);
   read("edge_length", options.edge_length);
   read("features", options.features);
+  read("with_map", options.with_map);
   return options;
 }
 
@@ -76,14 +89,19 @@ void bind_quads(py::module_& module) {
     return [uv = read.value<Points2f>("uv32"), options = read_quad_options(read),
             max_seconds = read.value<double>("max_seconds")](const mesh::Surface& surface,
                                                              ExecutionContext& context) {
-      return in_time(context, max_seconds, "The quads were not reached",
-                     "or take a map of fewer cells", [&] {
-                       certify::Parametrization map;
-                       map.surface = surface;
-                       map.uv32 = uv;
-                       certify::set_identity_provenance(map);
-                       return quads::quads_of_map(map, surface, options, context);
-                     });
+      return in_time(
+          context, max_seconds, "The quads were not reached", "or take a map of fewer cells",
+          [&] { return quads::quads_of_map(map_of(surface, uv), surface, options, context); });
+    };
+  });
+  def_job(module, "fit_tiles", [](OptionReader& read) {
+    quads::TileOptions options;
+    read("tile", options.tile);
+    read("features", options.features);
+    read("max_seconds", options.max_seconds);
+    return [uv = read.value<Points2f>("uv32"), options](const mesh::Surface& surface,
+                                                        ExecutionContext& context) {
+      return quads::fit_tiles(map_of(surface, uv), options, context);
     };
   });
 }

@@ -23,7 +23,7 @@ from .calls.seamless import CrossField, Signature, cross_field, field_aligned, s
 from .calls.unwrapping import auto_seams, pack, unwrap
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
 from .points import SurfaceMap, compose
-from .quads import QuadCertificate, QuadMesh, quads, quads_from_map
+from .quads import QuadCertificate, QuadMesh, fit_tiles, quads, quads_from_map
 from .results import Certificate, ConformalMetric, Mend, Parametrization, Transitions
 from .separated import SeparatedSurface, islands, separate, split_fans
 
@@ -57,6 +57,7 @@ __all__ = [
     "cross_field",
     "embed",
     "field_aligned",
+    "fit_tiles",
     "improve",
     "islands",
     "jobs",

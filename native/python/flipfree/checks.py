@@ -359,7 +359,7 @@ OPTIONS: dict[str, Callable[[Any, str], Any]] = {
     **dict.fromkeys(
         ("repair", "require_convergence", "reroute", "scale_true", "seamless"), as_flag
     ),
-    **dict.fromkeys(("simplify", "stack_similar", "together"), as_flag),
+    **dict.fromkeys(("simplify", "stack_similar", "tiled", "together"), as_flag),
     **dict.fromkeys(("cuts", "features", "uncuttable"), partial(as_optional_indices, columns=2)),
     **dict.fromkeys(("corners", "groups", "movable", "unmoved"), as_optional_indices),
     "aspect": partial(

@@ -8,6 +8,7 @@ from .calls import conformal as angles
 from .calls import seamless as seamless_maps
 from .job import Job as Job
 from .job import job_of
+from .quads import fit_tiles as _fit_tiles
 from .quads import quads as _quads
 from .quads import quads_from_map as _quads_from_map
 
@@ -20,6 +21,7 @@ conformal_metric = job_of(angles.conformal_metric)
 cross_field = job_of(seamless_maps.cross_field)
 embed = job_of(matching.embed)
 field_aligned = job_of(seamless_maps.field_aligned)
+fit_tiles = job_of(_fit_tiles)
 improve = job_of(improving.improve)
 match = job_of(matching.match)
 pack = job_of(unwrapping.pack)

@@ -1,18 +1,38 @@
-"""Quads: a surface as a mesh of quads along a cross field, and the cells of a map as one."""
+"""Quads: a surface as a mesh of quads along a cross field, and the cells of a map as one; maps for textures that repeat."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from . import _native
+from .calls.certification import with_tiles
 from .calls.seamless import arrays_of
-from .checks import as_mesh, as_number, as_optional_indices, as_positive, as_seconds, shown
-from .errors import bad_option
+from .checks import (
+    as_corner_uv,
+    as_flag,
+    as_mesh,
+    as_number,
+    as_optional_indices,
+    as_positive,
+    as_seconds,
+    refuse_beyond_storage,
+    shown,
+)
+from .errors import NotConverged, bad_option, bad_shape
 from .job import Job, Progress, solver_call, start_job
-from .results import FloatArray, IntArray, Mesh, Parametrization, ReadOnly, frozen, in_unit
+from .results import (
+    FloatArray,
+    IntArray,
+    Mesh,
+    Parametrization,
+    ReadOnly,
+    frozen,
+    in_unit,
+    parametrization_from,
+)
 from .texts import counted
 
 #: More are refused.
@@ -73,6 +93,8 @@ class QuadMesh(ReadOnly):
         parent_face: (n,), the input face that holds each vertex. barycentric: (n, 3), its weights there: whatever the
             input's corners carry is one gather.
         quad_parent: (q,), the input face at the middle of each quad.
+        map: the integer parametrization, whose unit cells the quads are, before they were relaxed; of :func:`quads` only
+            ``with_map``, and None where there is none without a flip.
         certificate: measured. stats: "target", seconds per stage, "count_raised" 1 where fewer quads would be no mesh,
             and the map's with the prefix "map.".
     """
@@ -82,6 +104,7 @@ class QuadMesh(ReadOnly):
     parent_face: IntArray
     barycentric: FloatArray
     quad_parent: IntArray
+    map: Parametrization | None
     certificate: QuadCertificate
     stats: dict[str, Any]
 
@@ -93,7 +116,8 @@ def _quad_mesh_from(data: dict[str, Any], mesh: Mesh) -> QuadMesh:
     found = dict(data["certificate"])
     irregular = np.stack([found["irregular"], found.pop("valence")], axis=1)
     found |= dict(irregular=frozen(irregular), turned=frozen(found["turned"]))
-    data = data | dict(vertices=in_unit(data["vertices"], -mesh.exponent))
+    found_map = None if data["map"] is None else parametrization_from(data["map"], mesh)
+    data = data | dict(vertices=in_unit(data["vertices"], -mesh.exponent), map=found_map)
     for value in data.values():
         if isinstance(value, np.ndarray):
             frozen(value)
@@ -109,6 +133,7 @@ def quads(
     edge_length: float | None = None,
     field: Any = None,
     features: Any = None,
+    with_map: bool = False,
     max_seconds: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -124,6 +149,7 @@ def quads(
         field: a :class:`CrossField` of this mesh; None: the smoothest, without cones of one quarter turn, along the borders.
         features: (k, 2) edges that shall be rows of quad edges: sharp ones, borders of materials. What the field forbids is
             left, and counted: ``stats["features_missed"]`` of ``stats["features"]``.
+        with_map: the result's ``map`` as well.
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
         threads: None is all cores; the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
@@ -139,7 +165,9 @@ def quads(
             "Give either target, how many quads, or edge_length, how long their sides are."
         )
     mesh = as_mesh(vertices, faces)
-    options: dict[str, Any] = dict(max_seconds=as_seconds(max_seconds, "max_seconds"))
+    options: dict[str, Any] = dict(
+        max_seconds=as_seconds(max_seconds, "max_seconds"), with_map=as_flag(with_map, "with_map")
+    )
     if target is not None:
         options["target"] = as_number(
             target,
@@ -187,4 +215,106 @@ def quads_from_map(
         uv32=parametrization.uv32().reshape(-1, 2),
         max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
-    return start_job(_native.quads_from_map, mesh, options, threads, _quad_mesh_from)
+
+    def convert(data: dict[str, Any], given: Mesh) -> QuadMesh:
+        return replace(_quad_mesh_from(data, given), map=parametrization)
+
+    return start_job(_native.quads_from_map, mesh, options, threads, convert)
+
+
+@solver_call
+def fit_tiles(
+    map_or_arrays: Any,
+    *,
+    tile: float,
+    features: Any = None,
+    max_seconds: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Job[Parametrization]:
+    """A seamless map at a scale at which a texture that repeats runs on through its seams: UV length 1 is the side of a tile,
+    and transitions, cones, corners, borders and features along the axes are whole numbers, as stored (G9).
+
+    Seams without a turn match for every texture that repeats; others for one that looks the same after a quarter turn, or a
+    half: see ``transitions``. Borders that run along no axis stay free, where the seams are rounded one by one.
+
+    Args:
+        map_or_arrays: a :class:`Parametrization`, or (vertices, faces, uv), whose seams match exactly as stored.
+        tile: how long the side of a tile shall be on the surface, in the unit of the vertices. Where whole numbers leave no
+            map without a flip, tiles are smaller, by a few steps of sqrt(2): ``stats["tile"]`` is what came out.
+        features: (k, 2) edges of the map's input that shall lie on lines between tiles. Those that run along no axis are
+            left: ``certificate.features_missed``.
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
+        threads: None is all cores; the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Returns:
+        The map, certified, on the same faces. stats: "tile", "tiles" (how many cover the surface), "seams" (edges),
+        "seams_quarter", "seams_half" (those that turn by so much), "seams_matched" (share of the seams' length without a turn).
+
+    Raises:
+        InvalidInput (not seamless as stored; names an edge), NotConverged, Cancelled.
+    """
+    given = map_or_arrays if isinstance(map_or_arrays, Parametrization) else None
+    if given is not None:
+        vertices, faces, uv = given.vertices, given.faces, given.uv32()
+    else:
+        try:
+            vertices, faces, uv = map_or_arrays
+        except Exception:  # it has another number of parts, or none
+            raise bad_shape("fit_tiles takes a Parametrization or (vertices, faces, uv).") from None
+    mesh = as_mesh(vertices, faces)
+    corner_uv = as_corner_uv(uv, "uv", len(mesh.faces))
+    refuse_beyond_storage(corner_uv, "uv")
+    edges = as_optional_indices(features, "features", 2)
+    if given is not None:
+        edges = _parts_of(given, edges)
+    options = dict(
+        uv32=corner_uv.astype(np.float32),
+        tile=float(np.ldexp(as_positive(tile, "tile"), -mesh.exponent)),
+        features=edges,
+        max_seconds=as_seconds(max_seconds, "max_seconds"),
+    )
+
+    def convert(data: dict[str, Any], scaled: Mesh) -> Parametrization:
+        found = parametrization_from(data, scaled)
+        certificate = with_tiles(found.certificate, found.faces, found.uv32(), edges)
+        if not certificate.ok:
+            raise NotConverged(
+                "Fitting tiles did not pass its certificate, so nothing is returned. "
+                + ". ".join(certificate.failures),
+                code="certificate failed",
+                certificate=certificate,
+            )
+        found.stats["tile"] = float(np.ldexp(found.stats["tile"], scaled.exponent))
+        made = replace(found, certificate=certificate)
+        return (
+            made
+            if given is None
+            else given.at(
+                made, cut_edges=made.cut_edges, transitions=made.transitions, stats=made.stats
+            )
+        )
+
+    return start_job(_native.fit_tiles, mesh, options, threads, convert)
+
+
+def _parts_of(given: Parametrization, edges: IntArray) -> IntArray:
+    """(k, 2) edges of the map's faces that lie on these edges of its input."""
+    weights = given.vertex_barycentric > 1e-12
+    corners = given.input_faces[given.vertex_parent].astype(np.int64)
+    low = np.where(weights, corners, np.iinfo(np.int64).max).min(axis=1)
+    high = np.where(weights, corners, -1).max(axis=1)
+    inside = weights.sum(axis=1) > 2
+    ends = np.sort(np.concatenate([given.faces[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
+    ends = np.unique(ends, axis=0)
+    both_low, both_high = low[ends].min(axis=1), high[ends].max(axis=1)
+    # Every vertex that one of the two depends on is one of the edge's ends.
+    fits = ~inside[ends].any(axis=1) & (both_low < both_high)
+    for values in (low, high):
+        found = values[ends]
+        fits &= ((found == both_low[:, None]) | (found == both_high[:, None])).all(axis=1)
+    wanted = np.sort(np.asarray(edges, np.int64).reshape(-1, 2), axis=1)
+    size = int(given.input_faces.max(initial=0)) + 1
+    on = fits & np.isin(both_low * size + both_high, wanted[:, 0] * size + wanted[:, 1])
+    return np.ascontiguousarray(ends[on].astype(np.int32))

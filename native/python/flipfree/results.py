@@ -129,6 +129,8 @@ class Certificate:
         mends: what the mesh had to be separated for, empty for a clean surface. Faces that use a vertex twice have no
             triangle and are not judged; all others are.
         failures: what failed, in words. failed_faces: (k,) faces named there, at most 1000.
+        tile_failures: where tiles were asked for (G9): seam edges, corners of cones and of the border, and edges of features
+            that are not on whole numbers as stored.
     """
 
     ok: bool
@@ -164,6 +166,7 @@ class Certificate:
     mends: tuple[Mend, ...]
     failures: list[str]
     failed_faces: IntArray
+    tile_failures: int = -1
 
     @property
     def poor(self) -> bool:

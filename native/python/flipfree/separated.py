@@ -51,6 +51,10 @@ class SeparatedSurface:
             v: of_vertices[o] for v, o in enumerate(self.vertex_origin.tolist()) if o in of_vertices
         }
 
+    def of_corners(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """(m', 3, ...) at the corners of these faces, from what those of the input have."""
+        return _turned(values[self.face_origin], self.turned)
+
     def edges(self, pairs: Any) -> IntArray:
         """(s', 2) edges that come from these (s, 2) vertex pairs of the input, such as seams."""
         wanted = edge_keys(as_indices(pairs, "pairs", 2))

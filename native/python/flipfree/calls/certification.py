@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,8 @@ from ..checks import (
 )
 from ..errors import InvalidInput, bad_option, bad_pins
 from ..job import Job, Progress, solver_call, start_job
-from ..results import Certificate, FloatArray, IntArray, certificate_from
+from ..results import Certificate, FloatArray, IntArray, Mesh, certificate_from
+from ..texts import counted
 from .seamless import Signature, as_signature
 
 Pins = Mapping[Any, tuple[float, float]]
@@ -80,6 +81,7 @@ def certify(
     signature: Signature | None = None,
     seamless: bool = False,
     features: Any = None,
+    tiled: bool = False,
     parent: tuple[Any, ...] | None = None,
     bijective: bool = False,
     disjoint: bool = False,
@@ -97,6 +99,8 @@ def certify(
         cones: {vertex: total angle in radians}; G5 demands these angles, and 2 pi at every other interior vertex.
         seamless: G4 demands that every cut is an exact quarter turn and translation.
         features: (k, 2) edges (of ``parent``, if there is one); G8 demands that they are isolines.
+        tiled: demands G4, and G9: transitions, cones, corners where the border runs along the axes, and those features of this
+            mesh that are isolines lie on whole numbers, as stored: textures that repeat run on through the seams.
         parent: (vertices, faces, parent_face, vertex_parent, vertex_barycentric) of the input that this mesh
             refines; G7 demands a subdivision.
         signature: a :class:`Signature` on these faces; demands G4, its cones instead of ``cones``, and G6: that the map
@@ -115,7 +119,9 @@ def certify(
         InvalidInput (a mesh that is none, arrays of the wrong shape), NotConverged (time is over), Cancelled.
     """
     mesh = as_mesh(vertices, faces)
-    options = checked(locals(), "seamless features bijective disjoint aspect max_seconds")
+    options = checked(locals(), "tiled seamless features bijective disjoint aspect max_seconds")
+    is_tiled = options.pop("tiled")
+    options["seamless"] = options["seamless"] or is_tiled
     angles = as_angles(cones)
     if signature is not None:
         if cones is not None:
@@ -143,5 +149,75 @@ def certify(
     options |= dict(uv=corner_uv, cones=angles, pins=pins_to_corners(pins, mesh.faces))
     with np.errstate(over="ignore"):
         stored = corner_uv.astype(np.float32)
-    convert = partial(certificate_from, uv32=stored, aspect=options["aspect"])
+
+    def convert(data: dict[str, Any], given: Mesh) -> Certificate:
+        found = certificate_from(data, given, stored, options["aspect"])
+        if not is_tiled:
+            return found
+        return with_tiles(found, given.faces, stored, options["features"] if parent is None else ())
+
     return start_job(_native.certify, mesh, options, threads, convert)
+
+
+def with_tiles(found: Certificate, faces: IntArray, stored: Any, features: Any = ()) -> Certificate:
+    """The certificate with G9 judged, on the stored values alone: (m, 3, 2) or (3 m, 2) float32. Fractions of floats, and
+    their differences where these are 0, 1 or -1, are exact."""
+    uv = np.asarray(stored, np.float64).reshape(-1, 2)
+    counts = dict.fromkeys(("seam edge", "cone", "corner of the border", "feature"), 0)
+    if found.flips32 == 0 and found.seam_failures == 0:
+        counts = _off_tiles(faces, uv[:, 0] + 1j * uv[:, 1], np.asarray(features).reshape(-1, 2))
+    elif found.ok:
+        return found
+    text = ", ".join(counted(count, what) for what, count in counts.items() if count)
+    total = sum(counts.values())
+    return replace(
+        found,
+        ok=found.ok and total == 0,
+        tile_failures=total,
+        failures=found.failures + ([f"G9: {text} not on whole numbers"] if total else []),
+    )
+
+
+def _is_whole(z: Any, w: Any = 0.0) -> Any:
+    """Whether z and w differ by whole numbers."""
+    off = [
+        np.fmod(a, 1.0) - np.fmod(b, 1.0) for a, b in ((z.real, np.real(w)), (z.imag, np.imag(w)))
+    ]
+    return ((off[0] == 0) | (abs(off[0]) == 1)) & ((off[1] == 0) | (abs(off[1]) == 1))
+
+
+def _off_tiles(faces: IntArray, z: Any, features: Any) -> dict[str, int]:
+    start = faces.ravel().astype(np.int64)
+    ahead = np.arange(len(start)).reshape(-1, 3)[:, [1, 2, 0]].ravel()
+    back = ahead[ahead]
+    size = int(start.max(initial=0)) + 1
+    keys, others = start * size + start[ahead], start[ahead] * size + start
+    known, first, count = np.unique(keys, return_index=True, return_counts=True)
+    at = np.minimum(np.searchsorted(known, others), len(known) - 1)
+    # Of edges that more faces share, each is a border here.
+    inner = (known[at] == others) & (count[at] == 1) & (count[np.searchsorted(known, keys)] == 1)
+    h, o = np.flatnonzero(inner), first[at][inner]
+    vector, across = z[ahead] - z, z[o] - z[ahead[o]]
+    turned = np.stack([vector[h] * 1j**k for k in range(4)])
+    turn = (turned == across).argmax(axis=0)
+    seam = ~_is_whole(z[ahead[o]], z[h] * np.array([1, 1j, -1, -1j])[turn])
+    angle = np.bincount(start, np.angle((z[back] - z) / vector), minlength=size)
+    quarters = np.rint(angle / (np.pi / 2)).astype(int)
+    along = (vector.real == 0) | (vector.imag == 0)
+    rim, oblique = np.zeros(size, bool), np.zeros(size, bool)
+    for mask, edges in ((rim, ~inner), (oblique, ~inner & ~along)):
+        mask[start[edges]] = mask[start[ahead[edges]]] = True
+    cone = ~rim & (quarters != 4)
+    corner = rim & ~oblique & (quarters != 2)
+    off = ~_is_whole(z)
+    pairs = np.sort(features, axis=1).astype(np.int64)
+    wanted = np.isin(np.minimum(keys, others), pairs[:, 0] * size + pairs[:, 1])
+    level = np.where(vector.real == 0, z.real, z.imag)
+    return {
+        "seam edge": int((seam & (h < o)).sum()),
+        "cone": len(np.unique(start[off & cone[start]])),
+        "corner of the border": len(np.unique(start[off & corner[start]])),
+        "feature": len(
+            np.unique(np.minimum(keys, others)[wanted & along & (np.fmod(level, 1) != 0)])
+        ),
+    }

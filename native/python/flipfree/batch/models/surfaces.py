@@ -33,7 +33,7 @@ from ...errors import (
     bad_option,
     bad_pins,
 )
-from ...quads import MOST_QUADS
+from ...quads import MOST_QUADS, fit_tiles
 from ...quads import quads as quad_mesh
 from ...results import FloatArray, IntArray, Parametrization
 from ...separated import SeparatedSurface, each_part, edge_keys, islands, split_fans
@@ -497,8 +497,10 @@ def field_arguments(parser: argparse.ArgumentParser) -> None:
     numbers.add_choice(parser, "--engine", "auto penner padding")
 
 
-def field(model: Model, options: dict[str, Any]) -> Solved:
-    clean = model.clean()
+def _along_field(
+    model: Model, clean: SeparatedSurface, options: dict[str, Any]
+) -> tuple[Parametrization, bool, Any]:
+    """(map, whether its boundary is free though it was to be aligned, edges that shall be lines of it)."""
     field_told = options["field"] in ("cones", "file", "signature")
     told = _told_field(model, clean, options) if field_told else None
     sharp = None
@@ -549,11 +551,73 @@ def field(model: Model, options: dict[str, Any]) -> Solved:
             raise
         freed = True
         found = follow(False)
+    return found, freed, features
+
+
+def field(model: Model, options: dict[str, Any]) -> Solved:
+    clean = model.clean()
+    found, freed, features = _along_field(model, clean, options)
     solved = _placed(model, clean, found, options, freed)
     if features is not None:
         solved.figures["sharp_edges"] = found.certificate.feature_edges
         solved.figures["sharp_edges_missed"] = len(found.certificate.features_missed)
     solved.figures["degrees_off_field"] = math.degrees(found.stats["angle_mean"])
+    return solved
+
+
+def tiles_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--tile-count", type=numbers.whole(1), default=100, help="about how many cover the model"
+    )
+    parser.add_argument(
+        "--tile-size", type=numbers.real(0.0), default=0.0, help="length of a tile's side, instead"
+    )
+    numbers.add_choice(
+        parser,
+        "--field",
+        "curvature smooth edges flow map",
+        "what the map's lines run along; map: the file's own UVs, which are seamless, are fitted",
+    )
+    parser.add_argument(
+        "--curvature", type=numbers.real(0.0, 1.0), default=0.5, help="its weight, 0 to 1"
+    )
+    parser.add_argument(
+        "--sharp-from", type=numbers.real(0.0, 180.0), default=30.0, help="degrees, for edges"
+    )
+    numbers.add_choice(parser, "--boundary", "aligned_or_free aligned free")
+
+
+#: Options of a map along a field that tiles do not have.
+_OF_FIELD = {
+    "edge_weight": 1.0,
+    "engine": "auto",
+    "field_file": "",
+    "keep_near_cones": False,
+    "no_optimise": False,
+    "no_reroute": False,
+    "surface_scale": True,
+}
+
+
+def tiles(model: Model, options: dict[str, Any]) -> Solved:
+    clean = model.clean()
+    options = options | _OF_FIELD
+    freed, features = False, None
+    if options["field"] == "map":
+        if model.file.uv is None:
+            raise bad_option(f"{model.source} has no UVs. Choose another field.")
+        given: Any = (clean.vertices, clean.faces, clean.of_corners(model.uv()))
+    else:
+        given, freed, features = _along_field(model, clean, options)
+    corner = clean.vertices[clean.faces]
+    twice = np.linalg.norm(
+        np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
+    )
+    side = options["tile_size"] or math.sqrt(0.5 * float(twice.sum()) / options["tile_count"])
+    found = fit_tiles(given, tile=side, features=features, **model.limits)
+    solved = _placed(model, clean, found, options, freed)
+    told = ("tile", "tiles", "seams", "seams_quarter", "seams_half", "seams_matched")
+    solved.figures.update({name: found.stats[name] for name in told})
     return solved
 
 

@@ -88,6 +88,12 @@ COMMANDS = {
         surfaces.field_arguments,
         cure="a finer mesh or another field follows the surface better",
     ),
+    "tiles": Command(
+        "textures that repeat run on through seams",
+        surfaces.tiles,
+        surfaces.tiles_arguments,
+        cure="more tiles, or a finer mesh, follow the surface better",
+    ),
     "quads": Command("a mesh of quads", surfaces.quads, surfaces.quads_arguments),
     "improve": Command("less distortion", any_mesh.improve, any_mesh.improve_arguments),
     "repair": Command("flips mended", any_mesh.repair, any_mesh.repair_arguments),

@@ -1,0 +1,190 @@
+"""Maps for textures that repeat: what is whole, by a judge in fractions; what the scale gave; what is refused."""
+
+from __future__ import annotations
+
+import integer_maps as maps
+import numpy as np
+import pytest
+
+import flipfree as ff
+from flipfree.calls.certification import with_tiles
+
+from judges.quads import Extraction, fingerprint
+from judges.tiles import off_tiles
+from mesh_files import data_folder, read_mesh
+from surfaces import cylinder, octahedron_sphere, torus
+
+
+def area(vertices: np.ndarray, faces: np.ndarray) -> float:
+    a, b = (
+        vertices[faces[:, 1]] - vertices[faces[:, 0]],
+        vertices[faces[:, 2]] - vertices[faces[:, 0]],
+    )
+    return float(np.linalg.norm(np.cross(a, b), axis=1).sum() / 2)
+
+
+def check(found: ff.Parametrization, before: ff.Parametrization | None = None) -> None:
+    certificate = found.certificate
+    assert certificate.ok and certificate.flips32 == 0 and certificate.tile_failures == 0
+    assert not off_tiles(found.faces, found.uv32())
+    again = ff.certify(found.vertices, found.faces, found.uv32(), tiled=True)
+    assert again.ok and again.tile_failures == 0
+    assert (found.transitions.translation == np.rint(found.transitions.translation)).all()
+    assert len(found.cut_edges) == len(found.transitions.quarter_turns) == found.stats["seams"]
+    tiles = found.stats["tiles"]
+    assert tiles * found.stats["tile"] ** 2 == pytest.approx(area(found.vertices, found.faces))
+    if before is not None:
+        assert (found.faces == before.faces).all() and (found.vertices == before.vertices).all()
+        assert (certificate.quarter_cones == before.certificate.quarter_cones).all()
+
+
+INTEGER_MAPS = {
+    "cube": maps.box((1, 1, 1), (4, 4, 4)),
+    "box": maps.box((2, 3, 5), (4, 6, 10)),
+    "torus, twisted": maps.twisted_torus(6, 4, 3, 12, 8),
+    "pillow": maps.pillow(3, 6),
+    "annulus": maps.annulus(2, 3),
+}
+
+
+@pytest.mark.parametrize("tile", [0.1, 0.37, 1.0])
+@pytest.mark.parametrize("name", INTEGER_MAPS)
+def test_maps_in_any_charts_are_fitted(name: str, tile: float) -> None:
+    vertices, faces, uv = maps.in_random_charts(INTEGER_MAPS[name], 3)
+    found = ff.fit_tiles((vertices, faces, uv * 0.75), tile=tile)
+    check(found)
+    assert found.stats["tries"] == 1 and 0.7 < found.stats["tile"] / tile < 1.4
+
+
+@pytest.mark.parametrize("count", [10_000, 1000, 60])
+def test_maps_of_ours_are_fitted_at_about_the_size_asked_for(count: int) -> None:
+    for vertices, faces in (octahedron_sphere(4), torus(48, 24), cylinder(24, 8)):
+        given = ff.field_aligned(vertices, faces)
+        tile = (area(vertices, faces) / count) ** 0.5
+        found = ff.fit_tiles(given, tile=tile)
+        check(found, given)
+        assert 0.8 < found.stats["tile"] / tile < 1.25
+        assert found.certificate.energy < given.certificate.energy + 0.05
+
+
+def test_seams_without_a_turn_are_told() -> None:
+    found = ff.fit_tiles(ff.field_aligned(*torus(48, 24)), tile=0.1)
+    assert found.stats["seams"] > 0 and found.stats["seams_matched"] == 1.0
+    found = ff.fit_tiles(ff.field_aligned(*octahedron_sphere(3)), tile=0.1)
+    turns = found.transitions.quarter_turns
+    assert found.stats["seams_quarter"] == (turns % 2 == 1).sum() > 0
+    assert found.stats["seams_half"] == (turns == 2).sum()
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e6])
+def test_tiles_have_the_unit_of_the_vertices(size: float) -> None:
+    vertices, faces = octahedron_sphere(3)
+    given = ff.field_aligned(vertices * size, faces)
+    found = ff.fit_tiles(given, tile=0.1 * size)
+    check(found, given)
+    assert 0.9 < found.stats["tile"] / (0.1 * size) < 1.1
+
+
+def test_handles_and_parts_of_machines() -> None:
+    for name in (
+        "fields/eight766.obj",
+        "fields/gtorus004_fine.obj",
+        "hard/gear.obj",
+        "hard/mug.obj",
+    ):
+        mesh = read_mesh(data_folder() / name)
+        given = ff.field_aligned(mesh.vertices, mesh.faces)
+        for count in (3000, 300):
+            check(ff.fit_tiles(given, tile=(area(mesh.vertices, mesh.faces) / count) ** 0.5), given)
+
+
+def test_ragged_borders_stay_free() -> None:
+    vertices, faces = cylinder(24, 8)
+    vertices = vertices + 0.05 * np.sin(40 * vertices[:, [1, 2, 0]])
+    given = ff.field_aligned(vertices, faces, boundary="free")
+    found = ff.fit_tiles(given, tile=0.05)
+    check(found, given)
+    assert found.stats["seams"] > 0
+
+
+def test_features_lie_between_tiles() -> None:
+    vertices, faces, _ = maps.box((2, 3, 5), (4, 6, 10))
+    on_two = (np.isclose(vertices, 0) | np.isclose(vertices, [2, 3, 5])).sum(axis=1) >= 2
+    edges = np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)])
+    edges = np.unique(np.sort(edges[on_two[edges].all(axis=1)], axis=1), axis=0)
+    edges = edges[np.isclose(vertices[edges[:, 0]], vertices[edges[:, 1]]).sum(axis=1) == 2]
+    given = ff.field_aligned(vertices, faces, features=edges)
+    assert len(given.certificate.features_missed) == 0
+    found = ff.fit_tiles(given, tile=0.3, features=edges)
+    check(found, given)
+    assert found.certificate.feature_edges == len(edges)
+    assert len(found.certificate.features_missed) == 0
+    assert not off_tiles(found.faces, found.uv32(), edges)
+    again = ff.certify(vertices, faces, found.uv32(), tiled=True, features=edges)
+    assert again.ok and again.tile_failures == 0
+
+
+def test_the_certificate_is_that_of_a_judge_in_fractions() -> None:
+    random = np.random.default_rng(39)
+    for name, mapped in INTEGER_MAPS.items():
+        for seed in range(40):
+            vertices, faces, uv = maps.in_random_charts(mapped, seed)
+            if name != "annulus":
+                # Charts anywhere on a grid of eighths.
+                uv = uv + random.integers(-16, 16, (len(uv), 1, 2)) * random.choice([0.125, 1.0])
+            uv = (uv * random.choice([1.0, 1.0, 0.5])).astype(np.float32)
+            given = ff.certify(vertices, faces, uv, seamless=True)
+            assert given.seam_failures == 0
+            edges = np.sort(faces[random.integers(0, len(faces), 12)][:, :2], axis=1)
+            judged = off_tiles(faces, uv, edges)
+            found = with_tiles(given, faces, uv, edges)
+            assert found.tile_failures == judged.total(), (name, seed, judged, found.failures)
+            assert found.ok == (given.ok and not judged)
+
+
+def test_the_map_of_quads_has_them_for_cells() -> None:
+    for vertices, faces in (
+        octahedron_sphere(3),
+        torus(24, 12),
+        cylinder(24, 8),
+        maps.annulus(2, 3)[:2],
+    ):
+        mesh = ff.quads(vertices, faces, target=150, with_map=True)
+        assert mesh.map is not None and mesh.map.certificate.ok
+        assert with_tiles(mesh.map.certificate, mesh.map.faces, mesh.map.uv32()).ok
+        again = ff.quads_from_map(mesh.map)
+        assert fingerprint(again.quads.tolist()) == fingerprint(mesh.quads.tolist())
+        assert again.map is mesh.map
+        assert ff.quads(vertices, faces, target=150).map is None
+    cones = mesh.map.certificate.quarter_cones
+    corner = cones[0, 0] if len(cones) else mesh.certificate.irregular[0, 0]
+    start = int(np.abs(mesh.map.vertices - mesh.vertices[corner]).sum(1).argmin())
+    judged = Extraction(mesh.map.faces, mesh.map.uv32(), start).quads()
+    assert fingerprint(judged) == fingerprint(mesh.quads.tolist())
+
+
+def test_what_cannot_be_is_refused() -> None:
+    vertices, faces, uv = maps.box((2, 3, 5), (2, 3, 5))
+    given = maps.parametrization((vertices, faces, uv))
+    for tile in (0.0, -1.0, np.nan, "x", 1e-300):
+        with pytest.raises(ff.InvalidInput, match="tile"):
+            ff.fit_tiles(given, tile=tile)
+    with pytest.raises(ff.InvalidInput, match="Parametrization or"):
+        ff.fit_tiles(vertices, tile=1.0)
+    bent = uv.copy()
+    bent[7] *= 2.0
+    with pytest.raises(ff.InvalidInput, match="does not match across its seam"):
+        ff.fit_tiles((vertices, faces, bent), tile=1.0)
+    with pytest.raises(ff.InvalidInput, match="no edge|not an edge|is no"):
+        ff.fit_tiles((vertices, faces, uv), tile=1.0, features=[(0, len(vertices) - 1)])
+    with pytest.raises(ff.Cancelled):
+        ff.fit_tiles(given, tile=0.1, progress=lambda *_: False)
+    sphere = ff.field_aligned(*octahedron_sphere(5))
+    with pytest.raises(ff.NotConverged, match="not reached"):
+        ff.fit_tiles(sphere, tile=0.01, max_seconds=1e-4)
+
+
+def test_the_same_bits_for_any_number_of_threads() -> None:
+    given = ff.field_aligned(*octahedron_sphere(4))
+    one, many = (ff.fit_tiles(given, tile=0.2, threads=n) for n in (1, 3))
+    assert (one.uv32() == many.uv32()).all()
