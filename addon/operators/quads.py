@@ -4,11 +4,11 @@
 import dataclasses
 
 import bpy
-import numpy as np
 
 from .. import modal, scene, solver
 from ..fields import field_aligned, sources
 from ..meshes import mesh_io, separated
+from ..meshes.writing import carried as writing
 from . import common, options
 
 FIELDS = (
@@ -23,17 +23,6 @@ FIELDS = (
         if field[0] in ("curvature", "smooth", "edges", "flow")
     ),
 )
-
-# Attributes that can be mixed: type -> name and number of their values.
-_MIXED = {
-    "FLOAT": ("value", 1),
-    "FLOAT_VECTOR": ("vector", 3),
-    "FLOAT_COLOR": ("color", 4),
-    "BYTE_COLOR": ("color", 4),
-}
-# Those of faces, which are copied.
-_OF_FACES = _MIXED | {"INT": ("value", 1), "BOOLEAN": ("value", 1)}
-_TYPES = {"INT": np.int32, "BOOLEAN": bool}
 
 
 class QuadsTask(modal.StagedTask):
@@ -76,14 +65,8 @@ class QuadsTask(modal.StagedTask):
             raise mesh_io.MeshProblem(
                 f"{ob.name}: the mesh was changed while its quads were computed. Run the operator again"
             )
-        corners = self.snapshot.triangles[found.parent_face]
-        places = self._mixed(self.own[corners])
-        mesh = bpy.data.meshes.new(old.name)
-        mesh.from_pydata(places.tolist(), [], found.quads.tolist(), shade_flat=False)
-        for slot in ob.material_slots:
-            mesh.materials.append(slot.material)
-        self._carry_attributes(old, mesh)
-        groups = self._weights(ob)
+        carried = writing.Carried(ob, self.snapshot, self.own, found)
+        mesh = carried.mesh(old.name)
         if self.replace:
             name = old.name
             old.user_remap(mesh)
@@ -91,10 +74,7 @@ class QuadsTask(modal.StagedTask):
             mesh.name = name
         else:
             ob = self._beside(ob, mesh)
-        for group, weights in groups:
-            own = ob.vertex_groups.get(group) or ob.vertex_groups.new(name=group)
-            for vertex in np.flatnonzero(weights).tolist():
-                own.add([vertex], weights[vertex], "REPLACE")
+        carried.give(ob)
 
     def _beside(self, ob, mesh):
         """A copy of the object with this mesh, in its collections; it is selected in place of the object, which is hidden."""
@@ -110,46 +90,6 @@ class QuadsTask(modal.StagedTask):
         if active:
             bpy.context.view_layer.objects.active = made
         return made
-
-    def _mixed(self, values):
-        """(n, ...) of the new vertices from what the corners of their faces have, (n, 3, ...)."""
-        return np.einsum("vk,vk...->v...", self.result.barycentric, values)
-
-    def _carry_attributes(self, old, mesh):
-        """UV maps are not: a quad may lie on both sides of a seam."""
-        found, snapshot = self.result, self.snapshot
-        vertices = snapshot.vertex_ids[snapshot.triangles[found.parent_face]]
-        loops = snapshot.triangle_loops[found.parent_face]
-        for given in old.attributes:
-            types = _OF_FACES if given.domain == "FACE" else _MIXED
-            if given.name.startswith(".") or given.name == "position" or given.domain == "EDGE":
-                continue
-            if given.data_type not in types:
-                continue
-            key, width = types[given.data_type]
-            values = np.empty((len(given.data), width), _TYPES.get(given.data_type, np.float32))
-            given.data.foreach_get(key, values.ravel())
-            if given.domain == "FACE":
-                values = values[snapshot.triangle_face[found.quad_parent]]
-            elif given.domain == "POINT":
-                values = self._mixed(values[vertices])
-            else:
-                values = self._mixed(values[loops])[found.quads.ravel()]
-            made = mesh.attributes.new(given.name, given.data_type, given.domain)
-            values = np.ascontiguousarray(values, _TYPES.get(given.data_type, np.float32))
-            made.data.foreach_set(key, values.ravel())
-
-    def _weights(self, ob):
-        """[(name, (n,) weights of the new vertices)] of the vertex groups."""
-        weights = np.zeros((len(ob.vertex_groups), len(ob.data.vertices)), np.float32)
-        for vertex in ob.data.vertices if len(weights) else ():
-            for element in vertex.groups:
-                weights[element.group, vertex.index] = element.weight
-        vertices = self.snapshot.vertex_ids[self.snapshot.triangles[self.result.parent_face]]
-        return [
-            (group.name, self._mixed(row[vertices]))
-            for group, row in zip(ob.vertex_groups, weights, strict=True)
-        ]
 
 
 def make_task(snapshot, **options) -> QuadsTask:
@@ -182,8 +122,8 @@ class UV_OT_flipfree_quads(options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_quads"
     bl_label = "Quad Remesh"
     bl_description = (
-        "Make a mesh of quads of the surface, with its topology, whose edges follow a field. Materials, vertex groups and "
-        "attributes are carried over, UV maps and shape keys are not"
+        "Make a mesh of quads of the surface, with its topology, whose edges follow a field. Materials, UV maps, vertex groups, "
+        "shape keys, attributes and marks of edges are carried over"
     )
     verb = "Quad Remesh"
     option_names = ("target", "edge_length", "field_from", "replace")

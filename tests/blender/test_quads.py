@@ -114,6 +114,86 @@ def test_replacing_keeps_the_object_and_what_the_mesh_carries():
         assert red == pytest.approx(mesh.vertices[loop.vertex_index].co.z / 2 + 0.5, abs=1e-5)
 
 
+def uv_of(mesh, name):
+    found = np.empty((len(mesh.loops), 2), np.float32)
+    mesh.attributes[name].data.foreach_get("vector", found.ravel())
+    return found
+
+
+def marked_cube():
+    """Each side an island of its own, from which places can be told; its edges seams, sharp, creased; a shape key."""
+    ob = shapes.cube()
+    mesh = ob.data
+    for name in ("First", "Second"):
+        layer = mesh.attributes.get(name) or mesh.attributes.new(name, "FLOAT2", "CORNER")
+        for face in mesh.polygons:
+            for loop in face.loop_indices:
+                layer.data[loop].vector = side_uv(
+                    mesh.vertices[mesh.loops[loop].vertex_index].co, face
+                )
+    mesh.uv_layers.active_index = mesh.uv_layers.find("Second")
+    mesh.uv_layers["First"].active_render = True
+    for edge in mesh.edges:
+        edge.use_seam = edge.use_edge_sharp = True
+    crease = mesh.attributes.new("crease_edge", "FLOAT", "EDGE")
+    crease.data.foreach_set("value", [0.5] * len(mesh.edges))
+    ob.shape_key_add(name="Basis")
+    key = ob.shape_key_add(name="Wide")
+    key.value, key.slider_max = 0.25, 2.0
+    for point in key.data:
+        point.co.x *= 3.0
+    return ob
+
+
+def side_uv(co, face):
+    axis = max(range(3), key=lambda k: abs(face.normal[k]))
+    number = 2 * axis + (face.normal[axis] > 0)
+    a, b = ((axis + 1) % 3, (axis + 2) % 3)
+    return co[a] / 4 + 3 * number, co[b] / 4 + 0.5
+
+
+@pytest.mark.parametrize("replace", [False, True])
+def test_uv_maps_shape_keys_and_marks_of_edges_are_carried(replace):
+    ob = marked_cube()
+    assert quads(target=96, replace=replace) == {"FINISHED"}
+    ob = bpy.context.object
+    mesh = ob.data
+    assert_quads(ob, 96)
+    for name in ("First", "Second"):
+        uv = uv_of(mesh, name)
+        for face in mesh.polygons:
+            for loop in face.loop_indices:
+                place = mesh.vertices[mesh.loops[loop].vertex_index].co
+                assert np.allclose(uv[loop], side_uv(place, face), atol=1e-5)
+    assert mesh.uv_layers.active.name == "Second" and mesh.uv_layers["First"].active_render
+    on_two = {v.index for v in mesh.vertices if sum(abs(abs(x) - 1) < 1e-5 for x in v.co) > 1}
+    crease = mesh.attributes["crease_edge"].data
+    for edge in mesh.edges:
+        along = set(edge.vertices) <= on_two
+        assert edge.use_seam == along and edge.use_edge_sharp == along
+        assert crease[edge.index].value == (0.5 if along else 0.0)
+    basis, wide = mesh.shape_keys.key_blocks
+    assert (wide.name, wide.value, wide.slider_max, wide.relative_key) == ("Wide", 0.25, 2.0, basis)
+    for vertex, a, b in zip(mesh.vertices, basis.data, wide.data, strict=True):
+        assert np.allclose(a.co, vertex.co) and np.allclose(
+            b.co, [3 * vertex.co.x, *vertex.co.yz], atol=1e-6
+        )
+
+
+def test_uv_maps_go_on_beyond_seams():
+    bpy.ops.mesh.primitive_cylinder_add(vertices=32, end_fill_type="NOTHING")
+    ob = bpy.context.object
+    assert quads(target=60, replace=True) == {"FINISHED"}
+    uv = uv_of(ob.data, "UVMap")
+    # As wide as high everywhere, but for the turn of the surface.
+    for face in ob.data.polygons:
+        box = np.ptp(uv[list(face.loop_indices)], axis=0)
+        places = np.array([ob.data.vertices[v].co for v in face.vertices])
+        assert box[1] == pytest.approx(np.ptp(places[:, 2]) / 2, abs=1e-3)
+        wide = np.linalg.norm(places[:, :2].max(axis=0) - places[:, :2].min(axis=0))
+        assert box[0] == pytest.approx(wide / (2 * np.pi), rel=0.1)
+
+
 @pytest.mark.parametrize("replace", [False, True])
 def test_undo_brings_the_scene_back(replace):
     before = shapes.everything(shapes.cube())
