@@ -260,6 +260,11 @@ def field_aligned(snapshot, field, **options):
     )
 
 
+def fit_tiles(found, **options):
+    """Of a solver's map, or of (vertices, faces, uv)."""
+    return jobs.fit_tiles(found, **_limits(), **options)
+
+
 def quads(snapshot, **options):
     return jobs.quads(snapshot.vertices, snapshot.triangles, **_limits(), **options)
 

@@ -37,6 +37,7 @@ signature of a field | 6.2 | field/compute read_signature | signature | field_al
 field with a signature | 6.3 | field/prescribed field_with_signature | Signature | field_aligned | field
 rerouted cut | 6.5 | holonomy/engines field_cut | admissible_cut | cut | cut
 map along a field | 6 | holonomy/field_aligned compute_field_aligned_map | field_aligned | field_aligned | field
+tiles through seams | | quads/tiles fit_tiles | fit_tiles | fit_tiles | tiles
 [mesh of quads](quads.md) | | quads/quads quads_of_surface | quads | quads | quads
 [islands onto the plane](method/unwrap.md) | | unwrap/unwrap unwrap | unwrap | unwrap | unwrap
 [short seams](auto-seams.md) | | unwrap/seams/auto_islands find_seams | auto_seams | auto_seams | seams unwrap

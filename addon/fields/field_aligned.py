@@ -137,12 +137,17 @@ class FieldAlignedTask(seamless.SeamlessTask):
         self.off = math.degrees(found.stats["angle_mean"])
         self.sharp = max(found.certificate.feature_edges, 0)
         self.sharp_missed = len(found.certificate.features_missed)
-        yield from self.take(found)
+        yield from self.take((yield from self.finishing(found)))
         if may_be_free and self.boundary == "free":
             self.freed_boundaries = sum(
                 bool(self.boundary_vertices[self.snapshot.triangles[part]].any())
                 for part in self.components()
             )
+
+    def finishing(self, found):
+        """What is done to the map before it is placed."""
+        return found
+        yield
 
     def _follow(self, aligned):
         """The field, and the map that follows it."""
@@ -206,7 +211,7 @@ class FieldAlignedTask(seamless.SeamlessTask):
 _OF_SOURCE = frozenset(inspect.signature(sources.look).parameters)
 
 
-def make_task(snapshot, **options) -> FieldAlignedTask:
+def make_task(snapshot, *, task=None, **options) -> FieldAlignedTask:
     source = {name: value for name, value in options.items() if name in _OF_SOURCE}
     try:
         snapshot = separated.separated(snapshot)
@@ -214,7 +219,7 @@ def make_task(snapshot, **options) -> FieldAlignedTask:
     except mesh_io.MeshProblem as problem:  # of this object: others go on
         given = problem
     others = {name: value for name, value in options.items() if name not in _OF_SOURCE}
-    return FieldAlignedTask(snapshot, given, **others)
+    return (task or FieldAlignedTask)(snapshot, given, **others)
 
 
 def summary(tasks: list[FieldAlignedTask]) -> str:
@@ -226,7 +231,29 @@ def summary(tasks: list[FieldAlignedTask]) -> str:
     return seamless.figures(tasks, f", {off:.1f} degrees off the field{exact}")
 
 
-class UV_OT_flipfree_field_aligned(options.MapOperator, bpy.types.Operator):
+class AlongField:
+    """Options of operators whose maps follow a field."""
+
+    curvature: options.real(
+        "Curvature",
+        "How much curvature counts against smoothness; 0 not at all",
+        0.5,
+        0.0,
+        max=1.0,
+        subtype="FACTOR",
+    )
+    sharp_angle: options.real(
+        "Sharp from",
+        "Edges at which the surface folds by more are followed, where none is marked as sharp",
+        sources.SHARP,
+        0.0,
+        max=math.pi,
+        subtype="ANGLE",
+    )
+    boundary: options.choice("Boundary", "Where the surface is open", BOUNDARIES)
+
+
+class UV_OT_flipfree_field_aligned(AlongField, options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_field_aligned"
     bl_label = "Field-Aligned Seamless Map"
     bl_description = (
@@ -257,22 +284,6 @@ class UV_OT_flipfree_field_aligned(options.MapOperator, bpy.types.Operator):
     advanced = ("engine", "reroute")
 
     field_from: options.choice("Field", "What the lines of the map run along", FIELDS)
-    curvature: options.real(
-        "Curvature",
-        "How much curvature counts against smoothness; 0 not at all",
-        0.5,
-        0.0,
-        max=1.0,
-        subtype="FACTOR",
-    )
-    sharp_angle: options.real(
-        "Sharp from",
-        "Edges at which the surface folds by more are followed, where none is marked as sharp",
-        sources.SHARP,
-        0.0,
-        max=math.pi,
-        subtype="ANGLE",
-    )
     edge_weight: options.real(
         "Weight",
         "How much edges count against smoothness; 1: they are followed exactly",
@@ -309,7 +320,6 @@ class UV_OT_flipfree_field_aligned(options.MapOperator, bpy.types.Operator):
         0.1,
         max=10.0,
     )
-    boundary: options.choice("Boundary", "Where the surface is open", BOUNDARIES)
     optimise: options.flag(
         "Optimise", "Bring the map to the field; the seams keep matching", on=True
     )

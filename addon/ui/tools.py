@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from types import ModuleType
 
 from ..checker import checker
-from ..fields import field_aligned
+from ..fields import field_aligned, fit_tiles
 from ..live import live_pins
 from ..operators import check, conformal, cut, embed, mark, match, quads, seamless, select, unwrap
 from ..operators.arrange import density, orient, rectify, straighten
@@ -96,6 +96,7 @@ SECTIONS = (
             Tool(seamless, "uv.flipfree_seamless", "MESH_TORUS", "seamless"),
             Tool(mark, "mesh.flipfree_mark", "CURVE_PATH"),
             Tool(field_aligned, "uv.flipfree_field_aligned", "MOD_LATTICE", "field field-aligned"),
+            Tool(fit_tiles, "uv.flipfree_fit_tiles", "MOD_BUILD", "tiles"),
             Tool(quads, "uv.flipfree_quads", "MOD_REMESH", "quads"),
         ),
     ),
