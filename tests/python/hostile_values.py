@@ -141,30 +141,48 @@ VALUES: dict[str, Callable[[], Any]] = {
 }  # fmt: skip
 
 
-def arguments_of(name: str) -> dict[str, Any]:
-    """Arguments with which the function works: the required ones."""
+def ball(n: int) -> dict[str, Any]:
+    return dict(zip(("vertices", "faces"), octahedron_sphere(n), strict=True))
+
+
+def mapped() -> dict[str, Any]:
     vertices, faces = bumpy_grid(2, 2)
-    uv = vertices[faces][:, :, :2]
+    return {"vertices": vertices, "faces": faces, "uv": vertices[faces][:, :, :2]}
+
+
+def angled() -> dict[str, Any]:
+    vertices, faces = bumpy_grid(2, 2)
     angles = np.full(9, np.pi)
     angles[4] = 2 * np.pi
     angles[[0, 2, 6, 8]] = np.pi / 2
+    return {"vertices": vertices, "faces": faces, "target_angles": angles}
+
+
+def arguments_of(name: str) -> dict[str, Any]:
+    """Arguments with which the function works: the required ones."""
+    vertices, faces = bumpy_grid(2, 2)
     mesh = {"vertices": vertices, "faces": faces}
-    return {
-        "certify": {**mesh, "uv": uv},
-        "pack": {**mesh, "uv": uv},
-        "rectify": {**mesh, "polygons": np.arange(len(faces)) // 2},
-        "repair": {**mesh, "uv": uv},
-        "improve": {"map_or_arrays": (vertices, faces, uv)},
-        "quads": dict(zip(("vertices", "faces"), octahedron_sphere(1), strict=True), target=50),
-        "quads_from_map": {"parametrization": parametrization(box((1, 2, 3), (2, 2, 2)))},
-        "fit_tiles": {"map_or_arrays": parametrization(box((1, 2, 3), (2, 2, 2))), "tile": 0.5},
-        "field_aligned": dict(zip(("vertices", "faces"), octahedron_sphere(1), strict=True)),
-        "seamless": dict(zip(("vertices", "faces"), octahedron_sphere(0), strict=True)),
-        "admissible_cut": {
-            **dict(zip(("vertices", "faces"), octahedron_sphere(0), strict=True)),
-            "cones": {0: 2, 1: 2, 2: 2, 3: 2},
-        },
-        "conformal": {**mesh, "target_angles": angles},
-        "conformal_metric": {**mesh, "target_angles": angles},
-        "signature": {**mesh, "field": ff.CrossField(np.tile([0.6, 0.8, 0.0], (8, 1)))},
-    }.get(name, mesh)
+    match name:
+        case "certify" | "pack" | "repair":
+            return mapped()
+        case "rectify":
+            return {**mesh, "polygons": np.arange(len(faces)) // 2}
+        case "improve":
+            return {"map_or_arrays": tuple(mapped().values())}
+        case "quads":
+            return {**ball(1), "target": 50}
+        case "quads_from_map":
+            return {"parametrization": parametrization(box((1, 2, 3), (2, 2, 2)))}
+        case "fit_tiles":
+            return {"map_or_arrays": parametrization(box((1, 2, 3), (2, 2, 2))), "tile": 0.5}
+        case "field_aligned":
+            return ball(1)
+        case "seamless":
+            return ball(0)
+        case "admissible_cut":
+            return {**ball(0), "cones": {0: 2, 1: 2, 2: 2, 3: 2}}
+        case "conformal" | "conformal_metric":
+            return angled()
+        case "signature":
+            return {**mesh, "field": ff.CrossField(np.tile([0.6, 0.8, 0.0], (8, 1)))}
+    return mesh
