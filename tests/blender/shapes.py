@@ -73,7 +73,7 @@ def two_sheets(*, squeezed=False):
 
 def slow(name="Grid"):
     """A surface that takes the solver seconds: for watching and stopping it."""
-    ob = grid(320, name, bump=6.0, uv=True)
+    ob = grid(240, name, bump=6.0, uv=True)
     ob.display_type = "BOUNDS"  # so that drawing it takes no time
     return ob
 

@@ -174,7 +174,7 @@ def test_a_marked_ring_is_a_closed_strip_of_triangles(part):
         assert len(set(snapshot.triangles[a]) & set(snapshot.triangles[b])) == 2
 
 
-@pytest.mark.parametrize("turned", [0, 1, 4])
+@pytest.mark.parametrize("turned", [0, 1])
 def test_the_field_turns_along_a_marked_ring_as_asked(part, turned):
     ob = torus(turned)
     cones = {0: 1, 60: 1, 130: -1, 200: -1}  # without cones no loop of a torus can turn

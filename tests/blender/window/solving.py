@@ -201,7 +201,7 @@ def test_match_pins_from_the_menu_meets_them_and_is_one_undo_step():
 
 
 def test_escape_stops_match_pins_and_leaves_everything():
-    ob, _ = pinned_monkey(4, 0.3)
+    ob, _ = pinned_monkey(3, 0.3)
     before = shapes.everything(ob)
     yield from escaped("match", 0.5, "match_progress")
     assert shapes.everything(ob) == before
