@@ -238,3 +238,43 @@ def test_a_density_that_32_bits_cannot_store_is_told_a_larger_one() -> None:
 @pytest.mark.parametrize("seed", [0, 20, 216, 10189, 10435])
 def test_margins_hold_where_storing_moves_outlines_or_there_is_room_for_less(seed: int) -> None:
     assert outcome(seed) == ("packed", "")
+
+
+def rectangles(sizes: Array) -> Layout:
+    corner = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]])
+    apart = sizes.max() * np.array([2.0, 0.0])
+    return flat(np.concatenate([corner * size + apart * i for i, size in enumerate(sizes)]))
+
+
+@pytest.mark.parametrize("count", [2, 3, 6, 9])
+def test_effort_is_not_spent_where_nothing_is_gained(count: int) -> None:
+    layout = rectangles(np.ones((count, 2)))
+    found = pack(layout, effort=1.0).stats["density"]
+    # The whole of a hundred times the effort would be minutes.
+    assert pack(layout, effort=100.0, max_seconds=60.0).stats["density"] == found
+    largest = 1.0 / np.ceil(np.sqrt(count)) - 0.005
+    assert (1 - 5e-4) * largest < found <= largest * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(("count", "fill"), [(8, 0.68), (100, 0.83), (1000, 0.89), (5000, 0.92)])
+def test_boxes_fill_as_much_as_they_did(count: int, fill: float) -> None:
+    found = [
+        pack(
+            rectangles(np.random.default_rng(seed).uniform(0.01, 1.0, (count, 2))),
+            effort=0.0,
+            margin=0.0,
+        ).stats["fill"]
+        for seed in range(3)
+    ]
+    assert np.mean(found) > fill
+
+
+def test_obstacles_of_any_size_leave_a_place_or_none() -> None:
+    layout = rectangles(np.ones((1, 2)))
+    right = np.array([[[0.5, -1.0], [1.0, 1.0], [0.5, 1.0]]])
+    packed = pack(layout, obstacles=right * [[1.0, 1e6]], margin=0.01)
+    assert packed.stats["tile"] == 0 and packed.uv[:, :, 0].max() < 0.5
+    everywhere = np.array([[[-50.0, -50.0], [500.0, -50.0], [-50.0, 500.0]]])
+    for obstacles in (everywhere, 1e30 * everywhere):
+        with pytest.raises(ff.InvalidInput, match="room"):
+            pack(layout, obstacles=obstacles)
