@@ -7,7 +7,7 @@ import pytest
 
 import flipfree as ff
 
-from surfaces import bumpy_grid
+from surfaces import bumpy_grid, cylinder
 
 
 def boundary_of_grid(columns: int, rows: int) -> list[int]:
@@ -200,3 +200,151 @@ def test_any_limit_of_time_gives_a_certified_map_or_names_itself() -> None:
         else:
             assert result.certificate.ok
             assert_pins_met(result, points)
+
+
+def places_of(result: ff.Parametrization) -> np.ndarray:
+    """(n, 2) of maps of one chart."""
+    uv = np.empty((len(result.vertices), 2))
+    uv[result.faces] = result.uv
+    return uv
+
+
+def on_a_circle(count: int) -> np.ndarray:
+    angle = 2 * np.pi * np.arange(count) / count
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def test_a_boundary_may_begin_anywhere_and_run_either_way() -> None:
+    vertices, faces = bumpy_grid(6, 6)
+    loop, circle = boundary_of_grid(6, 6), on_a_circle(24)
+    wanted = ff.match(vertices, faces, boundary_loop=loop, boundary_uv=circle)
+    for order in (np.roll(np.arange(24), 7), np.arange(24)[::-1]):
+        turned = ff.match(
+            vertices, faces, boundary_loop=np.array(loop)[order], boundary_uv=circle[order]
+        )
+        assert np.array_equal(turned.uv, wanted.uv)
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"lines": [([15, 17], [(0, 0), (1, 0)])]}, "15 to vertex 17"),
+        ({"lines": [([15], [(0, 0), (1, 0)])]}, "line"),
+        ({"lines": [([15, 16], [(0, 0)])]}, "line"),
+        ({"points": {49: (0, 0)}}, "49"),
+        ({"points": {9: (0.1, 0.1)}, "paths": {10: [10, 3]}}, "A path must"),
+        ({"points": {9: (0.1, 0.1)}, "paths": {9: [9, 16]}}, "A path must"),
+        ({"points": {9: (0.1, 0.1)}, "paths": {9: [9, 3]}}, "9 to vertex 3"),
+        ({"points": {4: (9.0, 0.0)}}, "4"),
+        ({"points": {4: tuple(on_a_circle(24)[4])}, "movable": [4]}, "4"),
+        ({"movable": [24]}, "24"),
+        ({"boundary_loop": [0, 2, 1, *range(3, 7), *range(13, 49, 7)]}, "oundary"),
+    ],
+)
+def test_constraints_without_meaning_are_refused_by_name(
+    options: dict[str, object], match: str
+) -> None:
+    vertices, faces = bumpy_grid(6, 6)
+    whole = {"boundary_loop": boundary_of_grid(6, 6), "boundary_uv": on_a_circle(24)}
+    with pytest.raises((ff.InvalidInput, ff.Infeasible), match=match):
+        ff.match(vertices, faces, **{**whole, **options})
+
+
+def test_vertices_of_a_line_lie_on_its_points_or_are_spread_between_them_by_length() -> None:
+    vertices, faces = bumpy_grid(6, 6, 0.0)
+    bent = [(0.0, 0.0), (1.0, 0.5), (2.0, 0.0)]
+    result = ff.match(vertices, faces, lines=[([15, 16, 17], bent)])
+    assert np.array_equal(places_of(result)[[15, 16, 17]], bent)
+    row = [15, 16, 17, 18, 19]
+    result = ff.match(vertices, faces, lines=[(row, [(0.0, 0.0), (8.0, 0.0)])])
+    assert np.abs(places_of(result)[row] - [[2.0 * i, 0.0] for i in range(5)]).max() < 1e-6
+
+
+def test_a_line_with_more_points_than_vertices_gets_more_vertices() -> None:
+    vertices, faces = bumpy_grid(6, 6)
+    points = [(0.0, 0.0), (1.0, 1.0), (2.0, 1.0), (3.0, 0.0)]
+    result = ff.match(vertices, faces, lines=[([15, 16], points)])
+    assert result.certificate.ok and result.stats["added_vertices"] >= 2
+    uv = places_of(result)
+    ids = [int(np.flatnonzero((uv == point).all(axis=1))[0]) for point in points]
+    assert (ids[0], ids[-1]) == (15, 16)
+    for a, b in zip(ids, ids[1:], strict=False):
+        assert ((result.faces == a).any(1) & (result.faces == b).any(1)).any()
+
+
+def sheet_with_holes() -> tuple[np.ndarray, np.ndarray]:
+    """12 x 12 squares but for 2 x 2 and 1 x 2 of them."""
+    vertices, faces = bumpy_grid(12, 12)
+    x, y = 12 * vertices[faces].mean(axis=1)[:, :2].T
+    hole = (x > 2) & (x < 4) & (y > 3) & (y < 5) | (x > 8) & (x < 9) & (y > 6) & (y < 8)
+    return vertices, faces[~hole]
+
+
+@pytest.mark.parametrize(
+    ("options", "points"),
+    [
+        ({"bijective": True}, {14: (0.1, 0.1), 37: (0.9, 0.3), 56: (0.5, 0.25)}),
+        (
+            {"engine": "matchmaker"},
+            {28: (0.7, 0.5), 84: (0.2, 0.5), 140: (0.4, 0.9), 41: (0.3, 0.1)},
+        ),
+    ],
+)
+def test_holes_stay_open(
+    options: dict[str, object], points: dict[int, tuple[float, float]]
+) -> None:
+    vertices, faces = sheet_with_holes()
+    result = ff.match(vertices, faces, points=points, **options)
+    assert result.certificate.ok and result.parent_face.max() < len(faces)
+    assert_pins_met(result, points)
+    assert "bijective" not in options or result.certificate.overlaps == 0
+    used = np.unique(result.faces)
+    ends = np.sort(result.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    euler = len(used) - len(np.unique(ends, axis=0)) + len(result.faces)
+    assert euler == -1  # a disk with two holes
+
+
+def test_of_several_boundaries_one_is_named() -> None:
+    vertices, faces = cylinder(8, 3)
+    circle = on_a_circle(8)
+    with pytest.raises(ff.InvalidInput, match="boundary_loop"):
+        ff.match(vertices, faces, boundary_uv=circle)
+    for movable in ([], [2]):
+        result = ff.match(
+            vertices, faces, boundary_loop=list(range(8)), boundary_uv=circle, movable=movable
+        )
+        assert result.certificate.ok
+        held = [v for v in range(8) if v not in movable]
+        assert np.array_equal(places_of(result)[held], circle[held])
+
+
+def test_a_hole_whose_rim_is_straight_is_filled() -> None:
+    vertices, faces = bumpy_grid(4, 4)
+    above = vertices[faces].mean(axis=1)[:, 1] > 0.5
+    faces[above[:, None] & (faces == 12)] = len(vertices)
+    points = {0: (0.0, 0.0), 24: (1.0, 1.2)}
+    result = ff.match(np.vstack([vertices, vertices[12]]), faces, points=points)
+    assert result.certificate.ok
+    assert_pins_met(result, points)
+
+
+@pytest.mark.parametrize(
+    ("turns", "width", "drift", "engine"),
+    [(1.75, 0.3, 0.6, "outline"), (1.4, 1.0, 0.3, "auto"), (1.4, 1.0, 0.3, "matchmaker")],
+)
+def test_an_outline_that_winds_is_met(
+    turns: float, width: float, drift: float, engine: str
+) -> None:
+    """A spiral, and a band whose ends lie over each other."""
+    vertices, faces = bumpy_grid(12, 12, 0.0)
+    share = np.linspace(0.0, 1.0, 24)
+    along = np.concatenate([share, share[::-1]])
+    radius = 1.0 + width * (np.arange(48) < 24) + drift * turns * along
+    angle = 2 * np.pi * turns * along
+    target = radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    loop = boundary_of_grid(12, 12)
+    result = ff.match(vertices, faces, boundary_loop=loop, boundary_uv=target, engine=engine)
+    assert result.certificate.ok and (result.certificate.overlaps == 0) == (drift > width)
+    assert_pins_met(result, {v: tuple(t) for v, t in zip(loop, target, strict=True)})
+    if engine == "outline":
+        assert result.certificate.energy < 500 and len(result.faces) <= 2 * len(faces)

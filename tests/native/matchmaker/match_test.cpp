@@ -145,57 +145,6 @@ TEST_P(Constraint, is_met_bit_for_bit_by_a_certified_map) {
 INSTANTIATE_TEST_SUITE_P(Match, Constraint, testing::ValuesIn(kCases),
                          [](const auto& info) { return info.param.name; });
 
-TEST(Match, RandomPinsAreMetBitForBitByEitherEngine) {
-  const mesh::Surface surface = test::bumpy_grid(12, 12, 0.2, 3);
-  for (const MatchEngine engine : {MatchEngine::kAuto, MatchEngine::kMatchmaker}) {
-    for (unsigned seed = 0; seed < 3; ++seed) {
-      for (const int count : {1, 2, 3, 8}) {
-        const MatchRequest request = random_pins(surface, count, seed);
-        expect_met(matched(surface, request, engine), request);
-      }
-    }
-  }
-}
-
-TEST(Match, SameBitsForAnyNumberOfThreads) {
-  const mesh::Surface surface = test::bumpy_grid(24, 24, 0.2, 3);
-  for (const MatchRequest& request : {random_pins(surface, 6, 5), exchange(surface, 24)}) {
-    ExecutionContext one, two;
-    one.threads = 1;
-    two.threads = 2;
-    EXPECT_EQ(match(surface, request, {}, one).uv, match(surface, request, {}, two).uv);
-  }
-}
-
-TEST(Match, ArmsRefuseAMapThatMustBeOneToOne) {
-  const mesh::Surface surface = test::grid(24, 24);
-  MatchOptions options;
-  options.engine = MatchEngine::kArms;
-  options.bijective = true;
-  ExecutionContext context;
-  EXPECT_THROW(match(surface, exchange(surface, 24), options, context), NotConverged);
-}
-
-TEST(Match, LinesLieOnTheirPolylines) {
-  const mesh::Surface surface = test::grid(10, 10);
-  MatchRequest request;
-  // Vertices 35 .. 41 run along a row; the polyline has a corner in the middle.
-  request.lines = {{{35, 36, 37, 38, 39, 40, 41}, {{0, 0}, {0.5, 0.25}, {1, 0}}}};
-  for (const MatchEngine engine : {MatchEngine::kAuto, MatchEngine::kMatchmaker}) {
-    const certify::Parametrization map = matched(surface, request, engine);
-    MatchRequest corners;
-    corners.points = {{35, {0, 0}}, {38, {0.5, 0.25}}, {41, {1, 0}}};
-    expect_met(map, corners);
-  }
-}
-
-TEST(Match, CancelsWithoutAResult) {
-  const mesh::Surface surface = test::bumpy_grid(30, 30, 0.2, 3);
-  ExecutionContext context;
-  context.cancel();
-  EXPECT_THROW(match(surface, random_pins(surface, 10, 1), {}, context), Cancelled);
-}
-
 // What no map meets, with the rule that its witness names.
 TEST(Match, ContradictionsAreProvedAndNameTheVertices) {
   const mesh::Surface surface = test::grid(6, 6);
