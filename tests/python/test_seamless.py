@@ -13,7 +13,7 @@ from judges import holonomy
 from judges.exact import turns
 from judges.seams import seam_count
 from judges.unfoldings import RING, unfolding
-from surfaces import octahedron_sphere, prism, shuffled, torus
+from surfaces import bumpy_grid, octahedron_sphere, prism, shuffled, torus
 
 
 def random_cones(faces: np.ndarray, genus: int, count: int, seed: int) -> dict[int, int]:
@@ -239,6 +239,34 @@ def test_parts_without_room_for_corners_are_free_wherever_they_stand_among_the_o
     assert result.stats["freed_boundaries"] == triangles
     with pytest.raises(ff.Infeasible):
         ff.seamless(np.concatenate(vertices), np.concatenate(faces), boundary="aligned")
+
+
+@pytest.mark.parametrize("cells", [12, 20, 33])
+def test_ragged_borders_are_aligned_with_moderate_distortion(cells: int) -> None:
+    """Of the triangles near the middle of a grid: the border has steps, and some stick out."""
+    vertices, faces = bumpy_grid(cells, cells, 0.05)
+    near = np.linalg.norm(vertices[faces].mean(axis=1)[:, :2] - 0.5, axis=1) < 0.45
+    used, ids = np.unique(faces[near], return_inverse=True)
+    result = ff.seamless(vertices[used], ids.reshape(-1, 3))
+    assert result.certificate.ok and seam_count(result.faces, result.uv32()).slanted == 0
+    assert result.certificate.energy < 1.5
+
+
+@pytest.mark.parametrize("boundary", ["aligned", "free"])
+def test_a_plate_with_a_handle_and_holes_is_aligned_unless_it_is_free(boundary: str) -> None:
+    frame = unfolding(RING, 3, 3)
+    faces = frame.faces[np.arange(len(frame.faces)) % 97 != 5]
+    result = ff.seamless(frame.vertices, faces, boundary=boundary)
+    count = seam_count(result.faces, result.uv32())
+    assert result.certificate.ok and count.exact == count.edges > 0
+    assert (count.slanted == 0) == (boundary == "aligned")
+
+
+def test_corners_that_are_given_are_never_freed() -> None:
+    vertices, faces = np.eye(3), np.array([[0, 1, 2]])
+    assert ff.seamless(vertices, faces, boundary="aligned_or_free").stats["freed_boundaries"] == 1
+    with pytest.raises(ff.Infeasible):
+        ff.seamless(vertices, faces, dict.fromkeys(range(3), 1), boundary="aligned_or_free")
 
 
 @pytest.mark.parametrize("size", [1e-8, 1e-30, 1e-200])

@@ -29,25 +29,6 @@ Points2 squeezed(const mesh::Surface& grid, double range) {
   return uv;
 }
 
-TEST(Minimize, FlatMeshBecomesIsometricInItsOwnUnit) {
-  const mesh::Surface surface = test::grid(12, 9);
-  Points2 start = plan(surface);
-  start.col(0) = start.col(0).array().exp();
-  start.col(1) = 0.3 * start.col(1) + 0.2 * start.col(0);
-  ExecutionContext context;
-  Stats stats;
-  MinimizeOptions options;
-  options.tolerance = 1e-12;
-  const Points2 uv = minimize_distortion(surface, start, options, context, stats);
-  EXPECT_NEAR(number(stats, "distortion.energy"), 1.0, 1e-9);
-  for (Eigen::Index f = 0; f < surface.faces.rows(); ++f) {
-    const auto a = surface.faces(f, 0);
-    const auto b = surface.faces(f, 1);
-    EXPECT_NEAR((uv.row(a) - uv.row(b)).norm(),
-                (surface.vertices.row(a) - surface.vertices.row(b)).norm(), 1e-6);
-  }
-}
-
 TEST(Minimize, TerribleStartsReachTheSameEnergyAsGoodOnes) {
   const mesh::Surface surface = test::bumpy_grid(24, 24, 0.3, 2);
   ExecutionContext context;
@@ -65,20 +46,6 @@ TEST(Minimize, TerribleStartsReachTheSameEnergyAsGoodOnes) {
     EXPECT_TRUE(is_flip_free(surface.faces, uv, context));
     EXPECT_NEAR(number(bad, "distortion.energy"), number(good, "distortion.energy"), 1e-6);
   }
-}
-
-TEST(Minimize, FixedVerticesKeepTheirBits) {
-  const mesh::Surface surface = test::bumpy_grid(20, 20, 0.4, 3);
-  const Points2 start = plan(surface) * (1.0 / 3.0);
-  MinimizeOptions options;
-  for (Index v = 0; v < 21; ++v) options.fixed.push_back(v);
-  options.fixed.push_back(200);
-  ExecutionContext context;
-  Stats stats;
-  const Points2 uv = minimize_distortion(surface, start, options, context, stats);
-  for (const VertexId v : options.fixed) EXPECT_EQ(uv.row(v), start.row(v));
-  EXPECT_TRUE(is_flip_free(surface.faces, uv, context));
-  EXPECT_LT(number(stats, "distortion.energy"), number(stats, "distortion.energy_start"));
 }
 
 // A ramp that winds around an axis `turns` times, nearly flat: its isometric development is a ring
@@ -118,30 +85,6 @@ TEST(Minimize, BijectiveMapsDoNotMeetThemselvesWhereFreeOnesDo) {
   EXPECT_LT(number(held, "distortion.energy"), 1.5);
 }
 
-TEST(Minimize, ThreadsDoNotChangeABitAndACancelEndsIt) {
-  const struct {
-    mesh::Surface surface;
-    Points2 start;
-    bool bijective;
-  } cases[] = {{test::bumpy_grid(120, 120, 0.4, 5), plan(test::grid(120, 120)), false},
-               {ramp(120, 6, 1.6), straightened(), true}};
-  for (const auto& c : cases) {
-    MinimizeOptions options;
-    options.bijective = c.bijective;
-    Points2 first;
-    for (const int threads : {1, 2, 3}) {
-      ExecutionContext context;
-      context.threads = threads;
-      Stats stats;
-      const Points2 uv = minimize_distortion(c.surface, c.start, options, context, stats);
-      if (threads == 1) first = uv;
-      EXPECT_EQ(uv, first);
-      context.cancel();
-      EXPECT_THROW(minimize_distortion(c.surface, c.start, options, context, stats), Cancelled);
-    }
-  }
-}
-
 TEST(Minimize, AnOverlappingStartIsRefusedWhenTheMapIsToBeBijective) {
   const mesh::Surface surface = ramp(120, 6, 1.6);
   // The plan of the ramp covers part of the ring twice, without a flip.
@@ -159,36 +102,6 @@ TEST(Minimize, AnOverlappingStartIsRefusedWhenTheMapIsToBeBijective) {
   } catch (const InvalidInput& e) {
     EXPECT_EQ(e.error().kind, ElementKind::kEdge);
     EXPECT_EQ(e.error().elements.size(), 4u);
-  }
-}
-
-TEST(Minimize, NeedlesInTheSurfaceDoNotStopIt) {
-  mesh::Surface surface = test::bumpy_grid(20, 20, 0.3, 2);
-  // Vertices drawn almost onto a neighbour: triangles with angles of 1e-9.
-  for (const Index v : {50, 130, 300}) {
-    surface.vertices.row(v) = surface.vertices.row(v + 1) +
-                              1e-9 * (surface.vertices.row(v) - surface.vertices.row(v + 1));
-  }
-  ExecutionContext context;
-  Stats stats;
-  const Points2 uv =
-      minimize_distortion(surface, plan(test::bumpy_grid(20, 20, 0.3, 2)), {}, context, stats);
-  EXPECT_TRUE(is_flip_free(surface.faces, uv, context));
-  EXPECT_LT(number(stats, "distortion.energy"), 1.2);
-}
-
-TEST(Minimize, RefusesAFlippedStartAndNamesTheFace) {
-  const mesh::Surface surface = test::grid(4, 4);
-  Points2 start = plan(surface);
-  start.row(12) = Eigen::RowVector2d(3, 3);
-  ExecutionContext context;
-  Stats stats;
-  try {
-    minimize_distortion(surface, start, {}, context, stats);
-    FAIL() << "a flipped start was accepted";
-  } catch (const InvalidInput& e) {
-    EXPECT_EQ(e.error().kind, ElementKind::kFace);
-    EXPECT_FALSE(e.error().elements.empty());
   }
 }
 

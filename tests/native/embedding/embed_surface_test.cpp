@@ -13,17 +13,6 @@
 namespace flipfree::embedding::embed_surface_test {
 namespace {
 
-// Where `loop` is asked to be on `polygon`, it is, bit for bit.
-void expect_boundary(const certify::Parametrization& map, const test::Disk& disk) {
-  EXPECT_TRUE(map.certificate.ok);
-  for (CornerId c = 0; c < map.uv.rows(); ++c) {
-    const auto place =
-        std::find(disk.loop.begin(), disk.loop.end(), map.surface.faces(c / 3, c % 3));
-    if (place == disk.loop.end()) continue;
-    EXPECT_EQ(map.uv.row(c), disk.boundary.row(place - disk.loop.begin()));
-  }
-}
-
 Error refusal(const Triangles& faces, Index vertices, const std::vector<VertexId>& loop,
               const Points2& boundary) {
   try {
@@ -41,15 +30,6 @@ struct Case {
                                        disk.boundary);
   }
 };
-
-TEST(EmbedSurface, a_loop_against_the_orientation_takes_its_polygon_with_it) {
-  const test::Disk disk = test::make_disk(test::grid(5, 4), BoundaryShape::kCircle);
-  EmbedSurfaceOptions options;
-  options.loop = {disk.loop.rbegin(), disk.loop.rend()};
-  options.polygon = disk.boundary.colwise().reverse();
-  ExecutionContext context;
-  expect_boundary(embed_surface(disk.surface, options, context), disk);
-}
 
 TEST(EmbedSurface, wrong_loops_are_named) {
   Case c;

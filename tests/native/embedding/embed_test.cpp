@@ -22,28 +22,6 @@ void expect_flip_free(const Embedding& e) {
   EXPECT_EQ(count_flips(e.faces, as_stored(e.uv), context), 0U);
 }
 
-std::string rung(const Stats& stats) { return std::get<std::string>(stats.at("rung")); }
-
-TEST(Embed, AnOrdinaryDiskNeedsOnlyTutte) {
-  Stats stats;
-  const auto disk = test::make_disk(test::bumpy_grid(20, 20, 0.2, 3), BoundaryShape::kCircle);
-  const Embedding e = embed(disk, {}, stats);
-  expect_flip_free(e);
-  EXPECT_EQ(rung(stats), "tutte");
-  EXPECT_TRUE(e.added.empty());
-}
-
-TEST(Embed, TheLadderIsClimbedWhereTutteFoldsAndSaysSo) {
-  for (const auto shape : {BoundaryShape::kCircle, BoundaryShape::kSquare}) {
-    for (const Index rings : {160, 400}) {
-      Stats stats;
-      expect_flip_free(embed(test::make_disk(test::tube(8, rings), shape), {}, stats));
-      EXPECT_NE(rung(stats), "tutte");
-      EXPECT_GT(std::get<std::int64_t>(stats.at("tutte_flips")), 0);
-    }
-  }
-}
-
 TEST(Embed, EveryOuterFaceOfASphereWorks) {
   const mesh::Surface sphere = test::sphere(14, 9);
   for (FaceId f = 0; f < sphere.faces.rows(); ++f) {
@@ -51,37 +29,6 @@ TEST(Embed, EveryOuterFaceOfASphereWorks) {
     open.faces.row(f).swap(open.faces.row(open.faces.rows() - 1));
     Stats stats;
     expect_flip_free(embed(test::opened(open), {}, stats));
-  }
-}
-
-TEST(Embed, LowDistortionStartsFromNothingWhereTutteFolds) {
-  Stats stats;
-  EmbedOptions options;
-  options.low_distortion = true;
-  expect_flip_free(
-      embed(test::make_disk(test::tube(8, 200), BoundaryShape::kCircle), options, stats));
-  EXPECT_EQ(rung(stats), "progressive");
-}
-
-TEST(Embed, SameBitsForOneAndTwoThreads) {
-  const auto disk = test::make_disk(test::tube(12, 300), BoundaryShape::kCircle);
-  for (const auto method : {EmbedMethod::kLadder, EmbedMethod::kProgressive}) {
-    EmbedOptions options;
-    options.method = method;
-    options.low_distortion = true;
-    Points2 first;
-    for (const int threads : {1, 2, 2}) {
-      ExecutionContext context;
-      context.threads = threads;
-      Stats stats;
-      const Points2 uv = embed_disk(disk.surface.faces, disk.vertex_count(), disk.loop,
-                                    disk.boundary, options, context, stats);
-      if (threads == 1) {
-        first = uv;
-      } else {
-        EXPECT_EQ(first, uv);
-      }
-    }
   }
 }
 

@@ -47,16 +47,5 @@ TEST(Schnyder, IntegerDrawingIsValidForStackedTriangulations) {
   }
 }
 
-TEST(Schnyder, EmbeddingOfALongTubeHasNoFlipWhereTutteHasThousands) {
-  ExecutionContext context;
-  const test::Disk disk = test::make_disk(test::tube(8, 1000), BoundaryShape::kCircle);
-  const Points2 tutte =
-      tutte_uniform(disk.surface.faces, disk.vertex_count(), disk.loop, disk.boundary, context);
-  EXPECT_GT(count_flips(disk.surface.faces, tutte, context), 1000U);
-  const Points2 ours = schnyder_embedding(disk.surface.faces, disk.vertex_count(), disk.loop,
-                                          disk.boundary, context);
-  EXPECT_EQ(count_flips(disk.surface.faces, ours, context), 0U);
-}
-
 }  // namespace
 }  // namespace flipfree::embedding::schnyder_test
