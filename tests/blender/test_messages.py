@@ -126,7 +126,9 @@ def test_the_status_bar_gets_no_more_than_it_has_room_for(part):
     assert len(errors.for_status_bar("word " * 60)) < 120
 
 
-@pytest.mark.parametrize("make", ["two_sheets", "monkey", "fold"])
+@pytest.mark.parametrize(
+    "make", ["two_sheets", pytest.param("monkey", marks=pytest.mark.halved), "fold"]
+)
 def test_every_operator_reports_lines_below_120_characters(make, part, monkeypatch, capfd):
     """As a window has them: the whole is in the sidebar then."""
     monkeypatch.setattr(part("errors"), "_has_window", lambda: True)

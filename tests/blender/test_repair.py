@@ -58,27 +58,6 @@ def test_a_sound_map_stays_bit_for_bit(capfd):
     assert "nothing to repair" in said(capfd)
 
 
-def test_a_mirrored_island_is_turned_over(capfd):
-    ob, uv = flat_grid()
-    shapes.set_uv(ob, uv * np.float32([-1, 1]))
-    assert bpy.ops.uv.flipfree_repair() == {"FINISHED"}
-    assert shapes.exact_flips(ob) == 0
-    assert (shapes.uv_of(ob) == uv).all()
-    assert "1 island mirrored" in said(capfd)
-
-
-def test_uvs_that_are_no_numbers_get_a_place(capfd):
-    ob, uv = flat_grid()
-    corner = shapes.corners(ob)
-    uv[corner == 40] = np.nan
-    shapes.set_uv(ob, uv)
-    assert bpy.ops.uv.flipfree_repair() == {"FINISHED"}
-    after = shapes.uv_of(ob)
-    assert np.isfinite(after).all() and shapes.exact_flips(ob) == 0
-    assert (after[corner != 40] == uv[corner != 40]).all()
-    assert "without a place" in said(capfd)
-
-
 def test_corners_that_only_come_back_are_no_map_without_repairs(capfd):
     """Neither is an island unfolded then, nor one made anew."""
     ob, uv = flat_grid()

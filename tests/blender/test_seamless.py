@@ -165,34 +165,6 @@ def test_angles_of_the_attribute_are_cones_too():
     check(ob, 1)
 
 
-def test_a_torus_without_cones():
-    bpy.ops.mesh.primitive_torus_add()
-    ob = bpy.context.object
-    assert bpy.ops.uv.flipfree_seamless(cones_from="marked") == {"FINISHED"}
-    assert judged(ob).cones == {}
-    assert set(turns_of(ob).tolist()) == {0, 4}
-    check(ob, 1)
-
-
-def test_several_parts_lie_beside_each_other_at_one_scale():
-    bpy.ops.mesh.primitive_torus_add()
-    torus = bpy.context.object
-    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3, radius=2.0, location=(6, 0, 0))
-    ball = bpy.context.object
-    torus.select_set(True)
-    bpy.context.view_layer.objects.active = ball
-    bpy.ops.object.join()
-    ob = bpy.context.object
-    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
-    exact(ob)
-    right = np.array([p.center.x > -3 for p in ob.data.polygons]).repeat(
-        [p.loop_total for p in ob.data.polygons]
-    )
-    uv = shapes.uv_of(ob)
-    a, b = uv[right], uv[~right]
-    assert (a.max(0) < b.min(0)).any() or (b.max(0) < a.min(0)).any()
-
-
 def test_a_speck_beside_a_large_part_is_enlarged_and_said(capfd):
     bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2, radius=1e-7)
     speck = bpy.context.object
@@ -321,16 +293,6 @@ def test_corners_are_the_marked_boundary_vertices():
         (True, False),
         (True, True),
     ]
-
-
-def test_a_free_boundary_is_less_distorted(capfd):
-    means = {}
-    for boundary in ("aligned", "free"):
-        ob = shapes.grid(8, bump=1.0)
-        assert bpy.ops.uv.flipfree_seamless(boundary=boundary) == {"FINISHED"}
-        assert shapes.exact_flips(ob) == 0
-        means[boundary] = float(capfd.readouterr().out.split("mean ")[1].split()[0])
-    assert means["free"] < means["aligned"]
 
 
 def test_the_monkey_is_mapped_with_the_defaults():

@@ -163,6 +163,7 @@ def test_certificates_are_of_a_mesh_and_a_uv_map(kept):
     assert kept() is None
 
 
+@pytest.mark.halved
 def test_large_edited_meshes_are_not_compared_at_every_change(kept, holds):
     shapes.grid(150, uv=True)
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}

@@ -202,7 +202,7 @@ def test_a_run_that_is_killed_at_any_moment_and_resumed_gives_the_same_results(h
     batch("in", "--out", "whole", "--json", "whole.jsonl", "--jobs", 2)
     chance = random.Random(seed)
     kills = 0
-    for _ in range(40):
+    for _ in range(20):
         process = start(*ALL, "--jobs", 2, "--resume")
         try:
             process.communicate(timeout=chance.uniform(0.2, 1.0))
