@@ -65,6 +65,16 @@ def test_more_bits_reach_smaller_errors() -> None:
     assert metric.bits == 200 and metric.angle_error <= 1e-40
 
 
+def test_the_error_is_that_of_the_precision_where_the_tolerance_is_not_reached() -> None:
+    vertices, faces = octahedron_sphere(1)
+    target = random_targets(len(vertices), len(faces), 2)
+    metric = ff.conformal_metric(
+        vertices, faces, target, precision=200, tolerance=1e-200, require_convergence=False
+    )
+    assert metric.stats["stopped_by"] == "precision"
+    assert 0.0 < metric.angle_error < 1e-50
+
+
 def test_auto_precision_climbs_for_a_tolerance_that_double_cannot_reach() -> None:
     vertices, faces = octahedron_sphere(1)
     metric = ff.conformal_metric(
