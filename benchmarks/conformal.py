@@ -5,7 +5,8 @@
     conformal.py random [--count 100]  random angles on spheres, random boundaries of a disk (thesis 4.6.1)
     conformal.py flips [--count 100]   flips by type on that disk
     conformal.py bits [--count 20]     what each precision reaches in at most 50 steps (thesis 4.6.3)
-    conformal.py holes                 one cone takes all curvature of plates with holes, tolerance 1e-25 (thesis figure 4.11)
+    conformal.py holes                 one cone takes all curvature of plates with holes (thesis figure 4.11)
+    conformal.py sweep                 spheres with a share of sharp angles, in two clusters and scattered (thesis figure 4.21)
     conformal.py needles               what intrinsic refinement of the start does (thesis 4.6.4)
     conformal.py cones                 what ff.suggest_cones reaches with whole quarter turns
 
@@ -42,8 +43,9 @@ REFERENCE = {
     "fertility_input_cut": 0.29, "gtorus006_singlecone": 115.0,
 }  # fmt: skip
 REFERENCE_MAPS = {"aircraft": 0.48, "fertility_tri": 4.3, "elephant": 9.2}
-GENERA = (3, 6, 10, 15, 22, 30, 40, 50, 60, 70, 80, 100, 150)
+GENERA = (3, 6, 10, 15, 22, 30, 40, 50, 60, 70, 80, 100, 150, 400)
 MANTISSAS = (53, 75, 100, 125, 150)
+SHARES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5)
 
 
 def pairs_of(folder: Path) -> Iterator[tuple[Path, Path]]:
@@ -260,22 +262,46 @@ def bits(options: Options) -> Iterator[Row]:
         yield b, f"{median:.1e}", f"{errors.max():.1e}", f"{median * 2.0**b:.0f}"
 
 
-@table("case | V | steps | bits | error | range of u | flips | CPU s")
-def holes(options: Options) -> Iterator[Row]:
-    """200 bits; where these end above the tolerance, precision "auto", and the time of both."""
-    for genus in options.cases(GENERA):
+def plates(options: Options) -> Iterator[Case]:
+    for genus in options.cases(GENERA, lambda genus: f"{genus} holes"):
         mesh = plate(genus)
         target = np.full(len(mesh[0]), 2 * np.pi)
         target[-1] = 2 * np.pi * (2 * genus - 1)
-        how: dict[str, Any] = {"tolerance": 1e-25, "max_seconds": options.seconds}
-        m, seconds = solve(mesh, target, precision=200, **how)
-        if m.stats["stopped_by"] == "precision":
-            m, more_seconds = solve(mesh, target, **how)
-            seconds += more_seconds
-        if m.angle_error > 1e-25:
-            options.fail(f"{genus} holes: {m.angle_error}")
+        yield f"{genus} holes", mesh, target
+
+
+@table("case | V | steps | bits | error | range of u | flips | CPU s")
+def holes(options: Options) -> Iterator[Row]:
+    """As many bits as in the thesis."""
+    for name, mesh, target in [*plates(options), *pairs(options)]:
+        if "holes" not in name and "singlecone" not in name:
+            continue
+        bits, tolerance = (200, 1e-29) if len(mesh[0]) < 10_000 else (400, 1e-65)
+        how: dict[str, Any] = {"tolerance": tolerance, "max_seconds": options.seconds}
+        m, seconds = solve(mesh, target, precision=bits, **how)
+        if m.angle_error > tolerance:
+            options.fail(f"{name}: {m.angle_error}")
         figures = m.iterations, m.bits, f"{m.angle_error:.1e}", f"{m.scale_range:.1f}", m.flips
-        yield f"{genus} holes", len(mesh[0]), *figures, f"{seconds:.2f}"
+        yield name, len(mesh[0]), *figures, f"{seconds:.2f}"
+
+
+@table("vertices | " + " | ".join(f"{share:g} sharp" for share in SHARES))
+def sweep(options: Options) -> Iterator[Row]:
+    """Errors in doubles, of scattered ones in doubles, and of clusters with 150 bits."""
+    for count in (250, 500, 1000, 2000):
+        mesh, cells = sphere(count), []
+        orders = np.argsort(mesh[0][:, 2]), np.random.default_rng(0).permutation(count)
+        for share in SHARES:
+            sharp, errors = round(share * count), []
+            for order, precision in ((orders[0], 53), (orders[1], 53), (orders[0], 150)):
+                rest = (2 * np.pi * (count - 2) - 3 * sharp) / (count - sharp)
+                target = np.where(np.argsort(order) < sharp, 3.0, rest)
+                m, _ = solve(mesh, target, precision=precision, max_seconds=options.seconds)
+                errors.append(f"{m.angle_error:.0e}")
+            if m.angle_error > 1e-10:
+                options.fail(f"{count} vertices, {share:g} sharp: {m.angle_error}")
+            cells.append(", ".join(errors))
+        yield str(count), *cells
 
 
 def clusters(size: float) -> Mesh:
