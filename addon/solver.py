@@ -53,16 +53,22 @@ def certify_arrays(vertices, faces, uv, *, bijective):
     )
 
 
-def certify_seamless(result, quarters):
-    """The certificate of what will be stored of a seamless map, with its cones."""
+def certify_seamless(result, quarters, pins):
+    """The certificate of what will be stored of a seamless map, with its cones and pins {submesh vertex: (u, v)}."""
     return jobs.certify(
         result.vertices,
         result.faces,
         result.uv32(),
         cones={v: k * math.pi / 2 for v, k in quarters.items()},
         seamless=True,
+        pins=pins or None,
         threads=threads(),
     )
+
+
+def with_pins(found, pins):
+    """A seamless map with pins {submesh vertex: (u, v)}."""
+    return jobs.with_pins(found, pins, **_limits())
 
 
 def _polygons(snapshot) -> dict:

@@ -21,17 +21,19 @@ BEGIN, END = "<!-- scripts/doors.py -->\n", "<!-- end -->\n"
 PACKAGE = ROOT / "native" / "python" / "flipfree"
 
 
-#: Algorithm | section of the dissertation, none where it is not its own | header and function of native/flipfree | of the
-#: package | operator without "uv.flipfree_" | of both command lines, or of Blender's and of Python's
+#: Algorithm | section of the dissertation, none where it is not its own | header or module, and function | of the
+#: package, or of its results | operator without "uv.flipfree_" | of both command lines, or of Blender's and of Python's
 _ROWS = """
 [disk onto a convex polygon](method/pins.md#embedding) | 3.2 | embedding/embed_surface embed_surface | embed | embed | embed
 [pins, lines, outlines](method/pins.md) | 3.3 | matchmaker/match_piece match_piece | match | match | match
+[one surface onto another](match-pins.md#transfer) | 3.4.1 | python/flipfree/points.py compose | compose | transfer | transfer
 conformal metric | 4.3, 4.4 | conformal/refined_metric compute_refined_metric | conformal_metric | conformal | conformal
 [conformal map](method/conformal.md) | 4.5 | conformal/map conformal_map | conformal | conformal | conformal
 angles of a boundary | 4.4 | conformal/boundary_angles boundary_angles | boundary_angles | conformal | conformal
 cones that bound the scale | | conformal/suggest_cones suggest_cones | suggest_cones | suggest_cones | cones
 admissible cut | 5.2.1, 5.3 | seamless/padding/topology make_admissible_cut | admissible_cut | cut | cut
 [seamless map](method/seamless.md) | 5 | seamless/exact/seamless_map compute_seamless_map | seamless | seamless | seamless
+seamless map with pins | figure 3.9 | python/flipfree/calls/matching.py with_pins | result.with_pins | seamless | seamless
 [cross field](method/field-aligned.md) | 6.3 | field/compute compute_cross_field | cross_field | field_aligned | field
 signature of a field | 6.2 | field/compute read_signature | signature | field_aligned | field
 field with a signature | 6.3 | field/prescribed field_with_signature | Signature | field_aligned | field
@@ -63,16 +65,15 @@ class Door:
 def _door(row: str) -> Door:
     algorithm, section, place, python, operator, command = (cell.strip() for cell in row.split("|"))
     header, function = place.split()
+    header = header if header.endswith(".py") else f"flipfree/{header}.h"
     words = command.split()
-    return Door(
-        algorithm, section, f"{header}.h", function, python, operator, (words[0], words[-1])
-    )
+    return Door(algorithm, section, header, function, python, operator, (words[0], words[-1]))
 
 
 DOORS = tuple(map(_door, _ROWS.strip().splitlines()))
 
 #: Of the package, what is no algorithm.
-_HELPERS = set("compose islands jobs quads_from_map read separate split_fans write".split())
+_HELPERS = set("islands jobs quads_from_map read separate split_fans write".split())
 #: Of the compiled module, what a door of another name calls.
 _PARTS = {"field_signature": "signature", "quads_from_map": "quads"}
 
@@ -84,7 +85,8 @@ def _public() -> set[str]:
         for node in tree.body
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__"
     )
-    return set(names)
+    results = (PACKAGE / "results.py").read_text()
+    return set(names) | {f"result.{name}" for name in re.findall(r"    def (\w+)\(", results)}
 
 
 def _package_commands() -> set[str]:
@@ -126,7 +128,7 @@ def missing() -> list[str]:
     public, commands, tools, labels = _public(), _package_commands(), _tools(), _labels()
     found = []
     for door in DOORS:
-        header = ROOT / "native" / "flipfree" / door.header
+        header = ROOT / "native" / door.header
         if not header.exists() or not re.search(rf"\b{door.function}\(", header.read_text()):
             found.append(f"{door.algorithm}: no {door.function}() in {door.header}")
         if door.python not in public:
@@ -138,7 +140,9 @@ def missing() -> list[str]:
             found.append(f"{door.algorithm}: blender -c flipfree has no {of_blender}")
         if of_python not in commands:
             found.append(f"{door.algorithm}: python -m flipfree has no {of_python}")
-    functions = {name for name in public if name.islower() and not name.startswith("_")}
+    functions = {
+        name for name in public if name.islower() and not name.startswith(("_", "result."))
+    }
     doors = {door.python for door in DOORS}
     found += [f"{name} of the package has no row" for name in functions - _HELPERS - doors]
     found += [
@@ -162,13 +166,14 @@ def table() -> str:
         "|---|---|---|---|---|---|",
     ]
     for door in DOORS:
-        room = door.header.rpartition("/")[0]
+        room = door.header.removeprefix("flipfree/").rpartition("/")[0]
+        package = "" if "." in door.python else "ff."
         commands = " / ".join(f"`{name}`" for name in dict.fromkeys(door.commands))
         cells = (
             door.algorithm,
             door.section,
             f"`{room}/` `{door.function}`",
-            f"`ff.{door.python}`",
+            f"`{package}{door.python}`",
             labels.get(door.operator, "?"),
             commands,
         )

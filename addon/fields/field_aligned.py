@@ -185,7 +185,8 @@ class FieldAlignedTask(seamless.SeamlessTask):
 
     def exact_edges(self):
         """Whether what the field follows exactly shall be lines of the map."""
-        return self.given.features and self.given.follow["edge_weight"] == 1.0 and self.optimise
+        wanted = self.given.features and self.given.follow["edge_weight"] == 1.0
+        return wanted and self.optimise and self.pin_group is None
 
     def _corners(self, found):
         """{submesh vertex: quarter turns} where the boundary of the map is not straight."""
@@ -278,6 +279,7 @@ class UV_OT_flipfree_field_aligned(AlongField, options.MapOperator, bpy.types.Op
         "mark_cuts",
         "mark_cones",
         "write_field",
+        "meet_pins",
         "engine",
         "reroute",
     )
@@ -337,6 +339,7 @@ class UV_OT_flipfree_field_aligned(AlongField, options.MapOperator, bpy.types.Op
         on=True,
     )
 
+    meet_pins: options.meet_pins()
     engine: options.engine()
     reroute: options.flag(
         "Reroute",

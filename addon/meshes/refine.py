@@ -158,7 +158,7 @@ def write(
         if custom is not None:
             normals.put_into(bm, custom)
         new = _rebuild(bm, snapshot, result, todo, mark_cuts, cut_turns)
-        _unmark(bm, new, _marking_groups(ob))
+        _unmark(bm, new, marking_groups(ob))
         if editing:
             bmesh.update_edit_mesh(ob.data)
         else:
@@ -173,7 +173,7 @@ def write(
     return len(todo.supports)
 
 
-def _marking_groups(ob) -> list[int]:
+def marking_groups(ob) -> list[int]:
     found = [ob.vertex_groups.get(name) for name in (PIN_GROUP, MOVABLE_GROUP)]
     return [*cones.groups(ob), *(group.index for group in found if group is not None)]
 

@@ -137,11 +137,7 @@ class MatchTask(parts.PartsTask):
         """(islands with pins, islands without); closed ones are refused, or cut open first."""
         found = islands.islands_of(self.snapshot)
         self._collect_pins(found)
-        if not any(island.pins for island in found):
-            raise mesh_io.MeshProblem(
-                f"{self.snapshot.object_name}: no UV is pinned. Pin some with P in the UV editor, or put vertices "
-                f"into the group '{GROUP}'"
-            )
+        refuse_without_pins(self.snapshot, any(island.pins for island in found))
         closed = [island for island in found if island.pins and self._needs_cut(island)]
         if closed:
             triangles = np.sort(np.concatenate([island.triangles for island in closed]))
@@ -395,6 +391,15 @@ class UV_OT_flipfree_match(
 
     make_task = staticmethod(make_task)
     summary = staticmethod(summary)
+
+
+def refuse_without_pins(snapshot, pins):
+    """Raises MeshProblem if there are none."""
+    if not pins:
+        raise mesh_io.MeshProblem(
+            f"{snapshot.object_name}: no UV is pinned. Pin some with P in the UV editor, or put vertices "
+            f"into the group '{GROUP}'"
+        )
 
 
 def refuse_island(snapshot, island, what: str):

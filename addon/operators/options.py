@@ -147,6 +147,14 @@ def engine():
     return choice("Method", "How the map is found", ENGINES)
 
 
+def meet_pins():
+    text = (
+        "Pinned UVs, and those of the group `Pins`, keep their place exactly, as far as they are inside the map that is found "
+        "without them: its cuts and boundaries stay. Sharp edges are followed then, but are no lines of the map"
+    )
+    return flag("Meet Pins", text)
+
+
 def fit_unit_square():
     text = (
         "Scale the map by a power of two, which keeps the seams exact, so that it fits the unit square. Off: one UV "

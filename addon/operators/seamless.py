@@ -2,13 +2,14 @@
 """Seamless Map (thesis 5, docs/seamless-map.md)."""
 
 import math
+from dataclasses import replace
 
 import bpy
 import numpy as np
 
 from .. import solver
 from ..meshes import cones, islands, labels, mesh_io, refine, separated, turns
-from . import common, cone_sums, options, parts
+from . import common, cone_sums, match, options, parts
 
 # Quarter turns by which a 32-bit cone angle may be off a whole number.
 ROUNDING = 1e-5
@@ -71,8 +72,12 @@ class SeamlessTask(parts.PartsTask):
         mark_cones=True,
         fit=True,
         engine="auto",
+        meet_pins=False,
     ):
         super().__init__(snapshot)
+        ob = bpy.data.objects[snapshot.object_name] if meet_pins else None
+        self.pin_group = match.group_vertices(ob) if meet_pins else None
+        self.pins = {}  # {submesh vertex: (u, v)}
         self.cone_angles = cone_angles  # {submesh vertex: angle}
         self.boundary_vertices = boundary_vertices  # (#Sv,) bool
         self.cones_from = cones_from
@@ -94,6 +99,7 @@ class SeamlessTask(parts.PartsTask):
         return {
             **dict.fromkeys(NO_MAP, self.cure(self.failed_cure)),
             "angles violate Gauss-Bonnet": self.cure(BALANCE),
+            "bad pins": "Pin vertices inside: cuts and boundaries stay where they are",
         }
 
     def cure(self, others: str) -> str:
@@ -101,6 +107,14 @@ class SeamlessTask(parts.PartsTask):
         if self.boundary != "free" and self.boundary_vertices.any():
             return f"Choose 'Boundary: Free', or {others}"
         return others[0].upper() + others[1:]
+
+    def start(self):
+        if self.pin_group is not None:
+            found = islands.islands_of(self.snapshot, np.zeros((0, 2), np.int32))
+            islands.collect_pins(self.snapshot, found, self.pin_group)
+            self.pins = {int(i.submesh[v]): uv for i in found for v, uv in i.pins.items()}
+            match.refuse_without_pins(self.snapshot, self.pins)
+        return super().start()
 
     def stages(self):
         if self.cones_from != "suggested":
@@ -132,13 +146,18 @@ class SeamlessTask(parts.PartsTask):
     def take(self, found):
         """Last stage: the solver's map, placed as it will be stored, judged there with the cones of `quarters`."""
         uv = in_unit_square(found.uv64) if self.fit else found.uv64
+        if self.pins:
+            placed = replace(found, uv=uv, uv64=uv, _uv32=uv.astype(np.float32))
+            moved = yield solver.with_pins(placed, self.pins)
+            # What the seamless solver said of itself holds on.
+            found, uv = replace(moved, stats=found.stats), moved.uv64
         self.result = islands.placed(found, uv)
         self.turns = found.transitions.quarter_turns
         self.freed_boundaries = found.stats.get("freed_boundaries", 0)
         self.enlarged_islands = found.stats.get("enlarged_islands", 0)
         # What is written was moved: judged again, as it will be stored.
         self.span = (0.9, 1.0)
-        judged = yield solver.certify_seamless(self.result, self.quarters)
+        judged = yield solver.certify_seamless(self.result, self.quarters, self.pins)
         common.refuse_uncertified(self.snapshot, judged)
         faces = self.snapshot.triangle_face[found.parent_face]
         self.judge(judged, faces)
@@ -269,6 +288,7 @@ class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):
         "fit",
         "mark_cuts",
         "mark_cones",
+        "meet_pins",
         "engine",
     )
     advanced = ("engine",)
@@ -286,6 +306,7 @@ class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):
         "Put suggested cones into the groups `Cone +1`, `Cone -1`, ...: the next run takes the same ones",
         on=True,
     )
+    meet_pins: options.meet_pins()
     engine: options.engine()
 
     def has_effect(self, name):

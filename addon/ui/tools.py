@@ -7,7 +7,19 @@ from types import ModuleType
 from ..checker import checker
 from ..fields import field_aligned, fit_tiles
 from ..live import live_pins
-from ..operators import check, conformal, cut, embed, mark, match, quads, seamless, select, unwrap
+from ..operators import (
+    check,
+    conformal,
+    cut,
+    embed,
+    mark,
+    match,
+    quads,
+    seamless,
+    select,
+    transfer,
+    unwrap,
+)
 from ..operators.arrange import density, orient, rectify, straighten
 from ..operators.mending import improve, repair
 from ..operators.packing import pack
@@ -62,6 +74,7 @@ SECTIONS = (
             Tool(live_pins, "uv.flipfree_live_pins", "UNPINNED"),
             Tool(match, "uv.flipfree_match", "PINNED", "match"),
             Tool(embed, "uv.flipfree_embed", "MESH_CIRCLE", "embed"),
+            Tool(transfer, "uv.flipfree_transfer", "MOD_DATA_TRANSFER", "transfer"),
         ),
     ),
     Section(

@@ -219,6 +219,19 @@ def test_what_prepares_maps_is_a_command_too(pinned_blend, tmp_path, arguments, 
     assert record["ok"] and record["errors"] == [] and out.exists()
 
 
+def test_an_object_of_a_file_takes_the_shape_of_another(tmp_path):
+    bpy.ops.wm.read_homefile(use_empty=True)
+    for n, name, bump in ((4, "Low", 0.0), (6, "High", 0.5)):
+        shapes.flat(shapes.grid(n, name, bump=bump, uv=True))
+    path, out = tmp_path / "two.blend", tmp_path / "out.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    result = command("transfer", path, out, "--source", "High")
+    assert result.returncode == 0 and "like High" in result.stdout, result.stdout + result.stderr
+    bpy.ops.wm.open_mainfile(filepath=str(out))
+    key = bpy.data.objects["Low"].data.shape_keys.key_blocks["High"]
+    assert 0.3 < max(point.co.z for point in key.data) <= 0.5001
+
+
 def test_pins_that_contradict_give_status_1_and_no_file(pinned_blend, tmp_path):
     bpy.ops.wm.open_mainfile(filepath=str(pinned_blend))
     ob = next(ob for ob in bpy.data.objects if ob.type == "MESH")

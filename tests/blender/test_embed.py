@@ -114,3 +114,53 @@ def test_what_is_no_disk_or_no_polygon_is_refused_and_named(part):
     with pytest.raises(RuntimeError, match="not convex"):
         embed(boundary="pinned")
     assert np.array_equal(shapes.uv_of(ob), uv)
+
+
+def pair():
+    """Two grids of other faces, mapped onto one square by their corners; the active one is higher, and carries something."""
+    found = []
+    for n, name, bump in ((8, "Low", 0.1), (11, "High", 0.7)):
+        ob = shapes.grid(n, name, bump=bump, uv=True)
+        corner, places = pinned_square(ob)
+        shapes.set_pins(ob, np.isin(corner, list(places)))
+        assert embed(boundary="pinned") == {"FINISHED"}
+        found.append(ob)
+    low, high = found
+    group = high.vertex_groups.new(name="Height")
+    paint = high.data.attributes.new("paint", "FLOAT_COLOR", "CORNER")
+    for vertex in high.data.vertices:
+        group.add([vertex.index], vertex.co.x / 2 + 0.5, "REPLACE")
+    across = shapes.plane(high)[:, 1]
+    paint.data.foreach_set(
+        "color", np.column_stack([across, across, 0 * across, 1 + 0 * across]).ravel()
+    )
+    low.select_set(True)
+    return low, high
+
+
+def test_one_surface_gets_what_the_other_has_at_the_same_places():
+    low, high = pair()
+    flat, before = shapes.plane(low), [v.co.copy() for v in low.data.vertices]
+    assert bpy.ops.uv.flipfree_transfer() == {"FINISHED"}
+    key = low.data.shape_keys.key_blocks["High"]
+    places = np.array([point.co for point in key.data])
+    n = 8
+    for vertex in (0, n, n * (n + 1), n * (n + 2)):
+        assert np.allclose(places[vertex][:2], before[vertex][:2], atol=1e-6)
+    assert 0.5 < places[:, 2].max() <= 0.7001 and np.ptp([v.z for v in before]) < 0.2
+    weight = [low.vertex_groups["Height"].weight(v) for v in range(len(before))]
+    assert np.allclose(weight, places[:, 0] / 2 + 0.5, atol=1e-5)
+    colour = np.empty((len(flat), 4), np.float32)
+    low.data.attributes["paint"].data.foreach_get("color", colour.ravel())
+    assert np.allclose(colour[:, 0], places[shapes.corners(low), 1], atol=1e-5)
+    assert high.data.shape_keys is None and [v.co.copy() for v in low.data.vertices] == before
+    assert bpy.ops.uv.flipfree_transfer(shape=False) == {"FINISHED"}
+    assert len(low.data.shape_keys.key_blocks) == 2
+
+
+def test_maps_onto_other_shapes_are_refused():
+    low, high = pair()
+    shapes.set_uv(high, shapes.uv_of(high) * 0.5)
+    with pytest.raises(RuntimeError, match="no maps onto one shape"):
+        bpy.ops.uv.flipfree_transfer()
+    assert low.data.shape_keys is None and not low.vertex_groups

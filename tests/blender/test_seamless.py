@@ -165,6 +165,49 @@ def test_angles_of_the_attribute_are_cones_too():
     check(ob, 1)
 
 
+@pytest.mark.parametrize("operator", ["seamless", "field_aligned"])
+@pytest.mark.parametrize("group", [False, True])
+def test_pins_inside_are_met_and_cuts_stay(operator, group, capfd):
+    bpy.ops.mesh.primitive_torus_add(major_segments=32, minor_segments=16)
+    ob, run = bpy.context.object, getattr(bpy.ops.uv, f"flipfree_{operator}")
+    assert run() == {"FINISHED"}
+    free, at = shapes.uv_of(ob), shapes.corners(ob)
+    cut = {v for edge in ob.data.edges if edge.use_seam for v in edge.vertices}
+    first, second = [v for v in range(len(ob.data.vertices)) if v not in cut][40:42]
+    near = [v for p in ob.data.polygons if first in p.vertices for v in p.vertices]
+    beside = next(v for v in near if v not in cut and v not in (first, second))
+    moved = free.copy()
+    moved[at == first] = 0.5 * free[at == first][0] + 0.5 * free[at == beside][0]
+    shapes.set_uv(ob, moved)
+    if group:
+        ob.vertex_groups.new(name="Pins").add([first, second], 1.0, "REPLACE")
+    else:
+        shapes.set_pins(ob, np.isin(at, [first, second]))
+    assert run(meet_pins=True) == {"FINISHED"}
+    uv = shapes.uv_of(ob)[: len(at)]
+    assert shapes.exact_flips(ob) == 0 and judged(ob).exact == judged(ob).edges
+    for vertex in (first, second):
+        assert (uv[at == vertex] == moved[at == vertex]).all()
+    assert np.array_equal(uv[np.isin(at, list(cut))], free[np.isin(at, list(cut))])
+    assert not np.array_equal(uv, free)
+
+
+def test_pins_on_a_cut_that_would_move_are_refused_by_name(capfd):
+    bpy.ops.mesh.primitive_torus_add()
+    ob = bpy.context.object
+    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
+    with pytest.raises(RuntimeError, match="no UV is pinned"):
+        bpy.ops.uv.flipfree_seamless(meet_pins=True)
+    before, at = shapes.uv_of(ob), shapes.corners(ob)
+    on_cut = next(edge.vertices[0] for edge in ob.data.edges if edge.use_seam)
+    moved = before + 0.01
+    shapes.set_uv(ob, moved)
+    shapes.set_pins(ob, np.flatnonzero(at == on_cut)[:1])
+    with pytest.raises(RuntimeError, match=f"vertex {on_cut} .*Pin vertices inside"):
+        bpy.ops.uv.flipfree_seamless(meet_pins=True)
+    assert np.array_equal(shapes.uv_of(ob), moved)
+
+
 def test_a_speck_beside_a_large_part_is_enlarged_and_said(capfd):
     bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2, radius=1e-7)
     speck = bpy.context.object

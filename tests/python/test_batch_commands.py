@@ -237,6 +237,34 @@ def test_match_meets_the_pins_beside_the_model():
         assert (mesh.uv[mesh.faces == int(vertex)] == place).all()
 
 
+@pytest.mark.parametrize("name", ["seamless", "field"])
+def test_seamless_maps_meet_the_pins_beside_the_model(name):
+    write("ring.obj", surfaces.torus())
+    run(name, "ring.obj", "free.obj")
+    free = ff.read("free.obj")
+    inside = next(v for v in range(len(free.vertices)) if v not in free.seams())
+    place = free.uv[free.faces == inside][0] + 1e-3
+    Path("ring.obj.pins.json").write_text(json.dumps({"points": {str(inside): place.tolist()}}))
+    assert run(name, "ring.obj", "out.obj", "--meet-pins")["status"] in ("certified", "warned")
+    mesh = judged("out.obj", seamless=True)
+    assert (np.float32(mesh.uv[mesh.faces == inside]) == np.float32(place)).all()
+
+
+def test_a_surface_takes_the_shape_of_another_through_their_maps():
+    vertices, faces = surfaces.bumpy_grid(6, 6)
+    ff.write("flat.obj", (vertices * [1, 1, 0], faces), uv=vertices[faces][..., :2])
+    other, fine = surfaces.bumpy_grid(9, 9, height=0.4)
+    ff.write("bent.obj", (other, fine), uv=other[fine][..., :2])
+    run("transfer", "flat.obj", "out.obj", "--source", "bent.obj")
+    out = ff.read("out.obj")
+    assert np.allclose(out.vertices[:, :2], vertices[:, :2]) and np.ptp(out.vertices[:, 2]) > 0.1
+    corners = [0, 6, 42, 48]
+    assert np.allclose(out.vertices[corners], other[[0, 9, 90, 99]])
+    ff.write("half.obj", (other, fine), uv=other[fine][..., :2] / 2)
+    process = command("transfer", "flat.obj", "no.obj", "--source", "half.obj")
+    assert process.returncode == 1 and "outside" in process.stderr + process.stdout
+
+
 def test_cones_come_from_the_file_beside_the_model():
     write("ball.obj", surfaces.octahedron_sphere(3))
     Path("ball.obj.cones.json").write_text(json.dumps({str(v): 180 for v in range(4)}))

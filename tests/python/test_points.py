@@ -195,6 +195,19 @@ def test_composed_maps_lead_there_and_back_without_a_fold() -> None:
     assert np.abs(middle[1] - expected)[same].max() < 1e-5
 
 
+def test_stored_maps_onto_one_square_are_composed() -> None:
+    maps = []
+    for n, height in ((8, 0.1), (11, 0.7)):
+        vertices, faces = bumpy_grid(n, n, height)
+        places = (0.1, 0.1), (0.9, 0.1), (0.1, 0.9), (0.9, 0.9)
+        corners = dict(zip((0, n, n * (n + 1), n * (n + 2)), places, strict=True))
+        found = ff.embed(vertices, faces, boundary="corners", corners=corners)
+        maps.append((vertices, faces, found.uv32()))
+    face, weights = ff.compose(*maps).map_corners()
+    there = maps[1][2][face]
+    assert np.abs(np.einsum("mck,mckd->mcd", weights, there) - maps[0][2]).max() < 1e-6
+
+
 def test_what_does_not_fit_is_refused_by_name() -> None:
     (vertices, faces), first, other, second = two_surfaces()
     with pytest.raises(ff.InvalidInput, match="outside the second map"):

@@ -10,8 +10,8 @@ from __future__ import annotations
 import errno
 import inspect
 import time
-from collections.abc import Callable
-from functools import wraps
+from collections.abc import Callable, Generator
+from functools import partial, wraps
 from typing import Any, Generic, NoReturn, ParamSpec, TypeVar, cast
 
 from .checks import as_threads, real_number, shown
@@ -19,8 +19,6 @@ from .errors import Cancelled, FlipfreeError, NotConverged, bad_option
 from .results import Mesh
 
 Result = TypeVar("Result")
-First = TypeVar("First")
-Kept = TypeVar("Kept")
 Arguments = ParamSpec("Arguments")
 Progress = Callable[[str, float], bool | None]
 
@@ -122,62 +120,62 @@ def start_job(
     return Job(native, lambda data: convert(data, mesh))
 
 
-class FollowedJob(Job[Result], Generic[Result, First, Kept]):
-    """A job, and perhaps a second one that its result begins."""
+#: What a StagedJob is made of: yields (job, share of the progress at its end), and returns the result.
+Stages = Generator[tuple[Job[Any], float], Any, Result]
 
-    def __init__(
-        self,
-        first: Job[First],
-        begin: Callable[[First], tuple[Kept, Job[Any] | None]],
-        end: Callable[[Kept, Job[Any] | None], Result],
-        share: float,
-    ) -> None:
-        """begin: what is kept of the first job's result, and the second one. end: makes the result of both. share: of the
-        first one in the progress."""
-        self._first, self._begin, self._end, self._share = first, begin, end, share
-        self._second: Job[Any] | None = None
-        self._kept: Kept | None = None
-        self._error: FlipfreeError | None = None
-        self._begun = self._cancelled = False
+
+class StagedJob(Job[Result]):
+    """A row of jobs, written down as one generator: ``found = yield job, share``. What a job raises is raised there."""
+
+    def __init__(self, stages: Stages[Result]) -> None:
+        self._stages = stages
+        self._cancelled = False
+        self._ended: Callable[[], Result] | None = None
+        self._begin, self._current, self._end = 0.0, *next(stages)
 
     def wait(self, seconds: float) -> bool:
         begin = time.monotonic()
-        if not self._begun:
-            if not self._first.wait(seconds):
+        while self._ended is None:
+            if not self._current.wait(max(seconds - (time.monotonic() - begin), 0.0)):
                 return False
-            self._begun = True
+            self._go_on()
+        return True
+
+    def _go_on(self) -> None:
+        begin = self._end
+        try:
             try:
-                self._kept, self._second = self._begin(self._first.result())
+                found = self._current.result()
             except FlipfreeError as error:
-                self._error = error
-            if self._second is not None and self._cancelled:
-                self._second.cancel()
-        if self._second is None:
-            return True
-        return self._second.wait(max(seconds - (time.monotonic() - begin), 0.0))
+                following = self._stages.throw(error)
+            else:
+                following = self._stages.send(found)
+            self._begin, self._current, self._end = begin, *following
+        except StopIteration as end:
+            self._ended = lambda value=end.value: value
+        except Exception as error:
+            self._ended = partial(_raise_ours, error)
+        if self._cancelled:
+            self._current.cancel()
 
     def progress(self) -> tuple[str, float]:
-        if not self._begun:
-            stage, fraction = self._first.progress()
-            return stage, self._share * fraction
-        if self._second is None:
+        if self._ended is not None:
             return "done", 1.0
-        stage, fraction = self._second.progress()
-        return stage, self._share + (1.0 - self._share) * fraction
+        stage, fraction = self._current.progress()
+        return stage, self._begin + (self._end - self._begin) * fraction
 
     def cancel(self) -> None:
         self._cancelled = True
-        (self._second or self._first).cancel()
+        self._current.cancel()
 
     def accept(self) -> None:
-        self._first.accept()
+        self._current.accept()
 
     def _result(self) -> Result:
         while not self.wait(LONGEST_WAIT):
             pass
-        if self._error is not None:
-            raise self._error
-        return self._end(cast(Kept, self._kept), self._second)
+        assert self._ended is not None
+        return self._ended()
 
 
 def run(job: Job[Result], progress: Progress | None = None) -> Result:

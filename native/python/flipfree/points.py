@@ -12,13 +12,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .checks import as_floats, as_indices, as_places
+from .checks import as_corner_uv, as_floats, as_indices, as_places
 from .errors import InvalidInput, bad_shape
 from .job import ours_only
-from .results import FloatArray, IntArray, Parametrization
+from .results import FloatArray, IntArray, Parametrization, Transitions
 
 #: What weights may be below zero by rounding.
 _SLACK = 1e-12
+#: Rounding of places, relative: of doubles, and of two maps that are stored in 32 bits, whose straight sides are no longer.
+_DOUBLE, _STORED = 4e-15, 2.0**-22
 
 
 @ours_only
@@ -133,9 +135,12 @@ class Finder:
             box = box.reshape(-1, 2, 2, 2).min(axis=1)
             self.levels.append(box)
 
-    def find(self, uv: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
+    def find(
+        self, uv: FloatArray, rounding: float = _DOUBLE
+    ) -> tuple[IntArray, IntArray, FloatArray]:
+        """As Parametrization.find_points; of a place's pieces the one in which it is deepest comes first."""
         size = np.abs(uv).max(initial=0.0) + np.abs(self.map.uv).max(initial=0.0)
-        sides = np.stack([uv, -uv], axis=1) + _SLACK * size
+        sides = np.stack([uv, -uv], axis=1) + max(_SLACK, rounding) * size
         query, node = np.arange(len(uv)), np.zeros(len(uv), np.int64)
         for box in reversed(self.levels):
             inside = (box[node] <= sides[query]).all(axis=(1, 2))
@@ -150,12 +155,13 @@ class Finder:
         reach = np.abs(corner).max(axis=(1, 2))
         with np.errstate(divide="ignore", invalid="ignore"):
             shares = part / whole[:, None]
-            slack = _SLACK + 4e-15 * reach * (reach + size) / whole
+            slack = _SLACK + rounding * reach * (reach + size) / whole
             within = (whole > 0.0) & (shares.min(axis=1) >= -slack)
-        query, piece, shares = query[within], piece[within], np.maximum(shares[within], 0.0)
+        query, piece, shares = query[within], piece[within], shares[within]
+        first = np.lexsort((-shares.min(axis=1, initial=np.inf), query))
+        shares = np.maximum(shares, 0.0)
         shares = _normalised(_normalised(shares) / _projective(self.map, piece))
         weights = np.einsum("qc,qck->qk", shares, corners_in_parents(self.map, piece))
-        first = np.argsort(query, kind="stable")
         faces = self.map.parent_face[piece].astype(np.int32)
         return query[first].astype(np.int32), faces[first], weights[first]
 
@@ -175,18 +181,23 @@ class SurfaceMap:
             faces: (k,) faces of the first input. barycentrics: (k, 3) weights there, from 0 on, with the sum 1.
 
         Returns:
-            ((k,) faces of the second input, (k, 3) weights there). On an edge: one of its faces.
+            ((k,) faces of the second input, (k, 3) weights there). On an edge: one of its faces. A point outside by no more
+            than 32 bits round, as straight sides are that are stored, goes to the nearest piece.
 
         Raises:
             InvalidInput: no such face or weights; a point outside the second image, which the message names.
 
         O((k + p) log m), p the pieces in these faces.
         """
-        query, face, weights = self._finder.find(self.first.map_points(faces, barycentrics))
-        count = len(np.asarray(faces))
-        found, first = np.unique(query, return_index=True)
-        if len(found) < count:
-            lost = np.setdiff1d(np.arange(count), found)[0]
+        uv = self.first.map_points(faces, barycentrics)
+        at, there = np.full(len(uv), -1, np.int32), np.zeros((len(uv), 3))
+        for rounding in (_DOUBLE, _STORED):
+            left = np.flatnonzero(at < 0)
+            query, face, weights = self._finder.find(uv[left], rounding)
+            found, first = np.unique(query, return_index=True)
+            at[left[found]], there[left[found]] = face[first], weights[first]
+        if (at < 0).any():
+            lost = int(np.argmin(at))
             on_face = int(np.asarray(faces)[lost])
             raise InvalidInput(
                 f"Point {lost}, on face {on_face}, lies outside the second map. Map both surfaces onto one domain, such as a "
@@ -195,25 +206,67 @@ class SurfaceMap:
                 kind="face",
                 elements=[on_face],
             )
-        return face[first], weights[first]
+        return at, there
+
+    def map_corners(self) -> tuple[IntArray, FloatArray]:
+        """Every corner of every face of the first surface: ((m, 3) faces of the second input, (m, 3, 3) weights there). On a cut:
+        as seen from that corner's face. Raises InvalidInput for faces that are not in the map."""
+        m = len(self.first.input_faces)
+        face, weights = self.map_points(np.repeat(np.arange(m), 3), np.tile(np.eye(3), (m, 1)))
+        return face.reshape(m, 3), weights.reshape(m, 3, 3)
+
+
+def _map_of(name: str, given: Any) -> Parametrization:
+    if isinstance(given, Parametrization):
+        return given
+    try:
+        vertices, faces, uv = given
+    except (TypeError, ValueError):
+        raise InvalidInput(
+            f"{name} must be a Parametrization, or (vertices, faces, uv).", code="bad option"
+        ) from None
+    from .calls.certification import certify
+
+    told = certify(vertices, faces, uv)
+    points, triangles = as_floats(vertices, "vertices", 3), as_indices(faces, "faces", 3)
+    places = as_corner_uv(uv, "uv", len(triangles)).reshape(-1, 3, 2)
+    parent, weights = np.zeros(len(points), np.int32), np.zeros((len(points), 3))
+    every = np.arange(len(triangles), dtype=np.int32)
+    for k in range(3):
+        parent[triangles[:, k]], weights[triangles[:, k]] = every, 0.0
+        weights[triangles[:, k], k] = 1.0
+    return Parametrization(
+        vertices=points,
+        faces=triangles,
+        uv=places,
+        uv64=places,
+        parent_face=every,
+        vertex_parent=parent,
+        vertex_barycentric=weights,
+        cut_edges=np.zeros((0, 2), np.int32),
+        transitions=Transitions(np.zeros(0, np.int32), np.zeros((0, 2))),
+        certificate=told,
+        stats={},
+        _uv32=places.astype(np.float32),
+        input_faces=triangles,
+    )
 
 
 @ours_only
-def compose(first: Parametrization, second: Parametrization) -> SurfaceMap:
+def compose(first: Any, second: Any) -> SurfaceMap:
     """Two surfaces over one domain: the map from the first to the second, one-to-one and without a fold (thesis 3.4.1).
 
     It is second^-1 after first, linear (or projective) on every piece of the overlay of the two; ``compose(second, first)``
-    is its inverse. Both maps cover the same part of the plane, each point once: such as ``embed`` of two disks onto one
-    square, with corresponding ``corners``.
+    is its inverse. Either is a Parametrization, or (vertices, faces, uv) as ``certify`` takes them. Both maps cover the same
+    part of the plane, each point once: such as ``embed`` of two disks onto one square, with corresponding ``corners``.
 
     Raises:
         InvalidInput: a map covers places twice, or is not certified; or a vertex of one lies outside the other, by name.
 
     O((n + m) log m) for n vertices and m faces of both.
     """
+    first, second = _map_of("first", first), _map_of("second", second)
     for name, found in (("first", first), ("second", second)):
-        if not isinstance(found, Parametrization):
-            raise InvalidInput(f"{name} must be a Parametrization.", code="bad option")
         told = found.certificate
         if not told.ok or told.overlaps != 0 or told.island_overlaps > 0:
             raise InvalidInput(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -305,6 +306,7 @@ class Parametrization(ReadOnly):
         *,
         max_seconds: float | None = None,
         threads: int | None = None,
+        progress: Callable[[str, float], bool | None] | None = None,
     ) -> Parametrization:
         """The map with vertices at places of their own, and all of its cuts and boundaries as they are, bit for bit: so a
         seamless or field-aligned map stays one, with its cones, transitions and turns (thesis figure 3.9). Its charts may
@@ -312,15 +314,16 @@ class Parametrization(ReadOnly):
         ``match`` does, which may refine.
 
         Args:
-            points: {vertex inside: (u, v)}. max_seconds, threads: of each of these two calls.
+            points: {vertex: (u, v)}; on cuts and boundaries only such as are there already. max_seconds, threads: of each of
+                these two calls. progress: called with (stage, fraction) about 20 times per second; False cancels.
 
         Raises:
             InvalidInput: a vertex on a cut or the boundary. Infeasible: two vertices at one place, or one outside its chart:
             named, with a witness. NotConverged, also where an edge that stays would have to be split.
         """
-        from .calls.matching import move_to_pins
+        from .calls.matching import with_pins
 
-        return move_to_pins(self, points, max_seconds, threads)
+        return with_pins(self, points, max_seconds=max_seconds, threads=threads, progress=progress)
 
 
 @dataclass(frozen=True, eq=False)

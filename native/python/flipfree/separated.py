@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -254,22 +255,33 @@ def each_part(clean: SeparatedSurface, solve: SolvePart) -> Parametrization:
     """The parts' maps in the numbers of the clean surface, its vertices first. Places overlap; certificate and ``stats`` are
     the first part's that is not ok, or the first one's: judge the whole again."""
     pieces = []
+    for own, used, faces in parts_of(clean):
+        with named_on_input(clean, own, used):
+            pieces.append((own, used, solve(clean.vertices[used], faces, used)))
+    return combined(clean, pieces)
+
+
+def parts_of(clean: SeparatedSurface) -> Iterator[tuple[IntArray, IntArray, IntArray]]:
+    """(faces, vertices of the clean surface; faces in the numbers of these vertices) of each part."""
     label, _ = islands(clean.faces)
     for first in np.unique(label):
         own = np.flatnonzero(label == first).astype(np.int32)
         used, numbers = np.unique(clean.faces[own], return_inverse=True)
-        faces = numbers.reshape(-1, 3).astype(np.int32)
-        try:
-            found = solve(clean.vertices[used], faces, used.astype(np.int32))
-        except FlipfreeError as error:
-            error.kind, error.elements = _on_input(clean, used, own, error)
-            raise
-        pieces.append((own, used, found))
-    return pieces[0][2] if len(pieces) == 1 else _combined(clean, pieces)
+        yield own, used.astype(np.int32), numbers.reshape(-1, 3).astype(np.int32)
+
+
+@contextmanager
+def named_on_input(clean: SeparatedSurface, own: IntArray, used: IntArray) -> Iterator[None]:
+    """Errors that name what is a part's name what is the input's."""
+    try:
+        yield
+    except FlipfreeError as error:
+        error.kind, error.elements = _on_input(clean, used, own, error)
+        raise
 
 
 def _on_input(
-    clean: SeparatedSurface, used: npt.NDArray[Any], own: IntArray, error: FlipfreeError
+    clean: SeparatedSurface, used: IntArray, own: IntArray, error: FlipfreeError
 ) -> tuple[str, list[int]]:
     ids = np.array(error.elements, np.int64)
     if error.kind in ("vertex", "edge") and (ids < len(used)).all():
@@ -279,9 +291,12 @@ def _on_input(
     return "none", []
 
 
-def _combined(
-    clean: SeparatedSurface, pieces: list[tuple[IntArray, npt.NDArray[Any], Parametrization]]
+def combined(
+    clean: SeparatedSurface, pieces: list[tuple[IntArray, IntArray, Parametrization]]
 ) -> Parametrization:
+    """The maps of all parts, as of ``each_part``."""
+    if len(pieces) == 1:
+        return pieces[0][2]
     count = len(clean.vertices)
     first_parent, first_weights = np.zeros(count, np.int32), np.zeros((count, 3))
     rows: dict[str, list[npt.NDArray[Any]]] = {}

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from .. import _native
 from ..checks import as_choice, as_corner_uv, as_mesh, checked, refuse_beyond_storage
 from ..errors import FlipfreeError, bad_shape
-from ..job import FollowedJob, Job, Progress, job_of, solver_call, start_job
+from ..job import Job, Progress, StagedJob, Stages, job_of, solver_call, start_job
 from ..results import (
     Certificate,
     FloatArray,
@@ -258,7 +258,6 @@ def moved_back(found: Parametrization, seen: Strays) -> FloatArray | None:
 
 #: UVs that are certified meanwhile, if it is that; the second job.
 Second = tuple[FloatArray | None, Job[Any] | None]
-Kept = tuple[Parametrization, FloatArray | None]
 
 
 def _kept_in_tiles(
@@ -270,29 +269,24 @@ def _kept_in_tiles(
     """A job, and where its map has left tiles a second one that brings it back: a certificate, or a packing.
     ``stats["left_tiles"]``: islands that have left theirs all the same, as their pins or what else is there leave no room."""
 
-    def begin(found: Parametrization) -> tuple[Kept, Job[Any] | None]:
+    def stages() -> Stages[Parametrization]:
+        found: Parametrization = yield first, 0.9
         uv, second = bring(found, strays(found, before, pinned))
-        return (found, uv), second
-
-    def end(kept: Kept, second: Job[Any] | None) -> Parametrization:
-        found = _brought_back(*kept, second)
+        if second is not None:
+            try:
+                found = _brought_back(found, uv, (yield second, 1.0))
+            except FlipfreeError as error:
+                if error.code == "cancelled":
+                    raise
         left = int(np.count_nonzero(strays(found, before, pinned).stray))
         return replace(found, stats={**found.stats, "left_tiles": left})
 
-    return FollowedJob(first, begin, end, 0.9)
+    return StagedJob(stages())
 
 
 def _brought_back(
-    found: Parametrization, uv: FloatArray | None, second: Job[Any] | None
+    found: Parametrization, uv: FloatArray | None, brought: Certificate | Parametrization
 ) -> Parametrization:
-    if second is None:
-        return found
-    try:
-        brought: Certificate | Parametrization = second.result()
-    except FlipfreeError as error:
-        if error.code == "cancelled":
-            raise
-        return found
     if isinstance(brought, Parametrization):
         uv, stored, judged = brought.uv, brought.uv32(), brought.certificate
     else:

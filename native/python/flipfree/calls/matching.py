@@ -24,10 +24,17 @@ from ..checks import (
     shown,
 )
 from ..errors import Infeasible, InvalidInput, NotConverged, bad_option, bad_shape
-from ..job import Job, Progress, ours_only, solver_call, start_job
+from ..job import Job, Progress, StagedJob, Stages, job_of, solver_call, start_job
 from ..points import corners_in_parents
 from ..results import FloatArray, IntArray, Mesh, Parametrization, frozen, parametrization_from
-from ..separated import SeparatedSurface, each_part, edge_keys, split_fans
+from ..separated import (
+    SeparatedSurface,
+    combined,
+    edge_keys,
+    named_on_input,
+    parts_of,
+    split_fans,
+)
 from .certification import certify
 from .improving import improve
 
@@ -73,7 +80,9 @@ def _on_polygon(mesh: Mesh, corners: Any) -> tuple[IntArray, FloatArray]:
     targets = np.array([given[loop[i]] for i in [*places, places[0]]])
     at = along[[*places, len(loop)]]
     uv = np.stack([np.interp(along[:-1], at, targets[:, k]) for k in (0, 1)], axis=1)
-    uv = uv.astype(np.float32).astype(np.float64)
+    # Along u or v a side stays where its ends are, which may have more digits than are stored.
+    along_axis = np.stack([np.isin(uv[:, k], targets[:, k]) for k in (0, 1)], axis=1)
+    uv = np.where(along_axis, uv, uv.astype(np.float32))
     uv[places] = targets[:-1]
     return np.array(loop, np.int32), uv
 
@@ -285,14 +294,22 @@ def _loops(faces: IntArray) -> list[list[int]]:
     return loops
 
 
-@ours_only
-def move_to_pins(
+@solver_call
+def with_pins(
     found: Parametrization,
     points: Points,
+    *,
     max_seconds: float | None = None,
     threads: int | None = None,
-) -> Parametrization:
+    progress: Progress | None = None,
+) -> Job[Parametrization]:
     """See :meth:`Parametrization.with_pins`."""
+    return StagedJob(_moved_to_pins(found, points, dict(max_seconds=max_seconds, threads=threads)))
+
+
+def _moved_to_pins(
+    found: Parametrization, points: Points, limits: dict[str, Any]
+) -> Stages[Parametrization]:
     pins = {}
     for v, uv in as_vertex_map(points, "points", "(u, v)").items():
         place = _place(uv, f"points[{shown(v)}]")
@@ -303,8 +320,11 @@ def move_to_pins(
     held = np.zeros(len(origin), bool)
     held[[v for loop in _loops(faces) for v in loop]] = True
     copy = {int(o): v for v, o in enumerate(origin) if not held[v]}
-    for v in pins:
-        if v not in copy:
+    for v, target in pins.items():
+        rows = np.flatnonzero(origin == v)
+        if v not in copy and not (
+            len(rows) and (stored[rows] == np.array(target, np.float32)).all()
+        ):
             raise InvalidInput(
                 f"Vertex {shown(v)} lies on a cut or on the boundary, which stay where they are, or is none of the map. Pin "
                 "vertices inside.",
@@ -312,29 +332,29 @@ def move_to_pins(
                 kind="vertex",
                 elements=[v],
             )
-    for v, target in pins.items():
-        stored[copy[v]], held[copy[v]] = target, True
-    limits: dict[str, Any] = dict(max_seconds=max_seconds, threads=threads)
+    inside = {copy[v]: target for v, target in pins.items() if v in copy}
+    for v, target in inside.items():
+        stored[v], held[v] = target, True
+    corners = {
+        (f, k): tuple(stored[faces[f, k]].tolist()) for f, k in np.argwhere(held[faces]).tolist()
+    }
     try:
-        corners = {
-            (f, k): tuple(stored[faces[f, k]].tolist())
-            for f, k in np.argwhere(held[faces]).tolist()
-        }
-        moved = found.at(improve(found, pins=corners, keep_bijective=False, **limits))
+        moved = yield job_of(improve)(found, pins=corners, keep_bijective=False, **limits), 0.4
+        moved = found.at(moved)
     except (Infeasible, NotConverged):
-        by_name = {copy[v]: uv for v, uv in pins.items()}
-        moved = _moved_by_match(found, faces, origin, stored, by_name, limits)
+        moved = yield from _moved_by_match(found, faces, origin, stored, inside, limits)
     turned = bool(len(found.transitions.quarter_turns))
     cones = {v: k * np.pi / 2 for v, k in found.certificate.quarter_cones.tolist() if k != 4}
-    certificate = certify(
+    judging = job_of(certify)(
         moved.vertices,
         moved.faces,
         moved.uv,
         pins=pins,
         cones=cones if turned else None,
         seamless=turned,
-        threads=threads,
+        threads=limits["threads"],
     )
+    certificate = yield judging, 1.0
     if not certificate.ok:
         raise NotConverged(
             "The pins are met, but the map is not valid: " + "; ".join(certificate.failures),
@@ -351,7 +371,7 @@ def _moved_by_match(
     places: FloatArray,
     pins: Mapping[int, tuple[float, float]],
     limits: dict[str, Any],
-) -> Parametrization:
+) -> Stages[Parametrization]:
     """The same with vertices added; faces, places and pins of the surface that is cut."""
     cut = SeparatedSurface(
         vertices=found.vertices[origin],
@@ -365,17 +385,18 @@ def _moved_by_match(
         input_faces=found.faces,
     )
 
-    def solve(vertices: FloatArray, own: IntArray, used: IntArray) -> Parametrization:
+    pieces = []
+    for own, used, part in parts_of(cut):
         number = {int(v): i for i, v in enumerate(used)}
-        outer, *holes = sorted(_loops(own), key=len, reverse=True)
+        outer, *holes = sorted(_loops(part), key=len, reverse=True)
         at = places[used]
         mine = {number[v]: uv for v, uv in pins.items() if v in number}
         mine |= {v: (at[v, 0], at[v, 1]) for hole in holes for v in hole}
-        return match(
-            vertices, own, points=mine, boundary_loop=outer, boundary_uv=at[outer], **limits
-        )
-
-    moved = cut.on_input(each_part(cut, solve))
+        outline: dict[str, Any] = dict(boundary_loop=outer, boundary_uv=at[outer])
+        with named_on_input(cut, own, used):
+            matching = job_of(match)(cut.vertices[used], part, points=mine, **outline, **limits)
+            pieces.append((own, used, (yield matching, 0.9)))
+    moved = cut.on_input(combined(cut, pieces))
     new, parent = slice(len(found.vertices), None), moved.vertex_parent[len(found.vertices) :]
     weights = moved.vertex_barycentric[new]
     on_edge = (weights == 0.0).any(axis=1)

@@ -29,7 +29,7 @@ from ..checks import (
 )
 from ..distortion import STRETCH_BOUND
 from ..errors import NotConverged, bad_option, bad_shape
-from ..job import FollowedJob, Job, Progress, job_of, solver_call, start_job
+from ..job import Job, Progress, StagedJob, Stages, job_of, solver_call, start_job
 from ..results import (
     Certificate,
     FloatArray,
@@ -363,13 +363,15 @@ def pack(
         threads=threads,
     )
 
-    def begin(packed: Parametrization) -> tuple[Parametrization, Job[Certificate]]:
-        found = _in_uv(packed, corner_uv.reshape(-1, 3, 2), texture)
-        return found, judge(found.uv)
-
     job = start_job(_native.pack, mesh, options, threads, _packed_from)
     job = job if density is None else _OfDensity(job, float(density))
-    return FollowedJob(job, begin, _judged, 0.8)
+
+    def stages() -> Stages[Parametrization]:
+        packed = yield job, 0.8
+        found = _in_uv(packed, corner_uv.reshape(-1, 3, 2), texture)
+        return _judged(found, (yield judge(found.uv), 1.0))
+
+    return StagedJob(stages())
 
 
 def _in_uv(packed: Parametrization, before: FloatArray, texture: Texture) -> Parametrization:
@@ -385,9 +387,7 @@ def _in_uv(packed: Parametrization, before: FloatArray, texture: Texture) -> Par
     return replace(packed, uv=uv, uv64=uv, _uv32=frozen(uv.astype(np.float32)), stats=stats)
 
 
-def _judged(packed: Parametrization, judging: Job[Certificate] | None) -> Parametrization:
-    assert judging is not None
-    found = judging.result()
+def _judged(packed: Parametrization, found: Certificate) -> Parametrization:
     if not found.ok:
         raise NotConverged(
             f"The packed map failed its check: {'; '.join(found.failures)}. Leave aspect out, or pack fewer faces at once.",

@@ -18,7 +18,7 @@ from ...calls.certification import certify
 from ...calls.conformal import boundary_angles, suggest_cones
 from ...calls.conformal import conformal as conformal_map
 from ...calls.cuts import admissible_cut
-from ...calls.matching import edges_between_pins, held_by_pins
+from ...calls.matching import edges_between_pins, held_by_pins, with_pins
 from ...calls.matching import embed as embed_disk
 from ...calls.matching import match as match_pins
 from ...calls.mesh_files import MeshFile
@@ -33,6 +33,7 @@ from ...errors import (
     bad_option,
     bad_pins,
 )
+from ...points import compose
 from ...quads import MOST_QUADS, fit_tiles
 from ...quads import quads as quad_mesh
 from ...results import FloatArray, IntArray, Parametrization
@@ -41,7 +42,7 @@ from ...texts import counted
 from .. import numbers
 from ..results import beside, field_files
 from .any_mesh import with_aspect_of_pins
-from .model import Model, Solved
+from .model import Model, Solved, read_model
 from .pins import lines_told, outline_told, pins_of, points_told, refuse_split_cuts, refuse_unknown
 
 #: As seams are where nobody asks for more than it takes to open a part.
@@ -245,6 +246,25 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
     return Solved(replace(judged, mends=clean.mends), whole)
 
 
+def transfer_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--source", default="", help="model whose shape is taken, at the same places of its map"
+    )
+
+
+def transfer(model: Model, options: dict[str, Any]) -> Solved:
+    """The file's mesh with every vertex on the other surface (thesis 3.4.1)."""
+    if not options["source"]:
+        raise bad_option("--source names no model. Say whose shape is taken.")
+    other = read_model(Path(options["source"]), merge=not options["no_merge"], **model.limits)
+    there = compose(*((m.vertices, m.faces, m.uv()) for m in (model, other)))
+    face, weights = there.map_corners()
+    places = np.einsum("mcw,mcwd->mcd", weights, other.vertices[other.faces[face]])
+    vertices = model.vertices.copy()
+    vertices[model.file.faces] = places
+    return Solved(there.first.certificate, replace(model.file, vertices=vertices))
+
+
 def conformal_arguments(parser: argparse.ArgumentParser) -> None:
     numbers.add_choice(
         parser,
@@ -404,6 +424,7 @@ def _add_seamless_arguments(parser: argparse.ArgumentParser) -> None:
     numbers.add_flags(
         parser,
         no_optimise="leave the distortion as the engine does",
+        meet_pins="points of the file with the pins keep their place; cuts and boundaries stay as without them",
         surface_scale="one UV unit is one unit of the model; otherwise the map fits the unit square",
     )
 
@@ -446,6 +467,8 @@ def _placed(
     """In the unit square unless it is to stay; judged again as it is written then."""
     certificate = found.certificate
     cones = {int(v): int(k) for v, k in certificate.quarter_cones}
+    enlarged = bool(found.stats.get("enlarged_islands", 0))
+    points = points_told(model, clean, pins_of(model)) if options["meet_pins"] else {}
     if not options["surface_scale"]:
         low = found.uv64.min(axis=(0, 1))
         extent = float((found.uv64.max(axis=(0, 1)) - low).max())
@@ -453,6 +476,11 @@ def _placed(
             math.log2(extent)
         )  # on a grid: nothing is rounded
         stored = uv.astype(np.float32)
+        found = replace(found, uv=uv, uv64=uv, _uv32=stored)
+    if points:
+        found = with_pins(found, points, **model.limits)
+        certificate = found.certificate
+    elif not options["surface_scale"]:
         certificate = certify(
             found.vertices,
             found.faces,
@@ -461,9 +489,7 @@ def _placed(
             cones={v: k * math.pi / 2 for v, k in cones.items()},
             threads=model.threads,
         )
-        found = replace(found, uv=uv, uv64=uv, _uv32=stored)
     whole = clean.on_input(replace(found, certificate=certificate))
-    enlarged = bool(found.stats.get("enlarged_islands", 0))
     warnings = [_FREE] * freed + [_ENLARGED] * enlarged
     return Solved(whole.certificate, whole, warnings, {"cones": len(cones)})
 
@@ -509,7 +535,7 @@ def _along_field(
     elif options["field"] == "flow":
         sharp = clean.edges(_flow(model))
 
-    exact = options["edge_weight"] == 1.0 and not options["no_optimise"]
+    exact = options["edge_weight"] == 1.0 and not (options["no_optimise"] or options["meet_pins"])
     features = sharp if options["field"] == "edges" and exact else None
 
     def follow(aligned: bool) -> Parametrization:

@@ -64,6 +64,11 @@ COMMANDS = {
         surfaces.match_arguments,
         cure="move pins nearer to where their surroundings are",
     ),
+    "transfer": Command(
+        "one surface in the shape of another, through their maps",
+        surfaces.transfer,
+        surfaces.transfer_arguments,
+    ),
     "cones": Command(
         "suggested cones, into a file beside the output", surfaces.cones, surfaces.cones_arguments
     ),
