@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws pictures of docs/images anew: maps on their surfaces, and maps in the plane.
 
-    PYTHONPATH=build/python:tests:benchmarks python3 scripts/pictures.py FOLDER [NAME ...]
+    PYTHONPATH=build/python:tests:tests/python:benchmarks python3 scripts/pictures.py FOLDER [NAME ...]
 
 On surfaces: the chart beside the surface, a checker through the seams, seams red, cones red (sharp) and green (saddles). In the
 plane: colour is the logarithm of a face's symmetric Dirichlet energy, flipped faces are red, pins blue. Needs matplotlib and the
@@ -13,6 +13,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import matplotlib
@@ -24,12 +25,13 @@ from map_damage import DAMAGES, map_of
 from match import into_hilbert, overlapping, prescribed
 from matplotlib.collections import LineCollection, PolyCollection
 from render_conformal import View, camera, rasterise, shade
+from test_pinned_seams import pins_near
 
 import flipfree as ff
 
 from judges.unfoldings import TWO_HOLES, unfolding
 from mesh_files import data_folder, read_mesh
-from surfaces import cylinder
+from surfaces import bumpy_grid, cylinder, torus
 
 LIGHT, DARK = np.array([0.93, 0.90, 0.82]), np.array([0.33, 0.42, 0.52])
 RED, GREEN, BLUE = "#d4261c", "#1f9d3a", "#1030c0"
@@ -179,7 +181,68 @@ def of_mesh(call: Callable[..., ff.Parametrization], make: Callable[[], Any]) ->
     return mapped
 
 
+def bare(vertices: Any, faces: Any, cuts: Any = (), cones: Any = (), uv: Any = None) -> Any:
+    """A surface with marks, in the shape of a map."""
+    ends = np.array(cuts, int).reshape(-1, 2)
+    told = SimpleNamespace(quarter_cones=np.array(list(cones), int).reshape(-1, 2))
+    uv = np.zeros((len(faces), 3, 2)) + 0.01 if uv is None else uv
+    return SimpleNamespace(vertices=vertices, faces=faces, cut_edges=ends, certificate=told, uv=uv)
+
+
+def operators(path: Path) -> None:
+    """One panel for each operator that the dissertation has and no other page draws."""
+    figure, rows = plt.subplots(2, 4, figsize=(16, 8.4))
+    plane, lines, cut, cones, along, free, pinned, carried = rows.ravel()
+    camel, eight = model("constraints/camel_b_uv.obj"), model("fields/eight.obj")
+    view = View(20, 30)
+    shape = ff.embed(camel.vertices, camel.faces, boundary="triangle", optimise=True)
+    draw_plane(plane, shape, shape.uv, "Embed in Polygon: triangle")
+
+    vertices, faces = bumpy_grid(14, 14)
+    row, places = [15 * 7 + k for k in range(2, 13)], np.array([[0.1, 0.4], [0.5, 0.8], [0.9, 0.4]])
+    bent = ff.match(vertices, faces, lines=[(row, places)], points={7: (0.5, 0.0)})
+    draw_plane(lines, bent, bent.uv, "Match Pins: a line onto a bend", {7: (0.5, 0.0)})
+    lines.plot(*places.T, color=BLUE, lw=1.5)
+
+    suggested = ff.suggest_cones(eight.vertices, eight.faces, bound=2.0, quarter_turns=True)
+    quarters = {v: k for v, k in suggested.quarter_turns.items() if k != 4}
+    marked = bare(eight.vertices, eight.faces, cones=quarters.items())
+    draw_surface(cones, marked, view, 1.0)
+    cones.set_title("Suggest Cones", fontsize=11)
+    opened = ff.admissible_cut(eight.vertices, eight.faces, quarters)
+    branches = [np.column_stack([b[:-1], b[1:]]) for b in opened.branches]
+    draw_surface(cut, bare(opened.vertices, opened.faces, np.concatenate(branches)), view, 1.0)
+    cut.set_title(f"Admissible Cut: {len(branches)} branches", fontsize=11)
+
+    ring = torus(48, 24)
+    wanted = ff.Signature({0: 3, 300: 3, 600: 5, 900: 5}, [])
+    draw_surface(along, ff.field_aligned(*ring, signature=wanted), View(35, 40), 0.12)
+    along.set_title("Field-Aligned Map: a signature", fontsize=11)
+
+    before = ff.seamless(*torus(), {0: 3, 60: 3, 130: 5, 200: 5})
+    start = {v: tuple(before.uv[before.faces == v][0]) for v in pins_near(before, 4, 7)}
+    step = 0.12 * float(np.ptp(before.uv[..., 0]))
+    points = {v: (u, w + step * (-1) ** k) for k, (v, (u, w)) in enumerate(start.items())}
+    draw_plane(free, before, before.uv, "Seamless Map", start)
+    after = before.with_pins(points)
+    draw_plane(pinned, after, after.uv, "... Meet Pins", points)
+
+    maps = []
+    for name in ("camel_b", "cow"):
+        mesh = model(f"constraints/{name}_uv.obj")
+        maps.append(ff.embed(mesh.vertices, mesh.faces, boundary="square", optimise=True))
+    face, weights = ff.compose(*maps).map_corners()
+    at = np.einsum("mcw,mcwd->mcd", weights, maps[1].vertices[maps[1].input_faces[face]])
+    moved = maps[0].vertices[: maps[0].input_faces.max() + 1].copy()
+    moved[maps[0].input_faces] = at
+    uv = maps[0].map_points(np.repeat(np.arange(len(face)), 3), np.tile(np.eye(3), (len(face), 1)))
+    draw_surface(carried, bare(moved, maps[0].input_faces, uv=uv.reshape(-1, 3, 2)), view, 0.05)
+    carried.set_title("Transfer Through UVs: a camel like a cow", fontsize=11)
+    saved(path, figure, rows)
+
+
 PICTURES: dict[str, Drawing] = {
+    "operators": operators,
     "auto_seams_cylinder": on_surface(auto(cylinder), View(20, 20)),
     **{
         f"auto_seams_{name}": on_surface(auto(lambda n=name: model(f"seams/{n}.obj")), view)

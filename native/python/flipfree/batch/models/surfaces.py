@@ -619,6 +619,7 @@ _OF_FIELD = {
     "engine": "auto",
     "field_file": "",
     "keep_near_cones": False,
+    "meet_pins": False,
     "no_optimise": False,
     "no_reroute": False,
     "surface_scale": True,
