@@ -189,3 +189,34 @@ def test_a_repair_that_searches_too_long_leaves_it_to_the_next_rung() -> None:
     result = ff.embed(disk.vertices, disk.faces, boundary="square", max_seconds=60)
     assert result.stats["rung"] == "progressive" and result.stats["schnyder_flips"] > 0
     assert result.certificate.ok and result.stats["energy"] < 1000
+
+
+def test_a_dent_is_named_even_if_the_polygon_winds_once() -> None:
+    disk = wavy_grid(4, 4)
+    loop = boundary_loop(disk.faces)
+    polygon = disk.vertices[loop, :2].copy()
+    (dent,) = np.flatnonzero((polygon == [1.0, 0.5]).all(axis=1))
+    polygon[dent, 0] -= 0.1
+    with pytest.raises(ff.InvalidInput, match=f"not convex at point {dent} ") as caught:
+        ff.embed(disk.vertices, disk.faces, boundary=polygon, boundary_loop=loop)
+    assert caught.value.elements == [loop[dent]]
+
+
+@pytest.mark.parametrize(
+    "disk",
+    [*(stacked(2000, kind) for kind in ("random", "deep", "mixed")), wavy_grid(30, 20)],
+    ids=lambda d: d.name.replace(" ", ""),
+)
+def test_the_drawing_that_gives_the_weights_folds_nothing(disk: Disk) -> None:
+    boundary = "circle" if disk.name.startswith("grid") else "triangle"
+    result = ff.embed(disk.vertices, disk.faces, boundary=boundary, method="schnyder")
+    assert_certified(result)
+    assert result.stats["rung"] == "schnyder" and result.stats["schnyder_flips"] == 0
+
+
+def test_where_a_polygon_is_too_narrow_is_said() -> None:
+    thin = [[1, 1], [1, 1 + 2.0**-52], [0, 1 + 2.0**-52], [0, 1]]
+    vertices = [[1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0], [0.5, 0.5, 0.2]]
+    faces = [[i, (i + 1) % 4, 4] for i in range(4)]
+    with pytest.raises(ff.Infeasible, match=r"between the edge \(1, 2\) and vertex 0"):
+        ff.embed(vertices, faces, boundary=thin, boundary_loop=[0, 1, 2, 3])

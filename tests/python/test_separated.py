@@ -284,3 +284,58 @@ def test_a_signature_is_judged_by_the_ids_of_the_mesh_as_given() -> None:
     assert not judged([0, 0, 0], -1).ok
     alone = ff.certify(vertices, faces[:1], uv[:1], signature=ff.Signature({}, [([0, 0, 0], -1)]))
     assert not alone.ok
+
+
+def moebius(rows: int, columns: int = 24) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]:
+    """Wound one way but for the last column, whose right side is the first column's left one upside down."""
+    sheet, faces = bumpy_grid(columns, rows, 0.0)
+    angle, across = 2 * np.pi * sheet[:, 0], sheet[:, 1] - 0.5
+    radius = 2.0 + across * np.cos(angle / 2)
+    last = faces % (columns + 1) == columns
+    faces[last] = (rows - faces[last] // (columns + 1)) * (columns + 1)
+    used, faces = np.unique(faces, return_inverse=True)
+    points = np.column_stack(
+        [radius * np.cos(angle), radius * np.sin(angle), across * np.sin(angle / 2)]
+    )
+    return points[used], faces.reshape(-1, 3).astype(np.int32)
+
+
+@pytest.mark.parametrize("rows", [1, 4])
+@pytest.mark.parametrize("fins", [0, 1, 2])
+def test_a_surface_with_one_side_is_cut_where_its_windings_contradict(rows: int, fins: int) -> None:
+    vertices, faces = moebius(rows)
+    for z in (1.0, -1.0)[:fins]:  # at an edge of the cut, which is said to have many faces only
+        vertices = np.vstack([vertices, [2.0, 0.0, z]])
+        faces = np.vstack([faces, [[0, 24, len(vertices) - 1]]])
+    result = ff.unwrap(vertices, faces, seams="given")
+    assert result.certificate.ok
+    found = {mend.what: mend.count for mend in result.certificate.mends}
+    assert found.pop("edges cut, as the surface has one side only", 0) == rows - (fins > 0)
+    assert found == ({"edges with more than two faces": 1} if fins else {})
+
+
+def slow_islands(faces: list[list[int]], uv: npt.NDArray[np.float32]) -> list[int]:
+    """As the contract says it."""
+    label = list(range(len(faces)))
+    places = [
+        dict(zip(face, map(tuple, own), strict=True)) for face, own in zip(faces, uv, strict=True)
+    ]
+    joined = [
+        (f, g)
+        for f in label
+        for g in range(f)
+        if sum(v in places[g] and places[g][v] == place for v, place in places[f].items()) > 1
+    ]
+    while any(label[f] != label[g] for f, g in joined):
+        for f, g in joined:
+            label[f] = label[g] = min(label[f], label[g])
+    return label
+
+
+def test_islands_agree_with_slow_code() -> None:
+    for seed in range(300):
+        random = np.random.default_rng(seed)
+        faces = [random.permutation(7)[:3].tolist() for _ in range(random.integers(1, 15))]
+        uv = np.stack([np.array(faces), random.integers(0, 2, (len(faces), 3))], -1)
+        uv = uv.astype(np.float32)
+        assert ff.islands(faces, uv)[0].tolist() == slow_islands(faces, uv)

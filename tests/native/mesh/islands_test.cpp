@@ -2,10 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <random>
 #include <vector>
 
 #include "flipfree/base/error.h"
@@ -63,60 +61,6 @@ TEST(Islands, OfManyFacesAtAnEdgeThoseOfOnePlaceBelongTogetherWhateverLiesBetwee
   }
   const Islands found = islands_of(faces, &uv);
   for (Index f = 0; f < kCount; ++f) EXPECT_EQ(found.first[static_cast<std::size_t>(f)], f % 3);
-}
-
-// As the contract says it, and as slowly.
-Faces slow_labels(const Triangles& faces, const Points2f& uv) {
-  const auto count = static_cast<Index>(faces.rows());
-  Faces label(static_cast<std::size_t>(count));
-  for (Index f = 0; f < count; ++f) label[static_cast<std::size_t>(f)] = f;
-  const auto corner = [&](Index f, VertexId v) {
-    for (Index k = 0; k < 3; ++k)
-      if (faces(f, k) == v) return 3 * f + k;
-    return kInvalid;
-  };
-  const auto joined = [&](Index f, Index g) {
-    for (Index k = 0; k < 3; ++k) {
-      const VertexId a = faces(f, k), b = faces(f, (k + 1) % 3);
-      const Index c = corner(g, a), d = corner(g, b);
-      if (c == kInvalid || d == kInvalid) continue;
-      if (uv.row(corner(f, a)) == uv.row(c) && uv.row(corner(f, b)) == uv.row(d)) return true;
-    }
-    return false;
-  };
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (Index f = 0; f < count; ++f) {
-      for (Index g = 0; g < f; ++g) {
-        FaceId& a = label[static_cast<std::size_t>(f)];
-        FaceId& b = label[static_cast<std::size_t>(g)];
-        if (a == b || !joined(f, g)) continue;
-        a = b = std::min(a, b);
-        changed = true;
-      }
-    }
-  }
-  return label;
-}
-
-TEST(Islands, AgreeWithSlowCodeOnRandomFaces) {
-  std::mt19937 random(7);
-  for (int round = 0; round < 300; ++round) {
-    const Index count = std::uniform_int_distribution<Index>(1, 14)(random);
-    std::uniform_int_distribution<Index> vertex(0, 6);
-    std::uniform_int_distribution<int> place(0, 1);
-    Triangles faces(count, 3);
-    Points2f uv(3 * count, 2);
-    for (Index f = 0; f < count; ++f) {
-      do {
-        faces.row(f) << vertex(random), vertex(random), vertex(random);
-      } while (faces(f, 0) == faces(f, 1) || faces(f, 1) == faces(f, 2) ||
-               faces(f, 2) == faces(f, 0));
-      for (Index k = 0; k < 3; ++k)
-        uv.row(3 * f + k) << static_cast<float>(faces(f, k)), static_cast<float>(place(random));
-    }
-    EXPECT_EQ(islands_of(faces, &uv).first, slow_labels(faces, uv)) << "round " << round;
-  }
 }
 
 TEST(Islands, IdsMayLeaveOutNumbersAndNegativeOnesAreRefused) {
