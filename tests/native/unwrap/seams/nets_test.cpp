@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "flipfree/unwrap/seams/costs.h"
@@ -14,10 +13,9 @@
 namespace flipfree::unwrap::nets_test {
 namespace {
 
-mesh::EdgeFlags nets_of(const mesh::Surface& surface, double price = 0.0) {
+mesh::EdgeFlags nets_of(const mesh::Surface& surface) {
   const mesh::Adjacency adjacency = test::adjacency_of(surface);
-  std::vector<double> cost = edge_costs(surface, adjacency, {}, {});
-  if (price > 0.0) std::fill(cost.begin(), cost.end(), price);
+  const std::vector<double> cost = edge_costs(surface, adjacency, {}, {});
   const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
   return net_seams(surface, adjacency, none, cost, ExecutionContext());
 }
@@ -72,18 +70,6 @@ double most_curvature_inside(const mesh::Surface& surface, const mesh::EdgeFlags
 
 Index islands_of(const mesh::Surface& surface, const mesh::EdgeFlags& flags) {
   return mesh::components_between(test::adjacency_of(surface), flags).count;
-}
-
-TEST(Nets, a_box_unfolds_without_stretch_into_one_island) {
-  const mesh::Surface plate = test::perforated_plate(0, 1);
-  const mesh::EdgeFlags flags = nets_of(plate);
-  EXPECT_EQ(islands_of(plate, flags), 1);
-  EXPECT_LT(most_curvature_inside(plate, flags), 1e-9);
-}
-
-TEST(Nets, edges_of_infinite_cost_are_no_seams) {
-  const mesh::Surface plate = test::perforated_plate(0, 1);
-  EXPECT_EQ(edges_of(nets_of(plate, std::numeric_limits<double>::infinity())), 0);
 }
 
 TEST(Nets, plates_with_holes_unfold_without_stretch) {
