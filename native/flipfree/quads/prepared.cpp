@@ -1,5 +1,6 @@
 #include "flipfree/quads/prepared.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -18,7 +19,9 @@ Prepared prepare(FlatMap flat, const certify::Parametrization& map,
   for (const HalfedgeId h : map.features) {
     const Gauss e = p.flat.surface.edge[at(h)];
     const HalfedgeId o = p.flat.surface.opposite[at(h)];
-    if (o != kInvalid && (e.x == 0 || e.y == 0)) feature[at(h)] = feature[at(o)] = 1;
+    if (o == kInvalid || (e.x != 0 && e.y != 0)) continue;
+    feature[at(h)] = feature[at(o)] = 1;
+    p.features.insert(p.features.end(), {h, o});
   }
   p.coarse = coarse_surface(p.flat.surface, p.quarters, std::move(feature), context);
   return p;
@@ -55,6 +58,73 @@ Scales scales_of(const Prepared& p, const certify::Parametrization& map) {
   for (FaceId f = 0; f < p.coarse.faces(); ++f)
     scales.component.push_back(static_cast<Index>(part(p.coarse.flat.source[at(3 * f)])));
   return scales;
+}
+
+namespace {
+
+// The map's half-edges along a feature's edge of the coarse surface.
+std::vector<HalfedgeId> pieces_of(const Prepared& p, const std::vector<char>& feature,
+                                  const std::vector<HalfedgeId>& kept, HalfedgeId edge) {
+  const FlatSurface& flat = p.flat.surface;
+  std::vector<HalfedgeId> pieces;
+  HalfedgeId next = p.coarse.start[at(edge)];
+  while (next != kInvalid && feature[at(next)] != 0) {
+    pieces.push_back(next);
+    const HalfedgeId back = flat.opposite[at(next)];
+    if (kept[at(flat.source[at(back)])] != kInvalid) break;
+    next = kInvalid;
+    around(flat, back, [&](HalfedgeId h) {
+      if (h != back && feature[at(h)] != 0) next = h;
+      return next == kInvalid;
+    });
+  }
+  return pieces;
+}
+
+}  // namespace
+
+std::vector<HalfedgeId> close_features(const Prepared& p, const Scales& scales, double wanted) {
+  constexpr double kClose = 0.5;
+  const FlatSurface& coarse = p.coarse.flat;
+  // Sides that face the end of another feature that runs the same way, from there.
+  struct Side {
+    double length;
+    HalfedgeId edge, beside;
+  };
+  std::vector<Side> sides;
+  for (HalfedgeId h = 0; h < coarse.halfedges(); ++h) {
+    if (p.coarse.feature[at(h)] == 0) continue;
+    const double scale = scales.scale[at(scales.component[at(h / 3)])] * std::sqrt(wanted);
+    const double length = as_vector(coarse.edge[at(h)]).norm();
+    const auto height = static_cast<double>(coarse.twice_area(h / 3)) / length;
+    if (!(scale * height < kClose)) continue;
+    const HalfedgeId apex = previous_corner(h);
+    Index turn = 0;
+    HalfedgeId beside = kInvalid;
+    around(coarse, apex, [&](HalfedgeId e) {
+      const Gauss there = turned(coarse.edge[at(e)], -turn);
+      if (p.coarse.feature[at(e)] != 0 && cross(there, coarse.edge[at(h)]) == 0) beside = e;
+      turn += coarse.turn[at(previous_corner(e))];
+      return beside == kInvalid;
+    });
+    if (beside != kInvalid) sides.push_back({scale * length, h, beside});
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::pair(a.length, a.edge) < std::pair(b.length, b.edge);
+  });
+  std::vector<char> feature(at(p.flat.surface.halfedges()), 0), gone(at(coarse.halfedges()), 0);
+  for (const HalfedgeId h : p.features) feature[at(h)] = 1;
+  const std::vector<HalfedgeId> kept = leaving(coarse, p.quarters.size());
+  std::vector<HalfedgeId> close;
+  for (const Side& side : sides) {
+    if (gone[at(side.edge)] != 0 || gone[at(side.beside)] != 0) continue;
+    gone[at(side.edge)] = gone[at(coarse.opposite[at(side.edge)])] = 1;
+    for (const HalfedgeId h : pieces_of(p, feature, kept, side.edge)) {
+      close.push_back(h);
+      close.push_back(p.flat.surface.opposite[at(h)]);
+    }
+  }
+  return close;
 }
 
 }  // namespace flipfree::quads

@@ -11,7 +11,8 @@ namespace flipfree::quads {
 
 struct Prepared {
   FlatMap flat;
-  std::vector<Index> quarters;  // per vertex of the map
+  std::vector<Index> quarters;       // per vertex of the map
+  std::vector<HalfedgeId> features;  // of the map, both of each edge, along an axis
   CoarseSurface coarse;
 };
 
@@ -30,5 +31,10 @@ struct Scales {
 // Every component has its share of the quads by its area on the surface, whatever its size in the
 // map.
 Scales scales_of(const Prepared& p, const certify::Parametrization& map);
+
+// Half-edges of the map, of features that run beside another one at less than half a quad where
+// there are `wanted` quads: of each such pair those of the shorter line between two vertices of the
+// coarse surface. Kept, they would be a whole quad apart, and shear what is around.
+std::vector<HalfedgeId> close_features(const Prepared& p, const Scales& scales, double wanted);
 
 }  // namespace flipfree::quads

@@ -10,6 +10,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
+#include "flipfree/field/guidance.h"
 #include "flipfree/holonomy/field_aligned.h"
 #include "flipfree/quads/cells.h"
 #include "flipfree/quads/integers.h"
@@ -233,12 +234,13 @@ FaceId face_at_middle(const mesh::Surface& surface, const mesh::Adjacency& adjac
 
 // The smoothest field, a little along curvature, unless that makes more cones inside of two quarter
 // turns or less.
-field::CrossField own_field(const mesh::Surface& surface, const IndexPairs& features,
+field::CrossField own_field(const mesh::Surface& surface, const QuadOptions& given,
                             ExecutionContext& context) {
   field::FieldOptions options;
-  options.edges = features;
+  options.edges = given.features;
   options.let_go = true;
-  options.simplify = true;
+  options.simplify = given.sizing.empty();  // it would merge cones that make room first
+  options.sizing = given.sizing;
   options.alignment = kAlignment;
   field::FoundField along = field::compute_cross_field(surface, options, context);
   const mesh::Adjacency adjacency =
@@ -339,12 +341,14 @@ QuadMesh quads_of_surface(const mesh::Surface& surface,
     field::CrossField own;
     {
       const ProgressRange range(context, 0.0, 0.1);
+      field::check_sizing(options.sizing, surface);
       own = given ? field::read_field(surface, *given, context)
-                  : own_field(surface, options.features, context);
+                  : own_field(surface, options, context);
     }
     const ProgressRange range(context, 0.1, 0.6);
     holonomy::AlignedOptions align;
     align.features = options.features;
+    align.sizing = options.sizing;
     map = holonomy::compute_field_aligned_map(surface, own, align, context);
   }
   Stats stats;
@@ -354,8 +358,8 @@ QuadMesh quads_of_surface(const mesh::Surface& surface,
   stats["seconds.map"] = watch.seconds();
   watch.restart();
   const ProgressRange range(context, 0.6, 1.0);
-  const Prepared p = prepare_for_quads(map, context);
-  const Scales scales = scales_of(p, map);
+  Prepared p = prepare_for_quads(map, context);
+  Scales scales = scales_of(p, map);
   const double target = options.target > 0.0
                             ? options.target
                             : scales.area / (options.edge_length * options.edge_length);
@@ -365,6 +369,15 @@ QuadMesh quads_of_surface(const mesh::Surface& surface,
                   "edge_length is so short that it takes more than 10000000 quads. Give a longer "
                   "one.");
   stats["target"] = target;
+  const std::vector<HalfedgeId> close = close_features(p, scales, target);
+  stats["features_close"] = static_cast<std::int64_t>(close.size() / 2);
+  if (!close.empty()) {
+    std::erase_if(map.features, [&](HalfedgeId h) {
+      return std::find(close.begin(), close.end(), h) != close.end();
+    });
+    p = prepare_for_quads(map, context);
+    scales = scales_of(p, map);
+  }
   stats["seconds.coarse"] = watch.seconds();
   watch.restart();
   Attempt made = nearest_attempt(p, scales, std::max(target, 1.0), context, stats);

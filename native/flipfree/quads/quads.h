@@ -25,8 +25,12 @@ struct QuadOptions {
   // How many quads; 0: as many as quads of `edge_length`, a length on the surface, that it takes.
   double target = 0.0;
   double edge_length = 0.0;
+  // How dense quads shall be: lengths of the map as AlignedOptions::sizing has them; empty: all
+  // alike.
+  std::vector<double> sizing;
   // Edges that shall be rows of quad edges (holonomy/field_aligned.h); what cannot be is counted in
-  // the stats "features_missed" of "features".
+  // the stats "features_missed" of "features". Of two at less than half a quad one is let go, and
+  // counted in pieces of the map: "features_close".
   IndexPairs features;
   bool with_map = false;  // QuadMesh::map as well
   int relax_rounds = 30;
