@@ -75,7 +75,7 @@ DOORS = tuple(map(_door, _ROWS.strip().splitlines()))
 #: Of the package, what is no algorithm.
 _HELPERS = set("islands jobs quads_from_map read separate split_fans write".split())
 #: Of the compiled module, what a door of another name calls.
-_PARTS = {"field_signature": "signature", "quads_from_map": "quads"}
+_PARTS = {"certify_quads": "quads", "field_signature": "signature", "quads_from_map": "quads"}
 
 
 def _public() -> set[str]:

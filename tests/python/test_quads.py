@@ -182,6 +182,130 @@ def test_quads_do_not_depend_on_the_unit(size: float) -> None:
     assert 290 < len(mesh.quads) < 340
 
 
+def test_what_is_no_clean_surface_is_separated_first() -> None:
+    one, faces, _ = maps.box((1, 1, 1), (2, 2, 2))
+    turned = faces.copy()
+    turned[::3] = turned[::3, ::-1]
+    broken = np.concatenate([turned, [[0, 0, 1]]]).astype(np.int32)
+    mesh = ff.quads(one, broken, target=54, with_map=True)
+    assert mesh.certificate.ok and len(mesh.quads) == 54 and mesh.stats["separated"] > 0
+    places = (one[broken[mesh.parent_face]] * mesh.barycentric[..., None]).sum(1)
+    np.testing.assert_allclose(places, mesh.vertices, atol=1e-9)
+    assert mesh.map is not None and len(mesh.map.faces) == len(broken)
+    # A book of three pages is three of them.
+    points = np.array(
+        [
+            [0, 0, 0],
+            [1, 0, 0],
+            [1, 1, 0],
+            [0, 1, 0],
+            [1, 0.5, 1],
+            [0, 0.5, 1],
+            [1, 0.5, -1],
+            [0, 0.5, -1.0],
+        ]
+    )
+    pages = np.array([[0, 1, 2], [0, 2, 3], [0, 1, 4], [0, 4, 5], [0, 1, 6], [0, 6, 7]], np.int32)
+    mesh = ff.quads(points, pages, target=60)
+    assert mesh.certificate.ok and mesh.certificate.components >= 2
+
+
+def test_quads_are_denser_where_they_shall_be() -> None:
+    vertices, faces = octahedron_sphere(5)
+    sizes = np.exp(0.7 * vertices[:, 2] / np.abs(vertices).max())
+    even, graded = (
+        ff.quads(vertices, faces, target=1500, sizing=sizing) for sizing in (None, sizes)
+    )
+    check(graded, vertices, faces)
+    assert 1425 <= len(graded.quads) <= 1575
+
+    def at_the_top(mesh: ff.QuadMesh) -> float:
+        return float((mesh.vertices[mesh.quads].mean(axis=1)[:, 2] > 0).mean())
+
+    assert abs(at_the_top(even) - 0.5) < 0.05 and at_the_top(graded) > 0.6
+
+
+def test_of_features_nearer_than_half_a_quad_one_is_let_go() -> None:
+    vertices, faces, _ = maps.box((20, 20, 20), (20, 20, 20))
+    # A narrow strip round the top: two rows of edges, a twentieth of the side apart.
+    top = np.isclose(vertices[:, 2], 20)
+    below = np.isclose(vertices[:, 2], 19)
+    edges = np.unique(
+        np.sort(np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1), axis=0
+    )
+    rim = np.isclose(vertices[:, :2], 0).any(axis=1) | np.isclose(vertices[:, :2], 20).any(axis=1)
+    straight = np.isclose(vertices[edges[:, 0]], vertices[edges[:, 1]]).sum(axis=1) == 2
+    rings = [edges[straight & (level & rim)[edges].all(axis=1)] for level in (top, below)]
+    features = np.concatenate(rings)
+    mesh = ff.quads(vertices, faces, target=6 * 5 * 5, features=features)
+    check(mesh, vertices, faces)
+    assert mesh.stats["features_close"] >= 80 and mesh.stats["features_missed"] == 0
+    fine = ff.quads(vertices, faces, target=6 * 20 * 20, features=features)
+    assert fine.stats["features_close"] == 0
+
+
+def check_mirrored(mesh: ff.QuadMesh, axis: int) -> None:
+    back = mesh.vertices.copy()
+    back[:, axis] *= -1.0
+    rows = {tuple(p): v for v, p in enumerate((mesh.vertices + 0.0).tolist())}
+    twin = np.array([rows[tuple(p)] for p in (back + 0.0).tolist()])
+    quads = {tuple(sorted(quad)) for quad in mesh.quads.tolist()}
+    assert {tuple(sorted(quad)) for quad in twin[mesh.quads].tolist()} == quads
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("shape", ["sphere", "box", "torus", "bumpy", "open"])
+def test_halves_mirror_each_other_bit_for_bit(shape: str, axis: int) -> None:
+    vertices, faces = {
+        "sphere": lambda: octahedron_sphere(4),
+        "box": lambda: maps.box((2, 3, 5), (4, 6, 10))[:2],
+        "torus": lambda: torus(24, 12),
+        "bumpy": lambda: octahedron_sphere(4),
+        "open": lambda: cylinder(24, 8),
+    }[shape]()
+    vertices = vertices - (vertices.max(0) + vertices.min(0)) / 2
+    if shape == "bumpy":  # not alike on both sides, and cut across
+        vertices = vertices * (1 + 0.1 * np.sin(7 * vertices[:, [1]])) + 0.03
+    mesh = ff.quads(vertices, faces, target=400, symmetry="xyz"[axis])
+    assert mesh.certificate.ok and mesh.map is None
+    check_mirrored(mesh, axis)
+    assert 360 <= len(mesh.quads) <= 440 and len(mesh.certificate.turned) == 0
+    if shape != "bumpy":
+        check(mesh, vertices, faces)
+        assert mesh.certificate.hausdorff < 0.05
+    # The plane is a row of edges.
+    on = mesh.vertices[:, axis] == 0
+    sides = np.sign(mesh.vertices[mesh.quads][..., axis])
+    assert on.sum() >= 4 and ((sides >= 0).all(axis=1) | (sides <= 0).all(axis=1)).all()
+
+
+def test_symmetry_keeps_features_and_says_what_it_cannot() -> None:
+    vertices, faces, _ = maps.box((2, 3, 5), (4, 6, 10))
+    vertices = vertices - [1.0, 1.5, 2.5]
+    edges = np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)])
+    on_two = np.isclose(np.abs(vertices), [1.0, 1.5, 2.5]).sum(axis=1) >= 2
+    same = np.isclose(vertices[edges[:, 0]], vertices[edges[:, 1]]).sum(axis=1) == 2
+    features = edges[on_two[edges].all(axis=1) & same]
+    mesh = ff.quads(
+        vertices, faces, target=496, features=features, symmetry="z", sizing=np.ones(len(vertices))
+    )
+    check(mesh, vertices, faces)
+    check_mirrored(mesh, 2)
+    assert mesh.stats["features_missed"] == 0 and irregular(mesh) == {3: 8}
+    field = ff.cross_field(vertices, faces)
+    for options, words in (
+        (dict(symmetry="w"), "symmetry"),
+        (dict(symmetry="x", field=field), "field"),
+        (dict(symmetry="x", target=0), "target"),
+    ):
+        with pytest.raises(ff.InvalidInput, match=words):
+            ff.quads(vertices, faces, **({"target": 100} | options))
+    with pytest.raises(ff.InvalidInput, match="positive side"):
+        ff.quads(vertices - [9, 0, 0], faces, target=100, symmetry="x")
+    apart = ff.quads(vertices + [9, 0, 0], faces, target=100, symmetry="x")
+    assert apart.certificate.components == 2
+
+
 def test_results_have_the_same_bits_for_any_number_of_threads() -> None:
     vertices, faces = torus()
     one, many = (ff.quads(vertices, faces, target=200, threads=n) for n in (1, 3))
@@ -228,8 +352,6 @@ def test_what_is_not_there_is_said() -> None:
     for options in ({}, dict(target=5, edge_length=1.0), dict(target=0), dict(edge_length=-1.0)):
         with pytest.raises(ff.InvalidInput, match="target|edge_length"):
             ff.quads(vertices, faces, **options)
-    with pytest.raises(TypeError):
-        ff.quads(vertices, faces, target=100, symmetry="x")
     stopped = []
     with pytest.raises(ff.Cancelled):
         ff.quads(vertices, faces, target=10, progress=lambda *_: stopped.append(1) or False)

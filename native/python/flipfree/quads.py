@@ -9,8 +9,9 @@ import numpy as np
 
 from . import _native
 from .calls.certification import with_tiles
-from .calls.seamless import arrays_of
+from .calls.seamless import arrays_of, as_sizing
 from .checks import (
+    as_choice,
     as_corner_uv,
     as_flag,
     as_mesh,
@@ -22,7 +23,8 @@ from .checks import (
     shown,
 )
 from .errors import NotConverged, bad_option, bad_shape
-from .job import Job, Progress, solver_call, start_job
+from .job import FollowedJob, Job, Progress, job_of, solver_call, start_job
+from .mirrored import doubled, half_of, on_other_side
 from .results import (
     FloatArray,
     IntArray,
@@ -33,6 +35,7 @@ from .results import (
     in_unit,
     parametrization_from,
 )
+from .separated import separate
 from .texts import counted
 
 #: More are refused.
@@ -113,15 +116,20 @@ class QuadMesh(ReadOnly):
 
 
 def _quad_mesh_from(data: dict[str, Any], mesh: Mesh) -> QuadMesh:
-    found = dict(data["certificate"])
-    irregular = np.stack([found["irregular"], found.pop("valence")], axis=1)
-    found |= dict(irregular=frozen(irregular), turned=frozen(found["turned"]))
     found_map = None if data["map"] is None else parametrization_from(data["map"], mesh)
     data = data | dict(vertices=in_unit(data["vertices"], -mesh.exponent), map=found_map)
     for value in data.values():
         if isinstance(value, np.ndarray):
             frozen(value)
-    return QuadMesh(**data | dict(certificate=QuadCertificate(**found)))
+    return QuadMesh(**data | dict(certificate=_certificate_from(data["certificate"])))
+
+
+def _certificate_from(data: dict[str, Any]) -> QuadCertificate:
+    found = dict(data)
+    irregular = np.stack([found["irregular"], found.pop("valence")], axis=1)
+    return QuadCertificate(
+        **found | dict(irregular=frozen(irregular), turned=frozen(found["turned"]))
+    )
 
 
 @solver_call
@@ -133,6 +141,8 @@ def quads(
     edge_length: float | None = None,
     field: Any = None,
     features: Any = None,
+    sizing: Any = None,
+    symmetry: str | None = None,
     with_map: bool = False,
     max_seconds: float | None = None,
     threads: int | None = None,
@@ -141,14 +151,20 @@ def quads(
     """A mesh of quads of the surface that follows a cross field, with the surface's topology.
 
     Args:
-        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented; any number of components, with or without
-            borders, which become rows of quad edges.
+        vertices: (n, 3) float64. faces: (m, 3), any number of components, with or without borders, which become rows of quad
+            edges. What is no manifold, oriented surface is separated first (``stats["separated"]``), unless a field is given.
         target: how many quads. edge_length: how long their sides are instead. One of them is needed. The count is within
             5 % of what is asked for where whole numbers allow it: small counts are sparse, and where so few quads would be no
             mesh there are more.
         field: a :class:`CrossField` of this mesh; None: the smoothest, without cones of one quarter turn, along the borders.
         features: (k, 2) edges that shall be rows of quad edges: sharp ones, borders of materials. What the field forbids is
-            left, and counted: ``stats["features_missed"]`` of ``stats["features"]``.
+            left, and counted: ``stats["features_missed"]`` of ``stats["features"]``; and of two at less than half a quad one,
+            ``stats["features_close"]`` pieces.
+        sizing: (n,) positive: how dense quads are along a length there, relative to others; a field that is given should
+            have been made for it. None: all alike.
+        symmetry: "x", "y" or "z": the half on the positive side of that axis becomes quads, with a row of edges on the plane
+            through the origin, and is mirrored bit for bit. Where the mesh is not alike on both sides, the mirrored half lies off
+            it, and has the faces of the other half for parents. No field, and no ``map``.
         with_map: the result's ``map`` as well.
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
         threads: None is all cores; the result has the same bits for every number.
@@ -165,6 +181,13 @@ def quads(
             "Give either target, how many quads, or edge_length, how long their sides are."
         )
     mesh = as_mesh(vertices, faces)
+    if symmetry is not None:
+        return _mirrored_quads(
+            mesh,
+            as_choice(symmetry, "symmetry", ("x", "y", "z")),
+            dict(target=target, edge_length=edge_length, field=field, features=features)
+            | dict(sizing=sizing, max_seconds=max_seconds, threads=threads),
+        )
     options: dict[str, Any] = dict(
         max_seconds=as_seconds(max_seconds, "max_seconds"), with_map=as_flag(with_map, "with_map")
     )
@@ -175,14 +198,133 @@ def quads(
             f"must be positive and at most {MOST_QUADS}",
             lambda count: 0.0 < count <= MOST_QUADS,
         )
+    edges = as_optional_indices(features, "features", 2)
+    sizes = None if sizing is None else as_sizing(sizing, len(mesh.scaled))
+    clean = None
+    if field is None:
+        clean = separate(mesh.given, mesh.faces)
+        if clean.mends:
+            mesh = as_mesh(clean.vertices, clean.faces)
+            if features is not None:
+                edges = clean.edges(edges)
+            sizes = None if sizes is None else sizes[clean.vertex_origin]
     else:
+        options["field"] = arrays_of(field, mesh.faces)
+    if target is None:
         length = as_positive(edge_length, "edge_length")
         options["edge_length"] = float(np.ldexp(length, -mesh.exponent))
     if features is not None:
-        options["features"] = as_optional_indices(features, "features", 2)
-    if field is not None:
-        options["field"] = arrays_of(field, mesh.faces)
-    return start_job(_native.quads, mesh, options, threads, _quad_mesh_from)
+        options["features"] = edges
+    if sizes is not None:
+        options["sizing"] = sizes
+
+    def convert(data: dict[str, Any], scaled: Mesh) -> QuadMesh:
+        found = _quad_mesh_from(data, scaled)
+        if clean is None or not clean.mends:
+            return found
+        turned = clean.turned[found.parent_face]
+        weights = np.where(turned[:, None], found.barycentric[:, [0, 2, 1]], found.barycentric)
+        found.stats["separated"] = sum(mend.count for mend in clean.mends)
+        return replace(
+            found,
+            parent_face=frozen(clean.face_origin[found.parent_face]),
+            quad_parent=frozen(clean.face_origin[found.quad_parent]),
+            barycentric=frozen(weights),
+            map=None if found.map is None else clean.on_input(found.map),
+        )
+
+    return start_job(_native.quads, mesh, options, threads, convert)
+
+
+def _mirrored_quads(mesh: Mesh, symmetry: str, options: dict[str, Any]) -> Job[QuadMesh]:
+    """Quads of one half, and what the two halves are together."""
+    axis = "xyz".index(symmetry)
+    if options.pop("field") is not None:
+        raise bad_option(
+            "A field cannot be given together with symmetry: the half gets one of its own."
+        )
+    separate(mesh.given, mesh.faces)  # refuses what has no meaning
+    half = half_of(mesh.given, mesh.faces, axis)
+    if options["target"] is not None:
+        options["target"] = 0.5 * as_number(
+            options["target"],
+            "target",
+            f"must be positive and at most {MOST_QUADS}",
+            lambda n: 0 < n <= MOST_QUADS,
+        )
+    if options["features"] is not None:
+        options["features"] = half.edges(as_optional_indices(options["features"], "features", 2))
+    if options["sizing"] is not None:
+        options["sizing"] = half.of_vertices(as_sizing(options["sizing"], len(mesh.given)))
+    clean = separate(half.vertices, half.faces)
+    if clean.mends and options["features"] is not None:
+        options["features"] = clean.edges(options["features"])
+    if clean.mends and options["sizing"] is not None:
+        options["sizing"] = options["sizing"][clean.vertex_origin]
+    threads = options["threads"]
+
+    def begin(found: QuadMesh) -> tuple[QuadMesh, Job[Any]]:
+        places, corners, paired = doubled(found.vertices, found.quads, axis)
+        surface = as_mesh(*doubled(clean.vertices, clean.faces, axis)[:2])
+        first = len(clean.faces)
+        parents = np.concatenate([found.parent_face, first + found.parent_face[paired]])
+        # Corner 0 of a mirrored polygon is that of its twin, the others follow backwards.
+        weights = np.concatenate([found.barycentric, found.barycentric[paired][:, [0, 2, 1]]])
+        made = replace(
+            found,
+            vertices=frozen(places),
+            quads=frozen(corners),
+            parent_face=parents.astype(np.int32),
+            barycentric=weights,
+            quad_parent=np.concatenate([found.quad_parent, first + found.quad_parent]).astype(
+                np.int32
+            ),
+        )
+        judged = dict(
+            vertices=in_unit(places, surface.exponent),
+            quads=np.ascontiguousarray(corners.ravel()),
+            parent_face=made.parent_face,
+            barycentric=weights,
+            quad_parent=made.quad_parent,
+        )
+        return made, start_job(
+            _native.certify_quads, surface, judged, threads, lambda data, _: data
+        )
+
+    def end(made: QuadMesh, judging: Job[Any] | None) -> QuadMesh:
+        assert judging is not None
+        certificate = _certificate_from(judging.result())
+        if not certificate.ok:
+            raise NotConverged(
+                f"The two halves are no mesh together: {certificate.failures[0]}. Ask for more quads.",
+                code="certificate failed",
+            )
+
+        def on_input(face: Any, weights: Any, points: Any) -> tuple[Any, Any]:
+            other, own = face >= len(clean.faces), face % len(clean.faces)
+            weights = np.where(
+                (other != clean.turned[own])[:, None], weights[:, [0, 2, 1]], weights
+            )
+            piece = clean.face_origin[own]
+            parent = half.parent[piece]
+            weights = np.einsum("vk,vkj->vj", weights, half.weights[piece])
+            parent[other], weights[other] = on_other_side(
+                mesh.given, mesh.faces, axis, parent[other], weights[other], points[other]
+            )
+            return frozen(parent.astype(np.int32)), frozen(weights)
+
+        parent, weights = on_input(made.parent_face, made.barycentric, made.vertices)
+        middle = made.vertices[made.quads].mean(axis=1)
+        of_quads, _ = on_input(made.quad_parent, np.full((len(middle), 3), 1.0 / 3.0), middle)
+        return replace(
+            made,
+            parent_face=parent,
+            barycentric=weights,
+            quad_parent=of_quads,
+            certificate=certificate,
+        )
+
+    return FollowedJob(job_of(quads)(clean.vertices, clean.faces, **options), begin, end, 0.9)
 
 
 @solver_call

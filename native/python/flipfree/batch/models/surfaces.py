@@ -661,6 +661,12 @@ def quads_arguments(parser: argparse.ArgumentParser) -> None:
         "automatic curvature smooth edges flow",
         "what the edges of quads run along",
     )
+    numbers.add_choice(
+        parser,
+        "--symmetry",
+        "none x y z",
+        "the half on the positive side of the axis becomes quads and is mirrored, along a field of its own or edges",
+    )
 
 
 def quads(model: Model, options: dict[str, Any]) -> Solved:
@@ -668,7 +674,8 @@ def quads(model: Model, options: dict[str, Any]) -> Solved:
     wanted = options["field"]
     followed = None
     folds = _folds(clean, _SHARP) if wanted == "edges" else None
-    if wanted not in ("automatic", "edges"):
+    symmetry = None if options["symmetry"] == "none" else options["symmetry"]
+    if wanted not in ("automatic", "edges") and symmetry is None:
         followed = cross_field(
             clean.vertices,
             clean.faces,
@@ -685,6 +692,7 @@ def quads(model: Model, options: dict[str, Any]) -> Solved:
         edge_length=length,
         field=followed,
         features=folds,
+        symmetry=symmetry,
         **model.limits,
     )
     count = len(found.quads)
