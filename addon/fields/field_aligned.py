@@ -254,7 +254,40 @@ class AlongField:
     boundary: options.choice("Boundary", "Where the surface is open", BOUNDARIES)
 
 
-class UV_OT_flipfree_field_aligned(AlongField, options.MapOperator, bpy.types.Operator):
+class Densities:
+    """Options of operators that make some places denser than others."""
+
+    density: options.choice("Density", "How large the map is, relative to the surface", DENSITIES)
+    density_name: bpy.props.StringProperty(
+        name="From",
+        description="Vertex group, or attribute, with the density",
+    )
+    density_ratio: options.real(
+        "Ratio",
+        "How many times longer the map is where the vertex group has its full weight than where it has none",
+        2.0,
+        0.1,
+        max=10.0,
+    )
+
+    def draw_option(self, layout, context, name):
+        ob = context.object
+        if name not in {"attribute", "density_name"} or ob is None or ob.type != "MESH":
+            layout.prop(self, name)
+        elif name == "density_name" and self.density == "painted":
+            layout.prop_search(self, name, ob, "vertex_groups")
+        else:
+            layout.prop_search(self, name, ob.data, "attributes")
+
+    def has_effect(self, name):
+        needs = {
+            "density_name": self.density != "uniform",
+            "density_ratio": self.density == "painted",
+        }
+        return needs.get(name, True)
+
+
+class UV_OT_flipfree_field_aligned(AlongField, Densities, options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_field_aligned"
     bl_label = "Field-Aligned Seamless Map"
     bl_description = (
@@ -310,18 +343,6 @@ class UV_OT_flipfree_field_aligned(AlongField, options.MapOperator, bpy.types.Op
         "densities are met more nearly: what makes room for them are pairs of such cones",
         on=True,
     )
-    density: options.choice("Density", "How large the map is, relative to the surface", DENSITIES)
-    density_name: bpy.props.StringProperty(
-        name="From",
-        description="Vertex group, or attribute, with the density",
-    )
-    density_ratio: options.real(
-        "Ratio",
-        "How many times longer the map is where the vertex group has its full weight than where it has none",
-        2.0,
-        0.1,
-        max=10.0,
-    )
     optimise: options.flag(
         "Optimise", "Bring the map to the field; the seams keep matching", on=True
     )
@@ -356,19 +377,8 @@ class UV_OT_flipfree_field_aligned(AlongField, options.MapOperator, bpy.types.Op
             "edge_weight": self.field_from in {"edges", "flow"},
             "attribute": self.field_from == "attribute",
             "merge_cones": self.field_from not in {"attribute", "cones", "file", "signature"},
-            "density_name": self.density != "uniform",
-            "density_ratio": self.density == "painted",
         }
-        return needs.get(name, True)
-
-    def draw_option(self, layout, context, name):
-        ob = context.object
-        if name not in {"attribute", "density_name"} or ob is None or ob.type != "MESH":
-            layout.prop(self, name)
-        elif name == "density_name" and self.density == "painted":
-            layout.prop_search(self, name, ob, "vertex_groups")
-        else:
-            layout.prop_search(self, name, ob.data, "attributes")
+        return needs.get(name, super().has_effect(name))
 
     make_task = staticmethod(make_task)
     summary = staticmethod(summary)

@@ -4,6 +4,7 @@
 import dataclasses
 
 import bpy
+import numpy as np
 
 from .. import modal, scene, solver
 from ..fields import field_aligned, sources
@@ -25,6 +26,12 @@ FIELDS = (
 )
 
 
+SYMMETRIES = (
+    ("none", "None", "Both sides as they are"),
+    *((axis, axis.upper(), f"Left and right of the object's {axis.upper()}") for axis in "xyz"),
+)
+
+
 class QuadsTask(modal.StagedTask):
     """own: (#Sv, 3) the snapshot's vertices in the object; its `vertices` are turned and scaled into the scene."""
 
@@ -34,13 +41,25 @@ class QuadsTask(modal.StagedTask):
     }
 
     def __init__(
-        self, snapshot, own, *, target=2000, edge_length=0.0, field_from="automatic", replace=True
+        self,
+        snapshot,
+        own,
+        *,
+        target=2000,
+        edge_length=0.0,
+        field_from="automatic",
+        symmetry="none",
+        replace=True,
+        **density,
     ):
+        """density: as sources.look() has it."""
         super().__init__(snapshot)
         self.own = own
         self.size = {"edge_length": edge_length} if edge_length else {"target": target}
         self.field_from = field_from
+        self.symmetry = None if symmetry == "none" else symmetry
         self.replace = replace
+        self.density = density
 
     def stages(self):
         name = self.snapshot.object_name
@@ -49,15 +68,27 @@ class QuadsTask(modal.StagedTask):
                 f"{name}: some faces are hidden, and would be lost. Alt H in Edit Mode reveals them, or turn off Replace"
             )
         field = features = None
-        if self.field_from == "edges":
-            given = sources.look(self.snapshot, field_from=self.field_from)
-            features = given.follow["sharp_edges"]
-        elif self.field_from != "automatic":
+        own = self.field_from in ("automatic", "edges")
+        given = sources.look(
+            self.snapshot,
+            field_from="smooth" if self.field_from == "automatic" else self.field_from,
+            merge_cones=self.density.get("density", "uniform") == "uniform",
+            **self.density,
+        )
+        if own or self.symmetry:
+            features = given.follow["sharp_edges"] if given.features else None
+        else:
             self.span = (0.0, 0.2)
-            given = sources.look(self.snapshot, field_from=self.field_from)
-            field = yield solver.cross_field(self.snapshot, **given.follow)
+            field = yield solver.cross_field(self.snapshot, sizing=given.sizing, **given.follow)
             self.span = (0.2, 1.0)
-        self.result = yield solver.quads(self.snapshot, field=field, features=features, **self.size)
+        self.result = yield solver.quads(
+            self.snapshot,
+            field=field,
+            features=features,
+            sizing=given.sizing,
+            symmetry=self.symmetry,
+            **self.size,
+        )
 
     def write(self, ob):
         old, found = ob.data, self.result
@@ -65,7 +96,7 @@ class QuadsTask(modal.StagedTask):
             raise mesh_io.MeshProblem(
                 f"{ob.name}: the mesh was changed while its quads were computed. Run the operator again"
             )
-        carried = writing.Carried(ob, self.snapshot, self.own, found)
+        carried = writing.Carried(ob, self.snapshot, self.own, found, self.symmetry)
         mesh = carried.mesh(old.name)
         if self.replace:
             name = old.name
@@ -92,11 +123,15 @@ class QuadsTask(modal.StagedTask):
         return made
 
 
-def make_task(snapshot, **options) -> QuadsTask:
+def make_task(snapshot, *, symmetry="none", **options) -> QuadsTask:
     snapshot = separated.separated(snapshot)
     ob = bpy.data.objects[snapshot.object_name]
-    placed = scene.placed_vertices(snapshot.vertices, snapshot.triangles, ob)
-    return QuadsTask(dataclasses.replace(snapshot, vertices=placed), snapshot.vertices, **options)
+    if symmetry == "none":
+        placed = scene.placed_vertices(snapshot.vertices, snapshot.triangles, ob)
+    else:  # about the object's own plane
+        placed = snapshot.vertices * np.abs(ob.matrix_world.to_scale())
+    whole = dataclasses.replace(snapshot, vertices=placed)
+    return QuadsTask(whole, snapshot.vertices, symmetry=symmetry, **options)
 
 
 def summary(tasks: list[QuadsTask]) -> str:
@@ -109,7 +144,9 @@ def summary(tasks: list[QuadsTask]) -> str:
     sharp, missed = (
         sum(task.result.stats[name] for task in tasks) for name in ("features", "features_missed")
     )
-    exact = f"{sharp - missed} of {sharp} sharp edges kept, " if sharp else ""
+    close = sum(task.result.stats["features_close"] for task in tasks)
+    nearer = f" but {close} at less than half a quad from others" if close else ""
+    exact = f"{sharp - missed} of {sharp} sharp edges kept{nearer}, " if sharp else ""
     clean = [task.snapshot.clean for task in tasks if task.snapshot.clean is not None]
     return (
         f"{common.plural(quads, 'quad')}, {sum(len(c.irregular) for c in found)} irregular, "
@@ -118,7 +155,7 @@ def summary(tasks: list[QuadsTask]) -> str:
     )
 
 
-class UV_OT_flipfree_quads(options.MapOperator, bpy.types.Operator):
+class UV_OT_flipfree_quads(field_aligned.Densities, options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_quads"
     bl_label = "Quad Remesh"
     bl_description = (
@@ -126,7 +163,16 @@ class UV_OT_flipfree_quads(options.MapOperator, bpy.types.Operator):
         "shape keys, attributes and marks of edges are carried over"
     )
     verb = "Quad Remesh"
-    option_names = ("target", "edge_length", "field_from", "replace")
+    option_names = (
+        "target",
+        "edge_length",
+        "field_from",
+        "density",
+        "density_name",
+        "density_ratio",
+        "symmetry",
+        "replace",
+    )
 
     target: options.whole(
         "Quads", "About how many quads each object becomes", 2000, 1, max=10_000_000
@@ -139,6 +185,12 @@ class UV_OT_flipfree_quads(options.MapOperator, bpy.types.Operator):
         subtype="DISTANCE",
     )
     field_from: options.choice("Field", "What the edges of quads run along", FIELDS)
+    symmetry: options.choice(
+        "Symmetry",
+        "The half on the positive side of this axis of the object becomes quads, along a field of its own and, with that Field, "
+        "sharp edges; and is mirrored",
+        SYMMETRIES,
+    )
     replace: options.flag(
         "Replace",
         "The quads take the place of the object's mesh. Off: they are a new object, and the old one is hidden",
@@ -155,7 +207,7 @@ class UV_OT_flipfree_quads(options.MapOperator, bpy.types.Operator):
         return super().poll(context)
 
     def has_effect(self, name):
-        return name != "target" or not self.edge_length
+        return super().has_effect(name) and (name != "target" or not self.edge_length)
 
     def advice(self, tasks):
         raised = any(task.result.stats.get("count_raised") for task in tasks)

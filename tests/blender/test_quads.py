@@ -60,6 +60,38 @@ def test_sharp_edges_are_rows_of_quad_edges(capfd):
     assert len(rows) == on_two.sum() + 4  # twelve rows between eight corners
 
 
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_halves_mirror_each_other(axis):
+    bpy.ops.mesh.primitive_monkey_add()
+    ob = bpy.context.object
+    ob.scale = 2, 2, 2
+    ob.rotation_euler = 0.3, 0.2, 0.1
+    bpy.context.view_layer.update()
+    if axis != "x":  # it is alike on its left and right alone
+        bpy.ops.mesh.primitive_torus_add(rotation=(0.4, 0.1, 0.7))
+        ob = bpy.context.object
+    assert quads(target=800, symmetry=axis, replace=True) == {"FINISHED"}
+    assert_quads(ob)
+    k = "xyz".index(axis)
+    points = {tuple(v.co) for v in ob.data.vertices}
+    for point in points:
+        assert tuple(-x if i == k else x for i, x in enumerate(point)) in points
+    assert any(point[k] == 0 for point in points)
+
+
+def test_painted_quads_are_denser():
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24)
+    ob = bpy.context.object
+    top = [v.index for v in ob.data.vertices if v.co.z > 0]
+    ob.vertex_groups.new(name="Dense").add(top, 1.0, "REPLACE")
+    options = dict(density="painted", density_name="Dense", density_ratio=2.5)
+    assert quads(target=1500, replace=True, **options) == {"FINISHED"}
+    assert_quads(ob)
+    above = np.mean([face.center.z > 0 for face in ob.data.polygons])
+    assert above > 0.6 and abs(len(ob.data.polygons) - 1500) < 75
+    refused(ob, "no vertex group|has no", replace=True, density="painted", density_name="None")
+
+
 def test_edge_lengths_are_those_of_the_scene():
     ob = shapes.cube()
     ob.scale = 3, 3, 3

@@ -33,11 +33,14 @@ _ALONG = 0.12
 class Carried:
     """Reads the old mesh when it is made; then it may go."""
 
-    def __init__(self, ob: bpy.types.Object, snapshot, own, found):
-        """own: (#Sv, 3) the snapshot's vertices in the object. found: flipfree.QuadMesh of the snapshot's surface."""
+    def __init__(self, ob: bpy.types.Object, snapshot, own, found, symmetry: str | None = None):
+        """own: (#Sv, 3) the snapshot's vertices in the object. found: flipfree.QuadMesh of the snapshot's surface, whose two
+        halves mirror each other if `symmetry` says about which axis."""
         self._snapshot, self._own, self._found = snapshot, own, found
         self._vertices = snapshot.vertex_ids[snapshot.triangles[found.parent_face]]
         self.places = self.mixed(own[snapshot.triangles[found.parent_face]])
+        if symmetry:
+            self.places = _mirrored(self.places, found.vertices, "xyz".index(symmetry))
         old = ob.data
         self._materials = [slot.material for slot in ob.material_slots]
         self._attributes = list(self._read_attributes(old))
@@ -224,6 +227,19 @@ class Carried:
 
 
 _DOMAINS = ("POINT", "EDGE", "FACE", "CORNER")
+
+
+def _mirrored(places, found, axis: int):
+    """Places in the object, as much alike on both sides as those that were found."""
+    back = found.copy()
+    back[:, axis] *= -1.0
+    rows = {place: v for v, place in enumerate(map(tuple, (found + 0.0).tolist()))}
+    twin = np.array([rows[place] for place in map(tuple, (back + 0.0).tolist())])
+    made, right = places.copy(), found[:, axis] > 0
+    made[twin[right]] = places[right]
+    made[twin[right], axis] *= -1.0
+    made[twin == np.arange(len(twin)), axis] = 0.0
+    return made
 
 
 def _state_of(layers, names) -> dict:
