@@ -23,7 +23,7 @@ from .checks import (
     shown,
 )
 from .errors import NotConverged, bad_option, bad_shape
-from .job import FollowedJob, Job, Progress, job_of, solver_call, start_job
+from .job import Job, Progress, StagedJob, Stages, job_of, solver_call, start_job
 from .mirrored import doubled, half_of, on_other_side
 from .results import (
     FloatArray,
@@ -263,7 +263,8 @@ def _mirrored_quads(mesh: Mesh, symmetry: str, options: dict[str, Any]) -> Job[Q
         options["sizing"] = options["sizing"][clean.vertex_origin]
     threads = options["threads"]
 
-    def begin(found: QuadMesh) -> tuple[QuadMesh, Job[Any]]:
+    def stages() -> Stages[QuadMesh]:
+        found: QuadMesh = yield job_of(quads)(clean.vertices, clean.faces, **options), 0.9
         places, corners, paired = doubled(found.vertices, found.quads, axis)
         surface = as_mesh(*doubled(clean.vertices, clean.faces, axis)[:2])
         first = len(clean.faces)
@@ -287,13 +288,8 @@ def _mirrored_quads(mesh: Mesh, symmetry: str, options: dict[str, Any]) -> Job[Q
             barycentric=weights,
             quad_parent=made.quad_parent,
         )
-        return made, start_job(
-            _native.certify_quads, surface, judged, threads, lambda data, _: data
-        )
-
-    def end(made: QuadMesh, judging: Job[Any] | None) -> QuadMesh:
-        assert judging is not None
-        certificate = _certificate_from(judging.result())
+        judging = start_job(_native.certify_quads, surface, judged, threads, lambda data, _: data)
+        certificate = _certificate_from((yield judging, 1.0))
         if not certificate.ok:
             raise NotConverged(
                 f"The two halves are no mesh together: {certificate.failures[0]}. Ask for more quads.",
@@ -324,7 +320,7 @@ def _mirrored_quads(mesh: Mesh, symmetry: str, options: dict[str, Any]) -> Job[Q
             certificate=certificate,
         )
 
-    return FollowedJob(job_of(quads)(clean.vertices, clean.faces, **options), begin, end, 0.9)
+    return StagedJob(stages())
 
 
 @solver_call
