@@ -175,6 +175,7 @@ def public_calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
     mapped: dict[str, Call] = {
         "improve": lambda c, s: ff.improve(maps.of(c), max_seconds=s),
         "quads_from_map": lambda c, s: ff.quads_from_map(maps.of(c), max_seconds=s),
+        "fit_tiles": lambda c, s: ff.fit_tiles(maps.of(c), tile=0.1, max_seconds=s),
         "repair": lambda c, s: on_map(ff.repair, c, s, spoil=True),
         "pack": lambda c, s: on_map(ff.pack, c, s),
         "rectify": on_mesh(ff.rectify),
