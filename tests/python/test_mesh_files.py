@@ -71,6 +71,18 @@ def test_polygons_get_new_texture_coordinates_and_stay_polygons(tmp_path: Path) 
     assert [line for line in lines if line.startswith("f")] == ["f 1/1 2/2 3/3 4/4"]
 
 
+@pytest.mark.parametrize("first", range(4))
+def test_a_quad_with_a_notch_is_split_inside_from_any_first_corner(
+    tmp_path: Path, first: int
+) -> None:
+    arrow = np.roll([[0, 0, 0], [1, 1, 0], [2, 0, 0], [1, 4, 0]], first, axis=0)
+    lines = ["v {} {} {}".format(*corner) for corner in arrow]
+    (tmp_path / "arrow.obj").write_text("\n".join([*lines, "f 1 2 3 4", ""]))
+    mesh = ff.read(tmp_path / "arrow.obj")
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces][:, :, :2], 1, 0)
+    assert (np.linalg.det(np.stack([b - a, c - a], 1)) > 0).all() and len(mesh.faces) == 2
+
+
 def test_plain_arrays_are_written_to_every_format(tmp_path: Path) -> None:
     vertices, faces = bumpy_grid(3)
     for ending in ("obj", "ply", "off", "stl", "OBJ"):
