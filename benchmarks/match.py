@@ -2,7 +2,7 @@
 
     match.py constraints [--engine matchmaker]        outlines and pins of the shared data folder, targets that overlap themselves
     match.py random [--pins 10,50] [--seeds 1]        random pins, free boundary, on all disks of the folder (thesis 3.4.2)
-    match.py hilbert [--orders 3] [--seeds 1]         a surface into Hilbert's curve, thickened, with three inner pins
+    match.py hilbert [--orders 3] [--seeds 1] [--engine matchmaker]   a surface into Hilbert's curve, thickened, with three inner pins
     match.py large [--triangles 100000] [--seeds 5]   ten random pins on a bumpy square
     match.py blender --blender PROGRAM                six pins moved by a share of the square, on a monkey's largest island
 
@@ -63,10 +63,11 @@ COLUMNS = "case | faces | certified | faces x | added V | energy | engine | CPU 
 
 
 def rows(cases: Iterator[Case], options: Options) -> Iterator[Row]:
+    engine = {"engine": options.engine} if options.engine else {}
     for name, vertices, faces, request in cases:
         with timed() as cost:
             try:
-                result = ff.match(vertices, faces, max_seconds=options.seconds, **request)
+                result = ff.match(vertices, faces, max_seconds=options.seconds, **request, **engine)
             except ff.FlipfreeError as error:
                 result, code = None, error.code
         seconds = f"{cost.cpu:.2f}", f"{cost.wall:.2f}"
@@ -120,9 +121,7 @@ def overlapping() -> Iterator[Case]:
 @table(COLUMNS)
 def constraints(options: Options) -> Iterator[Row]:
     cases = [*prescribed(), *overlapping()]
-    engine = {"engine": options.engine} if options.engine else {}
-    chosen = options.cases(cases, lambda case: case[0])
-    yield from rows(((n, v, f, request | engine) for n, v, f, request in chosen), options)
+    yield from rows(options.cases(cases, lambda case: case[0]), options)
 
 
 def is_disk(vertices: Array, faces: Array) -> bool:
@@ -300,7 +299,7 @@ def blender(options: Options) -> Iterator[Row]:
 
 
 def more(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--engine", help="of constraints")
+    parser.add_argument("--engine", help="alone")
     parser.add_argument("--pins", default="10,50", help="of random")
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--orders", default="3", help="of hilbert")

@@ -221,7 +221,7 @@ def operators(path: Path) -> None:
 
     before = ff.seamless(*torus(), {0: 3, 60: 3, 130: 5, 200: 5})
     start = {v: tuple(before.uv[before.faces == v][0]) for v in pins_near(before, 4, 7)}
-    step = 0.12 * float(np.ptp(before.uv[..., 0]))
+    step = 0.05 * float(np.ptp(before.uv[..., 0]))
     points = {v: (u, w + step * (-1) ** k) for k, (v, (u, w)) in enumerate(start.items())}
     draw_plane(free, before, before.uv, "Seamless Map", start)
     after = before.with_pins(points)
