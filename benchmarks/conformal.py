@@ -290,7 +290,9 @@ def plates(options: Options) -> Iterator[Case]:
         genus = int(name.split()[0])
         mesh = plate(genus)
         target = np.full(len(mesh[0]), 2 * np.pi)
-        target[0] = 2 * np.pi * (2 * genus - 1)  # the last vertex may be beside places without holes
+        target[0] = (
+            2 * np.pi * (2 * genus - 1)
+        )  # the last vertex may be beside places without holes
         yield name, mesh, target
 
 

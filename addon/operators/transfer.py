@@ -18,7 +18,7 @@ _SUMS = {
 
 
 class TransferTask(modal.Task):
-    """source: snapshot of the object that is taken from, or a MeshProblem. carried: of that object (carried_by)."""
+    """source: snapshot of the object that is taken from. carried: of that object (carried_by)."""
 
     def __init__(self, snapshot, source, carried, *, shape=True):
         super().__init__(snapshot)
@@ -149,6 +149,12 @@ class UV_OT_flipfree_transfer(options.MapOperator, bpy.types.Operator):
         return super().poll(context)
 
     make_task = staticmethod(make_task)
+
+    def make_run(self, context):
+        source = self.source or getattr(context.object, "name", "")
+        if all(ob.name == source for ob in common.meshes(context)):
+            raise mesh_io.MeshProblem(f"Select the meshes that shall be like {source}, too")
+        return (yield from super().make_run(context))
 
     def draw_option(self, layout, context, name):
         if name == "source":

@@ -164,3 +164,6 @@ def test_maps_onto_other_shapes_are_refused():
     with pytest.raises(RuntimeError, match="no maps onto one shape"):
         bpy.ops.uv.flipfree_transfer()
     assert low.data.shape_keys is None and not low.vertex_groups
+    low.select_set(False)
+    with pytest.raises(RuntimeError, match="shall be like High"):
+        bpy.ops.uv.flipfree_transfer()
