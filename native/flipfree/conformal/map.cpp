@@ -147,7 +147,7 @@ void write_figures(const intrinsic::MetricOverlay& overlaid, const intrinsic::Me
 
 // Why the map cannot be used, if it cannot.
 void judge(const std::vector<FaceId>& too_small, intrinsic::Refinement refinement,
-           const ConformalMetric& metric, ConformalMapResult& result) {
+           const ConformalMetric& metric, double angle_error, ConformalMapResult& result) {
   certify::Parametrization& map = result.map;
   if (!too_small.empty()) {
     result.failure = refinement == intrinsic::Refinement::kNever ? needs_refinement(too_small)
@@ -160,7 +160,7 @@ void judge(const std::vector<FaceId>& too_small, intrinsic::Refinement refinemen
     map.certificate.ok = false;
     map.certificate.failures.push_back(
         "G5: the stored 32-bit values differ from a prescribed angle by " +
-        scientific(std::get<double>(map.stats["stored_angle_error"])) + " radians");
+        scientific(angle_error) + " radians");
   }
 }
 
@@ -247,14 +247,15 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
   certify::CertifyRequest request = prescribed.request;
   request.require_distortion = options.positions_are_metric;
   certify::certify_map(map, surface, request, context);
-  map.stats["stored_angle_error"] = stored_angle_error(map, wanted);
+  const double angle_error = stored_angle_error(map, wanted);
+  map.stats["stored_angle_error"] = angle_error;
   lap("seconds_certify");
   map.stats["added_vertices"] =
       static_cast<std::int64_t>(map.surface.vertices.rows()) - vertex_count;
   map.stats["cones"] = static_cast<std::int64_t>(prescribed.cones.size());
   map.stats["intrinsic_refinement"] = static_cast<std::int64_t>(solved.metric.added.size());
   map.stats["energy"] = map.certificate.energy;
-  judge(layout.too_small, options.refinement, solved.metric, result);
+  judge(layout.too_small, options.refinement, solved.metric, angle_error, result);
   map.stats["seconds_map"] = whole.seconds();
   context.report("certificate", 1.0);
   return result;

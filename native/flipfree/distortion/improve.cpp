@@ -153,9 +153,10 @@ void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, doub
     if (map.pins.empty()) {
       try {
         const MapInHand before_is_valid(context);
-        map.uv = with_own_map([&] {
-          return minimize_distortion(own.surface(), before, minimize, context, map.stats);
-        });
+        Minimized better = with_own_map(
+            [&] { return minimize_distortion(own.surface(), before, minimize, context); });
+        report(better, map.stats);
+        map.uv = std::move(better.uv);
       } catch (const TimeIsOver&) {
         map.uv = before;
       } catch (const NotConverged& failure) {
@@ -169,9 +170,9 @@ void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, doub
       minimize.acceptable = true;
       Targets targets = map.pins;
       for (auto& [v, target] : targets) target = certify::on_texture(target, options.aspect);
-      TargetsResult result = with_own_map([&] {
-        return minimize_with_targets(own.surface(), before, targets, minimize, context, map.stats);
-      });
+      TargetsResult result = with_own_map(
+          [&] { return minimize_with_targets(own.surface(), before, targets, minimize, context); });
+      report(result, map.stats);
       if (!result.missed.empty()) {
         const VertexId v = result.missed.front();
         throw_not_converged(ErrorCode::kLineSearchStalled,

@@ -53,10 +53,10 @@ void open_region(const Triangles& faces, const std::vector<VertexId>& region,
     if (held[at(vertices[i])]) minimize.fixed.push_back(static_cast<VertexId>(i));
   }
   if (minimize.fixed.empty()) minimize.fixed.push_back(0);  // keeps the place and the unit
-  Stats ignored;
   const Points2 opened =
       Minimizer(part, equilateral_rest_shapes(chosen.size()), nullptr, start, minimize, context)
-          .run(ignored);
+          .run()
+          .uv;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     uv.row(vertices[i]) = opened.row(static_cast<Eigen::Index>(i));
   }

@@ -1,6 +1,7 @@
 #include "flipfree/embedding/embed.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <map>
 #include <set>
@@ -76,8 +77,6 @@ std::vector<VertexId> inner_vertices(const PlanarMap& map) {
   return inner;
 }
 
-void set_rung(Stats& stats, const char* name) { stats["rung"] = std::string(name); }
-
 class Ladder {
  public:
   Ladder(Embedding& result, Index vertex_count, const std::vector<VertexId>& loop,
@@ -132,7 +131,7 @@ class Ladder {
     nothing_from_ = kTutteShare;
     if (options_.method == EmbedMethod::kTutte || bad_ == 0) {
       const bool given = options_.initial != nullptr && options_.method != EmbedMethod::kTutte;
-      set_rung(stats_, given ? "initial" : "tutte");
+      result_.rung = given ? Rung::kInitial : Rung::kTutte;
       result_.uv = options_.method == EmbedMethod::kTutte ? uv_ : map.uv;
       return true;
     }
@@ -172,7 +171,7 @@ class Ladder {
     stats_["schnyder_flips"] = static_cast<std::int64_t>(bad);
     if (bad == 0) {
       result_.uv = map.uv;
-      set_rung(stats_, "schnyder");
+      result_.rung = Rung::kSchnyder;
       return true;
     }
     if (uv_.rows() == 0 || bad < bad_) {
@@ -204,7 +203,7 @@ class Ladder {
         PlanarMap map = start_map(uv_);
         ProgressiveOptions options = thorough(ProgressiveStart::kRepair);
         options.most_repaired = kMostRepaired;
-        return finish(map, options, "repair");
+        return finish(map, options, Rung::kRepair);
       });
       valid = repaired && *repaired;
     });
@@ -215,7 +214,7 @@ class Ladder {
     const ProgressRange range(context_, nothing_from_, 1.0);
     const auto done = [&](const ProgressiveOptions& options) {
       PlanarMap map = start_map(boundary_only());
-      return finish(map, options, "progressive");
+      return finish(map, options, Rung::kProgressive);
     };
     Outcome<bool> valid = attempt([&] { return done({.start = ProgressiveStart::kNothing}); });
     if (!valid) {
@@ -233,7 +232,7 @@ class Ladder {
     const Outcome<bool> valid = attempt_part([&] {
       PlanarMap map = start_map(initial_or_tutte());
       stats_["tutte_flips"] = static_cast<std::int64_t>(count_bad(map));
-      return finish(map, thorough(ProgressiveStart::kInitial), "progressive");
+      return finish(map, thorough(ProgressiveStart::kInitial), Rung::kProgressive);
     });
     if (valid && *valid) return;
     if (!valid) stats_["restarts"] = std::int64_t{1};
@@ -292,11 +291,11 @@ class Ladder {
                        {"bits", {options_.float32 ? 32.0 : 64.0}}}});
   }
 
-  bool finish(PlanarMap& map, const ProgressiveOptions& options, const char* rung) {
+  bool finish(PlanarMap& map, const ProgressiveOptions& options, Rung rung) {
     progressive_embedding(map, options, context_, stats_);
     if (count_bad(map) > 0) return false;
     result_.uv = map.uv;
-    set_rung(stats_, rung);
+    result_.rung = rung;
     return true;
   }
 
@@ -340,6 +339,11 @@ class Ladder {
 
 }  // namespace
 
+void report(Rung rung, Stats& stats) {
+  constexpr std::array kNames = {"tutte", "initial", "schnyder", "repair", "progressive"};
+  stats["rung"] = std::string(kNames.at(static_cast<Size>(rung)));
+}
+
 Embedding embed_disk_refined(const Triangles& faces, Index vertex_count,
                              const std::vector<VertexId>& loop, const Points2& boundary,
                              const EmbedOptions& options, ExecutionContext& context, Stats& stats) {
@@ -361,6 +365,7 @@ Embedding embed_disk_refined(const Triangles& faces, Index vertex_count,
   context.check();
   const Index total = vertex_count + static_cast<Index>(result.added.size());
   Ladder(result, total, loop, boundary, options, context, stats).climb();
+  report(result.rung, stats);
   stats["seconds_embedding"] = watch.seconds();
   context.report("embedding", 1.0);
   return result;

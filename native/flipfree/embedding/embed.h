@@ -52,6 +52,9 @@ Embedding embed_disk_refined(const Triangles& faces, Index vertex_count,
                              const std::vector<VertexId>& loop, const Points2& boundary,
                              const EmbedOptions& options, ExecutionContext& context, Stats& stats);
 
+// As "rung".
+void report(Rung rung, Stats& stats);
+
 // The same on the given triangulation: an edge that would have to be split is Infeasible. Returns
 // #V x 2.
 Points2 embed_disk(const Triangles& faces, Index vertex_count, const std::vector<VertexId>& loop,

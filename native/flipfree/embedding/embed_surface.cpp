@@ -165,13 +165,13 @@ namespace {
 
 // Lowers the distortion of `uv` with the boundary where it is, as far as time allows.
 void lower_distortion(const mesh::Surface& surface, const Boundary& boundary,
-                      const EmbedSurfaceOptions& options, EmbedOptions embed,
+                      const EmbedSurfaceOptions& options, EmbedOptions embed, Rung rung,
                       certify::Parametrization& map, Points2& uv, ExecutionContext& context) {
   const MapInHand embedded(context);
   const auto n = static_cast<Index>(surface.vertices.rows());
   double energy = certify::symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, uv)).mean;
   if (!(energy < kPoorStart) && options.method == EmbedMethod::kLadder &&
-      std::get<std::string>(map.stats["rung"]) != "progressive") {
+      rung != Rung::kProgressive) {
     // Valid, but so compressed that the optimiser would need hundreds of iterations to open it.
     const ProgressRange range(context, 0.3, 0.4);
     embed.method = EmbedMethod::kProgressive;
@@ -186,7 +186,7 @@ void lower_distortion(const mesh::Surface& surface, const Boundary& boundary,
     if (other_energy < energy) {
       energy = other_energy;
       uv = other;
-      map.stats["rung"] = std::string("progressive");
+      report(Rung::kProgressive, map.stats);
     }
   }
   map.stats["energy_embedding"] = energy;
@@ -195,9 +195,10 @@ void lower_distortion(const mesh::Surface& surface, const Boundary& boundary,
   minimize.fixed = boundary.loop;
   minimize.max_iterations = options.max_iterations;
   minimize.tolerance = options.tolerance;
-  Points2 better = distortion::with_own_map([&] {
-    return distortion::minimize_distortion(map.surface, uv, minimize, context, map.stats);
-  });
+  distortion::Minimized descent = distortion::with_own_map(
+      [&] { return distortion::minimize_distortion(map.surface, uv, minimize, context); });
+  report(descent, map.stats);
+  Points2 better = std::move(descent.uv);
   // Where floats are coarse, their grid can take more than the optimisation gave.
   if (make_storable(map.surface.faces, boundary.loop, better, context, map.stats) &&
       certify::symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, better)).mean <=
@@ -281,8 +282,9 @@ certify::Parametrization embed_within(const mesh::Surface& surface,
   if (options.optimise && options.method != EmbedMethod::kTutte) {
     std::optional<Error> failure;
     const bool in_time = ended_in_time([&] {
-      failure = failure_of(
-          [&] { lower_distortion(surface, boundary, options, embed, map, uv, context); });
+      failure = failure_of([&] {
+        lower_distortion(surface, boundary, options, embed, embedding.rung, map, uv, context);
+      });
     });
     if (!in_time) map.stats["time_limit_reached"] = std::int64_t{1};
     // An embedding that cannot be improved is still the one that was asked for.

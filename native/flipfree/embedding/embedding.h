@@ -15,7 +15,11 @@ struct SplitVertex {
   double t = 0.5;  // at (1 - t) a + t b
 };
 
+// The methods of the ladder (embed.h), and a map that was given and is valid.
+enum class Rung { kTutte, kInitial, kSchnyder, kRepair, kProgressive };
+
 struct Embedding {
+  Rung rung = Rung::kTutte;  // that made it
   Points2 uv;       // #V' x 2, the input's vertices first; boundary rows equal the given positions
   Triangles faces;  // #F' x 3
   std::vector<SplitVertex> added;   // #V' - #V

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "flipfree/base/stats.h"
 #include "flipfree/base/types.h"
 #include "flipfree/numeric/cholesky/cholesky.h"
 
@@ -38,12 +39,30 @@ struct MinimizeOptions {
   // UV length of a surface length 1 at which the energy is measured, for charts that are a part of
   // another; 0: whatever is best for the chart. Needs fixed vertices; not with `bijective`.
   double unit = 0;
-  // The result is the caller's: accept() ends the descent once the energy is bearable, with a stop
-  // "time limit" (not the way to targets before it).
+  // The result is the caller's: accept() ends the descent once the energy is bearable, as the end
+  // of its time does (not the way to targets before it).
   bool acceptable = false;
-  // A step whose system has no factorization ends the descent with the last map, with a stop "not
-  // factorized", instead of an exception.
+  // A step whose system has no factorization ends the descent with the last map instead of an
+  // exception.
   bool keep_last = false;
 };
+
+// Why a descent ended. kOverlap: MinimizeOptions::overlapping; kNotFactorized: keep_last.
+enum class Stop { kConverged, kStalled, kIterationLimit, kTimeLimit, kOverlap, kNotFactorized };
+
+struct Minimized {
+  Points2 uv;
+  Stop stop = Stop::kConverged;
+  double energy_start = 0;
+  double energy = 0;  // of uv
+  double seconds = 0;
+  int iterations = 0;
+  int progressive_iterations = 0;
+  int factorizations = 0;  // Newton systems that were solved
+  bool barrier = false;    // did the boundary have to be held apart?
+};
+
+// The figures as "distortion.*".
+void report(const Minimized& descent, Stats& stats);
 
 }  // namespace flipfree::distortion

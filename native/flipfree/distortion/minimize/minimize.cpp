@@ -60,13 +60,12 @@ void check_start(const mesh::Surface& chart, const Points2& uv, const MinimizeOp
   }
 }
 
-Points2 minimize_distortion(const mesh::Surface& chart, const Points2& initial_uv,
-                            const MinimizeOptions& options, ExecutionContext& context,
-                            Stats& stats) {
+Minimized minimize_distortion(const mesh::Surface& chart, const Points2& initial_uv,
+                              const MinimizeOptions& options, ExecutionContext& context) {
   check_start(chart, initial_uv, options, context);
   Minimizer minimizer(chart.faces, build_rest_shapes(chart, context), &chart, initial_uv, options,
                       context);
-  return minimizer.run(stats);
+  return minimizer.run();
 }
 
 namespace {
@@ -145,7 +144,7 @@ double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets)
     assemble(scale, false);
     system_->add_prescribed(motion);
     system_->solve(direction_, context_);
-    ++factorizations_;
+    ++done_.factorizations;
     direction_ += motion;  // the system leaves fixed vertices where they are
     double step = std::min(1.0, kPullShare * step_to_first_flip(faces_, uv_, direction_, context_));
     for (; step > kShortestStep; step *= 0.5) {
@@ -166,7 +165,7 @@ double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets)
     for (int i = 0; i < kRecoveries && left > 0; ++i) {
       frozen_scale_ = 0;
       const Step result = iterate(worst(sums_) > 10 * kProgressiveBound);
-      ++iterations_;
+      ++done_.iterations;
       if (result != Step::kTaken) break;
     }
   }
@@ -177,8 +176,7 @@ double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets)
 
 TargetsResult minimize_with_targets(const mesh::Surface& chart, const Points2& initial_uv,
                                     const std::vector<std::pair<VertexId, Vector2>>& targets,
-                                    const MinimizeOptions& options, ExecutionContext& context,
-                                    Stats& stats) {
+                                    const MinimizeOptions& options, ExecutionContext& context) {
   MinimizeOptions held = options;
   for (const auto& [v, target] : targets) {
     held.fixed.push_back(v);
@@ -204,14 +202,11 @@ TargetsResult minimize_with_targets(const mesh::Surface& chart, const Points2& i
     result.fraction = minimizer.pull(targets);
   }
   const ProgressRange range(context, 0.5, 1.0);
-  result.uv = minimizer.run(stats);
-  result.energy = minimizer.energy();
-  result.factorizations = minimizer.factorizations();
+  static_cast<Minimized&>(result) = minimizer.run();
   for (const auto& [v, target] : targets) {
     if (result.uv.row(v) != target.transpose()) result.missed.push_back(v);
   }
   std::sort(result.missed.begin(), result.missed.end());
-  stats["targets.fraction"] = result.fraction;
   return result;
 }
 

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/base/stats.h"
 #include "flipfree/distortion/energy/minimize_options.h"
 #include "flipfree/mesh/surface.h"
 
@@ -27,26 +26,20 @@ namespace flipfree::distortion {
 // threads. Without fixed vertices the result is scaled to the surface's own unit (best global scale
 // 1) and its bounding box is centred at the origin. With them the scale is theirs.
 //
-// stats: "distortion.*": iterations, progressive_iterations, factorizations, energy_start, energy,
-// seconds, barrier (1 if the boundary had to be held apart), stop ("converged", "iteration limit",
-// "stalled", "time limit", "overlap": MinimizeOptions::overlapping, "not factorized": keep_last).
 // Cost: about 10 iterations, each one factorization of a planar-like system with 2 #V unknowns;
 // with `bijective`, twice that for maps whose boundary would meet itself. Throws Cancelled,
 // NotConverged (kFactorizationFailed, unless keep_last). When the context's time is over the
 // steps end and the last map is returned; TimeIsOver only where it is before the first.
-Points2 minimize_distortion(const mesh::Surface& chart, const Points2& initial_uv,
-                            const MinimizeOptions& options, ExecutionContext& context,
-                            Stats& stats);
+Minimized minimize_distortion(const mesh::Surface& chart, const Points2& initial_uv,
+                              const MinimizeOptions& options, ExecutionContext& context);
 
 // Least distortion subject to targets: chosen vertices are brought to given places along a
 // flip-free path.
 
-struct TargetsResult {
-  Points2 uv;           // flip-free in any case
+// Flip-free in any case.
+struct TargetsResult : Minimized {
   double fraction = 0;  // of the targets' total way; 1 exactly when all are met bit for bit
   std::vector<VertexId> missed;  // targets that were not reached, ascending
-  double energy = 0;             // of uv
-  int factorizations = 0;        // Newton systems that were solved on the way
 };
 
 // Moves the vertices named by `targets` from where they are in initial_uv to their targets, then
@@ -55,11 +48,9 @@ struct TargetsResult {
 // Guarantee: the result is flip-free (and its boundary does not meet itself, with
 // options.bijective); targets not listed in `missed` are met bit for bit. There is no guarantee
 // that targets are reached even if a map on this triangulation exists: the path is found by
-// descent, and refinement may be needed (thesis 3.3). stats: those of minimize_distortion() and
-// "targets.fraction".
+// descent, and refinement may be needed (thesis 3.3).
 TargetsResult minimize_with_targets(const mesh::Surface& chart, const Points2& initial_uv,
                                     const std::vector<std::pair<VertexId, Vector2>>& targets,
-                                    const MinimizeOptions& options, ExecutionContext& context,
-                                    Stats& stats);
+                                    const MinimizeOptions& options, ExecutionContext& context);
 
 }  // namespace flipfree::distortion

@@ -1,7 +1,9 @@
 #include "flipfree/distortion/minimize/minimizer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -194,7 +196,7 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
   const double energy = assemble(scale, progressive);
   const double slope = steps_ != nullptr ? steps_->solve(direction_, context_)
                                          : system_->solve(direction_, context_);
-  ++factorizations_;
+  ++done_.factorizations;
   if (!(slope < 0)) return slope == 0 ? Step::kConverged : Step::kStalled;
   const double step = line_search(slope, energy, progressive);
   if (step == 0) return -slope < kEnergyRounding * energy ? Step::kConverged : Step::kStalled;
@@ -233,7 +235,7 @@ void Minimizer::advance(double end, double begin, double now, double first, doub
 
 // Steps until nothing is to be gained, or time is over; returns why it stopped. A step that is not
 // finished leaves uv_ and one_to_one_ as they were.
-const char* Minimizer::descend() try {
+Stop Minimizer::descend() try {
   bool progressive = true;
   std::optional<MapInHand> in_hand;
   for (int i = 0; i < options_.max_iterations; ++i) {
@@ -247,18 +249,18 @@ const char* Minimizer::descend() try {
       step = iterate(progressive);
     } catch (const NotConverged& failure) {
       if (!options_.keep_last || failure.error().code != ErrorCode::kFactorizationFailed) throw;
-      if (!progressive) return "not factorized";
+      if (!progressive) return Stop::kNotFactorized;
       system_.reset();  // true rest shapes may do
     }
-    ++iterations_;
-    progressive_iterations_ += progressive ? 1 : 0;
+    ++done_.iterations;
+    done_.progressive_iterations += progressive ? 1 : 0;
     if (step == Step::kTaken) {
-      if (!progressive && creeping_ >= kMostCreeping) return "stalled";
+      if (!progressive && creeping_ >= kMostCreeping) return Stop::kStalled;
       if (barrier_ && !barrier_on_) {
         if (!overlaps_itself(barrier_->boundary(), uv_, context_)) {
           one_to_one_ = uv_;
         } else if (options_.ends_at_overlap) {
-          return "overlap";
+          return Stop::kOverlap;
         }
       }
       continue;
@@ -267,12 +269,12 @@ const char* Minimizer::descend() try {
       reach_factor_ = 1;
       continue;
     }
-    if (!progressive) return step == Step::kConverged ? "converged" : "stalled";
+    if (!progressive) return step == Step::kConverged ? Stop::kConverged : Stop::kStalled;
     progressive = false;
   }
-  return "iteration limit";
+  return Stop::kIterationLimit;
 } catch (const TimeIsOver&) {
-  return "time limit";
+  return Stop::kTimeLimit;
 }
 
 // Does uv_ overlap itself, where it may not? Then uv_ becomes the last map that did not.
@@ -291,37 +293,47 @@ void Minimizer::hold_apart() {
   system_.reset();
 }
 
-Points2 Minimizer::run(Stats& stats) {
+Minimized Minimizer::run() {
   const Stopwatch watch;
   if (barrier_) system_.reset();  // its contacts were those of the way
   sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
-  stats["distortion.energy_start"] = measure(sums_);
-  const char* stop = "converged";
+  done_.energy_start = measure(sums_);
   const bool all_fixed = std::all_of(fixed_.begin(), fixed_.end(), [](char f) { return f != 0; });
   if (!all_fixed) {
     if (barrier_) one_to_one_ = uv_;
     if (barrier_ && options_.held_apart) hold_apart();
-    stop = descend();
+    done_.stop = descend();
     if (!barrier_on_ && overlaps()) {
       if (options_.overlapping == nullptr) {
         hold_apart();
-        stop = descend();
+        done_.stop = descend();
       } else {
-        stop = "overlap";
+        done_.stop = Stop::kOverlap;
       }
     }
   }
   const Untimed finishing(context_);
-  stats["distortion.barrier"] = static_cast<std::int64_t>(barrier_on_);
+  done_.barrier = barrier_on_;
   if (std::none_of(fixed_.begin(), fixed_.end(), [](char f) { return f != 0; })) finish_unit();
   sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
-  stats["distortion.energy"] = measure(sums_);
-  stats["distortion.iterations"] = static_cast<std::int64_t>(iterations_);
-  stats["distortion.progressive_iterations"] = static_cast<std::int64_t>(progressive_iterations_);
-  stats["distortion.factorizations"] = static_cast<std::int64_t>(factorizations_);
-  stats["distortion.stop"] = std::string(stop);
-  stats["distortion.seconds"] = watch.seconds();
-  return std::move(uv_);
+  done_.energy = measure(sums_);
+  done_.uv = std::move(uv_);
+  done_.seconds = watch.seconds();
+  return std::move(done_);
+}
+
+void report(const Minimized& descent, Stats& stats) {
+  constexpr std::array kStops = {"converged",  "stalled", "iteration limit",
+                                 "time limit", "overlap", "not factorized"};
+  const auto count = [&](const char* name, std::int64_t value) { stats[name] = value; };
+  count("distortion.barrier", descent.barrier);
+  count("distortion.iterations", descent.iterations);
+  count("distortion.progressive_iterations", descent.progressive_iterations);
+  count("distortion.factorizations", descent.factorizations);
+  stats["distortion.energy_start"] = descent.energy_start;
+  stats["distortion.energy"] = descent.energy;
+  stats["distortion.seconds"] = descent.seconds;
+  stats["distortion.stop"] = std::string(kStops.at(static_cast<std::size_t>(descent.stop)));
 }
 
 }  // namespace flipfree::distortion

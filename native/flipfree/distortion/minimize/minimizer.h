@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/base/stats.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/minimize_options.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
@@ -36,16 +35,12 @@ class Minimizer {
             const Points2& initial, const MinimizeOptions& options, ExecutionContext& context,
             StepSystem* steps = nullptr);
 
-  Points2 run(Stats& stats);
+  Minimized run();
 
   // Moves the target vertices to their targets, everything else following; see targets.h. Then
   // run() keeps them there. Returns the share of the way that they went, 1 if they arrived bit for
   // bit.
   double pull(const std::vector<std::pair<VertexId, Vector2>>& targets);
-
-  // Of the map that run() returned, and how many Newton systems it took.
-  double energy() const { return measure(sums_); }
-  int factorizations() const { return factorizations_; }
 
  private:
   enum class Step { kTaken, kConverged, kStalled };
@@ -53,7 +48,7 @@ class Minimizer {
   void normalise();
   void finish_unit();
   void align(const std::vector<std::pair<VertexId, Vector2>>& targets);
-  const char* descend();
+  Stop descend();
   bool overlaps();
   void hold_apart();
   Step iterate(bool progressive);
@@ -96,9 +91,7 @@ class Minimizer {
   double frozen_scale_ = 0;  // with the barrier on, the scale no longer changes between steps
   Points2 one_to_one_;  // last map of the run without barrier whose boundary did not meet itself
   int creeping_ = 0;    // very short steps in a row
-  int iterations_ = 0;
-  int progressive_iterations_ = 0;
-  int factorizations_ = 0;
+  Minimized done_;
   double progress_ = 0;
   double first_worst_ = 0;  // largest figures of the descent, for the progress
   double first_promise_ = 0;

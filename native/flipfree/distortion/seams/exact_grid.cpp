@@ -90,12 +90,12 @@ void open_region(const SeamConstraints& constraints, const Triangles& faces,
   for (std::size_t v = 0; v < held.size(); ++v) {
     if (held[v]) minimize.fixed.push_back(static_cast<VertexId>(v));
   }
-  Stats ignored;
   const double before = half_extent(uv);
   SeamSystem system(constraints, part, held, context);
   uv = Minimizer(part, equilateral_rest_shapes(chosen.size()), nullptr, uv, minimize, context,
                  &system)
-           .run(ignored);
+           .run()
+           .uv;
   // A map opened as a whole comes back in the unit of the equilateral triangles.
   if (minimize.fixed.empty()) {
     uv *= std::ldexp(1.0, static_cast<int>(std::lround(std::log2(before / half_extent(uv)))));

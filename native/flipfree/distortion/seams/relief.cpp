@@ -157,9 +157,7 @@ void open_rings(const SeamConstraints& constraints, const Triangles& faces, cons
     places.row(static_cast<Eigen::Index>(i)) = uv.row(vertices[i]);
   const SeamConstraints own = held_constraints(constraints, vertices, number);
   SeamSystem system(own, part, held, context);
-  Stats ignored;
-  places =
-      Minimizer(part, std::move(shapes), nullptr, places, minimize, context, &system).run(ignored);
+  places = Minimizer(part, std::move(shapes), nullptr, places, minimize, context, &system).run().uv;
   for (std::size_t i = 0; i < vertices.size(); ++i)
     uv.row(vertices[i]) = places.row(static_cast<Eigen::Index>(i));
 }

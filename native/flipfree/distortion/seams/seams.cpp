@@ -50,29 +50,32 @@ SeamConstraints constraints_of(const CutMap& map, const ExecutionContext& contex
                          map.seams, map.straight, context);
 }
 
-Points2 optimised(const CutMap& map, const SeamConstraints& constraints,
-                  const MinimizeOptions& minimize, ExecutionContext& context, Stats& stats) {
+Relieved optimised(const CutMap& map, const SeamConstraints& constraints,
+                   const MinimizeOptions& minimize, ExecutionContext& context) {
   RestShapes rest = build_rest_shapes(map.surface, context);
   Points2 uv = map.uv;
   const auto relieved = relieve(constraints, map.surface.faces, rest, {}, uv, context);
-  stats["distortion.relieved"] = static_cast<std::int64_t>(relieved.value_or(0));
   const std::vector<char> free(static_cast<std::size_t>(map.uv.rows()), 0);
   SeamSystem system(constraints, map.surface.faces, free, context);
   Minimizer minimizer(map.surface.faces, std::move(rest), nullptr, uv, minimize, context, &system);
-  return minimizer.run(stats);
+  return {minimizer.run(), relieved.value_or(0)};
 }
 
 }  // namespace
 
-Points2 less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context,
-                       Stats& stats) {
+void report(const Relieved& descent, Stats& stats) {
+  report(static_cast<const Minimized&>(descent), stats);
+  stats["distortion.relieved"] = static_cast<std::int64_t>(descent.opened);
+}
+
+Relieved less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context) {
   check_input(map);
   MinimizeOptions minimize;
   minimize.max_iterations = max_iterations;
   minimize.acceptable = true;
   minimize.keep_last = true;
   check_start(map.surface, map.uv, minimize, context);
-  return optimised(map, constraints_of(map, context), minimize, context, stats);
+  return optimised(map, constraints_of(map, context), minimize, context);
 }
 
 std::optional<Points2> less_distorted_near(const CutMap& map, const std::vector<char>& near,
@@ -116,7 +119,9 @@ ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionCon
                                             seconds_to_search(context.seconds_left(),
                                                               static_cast<Index>(faces.rows()))));
     try {
-      uv = optimised(map, constraints, minimize, context, out.stats);
+      const Relieved better = optimised(map, constraints, minimize, context);
+      report(better, out.stats);
+      uv = better.uv;
     } catch (const TimeIsOver&) {
       hurried = 1;
     }

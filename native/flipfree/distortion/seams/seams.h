@@ -14,6 +14,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/certify/parametrization.h"
+#include "flipfree/distortion/energy/minimize_options.h"
 #include "flipfree/distortion/seams/constraints.h"
 
 namespace flipfree::distortion {
@@ -37,6 +38,13 @@ struct ExactMap {
   Stats stats;
 };
 
+// A descent, and how many triangles were opened before it (relief.h).
+struct Relieved : Minimized {
+  Index opened = 0;
+};
+// The figures as "distortion.*".
+void report(const Relieved& descent, Stats& stats);
+
 // Precondition: every triangle is positively oriented by the exact test (else InvalidInput
 // kFlippedMap), and the map meets its seams' quarter turns up to rounding: what it misses them by
 // is what optimisation and rounding change in addition. Guarantee: flip-free, and every seam edge
@@ -50,10 +58,9 @@ struct ExactMap {
 // Cancelled. Cost: that of the optimisation.
 ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionContext& context);
 
-// The optimisation alone: so many steps. Precondition and "distortion.*" as make_exact(). Throws
-// InvalidInput, NotConverged, TimeIsOver, Cancelled.
-Points2 less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context,
-                       Stats& stats);
+// The optimisation alone: so many steps. Precondition as make_exact(). Throws InvalidInput,
+// NotConverged, TimeIsOver, Cancelled.
+Relieved less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context);
 
 // The optimisation around the vertices marked in `near` (#V of the cut surface) and around
 // triangles that are far worse than the others, everything else held; nullopt if that is no small

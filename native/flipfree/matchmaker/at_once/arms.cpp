@@ -82,11 +82,9 @@ void relax_star(Candidate& candidate, const std::vector<char>& pinned, Execution
       options.fixed.push_back(static_cast<VertexId>(v));
   }
   // Too squeezed for the Newton system: others will be better.
-  Stats unused;
   Outcome<distortion::TargetsResult> rest = attempt([&] {
-    return distortion::with_own_map([&] {
-      return distortion::minimize_with_targets(flat, plane.after, {}, options, context, unused);
-    });
+    return distortion::with_own_map(
+        [&] { return distortion::minimize_with_targets(flat, plane.after, {}, options, context); });
   });
   candidate.cost = rest ? rest->energy : std::numeric_limits<double>::infinity();
   if (rest) plane.after = std::move(rest->uv);

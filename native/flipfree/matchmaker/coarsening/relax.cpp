@@ -40,12 +40,11 @@ double angle(const Vector2& apex, const Vector2& right, const Vector2& left) {
 bool minimize(const mesh::Surface& surface, const distortion::MinimizeOptions& options, Points2& uv,
               ExecutionContext& context) {
   if (static_cast<Eigen::Index>(options.fixed.size()) >= uv.rows()) return true;
-  Stats unused;
-  Outcome<Points2> better = attempt([&] {
+  Outcome<distortion::Minimized> better = attempt([&] {
     return distortion::with_own_map(
-        [&] { return distortion::minimize_distortion(surface, uv, options, context, unused); });
+        [&] { return distortion::minimize_distortion(surface, uv, options, context); });
   });
-  if (better) uv = std::move(*better);
+  if (better) uv = std::move(better->uv);
   return static_cast<bool>(better);
 }
 

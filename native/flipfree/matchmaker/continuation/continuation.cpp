@@ -40,12 +40,11 @@ bool pull(mesh::RefinedMap& map, const std::vector<PinnedVertex>& pins, int step
   options.memory = &order;
   std::vector<std::pair<VertexId, Vector2>> targets;
   for (const PinnedVertex& p : pins) targets.emplace_back(p.vertex, p.uv);
-  Stats unused;
   // Too squeezed for the Newton system: blocked, like any other.
   Outcome<distortion::TargetsResult> result = attempt([&] {
     return distortion::with_own_map([&] {
       return distortion::minimize_with_targets(to_surface(map.surface), map.uv, targets, options,
-                                               context, unused);
+                                               context);
     });
   });
   if (!result || !result->missed.empty()) return false;

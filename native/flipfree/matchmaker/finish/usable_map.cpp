@@ -120,14 +120,18 @@ Points2 optimise(const mesh::RefinedSurface& surface, std::vector<VertexId> held
   if (static_cast<Index>(options.fixed.size()) >= surface.mesh.vertex_count()) return uv;
   Points2 best = uv;
   const bool in_time = ended_in_time([&] {
-    Outcome<Points2> better = attempt([&] {
+    Outcome<distortion::Minimized> better = attempt([&] {
       return distortion::with_own_map([&] {
-        return distortion::minimize_distortion(to_surface(surface), uv, options, context, stats);
+        return distortion::minimize_distortion(to_surface(surface), uv, options, context);
       });
     });
     // A valid map that cannot be improved is still the map that was asked for.
-    if (better) best = std::move(*better);
-    if (!better) stats["optimise_failure"] = better.error().message;
+    if (!better) {
+      stats["optimise_failure"] = better.error().message;
+      return;
+    }
+    report(*better, stats);
+    best = std::move(better->uv);
   });
   if (!in_time || context.time_is_over()) note_time_limit(stats);
   return best;

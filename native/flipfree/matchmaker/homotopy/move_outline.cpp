@@ -125,12 +125,10 @@ class OutlineMover {
       }
     }
     const ProgressRange quiet(context_, time_, time_);
-    Stats unused;
     // Too squeezed for the Newton system: blocked, like any other.
     Outcome<distortion::TargetsResult> result = attempt([&] {
       return distortion::with_own_map([&] {
-        return distortion::minimize_with_targets(chart_, map_.uv, moving, options, context_,
-                                                 unused);
+        return distortion::minimize_with_targets(chart_, map_.uv, moving, options, context_);
       });
     });
     if (!result) return false;
@@ -331,11 +329,9 @@ mesh::RefinedMap first_frame(const mesh::RefinedSurface& surface, const OutlineH
   minimize.max_iterations = kFirstSteps;
   minimize.fixed = loop;
   std::sort(minimize.fixed.begin(), minimize.fixed.end());
-  Stats unused;
   if (loop.size() < static_cast<std::size_t>(map.uv.rows()))
     map.uv = distortion::with_own_map([&] {
-      return distortion::minimize_distortion(to_surface(map.surface), map.uv, minimize, context,
-                                             unused);
+      return distortion::minimize_distortion(to_surface(map.surface), map.uv, minimize, context).uv;
     });
   return map;
 }

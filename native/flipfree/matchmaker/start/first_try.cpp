@@ -146,8 +146,10 @@ Points2 flatten(const mesh::RefinedSurface& surface, ExecutionContext& context, 
   const ProgressRange range(context, 0.2, 0.6);
   distortion::MinimizeOptions minimize;
   minimize.max_iterations = 60;
-  return distortion::with_own_map(
-      [&] { return distortion::minimize_distortion(arrays, uv, minimize, context, stats); });
+  distortion::Minimized flat = distortion::with_own_map(
+      [&] { return distortion::minimize_distortion(arrays, uv, minimize, context); });
+  report(flat, stats);
+  return std::move(flat.uv);
 }
 
 // Turns, scales and moves `uv` to lie over the pins: rotation of least squares, scale by the

@@ -8,7 +8,6 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "flipfree/base/error.h"
@@ -194,13 +193,13 @@ class TakingBack {
             take(own_triangles(map), map) ||
             (take(fewer_triangles(map), map) && added(map) <= (1.0 - kWorthwhileRound) * before);
       }
-      if (whole_) break;
+      if (improved_whole_) break;
     }
     return round;
   }
 
-  // Of the optimisation of the whole map; empty if it has changed since, or was not done.
-  const Stats& stats() const { return stats_; }
+  // The optimisation of the whole map; nothing if it has changed since, or was not done.
+  const std::optional<distortion::Relieved>& whole() const { return whole_; }
 
   Index added(const certify::Parametrization& map) const {
     return static_cast<Index>(map.surface.vertices.rows() - input_.surface.vertices.rows());
@@ -244,15 +243,12 @@ class TakingBack {
                                        context_)),
                map))
         break;
-      const double before = whole_ ? energy() : 0.0;
+      const double before = whole_ ? whole_->energy : 0.0;
       if (!improve(map, Scope::kWhole)) break;
-      if (before > 0.0 && energy() > (1.0 - kWorthwhileRound) * before) break;
+      if (before > 0.0 && whole_->energy > (1.0 - kWorthwhileRound) * before) break;
     }
     return round;
   }
-
-  // Of the map after its optimisation as a whole.
-  double energy() const { return std::get<double>(stats_.at("distortion.energy")); }
 
   // Around what was added and what is bad, where that is little.
   bool improve_near(const distortion::CutMap& cut, certify::Parametrization& map) {
@@ -264,7 +260,7 @@ class TakingBack {
     const auto better = distortion::less_distorted_near(cut, near, context_);
     if (!better) return false;
     map.uv = distortion::corners_of(cut, *better);
-    stats_.clear();
+    whole_.reset();
     return true;
   }
 
@@ -272,16 +268,14 @@ class TakingBack {
   bool improve(certify::Parametrization& map, Scope scope) {
     const distortion::CutMap cut = cut_of(map);
     if (scope == Scope::kNear && improve_near(cut, map)) return true;
-    Stats stats;
     try {
-      map.uv = distortion::corners_of(
-          cut, distortion::less_distorted(cut, max_iterations_, context_, stats));
+      whole_ = distortion::less_distorted(cut, max_iterations_, context_);
+      map.uv = distortion::corners_of(cut, whole_->uv);
     } catch (const NotConverged& failure) {
       if (failure.error().code == ErrorCode::kTimeLimit) throw;
       return false;
     }
-    stats_ = std::move(stats);
-    whole_ = true;
+    improved_whole_ = true;
     return true;
   }
 
@@ -346,9 +340,9 @@ class TakingBack {
   const IndexPairs& uncuttable_;
   int max_iterations_;
   ExecutionContext& context_;
-  std::vector<double> angles_;  // at the input's vertices
-  Stats stats_;                 // of the map's optimisation, if it was the last that was done to it
-  bool whole_ = false;          // has the whole map been improved?
+  std::vector<double> angles_;                 // at the input's vertices
+  std::optional<distortion::Relieved> whole_;  // if it was the last that was done to the map
+  bool improved_whole_ = false;                // was that ever done?
 };
 
 }  // namespace
@@ -369,9 +363,9 @@ bool take_back(const mesh::Surface& input, const std::vector<char>& aligned,
   map.stats["taken_back.rounds"] = rounds;
   map.stats["taken_back.vertices"] = static_cast<std::int64_t>(before - work.added(map));
   map.stats["added_vertices"] = static_cast<std::int64_t>(work.added(map));
-  for (const auto& [name, value] : work.stats()) map.stats[name] = value;
-  const auto stop = work.stats().find("distortion.stop");
-  return stop != work.stats().end() && std::get<std::string>(stop->second) == "converged";
+  if (!work.whole()) return false;
+  report(*work.whole(), map.stats);
+  return work.whole()->stop == distortion::Stop::kConverged;
 }
 
 namespace {

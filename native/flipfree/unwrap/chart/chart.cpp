@@ -229,21 +229,31 @@ double overlapping_share(const std::vector<FacePair>& pairs, const mesh::Surface
   return overlap / uv_area(chart.faces, uv);
 }
 
+FlatChart descended(distortion::Minimized descent, Stats& stats) {
+  report(descent, stats);
+  return {std::move(descent.uv), {}, descent.stop == distortion::Stop::kTimeLimit};
+}
+
 // `apart`: the last map of the descent to `free` that did not overlap.
 FlatChart without_overlap(const mesh::Surface& chart, const FlattenOptions& options, Points2 apart,
                           Points2 free, ExecutionContext& context, Stats& stats) {
   distortion::MinimizeOptions minimize = minimize_options(options);
   minimize.held_apart = true;
-  if (!options.may_add_cuts)
-    return {distortion::minimize_distortion(chart, apart, minimize, context, stats), {}};
+  const auto hold_apart = [&] {
+    return descended(distortion::minimize_distortion(chart, apart, minimize, context), stats);
+  };
+  if (!options.may_add_cuts) return hold_apart();
   const std::vector<FacePair> pairs = overlapping_faces(chart.faces, free, context);
   const double share = overlapping_share(pairs, chart, free);
   const double most =
       std::min(options.most_energy, kEnergyFactor * energy_of(chart, free) + kEnergyExcess);
+  FlatChart flat;
   if (share <= kMildOverlap) {
     minimize.max_iterations = std::min(options.held_steps, options.max_iterations);
-    apart = distortion::minimize_distortion(chart, apart, minimize, context, stats);
-    if (energy_of(chart, apart) <= most) return {std::move(apart), {}};
+    flat = hold_apart();
+    if (energy_of(chart, flat.uv) <= most) return flat;
+  } else {
+    flat.uv = std::move(apart);
   }
   const mesh::Adjacency adjacency = adjacency_of(chart);
   mesh::EdgeFlags cut = separating_cut(chart, adjacency, free, pairs, options.tolerated_overlap,
@@ -251,14 +261,11 @@ FlatChart without_overlap(const mesh::Surface& chart, const FlattenOptions& opti
   // What is tolerated may need no cut at all; where holding apart has not helped, a cut has to.
   if (!any_flag(cut))
     cut = separating_cut(chart, adjacency, free, pairs, 0.0, options.uncuttable, context);
-  if (any_flag(cut)) return {std::move(free), std::move(cut)};
-  return {std::move(apart), {}};
-}
-
-// Did the last descent end before its goal, by the clock or because its map was accepted?
-bool ended_early(const Stats& stats) {
-  const auto stop = stats.find("distortion.stop");
-  return stop != stats.end() && std::get<std::string>(stop->second) == "time limit";
+  if (any_flag(cut)) {
+    flat.uv = std::move(free);
+    flat.cut = std::move(cut);
+  }
+  return flat;
 }
 
 // A map that was accepted early may be drawn out too far for 32 bits. Then the descent goes on,
@@ -276,7 +283,7 @@ void keep_storable(const mesh::Surface& chart, const distortion::MinimizeOptions
   } catch (const NotConverged&) {
     distortion::MinimizeOptions whole = options;
     whole.acceptable = false;
-    uv = distortion::minimize_distortion(chart, uv, whole, context, stats);
+    uv = descended(distortion::minimize_distortion(chart, uv, whole, context), stats).uv;
   } catch (const TimeIsOver&) {
     // What is left of the time is for the other charts.
   }
@@ -292,13 +299,13 @@ void lower_distortion(const mesh::Surface& chart, const FlattenOptions& options,
   minimize.ends_at_overlap = is_piece;
   {
     const ProgressRange range(context, 0.0, is_piece ? 1.0 : 0.5);
-    flat.uv = distortion::minimize_distortion(chart, flat.uv, minimize, context, stats);
+    flat = descended(distortion::minimize_distortion(chart, flat.uv, minimize, context), stats);
   }
   if (free.rows() > 0 && !is_piece) {
     const ProgressRange range(context, 0.5, 1.0);
     flat = without_overlap(chart, options, flat.uv, std::move(free), context, stats);
   }
-  if (context.time_is_over() || ended_early(stats)) stats["time_limit_reached"] = std::int64_t{1};
+  if (context.time_is_over() || flat.hurried) stats["time_limit_reached"] = std::int64_t{1};
 } catch (const TimeIsOver&) {
   stats["time_limit_reached"] = std::int64_t{1};
 } catch (const NotConverged& failure) {
@@ -351,7 +358,7 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
   {
     const ProgressRange range(context, 0.3, 0.6);
     try {
-      uv = distortion::minimize_distortion(chart, uv, minimize, context, stats);
+      uv = descended(distortion::minimize_distortion(chart, uv, minimize, context), stats).uv;
     } catch (const NotConverged& failure) {
       stats["optimise_failure"] = failure.error().message;
     }
@@ -362,8 +369,10 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
   const ProgressRange range(context, 0.6, 1.0);
   minimize.acceptable = options.acceptable;
   distortion::TargetsResult result =
-      distortion::minimize_with_targets(chart, uv, options.pins, minimize, context, stats);
-  if (context.time_is_over() || ended_early(stats)) stats["time_limit_reached"] = std::int64_t{1};
+      distortion::minimize_with_targets(chart, uv, options.pins, minimize, context);
+  report(result, stats);
+  if (context.time_is_over() || result.stop == distortion::Stop::kTimeLimit)
+    stats["time_limit_reached"] = std::int64_t{1};
   if (!result.missed.empty()) {
     throw_not_converged(
         ErrorCode::kLineSearchStalled,

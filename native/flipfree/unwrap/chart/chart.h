@@ -36,8 +36,9 @@ struct FlattenOptions {
 
 // A finished chart, or one that is to be cut into pieces for flatten_piece().
 struct FlatChart {
-  Points2 uv;           // #V x 2, flip-free in 64 bits; of least distortion where there is a cut
-  mesh::EdgeFlags cut;  // empty, or the edges of the chart along which it is to be cut
+  Points2 uv;            // #V x 2, flip-free in 64 bits; of least distortion where there is a cut
+  mesh::EdgeFlags cut;   // empty, or the edges of the chart along which it is to be cut
+  bool hurried = false;  // did the last descent end by the clock, or because its map was accepted?
 };
 
 // Precondition: a connected, validated surface of genus 0 with a boundary. Without pins the scale

@@ -504,14 +504,12 @@ class Judgement {
     minimize.tolerance = options_.tolerance;
     minimize.bijective = !overlaps_itself(own.surface().faces, piece.uv, context_);
     for (const auto& [v, uv] : pins) minimize.fixed.push_back(v);
-    Stats ignored;
     auto improved = attempt([&] {
       return distortion::with_own_map([&] {
-        return distortion::minimize_distortion(own.surface(), piece.uv, minimize, context_,
-                                               ignored);
+        return distortion::minimize_distortion(own.surface(), piece.uv, minimize, context_);
       });
     });
-    return improved ? std::move(*improved) : piece.uv;
+    return improved ? std::move(improved->uv) : piece.uv;
   }
 
   void take_anew(const Piece& piece, const std::vector<Piece>& parts, const mesh::EdgeFlags& cut) {

@@ -330,13 +330,12 @@ void relax_patch(Patch& patch, double density, ExecutionContext& context) {
   distortion::MinimizeOptions minimize;
   minimize.fixed = held(patch);
   minimize.unit = density;
-  Stats ignored;
   auto relaxed = attempt([&] {
     return distortion::with_own_map([&] {
-      return distortion::minimize_distortion(patch.surface, patch.uv, minimize, context, ignored);
+      return distortion::minimize_distortion(patch.surface, patch.uv, minimize, context);
     });
   });
-  if (relaxed) patch.uv = std::move(*relaxed);
+  if (relaxed) patch.uv = std::move(relaxed->uv);
 }
 
 bool unfold(Patch& patch, double density, ExecutionContext& context) {

@@ -130,8 +130,8 @@ class TrialMap {
       distortion::MinimizeOptions options;
       options.max_iterations = kFurtherSteps;
       options.tolerance = tolerance;
-      uv_ = distortion::minimize_distortion(slit_, by_vertex(slit_, corner_uv_), options, context,
-                                            ignored);
+      uv_ =
+          distortion::minimize_distortion(slit_, by_vertex(slit_, corner_uv_), options, context).uv;
     }
     corner_uv_ = by_corner(slit_.faces, uv_);
     return stretch_of(chart_, corner_uv_);
