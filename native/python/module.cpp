@@ -20,9 +20,9 @@ void raise(const char* name, const Error& error, const py::object& certificate =
     witness[py::str(key)] = py::list(py::cast(numbers));
   }
   const py::object type = py::module_::import("flipfree.errors").attr(name);
-  const py::object instance =
-      type(error.message, "code"_a = describe(error.code), "kind"_a = kind_name(error.kind),
-           "elements"_a = error.elements, "certificate"_a = certificate, "witness"_a = witness);
+  const py::object instance = type(rendered(error.message), "code"_a = describe(error.code),
+                                   "kind"_a = kind_name(error.kind), "elements"_a = error.elements,
+                                   "certificate"_a = certificate, "witness"_a = witness);
   PyErr_SetObject(type.ptr(), instance.ptr());
 }
 
@@ -65,7 +65,11 @@ const char* kind_name(ElementKind kind) {
 py::object to_python(const Stats& stats) {
   py::dict d;
   for (const auto& [name, value] : stats) {
-    std::visit([&, &key = name](const auto& v) { d[py::str(key)] = py::cast(v); }, value);
+    if (const auto* text = std::get_if<std::string>(&value)) {
+      d[py::str(name)] = rendered(*text);
+    } else {
+      std::visit([&, &key = name](const auto& v) { d[py::str(key)] = py::cast(v); }, value);
+    }
   }
   return d;
 }
@@ -79,6 +83,8 @@ py::object to_python(const certify::Certificate& c) {
   for (std::size_t i = 0; i < c.seams.size(); ++i) {
     ends.row(static_cast<Eigen::Index>(i)) << c.seams[i].from, c.seams[i].to;
   }
+  std::vector<std::string> failures;
+  for (const std::string& failure : c.failures) failures.push_back(rendered(failure));
   return py::dict(
       "ok"_a = c.ok, "triangles"_a = c.triangles, "flips64"_a = c.flips64, "flips32"_a = c.flips32,
       "winding_failures"_a = c.winding_failures, "pin_failures"_a = c.pin_failures,
@@ -91,7 +97,7 @@ py::object to_python(const certify::Certificate& c) {
       "provenance_failures"_a = c.provenance_failures, "overlaps"_a = c.overlaps,
       "island_overlaps"_a = c.island_overlaps, "island_overlap_faces"_a = c.island_overlap_faces,
       "energy"_a = c.energy, "max_energy"_a = c.max_energy, "energy_p99"_a = c.energy_p99,
-      "mends"_a = c.mends, "failures"_a = c.failures, "failed_faces"_a = c.failed_faces);
+      "mends"_a = c.mends, "failures"_a = std::move(failures), "failed_faces"_a = c.failed_faces);
 }
 
 py::object to_python(certify::Parametrization&& map) {

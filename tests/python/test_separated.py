@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -339,3 +341,55 @@ def test_islands_agree_with_slow_code() -> None:
         uv = np.stack([np.array(faces), random.integers(0, 2, (len(faces), 3))], -1)
         uv = uv.astype(np.float32)
         assert ff.islands(faces, uv)[0].tolist() == slow_islands(faces, uv)
+
+
+def said(call) -> str:
+    try:
+        return "\n".join(call().failures)
+    except ff.FlipfreeError as error:
+        return f"{error} {error.kind} {list(error.elements)}"
+
+
+def one_flipped(vertices, faces) -> np.ndarray:
+    uv = vertices[faces][:, :, :2].copy()
+    uv[-3] = uv[-3, [0, 2, 1]]
+    return uv
+
+
+#: (vertices, faces, by how much vertices are counted on, by how much faces are) -> an error, or a certificate that fails
+WRONG = {
+    "pins at one point": lambda v, f, a, b: ff.unwrap(v, f, pins={20 + a: (0, 0), 30 + a: (0, 0)}),
+    "pins of one vertex": lambda v, f, a, b: ff.unwrap(
+        v, f, pins={(10 + b, 0): (0, 0), (11 + b, 0): (1, 1), (12 + b, 0): (1, 0)}
+    ),
+    "no edge": lambda v, f, a, b: ff.unwrap(v, f, cuts=[[a, 40 + a]]),
+    "no edge among polygons": lambda v, f, a, b: ff.unwrap(
+        v, f, uncuttable=[[8 + a, 30 + a]], seams="auto"
+    ),
+    "a pin too far": lambda v, f, a, b: ff.improve(
+        (v, f, v[f][:, :, :2]), pins={20 + a: (0, 0), 21 + a: (0, 0)}
+    ),
+    "repaired pins": lambda v, f, a, b: ff.repair(
+        v, f, one_flipped(v, f), pins={20 + a: (0, 0), 30 + a: (0, 0)}
+    ),
+    "a bad map": lambda v, f, a, b: ff.certify(
+        v, f, one_flipped(v, f), pins={20 + a: (5, 5)}, cones={24 + a: 3}
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_wrong_is_said_in_the_users_own_numbers(name) -> None:
+    vertices, faces = bumpy_grid(6, 6)
+    before = said(lambda: WRONG[name](vertices, faces, 0, 0))
+    unused = np.arange(12.0).reshape(4, 3)
+    more = np.concatenate([[[4, 4, 5]] * 2, faces + 4])
+    after = said(lambda: WRONG[name](np.concatenate([unused, vertices]), more, 4, 2))
+
+    def counted_on(found: re.Match[str]) -> str:
+        by = 2 if "face" in found[0] else 4
+        return re.sub(r"\d+", lambda n: str(int(n[0]) + by), found[0])
+
+    ids = r"(?:vert(?:ex|ices)|face) (?:\d+(?: and )?)+|(?:vertex|edge|face) \[.*\]"
+    assert before
+    assert after == re.sub(ids, counted_on, before, flags=re.IGNORECASE)

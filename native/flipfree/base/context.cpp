@@ -55,10 +55,9 @@ ProgressRange::~ProgressRange() {
   context_.end_ = end_;
 }
 
-TimeLimit::TimeLimit(ExecutionContext& context, double seconds)
-    : context_(context), outer_(context.deadline_) {
+TimeLimit::TimeLimit(ExecutionContext& context, double seconds) : TimeScope(context) {
   if (seconds < ExecutionContext::kForever)
-    context_.deadline_ = std::min(outer_, context_.now() + seconds);
+    deadline_ = std::min(deadline_, context.now() + seconds);
 }
 
 }  // namespace flipfree

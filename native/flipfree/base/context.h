@@ -83,12 +83,10 @@ class ExecutionContext {
   double fraction() const { return fraction_.load(std::memory_order_relaxed); }
 
  private:
-  friend class MapInHand;
-  friend class Overtime;
   friend class ProgressRange;
   friend class SharedProgress;
   friend class TimeLimit;
-  friend class Untimed;
+  friend class TimeScope;
   static constexpr double kForever = std::numeric_limits<double>::infinity();
 
   double now() const;
@@ -137,19 +135,59 @@ class ProgressRange {
   double end_;
 };
 
-// While it lives, checks of `context` throw TimeIsOver from so many seconds after its construction
-// on, or from the end of the limit around it on, whichever comes first. Infinite: no limit of its
-// own.
-class TimeLimit {
+// What says otherwise, while it lives, when the time of `context` is over. They end in the reverse
+// order of their beginnings.
+class TimeScope {
  public:
-  TimeLimit(ExecutionContext& context, double seconds);
-  ~TimeLimit() { context_.deadline_ = outer_; }
-  TimeLimit(const TimeLimit&) = delete;
-  TimeLimit& operator=(const TimeLimit&) = delete;
+  TimeScope(const TimeScope&) = delete;
+  TimeScope& operator=(const TimeScope&) = delete;
+
+ protected:
+  explicit TimeScope(ExecutionContext& context)
+      : deadline_(context.deadline_),
+        in_hand_(context.in_hand_),
+        outer_deadline_(context.deadline_),
+        outer_in_hand_(context.in_hand_) {}
+  ~TimeScope() {
+    deadline_ = outer_deadline_;
+    in_hand_ = outer_in_hand_;
+  }
+
+  double& deadline_;
+  bool& in_hand_;
 
  private:
-  ExecutionContext& context_;
-  double outer_;
+  double outer_deadline_;
+  bool outer_in_hand_;
+};
+
+// A deadline: checks throw TimeIsOver from so many seconds after its construction on, or from the
+// end of the limit around it on, whichever comes first. Infinite: no limit of its own.
+class TimeLimit : TimeScope {
+ public:
+  TimeLimit(ExecutionContext& context, double seconds);
+};
+
+// The map so far is what is returned if time is over: accept() then ends it. Only where TimeIsOver
+// costs nothing but distortion, never where it would cost the map.
+class MapInHand : TimeScope {
+ public:
+  explicit MapInHand(ExecutionContext& context) : TimeScope(context) { in_hand_ = true; }
+};
+
+// A grace: the limit is so much later, and nothing can be accepted. For work without which what was
+// found in time would be lost: without end if it is short, kShort if it is so as a rule, but may
+// also take long. Callers wait for a late answer no longer than twice this.
+class Grace : TimeScope {
+ public:
+  static constexpr double kShort = 0.1;
+
+  explicit Grace(ExecutionContext& context,
+                 double seconds = std::numeric_limits<double>::infinity())
+      : TimeScope(context) {
+    deadline_ += seconds;
+    in_hand_ = false;
+  }
 };
 
 // The seconds of a TimeLimit for an option whose zero means that there is none.
@@ -163,68 +201,5 @@ inline double seconds_to_search(double seconds, Index faces) {
   constexpr double kSecondsPerFace = 4e-6;
   return seconds - std::min(0.5 * seconds, kSecondsPerFace * static_cast<double>(faces));
 }
-
-// While it lives, `context` has no time limit and cannot be accepted: for the short work without
-// which what was found in time would be lost.
-class Untimed {
- public:
-  explicit Untimed(ExecutionContext& context)
-      : context_(context), outer_(context.deadline_), outer_in_hand_(context.in_hand_) {
-    context_.deadline_ = ExecutionContext::kForever;
-    context_.in_hand_ = false;
-  }
-  ~Untimed() {
-    context_.deadline_ = outer_;
-    context_.in_hand_ = outer_in_hand_;
-  }
-  Untimed(const Untimed&) = delete;
-  Untimed& operator=(const Untimed&) = delete;
-
- private:
-  ExecutionContext& context_;
-  double outer_;
-  bool outer_in_hand_;
-};
-
-// While it lives, the limit of `context` is a little later and it cannot be accepted: for work that
-// is short as a rule, without which what was found in time would be lost, but that may also take
-// long. Callers wait for a late answer no longer than twice this.
-class Overtime {
- public:
-  static constexpr double kSeconds = 0.1;
-
-  explicit Overtime(ExecutionContext& context)
-      : context_(context), outer_(context.deadline_), outer_in_hand_(context.in_hand_) {
-    context_.deadline_ += kSeconds;
-    context_.in_hand_ = false;
-  }
-  ~Overtime() {
-    context_.deadline_ = outer_;
-    context_.in_hand_ = outer_in_hand_;
-  }
-  Overtime(const Overtime&) = delete;
-  Overtime& operator=(const Overtime&) = delete;
-
- private:
-  ExecutionContext& context_;
-  double outer_;
-  bool outer_in_hand_;
-};
-
-// While it lives, the solver has a map that it returns if its time is over: accept() then ends it.
-// Only where TimeIsOver costs nothing but distortion, never where it would cost the map.
-class MapInHand {
- public:
-  explicit MapInHand(ExecutionContext& context) : context_(context), outer_(context.in_hand_) {
-    context_.in_hand_ = true;
-  }
-  ~MapInHand() { context_.in_hand_ = outer_; }
-  MapInHand(const MapInHand&) = delete;
-  MapInHand& operator=(const MapInHand&) = delete;
-
- private:
-  ExecutionContext& context_;
-  bool outer_;
-};
 
 }  // namespace flipfree

@@ -76,6 +76,11 @@ std::string_view describe(ErrorCode code) {
   return "unknown error";
 }
 
+std::string rendered(std::string message) {
+  std::erase_if(message, [](char c) { return kind_of_mark(c) != ElementKind::kNone; });
+  return message;
+}
+
 void throw_invalid(ErrorCode code, std::string message, ElementKind kind,
                    std::vector<Index> elements) {
   throw InvalidInput({code, std::move(message), kind, std::move(elements)});

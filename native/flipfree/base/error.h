@@ -1,6 +1,7 @@
 // Errors: one closed enum, one value type, and the exceptions thrown at the API's edge.
 #pragma once
 
+#include <concepts>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -66,12 +67,39 @@ struct Witness {
 // What failed, where, and what to do about it.
 struct Error {
   ErrorCode code = ErrorCode::kInternal;
-  std::string message;  // one sentence what and where, one sentence cure
+  std::string message;  // one sentence what and where, one sentence cure; ids are marked
   ElementKind kind = ElementKind::kNone;
   std::vector<Index>
       elements;       // ids of the elements at fault (edges as vertex pairs), at most 1000
   Witness witness{};  // of Infeasible only
 };
+
+// The id of an element in a message: its digits after a byte that tells its kind, so that whoever
+// works on a part of a mesh can put the whole's ids in their place (renumbered(), failure.h) and
+// nothing else of the sentence.
+template <std::integral Id>
+std::string marked_id(ElementKind kind, Id id) {
+  return static_cast<char>(kind) + std::to_string(id);
+}
+template <std::integral Id>
+std::string vertex_id(Id v) {
+  return marked_id(ElementKind::kVertex, v);
+}
+template <std::integral Id>
+std::string face_id(Id f) {
+  return marked_id(ElementKind::kFace, f);
+}
+template <std::integral Id>
+std::string corner_id(Id c) {
+  return marked_id(ElementKind::kCorner, c);
+}
+// The kind of element whose id follows this byte of a message; kNone of others.
+inline ElementKind kind_of_mark(char c) {
+  return c > 0 && c <= static_cast<char>(ElementKind::kCorner) ? static_cast<ElementKind>(c)
+                                                               : ElementKind::kNone;
+}
+// A message as people read it, without these marks: at the library's edge.
+std::string rendered(std::string message);
 
 // A short fixed text for the code alone, e.g. "non-manifold edge".
 std::string_view describe(ErrorCode code);
@@ -79,7 +107,8 @@ std::string_view describe(ErrorCode code);
 // Base of everything that the library throws across its public functions.
 class Exception : public std::runtime_error {
  public:
-  explicit Exception(Error error) : std::runtime_error(error.message), error_(std::move(error)) {}
+  explicit Exception(Error error)
+      : std::runtime_error(rendered(error.message)), error_(std::move(error)) {}
   const Error& error() const { return error_; }
 
  private:

@@ -1,7 +1,7 @@
 #include "flipfree/base/failure.h"
 
+#include <algorithm>
 #include <charconv>
-#include <regex>
 
 namespace flipfree {
 
@@ -19,40 +19,53 @@ std::vector<FaceId> faces_at(const Error& error, const Triangles& faces) {
   return found;
 }
 
-namespace {
-
-std::string other_id(const std::string& digits, const std::function<Index(Index)>& other) {
-  Index id = kInvalid;
-  const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), id);
-  if (read.ec != std::errc()) return digits;
-  const Index renamed = other(id);
-  return renamed == kInvalid ? digits : std::to_string(renamed);
+Index Renumbering::operator()(ElementKind kind, Index id) const {
+  switch (kind) {
+    case ElementKind::kVertex:
+    case ElementKind::kEdge:
+      return vertex(id);
+    case ElementKind::kFace:
+      return face(id);
+    case ElementKind::kCorner:
+      return corner(id);
+    case ElementKind::kNone:
+      break;
+  }
+  return id;
 }
 
-}  // namespace
-
 std::string renumbered(const std::string& text, const Renumbering& numbers) {
-  // Word, first id, and for pairs of vertices what joins the second one.
-  static const std::regex named(
-      R"(\b(?:(Vertex|vertex|Vertices|vertices|Edge|edge)|(Face|face)|(Corner|corner)) (\d+)(?:(-| and )(\d+))?)");
   std::string result;
-  auto rest = text.cbegin();
-  for (std::sregex_iterator it(text.begin(), text.end(), named), end; it != end; ++it) {
-    const std::smatch& match = *it;
-    const auto& other = match[1].matched   ? numbers.vertex
-                        : match[2].matched ? numbers.face
-                                           : numbers.corner;
-    result.append(rest, match[4].first);
-    result += other_id(match[4].str(), other);
-    rest = match[4].second;
-    // "face 3 and 4 more" is one id.
-    if (match[1].matched && match[6].matched) {
-      result += match[5].str() + other_id(match[6].str(), other);
-      rest = match[6].second;
-    }
+  for (auto at = text.begin(); at != text.end();) {
+    const ElementKind kind = kind_of_mark(*at);
+    result += *at++;
+    if (kind == ElementKind::kNone) continue;
+    const auto end = std::find_if(at, text.end(), [](char c) { return c < '0' || c > '9'; });
+    const std::string digits(at, end);
+    Index id = kInvalid;
+    std::from_chars(digits.data(), digits.data() + digits.size(), id);
+    const Index other = id == kInvalid ? kInvalid : numbers(kind, id);
+    result += other == kInvalid ? digits : std::to_string(other);
+    at = end;
   }
-  result.append(rest, text.cend());
   return result;
+}
+
+Error renumbered(Error error, const Renumbering& numbers) {
+  error.message = renumbered(error.message, numbers);
+  for (Index& id : error.elements) id = numbers(error.kind, id);
+  if (std::find(error.elements.begin(), error.elements.end(), kInvalid) != error.elements.end()) {
+    error.kind = ElementKind::kNone;
+    error.elements.clear();
+  }
+  return error;
+}
+
+Renumbering known_in(Index vertices, Index faces) {
+  const auto below = [](Index limit) {
+    return [limit](Index id) { return id < limit ? id : kInvalid; };
+  };
+  return {below(vertices), below(faces), below(3 * faces)};
 }
 
 }  // namespace flipfree

@@ -1,4 +1,4 @@
-// The ids in a sentence for people, in another numbering.
+// Failure as a value, and errors in terms of what the caller gave.
 #pragma once
 
 #include <algorithm>
@@ -14,6 +14,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/stats.h"
 #include "flipfree/base/types.h"
 
 namespace flipfree {
@@ -63,17 +64,6 @@ auto attempt_part(Step&& step) -> Outcome<std::invoke_result_t<Step>> {
   }
 }
 
-// The error of the NotConverged that a step without a value ends in; nothing if it comes to its
-// end.
-template <typename Step>
-std::optional<Error> failure_of(Step&& step) {
-  const Outcome<bool> outcome = attempt([&] {
-    std::forward<Step>(step)();
-    return true;
-  });
-  return outcome ? std::nullopt : std::optional<Error>(outcome.error());
-}
-
 // Runs `work`; false if time was over before it ended.
 template <typename Work>
 bool ended_in_time(Work&& work) {
@@ -87,10 +77,24 @@ bool ended_in_time(Work&& work) {
 
 // The same for `way` and its share of the time; TimeIsOver if all of it is over.
 template <typename Way>
-bool ended_in_share(ExecutionContext& context, Way&& way) {
+bool ended_in_time(ExecutionContext& context, Way&& way) {
   if (ended_in_time(std::forward<Way>(way))) return true;
   context.check();
   return false;
+}
+
+// Runs `work`, which makes a result better that is one as it stands: the best so far is kept where
+// time is over ("time_limit_reached") or it ends in NotConverged ("optimise_failure").
+template <typename Work>
+void improve_in_time(const ExecutionContext& context, Stats& stats, Work&& work) {
+  const bool in_time = ended_in_time([&] {
+    try {
+      std::forward<Work>(work)();
+    } catch (const NotConverged& failure) {
+      stats["optimise_failure"] = failure.error().message;
+    }
+  });
+  if (!in_time || context.time_is_over()) note_time_limit(stats);
 }
 
 // A whole call under the limit of time that its caller set.
@@ -150,15 +154,20 @@ inline std::vector<Index> first_elements(const std::vector<Index>& elements) {
 // O(#F) times the vertices.
 std::vector<FaceId> faces_at(const Error& error, const Triangles& faces);
 
+// The ids of another mesh for those of the one at hand; kInvalid of elements that it does not have.
 struct Renumbering {
   std::function<Index(Index)> vertex;
   std::function<Index(Index)> face;
   std::function<Index(Index)> corner;
+
+  Index operator()(ElementKind kind, Index id) const;
 };
 
-// Our messages name an element by its word and its id: "vertex 3", "vertices 3 and 5", "edge 3-5",
-// "face 7", "corner 21", in small or with a capital. These ids are renumbered, nothing else is. An
-// id that its function maps to kInvalid stays.
+// The ids that are marked in a message (error.h); those that the other mesh does not have stay.
 std::string renumbered(const std::string& text, const Renumbering& numbers);
+// The same with the elements; none if the other mesh does not have one of them.
+Error renumbered(Error error, const Renumbering& numbers);
+// To a mesh of which all elements have the ids that they have here, and there are others here.
+Renumbering known_in(Index vertices, Index faces);
 
 }  // namespace flipfree

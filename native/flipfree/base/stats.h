@@ -14,6 +14,9 @@ namespace flipfree {
 using StatValue = Variant<double, std::int64_t, std::string>;
 using Stats = std::map<std::string, StatValue>;
 
+// Whoever worked on the result had to stop because time was over, or it was accepted.
+inline void note_time_limit(Stats& stats) { stats["time_limit_reached"] = std::int64_t{1}; }
+
 // Wall-clock seconds since construction or the last restart.
 class Stopwatch {
  public:

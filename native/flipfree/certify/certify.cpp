@@ -120,13 +120,12 @@ struct Certifier {
     certificate.flips32 = static_cast<std::int64_t>(flips32.size());
     if (!flips64.empty()) {
       fail("G1: " + counted(flips64.size(), "triangle is", "triangles are") +
-               " flipped or degenerate in 64-bit UVs, first face " + std::to_string(flips64[0]),
+               " flipped or degenerate in 64-bit UVs, first face " + face_id(flips64[0]),
            flips64);
     }
     if (!flips32.empty()) {
       fail("G1: " + counted(flips32.size(), "triangle is", "triangles are") +
-               " flipped or degenerate in the stored 32-bit UVs, first face " +
-               std::to_string(flips32[0]),
+               " flipped or degenerate in the stored 32-bit UVs, first face " + face_id(flips32[0]),
            flips32);
     }
   }
@@ -145,7 +144,7 @@ struct Certifier {
     certificate.winding_failures = static_cast<std::int64_t>(bad.size());
     if (!bad.empty()) {
       fail("G2: the map winds more than once around " + counted(bad.size(), "vertex", "vertices") +
-               ", first vertex " + std::to_string(bad[0]),
+               ", first vertex " + vertex_id(bad[0]),
            {adjacency.vertex_halfedge[static_cast<std::size_t>(bad[0])] / 3});
     }
   }
@@ -163,7 +162,7 @@ struct Certifier {
     if (missed > 0) {
       fail("G3: " + counted(static_cast<std::size_t>(missed), "pin is", "pins are") +
                " not met bit for bit, first at vertex " +
-               std::to_string(surface.faces(first / 3, first % 3)),
+               vertex_id(surface.faces(first / 3, first % 3)),
            {first / 3});
     }
   }
@@ -193,8 +192,8 @@ struct Certifier {
     if (!bad.empty()) {
       fail("G4: " + counted(bad.size(), "seam edge is", "seam edges are") +
                " not matched by a quarter turn and a translation, first edge " +
-               std::to_string(mesh::source(surface.faces, bad[0])) + "-" +
-               std::to_string(mesh::target(surface.faces, bad[0])),
+               vertex_id(mesh::source(surface.faces, bad[0])) + "-" +
+               vertex_id(mesh::target(surface.faces, bad[0])),
            {bad[0] / 3});
     }
     if (bad.empty() && flips64.empty() && flips32.empty()) {
@@ -218,7 +217,7 @@ struct Certifier {
       if (certificate.holonomy_failures++ > 0) continue;
       const bool exists = !loop.empty() && loop[0] >= 0 && loop[0] / 3 < surface.faces.rows();
       fail("G6: the map does not turn by " + std::to_string(turns) + " quarter turns along " +
-               (exists ? "the loop through face " + std::to_string(loop[0] / 3) : "a loop"),
+               (exists ? "the loop through face " + face_id(loop[0] / 3) : "a loop"),
            std::vector<FaceId>(exists ? 1 : 0, exists ? loop[0] / 3 : 0));
     }
   }
@@ -264,8 +263,8 @@ struct Certifier {
     if (wrong > 0) {
       const HalfedgeId there = adjacency.vertex_halfedge[static_cast<std::size_t>(first)];
       fail("G5: " + counted(static_cast<std::size_t>(wrong), "vertex has", "vertices have") +
-               " another total angle than prescribed, first vertex " + std::to_string(first) +
-               " with " + std::to_string(sum[static_cast<std::size_t>(first)]) + " instead of " +
+               " another total angle than prescribed, first vertex " + vertex_id(first) + " with " +
+               std::to_string(sum[static_cast<std::size_t>(first)]) + " instead of " +
                std::to_string(target_angle[static_cast<std::size_t>(first)]),
            std::vector<FaceId>(there == kInvalid ? 0 : 1, there / 3));
     }
@@ -276,7 +275,7 @@ struct Certifier {
     const Overlaps& shown = overlaps64.places() > 0 ? overlaps64 : overlaps32;
     certificate.overlaps = std::max(overlaps64.places(), overlaps32.places());
     if (certificate.overlaps == 0 || !request.require_bijective) return;
-    const std::string first = ", first at face " + std::to_string(shown.faces[0]);
+    const std::string first = ", first at face " + face_id(shown.faces[0]);
     if (shown.contacts > 0) {
       fail("The boundary of a chart meets itself in " +
                counted(static_cast<std::size_t>(shown.contacts), "place", "places") + first,
@@ -297,7 +296,7 @@ struct Certifier {
     if (shown.pairs > 0 && request.require_disjoint) {
       fail(counted(static_cast<std::size_t>(shown.pairs), "pair of charts overlaps",
                    "pairs of charts overlap") +
-               ", first at face " + std::to_string(shown.faces[0]),
+               ", first at face " + face_id(shown.faces[0]),
            shown.faces);
     }
   }
@@ -341,8 +340,8 @@ struct Certifier {
       certificate.features_missed.emplace_back(request.features(i, 0), request.features(i, 1));
     if (missed.empty() || !request.require_features) return;
     fail("G8: " + counted(missed.size(), "feature is", "features are") +
-             " no isoline, first edge " + std::to_string(certificate.features_missed[0].first) +
-             "-" + std::to_string(certificate.features_missed[0].second),
+             " no isoline, first edge " + vertex_id(certificate.features_missed[0].first) + "-" +
+             vertex_id(certificate.features_missed[0].second),
          {});
   }
 
@@ -366,13 +365,13 @@ void check_shapes(const CertifyRequest& request) {
   for (const auto& [v, angle] : request.cone_angles) {
     if (v < 0 || v >= request.surface->vertices.rows()) {
       throw_invalid(ErrorCode::kBadAngles,
-                    "A cone names vertex " + std::to_string(v) +
+                    "A cone names vertex " + vertex_id(v) +
                         ", which does not exist. Name vertices of the mesh.");
     }
     if (!std::isfinite(angle)) {
       throw_invalid(
           ErrorCode::kBadAngles,
-          "The cone at vertex " + std::to_string(v) + " has no finite angle. Give it in radians.",
+          "The cone at vertex " + vertex_id(v) + " has no finite angle. Give it in radians.",
           ElementKind::kVertex, {v});
     }
   }

@@ -113,7 +113,7 @@ void throw_no_edge(VertexId a, VertexId b, Eigen::Index vertex_count) {
     if (v >= 0 && v < vertex_count) existing.push_back(v);
   }
   throw_invalid(ErrorCode::kNotAnEdge,
-                "Feature " + std::to_string(a) + "-" + std::to_string(b) +
+                "Feature " + vertex_id(a) + "-" + vertex_id(b) +
                     " is no edge of the mesh. Name pairs of vertices that an edge joins.",
                 ElementKind::kVertex, std::move(existing));
 }

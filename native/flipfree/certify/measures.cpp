@@ -180,7 +180,7 @@ struct Checker {
     for (Eigen::Index v = 0; v < refined.vertices.rows(); ++v) {
       if (v < kept) {
         if (refined.vertices.row(v) != parent.vertices.row(v)) {
-          fail("vertex " + std::to_string(v) + " of the input was moved", kInvalid);
+          fail("vertex " + vertex_id(v) + " of the input was moved", kInvalid);
         }
         continue;
       }
@@ -188,8 +188,7 @@ struct Checker {
       const Vector3 weights = provenance.vertex_barycentric->row(v);
       if (f < 0 || f >= parent.faces.rows() || !(weights.minCoeff() >= 0.0) ||
           !(std::abs(weights.sum() - 1.0) <= kProvenanceTolerance)) {
-        fail("added vertex " + std::to_string(v) + " has no valid place in an input face",
-             kInvalid);
+        fail("added vertex " + vertex_id(v) + " has no valid place in an input face", kInvalid);
         continue;
       }
       Vector3 expected = Vector3::Zero();
@@ -201,7 +200,7 @@ struct Checker {
       // (The largest of some coefficients, one of them NaN, may be any.)
       const Vector3 off = refined.vertices.row(v).transpose() - expected;
       if (!off.allFinite() || !(off.cwiseAbs().maxCoeff() <= kProvenanceTolerance * size)) {
-        fail("added vertex " + std::to_string(v) + " does not lie where its weights say", kInvalid);
+        fail("added vertex " + vertex_id(v) + " does not lie where its weights say", kInvalid);
       }
     }
   }
@@ -240,7 +239,7 @@ struct Checker {
     for (FaceId f = 0; f < refined.faces.rows(); ++f) {
       const FaceId p = (*provenance.parent_face)[static_cast<std::size_t>(f)];
       if (p < 0 || p >= parent.faces.rows()) {
-        fail("face " + std::to_string(f) + " has no parent face", f);
+        fail("face " + face_id(f) + " has no parent face", f);
         continue;
       }
       FaceId& first_part = first[static_cast<std::size_t>(p)];
@@ -250,21 +249,18 @@ struct Checker {
       Vector3 c;
       if (!weights_in(refined.faces(f, 0), p, a) || !weights_in(refined.faces(f, 1), p, b) ||
           !weights_in(refined.faces(f, 2), p, c)) {
-        fail("face " + std::to_string(f) + " leaves its parent face " + std::to_string(p), f);
+        fail("face " + face_id(f) + " leaves its parent face " + face_id(p), f);
         continue;
       }
       const double area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
       if (!(area >= -kProvenanceTolerance)) {
-        fail("face " + std::to_string(f) + " is turned over within its parent face " +
-                 std::to_string(p),
-             f);
+        fail("face " + face_id(f) + " is turned over within its parent face " + face_id(p), f);
       }
       covered[static_cast<std::size_t>(p)] += area;
     }
     for (std::size_t p = 0; p < covered.size(); ++p) {
       if (!(std::abs(covered[p] - 1.0) <= kProvenanceTolerance)) {
-        fail("input face " + std::to_string(p) + " is not covered exactly once by its parts",
-             first[p]);
+        fail("input face " + face_id(p) + " is not covered exactly once by its parts", first[p]);
       }
     }
   }
@@ -296,9 +292,9 @@ struct Checker {
           glued = along_side && parent == neighbour(across, 3 * p + (m + 1) % 3);
         }
         if (!glued) {
-          fail("face " + std::to_string(f) + " is torn off at the edge of vertices " +
-                   std::to_string(refined.faces(f, k)) + " and " +
-                   std::to_string(refined.faces(f, (k + 1) % 3)),
+          fail("face " + face_id(f) + " is torn off at the edge of vertices " +
+                   vertex_id(refined.faces(f, k)) + " and " +
+                   vertex_id(refined.faces(f, (k + 1) % 3)),
                f);
         }
       }

@@ -66,7 +66,7 @@ void require_one_place(std::vector<CornerPin> pins) {
   for (std::size_t i = 1; i < pins.size(); ++i) {
     if (pins[i].corner != pins[i - 1].corner || pins[i].uv == pins[i - 1].uv) continue;
     throw_invalid(ErrorCode::kBadPins,
-                  "Corner " + std::to_string(pins[i].corner) +
+                  "Corner " + corner_id(pins[i].corner) +
                       " is pinned to two different places. Unpin it, or give it one.",
                   ElementKind::kCorner, {pins[i].corner});
   }
@@ -136,27 +136,6 @@ Renumbering numbers_of_input(const mesh::SeparatedSurface& separated) {
           }};
 }
 
-Error in_input_terms(const mesh::SeparatedSurface& separated, Error error) {
-  error.message = renumbered(error.message, numbers_of_input(separated));
-  for (Index& i : error.elements) {
-    switch (error.kind) {
-      case ElementKind::kVertex:
-      case ElementKind::kEdge:
-        i = separated.vertex_origin[at(i)];
-        break;
-      case ElementKind::kFace:
-        i = separated.face_origin[at(i)];
-        break;
-      case ElementKind::kCorner:
-        i = separated.corner_origin(i);
-        break;
-      case ElementKind::kNone:
-        break;
-    }
-  }
-  return error;
-}
-
 Certificate in_input_terms(const mesh::SeparatedSurface& separated, Certificate certificate) {
   for (auto* faces : {&certificate.failed_faces, &certificate.island_overlap_faces}) {
     for (FaceId& f : *faces) f = separated.face_origin[at(f)];
@@ -197,7 +176,7 @@ void judge_collapsed_pins(const std::vector<CornerPin>& pins, const CertifyReque
   certificate.failures.push_back("G3: " + std::to_string(missed.size()) +
                                  " of the pins of faces that use a vertex twice are not met bit "
                                  "for bit, first at face " +
-                                 std::to_string(missed.front()));
+                                 face_id(missed.front()));
   for (const FaceId f : missed) {
     if (certificate.failed_faces.size() < kMostElements) certificate.failed_faces.push_back(f);
   }
@@ -214,7 +193,7 @@ void judge_unused_cones(std::vector<VertexId> unused, Certificate& certificate) 
   certificate.failures.push_back("G5: " + std::to_string(unused.size()) +
                                  " of the vertices with a prescribed angle are used by no face "
                                  "with a triangle, first vertex " +
-                                 std::to_string(unused.front()));
+                                 vertex_id(unused.front()));
 }
 
 // G6 of loops through such faces: they are no strips. As others they are judged where G4 holds.
@@ -386,7 +365,7 @@ Points2 SeparatedMap::corners(const Points2& of_input) const {
 }
 
 Error SeparatedMap::in_terms_of_input(Error error) const {
-  return in_input_terms(separated_, std::move(error));
+  return renumbered(std::move(error), numbers_of_input(separated_));
 }
 
 Certificate SeparatedMap::in_terms_of_input(Certificate certificate) const {

@@ -62,7 +62,7 @@ void check_places(const Shape& shape, const BoundaryAnglesOptions& options) {
     if (v < 0 || v >= count || shape.on_boundary[at(v)] || !(angle > 0.0) ||
         !std::isfinite(angle)) {
       refuse_vertex(ErrorCode::kBadAngles,
-                    "The cone at vertex " + std::to_string(v) +
+                    "The cone at vertex " + vertex_id(v) +
                         " is not an interior vertex with a positive angle. Give interior vertices "
                         "and angles in "
                         "radians.",
@@ -72,7 +72,7 @@ void check_places(const Shape& shape, const BoundaryAnglesOptions& options) {
   for (const VertexId v : options.corners) {
     if (v < 0 || v >= count || !shape.on_boundary[at(v)]) {
       refuse_vertex(ErrorCode::kBadBoundary,
-                    "Corner " + std::to_string(v) +
+                    "Corner " + vertex_id(v) +
                         " is not a boundary vertex. Give boundary vertices as corners.",
                     v, count);
     }
@@ -159,7 +159,7 @@ class Anderson {
   throw_not_converged(ErrorCode::kIterationLimit,
                       "The round boundary was not reached: the lengths of the boundary edges at "
                       "vertex " +
-                          std::to_string(v) +
+                          vertex_id(v) +
                           " left the range of numbers. Remove nearly degenerate triangles, or take "
                           "a free or straight boundary.",
                       ElementKind::kVertex, {v});
@@ -213,7 +213,7 @@ void make_round(const mesh::Surface& surface, const Shape& shape,
         // Of this step towards the round boundary: no proof that there is none.
         throw_not_converged(
             ErrorCode::kBadAngles,
-            "The boundary edges at vertex " + std::to_string(v) +
+            "The boundary edges at vertex " + vertex_id(v) +
                 " are too long for a round boundary: its angle would not be positive. Split them.",
             ElementKind::kVertex, {v});
       }

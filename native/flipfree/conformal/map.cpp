@@ -50,7 +50,7 @@ Error not_storable(const ConformalMetric& metric, const std::vector<FaceId>& fac
   error.message = only_the_metric(
       metric, "so " + std::to_string(faces.size()) +
                   " input faces are too small in the map for 32-bit UVs, first face " +
-                  std::to_string(faces[0]));
+                  face_id(faces[0]));
   return error;
 }
 
@@ -67,7 +67,7 @@ Error needs_refinement(const std::vector<FaceId>& faces) {
   error.kind = ElementKind::kFace;
   error.elements = first_elements(faces);
   error.message = "On the original triangles " + std::to_string(faces.size()) +
-                  " faces would flip, first face " + std::to_string(faces[0]) +
+                  " faces would flip, first face " + face_id(faces[0]) +
                   ". Allow points to be added (original_triangles=\"auto\").";
   return error;
 }

@@ -49,7 +49,7 @@ std::vector<double> edge_lengths(const intrinsic::IntrinsicSetup& setup, const P
                         l[1] + l[2] > l[0] && l[2] + l[0] > l[1];
     if (!proper) {
       throw_invalid(ErrorCode::kZeroAreaFace,
-                    "The lengths of face " + std::to_string(f) + " (" + short_text(l[0]) + ", " +
+                    "The lengths of face " + face_id(f) + " (" + short_text(l[0]) + ", " +
                         short_text(l[1]) + ", " + short_text(l[2]) +
                         ") do not satisfy the strict triangle inequality. Correct them.",
                     ElementKind::kFace, {static_cast<Index>(f)});
@@ -60,7 +60,7 @@ std::vector<double> edge_lengths(const intrinsic::IntrinsicSetup& setup, const P
       if (stored != 0.0 && std::abs(stored - l[k]) > 1e-12 * stored) {
         throw_invalid(ErrorCode::kBadShape,
                       "The two faces at the edge from corner " + std::to_string(k) + " of face " +
-                          std::to_string(f) + " give it different lengths, " + short_text(stored) +
+                          face_id(f) + " give it different lengths, " + short_text(stored) +
                           " and " + short_text(l[k]) + ". Make them equal.",
                       ElementKind::kFace, {static_cast<Index>(f)});
       }
@@ -140,7 +140,7 @@ std::vector<double> checked_targets(const std::vector<double>& target, const Eng
   if (!bad.empty()) {
     throw_invalid(
         ErrorCode::kBadAngles,
-        "The target angle of vertex " + std::to_string(bad.front()) +
+        "The target angle of vertex " + vertex_id(bad.front()) +
             " is not a positive number. Every angle must be greater than 0 (flat interior is 2 pi, "
             "straight boundary pi).",
         ElementKind::kVertex, first_elements(bad));
@@ -255,7 +255,7 @@ bool has_lengths(const ConformalMetric& metric) {
 void finish_result(MetricEngine& engine, const EngineInput& input, const MetricOptions& options,
                    const NewtonRun& run, ConformalMetric& result, ExecutionContext& context) {
   const double seconds = std::max(kFinishing, context.seconds_left());
-  const Untimed finishing(context);
+  const Grace finishing(context);
   const TimeLimit limit(context, seconds);
   result.converged = run.end == NewtonEnd::kConverged;
   engine.finish(result, result.converged, context);
@@ -307,7 +307,7 @@ FaceId flattest_face(const EngineInput& input) {
   throw_not_converged(ErrorCode::kIterationLimit,
                       std::string(what) + " with " +
                           std::to_string(options.bits == 0 ? kLargestBits : options.bits) +
-                          " bits. The flattest triangle is face " + std::to_string(face) + ". " +
+                          " bits. The flattest triangle is face " + face_id(face) + ". " +
                           (options.bits == 0 ? "Remove nearly degenerate triangles from the mesh."
                                              : "Use precision=\"auto\" or more bits."),
                       ElementKind::kFace, {face});

@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/own_map.h"
@@ -118,7 +118,7 @@ void place_like(const Triangles& faces, const Points2& like, double scale, bool 
 // Names the chart by its first face: elements of a chart are no elements of the user's mesh.
 Error in_chart(const Error& error, const mesh::Chart& chart) {
   Error named = error;
-  named.message = "Chart at face " + std::to_string(chart.faces.front()) + ": " + error.message;
+  named.message = "Chart at face " + face_id(chart.faces.front()) + ": " + error.message;
   named.kind = ElementKind::kFace;
   named.elements = {chart.faces.front()};
   return named;
@@ -151,20 +151,14 @@ void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, doub
   rounding.bijective = map.bijective;
   try {
     if (map.pins.empty()) {
-      try {
+      improve_in_time(context, map.stats, [&] {
         const MapInHand before_is_valid(context);
         Minimized better = with_own_map(
             [&] { return minimize_distortion(own.surface(), before, minimize, context); });
         report(better, map.stats);
         map.uv = std::move(better.uv);
-      } catch (const TimeIsOver&) {
-        map.uv = before;
-      } catch (const NotConverged& failure) {
-        // A map that cannot be improved stays as it is.
-        map.stats["optimise_failure"] = failure.error().message;
-        map.uv = before;
-      }
-      const Untimed placing(context);
+      });
+      const Grace placing(context);
       place_like(faces, before, scale, map.bijective, map.uv, context);
     } else {
       minimize.acceptable = true;
@@ -185,7 +179,7 @@ void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, doub
       map.uv = std::move(result.uv);
       for (const auto& [v, target] : map.pins) rounding.fixed.push_back(v);
     }
-    const Overtime storing(context);
+    const Grace storing(context, Grace::kShort);
     bring_back(faces, given, options.aspect, map, context);
     map.uv32 = round_to_storage(faces, map.uv, rounding, context, map.stats);
   } catch (const TimeIsOver&) {
@@ -219,7 +213,7 @@ void improve_all(const std::vector<mesh::Chart>& charts, const ImproveOptions& o
   }
   // Charts for which there is no time keep their maps.
   const ExecutionContext timed(&context, 1);
-  const Untimed all(context);
+  const Grace all(context);
   parallel_for(context, order.size() - alone, 1, [&](std::size_t i, std::size_t, std::size_t) {
     ExecutionContext part(&timed, 1);
     improve_chart(charts[order[alone + i]], options, scale, maps[order[alone + i]], part);
@@ -290,7 +284,7 @@ certify::Parametrization improve_clean(const mesh::Surface& surface, const Point
                 context);
     hurried = context.time_is_over() || context.accepted();
   }
-  const Untimed finishing(context);
+  const Grace finishing(context);
   context.report("certifying", 0.95);
   map.uv =
       corners_of(surface, charts, maps, [](const ChartMap& m) -> const Points2& { return m.uv; });
@@ -338,7 +332,7 @@ certify::Parametrization improve_separated(const mesh::Surface& surface, const P
   const certify::Parametrization solved = separated.solve([&] {
     return improve_clean(separated.surface(), separated.corners(corner_uv), own, context);
   });
-  const Untimed finishing(context);
+  const Grace finishing(context);
   certify::CertifyRequest request;
   request.pins = options.pins;
   request.aspect = options.aspect;

@@ -27,7 +27,7 @@ void require_valid_map(const mesh::Surface& surface, const Points2& corner_uv,
   const std::string what =
       (flipped.size() == 1 ? "1 triangle of the map is"
                            : std::to_string(flipped.size()) + " triangles of the map are") +
-      " flipped, collapsed or not finite, the first is face " + std::to_string(flipped.front()) +
+      " flipped, collapsed or not finite, the first is face " + face_id(flipped.front()) +
       ". Repair the map, or unwrap the mesh first.";
   throw_invalid(ErrorCode::kFlippedMap, what, ElementKind::kFace, first_elements(flipped));
 }

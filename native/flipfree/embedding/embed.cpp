@@ -50,8 +50,8 @@ void require_positive_fixed_faces(const PlanarMap& map) {
     if (!map.mesh.is_boundary(a) || !map.mesh.is_boundary(b) || !map.mesh.is_boundary(c)) continue;
     if (map.positive(f)) continue;
     throw_infeasible(ErrorCode::kNoRoomInPolygon,
-                     "Face " + std::to_string(f) + " has all its vertices (" + std::to_string(a) +
-                         ", " + std::to_string(b) + ", " + std::to_string(c) +
+                     "Face " + face_id(f) + " has all its vertices (" + vertex_id(a) + ", " +
+                         vertex_id(b) + ", " + vertex_id(c) +
                          ") on the boundary, and their positions, as given or rounded to 32 bits, "
                          "do not turn left. "
                          "Move them apart, or nearer to the origin.",
@@ -184,7 +184,7 @@ class Ladder {
   // A start from nothing must get its turn.
   bool schnyder_in_its_share() {
     bool valid = false;
-    ended_in_share(context_, [&] { valid = schnyder(); });
+    ended_in_time(context_, [&] { valid = schnyder(); });
     return valid;
   }
 
@@ -196,7 +196,7 @@ class Ladder {
     nothing_from_ = kRepairShare;
     const double seconds = kShareOfTime * context_.seconds_left();
     bool valid = false;
-    ended_in_share(context_, [&] {
+    ended_in_time(context_, [&] {
       const TimeLimit limit(context_, seconds);
       // What is infeasible is decided again, and named, where nothing else is in the way.
       const Outcome<bool> repaired = attempt_part([&] {
@@ -380,7 +380,7 @@ Points2 embed_disk(const Triangles& faces, Index vertex_count, const std::vector
     const SplitVertex& first = result.added.front();
     throw_infeasible(
         ErrorCode::kNoRoomInPolygon,
-        "The edge between vertices " + std::to_string(first.a) + " and " + std::to_string(first.b) +
+        "The edge between vertices " + vertex_id(first.a) + " and " + vertex_id(first.b) +
             " joins two points of one straight side. Allow refinement, or bend the side.",
         {"straight side", {}}, ElementKind::kEdge, {first.a, first.b});
   }

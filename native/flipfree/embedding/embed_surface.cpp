@@ -58,7 +58,7 @@ Boundary placed_boundary(const mesh::Surface& surface, const EmbedSurfaceOptions
   for (const VertexId v : boundary.loop) {
     if (v >= 0 && v < static_cast<Index>(surface.vertices.rows())) continue;
     throw_invalid(ErrorCode::kIndexOutOfRange,
-                  "The boundary loop names vertex " + std::to_string(v) +
+                  "The boundary loop names vertex " + vertex_id(v) +
                       ", which does not exist. List vertices of the mesh.");
   }
   const bool turned = orient_loop(boundary.loop, own);
@@ -167,7 +167,6 @@ namespace {
 void lower_distortion(const mesh::Surface& surface, const Boundary& boundary,
                       const EmbedSurfaceOptions& options, EmbedOptions embed, Rung rung,
                       certify::Parametrization& map, Points2& uv, ExecutionContext& context) {
-  const MapInHand embedded(context);
   const auto n = static_cast<Index>(surface.vertices.rows());
   double energy = certify::symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, uv)).mean;
   if (!(energy < kPoorStart) && options.method == EmbedMethod::kLadder &&
@@ -207,19 +206,12 @@ void lower_distortion(const mesh::Surface& surface, const Boundary& boundary,
   } else {
     map.stats["optimisation_dropped"] = std::int64_t{1};
   }
-  if (context.time_is_over()) map.stats["time_limit_reached"] = std::int64_t{1};
 }
 
 // Without vertices that were added, and faces that they are in.
 Error of_input(Error error, const mesh::Surface& surface) {
-  const Eigen::Index limit =
-      error.kind == ElementKind::kVertex ? surface.vertices.rows() : surface.faces.rows();
-  if (std::any_of(error.elements.begin(), error.elements.end(),
-                  [&](Index i) { return i >= limit; })) {
-    error.kind = ElementKind::kNone;
-    error.elements.clear();
-  }
-  return error;
+  return renumbered(std::move(error), known_in(static_cast<Index>(surface.vertices.rows()),
+                                               static_cast<Index>(surface.faces.rows())));
 }
 
 // Edges whose ends lie on a line of the polygon, as 32 bits know it, are divided, and what divides
@@ -238,7 +230,7 @@ Error with_cure(Error error, const mesh::Surface& surface, const Boundary& bound
   error.message = std::to_string(chords.size()) +
                   " edges join boundary vertices between which the polygon is straight, as far as "
                   "32-bit coordinates can tell, the first vertices " +
-                  std::to_string(a) + " and " + std::to_string(b) + ". " +
+                  vertex_id(a) + " and " + vertex_id(b) + ". " +
                   (circle ? "Cut the mesh into shorter parts."
                           : "Take the circle as the boundary: its points are spaced so that such "
                             "edges have room.");
@@ -280,17 +272,12 @@ certify::Parametrization embed_within(const mesh::Surface& surface,
   set_refined(map, surface, embedding);
   Points2 uv = embedding.uv;
   if (options.optimise && options.method != EmbedMethod::kTutte) {
-    std::optional<Error> failure;
-    const bool in_time = ended_in_time([&] {
-      failure = failure_of([&] {
-        lower_distortion(surface, boundary, options, embed, embedding.rung, map, uv, context);
-      });
+    const MapInHand embedded(context);
+    improve_in_time(context, map.stats, [&] {
+      lower_distortion(surface, boundary, options, embed, embedding.rung, map, uv, context);
     });
-    if (!in_time) map.stats["time_limit_reached"] = std::int64_t{1};
-    // An embedding that cannot be improved is still the one that was asked for.
-    if (failure) map.stats["optimise_failure"] = failure->message;
   }
-  const Untimed finishing(context);
+  const Grace finishing(context);
   map.uv = corner_uv(map.surface.faces, uv);
   map.uv32 = map.uv.cast<float>();
   context.check();

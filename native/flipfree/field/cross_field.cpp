@@ -45,8 +45,8 @@ Axes axes_of(const mesh::Surface& surface, FaceId f) {
 
 [[noreturn]] void refuse_edge(HalfedgeId h, const std::string& what, double by) {
   throw_invalid(ErrorCode::kBadAngles,
-                "The rotation across edge " + std::to_string(h % 3) + " of face " +
-                    std::to_string(h / 3) + " " + what + ", by " + std::to_string(by) +
+                "The rotation across edge " + std::to_string(h % 3) + " of face " + face_id(h / 3) +
+                    " " + what + ", by " + std::to_string(by) +
                     " radians. Give the angle between the field's directions on both sides, as "
                     "seen from the edge, with the sign of the half-edge.",
                 ElementKind::kFace, {h / 3});
@@ -170,7 +170,7 @@ CrossField match_by_quarters(const mesh::Adjacency& adjacency, const Frames& fra
     if ((std::int64_t{quarters[at(h)]} + quarters[at(o)]) % 4 != 0) {
       throw_invalid(ErrorCode::kBadOption,
                     "The matching across edge " + std::to_string(h % 3) + " of face " +
-                        std::to_string(h / 3) +
+                        face_id(h / 3) +
                         " is not the opposite of the one coming back. Make their sum 0, 4 or 8.",
                     ElementKind::kFace, {h / 3, o / 3});
     }
@@ -205,7 +205,7 @@ std::vector<double> angles_of(const mesh::Surface& surface, const Points3& direc
     angle[at(f)] = std::atan2(y, x);
   }
   if (!none.empty()) {
-    const std::string first = std::to_string(none.front());
+    const std::string first = face_id(none.front());
     const std::size_t count = none.size();
     none.resize(std::min<std::size_t>(count, 1000));
     throw_invalid(ErrorCode::kBadAngles,

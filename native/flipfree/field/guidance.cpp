@@ -144,7 +144,7 @@ void check_sizing(const std::vector<double>& sizing, const mesh::Surface& surfac
   for (std::size_t v = 0; v < sizing.size(); ++v) {
     if (sizing[v] > 0.0 && std::isfinite(sizing[v])) continue;
     throw_invalid(ErrorCode::kBadOption,
-                  "sizing at vertex " + std::to_string(v) +
+                  "sizing at vertex " + vertex_id(v) +
                       " is not a positive number. Give the length in the map of a length 1 there.",
                   ElementKind::kVertex, {static_cast<Index>(v)});
   }

@@ -150,10 +150,9 @@ namespace {
 [[noreturn]] void refuse_sum(Index root, std::int64_t missing) {
   const std::string amount = std::to_string(std::abs(missing));
   throw_infeasible(ErrorCode::kGaussBonnet,
-                   "The quarter turns of the cones on the component of vertex " +
-                       std::to_string(root) + " do not fit its genus (Gauss-Bonnet). " +
-                       (missing > 0 ? "Add " : "Take ") + amount + (missing > 0 ? " to" : " from") +
-                       " their sum.",
+                   "The quarter turns of the cones on the component of vertex " + vertex_id(root) +
+                       " do not fit its genus (Gauss-Bonnet). " + (missing > 0 ? "Add " : "Take ") +
+                       amount + (missing > 0 ? " to" : " from") + " their sum.",
                    {"angle sum", {{"missing quarter turns", {static_cast<double>(missing)}}}},
                    ElementKind::kVertex, {root});
 }

@@ -45,7 +45,7 @@ void check_cones(std::vector<Index> cones, const mesh::Surface& surface,
     if (border && !aligned) cones[v] = seamless::kNotGiven;
     if (cones[v] >= 1 || (border && !aligned)) continue;
     throw_invalid(ErrorCode::kBadAngles,
-                  "The field turns by so much around vertex " + std::to_string(v) +
+                  "The field turns by so much around vertex " + vertex_id(v) +
                       " that a map would have " + std::to_string(cones[v]) +
                       " quarter turns there, and every map has 1 at least. Smooth the field there.",
                   ElementKind::kVertex, {static_cast<Index>(v)});

@@ -40,16 +40,15 @@ certify::Parametrization to_parametrization(const mesh::RefinedMap& solution, co
   map.uv.resize(map.surface.faces.size(), 2);
   map.uv32.resize(map.surface.faces.size(), 2);
   for (FaceId f = 0; f < map.surface.faces.rows(); ++f) {
-    const FaceId parent = refined.mesh.parent(slots[static_cast<std::size_t>(f)]);
+    const FaceId parent = refined.mesh.parent(slots[at(f)]);
     map.parent_face.push_back(parent);
     for (Index k = 0; k < 3; ++k) {
       const VertexId v = map.surface.faces(f, k);
       map.uv.row(3 * f + k) = uv.row(v);
       map.uv32.row(3 * f + k) = uv32.row(v);
-      map.vertex_parent[static_cast<std::size_t>(v)] = parent;
+      map.vertex_parent[at(v)] = parent;
       for (Index c = 0; c < 3; ++c) {
-        map.vertex_barycentric(v, c) =
-            refined.support[static_cast<std::size_t>(v)].of(refined.input->faces(parent, c));
+        map.vertex_barycentric(v, c) = refined.support[at(v)].of(refined.input->faces(parent, c));
       }
     }
   }
@@ -61,15 +60,15 @@ certify::CertifyRequest certify_request(const mesh::RefinedSurface& surface,
                                         const Constraints& constraints,
                                         const certify::Parametrization& map, bool bijective) {
   std::vector<const Vector2*> target(surface.position.size(), nullptr);
-  for (const PinnedVertex& p : constraints.pins) target[static_cast<std::size_t>(p.vertex)] = &p.uv;
+  for (const PinnedVertex& p : constraints.pins) target[at(p.vertex)] = &p.uv;
   for (std::size_t i = 0; i < constraints.outline.size(); ++i) {
-    target[static_cast<std::size_t>(surface.boundary[i])] = &constraints.outline[i];
+    target[at(surface.boundary[i])] = &constraints.outline[i];
   }
-  for (const VertexId v : constraints.movable) target[static_cast<std::size_t>(v)] = nullptr;
+  for (const VertexId v : constraints.movable) target[at(v)] = nullptr;
   certify::CertifyRequest request;
   request.require_bijective = bijective;
   for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
-    const Vector2* uv = target[static_cast<std::size_t>(map.surface.faces.data()[c])];
+    const Vector2* uv = target[at(map.surface.faces.data()[c])];
     if (uv != nullptr) request.pins.push_back({c, *uv});
   }
   return request;
@@ -140,7 +139,7 @@ certify::Parametrization match_in_time(const mesh::Surface& surface, const Match
 
   const ProgressRange range(context, 0.95, 1.0);
   const Points2f uv32 = stored(solution, constraints, options, bijective, context, stats);
-  const Untimed finishing(context);
+  const Grace finishing(context);
   certify::Parametrization map = to_parametrization(found, found.uv, uv32);
   certify::certify_map(map, surface, certify_request(found.surface, constraints, map, bijective),
                        context);

@@ -111,16 +111,15 @@ certify::Parametrization without_fans(const certify::Parametrization& filled,
   std::vector<FaceId> kept;
   std::vector<FaceId> child_at(static_cast<std::size_t>(filled.surface.vertices.rows()), kInvalid);
   for (FaceId f = 0; f < filled.surface.faces.rows(); ++f) {
-    if (filled.parent_face[static_cast<std::size_t>(f)] >= input.faces.rows()) continue;
+    if (filled.parent_face[at(f)] >= input.faces.rows()) continue;
     kept.push_back(f);
-    for (Index k = 0; k < 3; ++k)
-      child_at[static_cast<std::size_t>(filled.surface.faces(f, k))] = f;
+    for (Index k = 0; k < 3; ++k) child_at[at(filled.surface.faces(f, k))] = f;
   }
   std::vector<VertexId> number(child_at.size(), kInvalid);
   std::vector<VertexId> old;
   for (VertexId v = 0; v < static_cast<VertexId>(child_at.size()); ++v) {
-    if (v >= n && child_at[static_cast<std::size_t>(v)] == kInvalid) continue;
-    number[static_cast<std::size_t>(v)] = static_cast<VertexId>(old.size());
+    if (v >= n && child_at[at(v)] == kInvalid) continue;
+    number[at(v)] = static_cast<VertexId>(old.size());
     old.push_back(v);
   }
 
@@ -131,12 +130,12 @@ certify::Parametrization without_fans(const certify::Parametrization& filled,
   for (std::size_t i = 0; i < old.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     map.surface.vertices.row(row) = filled.surface.vertices.row(old[i]);
-    const FaceId child = child_at[static_cast<std::size_t>(old[i])];
+    const FaceId child = child_at[at(old[i])];
     if (child == kInvalid) continue;  // an isolated vertex of the input
     // A vertex on a hole's rim may have its weights in the fan: the corners they belong to are the
     // rim's.
-    const FaceId home = filled.parent_face[static_cast<std::size_t>(child)];
-    const FaceId from = filled.vertex_parent[static_cast<std::size_t>(old[i])];
+    const FaceId home = filled.parent_face[at(child)];
+    const FaceId from = filled.vertex_parent[at(old[i])];
     map.vertex_parent[i] = home;
     for (Index c = 0; c < 3; ++c) {
       for (Index d = 0; d < 3; ++d) {
@@ -150,10 +149,10 @@ certify::Parametrization without_fans(const certify::Parametrization& filled,
   map.uv.resize(3 * count, 2);
   map.uv32.resize(3 * count, 2);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const FaceId f = kept[static_cast<std::size_t>(i)];
-    map.parent_face.push_back(filled.parent_face[static_cast<std::size_t>(f)]);
+    const FaceId f = kept[at(i)];
+    map.parent_face.push_back(filled.parent_face[at(f)]);
     for (Index k = 0; k < 3; ++k) {
-      map.surface.faces(i, k) = number[static_cast<std::size_t>(filled.surface.faces(f, k))];
+      map.surface.faces(i, k) = number[at(filled.surface.faces(f, k))];
       map.uv.row(3 * i + k) = filled.uv.row(3 * f + k);
       map.uv32.row(3 * i + k) = filled.uv32.row(3 * f + k);
     }
@@ -167,10 +166,10 @@ certify::Parametrization without_fans(const certify::Parametrization& filled,
 std::vector<char> prescribed_vertices(const certify::Parametrization& map,
                                       const mesh::Surface& input, const MatchRequest& request) {
   std::vector<char> held(static_cast<std::size_t>(map.surface.vertices.rows()), 0);
-  for (const PinnedVertex& p : request.points) held[static_cast<std::size_t>(p.vertex)] = 1;
+  for (const PinnedVertex& p : request.points) held[at(p.vertex)] = 1;
   std::set<Edge> edges;
   for (const PinnedLine& line : request.lines) {
-    for (const VertexId v : line.vertices) held[static_cast<std::size_t>(v)] = 1;
+    for (const VertexId v : line.vertices) held[at(v)] = 1;
     for (std::size_t i = 1; i < line.vertices.size(); ++i)
       edges.insert(edge(line.vertices[i - 1], line.vertices[i]));
   }
@@ -179,43 +178,25 @@ std::vector<char> prescribed_vertices(const certify::Parametrization& map,
   for (std::size_t i = 0; i < loop.size() && !request.boundary_uv.empty(); ++i) {
     const VertexId next = loop[(i + 1) % loop.size()];
     if (movable.contains(loop[i])) continue;
-    held[static_cast<std::size_t>(loop[i])] = 1;
+    held[at(loop[i])] = 1;
     if (!movable.contains(next)) edges.insert(edge(loop[i], next));
   }
-  for (const VertexId v : request.movable) held[static_cast<std::size_t>(v)] = 0;
+  for (const VertexId v : request.movable) held[at(v)] = 0;
   for (Eigen::Index v = input.vertices.rows(); v < map.surface.vertices.rows(); ++v) {
     std::vector<VertexId> ends;
     for (Index c = 0; c < 3; ++c) {
       if (map.vertex_barycentric(v, c) != 0.0)
-        ends.push_back(input.faces(map.vertex_parent[static_cast<std::size_t>(v)], c));
+        ends.push_back(input.faces(map.vertex_parent[at(v)], c));
     }
-    if (ends.size() == 2 && edges.contains(edge(ends[0], ends[1])))
-      held[static_cast<std::size_t>(v)] = 1;
+    if (ends.size() == 2 && edges.contains(edge(ends[0], ends[1]))) held[at(v)] = 1;
   }
   return held;
 }
 
 // The solver's ids without those of the fans, which the caller does not know.
 Error of_input(Error error, const mesh::Surface& input) {
-  const Eigen::Index limit = error.kind == ElementKind::kFace     ? input.faces.rows()
-                             : error.kind == ElementKind::kCorner ? input.faces.size()
-                                                                  : input.vertices.rows();
-  const auto foreign = [&](Index i) { return i >= limit; };
-  if (std::any_of(error.elements.begin(), error.elements.end(), foreign)) {
-    error.kind = ElementKind::kNone;
-    error.elements.clear();
-  }
-  return error;
-}
-
-certify::Parametrization match_disk(const mesh::Surface& disk, const mesh::Surface& input,
-                                    const MatchRequest& request, const MatchOptions& options,
-                                    ExecutionContext& context) {
-  return with_errors([&](const Error& error) { return of_input(error, input); },
-                     [&] {
-                       const TimeLimit share(context, (1 - kShareOfStep) * context.seconds_left());
-                       return match(disk, request, options, context);
-                     });
+  return renumbered(std::move(error), known_in(static_cast<Index>(input.vertices.rows()),
+                                               static_cast<Index>(input.faces.rows())));
 }
 
 // Lets the holes deform. A valid map that cannot be improved stays as it is.
@@ -225,36 +206,25 @@ void release_holes(certify::Parametrization& map, const certify::CertifyRequest&
   improvement.pins = extra.pins;
   improvement.keep_bijective = extra.require_bijective;
   improvement.max_iterations = options.max_iterations;
-  const bool in_time = ended_in_time([&] {
-    Outcome<certify::Parametrization> better =
-        attempt([&] { return distortion::improve(map.surface, map.uv, improvement, context); });
-    if (!better) {
-      map.stats["optimise_failure"] = better.error().message;
-      return;
-    }
-    map.uv = std::move(better->uv);
-    map.uv32 = std::move(better->uv32);
-    map.stats["hole_energy_before"] = better->stats["energy_before"];
+  improve_in_time(context, map.stats, [&] {
+    certify::Parametrization better =
+        distortion::improve(map.surface, map.uv, improvement, context);
+    map.uv = std::move(better.uv);
+    map.uv32 = std::move(better.uv32);
+    map.stats["hole_energy_before"] = better.stats["energy_before"];
   });
-  if (!in_time) note_time_limit(map.stats);
 }
 
 // What cannot be met whatever is done is refused before any work. Returns the vertices of the piece
 // with fixed places, lines included; nothing if lines need vertices that the piece does not have.
 std::optional<std::vector<PinnedVertex>> pinned_vertices(const mesh::Surface& disk,
-                                                         const mesh::Surface& input,
                                                          const MatchRequest& request,
                                                          const MatchOptions& options) {
-  return with_errors([&](const Error& error) { return of_input(error, input); },
-                     [&]() -> std::optional<std::vector<PinnedVertex>> {
-                       mesh::RefinedSurface refined = mesh::make_refined_surface(disk);
-                       Constraints constraints = read_constraints(
-                           refined, request,
-                           options.bijective ? SelfOverlaps::kRefused : SelfOverlaps::kAllowed);
-                       if (refined.mesh.vertex_count() > static_cast<Index>(disk.vertices.rows()))
-                         return std::nullopt;
-                       return std::move(constraints.pins);
-                     });
+  mesh::RefinedSurface refined = mesh::make_refined_surface(disk);
+  Constraints constraints = read_constraints(
+      refined, request, options.bijective ? SelfOverlaps::kRefused : SelfOverlaps::kAllowed);
+  if (refined.mesh.vertex_count() > static_cast<Index>(disk.vertices.rows())) return std::nullopt;
+  return std::move(constraints.pins);
 }
 
 // Pins that shall not make the piece overlap itself: continuation of the unwrap under its boundary
@@ -265,15 +235,15 @@ std::optional<certify::Parametrization> unwrapped(const mesh::Surface& surface,
                                                   const MatchOptions& options,
                                                   ExecutionContext& context) {
   std::vector<const Vector2*> pin(static_cast<std::size_t>(surface.vertices.rows()), nullptr);
-  for (const PinnedVertex& p : pins) pin[static_cast<std::size_t>(p.vertex)] = &p.uv;
+  for (const PinnedVertex& p : pins) pin[at(p.vertex)] = &p.uv;
   unwrap::UnwrapOptions unwrapping;
   unwrapping.max_iterations = options.max_iterations;
   for (CornerId c = 0; c < surface.faces.size(); ++c) {
-    const Vector2* uv = pin[static_cast<std::size_t>(surface.faces.data()[c])];
+    const Vector2* uv = pin[at(surface.faces.data()[c])];
     if (uv != nullptr) unwrapping.pins.push_back({c, *uv});
   }
   std::optional<certify::Parametrization> found;
-  ended_in_share(context, [&] {
+  ended_in_time(context, [&] {
     const TimeLimit share(context, kShareOfWay * context.seconds_left());
     // What is refused are maps on the way: the mesh and the pins were checked before.
     Outcome<certify::Parametrization> map = attempt([&] {
@@ -301,8 +271,7 @@ certify::Parametrization match_valid_piece(const mesh::Surface& surface,
   std::vector<Loop> holes = mesh::boundary_halfedge_loops(surface.faces, adjacency);
   holes.erase(holes.begin() + static_cast<std::ptrdiff_t>(outer_loop(surface, holes, request)));
   const mesh::Surface disk = holes.empty() ? surface : as_disk(surface, holes);
-  const std::optional<std::vector<PinnedVertex>> pins =
-      pinned_vertices(disk, surface, request, options);
+  const std::optional<std::vector<PinnedVertex>> pins = pinned_vertices(disk, request, options);
   double begin = 0.0;
   if (pins && !pins->empty() && request.boundary_uv.empty() && options.bijective &&
       options.optimise && options.engine != MatchEngine::kMatchmaker) {
@@ -317,20 +286,21 @@ certify::Parametrization match_valid_piece(const mesh::Surface& surface,
   certify::Parametrization map;
   {
     const ProgressRange range(context, 0.0, 0.7);
-    map = without_fans(match_disk(disk, surface, request, untimed, context), disk, surface);
+    const TimeLimit share(context, (1 - kShareOfStep) * context.seconds_left());
+    map = without_fans(match(disk, request, untimed, context), disk, surface);
   }
   const std::vector<char> held = prescribed_vertices(map, surface, request);
   certify::CertifyRequest extra;
   extra.require_bijective = options.bijective && request.boundary_uv.empty();
   for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
-    if (held[static_cast<std::size_t>(map.surface.faces.data()[c])] != 0)
+    if (held[at(map.surface.faces.data()[c])] != 0)
       extra.pins.push_back({c, map.uv.row(c).transpose()});
   }
   if (options.optimise) {
     const ProgressRange range(context, 0.7, 0.95);
     release_holes(map, extra, options, context);
   }
-  const Untimed finishing(context);
+  const Grace finishing(context);
   context.report("certifying", 0.95);
   certify::certify_map(map, surface, extra, context);
   certify::require_certificate(map, "The match");

@@ -18,8 +18,7 @@ void throw_not_an_edge(const IndexPairs& vertex_pairs, Eigen::Index i, Index ver
     if (v >= 0 && v < vertex_count) existing.push_back(v);
   }
   throw_invalid(ErrorCode::kNotAnEdge,
-                "Cut " + std::to_string(i) + " (vertices " + std::to_string(a) + " and " +
-                    std::to_string(b) +
+                "Cut " + std::to_string(i) + " (vertices " + vertex_id(a) + " and " + vertex_id(b) +
                     ") is not an edge of the mesh. Give pairs of vertices that an edge joins.",
                 ElementKind::kVertex, existing);
 }
@@ -29,7 +28,7 @@ EdgeFlags flag_edges(const Triangles& faces, const Adjacency& adjacency,
   EdgeFlags flags(adjacency.opposite.size(), 0);
   const auto vertex_count = static_cast<Index>(adjacency.vertex_halfedge.size());
   const auto outgoing = [&](VertexId from, VertexId to) -> HalfedgeId {
-    const HalfedgeId start = adjacency.vertex_halfedge[static_cast<std::size_t>(from)];
+    const HalfedgeId start = adjacency.vertex_halfedge[at(from)];
     HalfedgeId h = start;
     while (h != kInvalid) {
       if (target(faces, h) == to) return h;
@@ -48,9 +47,9 @@ EdgeFlags flag_edges(const Triangles& faces, const Adjacency& adjacency,
     if (h == kInvalid) {
       throw_not_an_edge(vertex_pairs, i, vertex_count);
     }
-    const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
+    const HalfedgeId o = adjacency.opposite[at(h)];
     if (o == kInvalid) continue;
-    flags[static_cast<std::size_t>(h)] = flags[static_cast<std::size_t>(o)] = 1;
+    flags[at(h)] = flags[at(o)] = 1;
   }
   return flags;
 }
@@ -59,8 +58,7 @@ IndexPairs flagged_edges(const Triangles& faces, const Adjacency& adjacency,
                          const EdgeFlags& flags) {
   std::vector<Index> pairs;
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
-    if (!flags[static_cast<std::size_t>(h)] || h > adjacency.opposite[static_cast<std::size_t>(h)])
-      continue;
+    if (!flags[at(h)] || h > adjacency.opposite[at(h)]) continue;
     const VertexId a = source(faces, h);
     const VertexId b = target(faces, h);
     pairs.push_back(std::min(a, b));
@@ -72,10 +70,10 @@ IndexPairs flagged_edges(const Triangles& faces, const Adjacency& adjacency,
 EdgeFlags uv_cuts(const Adjacency& adjacency, const Points2& corner_uv) {
   EdgeFlags flags(adjacency.opposite.size(), 0);
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
-    const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
+    const HalfedgeId o = adjacency.opposite[at(h)];
     if (o == kInvalid) continue;
-    flags[static_cast<std::size_t>(h)] = corner_uv.row(h) != corner_uv.row(next_corner(o)) ||
-                                         corner_uv.row(next_corner(h)) != corner_uv.row(o);
+    flags[at(h)] = corner_uv.row(h) != corner_uv.row(next_corner(o)) ||
+                   corner_uv.row(next_corner(h)) != corner_uv.row(o);
   }
   return flags;
 }
@@ -91,8 +89,7 @@ CutMesh cut_along(const Triangles& faces, const Adjacency& adjacency, const Edge
   CutMesh result;
   result.faces = Triangles::Constant(faces.rows(), 3, kInvalid);
   const auto crosses = [&](HalfedgeId h) {
-    return adjacency.opposite[static_cast<std::size_t>(h)] != kInvalid &&
-           !cut[static_cast<std::size_t>(h)];
+    return adjacency.opposite[at(h)] != kInvalid && !cut[at(h)];
   };
   for (HalfedgeId corner = 0; corner < 3 * faces.rows(); ++corner) {
     if (result.faces(corner / 3, corner % 3) != kInvalid) continue;
@@ -103,12 +100,12 @@ CutMesh cut_along(const Triangles& faces, const Adjacency& adjacency, const Edge
     do {
       result.faces(h / 3, h % 3) = id;
       const HalfedgeId p = previous_corner(h);
-      h = crosses(p) ? adjacency.opposite[static_cast<std::size_t>(p)] : kInvalid;
+      h = crosses(p) ? adjacency.opposite[at(p)] : kInvalid;
     } while (h != kInvalid && h != corner);
     if (h == corner) continue;
     h = corner;
     while (crosses(h)) {
-      h = next_corner(adjacency.opposite[static_cast<std::size_t>(h)]);
+      h = next_corner(adjacency.opposite[at(h)]);
       result.faces(h / 3, h % 3) = id;
     }
   }
@@ -121,8 +118,7 @@ std::vector<Chart> split_into_charts(const Points3& positions, const CutMesh& me
   const Components components = face_components(adjacency);
   std::vector<Chart> charts(static_cast<std::size_t>(components.count));
   for (FaceId f = 0; f < mesh.faces.rows(); ++f) {
-    charts[static_cast<std::size_t>(components.of_face[static_cast<std::size_t>(f)])]
-        .faces.push_back(f);
+    charts[at(components.of_face[at(f)])].faces.push_back(f);
   }
   std::vector<VertexId> local(static_cast<std::size_t>(vertex_count), kInvalid);
   for (Chart& chart : charts) {
@@ -132,7 +128,7 @@ std::vector<Chart> split_into_charts(const Points3& positions, const CutMesh& me
     chart.surface.vertices.resize(static_cast<Eigen::Index>(chart.vertices.size()), 3);
     for (std::size_t i = 0; i < chart.vertices.size(); ++i) {
       chart.surface.vertices.row(static_cast<Eigen::Index>(i)) =
-          positions.row(mesh.vertex_origin[static_cast<std::size_t>(chart.vertices[i])]);
+          positions.row(mesh.vertex_origin[at(chart.vertices[i])]);
     }
   }
   return charts;

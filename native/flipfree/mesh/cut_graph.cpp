@@ -21,7 +21,7 @@ namespace {
 [[noreturn]] void refuse_uncuttable(VertexId v) {
   throw_invalid(ErrorCode::kBadOption,
                 "The uncuttable edges leave no way to cut the surface open at vertex " +
-                    std::to_string(v) + ". Leave some of them out.",
+                    vertex_id(v) + ". Leave some of them out.",
                 ElementKind::kVertex, {v});
 }
 
@@ -44,8 +44,7 @@ class PlanarCutter {
       const VertexId a = source(filled_.faces, h);
       const VertexId b = target(filled_.faces, h);
       const bool real = a < real_vertices_ && b < real_vertices_;
-      length_[static_cast<std::size_t>(h)] =
-          real ? (filled_.vertices.row(a) - filled_.vertices.row(b)).norm() : 0.0;
+      length_[at(h)] = real ? (filled_.vertices.row(a) - filled_.vertices.row(b)).norm() : 0.0;
     }
     for (std::size_t h = 0; h < cost.size(); ++h) {
       if (length_[h] > 0.0) length_[h] = cost[h];
@@ -67,9 +66,9 @@ class PlanarCutter {
     mark_path(paths, end);
     if (paths.arrival(end) != kInvalid && paths.before(end) == root) {
       // A single edge opens nothing: go on by one more.
-      const HalfedgeId last = full_.opposite[static_cast<std::size_t>(paths.arrival(end))];
+      const HalfedgeId last = full_.opposite[at(paths.arrival(end))];
       HalfedgeId next = rotate_ccw(full_, last);
-      while (length_[static_cast<std::size_t>(next)] == ShortestPaths::kUnreached) {
+      while (length_[at(next)] == ShortestPaths::kUnreached) {
         next = rotate_ccw(full_, next);  // `last` itself can be cut: this ends
       }
       if (next == last) refuse_uncuttable(end);
@@ -84,12 +83,11 @@ class PlanarCutter {
     const Triangles& faces = filled_.faces;
     const ShortestPaths paths = paths_from(any_root());
     const auto loop_length = [&](HalfedgeId h) {
-      return paths.distance(source(faces, h)) + length_[static_cast<std::size_t>(h)] +
-             paths.distance(target(faces, h));
+      return paths.distance(source(faces, h)) + length_[at(h)] + paths.distance(target(faces, h));
     };
     std::vector<HalfedgeId> edges;
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(full_.opposite.size()); ++h) {
-      const HalfedgeId o = full_.opposite[static_cast<std::size_t>(h)];
+      const HalfedgeId o = full_.opposite[at(h)];
       if (h > o) continue;
       const bool in_tree =
           paths.arrival(target(faces, h)) == h || paths.arrival(source(faces, h)) == o;
@@ -103,7 +101,7 @@ class PlanarCutter {
     });
     DisjointSets regions(static_cast<Index>(faces.rows()));
     for (const HalfedgeId h : edges) {
-      if (regions.join(h / 3, full_.opposite[static_cast<std::size_t>(h)] / 3)) continue;
+      if (regions.join(h / 3, full_.opposite[at(h)] / 3)) continue;
       mark(h);
       mark_path(paths, source(faces, h));
       mark_path(paths, target(faces, h));
@@ -120,16 +118,15 @@ class PlanarCutter {
     DisjointSets pieces(static_cast<Index>(cut_.size() / 3));
     for (const bool cut : {false, true}) {
       for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut_.size()); ++h) {
-        const HalfedgeId o = adjacency_.opposite[static_cast<std::size_t>(h)];
-        if (o < h || (cut_[static_cast<std::size_t>(h)] != 0) != cut) continue;
-        if (pieces.join(h / 3, o / 3) && cut)
-          cut_[static_cast<std::size_t>(h)] = cut_[static_cast<std::size_t>(o)] = 0;
+        const HalfedgeId o = adjacency_.opposite[at(h)];
+        if (o < h || (cut_[at(h)] != 0) != cut) continue;
+        if (pieces.join(h / 3, o / 3) && cut) cut_[at(h)] = cut_[at(o)] = 0;
       }
     }
   }
 
   bool avoids(VertexId v) const {
-    return !avoided_.empty() && v < real_vertices_ && avoided_[static_cast<std::size_t>(v)] != 0;
+    return !avoided_.empty() && v < real_vertices_ && avoided_[at(v)] != 0;
   }
 
   // Longer than any detour, so that a path has as few avoided vertices as can be.
@@ -140,7 +137,7 @@ class PlanarCutter {
       const VertexId a = source(filled_.faces, h);
       const VertexId b = target(filled_.faces, h);
       if (a >= real_vertices_ || b >= real_vertices_) continue;
-      length_[static_cast<std::size_t>(h)] += detour * (int{avoids(a)} + int{avoids(b)});
+      length_[at(h)] += detour * (int{avoids(a)} + int{avoids(b)});
     }
   }
 
@@ -153,13 +150,12 @@ class PlanarCutter {
   }
 
   void mark(HalfedgeId h) {
-    if (length_[static_cast<std::size_t>(h)] == ShortestPaths::kUnreached)
-      refuse_uncuttable(source(filled_.faces, h));
-    const HalfedgeId o = full_.opposite[static_cast<std::size_t>(h)];
+    if (length_[at(h)] == ShortestPaths::kUnreached) refuse_uncuttable(source(filled_.faces, h));
+    const HalfedgeId o = full_.opposite[at(h)];
     // Fan edges are not edges of the surface, and the rim of a hole is open already.
     const auto real = static_cast<HalfedgeId>(cut_.size());
     if (h >= real || o >= real) return;
-    cut_[static_cast<std::size_t>(h)] = cut_[static_cast<std::size_t>(o)] = 1;
+    cut_[at(h)] = cut_[at(o)] = 1;
   }
 
   void mark_path(const ShortestPaths& paths, VertexId v) {
@@ -174,7 +170,7 @@ class PlanarCutter {
     paths.add_source(v);
     paths.grow(context_);
     for (VertexId w = 0; w < real_vertices_; ++w) {
-      const bool used = adjacency_.vertex_halfedge[static_cast<std::size_t>(w)] != kInvalid;
+      const bool used = adjacency_.vertex_halfedge[at(w)] != kInvalid;
       if (used && paths.distance(w) == ShortestPaths::kUnreached) refuse_uncuttable(w);
     }
     return paths;
@@ -205,8 +201,8 @@ class PlanarCutter {
   }
 
   bool on_rim(VertexId v) const {
-    const HalfedgeId start = adjacency_.vertex_halfedge[static_cast<std::size_t>(v)];
-    return adjacency_.opposite[static_cast<std::size_t>(start)] == kInvalid;
+    const HalfedgeId start = adjacency_.vertex_halfedge[at(v)];
+    return adjacency_.opposite[at(start)] == kInvalid;
   }
 
   // Paths from the root that all loops share beyond its last branch dangle: removes leaves until
@@ -214,24 +210,23 @@ class PlanarCutter {
   void prune() {
     std::vector<Index> degree(static_cast<std::size_t>(real_vertices_), 0);
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut_.size()); ++h) {
-      if (cut_[static_cast<std::size_t>(h)] != 0)
-        ++degree[static_cast<std::size_t>(source(filled_.faces, h))];
+      if (cut_[at(h)] != 0) ++degree[at(source(filled_.faces, h))];
     }
     std::vector<VertexId> leaves;
     for (VertexId v = 0; v < real_vertices_; ++v) {
-      if (degree[static_cast<std::size_t>(v)] == 1 && !on_rim(v)) leaves.push_back(v);
+      if (degree[at(v)] == 1 && !on_rim(v)) leaves.push_back(v);
     }
     while (!leaves.empty()) {
       const VertexId v = leaves.back();
       leaves.pop_back();
-      if (degree[static_cast<std::size_t>(v)] != 1) continue;
-      HalfedgeId h = adjacency_.vertex_halfedge[static_cast<std::size_t>(v)];
-      while (cut_[static_cast<std::size_t>(h)] == 0) h = rotate_ccw(adjacency_, h);
-      const HalfedgeId o = adjacency_.opposite[static_cast<std::size_t>(h)];
-      cut_[static_cast<std::size_t>(h)] = cut_[static_cast<std::size_t>(o)] = 0;
+      if (degree[at(v)] != 1) continue;
+      HalfedgeId h = adjacency_.vertex_halfedge[at(v)];
+      while (cut_[at(h)] == 0) h = rotate_ccw(adjacency_, h);
+      const HalfedgeId o = adjacency_.opposite[at(h)];
+      cut_[at(h)] = cut_[at(o)] = 0;
       const VertexId w = target(filled_.faces, h);
-      --degree[static_cast<std::size_t>(v)];
-      if (--degree[static_cast<std::size_t>(w)] == 1 && !on_rim(w)) leaves.push_back(w);
+      --degree[at(v)];
+      if (--degree[at(w)] == 1 && !on_rim(w)) leaves.push_back(w);
     }
   }
 

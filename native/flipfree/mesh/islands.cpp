@@ -156,7 +156,7 @@ Part part_of(const Triangles& faces, const std::vector<FaceId>& chosen, std::vec
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     for (Index k = 0; k < 3; ++k) {
       const VertexId v = faces(chosen[i], k);
-      Index& own = local[static_cast<std::size_t>(v)];
+      Index& own = local[at(v)];
       if (own == kInvalid) {
         own = static_cast<Index>(part.vertices.size());
         part.vertices.push_back(v);
@@ -164,7 +164,7 @@ Part part_of(const Triangles& faces, const std::vector<FaceId>& chosen, std::vec
       part.faces(static_cast<Eigen::Index>(i), k) = own;
     }
   }
-  for (const VertexId v : part.vertices) local[static_cast<std::size_t>(v)] = kInvalid;
+  for (const VertexId v : part.vertices) local[at(v)] = kInvalid;
   return part;
 }
 

@@ -178,8 +178,8 @@ class DelaunayInside {
       if (f->info() != kInside) continue;
       PolygonTriangle triangle{};
       for (int k = 0; k < 3; ++k) {
-        triangle[static_cast<std::size_t>(k)] = corner_at(f, k);
-        if (triangle[static_cast<std::size_t>(k)] == kInvalid) return false;
+        triangle[at(k)] = corner_at(f, k);
+        if (triangle[at(k)] == kInvalid) return false;
       }
       std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()),
                   triangle.end());

@@ -31,8 +31,8 @@ std::pair<double, VertexId> ShortestPaths::Queue::pop() {
 }
 
 void ShortestPaths::add_source(VertexId v) {
-  distance_[static_cast<std::size_t>(v)] = 0.0;
-  arrival_[static_cast<std::size_t>(v)] = kInvalid;
+  distance_[at(v)] = 0.0;
+  arrival_[at(v)] = kInvalid;
   queue_.push(0.0, v);
 }
 
@@ -42,7 +42,7 @@ void ShortestPaths::grow(const ExecutionContext& context) {
     const auto [d, v] = queue_.pop();
     if (d > distance(v)) continue;
     if ((++steps & 0xfff) == 0) context.check();
-    const HalfedgeId start = adjacency_.vertex_halfedge[static_cast<std::size_t>(v)];
+    const HalfedgeId start = adjacency_.vertex_halfedge[at(v)];
     for (HalfedgeId h = start; h != kInvalid;) {
       relax(v, target(faces_, h), h);
       const HalfedgeId next = rotate_ccw(adjacency_, h);
@@ -55,10 +55,10 @@ void ShortestPaths::grow(const ExecutionContext& context) {
 }
 
 void ShortestPaths::relax(VertexId from, VertexId to, HalfedgeId h) {
-  const double through = distance(from) + length_[static_cast<std::size_t>(h)];
+  const double through = distance(from) + length_[at(h)];
   if (!(through < distance(to))) return;
-  distance_[static_cast<std::size_t>(to)] = through;
-  arrival_[static_cast<std::size_t>(to)] = h;
+  distance_[at(to)] = through;
+  arrival_[at(to)] = h;
   queue_.push(through, to);
 }
 

@@ -6,21 +6,19 @@ namespace flipfree::mesh {
 
 std::vector<std::vector<HalfedgeId>> boundary_halfedge_loops(const Triangles& faces,
                                                              const Adjacency& adjacency) {
-  const auto is_boundary = [&](HalfedgeId h) {
-    return adjacency.opposite[static_cast<std::size_t>(h)] == kInvalid;
-  };
+  const auto is_boundary = [&](HalfedgeId h) { return adjacency.opposite[at(h)] == kInvalid; };
   std::vector<std::vector<HalfedgeId>> loops;
   std::vector<char> seen(adjacency.opposite.size(), 0);
   const auto vertex_count = static_cast<VertexId>(adjacency.vertex_halfedge.size());
   for (VertexId v = 0; v < vertex_count; ++v) {
-    const HalfedgeId start = adjacency.vertex_halfedge[static_cast<std::size_t>(v)];
-    if (start == kInvalid || !is_boundary(start) || seen[static_cast<std::size_t>(start)]) continue;
+    const HalfedgeId start = adjacency.vertex_halfedge[at(v)];
+    if (start == kInvalid || !is_boundary(start) || seen[at(start)]) continue;
     std::vector<HalfedgeId>& loop = loops.emplace_back();
     HalfedgeId h = start;
     do {
-      seen[static_cast<std::size_t>(h)] = 1;
+      seen[at(h)] = 1;
       loop.push_back(h);
-      h = adjacency.vertex_halfedge[static_cast<std::size_t>(target(faces, h))];
+      h = adjacency.vertex_halfedge[at(target(faces, h))];
     } while (h != start);
   }
   return loops;
@@ -50,10 +48,9 @@ Components face_components(const Adjacency& adjacency) {
       const FaceId f = stack.back();
       stack.pop_back();
       for (Index k = 0; k < 3; ++k) {
-        const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(3 * f + k)];
-        if (o == kInvalid || components.of_face[static_cast<std::size_t>(o / 3)] != kInvalid)
-          continue;
-        components.of_face[static_cast<std::size_t>(o / 3)] = components.count;
+        const HalfedgeId o = adjacency.opposite[at(3 * f + k)];
+        if (o == kInvalid || components.of_face[at(o / 3)] != kInvalid) continue;
+        components.of_face[at(o / 3)] = components.count;
         stack.push_back(o / 3);
       }
     }

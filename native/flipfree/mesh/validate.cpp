@@ -30,14 +30,13 @@ struct Finding {
 std::string place(const Finding& finding) {
   switch (finding.kind) {
     case ElementKind::kVertex:
-      return "vertex " + std::to_string(finding.elements[0]);
+      return "vertex " + vertex_id(finding.elements[0]);
     case ElementKind::kEdge:
-      return "edge " + std::to_string(finding.elements[0]) + "-" +
-             std::to_string(finding.elements[1]);
+      return "edge " + vertex_id(finding.elements[0]) + "-" + vertex_id(finding.elements[1]);
     case ElementKind::kFace:
-      return "face " + std::to_string(finding.elements[0]);
+      return "face " + face_id(finding.elements[0]);
     case ElementKind::kCorner:
-      return "corner " + std::to_string(finding.elements[0]);
+      return "corner " + corner_id(finding.elements[0]);
     case ElementKind::kNone:
       break;
   }
@@ -101,12 +100,12 @@ template <typename Key>
 Groups group_by_vertex(Index item_count, Index vertex_count, Key key) {
   Groups groups;
   groups.begin.assign(static_cast<std::size_t>(vertex_count) + 1, 0);
-  for (Index i = 0; i < item_count; ++i) ++groups.begin[static_cast<std::size_t>(key(i)) + 1];
+  for (Index i = 0; i < item_count; ++i) ++groups.begin[at(key(i)) + 1];
   std::partial_sum(groups.begin.begin(), groups.begin.end(), groups.begin.begin());
   groups.items.resize(static_cast<std::size_t>(item_count));
   std::vector<Index> fill(groups.begin.begin(), groups.begin.end() - 1);
   for (Index i = 0; i < item_count; ++i) {
-    groups.items[static_cast<std::size_t>(fill[static_cast<std::size_t>(key(i))]++)] = i;
+    groups.items[at(fill[at(key(i))]++)] = i;
   }
   return groups;
 }
@@ -125,9 +124,8 @@ void check_faces_distinct(const Surface& surface, const ExecutionContext& contex
   for (VertexId v = 0; v < vertex_count; ++v) {
     if (v % kCheckEvery == 0) context.check();
     keys.clear();
-    for (Index i = groups.begin[static_cast<std::size_t>(v)];
-         i < groups.begin[static_cast<std::size_t>(v) + 1]; ++i) {
-      const FaceId f = groups.items[static_cast<std::size_t>(i)];
+    for (Index i = groups.begin[at(v)]; i < groups.begin[at(v) + 1]; ++i) {
+      const FaceId f = groups.items[at(i)];
       const auto row = surface.faces.row(f);
       const Index high = row.maxCoeff();
       keys.push_back({row.sum() - v - high, high, f});
@@ -156,9 +154,8 @@ void check_edges(const Surface& surface, const ExecutionContext& context,
   for (VertexId v = 0; v < vertex_count; ++v) {
     if (v % kCheckEvery == 0) context.check();
     uses.clear();
-    for (Index i = groups.begin[static_cast<std::size_t>(v)];
-         i < groups.begin[static_cast<std::size_t>(v) + 1]; ++i) {
-      const HalfedgeId h = groups.items[static_cast<std::size_t>(i)];
+    for (Index i = groups.begin[at(v)]; i < groups.begin[at(v) + 1]; ++i) {
+      const HalfedgeId h = groups.items[at(i)];
       const bool forward = source(faces, h) == v;
       uses.emplace_back(forward ? target(faces, h) : source(faces, h), forward);
     }
@@ -185,11 +182,11 @@ void check_vertices(const Surface& surface, const ValidateOptions& options,
   const auto vertex_count = static_cast<Index>(surface.vertices.rows());
   const Adjacency adjacency = build_adjacency(vertex_count, surface.faces);
   std::vector<Index> degree(static_cast<std::size_t>(vertex_count), 0);
-  for (const VertexId v : surface.faces.reshaped()) ++degree[static_cast<std::size_t>(v)];
+  for (const VertexId v : surface.faces.reshaped()) ++degree[at(v)];
   Finding pinched{ErrorCode::kNonManifoldVertex, ElementKind::kVertex, {}};
   Finding isolated{ErrorCode::kIsolatedVertex, ElementKind::kVertex, {}};
   for (VertexId v = 0; v < vertex_count; ++v) {
-    const HalfedgeId start = adjacency.vertex_halfedge[static_cast<std::size_t>(v)];
+    const HalfedgeId start = adjacency.vertex_halfedge[at(v)];
     if (start == kInvalid) {
       isolated.add({v});
       continue;
@@ -200,7 +197,7 @@ void check_vertices(const Surface& surface, const ValidateOptions& options,
       ++fan;
       h = rotate_ccw(adjacency, h);
     } while (h != kInvalid && h != start);
-    if (fan != degree[static_cast<std::size_t>(v)]) pinched.add({v});
+    if (fan != degree[at(v)]) pinched.add({v});
   }
   report(defects, pinched, "joins parts of the surface that share no edge",
          "Split the vertex (Rip, or Split by Edges).");

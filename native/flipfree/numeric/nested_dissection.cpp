@@ -108,7 +108,7 @@ void dissect(Part& part, std::vector<Index>& order, DissectionTree& tree,
   }
   std::vector<Index> local(at(part.count()));
   std::array<Index, 3> count{0, 0, 0};
-  for (const Index v : sorted) local[at(v)] = count[static_cast<std::size_t>(side[at(v)])]++;
+  for (const Index v : sorted) local[at(v)] = count[at(side[at(v)])]++;
   Index next = part.begin + count[kLeft] + count[kRight];
   for (const Index v : sorted) {
     if (side[at(v)] != kSeparator) continue;
@@ -117,7 +117,7 @@ void dissect(Part& part, std::vector<Index>& order, DissectionTree& tree,
   }
   Index begin = part.begin;
   for (const char which : {kLeft, kRight}) {
-    const Index n = count[static_cast<std::size_t>(which)];
+    const Index n = count[at(which)];
     if (n == 0) continue;
     children.push_back(extract(part, side, which, sorted, local, n));
     children.back().ends_first = ends_first;

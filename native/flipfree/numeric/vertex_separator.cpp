@@ -149,7 +149,7 @@ class Refinement {
  public:
   Refinement(const Subgraph& part, std::vector<char>& side, const ExecutionContext& context)
       : part_(part), side_(side), context_(context), locked_(at(part.count()), 0) {
-    for (const char s : side) ++weight_[static_cast<std::size_t>(s)];
+    for (const char s : side) ++weight_[at(s)];
   }
 
   void run() {
@@ -195,9 +195,9 @@ class Refinement {
 
   void put(Index v, char to) {
     log_.push_back({v, side_[at(v)]});
-    --weight_[static_cast<std::size_t>(side_[at(v)])];
+    --weight_[at(side_[at(v)])];
     side_[at(v)] = to;
-    ++weight_[static_cast<std::size_t>(to)];
+    ++weight_[at(to)];
   }
 
   // One pass; true if the separator shrank, or stayed as small with better balance.
@@ -223,7 +223,7 @@ class Refinement {
     while (idle < patience && pop(move, expected)) {
       const Index v = move.vertex;
       if (side_[at(v)] != kSeparator || locked_[at(v)] || gain(v, move.to) != expected) continue;
-      if (weight_[static_cast<std::size_t>(move.to)] >= most) continue;
+      if (weight_[at(move.to)] >= most) continue;
       context_.check();
       locked_[at(v)] = 1;
       touched.push_back(v);
@@ -252,9 +252,9 @@ class Refinement {
     while (log_.size() > best_log) {
       const auto [v, from] = log_.back();
       log_.pop_back();
-      --weight_[static_cast<std::size_t>(side_[at(v)])];
+      --weight_[at(side_[at(v)])];
       side_[at(v)] = from;
-      ++weight_[static_cast<std::size_t>(from)];
+      ++weight_[at(from)];
     }
     for (const Index v : touched) locked_[at(v)] = 0;
     return best < start || best_imbalance < start_imbalance;

@@ -65,7 +65,7 @@ FlatMap flat_map(const certify::Parametrization& map) {
   }
   for (FaceId f = 0; 3 * at(f) < count; ++f) {
     if (s.twice_area(f) <= 0)
-      refuse("Face " + std::to_string(f) + " of the map has no positive area. Give a valid map.",
+      refuse("Face " + face_id(f) + " of the map has no positive area. Give a valid map.",
              ElementKind::kFace, {f});
   }
   for (HalfedgeId h = 0; at(h) < count; ++h) {
@@ -78,7 +78,7 @@ FlatMap flat_map(const certify::Parametrization& map) {
     Index turn = 0;
     while (turn < 4 && !(s.edge[at(o)] == -turned(e, turn))) ++turn;
     if (turn == 4)
-      refuse("Edge " + std::to_string(s.source[at(h)]) + "-" + std::to_string(s.target(h)) +
+      refuse("Edge " + vertex_id(s.source[at(h)]) + "-" + vertex_id(s.target(h)) +
                  " does not match across its seam. Give a map that is seamless as stored.",
              ElementKind::kEdge, {s.source[at(h)], s.target(h)});
     s.turn[at(h)] = turn;

@@ -34,7 +34,7 @@ Prepared prepare_for_quads(const certify::Parametrization& map, const ExecutionC
     const HalfedgeId h = flat.oblique[0];
     const VertexId a = flat.surface.source[at(h)], b = flat.surface.target(h);
     throw_invalid(ErrorCode::kBadShape,
-                  "Edge " + std::to_string(a) + "-" + std::to_string(b) +
+                  "Edge " + vertex_id(a) + "-" + vertex_id(b) +
                       " of the border does not run along an axis of the map. Quads need an "
                       "aligned boundary.",
                   ElementKind::kEdge, {a, b});
@@ -49,7 +49,7 @@ Prepared prepare_for_quads(const certify::Parametrization& map, const ExecutionC
   }
   if (!sharp.empty())
     throw_invalid(ErrorCode::kBadAngles,
-                  "The map has only one quarter turn at vertex " + std::to_string(sharp[0]) +
+                  "The map has only one quarter turn at vertex " + vertex_id(sharp[0]) +
                       ", where a quad would meet itself. Give a field without such cones "
                       "(simplify).",
                   ElementKind::kVertex, first_elements(sharp));
@@ -156,7 +156,7 @@ Attempt attempt_of_map(const Prepared& p, const ExecutionContext& context) {
     if (as_vector(q) != e || !fits(q)) {
       const VertexId a = coarse.flat.source[at(h)], b = coarse.flat.target(h);
       throw_invalid(ErrorCode::kBadOption,
-                    "Vertices " + std::to_string(a) + " and " + std::to_string(b) +
+                    "Vertices " + vertex_id(a) + " and " + vertex_id(b) +
                         " of the map, cones or corners, are not whole numbers apart. Use quads(), "
                         "which chooses such numbers.",
                     ElementKind::kVertex, {a, b});

@@ -64,8 +64,8 @@ std::vector<ConnectedPart> parts_of(const std::vector<Index>& cones,
       places.push_back(part.faces[i]);
   }
   const std::string where = only_one ? ""
-                                     : "The part of face " + std::to_string(part.faces.front()) +
-                                           " (" + std::to_string(part.faces.size()) + " faces): ";
+                                     : "The part of face " + face_id(part.faces.front()) + " (" +
+                                           std::to_string(part.faces.size()) + " faces): ";
   throw_infeasible(error.code, where + error.message, error.witness, kind, std::move(places));
 }
 
@@ -87,7 +87,7 @@ void check_request(const mesh::Surface& surface, const std::vector<Index>& cones
   for (std::size_t v = 0; v < cones.size(); ++v) {
     if (cones[v] >= kNotGiven) continue;
     throw_invalid(ErrorCode::kBadAngles,
-                  "The cone at vertex " + std::to_string(v) + " has " + std::to_string(cones[v]) +
+                  "The cone at vertex " + vertex_id(v) + " has " + std::to_string(cones[v]) +
                       " quarter turns. Give every cone at least 1 (4 is flat).",
                   ElementKind::kVertex, {static_cast<Index>(v)});
   }
@@ -113,7 +113,7 @@ std::vector<Index> numbered(const std::vector<Index>& ids, const std::vector<Ind
   std::vector<Index> found;
   for (const Index i : ids) {
     if (i < 0 || static_cast<std::size_t>(i) >= number.size()) continue;
-    const Index n = number[static_cast<std::size_t>(i)];
+    const Index n = number[at(i)];
     if (!once || std::find(found.begin(), found.end(), n) == found.end()) found.push_back(n);
   }
   return found;

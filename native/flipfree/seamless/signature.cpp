@@ -27,7 +27,7 @@ void check_cones(const std::vector<Index>& cones, Index genus) {
   for (std::size_t v = 0; v < cones.size(); ++v) {
     if (cones[v] < 1) {
       throw_invalid(ErrorCode::kBadAngles,
-                    "The cone at vertex " + std::to_string(v) + " has " + std::to_string(cones[v]) +
+                    "The cone at vertex " + vertex_id(v) + " has " + std::to_string(cones[v]) +
                         " quarter turns. Give every cone at least 1 (4 is flat).",
                     ElementKind::kVertex, {static_cast<Index>(v)});
     }

@@ -66,7 +66,7 @@ class Unwrapping {
     pins_ = pins_by_chart(islands_, options_.pins);
     lap("seconds_flatten");
     const PlacedCharts placed = place();
-    const Untimed finishing(context_);
+    const Grace finishing(context_);
     certify::Parametrization map = assembled(placed);
     lap("seconds_place");
     judge(map);
@@ -122,7 +122,7 @@ class Unwrapping {
 
   // Charts that cannot be stored are halved, and again.
   PlacedCharts place() {
-    const Overtime storing(context_);
+    const Grace storing(context_, Grace::kShort);
     context_.report("placing charts", 0.92);
     constexpr int kRounds = 12;  // by then 4096 parts are made
     Unstorable unstorable;
@@ -264,7 +264,7 @@ certify::Parametrization unwrap_separated(const mesh::Surface& surface,
   }
   const certify::Parametrization solved =
       separated.solve([&] { return Unwrapping(separated.surface(), own, context).run(); });
-  const Untimed finishing(context);
+  const Grace finishing(context);
   certify::Parametrization map = separated.on_input(solved, request_of(options), context);
   map.stats["energy"] = map.certificate.energy;
   map.stats["max_energy"] = map.certificate.max_energy;

@@ -91,8 +91,9 @@ py::object to_python(conformal::ConformalMapResult&& result) {
                              "scale_range"_a = metric.scale_range, "flips"_a = metric.flips.size(),
                              "iterations"_a = metric.iterations, "bits"_a = metric.bits));
   if (const auto& failure = result.failure) {
-    d["error"] = py::dict("message"_a = failure->message, "code"_a = describe(failure->code),
-                          "kind"_a = kind_name(failure->kind), "elements"_a = failure->elements);
+    d["error"] =
+        py::dict("message"_a = rendered(failure->message), "code"_a = describe(failure->code),
+                 "kind"_a = kind_name(failure->kind), "elements"_a = failure->elements);
     d["metric"] = to_python(metric);
   }
   return d;

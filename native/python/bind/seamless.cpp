@@ -112,7 +112,7 @@ void require_closed(const mesh::Adjacency& adjacency) {
   for (HalfedgeId h = 0; static_cast<std::size_t>(h) < adjacency.opposite.size(); ++h) {
     if (adjacency.opposite[static_cast<std::size_t>(h)] != kInvalid) continue;
     throw_invalid(ErrorCode::kBadOption,
-                  "The surface is open at face " + std::to_string(h / 3) +
+                  "The surface is open at face " + face_id(h / 3) +
                       ", and admissible cuts are of closed ones. Close its holes.",
                   ElementKind::kFace, {h / 3});
   }

@@ -82,7 +82,7 @@ TEST(TimeLimit, an_inner_one_ends_with_the_outer_one_at_the_latest) {
     const TimeLimit shorter(context, 2.0);
     hand.seconds = 103.0;
     EXPECT_THROW(context.check(), TimeIsOver);
-    const Untimed work(context);
+    const Grace work(context);
     EXPECT_NO_THROW(context.check());
   }
   EXPECT_NO_THROW(context.check());
@@ -99,14 +99,14 @@ TEST(TimeLimit, parts_have_their_parents_and_cancelling_goes_first) {
   hand.seconds = 106.0;
   EXPECT_THROW(part.check(), TimeIsOver);
   {
-    const Untimed work(part);
+    const Grace work(part);
     EXPECT_NO_THROW(part.check());
   }
   parent.cancel();
   EXPECT_THROW(part.check(), Cancelled);
 }
 
-TEST(Overtime, lasts_a_little_beyond_the_limit_and_cannot_be_accepted) {
+TEST(Grace, lasts_a_little_beyond_the_limit_and_cannot_be_accepted) {
   double seconds = 0;
   ExecutionContext context;
   context.clock = [&] { return seconds; };
@@ -115,10 +115,10 @@ TEST(Overtime, lasts_a_little_beyond_the_limit_and_cannot_be_accepted) {
   const MapInHand map(context);
   EXPECT_THROW(context.check(), TimeIsOver);
   {
-    const Overtime storing(context);
-    seconds = 10.0 + 0.9 * Overtime::kSeconds;
+    const Grace storing(context, Grace::kShort);
+    seconds = 10.0 + 0.9 * Grace::kShort;
     EXPECT_NO_THROW(context.check());
-    seconds = 10.0 + 1.1 * Overtime::kSeconds;
+    seconds = 10.0 + 1.1 * Grace::kShort;
     EXPECT_THROW(context.check(), TimeIsOver);
   }
   seconds = 0;

@@ -73,8 +73,8 @@ TEST(GiveUp, AWayThatRunsOutOfItsShareIsGivenUp) {
   ExecutionContext context;
   tick(context);
   const TimeLimit all(context, 1000);
-  EXPECT_TRUE(ended_in_share(context, [&] { context.check(); }));
-  EXPECT_FALSE(ended_in_share(context, [&] {
+  EXPECT_TRUE(ended_in_time(context, [&] { context.check(); }));
+  EXPECT_FALSE(ended_in_time(context, [&] {
     const TimeLimit share(context, 3);
     while (true) context.check();
   }));
@@ -87,7 +87,7 @@ TEST(GiveUp, WhenAllTimeIsOverTheCallEnds) {
   const auto endless = [&] {
     while (true) context.check();
   };
-  EXPECT_THROW(ended_in_share(context, endless), TimeIsOver);
+  EXPECT_THROW(ended_in_time(context, endless), TimeIsOver);
   EXPECT_FALSE(ended_in_time(endless));
 }
 
@@ -137,25 +137,33 @@ TEST(Elements, FacesOfAnErrorAreThoseThatItNamesOrThoseAtItsVertices) {
   EXPECT_TRUE(faces_at(error, faces).empty());
 }
 
-TEST(Renumber, NamesElementsAnewAndLeavesWhatIsNoId) {
+TEST(Renumber, ReplacesMarkedIdsAndNothingElse) {
   const Renumbering shifted{[](Index v) { return v > 90 ? kInvalid : v + 100; },
                             [](Index f) { return f + 1000; }, [](Index c) { return 2 * c; }};
   const struct {
-    const char* said;
+    std::string said;
     const char* wanted;
   } cases[] = {
-      {"Chart of face 0 (12 triangles, first at vertex 7): 3 faces fold.",
-       "Chart of face 1000 (12 triangles, first at vertex 107): 3 faces fold."},
-      {"Corner 21 is pinned to 0.5, corner 4 is not.",
-       "Corner 42 is pinned to 0.5, corner 8 is not."},
-      {"first edge 3-5; vertices 1 and 2. Edge 8-9",
-       "first edge 103-105; vertices 101 and 102. Edge 108-109"},
-      {"first face 3 and 4 more", "first face 1003 and 4 more"},
-      {"vertex 99 and surface 3, 41 vertices", "vertex 99 and surface 3, 41 vertices"},
-      {"vertex 99999999999", "vertex 99999999999"},
+      {"Chart of face " + face_id(0) + " (12 triangles, first at vertex " + vertex_id(7) + ")",
+       "Chart of face 1000 (12 triangles, first at vertex 107)"},
+      {"Corner " + corner_id(21) + " is pinned to 0.5, corner 4 is not.",
+       "Corner 42 is pinned to 0.5, corner 4 is not."},
+      {"edge " + vertex_id(3) + "-" + vertex_id(5) + "; vertex 3 of " + vertex_id(1),
+       "edge 103-105; vertex 3 of 101"},
+      {"vertex " + vertex_id(99) + ", " + vertex_id(-1), "vertex 99, -1"},
+      {"vertex " + vertex_id(std::int64_t{99999999999}), "vertex 99999999999"},
       {"", ""},
   };
-  for (const auto& c : cases) EXPECT_EQ(renumbered(c.said, shifted), c.wanted);
+  for (const auto& c : cases) EXPECT_EQ(rendered(renumbered(c.said, shifted)), c.wanted);
+}
+
+TEST(Renumber, AnErrorNamesNoElementThatTheOtherMeshDoesNotHave) {
+  const Error error{ErrorCode::kBadPins, "At " + vertex_id(3), ElementKind::kVertex, {3, 5}};
+  EXPECT_EQ(renumbered(error, known_in(6, 1)).elements, error.elements);
+  const Error fewer = renumbered(error, known_in(5, 1));
+  EXPECT_EQ(fewer.kind, ElementKind::kNone);
+  EXPECT_TRUE(fewer.elements.empty());
+  EXPECT_STREQ(InvalidInput(fewer).what(), "At 3");
 }
 
 }  // namespace

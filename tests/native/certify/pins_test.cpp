@@ -31,7 +31,8 @@ TEST(Pins, of_corners_that_do_not_exist_are_refused_by_name) {
     for (const Error& error : {refusal(require_corners, {{2, {0, 0}}, {corner, {0, 0}}}),
                                refusal(require_storable_pins, {{2, {0, 0}}, {corner, {0, 0}}})}) {
       EXPECT_EQ(error.code, ErrorCode::kBadPins);
-      EXPECT_NE(error.message.find("corner " + std::to_string(corner) + ","), std::string::npos);
+      EXPECT_NE(rendered(error.message).find("corner " + std::to_string(corner) + ","),
+                std::string::npos);
       EXPECT_TRUE(error.elements.empty());
     }
   }

@@ -88,7 +88,7 @@ TEST(SeparatedMap, ErrorsNameTheInputsElementsInWordsToo) {
   const SeparatedMap separated(s, {}, ExecutionContext());
   try {
     separated.solve([]() -> int {
-      throw_not_converged(ErrorCode::kRoundingFlips, "Triangle at face 0 folds.",
+      throw_not_converged(ErrorCode::kRoundingFlips, "Triangle at face " + face_id(0) + " folds.",
                           ElementKind::kFace, {0});
     });
     FAIL();
@@ -97,7 +97,7 @@ TEST(SeparatedMap, ErrorsNameTheInputsElementsInWordsToo) {
     EXPECT_EQ(e.error().elements, std::vector<Index>{1});
   }
   Certificate bad;
-  bad.failures = {"G1: 1 triangle is flipped, first face 5"};
+  bad.failures = {"G1: 1 triangle is flipped, first face " + face_id(5)};
   bad.failed_faces = {5};
   try {
     separated.solve([&]() -> int { throw CertificateFailed("The map", bad); });
@@ -158,7 +158,7 @@ TEST(SeparatedMap, JudgesLoopsOfTheInputWhereTheirFacesHaveGone) {
     EXPECT_FALSE(bad.ok);
     EXPECT_EQ(bad.holonomy_failures, 1);
     EXPECT_EQ(bad.failed_faces, std::vector<FaceId>{1});
-    EXPECT_NE(bad.failures.front().find("through face 1"), std::string::npos);
+    EXPECT_NE(rendered(bad.failures.front()).find("through face 1"), std::string::npos);
   }
 }
 

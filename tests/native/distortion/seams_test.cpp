@@ -148,7 +148,7 @@ TEST(MakeExact, rounding_ends_soon_after_the_limit_of_time) {
   ASSERT_GT(needed, 2 * kTick);
   now = kLimit;
   EXPECT_THROW(rounded_within(0.25 * needed), TimeIsOver);
-  EXPECT_LE(now, kLimit + 0.25 * needed + 2 * Overtime::kSeconds);
+  EXPECT_LE(now, kLimit + 0.25 * needed + 2 * Grace::kShort);
 }
 
 // Optimising stops while there is time to round.

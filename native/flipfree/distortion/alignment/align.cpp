@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/grain.h"
@@ -111,19 +111,17 @@ class Aligner {
     stats["alignment.energy_start"] = alignment(uv_);
     const char* stop = "iteration limit";
     int iterations = 0;
-    try {
-      while (iterations < options_.max_iterations) {
+    const bool in_time = ended_in_time([&] {
+      const char* ended = nullptr;
+      while (iterations < options_.max_iterations && ended == nullptr) {
         context_.report("aligning", static_cast<double>(iterations) / options_.max_iterations);
-        const char* ended = iterate();
+        ended = iterate();
         ++iterations;
-        if (ended == nullptr) continue;
-        stop = ended;
-        break;
       }
-    } catch (const TimeIsOver&) {
-      stop = "time limit";
-    }
-    const Untimed finishing(context_);
+      if (ended != nullptr) stop = ended;
+    });
+    if (!in_time) stop = "time limit";
+    const Grace finishing(context_);
     stats["alignment.energy"] = alignment(uv_);
     stats["alignment.iterations"] = static_cast<std::int64_t>(iterations);
     stats["alignment.stop"] = std::string(stop);

@@ -21,14 +21,14 @@ void check_start(const mesh::Surface& chart, const Points2& uv, const MinimizeOp
   }
   for (const VertexId v : options.fixed) {
     if (v < 0 || v >= uv.rows()) {
-      throw_invalid(ErrorCode::kBadPins, "Fixed vertex " + std::to_string(v) + " does not exist.",
+      throw_invalid(ErrorCode::kBadPins, "Fixed vertex " + vertex_id(v) + " does not exist.",
                     ElementKind::kVertex, {v});
     }
   }
   auto flipped = flipped_faces(chart.faces, uv, context);
   if (!flipped.empty()) {
     const std::string count = std::to_string(flipped.size());
-    const std::string first = std::to_string(flipped.front());
+    const std::string first = face_id(flipped.front());
     throw_invalid(ErrorCode::kFlippedMap,
                   "The initial map has " + count +
                       " flipped or collapsed triangles, the first is face " + first +
@@ -43,9 +43,8 @@ void check_start(const mesh::Surface& chart, const Points2& uv, const MinimizeOp
       const auto& f = boundary.edges[static_cast<std::size_t>(pair[1])];
       throw_invalid(ErrorCode::kBadOption,
                     "The initial map's boundary meets itself, first at the edges (" +
-                        std::to_string(e[0]) + ", " + std::to_string(e[1]) + ") and (" +
-                        std::to_string(f[0]) + ", " + std::to_string(f[1]) +
-                        "). Unwrap it anew, or allow overlaps.",
+                        vertex_id(e[0]) + ", " + vertex_id(e[1]) + ") and (" + vertex_id(f[0]) +
+                        ", " + vertex_id(f[1]) + "). Unwrap it anew, or allow overlaps.",
                     ElementKind::kEdge, {e[0], e[1], f[0], f[1]});
     }
     const auto turned = turned_loops(boundary, uv);
@@ -53,7 +52,7 @@ void check_start(const mesh::Surface& chart, const Points2& uv, const MinimizeOp
       const std::vector<VertexId>& loop = boundary.loops[turned.front()];
       throw_invalid(ErrorCode::kBadOption,
                     "The initial map covers points twice: the hole or slit at vertex " +
-                        std::to_string(loop.front()) +
+                        vertex_id(loop.front()) +
                         " is turned inside out. Unwrap it anew, or allow overlaps.",
                     ElementKind::kVertex, {loop.front()});
     }
@@ -182,7 +181,7 @@ TargetsResult minimize_with_targets(const mesh::Surface& chart, const Points2& i
     held.fixed.push_back(v);
     if (!target.allFinite()) {
       throw_invalid(ErrorCode::kBadPins,
-                    "The target of vertex " + std::to_string(v) + " is not finite. Correct it.",
+                    "The target of vertex " + vertex_id(v) + " is not finite. Correct it.",
                     ElementKind::kVertex, {v});
     }
   }
@@ -190,7 +189,7 @@ TargetsResult minimize_with_targets(const mesh::Surface& chart, const Points2& i
   const auto twice = std::adjacent_find(held.fixed.begin(), held.fixed.end());
   if (twice != held.fixed.end()) {
     throw_invalid(ErrorCode::kBadPins,
-                  "Vertex " + std::to_string(*twice) + " is pinned twice. Give it one place.",
+                  "Vertex " + vertex_id(*twice) + " is pinned twice. Give it one place.",
                   ElementKind::kVertex, {*twice});
   }
   check_start(chart, initial_uv, held, context);

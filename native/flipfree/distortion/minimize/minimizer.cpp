@@ -279,7 +279,7 @@ Stop Minimizer::descend() try {
 
 // Does uv_ overlap itself, where it may not? Then uv_ becomes the last map that did not.
 bool Minimizer::overlaps() {
-  const Untimed deciding(context_);
+  const Grace deciding(context_);
   if (!barrier_ || !overlaps_itself(barrier_->boundary(), uv_, context_)) return false;
   if (options_.overlapping != nullptr) *options_.overlapping = uv_;
   uv_ = std::move(one_to_one_);
@@ -312,7 +312,7 @@ Minimized Minimizer::run() {
       }
     }
   }
-  const Untimed finishing(context_);
+  const Grace finishing(context_);
   done_.barrier = barrier_on_;
   if (std::none_of(fixed_.begin(), fixed_.end(), [](char f) { return f != 0; })) finish_unit();
   sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
@@ -327,6 +327,7 @@ void report(const Minimized& descent, Stats& stats) {
                                  "time limit", "overlap", "not factorized"};
   const auto count = [&](const char* name, std::int64_t value) { stats[name] = value; };
   count("distortion.barrier", descent.barrier);
+  count("distortion.relieved", descent.relieved);
   count("distortion.iterations", descent.iterations);
   count("distortion.progressive_iterations", descent.progressive_iterations);
   count("distortion.factorizations", descent.factorizations);

@@ -107,8 +107,7 @@ class Mover {
 
   Points2 settled(Points2 uv, int steps) {
     options_.max_iterations = steps;
-    Stats ignored;
-    return Minimizer(faces_, rest_, nullptr, uv, options_, context_, &system_).run(ignored);
+    return Minimizer(faces_, rest_, nullptr, uv, options_, context_, &system_).run().uv;
   }
 
   // With what is held where it shall be, bit for bit.

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 #include "flipfree/distortion/rounding.h"
@@ -50,25 +50,22 @@ SeamConstraints constraints_of(const CutMap& map, const ExecutionContext& contex
                          map.seams, map.straight, context);
 }
 
-Relieved optimised(const CutMap& map, const SeamConstraints& constraints,
-                   const MinimizeOptions& minimize, ExecutionContext& context) {
+Minimized optimised(const CutMap& map, const SeamConstraints& constraints,
+                    const MinimizeOptions& minimize, ExecutionContext& context) {
   RestShapes rest = build_rest_shapes(map.surface, context);
   Points2 uv = map.uv;
   const auto relieved = relieve(constraints, map.surface.faces, rest, {}, uv, context);
   const std::vector<char> free(static_cast<std::size_t>(map.uv.rows()), 0);
   SeamSystem system(constraints, map.surface.faces, free, context);
   Minimizer minimizer(map.surface.faces, std::move(rest), nullptr, uv, minimize, context, &system);
-  return {minimizer.run(), relieved.value_or(0)};
+  Minimized descent = minimizer.run();
+  descent.relieved = relieved.value_or(0);
+  return descent;
 }
 
 }  // namespace
 
-void report(const Relieved& descent, Stats& stats) {
-  report(static_cast<const Minimized&>(descent), stats);
-  stats["distortion.relieved"] = static_cast<std::int64_t>(descent.opened);
-}
-
-Relieved less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context) {
+Minimized less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context) {
   check_input(map);
   MinimizeOptions minimize;
   minimize.max_iterations = max_iterations;
@@ -111,25 +108,23 @@ ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionCon
   minimize.acceptable = true;
   minimize.keep_last = true;  // without a step more it is a map all the same
   Points2 uv = map.uv;
-  std::int64_t hurried = 0;
+  bool hurried = false;
   check_start(map.surface, uv, minimize, context);
   if (options.optimise) {
     const ProgressRange range(context, 0.0, 0.9);
     const TimeLimit limit(context, std::min(limit_of(options.max_seconds),
                                             seconds_to_search(context.seconds_left(),
                                                               static_cast<Index>(faces.rows()))));
-    try {
-      const Relieved better = optimised(map, constraints, minimize, context);
+    hurried = !ended_in_time([&] {
+      Minimized better = optimised(map, constraints, minimize, context);
       report(better, out.stats);
-      uv = better.uv;
-    } catch (const TimeIsOver&) {
-      hurried = 1;
-    }
-    if (context.time_is_over() || context.accepted()) hurried = 1;
+      uv = std::move(better.uv);
+    });
+    hurried = hurried || context.time_is_over() || context.accepted();
   }
-  const Overtime storing(context);
+  const Grace storing(context, Grace::kShort);
   context.report("rounding", 0.95);
-  out.stats["time_limit_reached"] = hurried;
+  out.stats["time_limit_reached"] = static_cast<std::int64_t>(hurried);
   if (!options.exact) {
     out.uv32 = round_to_storage(faces, uv, {}, context, out.stats);
     out.uv = std::move(uv);

@@ -38,13 +38,6 @@ struct ExactMap {
   Stats stats;
 };
 
-// A descent, and how many triangles were opened before it (relief.h).
-struct Relieved : Minimized {
-  Index opened = 0;
-};
-// The figures as "distortion.*".
-void report(const Relieved& descent, Stats& stats);
-
 // Precondition: every triangle is positively oriented by the exact test (else InvalidInput
 // kFlippedMap), and the map meets its seams' quarter turns up to rounding: what it misses them by
 // is what optimisation and rounding change in addition. Guarantee: flip-free, and every seam edge
@@ -60,7 +53,7 @@ ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionCon
 
 // The optimisation alone: so many steps. Precondition as make_exact(). Throws InvalidInput,
 // NotConverged, TimeIsOver, Cancelled.
-Relieved less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context);
+Minimized less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context);
 
 // The optimisation around the vertices marked in `near` (#V of the cut surface) and around
 // triangles that are far worse than the others, everything else held; nullopt if that is no small

@@ -254,7 +254,7 @@ void require_convex(const Points2& p, const std::vector<VertexId>& loop) {
     return static_cast<std::size_t>(i) < loop.size() ? loop[static_cast<std::size_t>(i)] : i;
   };
   const auto at = [&](Index i) {
-    return std::to_string(i) + " (vertex " + std::to_string(name(i)) + ")";
+    return std::to_string(i) + " (vertex " + vertex_id(name(i)) + ")";
   };
   if (n < 3) throw_invalid(ErrorCode::kBadBoundary, "A polygon needs at least 3 points.");
   if (!p.allFinite())
@@ -353,13 +353,13 @@ void require_disk_with_boundary(const Triangles& faces, Index vertex_count,
   for (Size i = 0; i < loop.size(); ++i) {
     if (loop[i] < 0 || loop[i] >= vertex_count) {
       throw_invalid(ErrorCode::kIndexOutOfRange,
-                    "The boundary loop names vertex " + std::to_string(loop[i]) +
+                    "The boundary loop names vertex " + vertex_id(loop[i]) +
                         ", which does not exist. List vertices of the mesh.");
     }
     if (place[static_cast<Size>(loop[i])] != kInvalid) {
       throw_invalid(
           ErrorCode::kBadBoundary,
-          "The boundary loop passes vertex " + std::to_string(loop[i]) + " twice. List it once.",
+          "The boundary loop passes vertex " + vertex_id(loop[i]) + " twice. List it once.",
           ElementKind::kVertex, {loop[i]});
     }
     place[static_cast<Size>(loop[i])] = static_cast<Index>(i);
@@ -379,8 +379,8 @@ void require_disk_with_boundary(const Triangles& faces, Index vertex_count,
     if (i != kInvalid && j == (i + 1) % static_cast<Index>(loop.size())) continue;
     throw_invalid(
         ErrorCode::kBadBoundary,
-        "The boundary edge from vertex " + std::to_string(mesh::source(faces, h)) + " to " +
-            std::to_string(mesh::target(faces, h)) +
+        "The boundary edge from vertex " + vertex_id(mesh::source(faces, h)) + " to " +
+            vertex_id(mesh::target(faces, h)) +
             " is not in the boundary loop. List the whole boundary in order, surface on the left.",
         ElementKind::kEdge, {mesh::source(faces, h), mesh::target(faces, h)});
   }

@@ -101,9 +101,8 @@ void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
       // later: the record is a stack.
       if (from_nothing) {
         throw_not_converged(ErrorCode::kIterationLimit,
-                            "Vertex " + std::to_string(map.mesh.source(h)) +
-                                " found no valid position beside vertex " + std::to_string(v0) +
-                                ".",
+                            "Vertex " + vertex_id(map.mesh.source(h)) +
+                                " found no valid position beside vertex " + vertex_id(v0) + ".",
                             ElementKind::kVertex, {map.mesh.source(h), v0});
       }
       const Size before = record.size();

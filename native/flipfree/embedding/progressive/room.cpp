@@ -185,8 +185,8 @@ std::string narrowest_extent(const Star& star) {
     }
     if (widest >= narrowest || !(widest > 0.0)) continue;
     narrowest = widest;
-    text = "between the edge (" + std::to_string(star.ring[i]) + ", " +
-           std::to_string(star.ring[j]) + ") and vertex " + std::to_string(star.ring[far]);
+    text = "between the edge (" + vertex_id(star.ring[i]) + ", " + vertex_id(star.ring[j]) +
+           ") and vertex " + vertex_id(star.ring[far]);
   }
   return text.empty() ? "between vertices that lie on one line" : text;
 }

@@ -68,14 +68,14 @@ void place_alone(PlanarMap& map, VertexId v, Star& star) {
   if (room.exact) {
     // Of the simplified mesh: the proof for the given one is the ladder's.
     throw_not_converged(ErrorCode::kNoRoomInPolygon,
-                        "The polygon has no room for vertex " + std::to_string(v) +
-                            ": no point with " + numbers + " coordinates lies " + place +
+                        "The polygon has no room for vertex " + vertex_id(v) + ": no point with " +
+                            numbers + " coordinates lies " + place +
                             ". Make the polygon wider there, or move it to the origin.",
                         ElementKind::kVertex, {v});
   }
   throw_not_converged(ErrorCode::kIterationLimit,
                       "No point with " + numbers + " coordinates was found for vertex " +
-                          std::to_string(v) + " " + place +
+                          vertex_id(v) + " " + place +
                           ". Make the polygon wider there, or move it to the origin.",
                       ElementKind::kVertex, {v});
 }
@@ -198,8 +198,7 @@ class Simplifier {
     const VertexId c = map_.mesh.source(3 * f + 2);
     throw_not_converged(
         ErrorCode::kNoRoomInPolygon,
-        "The face with vertices " + std::to_string(a) + ", " + std::to_string(b) + ", " +
-            std::to_string(c) +
+        "The face with vertices " + vertex_id(a) + ", " + vertex_id(b) + ", " + vertex_id(c) +
             " cannot be positive in the required precision. Use a larger or less flat polygon.",
         ElementKind::kVertex, {a, b, c});
   }

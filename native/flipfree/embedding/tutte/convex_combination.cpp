@@ -133,10 +133,10 @@ class Elimination {
     for (const Index i : ahead_) total += work_[static_cast<Size>(i)];
     if (!(total > 0.0) || !std::isfinite(total)) {
       const Index u = unknown_[static_cast<Size>(k)];
-      throw_not_converged(ErrorCode::kFactorizationFailed,
-                          "Elimination of vertex " + std::to_string(u) +
-                              " met a weight that is zero or overflowed.",
-                          ElementKind::kVertex, {u});
+      throw_not_converged(
+          ErrorCode::kFactorizationFailed,
+          "Elimination of vertex " + vertex_id(u) + " met a weight that is zero or overflowed.",
+          ElementKind::kVertex, {u});
     }
     for (const Index i : ahead_) {
       row_column_.push_back(i);

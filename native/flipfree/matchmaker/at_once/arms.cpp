@@ -77,8 +77,7 @@ void relax_star(Candidate& candidate, const std::vector<char>& pinned, Execution
   options.lengthen = true;
   for (std::size_t v = 0; v < plane.vertex.size(); ++v) {
     const VertexId w = plane.vertex[v];
-    if (w != kInvalid && w < static_cast<VertexId>(pinned.size()) &&
-        pinned[static_cast<std::size_t>(w)] != 0)
+    if (w != kInvalid && w < static_cast<VertexId>(pinned.size()) && pinned[at(w)] != 0)
       options.fixed.push_back(static_cast<VertexId>(v));
   }
   // Too squeezed for the Newton system: others will be better.
@@ -97,7 +96,7 @@ std::vector<Candidate> best_stars(const mesh::RefinedMap& disk, const Constraint
   std::vector<char> pinned(disk.surface.position.size(), 0);
   for (const PinnedVertex& p : constraints.pins) {
     pins.emplace_back(disk.uv.row(p.vertex).transpose());
-    pinned[static_cast<std::size_t>(p.vertex)] = 1;
+    pinned[at(p.vertex)] = 1;
   }
   std::vector<Candidate> all;
   for (StarView& view : star_views(pins)) {

@@ -97,7 +97,7 @@ void simplify_one_way(Triangles& faces, Points2& from, Points2& to, Index held,
   to = map.uv.bottomRows(count);
   from.resize(count, 2);
   for (Eigen::Index v = 0; v < count; ++v)
-    from.row(v) = map.surface.position[static_cast<std::size_t>(kFrame + v)].head(2).transpose();
+    from.row(v) = map.surface.position[at(kFrame + v)].head(2).transpose();
 }
 
 // Takes vertices away from a piecewise linear map between two triangulations of the same disk.
@@ -262,8 +262,7 @@ class Overlayer {
         crossed[h].resize(at(static_cast<Index>(after_.crossings(h))), {{kInvalid, kInvalid}, 0});
     }
     for (const auto& [arc, way] : arcs) {
-      for (std::size_t i = 0; i < way.size(); ++i)
-        crossed[way[i].edge][static_cast<std::size_t>(way[i].k)] = {arc, i};
+      for (std::size_t i = 0; i < way.size(); ++i) crossed[way[i].edge][at(way[i].k)] = {arc, i};
     }
     return std::all_of(crossed.begin(), crossed.end(),
                        [&](const auto& edge) { return lay(edge.first, edge.second); });
@@ -354,7 +353,7 @@ std::optional<mesh::RefinedMap> overlay(const mesh::Surface& base, const MovingP
   for (Index v = 0; v < after.vertex_count(); ++v)
     map.uv.row(outline + v) = after.place(v).transpose();
   for (Eigen::Index v = base.vertices.rows(); v < map.uv.rows(); ++v)
-    map.uv.row(v) = overlayer.uv()[static_cast<std::size_t>(v)].transpose();
+    map.uv.row(v) = overlayer.uv()[at(v)].transpose();
   if (!distortion::find_flips(faces, map.uv, context).empty()) return std::nullopt;
   return map;
 }

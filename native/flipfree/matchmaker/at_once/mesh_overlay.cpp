@@ -80,8 +80,7 @@ class Overlay {
     std::vector<FaceId> slots;
     const Triangles faces = mesh_.faces(&slots);
     Points2 uv(own_, 2);
-    for (Eigen::Index v = 0; v < own_; ++v)
-      uv.row(v) = place_[static_cast<std::size_t>(v)].transpose();
+    for (Eigen::Index v = 0; v < own_; ++v) uv.row(v) = place_[at(v)].transpose();
     const std::vector<FaceId> face = locate_points(points.topRows(count), faces, uv);
     inside_.resize(at(mesh_.face_slots()));
     for (std::size_t i = 0; i < fresh.size(); ++i) {
@@ -114,7 +113,7 @@ class Overlay {
     if (zeros == 2) {
       // It is the vertex with the greatest share.
       const auto k = std::max_element(share.begin(), share.end()) - share.begin();
-      id_[at(v)] = c[static_cast<std::size_t>(k)];
+      id_[at(v)] = c[at(k)];
       return;
     }
     std::vector<VertexId> waiting;
@@ -179,8 +178,7 @@ class Overlay {
   std::vector<Vector2> follow() const {
     std::vector<Vector2> result(place_.size(), Vector2(0, 0));
     Points2 points(own_, 2);
-    for (Eigen::Index v = 0; v < own_; ++v)
-      points.row(v) = place_[static_cast<std::size_t>(v)].transpose();
+    for (Eigen::Index v = 0; v < own_; ++v) points.row(v) = place_[at(v)].transpose();
     const std::vector<FaceId> face = locate_points(points, plane_.faces, plane_.before);
     for (std::size_t v = 0; v < face.size(); ++v) {
       if (face[v] == kInvalid) continue;  // beside the boundary by rounding, and named below
@@ -259,9 +257,8 @@ class Overlay {
     // fits.
     for (const std::ptrdiff_t i : {found, found - 1, found + 1}) {
       if (i < 0 || i > count) continue;
-      const VertexId from =
-          i == 0 ? base.source(edge) : cuts[static_cast<std::size_t>(i - 1)].vertex;
-      const VertexId to = i == count ? base.target(edge) : cuts[static_cast<std::size_t>(i)].vertex;
+      const VertexId from = i == 0 ? base.source(edge) : cuts[at(i - 1)].vertex;
+      const VertexId to = i == count ? base.target(edge) : cuts[at(i)].vertex;
       const VertexId fresh = curves.cross(here, from, to, 0);
       if (fresh == kInvalid) continue;
       cuts.insert(cuts.begin() + i, {t, fresh});

@@ -290,9 +290,8 @@ class Search {
     const auto count = static_cast<VertexId>(to_.size());
     bool free = pins_.valid();
     for (auto k = static_cast<VertexId>(i); free && k < count; ++k)
-      free = pins_.move(k, way_[static_cast<std::size_t>(k)]);
-    for (VertexId k = 0; free && k < count; ++k)
-      free = pins_.move(k, to_[static_cast<std::size_t>(k)]);
+      free = pins_.move(k, way_[at(k)]);
+    for (VertexId k = 0; free && k < count; ++k) free = pins_.move(k, to_[at(k)]);
     if (!free) return std::numeric_limits<double>::infinity();
     const double cost = std::log(1.0 + static_cast<double>(pins_.complexity()));
     if (cost < best_ && std::min(i, first_) == 0) {

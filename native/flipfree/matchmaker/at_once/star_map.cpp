@@ -264,8 +264,8 @@ class Star {
     plane.before.resize(count, 2);
     plane.after.resize(count, 2);
     for (Eigen::Index v = 0; v < count; ++v) {
-      plane.before.row(v) = before_[static_cast<std::size_t>(v)].transpose();
-      plane.after.row(v) = after_[static_cast<std::size_t>(v)].transpose();
+      plane.before.row(v) = before_[at(v)].transpose();
+      plane.after.row(v) = after_[at(v)].transpose();
     }
     plane.faces.resize(static_cast<Eigen::Index>(faces_.size()), 3);
     for (std::size_t f = 0; f < faces_.size(); ++f)

@@ -4,11 +4,11 @@
 #include <cstddef>
 #include <utility>
 
+#include "flipfree/base/failure.h"
 #include "flipfree/matchmaker/coarsening/relax.h"
 #include "flipfree/matchmaker/coarsening/remove_vertex.h"
 #include "flipfree/matchmaker/coarsening/unfold_wholes.h"
 #include "flipfree/matchmaker/coarsening/untangle_removal.h"
-#include "flipfree/matchmaker/request/time_share.h"
 
 namespace flipfree::matchmaker {
 namespace {
@@ -109,8 +109,9 @@ class Coarsener {
 
 void coarsen(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
              const CoarsenOptions& options, ExecutionContext& context, Stats& stats) {
-  const auto run = [&] { Coarsener(map, held, keep, context).run(options); };
-  if (!while_time_lasts(map, run)) note_time_limit(stats);
+  if (ended_in_time([&] { Coarsener(map, held, keep, context).run(options); })) return;
+  map = mesh::compacted_map(map);  // valid after every step, but of vertices that are gone
+  note_time_limit(stats);
 }
 
 }  // namespace flipfree::matchmaker

@@ -100,8 +100,8 @@ Patch make_patch(const mesh::RefinedMap& map, const std::vector<Mesh::Triangle>&
   patch.surface.vertices.resize(count, 3);
   patch.uv.resize(count, 2);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const VertexId v = patch.vertices[static_cast<std::size_t>(i)];
-    patch.surface.vertices.row(i) = map.surface.position[static_cast<std::size_t>(v)].transpose();
+    const VertexId v = patch.vertices[at(i)];
+    patch.surface.vertices.row(i) = map.surface.position[at(v)].transpose();
     patch.uv.row(i) = map.uv.row(v);
   }
   patch.surface.faces.resize(static_cast<Eigen::Index>(triangles.size()), 3);

@@ -205,7 +205,7 @@ Index thin_out(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index k
   Index removed = 0;
   for (VertexId v = map.surface.mesh.vertex_count(); v-- > keep;) {
     if (v % 256 == 0) context.check();
-    if (stays[static_cast<std::size_t>(v)] == 0 && remover.remove(v)) ++removed;
+    if (stays[at(v)] == 0 && remover.remove(v)) ++removed;
   }
   if (removed > 0) map = mesh::compacted_map(map);
   return removed;

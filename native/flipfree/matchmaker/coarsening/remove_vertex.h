@@ -51,9 +51,7 @@ class VertexRemover {
   double energy(VertexId a, VertexId b, VertexId c) const;
   std::array<double, 2> stretches(VertexId a, VertexId b, VertexId c) const;
   void measure();
-  const mesh::Support& support(VertexId v) const {
-    return map_.surface.support[static_cast<std::size_t>(v)];
-  }
+  const mesh::Support& support(VertexId v) const { return map_.surface.support[at(v)]; }
   Vector2 uv(VertexId v) const { return map_.uv.row(v).transpose(); }
 
   mesh::RefinedMap& map_;

@@ -42,7 +42,7 @@ std::uint64_t neighbourhood_hash(const mesh::RefinedSurface& surface, const Patc
     name ^= name >> 29;
   };
   for (const VertexId v : patch.vertices) {
-    const mesh::Support& support = surface.support[static_cast<std::size_t>(v)];
+    const mesh::Support& support = surface.support[at(v)];
     for (std::size_t i = 0; i < 3; ++i) {
       mix(static_cast<std::uint64_t>(support.vertex[i]));
       mix(std::bit_cast<std::uint64_t>(support.weight[i]));
@@ -63,7 +63,7 @@ class UntanglingRemover {
         remover_(map),
         context_(context),
         held_(map.surface.position.size(), 0) {
-    for (const VertexId v : held) held_[static_cast<std::size_t>(v)] = 1;
+    for (const VertexId v : held) held_[at(v)] = 1;
   }
 
   // Tries to remove the vertices, in their order as far as their neighbourhoods are apart. Returns
@@ -143,8 +143,8 @@ class UntanglingRemover {
       if (options_.vain->contains(attempt.name)) return false;
     }
     for (const VertexId w : attempt.patch.vertices) {
-      const bool moves = std::binary_search(near.begin(), near.end(), w) &&
-                         held_[static_cast<std::size_t>(w)] == 0 && !mesh_.is_boundary_vertex(w);
+      const bool moves = std::binary_search(near.begin(), near.end(), w) && held_[at(w)] == 0 &&
+                         !mesh_.is_boundary_vertex(w);
       attempt.fixed.push_back(moves ? 0 : 1);
     }
     return true;

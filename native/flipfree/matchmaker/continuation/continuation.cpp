@@ -135,15 +135,15 @@ const char* engine_of(Arrival move) {
 // The constraints of a surface for a decimated one that has all their vertices.
 Constraints restricted(const Constraints& constraints, const mesh::RefinedSurface& whole,
                        const mesh::Decimated& few, const mesh::RefinedSurface& coarse) {
-  const auto id = [&](VertexId v) { return few.into[static_cast<std::size_t>(v)]; };
+  const auto id = [&](VertexId v) { return few.into[at(v)]; };
   Constraints result = constraints;
   for (PinnedVertex& p : result.pins) p.vertex = id(p.vertex);
   if (constraints.free_boundary()) return result;
   std::vector<Vector2> target(few.origin.size(), Vector2::Zero());
   for (std::size_t i = 0; i < constraints.outline.size(); ++i)
-    target[static_cast<std::size_t>(id(whole.boundary[i]))] = constraints.outline[i];
+    target[at(id(whole.boundary[i]))] = constraints.outline[i];
   for (std::size_t i = 0; i < coarse.boundary.size(); ++i)
-    result.outline[i] = target[static_cast<std::size_t>(coarse.boundary[i])];
+    result.outline[i] = target[at(coarse.boundary[i])];
   return result;
 }
 
@@ -169,7 +169,7 @@ PlaneMap plane_map(const mesh::RefinedMap& coarse, const mesh::Decimated& few,
                  few.origin};
   plane.vertex.resize(static_cast<std::size_t>(coarse.uv.rows()), kInvalid);
   for (Eigen::Index v = 0; v < coarse.uv.rows(); ++v) {
-    const mesh::Support& s = coarse.surface.support[static_cast<std::size_t>(v)];
+    const mesh::Support& s = coarse.surface.support[at(v)];
     for (std::size_t i = 0; i < 3 && s.vertex[i] != kInvalid; ++i)
       plane.before.row(v) += s.weight[i] * flat.row(s.vertex[i]);
   }

@@ -45,12 +45,10 @@ void make_room(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index k
   std::vector<FaceId> slots;
   map.surface.mesh.faces(&slots);
   std::vector<Index> inputs;
-  for (const Index f : thin)
-    inputs.push_back(map.surface.mesh.parent(slots[static_cast<std::size_t>(f)]));
+  for (const Index f : thin) inputs.push_back(map.surface.mesh.parent(slots[at(f)]));
   std::sort(inputs.begin(), inputs.end());
   inputs.erase(std::unique(inputs.begin(), inputs.end()), inputs.end());
-  const std::string first =
-      inputs.empty() ? "" : ", the first is " + std::to_string(inputs.front());
+  const std::string first = inputs.empty() ? "" : ", the first is " + face_id(inputs.front());
   const std::string count = std::to_string(inputs.size());
   throw_not_converged(ErrorCode::kRoundingFlips,
                       "A map without flips was found, but parts of " + count + " faces" + first +
@@ -87,7 +85,7 @@ Points2f store_map(mesh::RefinedMap& map, const std::vector<VertexId>& held, Ind
     // As a rule far less; where nothing fits, repairing goes on for minutes.
     const double seconds = std::max(context.seconds_left(), seconds_to_store(map.surface));
     Outcome<Points2f> stored = flipfree::attempt([&] {
-      const Overtime storing(context);
+      const Grace storing(context, Grace::kShort);
       const TimeLimit limit(context, seconds);
       return distortion::round_to_storage(to_surface(map.surface).faces, map.uv, rounding, context,
                                           stats);
@@ -119,21 +117,12 @@ Points2 optimise(const mesh::RefinedSurface& surface, std::vector<VertexId> held
   options.lengthen = true;
   if (static_cast<Index>(options.fixed.size()) >= surface.mesh.vertex_count()) return uv;
   Points2 best = uv;
-  const bool in_time = ended_in_time([&] {
-    Outcome<distortion::Minimized> better = attempt([&] {
-      return distortion::with_own_map([&] {
-        return distortion::minimize_distortion(to_surface(surface), uv, options, context);
-      });
-    });
-    // A valid map that cannot be improved is still the map that was asked for.
-    if (!better) {
-      stats["optimise_failure"] = better.error().message;
-      return;
-    }
-    report(*better, stats);
-    best = std::move(better->uv);
+  improve_in_time(context, stats, [&] {
+    distortion::Minimized better = distortion::with_own_map(
+        [&] { return distortion::minimize_distortion(to_surface(surface), uv, options, context); });
+    report(better, stats);
+    best = std::move(better.uv);
   });
-  if (!in_time || context.time_is_over()) note_time_limit(stats);
   return best;
 }
 
@@ -170,7 +159,7 @@ mesh::RefinedMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& 
   const Index keep = surface.mesh.vertex_count();
   const std::vector<VertexId> held = held_vertices(surface, constraints);
   const auto fit = [&](const mesh::RefinedMap& map) {
-    const Untimed judging(context);
+    const Grace judging(context);
     return energy_of(map, context) <= kMostLoss * energy_of(fine, context) &&
            !(bijective && overlaps(map.surface, map.uv));
   };

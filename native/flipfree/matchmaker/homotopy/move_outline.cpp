@@ -314,9 +314,8 @@ mesh::RefinedMap first_frame(const mesh::RefinedSurface& surface, const OutlineH
   std::vector<VertexId> loop;
   Points2 polygon(static_cast<Eigen::Index>(outline.size()), 2);
   for (std::size_t i = 0; i < outline.size(); ++i) {
-    loop.push_back(homotopy.domain().mesh_vertex[static_cast<std::size_t>(outline[i])]);
-    polygon.row(static_cast<Eigen::Index>(i)) =
-        corners[static_cast<std::size_t>(outline[i])].transpose();
+    loop.push_back(homotopy.domain().mesh_vertex[at(outline[i])]);
+    polygon.row(static_cast<Eigen::Index>(i)) = corners[at(outline[i])].transpose();
   }
   embedding::EmbedOptions embed;
   embed.float32 = false;
@@ -382,7 +381,7 @@ mesh::RefinedMap pinned_first_frame(const mesh::RefinedSurface& surface,
   const Constraints disk = at_first_frame(surface, homotopy);
   mesh::RefinedMap pinned = map;
   bool arrived = false;
-  ended_in_share(context, [&] {
+  ended_in_time(context, [&] {
     const TimeLimit share(context, kShareOfWay * context.seconds_left());
     arrived = move_pins(pinned, disk, true, constraints.edges.empty(), context, stats) !=
               Arrival::kBlocked;

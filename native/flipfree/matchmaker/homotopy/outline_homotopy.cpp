@@ -31,21 +31,19 @@ FaceId centre_of_tree(const Mesh& mesh) {
   FaceId last = 0;
   for (FaceId f = 0; f < mesh.face_slots(); ++f) {
     if (!mesh.alive(f)) continue;
-    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h)
-      degree[static_cast<std::size_t>(f)] += mesh.is_boundary(h) ? 0 : 1;
-    if (degree[static_cast<std::size_t>(f)] <= 1) leaves.push_back(f);
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) degree[at(f)] += mesh.is_boundary(h) ? 0 : 1;
+    if (degree[at(f)] <= 1) leaves.push_back(f);
   }
   while (!leaves.empty()) {
     const FaceId f = leaves.front();
     leaves.pop_front();
-    if (gone[static_cast<std::size_t>(f)] != 0) continue;
-    gone[static_cast<std::size_t>(f)] = 1;
+    if (gone[at(f)] != 0) continue;
+    gone[at(f)] = 1;
     last = f;
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
       if (mesh.is_boundary(h)) continue;
       const FaceId g = mesh.opposite(h) / 3;
-      if (gone[static_cast<std::size_t>(g)] == 0 && --degree[static_cast<std::size_t>(g)] <= 1)
-        leaves.push_back(g);
+      if (gone[at(g)] == 0 && --degree[at(g)] <= 1) leaves.push_back(g);
     }
   }
   return last;
@@ -57,9 +55,7 @@ OutlineHomotopy::OutlineHomotopy(TargetDomain domain, const std::vector<SheetPin
     : domain_(std::move(domain)), pins_(pins), circle_(domain_.point.size(), Vector2::Zero()) {
   const Mesh& mesh = domain_.triangulation;
   const std::size_t n = domain_.outline.size();
-  const auto point = [&](Index v) -> const Vector2& {
-    return domain_.point[static_cast<std::size_t>(v)];
-  };
+  const auto point = [&](Index v) -> const Vector2& { return domain_.point[at(v)]; };
   std::vector<double> lengths;
   double perimeter = 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -68,7 +64,7 @@ OutlineHomotopy::OutlineHomotopy(TargetDomain domain, const std::vector<SheetPin
   }
   root_ = centre_of_tree(mesh);
   std::vector<char> seen(static_cast<std::size_t>(mesh.face_slots()), 0);
-  seen[static_cast<std::size_t>(root_)] = 1;
+  seen[at(root_)] = 1;
   std::deque<FaceId> queue = {root_};
   while (!queue.empty()) {
     const FaceId f = queue.front();
@@ -76,7 +72,7 @@ OutlineHomotopy::OutlineHomotopy(TargetDomain domain, const std::vector<SheetPin
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
       if (mesh.is_boundary(h)) continue;
       const HalfedgeId o = mesh.opposite(h);
-      if (seen[static_cast<std::size_t>(o / 3)]++ != 0) continue;
+      if (seen[at(o / 3)]++ != 0) continue;
       glue_.push_back(o);
       queue.push_back(o / 3);
     }
@@ -89,21 +85,20 @@ OutlineHomotopy::OutlineHomotopy(TargetDomain domain, const std::vector<SheetPin
     const auto row = static_cast<Eigen::Index>(i);
     const auto next = static_cast<Eigen::Index>((i + 1) % n);
     around += (circle.row(next) - circle.row(row)).norm();
-    circle_[static_cast<std::size_t>(domain_.outline[i])] = circle.row(row).transpose();
+    circle_[at(domain_.outline[i])] = circle.row(row).transpose();
   }
   const Index a = mesh.source(3 * root_);
   const Index b = mesh.target(3 * root_);
-  const Vector2 from = circle_[static_cast<std::size_t>(b)] - circle_[static_cast<std::size_t>(a)];
+  const Vector2 from = circle_[at(b)] - circle_[at(a)];
   const Vector2 to = point(b) - point(a);
   const double scale = perimeter / around;
   const double size = from.norm() * to.norm();
   const double c = scale * from.dot(to) / size;
   const double s = scale * cross(from, to) / size;
-  const Vector2 middle =
-      0.5 * (circle_[static_cast<std::size_t>(a)] + circle_[static_cast<std::size_t>(b)]);
+  const Vector2 middle = 0.5 * (circle_[at(a)] + circle_[at(b)]);
   const Vector2 there = 0.5 * (point(a) + point(b));
   for (const Index v : domain_.outline) {
-    Vector2& p = circle_[static_cast<std::size_t>(v)];
+    Vector2& p = circle_[at(v)];
     const Vector2 q = p - middle;
     p = there + Vector2(c * q.x() - s * q.y(), s * q.x() + c * q.y());
   }
@@ -152,14 +147,12 @@ std::vector<std::pair<VertexId, Vector2>> OutlineHomotopy::places(
   std::vector<std::pair<VertexId, Vector2>> result;
   result.reserve(domain_.outline.size() + pins_.size());
   for (const Index v : domain_.outline) {
-    result.emplace_back(domain_.mesh_vertex[static_cast<std::size_t>(v)],
-                        corners[static_cast<std::size_t>(v)]);
+    result.emplace_back(domain_.mesh_vertex[static_cast<std::size_t>(v)], corners[at(v)]);
   }
   for (std::size_t i = 0; i < pins_.size(); ++i) {
     const Mesh::Triangle c = domain_.triangulation.corners(pins_[i].face);
     Vector2 p = Vector2::Zero();
-    for (std::size_t k = 0; k < 3; ++k)
-      p += weight_[i][k] * corners[static_cast<std::size_t>(c[k])];
+    for (std::size_t k = 0; k < 3; ++k) p += weight_[i][k] * corners[at(c[k])];
     result.emplace_back(pins_[i].pin.vertex, t >= 1 ? pins_[i].pin.uv : p);
   }
   return result;

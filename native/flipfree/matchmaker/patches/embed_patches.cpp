@@ -86,9 +86,7 @@ class PatchEmbedder {
   }
 
  private:
-  const Vector2& point(Index domain_vertex) const {
-    return domain_.point[static_cast<std::size_t>(domain_vertex)];
-  }
+  const Vector2& point(Index domain_vertex) const { return domain_.point[at(domain_vertex)]; }
 
   // Loop of the patch left of the polygon's paths; sides are numbered by runs without a strict
   // corner.
@@ -96,7 +94,7 @@ class PatchEmbedder {
     SurfacePatch patch;
     const std::size_t n = polygon.size();
     const auto start = [&](std::size_t i) {
-      const auto& edge = partition_.edges[static_cast<std::size_t>(polygon[i % n].edge)];
+      const auto& edge = partition_.edges[at(polygon[i % n].edge)];
       return polygon[i % n].forward ? edge.a : edge.b;
     };
     std::size_t first = 0;
@@ -119,7 +117,7 @@ class PatchEmbedder {
     Index side = -1;
     for (std::size_t i = first; i < first + n; ++i) {
       if (is_corner(i)) ++side;
-      std::vector<VertexId> path = paths_[static_cast<std::size_t>(polygon[i % n].edge)];
+      std::vector<VertexId> path = paths_[at(polygon[i % n].edge)];
       if (!polygon[i % n].forward) std::reverse(path.begin(), path.end());
       for (std::size_t k = 0; k + 1 < path.size(); ++k) {
         patch.loop.push_back(path[k]);
@@ -197,13 +195,13 @@ class PatchEmbedder {
   void flood(SurfacePatch& patch) {
     visited_.resize(static_cast<std::size_t>(mesh_.face_slots()), false);
     patch.faces = {loop_halfedge(patch, 0) / 3};
-    visited_[static_cast<std::size_t>(patch.faces.front())] = true;
+    visited_[at(patch.faces.front())] = true;
     for (std::size_t i = 0; i < patch.faces.size(); ++i) {
       for (HalfedgeId h = 3 * patch.faces[i]; h < 3 * patch.faces[i] + 3; ++h) {
         if (mesh_.is_boundary(h) || mesh_.mark(h) != Mesh::kUnmarked) continue;
         const FaceId g = mesh_.opposite(h) / 3;
-        if (visited_[static_cast<std::size_t>(g)]) continue;
-        visited_[static_cast<std::size_t>(g)] = true;
+        if (visited_[at(g)]) continue;
+        visited_[at(g)] = true;
         patch.faces.push_back(g);
       }
     }
@@ -216,7 +214,7 @@ class PatchEmbedder {
     for (std::size_t f = 0; f < patch.faces.size(); ++f) {
       for (Index k = 0; k < 3; ++k) {
         const VertexId v = mesh_.source(3 * patch.faces[f] + k);
-        Index& number = local_[static_cast<std::size_t>(v)];
+        Index& number = local_[at(v)];
         if (number == kInvalid) {
           number = static_cast<Index>(vertices.size());
           vertices.push_back(v);
@@ -227,11 +225,11 @@ class PatchEmbedder {
     Disk disk{std::move(vertices), std::move(faces), {}, {}};
     disk.boundary.resize(static_cast<Eigen::Index>(patch.loop.size()), 2);
     for (std::size_t i = 0; i < patch.loop.size(); ++i) {
-      disk.loop.push_back(local_[static_cast<std::size_t>(patch.loop[i])]);
+      disk.loop.push_back(local_[at(patch.loop[i])]);
       disk.boundary.row(static_cast<Eigen::Index>(i)) = uv_.row(patch.loop[i]);
     }
     if (disk.vertices.size() > disk.loop.size()) fill(disk, context, stats);
-    for (const VertexId v : disk.vertices) local_[static_cast<std::size_t>(v)] = kInvalid;
+    for (const VertexId v : disk.vertices) local_[at(v)] = kInvalid;
   }
 
   // Places the inner vertices of a patch. Equal weights squeeze what hangs on one side of it, by a

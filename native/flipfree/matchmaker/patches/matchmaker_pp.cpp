@@ -18,8 +18,8 @@ Paths given_paths(const Target& target, const ConvexPartition& partition) {
   Paths given(partition.edges.size());
   std::map<std::pair<VertexId, VertexId>, Index> edge_between;
   for (std::size_t e = 0; e < partition.edges.size(); ++e) {
-    const VertexId a = target.domain.mesh_vertex[static_cast<std::size_t>(partition.edges[e].a)];
-    const VertexId b = target.domain.mesh_vertex[static_cast<std::size_t>(partition.edges[e].b)];
+    const VertexId a = target.domain.mesh_vertex[at(partition.edges[e].a)];
+    const VertexId b = target.domain.mesh_vertex[at(partition.edges[e].b)];
     edge_between[{a, b}] = static_cast<Index>(e);
   }
   for (std::vector<VertexId> path : target.given) {
@@ -42,7 +42,7 @@ void keep_shortest_tree(const mesh::RefinedSurface& surface, Target& target,
   mesh::EditableTriangulation& mesh = target.domain.triangulation;
   for (const Index e :
        shortest_tree(surface, target.domain, all, given_paths(target, all), context)) {
-    const auto& edge = all.edges[static_cast<std::size_t>(e)];
+    const auto& edge = all.edges[at(e)];
     mesh.set_mark(mesh.find(edge.a, edge.b), TargetDomain::kFixedEdge);
   }
 }

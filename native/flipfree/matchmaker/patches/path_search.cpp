@@ -53,7 +53,7 @@ double PathSearch::mean_length() const {
 
 // Where a corner lies.
 const Vector3& PathSearch::place(HalfedgeId corner) const {
-  return surface_.position[static_cast<std::size_t>(mesh_.source(corner))];
+  return surface_.position[at(mesh_.source(corner))];
 }
 // Where a path crosses the edge of h.
 Vector3 PathSearch::crossing(HalfedgeId h) const {
@@ -89,7 +89,7 @@ std::vector<PathStep> PathSearch::run(const PathEnd& from_end, const PathEnd& to
   const auto in = [](const std::vector<FaceId>& faces, FaceId f) {
     return std::find(faces.begin(), faces.end(), f) != faces.end();
   };
-  const auto free_vertex = [&](VertexId v) { return !taken_[static_cast<std::size_t>(v)]; };
+  const auto free_vertex = [&](VertexId v) { return !taken_[at(v)]; };
   const auto free_edge = [&](HalfedgeId h) {
     return mesh_.mark(h) == Mesh::kUnmarked && !mesh_.is_boundary(h);
   };

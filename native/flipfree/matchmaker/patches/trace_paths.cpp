@@ -32,8 +32,8 @@ class Tracer {
         search_(surface, overlay_, taken_),
         added_from_(mesh_.vertex_count()) {
     taken_.assign(static_cast<std::size_t>(mesh_.vertex_count()), false);
-    for (const VertexId v : surface.outer_boundary) taken_[static_cast<std::size_t>(v)] = true;
-    for (const VertexId v : domain.mesh_vertex) taken_[static_cast<std::size_t>(v)] = true;
+    for (const VertexId v : surface.outer_boundary) taken_[at(v)] = true;
+    for (const VertexId v : domain.mesh_vertex) taken_[at(v)] = true;
   }
 
   Paths finish() {
@@ -42,7 +42,7 @@ class Tracer {
   }
 
   void lay_outline(Index e) {
-    const auto& edge = partition_.edges[static_cast<std::size_t>(e)];
+    const auto& edge = partition_.edges[at(e)];
     const VertexId end = mesh_vertex(edge.b);
     std::vector<VertexId> path = {mesh_vertex(edge.a)};
     while (path.back() != end) {
@@ -53,7 +53,7 @@ class Tracer {
       mesh_.set_mark(h, e);
       path.push_back(mesh_.target(h));
     }
-    paths_[static_cast<std::size_t>(e)] = std::move(path);
+    paths_[at(e)] = std::move(path);
   }
 
   void lay_given(Index e, const std::vector<VertexId>& path) {
@@ -63,19 +63,19 @@ class Tracer {
       if (h == kInvalid || mesh_.mark(h) != Mesh::kUnmarked || (inner && taken(path[i]))) {
         throw_invalid(
             ErrorCode::kBadPins,
-            "The given path through vertex " + std::to_string(path[i]) +
+            "The given path through vertex " + vertex_id(path[i]) +
                 " leaves the mesh's edges, or meets another path, pin or the boundary there. "
                 "Give paths that meet at pins only.",
             ElementKind::kVertex, {path[i]});
       }
       mesh_.set_mark(h, e);
-      if (inner) taken_[static_cast<std::size_t>(path[i])] = true;
+      if (inner) taken_[at(path[i])] = true;
     }
-    paths_[static_cast<std::size_t>(e)] = path;
+    paths_[at(e)] = path;
   }
 
   void trace(Index e, const ExecutionContext& context) {
-    const auto& edge = partition_.edges[static_cast<std::size_t>(e)];
+    const auto& edge = partition_.edges[at(e)];
     const VertexId from = mesh_vertex(edge.a);
     const VertexId to = mesh_vertex(edge.b);
     std::vector<VertexId> path = {from};
@@ -89,7 +89,7 @@ class Tracer {
       if (i == kMaxRestarts) throw InternalError("a traced path lost its way");
       start = onward(path);
     }
-    paths_[static_cast<std::size_t>(e)] = std::move(path);
+    paths_[at(e)] = std::move(path);
     if (mesh_.vertex_count() - added_from_ <= kMostAdded) return;
     throw_not_converged(
         ErrorCode::kIterationLimit,
@@ -99,25 +99,22 @@ class Tracer {
 
   // How long the path of edge e would be if it were traced next.
   double cost_of(Index e, const ExecutionContext& context) {
-    const auto& edge = partition_.edges[static_cast<std::size_t>(e)];
+    const auto& edge = partition_.edges[at(e)];
     const VertexId to = mesh_vertex(edge.b);
     search_.run({mesh_vertex(edge.a), sector(edge.a, e)}, {to, sector(edge.b, e)}, context);
     return search_.length();
   }
   // A lower bound of cost_of().
   double least_cost_of(Index e) const {
-    const auto& edge = partition_.edges[static_cast<std::size_t>(e)];
-    return (surface_.position[static_cast<std::size_t>(mesh_vertex(edge.a))] -
-            surface_.position[static_cast<std::size_t>(mesh_vertex(edge.b))])
+    const auto& edge = partition_.edges[at(e)];
+    return (surface_.position[at(mesh_vertex(edge.a))] - surface_.position[at(mesh_vertex(edge.b))])
         .norm();
   }
 
  private:
-  VertexId mesh_vertex(Index domain_vertex) const {
-    return domain_.mesh_vertex[static_cast<std::size_t>(domain_vertex)];
-  }
-  bool taken(VertexId v) const { return taken_[static_cast<std::size_t>(v)]; }
-  bool traced(Index e) const { return !paths_[static_cast<std::size_t>(e)].empty(); }
+  VertexId mesh_vertex(Index domain_vertex) const { return domain_.mesh_vertex[at(domain_vertex)]; }
+  bool taken(VertexId v) const { return taken_[at(v)]; }
+  bool traced(Index e) const { return !paths_[at(e)].empty(); }
 
   // Half-edge with which the traced path of edge e leaves mesh vertex v (its inner side for
   // arriving boundary edges is found by the caller): kInvalid if e arrives along the boundary and
@@ -145,7 +142,7 @@ class Tracer {
   // Faces around the end `a` of edge e, counter-clockwise, that lie between its traced neighbours.
   std::vector<FaceId> sector(Index a, Index e) const {
     const VertexId v = mesh_vertex(a);
-    const auto& around = partition_.around[static_cast<std::size_t>(a)];
+    const auto& around = partition_.around[at(a)];
     const std::size_t n = around.size();
     const auto place =
         static_cast<std::size_t>(std::find(around.begin(), around.end(), e) - around.begin());
@@ -179,7 +176,7 @@ class Tracer {
       } else if (!overlay_.reach(path.back(), next, e)) {
         return false;
       }
-      taken_[static_cast<std::size_t>(next)] = true;
+      taken_[at(next)] = true;
       path.push_back(next);
     }
     return true;
@@ -214,10 +211,10 @@ void grow_tree(Tracer& tracer, const TargetDomain& domain, const ConvexPartition
       reached[v] = true;
       ++count;
       for (const Index e : partition.around[v]) {
-        const auto& edge = partition.edges[static_cast<std::size_t>(e)];
+        const auto& edge = partition.edges[at(e)];
         const Index other = static_cast<std::size_t>(edge.a) == v ? edge.b : edge.a;
-        if (edge.boundary || reached[static_cast<std::size_t>(other)]) continue;
-        if (settled[static_cast<std::size_t>(e)]) {
+        if (edge.boundary || reached[at(other)]) continue;
+        if (settled[at(e)]) {
           pending.push_back(other);
         } else {
           queue.emplace(tracer.least_cost_of(e), e);
@@ -229,9 +226,9 @@ void grow_tree(Tracer& tracer, const TargetDomain& domain, const ConvexPartition
   while (!queue.empty()) {
     const Index e = queue.top().second;
     queue.pop();
-    const auto& edge = partition.edges[static_cast<std::size_t>(e)];
-    const bool a = reached[static_cast<std::size_t>(edge.a)];
-    if (a && reached[static_cast<std::size_t>(edge.b)]) continue;
+    const auto& edge = partition.edges[at(e)];
+    const bool a = reached[at(edge.a)];
+    if (a && reached[at(edge.b)]) continue;
     const double now = tracer.cost_of(e, context);
     if (!queue.empty() && now > queue.top().first) {
       queue.emplace(now, e);
@@ -240,7 +237,7 @@ void grow_tree(Tracer& tracer, const TargetDomain& domain, const ConvexPartition
     context.report("tracing paths",
                    0.5 * static_cast<double>(count) / static_cast<double>(reached.size()));
     tracer.trace(e, context);
-    settled[static_cast<std::size_t>(e)] = true;
+    settled[at(e)] = true;
     pending.push_back(a ? edge.b : edge.a);
     reach_pending();
   }
@@ -276,7 +273,7 @@ class Halving {
       const Index e = halve(roots[i]);
       if (e == kInvalid) continue;
       order.push_back(e);
-      cut_[static_cast<std::size_t>(e)] = true;
+      cut_[at(e)] = true;
       roots.push_back(ends_[0]);
       roots.push_back(ends_[1]);
     }
@@ -289,11 +286,11 @@ class Halving {
       std::size_t parent;
       double below;
     };
-    std::vector<Node> nodes = {{root, kInvalid, 0, weight_[static_cast<std::size_t>(root)]}};
+    std::vector<Node> nodes = {{root, kInvalid, 0, weight_[at(root)]}};
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-      for (const Arm& arm : arms_[static_cast<std::size_t>(nodes[i].id)]) {
-        if (arm.edge == nodes[i].edge || cut_[static_cast<std::size_t>(arm.edge)]) continue;
-        nodes.push_back({arm.node, arm.edge, i, weight_[static_cast<std::size_t>(arm.node)]});
+      for (const Arm& arm : arms_[at(nodes[i].id)]) {
+        if (arm.edge == nodes[i].edge || cut_[at(arm.edge)]) continue;
+        nodes.push_back({arm.node, arm.edge, i, weight_[at(arm.node)]});
       }
     }
     for (std::size_t i = nodes.size(); i-- > 1;) nodes[nodes[i].parent].below += nodes[i].below;
@@ -328,14 +325,13 @@ std::vector<Index> dividing_order(const ConvexPartition& partition,
   for (std::size_t p = 0; p < partition.polygons.size(); ++p) {
     weight.push_back(static_cast<double>(partition.polygons[p].size()));
     for (const auto& side : partition.polygons[p])
-      beside[static_cast<std::size_t>(side.edge)].push_back(static_cast<Index>(p));
+      beside[at(side.edge)].push_back(static_cast<Index>(p));
   }
   std::vector<std::vector<Halving::Arm>> arms(partition.polygons.size());
   for (std::size_t e = 0; e < beside.size(); ++e) {
     if (cut[e] || beside[e].size() != 2) continue;
     for (std::size_t k = 0; k < 2; ++k) {
-      arms[static_cast<std::size_t>(beside[e][k])].push_back(
-          {static_cast<Index>(e), beside[e][1 - k]});
+      arms[at(beside[e][k])].push_back({static_cast<Index>(e), beside[e][1 - k]});
     }
   }
   Halving halving(std::move(arms), std::move(weight), std::move(cut));

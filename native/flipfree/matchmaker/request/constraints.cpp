@@ -56,15 +56,15 @@ class Checker {
               "; the outline of a flip-free map turns at least once counter-clockwise. It crosses "
               "itself "
               "as a figure-eight does" +
-              (conflict ? ", for instance after vertices " + std::to_string(elements[0]) + " and " +
-                              std::to_string(elements[1])
+              (conflict ? ", for instance after vertices " + vertex_id(elements[0]) + " and " +
+                              vertex_id(elements[1])
                         : std::string()) +
               ".",
           {"turning number", {{"polygon", numbers_of(result_.outline)}}}, ElementKind::kVertex,
           elements);
     }
   }
-  VertexId at_loop(Index i) const { return surface_.boundary[static_cast<std::size_t>(i)]; }
+  VertexId at_loop(Index i) const { return surface_.boundary[at(i)]; }
 
   [[noreturn]] void contradict(const std::string& message, Witness witness,
                                std::vector<VertexId> vertices) const {
@@ -100,8 +100,7 @@ class Checker {
       const bool same = outline ? all[i].uv == all[i + 1].uv
                                 : all[i].uv.cast<float>() == all[i + 1].uv.cast<float>();
       if (!same) continue;
-      contradict("Vertices " + std::to_string(all[i].vertex) + " and " +
-                     std::to_string(all[i + 1].vertex) +
+      contradict("Vertices " + vertex_id(all[i].vertex) + " and " + vertex_id(all[i + 1].vertex) +
                      " are pinned to the same point. Move or release one of them.",
                  {"same place", {{"place", numbers_of({all[i].uv})}}},
                  {all[i].vertex, all[i + 1].vertex});
@@ -125,9 +124,9 @@ class Checker {
           continue;
         throw_infeasible(
             ErrorCode::kContradictoryPins,
-            "The line through vertices " + std::to_string(edges[i].first) + ", " +
-                std::to_string(edges[i].second) + " crosses the one through vertices " +
-                std::to_string(edges[j].first) + ", " + std::to_string(edges[j].second) +
+            "The line through vertices " + vertex_id(edges[i].first) + ", " +
+                vertex_id(edges[i].second) + " crosses the one through vertices " +
+                vertex_id(edges[j].first) + ", " + vertex_id(edges[j].second) +
                 ". Lines of the mesh that do not meet may not meet in the map.",
             {"segments meet",
              {{"segments", numbers_of({a, b, target(edges[j].first), target(edges[j].second)})}}},
@@ -136,9 +135,8 @@ class Checker {
       }
       for (const PinnedVertex& p : result_.pins) {
         if (!numeric::segments_conflict(a, b, p.uv, p.uv)) continue;
-        contradict("Vertex " + std::to_string(p.vertex) +
-                       " is pinned onto the line through vertices " +
-                       std::to_string(edges[i].first) + ", " + std::to_string(edges[i].second) +
+        contradict("Vertex " + vertex_id(p.vertex) + " is pinned onto the line through vertices " +
+                       vertex_id(edges[i].first) + ", " + vertex_id(edges[i].second) +
                        ". Move it off the line.",
                    {"segments meet", {{"segments", numbers_of({a, b, p.uv, p.uv})}}},
                    {p.vertex, edges[i].first, edges[i].second});
@@ -152,7 +150,7 @@ class Checker {
       if (locate_in_polygon(result_.outline, p.uv) > 0) continue;
       throw_infeasible(
           ErrorCode::kContradictoryPins,
-          "Inner vertex " + std::to_string(p.vertex) +
+          "Inner vertex " + vertex_id(p.vertex) +
               " is pinned outside the boundary's targets, or onto them. Move it inside.",
           {"outside", {{"place", numbers_of({p.uv})}, {"polygon", numbers_of(result_.outline)}}},
           ElementKind::kVertex, {p.vertex});
@@ -167,9 +165,9 @@ class Checker {
         const VertexId d = surface_.boundary[(i + 1) % n];
         if ((a == c && b == d) || (a == d && b == c)) continue;
         throw_infeasible(ErrorCode::kContradictoryPins,
-                         "The line through vertices " + std::to_string(a) + ", " +
-                             std::to_string(b) + " crosses the boundary's targets at vertices " +
-                             std::to_string(c) + ", " + std::to_string(d) + ".",
+                         "The line through vertices " + vertex_id(a) + ", " + vertex_id(b) +
+                             " crosses the boundary's targets at vertices " + vertex_id(c) + ", " +
+                             vertex_id(d) + ".",
                          {"segments meet",
                           {{"segments", numbers_of({target(a), target(b), result_.outline[i],
                                                     result_.outline[(i + 1) % n]})}}},
@@ -185,7 +183,7 @@ class Checker {
   std::map<VertexId, std::size_t> on_boundary_;
 };
 
-std::string vertex_name(VertexId v) { return "vertex " + std::to_string(v); }
+std::string vertex_name(VertexId v) { return "vertex " + vertex_id(v); }
 
 void refuse_contradictions(const mesh::RefinedSurface& surface, SelfOverlaps overlaps,
                            Constraints& constraints) {
@@ -204,18 +202,18 @@ void refuse_reversed_line(const mesh::EditableTriangulation& mesh,
   for (std::size_t i = 1; i < chain.size(); ++i) {
     const HalfedgeId h = mesh.find(chain[i - 1], chain[i]);
     if (stack.empty() && mesh.source(h) == chain[i - 1]) stack.push_back(h / 3);
-    wall[static_cast<std::size_t>(h)] = 1;
-    if (!mesh.is_boundary(h)) wall[static_cast<std::size_t>(mesh.opposite(h))] = 1;
+    wall[at(h)] = 1;
+    if (!mesh.is_boundary(h)) wall[at(mesh.opposite(h))] = 1;
   }
   std::vector<char> seen(static_cast<std::size_t>(mesh.halfedge_slots() / 3), 0);
   bool enclosed = !stack.empty();  // a boundary loop walked backwards has nothing on its left
   while (!stack.empty() && enclosed) {
     const FaceId f = stack.back();
     stack.pop_back();
-    if (seen[static_cast<std::size_t>(f)] != 0) continue;
-    seen[static_cast<std::size_t>(f)] = 1;
+    if (seen[at(f)] != 0) continue;
+    seen[at(f)] = 1;
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-      if (wall[static_cast<std::size_t>(h)] != 0) continue;
+      if (wall[at(h)] != 0) continue;
       if (mesh.is_boundary(h)) {
         enclosed = false;
       } else {
@@ -328,8 +326,8 @@ class Reader {
       check_storable("boundary ", loop[i], result_.outline[i]);
       if (result_.outline[i] == result_.outline[(i + 1) % n]) {
         throw_infeasible(ErrorCode::kContradictoryPins,
-                         "Neighbouring boundary vertices " + std::to_string(loop[i]) + " and " +
-                             std::to_string(loop[(i + 1) % n]) +
+                         "Neighbouring boundary vertices " + vertex_id(loop[i]) + " and " +
+                             vertex_id(loop[(i + 1) % n]) +
                              " have the same target. Move one of them.",
                          {"same place", {{"place", numbers_of({result_.outline[i]})}}},
                          ElementKind::kVertex, {loop[i], loop[(i + 1) % n]});
@@ -387,9 +385,9 @@ class Reader {
   std::vector<double> lengths(const std::vector<VertexId>& chain) const {
     std::vector<double> along = {0.0};
     for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
-      along.push_back(along.back() + (surface_.position[static_cast<std::size_t>(chain[i + 1])] -
-                                      surface_.position[static_cast<std::size_t>(chain[i])])
-                                         .norm());
+      along.push_back(
+          along.back() +
+          (surface_.position[at(chain[i + 1])] - surface_.position[at(chain[i])]).norm());
     }
     return along;
   }
@@ -457,7 +455,7 @@ class Reader {
                           std::any_of(result_.edges.begin(), result_.edges.end(), is_end);
       if (pinned) {
         throw_infeasible(ErrorCode::kContradictoryPins,
-                         "Vertex " + std::to_string(v) + " is pinned and movable. Choose one.",
+                         "Vertex " + vertex_id(v) + " is pinned and movable. Choose one.",
                          {"pinned and movable", {}}, ElementKind::kVertex, {v});
       }
       result_.movable.push_back(v);

@@ -8,29 +8,11 @@
 // constraints, nothing is given up any more: what is over ends, with the best map so far.
 #pragma once
 
-#include <cstdint>
-#include <utility>
-
-#include "flipfree/base/failure.h"
-#include "flipfree/base/stats.h"
-#include "flipfree/mesh/refined/refined_map.h"
-
 namespace flipfree::matchmaker {
 
 // Of the time that is left: for a way that others follow, and for each of the steps that follow a
 // way that arrived, but the last.
 constexpr double kShareOfWay = 0.5;
 constexpr double kShareOfStep = 0.4;
-
-inline void note_time_limit(Stats& stats) { stats["time_limit_reached"] = std::int64_t{1}; }
-
-// Runs `steps`, each of which makes the valid map better in place and leaves it valid wherever a
-// check throws. False if time was over before they ended.
-template <typename Steps>
-bool while_time_lasts(mesh::RefinedMap& map, Steps&& steps) {
-  if (ended_in_time(std::forward<Steps>(steps))) return true;
-  map = mesh::compacted_map(map);  // of vertices that are gone
-  return false;
-}
 
 }  // namespace flipfree::matchmaker

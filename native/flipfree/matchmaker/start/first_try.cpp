@@ -34,17 +34,16 @@ Points2 compose_through_disk(const mesh::RefinedSurface& surface, const TargetDo
   std::vector<VertexId> loop;
   std::vector<double> lengths;
   for (std::size_t i = 0; i < n; ++i) {
-    loop.push_back(domain.mesh_vertex[static_cast<std::size_t>(domain.outline[i])]);
-    lengths.push_back((domain.point[static_cast<std::size_t>(domain.outline[(i + 1) % n])] -
-                       domain.point[static_cast<std::size_t>(domain.outline[i])])
-                          .norm());
+    loop.push_back(domain.mesh_vertex[at(domain.outline[i])]);
+    lengths.push_back(
+        (domain.point[at(domain.outline[(i + 1) % n])] - domain.point[at(domain.outline[i])])
+            .norm());
   }
   const Points2 circle =
       embedding::place_boundary(embedding::BoundaryShape::kCircle, lengths).positions;
   std::vector<Vector2> place(domain.point.size());
   for (std::size_t i = 0; i < n; ++i) {
-    place[static_cast<std::size_t>(domain.outline[i])] =
-        circle.row(static_cast<Eigen::Index>(i)).transpose();
+    place[at(domain.outline[i])] = circle.row(static_cast<Eigen::Index>(i)).transpose();
   }
   embedding::EmbedOptions options;
   options.float32 = false;
@@ -82,8 +81,8 @@ mesh::Surface equal_area_metric(const mesh::RefinedSurface& surface, const Point
   double total = 0;
   for (std::size_t f = 0; f < count; ++f) total += 0.5 * twice_area_of(shape(f));
   std::vector<char> fixed(surface.position.size(), 0);
-  for (const VertexId v : surface.boundary) fixed[static_cast<std::size_t>(v)] = 1;
-  for (const VertexId v : also_fixed) fixed[static_cast<std::size_t>(v)] = 1;
+  for (const VertexId v : surface.boundary) fixed[at(v)] = 1;
+  for (const VertexId v : also_fixed) fixed[at(v)] = 1;
   std::vector<Shape> shapes(count, {Vector2(0, 0), Vector2(1, 0), Vector2(0.5, 0.75)});
   distortion::Untangler untangler(flat, fixed, context);
   distortion::UntangleOptions options;
@@ -127,8 +126,8 @@ Points2 flatten(const mesh::RefinedSurface& surface, ExecutionContext& context, 
   std::vector<double> lengths;
   const std::size_t n = surface.boundary.size();
   for (std::size_t i = 0; i < n; ++i) {
-    lengths.push_back((surface.position[static_cast<std::size_t>(surface.boundary[(i + 1) % n])] -
-                       surface.position[static_cast<std::size_t>(surface.boundary[i])])
+    lengths.push_back((surface.position[at(surface.boundary[(i + 1) % n])] -
+                       surface.position[at(surface.boundary[i])])
                           .norm());
   }
   embedding::EmbedOptions options;
@@ -191,8 +190,7 @@ void split_blind_chords(mesh::RefinedSurface& surface, const Constraints& constr
   const mesh::EditableTriangulation& mesh = surface.mesh;
   std::vector<Index> place(static_cast<std::size_t>(mesh.vertex_count()), kInvalid);
   const std::size_t n = surface.boundary.size();
-  for (std::size_t i = 0; i < n; ++i)
-    place[static_cast<std::size_t>(surface.boundary[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < n; ++i) place[at(surface.boundary[i])] = static_cast<Index>(i);
   // In the 32-bit values that are stored as well: chords along straight sides are seen by rounding
   // alone.
   Polygon stored = constraints.outline;
@@ -218,8 +216,8 @@ void split_blind_chords(mesh::RefinedSurface& surface, const Constraints& constr
   std::vector<std::pair<VertexId, VertexId>> blind;
   for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
     if (!mesh.alive(h / 3) || mesh.edge(h) != h || mesh.is_boundary(h)) continue;
-    const Index i = place[static_cast<std::size_t>(mesh.source(h))];
-    const Index j = place[static_cast<std::size_t>(mesh.target(h))];
+    const Index i = place[at(mesh.source(h))];
+    const Index j = place[at(mesh.target(h))];
     if (i == kInvalid || j == kInvalid) continue;
     if (!sees(static_cast<std::size_t>(i), static_cast<std::size_t>(j)))
       blind.emplace_back(mesh.source(h), mesh.target(h));
@@ -269,8 +267,7 @@ std::optional<Points2> untangle_from(const mesh::RefinedSurface& surface,
                                      ExecutionContext& context, Stats& stats) {
   const mesh::Surface arrays = to_surface(surface);
   std::vector<char> fixed(surface.position.size(), 0);
-  for (const VertexId v : held_vertices(surface, constraints))
-    fixed[static_cast<std::size_t>(v)] = 1;
+  for (const VertexId v : held_vertices(surface, constraints)) fixed[at(v)] = 1;
   Points2 begin = start;
   hold(surface, constraints, begin);
   distortion::Untangler untangler(arrays, fixed, context);

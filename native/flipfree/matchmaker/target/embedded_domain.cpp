@@ -73,7 +73,7 @@ TargetDomain triangulate_embedded(const Polygon& outline, std::span<const Vector
     cdt.insert_constraint(handle[i], handle[(i + 1) % n]);
   }
   for (const auto& [a, b] : fixed_edges) {
-    cdt.insert_constraint(handle[static_cast<std::size_t>(a)], handle[static_cast<std::size_t>(b)]);
+    cdt.insert_constraint(handle[at(a)], handle[at(b)]);
   }
   mark_outside(cdt, is_outline, n);
   std::vector<mesh::EditableTriangulation::Triangle> triangles;

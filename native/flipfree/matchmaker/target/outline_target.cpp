@@ -139,14 +139,14 @@ Target immersed_outline(const mesh::RefinedSurface& surface, const Constraints& 
   target.domain.mesh_vertex = slit.mesh_vertex;
   target.given = constraints.paths;
   for (const Index corner : overlap.singular_corners) {
-    target.singular.push_back(slit.vertex[static_cast<std::size_t>(corner)]);
+    target.singular.push_back(slit.vertex[at(corner)]);
   }
   return target;
 }
 
 [[noreturn]] void refuse_sheets(const PinnedVertex& p, std::size_t sheets,
                                 const Constraints& constraints) {
-  const std::string who = "Vertex " + std::to_string(p.vertex) + " is pinned to a point ";
+  const std::string who = "Vertex " + vertex_id(p.vertex) + " is pinned to a point ";
   if (sheets == 0) {
     throw_infeasible(
         ErrorCode::kContradictoryPins, who + "outside the boundary's targets. Move it inside.",
@@ -163,12 +163,12 @@ Target immersed_outline(const mesh::RefinedSurface& surface, const Constraints& 
 void check_off_edges(const TargetDomain& domain, const PinnedVertex& p, FaceId sheet) {
   const mesh::EditableTriangulation& mesh = domain.triangulation;
   for (HalfedgeId h = 3 * sheet; h < 3 * sheet + 3; ++h) {
-    const Vector2& a = domain.point[static_cast<std::size_t>(mesh.source(h))];
-    const Vector2& b = domain.point[static_cast<std::size_t>(mesh.target(h))];
+    const Vector2& a = domain.point[at(mesh.source(h))];
+    const Vector2& b = domain.point[at(mesh.target(h))];
     if (a == p.uv || (mesh.mark(h) != mesh::EditableTriangulation::kUnmarked &&
                       numeric::orientation(a, b, p.uv) == 0)) {
       throw_infeasible(ErrorCode::kContradictoryPins,
-                       "Vertex " + std::to_string(p.vertex) +
+                       "Vertex " + vertex_id(p.vertex) +
                            " is pinned to a point on the boundary's targets, or on another pin. "
                            "Move it.",
                        {"segments meet", {{"segments", numbers_of({a, b, p.uv, p.uv})}}},
@@ -188,12 +188,11 @@ Constraints outline_alone(const Constraints& constraints) {
 namespace {
 
 [[noreturn]] void refuse_line(const TargetDomain& domain, Index from, VertexId a, VertexId b) {
-  throw_infeasible(
-      ErrorCode::kContradictoryPins,
-      "The line through vertices " + std::to_string(a) + ", " + std::to_string(b) +
-          " leaves the boundary's targets, or meets a pin or another line.",
-      {"line leaves", {{"place", numbers_of({domain.point[static_cast<std::size_t>(from)]})}}},
-      ElementKind::kVertex, {a, b});
+  throw_infeasible(ErrorCode::kContradictoryPins,
+                   "The line through vertices " + vertex_id(a) + ", " + vertex_id(b) +
+                       " leaves the boundary's targets, or meets a pin or another line.",
+                   {"line leaves", {{"place", numbers_of({domain.point[at(from)]})}}},
+                   ElementKind::kVertex, {a, b});
 }
 
 // Domain vertices by the mesh vertices they stand for.
@@ -228,7 +227,7 @@ Corners insert_pins(Target& target, const Constraints& constraints) {
         const auto from = corner.find(a);
         const auto to = left.find(b);
         if (from == corner.end() || to == left.end()) continue;
-        const Vector2 start = domain.point[static_cast<std::size_t>(from->second)];
+        const Vector2 start = domain.point[at(from->second)];
         const FaceId sheet =
             find_along(domain, domain.point, kInvalid, from->second, start, to->second.uv);
         if (sheet == kInvalid) refuse_line(domain, from->second, a, b);

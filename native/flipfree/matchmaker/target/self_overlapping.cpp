@@ -77,11 +77,11 @@ std::vector<Index> singular_corners(const Polygon& polygon, const Triangles& tri
   for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
     for (Index k = 0; k < 3; ++k) {
       const auto corner = [&](Index c) -> const Vector2& {
-        return polygon[static_cast<std::size_t>(triangles(t, c % 3))];
+        return polygon[at(triangles(t, c % 3))];
       };
       const Vector2 a = corner(k + 1) - corner(k);
       const Vector2 b = corner(k + 2) - corner(k);
-      angle[static_cast<std::size_t>(triangles(t, k))] += std::abs(turn(a, b));
+      angle[at(triangles(t, k))] += std::abs(turn(a, b));
     }
   }
   std::vector<Index> singular;
@@ -105,8 +105,7 @@ SelfOverlap find_self_overlap(const Polygon& polygon, const ExecutionContext& co
     // this one.
     for (std::size_t i = j - 1; i-- > 0;) {
       const Index apex = table.find_apex(i, j, [&](Index k) {
-        return numeric::orientation(polygon[i], polygon[static_cast<std::size_t>(k)], polygon[j]) >
-               0;
+        return numeric::orientation(polygon[i], polygon[at(k)], polygon[j]) > 0;
       });
       if (apex != kInvalid) table.set(i, j, apex);
     }

@@ -18,8 +18,8 @@ namespace {
 bool holds(const TargetDomain& domain, FaceId f, const Vector2& p) {
   const mesh::EditableTriangulation& mesh = domain.triangulation;
   for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-    if (numeric::orientation(domain.point[static_cast<std::size_t>(mesh.source(h))],
-                             domain.point[static_cast<std::size_t>(mesh.target(h))], p) < 0)
+    if (numeric::orientation(domain.point[at(mesh.source(h))], domain.point[at(mesh.target(h))],
+                             p) < 0)
       return false;
   }
   return true;
@@ -34,20 +34,18 @@ void remove_inner(TargetDomain& domain, Index v, std::vector<SheetPin>& pins,
   Polygon polygon;
   mesh.for_each_outgoing(v, [&](HalfedgeId h) {
     ring.push_back(mesh.target(h));
-    polygon.push_back(domain.point[static_cast<std::size_t>(ring.back())]);
+    polygon.push_back(domain.point[at(ring.back())]);
   });
   const std::vector<FaceId> star = mesh.star(v);
   const SelfOverlap overlap = find_self_overlap(polygon, context);
   if (!overlap.exists) throw InternalError("the star of a pin has no triangulation");
   std::vector<mesh::EditableTriangulation::Triangle> triangles;
   for (Eigen::Index t = 0; t < overlap.triangles.rows(); ++t) {
-    const auto corner = [&](Index k) {
-      return ring[static_cast<std::size_t>(overlap.triangles(t, k))];
-    };
+    const auto corner = [&](Index k) { return ring[at(overlap.triangles(t, k))]; };
     triangles.push_back({corner(0), corner(1), corner(2)});
   }
   const std::vector<FaceId> parents(triangles.size(), 0);
-  const VertexId self = domain.mesh_vertex[static_cast<std::size_t>(v)];
+  const VertexId self = domain.mesh_vertex[at(v)];
   mesh.replace(star, triangles, parents);
   std::vector<FaceId> fresh;
   for (const auto& t : triangles) {
@@ -74,8 +72,7 @@ void follow_lines(SheetTarget& target, const Constraints& constraints) {
   std::map<VertexId, std::size_t> pin;
   std::map<VertexId, Index> corner;
   for (std::size_t i = 0; i < target.pins.size(); ++i) pin.emplace(target.pins[i].pin.vertex, i);
-  for (const Index d : target.domain.outline)
-    corner.emplace(target.domain.mesh_vertex[static_cast<std::size_t>(d)], d);
+  for (const Index d : target.domain.outline) corner.emplace(target.domain.mesh_vertex[at(d)], d);
   for (bool changed = true; changed;) {
     changed = false;
     for (const auto& edge : constraints.edges) {
@@ -97,8 +94,8 @@ void follow_lines(SheetTarget& target, const Constraints& constraints) {
         }
         if (next.face == kInvalid) {
           throw_infeasible(ErrorCode::kContradictoryPins,
-                           "The line through vertices " + std::to_string(a) + ", " +
-                               std::to_string(b) + " leaves the boundary's targets.",
+                           "The line through vertices " + vertex_id(a) + ", " + vertex_id(b) +
+                               " leaves the boundary's targets.",
                            {"line leaves", {{"place", numbers_of({next.pin.uv})}}},
                            ElementKind::kVertex, {a, b});
         }
@@ -156,10 +153,9 @@ void refuse_crossings(const SheetTarget& target, const Constraints& constraints,
         continue;
       throw_infeasible(
           ErrorCode::kContradictoryPins,
-          "The line through vertices " + std::to_string(a.vertex) + ", " +
-              std::to_string(b.vertex) + " crosses the one through vertices " +
-              std::to_string(c.vertex) + ", " + std::to_string(d.vertex) +
-              " on one sheet. Move one of them.",
+          "The line through vertices " + vertex_id(a.vertex) + ", " + vertex_id(b.vertex) +
+              " crosses the one through vertices " + vertex_id(c.vertex) + ", " +
+              vertex_id(d.vertex) + " on one sheet. Move one of them.",
           {"segments meet", {{"segments", numbers_of({a.place, b.place, c.place, d.place})}}},
           ElementKind::kVertex, {a.vertex, b.vertex, c.vertex, d.vertex});
     }
@@ -178,7 +174,7 @@ SheetTarget sheet_target(const mesh::RefinedSurface& surface, const Constraints&
   }
   for (const PinnedVertex& p : constraints.pins) result.pins.push_back({p, kInvalid});
   std::vector<char> outer(result.domain.point.size(), 0);
-  for (const Index v : result.domain.outline) outer[static_cast<std::size_t>(v)] = 1;
+  for (const Index v : result.domain.outline) outer[at(v)] = 1;
   for (std::size_t v = 0; v < outer.size(); ++v) {
     if (outer[v] == 0) remove_inner(result.domain, static_cast<Index>(v), result.pins, context);
   }
@@ -203,8 +199,7 @@ SheetTarget sheet_target(const mesh::RefinedSurface& surface, const Constraints&
         taken.try_emplace({p.pin.uv.x(), p.pin.uv.y(), p.face}, p.pin.vertex);
     if (added) continue;
     throw_infeasible(ErrorCode::kContradictoryPins,
-                     "Vertices " + std::to_string(other->second) + " and " +
-                         std::to_string(p.pin.vertex) +
+                     "Vertices " + vertex_id(other->second) + " and " + vertex_id(p.pin.vertex) +
                          " are pinned to the same point of one sheet. Move or release one of them.",
                      {"same place", {{"place", numbers_of({p.pin.uv})}}}, ElementKind::kVertex,
                      {other->second, p.pin.vertex});

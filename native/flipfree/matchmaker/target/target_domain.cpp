@@ -15,9 +15,7 @@ namespace {
 
 using Mesh = mesh::EditableTriangulation;
 
-const Vector2& point_of(const TargetDomain& domain, Index v) {
-  return domain.point[static_cast<std::size_t>(v)];
-}
+const Vector2& point_of(const TargetDomain& domain, Index v) { return domain.point[at(v)]; }
 
 // Can the edge be flipped (its two triangles form a strictly convex quadrilateral), and is it not
 // locally Delaunay?
@@ -69,11 +67,10 @@ TargetDomain triangulate_immersed(const Polygon& outline, std::span<const Index>
   domain.point.resize(static_cast<std::size_t>(vertex_count));
   domain.mesh_vertex.assign(static_cast<std::size_t>(vertex_count), kInvalid);
   const std::size_t n = outline.size();
-  for (std::size_t i = 0; i < n; ++i)
-    domain.point[static_cast<std::size_t>(corner_vertex[i])] = outline[i];
+  for (std::size_t i = 0; i < n; ++i) domain.point[at(corner_vertex[i])] = outline[i];
   Triangles faces = triangles;
   for (Eigen::Index i = 0; i < faces.size(); ++i) {
-    faces.data()[i] = corner_vertex[static_cast<std::size_t>(faces.data()[i])];
+    faces.data()[i] = corner_vertex[at(faces.data()[i])];
   }
   domain.triangulation = Mesh(vertex_count, faces);
   for (std::size_t i = 0; i < n; ++i) {
@@ -105,14 +102,14 @@ std::vector<FaceId> sheets_at(const TargetDomain& domain, const Vector2& point) 
     std::array<int, 3> side{};
     for (Index k = 0; k < 3; ++k) {
       const HalfedgeId h = 3 * f + k;
-      side[static_cast<std::size_t>(k)] = numeric::orientation(
-          point_of(domain, mesh.source(h)), point_of(domain, mesh.target(h)), point);
+      side[at(k)] = numeric::orientation(point_of(domain, mesh.source(h)),
+                                         point_of(domain, mesh.target(h)), point);
     }
     if (*std::min_element(side.begin(), side.end()) < 0) continue;
     bool first = true;
     for (Index k = 0; k < 3; ++k) {
       const HalfedgeId h = 3 * f + k;
-      const bool on_edge = side[static_cast<std::size_t>(k)] == 0;
+      const bool on_edge = side[at(k)] == 0;
       if (on_edge && !mesh.is_boundary(h) && mesh.opposite(h) / 3 < f) first = false;
       if (point == point_of(domain, mesh.source(h))) {
         for (const FaceId g : mesh.star(mesh.source(h))) first = first && g >= f;
@@ -151,14 +148,14 @@ class Merger {
         mesh_(domain.triangulation),
         kept_(static_cast<std::size_t>(mesh_.halfedge_slots()), true) {}
 
-  bool kept(HalfedgeId h) const { return kept_[static_cast<std::size_t>(h)]; }
+  bool kept(HalfedgeId h) const { return kept_[at(h)]; }
 
   // Drops the edge if both of its ends stay convex.
   void try_drop(HalfedgeId h) {
     const HalfedgeId o = mesh_.opposite(h);
     if (!convex_without(h) || !convex_without(o)) return;
-    kept_[static_cast<std::size_t>(h)] = false;
-    kept_[static_cast<std::size_t>(o)] = false;
+    kept_[at(h)] = false;
+    kept_[at(o)] = false;
   }
 
  private:
@@ -208,43 +205,38 @@ ConvexPartition partition_by(const TargetDomain& domain, const Merger& merger) {
   std::vector<Index> edge_of(static_cast<std::size_t>(mesh.halfedge_slots()), kInvalid);
   for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
     if (!mesh.alive(h / 3) || mesh.edge(h) != h || !merger.kept(h)) continue;
-    edge_of[static_cast<std::size_t>(h)] = static_cast<Index>(partition.edges.size());
+    edge_of[at(h)] = static_cast<Index>(partition.edges.size());
     if (!mesh.is_boundary(h)) {
-      edge_of[static_cast<std::size_t>(mesh.opposite(h))] =
-          static_cast<Index>(partition.edges.size());
+      edge_of[at(mesh.opposite(h))] = static_cast<Index>(partition.edges.size());
     }
     partition.edges.push_back(
         {mesh.source(h), mesh.target(h), mesh.is_boundary(h), mesh.mark(h) != Mesh::kUnmarked});
   }
   std::vector<bool> done(edge_of.size(), false);
   for (HalfedgeId first = 0; first < mesh.halfedge_slots(); ++first) {
-    if (edge_of[static_cast<std::size_t>(first)] == kInvalid ||
-        done[static_cast<std::size_t>(first)])
-      continue;
+    if (edge_of[at(first)] == kInvalid || done[at(first)]) continue;
     auto& polygon = partition.polygons.emplace_back();
     HalfedgeId h = first;
     do {
-      done[static_cast<std::size_t>(h)] = true;
-      const Index e = edge_of[static_cast<std::size_t>(h)];
-      polygon.push_back({e, partition.edges[static_cast<std::size_t>(e)].a == mesh.source(h)});
+      done[at(h)] = true;
+      const Index e = edge_of[at(h)];
+      polygon.push_back({e, partition.edges[at(e)].a == mesh.source(h)});
       // A polygon whose edges lead elsewhere would be walked without end.
       if (polygon.size() > edge_of.size())
         throw InternalError("the target's triangulation is not closed around a polygon");
       h = next_corner(h);
-      while (edge_of[static_cast<std::size_t>(h)] == kInvalid) h = next_corner(mesh.opposite(h));
+      while (edge_of[at(h)] == kInvalid) h = next_corner(mesh.opposite(h));
     } while (h != first);
   }
   partition.around.resize(domain.point.size());
   for (Index v = 0; v < mesh.vertex_count(); ++v) {
-    auto& list = partition.around[static_cast<std::size_t>(v)];
+    auto& list = partition.around[at(v)];
     HalfedgeId last = kInvalid;
     mesh.for_each_outgoing(v, [&](HalfedgeId h) {
-      if (edge_of[static_cast<std::size_t>(h)] != kInvalid)
-        list.push_back(edge_of[static_cast<std::size_t>(h)]);
+      if (edge_of[at(h)] != kInvalid) list.push_back(edge_of[at(h)]);
       last = previous_corner(h);
     });
-    if (last != kInvalid && mesh.is_boundary(last))
-      list.push_back(edge_of[static_cast<std::size_t>(last)]);
+    if (last != kInvalid && mesh.is_boundary(last)) list.push_back(edge_of[at(last)]);
   }
   return partition;
 }
@@ -351,9 +343,9 @@ Carrier::Carrier(const mesh::RefinedSurface& surface, const Points2& uv, const T
       corner_(face_.size(), kInvalid) {
   std::deque<VertexId> queue;
   for (const Index d : domain.outline) {
-    const VertexId v = domain.mesh_vertex[static_cast<std::size_t>(d)];
-    corner_[static_cast<std::size_t>(v)] = d;
-    face_[static_cast<std::size_t>(v)] = domain.triangulation.outgoing(d) / 3;
+    const VertexId v = domain.mesh_vertex[at(d)];
+    corner_[at(v)] = d;
+    face_[at(v)] = domain.triangulation.outgoing(d) / 3;
     queue.push_back(v);
   }
   for (std::size_t steps = 0; !queue.empty(); ++steps) {
@@ -363,10 +355,9 @@ Carrier::Carrier(const mesh::RefinedSurface& surface, const Points2& uv, const T
     const Vector2 a = uv.row(v).transpose();
     surface.mesh.for_each_outgoing(v, [&](HalfedgeId h) {
       const VertexId w = surface.mesh.target(h);
-      FaceId& f = face_[static_cast<std::size_t>(w)];
+      FaceId& f = face_[at(w)];
       if (f != kInvalid) return;
-      f = find_along(domain, here, face_[static_cast<std::size_t>(v)],
-                     corner_[static_cast<std::size_t>(v)], a, uv.row(w).transpose());
+      f = find_along(domain, here, face_[at(v)], corner_[at(v)], a, uv.row(w).transpose());
       if (f != kInvalid) queue.push_back(w);  // else another neighbour may find it
     });
   }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "flipfree/base/debug_check.h"
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/matchmaker/continuation/continuation.h"
 #include "flipfree/matchmaker/homotopy/move_outline.h"
@@ -171,7 +171,7 @@ Solution solve(const Problem& problem, ExecutionContext& context, Stats& stats) 
     const ProgressRange range(context, done / all, (done + way.progress) / all);
     std::optional<Solution> solution;
     const bool in_time =
-        ended_in_share(context, [&] { solution = way.run(problem, way.share, context, stats); });
+        ended_in_time(context, [&] { solution = way.run(problem, way.share, context, stats); });
     if (!in_time) stats["ways_out_of_time"] = ++out_of_time;
     if (solution && lines_are_whole(solution->map.surface, problem.constraints)) {
       debug_check("solve", [&] { return find_broken(solution->map); });

@@ -18,7 +18,7 @@ CurveOverlay::CurveOverlay(RefinedSurface& surface)
   parent_.assign(static_cast<std::size_t>(mesh_.face_slots()), kInvalid);
   for (FaceId f = 0; f < mesh_.face_slots(); ++f) {
     if (!mesh_.alive(f)) continue;
-    parent_[static_cast<std::size_t>(f)] = mesh_.parent(f);
+    parent_[at(f)] = mesh_.parent(f);
     mesh_.set_parent(f, f);
   }
 }
@@ -90,8 +90,7 @@ VertexId CurveOverlay::cross(VertexId here, VertexId a, VertexId b, Index mark) 
   if (from == kInvalid) return kInvalid;
   const auto [p, q] = std::pair(mesh_.source(crossed), mesh_.target(crossed));
   surface_.support.emplace_back();
-  surface_.position.emplace_back(0.5 * (surface_.position[static_cast<std::size_t>(p)] +
-                                        surface_.position[static_cast<std::size_t>(q)]));
+  surface_.position.emplace_back(0.5 * (surface_.position[at(p)] + surface_.position[at(q)]));
   const VertexId fresh = mesh_.split_edge(crossed);
   // Half-edges keep their sources and their faces' sides of the split edge, but `from` may have
   // been the one that was cut in two: any of here's faces in that cell will do.
@@ -144,8 +143,8 @@ void CurveOverlay::spread_from(HalfedgeId h) {
   }
   const VertexId end = mesh_.target(h);
   if (chain.empty() || begin > end) return;
-  const Support& a = surface_.support[static_cast<std::size_t>(begin)];
-  const Support& b = surface_.support[static_cast<std::size_t>(end)];
+  const Support& a = surface_.support[at(begin)];
+  const Support& b = surface_.support[at(end)];
   // Few bits, so that weights stay exact in later splits.
   const auto parts = static_cast<double>(chain.size() + 1);
   const double grain = std::exp2(-6.0 - std::ceil(std::log2(parts)));
@@ -156,8 +155,8 @@ void CurveOverlay::spread_from(HalfedgeId h) {
       surface_.support[v] = rounded_between(a, b, share);
       surface_.position[v] = surface_.place(surface_.support[v]);
     } else {
-      surface_.position[v] = (1 - share) * surface_.position[static_cast<std::size_t>(begin)] +
-                             share * surface_.position[static_cast<std::size_t>(end)];
+      surface_.position[v] =
+          (1 - share) * surface_.position[at(begin)] + share * surface_.position[at(end)];
     }
   }
 }
@@ -169,7 +168,7 @@ void CurveOverlay::finish() {
     });
   }
   for (FaceId f = 0; f < mesh_.face_slots(); ++f) {
-    if (mesh_.alive(f)) mesh_.set_parent(f, parent_[static_cast<std::size_t>(mesh_.parent(f))]);
+    if (mesh_.alive(f)) mesh_.set_parent(f, parent_[at(mesh_.parent(f))]);
   }
 }
 

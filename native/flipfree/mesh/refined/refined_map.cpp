@@ -49,7 +49,7 @@ std::string broken_face(const RefinedSurface& surface, FaceId f) {
     return "has no parent";
   const EditableTriangulation::Triangle corners = surface.mesh.corners(f);
   for (const VertexId v : corners) {
-    const Support& support = surface.support[static_cast<std::size_t>(v)];
+    const Support& support = surface.support[at(v)];
     if (support.empty()) return "has a corner without support";
     if (std::string broken = broken_support(support); !broken.empty()) return broken;
     if (!lies_in(support, surface.input->faces, parent)) return "reaches out of its parent";
@@ -84,7 +84,7 @@ std::string broken_point(const SurfacePoint& point, Index face_count) {
 std::array<VertexId, 3> support(const Surface& input, const SurfacePoint& point) {
   std::array<VertexId, 3> out{kInvalid, kInvalid, kInvalid};
   for (int k = 0; k < 3; ++k) {
-    if (point.weight[k] > 0.0) out[static_cast<std::size_t>(k)] = input.faces(point.face, k);
+    if (point.weight[k] > 0.0) out[at(k)] = input.faces(point.face, k);
   }
   return out;
 }

@@ -53,7 +53,7 @@ Support rounded_between(const Support& a, const Support& b, double share) {
 double RefinedSurface::exact_share(HalfedgeId h, double share) const {
   if (share * 16 != std::floor(share * 16)) return 0.5;
   for (const VertexId v : {mesh.source(h), mesh.target(h)}) {
-    for (const double w : support[static_cast<std::size_t>(v)].weight) {
+    for (const double w : support[at(v)].weight) {
       const double scaled = std::ldexp(w, 36);
       if (scaled != std::floor(scaled)) return 0.5;
     }
@@ -94,9 +94,7 @@ Vector3 RefinedSurface::place(const Support& s) const {
 }
 
 int RefinedSurface::orientation_in_parent(FaceId parent, VertexId a, VertexId b, VertexId c) const {
-  return orientation_in_parent(parent, support[static_cast<std::size_t>(a)],
-                               support[static_cast<std::size_t>(b)],
-                               support[static_cast<std::size_t>(c)]);
+  return orientation_in_parent(parent, support[at(a)], support[at(b)], support[at(c)]);
 }
 
 int RefinedSurface::orientation_in_parent(FaceId parent, const Support& a, const Support& b,
@@ -151,21 +149,20 @@ RefinedSurface with_collar(const RefinedSurface& surface) {
   //  b_i --- b_i+1
   faces.conservativeResize(m + 2 * loop, 3);
   Vector3 centre = Vector3::Zero();
-  for (const VertexId v : refined.boundary) centre += refined.position[static_cast<std::size_t>(v)];
+  for (const VertexId v : refined.boundary) centre += refined.position[at(v)];
   centre /= static_cast<double>(loop);
   for (Index i = 0; i < loop; ++i) {
-    const VertexId b0 = refined.boundary[static_cast<std::size_t>(i)];
-    const VertexId b1 = refined.boundary[static_cast<std::size_t>((i + 1) % loop)];
+    const VertexId b0 = refined.boundary[at(i)];
+    const VertexId b1 = refined.boundary[at((i + 1) % loop)];
     faces.row(m + 2 * i) << b1, b0, n + i;
     faces.row(m + 2 * i + 1) << b1, n + i, n + (i + 1) % loop;
     refined.support.emplace_back();
-    const Vector3 p = refined.position[static_cast<std::size_t>(b0)];
+    const Vector3 p = refined.position[at(b0)];
     refined.position.emplace_back(p + 0.2 * (p - centre));
   }
   refined.mesh = EditableTriangulation(static_cast<Index>(refined.position.size()), faces);
   for (FaceId f = 0; f < refined.mesh.face_slots(); ++f) {
-    refined.mesh.set_parent(
-        f, f < m ? surface.mesh.parent(slots[static_cast<std::size_t>(f)]) : kInvalid);
+    refined.mesh.set_parent(f, f < m ? surface.mesh.parent(slots[at(f)]) : kInvalid);
   }
   if (loop == 3) refined.split_edge(refined.mesh.outgoing(n));
   refined.outer_boundary = walk_boundary(refined.mesh, n);
@@ -180,24 +177,23 @@ RefinedSurface compacted(const RefinedSurface& surface, std::vector<VertexId>& o
   }
   std::vector<VertexId> number(static_cast<std::size_t>(mesh.vertex_count()), kInvalid);
   for (const FaceId f : slots) {
-    for (const VertexId v : mesh.corners(f)) number[static_cast<std::size_t>(v)] = v;
+    for (const VertexId v : mesh.corners(f)) number[at(v)] = v;
   }
   RefinedSurface result;
   result.input = surface.input;
   old_vertex.clear();
   for (VertexId v = 0; v < mesh.vertex_count(); ++v) {
     // Isolated vertices of the input stay.
-    if (v >= surface.input_vertices() && number[static_cast<std::size_t>(v)] == kInvalid) continue;
-    number[static_cast<std::size_t>(v)] = static_cast<VertexId>(old_vertex.size());
+    if (v >= surface.input_vertices() && number[at(v)] == kInvalid) continue;
+    number[at(v)] = static_cast<VertexId>(old_vertex.size());
     old_vertex.push_back(v);
-    result.support.push_back(surface.support[static_cast<std::size_t>(v)]);
-    result.position.push_back(surface.position[static_cast<std::size_t>(v)]);
+    result.support.push_back(surface.support[at(v)]);
+    result.position.push_back(surface.position[at(v)]);
   }
   Triangles faces(static_cast<Eigen::Index>(slots.size()), 3);
   for (std::size_t f = 0; f < slots.size(); ++f) {
     for (Index k = 0; k < 3; ++k) {
-      faces(static_cast<Eigen::Index>(f), k) =
-          number[static_cast<std::size_t>(mesh.source(3 * slots[f] + k))];
+      faces(static_cast<Eigen::Index>(f), k) = number[at(mesh.source(3 * slots[f] + k))];
     }
   }
   result.mesh = EditableTriangulation(static_cast<Index>(old_vertex.size()), faces);

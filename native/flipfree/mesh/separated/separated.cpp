@@ -31,17 +31,16 @@ void check_meaning(const Surface& input, const SeparateOptions& options) {
     const auto face = input.faces.row(f);
     if (face.minCoeff() >= 0 && face.maxCoeff() < vertex_count) continue;
     throw_invalid(ErrorCode::kIndexOutOfRange,
-                  "Face " + std::to_string(f) +
-                      " uses a vertex that does not exist (the mesh has " +
+                  "Face " + face_id(f) + " uses a vertex that does not exist (the mesh has " +
                       std::to_string(vertex_count) + "). Correct its indices.",
                   ElementKind::kFace, {f});
   }
   for (VertexId v = 0; v < vertex_count; ++v) {
     if (input.vertices.row(v).allFinite()) continue;
-    throw_invalid(ErrorCode::kNotFinite,
-                  "Vertex " + std::to_string(v) +
-                      " has a coordinate that is NaN or infinite. Delete or move it.",
-                  ElementKind::kVertex, {v});
+    throw_invalid(
+        ErrorCode::kNotFinite,
+        "Vertex " + vertex_id(v) + " has a coordinate that is NaN or infinite. Delete or move it.",
+        ElementKind::kVertex, {v});
   }
   if (options.material != nullptr &&
       options.material->size() != static_cast<std::size_t>(input.faces.rows())) {
@@ -129,7 +128,7 @@ class Separator {
       corner_uv_.resize(3 * kept, 2);
       for (Eigen::Index f = 0; f < kept; ++f) {
         corner_uv_.middleRows(3 * f, 3) =
-            options_.corner_uv->middleRows(3 * result_.face_origin[static_cast<std::size_t>(f)], 3);
+            options_.corner_uv->middleRows(3 * result_.face_origin[at(f)], 3);
       }
     }
     Mend mend{MendKind::kRepeatedCorner, ElementKind::kFace, result_.collapsed.size(), {}};

@@ -201,7 +201,7 @@ void find_rows(const Graph& graph, Supernodes& s, const ExecutionContext& contex
     for (Index j = s.first[at(n)]; j < end; ++j) for_adjacent(graph, s.order, s.position, j, add);
     for (Index c = child[at(n)]; c != kInvalid; c = sibling[at(c)]) {
       for (std::int64_t i = s.rows_begin[at(c)]; i < s.rows_begin[at(c) + 1]; ++i) {
-        add(s.rows[static_cast<std::size_t>(i)]);
+        add(s.rows[at(i)]);
       }
     }
     std::sort(rows.begin(), rows.end());
@@ -224,14 +224,13 @@ void find_relative(Supernodes& s) {
     const Index end = s.first[at(p) + 1];
     auto in_parent = s.rows_begin[at(p)];
     for (auto i = s.rows_begin[at(n)]; i < s.rows_begin[at(n) + 1]; ++i) {
-      const Index row = s.rows[static_cast<std::size_t>(i)];
+      const Index row = s.rows[at(i)];
       if (row < end) {
-        s.relative[static_cast<std::size_t>(i)] = row - s.first[at(p)];
+        s.relative[at(i)] = row - s.first[at(p)];
         continue;
       }
-      while (s.rows[static_cast<std::size_t>(in_parent)] != row) ++in_parent;
-      s.relative[static_cast<std::size_t>(i)] =
-          s.columns(p) + static_cast<Index>(in_parent - s.rows_begin[at(p)]);
+      while (s.rows[at(in_parent)] != row) ++in_parent;
+      s.relative[at(i)] = s.columns(p) + static_cast<Index>(in_parent - s.rows_begin[at(p)]);
     }
   }
 }

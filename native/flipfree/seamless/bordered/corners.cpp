@@ -327,7 +327,7 @@ Border border_of(const mesh::Surface& surface) {
 
 [[noreturn]] void throw_too_sharp(Index v, Index k) {
   throw_invalid(ErrorCode::kBadAngles,
-                "The cone at vertex " + std::to_string(v) + " has " + std::to_string(k) +
+                "The cone at vertex " + vertex_id(v) + " has " + std::to_string(k) +
                     " quarter turns. Give every cone at least 1 (4 is flat inside, 2 is straight "
                     "at the boundary).",
                 ElementKind::kVertex, {v});
@@ -545,7 +545,7 @@ void check_free(const mesh::Surface& surface, const std::vector<Index>& cones) {
   for (std::size_t v = 0; v < cones.size(); ++v) {
     if (border.on_boundary[v] && cones[v] != kNotGiven) {
       throw_invalid(ErrorCode::kBadAngles,
-                    "Vertex " + std::to_string(v) +
+                    "Vertex " + vertex_id(v) +
                         " lies on the boundary, which is free: its angle cannot be given. Leave "
                         "it out, or take the aligned boundary.",
                     ElementKind::kVertex, {static_cast<Index>(v)});

@@ -146,8 +146,8 @@ class ChordFinder {
 
 [[noreturn]] void throw_too_short(VertexId from, VertexId to) {
   throw_not_converged(ErrorCode::kIterationLimit,
-                      "A straight boundary flattens what edge " + std::to_string(from) + "-" +
-                          std::to_string(to) +
+                      "A straight boundary flattens what edge " + vertex_id(from) + "-" +
+                          vertex_id(to) +
                           " cuts off, and the edge is too short to be divided. Merge its end "
                           "points, or take the free boundary.",
                       ElementKind::kEdge, {from, to});
@@ -155,7 +155,7 @@ class ChordFinder {
 
 [[noreturn]] void throw_too_thin(FaceId f) {
   throw_not_converged(ErrorCode::kIterationLimit,
-                      "A straight boundary flattens what an edge of face " + std::to_string(f) +
+                      "A straight boundary flattens what an edge of face " + face_id(f) +
                           " cuts off, and the face is too thin to be divided. Merge vertices that "
                           "nearly coincide, or take the free boundary.",
                       ElementKind::kFace, {f});

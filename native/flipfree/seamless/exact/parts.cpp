@@ -126,7 +126,7 @@ IndexPairs diagonals_of(const mesh::Surface& surface, const DividedSurface& piec
   const auto count = static_cast<Index>(surface.vertices.rows());
   std::map<std::pair<VertexId, VertexId>, VertexId> middle;
   for (VertexId v = count; v < static_cast<VertexId>(pieces.surface.vertices.rows()); ++v) {
-    const mesh::SurfacePoint& point = pieces.provenance.vertex[static_cast<std::size_t>(v)];
+    const mesh::SurfacePoint& point = pieces.provenance.vertex[at(v)];
     std::vector<VertexId> ends;
     for (Index k = 0; k < 3; ++k) {
       if (point.weight[k] != 0.0) ends.push_back(surface.faces(point.face, k));
@@ -149,8 +149,8 @@ IndexPairs diagonals_of(const mesh::Surface& surface, const DividedSurface& piec
       mesh::build_adjacency(static_cast<Index>(pieces.surface.vertices.rows()), faces);
   const std::vector<FaceId>& parent = pieces.provenance.face;
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
-    const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
-    if (o > h && parent[static_cast<std::size_t>(h / 3)] == parent[static_cast<std::size_t>(o / 3)])
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o > h && parent[at(h / 3)] == parent[at(o / 3)])
       pairs.emplace_back(mesh::source(faces, h), mesh::target(faces, h));
   }
   IndexPairs out(static_cast<Eigen::Index>(pairs.size()), 2);
@@ -189,7 +189,7 @@ std::vector<Box> boxes_of(const std::vector<Index>& chart_of_face, Index charts,
   std::vector<Box> boxes(static_cast<std::size_t>(charts),
                          {Vector2::Constant(HUGE_VAL), Vector2::Constant(-HUGE_VAL)});
   for (Eigen::Index c = 0; c < uv.rows(); ++c) {
-    Box& box = boxes[static_cast<std::size_t>(chart_of_face[static_cast<std::size_t>(c / 3)])];
+    Box& box = boxes[at(chart_of_face[at(c / 3)])];
     box.low = box.low.cwiseMin(uv.row(c).transpose());
     box.high = box.high.cwiseMax(uv.row(c).transpose());
   }
@@ -302,7 +302,7 @@ void place_on(const mesh::Surface& surface, certify::Parametrization& map) {
   const Eigen::Index own = surface.vertices.rows();
   map.surface.vertices.topRows(own) = surface.vertices;
   for (Eigen::Index v = own; v < map.surface.vertices.rows(); ++v) {
-    const FaceId f = map.vertex_parent[static_cast<std::size_t>(v)];
+    const FaceId f = map.vertex_parent[at(v)];
     Vector3 place = Vector3::Zero();
     for (Index k = 0; k < 3; ++k) {
       place += map.vertex_barycentric(v, k) * surface.vertices.row(surface.faces(f, k)).transpose();

@@ -108,7 +108,7 @@ bool is_aligned(Boundary boundary) {
 void judge(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
            const std::vector<Index>& cones, const Strips& strips, const SeamlessOptions& options,
            certify::Parametrization& map, ExecutionContext& context) {
-  const Overtime judging(context);
+  const Grace judging(context, Grace::kShort);
   certify::CertifyRequest request;
   request.require_seamless = options.exact;
   request.measure_overlaps = false;

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/conformal/map.h"
 #include "flipfree/distortion/seams/seams.h"
@@ -199,7 +199,7 @@ class TakingBack {
   }
 
   // The optimisation of the whole map; nothing if it has changed since, or was not done.
-  const std::optional<distortion::Relieved>& whole() const { return whole_; }
+  const std::optional<distortion::Minimized>& whole() const { return whole_; }
 
   Index added(const certify::Parametrization& map) const {
     return static_cast<Index>(map.surface.vertices.rows() - input_.surface.vertices.rows());
@@ -340,9 +340,9 @@ class TakingBack {
   const IndexPairs& uncuttable_;
   int max_iterations_;
   ExecutionContext& context_;
-  std::vector<double> angles_;                 // at the input's vertices
-  std::optional<distortion::Relieved> whole_;  // if it was the last that was done to the map
-  bool improved_whole_ = false;                // was that ever done?
+  std::vector<double> angles_;                  // at the input's vertices
+  std::optional<distortion::Minimized> whole_;  // if it was the last that was done to the map
+  bool improved_whole_ = false;                 // was that ever done?
 };
 
 }  // namespace
@@ -355,11 +355,7 @@ bool take_back(const mesh::Surface& input, const std::vector<char>& aligned,
   if (before == 0) return false;
   context.report("taking refinement back", 0.0);
   std::int64_t rounds = 0;
-  try {
-    rounds = work.run(map);
-  } catch (const TimeIsOver&) {
-    // The map is whole after every step.
-  }
+  ended_in_time([&] { rounds = work.run(map); });  // the map is whole after every step
   map.stats["taken_back.rounds"] = rounds;
   map.stats["taken_back.vertices"] = static_cast<std::int64_t>(before - work.added(map));
   map.stats["added_vertices"] = static_cast<std::int64_t>(work.added(map));

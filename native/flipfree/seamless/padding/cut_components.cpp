@@ -29,8 +29,7 @@ void add_piece(const mesh::Chart& chart, const mesh::CutMesh& open, AdmissibleCu
   faces.conservativeResize(first + cut.surface.faces.rows(), 3);
   for (Eigen::Index f = 0; f < cut.surface.faces.rows(); ++f) {
     for (int k = 0; k < 3; ++k) faces(first + f, k) = name[at(cut.surface.faces(f, k))];
-    out.provenance.face.push_back(
-        chart.faces[at(cut.provenance.face[static_cast<std::size_t>(f)])]);
+    out.provenance.face.push_back(chart.faces[at(cut.provenance.face[at(f)])]);
   }
   out.cuts.push_back(std::move(cut));
 }

@@ -197,12 +197,10 @@ std::optional<std::vector<VertexId>> cones_with_excess(const std::vector<Index>&
   for (const Index k : cones) (k < kFlat ? lowest : highest) += k - kFlat;
   if (excess < lowest || excess > highest) return std::nullopt;
   std::vector<Step> steps(static_cast<std::size_t>(highest - lowest + 1));
-  const auto step = [&](Index sum) -> Step& {
-    return steps[static_cast<std::size_t>(sum - lowest)];
-  };
+  const auto step = [&](Index sum) -> Step& { return steps[at(sum - lowest)]; };
   std::vector<Index> sums = {0};
   for (VertexId v = 0; v < static_cast<VertexId>(cones.size()); ++v) {
-    const Index more = cones[static_cast<std::size_t>(v)] - kFlat;
+    const Index more = cones[at(v)] - kFlat;
     if (more == 0) continue;
     // Sums that are new now have v last, so that no cone is taken twice.
     const std::size_t known = sums.size();

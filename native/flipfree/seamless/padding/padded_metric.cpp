@@ -237,7 +237,7 @@ class Widths {
         length_(length),
         a_(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(system.rows.size()), system.unknowns)) {
     for (Eigen::Index r = 0; r < a_.rows(); ++r) {
-      for (const auto& [segment, coefficient] : system.rows[static_cast<std::size_t>(r)].terms)
+      for (const auto& [segment, coefficient] : system.rows[at(r)].terms)
         a_(r, segment) += coefficient;
     }
     for (const Wide& l : length) largest_ = std::max(largest_, l);

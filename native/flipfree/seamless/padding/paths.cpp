@@ -190,7 +190,7 @@ VertexId Canvas::split(HalfedgeId h) {
     throw_not_converged(ErrorCode::kIterationLimit,
                         "The curves of the cut leave no room in double precision for another "
                         "vertex at vertex " +
-                            std::to_string(mesh().source(h)) +
+                            vertex_id(mesh().source(h)) +
                             ". Refine the mesh there, or take other cones.",
                         ElementKind::kVertex, {mesh().source(h)});
   }
@@ -467,7 +467,7 @@ namespace {
 
 [[noreturn]] void no_way(VertexId v) {
   throw_not_converged(ErrorCode::kIterationLimit,
-                      "The cut found no way between the cones from vertex " + std::to_string(v) +
+                      "The cut found no way between the cones from vertex " + vertex_id(v) +
                           " on. Refine the mesh, or take other cones.",
                       ElementKind::kVertex, {v});
 }

@@ -246,8 +246,7 @@ void carry_further(const MetricEngine& engine, std::size_t from, intrinsic::Loop
   const std::vector<FlipRecord>& flips = engine.flips();
   for (std::size_t i = from; i < flips.size(); ++i) {
     context.check();
-    for (int k = 0; k < flips[i].plain.count; ++k)
-      loops.flip(flips[i].plain.edges[static_cast<std::size_t>(k)]);
+    for (int k = 0; k < flips[i].plain.count; ++k) loops.flip(flips[i].plain.edges[at(k)]);
   }
 }
 

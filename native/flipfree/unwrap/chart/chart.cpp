@@ -273,7 +273,7 @@ FlatChart without_overlap(const mesh::Surface& chart, const FlattenOptions& opti
 void keep_storable(const mesh::Surface& chart, const distortion::MinimizeOptions& options,
                    Points2& uv, ExecutionContext& context, Stats& stats) {
   if (!options.acceptable || !context.accepted()) return;
-  const Overtime storing(context);
+  const Grace storing(context, Grace::kShort);
   distortion::RoundingOptions rounding;
   rounding.fixed = options.fixed;
   rounding.bijective = options.bijective;
@@ -292,33 +292,21 @@ void keep_storable(const mesh::Surface& chart, const distortion::MinimizeOptions
 // Of a chart without pins, from a map that does not overlap, as far as time allows. A piece of one
 // that was cut is near its optimum: the last map before it would overlap is good.
 void lower_distortion(const mesh::Surface& chart, const FlattenOptions& options, bool is_piece,
-                      FlatChart& flat, ExecutionContext& context, Stats& stats) try {
+                      FlatChart& flat, ExecutionContext& context, Stats& stats) {
   Points2 free;
   distortion::MinimizeOptions minimize = minimize_options(options);
   minimize.overlapping = &free;
   minimize.ends_at_overlap = is_piece;
-  {
-    const ProgressRange range(context, 0.0, is_piece ? 1.0 : 0.5);
-    flat = descended(distortion::minimize_distortion(chart, flat.uv, minimize, context), stats);
-  }
-  if (free.rows() > 0 && !is_piece) {
+  improve_in_time(context, stats, [&] {
+    {
+      const ProgressRange range(context, 0.0, is_piece ? 1.0 : 0.5);
+      flat = descended(distortion::minimize_distortion(chart, flat.uv, minimize, context), stats);
+    }
+    if (free.rows() == 0 || is_piece) return;
     const ProgressRange range(context, 0.5, 1.0);
     flat = without_overlap(chart, options, flat.uv, std::move(free), context, stats);
-  }
-  if (context.time_is_over() || flat.hurried) stats["time_limit_reached"] = std::int64_t{1};
-} catch (const TimeIsOver&) {
-  stats["time_limit_reached"] = std::int64_t{1};
-} catch (const NotConverged& failure) {
-  // A map that cannot be improved is a map still.
-  stats["optimise_failure"] = failure.error().message;
-}
-
-void start_better(const mesh::Surface& chart, Points2& uv, ExecutionContext& context,
-                  Stats& stats) try {
-  const ProgressRange range(context, 0.2, 0.3);
-  uv = better_start(chart, uv, context);
-} catch (const TimeIsOver&) {
-  stats["time_limit_reached"] = std::int64_t{1};
+  });
+  if (flat.hurried) note_time_limit(stats);
 }
 
 }  // namespace
@@ -343,7 +331,10 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
   }
   // From here on there is a map: without pins, less time only leaves it more distorted.
   if (options.pins.empty()) {
-    start_better(chart, flat.uv, context, stats);
+    {
+      const ProgressRange range(context, 0.2, 0.3);
+      improve_in_time(context, stats, [&] { flat.uv = better_start(chart, flat.uv, context); });
+    }
     const ProgressRange range(context, 0.3, 1.0);
     lower_distortion(chart, options, false, flat, context, stats);
     if (flat.cut.empty()) keep_storable(chart, minimize_options(options), flat.uv, context, stats);
@@ -371,8 +362,7 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
   distortion::TargetsResult result =
       distortion::minimize_with_targets(chart, uv, options.pins, minimize, context);
   report(result, stats);
-  if (context.time_is_over() || result.stop == distortion::Stop::kTimeLimit)
-    stats["time_limit_reached"] = std::int64_t{1};
+  if (context.time_is_over() || result.stop == distortion::Stop::kTimeLimit) note_time_limit(stats);
   if (!result.missed.empty()) {
     throw_not_converged(
         ErrorCode::kLineSearchStalled,
@@ -419,7 +409,7 @@ void refuse_pins_on_added_cuts(const Islands& islands, const ChartPins& pins) {
       if (fresh || it->second != uv || on_added[at(v)] == 0) continue;
       throw_not_converged(
           ErrorCode::kBadPins,
-          "The island of vertex " + std::to_string(origin) +
+          "The island of vertex " + vertex_id(origin) +
               " had to be cut open, and every way that was found runs through this pinned vertex, "
               "which has two places then. Mark seams that open the island elsewhere, or unpin "
               "some vertices.",
@@ -449,7 +439,7 @@ ChartPins pins_by_chart(const Islands& islands, const std::vector<certify::Corne
       if (*target[v] == pin.uv) continue;
       const VertexId origin = islands.mesh.vertex_origin[v];
       throw_invalid(ErrorCode::kBadPins,
-                    "Vertex " + std::to_string(origin) +
+                    "Vertex " + vertex_id(origin) +
                         " is pinned to two different places within one chart. Mark a seam between "
                         "them or unpin one.",
                     ElementKind::kVertex, {origin});
@@ -462,31 +452,35 @@ ChartPins pins_by_chart(const Islands& islands, const std::vector<certify::Corne
   return result;
 }
 
+Renumbering numbers_of(const mesh::Chart& chart, const std::vector<VertexId>& vertex_origin) {
+  const auto known = [](Index i, std::size_t count) { return i >= 0 && at(i) < count; };
+  const auto face = [&, known](Index f) {
+    return known(f, chart.faces.size()) ? chart.faces[at(f)] : kInvalid;
+  };
+  return {[&, known](Index v) {
+            return known(v, chart.vertices.size()) ? vertex_origin[at(chart.vertices[at(v)])]
+                                                   : kInvalid;
+          },
+          face,
+          [face](Index c) {
+            const FaceId f = face(c / 3);
+            return f == kInvalid ? kInvalid : 3 * f + c % 3;
+          }};
+}
+
 Error in_terms_of_input(Error error, const Islands& islands, std::size_t c) {
   const mesh::Chart& chart = islands.charts[c];
-  const auto origin = [&](VertexId v) {
-    return islands.mesh.vertex_origin[at(chart.vertices[static_cast<std::size_t>(v)])];
-  };
-  // Some are of the surface with its holes filled, which nobody else knows.
-  const Index limit = error.kind == ElementKind::kFace ? static_cast<Index>(chart.faces.size())
-                                                       : static_cast<Index>(chart.vertices.size());
-  if (std::any_of(error.elements.begin(), error.elements.end(),
-                  [&](Index i) { return i < 0 || i >= limit; }))
-    error.elements.clear();
+  error = renumbered(std::move(error), numbers_of(chart, islands.mesh.vertex_origin));
   std::string place;
-  if (error.elements.empty()) error.kind = ElementKind::kNone;
-  if (error.kind == ElementKind::kVertex || error.kind == ElementKind::kEdge) {
-    for (Index& v : error.elements) v = origin(v);
-    if (!error.elements.empty())
-      place = ", first at vertex " + std::to_string(error.elements.front());
-  } else if (error.kind == ElementKind::kFace && !error.elements.empty()) {
-    for (Index& f : error.elements) f = chart.faces[at(f)];
-    place = ", first at face " + std::to_string(error.elements.front());
-  } else {
+  if (error.elements.empty() || error.kind == ElementKind::kCorner) {
     error.kind = ElementKind::kFace;
     error.elements = first_elements(chart.faces);
+  } else {
+    place = error.kind == ElementKind::kFace
+                ? ", first at face " + face_id(error.elements.front())
+                : ", first at vertex " + vertex_id(error.elements.front());
   }
-  error.message = "Chart of face " + std::to_string(chart.faces.front()) + " (" +
+  error.message = "Chart of face " + face_id(chart.faces.front()) + " (" +
                   std::to_string(chart.faces.size()) + " triangles" + place + "): " + error.message;
   return error;
 }
@@ -509,7 +503,7 @@ void for_charts(const Islands& islands, ExecutionContext& context, Stats& stats,
   if (!order.empty()) stats.insert(own[order[0]].begin(), own[order[0]].end());
   if (std::any_of(own.begin(), own.end(),
                   [](const Stats& s) { return s.contains("time_limit_reached"); }))
-    stats["time_limit_reached"] = std::int64_t{1};
+    note_time_limit(stats);
 }
 
 class Flattening {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/base/types.h"
 #include "flipfree/certify/certify.h"
@@ -69,6 +69,9 @@ struct ChartPins {
 ChartPins pins_by_chart(const Islands& islands, const std::vector<certify::CornerPin>& pins);
 
 // All islands of an unwrap onto the plane, each on its own, cut further where they overlap.
+
+// From the ids of a chart to those of the mesh that was split, by the vertices that it had before.
+Renumbering numbers_of(const mesh::Chart& chart, const std::vector<VertexId>& vertex_origin);
 
 // An error about chart `c`, with elements of the user's mesh instead of the chart's own.
 Error in_terms_of_input(Error error, const Islands& islands, std::size_t c);

@@ -126,7 +126,7 @@ void for_each_chart(const std::vector<mesh::Chart>& charts, const std::vector<st
     const std::size_t c = order[alone + i];
     ExecutionContext part(&context, 1, &progress, share_of(c));
     solve(c, part);
-    const Untimed done_with(part);
+    const Grace done_with(part);
     part.report(stage, 1.0);
   });
 }

@@ -6,7 +6,7 @@
 #include <map>
 #include <numeric>
 
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/unwrap/islands/corners.h"
@@ -52,12 +52,12 @@ Loop triangle_of(const Points2& corners, Eigen::Index i) {
 // Nothing if time runs out; half of it stays for storing what is packed.
 Layout nested_in_time(const std::vector<Shape>& shapes, const NestOptions& options,
                       ExecutionContext& context) {
-  try {
+  Layout layout;
+  ended_in_time([&] {
     const TimeLimit limit(context, 0.5 * context.seconds_left());
-    return nest(shapes, options, context);
-  } catch (const TimeIsOver&) {
-    return {};
-  }
+    layout = nest(shapes, options, context);
+  });
+  return layout;
 }
 
 }  // namespace

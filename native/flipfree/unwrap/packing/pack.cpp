@@ -50,7 +50,7 @@ void check_options(const Points2& corner_uv, const PackOptions& options) {
   for (const CornerId c : options.unmoved) {
     if (c < 0 || c >= corner_uv.rows()) {
       throw_invalid(ErrorCode::kIndexOutOfRange,
-                    "Corner " + std::to_string(c) + " that shall stay does not exist.");
+                    "Corner " + corner_id(c) + " that shall stay does not exist.");
     }
   }
   if (options.obstacles.rows() % 3 != 0)

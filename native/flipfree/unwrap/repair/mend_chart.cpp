@@ -299,20 +299,9 @@ class ChartMender {
 };
 
 Error in_terms_of_surface(Error error, const ChartToMend& given) {
-  const mesh::Chart& chart = given.chart;
-  const auto known = [](Index i, std::size_t count) { return i >= 0 && at(i) < count; };
-  const Renumbering numbers{
-      [&](Index v) {
-        return known(v, chart.vertices.size()) ? given.vertex_origin[at(chart.vertices[at(v)])]
-                                               : kInvalid;
-      },
-      [&](Index f) { return known(f, chart.faces.size()) ? chart.faces[at(f)] : kInvalid; },
-      [&](Index c) {
-        return known(c / 3, chart.faces.size()) ? 3 * chart.faces[at(c / 3)] + c % 3 : kInvalid;
-      }};
-  error.message = renumbered(error.message, numbers);
+  error = renumbered(std::move(error), numbers_of(given.chart, given.vertex_origin));
   error.kind = ElementKind::kFace;
-  error.elements = {chart.faces.front()};
+  error.elements = {given.chart.faces.front()};
   return error;
 }
 
@@ -571,11 +560,7 @@ void judge_stretched(const ChartToMend& given, const RepairOptions& options, Men
   const TimeLimit limit(context,
                         seconds_to_search(context.seconds_left(),
                                           static_cast<Index>(given.chart.surface.faces.rows())));
-  try {
-    judge.run();
-  } catch (const TimeIsOver&) {
-    // It is only a count.
-  }
+  ended_in_time([&] { judge.run(); });  // it is only a count
 }
 
 }  // namespace flipfree::unwrap

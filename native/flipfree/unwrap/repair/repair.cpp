@@ -106,7 +106,7 @@ certify::Parametrization repair_separated(const mesh::Surface& surface, const Po
 certify::Parametrization repair_any(const mesh::Surface& surface, const Points2& corner_uv,
                                     const RepairOptions& options, ExecutionContext& context) {
   certify::Parametrization map = repair_separated(surface, corner_uv, options, context);
-  const Untimed judging(context);
+  const Grace judging(context);
   certify::CertifyRequest request;
   request.surface = &surface;
   request.uv = &map.uv;
@@ -137,7 +137,7 @@ certify::Parametrization repair(const mesh::Surface& surface, const Points2& cor
                            ? repair_clean(surface, corner_uv, options, context)
                            : repair_any(surface, corner_uv, options, context);
                    map.stats["seconds"] = watch.seconds();
-                   const Untimed finishing(context);
+                   const Grace finishing(context);
                    context.report("done", 1.0);
                    return map;
                  });
@@ -245,7 +245,7 @@ class Repair {
   [[noreturn]] void throw_unstorable() const {
     const mesh::Chart& chart = charts_[settled_.unstorable.front()];
     throw_not_converged(ErrorCode::kRoundingFlips,
-                        "The chart of face " + std::to_string(chart.faces.front()) +
+                        "The chart of face " + face_id(chart.faces.front()) +
                             " has triangles too small for the 32 bits that are stored. Enlarge it, "
                             "or mark seams that cut its long and thin parts off.",
                         ElementKind::kFace, {chart.faces.front()});
@@ -360,7 +360,7 @@ class Repair {
   }
 
   certify::Parametrization finished() {
-    const Untimed finishing(context_);
+    const Grace finishing(context_);
     context_.report("certifying", 0.95);
     certify::Parametrization map;
     map.surface = surface_;

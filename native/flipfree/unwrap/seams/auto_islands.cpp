@@ -143,7 +143,7 @@ class Finder {
       }
       if (!any_above(bound, uv)) break;
       if (context.time_is_over()) {
-        stats["time_limit_reached"] = std::int64_t{1};
+        note_time_limit(stats);
         break;
       }
       if (round + 1 >= kSearchRounds && !halve(context)) break;
@@ -164,7 +164,7 @@ class Finder {
                             1.0 / static_cast<double>(count));
       if (known_.of_face[at(islands_.charts[c].faces.front())] == KnownMaps::kNothing)
         search_chart(islands_.charts[c], aim, further, part);
-      const Untimed done_with(part);
+      const Grace done_with(part);
       part.report("finding seams", 1.0);
     });
     cut_further(islands_, surface_, adjacency_, further);
@@ -330,7 +330,7 @@ IndexPairs find_seams(const mesh::Surface& surface, const UnwrapOptions& options
                    const IndexPairs seams = certify::is_clean(surface, context)
                                                 ? find_on_clean(surface, options, context)
                                                 : find_on_separated(surface, options, context);
-                   const Untimed finishing(context);
+                   const Grace finishing(context);
                    context.report("done", 1.0);
                    return seams;
                  });

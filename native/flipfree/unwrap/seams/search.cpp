@@ -744,7 +744,7 @@ class SlitCarrier {
 
   // The slits of the few on the chart; empty if there is no way for one of them.
   mesh::EdgeFlags carried(const mesh::Decimated& few, const Ways& ways) {
-    const Untimed carrying(context_);
+    const Grace carrying(context_);
     const std::vector<char> near = neighbourhood(few, ways);
     std::vector<double> cost = cost_;
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost.size()); ++h) {

@@ -259,7 +259,7 @@ bool Sheet::open_closed(ExecutionContext& context) {
 
 bool Sheet::open_anyhow(ExecutionContext& context) {
   if (!loops_.empty() || std::find(cut_.begin(), cut_.end(), 1) != cut_.end()) return false;
-  const Untimed opening(context);
+  const Grace opening(context);
   std::vector<double> cost = cost_;
   for (double& c : cost) c = std::clamp(c, kLeastCost, kForbidden);
   cut_ = mesh::planar_cut(chart_, adjacency_, context, {}, {}, cost);
