@@ -76,7 +76,7 @@ class Metric:
         return np.append(0.0, spsolve(system[1:, 1:], gradient[1:]))
 
     def newton(self, target: Array, tolerance: float, most: int) -> tuple[int, float]:
-        """(systems solved, largest error): until it is within the tolerance, or so many are solved."""
+        """(systems solved, largest error): until it is within the tolerance, so many are solved, or one is singular."""
         u = np.zeros(len(target))
         for solved in range(most + 1):
             gradient, cotangent = self.gradient(u, target)
@@ -84,6 +84,8 @@ class Metric:
             if error <= tolerance or solved == most:
                 break
             d, step = self.direction(gradient, cotangent), 1.0
+            if not np.isfinite(d).all():
+                break
             while step > 1e-12:
                 if self.room(u + step * d).min() > 0.0:
                     if self.gradient(u + step * d, target)[0] @ d >= 0.0:
