@@ -62,17 +62,18 @@ bool is_within(const Stretch& bound, const mesh::Surface& chart, const Points2& 
   return stretch_of(chart, by_corner(chart.faces, uv)).within(bound);
 }
 
-// Maps of the islands that the given seams bound, or that nets would cut, none of which had to be
-// opened, within the bound of stretch and not on themselves: what is cut well enough is cut no
-// further.
-KnownMaps known_by_seams(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                         const mesh::EdgeFlags& seams, const mesh::EdgeFlags& nets,
-                         const mesh::EdgeFlags& uncuttable, Islands& islands,
-                         const UnwrapOptions& options, ExecutionContext& context, Stats& stats) {
-  KnownMaps known = nothing_known(surface.faces);
+// Adds the maps of the islands that the given seams bound, or that nets would cut, none of which
+// had to be opened, within the bound of stretch and not on themselves: what is cut well enough is
+// cut no further.
+void add_known(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+               const mesh::EdgeFlags& seams, const mesh::EdgeFlags& nets,
+               const mesh::EdgeFlags& uncuttable, Islands& islands, const UnwrapOptions& options,
+               ExecutionContext& context, Stats& stats, KnownMaps& known) {
+  KnownMaps passed = known;
   std::vector<char> candidate(islands.charts.size(), 0);
   for (std::size_t c = 0; c < candidate.size(); ++c) {
     const mesh::Chart& chart = islands.charts[c];
+    if (known.of_face[at(chart.faces.front())] != KnownMaps::kNothing) continue;
     const mesh::Adjacency local = adjacency_of(chart.surface);
     const bool opened = any_flag(part_of(chart, islands.added));
     const bool in_nets = any_flag(part_of(chart, nets));
@@ -82,25 +83,23 @@ KnownMaps known_by_seams(const mesh::Surface& surface, const mesh::Adjacency& ad
     }
     // The others are passed over as if they were known.
     if (candidate[c] == 0)
-      for (const FaceId f : chart.faces) known.of_face[at(f)] = KnownMaps::kFlat;
+      for (const FaceId f : chart.faces) passed.of_face[at(f)] = KnownMaps::kFlat;
   }
-  if (!any_flag(candidate)) return nothing_known(surface.faces);
+  if (!any_flag(candidate)) return;
   UnwrapOptions whole = options;
   whole.may_add_cuts = false;
   // What cannot be flattened whole is searched like what is stretched.
   Outcome<std::vector<Points2>> uv = attempt([&] {
     return flatten_islands(islands, surface, adjacency, uncuttable, ChartPins{}, whole, context,
-                           stats, &known);
+                           stats, &passed);
   });
-  known = nothing_known(surface.faces);
-  if (!uv) return known;
+  if (!uv) return;
   const Stretch bound = stretch_bound(options.seams.stretch);
   for (std::size_t c = 0; c < candidate.size(); ++c) {
     const mesh::Surface& chart = islands.charts[c].surface;
     if (candidate[c] != 0 && is_within(bound, chart, (*uv)[c]))
       take_down(islands.charts[c], (*uv)[c], KnownMaps::kFlat, known);
   }
-  return known;
 }
 
 // Charts are searched again, for what they have become since, with a bound that is tighter by this.
@@ -260,8 +259,7 @@ AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
     begin = 0.2;
     const ProgressRange range(context, 0.0, begin);
     try {
-      known = known_by_seams(surface, adjacency, first, nets, uncuttable, given, options, context,
-                             stats);
+      add_known(surface, adjacency, first, nets, uncuttable, given, options, context, stats, known);
     } catch (const TimeIsOver&) {
       if (options.seams.edges_only) return {std::move(given), {}};
       throw;
@@ -273,7 +271,6 @@ AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
       return {std::move(given), std::move(uv)};
     }
   }
-  const ProgressRange range(context, begin, 1.0);
   prefer_hidden(cost, surface.faces, exposure(placed, surface.faces, adjacency, context));
   const bool by_seams = any_flag(seams);
   for (std::size_t h = 0; h < cost.size(); ++h) {
@@ -286,6 +283,17 @@ AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
   }
   Islands islands = make_islands(surface, adjacency, wanted, uncuttable, false, context,
                                  {{}, positive(surface, cost), false});
+  if (any_flag(nets)) {
+    const ProgressRange range(context, begin, begin + 0.1);
+    begin += 0.1;
+    try {
+      add_known(surface, adjacency, nets, {}, uncuttable, islands, options, context, stats, known);
+    } catch (const TimeIsOver&) {
+      if (options.seams.edges_only) return {std::move(islands), {}};
+      throw;
+    }
+  }
+  const ProgressRange range(context, begin, 1.0);
   return Finder(surface, adjacency, uncuttable, options, std::move(cost), std::move(islands),
                 std::move(known))
       .run(context, stats);

@@ -11,20 +11,12 @@
 #include <unordered_map>
 #include <utility>
 
-#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/mesh/shortest_paths.h"
-#include "flipfree/unwrap/seams/costs.h"
+#include "flipfree/unwrap/seams/made_parts.h"
 
 namespace flipfree::unwrap {
 namespace {
 
-// Radians between the normals of two faces: up to the first they are one flat face, up to the
-// second one smooth region, up to the third a bend that a net runs over like a smooth one (of
-// bevels with one or two segments).
-constexpr double kFlatAngle = 0.017;
-constexpr double kSmoothAngle = 0.44;
-constexpr double kBendAngle = 0.61;
 // Two sides of an edge lie on each other up to this share of the part's size (root of its area);
 // triangles overlap from this share on.
 constexpr double kMeets = 1e-3;
@@ -38,29 +30,28 @@ constexpr double kLeastFill = 0.4;
 constexpr double kLongest = 1.8;
 // In which lengths are measured, to half a per cent.
 constexpr std::size_t kSpanDirections = 16;
-// Shares of a part's area: of a region that counts, of a net that counts, of a net that is no
-// island of its own; and what regions that count must have of a hard part, and nets of all nets.
-constexpr double kRegion = 0.01;
+// Shares of a part's area: of a net that counts, and of one that is no island of its own; and what
+// nets that count must have of all nets of a hard part.
 constexpr double kNet = 0.02;
 constexpr double kSliver = 0.002;
-constexpr double kHardRegions = 0.1;
 constexpr double kHardNets = 0.85;
 // Of the nets' outlines so much runs along their crosses, in the mean by area.
 constexpr double kHardOutlines = 0.35;
-// An outline of which so much runs along one cross is straight (24 directions have a sixth).
+// An outline of which so much runs along one cross is straight (24 directions have a sixth); where
+// there are bevels, so much (a hexagon with a hole has a fifth).
 constexpr double kStraightOutline = 0.25;
-// A smooth region whose inner vertices have less curvature than the first (radians, sum of
-// absolute values) is rolled; with more than the second, far above what rounding leaves, and seams
-// longer than this (in roots of its area) where it is unfolded rigidly, it is curved.
-constexpr double kRolled = 0.05;
+constexpr double kStraightBevelled = 0.19;
+// Of a part that has bevels so much is flat (of made things a half or more, of scans a quarter).
+constexpr double kBevelled = 0.48;
+// A smooth region whose inner vertices have more curvature than the first (radians, sum of absolute
+// values), far above what rounding leaves, and seams longer than the second (in roots of its area)
+// where it is unfolded rigidly, is curved.
 constexpr double kCurved = 1e-3;
 constexpr double kTornApart = 4.0;
 // How deep a net that is no island of its own may lie in another that it hangs on, in roots of its
 // area: steps of so much, so many of them.
 constexpr double kDepth = 0.05;
 constexpr int kDepths = 8;
-// What has an edge longer than this, in roots of its area, is a wire or has a needle.
-constexpr double kWire = 16.0;
 // Directions of outlines are counted modulo a quarter turn in so many bins.
 constexpr int kBins = 180;
 // Cells of the grid in which overlaps are looked for, to a part's extent: so many times the root of
@@ -68,13 +59,6 @@ constexpr int kBins = 180;
 constexpr double kCellsToFaces = 2.0;
 constexpr double kFewestCells = 4.0;
 constexpr double kMostCells = 64.0;
-
-struct Hinge {
-  HalfedgeId h = kInvalid;  // the lower one of the edge's two
-  double length = 0.0;
-  double weight = 1.0;  // times the length: what joining it is worth, as the caller says
-  double angle = 0.0;
-};
 
 // p -> turn p + shift.
 struct Motion {
@@ -85,8 +69,6 @@ struct Motion {
   }
   Vector2 operator()(const Vector2& p) const { return direction(p) + shift; }
 };
-
-using Corners = std::array<Vector2, 3>;
 
 struct Box {
   Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
@@ -147,31 +129,6 @@ struct Spans {
     const std::size_t across = (narrowest + kSpanDirections / 2) % kSpanDirections;
     return high[across] - low[across];
   }
-};
-
-// A connected part of the surface: what is measured of it.
-struct MadePart {
-  std::vector<FaceId> faces;
-  std::vector<Hinge> hinges;       // edges that may become seams
-  std::vector<HalfedgeId> joined;  // edges that may not
-  double area = 0.0;
-  double extent = 0.0;  // the longest edge, or size() if that is longer
-  double size() const { return std::sqrt(area); }
-};
-
-// What all parts share.
-struct Shapes {
-  const Triangles& faces;
-  const mesh::Adjacency& adjacency;
-  const mesh::EdgeFlags& seams;
-  double size = 0.0;          // root of the whole area
-  std::vector<double> area;   // per face
-  std::vector<Corners> flat;  // per face, laid into the plane
-  // Per vertex: the size of its angle defect over the number of its corners, 0 at borders and
-  // seams; and the largest angle between faces at an edge there.
-  std::vector<double> curvature;
-  std::vector<double> bend;
-  std::vector<Index> place;  // per face: its number among its part's
 };
 
 // What must hold besides no overlap where nets are joined.
@@ -245,6 +202,17 @@ class Nets {
     }
     if (members_[at(a)].size() < members_[at(b)].size()) return join_nets(o, rules);
     join_nets(h, rules);
+  }
+
+  // Whatever comes to lie on what.
+  void force(HalfedgeId h) {
+    const HalfedgeId o = opposite(h);
+    if (o == kInvalid || is_joined(h)) return;
+    const Index a = net_at(h);
+    const Index b = net_at(o);
+    if (a == b) return mark(h);
+    if (members_[at(a)].size() < members_[at(b)].size()) return take(o, motion(o), b, a);
+    take(h, motion(h), a, b);
   }
 
   // Lays the faces into one net that has no plane: nothing is joined to it but what is too small
@@ -363,7 +331,9 @@ class Nets {
         const auto cell = cells_.find(key(stays, x, y));
         if (found || cell == cells_.end()) return;
         for (const Index j : cell->second) {
-          if (net_[at(j)] != stays || !overlap(at_[at(j)], corners, care)) continue;
+          const double own =
+              care + shapes_.soft[at(part_.faces[at(i)])] + shapes_.soft[at(part_.faces[at(j)])];
+          if (net_[at(j)] != stays || !overlap(at_[at(j)], corners, own)) continue;
           found = true;
           return;
         }
@@ -412,8 +382,9 @@ class Nets {
   static double along(const Bins& bins, int i) {
     return bins[at((i + kBins - 1) % kBins)] + bins[at(i)] + bins[at((i + 1) % kBins)];
   }
-  static bool is_straight(const Bins& bins) {
-    return along(bins, cross_of(bins)) >= kStraightOutline * length_of(bins);
+  bool is_straight(const Bins& bins) const {
+    const double least = part_.bevelled ? kStraightBevelled : kStraightOutline;
+    return along(bins, cross_of(bins)) >= least * length_of(bins);
   }
   static double length_of(const Bins& bins) {
     double sum = 0.0;
@@ -492,16 +463,6 @@ class Nets {
     if (!bins_[at(a)].empty()) add_side(to(h) - from(h), -2.0, bins_[at(a)]);
   }
 
-  void force(HalfedgeId h) {
-    const HalfedgeId o = opposite(h);
-    if (o == kInvalid || is_joined(h)) return;
-    const Index a = net_at(h);
-    const Index b = net_at(o);
-    if (a == b) return mark(h);
-    if (members_[at(a)].size() < members_[at(b)].size()) return take(o, motion(o), b, a);
-    take(h, motion(h), a, b);
-  }
-
   // Of a net's outline towards others the best edge to join it by, seen from there.
   HalfedgeId best_border(Index net) const {
     HalfedgeId best = kInvalid;
@@ -541,142 +502,6 @@ class Nets {
   std::unordered_map<std::uint64_t, std::vector<Index>> cells_;
   std::size_t tried_ = 0;
 };
-
-Vector3 place(const mesh::Surface& surface, VertexId v) {
-  return surface.vertices.row(v).transpose();
-}
-
-Shapes shapes_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                 const mesh::EdgeFlags& seams) {
-  const Triangles& faces = surface.faces;
-  const std::vector<double> zero(at(surface.vertices.rows()), 0.0);
-  Shapes shapes{faces, adjacency, seams, 0.0, {}, {}, zero, zero, {}};
-  std::vector<double> corners = zero;
-  std::vector<char> is_border(at(surface.vertices.rows()), 0);
-  double whole = 0.0;
-  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
-    std::array<Vector3, 3> p;
-    for (Index k = 0; k < 3; ++k) p[at(k)] = place(surface, faces(f, k));
-    const Vector3 e = p[1] - p[0];
-    const Vector3 d = p[2] - p[0];
-    const double length = e.norm();
-    const double doubled = e.cross(d).norm();
-    shapes.area.push_back(0.5 * doubled);
-    whole += 0.5 * doubled;
-    shapes.flat.push_back(
-        {Vector2::Zero(), Vector2(length, 0.0),
-         length > 0.0 ? Vector2(e.dot(d) / length, doubled / length) : Vector2(d.norm(), 0.0)});
-    for (Index k = 0; k < 3; ++k) {
-      const Vector3 a = p[at((k + 1) % 3)] - p[at(k)];
-      const Vector3 b = p[at((k + 2) % 3)] - p[at(k)];
-      shapes.curvature[at(faces(f, k))] -= std::atan2(a.cross(b).norm(), a.dot(b));
-      corners[at(faces(f, k))] += 1.0;
-      const HalfedgeId h = 3 * f + k;
-      if (adjacency.opposite[at(h)] != kInvalid && seams[at(h)] == 0) continue;
-      is_border[at(mesh::source(faces, h))] = is_border[at(mesh::target(faces, h))] = 1;
-    }
-  }
-  for (std::size_t v = 0; v < is_border.size(); ++v) {
-    const double own = shapes.curvature[v] + 2 * std::numbers::pi;
-    shapes.curvature[v] = is_border[v] != 0 ? 0.0 : std::abs(own) / corners[v];
-  }
-  shapes.size = std::sqrt(whole);
-  return shapes;
-}
-
-std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                               const mesh::EdgeFlags& seams, const std::vector<double>& cost,
-                               Shapes& shapes) {
-  const mesh::Components components = mesh::components_between(adjacency, seams);
-  std::vector<MadePart> parts(at(components.count));
-  shapes.place.resize(components.of_face.size());
-  const Triangles& faces = surface.faces;
-  const auto normal = [&](FaceId f) {
-    const Vector3 a = place(surface, faces(f, 0));
-    return Vector3((place(surface, faces(f, 1)) - a).cross(place(surface, faces(f, 2)) - a));
-  };
-  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
-    MadePart& part = parts[at(components.of_face[at(f)])];
-    shapes.place[at(f)] = static_cast<Index>(part.faces.size());
-    part.faces.push_back(f);
-    part.area += shapes.area[at(f)];
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Corners& flat = shapes.flat[at(f)];
-      part.extent = std::max(part.extent, (flat[(k + 1) % 3] - flat[k]).norm());
-    }
-    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-      const HalfedgeId o = adjacency.opposite[at(h)];
-      if (o == kInvalid || o < h || seams[at(h)] != 0) continue;
-      if (cost[at(h)] == mesh::ShortestPaths::kUnreached) {
-        part.joined.push_back(h);
-        continue;
-      }
-      const Vector3 n = normal(f);
-      const Vector3 m = normal(o / 3);
-      const Vector3 side =
-          place(surface, mesh::target(faces, h)) - place(surface, mesh::source(faces, h));
-      const double plain = side.norm() * bend_factor(surface, h, o);
-      const double weight = plain > 0.0 ? cost[at(h)] / plain : 1.0;
-      const double angle = std::atan2(n.cross(m).norm(), n.dot(m));
-      for (const VertexId v : {mesh::source(faces, h), mesh::target(faces, h)})
-        shapes.bend[at(v)] = std::max(shapes.bend[at(v)], angle);
-      part.hinges.push_back({h, side.norm(), weight, angle});
-    }
-  }
-  for (MadePart& part : parts) part.extent = std::max(part.extent, part.size());
-  return parts;
-}
-
-// Faces joined across edges that bend by less than an angle, or are no seams.
-class Regions {
- public:
-  Regions(const Shapes& shapes, const MadePart& part, double angle)
-      : shapes_(shapes),
-        sets_(static_cast<Index>(part.faces.size())),
-        area_(part.faces.size(), 0.0),
-        curvature_(part.faces.size(), 0.0) {
-    const auto join = [&](HalfedgeId h) {
-      sets_.join(shapes.place[at(h / 3)], shapes.place[at(shapes.adjacency.opposite[at(h)] / 3)]);
-    };
-    for (const HalfedgeId h : part.joined) join(h);
-    for (const Hinge& hinge : part.hinges) {
-      if (hinge.angle < angle) join(hinge.h);
-    }
-    for (const FaceId f : part.faces) {
-      area_[at(of(f))] += shapes.area[at(f)];
-      for (Index k = 0; k < 3; ++k) {
-        const std::size_t v = at(shapes.faces(f, k));
-        if (shapes.bend[v] < angle) curvature_[at(of(f))] += shapes.curvature[v];
-      }
-    }
-  }
-
-  Index of(FaceId f) { return sets_.find(shapes_.place[at(f)]); }
-  double area(Index region) const { return area_[at(region)]; }
-  // Sum of the sizes of angle defects at the vertices inside, at which no edge bends more.
-  double curvature(Index region) const { return curvature_[at(region)]; }
-
- private:
-  const Shapes& shapes_;
-  DisjointSets sets_;  // of the part's faces
-  std::vector<double> area_;
-  std::vector<double> curvature_;
-};
-
-// Is most of it flat or rolled, in regions that count?
-bool may_be_hard(const Shapes& shapes, const MadePart& part) {
-  if (part.hinges.empty() || !(part.extent < kWire * part.size())) return false;
-  Regions flat(shapes, part, kFlatAngle);
-  Regions smooth(shapes, part, kSmoothAngle);
-  double hard = 0.0;
-  for (const FaceId f : part.faces) {
-    const bool is_flat = flat.area(flat.of(f)) >= kRegion * part.area;
-    const bool is_rolled = smooth.area(smooth.of(f)) >= kRegion * part.area &&
-                           smooth.curvature(smooth.of(f)) < kRolled;
-    if (is_flat || is_rolled) hard += shapes.area[at(f)];
-  }
-  return hard >= kHardRegions * part.area;
-}
 
 struct CurvedRegion {
   std::vector<FaceId> faces;
@@ -737,12 +562,16 @@ std::vector<Hinge> in_order(const MadePart& part) {
   return order;
 }
 
-void flag_part(const Shapes& shapes, const MadePart& part, mesh::EdgeFlags& flags,
-               const ExecutionContext& context) {
+void flag_part(const Shapes& shapes, const MadePart& part, const std::vector<HalfedgeId>& bevels,
+               mesh::EdgeFlags& flags, const ExecutionContext& context) {
   const std::vector<Hinge> order = in_order(part);
   Nets nets(shapes, part, context);
   for (const CurvedRegion& region : curved_regions(shapes, part, order, context))
     nets.fix(region.faces, region.edges);
+  for (const Hinge& hinge : order) {
+    if (hinge.angle < kFlatAngle) nets.join(hinge.h, {});
+  }
+  for (const HalfedgeId h : bevels) nets.force(h);
   for (int round = 0; round < 2; ++round) {
     for (const Hinge& hinge : order)
       nets.join(hinge.h, {hinge.angle >= kFlatAngle, hinge.angle >= kBendAngle});
@@ -771,9 +600,13 @@ mesh::EdgeFlags net_seams(const mesh::Surface& surface, const mesh::Adjacency& a
                           const ExecutionContext& context) {
   mesh::EdgeFlags flags(adjacency.opposite.size(), 0);
   Shapes shapes = shapes_of(surface, adjacency, seams);
-  for (const MadePart& part : parts_of(surface, adjacency, seams, cost, shapes)) {
+  for (MadePart& part : parts_of(surface, adjacency, seams, cost, shapes)) {
     context.check();
-    if (may_be_hard(shapes, part)) flag_part(shapes, part, flags, context);
+    const auto flat = flat_if_hard(shapes, part);
+    if (!flat) continue;
+    std::vector<HalfedgeId> bevels;
+    if (*flat >= kBevelled) bevels = bevels_of(surface, shapes, part);
+    flag_part(shapes, part, bevels, flags, context);
   }
   return flags;
 }
