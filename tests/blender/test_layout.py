@@ -51,13 +51,6 @@ def test_a_cylinder_with_its_three_seams_is_three_islands_at_one_scale(capfd):
     assert float(line.split("distortion mean ")[1].split()[0]) == pytest.approx(1.0, abs=1e-3)
 
 
-def test_a_cube_with_seams_is_six_squares_of_one_size():
-    ob, _ = mapped_cube()
-    assert_usable(ob, of=6)
-    assert spread(ob) < 1.0 + 1e-5
-    assert densities(ob).min() * 2 > 0.3, "six squares fill more than half of the square"
-
-
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 def test_objects_of_one_run_share_one_layout(mode):
     first, second = cube_with_seams("First"), cylinder_with_seams()

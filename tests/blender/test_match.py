@@ -87,14 +87,6 @@ def test_pins_that_need_new_vertices_are_refused_if_there_may_be_none(mode):
     assert shapes.shown("face")
 
 
-def test_pins_that_the_mesh_can_meet_are_met_without_new_vertices():
-    moves = {20: (0.05, 0.0), 40: (0.0, -0.06)}
-    ob, uv, corner = pinned_sheet(moves)
-    assert bpy.ops.uv.flipfree_match(may_add=False) == {"FINISHED"}
-    assert len(ob.data.vertices) == 81 and len(ob.data.polygons) == 64
-    met(ob, moves, uv, corner)
-
-
 def test_islands_on_each_other_are_counted(capfd):
     ob, uv, corner = pinned_sheet({20: (0.05, 0.0), 60: (0.0, 0.0)})
     right = shapes.seam_in_the_middle(ob)
@@ -160,30 +152,6 @@ def test_islands_without_pins_are_unwrapped_on_demand(capfd):
     met(ob, {10: 0}, uv, corner)
 
 
-def test_an_island_with_a_hole_keeps_it():
-    import bmesh
-
-    ob, uv, corner = pinned_sheet({20: (0.1, 0.0), 12: (0.0, 0.1)})
-    bm = bmesh.new()
-    bm.from_mesh(ob.data)
-    bmesh.ops.delete(
-        bm, geom=[f for f in bm.faces if f.calc_center_median().length < 0.5], context="FACES"
-    )
-    bm.to_mesh(ob.data)
-    bm.free()
-    count = len(ob.data.polygons)
-    targets = {
-        v: shapes.uv_of(ob)[[x.vertex_index == v for x in ob.data.loops]][0] for v in (20, 12)
-    }
-    assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
-    assert shapes.exact_flips(ob) == 0 and len(ob.data.polygons) >= count
-    after = shapes.uv_of(ob)
-    for v, target in targets.items():
-        assert {after[x.index].tobytes() for x in ob.data.loops if x.vertex_index == v} == {
-            target.tobytes()
-        }
-
-
 def pinned_cube():
     ob = shapes.cube()
     mesh = ob.data
@@ -225,21 +193,6 @@ def test_handles_are_named():
         edge.use_seam = edge.index == ob.data.edges[0].index
     with pytest.raises(RuntimeError, match="cannot be flattened in one piece"):
         bpy.ops.uv.flipfree_match()
-
-
-def test_edges_between_pins_stay_straight_when_faces_are_subdivided():
-    """Two pins trade places across a pinned row of vertices, so that triangles beside it must be subdivided."""
-    row = [36, 37, 38, 39, 40, 41, 42, 43, 44]  # x = 0, the sheet's whole width
-    moves = {v: (0.0, 0.0) for v in row} | {20: (0.0, 1.0), 24: (0.0, -1.0)}
-    ob, uv, corner = pinned_sheet(moves)
-    assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
-    assert shapes.exact_flips(ob) == 0
-    met(ob, moves, uv, corner)
-    mesh, after = ob.data, shapes.uv_of(ob)
-    on_row = [
-        loop.index for loop in mesh.loops if abs(mesh.vertices[loop.vertex_index].co.x) < 1e-6
-    ]
-    assert np.abs(after[on_row, 0]).max() < 1e-6, "the line x = 0 is a line in the map"
 
 
 def pin_the_rim(ob, uv, corner, place):
