@@ -40,13 +40,6 @@ def auto_seams(**options):
     assert bpy.ops.uv.flipfree_auto_seams(**options) == {"FINISHED"}
 
 
-def test_a_cube_becomes_one_net():
-    ob = primitive("cube")
-    auto_seams()
-    assert islands_by_seams(ob) == 1
-    assert seam_count(ob) == 7
-
-
 def test_a_cylinder_becomes_a_side_and_two_caps():
     ob = primitive("cylinder", vertices=24)
     auto_seams()

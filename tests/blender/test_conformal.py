@@ -98,13 +98,6 @@ def test_cones_that_do_not_sum_up_are_refused():
     shapes.refused(ob, "do not sum", bpy.ops.uv.flipfree_conformal)
 
 
-def test_a_cone_without_angle_is_refused_by_name():
-    ob = quad_sphere(1)
-    ob.vertex_groups.new(name="Cone +4").add([corners(ob)[0]], 1.0, "REPLACE")
-    with pytest.raises(RuntimeError, match=f"vertex {corners(ob)[0]} has a cone angle"):
-        bpy.ops.uv.flipfree_conformal()
-
-
 @pytest.mark.parametrize("boundary", ["straight", "circle"])
 def test_boundaries_take_their_shape(boundary):
     ob = shapes.grid(8, bump=0.2, uv=True)
@@ -115,12 +108,6 @@ def test_boundaries_take_their_shape(boundary):
         angles = uv_angles(ob)
         assert angles[[0, 8, 72, 80]] == pytest.approx(math.pi / 2, abs=1e-3)
         assert angles[[1, 4, 9, 77]] == pytest.approx(math.pi, abs=1e-3)
-
-
-def test_a_straight_boundary_without_corners_is_refused():
-    shapes.grid(4, uv=True)
-    with pytest.raises(RuntimeError, match="needs corners"):
-        bpy.ops.uv.flipfree_conformal(boundary="straight")
 
 
 def test_mark_cone_fills_groups_and_says_what_is_missing(capfd):
@@ -204,28 +191,6 @@ def test_separate_parts_are_mapped_and_packed_in_one_call(mode):
     # True scale: one is three times as large in space.
     scales = densities(ob)
     assert scales[0] == pytest.approx(scales[1], rel=5e-4)
-
-
-def test_quarter_turns_across_seams_survive_packing():
-    """The two sides of a cut differ by a multiple of a quarter turn if all cones are, packed or not."""
-    ob = two_spheres()
-    assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
-    mesh, uv = ob.data, shapes.uv_of(ob).astype(float)
-    sides = {}
-    for polygon in mesh.polygons:
-        loops = list(polygon.loop_indices)
-        for a, b in zip(loops, loops[1:] + loops[:1], strict=True):
-            vertices = mesh.loops[a].vertex_index, mesh.loops[b].vertex_index
-            way = uv[b] - uv[a]
-            if vertices[0] > vertices[1]:
-                way = -way
-            sides.setdefault(tuple(sorted(vertices)), []).append(complex(*way))
-    cut = [pair for pair in sides.values() if abs(pair[0] - pair[1]) > 1e-4 * abs(pair[0])]
-    assert cut
-    for first, second in cut:
-        assert abs(second / first) == pytest.approx(1.0, abs=1e-3)
-        turns = np.angle(second / first) / (math.pi / 2)
-        assert turns == pytest.approx(round(turns), abs=2e-3)
 
 
 def test_every_part_is_named_with_its_own_remainder():

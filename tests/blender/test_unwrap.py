@@ -115,19 +115,6 @@ def test_automatic_cuts_become_seams_if_allowed():
     assert len(islands(ob)) == count and uv.shape == shapes.uv_of(ob).shape
 
 
-def test_holes_stay_holes():
-    ob = shapes.grid(9, uv=True)
-    bm = bmesh.new()
-    bm.from_mesh(ob.data)
-    bm.faces.ensure_lookup_table()
-    bmesh.ops.delete(bm, geom=[bm.faces[i] for i in (40, 20, 22)], context="FACES_ONLY")
-    bm.to_mesh(ob.data)
-    bm.free()
-    faces = len(ob.data.polygons)
-    unwrap()
-    assert len(ob.data.polygons) == faces and shapes.exact_flips(ob) == 0
-
-
 def test_hidden_faces_are_left_alone_in_edit_mode():
     ob = shapes.grid(6, uv=True)
     before = shapes.uv_of(ob)
@@ -219,23 +206,6 @@ def test_no_cuts_are_added_where_they_may_not():
     unwrap(may_add_cuts=False)
     assert len(islands(ob)) == 1
     assert shapes.exact_flips(ob) == 0
-
-
-def test_suzanne_cut_at_her_sharp_edges_is_usable(capfd):
-    bpy.ops.mesh.primitive_monkey_add()
-    ob = bpy.context.object
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="DESELECT")
-    bpy.context.tool_settings.mesh_select_mode = (False, True, False)
-    bpy.ops.mesh.edges_select_sharp(sharpness=np.radians(60.0))
-    bpy.ops.mesh.mark_seam()
-    bpy.ops.mesh.select_all(action="SELECT")
-    unwrap()
-    bpy.ops.object.mode_set(mode="OBJECT")
-    assert shapes.exact_flips(ob) == 0
-    line = [line for line in capfd.readouterr().out.splitlines() if "distortion mean" in line][-1]
-    assert "0 overlaps" in line
-    assert float(line.split("distortion mean ")[1].split()[0]) < 1.5
 
 
 def reported(capfd, **options):
