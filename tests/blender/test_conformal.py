@@ -212,13 +212,6 @@ def test_parts_without_packing_keep_the_layout_of_the_metric():
     assert not apart.any()
 
 
-def test_cones_are_suggested_for_every_part(capfd):
-    ob = two_spheres()
-    assert bpy.ops.uv.flipfree_suggest_cones(quarter_turns=True) == {"FINISHED"}
-    assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
-    assert shapes.exact_flips(ob) == 0
-
-
 def test_improve_packs_on_demand_and_leaves_pinned_islands():
     ob = shapes.grid(8, bump=0.6, uv=True)
     right = shapes.seam_in_the_middle(ob)

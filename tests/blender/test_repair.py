@@ -129,19 +129,6 @@ def test_a_stretched_island_is_counted_and_improved_on_demand(capfd):
     assert "1 island less stretched" in text and "island stretched" not in text
 
 
-def test_pins_hold_while_the_rest_is_improved():
-    ob, uv = flat_grid()
-    corner = shapes.corners(ob)
-    places = uv * np.float32([1, 3])
-    shapes.set_uv(ob, places)
-    border = [v for v in range(len(ob.data.vertices)) if v % 9 in (0, 8)]
-    shapes.set_pins(ob, np.isin(corner, border))
-    assert bpy.ops.uv.flipfree_repair(stretched="improve") == {"FINISHED"}
-    after = shapes.uv_of(ob)
-    assert shapes.exact_flips(ob) == 0
-    assert (after[np.isin(corner, border)] == places[np.isin(corner, border)]).all()
-
-
 def shapes_flipped(ob, uv):
     shapes.set_uv(ob, uv)
     return shapes.exact_flips(ob) > 0

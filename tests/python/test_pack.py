@@ -63,13 +63,3 @@ def test_flipped_triangles_are_refused_by_name() -> None:
     with pytest.raises(ff.InvalidInput) as failure:
         ff.pack(vertices, faces, uv)
     assert failure.value.kind == "face" and 3 in failure.value.elements
-
-
-@pytest.mark.parametrize("size", [1e-300, 1e-164, 1e-150, 1e30])
-@pytest.mark.parametrize("scale_true", [True, False])
-def test_maps_of_any_size_are_packed(size: float, scale_true: bool) -> None:
-    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [5, 0, 0], [6, 0, 0], [5, 1, 0]], float)
-    faces = np.array([[0, 1, 2], [3, 4, 5]], np.int32)
-    uv = vertices[faces][:, :, :2] * size
-    packed = ff.pack(vertices, faces, uv, scale_true=scale_true, max_seconds=30)
-    assert packed.certificate.ok and packed.certificate.island_overlaps == 0

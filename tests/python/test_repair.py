@@ -151,15 +151,6 @@ def test_what_was_done_is_counted() -> None:
     assert result.stats["energy"] == result.certificate.energy < 1.5
 
 
-def test_other_corners_stay_as_they_were() -> None:
-    vertices, faces = bumpy_grid()
-    uv = planar_map(vertices, faces)
-    thrown = uv.copy()
-    thrown[faces == 100] = (5.0, 5.0)
-    result = ff.repair(vertices, faces, thrown)
-    assert np.array_equal(result.uv[faces != 100], uv[faces != 100])
-
-
 @pytest.mark.parametrize(
     ("share", "change", "off"), [(0.4, "charts_unfolded", 0.05), (0.9, "charts_anew", 0.2)]
 )
@@ -245,17 +236,6 @@ def test_islands_of_many_sizes_keep_theirs_when_they_are_improved() -> None:
     assert better.stats["charts_improved"] == 1 and np.array_equal(better.uv[~right], uv[~right])
     size = np.ptp(better.uv[right].reshape(-1, 2), axis=0)
     assert np.prod(size) == pytest.approx(0.5 * 2.5, rel=0.2)
-
-
-def test_pins_hold_while_a_stretched_island_is_improved() -> None:
-    vertices, faces, uv, right = stretched_half()
-    own = np.unique(faces[right][vertices[faces[right]][:, :, 0].min(axis=1) > 0.6])[[3, 40]]
-    pins = {int(v): tuple(uv[faces == v][0].tolist()) for v in own}
-    better = ff.repair(vertices, faces, uv, stretched="improve", pins=pins)
-    assert better.certificate.ok and better.certificate.pin_failures == 0
-    for vertex, target in pins.items():
-        assert np.all(better.uv[faces == vertex] == target)
-    assert better.stats["charts_improved"] + better.stats["charts_stretched_anew"] == 1
 
 
 def test_stretch_that_pins_force_is_not_counted() -> None:

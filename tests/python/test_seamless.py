@@ -252,16 +252,6 @@ def test_ragged_borders_are_aligned_with_moderate_distortion(cells: int) -> None
     assert result.certificate.energy < 1.5
 
 
-@pytest.mark.parametrize("boundary", ["aligned", "free"])
-def test_a_plate_with_a_handle_and_holes_is_aligned_unless_it_is_free(boundary: str) -> None:
-    frame = unfolding(RING, 3, 3)
-    faces = frame.faces[np.arange(len(frame.faces)) % 97 != 5]
-    result = ff.seamless(frame.vertices, faces, boundary=boundary)
-    count = seam_count(result.faces, result.uv32())
-    assert result.certificate.ok and count.exact == count.edges > 0
-    assert (count.slanted == 0) == (boundary == "aligned")
-
-
 def test_corners_that_are_given_are_never_freed() -> None:
     vertices, faces = np.eye(3), np.array([[0, 1, 2]])
     assert ff.seamless(vertices, faces, boundary="aligned_or_free").stats["freed_boundaries"] == 1
