@@ -142,6 +142,54 @@ def test_the_certificate_is_that_of_a_judge_in_fractions() -> None:
             assert found.ok == (given.ok and not judged)
 
 
+def change(before: np.ndarray, after: np.ndarray) -> float:
+    """Symmetric Dirichlet energy of triangles (m, 3, 2) that become others, by their area before."""
+    a, b = (np.stack([t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]], -1) for t in (before, after))
+    jacobian = b @ np.linalg.inv(a)
+    return float(np.linalg.det(a) @ shape(jacobian)) / 2
+
+
+def shape(jacobian: np.ndarray) -> np.ndarray:
+    return ((jacobian**2).sum((-2, -1)) + (np.linalg.inv(jacobian) ** 2).sum((-2, -1))) / 4
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_integers_are_as_good_as_the_best_of_all_on_a_torus(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    columns, rows, twist = (int(random.integers(*span)) for span in ((3, 9), (3, 9), (0, 3)))
+    scale = float(random.uniform(0.3, 1.2))
+    vertices, faces, uv = maps.twisted_torus(columns, rows, twist, 2 * columns, 8)
+    tile = (area(vertices, faces) / (columns * rows)) ** 0.5 / scale
+    found = change(uv * scale, ff.fit_tiles((vertices, faces, uv), tile=tile).uv)
+    periods = scale * np.array([[columns, twist], [0.0, rows]])
+    near = np.stack(np.meshgrid(*[np.arange(-4, 14)] * 2), -1).reshape(-1, 2)
+    one, other = (near[np.linalg.norm(near - periods[:, k], axis=1) < 2.6] for k in (0, 1))
+    pairs = np.stack([np.repeat(one, len(other), axis=0), np.tile(other, (len(one), 1))], -1)
+    pairs = pairs[np.linalg.det(pairs) > 0.5]
+    best = float(np.linalg.det(periods) * shape(pairs @ np.linalg.inv(periods)).min())
+    assert best * (1 - 1e-6) <= found <= 1.04 * best
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_integers_are_no_worse_than_the_best_box_of_all(seed: int) -> None:
+    size = np.random.default_rng(seed).uniform(0.7, 6.0, 3)
+    vertices, faces, _ = maps.box((2, 3, 5), (4, 6, 10))
+    vertices = vertices / [2, 3, 5] * size
+    given = ff.field_aligned(vertices, faces)
+    found = ff.fit_tiles(given, tile=1.0)
+    flat = np.stack([given.uv[:, 1] - given.uv[:, 0], given.uv[:, 2] - given.uv[:, 0]], -1)
+    scale = (area(vertices, faces) / (np.linalg.det(flat).sum() / 2)) ** 0.5
+    whole = np.stack(np.meshgrid(*[np.arange(1, 9)] * 3), -1).reshape(-1, 3) / size
+    boxes = sum(
+        size[i]
+        * size[k]
+        * (whole[:, i] ** 2 + whole[:, k] ** 2 + whole[:, i] ** -2.0 + whole[:, k] ** -2.0)
+        / 2
+        for i, k in ((0, 1), (1, 2), (2, 0))
+    )
+    assert change(given.uv * scale, found.uv) <= boxes.min() * (1 + 1e-9)
+
+
 def test_the_map_of_quads_has_them_for_cells() -> None:
     for vertices, faces in (
         octahedron_sphere(3),
