@@ -232,6 +232,18 @@ def test_what_cannot_be_is_refused() -> None:
         ff.fit_tiles(sphere, tile=0.01, max_seconds=1e-4)
 
 
+def test_arrays_that_are_no_surface_are_refused_by_name() -> None:
+    vertices, faces, uv = maps.box((1, 1, 1), (2, 2, 2))
+    beyond, third = faces.copy(), np.concatenate([faces, faces[:1]])
+    beyond[3, 1] = len(vertices) + 5
+    with pytest.raises(ff.InvalidInput, match="does not exist|out of range"):
+        ff.fit_tiles((vertices, beyond, uv), tile=0.5)
+    with pytest.raises(ff.InvalidInput, match="Edge|Face"):
+        ff.fit_tiles((vertices, third, np.concatenate([uv, uv[:1]])), tile=0.5)
+    with pytest.raises(ff.InvalidInput):
+        ff.fit_tiles((vertices * 0.0, faces, uv), tile=0.5)
+
+
 def test_the_same_bits_for_any_number_of_threads() -> None:
     given = ff.field_aligned(*octahedron_sphere(4))
     one, many = (ff.fit_tiles(given, tile=0.2, threads=n) for n in (1, 3))

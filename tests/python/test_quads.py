@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import flipfree as ff
+from flipfree.mirrored import half_of
 
 from judges.quads import Extraction, fingerprint
 from mesh_files import data_folder, read_mesh
@@ -210,6 +211,18 @@ def test_what_is_no_clean_surface_is_separated_first() -> None:
     assert mesh.certificate.ok and mesh.certificate.components >= 2
 
 
+def test_errors_of_halves_name_what_was_given() -> None:
+    vertices, faces = octahedron_sphere(2)
+    half = half_of(vertices + [0.05, 0.0, 0.0], faces, 0)
+    for kind, last, origin in (
+        ("vertex", len(half.vertices) - 1, half.origin[:, 0]),
+        ("face", len(half.faces) - 1, half.parent),
+    ):
+        with pytest.raises(ff.InvalidInput) as found, half.named_on_input():
+            raise ff.InvalidInput("", kind=kind, elements=[0, last])
+        assert found.value.elements == [origin[0], origin[last]]
+
+
 def test_quads_are_denser_where_they_shall_be() -> None:
     vertices, faces = octahedron_sphere(5)
     sizes = np.exp(0.7 * vertices[:, 2] / np.abs(vertices).max())
@@ -225,7 +238,7 @@ def test_quads_are_denser_where_they_shall_be() -> None:
     assert abs(at_the_top(even) - 0.5) < 0.05 and at_the_top(graded) > 0.6
 
 
-def test_of_features_nearer_than_half_a_quad_one_is_let_go() -> None:
+def test_of_features_nearer_than_a_fifth_of_a_quad_one_is_let_go() -> None:
     vertices, faces, _ = maps.box((20, 20, 20), (20, 20, 20))
     # A narrow strip round the top: two rows of edges, a twentieth of the side apart.
     top = np.isclose(vertices[:, 2], 20)
@@ -237,7 +250,7 @@ def test_of_features_nearer_than_half_a_quad_one_is_let_go() -> None:
     straight = np.isclose(vertices[edges[:, 0]], vertices[edges[:, 1]]).sum(axis=1) == 2
     rings = [edges[straight & (level & rim)[edges].all(axis=1)] for level in (top, below)]
     features = np.concatenate(rings)
-    mesh = ff.quads(vertices, faces, target=6 * 5 * 5, features=features)
+    mesh = ff.quads(vertices, faces, target=6 * 3 * 3, features=features)
     check(mesh, vertices, faces)
     assert mesh.stats["features_close"] >= 80 and mesh.stats["features_missed"] == 0
     fine = ff.quads(vertices, faces, target=6 * 20 * 20, features=features)

@@ -12,6 +12,7 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/field/guidance.h"
 #include "flipfree/holonomy/field_aligned.h"
+#include "flipfree/mesh/validate.h"
 #include "flipfree/quads/cells.h"
 #include "flipfree/quads/integers.h"
 #include "flipfree/quads/places.h"
@@ -390,6 +391,9 @@ QuadMesh quads_of_surface(const mesh::Surface& surface,
 
 QuadMesh quads_of_map(const certify::Parametrization& map, const mesh::Surface& surface,
                       const QuadOptions& options, ExecutionContext& context) {
+  mesh::ValidateOptions rules;
+  rules.reject_zero_area = false;  // pieces of a refined map may have none
+  mesh::validate(map.surface, rules, context);
   const Prepared p = prepare_for_quads(map, context);
   Attempt made = attempt_of_map(p, context);
   if (!made.defects.empty())

@@ -29,8 +29,8 @@ struct QuadOptions {
   // alike.
   std::vector<double> sizing;
   // Edges that shall be rows of quad edges (holonomy/field_aligned.h); what cannot be is counted in
-  // the stats "features_missed" of "features". Of two at less than half a quad one is let go, and
-  // counted in pieces of the map: "features_close".
+  // the stats "features_missed" of "features". Of two at less than a fifth of a quad one is let go,
+  // and counted in pieces of the map: "features_close".
   IndexPairs features;
   bool with_map = false;  // QuadMesh::map as well
   int relax_rounds = 30;

@@ -10,6 +10,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/certify/certified_map.h"
+#include "flipfree/mesh/validate.h"
 #include "flipfree/quads/integers.h"
 #include "flipfree/quads/transfer.h"
 
@@ -80,6 +81,9 @@ certify::Parametrization fit_in_time(certify::Parametrization map, const TileOpt
   constexpr int kMostTries = 5;
   constexpr double kFiner = 2.0;  // times as many tiles
   constexpr double kMostTiles = 1e10;
+  mesh::ValidateOptions rules;
+  rules.reject_zero_area = false;  // pieces of a refined map may have none
+  mesh::validate(map.surface, rules, context);
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
   const mesh::EdgeFlags flags = mesh::flag_edges(map.surface.faces, adjacency, options.features);
@@ -91,6 +95,8 @@ certify::Parametrization fit_in_time(certify::Parametrization map, const TileOpt
     throw_invalid(
         ErrorCode::kBadOption,
         "tile is so short that it takes more than 10000000000 of them. Give a longer one.");
+  if (!(wanted > 0.0))
+    throw_invalid(ErrorCode::kBadOption, "The surface has no area, or tile is too long for it.");
   FlatMap flat = flat_map(map);
   std::optional<Prepared> prepared;
   if (flat.oblique.empty()) prepared = prepare(flat, map, context);

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from .errors import InvalidInput
+from .errors import FlipfreeError, InvalidInput
 from .results import FloatArray, IntArray
 
 Ints = npt.NDArray[np.int64]
@@ -36,6 +38,17 @@ class Half(NamedTuple):
     def of_vertices(self, values: FloatArray) -> FloatArray:
         a, b = (values[self.origin[:, k]] for k in (0, 1))
         return a + self.share * (b - a)
+
+    @contextmanager
+    def named_on_input(self) -> Iterator[None]:
+        """Errors that name what is the half's name what is the input's."""
+        try:
+            yield
+        except FlipfreeError as error:
+            ids = np.array(error.elements, np.int64)
+            known = self.parent if error.kind == "face" else self.origin[:, 0]
+            error.elements = known[ids].tolist() if (ids < len(known)).all() else []
+            raise
 
     def edges(self, pairs: IntArray) -> IntArray:
         """What is left of edges of the input."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -35,7 +36,7 @@ from .results import (
     in_unit,
     parametrization_from,
 )
-from .separated import separate
+from .separated import SeparatedSurface, named_on_input, separate
 from .texts import counted
 
 #: More are refused.
@@ -158,8 +159,8 @@ def quads(
             mesh there are more.
         field: a :class:`CrossField` of this mesh; None: the smoothest, without cones of one quarter turn, along the borders.
         features: (k, 2) edges that shall be rows of quad edges: sharp ones, borders of materials. What the field forbids is
-            left, and counted: ``stats["features_missed"]`` of ``stats["features"]``; and of two at less than half a quad one,
-            ``stats["features_close"]`` pieces.
+            left, and counted: ``stats["features_missed"]`` of ``stats["features"]``; and of two at less than a fifth of a quad
+            one, ``stats["features_close"]`` pieces.
         sizing: (n,) positive: how dense quads are along a length there, relative to others; a field that is given should
             have been made for it. None: all alike.
         symmetry: "x", "y" or "z": the half on the positive side of that axis becomes quads, with a row of edges on the plane
@@ -218,22 +219,31 @@ def quads(
     if sizes is not None:
         options["sizing"] = sizes
 
-    def convert(data: dict[str, Any], scaled: Mesh) -> QuadMesh:
-        found = _quad_mesh_from(data, scaled)
-        if clean is None or not clean.mends:
-            return found
-        turned = clean.turned[found.parent_face]
-        weights = np.where(turned[:, None], found.barycentric[:, [0, 2, 1]], found.barycentric)
-        found.stats["separated"] = sum(mend.count for mend in clean.mends)
-        return replace(
-            found,
-            parent_face=frozen(clean.face_origin[found.parent_face]),
-            quad_parent=frozen(clean.face_origin[found.quad_parent]),
-            barycentric=frozen(weights),
-            map=None if found.map is None else clean.on_input(found.map),
-        )
+    job = start_job(_native.quads, mesh, options, threads, _quad_mesh_from)
+    return StagedJob(_on_input(job, clean)) if clean is not None and clean.mends else job
 
-    return start_job(_native.quads, mesh, options, threads, convert)
+
+def _names_of(clean: SeparatedSurface) -> AbstractContextManager[None]:
+    faces, vertices = (
+        np.arange(len(part), dtype=np.int32) for part in (clean.faces, clean.vertices)
+    )
+    return named_on_input(clean, faces, vertices)
+
+
+def _on_input(job: Job[QuadMesh], clean: SeparatedSurface) -> Stages[QuadMesh]:
+    """Of a separated surface, as those of the mesh that it was."""
+    with _names_of(clean):
+        found: QuadMesh = yield job, 1.0
+    turned = clean.turned[found.parent_face]
+    weights = np.where(turned[:, None], found.barycentric[:, [0, 2, 1]], found.barycentric)
+    found.stats["separated"] = sum(mend.count for mend in clean.mends)
+    return replace(
+        found,
+        parent_face=frozen(clean.face_origin[found.parent_face]),
+        quad_parent=frozen(clean.face_origin[found.quad_parent]),
+        barycentric=frozen(weights),
+        map=None if found.map is None else clean.on_input(found.map),
+    )
 
 
 def _mirrored_quads(mesh: Mesh, symmetry: str, options: dict[str, Any]) -> Job[QuadMesh]:
@@ -261,13 +271,16 @@ def _mirrored_quads(mesh: Mesh, symmetry: str, options: dict[str, Any]) -> Job[Q
         options["features"] = clean.edges(options["features"])
     if clean.mends and options["sizing"] is not None:
         options["sizing"] = options["sizing"][clean.vertex_origin]
-    threads = options["threads"]
+    threads, first = options["threads"], len(clean.faces)
 
     def stages() -> Stages[QuadMesh]:
-        found: QuadMesh = yield job_of(quads)(clean.vertices, clean.faces, **options), 0.9
+        with (
+            half.named_on_input(),
+            _names_of(clean),
+        ):
+            found: QuadMesh = yield job_of(quads)(clean.vertices, clean.faces, **options), 0.9
         places, corners, paired = doubled(found.vertices, found.quads, axis)
         surface = as_mesh(*doubled(clean.vertices, clean.faces, axis)[:2])
-        first = len(clean.faces)
         parents = np.concatenate([found.parent_face, first + found.parent_face[paired]])
         # Corner 0 of a mirrored polygon is that of its twin, the others follow backwards.
         weights = np.concatenate([found.barycentric, found.barycentric[paired][:, [0, 2, 1]]])
