@@ -145,7 +145,7 @@ def summary(tasks: list[QuadsTask]) -> str:
         sum(task.result.stats[name] for task in tasks) for name in ("features", "features_missed")
     )
     close = sum(task.result.stats["features_close"] for task in tasks)
-    nearer = f" but {close} at less than half a quad from others" if close else ""
+    nearer = f" but {close} at less than a fifth of a quad from others" if close else ""
     exact = f"{sharp - missed} of {sharp} sharp edges kept{nearer}, " if sharp else ""
     clean = [task.snapshot.clean for task in tasks if task.snapshot.clean is not None]
     return (
