@@ -10,48 +10,58 @@
 #   scripts/windows-tests.sh --beside FILE [arguments]   and before that here, with the zip for Linux; {} is linux and windows:
 #                                                        benchmarks/same_results.py write build/reports/bits-{}.json
 #
-# Without Wine or without the zip that is one skipped test. Wine's own files lie in build/windows/wine.
+# FLIPFREE_WINDOWS_PYTHON=3.13: the package's tests in that Python. Without Wine or without the zip that is one skipped test.
+# Wine's own files lie in build/windows/wine.
 set -uo pipefail
 cd "$(dirname "$0")/.."
 windows=build/windows
 there=Z:$PWD  # as Wine names it
-zip=$(find dist -maxdepth 1 -name '*-windows_x64-py311.zip' | sort -V | tail -1)
+version=${FLIPFREE_WINDOWS_PYTHON:-3.11}
+zip=$(find dist -maxdepth 1 -name "*-windows_x64-py${version/./}.zip" | sort -V | tail -1)
 part=quick
 case "${1:-}" in --python | --blender | --native | --run | --beside) part=${1#--} && shift ;; esac
-report=build/reports/windows-$part.xml
+suite=windows-$part
+[ $version = 3.11 ] || suite+=-$version
+report=build/reports/$suite.xml
 mkdir -p build/reports
 if ! command -v wine > /dev/null || [ -z "$zip" ]; then
   echo '<testsuite><testcase name="windows"><skipped message="no Wine, or no zip: scripts/windows.sh"/></testcase></testsuite>' > "$report"
-  exec build/venv/bin/python scripts/totals.py build/reports "windows-$part"
+  exec build/venv/bin/python scripts/totals.py build/reports "$suite"
 fi
 
-site=$windows/site packages=(numpy==1.26.4 pytest)
+site=$windows/site-$version packages=("numpy$([ $version = 3.11 ] && echo ==1.26.4)" pytest)  # Blender 4.2's
 [ $part != blender ] || { site=$windows/site-bpy && packages+=(bpy==4.2.0); }
 if [ ! -e "$site/.complete" ]; then
   rm -rf "$site"
   # Without what they need: bpy's own list has packages that its extensions alone use.
   build/venv/bin/python -m pip install -q --disable-pip-version-check --no-compile --target "$site" --platform win_amd64 \
-    --python-version 3.11 --only-binary=:all: --no-deps "${packages[@]}" iniconfig pluggy packaging pygments colorama 2> "$windows/log" ||
+    --python-version $version --only-binary=:all: --no-deps "${packages[@]}" iniconfig pluggy packaging pygments colorama 2> "$windows/log" ||
     { cat "$windows/log" >&2; exit 1; }
   touch "$site/.complete"
 fi
-rm -rf $windows/package $windows/python-3.11/*._pth  # which would hide every other folder
+rm -f $windows/python-$version/*._pth  # which would hide every other folder
+package=$windows/package-$suite
 unpack() {  # unpack ZIP FOLDER: the package in it
   rm -rf "$2" && mkdir -p "$2"
   unzip -qo "$1" 'wheels/*' -d "$2" && unzip -qo "$2"/wheels/*.whl -d "$2"
 }
-[ $part = blender ] || unpack "$zip" $windows/package
+[ $part = blender ] || unpack "$zip" "$package"
 if [ $part = beside ]; then
-  unpack "${zip/windows_x64/linux_x64}" $windows/package-linux
-  PYTHONPATH=$windows/package-linux:tests:tests/python:tests/fuzz:benchmarks build/venv/bin/python "${@//\{\}/linux}"
+  unpack "${zip/windows_x64/linux_x64}" "$package-linux"
+  PYTHONPATH=$package-linux:tests:tests/python:tests/fuzz:benchmarks build/venv/bin/python "${@//\{\}/linux}"
   part=run
   set -- "${@//\{\}/windows}"
 fi
 
 export WINEPREFIX=$PWD/$windows/wine WINEDEBUG=-all WINEDLLOVERRIDES="mscoree,mshtml=;winedbg.exe=d" PYTHONDONTWRITEBYTECODE=1
-export PYTHONPATH="$there/$windows/package;$there/$site;$there/tests;$there/tests/python;$there/tests/fuzz;$there/benchmarks"
+export PYTHONPATH="$there/$package;$there/$site;$there/tests;$there/tests/python;$there/tests/fuzz;$there/benchmarks"
 [ -z "${FLIPFREE_DATA:-}" ] || export FLIPFREE_DATA=Z:$FLIPFREE_DATA
-python() { wine $windows/python-3.11/python.exe "$@" < /dev/null 2>&1 | cat; }  # without a pipe it has no handle to print to
+python() {  # into a file: a pipe would be held open by the desktop that Wine starts
+  local status=0
+  wine $windows/python-$version/python.exe "$@" < /dev/null > "build/reports/$suite.log" 2>&1 || status=$?
+  cat "build/reports/$suite.log"
+  return $status
+}
 [ -d "$WINEPREFIX" ] || wine wineboot -i > /dev/null 2>&1 < /dev/null
 
 if [ $part = native ]; then
@@ -66,7 +76,7 @@ if [ $part = native ]; then
 fi
 [ $part != run ] || { python "$@"; exit; }
 
-common=(-q -p no:cacheprovider --junitxml "$report" -o junit_suite_name="windows-$part")
+common=(-q -p no:cacheprovider --junitxml "$report" -o junit_suite_name="$suite")
 rm -f "$report"
 case $part in
   quick) python -m pytest "${common[@]}" tests/python/test_{process,kernels,unwrap,mesh_files}.py "$@" ;;
@@ -79,4 +89,4 @@ case $part in
     python tests/blender/run_bpy.py "${common[@]}" --rootdir tests/blender "$@"
     ;;
 esac
-build/venv/bin/python scripts/totals.py build/reports "windows-$part"
+build/venv/bin/python scripts/totals.py build/reports "$suite"

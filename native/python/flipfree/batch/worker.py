@@ -95,14 +95,14 @@ def _reset_peak() -> None:
 
 def peak_megabytes() -> float:
     """Largest memory of this process since the last reset, MB; on Linux alone there is one, elsewhere it is of its whole life."""
+    if sys.platform == "win32":
+        return windows.memory()[1]
     try:
         for line in Path("/proc/self/status").read_text().splitlines():
             if line.startswith("VmHWM:"):
                 return int(line.split()[1]) / 1024
     except OSError:
         pass
-    if sys.platform == "win32":
-        return windows.memory()[1]
     import resource
 
     unit = 2**20 if sys.platform == "darwin" else 2**10
