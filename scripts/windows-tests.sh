@@ -56,12 +56,8 @@ fi
 export WINEPREFIX=$PWD/$windows/wine WINEDEBUG=-all WINEDLLOVERRIDES="mscoree,mshtml=;winedbg.exe=d" PYTHONDONTWRITEBYTECODE=1
 export PYTHONPATH="$there/$package;$there/$site;$there/tests;$there/tests/python;$there/tests/fuzz;$there/benchmarks"
 [ -z "${FLIPFREE_DATA:-}" ] || export FLIPFREE_DATA=Z:$FLIPFREE_DATA
-python() {  # into a file: a pipe would be held open by the desktop that Wine starts
-  local status=0
-  wine $windows/python-$version/python.exe "$@" < /dev/null > "build/reports/$suite.log" 2>&1 || status=$?
-  cat "build/reports/$suite.log"
-  return $status
-}
+# It prints to pipes alone; the desktop that Wine starts would hold one open that is waited for.
+python() { wine $windows/python-$version/python.exe "$@" < /dev/null > >(cat) 2>&1; }
 [ -d "$WINEPREFIX" ] || wine wineboot -i > /dev/null 2>&1 < /dev/null
 
 if [ $part = native ]; then

@@ -129,7 +129,7 @@ VALUES: dict[str, Callable[[], Any]] = {
     "long doubles": lambda: np.full((9, 3), np.finfo(np.longdouble).max),
     "structured": structured,
     "masked": masked,
-    "sixty dimensions": lambda: np.zeros((1,) * 60),
+    "sixty dimensions": lambda: np.zeros((1,) * getattr(np, "MAXDIMS", 60)),
     "no columns": lambda: np.zeros((9, 0)),
     "a billion rows": lambda: np.broadcast_to(np.zeros(1, np.int8), (2**30, 3)),
     "memoryview": lambda: memoryview(b"abc"),

@@ -13,9 +13,10 @@ from flipfree.kernels import SHARED, VARIABLE, has_avx2
 
 # OpenBLAS is loaded already, by the module: the loader finds that one by its name.
 SCRIPT = """
-import ctypes, os
+import ctypes, os, pathlib
 import flipfree
-blas = ctypes.CDLL("libopenblas.so.0")
+beside = pathlib.Path(flipfree.__file__).parent.glob("*openblas*.dll")  # of a wheel for Windows
+blas = ctypes.CDLL(str(next(beside, "libopenblas.so.0")))
 blas.openblas_get_corename.restype = ctypes.c_char_p
 print(blas.openblas_get_corename().decode(), os.environ.get("OPENBLAS_CORETYPE"))
 """

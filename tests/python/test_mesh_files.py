@@ -135,6 +135,7 @@ def test_what_cannot_be_written_is_refused_and_the_old_file_stays(tmp_path: Path
     assert [path.name for path in tmp_path.iterdir()] == ["mesh.stl"]
 
 
+@pytest.mark.skipif(os.name != "posix", reason="links want rights")
 def test_a_link_keeps_pointing_to_the_file_that_is_written(tmp_path: Path) -> None:
     (tmp_path / "link.obj").symlink_to(tmp_path / "mesh.obj")
     ff.write(tmp_path / "link.obj", bumpy_grid(2))
@@ -178,6 +179,7 @@ def test_unexpected_arguments_are_taken_or_refused(described: str, tmp_path: Pat
             assert len(str(error)) > 20
 
 
+@pytest.mark.skipif(os.name != "posix", reason="names are of characters")
 @pytest.mark.parametrize("ending", [".obj", ".ply", ".off", ".stl"])
 def test_names_that_are_no_utf_8_are_read_and_written(tmp_path, ending):
     path = os.path.join(tmp_path, os.fsdecode(b"caf\xe9" + ending.encode()))
