@@ -10,7 +10,7 @@
 #   scripts/windows-tests.sh --beside FILE [arguments]   and before that here, with the zip for Linux; {} is linux and windows:
 #                                                        benchmarks/same_results.py write build/reports/bits-{}.json
 #
-# FLIPFREE_WINDOWS_PYTHON=3.13: the package's tests in that Python. Without Wine or without the zip that is one skipped test.
+# FLIPFREE_WINDOWS_PYTHON=3.13: in that Python (Wine 8 lacks what its NumPy needs). Without Wine or zip that is a skipped test.
 # Wine's own files lie in build/windows/wine.
 set -uo pipefail
 cd "$(dirname "$0")/.."
