@@ -20,7 +20,7 @@ from ..operators import (
     transfer,
     unwrap,
 )
-from ..operators.arrange import density, orient, rectify, straighten
+from ..operators.arrange import density, orient, rectify
 from ..operators.mending import improve, repair
 from ..operators.packing import pack
 from ..operators.seams import auto_seams, cut_stretched
@@ -89,7 +89,6 @@ SECTIONS = (
         (
             Tool(orient, "uv.flipfree_orient", "DRIVER_ROTATIONAL_DIFFERENCE"),
             Tool(rectify, "uv.flipfree_rectify", "MESH_GRID", "rectify"),
-            Tool(straighten, "uv.flipfree_straighten", "IPO_LINEAR"),
             Tool(density, "uv.flipfree_get_density", "EYEDROPPER"),
             Tool(density, "uv.flipfree_set_density", "TEXTURE"),
         ),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texel density, orientation of islands, straight chains."""
+"""Texel density, orientation of islands."""
 
 import math
 
@@ -183,83 +183,6 @@ def test_level_islands_have_no_upward_direction():
     before = shapes.uv_of(ob)
     assert bpy.ops.uv.flipfree_orient(by="up") == {"FINISHED"}
     assert np.array_equal(shapes.uv_of(ob), before)
-
-
-def bumpy():
-    """A sheet of 8 x 8, unwrapped, its map turned; row 4 in its middle."""
-    ob = shapes.grid(8, bump=0.8, uv=True)
-    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    uv = shapes.uv_of(ob).astype(float)
-    uv += 0.08 * np.sin(4 * uv[:, ::-1])
-    shapes.set_uv(ob, turn(uv, 12))
-    return ob, [4 * 9 + j for j in range(9)]
-
-
-@pytest.mark.parametrize("direction", ["ends", "axis"])
-def test_a_chain_lies_on_a_line_and_nothing_folds(direction):
-    ob, row = bumpy()
-    corner = shapes.corners(ob)
-    before = shapes.uv_of(ob)
-    select_edges(ob, list(zip(row, row[1:], strict=False)))
-    assert bpy.ops.uv.flipfree_straighten(direction=direction) == {"FINISHED"}
-    bpy.ops.object.mode_set(mode="OBJECT")
-    uv = shapes.uv_of(ob)
-    corner = shapes.corners(ob)
-    at = np.array([uv[corner == v][0] for v in row]).astype(float)
-    start, end = at[0], at[-1]
-    way = end - start
-    off = np.abs((at - start) @ np.array([-way[1], way[0]])) / np.linalg.norm(way)
-    assert off.max() < 1e-6
-    share = (at - start) @ way / (way @ way)
-    assert (np.diff(share) > 0).all()
-    if direction == "ends":
-        old = corners_of_before(before, row)
-        assert np.array_equal(at[[0, -1]], old)
-    else:
-        assert len({x for x in at[:, np.argmin(np.abs(way))]}) == 1, "bit for bit"
-    assert shapes.exact_flips(ob) == 0
-
-
-def corners_of_before(before, row):
-    """Of the first and last vertex; the mesh had its loops in the order of an 8 x 8 sheet."""
-    quads = [
-        (i * 9 + j, (i + 1) * 9 + j, (i + 1) * 9 + j + 1, i * 9 + j + 1)
-        for i in range(8)
-        for j in range(8)
-    ]
-    corner = np.array(quads).ravel()
-    return np.array([before[corner == v][0] for v in (row[0], row[-1])]).astype(float)
-
-
-def test_pins_are_met_beside_the_chain_and_not_left_behind():
-    ob, row = bumpy()
-    corner = shapes.corners(ob)
-    shapes.set_pins(ob, corner == 0)
-    target = shapes.uv_of(ob)[corner == 0][0].tobytes()
-    select_edges(ob, list(zip(row[2:6], row[3:7], strict=False)))
-    assert bpy.ops.uv.flipfree_straighten() == {"FINISHED"}
-    bpy.ops.object.mode_set(mode="OBJECT")
-    corner = shapes.corners(ob)
-    assert {v.tobytes() for v in shapes.uv_of(ob)[corner == 0]} == {target}
-    assert set(corner[shapes.pins_of(ob)].tolist()) == {0}
-
-
-@pytest.mark.parametrize(
-    "pairs, words",
-    [
-        ([], "No edge is selected"),
-        ([(40, 41)], "make no chain"),
-        ([(40, 41), (41, 42), (41, 50)], "joins more than two selected edges"),
-        ([(40, 41), (41, 50), (50, 49), (49, 40)], "closed ring"),
-    ],
-)
-def test_what_is_no_chain_is_refused_with_the_reason(pairs, words):
-    ob, _ = bumpy()
-    before = shapes.uv_of(ob).tobytes()
-    select_edges(ob, pairs)
-    with pytest.raises(RuntimeError, match=words):
-        bpy.ops.uv.flipfree_straighten()
-    assert shapes.uv_of(ob).tobytes() == before
 
 
 def test_scaling_that_would_fold_by_rounding_is_refused(part):

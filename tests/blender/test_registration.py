@@ -26,7 +26,6 @@ OPERATORS = [
     "flipfree_select_faces",
     "flipfree_set_density",
     "flipfree_orient",
-    "flipfree_straighten",
     "flipfree_rectify",
 ]
 

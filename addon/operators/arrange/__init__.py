@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Islands scaled, turned and straightened: texel density, axes, chains."""
+"""Islands scaled, turned and made straight: texel density, axes, grids."""

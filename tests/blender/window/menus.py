@@ -123,7 +123,6 @@ REFUSED = {
     "uv.flipfree_embed": "only disks fit into a polygon",
     "uv.flipfree_match": "no UV is pinned",
     "uv.flipfree_quads": "Works in Object Mode",
-    "uv.flipfree_straighten": "more than two selected edges",
     "uv.flipfree_select_failed": "did not fail",
     "uv.flipfree_select_mends": "separated nothing",
     "uv.flipfree_hide_all": "Nothing is shown",
