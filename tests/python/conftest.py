@@ -20,4 +20,4 @@ def package_for_children(monkeypatch):
     import flipfree
 
     package = Path(flipfree.__file__).resolve().parent.parent
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(package), str(HERE)]))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(package), str(HERE), *sys.path]))
