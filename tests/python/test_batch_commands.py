@@ -252,17 +252,18 @@ def test_seamless_maps_meet_the_pins_beside_the_model(name):
 
 def test_a_surface_takes_the_shape_of_another_through_their_maps():
     vertices, faces = surfaces.bumpy_grid(6, 6)
-    ff.write("flat.obj", (vertices * [1, 1, 0], faces), uv=vertices[faces][..., :2])
+    ff.write("flat.obj", (vertices * [1, 1, 0], faces, vertices[faces][..., :2]))
     other, fine = surfaces.bumpy_grid(9, 9, height=0.4)
-    ff.write("bent.obj", (other, fine), uv=other[fine][..., :2])
+    ff.write("bent.obj", (other, fine, other[fine][..., :2]))
     run("transfer", "flat.obj", "out.obj", "--source", "bent.obj")
     out = ff.read("out.obj")
     assert np.allclose(out.vertices[:, :2], vertices[:, :2]) and np.ptp(out.vertices[:, 2]) > 0.1
     corners = [0, 6, 42, 48]
     assert np.allclose(out.vertices[corners], other[[0, 9, 90, 99]])
-    ff.write("half.obj", (other, fine), uv=other[fine][..., :2] / 2)
-    process = command("transfer", "flat.obj", "no.obj", "--source", "half.obj")
-    assert process.returncode == 1 and "outside" in process.stderr + process.stdout
+    ff.write("half.obj", (other, fine, other[fine][..., :2] / 2))
+    record = run("transfer", "flat.obj", "no.obj", "--source", "half.obj")
+    assert record["status"] == "refused" and "outside" in record["message"]
+    assert not Path("no.obj").exists()
 
 
 def test_cones_come_from_the_file_beside_the_model():

@@ -47,10 +47,12 @@ def _raise_ours(error: Exception) -> NoReturn:
 
 
 def ours_only(start: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """``start``, from which no other exceptions come than the package's."""
+    """``start``, from which no other exceptions come than the package's, and Python's own for arguments that it lacks."""
+    signature = inspect.signature(start)
 
     @wraps(start)
     def guarded(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+        signature.bind(*args, **kwargs)
         try:
             return start(*args, **kwargs)
         except Exception as error:
