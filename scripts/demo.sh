@@ -1,10 +1,10 @@
 #!/bin/bash
-# Shows the whole way on a fresh machine: sets up, builds, gets a Blender, installs the extension, unwraps a mesh through the operator
-# in `blender -b`, and draws out/demo.png: UV islands with seams, a checker on the model, distortion colours with their scale.
+# Shows the whole way on a fresh machine: sets up, builds, gets a Blender, installs the extension, unwraps meshes through the operator
+# in `blender -b`, and draws out/demo.png: layouts and a checker on the model, by Auto Unwrap and by Smart UV Project.
 #
 #   scripts/demo.sh [MESH]
 #
-# MESH: .obj, .ply, .stl, .glb or .blend. Without it, a scan-like bust that is made on the spot. Prints the certificate.
+# MESH: .obj, .ply, .stl, .glb or .blend. Without it, three models that are made on the spot. Prints the certificate.
 set -euo pipefail
 mesh=${1:+$(realpath "$1")}
 cd "$(dirname "$0")/.."

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The demo's part inside Blender: a mesh, seams, Auto Unwrap through its operator, two renderings.
+"""The demo's part inside Blender: models, Auto Unwrap through its operator, Smart UV Project beside it, renderings.
 
     blender -b --python in_blender.py -- OUT_FOLDER [MESH]
 
-Without MESH a scan-like bust is made: voxel-remeshed, with the noise of a scanner, open at the neck. Meshes without seams get
-some along the borders between patches that grow from far apart faces. Writes OUT_FOLDER/demo.npz, checker.png and distortion.png.
+Without MESH a model of each kind is made: Blender's monkey, a part with bevelled edges, and a scan-like bust: voxel-remeshed,
+with the noise of a scanner, open at the neck. For every model NAME: OUT_FOLDER/NAME.npz, NAME_smart.png and NAME_auto.png.
 """
 
-import heapq
 import sys
 import time
 from pathlib import Path
@@ -16,7 +15,8 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-PATCHES = 12
+TOP = 2.0  # of the distortion scale
+FIELDS = 18  # of the checker, along a model
 # Colours of the distortion scale, from none to much.
 SCALE = np.array(
     [
@@ -27,6 +27,45 @@ SCALE = np.array(
         [0.35, 0.05, 0.35],
     ]
 )
+
+
+def monkey() -> bpy.types.Object:
+    bpy.ops.mesh.primitive_monkey_add(size=2.0)
+    return bpy.context.object
+
+
+def part() -> bpy.types.Object:
+    """A bevelled bracket: a plate and a wall with a round hole in each."""
+    bpy.ops.mesh.primitive_cube_add(size=1.0)
+    ob = bpy.context.object
+    ob.name = "Bracket"
+    ob.scale = (2.0, 1.4, 0.3)
+    bpy.ops.object.transform_apply(scale=True)
+    tools = []
+    for union, place, size, turn in (
+        (True, (-0.85, 0.0, 0.6), (0.3, 1.4, 1.0), None),
+        (False, (0.4, 0.0, 0.0), (0.36, 0.36, 1.0), (0.0, 0.0, 0.0)),
+        (False, (-0.85, 0.0, 0.65), (0.26, 0.26, 1.0), (0.0, np.pi / 2, 0.0)),
+    ):
+        if turn is None:
+            bpy.ops.mesh.primitive_cube_add(size=1.0, location=place)
+        else:
+            bpy.ops.mesh.primitive_cylinder_add(
+                vertices=32, radius=1.0, depth=1.0, location=place, rotation=turn
+            )
+        tool = bpy.context.object
+        tool.scale = size
+        cut = ob.modifiers.new("Cut", "BOOLEAN")
+        cut.operation, cut.object = ("UNION" if union else "DIFFERENCE"), tool
+        tools.append(tool)
+    bevel = ob.modifiers.new("Bevel", "BEVEL")
+    bevel.width, bevel.segments, bevel.limit_method = 0.04, 2, "ANGLE"
+    bpy.context.view_layer.objects.active = ob
+    for modifier in [m.name for m in ob.modifiers]:
+        bpy.ops.object.modifier_apply(modifier=modifier)
+    for tool in tools:
+        bpy.data.objects.remove(tool)
+    return ob
 
 
 def bust() -> bpy.types.Object:
@@ -83,53 +122,15 @@ def load(path: Path) -> bpy.types.Object:
     return max(meshes, key=lambda ob: len(ob.data.polygons))
 
 
-def mark_seams(mesh: bpy.types.Mesh) -> None:
-    """Seams between patches: every face belongs to the nearest of some far apart faces, by way over the surface."""
-    if any(edge.use_seam for edge in mesh.edges):
-        return
-    centres = np.array([f.center for f in mesh.polygons])
-    of_edge = {}
-    for face in mesh.polygons:
-        for key in face.edge_keys:
-            of_edge.setdefault(key, []).append(face.index)
-    neighbours = [[] for _ in mesh.polygons]
-    for pair in of_edge.values():
-        if len(pair) == 2:
-            length = float(np.linalg.norm(centres[pair[0]] - centres[pair[1]]))
-            neighbours[pair[0]].append((pair[1], length))
-            neighbours[pair[1]].append((pair[0], length))
-    distance = np.full(len(centres), np.inf)
-    patch = np.full(len(centres), -1)
-    seed = int(np.argmin(centres[:, 1]))
-    for number in range(PATCHES):
-        distance[seed], patch[seed] = 0.0, number
-        queue = [(0.0, seed)]
-        while queue:
-            d, face = heapq.heappop(queue)
-            if d > distance[face]:
-                continue
-            for other, length in neighbours[face]:
-                if d + length < distance[other]:
-                    distance[other], patch[other] = d + length, number
-                    heapq.heappush(queue, (d + length, other))
-        reached = np.where(np.isfinite(distance), distance, 0.0)
-        seed = int(np.argmax(reached)) if np.isfinite(distance).all() else int(np.argmax(distance))
-    seams = {
-        key for key, pair in of_edge.items() if len(pair) == 2 and patch[pair[0]] != patch[pair[1]]
-    }
-    for edge in mesh.edges:
-        edge.use_seam = edge.key in seams
-
-
 def stored_triangles(mesh):
-    """(m, 3, 3) positions, (m, 3, 2) stored UVs, (m, 3) loops."""
+    """(m, 3, 3) positions, (m, 3, 2) stored UVs, (m, 3) vertices."""
     mesh.calc_loop_triangles()
     loops = np.array([t.loops for t in mesh.loop_triangles])
     corners = np.array([t.vertices for t in mesh.loop_triangles])
     co = np.array([v.co for v in mesh.vertices])
     uv = np.empty((len(mesh.loops), 2), np.float32)
     mesh.uv_layers.active.uv.foreach_get("vector", uv.ravel())
-    return co[corners], uv[loops].astype(float), loops, corners
+    return co[corners], uv[loops].astype(float), corners
 
 
 def distortions(points: np.ndarray, uv: np.ndarray) -> np.ndarray:
@@ -156,30 +157,20 @@ def colours(values: np.ndarray, top: float) -> np.ndarray:
     return SCALE[i] + (t - i)[:, None] * (SCALE[i + 1] - SCALE[i])
 
 
-def material(name: str, build) -> bpy.types.Material:
-    result = bpy.data.materials.new(name)
+def checker(scale: float) -> bpy.types.Material:
+    result = bpy.data.materials.new("Checker")
     result.use_nodes = True
     nodes, links = result.node_tree.nodes, result.node_tree.links
     shader = next(n for n in nodes if n.type == "BSDF_PRINCIPLED")
     shader.inputs["Roughness"].default_value = 0.65
-    links.new(build(nodes, links), shader.inputs["Base Color"])
-    return result
-
-
-def checker(nodes, links):
     coordinates = nodes.new("ShaderNodeUVMap")
     pattern = nodes.new("ShaderNodeTexChecker")
-    pattern.inputs["Scale"].default_value = 64.0
+    pattern.inputs["Scale"].default_value = scale
     pattern.inputs["Color1"].default_value = (0.90, 0.91, 0.93, 1.0)
     pattern.inputs["Color2"].default_value = (0.06, 0.20, 0.42, 1.0)
     links.new(coordinates.outputs["UV"], pattern.inputs["Vector"])
-    return pattern.outputs["Color"]
-
-
-def distortion_colour(nodes, links):
-    attribute = nodes.new("ShaderNodeAttribute")
-    attribute.attribute_name = "Distortion"
-    return attribute.outputs["Color"]
+    links.new(pattern.outputs["Color"], shader.inputs["Base Color"])
+    return result
 
 
 def studio(ob) -> None:
@@ -220,74 +211,77 @@ def studio(ob) -> None:
     scene.cycles.samples = 24
     scene.cycles.use_denoising = False
     scene.cycles.seed = 0
-    scene.render.resolution_x = scene.render.resolution_y = 900
+    scene.render.resolution_x = scene.render.resolution_y = 620
     scene.render.film_transparent = True
     scene.view_settings.view_transform = "Standard"
 
 
-def render(ob, surface, path) -> None:
-    ob.data.materials.clear()
-    ob.data.materials.append(surface)
-    ob.data.polygons.foreach_set("material_index", np.zeros(len(ob.data.polygons), np.int32))
+def shown(ob, path: Path) -> dict:
+    """Renders a checker whose fields have the same size on every map of the model; what is stored of the map."""
+    mesh = ob.data
+    points, uv, corners = stored_triangles(mesh)
+    value = distortions(points, uv)
+    e, f = points[:, 1:] - points[:, :1], uv[:, 1:] - uv[:, :1]
+    area = 0.5 * np.linalg.norm(np.cross(e[:, 0], e[:, 1]), axis=1).sum()
+    covered = 0.5 * np.abs(f[:, 0, 0] * f[:, 1, 1] - f[:, 0, 1] * f[:, 1, 0]).sum()
+    extent = float(np.ptp(points.reshape(-1, 3), axis=0).max())
+    mesh.materials.clear()
+    mesh.materials.append(checker(2 * FIELDS / extent * np.sqrt(area / covered)))
+    mesh.polygons.foreach_set("material_index", np.zeros(len(mesh.polygons), np.int32))
     bpy.context.scene.render.filepath = str(path)
     bpy.ops.render.render(write_still=True)
+    return dict(uv=uv, corners=corners, value=value, colour=colours(value, TOP))
 
 
-def main() -> None:
-    out, *mesh = sys.argv[sys.argv.index("--") + 1 :]
-    out = Path(out)
-    if not mesh:
-        bpy.ops.wm.read_homefile(use_empty=True)
-    ob = load(Path(mesh[0])) if mesh else bust()
+def certificate_of(mesh: bpy.types.Mesh):
+    """Of what is stored now, by the package."""
+    import flipfree
+
+    _, uv, corners = stored_triangles(mesh)
+    vertices = np.array([v.co for v in mesh.vertices], dtype=float)
+    return flipfree.certify(vertices, corners.astype(np.int32), uv, bijective=True)
+
+
+def run(ob, out: Path) -> bool:
+    """One model, by Smart UV Project and by Auto Unwrap, each with its defaults; is the second certified?"""
     for other in bpy.context.view_layer.objects:
         other.select_set(other is ob)
     bpy.context.view_layer.objects.active = ob
-    mark_seams(ob.data)
     print(f"{ob.name}: {len(ob.data.vertices)} vertices, {len(ob.data.polygons)} faces", flush=True)
+    studio(ob)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.uv.smart_project()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    smart = shown(ob, out / f"{ob.name}_smart.png")
 
     started = time.perf_counter()
-    if bpy.ops.uv.flipfree_unwrap(mark_seams=True) != {"FINISHED"}:
+    if bpy.ops.uv.flipfree_unwrap() != {"FINISHED"}:
         sys.exit("The mesh was not unwrapped: see above.")
     seconds = time.perf_counter() - started
-
-    # Measured again from what is stored now, by the package's own certificate.
-    import flipfree
-
-    mesh = ob.data
-    points, uv, loops, corners = stored_triangles(mesh)
-    certificate = flipfree.certify(
-        np.array([v.co for v in mesh.vertices], dtype=float),
-        corners.astype(np.int32),
-        uv,
-        bijective=True,
-    )
+    certificate = certificate_of(ob.data)
     print(certificate, flush=True)
-    value = distortions(points, uv)
-    top = max(1.2, float(np.percentile(value, 99.5)))
-    attribute = mesh.color_attributes.new("Distortion", "FLOAT_COLOR", "CORNER")
-    linear = np.ones((len(mesh.loops), 4), np.float32)
-    linear[loops.ravel(), :3] = np.repeat(colours(value, top), 3, axis=0) ** 2.2
-    attribute.data.foreach_set("color", linear.ravel())
-    for polygon in mesh.polygons:
-        polygon.use_smooth = True
+    auto = shown(ob, out / f"{ob.name}_auto.png")
     np.savez(
-        out / "demo.npz",
-        uv=uv,
-        corners=corners,
-        value=value,
-        colour=colours(value, top),
-        top=top,
+        out / f"{ob.name}.npz",
+        **{f"smart_{key}": value for key, value in smart.items()},
+        **{f"auto_{key}": value for key, value in auto.items()},
+        top=TOP,
         scale=SCALE,
-        name=ob.name,
         certificate=str(certificate),
         seconds=seconds,
         blender=bpy.app.version_string,
     )
-    studio(ob)
-    render(ob, material("Checker", checker), out / "checker.png")
-    render(ob, material("Distortion", distortion_colour), out / "distortion.png")
-    if not certificate.ok:
-        sys.exit("The stored map is not what was certified.")
+    return certificate.ok
+
+
+def main() -> None:
+    out, *mesh = sys.argv[sys.argv.index("--") + 1 :]
+    if not mesh:
+        bpy.ops.wm.read_homefile(use_empty=True)
+    for make in [lambda: load(Path(mesh[0]))] if mesh else [monkey, part, bust]:
+        if not run(make(), Path(out)):
+            sys.exit("The stored map is not what was certified.")
 
 
 main()

@@ -9,6 +9,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib.axes import Axes  # noqa: E402
 from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
 from matplotlib.colors import LinearSegmentedColormap, LogNorm  # noqa: E402
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator  # noqa: E402
@@ -30,56 +31,61 @@ def island_borders(corners: np.ndarray, uv: np.ndarray) -> np.ndarray:
     return np.stack([p[keep], q[keep]], axis=1)
 
 
-def main(folder: str, out: str) -> None:
-    data = np.load(Path(folder, "demo.npz"))
-    scale = LinearSegmentedColormap.from_list("distortion", data["scale"])
-    figure = plt.figure(figsize=(15, 5.4), dpi=100, facecolor="white")
-    grid = figure.add_gridspec(1, 4, width_ratios=[1, 1, 1, 0.035], wspace=0.06)
-    figure.subplots_adjust(left=0.02, right=0.945, top=0.93, bottom=0.10)
-
-    layout = figure.add_subplot(grid[0])
-    layout.add_collection(
-        PolyCollection(data["uv"], facecolors=data["colour"], edgecolors="none", rasterized=True)
+def draw_layout(axes: Axes, data: dict[str, np.ndarray], maker: str) -> None:
+    """Islands by distortion, what touches a seam as a line."""
+    uv = data[f"{maker}_uv"]
+    axes.add_collection(
+        PolyCollection(uv, facecolors=data[f"{maker}_colour"], edgecolors="none", rasterized=True)
     )
-    seams = island_borders(data["corners"], data["uv"])
-    layout.add_collection(LineCollection(seams, colors="#0d3368", linewidths=0.9))
-    layout.set(xlim=(-0.01, 1.01), ylim=(-0.01, 1.01), aspect="equal", xticks=[0, 1], yticks=[0, 1])
-    layout.tick_params(length=0, labelsize=9, colors="#666666")
-    for side in layout.spines.values():
+    seams = island_borders(data[f"{maker}_corners"], uv)
+    axes.add_collection(LineCollection(seams, colors="#0d3368", linewidths=0.7))
+    axes.set(xlim=(-0.01, 1.01), ylim=(-0.01, 1.01), aspect="equal", xticks=[], yticks=[])
+    for side in axes.spines.values():
         side.set_color("#bbbbbb")
-    layout.set_title("UV islands with their seams", fontsize=12)
 
-    for cell, name, title in (
-        (1, "checker", "Checker on the model"),
-        (2, "distortion", "Distortion"),
-    ):
-        axes = figure.add_subplot(grid[cell])
-        axes.imshow(plt.imread(Path(folder, f"{name}.png")), interpolation="lanczos")
-        axes.set_axis_off()
-        axes.set_title(title, fontsize=12)
 
+def main(folder: str, out: str) -> None:
+    models = sorted(Path(folder).glob("*.npz"), key=lambda path: path.stat().st_mtime)
+    figure = plt.figure(figsize=(13, 3.5 * len(models) + 0.5), dpi=80, facecolor="white")
+    grid = figure.add_gridspec(len(models), 5, width_ratios=[1, 1, 1, 1, 0.03], wspace=0.05)
+    figure.subplots_adjust(left=0.01, right=0.94, top=0.95, bottom=0.03)
+    for row, path in enumerate(models):
+        data = dict(np.load(path))
+        for column, (maker, title) in enumerate(
+            (("smart", "Smart UV Project"), ("auto", "Auto Unwrap"))
+        ):
+            layout = figure.add_subplot(grid[row, 2 * column])
+            draw_layout(layout, data, maker)
+            axes = figure.add_subplot(grid[row, 2 * column + 1])
+            axes.imshow(
+                plt.imread(path.with_name(f"{path.stem}_{maker}.png")), interpolation="lanczos"
+            )
+            axes.set_axis_off()
+            if row == 0:
+                layout.set_title(title, fontsize=13, loc="left")
+        values = data["auto_value"]
+        said = f"{path.stem}: {len(values)} triangles, {str(data['certificate']).split(':')[0]}, "
+        layout.text(
+            0.0,
+            -0.03,
+            f"{said}worst triangle {values.max():.2f}, {float(data['seconds']):.1f} s",
+            transform=layout.transAxes,
+            va="top",
+            fontsize=9.5,
+            color="#222222",
+        )
     top = float(data["top"])
     bar = figure.colorbar(
-        plt.cm.ScalarMappable(LogNorm(1.0, top), scale),
-        cax=figure.add_subplot(grid[3]),
+        plt.cm.ScalarMappable(
+            LogNorm(1.0, top), LinearSegmentedColormap.from_list("distortion", data["scale"])
+        ),
+        cax=figure.add_subplot(grid[:, 4]),
         extend="max",
     )
-    ticks = np.geomspace(1.0, top, 5)
-    bar.ax.yaxis.set_major_locator(FixedLocator(ticks))
+    bar.ax.yaxis.set_major_locator(FixedLocator(np.geomspace(1.0, top, 5)))
     bar.ax.yaxis.set_minor_locator(NullLocator())
     bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.3g}"))
-    bar.ax.tick_params(labelsize=9)
     bar.set_label("symmetric Dirichlet energy, 1 = isometric", fontsize=9)
-
-    first = str(data["certificate"]).splitlines()[0]
-    figure.text(
-        0.5,
-        0.035,
-        f"{data['name']}: {first}. Solved in {float(data['seconds']):.1f} s, Blender {data['blender']}",
-        ha="center",
-        fontsize=10.5,
-        color="#222222",
-    )
     figure.savefig(out)
 
 

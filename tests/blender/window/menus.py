@@ -123,6 +123,7 @@ REFUSED = {
     "uv.flipfree_embed": "only disks fit into a polygon",
     "uv.flipfree_match": "no UV is pinned",
     "uv.flipfree_quads": "Works in Object Mode",
+    "uv.flipfree_transfer": "Works in Object Mode",
     "uv.flipfree_select_failed": "did not fail",
     "uv.flipfree_select_mends": "separated nothing",
     "uv.flipfree_hide_all": "Nothing is shown",
