@@ -173,6 +173,19 @@ def auto(make: Callable[[], Any]) -> Callable[[], ff.Parametrization]:
     return unwrapped
 
 
+def hard_surfaces(path: Path) -> None:
+    """As in Blender: polygons stay whole."""
+    figure, rows = plt.subplots(2, 4, figsize=(16, 7.5))
+    names = "crate", "chair", "bracket", "gear"
+    for panels, name in zip(rows.reshape(4, 2), names, strict=True):
+        mesh = ff.read(str(data() / f"hard/{name}.obj"))
+        map = ff.unwrap(mesh.vertices, mesh.faces, polygons=mesh.polygons)
+        draw_plane(panels[0], map, map.uv, f"energy {map.certificate.energy:.3f}")
+        size = float(np.ptp(map.vertices, axis=0).max()) / 30
+        draw_surface(panels[1], map, View(30, 25, "y"), size)
+    saved(path, figure, rows)
+
+
 def of_mesh(call: Callable[..., ff.Parametrization], make: Callable[[], Any]) -> Any:
     def mapped() -> ff.Parametrization:
         mesh = make()
@@ -243,6 +256,7 @@ def operators(path: Path) -> None:
 
 PICTURES: dict[str, Drawing] = {
     "operators": operators,
+    "auto_seams_hard": hard_surfaces,
     "auto_seams_cylinder": on_surface(auto(cylinder), View(20, 20)),
     **{
         f"auto_seams_{name}": on_surface(auto(lambda n=name: model(f"seams/{n}.obj")), view)
