@@ -261,7 +261,6 @@ PICTURES: dict[str, Drawing] = {
     **{
         f"auto_seams_{name}": on_surface(auto(lambda n=name: model(f"seams/{n}.obj")), view)
         for name, view in (
-            ("hand_1_i_f5000", View(20, 10)),
             ("horse_f10000", View(60, 10, "y")),
             ("planck1", View(20, 10, "y")),
         )
