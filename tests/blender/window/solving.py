@@ -46,7 +46,7 @@ def test_return_takes_the_map_as_it_is():
     press("RET")
     yield 0.2
     shot("accept_after")
-    yield from wait_for_end()
+    yield from wait_for_end(60.0)
     assert shapes.uv_of(ob).tobytes() != before
     assert shapes.exact_flips(ob) == 0
 

@@ -122,14 +122,22 @@ std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacen
   return parts;
 }
 
-std::optional<double> flat_if_hard(const Shapes& shapes, const MadePart& part) {
+std::optional<double> flat_if_hard(const mesh::Surface& surface, const Shapes& shapes,
+                                   const MadePart& part) {
   if (part.hinges.empty() || !(part.extent < kWire * part.size())) return {};
   Regions flat(shapes, part, kFlatAngle);
   Regions smooth(shapes, part, kSmoothAngle);
+  // Faces of a fine mesh bend little from each to the next one, however much in all.
+  std::vector<Vector3> direction(part.faces.size(), Vector3::Zero());
+  for (const FaceId f : part.faces)
+    direction[at(flat.of(f))] += shapes.area[at(f)] * face_normal(surface, f).normalized();
+  const auto is_plane = [&](Index region) {
+    return direction[at(region)].norm() >= std::cos(kPlateAngle) * flat.area(region);
+  };
   double hard = 0.0;
   double flat_area = 0.0;
   for (const FaceId f : part.faces) {
-    const bool is_flat = flat.area(flat.of(f)) >= kRegion * part.area;
+    const bool is_flat = flat.area(flat.of(f)) >= kRegion * part.area && is_plane(flat.of(f));
     const bool is_rolled = smooth.area(smooth.of(f)) >= kRegion * part.area &&
                            smooth.curvature(smooth.of(f)) < kRolled;
     if (is_flat || is_rolled) hard += shapes.area[at(f)];

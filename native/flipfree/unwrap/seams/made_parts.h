@@ -104,7 +104,8 @@ class Regions {
 
 // What share of a part is flat, in regions that count; nothing where that and what is rolled is too
 // little for a hard surface.
-std::optional<double> flat_if_hard(const Shapes& shapes, const MadePart& part);
+std::optional<double> flat_if_hard(const mesh::Surface& surface, const Shapes& shapes,
+                                   const MadePart& part);
 
 // Edges inside what flat faces have of the bevels around them, of which larger faces have more: so
 // a rim is cut on one side. Those first along which the faces grew. Hinges between them get the

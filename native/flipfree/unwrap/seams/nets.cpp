@@ -602,7 +602,7 @@ mesh::EdgeFlags net_seams(const mesh::Surface& surface, const mesh::Adjacency& a
   Shapes shapes = shapes_of(surface, adjacency, seams);
   for (MadePart& part : parts_of(surface, adjacency, seams, cost, shapes)) {
     context.check();
-    const auto flat = flat_if_hard(shapes, part);
+    const auto flat = flat_if_hard(surface, shapes, part);
     if (!flat) continue;
     std::vector<HalfedgeId> bevels;
     if (*flat >= kBevelled) bevels = bevels_of(surface, shapes, part);
