@@ -98,6 +98,33 @@ def test_handles_and_parts_of_machines() -> None:
             check(ff.fit_tiles(given, tile=(area(mesh.vertices, mesh.faces) / count) ** 0.5), given)
 
 
+@pytest.mark.parametrize("name", ["hard/house.obj", "seams/bunny_decim_noInputUV.obj"])
+def test_edges_that_whole_numbers_bend_get_points(name: str) -> None:
+    mesh = read_mesh(data_folder() / name)
+    given = ff.field_aligned(mesh.vertices, mesh.faces)
+    found = ff.fit_tiles(given, tile=(area(mesh.vertices, mesh.faces) / 100) ** 0.5)
+    check(found)
+    own = len(given.vertices)
+    assert found.stats["tries"] == 1 and 0 < len(found.vertices) - own < 0.2 * own
+    assert (found.vertices[:own] == given.vertices).all()
+    assert (found.certificate.quarter_cones == given.certificate.quarter_cones).all()
+    assert (found.input_faces == mesh.faces).all()
+    corners = mesh.vertices[mesh.faces[found.vertex_parent]]
+    places = np.einsum("vk,vkd->vd", found.vertex_barycentric, corners)
+    np.testing.assert_allclose(places, found.vertices, atol=1e-12 * np.abs(mesh.vertices).max())
+    a, b, c = (found.vertices[found.faces[:, k]] for k in range(3))
+    covered = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    whole = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    np.testing.assert_allclose(
+        np.bincount(found.parent_face, covered), whole, atol=1e-9 * whole.max()
+    )
+    cells = ff.quads(mesh.vertices, mesh.faces, target=300, with_map=True)
+    assert cells.map is not None and cells.map.certificate.ok
+    again = ff.quads_from_map(cells.map)
+    assert fingerprint(again.quads.tolist()) == fingerprint(cells.quads.tolist())
+
+
 def test_ragged_borders_stay_free() -> None:
     vertices, faces = cylinder(24, 8)
     vertices = vertices + 0.05 * np.sin(40 * vertices[:, [1, 2, 0]])

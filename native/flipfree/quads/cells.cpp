@@ -91,7 +91,7 @@ class Walker {
   }
 
   Place walk(Place from, Gauss end) const {
-    const Place found = quads::walk(flat_, edge_, from, end, [](HalfedgeId) {});
+    const Place found = quads::walk(flat_, edge_, from, end, [](HalfedgeId, Gauss, Gauss) {});
     if (found.face == kInvalid) throw InternalError("quads: a cell leaves the surface");
     return found;
   }

@@ -135,8 +135,8 @@ Vector origin(const std::vector<Vector>& edge, HalfedgeId h) {
 
 // Straight from a place in a face to another one of its chart, through as many faces as it takes,
 // by the vectors of `edge`; neither the way nor its end passes a vertex on the way. The end in the
-// chart of a face that holds it; face kInvalid where the way leaves the surface. Calls crossed(h)
-// for the half-edges that are left across, in order.
+// chart of a face that holds it; face kInvalid where the way leaves the surface. Calls crossed(h,
+// from, end) for the half-edges that are left across, in order, with the way in the chart of h.
 template <typename Crossed>
 Place walk(const FlatSurface& surface, const std::vector<Gauss>& edge, Place from, Gauss end,
            const Crossed& crossed) {
@@ -156,7 +156,7 @@ Place walk(const FlatSurface& surface, const std::vector<Gauss>& edge, Place fro
     if (out == kInvalid) return here;
     const HalfedgeId o = surface.opposite[at(out)];
     if (o == kInvalid) break;
-    crossed(out);
+    crossed(out, start, here.at);
     const Gauss target =
         origin(edge, next_corner(o));  // where out begins, in the neighbour's chart
     const auto carried = [&](Gauss p) {

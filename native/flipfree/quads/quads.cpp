@@ -320,10 +320,9 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
   stats["kept_vertices"] = flat_kept;
   stats["coarse_faces"] = static_cast<std::int64_t>(made.coarse.faces());
   if (options.with_map) {
-    std::optional<Points2> uv = integer_uv(map, p, made.coarse, context, stats);
-    if (uv) {
-      mesh.map = map;
-      set_integer_uv(*std::move(uv), p.quarters, surface, options.features, *mesh.map, context);
+    mesh.map = integer_map(map, surface, p, made.coarse, context, stats);
+    if (mesh.map) {
+      certify_integers(p.quarters, surface, options.features, *mesh.map, context);
       if (!mesh.map->certificate.ok) mesh.map.reset();
     }
   }

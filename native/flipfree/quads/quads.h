@@ -5,7 +5,7 @@
 //   choose_integers()  integers.h          edges in whole quads
 //   extract_cells()    cells.h             the quads
 //   spots_of()         places.h            where their corners lie
-//   integer_uv()       transfer.h          the integers as a map
+//   integer_map()      transfer.h          the integers as a map
 //   relax()            relax.h             made more regular
 //   certify_quads()    quad_certificate.h  judged
 #pragma once
@@ -43,7 +43,7 @@ struct QuadMesh {
   Points3 barycentric;              // #v x 3: weights in that face
   std::vector<FaceId> quad_parent;  // per quad: the input's face at its middle
   // The integer map: quads, before they were relaxed, are its unit cells. Only where it was asked
-  // for, and only if there is one without a flip (transfer.h).
+  // for, and only if 32 bits hold it (transfer.h).
   std::optional<certify::Parametrization> map;
   QuadCertificate certificate;
   Stats stats;  // "target"; "coarse_faces", "kept_vertices" (flat ones that stayed), "count_raised"

@@ -39,13 +39,15 @@ double tiles_of(const Points2& uv) {
   return 0.5 * twice;
 }
 
-// UVs with about so many tiles.
-std::optional<Points2> whole_uv(const certify::Parametrization& map, const FlatMap& flat,
-                                const std::optional<Prepared>& prepared, double wanted,
-                                ExecutionContext& context, Stats& stats) {
+// With about so many tiles.
+std::optional<certify::Parametrization> whole_map(const certify::Parametrization& map,
+                                                  const FlatMap& flat,
+                                                  const std::optional<Prepared>& prepared,
+                                                  double wanted, ExecutionContext& context,
+                                                  Stats& stats) {
   if (!prepared) {
     const double scale = std::sqrt(wanted / tiles_of(map.uv32.cast<double>()));
-    return rounded_uv(map, flat, scale, context, stats);
+    return rounded_map(map, flat, scale, context, stats);
   }
   Scales scales = scales_of(*prepared, map);
   for (double& s : scales.scale) s *= std::sqrt(wanted);
@@ -53,7 +55,7 @@ std::optional<Points2> whole_uv(const certify::Parametrization& map, const FlatM
   if (!choose_integers(coarse, prepared->flat.surface, prepared->quarters, scales.component,
                        scales.scale, 0.0, context))
     return std::nullopt;
-  return integer_uv(map, *prepared, coarse, context, stats);
+  return integer_map(map, map.surface, *prepared, coarse, context, stats);
 }
 
 void count_seams(certify::Parametrization& map) {
@@ -103,26 +105,25 @@ certify::Parametrization fit_in_time(certify::Parametrization map, const TileOpt
   const std::vector<Index> quarters =
       quarters_around(flat.surface, at(map.surface.vertices.rows()));
   Stats stats;
-  std::optional<Points2> uv;
-  for (int i = 0; i < kMostTries && !uv; ++i, wanted *= kFiner) {
+  std::optional<certify::Parametrization> whole;
+  for (int i = 0; i < kMostTries && !whole; ++i, wanted *= kFiner) {
     const ProgressRange range(context, 0.9 * i / kMostTries, 0.9 * (i + 1) / kMostTries);
     stats["tries"] = static_cast<std::int64_t>(i + 1);
-    uv = whole_uv(map, flat, prepared, wanted, context, stats);
+    whole = whole_map(map, flat, prepared, wanted, context, stats);
   }
-  if (!uv)
+  if (!whole)
     throw_not_converged(ErrorCode::kIterationLimit,
                         "No map with whole tiles was found without a flip. Ask for smaller tiles, "
                         "or take a map with fewer cones.");
-  const double tiles = tiles_of(*uv);
+  const double tiles = tiles_of(whole->uv);
   context.report("certifying", 0.9);
-  const mesh::Surface surface = map.surface;
-  set_integer_uv(*std::move(uv), quarters, surface, options.features, map, context);
-  certify::require_certificate(map, "Fitting tiles");
-  map.stats = std::move(stats);
-  map.stats["tile"] = std::sqrt(area / tiles);
-  map.stats["tiles"] = tiles;
-  count_seams(map);
-  return map;
+  certify_integers(quarters, map.surface, options.features, *whole, context);
+  certify::require_certificate(*whole, "Fitting tiles");
+  whole->stats = std::move(stats);
+  whole->stats["tile"] = std::sqrt(area / tiles);
+  whole->stats["tiles"] = tiles;
+  count_seams(*whole);
+  return *std::move(whole);
 }
 
 }  // namespace

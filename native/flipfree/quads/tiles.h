@@ -14,8 +14,9 @@ struct TileOptions {
 };
 
 // The map with tiles of side 1, in which transitions, cones, corners, borders and features along
-// the axes are whole numbers, as stored (G9); other borders stay free. Where integers of that size
-// leave no map, tiles are smaller, in a few steps. Certified: G1, G2, G4, the map's own cones;
+// the axes are whole numbers, as stored (G9); other borders stay free. Edges that this bends so far
+// that faces flip get points (transfer.h). Where integers of that size leave no map, tiles are
+// smaller, in a few steps. Certified: G1, G2, G4, the map's own cones;
 // features that are not met are named. stats: "tile" (how long its side came out: the square root
 // of area on the surface per tile), "tiles" (how many), "seams" (edges), "seams_quarter" and
 // "seams_half" (those that turn by a quarter or a half, where only a texture that looks the same

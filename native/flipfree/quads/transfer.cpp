@@ -9,121 +9,18 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/certified_map.h"
+#include "flipfree/conformal/map.h"
 #include "flipfree/distortion/seams/carry.h"
 #include "flipfree/distortion/seams/seams.h"
+#include "flipfree/intrinsic/layout/refine_map.h"
 #include "flipfree/mesh/cut_graph.h"
+#include "flipfree/quads/developed.h"
+#include "flipfree/quads/places.h"
+#include "flipfree/seamless/exact/take_back.h"
 
 namespace flipfree::quads {
 
 namespace {
-
-// How a half-edge of the map leaves its vertex: the vertex's place on the coarse surface, in its
-// old integers; and by how many quarters vectors in the half-edge's chart turn to be ones there.
-struct Departure {
-  Place place;
-  Index turn = 0;
-};
-
-// The map's edges by the new metric of the coarse surface, which is the affine image of the old one
-// in each of its triangles.
-class Developed {
- public:
-  Developed(const FlatSurface& map, const CoarseSurface& coarse, const ExecutionContext& context)
-      : map_(map), coarse_(coarse), from_(at(map.halfedges())), moved_(at(map.halfedges())) {
-    for (const Gauss q : coarse.integer) whole_.push_back(as_vector(q));
-    for (HalfedgeId e = 0; e < coarse.flat.halfedges(); ++e) depart_from_corner(e);
-    for (std::size_t i = 0; i < queue_.size(); ++i) {
-      if (i % 1024 == 0) context.check();
-      cross(queue_[i]);
-    }
-  }
-
-  const std::vector<Vector2>& edges() const { return moved_; }
-
-  // Where the half-edge's source lies from a point of whole numbers, in the half-edge's chart.
-  Vector2 from_whole(HalfedgeId h) const {
-    return turned(image(from_[at(h)].place), -from_[at(h)].turn);
-  }
-
- private:
-  bool is_known(HalfedgeId h) const { return from_[at(h)].place.face != kInvalid; }
-  void set(HalfedgeId h, Place place, Index turn) {
-    if (h == kInvalid || is_known(h)) return;
-    from_[at(h)] = {place, turn & 3};
-    queue_.push_back(h);
-  }
-
-  // The map's half-edges at the vertex of e, counter-clockwise of e by less than half a turn.
-  void depart_from_corner(HalfedgeId e) {
-    CornerId c = coarse_.start[at(e)];
-    Index turn = coarse_.start_turn[at(e)];  // from e's chart to that of c
-    Gauss way = turned(coarse_.flat.edge[at(e)], turn);
-    if (quads::cross(way, map_.edge[at(c)]) == 0)
-      set(c, {e / 3, origin(coarse_.flat.edge, e)}, -turn);
-    while (true) {
-      const HalfedgeId last = previous_corner(c);
-      const Gauss next = -map_.edge[at(last)];
-      if (quads::cross(way, next) <= 0 || map_.opposite[at(last)] == kInvalid) return;
-      const auto [corner, more] = sector_of(coarse_.flat, e, turned(next, -turn));
-      turn += map_.turn[at(last)];
-      way = turned(way, map_.turn[at(last)]);
-      c = map_.opposite[at(last)];
-      set(c, {corner / 3, origin(coarse_.flat.edge, corner)}, more - turn);
-    }
-  }
-
-  // The affine image of a place, in whole numbers from the first corner of its face.
-  Vector2 image(const Place& place) const {
-    const std::size_t h = at(3 * place.face);
-    const Gauss first = coarse_.flat.edge[h], second = first + coarse_.flat.edge[h + 1];
-    const auto area = static_cast<double>(quads::cross(first, second));
-    return static_cast<double>(quads::cross(place.at, second)) / area * whole_[h] +
-           static_cast<double>(quads::cross(first, place.at)) / area * (whole_[h] + whole_[h + 1]);
-  }
-
-  void cross(HalfedgeId h) {
-    const Departure from = from_[at(h)];
-    Vector2 start = image(from.place);
-    Index turn = from.turn;
-    const Gauss end = from.place.at + turned(map_.edge[at(h)], from.turn);
-    const Place to = walk(coarse_.flat, coarse_.flat.edge, from.place, end, [&](HalfedgeId out) {
-      const HalfedgeId o = coarse_.flat.opposite[at(out)];
-      const Index by = coarse_.flat.turn[at(out)];
-      start = origin(whole_, next_corner(o)) + turned(Vector2(start - origin(whole_, out)), by);
-      turn += by;
-    });
-    if (to.face == kInvalid) throw InternalError("quads: an edge of the map leaves the surface");
-    moved_[at(h)] = turned(Vector2(image(to) - start), -turn);
-    spread(next_corner(h), to, turn);
-  }
-
-  // The same place for all half-edges at a vertex of the map; those at coarse vertices are known.
-  void spread(HalfedgeId first, const Place& place, Index turn) {
-    if (is_known(first)) return;
-    set(first, place, turn);
-    Index ccw = turn, cw = turn;
-    for (HalfedgeId h = first;;) {
-      const HalfedgeId last = previous_corner(h);
-      h = map_.opposite[at(last)];
-      if (h == first) return;
-      if (h == kInvalid) break;
-      ccw -= map_.turn[at(last)];
-      set(h, place, ccw);
-    }
-    for (HalfedgeId h = first; map_.opposite[at(h)] != kInvalid;) {
-      cw -= map_.turn[at(h)];
-      h = next_corner(map_.opposite[at(h)]);
-      set(h, place, cw);
-    }
-  }
-
-  const FlatSurface& map_;
-  const CoarseSurface& coarse_;
-  std::vector<Vector2> whole_;  // the coarse surface's integers
-  std::vector<Departure> from_;
-  std::vector<Vector2> moved_;
-  std::vector<HalfedgeId> queue_;
-};
 
 // Points of the cut map by its edges, face after face; one place per chart is given.
 template <typename Base>
@@ -159,49 +56,125 @@ Points2 laid_out(const distortion::CutMap& cut, const std::vector<Vector2>& edge
   return uv;
 }
 
-// The map cut where its UVs differ, and as far as that takes into disks if `disks`, with its
-// features and, where it runs along the axes, its border as lines.
-distortion::CutMap cut_of(const certify::Parametrization& map, const FlatMap& flat, bool disks,
-                          const ExecutionContext& context) {
-  const Points2 uv = map.uv32.cast<double>();
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
-  mesh::EdgeFlags cuts = mesh::uv_cuts(adjacency, uv);
-  if (disks) cuts = mesh::cut_to_disks(map.surface, adjacency, cuts, {}, {}, context);
-  distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, uv);
-  if (flat.oblique.empty()) cut.straight = distortion::straight_boundary(cut, adjacency);
-  for (HalfedgeId h : map.features) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    Gauss e = flat.surface.edge[at(h)];
-    if (o == kInvalid || (e.x != 0 && e.y != 0)) continue;
+// The surface cut along `cuts`, with corners at `uv`, and of what is to stay along the axes the
+// border, if `aligned`, and `lines`: half-edges inside, of each edge one.
+distortion::CutMap cut_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                          const mesh::EdgeFlags& cuts, const Points2& uv, bool aligned,
+                          const std::vector<HalfedgeId>& lines) {
+  distortion::CutMap cut = distortion::cut_map(surface, adjacency, cuts, uv);
+  if (aligned) cut.straight = distortion::straight_boundary(cut, adjacency);
+  for (const HalfedgeId line : lines) {
     // The side that runs forwards, so that neighbours in one chart are one line.
-    if (e.x + e.y < 0) {
-      const Gauss back = flat.surface.edge[at(o)];
-      if (back.x + back.y > 0) {
-        h = o;
-        e = back;
-      }
+    distortion::StraightEdge side;
+    for (const HalfedgeId h : {line, adjacency.opposite[at(line)]}) {
+      const Vector2 e = (uv.row(next_corner(h)) - uv.row(h)).transpose();
+      const bool across = std::abs(e.y()) > std::abs(e.x());
+      const bool forwards = e[across ? 1 : 0] > 0.0;
+      if (side.h == kInvalid || forwards) side = {h, (across ? 1 : 0) + (forwards ? 0 : 2)};
+      if (forwards) break;
     }
-    cut.straight.push_back({h, e.y == 0 ? (e.x > 0 ? 0 : 2) : (e.y > 0 ? 1 : 3)});
+    cut.straight.push_back(side);
   }
   return cut;
 }
 
-std::optional<Points2> carried(distortion::CutMap& cut, const Points2& goal,
-                               const std::vector<char>& held, ExecutionContext& context,
-                               Stats& stats) {
-  std::optional<Points2> uv = distortion::carried_to(cut, goal, held, context, stats);
-  if (!uv) return std::nullopt;
-  return distortion::corners_of(cut, *uv);
+mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
+  return mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+}
+
+certify::Parametrization with_uv(certify::Parametrization map, Points2 corner_uv) {
+  map.uv = std::move(corner_uv);
+  return map;
+}
+
+// A vertex in a face that holds it, as weights of the face's corners.
+Vector3 weights_in(FaceId f, VertexId v, const mesh::Surface& coarse,
+                   const certify::Parametrization& fine) {
+  Vector3 weights = Vector3::Zero();
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k)
+      if (coarse.faces(f, k) == coarse.faces(fine.vertex_parent[at(v)], i))
+        weights[k] += fine.vertex_barycentric(v, i);
+  return weights;
+}
+
+// What is carried: a map of `surface` (its corners at `uv`, cut along `cuts`).
+struct Carried {
+  const mesh::Surface& surface;
+  mesh::Adjacency adjacency;
+  mesh::EdgeFlags cuts;
+  Points2 uv;                     // of corners
+  bool aligned;                   // its border
+  std::vector<HalfedgeId> lines;  // as cut_of() takes them
+  std::vector<char> held;         // per vertex
+};
+
+// Brought to the goal, whose triangles may flip where its edges bend: on as many points of these as
+// it takes, and then on fewer, as long as there are fewer in every round.
+std::optional<certify::Parametrization> imprinted(const Carried& from,
+                                                  intrinsic::EdgePointMap points,
+                                                  ExecutionContext& context, Stats& stats) {
+  const auto own = from.surface.vertices.rows();
+  const auto flags = [&](const mesh::EdgeFlags& of_halfedges) {
+    std::vector<char> flagged;
+    for (const HalfedgeId h : points.edge_halfedge) flagged.push_back(of_halfedges[at(h)]);
+    return flagged;
+  };
+  mesh::EdgeFlags on_line(at(3 * from.surface.faces.rows()), 0);
+  for (const HalfedgeId h : from.lines)
+    on_line[at(h)] = on_line[at(from.adjacency.opposite[at(h)])] = 1;
+  std::optional<certify::Parametrization> best;
+  while (true) {
+    intrinsic::RefinedLayout layout =
+        intrinsic::refine_map(from.surface, from.adjacency, points, intrinsic::Refinement::kAuto,
+                              intrinsic::Storage::k64And32, context);
+    if (!layout.invalid.empty()) return best;
+    if (best && layout.surface.vertices.rows() >= best->surface.vertices.rows()) return best;
+    const IndexPairs cuts =
+        intrinsic::edges_on(from.surface.faces, points, flags(from.cuts), layout);
+    const IndexPairs lines =
+        intrinsic::edges_on(from.surface.faces, points, flags(on_line), layout);
+    certify::Parametrization fine;
+    conformal::take_map(layout, fine);
+    const mesh::Adjacency adjacency = adjacency_of(fine.surface);
+    const mesh::EdgeFlags fine_lines = mesh::flag_edges(fine.surface.faces, adjacency, lines);
+    for (HalfedgeId h = 0; at(h) < fine_lines.size(); ++h)
+      if (fine_lines[at(h)] != 0 && h < adjacency.opposite[at(h)]) fine.features.push_back(h);
+    Points2 before(fine.uv.rows(), 2);
+    for (CornerId c = 0; c < static_cast<CornerId>(before.rows()); ++c) {
+      const FaceId parent = fine.parent_face[at(c / 3)];
+      const Vector3 weights =
+          weights_in(parent, mesh::source(fine.surface.faces, c), from.surface, fine);
+      before.row(c) = weights.transpose() * from.uv.middleRows<3>(3 * parent);
+    }
+    const distortion::CutMap cut =
+        cut_of(fine.surface, adjacency, mesh::flag_edges(fine.surface.faces, adjacency, cuts),
+               before, from.aligned, fine.features);
+    Points2 goal(cut.uv.rows(), 2);
+    std::vector<char> held(at(cut.uv.rows()), 0);
+    for (CornerId c = 0; c < static_cast<CornerId>(before.rows()); ++c) {
+      const VertexId v = mesh::source(cut.surface.faces, c);
+      goal.row(v) = fine.uv.row(c);
+      const VertexId origin = mesh::source(fine.surface.faces, c);
+      held[at(v)] = origin < own ? from.held[at(origin)] : char{0};
+    }
+    const std::optional<Points2> uv = distortion::carried_to(cut, goal, held, context, stats);
+    if (!uv) return best;
+    fine.uv = distortion::corners_of(cut, *uv);
+    best = std::move(fine);
+    if (best->surface.vertices.rows() == own) return best;
+    points = *seamless::edge_point_map(from.surface, from.adjacency, *best);
+  }
 }
 
 }  // namespace
 
-std::optional<Points2> integer_uv(const certify::Parametrization& map, const Prepared& prepared,
-                                  const CoarseSurface& chosen, ExecutionContext& context,
-                                  Stats& stats) {
+std::optional<certify::Parametrization> integer_map(const certify::Parametrization& map,
+                                                    const mesh::Surface& input,
+                                                    const Prepared& prepared,
+                                                    const CoarseSurface& chosen,
+                                                    ExecutionContext& context, Stats& stats) {
   const FlatSurface& flat = prepared.flat.surface;
-  distortion::CutMap cut = cut_of(map, prepared.flat, true, context);
   // Every component at its new scale.
   DisjointSets parts(static_cast<Index>(prepared.quarters.size()));
   for (HalfedgeId h = 0; h < flat.halfedges(); ++h) parts.join(flat.source[at(h)], flat.target(h));
@@ -212,28 +185,68 @@ std::optional<Points2> integer_uv(const certify::Parametrization& map, const Pre
     new_area[part] +=
         static_cast<double>(cross(chosen.integer[at(3 * f)], chosen.integer[at(3 * f + 1)]));
   }
+  Carried from{map.surface,
+               adjacency_of(map.surface),
+               {},
+               map.uv32.cast<double>(),
+               prepared.flat.oblique.empty(),
+               {},
+               std::vector<char>(prepared.quarters.size(), 0)};
+  from.cuts = mesh::cut_to_disks(map.surface, from.adjacency,
+                                 mesh::uv_cuts(from.adjacency, from.uv), {}, {}, context);
+  for (const HalfedgeId h : prepared.features)
+    if (h < from.adjacency.opposite[at(h)]) from.lines.push_back(h);
   const std::vector<HalfedgeId> corner = leaving(chosen.flat, prepared.quarters.size());
-  std::vector<char> held(at(cut.uv.rows()), 0);
+  for (std::size_t v = 0; v < corner.size(); ++v) from.held[v] = corner[v] != kInvalid ? 1 : 0;
   for (HalfedgeId h = 0; h < flat.halfedges(); ++h) {
-    const VertexId v = flat.source[at(h)], own = mesh::source(cut.surface.faces, h);
-    const std::size_t part = at(parts.find(v));
-    const double scale = std::sqrt(new_area[part] / old_area[part]) / prepared.flat.unit;
-    cut.uv.row(own) = scale * map.uv32.row(h).cast<double>();
-    if (corner[at(v)] != kInvalid) held[at(own)] = 1;
+    const std::size_t part = at(parts.find(flat.source[at(h)]));
+    from.uv.row(h) *= std::sqrt(new_area[part] / old_area[part]) / prepared.flat.unit;
   }
+  const distortion::CutMap cut =
+      cut_of(from.surface, from.adjacency, from.cuts, from.uv, from.aligned, from.lines);
   const Developed developed(flat, chosen, context);
   const Points2 goal = laid_out(cut, developed.edges(), [&](HalfedgeId h) -> Vector2 {
     const Vector2 lattice = developed.from_whole(h);
-    const Vector2 old = cut.uv.row(mesh::source(cut.surface.faces, h));
+    const Vector2 old = from.uv.row(h);
     return lattice + Vector2((old - lattice).array().round());
   });
-  return carried(cut, goal, held, context, stats);
+  std::vector<char> held(at(cut.uv.rows()));
+  for (HalfedgeId h = 0; h < flat.halfedges(); ++h)
+    held[at(mesh::source(cut.surface.faces, h))] = from.held[at(flat.source[at(h)])];
+  if (const auto whole = distortion::carried_to(cut, goal, held, context, stats))
+    return with_uv(map, distortion::corners_of(cut, *whole));
+  std::optional<certify::Parametrization> fine = imprinted(
+      from, developed.points(distortion::corners_of(cut, goal), from.adjacency), context, stats);
+  if (!fine) return std::nullopt;
+  // On the map's own surface so far.
+  for (FaceId& parent : fine->parent_face) parent = map.parent_face[at(parent)];
+  for (std::size_t v = 0; v < fine->vertex_parent.size(); ++v) {
+    const auto row = static_cast<Eigen::Index>(v);
+    if (row < map.vertex_barycentric.rows()) {
+      fine->vertex_parent[v] = map.vertex_parent[v];
+      fine->vertex_barycentric.row(row) = map.vertex_barycentric.row(row);
+      continue;
+    }
+    const Spot spot = on_input(
+        map, input, {fine->vertex_parent[v], fine->vertex_barycentric.row(row).transpose()});
+    fine->vertex_parent[v] = spot.face;
+    fine->vertex_barycentric.row(row) = spot.weight.transpose();
+  }
+  return fine;
 }
 
-std::optional<Points2> rounded_uv(const certify::Parametrization& map, const FlatMap& flat,
-                                  double scale, ExecutionContext& context, Stats& stats) {
-  distortion::CutMap cut = cut_of(map, flat, false, context);
-  cut.uv *= scale;
+std::optional<certify::Parametrization> rounded_map(const certify::Parametrization& map,
+                                                    const FlatMap& flat, double scale,
+                                                    ExecutionContext& context, Stats& stats) {
+  const Points2 uv = map.uv32.cast<double>();
+  const mesh::Adjacency adjacency = adjacency_of(map.surface);
+  std::vector<HalfedgeId> lines;
+  for (const HalfedgeId h : map.features) {
+    const Gauss e = flat.surface.edge[at(h)];
+    if (adjacency.opposite[at(h)] != kInvalid && (e.x == 0 || e.y == 0)) lines.push_back(h);
+  }
+  const distortion::CutMap cut = cut_of(map.surface, adjacency, mesh::uv_cuts(adjacency, uv),
+                                        scale * uv, flat.oblique.empty(), lines);
   // Cones, and of components without them one vertex.
   const std::vector<Index> quarters =
       quarters_around(flat.surface, at(map.surface.vertices.rows()));
@@ -253,13 +266,13 @@ std::optional<Points2> rounded_uv(const certify::Parametrization& map, const Fla
     if (is_cone(v) || known == 0) held[at(mesh::source(cut.surface.faces, h))] = 1;
     known = 1;
   }
-  return carried(cut, cut.uv, held, context, stats);
+  const auto whole = distortion::carried_to(cut, cut.uv, held, context, stats);
+  return whole ? std::optional(with_uv(map, distortion::corners_of(cut, *whole))) : std::nullopt;
 }
 
-void set_integer_uv(Points2 integers, const std::vector<Index>& quarters,
-                    const mesh::Surface& parent, const IndexPairs& features,
-                    certify::Parametrization& map, const ExecutionContext& context) {
-  map.uv = std::move(integers);
+void certify_integers(const std::vector<Index>& quarters, const mesh::Surface& input,
+                      const IndexPairs& features, certify::Parametrization& map,
+                      const ExecutionContext& context) {
   map.uv32 = map.uv.cast<float>();
   map.agreed.resize(0, 2);
   certify::CertifyRequest request;
@@ -267,14 +280,13 @@ void set_integer_uv(Points2 integers, const std::vector<Index>& quarters,
   request.require_cones = true;
   request.features = features;
   request.require_features = false;
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const mesh::Adjacency adjacency = adjacency_of(map.surface);
   for (VertexId v = 0; at(v) < quarters.size(); ++v) {
     const HalfedgeId h = adjacency.vertex_halfedge[at(v)];
     if (h != kInvalid && adjacency.opposite[at(h)] != kInvalid && quarters[at(v)] != 4)
       request.cone_angles.emplace_back(v, quarters[at(v)] * kQuarterTurn);
   }
-  certify::certify_map(map, parent, request, context);
+  certify::certify_map(map, input, request, context);
   const std::vector<certify::SeamTransition>& seams = map.certificate.seams;
   map.cut_edges.resize(static_cast<Eigen::Index>(seams.size()), 2);
   map.transitions.clear();

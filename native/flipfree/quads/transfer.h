@@ -10,25 +10,30 @@
 
 namespace flipfree::quads {
 
-// Corner UVs (3 #F x 2) of the map in which the edges of the coarse surface are the integers that
-// were chosen for them: translations, cones, corners, borders and features are whole numbers, as
-// stored in 32 bits. Every chart stays where it is, at the new scale, but for less than one. The
-// way begins at the affine maps between the coarse triangles, as the map's edges cross them
-// (distortion/seams/carry.h, which says what is promised, and why there may be none).
-std::optional<Points2> integer_uv(const certify::Parametrization& map, const Prepared& prepared,
-                                  const CoarseSurface& chosen, ExecutionContext& context,
-                                  Stats& stats);
+// The map of `input` in which the edges of the coarse surface are the integers that were chosen
+// for them: translations, cones, corners, borders and features are whole numbers, as stored in 32
+// bits. Every chart stays where it is, at the new scale, but for less than one. The way begins at
+// the affine maps between the coarse triangles, as the map's edges cross them
+// (distortion/seams/carry.h). Where these flip triangles and no way without them is found, edges
+// get points where they bend, as few as the map can do with in the end: then nothing flips. nullopt
+// only where 32 bits do not hold the map. Without certificate. stats: as carried_to().
+std::optional<certify::Parametrization> integer_map(const certify::Parametrization& map,
+                                                    const mesh::Surface& input,
+                                                    const Prepared& prepared,
+                                                    const CoarseSurface& chosen,
+                                                    ExecutionContext& context, Stats& stats);
 
 // The same for any map, `scale` times as large, by rounding each free translation: for borders that
-// run along no axis. They stay as they are.
-std::optional<Points2> rounded_uv(const certify::Parametrization& map, const FlatMap& flat,
-                                  double scale, ExecutionContext& context, Stats& stats);
+// run along no axis. They stay as they are; nullopt where no way is found.
+std::optional<certify::Parametrization> rounded_map(const certify::Parametrization& map,
+                                                    const FlatMap& flat, double scale,
+                                                    ExecutionContext& context, Stats& stats);
 
-// Fills uv, uv32, the cut and its transitions of a map that has `integers` for UVs, and certifies
-// it (G1, G2, G4, G5: the cones that it had; of `features`, edges of the input `parent`, those that
+// Fills uv32, the cut and its transitions of a map whose uv are such integers, and certifies it
+// (G1, G2, G4, G5: cones of `quarters`, by vertex; of `features`, edges of the input, those that
 // are no isolines are named).
-void set_integer_uv(Points2 integers, const std::vector<Index>& quarters,
-                    const mesh::Surface& parent, const IndexPairs& features,
-                    certify::Parametrization& map, const ExecutionContext& context);
+void certify_integers(const std::vector<Index>& quarters, const mesh::Surface& input,
+                      const IndexPairs& features, certify::Parametrization& map,
+                      const ExecutionContext& context);
 
 }  // namespace flipfree::quads

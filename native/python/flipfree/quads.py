@@ -26,6 +26,7 @@ from .checks import (
 from .errors import NotConverged, bad_option, bad_shape
 from .job import Job, Progress, StagedJob, Stages, job_of, solver_call, start_job
 from .mirrored import doubled, half_of, on_other_side
+from .points import corners_in_parents
 from .results import (
     FloatArray,
     IntArray,
@@ -98,7 +99,7 @@ class QuadMesh(ReadOnly):
             input's corners carry is one gather.
         quad_parent: (q,), the input face at the middle of each quad.
         map: the integer parametrization, whose unit cells the quads are, before they were relaxed; of :func:`quads` only
-            ``with_map``, and None where there is none without a flip.
+            ``with_map``, and None where 32 bits do not hold it.
         certificate: measured. stats: "target", seconds per stage, "count_raised" 1 where fewer quads would be no mesh,
             and the map's with the prefix "map.".
     """
@@ -400,7 +401,8 @@ def fit_tiles(
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Returns:
-        The map, certified, on the same faces. stats: "tile", "tiles" (how many cover the surface), "seams" (edges),
+        The map, certified, on the same faces; where whole numbers bend their edges so far that they flip, on a few pieces of
+        them. stats: "tile", "tiles" (how many cover the surface), "seams" (edges),
         "seams_quarter", "seams_half" (those that turn by so much), "seams_matched" (share of the seams' length without a turn).
 
     Raises:
@@ -429,7 +431,8 @@ def fit_tiles(
 
     def convert(data: dict[str, Any], scaled: Mesh) -> Parametrization:
         found = parametrization_from(data, scaled)
-        certificate = with_tiles(found.certificate, found.faces, found.uv32(), edges)
+        pieces = _parts_of(found, edges)
+        certificate = with_tiles(found.certificate, found.faces, found.uv32(), pieces)
         if not certificate.ok:
             raise NotConverged(
                 "Fitting tiles did not pass its certificate, so nothing is returned. "
@@ -439,15 +442,24 @@ def fit_tiles(
             )
         found.stats["tile"] = float(np.ldexp(found.stats["tile"], scaled.exponent))
         made = replace(found, certificate=certificate)
-        return (
-            made
-            if given is None
-            else given.at(
-                made, cut_edges=made.cut_edges, transitions=made.transitions, stats=made.stats
-            )
-        )
+        return made if given is None else _on_its_input(given, made)
 
     return start_job(_native.fit_tiles, mesh, options, threads, convert)
+
+
+def _on_its_input(given: Parametrization, made: Parametrization) -> Parametrization:
+    """A map of pieces of the other's faces, as one of its input."""
+    new = slice(len(given.vertices), None)
+    parent = made.vertex_parent[new]
+    weights = made.vertex_barycentric[new]
+    added = np.einsum("vc,vck->vk", weights, corners_in_parents(given, parent))
+    return replace(
+        made,
+        parent_face=frozen(given.parent_face[made.parent_face]),
+        vertex_parent=frozen(np.concatenate([given.vertex_parent, given.parent_face[parent]])),
+        vertex_barycentric=frozen(np.concatenate([given.vertex_barycentric, added])),
+        input_faces=given.input_faces,
+    )
 
 
 def _parts_of(given: Parametrization, edges: IntArray) -> IntArray:

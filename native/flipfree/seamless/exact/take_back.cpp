@@ -34,6 +34,9 @@ constexpr double kFewFlips = 0.02;
 
 // The input, and what of it is cut.
 struct Input {
+  Input(const mesh::Surface& whole, mesh::Adjacency around)
+      : surface(whole), adjacency(std::move(around)), edges(intrinsic::number_edges(adjacency)) {}
+
   const mesh::Surface& surface;
   mesh::Adjacency adjacency;
   intrinsic::InputEdges edges;
@@ -163,16 +166,12 @@ class TakingBack {
  public:
   TakingBack(const mesh::Surface& surface, const std::vector<char>& aligned,
              const IndexPairs& uncuttable, int max_iterations, ExecutionContext& context)
-      : input_{surface,
-               mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces),
-               {},
-               {}},
+      : input_(surface,
+               mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces)),
         aligned_(aligned),
         uncuttable_(uncuttable),
         max_iterations_(max_iterations),
-        context_(context) {
-    input_.edges = intrinsic::number_edges(input_.adjacency);
-  }
+        context_(context) {}
 
   int run(certify::Parametrization& map) {
     const auto places = edge_places(input_, map);
@@ -346,6 +345,15 @@ class TakingBack {
 };
 
 }  // namespace
+
+std::optional<intrinsic::EdgePointMap> edge_point_map(const mesh::Surface& input,
+                                                      const mesh::Adjacency& adjacency,
+                                                      const certify::Parametrization& map) {
+  const Input whole(input, adjacency);
+  const auto places = edge_places(whole, map);
+  if (!places) return std::nullopt;
+  return edge_point_map(whole, map, *places);
+}
 
 bool take_back(const mesh::Surface& input, const std::vector<char>& aligned,
                const IndexPairs& uncuttable, int max_iterations, certify::Parametrization& map,

@@ -8,10 +8,12 @@
 // with the engine's values.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
+#include "flipfree/intrinsic/layout/refine_map.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/surface.h"
@@ -29,6 +31,12 @@ namespace flipfree::seamless {
 bool take_back(const mesh::Surface& input, const std::vector<char>& aligned,
                const IndexPairs& uncuttable, int max_iterations, certify::Parametrization& map,
                ExecutionContext& context);
+
+// A map of a refined surface as one that is known at the corners of `input` and at points along its
+// edges; nullopt where vertices were added inside its faces. Cost: O(#F log #F).
+std::optional<intrinsic::EdgePointMap> edge_point_map(const mesh::Surface& input,
+                                                      const mesh::Adjacency& adjacency,
+                                                      const certify::Parametrization& map);
 
 // A seamless map of a refined surface, written on the user's own triangles.
 //
