@@ -24,10 +24,12 @@ _sums: dict[tuple, tuple] = {}  # by mesh and UV map: (watch.stamp, checksum)
 
 @dataclass(frozen=True)
 class Kept:
-    """figures: as in `--json` (records.of_task). faces: of the mesh that were worked on; of: how many it has."""
+    """figures: as in `--json` (records.of_task). faces: of the mesh that were worked on; of: how many it has. stacked_ok: islands
+    lie on each other on purpose."""
 
     verb: str
     figures: dict
+    stacked_ok: bool
     faces: int
     of: int
     checksum: int
@@ -56,7 +58,14 @@ def remember(tasks, verb: str):
             continue
         with selection.whole_mesh(ob) as mesh:
             checksum = _sum_of(*_arrays(mesh))
-        _kept[key] = Kept(verb, figures, int(np.count_nonzero(seen)), len(seen), checksum)
+        _kept[key] = Kept(
+            verb,
+            figures,
+            getattr(task, "stacked_ok", False),
+            int(np.count_nonzero(seen)),
+            len(seen),
+            checksum,
+        )
         while len(_kept) > _MOST_KEPT:
             del _kept[next(iter(_kept))]
         yield

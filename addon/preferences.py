@@ -37,17 +37,6 @@ class FlipfreePreferences(bpy.types.AddonPreferences):
         soft_max=3600.0,
         precision=1,
     )
-    margin: bpy.props.FloatProperty(
-        name="Margin",
-        description=(
-            "What the option of this name is at first, in widths of the texture: 0.005 is 5 of 1024 pixels. Pack Islands has "
-            "its own, in pixels"
-        ),
-        default=0.005,
-        min=0.0,
-        max=0.2,
-        precision=3,
-    )
     precision: bpy.props.IntProperty(
         name="Precision",
         description=(
@@ -79,7 +68,7 @@ class FlipfreePreferences(bpy.types.AddonPreferences):
         from .ui import menus  # which asks this module
 
         self.layout.use_property_split = True
-        for name in ("threads", "max_seconds", "margin", "precision", "separate"):
+        for name in ("threads", "max_seconds", "precision", "separate"):
             self.layout.prop(self, name)
         if self.separate == "above":
             self.layout.prop(self, "separate_from")
@@ -100,10 +89,6 @@ def threads() -> int | None:
 def max_seconds() -> float | None:
     """For the solver: None is no limit."""
     return _get("max_seconds", 0.0) or None
-
-
-def margin() -> float:
-    return _get("margin", 0.005)
 
 
 def precision() -> int:

@@ -15,6 +15,7 @@ import bpy
 
 from flipfree.batch import arguments, numbers
 
+from .. import texture
 from ..operators.options import MapOperator
 from ..ui import tools
 
@@ -86,7 +87,7 @@ def values_of(operator, given: argparse.Namespace) -> dict:
         elif option.subtype == "ANGLE":
             value = math.radians(value)
         found[name] = value
-    return found
+    return texture.with_margin(found)
 
 
 def _add(parser, name: str, option) -> None:

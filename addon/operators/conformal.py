@@ -57,7 +57,7 @@ class ConformalTask(parts.PackedTask):
         mark_cuts=True,
         pack=True,
         scale_true=True,
-        margin=0.005,
+        margin=0.0,
     ):
         super().__init__(snapshot)
         self.cone_angles = cone_angles  # {submesh vertex: angle}
@@ -175,7 +175,8 @@ class UV_OT_flipfree_conformal(
         "mark_cuts",
         "pack",
         "scale_true",
-        "margin",
+        "margin_pixels",
+        "texture_size",
         "use_modifiers",
     )
 

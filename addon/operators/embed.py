@@ -54,7 +54,7 @@ class EmbedTask(parts.PackedTask):
         method="ladder",
         optimise=False,
         pack=True,
-        margin=0.005,
+        margin=0.0,
     ):
         """marked: vertices of the mesh at whose UVs the boundary has corners, besides pinned ones."""
         super().__init__(snapshot)
@@ -136,7 +136,15 @@ class UV_OT_flipfree_embed(
     )
     verb = "Embed in Polygon"
     joint_layout = True
-    option_names = ("boundary", "method", "optimise", "pack", "margin", "use_modifiers")
+    option_names = (
+        "boundary",
+        "method",
+        "optimise",
+        "pack",
+        "margin_pixels",
+        "texture_size",
+        "use_modifiers",
+    )
     advanced = ("method",)
 
     boundary: options.choice(
@@ -152,7 +160,8 @@ class UV_OT_flipfree_embed(
 
     def has_effect(self, name):
         packs = self.pack and self.boundary not in _OWN
-        return {"pack": self.boundary not in _OWN, "margin": packs}.get(name, True)
+        shown = {"pack": self.boundary not in _OWN, "margin_pixels": packs, "texture_size": packs}
+        return shown.get(name, True)
 
     make_task = staticmethod(make_task)
     summary = staticmethod(parts.packed_summary)

@@ -14,7 +14,7 @@ import numpy as np
 
 import flipfree
 
-from .. import modal, scene, solver, watch
+from .. import modal, scene, solver, texture, watch
 from ..meshes import mesh_io
 from . import common
 
@@ -87,7 +87,7 @@ def pack_beside(snapshot, triangles: np.ndarray, result, pieces: list, *, aspect
         scene.placed(result.vertices, ob),
         result.faces,
         result.uv / [aspect, 1.0],
-        margin=0.005,
+        margin=texture.margin(),
         scale_true=True,
         aspect=aspect,
         obstacles=np.concatenate(
@@ -162,7 +162,10 @@ class JointLayout(modal.StagedTask):
         yield modal.Pause()
         stats = {
             name: packed.stats[name]
-            for name in ("kept_places", "tile", "fill", "stacked", "margin_met", "enlarged_islands")
+            for name in (
+                *("kept_places", "tile", "tiles", "fill", "stacked", "margin_met"),
+                "enlarged_islands",
+            )
         }
         for i, task in enumerate(tasks):
             own = slice(self.first_face[i], self.first_face[i + 1])
@@ -175,7 +178,11 @@ class JointLayout(modal.StagedTask):
         first = self.tasks[0]
         quick = {"margin": first.margin, "scale_true": True, "effort": solver.QUICK_PACKING}
         quick["aspect"] = first.aspect
-        return {**quick, **getattr(first, "pack_options", {})}
+        quick |= getattr(first, "pack_options", {})
+        names = [task.groups() for task in self.tasks if hasattr(task, "groups")]
+        if names and names[0] is not None:
+            quick["layouts"] = np.unique(np.concatenate(names), return_inverse=True)[1]
+        return quick
 
     def _pinned_corners(self) -> np.ndarray:
         corners = [

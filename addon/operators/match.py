@@ -8,7 +8,7 @@ import numpy as np
 
 from flipfree.calls.matching import edges_between_pins, held_by_pins
 
-from .. import solver
+from .. import solver, texture
 from ..meshes import islands, labels, marks, mesh_io, refine, selection, separated
 from . import common, layout, options, parts
 
@@ -200,7 +200,7 @@ class MatchTask(parts.PartsTask):
             bijective=self.bijective,
             may_add_cuts=False,
             cut_extremities=False,
-            margin=0.005,
+            margin=texture.margin(),
             keep_places=False,
             effort=0.0,  # packed beside the others
         )

@@ -13,7 +13,7 @@ import bpy
 
 from flipfree.distortion import STRETCH_BOUND
 
-from .. import aspect, modal, preferences
+from .. import aspect, modal, texture
 from ..meshes import mesh_io
 from . import common, layout
 
@@ -71,14 +71,25 @@ class Stretch:
     )
 
 
-class Margin:
-    margin: real(
+class TextureSize:
+    texture_size: whole(
+        "Texture Size",
+        "Pixels of the texture's longer side. At first that of the scene, in the sidebar",
+        texture.SIZE,
+        16,
+        max=65536,
+    )
+
+
+class Margin(TextureSize):
+    margin_pixels: real(
         "Margin",
-        "Space between packed islands, in widths of the texture: 0.005 is 5 of 1024 pixels",
-        0.005,
+        "Least gap between packed islands, in pixels of the texture; half of it to the tile's border. At first that of the "
+        "scene, in the sidebar",
+        texture.MARGIN,
         0.0,
-        max=0.2,
-        precision=3,
+        soft_max=64.0,
+        precision=1,
     )
 
 
@@ -206,11 +217,6 @@ class MapOperator(modal.SolverOperator):
     def poll(cls, context):
         return common.poll(cls, context, needs_uv=cls.needs_uv)
 
-    def invoke(self, context, event):
-        if "margin" in self.option_names and not self.properties.is_property_set("margin"):
-            self.margin = preferences.margin()
-        return super().invoke(context, event)
-
     def has_effect(self, name: str) -> bool:
         """Whether an option changes anything, given the others; it is drawn only then."""
         return True
@@ -234,10 +240,11 @@ class MapOperator(modal.SolverOperator):
 
     def values(self, context) -> dict:
         """The options by the names that tasks have for them."""
+        texture.take(self)
         values = {name: getattr(self, name) for name in self.option_names}
         if values.pop("correct_aspect", False):
             values["aspect"] = aspect.active(context)
-        return values
+        return texture.with_margin(values)
 
     def make_run(self, context):
         values = self.values(context)

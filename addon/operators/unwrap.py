@@ -148,7 +148,7 @@ class UnwrapTask(MapTask):
         mark_seams=False,
         select_cuts=False,
         keep_placement=False,
-        margin=0.005,
+        margin=0.0,
         aspect=1.0,
     ):
         super().__init__(snapshot)
@@ -298,12 +298,13 @@ class UV_OT_flipfree_unwrap(
         "mark_seams",
         "select_cuts",
         "keep_placement",
-        "margin",
+        "margin_pixels",
+        "texture_size",
         "correct_aspect",
         "use_modifiers",
     )
     advanced = (
-        *("may_add_cuts", "cut_extremities", "select_cuts", "keep_placement"),
+        *("may_add_cuts", "cut_extremities", "select_cuts", "keep_placement", "texture_size"),
         *("correct_aspect", "use_modifiers"),
     )
     joint_layout = True

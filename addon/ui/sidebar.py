@@ -10,7 +10,7 @@ import bpy
 
 from flipfree.distortion import STRETCH_BOUND
 
-from .. import certificates, errors
+from .. import certificates, errors, texture
 from ..live import live_pins
 from ..operators import common
 from . import guide, tools
@@ -31,6 +31,7 @@ class _Main:
         ):
             row.operator(tool.operator, text=text, icon=tool.icon)
             row = first.row(align=True) if row is first else row
+        texture.draw(self.layout.column(align=True), context)
         found = guide.step(context)
         box = self.layout.box().column(align=True)
         box.alert = found.colour == "RED"

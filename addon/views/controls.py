@@ -121,7 +121,7 @@ def draw_panel(layout, context) -> None:
     manager = context.window_manager
     layout.prop(manager, "flipfree_faces", text="Faces")
     if manager.flipfree_faces == "density":
-        layout.prop(manager, "flipfree_pixels")
+        layout.prop(context.scene, "flipfree_texture_size")
     grid = layout.grid_flow(columns=2, align=True)
     for name, text, _, icon in state.MARKS:
         grid.prop(manager, f"flipfree_{name}", text=text, icon=icon, toggle=True)
@@ -134,11 +134,6 @@ def _set_faces(_manager, index: int) -> None:
         switch(state.current.faces, False)
     else:
         switch(chosen, True)
-
-
-def _set_pixels(_manager, pixels: int) -> None:
-    state.set_pixels(pixels)
-    _follow()
 
 
 def _asks(name: str):
@@ -160,14 +155,6 @@ def _properties() -> dict:
             ],
             get=lambda _manager: _FACES.index(state.current.faces or "none"),
             set=_set_faces,
-        ),
-        "flipfree_pixels": bpy.props.IntProperty(
-            name="Texture Size",
-            description="Pixels of the texture to a side, by which texel density is measured",
-            min=1,
-            max=65536,
-            get=lambda _manager: state.current.pixels,
-            set=_set_pixels,
         ),
     }
     for name, text, description, _ in state.MARKS:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import aspect, scene
+from .. import aspect, scene, texture
 from . import measures, shapes, state
 
 ALPHA = 0.85
@@ -71,7 +71,7 @@ def draw(read, drawing: shapes.Drawing) -> None:
     in_scene = measures.stretch(scene.placed(read.corner_points, read.ob), seen)
     what = state.current.faces
     found = in_scene if what == "density" else measures.stretch(read.corner_points, seen)
-    drawing.values = measure(what, found, state.current.pixels)
+    drawing.values = measure(what, found, texture.size())
     drawing.face_values = measures.of_faces(drawing.values, found.area, read.faces)
     # Of one object as in its certificate, of several by their sizes in the scene.
     grown = float(in_scene.area.sum()) / max(float(found.area.sum()), 1e-300)

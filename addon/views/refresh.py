@@ -9,7 +9,7 @@ import bpy
 
 import flipfree
 
-from .. import aspect, scene, watch
+from .. import aspect, scene, texture, watch
 from ..meshes import mesh_io
 from . import faces, faults, field, legend, marks, reading, shapes, state
 
@@ -108,8 +108,8 @@ def look(*, at_once: bool = False) -> None:
 def _looks(ob) -> tuple:
     """What else than the mesh decides how it is drawn."""
     layer = ob.data.uv_layers.active
-    texture = aspect.shown(ob) if state.current.faces in faces.SCALES else 1.0
-    return layer.name if layer else "", scene.matrix(ob).tobytes(), texture
+    seen = (aspect.shown(ob), texture.size()) if state.current.faces in faces.SCALES else ()
+    return layer.name if layer else "", scene.matrix(ob).tobytes(), *seen
 
 
 def _read(ob, stamp) -> Entry:

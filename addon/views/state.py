@@ -57,11 +57,10 @@ ALL = tuple(row[0] for row in FACES + MARKS)
 
 @dataclass
 class State:
-    """faces: one of FACES or "". pixels: of the texture to a side."""
+    """faces: one of FACES or ""."""
 
     faces: str = ""
     marks: set[str] = field(default_factory=set)
-    pixels: int = 1024
     version: int = 0  # grows with every change
 
 
@@ -91,9 +90,4 @@ def switch(what: str, on: bool) -> None:
 def switch_all_off() -> None:
     current.faces = ""
     current.marks.clear()
-    current.version += 1
-
-
-def set_pixels(pixels: int) -> None:
-    current.pixels = pixels
     current.version += 1

@@ -151,7 +151,7 @@ def test_unknown_files_and_arguments_are_refused_with_words(tmp_path):
 @pytest.mark.parametrize(
     ("given", "option"),
     [
-        (["unwrap", "--margin", "nan"], "--margin: must be"),
+        (["unwrap", "--margin-pixels", "nan"], "--margin-pixels: must be"),
         (["pack", "--effort", "-1"], "--effort: must be"),
         (["field", "--density-ratio", "0"], "--density-ratio: must be"),
         (["match", "--max-seconds", "inf"], "--max-seconds: must be"),

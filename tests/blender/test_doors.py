@@ -11,9 +11,18 @@ from flipfree.batch.models.unit import COMMANDS
 # Of Blender's files: pins, cones, seams and attributes are marked there, or written there.
 IN_BLENDER = {
     *("attribute", "boundary_selected", "density", "density_from", "density_ratio", "ignore_pins"),
-    *("keep_placement", "mark_seams", "no_cones", "no_field", "no_seams", "no_shape"),
+    *(
+        "group_by",
+        "share_tile",
+        "keep_placement",
+        "mark_seams",
+        "no_cones",
+        "no_field",
+        "no_seams",
+        "no_shape",
+    ),
     # Of islands, which files without seams do not have.
-    *("pack", "metric_scale", "no_pack", "margin"),
+    *("pack", "metric_scale", "no_pack", "margin_pixels", "texture_size"),
 }
 # Of files without marks: cones are chosen or suggested on the way; charts of the file.
 IN_PACKAGE = {"bound", "cones", "keep_charts", "max_seconds"}

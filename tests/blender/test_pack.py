@@ -87,6 +87,69 @@ def test_islands_are_spread_over_tiles():
     assert (np.floor(islands) == np.floor(islands[:, :1])).all()
 
 
+def tiles_of(ob):
+    corners = np.floor(shapes.uv_of(ob).astype(float).reshape(-1, 4, 2))
+    assert (corners == corners[:, :1]).all()
+    return [int(x + 10 * y) for x, y in corners[:, 0]]
+
+
+def test_groups_have_a_layout_and_a_tile_of_their_own(capfd, part):
+    first, second = both(cube_with_seams("First"), cube_with_seams("Second"))
+    for ob, names in ((first, ("Wood", "Steel")), (second, ("Steel", "Brass"))):
+        for name in names:
+            ob.data.materials.append(bpy.data.materials.get(name) or bpy.data.materials.new(name))
+        for face in ob.data.polygons:
+            face.material_index = int(face.index < 2)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    pack(group_by="material", tile=1002)
+    assert tiles_of(first) == [2, 2, 3, 3, 3, 3], "Steel, Wood after Brass"
+    assert tiles_of(second) == [1, 1, 2, 2, 2, 2]
+    assert "in 3 tiles" in capfd.readouterr().out
+    assert narrowest(islands(first, second), 0.01).distance >= 4 / 1024
+    pack(group_by="object", share_tile=True)
+    assert set(tiles_of(first)) == set(tiles_of(second)) == {0}
+    for ob in (first, second):
+        assert sum(area(island) for island in assert_usable(ob, of=6)) > 0.6
+        guide = part("ui.guide")
+        bpy.context.view_layer.objects.active = ob
+        assert guide.step(bpy.context).colour == "GREEN"
+    other = bpy.data.collections.new("A")
+    bpy.context.scene.collection.children.link(other)
+    for collection in second.users_collection:
+        collection.objects.unlink(second)
+    other.objects.link(second)
+    second.select_set(True)
+    pack(group_by="collection", tiles=4)
+    assert set(tiles_of(second)) == {0} and set(tiles_of(first)) == {1}
+
+
+@pytest.fixture
+def scene():
+    yield bpy.context.scene
+    bpy.context.scene.flipfree_texture = "1024"
+
+
+@pytest.mark.parametrize("call", ["unwrap", "pack", "cut_stretched", "rectify"])
+def test_the_scene_says_the_margin_and_the_texture_of_all_operators(call, scene):
+    assert scene.flipfree_texture == "1024" and scene.flipfree_margin_pixels == 4.0
+    scene.flipfree_texture = "512"
+    assert (scene.flipfree_texture_size, scene.flipfree_margin_pixels) == (512, 2.0)
+    scene.flipfree_margin_pixels = 16.0
+    assert scene.flipfree_texture == "custom"
+    ob = mapped_cube() if call != "cut_stretched" else stretched_cube()
+    assert getattr(bpy.ops.uv, f"flipfree_{call}")() == {"FINISHED"}
+    gap = narrowest(islands(ob), 0.1).distance * 512
+    assert 16.0 <= gap < 17.0
+    pack(margin_pixels=4.0)
+    assert 4.0 <= narrowest(islands(ob), 0.1).distance * 512 < 5.0
+
+
+def stretched_cube():
+    ob = mapped_cube()
+    shapes.set_uv(ob, shapes.uv_of(ob) * np.float32([0.2, 1.0]))
+    return ob
+
+
 def test_what_is_not_selected_stays_and_is_kept_clear_of():
     ob = mapped_cube()
     before = shapes.uv_of(ob).copy()

@@ -224,9 +224,7 @@ def test_both_editors_have_every_panel_and_every_operator(part):
 @pytest.fixture
 def preferences(addon):
     found = bpy.context.preferences.addons[addon.__name__].preferences
-    before = {
-        name: getattr(found, name) for name in ("threads", "max_seconds", "margin", "precision")
-    }
+    before = {name: getattr(found, name) for name in ("threads", "max_seconds", "precision")}
     yield found
     for name, value in before.items():
         setattr(found, name, value)

@@ -273,6 +273,8 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "margin_pixels": (0.3, one_of(0.0, 2.0, 64)),
     "texture_size": (0.2, one_of(1, 256, 4096)),
     "rotation": (0.3, one_of("free", "straight", "quarters", "none")),
+    "layouts": (0.1, lambda mesh, random: random.integers(0, 3, len(mesh.faces))),
+    "share_tile": (0.2, flag),
     "groups": (0.1, lambda mesh, random: random.integers(-1, 3, len(mesh.faces))),
     "stack_similar": (0.2, flag),
     "tile": (0.2, one_of(1001, 1010, 1100)),

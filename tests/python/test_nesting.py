@@ -106,6 +106,30 @@ def test_groups_keep_their_places_relative_to_each_other() -> None:
     assert gaps.narrowest([as_one, *others], 0.01).distance >= 0.005
 
 
+@pytest.mark.parametrize("share", [False, True])
+def test_layouts_are_packed_by_themselves_into_a_tile_each_or_into_one(share: bool) -> None:
+    layout = drawn("mixed", 12, seed=4)
+    number = np.where(layout.island < 6, 5, np.where(layout.island < 9, 2, 9))
+    held = np.flatnonzero(layout.island == 11)[:1]
+    uv = layout.uv.copy()
+    own = layout.island == 11
+    uv[own] = 0.3 + 0.2 * (uv[own] - uv[own].min((0, 1))) / np.ptp(uv[own])
+    options: dict[str, Any] = {"layouts": number, "share_tile": share, "unmoved": 3 * held}
+    packed = ff.pack(layout.vertices, layout.faces, uv, tile=1002, effort=0.1, **options)
+    found = islands(layout, packed)
+    assert np.array_equal(found[11], uv[own].astype(np.float32))
+    for i in range(11):
+        tile = 1 if share else 1 + [2, 5, 9].index(int(number[layout.island == i][0]))
+        assert tile_of(packed.uv32()[layout.island == i]) == tile
+    for k in (2, 5, 9):
+        own_islands = [found[i] for i in range(12) if number[layout.island == i][0] == k]
+        assert gaps.narrowest(own_islands, 0.01).distance >= 0.005
+        alone = sum(gaps.area(one) for one in own_islands)
+        assert k == 9 or alone > 0.3, "as large as its tile allows"
+    assert packed.stats["tiles"] == 3 and packed.stats["margin_met"] == 1
+    assert (packed.certificate.island_overlaps > 0) == share
+
+
 def test_similar_islands_are_stacked_only_if_asked_to() -> None:
     square = np.array([[[0.0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]])
     layout = flat(np.concatenate([square + [3.0 * i, 0.0] for i in range(9)]))

@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 
-from ... import aspect, errors, scene
+from ... import aspect, errors, scene, texture
 from ...meshes import labels, mesh_io
 from ...views import measures
 from .. import common, options
@@ -12,12 +12,6 @@ from . import moved
 
 # What the last Get found; Set starts with it.
 _last = {"density": 0.0, "texture_size": 1024}
-
-
-class TextureSize:
-    texture_size: options.whole(
-        "Texture Size", "Pixels of the texture's longer side", 1024, 1, max=65536
-    )
 
 
 def areas_in_scene(snapshot) -> np.ndarray:
@@ -39,7 +33,7 @@ def of_areas(surface: np.ndarray, uv: np.ndarray, pixels: float) -> float:
     return pixels * (plane / total) ** 0.5 if total > 0 else 0.0
 
 
-class UV_OT_flipfree_get_density(TextureSize, options.MeasureAspect, bpy.types.Operator):
+class UV_OT_flipfree_get_density(options.TextureSize, options.MeasureAspect, bpy.types.Operator):
     bl_idname = "uv.flipfree_get_density"
     bl_label = "Get Texel Density"
     bl_description = (
@@ -58,6 +52,7 @@ class UV_OT_flipfree_get_density(TextureSize, options.MeasureAspect, bpy.types.O
         except mesh_io.MeshProblem as problem:
             errors.complain(self, str(problem))
             return {"CANCELLED"}
+        texture.take(self)
         ratio = aspect.active(context) if self.correct_aspect else 1.0
         pixels = pixels_of(self.texture_size, ratio)
         found = self._islands([s for s in snapshots if s.layer_name], pixels)
@@ -124,7 +119,7 @@ class DensityTask(moved.MovedTask):
 
 class UV_OT_flipfree_set_density(
     options.KeepPins,
-    TextureSize,
+    options.TextureSize,
     options.MeasureAspect,
     options.MapOperator,
     bpy.types.Operator,

@@ -14,7 +14,7 @@ class RectifyTask(unwrap.MapTask):
     use_pins = False
     poor_cure = "Rows of very different lengths do not fit a grid: mark seams between them"
 
-    def __init__(self, snapshot, *, margin=0.005, aspect=1.0):
+    def __init__(self, snapshot, *, margin=0.0, aspect=1.0):
         super().__init__(snapshot)
         self.margin = margin
         self.aspect = aspect
@@ -51,7 +51,7 @@ class UV_OT_flipfree_rectify(
     verb = "Rectify"
     needs_uv = True
     joint_layout = True
-    option_names = ("margin", "correct_aspect")
+    option_names = ("margin_pixels", "texture_size", "correct_aspect")
 
     make_task = staticmethod(RectifyTask)
     summary = staticmethod(unwrap.summary_of_maps)

@@ -22,7 +22,7 @@ class ImproveTask(MapTask):
         use_pins=True,
         iterations=200,
         pack=False,
-        margin=0.005,
+        margin=0.0,
         aspect=1.0,
     ):
         super().__init__(snapshot)
@@ -97,7 +97,8 @@ class UV_OT_flipfree_improve(
         "use_pins",
         "iterations",
         "pack",
-        "margin",
+        "margin_pixels",
+        "texture_size",
         "correct_aspect",
         "use_modifiers",
     )

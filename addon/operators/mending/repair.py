@@ -41,7 +41,7 @@ class RepairTask(MapTask):
         disjoint=False,
         use_pins=True,
         mark_seams=False,
-        margin=0.005,
+        margin=0.0,
         aspect=1.0,
     ):
         super().__init__(snapshot)
@@ -157,7 +157,8 @@ class UV_OT_flipfree_repair(
         "disjoint",
         "use_pins",
         "mark_seams",
-        "margin",
+        "margin_pixels",
+        "texture_size",
         "correct_aspect",
         "use_modifiers",
     )

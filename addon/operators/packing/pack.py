@@ -2,6 +2,7 @@
 """Pack Islands: the islands of existing maps, nested into one tile, a certified gap between any two (docs/pack.md)."""
 
 import bpy
+import numpy as np
 
 from ... import modal, solver
 from ...runs import steps
@@ -18,6 +19,12 @@ ROTATIONS = (
     ("quarters", "Cardinal", "By 90 degrees only"),
     ("none", "None", "Not at all"),
 )
+GROUPS = (
+    ("none", "All Together", "One layout of all islands"),
+    ("material", "Material", "Islands of each material have a layout of their own"),
+    ("collection", "Collection", "Islands of each collection have a layout of their own"),
+    ("object", "Object", "Islands of each object have a layout of their own"),
+)
 
 
 class PackTask(MapTask):
@@ -28,9 +35,10 @@ class PackTask(MapTask):
         self,
         snapshot,
         *,
-        margin_pixels=2.0,
-        texture_size=1024,
+        margin=0.0,
         rotation="straight",
+        group_by="none",
+        share_tile=False,
         stack_similar=False,
         same_density=True,
         use_pins=True,
@@ -41,8 +49,12 @@ class PackTask(MapTask):
     ):
         super().__init__(snapshot)
         self.use_pins = use_pins
-        self.margin = margin_pixels / texture_size
-        self.aspect = aspect if tiles == 1 else 1.0
+        self.margin = margin
+        grouped = group_by != "none"
+        tiles = 1 if grouped else tiles
+        self.aspect = aspect if tiles == 1 and (share_tile or not grouped) else 1.0
+        self.stacked_ok = stack_similar or (grouped and share_tile)
+        self._groups = group_names(snapshot, group_by) if grouped else None
         self.pack_options = {
             "aspect": self.aspect,
             "margin": self.margin,
@@ -53,6 +65,12 @@ class PackTask(MapTask):
             "tiles": tiles,
             "effort": effort,
         }
+        if grouped:
+            self.pack_options["share_tile"] = share_tile
+
+    def groups(self):
+        """(#St,) the name of the group that each triangle's island is packed with, if there are groups."""
+        return self._groups
 
     def stages(self):
         snapshot = self.snapshot
@@ -73,18 +91,32 @@ class PackTask(MapTask):
         yield from self.take(result)
 
 
+def group_names(snapshot, group_by: str) -> np.ndarray:
+    ob = bpy.data.objects[snapshot.object_name]
+    if group_by == "material":
+        names = [slot.material.name if slot.material else "" for slot in ob.material_slots] or [""]
+        return np.array(names)[np.minimum(snapshot.materials, len(names) - 1)]
+    named = ob.users_collection if group_by == "collection" else (ob,)
+    return np.repeat(named[0].name if named else "", len(snapshot.triangles))
+
+
 def summary(tasks: list[PackTask]) -> str:
     """The report line, without the time."""
     text, stats = "", tasks[0].result.stats
     if stats.get("stacked", 0):
         text += f", {common.plural(stats['stacked'], 'island')} stacked"
     if stats.get("tiles", 1) > 1:
-        text += f", in {common.plural(stats['tiles'], 'tile')}"
+        what = "layout" if tasks[0].pack_options.get("share_tile") else "tile"
+        text += f", in {common.plural(stats['tiles'], what)}"
     return summary_of_maps(tasks, text)
 
 
 class UV_OT_flipfree_pack(
-    options.KeepPins, options.CorrectAspect, options.MapOperator, bpy.types.Operator
+    options.Margin,
+    options.KeepPins,
+    options.CorrectAspect,
+    options.MapOperator,
+    bpy.types.Operator,
 ):
     bl_idname = "uv.flipfree_pack"
     bl_label = "Pack Islands (Nested)"
@@ -101,6 +133,8 @@ class UV_OT_flipfree_pack(
         "rotation",
         "same_density",
         "stack_similar",
+        "group_by",
+        "share_tile",
         "use_pins",
         "correct_aspect",
         "tile",
@@ -109,21 +143,6 @@ class UV_OT_flipfree_pack(
     )
     advanced = ("correct_aspect", "tile", "tiles", "effort")
 
-    margin_pixels: options.real(
-        "Margin",
-        "Least gap between islands, in pixels of the texture; half of it to the tile's border",
-        2.0,
-        0.0,
-        soft_max=64.0,
-        precision=1,
-    )
-    texture_size: options.whole(
-        "Texture Size",
-        "Pixels of the texture's longer side, by which the margin is measured",
-        1024,
-        16,
-        max=65536,
-    )
     rotation: options.choice("Rotation", "How islands may be turned", ROTATIONS)
     same_density: options.flag(
         "Same Density",
@@ -132,6 +151,14 @@ class UV_OT_flipfree_pack(
     )
     stack_similar: options.flag(
         "Stack Similar", "Islands of equal outline lie on top of each other and share their pixels"
+    )
+    group_by: options.choice(
+        "Group By", "What has a layout of its own; groups go by the alphabet", GROUPS
+    )
+    share_tile: options.flag(
+        "Same Tile",
+        "All groups go into the first tile, on top of each other, as each has a texture of its own. Otherwise each has the next "
+        "UDIM tile",
     )
     tile: options.whole(
         "First Tile",
@@ -158,7 +185,10 @@ class UV_OT_flipfree_pack(
     )
 
     def has_effect(self, name):
-        return name != "correct_aspect" or self.tiles == 1
+        grouped = self.group_by != "none"
+        one_tile = self.share_tile if grouped else self.tiles == 1
+        shown = {"correct_aspect": one_tile, "tiles": not grouped, "share_tile": grouped}
+        return shown.get(name, True)
 
     make_task = staticmethod(PackTask)
     summary = staticmethod(summary)

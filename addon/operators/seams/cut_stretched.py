@@ -23,7 +23,7 @@ class CutStretchedTask(unwrap.MapTask):
         stretch=STRETCH_BOUND,
         use_pins=True,
         mark_seams=True,
-        margin=0.005,
+        margin=0.0,
         aspect=1.0,
     ):
         super().__init__(snapshot)
@@ -105,7 +105,14 @@ class UV_OT_flipfree_cut_stretched(
     verb = "Cut Where Stretched"
     needs_uv = True
     joint_layout = True
-    option_names = ("stretch", "use_pins", "mark_seams", "margin", "correct_aspect")
+    option_names = (
+        "stretch",
+        "use_pins",
+        "mark_seams",
+        "margin_pixels",
+        "texture_size",
+        "correct_aspect",
+    )
 
     mark_seams: options.flag("Mark Cuts as Seams", "Mark the edges that were cut as seams", on=True)
 

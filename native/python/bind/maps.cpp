@@ -82,6 +82,8 @@ unwrap::PackOptions read_pack(OptionReader& read) {
   read("unmoved", options.unmoved);
   read("obstacles", options.obstacles);
   read("groups", options.groups);
+  read("layouts", options.layouts);
+  read("share_tile", options.share_tile);
   read.choice("rotation", options.rotation,
               {{"none", Rotation::kNone},
                {"quarters", Rotation::kQuarters},

@@ -359,9 +359,9 @@ OPTIONS: dict[str, Callable[[Any, str], Any]] = {
     **dict.fromkeys(
         ("repair", "require_convergence", "reroute", "scale_true", "seamless"), as_flag
     ),
-    **dict.fromkeys(("simplify", "stack_similar", "tiled", "together"), as_flag),
+    **dict.fromkeys(("share_tile", "simplify", "stack_similar", "tiled", "together"), as_flag),
     **dict.fromkeys(("cuts", "features", "uncuttable"), partial(as_optional_indices, columns=2)),
-    **dict.fromkeys(("corners", "groups", "movable", "unmoved"), as_optional_indices),
+    **dict.fromkeys(("corners", "groups", "layouts", "movable", "unmoved"), as_optional_indices),
     "aspect": partial(
         as_number,
         must=f"is the texture's width over its height, in [1/{MOST_ASPECT:g}, {MOST_ASPECT:g}]",

@@ -90,7 +90,7 @@ def test_the_sidebars_of_both_editors_show_the_tab():
     yield 0.3
 
 
-def test_set_texel_density_starts_with_what_get_found_and_the_margin_is_that_of_the_preferences():
+def test_set_texel_density_starts_with_what_get_found_and_the_margin_is_that_of_the_scene():
     yield from show("Layout")
     ob = shapes.grid(6, uv=True)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
@@ -100,13 +100,12 @@ def test_set_texel_density_starts_with_what_get_found_and_the_margin_is_that_of_
     shapes.set_uv(ob, before * 0.5)
     yield from ended("set_density")
     assert np.allclose(np.ptp(shapes.uv_of(ob), axis=0), np.ptp(before, axis=0), rtol=1e-3)
-    preferences = bpy.context.preferences.addons[part("preferences").__package__].preferences
-    preferences.margin = 0.1
+    bpy.context.scene.flipfree_margin_pixels = 100.0
     try:
         yield from ended("unwrap")
         assert shapes.uv_of(ob).min() > 0.04
     finally:
-        preferences.margin = 0.005
+        bpy.context.scene.flipfree_texture = "1024"
 
 
 def ready():

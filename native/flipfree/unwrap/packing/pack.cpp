@@ -1,6 +1,8 @@
 #include "flipfree/unwrap/packing/pack.h"
 
 #include <algorithm>
+#include <map>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -16,6 +18,7 @@
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/packing/place.h"
 #include "flipfree/unwrap/packing/rectangles.h"
 
@@ -25,6 +28,7 @@ namespace {
 struct PackedCharts {
   std::vector<Points2> uv;
   std::vector<Index> group;
+  std::vector<Index> layout;
   std::vector<char> moved;
   std::vector<KeptAsStored> kept;
 };
@@ -40,9 +44,25 @@ void check_options(const Points2& corner_uv, const PackOptions& options) {
                       " on there are " + std::to_string(kTiles - options.first_tile) + ", not " +
                       std::to_string(options.tiles) + ".");
   }
-  if (!options.groups.empty() &&
-      3 * static_cast<Eigen::Index>(options.groups.size()) != corner_uv.rows())
-    throw_invalid(ErrorCode::kBadShape, "Groups need one number per face.");
+  for (const std::vector<Index>* numbers : {&options.groups, &options.layouts}) {
+    if (!numbers->empty() && 3 * static_cast<Eigen::Index>(numbers->size()) != corner_uv.rows())
+      throw_invalid(ErrorCode::kBadShape, "Groups and layouts need one number per face.");
+  }
+  if (!options.layouts.empty()) {
+    if (options.together || options.place_like != nullptr || options.tiles > 1) {
+      throw_invalid(ErrorCode::kBadOption,
+                    "Layouts have a tile each. Give no layouts, or one tile and neither together "
+                    "nor place_like.");
+    }
+    const std::set<Index> numbers(options.layouts.begin(), options.layouts.end());
+    const std::size_t room = at(kTiles - options.first_tile);
+    if (!options.share_tile && numbers.size() > room) {
+      throw_invalid(ErrorCode::kBadOption, "From that tile on UDIM has " + std::to_string(room) +
+                                               ", not one for each of " +
+                                               std::to_string(numbers.size()) +
+                                               " layouts. Let them share a tile.");
+    }
+  }
   if (!options.groups.empty() && (options.together || options.stack)) {
     throw_invalid(ErrorCode::kBadOption,
                   "Groups move as one. Give no groups, or neither together nor stack.");
@@ -70,7 +90,8 @@ void check_options(const Points2& corner_uv, const PackOptions& options) {
 
 // What stays may lie on top of itself, so may what moves as one; stacked charts shall.
 bool all_disjoint(const PackOptions& options) {
-  return options.unmoved.empty() && options.groups.empty() && !options.stack;
+  return options.unmoved.empty() && options.groups.empty() && !options.stack &&
+         (options.layouts.empty() || !options.share_tile);
 }
 
 PackedCharts read_charts(const std::vector<mesh::Chart>& charts, const Points2& corner_uv,
@@ -86,11 +107,13 @@ PackedCharts read_charts(const std::vector<mesh::Chart>& charts, const Points2& 
       if (stays[corner_of(chart, h)] != 0) fixed.push_back(chart.surface.faces.data()[h]);
     }
     if (options.together) result.group.push_back(components.of_face[at(chart.faces.front())]);
-    if (!options.groups.empty()) {
-      Index group = kInvalid;
-      for (const FaceId f : chart.faces) group = std::max(group, options.groups[at(f)]);
-      result.group.push_back(group);
-    }
+    const auto highest = [&](const std::vector<Index>& numbers) {
+      Index number = kInvalid;
+      for (const FaceId f : chart.faces) number = std::max(number, numbers[at(f)]);
+      return number;
+    };
+    if (!options.groups.empty()) result.group.push_back(highest(options.groups));
+    if (!options.layouts.empty()) result.layout.push_back(highest(options.layouts));
     result.moved.push_back(fixed.empty());
     const bool bijective =
         options.keep_bijective && !overlaps_itself(chart.surface.faces, uv, context);
@@ -115,6 +138,68 @@ std::vector<Points2f> round_packed(const std::vector<mesh::Chart>& charts,
   throw NotConverged(std::move(error));
 }
 
+template <class T>
+std::vector<T> chosen(const std::vector<T>& all, const std::vector<std::size_t>& which) {
+  std::vector<T> result;
+  if (!all.empty())
+    for (const std::size_t i : which) result.push_back(all[i]);
+  return result;
+}
+
+// The charts of every layout by themselves, in its tile.
+PlacedCharts place_layouts(const std::vector<mesh::Chart>& charts, const PackedCharts& packed,
+                           const PackOptions& options, PlacingOptions placing,
+                           ExecutionContext& context) {
+  const auto place = [&](const std::vector<mesh::Chart>& own, const PackedCharts& of) {
+    placing.group = of.group;
+    return place_charts(
+        own, of.uv, of.moved, placing,
+        [&](const std::vector<Points2>& uv) { return round_packed(own, of, uv, context); },
+        context);
+  };
+  if (packed.layout.empty()) return place(charts, packed);
+  std::map<Index, std::vector<std::size_t>> layouts;
+  for (std::size_t c = 0; c < charts.size(); ++c) layouts[packed.layout[c]].push_back(c);
+  PlacedCharts all;
+  all.uv.resize(charts.size());
+  all.stored.resize(charts.size());
+  all.margin_met = true;
+  all.tile = options.first_tile;
+  all.tiles = 0;
+  double done = 0.0;
+  for (const auto& [number, own] : layouts) {
+    const double share = static_cast<double>(own.size()) / static_cast<double>(charts.size());
+    const ProgressRange range(context, done, done + share);
+    done += share;
+    Points2 stays = options.obstacles;
+    for (std::size_t c = 0; c < charts.size() && !options.share_tile; ++c) {
+      if (packed.moved[c] != 0 || packed.layout[c] == number) continue;
+      const Points2 more = by_corner(charts[c].surface.faces, packed.uv[c]);
+      stays.conservativeResize(stays.rows() + more.rows(), 2);
+      stays.bottomRows(more.rows()) = more;
+    }
+    placing.obstacles = &stays;
+    const PackedCharts of{chosen(packed.uv, own),
+                          chosen(packed.group, own),
+                          {},
+                          chosen(packed.moved, own),
+                          chosen(packed.kept, own)};
+    PlacedCharts placed = place(chosen(charts, own), of);
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      all.uv[own[i]] = std::move(placed.uv[i]);
+      all.stored[own[i]] = std::move(placed.stored[i]);
+    }
+    if (!options.share_tile) placing.first_tile = placed.tile + 1;
+    all.tiles += placed.tiles;
+    all.fill += placed.fill * placed.tiles;
+    all.stacked += placed.stacked;
+    all.enlarged += placed.enlarged;
+    all.margin_met &= placed.margin_met;
+  }
+  all.fill /= std::max(all.tiles, Index{1});
+  return all;
+}
+
 certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2& corner_uv,
                                     const PackOptions& options, ExecutionContext& context) {
   const Stopwatch watch;
@@ -124,12 +209,11 @@ certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2&
   const mesh::EdgeFlags cuts = mesh::uv_cuts(adjacency, corner_uv);
   const std::vector<mesh::Chart> charts =
       mesh::split_into_charts(surface.vertices, mesh::cut_along(surface.faces, adjacency, cuts));
-  PackedCharts packed =
+  const PackedCharts packed =
       read_charts(charts, corner_uv, mesh::face_components(adjacency), options, context);
   PlacingOptions placing;
   placing.margin = options.margin;
   placing.scale_true = options.scale_true;
-  placing.group = packed.group;
   placing.density = options.density;
   placing.obstacles = &options.obstacles;
   placing.place_like = options.place_like;
@@ -141,10 +225,7 @@ certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2&
   placing.tiles = options.tiles;
   const PlacedCharts placed = [&] {
     const ProgressRange range(context, 0.1, 0.7);
-    return place_charts(
-        charts, packed.uv, packed.moved, placing,
-        [&](const std::vector<Points2>& uv) { return round_packed(charts, packed, uv, context); },
-        context);
+    return place_layouts(charts, packed, options, placing, context);
   }();
 
   certify::Parametrization map;
@@ -186,10 +267,11 @@ certify::Parametrization pack_separated(const mesh::Surface& surface, const Poin
   const certify::SeparatedMap separated(surface, separating, context);
   PackOptions own = options;
   own.unmoved = separated.corners(options.unmoved);
-  if (!options.groups.empty()) {
-    own.groups.clear();
-    for (const FaceId f : separated.separated().face_origin)
-      own.groups.push_back(options.groups[at(f)]);
+  for (std::vector<Index>* numbers : {&own.groups, &own.layouts}) {
+    if (numbers->empty()) continue;
+    std::vector<Index> of_faces;
+    for (const FaceId f : separated.separated().face_origin) of_faces.push_back((*numbers)[at(f)]);
+    *numbers = std::move(of_faces);
   }
   Points2 places;
   if (options.place_like != nullptr) {

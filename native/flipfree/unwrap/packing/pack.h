@@ -18,6 +18,12 @@ struct PackOptions {
   // Charts with faces of equal number keep their places relative to each other and move as one;
   // kInvalid: alone. One number per face, or empty. Not together.
   std::vector<Index> groups;
+  // Charts with faces of equal number have a layout of their own, each as large as its tile allows:
+  // that of the k-th number in the k-th tile from first_tile on or, with share_tile, all in the
+  // first one, on top of each other, as for textures of their own. One number per face, or empty:
+  // one layout. Neither together nor with place_like; one tile each.
+  std::vector<Index> layouts;
+  bool share_tile = false;
   bool stack = false;    // charts of equal outline (similar.h) go to one place; not in groups
   double effort = 1.0;   // of the search for a dense layout, see NestOptions; 0: boxes
   Index first_tile = 0;  // column + 10 row, where the search for a tile with room begins

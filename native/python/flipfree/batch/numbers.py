@@ -56,8 +56,6 @@ def _number(
     return number
 
 
-#: Space between islands, in widths of the unit square.
-margin = real(0.0, below=0.5)
 stretch = real(above=1.0, most=100.0)
 #: Of the scale, for suggested cones.
 bound = real(above=1.0)
@@ -79,9 +77,8 @@ OPTIONS: dict[str, tuple[Callable[[str], float], float]] = {
     "bound": (bound, 4.0),
     "effort": (effort, 1.0),
     "iterations": (iterations, 200),
-    "margin": (margin, 0.005),
     "precision": (precision, 0),
-    "margin_pixels": (pixels, 2.0),
+    "margin_pixels": (pixels, 4.0),
     "texture_size": (texture_size, 1024),
     "tile": (tile, 1001),
     "tiles": (tiles, 1),
@@ -92,6 +89,15 @@ def add_options(parser: argparse.ArgumentParser, **texts: str) -> None:
     for name, text in texts.items():
         kind, default = OPTIONS[name]
         parser.add_argument(f"--{name.replace('_', '-')}", type=kind, default=default, help=text)
+
+
+def add_margin(parser: argparse.ArgumentParser, text: str) -> None:
+    add_options(parser, margin_pixels=f"{text}, of the texture", texture_size="pixels to a side")
+
+
+def margin(options: dict[str, Any]) -> float:
+    """In widths of the texture."""
+    return float(options["margin_pixels"] / options["texture_size"])
 
 
 def add_flags(parser: argparse.ArgumentParser, **texts: str) -> None:

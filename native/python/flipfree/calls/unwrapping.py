@@ -255,6 +255,8 @@ def pack(
     scale_true: bool = False,
     keep_bijective: bool = True,
     groups: Any = None,
+    layouts: Any = None,
+    share_tile: bool = False,
     stack_similar: bool = False,
     tile: int = 1001,
     tiles: int = 1,
@@ -292,6 +294,9 @@ def pack(
         keep_bijective: charts that do not overlap themselves go on not to, once rounded to 32 bits.
         groups: (m,) one number per face: charts with faces of equal number keep their places relative to each other and
             move as one; -1 is alone. Not with ``together``.
+        layouts: (m,) one number per face: charts with faces of equal number (the highest of theirs) have a layout of their own,
+            each as large as its tile allows: in one tile after the other from ``tile`` on, in the order of the numbers, or
+            with ``share_tile`` all in the first, on top of each other. Neither with several ``tiles`` nor with ``together``.
         stack_similar: charts of equal outline lie on top of each other; ``stats["stacked"]`` counts them.
         tile: UDIM number, 1001 to 1100, of the first tile to be considered.
         tiles: how many, from that one on in the order of UDIM, the charts are spread over: of about equal area, at one
@@ -329,8 +334,8 @@ def pack(
             )
             / size
         )
-    options = checked(locals(), "margin groups stack_similar effort together scale_true")
-    options |= checked(locals(), "keep_bijective unmoved aspect max_seconds")
+    options = checked(locals(), "margin groups layouts share_tile stack_similar effort")
+    options |= checked(locals(), "keep_bijective unmoved aspect max_seconds together scale_true")
     first = as_count(tile, "tile", least=1001, most=1100) - 1001
     options |= dict(
         rotation=as_choice(rotation, "rotation", ("free", "straight", "quarters", "none")),
@@ -347,7 +352,7 @@ def pack(
     if texture.aspect == 1.0:
         job = start_job(_native.pack, mesh, options, threads, _packed_from)
         return job if density is None else _OfDensity(job, float(density))
-    if options["tiles"] > 1:
+    if options["tiles"] > 1 or not (layouts is None or options["share_tile"]):
         raise bad_option(
             "Charts are spread over several tiles only where these are squares. Pack into one tile, or leave aspect out."
         )
@@ -359,7 +364,8 @@ def pack(
         job_of(certify),
         vertices,
         faces,
-        disjoint=not (len(options["unmoved"]) or stack_similar or groups is not None),
+        disjoint=not (len(options["unmoved"]) or stack_similar or groups is not None)
+        and layouts is None,
         threads=threads,
     )
 

@@ -18,7 +18,7 @@ from ...calls.unwrapping import pack as pack_map
 from ...calls.unwrapping import unwrap as unwrap_mesh
 from ...results import Parametrization
 from ..arguments import add_seam_arguments
-from ..numbers import add_aspect, add_choice, add_flags, add_options
+from ..numbers import add_aspect, add_choice, add_flags, add_margin, add_options, margin
 from .model import Model, Solved
 
 
@@ -36,7 +36,7 @@ def unwrap_arguments(parser: argparse.ArgumentParser) -> None:
         no_new_cuts="crush islands that would lie on top of themselves rather than cut them",
         short_cuts="do not cut closed parts along legs and fingers",
     )
-    add_options(parser, margin="between packed islands")
+    add_margin(parser, "least gap between islands")
     add_aspect(parser)
 
 
@@ -50,7 +50,8 @@ def unwrap(model: Model, options: dict[str, Any]) -> Solved:
         bijective=not options["allow_overlaps"],
         may_add_cuts=not options["no_new_cuts"],
         cut_extremities=not options["short_cuts"],
-        **_taken(options, "seams stretch margin"),
+        margin=margin(options),
+        **_taken(options, "seams stretch"),
         effort=0.2 if options["aspect"] == 1.0 else 0.0,
         **model.limits,
     )
@@ -65,7 +66,7 @@ def _packed(model: Model, found: Parametrization, options: dict[str, Any]) -> Pa
         model.vertices,
         model.faces,
         found.uv / [options["aspect"], 1.0],
-        margin=options["margin"],
+        margin=margin(options),
         scale_true=True,
         keep_bijective=not options["allow_overlaps"],
         effort=0.2,  # as unwrap itself packs
@@ -103,7 +104,7 @@ def repair_arguments(parser: argparse.ArgumentParser) -> None:
         "keep improve",
         "what becomes of islands drawn out much more than an unwrap of them is",
     )
-    add_options(parser, margin="around islands that move")
+    add_margin(parser, "least gap around islands that move")
     add_flags(parser, move_apart="islands that lie on larger ones are put where there is room")
     add_aspect(parser)
 
@@ -115,7 +116,8 @@ def repair(model: Model, options: dict[str, Any]) -> Solved:
         model.uv(whole=False),
         uncuttable=model.diagonals,
         disjoint=options["move_apart"],
-        **_taken(options, "overlaps stretched margin aspect"),
+        margin=margin(options),
+        **_taken(options, "overlaps stretched aspect"),
         **model.limits,
     )
     figures = {
@@ -128,7 +130,7 @@ def repair(model: Model, options: dict[str, Any]) -> Solved:
 
 
 def pack_arguments(parser: argparse.ArgumentParser) -> None:
-    add_options(parser, margin_pixels="least gap between islands", texture_size="pixels to a side")
+    add_margin(parser, "least gap between islands")
     add_choice(parser, "--rotation", "straight free quarters none")
     add_options(
         parser,
@@ -151,7 +153,8 @@ def pack(model: Model, options: dict[str, Any]) -> Solved:
         model.uv(),
         scale_true=not options["keep_sizes"],
         stack_similar=options["stack_similar"],
-        **_taken(options, "margin_pixels texture_size rotation tile tiles effort aspect"),
+        margin=margin(options),
+        **_taken(options, "rotation tile tiles effort aspect"),
         **model.limits,
     )
     warnings = []
@@ -163,7 +166,7 @@ def pack(model: Model, options: dict[str, Any]) -> Solved:
 
 
 def rectify_arguments(parser: argparse.ArgumentParser) -> None:
-    add_options(parser, margin="between packed islands")
+    add_margin(parser, "least gap between islands")
     add_aspect(parser)
 
 
@@ -173,7 +176,8 @@ def rectify(model: Model, options: dict[str, Any]) -> Solved:
         model.faces,
         None if model.file.uv is None else model.uv(),
         polygons=model.file.polygons,
-        **_taken(options, "margin aspect"),
+        margin=margin(options),
+        aspect=options["aspect"],
         **model.limits,
     )
     return Solved(found.certificate, found, figures={"islands": int(found.stats["charts"])})

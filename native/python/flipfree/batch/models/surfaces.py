@@ -71,7 +71,7 @@ def embed_arguments(parser: argparse.ArgumentParser) -> None:
         optimise="lower the distortion, with the boundary held",
         no_pack="all parts lie around the origin",
     )
-    numbers.add_options(parser, margin="between packed islands")
+    numbers.add_margin(parser, "least gap between islands")
 
 
 def embed(model: Model, options: dict[str, Any]) -> Solved:
@@ -109,7 +109,7 @@ def _packed(
         found.uv,
         together=together,
         scale_true=True,
-        margin=options["margin"],
+        margin=numbers.margin(options),
         **model.limits,
     )
     return found.at(packed)
@@ -280,8 +280,8 @@ def conformal_arguments(parser: argparse.ArgumentParser) -> None:
     numbers.add_options(
         parser,
         precision="bits of the metric's numbers, 53 to 4096, or auto",
-        margin="between packed islands",
     )
+    numbers.add_margin(parser, "least gap between islands")
 
 
 def conformal(model: Model, options: dict[str, Any]) -> Solved:
