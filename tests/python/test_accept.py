@@ -29,6 +29,19 @@ def test_a_long_unwrap_that_is_accepted_ends_soon_with_a_certified_map() -> None
     assert again.ok
 
 
+def test_a_search_for_seams_that_is_accepted_lays_flat_what_is_cut_by_then() -> None:
+    vertices, faces = bumpy_grid(70, 70)
+    x, y = 9.0 * vertices[:, :2].T
+    hills = np.column_stack([x, y, 2.0 * np.sin(3.0 * x) * np.cos(2.0 * y + x)])
+    job = jobs.unwrap(hills, faces)
+    assert not job.wait(0.3), "too easy a mesh for this test"
+    job.accept()
+    early = job.result()
+    assert early.certificate.ok and early.certificate.overlaps == 0
+    assert early.stats["time_limit_reached"] == 1
+    assert early.certificate.energy < 3.0, "and not the first map that there is"
+
+
 @pytest.mark.parametrize("bijective", [True, False])
 def test_accepting_before_there_is_a_map_waits_for_the_first_one(bijective: bool) -> None:
     vertices, faces = bumpy_grid(40, 40)

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,6 +17,9 @@ namespace {
 // A map with a larger mean is not taken for somebody who accepts it as it is: nothing can be done
 // with it, and 32 bits may not hold it.
 constexpr double kBearableEnergy = 100.0;
+// Below this it ends at once, above once a step leaves more than this share of what exceeds 1.
+constexpr double kGoodEnergy = 1.5;
+constexpr double kFastStep = 0.8;
 // Longest one, in full steps, with MinimizeOptions::lengthen.
 constexpr double kLongestStep = 8;
 // Below this relative size a difference of two energies is rounding (sums of 1e6 terms); slopes
@@ -238,8 +242,13 @@ void Minimizer::advance(double end, double begin, double now, double first, doub
 Stop Minimizer::descend() try {
   bool progressive = true;
   std::optional<MapInHand> in_hand;
+  double before = std::numeric_limits<double>::infinity();
   for (int i = 0; i < options_.max_iterations; ++i) {
-    if (options_.acceptable && measure(sums_) <= kBearableEnergy) in_hand.emplace(context_);
+    const double energy = measure(sums_);
+    const bool slow = energy - 1 > kFastStep * (before - 1);
+    if (options_.acceptable && (energy <= kGoodEnergy || (slow && energy <= kBearableEnergy)))
+      in_hand.emplace(context_);
+    before = energy;
     // What a step's parts report stays within the least that it adds.
     const ProgressRange range(context_, progress_, progress_ + kLeastProgress * (1 - progress_));
     context_.report("reducing distortion", 0.0);

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 #include "flipfree/base/error.h"
@@ -141,7 +142,7 @@ class Finder {
         throw;
       }
       if (!any_above(bound, uv)) break;
-      if (context.time_is_over()) {
+      if (context.time_is_over() || (options_.acceptable && context.accepted())) {
         note_time_limit(stats);
         break;
       }
@@ -176,6 +177,9 @@ class Finder {
     std::vector<double> cost = part_of(chart, cost_);
     for (double& c : cost) c /= own.unit();
     const SlitOptions options{aim, options_.bijective, options_.may_add_cuts};
+    // What is slit by then can be laid flat.
+    std::optional<MapInHand> in_hand;
+    if (options_.acceptable) in_hand.emplace(context);
     const Slits slits = find_slits(own.surface(), local, cost, options, context);
     if (slits.symmetric) ++symmetric_;
     for (std::size_t h = 0; h < cost.size(); ++h) {

@@ -706,10 +706,10 @@ class SlitCarrier {
       for (int round = 0; round < kCarryingRounds; ++round) {
         const Slits found = search.run(aim);
         if (search.opened_anyhow()) return {};
-        context_.report("finding seams", done);
         mesh::EdgeFlags cut = carried(few, search.made());
         if (cut.empty()) return {};
         if (best.cut.empty()) best.cut = cut;
+        context_.report("finding seams", done);
         const ProgressRange range(context_, done, done + 0.5 * (1.0 - done));
         done += 0.5 * (1.0 - done);
         // What the few need not be divided for may need some more slits, rather than to be divided.
