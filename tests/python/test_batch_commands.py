@@ -15,7 +15,7 @@ from flipfree.batch.models.model import welded
 
 import surfaces
 
-pytestmark = pytest.mark.sample(40)  # a process of its own each
+pytestmark = pytest.mark.sample(24)  # a process of its own each
 
 
 def command(*arguments):

@@ -15,6 +15,7 @@ def solid(faces: np.ndarray) -> int:
     return sum(len(set(face)) == 3 for face in faces.tolist())
 
 
+@pytest.mark.sample(48)
 @pytest.mark.parametrize("seed", range(8 * len(KINDS)))
 def test_every_face_of_a_broken_mesh_is_mapped(seed: int) -> None:
     kind, (vertices, faces) = broken_mesh(seed)

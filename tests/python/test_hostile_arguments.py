@@ -40,7 +40,7 @@ def check_result(result: Any) -> None:
         assert not certificate.ok or np.isfinite(numbers).all()
 
 
-@pytest.mark.sample(80)
+@pytest.mark.sample(48)
 @pytest.mark.parametrize(("name", "parameter"), PLACES)
 def test_unexpected_arguments_are_taken_or_refused(name: str, parameter: str) -> None:
     refused = 0

@@ -61,6 +61,7 @@ def assert_apart(islands: list[Array], obstacles: Array | None = None) -> None:
         assert all(gaps.between(island, still[None], 1e-3) > 0.0 for island in islands)
 
 
+@pytest.mark.sample(10)
 @pytest.mark.parametrize("margin", [0.0, 0.005, 0.05])
 @pytest.mark.parametrize("seed", range(8))
 def test_random_islands_are_packed_apart_at_one_scale(seed: int, margin: float) -> None:

@@ -53,6 +53,7 @@ def main(name: str, piece: int) -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+@pytest.mark.sample(7)
 @pytest.mark.parametrize("name", CALLS)
 def test_memory_that_is_exhausted_ends_in_out_of_memory(name: str) -> None:
     piece = PIECES[list(CALLS).index(name) % len(PIECES)]

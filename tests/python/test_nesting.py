@@ -42,6 +42,7 @@ def turns(layout: Layout, packed: ff.Parametrization) -> Array:
     return np.asarray(np.angle(sides[1] / sides[0]))
 
 
+@pytest.mark.sample(24)
 @pytest.mark.parametrize("kind", ["blobs", "letters", "rings", "sizes", "mixed"])
 @pytest.mark.parametrize("count", [1, 2, 7, 40])
 @pytest.mark.parametrize("pixels", [0.0, 2.0, 16.0])

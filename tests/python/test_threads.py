@@ -151,7 +151,7 @@ def test_all_calls_that_take_threads_are_here() -> None:
     assert taking == {name.split(",")[0] for name in CALLS}
 
 
-@pytest.mark.parametrize("size", ["small", pytest.param("middle", marks=pytest.mark.sample(4))])
+@pytest.mark.parametrize("size", ["small", pytest.param("middle", marks=pytest.mark.sample(3))])
 @pytest.mark.parametrize("name", CALLS)
 def test_the_bits_are_the_same_for_every_number_of_threads(name: str, size: str) -> None:
     meshes = SIZES[size]

@@ -8,12 +8,16 @@
 
 namespace flipfree::test {
 
+inline bool is_long_run() {
+  const char* all = std::getenv("FLIPFREE_LONG");
+  return all != nullptr && std::atoi(all) != 0;
+}
+
 // `whole` in a long run (FLIPFREE_LONG), else a quarter; FLIPFREE_FAULTS is another factor.
 inline int sample_count(int whole) {
   if (const char* factor = std::getenv("FLIPFREE_FAULTS"))
     return static_cast<int>(whole * std::atof(factor));
-  const char* all = std::getenv("FLIPFREE_LONG");
-  return all != nullptr && std::atoi(all) != 0 ? whole : (whole + 3) / 4;
+  return is_long_run() ? whole : (whole + 3) / 4;
 }
 
 inline unsigned sample_seed() {
