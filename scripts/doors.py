@@ -46,7 +46,7 @@ tiles through seams | | quads/tiles fit_tiles | fit_tiles | fit_tiles | tiles
 less distortion | | distortion/improve improve | improve | improve | improve
 [flips mended](method/repair.md) | | unwrap/repair/repair repair | repair | repair | repair
 [packing](pack.md#how-it-works) | | unwrap/packing/pack pack | pack | pack | pack
-[strips and grids](panel.md#arrange) | | unwrap/packing/pack pack | rectify | rectify | rectify
+[strips and grids](panel.md#arrange) | | unwrap/islands/grids rectify | rectify | rectify | rectify
 [certificate](guarantees.md) | | certify/certify certify | certify | check | check
 """
 

@@ -211,8 +211,6 @@ def test_every_code_of_the_solver_has_a_text_for_users(part):
     codes = set(re.findall(r'return "([^"]+)";', source)) - {"unknown error"}
     assert codes <= set(part("errors").TEXTS)
     of_python = {
-        "no quad",
-        "no grid",
         "out of memory",
         "solver process not started",
         "solver process ended",

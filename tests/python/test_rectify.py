@@ -110,6 +110,41 @@ def test_what_closes_up_is_cut_straight(torus):
     assert len(found.cut_edges) == (24 if torus else 8)
 
 
+@pytest.mark.parametrize("sides", [4, 8, 16])
+def test_auto_unwrap_takes_tubes_as_straight_strips(sides):
+    """A bent pipe with ends, by polygons and by geometry."""
+
+    def place(i, j):
+        a, b = 2 * np.pi * i / sides, 1.5 * j / 20
+        wide = 2 + 0.3 * np.cos(a)
+        return (wide * np.cos(b), 0.3 * np.sin(a), wide * np.sin(b))
+
+    vertices, faces, polygons = grid(sides, 20, place, ring=True)
+    ends = [(0, k, k + 1) for k in range(1, sides - 1)]
+    high = [(20 * sides, 20 * sides + b, 20 * sides + a) for _, a, b in ends]
+    closed = np.concatenate([faces, ends, high]).astype(np.int32)
+    lids = 1000 + np.repeat([0, 1], sides - 2)
+    for numbers in (np.concatenate([polygons, lids]), None):
+        found = ff.unwrap(vertices, closed, polygons=numbers)
+        assert found.certificate.ok and found.stats["charts"] == 3
+        strip = np.sort(found.uv32()[: len(faces)].reshape(-1, 2), axis=0)
+        counts = sorted(len(np.unique(strip[:, k])) for k in (0, 1))
+        assert counts == [sides + 1, 21] and found.certificate.energy < 1.02
+    seams = {frozenset(edge) for edge in found.cut_edges.tolist()}
+    inner = sides // 2 + sides * np.arange(21)
+    assert {frozenset(e) for e in zip(inner, inner[1:], strict=False)} <= seams, "the shortest line"
+
+
+def test_what_is_round_is_no_strip():
+    def ball(i, j):
+        a, b = 2 * np.pi * i / 16, np.pi * (j + 1) / 10 - np.pi / 2
+        return (np.cos(a) * np.cos(b), np.sin(a) * np.cos(b), np.sin(b))
+
+    vertices, faces, polygons = grid(16, 8, ball, ring=True)
+    found = ff.unwrap(vertices, faces, polygons=polygons)
+    assert found.certificate.energy < 1.025 and min(len(lines(found, k)) for k in (0, 1)) > 17
+
+
 def test_seams_and_a_map_end_islands():
     vertices, faces, polygons = grid(6, 2, lambda i, j: (i, j, 0.0))
     cuts = [(3, 10), (10, 17)]

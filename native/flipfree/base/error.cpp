@@ -44,6 +44,10 @@ std::string_view describe(ErrorCode code) {
       return "bad boundary";
     case ErrorCode::kNotConvex:
       return "polygon is not convex";
+    case ErrorCode::kNoQuad:
+      return "no quad";
+    case ErrorCode::kNoGrid:
+      return "no grid";
     case ErrorCode::kBadPins:
       return "bad pins";
     case ErrorCode::kBadAngles:

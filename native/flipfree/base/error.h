@@ -35,6 +35,8 @@ enum class ErrorCode {
   kFlippedMap,
   kBadBoundary,
   kNotConvex,
+  kNoQuad,
+  kNoGrid,
   kBadPins,
   kBadAngles,
   // Targets that no map can meet.

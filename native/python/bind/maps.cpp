@@ -8,6 +8,7 @@
 #include "flipfree/distortion/improve.h"
 #include "flipfree/embedding/embed_surface.h"
 #include "flipfree/matchmaker/match_piece.h"
+#include "flipfree/unwrap/islands/grids.h"
 #include "flipfree/unwrap/packing/pack.h"
 #include "flipfree/unwrap/repair/repair.h"
 #include "flipfree/unwrap/seams/auto_islands.h"
@@ -37,6 +38,14 @@ unwrap::UnwrapOptions read_unwrap(OptionReader& read) {
   read("margin", options.margin);
   read("effort", options.effort);
   read("max_seconds", options.max_seconds);
+  return options;
+}
+
+unwrap::RectifyOptions read_rectify(OptionReader& read) {
+  unwrap::RectifyOptions options;
+  read("uv", options.corner_uv);
+  read("polygons", options.polygon);
+  read("cuts", options.cuts);
   return options;
 }
 
@@ -172,6 +181,7 @@ void bind_maps(py::module_& module) {
     };
   });
   def_call(module, "auto_seams", read_unwrap, &unwrap::find_seams);
+  def_call(module, "rectify", read_rectify, &unwrap::rectify);
   def_job(module, "improve", [](OptionReader& read) {
     return [uv = read.value<Points2>("uv"), repair = read.value<bool>("repair"),
             options = read_improve(read)](const mesh::Surface& surface, ExecutionContext& context) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "flipfree/base/parallel.h"
@@ -64,6 +65,13 @@ inline Vector3 face_normal(const mesh::Surface& surface, FaceId f) {
   const Vector3 p = surface.vertices.row(surface.faces(f, 0));
   const Vector3 a = surface.vertices.row(surface.faces(f, 1)).transpose() - p;
   return a.cross(surface.vertices.row(surface.faces(f, 2)).transpose() - p);
+}
+
+// Between the normals of two faces, radians.
+inline double bend_between(const mesh::Surface& surface, FaceId f, FaceId g) {
+  const Vector3 n = face_normal(surface, f);
+  const Vector3 m = face_normal(surface, g);
+  return std::atan2(n.cross(m).norm(), n.dot(m));
 }
 
 inline double uv_area(const Triangles& faces, const Points2& uv, FaceId f) {

@@ -21,6 +21,7 @@
 #include "flipfree/unwrap/seams/costs.h"
 #include "flipfree/unwrap/seams/nets.h"
 #include "flipfree/unwrap/seams/search.h"
+#include "flipfree/unwrap/seams/tubes.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -61,6 +62,10 @@ void take_down(const mesh::Chart& chart, const Points2& uv, char kind, KnownMaps
 
 bool is_within(const Stretch& bound, const mesh::Surface& chart, const Points2& uv) {
   return stretch_of(chart, by_corner(chart.faces, uv)).within(bound);
+}
+
+void add_flags(const mesh::EdgeFlags& more, mesh::EdgeFlags& flags) {
+  for (std::size_t h = 0; h < flags.size(); ++h) flags[h] |= more[h];
 }
 
 // Adds the maps of the islands that the given seams bound, or that nets would cut, none of which
@@ -255,7 +260,13 @@ AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
     never[h] = cost[h] == mesh::ShortestPaths::kUnreached ? 1 : 0;
   mesh::EdgeFlags wanted =
       with_sharp_edges(surface, adjacency, seams, never, options.seams.sharp_angle);
-  const mesh::EdgeFlags nets = net_seams(surface, adjacency, wanted, cost, context);
+  const Tubes tubes = find_tubes(surface, adjacency, wanted, cost, options.polygon,
+                                 stretch_bound(options.seams.stretch));
+  mesh::EdgeFlags nets = wanted;
+  add_flags(tubes.cut, nets);
+  nets = net_seams(surface, adjacency, nets, cost, context);
+  for (std::size_t h = 0; h < nets.size(); ++h)
+    if (tubes.of_face[h / 3] != 0 || tubes.cut[h] != 0) nets[h] = tubes.cut[h];
   const mesh::EdgeFlags& first = any_flag(seams) ? seams : wanted;
   if (any_flag(first) || any_flag(nets)) {
     Islands given =
@@ -287,6 +298,11 @@ AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
   }
   Islands islands = make_islands(surface, adjacency, wanted, uncuttable, false, context,
                                  {{}, positive(surface, cost), false});
+  for (const mesh::Chart& chart : islands.charts) {
+    const FaceId f = chart.faces.front();
+    if (known.of_face[at(f)] == KnownMaps::kNothing && tubes.of_face[at(f)] != 0)
+      take_down(chart, by_vertex(chart, tubes.corner_uv), KnownMaps::kFlat, known);
+  }
   if (any_flag(nets)) {
     const ProgressRange range(context, begin, begin + 0.1);
     begin += 0.1;

@@ -154,6 +154,9 @@ UnwrapOptions on_separated(const certify::SeparatedMap& separated, const UnwrapO
   options.cuts = separated.edges(of_input.cuts);
   options.uncuttable = separated.edges(of_input.uncuttable);
   options.pins = separated.pins(of_input.pins);
+  options.polygon.clear();
+  for (const FaceId f : separated.separated().face_origin)
+    if (!of_input.polygon.empty()) options.polygon.push_back(of_input.polygon[at(f)]);
   options.seams.weighted = separated.edges(of_input.seams.weighted);
   options.seams.weights.clear();
   const std::vector<VertexId>& origin = separated.separated().vertex_origin;

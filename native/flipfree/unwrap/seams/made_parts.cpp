@@ -106,13 +106,11 @@ std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacen
         part.joined.push_back(h);
         continue;
       }
-      const Vector3 n = face_normal(surface, f);
-      const Vector3 m = face_normal(surface, o / 3);
       const Vector3 side =
           place(surface, mesh::target(faces, h)) - place(surface, mesh::source(faces, h));
       const double plain = side.norm() * bend_factor(surface, h, o);
       const double weight = plain > 0.0 ? cost[at(h)] / plain : 1.0;
-      const double angle = std::atan2(n.cross(m).norm(), n.dot(m));
+      const double angle = bend_between(surface, f, o / 3);
       for (const VertexId v : {mesh::source(faces, h), mesh::target(faces, h)})
         shapes.bend[at(v)] = std::max(shapes.bend[at(v)], angle);
       part.hinges.push_back({h, side.norm(), weight, angle});
@@ -150,11 +148,7 @@ std::optional<double> flat_if_hard(const mesh::Surface& surface, const Shapes& s
 std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, MadePart& part) {
   part.bevelled = true;
   Regions flat(shapes, part, kPlateAngle);
-  const auto angle = [&](FaceId f, FaceId g) {
-    const Vector3 n = face_normal(surface, f);
-    const Vector3 m = face_normal(surface, g);
-    return std::atan2(n.cross(m).norm(), n.dot(m));
-  };
+  const auto angle = [&](FaceId f, FaceId g) { return bend_between(surface, f, g); };
   const auto beyond = [&](HalfedgeId h) { return shapes.adjacency.opposite[at(h)]; };
   struct Reach {
     double share;  // of the size of the flat face

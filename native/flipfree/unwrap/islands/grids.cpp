@@ -1,0 +1,354 @@
+#include "flipfree/unwrap/islands/grids.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <deque>
+#include <numeric>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/unwrap/islands/corners.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+// Widths are at least this share of the largest.
+constexpr double kThinnestLine = 1e-6;
+// Between islands, in the extent of the largest.
+constexpr double kApart = 1.5;
+
+using GridCell = std::array<Index, 2>;
+// From a cell to the next one below, on the right, above, on the left.
+constexpr std::array<GridCell, 4> kSteps = {{{0, -1}, {1, 0}, {0, 1}, {-1, 0}}};
+
+Quad quad_across(HalfedgeId h, HalfedgeId o) {
+  return {{next_corner(h), previous_corner(h), next_corner(o), previous_corner(o)}, {h, o}};
+}
+
+HalfedgeId longest_side(const mesh::Surface& surface, FaceId f) {
+  HalfedgeId longest = 3 * f;
+  for (HalfedgeId h = 3 * f + 1; h < 3 * f + 3; ++h) {
+    if (edge_length(surface, h) > edge_length(surface, longest)) longest = h;
+  }
+  return longest;
+}
+
+// Of each quad its island, its lower side and its cell.
+class Walk {
+ public:
+  explicit Walk(Grids& grids) : grids_(grids) {
+    grids.island.assign(grids.quads.size(), kInvalid);
+    grids.turn.assign(grids.quads.size(), 0);
+    grids.cell.assign(grids.quads.size(), {0, 0});
+    Index count = 0;
+    for (Index seed = 0; seed < static_cast<Index>(grids.quads.size()); ++seed) {
+      if (grids.island[at(seed)] != kInvalid) continue;
+      grids.island[at(seed)] = count++;
+      walk_from(seed);
+    }
+  }
+
+ private:
+  // The next quad, if it has no place yet: it has one then.
+  Index step(Index quad, Index way) {
+    const Index beyond = grids_.across[at(4 * quad + (grids_.turn[at(quad)] + way) % 4)];
+    if (beyond == kInvalid || grids_.island[at(beyond / 4)] != kInvalid) return kInvalid;
+    const Index next = beyond / 4;
+    grids_.island[at(next)] = grids_.island[at(quad)];
+    grids_.turn[at(next)] = (beyond - way + 2) % 4;
+    for (std::size_t k = 0; k < 2; ++k)
+      grids_.cell[at(next)][k] = grids_.cell[at(quad)][k] + kSteps[at(way)][k];
+    return next;
+  }
+
+  void walk_from(Index seed) {
+    std::vector<Index> line = {seed};
+    for (const Index way : {1, 3}) {
+      for (Index q = step(seed, way); q != kInvalid; q = step(q, way)) line.push_back(q);
+    }
+    std::deque<Index> later;
+    while (!line.empty() || !later.empty()) {
+      const bool is_column = !line.empty();
+      const Index q = is_column ? line.back() : later.front();
+      if (is_column) {
+        line.pop_back();
+        later.push_back(q);
+      } else {
+        later.pop_front();
+      }
+      for (const Index way : is_column ? std::array{0, 2} : std::array{1, 3}) {
+        if (const Index next = step(q, way); next != kInvalid) line.push_back(next);
+      }
+    }
+  }
+
+  Grids& grids_;
+};
+
+// Finds irregular and misplaced quads, each once.
+void find_faults(Grids& grids) {
+  const auto count = static_cast<Index>(grids.quads.size());
+  for (Index q = 0; q < count; ++q) {
+    bool is_irregular = false;
+    bool is_misplaced = false;
+    for (Index j = 0; j < 4; ++j) {
+      Index around = 4 * q + j;
+      for (int turn = 0; turn < 4 && around != kInvalid; ++turn) {
+        const Index beyond = grids.across[at(around)];
+        around = beyond == kInvalid ? kInvalid : beyond - beyond % 4 + (beyond + 1) % 4;
+      }
+      is_irregular = is_irregular || (around != kInvalid && around != 4 * q + j);
+      const Index beyond = grids.across[at(4 * q + j)];
+      if (beyond == kInvalid) continue;
+      const Index way = (j - grids.turn[at(q)] + 4) % 4;
+      const Index next = beyond / 4;
+      // An island that closes up comes back in the same row or column.
+      bool is_elsewhere = true;
+      for (std::size_t k = 0; k < 2; ++k) {
+        if (grids.cell[at(next)][k] == grids.cell[at(q)][k] + kSteps[at(way)][k])
+          is_elsewhere = false;
+      }
+      is_misplaced = is_misplaced || is_elsewhere || (beyond - way + 2) % 4 != grids.turn[at(next)];
+    }
+    if (is_irregular) grids.irregular.push_back(q);
+    if (is_misplaced) grids.misplaced.push_back(q);
+  }
+  std::vector<Index> order(at(count));
+  std::iota(order.begin(), order.end(), 0);
+  const auto place = [&](Index q) { return std::tuple(grids.island[at(q)], grids.cell[at(q)]); };
+  std::sort(order.begin(), order.end(),
+            [&](Index a, Index b) { return std::tuple(place(a), a) < std::tuple(place(b), b); });
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    if (place(order[i]) == place(order[i - 1])) grids.misplaced.push_back(order[i]);
+  }
+}
+
+// Per quad where its column (axis 0) or row begins and ends.
+std::vector<std::array<double, 2>> lines_of(const mesh::Surface& surface, const Grids& grids,
+                                            std::size_t axis) {
+  std::vector<Index> order(grids.quads.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto line = [&](Index q) {
+    return std::tuple(grids.island[at(q)], grids.cell[at(q)][axis]);
+  };
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return line(a) < line(b); });
+  std::vector<std::array<double, 2>> lines(order.size());
+  double widest = 0.0;
+  const auto for_lines = [&](auto&& visit) {
+    for (std::size_t i = 0; i < order.size();) {
+      std::size_t end = i;
+      while (end < order.size() && line(order[end]) == line(order[i])) ++end;
+      visit(i, end);
+      i = end;
+    }
+  };
+  for_lines([&](std::size_t begin, std::size_t end) {
+    double sum = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      for (const Index way : {0, 2})
+        sum += 0.5 * edge_length(surface, grids.side(order[i], way + static_cast<Index>(axis)));
+    }
+    const double width = sum / static_cast<double>(end - begin);
+    widest = std::max(widest, width);
+    for (std::size_t i = begin; i < end; ++i) lines[at(order[i])][1] = width;
+  });
+  double reached = 0.0;
+  Index island = kInvalid;
+  for_lines([&](std::size_t begin, std::size_t end) {
+    const double width = std::max(lines[at(order[begin])][1], kThinnestLine * widest);
+    if (std::exchange(island, grids.island[at(order[begin])]) != grids.island[at(order[begin])])
+      reached = 0.0;
+    const double begins = std::exchange(reached, reached + width);
+    for (std::size_t i = begin; i < end; ++i) lines[at(order[i])] = {begins, reached};
+  });
+  return lines;
+}
+
+// Of faces that share an edge with one other, wound like them.
+std::vector<HalfedgeId> opposites_of(const Triangles& faces) {
+  const auto key = [](VertexId a, VertexId b) {
+    return static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint32_t>(b);
+  };
+  constexpr HalfedgeId kSeveral = -2;
+  std::unordered_map<std::uint64_t, HalfedgeId> at_edge;
+  const auto count = static_cast<HalfedgeId>(faces.size());
+  for (HalfedgeId h = 0; h < count; ++h) {
+    const auto [entry, fresh] =
+        at_edge.try_emplace(key(mesh::source(faces, h), mesh::target(faces, h)), h);
+    if (!fresh) entry->second = kSeveral;
+  }
+  std::vector<HalfedgeId> opposite(at(count), kInvalid);
+  for (HalfedgeId h = 0; h < count; ++h) {
+    const auto back = at_edge.find(key(mesh::target(faces, h), mesh::source(faces, h)));
+    if (back != at_edge.end() && back->second >= 0 &&
+        at_edge.find(key(mesh::source(faces, h), mesh::target(faces, h)))->second == h)
+      opposite[at(h)] = back->second;
+  }
+  return opposite;
+}
+
+mesh::EdgeFlags flags_of(const Triangles& faces, const IndexPairs& cuts) {
+  std::vector<std::pair<VertexId, VertexId>> pairs;
+  for (const auto& cut : cuts.rowwise()) pairs.emplace_back(std::minmax(cut[0], cut[1]));
+  std::sort(pairs.begin(), pairs.end());
+  mesh::EdgeFlags flags(at(static_cast<Index>(faces.size())), 0);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
+    const std::pair<VertexId, VertexId> own =
+        std::minmax(mesh::source(faces, h), mesh::target(faces, h));
+    flags[at(h)] = std::binary_search(pairs.begin(), pairs.end(), own) ? 1 : 0;
+  }
+  return flags;
+}
+
+void refuse(std::vector<FaceId> faces, const char* why, ErrorCode code) {
+  if (faces.empty()) return;
+  std::sort(faces.begin(), faces.end());
+  faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+  throw_invalid(code,
+                (faces.size() == 1 ? "1 face" : std::to_string(faces.size()) + " faces") +
+                    ", first face " + face_id(faces.front()) + ": " + why +
+                    ". Cut around, or leave these islands out.",
+                ElementKind::kFace, first_elements(faces));
+}
+
+// `ends`, and seams of the map; but where an island is a grid without those inside it.
+mesh::EdgeFlags with_seams(const mesh::Adjacency& adjacency, const std::vector<Quad>& quads,
+                           const Points2& corner_uv, mesh::EdgeFlags ends) {
+  const mesh::EdgeFlags torn = mesh::uv_cuts(adjacency, corner_uv);
+  const mesh::Components islands = mesh::components_between(adjacency, torn);
+  const auto of = [&](HalfedgeId h) { return islands.of_face[at(h / 3)]; };
+  mesh::EdgeFlags between = ends;
+  for (std::size_t h = 0; h < ends.size(); ++h) {
+    const HalfedgeId o = adjacency.opposite[h];
+    if (o != kInvalid && of(static_cast<HalfedgeId>(h)) != of(o)) between[h] = 1;
+  }
+  const Grids joined = grids_of(adjacency.opposite, quads, between);
+  std::vector<char> is_wrong(at(islands.count), 0);
+  for (const auto* faults : {&joined.irregular, &joined.misplaced}) {
+    for (const Index q : *faults) is_wrong[at(of(joined.quads[at(q)].side[0]))] = 1;
+  }
+  for (std::size_t h = 0; h < ends.size(); ++h) {
+    if (torn[h] != 0 && is_wrong[at(of(static_cast<HalfedgeId>(h)))] != 0) between[h] = 1;
+  }
+  return between;
+}
+
+std::vector<FaceId> triangles_at(const Grids& grids, const std::vector<Index>& quads) {
+  std::vector<FaceId> faces;
+  for (const Index q : quads) faces.push_back(grids.quads[at(q)].diagonal[0] / 3);
+  return faces;
+}
+
+}  // namespace
+
+std::vector<Quad> quads_of(const mesh::Surface& surface, const std::vector<HalfedgeId>& opposite,
+                           const std::vector<Index>& polygon, bool in_pairs) {
+  std::unordered_map<Index, Index> count;
+  for (const Index p : polygon) ++count[p];
+  std::vector<Quad> quads;
+  const auto is_alone = [&](FaceId f) {
+    return in_pairs && (polygon.empty() || count[polygon[at(f)]] == 1);
+  };
+  for (FaceId f = 0; f < surface.faces.rows(); ++f) {
+    const HalfedgeId longest = longest_side(surface, f);
+    HalfedgeId inside = kInvalid;
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      const HalfedgeId o = opposite[at(h)];
+      if (o == kInvalid) continue;
+      const FaceId g = o / 3;
+      const bool is_pair =
+          is_alone(f)
+              ? h == longest && is_alone(g) && longest_side(surface, g) == o
+              : !polygon.empty() && polygon[at(f)] == polygon[at(g)] && count[polygon[at(f)]] == 2;
+      if (!is_pair) continue;
+      inside = inside == kInvalid ? h : static_cast<HalfedgeId>(opposite.size());
+    }
+    if (inside == kInvalid || inside == static_cast<HalfedgeId>(opposite.size())) continue;
+    const HalfedgeId o = opposite[at(inside)];
+    if (o > inside && mesh::source(surface.faces, previous_corner(inside)) !=
+                          mesh::source(surface.faces, previous_corner(o)))
+      quads.push_back(quad_across(inside, o));
+  }
+  return quads;
+}
+
+Grids grids_of(const std::vector<HalfedgeId>& opposite, std::vector<Quad> quads,
+               const mesh::EdgeFlags& ends) {
+  Grids grids;
+  grids.quads = std::move(quads);
+  std::vector<Index> side_at(opposite.size(), kInvalid);
+  for (std::size_t q = 0; q < grids.quads.size(); ++q) {
+    for (std::size_t j = 0; j < 4; ++j)
+      side_at[at(grids.quads[q].side[j])] = static_cast<Index>(4 * q + j);
+  }
+  for (const Quad& quad : grids.quads) {
+    for (const HalfedgeId h : quad.side) {
+      const HalfedgeId o = ends[at(h)] != 0 ? kInvalid : opposite[at(h)];
+      grids.across.push_back(o == kInvalid ? kInvalid : side_at[at(o)]);
+    }
+  }
+  Walk{grids};
+  find_faults(grids);
+  return grids;
+}
+
+Points2 straight_corners(const mesh::Surface& surface, const Grids& grids) {
+  Points2 corners = Points2::Zero(surface.faces.size(), 2);
+  const auto columns = lines_of(surface, grids, 0);
+  const auto rows = lines_of(surface, grids, 1);
+  for (std::size_t q = 0; q < grids.quads.size(); ++q) {
+    const Quad& quad = grids.quads[q];
+    const auto [left, right] = columns[q];
+    const auto [low, high] = rows[q];
+    const std::array<Eigen::RowVector2d, 4> box = {
+        {{left, low}, {right, low}, {right, high}, {left, high}}};
+    const auto corner = [&](std::size_t j) { return box[(j + 4 - at(grids.turn[q])) % 4]; };
+    for (std::size_t j = 0; j < 4; ++j) corners.row(quad.side[j]) = corner(j);
+    corners.row(quad.diagonal[0]) = corner(2);
+    corners.row(quad.diagonal[1]) = corner(0);
+  }
+  return corners;
+}
+
+Points2 rectify(const mesh::Surface& surface, const RectifyOptions& options,
+                ExecutionContext& context) {
+  context.report("finding grids", 0.0);
+  if (surface.faces.rows() == 0 || surface.faces.minCoeff() < 0 ||
+      surface.faces.maxCoeff() >= surface.vertices.rows())
+    return Points2::Zero(surface.faces.size(), 2);
+  const mesh::Adjacency adjacency{opposites_of(surface.faces), {}};
+  const std::vector<Quad> quads = quads_of(surface, adjacency.opposite, options.polygon, true);
+  std::vector<char> in_quad(at(static_cast<Index>(surface.faces.rows())), 0);
+  for (const Quad& quad : quads)
+    in_quad[at(quad.diagonal[0] / 3)] = in_quad[at(quad.diagonal[1] / 3)] = 1;
+  std::vector<FaceId> others;
+  for (std::size_t f = 0; f < in_quad.size(); ++f)
+    if (in_quad[f] == 0) others.push_back(static_cast<FaceId>(f));
+  refuse(std::move(others), "no quad", ErrorCode::kNoQuad);
+  context.check();
+  mesh::EdgeFlags ends = flags_of(surface.faces, options.cuts);
+  if (options.corner_uv.rows() > 0)
+    ends = with_seams(adjacency, quads, options.corner_uv, std::move(ends));
+  const Grids grids = grids_of(adjacency.opposite, quads, ends);
+  refuse(triangles_at(grids, grids.irregular), "other than four quads meet inside the island",
+         ErrorCode::kNoGrid);
+  refuse(triangles_at(grids, grids.misplaced), "its island is no grid", ErrorCode::kNoGrid);
+  Points2 corners = straight_corners(surface, grids);
+  // The sides of an edge between two islands must not meet.
+  const double wide = kApart * corners.maxCoeff();
+  const Index islands = *std::max_element(grids.island.begin(), grids.island.end()) + 1;
+  const auto many = static_cast<Index>(std::ceil(std::sqrt(static_cast<double>(islands))));
+  for (std::size_t q = 0; q < quads.size(); ++q) {
+    const Index island = grids.island[q];
+    const Eigen::RowVector2d shift(wide * (island % many), wide * (island / many));
+    for (const HalfedgeId h : quads[q].diagonal)
+      corners.middleRows(h - h % 3, 3).rowwise() += shift;
+  }
+  return corners;
+}
+
+}  // namespace flipfree::unwrap

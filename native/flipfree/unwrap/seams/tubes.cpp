@@ -1,0 +1,281 @@
+#include "flipfree/unwrap/seams/tubes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/islands/grids.h"
+#include "flipfree/unwrap/seams/made_parts.h"
+#include "flipfree/unwrap/seams/search.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+// Tubes end where faces bend by this much (radians), but for steps and bevels; and at what is no
+// quad where they bend by that much.
+constexpr double kCrease = kBendAngle;
+constexpr double kLeastEnd = 0.26;
+// Roots of the area of the connected part: quads of steps and bevels are narrower than the first,
+// and tubes are wider than the second.
+constexpr double kStepWidth = 0.03;
+constexpr double kLeastTube = 0.09;
+// Faces bend by this much where a step or a bevel begins; and all along what is round about a tube.
+constexpr double kStepBend = 0.3;
+constexpr double kRoundBend = 0.2;
+// The lengths of a tube's rows, or those of its columns, differ by this share: it unrolls not.
+constexpr double kSame = 0.03;
+
+// Per face the root of the area of its connected part.
+std::vector<double> sizes_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency) {
+  const mesh::Components parts = mesh::face_components(adjacency);
+  std::vector<double> area(at(parts.count), 0.0);
+  for (std::size_t f = 0; f < parts.of_face.size(); ++f)
+    area[at(parts.of_face[f])] += 0.5 * face_normal(surface, static_cast<FaceId>(f)).norm();
+  std::vector<double> sizes;
+  for (const Index part : parts.of_face) sizes.push_back(std::sqrt(area[at(part)]));
+  return sizes;
+}
+
+// Per face: is it of a quad that is one of a step or a bevel?
+std::vector<char> steps_of(const mesh::Surface& surface, const std::vector<Quad>& quads,
+                           const std::vector<double>& sizes) {
+  std::vector<char> is_step(sizes.size(), 0);
+  for (const Quad& quad : quads) {
+    double area = 0.0;
+    double longest = 0.0;
+    for (const HalfedgeId h : quad.diagonal) area += 0.5 * face_normal(surface, h / 3).norm();
+    for (const HalfedgeId h : quad.side) longest = std::max(longest, edge_length(surface, h));
+    for (const HalfedgeId h : quad.diagonal)
+      is_step[at(h / 3)] = area < kStepWidth * sizes[at(h / 3)] * longest ? 1 : 0;
+  }
+  return is_step;
+}
+
+// Seams, and creases, but those of steps, and those of what goes round about a tube with corners.
+mesh::EdgeFlags ends_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                        const Grids& all, const std::vector<char>& is_step, mesh::EdgeFlags seams) {
+  const auto bend = [&](HalfedgeId h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    return o == kInvalid ? 0.0 : bend_between(surface, h / 3, o / 3);
+  };
+  std::vector<char> is_round(seams.size(), 0);
+  std::vector<char> seen(all.across.size(), 0);
+  for (Index first = 0; first < static_cast<Index>(seen.size()); ++first) {
+    std::vector<HalfedgeId> loop;
+    bool bends = true;
+    Index side = first;
+    while (side != kInvalid && seen[at(side)] == 0) {
+      seen[at(side)] = 1;
+      const HalfedgeId h = all.quads[at(side / 4)].side[at(side % 4)];
+      bends = bends && bend(h) >= kRoundBend;
+      loop.push_back(h);
+      side = all.across[at(side)];
+      if (side != kInvalid) side = side - side % 4 + (side + 2) % 4;
+    }
+    if (side != first || !bends) continue;
+    for (const HalfedgeId h : loop) is_round[at(h)] = is_round[at(adjacency.opposite[at(h)])] = 1;
+  }
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(seams.size()); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o > h && is_step[at(h / 3)] == 0 && is_step[at(o / 3)] == 0 && is_round[at(h)] == 0 &&
+        bend(h) >= kCrease)
+      seams[at(h)] = seams[at(o)] = 1;
+  }
+  return seams;
+}
+
+// The grids of a surface that may be tubes, by island.
+class TubeFinder {
+ public:
+  TubeFinder(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+             const mesh::EdgeFlags& ends, const std::vector<double>& cost, Grids grids)
+      : surface_(surface),
+        adjacency_(adjacency),
+        ends_(ends),
+        cost_(cost),
+        grids_(std::move(grids)) {
+    for (std::size_t q = 0; q < grids_.quads.size(); ++q) {
+      members_.resize(std::max(members_.size(), at(grids_.island[q] + 1)));
+      members_[at(grids_.island[q])].push_back(static_cast<Index>(q));
+    }
+    is_tube_.assign(members_.size(), 1);
+    for (const auto* faults : {&grids_.irregular, &grids_.misplaced})
+      for (const Index q : *faults) is_tube_[at(grids_.island[at(q)])] = 0;
+  }
+
+  Tubes run(const std::vector<double>& sizes, const Stretch& bound) {
+    for (std::size_t i = 0; i < members_.size(); ++i) {
+      if (is_tube_[i] != 0)
+        is_tube_[i] = ends_well(members_[i]) && turn_to_cheapest(members_[i]) ? 1 : 0;
+    }
+    Tubes tubes{mesh::EdgeFlags(cost_.size(), 0), {}, std::vector<char>(cost_.size() / 3, 0)};
+    if (!any_flag(is_tube_)) return tubes;
+    tubes.corner_uv = straight_corners(surface_, grids_);
+    for (std::size_t i = 0; i < members_.size(); ++i) {
+      if (is_tube_[i] == 0) continue;
+      const std::vector<CornerId> corners = corners_of(members_[i]);
+      Vector2 extent = Vector2::Zero();
+      for (const CornerId c : corners) extent = extent.cwiseMax(tubes.corner_uv.row(c).transpose());
+      if (extent.minCoeff() < kLeastTube * sizes[at(corners.front() / 3)]) continue;
+      if (!unrolls(members_[i], sizes[at(corners.front() / 3)]) &&
+          stretch(corners, tubes.corner_uv).within(bound))
+        take(members_[i], tubes);
+    }
+    return tubes;
+  }
+
+ private:
+  bool ends_well(const std::vector<Index>& quads) const {
+    for (const Index q : quads) {
+      for (Index j = 0; j < 4; ++j) {
+        const HalfedgeId h = grids_.quads[at(q)].side[at(j)];
+        const HalfedgeId o = adjacency_.opposite[at(h)];
+        if (grids_.across[at(4 * q + j)] == kInvalid && o != kInvalid && ends_[at(h)] == 0 &&
+            bend_between(surface_, h / 3, o / 3) < kLeastEnd)
+          return false;
+      }
+    }
+    return true;
+  }
+
+  // Numbers the lines of a grid that closes up anew, so that the first one begins where a cut costs
+  // least. False if it does not close up.
+  bool turn_to_cheapest(const std::vector<Index>& quads) {
+    bool closes = false;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      Index low = std::numeric_limits<Index>::max();
+      Index high = std::numeric_limits<Index>::min();
+      for (const Index q : quads) {
+        low = std::min(low, grids_.cell[at(q)][axis]);
+        high = std::max(high, grids_.cell[at(q)][axis]);
+      }
+      const Index count = high - low + 1;
+      // Beyond the lower side of every first cell, or the left one, is the last.
+      const Index way = axis == 0 ? 3 : 0;
+      bool is_closed = count > 2;
+      std::vector<double> price(at(count), 0.0);
+      for (const Index q : quads) {
+        const Index line = grids_.cell[at(q)][axis] - low;
+        const Index beyond = grids_.across[at(4 * q + (grids_.turn[at(q)] + way) % 4)];
+        is_closed = is_closed && beyond != kInvalid &&
+                    grids_.cell[at(beyond / 4)][axis] - low == (line + count - 1) % count;
+        price[at(line)] += cost_[at(grids_.side(q, way))];
+      }
+      if (!is_closed) continue;
+      const auto best =
+          static_cast<Index>(std::min_element(price.begin(), price.end()) - price.begin());
+      if (!(price[at(best)] < mesh::ShortestPaths::kUnreached)) return false;
+      for (const Index q : quads) {
+        Index& line = grids_.cell[at(q)][axis];
+        line = (line - low - best + count) % count;
+      }
+      closes = true;
+    }
+    return closes;
+  }
+
+  // Do rows have one length, and columns, but for steps?
+  bool unrolls(const std::vector<Index>& quads, double size) const {
+    const auto length = [&](Index q, std::size_t axis) {
+      const auto way = static_cast<Index>(axis);
+      return 0.5 * (edge_length(surface_, grids_.side(q, way)) +
+                    edge_length(surface_, grids_.side(q, way + 2)));
+    };
+    std::array<std::map<Index, char>, 2> is_step;
+    for (const Index q : quads) {
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        bool bends = false;
+        for (const Index way : {1, 3}) {
+          const HalfedgeId h = grids_.side(q, way - static_cast<Index>(axis));
+          const HalfedgeId o = adjacency_.opposite[at(h)];
+          bends = bends || o == kInvalid || bend_between(surface_, h / 3, o / 3) >= kStepBend;
+        }
+        if (bends && length(q, axis) < kStepWidth * size)
+          is_step[axis][grids_.cell[at(q)][axis]] = 1;
+      }
+    }
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      std::map<Index, double> lengths;  // of columns, then of rows
+      for (const Index q : quads) {
+        const auto& [column, row] = grids_.cell[at(q)];
+        if (is_step[0].count(column) == 0 && is_step[1].count(row) == 0)
+          lengths[grids_.cell[at(q)][axis]] += length(q, 1 - axis);
+      }
+      double least = std::numeric_limits<double>::infinity();
+      double most = 0.0;
+      for (const auto& [line, own] : lengths) {
+        least = std::min(least, own);
+        most = std::max(most, own);
+      }
+      if (least < (1.0 - kSame) * most) return false;
+    }
+    return true;
+  }
+
+  std::vector<CornerId> corners_of(const std::vector<Index>& quads) const {
+    std::vector<CornerId> corners;
+    for (const Index q : quads) {
+      for (const HalfedgeId h : grids_.quads[at(q)].diagonal)
+        for (HalfedgeId k = h - h % 3; k < h - h % 3 + 3; ++k) corners.push_back(k);
+    }
+    return corners;
+  }
+
+  Stretch stretch(const std::vector<CornerId>& corners, const Points2& corner_uv) const {
+    const auto count = static_cast<Eigen::Index>(corners.size());
+    mesh::Surface own{Points3(count, 3), Triangles(count / 3, 3)};
+    Points2 uv(count, 2);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const CornerId c = corners[at(i)];
+      own.vertices.row(i) = surface_.vertices.row(mesh::source(surface_.faces, c));
+      own.faces(i / 3, i % 3) = static_cast<VertexId>(i);
+      uv.row(i) = corner_uv.row(c);
+    }
+    return stretch_of(own, uv);
+  }
+
+  void take(const std::vector<Index>& quads, Tubes& tubes) const {
+    for (const Index q : quads) {
+      for (const HalfedgeId h : grids_.quads[at(q)].diagonal) tubes.of_face[at(h / 3)] = 1;
+      for (Index j = 0; j < 4; ++j) {
+        const HalfedgeId h = grids_.quads[at(q)].side[at(j)];
+        const HalfedgeId o = adjacency_.opposite[at(h)];
+        const Points2& uv = tubes.corner_uv;
+        const bool meets = grids_.across[at(4 * q + j)] != kInvalid &&
+                           uv.row(h) == uv.row(next_corner(o)) &&
+                           uv.row(next_corner(h)) == uv.row(o);
+        if (o == kInvalid || meets) continue;
+        tubes.cut[at(h)] = tubes.cut[at(o)] = 1;
+      }
+    }
+  }
+
+  const mesh::Surface& surface_;
+  const mesh::Adjacency& adjacency_;
+  const mesh::EdgeFlags& ends_;
+  const std::vector<double>& cost_;
+  Grids grids_;
+  std::vector<std::vector<Index>> members_;  // per island: quads
+  std::vector<char> is_tube_;                // per island
+};
+
+}  // namespace
+
+Tubes find_tubes(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                 const mesh::EdgeFlags& seams, const std::vector<double>& cost,
+                 const std::vector<Index>& polygon, const Stretch& bound) {
+  std::vector<Quad> quads = quads_of(surface, adjacency.opposite, polygon, polygon.empty());
+  const std::vector<double> sizes = sizes_of(surface, adjacency);
+  const std::vector<char> is_step = steps_of(surface, quads, sizes);
+  const mesh::EdgeFlags ends =
+      ends_of(surface, adjacency, grids_of(adjacency.opposite, quads, seams), is_step, seams);
+  Grids grids = grids_of(adjacency.opposite, std::move(quads), ends);
+  return TubeFinder(surface, adjacency, ends, cost, std::move(grids)).run(sizes, bound);
+}
+
+}  // namespace flipfree::unwrap
