@@ -105,7 +105,7 @@ def test_edges_that_whole_numbers_bend_get_points(name: str) -> None:
     found = ff.fit_tiles(given, tile=(area(mesh.vertices, mesh.faces) / 100) ** 0.5)
     check(found)
     own = len(given.vertices)
-    assert found.stats["tries"] == 1 and 0 < len(found.vertices) - own < 0.2 * own
+    assert found.stats["tries"] == 1 and 0 < len(found.vertices) - own < 0.3 * own
     assert (found.vertices[:own] == given.vertices).all()
     assert (found.certificate.quarter_cones == given.certificate.quarter_cones).all()
     assert (found.input_faces == mesh.faces).all()

@@ -53,8 +53,8 @@ class Descent {
   }
 
   // Closed dual paths as long as one of them lowers the energy; then flips, and again.
-  void descend() {
-    for (int round = 0; round < 8; ++round) {
+  void descend(int rounds) {
+    for (int round = 0; round < rounds; ++round) {
       cancel_cycles();
       if (!flip_to_delaunay()) return;
     }
@@ -250,88 +250,118 @@ class Descent {
     for (FaceId f = 0; f < coarse_.faces(); ++f) price_face(f);
   }
 
+  Index outside() const { return 4 * flat().halfedges(); }
+  void activate(Index node) {
+    if (is_active_[at(node)] == 0) active_.push_back(node);
+    is_active_[at(node)] = 1;
+  }
+  void lower(Index node, double sum, Index from, std::size_t step) {
+    distance_[at(node)] = sum;
+    before_[at(node)] = from;
+    step_to_[at(node)] = step;
+    activate(node);
+  }
+  void relax(Index from, const Step& step) {
+    const Index node = 4 * step.out() + step.d;
+    const double sum = distance_[at(from)] + cost_[step.index()];
+    if (sum < distance_[at(node)] - 1e-9 * (1.0 + std::abs(sum)))
+      lower(node, sum, from, step.index());
+  }
+
+  // Bellman and Ford; a negative cycle shows among the predecessors after a few rounds. Whatever
+  // the distances are at first, some can be lowered as long as there is one: once it is applied,
+  // they stay, and only nodes from where steps have another price are looked at again.
   void cancel_cycles() {
     cost_.assign(8 * at(flat().halfedges()), kInfinite);
     price_all();
     blocked_.clear();
     leaving_ = leaving(flat(), quarters_.size());
-    const Index outside = 4 * flat().halfedges();
-    std::vector<HalfedgeId> border;
-    for (HalfedgeId h = 0; h < flat().halfedges(); ++h)
-      if (flat().opposite[at(h)] == kInvalid) border.push_back(h);
-    std::vector<double> distance(at(outside) + 1);
-    std::vector<Index> before(at(outside) + 1);
-    std::vector<std::size_t> step_to(at(outside) + 1, 0);
-    for (bool found = true; found;) {
-      context_.check();
-      found = false;
-      std::fill(distance.begin(), distance.end(), 0.0);
-      std::fill(before.begin(), before.end(), kInvalid);
-      // Bellman and Ford; a negative cycle shows among the predecessors after a few rounds.
-      for (Index round = 0; round <= outside && !found; ++round) {
-        bool changed = false;
-        const auto relax = [&](Index from, const Step& step) {
-          const double cost = cost_[step.index()];
-          const Index node = 4 * step.out() + step.d;
-          const double sum = distance[at(from)] + cost;
-          if (!(sum < distance[at(node)] - 1e-9 * (1.0 + std::abs(sum)))) return;
-          distance[at(node)] = sum;
-          before[at(node)] = from;
-          step_to[at(node)] = step.index();
-          changed = true;
-        };
-        for (HalfedgeId h = 0; h < flat().halfedges(); ++h) {
-          const HalfedgeId o = flat().opposite[at(h)];
-          for (Index d = 0; d < 4; ++d) {
-            const Index node = 4 * h + d;
-            if (o != kInvalid) {
-              const Index turned_d = (d + flat().turn[at(h)]) % 4;
-              for (Index which = 0; which < 2; ++which) relax(node, {o, turned_d, which});
-            } else if (along(h, d) && distance[at(node)] < distance[at(outside)]) {
-              distance[at(outside)] = distance[at(node)];
-              before[at(outside)] = node;
-              changed = true;
-            }
-          }
-        }
-        for (const HalfedgeId in : border)
-          for (Index d = 0; d < 4; ++d)
-            for (Index which = 0; which < 2; ++which) relax(outside, {in, d, which});
-        if (!changed) break;
-        found = apply_cycles(before, step_to, outside);
+    const std::size_t nodes = at(outside()) + 1;
+    seen_.assign(nodes, 0);
+    pass_ = 0;
+    // Distances kept are ever less exact: at last from none.
+    for (bool lowered = true; lowered;) {
+      lowered = false;
+      distance_.assign(nodes, 0.0);
+      before_.assign(nodes, kInvalid);
+      step_to_.assign(nodes, 0);
+      is_active_.assign(nodes, 0);
+      active_.clear();
+      for (Index node = 0; node <= outside(); ++node) activate(node);
+      while (!active_.empty()) {
+        context_.check();
+        std::vector<Index> sources;
+        sources.swap(active_);
+        std::sort(sources.begin(), sources.end());
+        for (const Index node : sources) is_active_[at(node)] = 0;
+        for (const Index node : sources) relax_from(node);
+        lowered = apply_cycles() || lowered;
       }
     }
     blocked_.clear();
   }
 
-  // Applies the cycles among the predecessors that lower the energy, as it is once all their steps
-  // are taken; of others a face that they pass twice is closed to them. True if there was any.
-  bool apply_cycles(const std::vector<Index>& before, const std::vector<std::size_t>& step_to,
-                    Index outside) {
-    std::vector<Index> seen(before.size(), 0);
-    bool any = false, lowered = false;
-    Index pass = 0;
-    for (Index start = 0; start <= outside; ++start) {
-      ++pass;
-      Index node = start;
-      while (node != kInvalid && seen[at(node)] == 0) {
-        seen[at(node)] = pass;
-        node = before[at(node)];
+  void relax_from(Index node) {
+    if (node == outside()) {
+      for (HalfedgeId in = 0; in < flat().halfedges(); ++in) {
+        if (flat().opposite[at(in)] != kInvalid) continue;
+        for (Index d = 0; d < 4; ++d)
+          for (Index which = 0; which < 2; ++which) relax(node, {in, d, which});
       }
-      if (node == kInvalid || seen[at(node)] != pass) continue;
+      return;
+    }
+    const HalfedgeId h = node / 4, o = flat().opposite[at(h)];
+    const Index d = node % 4;
+    if (o != kInvalid) {
+      const Index turned_d = (d + flat().turn[at(h)]) % 4;
+      for (Index which = 0; which < 2; ++which) relax(node, {o, turned_d, which});
+    } else if (along(h, d) && distance_[at(node)] < distance_[at(outside())]) {
+      lower(outside(), distance_[at(node)], node, 0);
+    }
+  }
+
+  // Applies the cycles among the predecessors of what was lowered last that lower the energy, as it
+  // is once all their steps are taken; of others a face that they pass twice is closed to them.
+  // Whether any was applied.
+  bool apply_cycles() {
+    bool lowered = false;
+    const std::vector<Index> last = active_;
+    const std::int64_t first_pass = pass_;
+    for (const Index start : last) {
+      ++pass_;
+      Index node = start;
+      while (node != kInvalid && seen_[at(node)] <= first_pass) {
+        seen_[at(node)] = pass_;
+        node = before_[at(node)];
+      }
+      if (node == kInvalid || seen_[at(node)] != pass_) continue;
       std::vector<std::size_t> steps;
       Index n = node;
       do {
-        if (n != outside) steps.push_back(step_to[at(n)]);
-        n = before[at(n)];
+        if (n != outside()) steps.push_back(step_to_[at(n)]);
+        const Index next = before_[at(n)];
+        before_[at(n)] = kInvalid;
+        activate(n);
+        n = next;
       } while (n != node);
-      any = true;
       if (apply(steps))
         lowered = true;
       else if (!lowered)
         block(steps);
     }
-    return any;
+    return lowered;
+  }
+
+  // A face's steps have another price.
+  void reprice(FaceId f) {
+    price_face(f);
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      const HalfedgeId o = flat().opposite[at(h)];
+      for (Index d = 0; d < 4; ++d) {
+        before_[at(4 * h + d)] = kInvalid;
+        activate(o == kInvalid ? outside() : 4 * o + d);
+      }
+    }
   }
 
   // Takes the steps if that lowers the energy.
@@ -372,10 +402,13 @@ class Descent {
     };
     shift(true);
     if (sum() < now - 1e-9 * now) {
-      for (const std::size_t index : blocked_) price_face(static_cast<FaceId>(index / 24));
+      for (const std::size_t index : blocked_) reprice(static_cast<FaceId>(index / 24));
       blocked_.clear();
-      for (const FaceId f : once) price_face(f);
-      if (count_ > 0.0) price_all();
+      if (count_ > 0.0 && doubled() != before) {
+        price_all();
+        for (Index node = 0; node <= outside(); ++node) activate(node);
+      }
+      for (const FaceId f : once) reprice(f);
       return true;
     }
     shift(false);
@@ -439,6 +472,14 @@ class Descent {
   std::vector<HalfedgeId> leaving_;   // as of the last flips
   std::vector<double> cost_;          // per Step::index()
   std::vector<std::size_t> blocked_;  // steps whose cost is infinite although they are possible
+  // Of cancel_cycles(), per node: 4 h + d as for Step, and one for all that is outside.
+  std::vector<double> distance_;
+  std::vector<Index> before_;
+  std::vector<std::int64_t> seen_;
+  std::vector<std::size_t> step_to_;
+  std::vector<char> is_active_;
+  std::vector<Index> active_;  // nodes whose distance has changed
+  std::int64_t pass_ = 0;
 };
 
 }  // namespace
@@ -446,21 +487,22 @@ class Descent {
 bool choose_integers(CoarseSurface& coarse, const FlatSurface& map,
                      const std::vector<Index>& quarters, const std::vector<Index>& component,
                      const std::vector<double>& scale, double count, ExecutionContext& context) {
-  // So many times larger by a square root of two, where rounding leaves a triangle without area.
-  constexpr int kMostSteps = 24;
+  constexpr int kRounds = 8, kFewRounds = 2;
+  // So many times twice as large, where rounding leaves a triangle without area.
+  constexpr int kMostSteps = 12;
   Descent descent(coarse, map, quarters, component, scale, count, context);
-  int larger = 0;
-  for (;; ++larger) {
-    if (larger > kMostSteps) return false;
+  int smaller = 0;  // by a square root of two
+  for (; coarse.integer.empty() || !descent.is_valid(); smaller += 2) {
+    if (smaller > 2 * kMostSteps) return false;
+    if (smaller > 0) descent.scale_by(2.0);
     if (!descent.round()) return false;
-    descent.descend();
-    if (descent.is_valid()) break;
-    descent.scale_by(std::sqrt(2.0));
+    descent.descend(kFewRounds);
   }
-  for (; larger > 0; --larger) {
+  for (smaller = std::max(smaller - 2, 0); smaller > 0; --smaller) {
     descent.scale_by(std::sqrt(0.5));
-    descent.descend();
+    descent.descend(kFewRounds);
   }
+  descent.descend(kRounds);
   return descent.is_valid();
 }
 

@@ -23,8 +23,9 @@
 namespace flipfree::quads {
 
 // Chooses coarse.integer for a surface in which a length 1 of component c is scale[c] quads;
-// `component`: per face. `count`: how many quads there
-// shall be, for whose sake lengths give way where that costs least; 0: as many as come out. Flips
+// `component`: per face. `count`: how many quads there shall be, for whose sake lengths give way
+// where that costs least; 0: as many as come out. Valid integers that are there already, of about
+// that scale, are what it begins at; else it rounds. Flips
 // edges so that triangles are well shaped in the new metric; areas stay positive by the edges and
 // by the integers. False if no integers with positive areas were found. `map` as of flip_coarse(),
 // `quarters` as of coarse_surface(). Throws Cancelled, TimeIsOver.

@@ -96,12 +96,11 @@ Attempt attempt_with(CoarseSurface coarse, const ExecutionContext& context) {
   return made;
 }
 
-// Integers for about `wanted` quads.
-std::optional<Attempt> attempt_at(const Prepared& p, const Scales& scales, double wanted,
-                                  double count, ExecutionContext& context) {
+// Integers for about `wanted` quads; `coarse` is where they begin.
+std::optional<Attempt> attempt_at(CoarseSurface coarse, const Prepared& p, const Scales& scales,
+                                  double wanted, double count, ExecutionContext& context) {
   std::vector<double> scale = scales.scale;
   for (double& s : scale) s *= std::sqrt(wanted);
-  CoarseSurface coarse = p.coarse;
   if (!choose_integers(coarse, p.flat.surface, p.quarters, scales.component, scale, count, context))
     return std::nullopt;
   // More than anyone can hold: kLongest and memory.
@@ -118,6 +117,7 @@ Attempt nearest_attempt(const Prepared& p, const Scales& scales, double target,
   constexpr int kMostScales = 3;
   constexpr int kMostRaised = 24;
   std::optional<Attempt> best;
+  CoarseSurface latest = p.coarse;
   std::int64_t tries = 0;
   const auto off = [&](double count) { return std::abs(std::log(count / target)); };
   const auto is_near = [&] { return best && off(best->count()) <= std::log1p(kNear); };
@@ -125,8 +125,9 @@ Attempt nearest_attempt(const Prepared& p, const Scales& scales, double target,
   const auto offer = [&](double wanted, double held_to) {
     context.report("integers", 0.02 * static_cast<double>(std::min<std::int64_t>(tries, 10)));
     ++tries;
-    std::optional<Attempt> made = attempt_at(p, scales, wanted, held_to, context);
+    std::optional<Attempt> made = attempt_at(latest, p, scales, wanted, held_to, context);
     if (!made) return 0.0;
+    latest = made->coarse;
     const double count = made->count();
     if (made->defects.empty() && (!best || off(count) < off(best->count()))) best = std::move(made);
     return count;
