@@ -1,8 +1,6 @@
 """Random field-aligned maps, in processes that may crash, judged in rational numbers and by other loops than the solver's.
 
-    export PYTHONPATH=build/python:tests/python:benchmarks:tests
-    random_aligned.py [--calls 1000] [--seed 0] [--jobs 2] [--slack 2.0] [--report FILE.json]
-    random_aligned.py --repeat SEED
+    random_aligned.py, and what driver.py says
 
 The surfaces of random_seamless.py, along the smoothest field or one that follows
 curvature, with cones merged or not, sizes or none, by all engines, with aligned and with free boundaries. A map that comes back
@@ -16,12 +14,10 @@ from __future__ import annotations
 
 import sys
 from collections import defaultdict
-from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
-from random_calls import timed_call
-from random_maps import main_of, outcome_of, work_through
+from driver import main, timed_call
 from random_seamless import Case, closed, judged_maps, opened, polygon, random_surface, sheet, tube
 
 import flipfree as ff
@@ -208,39 +204,27 @@ def check_map(
         check_features(map, options["features"])
 
 
-def kind_of(map: ff.Parametrization) -> str:
-    return "map, divided" if map.stats.get("divided_chords") else "map"
-
-
-def one(seed: int, slack: float, bits: bytes) -> tuple[str, str]:
-    """(what happened, details of a finding) for the case of this seed."""
+def case(seed: int, slack: float, said: list[str]) -> str:
     random = np.random.default_rng(seed)
-    case = random_case(random)
-    options = random_options(case, random)
+    given = random_case(random)
+    options = random_options(given, random)
+    said += [*given.mesh.what, str(options)]
     arguments = {
-        "vertices": case.mesh.vertices,
-        "faces": case.mesh.faces,
-        "boundary": case.boundary,
+        "vertices": given.mesh.vertices,
+        "faces": given.mesh.faces,
+        "boundary": given.boundary,
         **options,
     }
-
-    def attempt() -> str:
-        try:
-            field = random_field(case, options.get("features"), random)
-            map = timed_call(NAME, {**arguments, "field": field}, random, slack)
-            check_map(map, case, field, options, random)
-            outcome = kind_of(map)
-        except ff.FlipfreeError as error:
-            check_error(error, case.mesh, arguments)
-            outcome = f"{type(error).__name__}: {error.code}"
-        return f"{'sound' if case.sound else 'degenerate'}, {case.boundary}: {outcome}"
-
-    return outcome_of(attempt, random, bits, f"[{', '.join(case.mesh.what)}; {options}]")
-
-
-def work(pipe: Connection, seeds: range, _names: list[str], slack: float) -> None:
-    work_through(pipe, seeds, NAME, one, slack)
+    try:
+        field = random_field(given, options.get("features"), random)
+        map = timed_call(NAME, {**arguments, "field": field}, random, slack)
+        check_map(map, given, field, options, random)
+        happened = "map, divided" if map.stats.get("divided_chords") else "map"
+    except ff.FlipfreeError as error:
+        check_error(error, given.mesh, arguments)
+        happened = f"{type(error).__name__}: {error.code}"
+    return f"{'sound' if given.sound else 'degenerate'}, {given.boundary}: {happened}"
 
 
 if __name__ == "__main__":
-    sys.exit(main_of(__doc__.splitlines()[0], NAME, one, work))
+    sys.exit(main(__doc__, case))

@@ -1,30 +1,29 @@
 """Random layouts through ff.pack: does the slow judge find an overlap or a gap that is too small, as stored?
 
-    PYTHONPATH=build/python:tests python3 tests/fuzz/random_layouts.py [--layouts 2000] [--seed 0] [--jobs 2]
+    random_layouts.py, and what driver.py says
 
 Kinds, numbers of islands, margins, rotations, efforts and tiles at random; some islands are made much larger or smaller, thin,
-or far away. Exit status 1 at a finding, which is printed with its seed.
+or far away.
 """
 
 from __future__ import annotations
 
-import argparse
-import collections
-import multiprocessing
+import sys
 
 import numpy as np
+from driver import main
 from packing_layouts import drawn
 
 import flipfree as ff
 
 from judges import gaps
+from verdict import Finding
 
 KINDS = ("blobs", "letters", "rings", "sizes", "mixed")
 LIMIT = 60.0
 
 
-def outcome(seed: int) -> tuple[str, str]:
-    """What came out, and what is wrong with it."""
+def case(seed: int, _slack: float, said: list[str]) -> str:
     random = np.random.default_rng(seed)
     layout = drawn(str(random.choice(KINDS)), int(random.integers(1, 60)), seed=seed)
     uv = np.array(layout.uv, float)
@@ -43,13 +42,15 @@ def outcome(seed: int) -> tuple[str, str]:
         "scale_true": bool(random.random() < 0.5),
         "tiles": int(random.choice([1, 1, 1, 2, 5])),
     }
+    said.append(str(options))
     try:
         packed = ff.pack(layout.vertices, layout.faces, uv, max_seconds=LIMIT, threads=1, **options)
     except ff.NotConverged as error:
-        return error.code, ""
+        return error.code
     except ff.FlipfreeError as error:
-        wrong = "" if error.code in ("bad option", "flipped map") else f"{error.code}: {error}"
-        return error.code, wrong
+        if error.code not in ("bad option", "flipped map"):
+            raise Finding(f"{error.code}: {error}") from None
+        return error.code
     # So many islands get no more (packing/boxes/pack_rectangles.h).
     most = 0.899 / (np.ceil(np.sqrt(layout.islands)) + 1)
     margin = min(pixels / options["texture_size"], most)
@@ -72,30 +73,10 @@ def outcome(seed: int) -> tuple[str, str]:
     lowered = pixels / options["texture_size"] > most
     if not wrong and not lowered and not packed.stats["margin_met"]:
         wrong.append("the margin is met, and the statistics deny it")
-    return "packed", f"{options}: {'; '.join(wrong)}" if wrong else ""
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--layouts", type=int, default=2000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--jobs", type=int, default=2)
-    options = parser.parse_args()
-    count: collections.Counter[str] = collections.Counter()
-    findings = 0
-    seeds = range(options.seed, options.seed + options.layouts)
-    with multiprocessing.Pool(options.jobs) as pool:
-        for seed, (kind, wrong) in zip(seeds, pool.imap(outcome, seeds, chunksize=8), strict=True):
-            count[kind] += 1
-            findings += bool(wrong)
-            if wrong:
-                print(f"seed {seed}: {wrong}", flush=True)
-    print(
-        ", ".join(f"{number} {kind}" for kind, number in count.most_common()),
-        f"- {findings} findings",
-    )
-    return 1 if findings else 0
+    if wrong:
+        raise Finding("; ".join(wrong))
+    return "packed"
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(main(__doc__, case))

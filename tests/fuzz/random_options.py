@@ -288,8 +288,10 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
 }  # fmt: skip
 
 
-def random_arguments(name: str, mesh: Mesh, random: Random) -> dict[str, Any]:
-    """Arguments for the function; one in twelve calls has a hostile value somewhere."""
+def random_arguments(
+    name: str, mesh: Mesh, random: Random, hostile: float = 1 / 12
+) -> dict[str, Any]:
+    """Arguments for the function; so often one of them has a hostile value."""
     arguments: dict[str, Any] = {}
     parameters = inspect.signature(FUNCTIONS[name]).parameters
     for key, parameter in parameters.items():
@@ -316,7 +318,7 @@ def random_arguments(name: str, mesh: Mesh, random: Random) -> dict[str, Any]:
             often, make = PARAMETERS[key]
             if parameter.default is inspect.Parameter.empty or random.random() < often:
                 arguments[key] = make(mesh, random)
-    if random.random() < 1 / 12:
+    if random.random() < hostile:
         keys = [key for key in parameters if key != "progress"]
         key = keys[random.integers(len(keys))]
         arguments[key] = HOSTILE[random.integers(len(HOSTILE))]()

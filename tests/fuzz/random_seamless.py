@@ -1,8 +1,6 @@
 """Random seamless maps, in processes that may crash, judged in rational numbers.
 
-    export PYTHONPATH=build/python:tests/python:benchmarks:tests
-    random_seamless.py [--calls 1000] [--seed 0] [--jobs 2] [--slack 2.0] [--report FILE.json]
-    random_seamless.py --repeat SEED
+    random_seamless.py, and what driver.py says
 
 Closed surfaces of genus 0 to 5, sheets of squares with holes, polygons without a vertex inside, tubes, and closed surfaces with
 patches taken out, up to three at once: tiny, in any unit, flattened, jittered, with vertices all but on each other; cones and
@@ -18,12 +16,10 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
-from random_calls import timed_call
-from random_maps import main_of, outcome_of, work_through
+from driver import main, timed_call
 
 import flipfree as ff
 
@@ -384,39 +380,31 @@ def check_map(map: ff.Parametrization, case: Case, options: dict[str, Any]) -> N
                 raise Finding(f"in {bits} bits corner {v} has {judged.corners[v]}, not {k}")
 
 
-def one(seed: int, slack: float, bits: bytes) -> tuple[str, str]:
-    """(what happened, details of a finding) for the case of this seed."""
+def case(seed: int, slack: float, said: list[str]) -> str:
     random = np.random.default_rng(seed)
-    case = random_case(random)
-    options = random_options(case, random)
+    given = random_case(random)
+    options = random_options(given, random)
+    said += [*given.mesh.what, str(options)]
     arguments = {
-        "vertices": case.mesh.vertices,
-        "faces": case.mesh.faces,
-        "cones": case.cones,
-        "boundary": case.boundary,
+        "vertices": given.mesh.vertices,
+        "faces": given.mesh.faces,
+        "cones": given.cones,
+        "boundary": given.boundary,
         **options,
     }
-
-    def attempt() -> str:
-        try:
-            map = timed_call(NAME, arguments, random, slack)
-            check_map(map, case, options)
-            outcome = "freed" if map.stats.get("freed_boundaries") else "map"
-        except ff.FlipfreeError as error:
-            check_error(error, case.mesh, arguments)
-            outcome = f"{type(error).__name__}: {error.code}"
-            ours = ff.InvalidInput if case.rim else (ff.InvalidInput, ff.Infeasible)
-            if case.sound and case.admissible and isinstance(error, ours):
-                raise Finding(f"refused, though it is sound: {error}") from None
-        kind = "sound" if case.sound else "degenerate"
-        return f"{kind}, {case.boundary}{'' if case.admissible else ', inadmissible'}: {outcome}"
-
-    return outcome_of(attempt, random, bits, f"[{', '.join(case.mesh.what)}; {options}]")
-
-
-def work(pipe: Connection, seeds: range, _names: list[str], slack: float) -> None:
-    work_through(pipe, seeds, NAME, one, slack)
+    try:
+        map = timed_call(NAME, arguments, random, slack)
+        check_map(map, given, options)
+        happened = "freed" if map.stats.get("freed_boundaries") else "map"
+    except ff.FlipfreeError as error:
+        check_error(error, given.mesh, arguments)
+        happened = f"{type(error).__name__}: {error.code}"
+        ours = ff.InvalidInput if given.rim else (ff.InvalidInput, ff.Infeasible)
+        if given.sound and given.admissible and isinstance(error, ours):
+            raise Finding(f"refused, though it is sound: {error}") from None
+    kind = "sound" if given.sound else "degenerate"
+    return f"{kind}, {given.boundary}{'' if given.admissible else ', inadmissible'}: {happened}"
 
 
 if __name__ == "__main__":
-    sys.exit(main_of(__doc__.splitlines()[0], NAME, one, work))
+    sys.exit(main(__doc__, case))
