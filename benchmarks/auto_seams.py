@@ -9,7 +9,8 @@ Models: the shared data folder's seams/. xatlas is left out where it cannot be i
 each once, over the square root of the surface's area. Energy: mean at the map's best scale, the worst island at its own. 99 %: the
 longest singular value and the area ratio that a hundredth of the area is above, either way, at the map's best scale; for the worst
 island at its own, the larger of both. hard: islands, energy, share of the border's length within 1 degree of the axes, seam, slivers (islands
-with less than 0.2 % of the area), fill; polygons stay whole. Exit status 1 if one of ours is not certified, or an island of it above its bounds.
+with less than 0.2 % of the area), seam edges without a mirror image (across the first of the planes x, y, z that maps vertices
+to vertices), fill; polygons stay whole. Exit status 1 if one of ours is not certified, or an island of it above its bounds.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from runner import Options, Row, data, in_blender, main, numbers, table, timed
+from scipy.spatial import cKDTree
 
 import flipfree as ff
 
@@ -266,11 +268,25 @@ def hard_figures(vertices: Array, faces: Any, uv: Any) -> str:
     seam = np.linalg.norm(np.subtract(*vertices[seams.T]), axis=1).sum() / np.sqrt(area.sum())
     found = ff.certify(vertices, faces, uv)
     slivers = (own < 0.002 * area.sum()).sum()
-    return f"{len(own)}, {found.energy:.4f}, {upright:.0f} %, {seam:.1f}, {slivers}"
+    figures = f"{len(own)}, {found.energy:.4f}, {upright:.0f} %, {seam:.1f}, {slivers}"
+    return f"{figures}, {without_image(vertices, seams)}"
+
+
+def without_image(vertices: Array, seams: Any) -> str:
+    """How many of these edges; - where no plane maps the mesh to itself."""
+    middle = 0.5 * (vertices.min(0) + vertices.max(0))
+    for axis in range(3):
+        image = np.where(np.arange(3) == axis, 2 * middle - vertices, vertices)
+        distance, at = cKDTree(vertices).query(image)
+        if distance.max() < 1e-5 * np.ptp(vertices):
+            edges = {frozenset(edge) for edge in seams.tolist()}
+            return str(sum(frozenset(edge) not in edges for edge in at[seams].tolist()))
+    return "-"
 
 
 @table(
-    "model | triangles | islands, energy, upright, seam, slivers | fill | CPU s | Smart UV Project"
+    "model | triangles | islands, energy, upright, seam, slivers, no image | fill | CPU s"
+    " | Smart UV Project"
 )
 def hard(options: Options) -> Iterator[Row]:
     paths = options.cases(sorted((data() / "hard").glob("*.obj")))

@@ -143,6 +143,25 @@ def test_a_cube_becomes_one_net() -> None:
         assert result.certificate.energy == pytest.approx(1.0, abs=1e-6)
 
 
+def test_nets_of_what_is_symmetric_are_symmetric() -> None:
+    """A staircase from wall to wall, its sides fans of triangles."""
+    steps = [(0, 0), (3, 0), (3, 1), (2, 1), (2, 2), (1, 2), (1, 3), (0, 3)]
+    vertices = np.array([(x, y, z) for y in (-1, 1) for x, z in steps], float)
+    count = len(steps)
+    faces, polygons = [], []
+    for a in range(count):
+        b = (a + 1) % count
+        faces += [(a, b, b + count), (a, b + count, a + count)]
+        polygons += [a, a]
+    for k in range(1, count - 1):
+        faces += [(0, k + 1, k), (count, count + k, count + k + 1)]
+        polygons += [count, count + 1]
+    found = ff.unwrap(vertices, np.array(faces, np.int32)[:, ::-1], polygons=np.array(polygons))
+    seams = {frozenset(edge) for edge in found.cut_edges.tolist()}
+    assert {frozenset((v + count) % (2 * count) for v in edge) for edge in seams} == seams
+    assert found.certificate.energy < 1.002 and found.stats["charts"] <= 3
+
+
 def test_diagonals_are_no_seams() -> None:
     vertices, faces, diagonals = cube(6)
     seams = ff.auto_seams(vertices, faces, uncuttable=diagonals)

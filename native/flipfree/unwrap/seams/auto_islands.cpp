@@ -21,6 +21,7 @@
 #include "flipfree/unwrap/seams/costs.h"
 #include "flipfree/unwrap/seams/nets.h"
 #include "flipfree/unwrap/seams/search.h"
+#include "flipfree/unwrap/seams/symmetric.h"
 #include "flipfree/unwrap/seams/tubes.h"
 
 namespace flipfree::unwrap {
@@ -246,15 +247,12 @@ class Finder {
   std::atomic<std::int64_t> symmetric_{0};
 };
 
-}  // namespace
-
-AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
-                         const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams,
-                         const mesh::EdgeFlags& uncuttable, const UnwrapOptions& options,
-                         ExecutionContext& context, Stats& stats) {
+AutoIslands search_islands(const mesh::Surface& surface, const Points3& placed,
+                           const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams,
+                           const mesh::EdgeFlags& uncuttable, std::vector<double> cost,
+                           const UnwrapOptions& options, ExecutionContext& context, Stats& stats) {
   KnownMaps known = nothing_known(surface.faces);
   double begin = 0.0;
-  std::vector<double> cost = edge_costs(surface, adjacency, uncuttable, options.seams);
   mesh::EdgeFlags never(cost.size(), 0);
   for (std::size_t h = 0; h < cost.size(); ++h)
     never[h] = cost[h] == mesh::ShortestPaths::kUnreached ? 1 : 0;
@@ -317,6 +315,24 @@ AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
   return Finder(surface, adjacency, uncuttable, options, std::move(cost), std::move(islands),
                 std::move(known))
       .run(context, stats);
+}
+}  // namespace
+
+AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
+                         const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams,
+                         const mesh::EdgeFlags& uncuttable, const UnwrapOptions& options,
+                         ExecutionContext& context, Stats& stats) {
+  const std::vector<double> cost = edge_costs(surface, adjacency, uncuttable, options.seams);
+  AutoIslands found;
+  {
+    const ProgressRange range(context, 0.0, 0.95);
+    found = search_islands(surface, placed, adjacency, seams, uncuttable, cost, options, context,
+                           stats);
+  }
+  const ProgressRange range(context, 0.95, 1.0);
+  make_symmetric(found.islands, found.uv, surface, placed, adjacency, cost, seams, uncuttable,
+                 options, context);
+  return found;
 }
 
 namespace {

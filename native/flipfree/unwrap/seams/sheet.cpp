@@ -80,9 +80,9 @@ class Matcher {
     return hash;
   }
 
-  // The only vertex that is there, of those on the border or of the others.
-  VertexId vertex_at(const Vector3& p, bool border) const {
-    VertexId found = kInvalid;
+  // Vertices that are there, of those on the border or of the others.
+  std::vector<VertexId> vertices_at(const Vector3& p, bool border) const {
+    std::vector<VertexId> found;
     const Cell home = cell(p);
     for (std::int64_t i = 0; i < 27; ++i) {
       const Cell c = {home[0] + i % 3 - 1, home[1] + i / 3 % 3 - 1, home[2] + i / 9 - 1};
@@ -91,8 +91,7 @@ class Matcher {
       for (const VertexId v : entry->second) {
         if (cell(place(v)) != c || is_border(v) != border) continue;
         if ((place(v) - p).cwiseAbs().maxCoeff() > tolerance_) continue;
-        if (found != kInvalid) return kInvalid;
-        found = v;
+        found.push_back(v);
       }
     }
     return found;
@@ -124,16 +123,39 @@ class Matcher {
            cost_[at(h)] < std::numeric_limits<double>::infinity();
   }
 
+  // That of these vertices at one place which has edges to the images of what v has edges to.
+  VertexId beside_images(VertexId v, const std::vector<VertexId>& images,
+                         const std::vector<VertexId>& image) const {
+    const HalfedgeId first = adjacency_.vertex_halfedge[at(v)];
+    HalfedgeId h = first;
+    do {
+      const VertexId beside = image[at(mesh::target(chart_.faces, h))];
+      for (const VertexId i : images)
+        if (beside != kInvalid && may_be_seam(h) && edge_between(i, beside) != kInvalid) return i;
+      h = mesh::rotate_ccw(adjacency_, h);
+    } while (h != kInvalid && h != first);
+    return kInvalid;
+  }
+
   Mirror across(const Vector3& normal) const {
     Mirror mirror;
     mirror.image.assign(adjacency_.vertex_halfedge.size(), kInvalid);
     bool moves = false;
+    std::vector<std::pair<VertexId, std::vector<VertexId>>> of_several;
     for (const VertexId v : used_) {
       const Vector3 p = place(v);
-      const VertexId image = vertex_at(p - 2.0 * normal.dot(p - middle_) * normal, is_border(v));
-      if (image == kInvalid) return {};
-      mirror.image[at(v)] = image;
-      moves = moves || image != v;
+      const Vector3 shift = 2.0 * normal.dot(p - middle_) * normal;
+      mirror.image[at(v)] = v;
+      if (shift.cwiseAbs().maxCoeff() <= tolerance_) continue;
+      std::vector<VertexId> images = vertices_at(p - shift, is_border(v));
+      if (images.empty()) return {};
+      moves = true;
+      mirror.image[at(v)] = images.size() == 1 ? images.front() : kInvalid;
+      if (images.size() > 1) of_several.emplace_back(v, std::move(images));
+    }
+    for (const auto& [v, images] : of_several) {
+      mirror.image[at(v)] = beside_images(v, images, mirror.image);
+      if (mirror.image[at(v)] == kInvalid) return {};
     }
     if (!moves) return {};
     for (const VertexId v : used_) {
