@@ -21,3 +21,10 @@ def package_for_children(monkeypatch):
 
     package = Path(flipfree.__file__).resolve().parent.parent
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(package), str(HERE), *sys.path]))
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch, package_for_children):
+    """The test runs in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path

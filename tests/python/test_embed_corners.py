@@ -1,12 +1,10 @@
 """Embedding onto a polygon of the caller's: corners on the boundary, and the command."""
 
-import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import mapped, put
 from embedding_meshes import boundary_loop, wavy_grid
 
 import flipfree as ff
@@ -45,27 +43,13 @@ def test_corners_that_make_no_polygon_are_refused(corners: object, said: str) ->
         ff.embed(disk.vertices, disk.faces, boundary="corners", corners=corners)
 
 
-def test_the_command_embeds_parts_onto_shapes_and_pins(tmp_path: Path) -> None:
+def test_the_command_embeds_parts_onto_shapes_and_pins(here: Path) -> None:
     disk = wavy_grid(8, 8)
     loop = boundary_loop(disk.faces)
-    ff.write(tmp_path / "disk.obj", (disk.vertices, disk.faces))
-    pins = dict(zip(loop[::8], [[0, 0], [1, 0], [1, 1], [0, 1]], strict=True))
-    (tmp_path / "disk.obj.pins.json").write_text(
-        json.dumps({"points": {str(v): p for v, p in pins.items()}})
-    )
+    pins = dict(zip(map(str, loop[::8]), [[0, 0], [1, 0], [1, 1], [0, 1]], strict=True))
+    put("disk.obj", (disk.vertices, disk.faces), pins={"points": pins})
     for words in (["--boundary", "square"], ["--boundary", "pinned", "--optimise"]):
-        out = tmp_path / words[1]
-        command = [
-            sys.executable,
-            "-m",
-            "flipfree",
-            "embed",
-            str(tmp_path / "disk.obj"),
-            "--out",
-            str(out),
-        ]
-        ended = subprocess.run([*command, *words], capture_output=True, text=True)
-        assert ended.returncode == 0 and "1 model" in ended.stderr, ended.stderr
-        uv = ff.read(out / "disk.obj").uv
+        mapped("embed", "disk.obj", "--out", words[1], *words)
+        uv = ff.read(f"{words[1]}/disk.obj").uv
         assert uv is not None and uv.min() >= 0.0 and uv.max() <= 1.0
         assert ("square" in words) or (uv.min() == 0.0 and uv.max() == 1.0)

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any
 
+import commands
 import numpy as np
 import pytest
 from embedding_meshes import Disk, boundary_loop, wavy_grid
@@ -17,20 +14,14 @@ from flipfree.calls.matching import edges_between_pins
 
 from surfaces import octahedron_sphere
 
+pytestmark = pytest.mark.usefixtures("here")
 N = 8
 
 
-def run(folder: Path, pins: dict[str, Any], *words: str, surface: Any = None) -> dict[str, Any]:
+def run(pins: dict[str, Any], *words: str, surface: Any = None) -> dict[str, Any]:
     disk = surface or wavy_grid(N, N)
-    model = folder / "disk.obj"
-    ff.write(model, (disk.vertices, disk.faces))
-    Path(f"{model}.pins.json").write_text(json.dumps(pins))
-    results = folder / "r.jsonl"
-    results.unlink(missing_ok=True)
-    command = [sys.executable, "-m", "flipfree", "match", str(model), "--out", str(folder / "uv")]
-    subprocess.run([*command, "--json", str(results), *words], capture_output=True, check=True)
-    (record,) = map(json.loads, results.read_text().splitlines())
-    return dict(record)
+    commands.put("disk.obj", (disk.vertices, disk.faces), pins=pins)
+    return commands.run("match", "disk.obj", "--out", "uv", *words)
 
 
 def stretched() -> tuple[list[int], np.ndarray]:
@@ -40,28 +31,28 @@ def stretched() -> tuple[list[int], np.ndarray]:
     return loop, disk.vertices[loop, :2] * [2.0, 1.0]
 
 
-def places(folder: Path) -> np.ndarray:
-    mesh = ff.read(folder / "uv" / "disk.obj")
+def places() -> np.ndarray:
+    mesh = ff.read("uv/disk.obj")
     assert mesh.uv is not None
     uv = np.empty((len(mesh.vertices), 2))
     uv[mesh.faces] = mesh.uv
     return uv
 
 
-def test_whole_outlines_are_met_and_parts_of_them_may_move(tmp_path: Path) -> None:
+def test_whole_outlines_are_met_and_parts_of_them_may_move() -> None:
     loop, uv = stretched()
     outline = {"vertices": loop, "uv": uv.tolist()}
-    record = run(tmp_path, {"outline": outline})
+    record = run({"outline": outline})
     assert record["status"] in ("certified", "warned") and record["certificate"]["ok"]
-    assert np.array_equal(places(tmp_path)[loop], uv.astype(np.float32))
+    assert np.array_equal(places()[loop], uv.astype(np.float32))
     movable = loop[1:4]
-    record = run(tmp_path, {"outline": outline, "movable": movable})
+    record = run({"outline": outline, "movable": movable})
     assert record["certificate"]["ok"], record["message"]
-    moved = np.abs(places(tmp_path)[loop] - uv.astype(np.float32)).max(axis=1)
+    moved = np.abs(places()[loop] - uv.astype(np.float32)).max(axis=1)
     assert moved[1:4].max() > 1e-6 and moved[[0, *range(4, len(loop))]].max() == 0.0
 
 
-def test_paths_and_lines_are_met_within_an_outline(tmp_path: Path) -> None:
+def test_paths_and_lines_are_met_within_an_outline() -> None:
     loop, uv = stretched()
     disk = wavy_grid(N, N)
     inner = next(v for v in range(len(disk.vertices)) if v not in loop and v - 1 in loop)
@@ -71,9 +62,9 @@ def test_paths_and_lines_are_met_within_an_outline(tmp_path: Path) -> None:
         "points": {str(inner): target.tolist()},
         "paths": {str(inner): [inner, inner - 1]},
     }
-    record = run(tmp_path, pins)
+    record = run(pins)
     assert record["status"] in ("certified", "warned"), record["message"]
-    assert np.array_equal(places(tmp_path)[inner], target.astype(np.float32))
+    assert np.array_equal(places()[inner], target.astype(np.float32))
 
 
 @pytest.mark.parametrize(
@@ -86,57 +77,55 @@ def test_paths_and_lines_are_met_within_an_outline(tmp_path: Path) -> None:
         {"points": {"0": [0, 0]}, "movable": [999]},
     ],
 )
-def test_files_that_make_no_sense_are_refused(tmp_path: Path, pins: dict[str, Any]) -> None:
-    record = run(tmp_path, pins)
+def test_files_that_make_no_sense_are_refused(pins: dict[str, Any]) -> None:
+    record = run(pins)
     assert record["status"] == "refused" and "orrect" in record["message"]
 
 
-def test_new_vertices_may_be_refused(tmp_path: Path) -> None:
+def test_new_vertices_may_be_refused() -> None:
     loop, uv = stretched()
     middle = (N + 1) * (N // 2) + N // 2
     near = [middle - 1, middle + 1]
     at = wavy_grid(N, N).vertices[near[::-1], :2] * [2.0, 1.0]
     swapped = dict(zip(map(str, near), at.tolist(), strict=True))
     pins = {"outline": {"vertices": loop, "uv": uv.tolist()}, "points": swapped}
-    record = run(tmp_path, pins)
+    record = run(pins)
     assert record["status"] in ("certified", "warned"), record["message"]
-    refused = run(tmp_path, pins, "--no-new-vertices")
+    refused = run(pins, "--no-new-vertices")
     assert (refused["status"] == "refused") == (record["vertices_added"] > 0)
 
 
-def solved(
-    folder: Path, vertices: Any, faces: Any, points: dict[int, Any], *words: str
-) -> tuple[Any, Any]:
+def solved(vertices: Any, faces: Any, points: dict[int, Any], *words: str) -> tuple[Any, Any]:
     """The record, and the file that was written."""
     pins = {"points": {str(v): list(map(float, uv)) for v, uv in points.items()}}
-    record = run(folder, pins, *words, surface=Disk("disk", vertices, faces))
-    return record, ff.read(folder / "uv" / "disk.obj") if record.get("written") else None
+    record = run(pins, *words, surface=Disk("disk", vertices, faces))
+    return record, ff.read("uv/disk.obj") if record.get("written") else None
 
 
-def test_closed_parts_are_cut_open_where_that_is_asked_for(tmp_path: Path) -> None:
+def test_closed_parts_are_cut_open_where_that_is_asked_for() -> None:
     ball = octahedron_sphere(2)
     at = {0: (0.1, 0.2), 5: (0.9, 0.7)}
-    record, _ = solved(tmp_path, *ball, at)
+    record, _ = solved(*ball, at)
     assert record["status"] == "refused", record
-    record, file = solved(tmp_path, *ball, at, "--cut-open")
+    record, file = solved(*ball, at, "--cut-open")
     assert record["certificate"]["ok"] and record["certificate"]["overlaps"] == 0, record
     for v, uv in at.items():
         assert (file.uv[file.faces == v] == np.float32(uv)).all()
 
 
-def test_parts_without_pins_are_unwrapped_beside_the_others(tmp_path: Path) -> None:
+def test_parts_without_pins_are_unwrapped_beside_the_others() -> None:
     disk = wavy_grid(N, N)
     vertices = np.concatenate([disk.vertices, disk.vertices + 3.0])
     faces = np.concatenate([disk.faces, disk.faces + len(disk.vertices)])
     at = {0: (0.0, 0.0), N: (0.3, 0.0)}
-    record, _ = solved(tmp_path, vertices, faces, at)
+    record, _ = solved(vertices, faces, at)
     assert record["status"] == "refused" and "--unwrap-rest" in record["message"], record
-    record, file = solved(tmp_path, vertices, faces, at, "--unwrap-rest")
+    record, file = solved(vertices, faces, at, "--unwrap-rest")
     assert record["certificate"]["ok"] and record["certificate"]["island_overlaps"] == 0, record
     assert (file.uv[file.faces == N] == np.float32([0.3, 0.0])).all()
 
 
-def test_edges_between_pins_stay_straight_unless_they_may_bend(tmp_path: Path) -> None:
+def test_edges_between_pins_stay_straight_unless_they_may_bend() -> None:
     # Two neighbours inside change places while a ring around them stays.
     disk = wavy_grid(N, N)
     a = (N + 1) * (N // 2) + N // 2
@@ -144,7 +133,7 @@ def test_edges_between_pins_stay_straight_unless_they_may_bend(tmp_path: Path) -
     at = {int(v): disk.vertices[v, :2] for v in boundary_loop(disk.faces)}
     at |= {a: ends[1, :2], a + 1: ends[0, :2]}
     for words in ([], ["--bend-lines"]):
-        record, file = solved(tmp_path, disk.vertices, disk.faces, at, *words)
+        record, file = solved(disk.vertices, disk.faces, at, *words)
         assert record["certificate"]["ok"], record
         if words:
             continue

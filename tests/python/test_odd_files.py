@@ -2,27 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from commands import run
 
 import flipfree as ff
-from flipfree.__main__ import main
 
-
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch, package_for_children):
-    monkeypatch.chdir(tmp_path)
-
-
-def run(command: str) -> dict[str, Any]:
-    words = [command, "odd.obj", "--out", command, "--json", f"{command}.jsonl", "--quiet"]
-    assert main(words) == 0
-    record: dict[str, Any] = json.loads(Path(f"{command}.jsonl").read_text())
-    return record
+pytestmark = pytest.mark.usefixtures("here")
 
 
 ODD = """v 0 0 0
@@ -46,7 +34,7 @@ THIN = "faces without area, or thinner than 1e-8 of their length"
 @pytest.mark.parametrize(("end", "more"), [("", {}), ("f 3/1 6/2 4\n", {THIN: 1}), ("f 6\n", {})])
 def test_one_odd_element_refuses_no_file(end: str, more: dict[str, int]) -> None:
     Path("odd.obj").write_text(ODD + end)
-    record = run("unwrap")
+    record = run("unwrap", "odd.obj", "--out", "unwrap")
     assert record["status"] == "certified" and record["written"], record
     assert record["certificate"]["mends"] == {"faces that use a vertex twice": 1, **more}
     lines = Path("unwrap/odd.obj").read_text().splitlines()
@@ -60,7 +48,7 @@ def test_one_odd_element_refuses_no_file(end: str, more: dict[str, int]) -> None
     ]
     assert words[1] == ["1", "2"]
     assert all("/" in w for face in words if len(face) > 2 for w in face)
-    refused = run("pack")
+    refused = run("pack", "odd.obj", "--out", "pack")
     assert refused["status"] == "refused" and "no texture coordinates" in refused["message"]
 
 

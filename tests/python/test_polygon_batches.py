@@ -10,10 +10,7 @@ from judges import polygon_files as judge
 from polygon_batches import differences, run, worst_area
 from random_polygons import files
 
-
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch, package_for_children):
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("here")
 
 
 def test_convex_polygons_come_out_as_they_went_in() -> None:

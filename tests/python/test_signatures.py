@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from commands import mapped, put, run
 
 import flipfree as ff
 from flipfree.calls.seamless import halfedges_of_strip
@@ -153,27 +152,18 @@ def test_without_rerouting_the_map_has_the_cones_alone() -> None:
 
 
 @pytest.mark.parametrize("kind", ["rawfield", "ffield", "rotation", "signature", "cones"])
-def test_the_command_takes_fields_and_signatures_of_files(tmp_path: Path, kind: str) -> None:
+def test_the_command_takes_fields_and_signatures_of_files(here: Path, kind: str) -> None:
     vertices, faces = torus()
-    model = tmp_path / "torus.obj"
-    ff.write(model, (vertices, faces))
+    put("torus.obj", (vertices, faces))
     field = ff.cross_field(vertices, faces, alignment=0.5)
-    beside = tmp_path / f"torus.obj.{kind}"
+    beside = f"torus.obj.{kind}" + (".json" if kind in ("signature", "cones") else "")
     if kind == "signature":
-        ff.signature(vertices, faces, field).write(f"{beside}.json")
+        ff.signature(vertices, faces, field).write(beside)
     elif kind == "cones":
-        Path(f"{beside}.json").write_text(json.dumps({"0": 270, "100": 450, "9": 270, "50": 450}))
+        Path(beside).write_text(json.dumps({"0": 270, "100": 450, "9": 270, "50": 450}))
     else:
         field.write(beside, vertices, faces)
-    source = kind if kind in ("signature", "cones") else "file"
-    command = [sys.executable, "-m", "flipfree", "field", str(model), "--out", str(tmp_path / "uv")]
-    words = ["--field", source, "--engine", "penner", "--json", str(tmp_path / "r.jsonl")]
-    ended = subprocess.run([*command, *words], capture_output=True, text=True)
-    (record,) = map(json.loads, (tmp_path / "r.jsonl").read_text().splitlines())
-    assert record["status"] in ("certified", "warned"), record["message"]
-    assert ended.returncode == 0 and record["degrees_off_field"] < 30
-    Path(f"{beside}.json" if kind in ("signature", "cones") else beside).unlink()
-    ended = subprocess.run(
-        [*command[:-1], str(tmp_path / "no"), "--field", source], capture_output=True, text=True
-    )
-    assert kind == "cones" or "refused" in ended.stderr
+    words = ["--field", kind if beside.endswith(".json") else "file", "--engine", "penner"]
+    assert mapped("field", "torus.obj", "uv.obj", *words)["degrees_off_field"] < 30
+    Path(beside).unlink()
+    assert kind == "cones" or run("field", "torus.obj", "no.obj", *words)["status"] == "refused"
