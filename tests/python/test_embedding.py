@@ -100,16 +100,6 @@ def test_optimisation_lowers_the_energy_and_keeps_the_boundary() -> None:
     assert all(np.array_equal(a[v], b[v]) for v in loop.tolist())
 
 
-def test_vertex_and_face_order_do_not_decide_success() -> None:
-    disk = tube(6, 120)
-    random = np.random.default_rng(5)
-    for _ in range(3):
-        order = random.permutation(len(disk.vertices))
-        place = np.argsort(order)
-        faces = place[disk.faces][random.permutation(len(disk.faces))]
-        assert_certified(ff.embed(disk.vertices[order], faces))
-
-
 def test_chords_of_one_side_are_split_and_every_new_vertex_has_its_place() -> None:
     disk = wavy_grid(6, 1)  # no inner vertex: every inner edge is a chord
     result = ff.embed(disk.vertices, disk.faces, boundary="triangle")
@@ -125,26 +115,6 @@ def test_polygons_without_room_are_infeasible_and_say_where() -> None:
     flat = [[-0.5, 1], [0.5, 1], [0, 1 + 2.0**-52]]
     with pytest.raises(ff.Infeasible, match=r"edge \(0, 1\) and vertex 2"):
         ff.embed(vertices, faces, boundary=flat, boundary_loop=[0, 1, 2])
-
-
-def test_cancel_and_progress() -> None:
-    disk = tube(20, 1500)
-    seen: list[float] = []
-
-    def watch(stage: str, fraction: float) -> bool:
-        seen.append(fraction)
-        return True
-
-    ff.embed(disk.vertices, disk.faces, method="progressive", start="nothing", progress=watch)
-    assert seen == sorted(seen)
-    with pytest.raises(ff.Cancelled):
-        ff.embed(
-            disk.vertices,
-            disk.faces,
-            method="progressive",
-            start="nothing",
-            progress=lambda *_: False,
-        )
 
 
 @pytest.mark.skipif(data_folder() is None, reason="shared data folder (FLIPFREE_DATA) is missing")

@@ -296,24 +296,5 @@ def test_what_cannot_be_is_refused_with_a_reason() -> None:
         ff.field_aligned(vertices, faces, signature=ff.Signature({0: 3}, []))
     with pytest.raises(ff.InvalidInput, match="Both field and signature"):
         ff.field_aligned(vertices, faces, field=field, signature=ff.Signature({}, []))
-    with pytest.raises(ff.InvalidInput, match="sizing"):
-        ff.field_aligned(vertices, faces, sizing=np.zeros(len(vertices)))
-    with pytest.raises(ff.InvalidInput, match="sizing must have shape"):
-        ff.field_aligned(vertices, faces, sizing=[1.0])
     with pytest.raises(ff.InvalidInput, match="boundary"):
         ff.field_aligned(vertices, faces, boundary="straight")
-    with pytest.raises(ff.Cancelled):
-        ff.field_aligned(vertices, faces, progress=lambda _s, _f: False)
-
-
-@pytest.mark.parametrize("size", [1e-8, 1e-30])
-def test_a_speck_beside_a_large_part_is_enlarged_and_turns_as_the_field_does(size: float) -> None:
-    vertices, faces = torus()
-    both = np.vstack([vertices, size * vertices])
-    result = ff.field_aligned(both, np.vstack([faces, faces + len(vertices)]))
-    assert result.certificate.ok and result.stats["enlarged_islands"] == 1
-    assert result.certificate.holonomy_failures == 0
-    assert (result.vertices[: len(both)] == both).all()
-    judged = seam_count(result.faces, result.uv)
-    assert judged.exact == judged.edges > 0
-    assert judged.cones == dict(result.certificate.quarter_cones.tolist())

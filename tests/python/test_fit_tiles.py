@@ -252,11 +252,6 @@ def test_what_cannot_be_is_refused() -> None:
         ff.fit_tiles((vertices, faces, bent), tile=1.0)
     with pytest.raises(ff.InvalidInput, match="no edge|not an edge|is no"):
         ff.fit_tiles((vertices, faces, uv), tile=1.0, features=[(0, len(vertices) - 1)])
-    with pytest.raises(ff.Cancelled):
-        ff.fit_tiles(given, tile=0.1, progress=lambda *_: False)
-    sphere = ff.field_aligned(*octahedron_sphere(5))
-    with pytest.raises(ff.NotConverged, match="not reached"):
-        ff.fit_tiles(sphere, tile=0.01, max_seconds=1e-4)
 
 
 def test_arrays_that_are_no_surface_are_refused_by_name() -> None:
@@ -269,9 +264,3 @@ def test_arrays_that_are_no_surface_are_refused_by_name() -> None:
         ff.fit_tiles((vertices, third, np.concatenate([uv, uv[:1]])), tile=0.5)
     with pytest.raises(ff.InvalidInput):
         ff.fit_tiles((vertices * 0.0, faces, uv), tile=0.5)
-
-
-def test_the_same_bits_for_any_number_of_threads() -> None:
-    given = ff.field_aligned(*octahedron_sphere(4))
-    one, many = (ff.fit_tiles(given, tile=0.2, threads=n) for n in (1, 3))
-    assert (one.uv32() == many.uv32()).all()

@@ -127,25 +127,6 @@ def test_whole_boundary_with_collinear_samples() -> None:
     assert result.certificate.overlaps == 0
 
 
-def test_two_vertices_at_one_point_are_named() -> None:
-    vertices, faces = bumpy_grid(10, 10)
-    with pytest.raises(ff.Infeasible) as caught:
-        ff.match(vertices, faces, points={30: (0.5, 0.5), 60: (0.5, 0.5)}, bijective=True)
-    assert sorted(caught.value.elements) == [30, 60]
-
-
-def test_crossing_lines_are_named() -> None:
-    vertices, faces = bumpy_grid(10, 10)
-    with pytest.raises(ff.Infeasible) as caught:
-        ff.match(
-            vertices,
-            faces,
-            lines=[([24, 25], [(0, 0), (1, 1)]), ([70, 71], [(0, 1), (1, 0)])],
-            bijective=True,
-        )
-    assert sorted(caught.value.elements) == [24, 25, 70, 71]
-
-
 def test_pins_that_are_one_point_as_stored_are_named() -> None:
     vertices, faces = bumpy_grid(10, 10)
     with pytest.raises(ff.Infeasible) as caught:

@@ -186,27 +186,6 @@ def test_spread_islands_keep_clear_of_what_stays_in_their_tiles() -> None:
         assert gaps.between(island, half[0][None], 0.01) >= 0.005
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_gaps_to_obstacles_and_unmoved_islands_are_kept(seed: int) -> None:
-    layout = drawn("mixed", 20, seed=seed)
-    low = layout.vertices[:, :2].min(0)
-    uv = (layout.uv - low) / np.ptp(layout.vertices[:, :2], axis=0).max() / 3.0 + 0.3
-    uv = uv.astype(np.float32).astype(float)
-    random = np.random.default_rng(seed)
-    obstacles = random.uniform(0.0, 1.0, (3, 1, 2)) + random.uniform(-0.1, 0.1, (3, 3, 2))
-    corner = 3 * int(np.flatnonzero(layout.island == 4)[0])
-    packed = ff.pack(
-        layout.vertices, layout.faces, uv, unmoved=[corner], obstacles=obstacles, effort=0.1
-    )
-    stored = packed.uv32().astype(float)
-    stays = layout.island == 4
-    assert np.array_equal(stored[stays], uv[stays])
-    moved = [stored[layout.island == i] for i in range(layout.islands) if i != 4]
-    for still in (uv[stays], *[t[None] for t in obstacles]):
-        for island in moved:
-            assert gaps.between(island, still, 0.01) >= 0.005
-
-
 def test_one_island_that_is_most_of_all_lies_along_the_diagonal() -> None:
     square = np.array([[[0.0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]])
     parts = [square * [3.0, 1.0], *(0.5 * square + [i, 2.0] for i in range(4))]

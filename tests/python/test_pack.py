@@ -55,11 +55,3 @@ def test_charts_of_one_component_keep_their_rotations_only_together() -> None:
         return complex(z[0])
 
     assert turn(left) == pytest.approx(turn(~left), abs=1e-9)
-
-
-def test_flipped_triangles_are_refused_by_name() -> None:
-    vertices, faces, uv = two_sheets(1.0)
-    uv[3] = uv[3, ::-1]
-    with pytest.raises(ff.InvalidInput) as failure:
-        ff.pack(vertices, faces, uv)
-    assert failure.value.kind == "face" and 3 in failure.value.elements

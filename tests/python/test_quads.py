@@ -319,12 +319,6 @@ def test_symmetry_keeps_features_and_says_what_it_cannot() -> None:
     assert apart.certificate.components == 2
 
 
-def test_results_have_the_same_bits_for_any_number_of_threads() -> None:
-    vertices, faces = torus()
-    one, many = (ff.quads(vertices, faces, target=200, threads=n) for n in (1, 3))
-    assert (one.quads == many.quads).all() and (one.vertices == many.vertices).all()
-
-
 def test_handles_stay() -> None:
     folder = data_folder() / "fields"
     for name, genus in (("eight766.obj", 2), ("gtorus004_fine.obj", 4)):
@@ -365,8 +359,3 @@ def test_what_is_not_there_is_said() -> None:
     for options in ({}, dict(target=5, edge_length=1.0), dict(target=0), dict(edge_length=-1.0)):
         with pytest.raises(ff.InvalidInput, match="target|edge_length"):
             ff.quads(vertices, faces, **options)
-    stopped = []
-    with pytest.raises(ff.Cancelled):
-        ff.quads(vertices, faces, target=10, progress=lambda *_: stopped.append(1) or False)
-    with pytest.raises(ff.NotConverged, match="not reached"):
-        ff.quads(*octahedron_sphere(5), target=5000, max_seconds=1e-3)

@@ -175,17 +175,6 @@ def test_an_island_that_is_mended_stays_where_and_as_large_as_it_was(
     assert np.abs(result.uv[left] - turned[left]).max() < off
 
 
-def test_pins_are_met_bit_for_bit() -> None:
-    vertices, faces = bumpy_grid()
-    uv = planar_map(vertices, faces)
-    uv[faces == 130] = (0.9, 0.1)
-    pins = {30: (1 / 3, 0.1), 200: tuple(uv[faces == 200][0].tolist())}
-    result = ff.repair(vertices, faces, uv, pins=pins)
-    assert result.certificate.ok and result.certificate.pin_failures == 0
-    for vertex, target in pins.items():
-        assert np.all(result.uv[faces == vertex] == target)
-
-
 def test_pins_that_fold_the_map_are_an_error_that_names_them() -> None:
     vertices, faces = bumpy_grid(6, 6)
     uv = planar_map(vertices, faces)

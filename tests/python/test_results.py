@@ -1,8 +1,9 @@
-"""What comes back is what is stored, cannot be changed, and does not depend on what no face uses."""
+"""What comes back is what is stored, cannot be changed, and does not depend on units, numbers, and what no face uses."""
 
 from __future__ import annotations
 
 import copy
+import itertools
 import pickle
 from collections.abc import Callable
 
@@ -11,7 +12,8 @@ import pytest
 
 import flipfree as ff
 
-from surfaces import bumpy_grid, octahedron_sphere
+from judges.seams import seam_count
+from surfaces import Mesh, bumpy_grid, octahedron_sphere, shuffled, torus
 
 Call = Callable[[np.ndarray, np.ndarray], ff.Parametrization]
 
@@ -24,13 +26,65 @@ MAPS: dict[str, Call] = {
     "match": lambda v, f: ff.match(v, f, points={0: (0.1, 0.2), 24: (1.1, 1.0)}),
     "improve": lambda v, f: ff.improve(ff.embed(v, f)),
     "pack": lambda v, f: ff.pack(v, f, ff.embed(v, f).uv),
+    "conformal": lambda v, f: ff.conformal(v, f, ff.boundary_angles(v, f, "circle")),
+    "seamless": ff.seamless,
+    "field_aligned": ff.field_aligned,
 }
+
+
+def mesh_of(name: str) -> Mesh:
+    return torus(8, 6) if name in ("seamless", "field_aligned") else bumpy_grid(4, 4)
+
+
+@pytest.mark.parametrize("scale", [2.0**-1060, 2.0**-400, 2.0**-50, 2.0**400, 2.0**1000])
+@pytest.mark.parametrize("name", MAPS)
+def test_the_unit_of_length_does_not_matter(name: str, scale: float) -> None:
+    vertices, faces = mesh_of(name)
+    vertices = np.round(vertices * 2.0**10)  # powers of two times these are exact, even tiny ones
+    usual = MAPS[name](vertices, faces)
+    scaled = MAPS[name](vertices * scale, faces)
+    assert scaled.certificate.ok
+    assert scaled.certificate.energy == pytest.approx(usual.certificate.energy, rel=1e-6)
+    assert np.array_equal(scaled.vertices[: len(vertices)], vertices * scale)
+
+
+@pytest.mark.parametrize("name", [name for name in MAPS if name not in ("unwrap, pins", "match")])
+def test_the_order_of_vertices_and_faces_does_not_decide(name: str) -> None:
+    usual = MAPS[name](*mesh_of(name)).certificate.energy
+    for seed in range(3):
+        found = MAPS[name](*shuffled(mesh_of(name), seed)).certificate
+        assert found.ok
+        if name in ("unwrap", "conformal"):
+            assert found.energy == pytest.approx(usual, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [
+        *itertools.product(["unwrap", "seamless", "field_aligned"], [1e-8, 1e-30]),
+        *(("unwrap", 1e-300), ("seamless", 1e-200)),
+    ],
+)
+def test_a_speck_beside_a_large_part_is_enlarged_until_32_bits_hold_it(
+    name: str, size: float
+) -> None:
+    vertices, faces = torus()
+    both = np.vstack([vertices, size * vertices])
+    result = MAPS[name](both, np.vstack([faces, faces + len(vertices)]))
+    assert result.certificate.ok and result.stats["enlarged_islands"] == 1
+    assert (result.vertices[: len(both)] == both).all()
+    judged = seam_count(result.faces, result.uv32())
+    assert judged.flipped == 0 and (name == "unwrap" or judged.exact == judged.edges > 0)
+    assert result.certificate.energy < 1.5
+    alone = MAPS[name](
+        np.vstack([vertices, 1e-2 * vertices]), np.vstack([faces, faces + len(vertices)])
+    )
+    assert "enlarged_islands" not in alone.stats or alone.stats["enlarged_islands"] == 0
 
 
 @pytest.mark.parametrize("name", MAPS)
 def test_plain_rounding_of_the_map_is_what_is_stored(name: str) -> None:
-    vertices, faces = bumpy_grid(4, 4)
-    result = MAPS[name](vertices, faces)
+    result = MAPS[name](*mesh_of(name))
     assert result.uv.dtype == np.float64 and result.uv32().dtype == np.float32
     assert np.array_equal(result.uv.astype(np.float32), result.uv32())
     assert np.abs(result.uv64 - result.uv).max() < 1e-5
@@ -52,7 +106,7 @@ def test_rounding_that_was_repaired_is_part_of_the_map() -> None:
 
 @pytest.mark.parametrize("name", MAPS)
 def test_results_are_read_only_also_after_copying(name: str) -> None:
-    result = MAPS[name](*bumpy_grid(4, 4))
+    result = MAPS[name](*mesh_of(name))
     for other in (result, copy.deepcopy(result), pickle.loads(pickle.dumps(result))):
         for array in (other.uv, other.uv64, other.vertices, other.faces, other.cut_edges):
             with pytest.raises(ValueError, match="read-only"):
@@ -63,9 +117,11 @@ def test_results_are_read_only_also_after_copying(name: str) -> None:
 
 
 @pytest.mark.parametrize("far", [1e5, 1e100, 1e200, 1e308, -1e308, 1e-308])
-@pytest.mark.parametrize("name", MAPS)
+@pytest.mark.parametrize(
+    "name", list(MAPS)[:7]
+)  # the others want an angle or a part of each vertex
 def test_a_vertex_without_faces_decides_nothing(name: str, far: float) -> None:
-    vertices, faces = bumpy_grid(4, 4)
+    vertices, faces = mesh_of(name)
     usual = MAPS[name](vertices, faces)
     loose = np.vstack([vertices, [far, 1.0, -far]])
     result = MAPS[name](loose, faces)

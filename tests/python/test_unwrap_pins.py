@@ -66,14 +66,6 @@ def test_pins_that_turn_the_chart_inside_out_are_refused_by_name() -> None:
     assert caught.value.elements
 
 
-def test_charts_without_pins_are_not_affected_by_those_of_others() -> None:
-    v1, f1 = bumpy_grid(6, 6)
-    mesh = np.vstack([v1, v1 + 3]), np.vstack([f1, f1 + len(v1)])
-    result = ff.unwrap(*mesh, pins={3: (5.0, 5.0)})
-    other = result.uv[len(f1) :]
-    assert other.min() >= 0.0 and other.max() <= 1.0
-
-
 def test_many_pins_at_one_point_are_refused_only_where_an_edge_joins_two() -> None:
     vertices, faces = bumpy_grid(12, 12)
     side = round(len(vertices) ** 0.5)
