@@ -49,6 +49,7 @@ class QuadsTask(modal.StagedTask):
         edge_length=0.0,
         field_from="automatic",
         symmetry="none",
+        adaptive=0.0,
         replace=True,
         **density,
     ):
@@ -58,6 +59,7 @@ class QuadsTask(modal.StagedTask):
         self.size = {"edge_length": edge_length} if edge_length else {"target": target}
         self.field_from = field_from
         self.symmetry = None if symmetry == "none" else symmetry
+        self.adaptive = adaptive
         self.replace = replace
         self.density = density
 
@@ -86,6 +88,7 @@ class QuadsTask(modal.StagedTask):
             field=field,
             features=features,
             sizing=given.sizing,
+            adaptive=self.adaptive,
             symmetry=self.symmetry,
             **self.size,
         )
@@ -167,6 +170,7 @@ class UV_OT_flipfree_quads(field_aligned.Densities, options.MapOperator, bpy.typ
         "target",
         "edge_length",
         "field_from",
+        "adaptive",
         "density",
         "density_name",
         "density_ratio",
@@ -185,6 +189,15 @@ class UV_OT_flipfree_quads(field_aligned.Densities, options.MapOperator, bpy.typ
         subtype="DISTANCE",
     )
     field_from: options.choice("Field", "What the edges of quads run along", FIELDS)
+    adaptive: options.real(
+        "Adaptive",
+        "How much denser quads are where the surface bends more; at 100 they are off it by about as much everywhere. There are "
+        "more irregular vertices then",
+        0.0,
+        0.0,
+        max=100.0,
+        subtype="PERCENTAGE",
+    )
     symmetry: options.choice(
         "Symmetry",
         "The half on the positive side of this axis of the object becomes quads, along a field of its own and, with that Field, "

@@ -90,6 +90,10 @@ def test_painted_quads_are_denser():
     above = np.mean([face.center.z > 0 for face in ob.data.polygons])
     assert above > 0.6 and abs(len(ob.data.polygons) - 1500) < 75
     refused(ob, "no vertex group|has no", replace=True, density="painted", density_name="None")
+    ob.scale.z = 4
+    bpy.context.view_layer.update()
+    assert quads(target=1500, replace=True, adaptive=100.0) == {"FINISHED"}
+    assert np.mean([abs(v.co.z) > 0.87 for v in ob.data.vertices]) > 0.18
 
 
 def test_edge_lengths_are_those_of_the_scene():

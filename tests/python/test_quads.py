@@ -238,6 +238,24 @@ def test_quads_are_denser_where_they_shall_be() -> None:
     assert abs(at_the_top(even) - 0.5) < 0.05 and at_the_top(graded) > 0.6
 
 
+def test_adaptive_quads_are_denser_where_it_bends_more() -> None:
+    vertices, faces = octahedron_sphere(4)
+    vertices = vertices * [1, 1, 4]
+    plain, some, full = (
+        ff.quads(vertices, faces, target=800, adaptive=percent) for percent in (0, 50, 100)
+    )
+    check(full, vertices, faces)
+    at_tips = [(np.abs(m.vertices[:, 2]) > 3.5).mean() for m in (plain, some, full)]
+    assert 1.15 * at_tips[0] < at_tips[1] and 1.1 * at_tips[1] < at_tips[2]
+    assert full.certificate.hausdorff < 0.8 * plain.certificate.hausdorff
+    for wrong in (-1, 101, np.nan, "much"):
+        with pytest.raises(ff.InvalidInput, match="adaptive"):
+            ff.quads(vertices, faces, target=800, adaptive=wrong)
+    # Densities alone would have cones of one quarter turn there.
+    mesh = read_mesh(data_folder() / "general/camel_f_withSUV.obj")
+    check(ff.quads(mesh.vertices, mesh.faces, target=2000, adaptive=50), mesh.vertices, mesh.faces)
+
+
 def test_of_features_nearer_than_a_fifth_of_a_quad_one_is_let_go() -> None:
     vertices, faces, _ = maps.box((20, 20, 20), (20, 20, 20))
     # A narrow strip round the top: two rows of edges, a twentieth of the side apart.

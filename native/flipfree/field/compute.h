@@ -28,8 +28,8 @@ struct FieldOptions {
   bool let_go = false;
   // #V: length in a map of a length 1 there, relative to the others, positive; empty: all alike.
   std::vector<double> sizing;
-  // Merge near cones, spread those of one quarter turn. Those of none or less, which no map can
-  // have, are spread in any case.
+  // Merge near cones, but where sizing is given, as these make room; spread those of one quarter
+  // turn. Those of none or less, which no map can have, are spread in any case.
   bool simplify = false;
   // Instead of all that: the field with these cones (#V) and turns.
   std::optional<std::vector<Index>> cones;

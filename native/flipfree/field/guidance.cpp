@@ -137,6 +137,41 @@ constexpr double kMost = 0.125 * std::numbers::pi;
 
 }  // namespace
 
+std::vector<double> curvature_sizing(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                     double share) {
+  constexpr double kMostBent = 16.0;
+  constexpr double kExtent = 0.05;  // of the square root of the area
+  constexpr double kMostRings = 200.0;
+  const Bending bending = measure_bending(surface, adjacency);
+  std::vector<double> bent, area = bending.area;
+  double mean = 0.0;
+  for (const Matrix3& tensor : bending.tensor) {
+    bent.push_back(tensor.norm());
+    mean += bent.back() / bending.total;
+  }
+  // A round of means over neighbours spreads by about an edge's square.
+  const double rounds =
+      std::min(kMostRings, kExtent * kExtent * static_cast<double>(surface.faces.rows()));
+  for (int round = 0; round < rounds; ++round) {
+    for (std::vector<double>* values : {&bent, &area}) {
+      std::vector<double> sum = *values;
+      std::vector<double> count(sum.size(), 1.0);
+      for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
+        const VertexId a = mesh::source(surface.faces, h), b = mesh::target(surface.faces, h);
+        sum[at(a)] += (*values)[at(b)];
+        count[at(a)] += 1.0;
+      }
+      for (std::size_t v = 0; v < sum.size(); ++v) (*values)[v] = sum[v] / count[v];
+    }
+  }
+  std::vector<double> sizing;
+  for (std::size_t v = 0; v < bent.size(); ++v) {
+    const double ratio = area[v] > 0.0 && mean > 0.0 ? bent[v] / area[v] / mean : 1.0;
+    sizing.push_back(std::pow(std::clamp(ratio, 1.0 / kMostBent, kMostBent), 0.5 * share));
+  }
+  return sizing;
+}
+
 void check_sizing(const std::vector<double>& sizing, const mesh::Surface& surface) {
   if (sizing.empty()) return;
   if (sizing.size() != static_cast<std::size_t>(surface.vertices.rows()))

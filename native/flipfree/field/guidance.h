@@ -32,6 +32,13 @@ void follow_edges(const mesh::Surface& surface, const mesh::Adjacency& adjacency
 // conformal change of the metric moves curvature, -laplace p, and with it where cones cost least).
 // So the smoothest field for it is the one with the least rotation on the scaled surface.
 
+// Sizing by how much the surface bends: a side as long as one over the square root of the curvature
+// is as far off the surface everywhere. `share` of it in [0, 1]: of its logarithm; 0: 1 everywhere.
+// Curvatures are means over a twentieth of the surface's extent, and at most kMostBent times more
+// or less than the whole's. Cost: O(#F) times the rings of faces in there, 200 at most.
+std::vector<double> curvature_sizing(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                     double share);
+
 // One positive number per vertex, or none at all. Throws InvalidInput (kBadShape, kBadOption)
 // naming the vertex.
 void check_sizing(const std::vector<double>& sizing, const mesh::Surface& surface);

@@ -241,7 +241,7 @@ field::CrossField own_field(const mesh::Surface& surface, const QuadOptions& giv
   field::FieldOptions options;
   options.edges = given.features;
   options.let_go = true;
-  options.simplify = given.sizing.empty();  // it would merge cones that make room first
+  options.simplify = true;
   options.sizing = given.sizing;
   options.alignment = kAlignment;
   field::FoundField along = field::compute_cross_field(surface, options, context);
@@ -334,7 +334,7 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
 }  // namespace
 
 QuadMesh quads_of_surface(const mesh::Surface& surface,
-                          const std::optional<field::GivenField>& given, const QuadOptions& options,
+                          const std::optional<field::GivenField>& given, QuadOptions options,
                           ExecutionContext& context) {
   Stopwatch watch;
   certify::Parametrization map;
@@ -343,6 +343,15 @@ QuadMesh quads_of_surface(const mesh::Surface& surface,
     {
       const ProgressRange range(context, 0.0, 0.1);
       field::check_sizing(options.sizing, surface);
+      if (options.adaptive > 0.0) {
+        mesh::validate(surface, {}, context);
+        const std::vector<double> bent = field::curvature_sizing(
+            surface,
+            mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces),
+            options.adaptive);
+        options.sizing.resize(bent.size(), 1.0);
+        for (std::size_t v = 0; v < bent.size(); ++v) options.sizing[v] *= bent[v];
+      }
       own = given ? field::read_field(surface, *given, context)
                   : own_field(surface, options, context);
     }

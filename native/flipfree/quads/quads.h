@@ -28,6 +28,7 @@ struct QuadOptions {
   // How dense quads shall be: lengths of the map as AlignedOptions::sizing has them; empty: all
   // alike.
   std::vector<double> sizing;
+  double adaptive = 0.0;  // in [0, 1]: besides, by the surface's curvature (field/guidance.h)
   // Edges that shall be rows of quad edges (holonomy/field_aligned.h); what cannot be is counted in
   // the stats "features_missed" of "features". Of two at less than a fifth of a quad one is let go,
   // and counted in pieces of the map: "features_close".
@@ -57,7 +58,7 @@ struct QuadMesh {
 // InvalidInput (also cones of one quarter turn, whose quads meet themselves), NotConverged
 // and Cancelled.
 QuadMesh quads_of_surface(const mesh::Surface& surface,
-                          const std::optional<field::GivenField>& given, const QuadOptions& options,
+                          const std::optional<field::GivenField>& given, QuadOptions options,
                           ExecutionContext& context);
 
 // The unit cells of a map whose cones and corners are whole numbers apart. Throws InvalidInput

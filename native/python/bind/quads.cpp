@@ -54,6 +54,7 @@ quads::QuadOptions read_quad_options(OptionReader& read) {
   read("edge_length", options.edge_length);
   read("features", options.features);
   read("sizing", options.sizing);
+  read("adaptive", options.adaptive);
   read("with_map", options.with_map);
   return options;
 }

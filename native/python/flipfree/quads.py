@@ -144,6 +144,7 @@ def quads(
     field: Any = None,
     features: Any = None,
     sizing: Any = None,
+    adaptive: float = 0.0,
     symmetry: str | None = None,
     with_map: bool = False,
     max_seconds: float | None = None,
@@ -163,7 +164,8 @@ def quads(
             left, and counted: ``stats["features_missed"]`` of ``stats["features"]``; and of two at less than a fifth of a quad
             one, ``stats["features_close"]`` pieces.
         sizing: (n,) positive: how dense quads are along a length there, relative to others; a field that is given should
-            have been made for it. None: all alike.
+            have been made for it. None: all alike. adaptive: 0 to 100, how much denser they are besides where the surface
+            bends more; at 100 they are off it by about as much everywhere, as far as the map can be.
         symmetry: "x", "y" or "z": the half on the positive side of that axis becomes quads, with a row of edges on the plane
             through the origin, and is mirrored bit for bit. Where the mesh is not alike on both sides, the mirrored half lies off
             it, and has the faces of the other half for parents. No field, and no ``map``.
@@ -188,10 +190,12 @@ def quads(
             mesh,
             as_choice(symmetry, "symmetry", ("x", "y", "z")),
             dict(target=target, edge_length=edge_length, field=field, features=features)
-            | dict(sizing=sizing, max_seconds=max_seconds, threads=threads),
+            | dict(sizing=sizing, adaptive=adaptive, max_seconds=max_seconds, threads=threads),
         )
     options: dict[str, Any] = dict(
-        max_seconds=as_seconds(max_seconds, "max_seconds"), with_map=as_flag(with_map, "with_map")
+        max_seconds=as_seconds(max_seconds, "max_seconds"),
+        with_map=as_flag(with_map, "with_map"),
+        adaptive=0.01 * as_number(adaptive, "adaptive", "must be 0 to 100", lambda n: 0 <= n <= 100),
     )
     if target is not None:
         options["target"] = as_number(

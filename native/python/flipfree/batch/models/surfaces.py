@@ -661,6 +661,12 @@ def quads_arguments(parser: argparse.ArgumentParser) -> None:
         "automatic curvature smooth edges flow",
         "what the edges of quads run along",
     )
+    parser.add_argument(
+        "--adaptive",
+        type=numbers.real(0.0, 100.0),
+        default=0.0,
+        help="0 to 100, how much denser quads are where the surface bends more",
+    )
     numbers.add_choice(
         parser,
         "--symmetry",
@@ -692,6 +698,7 @@ def quads(model: Model, options: dict[str, Any]) -> Solved:
         edge_length=length,
         field=followed,
         features=folds,
+        adaptive=options["adaptive"],
         symmetry=symmetry,
         **model.limits,
     )
