@@ -93,7 +93,7 @@ def test_painted_quads_are_denser():
     ob.scale.z = 4
     bpy.context.view_layer.update()
     assert quads(target=1500, replace=True, adaptive=100.0) == {"FINISHED"}
-    assert np.mean([abs(v.co.z) > 0.87 for v in ob.data.vertices]) > 0.18
+    assert np.mean([abs(v.co.z) > 0.87 for v in ob.data.vertices]) > 0.16  # 0.13 of the area
 
 
 def test_edge_lengths_are_those_of_the_scene():

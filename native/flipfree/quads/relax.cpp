@@ -1,9 +1,14 @@
 #include "flipfree/quads/relax.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include <Eigen/Geometry>
+
+#include "flipfree/quads/box_tree.h"
 
 namespace flipfree::quads {
 
@@ -72,7 +77,107 @@ class Relaxation {
     place_[at(v)] = place;
   }
 
+  // Corners that are free to the vertices of the surface that quads miss most, such as tips: of
+  // each the farthest that is nearest to it. They are held then, and `rounds` more bring what is
+  // around to rest. As long as that brings the farthest vertex nearer.
+  void reach(std::vector<Freedom> freedom, int rounds, ExecutionContext& context) {
+    constexpr int kMostTimes = 8;
+    constexpr double kMissed = 0.3;  // of a quad's side: less is no more than quads are flat
+    constexpr double kFar = 0.7;     // of the largest distance: others wait
+    std::vector<VertexId> seen;
+    for (VertexId v = 0; v < static_cast<VertexId>(surface_.vertices.rows()); ++v)
+      if (const HalfedgeId h = adjacency_.vertex_halfedge[at(v)];
+          h != kInvalid && adjacency_.opposite[at(h)] != kInvalid)
+        seen.push_back(v);
+    double best = std::numeric_limits<double>::infinity();
+    std::vector<Spot> best_spots;
+    for (int time = 0; time <= kMostTimes; ++time) {
+      std::vector<Missed> missed = missed_of(seen, context);
+      if (missed.empty() || !(missed[0].distance < best)) break;
+      best = missed[0].distance;
+      best_spots = spots_;
+      if (time == kMostTimes) break;
+      std::erase_if(missed, [&](const Missed& m) { return m.distance < kMissed * side(m.quad); });
+      seen.clear();
+      for (const Missed& m : missed) seen.push_back(m.vertex);
+      bool moved = false;
+      for (const Missed& m : missed)
+        if (m.distance >= kFar * best && move_to(m, freedom)) moved = true;
+      if (!moved) break;
+      relax(freedom, rounds, context);
+    }
+    if (!best_spots.empty()) spots_ = std::move(best_spots);
+  }
+
+  void relax(const std::vector<Freedom>& freedom, int rounds, ExecutionContext& context) {
+    for (int round = 0; round < rounds; ++round) {
+      for (VertexId v = 0; at(v) < spots_.size(); ++v) {
+        if (v % 256 == 0)
+          context.report("relaxing", (round + v / static_cast<double>(spots_.size())) / rounds);
+        if (freedom[at(v)] != Freedom::kHeld) move(v, freedom[at(v)] == Freedom::kAlongLine);
+      }
+    }
+  }
+
  private:
+  // A vertex of the surface, and the quad that it is nearest to.
+  struct Missed {
+    double distance;
+    VertexId vertex;
+    Index quad;
+  };
+  double side(Index q) const {
+    const Quad& quad = quads_[at(q)];
+    double sum = 0.0;
+    for (std::size_t k = 0; k < 4; ++k)
+      sum += 0.25 * (place_[at(quad[(k + 1) % 4])] - place_[at(quad[k])]).norm();
+    return sum;
+  }
+  // The farthest first.
+  std::vector<Missed> missed_of(const std::vector<VertexId>& vertices,
+                                const ExecutionContext& context) const {
+    std::vector<std::array<Vector3, 3>> halves;
+    for (const Quad& quad : quads_) {
+      const auto place = [&](std::size_t k) { return place_[at(quad[k])]; };
+      halves.push_back({place(0), place(1), place(2)});
+      halves.push_back({place(0), place(2), place(3)});
+    }
+    const BoxTree tree(std::move(halves));
+    std::vector<Missed> missed;
+    for (const VertexId v : vertices) {
+      if (v % 256 == 0) context.check();
+      const BoxTree::Nearest found = tree.nearest(surface_.vertices.row(v));
+      missed.push_back({found.distance, v, static_cast<Index>(found.triangle / 2)});
+    }
+    std::sort(missed.begin(), missed.end(), [](const Missed& a, const Missed& b) {
+      return std::pair(-a.distance, a.vertex) < std::pair(-b.distance, b.vertex);
+    });
+    return missed;
+  }
+
+  bool move_to(const Missed& missed, std::vector<Freedom>& freedom) {
+    const Vector3 goal = surface_.vertices.row(missed.vertex);
+    const Quad& quad = quads_[at(missed.quad)];
+    const VertexId c = *std::min_element(quad.begin(), quad.end(), [&](VertexId a, VertexId b) {
+      return (place_[at(a)] - goal).squaredNorm() < (place_[at(b)] - goal).squaredNorm();
+    });
+    if (freedom[at(c)] != Freedom::kFree) return false;
+    const Spot spot = spots_[at(c)];
+    const Vector3 place = place_[at(c)];
+    const int before = turned_around(c);
+    const HalfedgeId h = adjacency_.vertex_halfedge[at(missed.vertex)];
+    spots_[at(c)] = {h / 3, Vector3::Zero()};
+    spots_[at(c)].weight[h % 3] = 1.0;
+    place_[at(c)] = goal;
+    if (turned_around(c) <= before) {
+      freedom[at(c)] = Freedom::kHeld;
+      return true;
+    }
+    spots_[at(c)] = spot;
+    place_[at(c)] = place;
+    return false;
+  }
+
   Vector3 corner(FaceId f, int k) const { return surface_.vertices.row(surface_.faces(f, k)); }
 
   // The same along the line that the spot lies on, by what of the way goes along it; at a vertex of
@@ -193,15 +298,10 @@ void relax(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
            const std::vector<Quad>& quads, const mesh::EdgeFlags& lines,
            const std::vector<Freedom>& freedom, int rounds, std::vector<Spot>& spots,
            ExecutionContext& context) {
+  constexpr int kRoundsAfter = 5;
   Relaxation relaxation(surface, adjacency, quads, lines, spots);
-  for (int round = 0; round < rounds; ++round) {
-    for (VertexId v = 0; at(v) < spots.size(); ++v) {
-      if (v % 256 == 0)
-        context.report("relaxing", (round + v / static_cast<double>(spots.size())) / rounds);
-      if (freedom[at(v)] != Freedom::kHeld)
-        relaxation.move(v, freedom[at(v)] == Freedom::kAlongLine);
-    }
-  }
+  relaxation.relax(freedom, rounds, context);
+  if (rounds > 0) relaxation.reach(freedom, kRoundsAfter, context);
 }
 
 }  // namespace flipfree::quads

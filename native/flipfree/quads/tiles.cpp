@@ -10,6 +10,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/certify/certified_map.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/quads/integers.h"
 #include "flipfree/quads/transfer.h"
