@@ -16,9 +16,9 @@ enum class Freedom : char { kFree, kAlongLine, kHeld };
 // rectangle of nearly its own proportions: straight over the surface (slide()), so that it stays on
 // it; or along `lines` (flags of half-edges: borders, features), past vertices at which two edges
 // of them meet. A move that turns a corner of a quad against the surface there, that was not turned
-// before, is halved, and in the end not made. Rounds: over all corners, in order; then, if there are
-// any, free corners go to the surface's vertices that lie farthest from the quads, by more than a
-// share of a side, and stay there. Throws Cancelled, TimeIsOver. Cost: O(rounds * #corners), and
+// before, is halved, and in the end not made. Rounds: over all corners, in order; then, if there
+// are any, free corners go to the surface's vertices that lie farthest from the quads, by more than
+// a share of a side, and stay there. Throws Cancelled, TimeIsOver. Cost: O(rounds * #corners), and
 // about one search of the nearest quad per vertex.
 void relax(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
            const std::vector<Quad>& quads, const mesh::EdgeFlags& lines,

@@ -195,7 +195,8 @@ def quads(
     options: dict[str, Any] = dict(
         max_seconds=as_seconds(max_seconds, "max_seconds"),
         with_map=as_flag(with_map, "with_map"),
-        adaptive=0.01 * as_number(adaptive, "adaptive", "must be 0 to 100", lambda n: 0 <= n <= 100),
+        adaptive=0.01
+        * as_number(adaptive, "adaptive", "must be 0 to 100", lambda n: 0 <= n <= 100),
     )
     if target is not None:
         options["target"] = as_number(
