@@ -6,15 +6,14 @@
     tick [FACES TO A SIDE [never | always [OPERATOR ...]]]      how long a window's session stands still on a large mesh
     enable                importing the extension's modules, and registering; CPU seconds
     live [QUADS TO A SIDE]      one tick of Live Pins and one update of its solver
-    scene [OBJECTS ...]         a scene of many small objects in one call, beside the sum of its parts
+    scene [OBJECTS ...]         a scene of many small objects in one call; CPU seconds
     objects                     everything that Blender makes, unwrapped by Blender and by us
 
 scripts/blender-tests.sh makes such a profile. OPERATOR: unwrap, check, pack or improve; all by default, one after the other on the same
 mesh. tick asks two clocks: of each tick of the operator, and of a timer that asks to be called at once, from one call to the next, so that
-drawing, other timers and Blender's undo step are part of that. scene: bumpy sheets of 500 triangles, CPU seconds; parts: each by a
-call of its own (100 are measured, their mean is taken for all); solver: ff.unwrap of the same arrays; together: one call; of that packing:
-ff.pack of all islands. objects: triangles with an area in the map / edges with two triangles of one island on the same side / pairs of
-triangles that overlap, by tests/judges; seams: none, as a beginner would do it.
+drawing, other timers and Blender's undo step are part of that. scene: boxes of 12 triangles, bumpy sheets of 500. objects: triangles
+with an area in the map / edges with two triangles of one island on the same side / pairs of triangles that overlap, by tests/judges;
+seams: none, as a beginner would do it.
 """
 
 import importlib
@@ -29,7 +28,6 @@ import bpy
 import numpy as np
 
 EXTENSION = "bl_ext.user_default.flipfree_uv"
-MEASURED = 100
 METHODS = ("ANGLE_BASED", "CONFORMAL", "MINIMUM_STRETCH")
 OPERATORS = {"unwrap": {}, "check": {}, "pack": {}, "improve": {"iterations": 3}}
 TESTS = Path(__file__).resolve().parent.parent / "tests"
@@ -183,63 +181,62 @@ def live(side="99"):
     )
 
 
-def small_sheet(seed):
+def small_sheet(random):
     """500 triangles."""
     from surfaces import bumpy_grid
 
     vertices, faces = bumpy_grid(25, 10)
-    random = np.random.default_rng(seed)
     x, y = vertices[:, 0], vertices[:, 1] * 0.4
     z = 0.1 * np.sin(random.uniform(2, 6) * x + random.uniform(0, 6)) * np.cos(5 * y)
     return np.stack([x, y, z], -1), faces
 
 
-def selected_sheets(seeds):
+def box(random):
+    """Of sides at random: 12 triangles."""
+    corners = np.indices((2, 2, 2)).reshape(3, -1).T * random.uniform(0.2, 2.0, 3)
+    sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    return corners, np.array(sides)
+
+
+KINDS = {"boxes": box, "sheets": small_sheet}
+
+
+def selected_objects(kind, count):
     """In a scene that holds nothing else."""
-    for mesh in list(bpy.data.meshes):
-        bpy.data.meshes.remove(mesh)
-    for seed in seeds:
-        mesh = bpy.data.meshes.new(f"sheet {seed}")
-        vertices, faces = small_sheet(seed)
+    bpy.data.batch_remove(list(bpy.data.meshes))
+    for seed in range(count):
+        mesh = bpy.data.meshes.new(f"{kind} {seed}")
+        vertices, faces = KINDS[kind](np.random.default_rng(seed))
         mesh.from_pydata(vertices.tolist(), [], faces.tolist())
         ob = bpy.data.objects.new(mesh.name, mesh)
         bpy.context.scene.collection.objects.link(ob)
         ob.select_set(True)
-        bpy.context.view_layer.objects.active = ob
+    bpy.context.view_layer.objects.active = ob
 
 
 def cpu_of(call):
-    begin = time.process_time()
-    found = call()
-    return found, time.process_time() - begin
+    """Seconds of all threads, and of processes that have ended."""
+    begin = sum(os.times()[:4])
+    call()
+    return sum(os.times()[:4]) - begin
 
 
 def scene(*counts):
-    import flipfree as ff
-
-    say("| objects | parts | solver | together | of that packing | together / parts |")
-    for count in map(int, counts or ("500", "5000")):
-        some = min(count, MEASURED)
-        parts = 0.0
-        for seed in range(some):
-            selected_sheets([seed])
-            parts += cpu_of(bpy.ops.uv.flipfree_unwrap)[1] * count / some
-        maps, solver = cpu_of(
-            lambda n=some: [ff.unwrap(*small_sheet(s), seams="given") for s in range(n)]
-        )
-        selected_sheets(range(count))
-        together = cpu_of(bpy.ops.uv.flipfree_unwrap)[1]
-        several = [maps[i % some] for i in range(count)]
-        base = np.cumsum([0] + [len(m.vertices) for m in several])
-        arrays = [
-            np.concatenate([m.vertices for m in several]),
-            np.concatenate([m.faces + b for m, b in zip(several, base[:-1], strict=True)]),
-            np.concatenate([m.uv for m in several]),
-        ]
-        packing = cpu_of(lambda a=arrays: ff.pack(*a, effort=0.2))[1]
-        figures = parts, solver * count / some, together, packing
-        cells = " | ".join(f"{seconds:.1f}" for seconds in figures)
-        say(f"| {count} | {cells} | {together / parts:.2f} |")
+    calls = {
+        "Blender, Angle Based": lambda: by_blender("ANGLE_BASED"),
+        "Auto Unwrap": bpy.ops.uv.flipfree_unwrap,
+        "Pack": bpy.ops.uv.flipfree_pack,
+        "Check": bpy.ops.uv.flipfree_check,
+    }
+    for kind in KINDS:
+        selected_objects(kind, 2)
+        bpy.ops.uv.flipfree_unwrap()  # a first call takes longer
+    say(f"| objects | {' | '.join(calls)} |")
+    for count in map(int, counts or ("200", "5000")):
+        for kind in KINDS:
+            selected_objects(kind, count)
+            cells = [f"{cpu_of(call):.2f}" for call in calls.values()]
+            say(f"| {count} {kind} | {' | '.join(cells)} |")
 
 
 def judged(ob):

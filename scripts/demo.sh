@@ -2,11 +2,12 @@
 # Shows the whole way on a fresh machine: sets up, builds, gets a Blender, installs the extension, unwraps meshes through the operator
 # in `blender -b`, and draws out/demo.png: layouts and a checker on the model, by Auto Unwrap and by Smart UV Project.
 #
-#   scripts/demo.sh [MESH]
+#   scripts/demo.sh [MESH | sheet]
 #
-# MESH: .obj, .ply, .stl, .glb or .blend. Without it, three models that are made on the spot. Prints the certificate.
+# MESH: .obj, .ply, .stl, .glb or .blend. Without it, three models that are made on the spot; sheet: a dozen more. Prints the certificate.
 set -euo pipefail
-mesh=${1:+$(realpath "$1")}
+mesh=${1:-}
+[ "$mesh" = sheet ] || mesh=${mesh:+$(realpath "$mesh")}
 cd "$(dirname "$0")/.."
 source scripts/steps.sh
 

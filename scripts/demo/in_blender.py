@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The demo's part inside Blender: models, Auto Unwrap through its operator, Smart UV Project beside it, renderings.
 
-    blender -b --python in_blender.py -- OUT_FOLDER [MESH]
+    blender -b --python in_blender.py -- OUT_FOLDER [MESH | sheet]
 
 Without MESH a model of each kind is made: Blender's monkey, a part with bevelled edges, and a scan-like bust: voxel-remeshed,
-with the noise of a scanner, open at the neck. For every model NAME: OUT_FOLDER/NAME.npz, NAME_smart.png and NAME_auto.png.
+with the noise of a scanner, open at the neck. sheet: these, primitives, text, a character and more (picture.py draws all).
+For every model NAME: OUT_FOLDER/NAME.npz, NAME_smart.png and NAME_auto.png.
 """
 
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
@@ -17,6 +19,7 @@ from mathutils import Vector
 
 TOP = 2.0  # of the distortion scale
 FIELDS = 18  # of the checker, along a model
+TESTS = Path(__file__).resolve().parents[2] / "tests"
 # Colours of the distortion scale, from none to much.
 SCALE = np.array(
     [
@@ -103,6 +106,51 @@ def bust() -> bpy.types.Object:
     return ob
 
 
+def character() -> bpy.types.Object:
+    """A body of limbs by the skin modifier, as box modelling leaves it: quads, symmetric."""
+    half = [(0.22, 0.0, 1.45), (0.62, 0.0, 1.4), (1.0, 0.05, 1.3)]  # an arm
+    half += [(0.14, 0.0, 0.78), (0.18, -0.03, 0.4), (0.18, 0.0, 0.05), (0.2, -0.22, 0.0)]  # a leg
+    points = [(0.0, 0.0, 0.95), (0.0, 0.0, 1.45), (0.0, 0.0, 1.62), (0.0, -0.02, 1.85)]
+    edges = [(0, 1), (1, 2), (2, 3)]
+    thick = [0.17, 0.17, 0.06, 0.14]
+    for side in (-1, 1):
+        n = len(points)
+        points += [(side * x, y, z) for x, y, z in half]
+        edges += [(1, n), (n, n + 1), (n + 1, n + 2)]
+        edges += [(0, n + 3), (n + 3, n + 4), (n + 4, n + 5), (n + 5, n + 6)]
+        thick += [0.09, 0.07, 0.06, 0.11, 0.09, 0.07, 0.05]
+    mesh = bpy.data.meshes.new("Character")
+    mesh.from_pydata(points, edges, [])
+    ob = bpy.data.objects.new("Character", mesh)
+    bpy.context.collection.objects.link(ob)
+    bpy.context.view_layer.objects.active = ob
+    ob.modifiers.new("Skin", "SKIN")
+    for vertex, radius in zip(mesh.skin_vertices[0].data, thick, strict=True):
+        vertex.radius = (radius, radius)
+    mesh.skin_vertices[0].data[0].use_root = True
+    ob.modifiers.new("Smooth", "SUBSURF").levels = 2
+    for name in ("Skin", "Smooth"):
+        bpy.ops.object.modifier_apply(modifier=name)
+    return ob
+
+
+def made(name: str) -> Callable[[], bpy.types.Object]:
+    """One of tests/blender/all_objects.py."""
+
+    def make() -> bpy.types.Object:
+        sys.path[:0] = [str(TESTS / "python"), str(TESTS), str(TESTS / "blender")]
+        from all_objects import OBJECTS
+
+        OBJECTS[name]()
+        bpy.context.object.name = name.capitalize()
+        return bpy.context.object
+
+    return make
+
+
+SHEET = "cube;UV sphere;cylinder;cone;torus;text, thick;Bezier tube;union;solid monkey".split(";")
+
+
 def load(path: Path) -> bpy.types.Object:
     readers = {
         ".obj": bpy.ops.wm.obj_import,
@@ -151,7 +199,8 @@ def distortions(points: np.ndarray, uv: np.ndarray) -> np.ndarray:
 
 
 def colours(values: np.ndarray, top: float) -> np.ndarray:
-    """(m, 3) on a logarithmic scale from 1 to `top`."""
+    """(m, 3) on a logarithmic scale from 1 to `top`; what has no area has no distortion."""
+    values = np.where(np.isfinite(values), values, 1.0)
     t = np.clip(np.log(values) / np.log(top), 0.0, 1.0) * (len(SCALE) - 1)
     i = np.minimum(t.astype(int), len(SCALE) - 2)
     return SCALE[i] + (t - i)[:, None] * (SCALE[i + 1] - SCALE[i])
@@ -277,9 +326,14 @@ def run(ob, out: Path) -> bool:
 
 def main() -> None:
     out, *mesh = sys.argv[sys.argv.index("--") + 1 :]
-    if not mesh:
+    kinds = [monkey, part, bust]
+    if mesh == ["sheet"]:
+        kinds += [character, *map(made, SHEET)]
+    elif mesh:
+        kinds = [lambda: load(Path(mesh[0]))]
+    if len(kinds) > 1:
         bpy.ops.wm.read_homefile(use_empty=True)
-    for make in [lambda: load(Path(mesh[0]))] if mesh else [monkey, part, bust]:
+    for make in kinds:
         if not run(make(), Path(out)):
             sys.exit("The stored map is not what was certified.")
 

@@ -50,6 +50,15 @@ def test_a_larger_effort_is_no_looser_and_the_fill_is_reported(capfd):
     assert fills[1] >= fills[0]
 
 
+def test_sizes_are_kept_among_objects_on_request():
+    first, second = two_objects()
+    shapes.set_uv(second, 0.25 * shapes.uv_of(second))
+    before = [sum(map(area, islands(ob))) for ob in (first, second)]
+    pack(same_density=False)
+    after = [sum(map(area, islands(ob))) for ob in (first, second)]
+    assert after[1] / after[0] == pytest.approx(before[1] / before[0], rel=1e-4)
+
+
 def test_islands_are_not_turned_where_they_may_not_be():
     ob = mapped_cube()
     before = shapes.uv_of(ob).astype(float)

@@ -72,6 +72,10 @@ class PackTask(MapTask):
         """(#St,) the name of the group that each triangle's island is packed with, if there are groups."""
         return self._groups
 
+    def uv_on_texture(self):
+        """As they were: packed alone, an object has a scale of its own."""
+        return self.snapshot.corner_uv.astype(np.float64)
+
     def stages(self):
         snapshot = self.snapshot
         common.refuse_nonfinite_uvs(snapshot)

@@ -1,9 +1,7 @@
 #include "flipfree/unwrap/seams/auto_islands.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <cstdint>
 #include <optional>
 #include <utility>
 
@@ -53,6 +51,11 @@ void prefer_hidden(std::vector<double>& cost, const Triangles& faces,
 
 KnownMaps nothing_known(const Triangles& faces) {
   return {Points2(3 * faces.rows(), 2), std::vector<char>(at(faces.rows()), KnownMaps::kNothing)};
+}
+
+bool all_known(const KnownMaps& known) {
+  const auto& of_face = known.of_face;
+  return std::find(of_face.begin(), of_face.end(), KnownMaps::kNothing) == of_face.end();
 }
 
 // The map (#V x 2) of a chart, as known.
@@ -155,7 +158,6 @@ class Finder {
       if (round + 1 >= kSearchRounds && !halve(context)) break;
       aim.energy = 1.0 + kTighterEachRound * (aim.energy - 1.0);
     }
-    stats["symmetric_charts"] = symmetric_.load();
     return {std::move(islands_), std::move(uv)};
   }
 
@@ -187,7 +189,6 @@ class Finder {
     std::optional<MapInHand> in_hand;
     if (options_.acceptable) in_hand.emplace(context);
     const Slits slits = find_slits(own.surface(), local, cost, options, context);
-    if (slits.symmetric) ++symmetric_;
     for (std::size_t h = 0; h < cost.size(); ++h) {
       const std::size_t corner = corner_of(chart, h);
       further[corner] = slits.cut[h];
@@ -244,7 +245,6 @@ class Finder {
   std::vector<double> cost_;  // per half-edge
   Islands islands_;
   KnownMaps known_;
-  std::atomic<std::int64_t> symmetric_{0};
 };
 
 AutoIslands search_islands(const mesh::Surface& surface, const Points3& placed,
@@ -252,6 +252,11 @@ AutoIslands search_islands(const mesh::Surface& surface, const Points3& placed,
                            const mesh::EdgeFlags& uncuttable, std::vector<double> cost,
                            const UnwrapOptions& options, ExecutionContext& context, Stats& stats) {
   KnownMaps known = nothing_known(surface.faces);
+  const auto known_flat = [&](Islands islands) -> AutoIslands {
+    std::vector<Points2> uv = flatten_islands(islands, surface, adjacency, uncuttable, ChartPins{},
+                                              options, context, stats, &known);
+    return {std::move(islands), std::move(uv)};
+  };
   double begin = 0.0;
   mesh::EdgeFlags never(cost.size(), 0);
   for (std::size_t h = 0; h < cost.size(); ++h)
@@ -277,14 +282,13 @@ AutoIslands search_islands(const mesh::Surface& surface, const Points3& placed,
       if (options.seams.edges_only) return {std::move(given), {}};
       throw;
     }
-    if (std::find(known.of_face.begin(), known.of_face.end(), KnownMaps::kNothing) ==
-        known.of_face.end()) {
-      std::vector<Points2> uv = flatten_islands(given, surface, adjacency, uncuttable, ChartPins{},
-                                                options, context, stats, &known);
-      return {std::move(given), std::move(uv)};
-    }
+    if (all_known(known)) return known_flat(std::move(given));
   }
-  prefer_hidden(cost, surface.faces, exposure(placed, surface.faces, adjacency, context));
+  const auto see = [&] {
+    prefer_hidden(cost, surface.faces, exposure(placed, surface.faces, adjacency, context));
+  };
+  bool seen = !any_flag(nets);
+  if (seen) see();
   const bool by_seams = any_flag(seams);
   for (std::size_t h = 0; h < cost.size(); ++h) {
     if (known.of_face[h / 3] == KnownMaps::kNothing) {
@@ -294,8 +298,17 @@ AutoIslands search_islands(const mesh::Surface& surface, const Points3& placed,
     cost[h] = mesh::ShortestPaths::kUnreached;
     if (by_seams) wanted[h] = seams[h];
   }
-  Islands islands = make_islands(surface, adjacency, wanted, uncuttable, false, context,
-                                 {{}, positive(surface, cost), false});
+  const auto open_islands = [&] {
+    return make_islands(surface, adjacency, wanted, uncuttable, false, context,
+                        {{}, positive(surface, cost), false});
+  };
+  Islands islands = open_islands();
+  // Where nets leave nothing to be opened, what is seen decides nothing yet.
+  if (!seen && any_flag(islands.added)) {
+    see();
+    seen = true;
+    islands = open_islands();
+  }
   for (const mesh::Chart& chart : islands.charts) {
     const FaceId f = chart.faces.front();
     if (known.of_face[at(f)] == KnownMaps::kNothing && tubes.of_face[at(f)] != 0)
@@ -310,7 +323,9 @@ AutoIslands search_islands(const mesh::Surface& surface, const Points3& placed,
       if (options.seams.edges_only) return {std::move(islands), {}};
       throw;
     }
+    if (all_known(known)) return known_flat(std::move(islands));
   }
+  if (!seen) see();
   const ProgressRange range(context, begin, 1.0);
   return Finder(surface, adjacency, uncuttable, options, std::move(cost), std::move(islands),
                 std::move(known))

@@ -782,9 +782,7 @@ Slits find_slits(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
   }
   const Mirror mirror = find_mirror(chart, adjacency, cost);
   const std::vector<double> own = mirror.empty() ? cost : mirrored_costs(chart.faces, mirror, cost);
-  Slits slits = SlitSearch(chart, adjacency, own, mirror, options, context).run(options.bound);
-  slits.symmetric = !mirror.empty();
-  return slits;
+  return SlitSearch(chart, adjacency, own, mirror, options, context).run(options.bound);
 }
 
 }  // namespace flipfree::unwrap

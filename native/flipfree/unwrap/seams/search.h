@@ -20,10 +20,9 @@ inline constexpr double kInfinite = std::numeric_limits<double>::infinity();
 Stretch stretch_of(const mesh::Surface& surface, const Points2& corner_uv);
 
 struct Slits {
-  mesh::EdgeFlags cut;     // of the chart's half-edges
-  Points2 corner_uv;       // a map of the chart cut along `cut`; empty if there is none
-  bool divided = false;    // the map lies on itself; `cut` divides the chart
-  bool symmetric = false;  // the chart is its own mirror image
+  mesh::EdgeFlags cut;   // of the chart's half-edges
+  Points2 corner_uv;     // a map of the chart cut along `cut`; empty if there is none
+  bool divided = false;  // the map lies on itself; `cut` divides the chart
 };
 
 struct SlitOptions {
