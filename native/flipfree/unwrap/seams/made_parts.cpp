@@ -7,6 +7,7 @@
 #include <queue>
 #include <tuple>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include "flipfree/mesh/shortest_paths.h"
@@ -36,6 +37,10 @@ constexpr double kBevelAngle = 0.88;
 constexpr double kBevelTurn = 1.4;
 constexpr double kBevelBack = 0.1;
 constexpr double kBevelDepth = 0.3;
+// Beside a facet of what is rolled is one of this share of its area, along this share of its
+// longest edge. In sizes, facets count so much as other flat faces.
+constexpr double kFacet = 0.5;
+constexpr double kFacetSize = 0.1;
 
 Vector3 place(const mesh::Surface& surface, VertexId v) {
   return surface.vertices.row(v).transpose();
@@ -179,6 +184,21 @@ std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, 
     const Index plate = flat.of(from);
     return std::min(kBevelReach * part.size(), kBevelToPlate * flat.area(plate) / longest[plate]);
   };
+  // Flat faces come before facets of what is rolled, of which some would be larger than others.
+  std::unordered_set<Index> facets;
+  for (const Hinge& hinge : part.hinges) {
+    const std::array<Index, 2> sides = {flat.of(hinge.h / 3), flat.of(beyond(hinge.h) / 3)};
+    if (sides[0] == sides[1] || hinge.angle >= kSmoothAngle) continue;
+    for (const std::size_t k : {0u, 1u}) {
+      if (hinge.length >= kFacet * longest[sides[k]] &&
+          flat.area(sides[1 - k]) >= kFacet * flat.area(sides[k]))
+        facets.insert(sides[k]);
+    }
+  }
+  const auto size_of = [&](FaceId from) {
+    return std::sqrt(flat.area(flat.of(from))) *
+           (facets.count(flat.of(from)) == 0 ? 1.0 : kFacetSize);
+  };
   std::unordered_map<Index, FaceId> owner;
   const auto grow = [&](Index region, const Reach& reach) {
     owner.emplace(region, reach.from);
@@ -191,11 +211,12 @@ std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, 
       const double turn = angle(reach.from, o / 3);
       if (width < kBevelWidth * part.size() && whole < most(reach.from) && turn < kBevelTurn &&
           turn > reach.turn - kBevelBack)
-        next.push({whole / std::sqrt(flat.area(flat.of(reach.from))), whole, turn, o, reach.from});
+        next.push({whole / size_of(reach.from), whole, turn, o, reach.from});
     }
   };
   for (const FaceId f : part.faces) {
-    if (owner.count(flat.of(f)) == 0 && flat.area(flat.of(f)) >= kRegion * part.area)
+    const Index region = flat.of(f);
+    if (owner.count(region) == 0 && flat.area(region) >= kRegion * part.area)
       grow(flat.of(f), {0.0, 0.0, 0.0, kInvalid, f});
   }
   std::vector<HalfedgeId> inside;
