@@ -30,6 +30,7 @@ struct Grids {
   std::vector<Index> irregular;
   std::vector<Index> misplaced;
 
+  HalfedgeId edge(Index side) const { return quads[at(side / 4)].side[at(side % 4)]; }
   HalfedgeId side(Index q, Index way) const {
     return quads[at(q)].side[at((turn[at(q)] + way) % 4)];
   }

@@ -267,7 +267,7 @@ AutoIslands search_islands(const mesh::Surface& surface, const Points3& placed,
                                  stretch_bound(options.seams.stretch));
   mesh::EdgeFlags nets = wanted;
   add_flags(tubes.cut, nets);
-  nets = net_seams(surface, adjacency, nets, cost, context);
+  nets = net_seams(surface, adjacency, nets, cost, tubes.is_rim, context);
   for (std::size_t h = 0; h < nets.size(); ++h)
     if (tubes.of_face[h / 3] != 0 || tubes.cut[h] != 0) nets[h] = tubes.cut[h];
   const mesh::EdgeFlags& first = any_flag(seams) ? seams : wanted;

@@ -150,6 +150,13 @@ std::optional<double> flat_if_hard(const mesh::Surface& surface, const Shapes& s
   return flat_area / part.area;
 }
 
+void soften(Shapes& shapes, FaceId f) {
+  const Corners& p = shapes.flat[at(f)];
+  const double longest =
+      std::max({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
+  shapes.soft[at(f)] = kBevelDepth * shapes.area[at(f)] / longest;
+}
+
 std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, MadePart& part) {
   part.bevelled = true;
   Regions flat(shapes, part, kPlateAngle);
@@ -243,10 +250,7 @@ std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, 
   for (const FaceId f : part.faces) {
     const auto own = owner.find(flat.of(f));
     if (own == owner.end() || flat.of(own->second) == flat.of(f)) continue;
-    const Corners& p = shapes.flat[at(f)];
-    const double longest =
-        std::max({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
-    shapes.soft[at(f)] = kBevelDepth * shapes.area[at(f)] / longest;
+    soften(shapes, f);
   }
   return inside;
 }

@@ -20,6 +20,8 @@ namespace flipfree::unwrap {
 inline constexpr double kFlatAngle = 0.017;
 inline constexpr double kSmoothAngle = 0.44;
 inline constexpr double kBendAngle = 0.61;
+// Share of the area of what is no island of its own.
+inline constexpr double kSliver = 0.002;
 
 struct Hinge {
   HalfedgeId h = kInvalid;  // the lower one of the edge's two
@@ -106,6 +108,9 @@ class Regions {
 // little for a hard surface.
 std::optional<double> flat_if_hard(const mesh::Surface& surface, const Shapes& shapes,
                                    const MadePart& part);
+
+// Lets others lie in a face of a bevel.
+void soften(Shapes& shapes, FaceId f);
 
 // Edges inside what flat faces have of the bevels around them, of which larger faces have more: so
 // a rim is cut on one side. Those first along which the faces grew. Hinges between them get the

@@ -30,10 +30,9 @@ constexpr double kLeastFill = 0.4;
 constexpr double kLongest = 1.8;
 // In which lengths are measured, to half a per cent.
 constexpr std::size_t kSpanDirections = 16;
-// Shares of a part's area: of a net that counts, and of one that is no island of its own; and what
-// nets that count must have of all nets of a hard part.
+// Shares of a part's area: of a net that counts; and what nets that count must have of all nets of
+// a hard part.
 constexpr double kNet = 0.02;
-constexpr double kSliver = 0.002;
 constexpr double kHardNets = 0.85;
 // Of the nets' outlines so much runs along their crosses, in the mean by area.
 constexpr double kHardOutlines = 0.35;
@@ -597,7 +596,7 @@ void flag_part(const Shapes& shapes, const MadePart& part, const std::vector<Hal
 
 mesh::EdgeFlags net_seams(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                           const mesh::EdgeFlags& seams, const std::vector<double>& cost,
-                          const ExecutionContext& context) {
+                          const std::vector<char>& is_rim, const ExecutionContext& context) {
   mesh::EdgeFlags flags(adjacency.opposite.size(), 0);
   Shapes shapes = shapes_of(surface, adjacency, seams);
   for (MadePart& part : parts_of(surface, adjacency, seams, cost, shapes)) {
@@ -605,7 +604,12 @@ mesh::EdgeFlags net_seams(const mesh::Surface& surface, const mesh::Adjacency& a
     const auto flat = flat_if_hard(surface, shapes, part);
     if (!flat) continue;
     std::vector<HalfedgeId> bevels;
-    if (*flat >= kBevelled) bevels = bevels_of(surface, shapes, part);
+    if (*flat >= kBevelled) {
+      bevels = bevels_of(surface, shapes, part);
+    } else {
+      for (const FaceId f : part.faces)
+        if (!is_rim.empty() && is_rim[at(f)] != 0) soften(shapes, f);
+    }
     flag_part(shapes, part, bevels, flags, context);
   }
   return flags;

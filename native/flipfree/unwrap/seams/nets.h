@@ -20,13 +20,14 @@ namespace flipfree::unwrap {
 // Only in connected parts (between `seams`) that are hard by measure: most of the area lies in
 // flat regions, or in rolled ones, which have no curvature inside, and is in few nets afterwards.
 // In others nothing is flagged. Smooth regions with curvature inside are left whole within a hard
-// part, for a search that bounds their stretch. Edges of infinite `cost` (per half-edge) are no
-// seams. Precondition: a validated surface. Cost: O(#F log #F) joins as a rule, each of the smaller
-// net's faces.
+// part, for a search that bounds their stretch. Faces of `is_rim` (#F or none) may overlap a
+// little, as those of bevels do, so that rims go whole with one side. Edges of infinite `cost` (per
+// half-edge) are no seams. Precondition: a validated surface. Cost: O(#F log #F) joins as a rule,
+// each of the smaller net's faces.
 //
 // After mesh unfolding by a tree of faces (Schlickenrieder 1997, "Nets of Polyhedra").
 mesh::EdgeFlags net_seams(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                           const mesh::EdgeFlags& seams, const std::vector<double>& cost,
-                          const ExecutionContext& context);
+                          const std::vector<char>& is_rim, const ExecutionContext& context);
 
 }  // namespace flipfree::unwrap

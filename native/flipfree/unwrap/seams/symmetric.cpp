@@ -9,6 +9,7 @@
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/unwrap/chart/chart.h"
 #include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/seams/made_parts.h"
 #include "flipfree/unwrap/seams/search.h"
 #include "flipfree/unwrap/seams/sheet.h"
 
@@ -54,6 +55,12 @@ mesh::EdgeFlags mirrored_cut(const mesh::EdgeFlags& cut, const Mirror& mirror,
   return result;
 }
 
+double area_of(const mesh::Surface& surface) {
+  double area = 0.0;
+  for (FaceId f = 0; f < surface.faces.rows(); ++f) area += 0.5 * face_normal(surface, f).norm();
+  return area;
+}
+
 // Islands that a plane maps onto each other, and what is made of them.
 class Symmetrizer {
  public:
@@ -65,6 +72,7 @@ class Symmetrizer {
         adjacency_(adjacency),
         cost_(cost),
         options_(options),
+        area_(area_of(surface)),
         cut_(found.cut),
         before_(surface.faces.size(), 2) {
     std::vector<Index> island(at(static_cast<Index>(surface.faces.rows())));
@@ -101,9 +109,11 @@ class Symmetrizer {
     Points2 corner_uv = before_;
     for (const mesh::Chart& chart : islands.charts) {
       const std::size_t group = group_of(chart);
-      const Stretch bound =
-          count[group] > count_[group] ? kNets : stretch_bound(options_.seams.stretch);
-      if (is_better[group] != 0 && !lay_flat(chart, part_of(chart, cut), bound, corner_uv, context))
+      if (is_better[group] == 0 || part_of(chart, cut) == part_of(chart, found_.cut)) continue;
+      const bool has_more = count[group] > count_[group];
+      const Stretch bound = has_more ? kNets : stretch_bound(options_.seams.stretch);
+      if ((has_more && area_of(chart.surface) < kSliver * area_) ||
+          !lay_flat(chart, part_of(chart, cut), bound, corner_uv, context))
         is_better[group] = 0;
     }
     for (std::size_t h = 0; h < cut.size(); ++h) {
@@ -147,12 +157,10 @@ class Symmetrizer {
     return price;
   }
 
-  // False if the island is no map within the bound. As it was, or a part of what was, it keeps its
-  // map.
+  // False if the island is no map within the bound. A part of what was keeps its map.
   bool lay_flat(const mesh::Chart& chart, const mesh::EdgeFlags& cut, const Stretch& bound,
                 Points2& corner_uv, ExecutionContext& context) const {
     const mesh::EdgeFlags before = part_of(chart, found_.cut);
-    if (cut == before) return true;
     bool is_part = true;
     for (std::size_t h = 0; h < cut.size(); ++h) is_part = is_part && cut[h] >= before[h];
     const auto is_within = [&](const Points2& uv) {
@@ -179,6 +187,7 @@ class Symmetrizer {
   const mesh::Adjacency& adjacency_;
   const std::vector<double>& cost_;
   const UnwrapOptions& options_;
+  const double area_;
   mesh::EdgeFlags cut_;
   Points2 before_;
   Points2 corner_uv_;

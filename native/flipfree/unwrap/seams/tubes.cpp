@@ -56,29 +56,38 @@ std::vector<char> steps_of(const mesh::Surface& surface, const std::vector<Quad>
   return is_step;
 }
 
-// Seams, and creases, but those of steps, and those of what goes round about a tube with corners.
-mesh::EdgeFlags ends_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                        const Grids& all, const std::vector<char>& is_step, mesh::EdgeFlags seams) {
-  const auto bend = [&](HalfedgeId h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    return o == kInvalid ? 0.0 : bend_between(surface, h / 3, o / 3);
-  };
-  std::vector<char> is_round(seams.size(), 0);
+// Rows of quads that close up, each as the sides by which its quads follow each other.
+std::vector<std::vector<Index>> rings_of(const Grids& all) {
+  std::vector<std::vector<Index>> rings;
   std::vector<char> seen(all.across.size(), 0);
   for (Index first = 0; first < static_cast<Index>(seen.size()); ++first) {
-    std::vector<HalfedgeId> loop;
-    bool bends = true;
+    std::vector<Index> ring;
     Index side = first;
     while (side != kInvalid && seen[at(side)] == 0) {
       seen[at(side)] = 1;
-      const HalfedgeId h = all.quads[at(side / 4)].side[at(side % 4)];
-      bends = bends && bend(h) >= kRoundBend;
-      loop.push_back(h);
+      ring.push_back(side);
       side = all.across[at(side)];
       if (side != kInvalid) side = side - side % 4 + (side + 2) % 4;
     }
-    if (side != first || !bends) continue;
-    for (const HalfedgeId h : loop) is_round[at(h)] = is_round[at(adjacency.opposite[at(h)])] = 1;
+    if (side == first && !ring.empty()) rings.push_back(std::move(ring));
+  }
+  return rings;
+}
+
+// Seams, and creases, but those of steps, and those of what goes round about a tube with corners.
+mesh::EdgeFlags ends_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                        const Grids& all, const std::vector<std::vector<Index>>& rings,
+                        const std::vector<char>& is_step, mesh::EdgeFlags seams) {
+  const auto bend = [&](HalfedgeId h) {
+    return bend_between(surface, h / 3, adjacency.opposite[at(h)] / 3);
+  };
+  std::vector<char> is_round(seams.size(), 0);
+  for (const std::vector<Index>& ring : rings) {
+    if (std::any_of(ring.begin(), ring.end(),
+                    [&](Index side) { return bend(all.edge(side)) < kRoundBend; }))
+      continue;
+    for (const Index side : ring)
+      is_round[at(all.edge(side))] = is_round[at(adjacency.opposite[at(all.edge(side))])] = 1;
   }
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(seams.size()); ++h) {
     const HalfedgeId o = adjacency.opposite[at(h)];
@@ -113,7 +122,8 @@ class TubeFinder {
       if (is_tube_[i] != 0)
         is_tube_[i] = ends_well(members_[i]) && turn_to_cheapest(members_[i]) ? 1 : 0;
     }
-    Tubes tubes{mesh::EdgeFlags(cost_.size(), 0), {}, std::vector<char>(cost_.size() / 3, 0)};
+    const std::vector<char> none(cost_.size() / 3, 0);
+    Tubes tubes{mesh::EdgeFlags(cost_.size(), 0), {}, none, none};
     if (!any_flag(is_tube_)) return tubes;
     tubes.corner_uv = straight_corners(surface_, grids_);
     for (std::size_t i = 0; i < members_.size(); ++i) {
@@ -272,10 +282,22 @@ Tubes find_tubes(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
   std::vector<Quad> quads = quads_of(surface, adjacency.opposite, polygon, polygon.empty());
   const std::vector<double> sizes = sizes_of(surface, adjacency);
   const std::vector<char> is_step = steps_of(surface, quads, sizes);
-  const mesh::EdgeFlags ends =
-      ends_of(surface, adjacency, grids_of(adjacency.opposite, quads, seams), is_step, seams);
+  const Grids all = grids_of(adjacency.opposite, quads, seams);
+  const std::vector<std::vector<Index>> rings = rings_of(all);
+  const mesh::EdgeFlags ends = ends_of(surface, adjacency, all, rings, is_step, seams);
   Grids grids = grids_of(adjacency.opposite, std::move(quads), ends);
-  return TubeFinder(surface, adjacency, ends, cost, std::move(grids)).run(sizes, bound);
+  Tubes tubes = TubeFinder(surface, adjacency, ends, cost, std::move(grids)).run(sizes, bound);
+  for (const std::vector<Index>& ring : rings) {
+    const auto is_narrow = [&](Index side) {
+      const HalfedgeId h = all.edge(side);
+      return is_step[at(h / 3)] != 0 && edge_length(surface, h) < kStepWidth * sizes[at(h / 3)];
+    };
+    if (!std::all_of(ring.begin(), ring.end(), is_narrow)) continue;
+    for (const Index side : ring) {
+      for (const HalfedgeId h : all.quads[at(side / 4)].diagonal) tubes.is_rim[at(h / 3)] = 1;
+    }
+  }
+  return tubes;
 }
 
 }  // namespace flipfree::unwrap

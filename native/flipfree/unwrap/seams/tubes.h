@@ -12,6 +12,7 @@ struct Tubes {
   mesh::EdgeFlags cut;        // around them, and along them
   Points2 corner_uv;          // 3 #F x 2: their maps; no rows where there are none
   std::vector<char> of_face;  // is it in one?
+  std::vector<char> is_rim;   // per face: is it of a bevel or a step that closes up?
 };
 
 // Grids of quads (islands/grids.h) that close up, and end at seams, borders, creases or bends

@@ -17,7 +17,7 @@ mesh::EdgeFlags nets_of(const mesh::Surface& surface) {
   const mesh::Adjacency adjacency = test::adjacency_of(surface);
   const std::vector<double> cost = edge_costs(surface, adjacency, {}, {});
   const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
-  return net_seams(surface, adjacency, none, cost, ExecutionContext());
+  return net_seams(surface, adjacency, none, cost, {}, ExecutionContext());
 }
 
 std::ptrdiff_t edges_of(const mesh::EdgeFlags& flags) {
