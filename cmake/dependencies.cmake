@@ -3,7 +3,6 @@
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 
-find_library(OPENBLAS_LIBRARY openblas REQUIRED)
 find_path(CGAL_INCLUDE CGAL/Exact_predicates_inexact_constructions_kernel.h REQUIRED)
 find_path(BOOST_INCLUDE boost/multiprecision/mpfr.hpp REQUIRED)
 find_library(GMP_LIBRARY gmp REQUIRED)
@@ -14,16 +13,6 @@ find_library(OPENMESH_LIBRARY OpenMeshCore REQUIRED)
 add_library(flipfree_dependencies INTERFACE)
 target_include_directories(flipfree_dependencies SYSTEM INTERFACE ${CGAL_INCLUDE} ${BOOST_INCLUDE} ${OPENMESH_INCLUDE})
 target_link_libraries(flipfree_dependencies INTERFACE
-  Eigen3::Eigen Threads::Threads ${OPENMESH_LIBRARY} ${OPENBLAS_LIBRARY} ${MPFR_LIBRARY} ${GMP_LIBRARY})
+  Eigen3::Eigen Threads::Threads ${OPENMESH_LIBRARY} ${MPFR_LIBRARY} ${GMP_LIBRARY})
 target_compile_definitions(flipfree_dependencies INTERFACE CGAL_HEADER_ONLY=1
   CGAL_DISABLE_ROUNDING_MATH_CHECK=1)
-
-# Not every OpenBLAS shows its memory (numeric/dense_kernels.cpp).
-include(CheckFunctionExists)
-set(CMAKE_REQUIRED_LIBRARIES ${OPENBLAS_LIBRARY})
-check_function_exists(blas_memory_alloc FLIPFREE_BLAS_MEMORY)
-unset(CMAKE_REQUIRED_LIBRARIES)
-if(FLIPFREE_BLAS_MEMORY)
-  set_source_files_properties(${PROJECT_SOURCE_DIR}/native/flipfree/numeric/dense_kernels.cpp PROPERTIES
-    COMPILE_DEFINITIONS FLIPFREE_BLAS_MEMORY)
-endif()

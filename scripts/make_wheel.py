@@ -4,10 +4,10 @@
     make_wheel.py --module _native.so --package native/python/flipfree --python cp313 --version 0.2.0 --out dist
     make_wheel.py --module _native.pyd --library flipfree_openblas.dll ...     for Windows
 
-Inside Blender other builds of the same libraries may be loaded (its BLAS, its GMP, its CHOLMOD). Two measures keep ours
+Inside Blender other builds of the same libraries may be loaded (its GMP, its OpenMesh). Two measures keep ours
 apart: the files get names of their own, found beside the module alone, and the symbols that the libraries exchange get a
-prefix, so that the dynamic linker, which prefers what the program itself has loaded, cannot mix them. Reference BLAS and
-LAPACK are replaced by OpenBLAS. Only glibc is left to be found on the user's machine; the script fails if anything else is.
+prefix, so that the dynamic linker, which prefers what the program itself has loaded, cannot mix them. Only
+glibc is left to be found on the user's machine; the script fails if anything else is.
 On Windows names of files suffice: libraries are told apart by them, symbols belong to libraries, and they lie beside the module.
 """
 
@@ -42,7 +42,6 @@ GLIBC = re.compile(
 # Runtime libraries of the compilers: versioned and compatible upwards, so they may meet newer ones
 # of Blender's.
 COMPILER_RUNTIME = re.compile(r"lib(stdc\+\+|gcc_s|gfortran|quadmath|gomp|atomic)\.so")
-REPLACED_BY_OPENBLAS = re.compile(r"lib(blas|lapack|cblas|lapacke)\.so\.3")
 
 
 def run(*command):
@@ -70,7 +69,7 @@ class Symbol(NamedTuple):
 
 
 def dynamic_symbols(path: Path) -> list[Symbol]:
-    """All but local ones. Read from the bytes: pyelftools takes seconds for OpenBLAS's, and has names for bindings that are
+    """All but local ones. Read from the bytes: pyelftools takes seconds for large ones, and has names for bindings that are
     not always theirs."""
     with path.open("rb") as f:
         elf = ELFFile(f)
@@ -118,23 +117,9 @@ def find_libraries(module: Path) -> dict[str, Path]:
         name = queue.pop()
         if GLIBC.fullmatch(name) or name in libraries:
             continue
-        if REPLACED_BY_OPENBLAS.fullmatch(name):
-            queue.append("libopenblas.so.0")
-            continue
-        path = found.get(name) or openblas(name)
-        libraries[name] = Path(path).resolve()
+        libraries[name] = Path(found[name]).resolve()
         queue += needed(libraries[name])
     return libraries
-
-
-def openblas(name: str) -> str:
-    cache = subprocess.run(
-        ["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=True
-    ).stdout
-    match = re.search(rf"{re.escape(name)} .*=> (\S+)", cache)
-    if not match:
-        sys.exit(f"{name} is not installed")
-    return match[1]
 
 
 def bundle(module: Path, folder: Path) -> list[Path]:
@@ -166,9 +151,8 @@ def bundle(module: Path, folder: Path) -> list[Path]:
     for path in [module, *copies.values()]:
         arguments = []
         for name in needed(path):
-            target = "libopenblas.so.0" if REPLACED_BY_OPENBLAS.fullmatch(name) else name
-            if target in new_names:
-                arguments += ["--replace-needed", name, new_names[target]]
+            if name in new_names:
+                arguments += ["--replace-needed", name, new_names[name]]
         origin = f"$ORIGIN/../{LIBRARY_FOLDER}" if path == module else "$ORIGIN"
         patchelf(*arguments, "--force-rpath", "--set-rpath", origin, path)
     for name, copy in copies.items():

@@ -14,18 +14,18 @@ tests=
 packages=(
   clang g++ cmake ninja-build ccache                             # the build; clang compiles with g++'s library
   libeigen3-dev libopenmesh-dev                                  # matrices, meshes
-  libopenblas-dev libcgal-dev libgmp-dev libmpfr-dev libboost-dev
+  libcgal-dev libgmp-dev libmpfr-dev libboost-dev
   python3 python3-dev python3-venv
   binutils debian-archive-keyring                                # scripts/setup-blender.sh
 )
 [ -z "$tests" ] || packages+=(
-  libgtest-dev libbenchmark-dev libsuitesparse-dev clang-format  # a factorization that judges ours
+  libgtest-dev libbenchmark-dev libsuitesparse-dev libopenblas-dev clang-format  # a factorization that judges ours
   xvfb xauth                                                     # tests with a window
 )
 
 if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
   echo "This is neither Debian nor Ubuntu. Please install by hand, then run the build (docs/architecture.md):" >&2
-  echo "  Clang 14 or another C++20 compiler, CMake 3.22, Ninja, Eigen 3.4, OpenMesh 9, OpenBLAS (for tests CHOLMOD too)," >&2
+  echo "  Clang 14 or another C++20 compiler, CMake 3.22, Ninja, Eigen 3.4, OpenMesh 9 (for tests CHOLMOD too)," >&2
   echo "  CGAL 5, Boost, GMP, MPFR, GoogleTest, Google Benchmark, clang-format, Python 3.11+ with headers and venv." >&2
 else
   missing=()

@@ -75,7 +75,7 @@ fi
 common=(-q -p no:cacheprovider --junitxml "$report" -o junit_suite_name="$suite")
 rm -f "$report"
 case $part in
-  quick) python -m pytest "${common[@]}" tests/python/test_{process,kernels,unwrap,mesh_files}.py "$@" ;;
+  quick) python -m pytest "${common[@]}" tests/python/test_{process,unwrap,mesh_files}.py "$@" ;;
   python) python -m pytest "${common[@]}" "$@" ;;
   blender)
     export BLENDER_USER_RESOURCES=$there/build/profile-windows

@@ -160,7 +160,7 @@ def test_the_bits_are_the_same_for_every_number_of_threads(name: str, size: str)
         assert CALLS[name](meshes, threads) == one, f"{threads} threads"
 
 
-def test_more_threads_than_the_blas_has_room_for_are_no_more_than_that() -> None:
+def test_more_threads_than_there_may_be_are_no_more_than_that() -> None:
     mesh = cylinder(60, 40)
     one = ff.unwrap(*mesh, threads=1, seams="given")
     assert np.array_equal(ff.unwrap(*mesh, threads=1024, seams="given").uv, one.uv)

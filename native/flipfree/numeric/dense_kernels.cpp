@@ -1,151 +1,19 @@
 #include "flipfree/numeric/dense_kernels.h"
 
-#include <cblas.h>
-
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
-#include <mutex>
-#include <new>
-#include <vector>
-
-#include "flipfree/base/helpers.h"
-
-// LAPACK, part of the same library; it has no C header of its own everywhere.
-extern "C" void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info,
-                        std::size_t);
-// OpenBLAS's own, where the library shows them (cmake/dependencies.cmake).
-#ifdef FLIPFREE_BLAS_MEMORY
-extern "C" void* blas_memory_alloc(int position);
-extern "C" void blas_memory_free(void* buffer);
-#endif
 
 namespace flipfree::numeric::dense {
 
-namespace {
+#ifdef FLIPFREE_HAS_AVX2
+const Kernels& avx2_kernels();  // dense_blocks.cpp, compiled a second time
 
-#ifndef FLIPFREE_BLAS_MEMORY
-void* blas_memory_alloc(int) { return nullptr; }
-void blas_memory_free(void*) {}
+const Kernels& kernels() {
+  static const bool can = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+  return can ? avx2_kernels() : plain_kernels();
+}
+#else
+const Kernels& kernels() { return plain_kernels(); }
 #endif
-
-constexpr int kMost = static_cast<int>(kMostThreads);
-
-// What the process has asked of the BLAS, whose buffers are the process's as well.
-struct Buffers {
-  std::mutex mutex;
-  int calls = 0;
-  int wanted = 0;
-  int taken = 0;
-};
-Buffers& buffers() {
-  static Buffers all;
-  return all;
-}
-
-// Held all at once, so that there are as many. Those that others hold are more than enough.
-void take(int count) {
-  constexpr std::size_t kBytes = std::size_t{132} << 20;
-  std::vector<void*> held;
-  held.reserve(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i) {
-    try {
-      ::operator delete(::operator new(kBytes));
-    } catch (const std::bad_alloc&) {
-      for (void* buffer : held) blas_memory_free(buffer);
-      throw;
-    }
-    held.push_back(blas_memory_alloc(0));
-  }
-  for (void* buffer : held) blas_memory_free(buffer);
-}
-
-}  // namespace
-
-Calls::Calls(int threads)
-    : threads_(threads > 0 ? std::min(threads, kMost) : static_cast<int>(core_count())) {
-  openblas_set_num_threads(1);
-  Buffers& all = buffers();
-  const std::scoped_lock lock(all.mutex);
-  // Beside its own thread every call has the same helpers.
-  const int needed = std::min(all.wanted + threads_, all.calls + kMost);
-  if (needed > all.taken) {
-    take(needed);
-    all.taken = needed;
-  }
-  ++all.calls;
-  all.wanted += threads_;
-}
-
-Calls::~Calls() {
-  Buffers& all = buffers();
-  const std::scoped_lock lock(all.mutex);
-  --all.calls;
-  all.wanted -= threads_;
-}
-
-bool cholesky(int n, double* a, int lda) {
-  int info = 0;
-  dpotrf_("L", &n, a, &lda, &info, 1);
-  if (info != 0) return false;
-  for (int i = 0; i < n; ++i) {
-    const double pivot = a[static_cast<std::ptrdiff_t>(i) * (lda + 1)];
-    if (!(pivot > 0) || !std::isfinite(pivot)) return false;
-  }
-  return true;
-}
-
-void solve_right_transposed(int m, int n, const double* l, int ldl, double* b, int ldb) {
-  cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, m, n, 1.0, l, ldl, b,
-              ldb);
-}
-
-void subtract_square(int n, int k, const double* a, int lda, double beta, double* c, int ldc) {
-  cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, n, k, -1.0, a, lda, beta, c, ldc);
-}
-
-void subtract_product(int m, int n, int k, const double* a, int lda, const double* b, int ldb,
-                      double beta, double* c, int ldc) {
-  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, m, n, k, -1.0, a, lda, b, ldb, beta, c, ldc);
-}
-
-void solve_left(int n, int k, const double* l, int ldl, double* b, int ldb) {
-  if (k == 1) {
-    cblas_dtrsv(CblasColMajor, CblasLower, CblasNoTrans, CblasNonUnit, n, l, ldl, b, 1);
-  } else {
-    cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasNonUnit, n, k, 1.0, l, ldl,
-                b, ldb);
-  }
-}
-
-void solve_left_transposed(int n, int k, const double* l, int ldl, double* b, int ldb) {
-  if (k == 1) {
-    cblas_dtrsv(CblasColMajor, CblasLower, CblasTrans, CblasNonUnit, n, l, ldl, b, 1);
-  } else {
-    cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, CblasTrans, CblasNonUnit, n, k, 1.0, l, ldl,
-                b, ldb);
-  }
-}
-
-void product(int m, int n, int k, const double* a, int lda, const double* b, int ldb, double* c,
-             int ldc) {
-  if (k == 1) {
-    cblas_dgemv(CblasColMajor, CblasNoTrans, m, n, 1.0, a, lda, b, 1, 0.0, c, 1);
-  } else {
-    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, m, k, n, 1.0, a, lda, b, ldb, 0.0, c,
-                ldc);
-  }
-}
-
-void subtract_transposed_product(int m, int n, int k, const double* a, int lda, const double* b,
-                                 int ldb, double* c, int ldc) {
-  if (k == 1) {
-    cblas_dgemv(CblasColMajor, CblasTrans, m, n, -1.0, a, lda, b, 1, 1.0, c, 1);
-  } else {
-    cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, n, k, m, -1.0, a, lda, b, ldb, 1.0, c,
-                ldc);
-  }
-}
 
 namespace {
 

@@ -5,40 +5,31 @@
 
 namespace flipfree::numeric::dense {
 
-// Lives while kernels are called, on up to so many threads at once (0 and less: one for each core;
-// never more than kMostThreads, base/helpers.h): keeps the BLAS from starting
-// threads of its own, and has it take its work buffers (128 MB of addresses for each thread, kept
-// for ever, and touched only as far as they are used) now: where it finds no memory for one it
-// would try again without end. Throws std::bad_alloc.
-class Calls {
- public:
-  explicit Calls(int threads);
-  ~Calls();
-  Calls(const Calls&) = delete;
-  Calls& operator=(const Calls&) = delete;
-
- private:
-  int threads_;
+// Eigen's, compiled for a set of instructions (dense_blocks.cpp). All may throw std::bad_alloc.
+struct Kernels {
+  // A = L L' in place, n x n. False if a pivot is not positive and finite.
+  bool (*cholesky)(int n, double* a, int lda);
+  // B = B L^-T: B is m x n, L is n x n.
+  void (*solve_right_transposed)(int m, int n, const double* l, int ldl, double* b, int ldb);
+  // C = C - A A': C is n x n (lower triangle), A is n x k.
+  void (*subtract_square)(int n, int k, const double* a, int lda, double* c, int ldc);
+  // C = C - A B': C is m x n, A is m x k, B is n x k.
+  void (*subtract_product)(int m, int n, int k, const double* a, int lda, const double* b, int ldb,
+                           double* c, int ldc);
+  // B = L^-1 B and B = L^-T B: L is n x n, B is n x k.
+  void (*solve_left)(int n, int k, const double* l, int ldl, double* b, int ldb);
+  void (*solve_left_transposed)(int n, int k, const double* l, int ldl, double* b, int ldb);
+  // C = A B: A is m x n, B is n x k, C is m x k.
+  void (*product)(int m, int n, int k, const double* a, int lda, const double* b, int ldb,
+                  double* c, int ldc);
+  // C = C - A' B: A is m x n, B is m x k, C is n x k.
+  void (*subtract_transposed_product)(int m, int n, int k, const double* a, int lda,
+                                      const double* b, int ldb, double* c, int ldc);
 };
-
-// A = L L' in place, n x n. False if a pivot is not positive and finite.
-bool cholesky(int n, double* a, int lda);
-// B = B L^-T: B is m x n, L is n x n.
-void solve_right_transposed(int m, int n, const double* l, int ldl, double* b, int ldb);
-// C = beta C - A A': C is n x n (lower triangle), A is n x k.
-void subtract_square(int n, int k, const double* a, int lda, double beta, double* c, int ldc);
-// C = beta C - A B': C is m x n, A is m x k, B is n x k.
-void subtract_product(int m, int n, int k, const double* a, int lda, const double* b, int ldb,
-                      double beta, double* c, int ldc);
-// B = L^-1 B and B = L^-T B: L is n x n, B is n x k.
-void solve_left(int n, int k, const double* l, int ldl, double* b, int ldb);
-void solve_left_transposed(int n, int k, const double* l, int ldl, double* b, int ldb);
-// C = A B: A is m x n, B is n x k, C is m x k.
-void product(int m, int n, int k, const double* a, int lda, const double* b, int ldb, double* c,
-             int ldc);
-// C = C - A' B: A is m x n, B is m x k, C is n x k.
-void subtract_transposed_product(int m, int n, int k, const double* a, int lda, const double* b,
-                                 int ldb, double* c, int ldc);
+// With AVX2 and FMA where this processor has them, else those that every processor can run: last
+// bits differ between the two, and between nothing else.
+const Kernels& kernels();
+const Kernels& plain_kernels();
 
 // Kernels of our own where a library call costs more than what it does.
 // Trapezoids up to so many columns:

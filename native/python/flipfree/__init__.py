@@ -6,10 +6,6 @@ where they are not.
 Angles in radians. Every result carries a certificate measured with exact predicates.
 """
 
-from .kernels import load_native
-
-load_native()  # before anything else imports it
-
 from . import jobs
 from ._native import version as __version__
 from .calls.certification import certify

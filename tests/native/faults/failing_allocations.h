@@ -5,7 +5,7 @@
 // The operators are replaced; calls to the C functions are redirected by the linker (--wrap, see
 // CMakeLists.txt), in our code and in all that is compiled into it. Not covered: what shared
 // libraries allocate for themselves (GMP and MPFR, which end the process when they get nothing;
-// OpenBLAS' buffers; the C library's thread stacks).
+// the C library's thread stacks).
 #pragma once
 
 #include <cstdint>

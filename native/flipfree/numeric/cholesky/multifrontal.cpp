@@ -15,7 +15,7 @@ namespace flipfree::numeric {
 namespace {
 
 // benchmarks/cholesky_benchmark.cpp measures them.
-constexpr Index kPanelWidth = 128;  // columns eliminated at once in a front
+constexpr Index kPanelWidth = 64;   // columns eliminated at once in a front
 constexpr Index kTile = 256;        // rows, and columns of updates, handled at once
 constexpr double kTileFlops = 4e6;  // fronts cheaper than this are not shared between threads
 
@@ -41,7 +41,8 @@ double* DoubleBuffer::provide(std::int64_t size) {
     // Some more, since the next factor will be a little different. Untouched pages cost nothing.
     capacity_ = size + size / 4;
     data_.reset();
-    data_ = std::make_unique_for_overwrite<double[]>(static_cast<std::size_t>(capacity_));
+    data_.reset(static_cast<double*>(
+        ::operator new(static_cast<std::size_t>(capacity_) * sizeof(double), kAlignment)));
   }
   return data_.get();
 }
@@ -136,15 +137,15 @@ bool Multifrontal::factor_panel(Index s, double* panel, const ExecutionContext* 
   for (Index k = 0; k < c; k += kPanelWidth) {
     const Index w = std::min(kPanelWidth, c - k);
     double* diagonal = panel + k * ld + k;
-    if (k > 0) dense::subtract_square(w, k, panel + k, f, 1.0, diagonal, f);
-    if (!dense::cholesky(w, diagonal, f)) return false;
+    if (k > 0) dense::kernels().subtract_square(w, k, panel + k, f, diagonal, f);
+    if (!dense::kernels().cholesky(w, diagonal, f)) return false;
     const Index rest = f - k - w;
     tiles(parallel, rest, kTile, [&](Index begin, Index end) {
       double* rows = panel + k * ld + k + w + begin;
       if (k > 0)
-        dense::subtract_product(end - begin, w, k, panel + k + w + begin, f, panel + k, f, 1.0,
-                                rows, f);
-      dense::solve_right_transposed(end - begin, w, diagonal, f, rows, f);
+        dense::kernels().subtract_product(end - begin, w, k, panel + k + w + begin, f, panel + k, f,
+                                          rows, f);
+      dense::kernels().solve_right_transposed(end - begin, w, diagonal, f, rows, f);
     });
   }
   return true;
@@ -165,11 +166,16 @@ void Multifrontal::form_update(Index s, const double* panel, double* update,
     const Index row = i * kTile;
     const Index column = pair * kTile;
     double* target = update + wide(column) * r + row;
+    const Index rows = std::min(kTile, r - row);
+    const Index columns = std::min(kTile, r - column);
+    for (Index k = 0; k < columns; ++k) {
+      double* top = target + wide(k) * r;
+      std::fill(top + (i == pair ? k : 0), top + rows, 0.0);
+    }
     if (i == pair) {
-      dense::subtract_square(std::min(kTile, r - row), c, l + row, f, 0.0, target, r);
+      dense::kernels().subtract_square(rows, c, l + row, f, target, r);
     } else {
-      dense::subtract_product(std::min(kTile, r - row), std::min(kTile, r - column), c, l + row, f,
-                              l + column, f, 0.0, target, r);
+      dense::kernels().subtract_product(rows, columns, c, l + row, f, l + column, f, target, r);
     }
   });
 }
@@ -225,7 +231,6 @@ void Multifrontal::advance(double flops, ExecutionContext& context) {
 }
 
 bool Multifrontal::factorize(const double* values, ExecutionContext& context) {
-  const dense::Calls calls(context.threads);
   factor_ = memory_.factor.provide(panel_.back());
   memory_.handed.provide(handed_size_);
   done_flops_ = 0;
@@ -479,8 +484,8 @@ void Multifrontal::forward(Index s, double* x, Index count, double* work, const 
   if (count == 1 && c <= dense::kNarrow) {
     dense::solve_trapezoid(c, r, panel, own, work);
   } else {
-    dense::solve_left(c, count, panel, c + r, own, size_);
-    if (r > 0) dense::product(r, c, count, panel + c, c + r, own, size_, work, r);
+    dense::kernels().solve_left(c, count, panel, c + r, own, size_);
+    if (r > 0) dense::kernels().product(r, c, count, panel + c, c + r, own, size_, work, r);
   }
   if (r == 0) return;
   const Index* target = target_.data() + s_.rows_begin[at(s)];
@@ -521,8 +526,10 @@ void Multifrontal::backward(Index s, double* x, Index count, double* work) const
     dense::solve_trapezoid_transposed(c, r, panel, own, work);
     return;
   }
-  if (r > 0) dense::subtract_transposed_product(r, c, count, panel + c, c + r, work, r, own, size_);
-  dense::solve_left_transposed(c, count, panel, c + r, own, size_);
+  if (r > 0)
+    dense::kernels().subtract_transposed_product(r, c, count, panel + c, c + r, work, r, own,
+                                                 size_);
+  dense::kernels().solve_left_transposed(c, count, panel, c + r, own, size_);
 }
 
 // rhs -> x in the order of elimination, or back.
@@ -539,47 +546,50 @@ void Multifrontal::permute(double* rhs, double* x, Index count, bool back) const
 }
 
 void Multifrontal::solve(double* rhs, Index count, const ExecutionContext& context) const {
-  const dense::Calls calls(context.threads);
-  std::vector<double> x(at(size_) * at(count));
-  permute(rhs, x.data(), count, false);
+  DoubleBuffer own;
+  double* const x = own.provide(wide(size_) * count);
+  permute(rhs, x, count, false);
   std::vector<double> outside(at(outside_size_) * at(count), 0.0);
-  const std::size_t work_size = at(widest_below_) * at(count);
+  const std::int64_t work_size = wide(widest_below_) * count;
   parallel_for(context, tasks_.size(), 1, [&](std::size_t t, std::size_t, std::size_t) {
-    std::vector<double> work(work_size);
+    DoubleBuffer work;
+    work.provide(work_size);
     const Task& task = tasks_[t];
     for (Index s = task.begin; s <= task.root; ++s) {
       if (s % 1024 == 0) context.check();
-      forward(s, x.data(), count, work.data(), &task, outside.data() + task.outside * count);
+      forward(s, x, count, work.get(), &task, outside.data() + task.outside * count);
     }
   });
   for (const Task& task : tasks_) {
     const Index* rows = s_.rows.data() + s_.rows_begin[at(task.root)];
     for (Index k = 0; k < count; ++k) {
       const double* from = outside.data() + task.outside * count + wide(k) * below(task.root);
-      double* to = x.data() + wide(k) * size_;
+      double* to = x + wide(k) * size_;
       for (Index i = 0; i < s_.rows_below(task.root); ++i) {
         for (Index b = 0; b < block_; ++b)
           to[wide(block_) * rows[i] + b] += from[wide(block_) * i + b];
       }
     }
   }
-  std::vector<double> work(work_size);
+  DoubleBuffer work;
+  work.provide(work_size);
   for (const Index s : top_) {
     context.check();
-    forward(s, x.data(), count, work.data(), nullptr, nullptr);
+    forward(s, x, count, work.get(), nullptr, nullptr);
   }
   for (auto s = top_.rbegin(); s != top_.rend(); ++s) {
     context.check();
-    backward(*s, x.data(), count, work.data());
+    backward(*s, x, count, work.get());
   }
   parallel_for(context, tasks_.size(), 1, [&](std::size_t t, std::size_t, std::size_t) {
-    std::vector<double> local(work_size);
+    DoubleBuffer local;
+    local.provide(work_size);
     for (Index s = tasks_[t].root; s >= tasks_[t].begin; --s) {
       if (s % 1024 == 0) context.check();
-      backward(s, x.data(), count, local.data());
+      backward(s, x, count, local.get());
     }
   });
-  permute(rhs, x.data(), count, true);
+  permute(rhs, x, count, true);
 }
 
 }  // namespace flipfree::numeric

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -40,7 +41,13 @@ class DoubleBuffer {
   double* get() const { return data_.get(); }
 
  private:
-  std::unique_ptr<double[]> data_;
+  // Where sums of vectors of numbers begin depends on this, and with it last bits.
+  static constexpr std::align_val_t kAlignment{64};
+  struct Free {
+    void operator()(double* data) const { ::operator delete(data, kAlignment); }
+  };
+
+  std::unique_ptr<double, Free> data_;
   std::int64_t capacity_ = 0;
 };
 struct FactorMemory {

@@ -15,7 +15,6 @@ _kernel32 = ctypes.WinDLL("kernel32", use_last_error=True)
 _kernel32.CreateJobObjectW.restype = ctypes.c_void_p
 _EXTENDED_LIMITS = 9  # JobObjectExtendedLimitInformation, 144 bytes, its flags at 16
 _KILL_ON_CLOSE = 0x2000
-_AVX2 = 40  # PF_AVX2_INSTRUCTIONS_AVAILABLE
 _FAR = 1 << 40  # a lock there keeps nobody from reading
 
 
@@ -66,8 +65,3 @@ def lock(file: BinaryIO) -> bool:
     finally:
         file.seek(0)
     return True
-
-
-def has_avx2() -> bool:
-    """And so FMA: no processor has one alone of them but by a name of its own."""
-    return bool(_kernel32.IsProcessorFeaturePresent(_AVX2))
