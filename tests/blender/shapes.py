@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes for the tests, made from nothing, and looks at what is stored in them."""
 
+import os
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -25,6 +27,16 @@ def add(name, vertices, faces, *, uv=False, edges=()):
     bpy.context.scene.collection.objects.link(ob)
     activate(ob)
     return ob
+
+
+def command(*arguments):
+    """A Blender of its own that runs this extension's command line."""
+    return subprocess.run(
+        [os.environ["FLIPFREE_BLENDER"], "-b", "-c", "flipfree", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
 
 
 def activate(ob, *, only=True):

@@ -19,4 +19,6 @@ def test_every_face_gets_a_place_of_its_own(name):
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     triangles, uv = shapes.triangles_of(ob)
     assert judge_any(triangles, uv) == []
+    assert bpy.ops.uv.flipfree_improve() == {"FINISHED"}
+    assert judge_any(*shapes.triangles_of(ob), disjoint=False) == []
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}

@@ -81,18 +81,6 @@ def test_several_tiles_are_squares():
     assert np.allclose(shape_of(ob), 1.0, rtol=1e-3)
 
 
-def test_islands_with_pins_stay_bit_for_bit_and_the_others_are_right_beside_them():
-    ob = with_image(cube_with_seams(), 2048, 1024)
-    assert bpy.ops.uv.flipfree_unwrap(correct_aspect=False) == {"FINISHED"}
-    before = shapes.uv_of(ob)
-    shapes.set_pins(ob, np.arange(4))
-    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    after = shapes.uv_of(ob)
-    assert np.array_equal(after[:4], before[:4])
-    found = shape_of(ob)
-    assert np.count_nonzero(np.isclose(found, 2.0, rtol=1e-3)) >= len(found) - 1
-
-
 def test_the_active_node_decides_and_images_without_pixels_do_not(part):
     active = part("aspect").active
     ob = with_image(cube_with_seams(), 2048, 1024)
@@ -138,14 +126,6 @@ def test_improve_and_check_are_for_the_texture(width, height, capfd):
     assert bpy.ops.uv.flipfree_check(correct_aspect=False) == {"FINISHED"}
     said = capfd.readouterr().out
     assert f"distortion mean {stretched:.3f}" in said and "times as wide" not in said
-
-
-def test_improve_packs_for_the_texture_too():
-    ob = with_image(cube_with_seams(), 2048, 1024)
-    assert bpy.ops.uv.flipfree_unwrap(correct_aspect=False) == {"FINISHED"}
-    assert bpy.ops.uv.flipfree_improve(pack=True) == {"FINISHED"}
-    assert np.allclose(shape_of(ob), 2.0, rtol=1e-3)
-    assert_usable(ob, of=6)
 
 
 def test_repair_leaves_what_is_right_on_the_texture():

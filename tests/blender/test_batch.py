@@ -2,40 +2,21 @@
 """Batches in Blender: folders of files of all types, each model in a Blender of its own."""
 
 import json
-import os
-import signal
 import struct
-import subprocess
-import time
 from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
 import shapes
-from acting_models import steady
-
-#: On Windows every signal is an end at once.
-KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
 
 pytestmark = pytest.mark.sample(2)  # a Blender of its own each
 
 
-def start(*arguments):
-    return subprocess.Popen(
-        [os.environ["FLIPFREE_BLENDER"], "-b", "-c", "flipfree", *map(str, arguments)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-
-
 def batch(*arguments, status=0):
-    process = start(*arguments)
-    out, err = process.communicate(timeout=300)
-    assert process.returncode == status, out + err
-    return out + err
+    process = shapes.command(*arguments)
+    assert process.returncode == status, process.stdout + process.stderr
+    return process.stdout + process.stderr
 
 
 def records(path):
@@ -174,24 +155,6 @@ def test_a_folder_of_all_types_is_mapped_and_the_bad_ones_recorded(models, tmp_p
     assert results.read_text() == before
 
 
-def test_names_that_are_no_utf_8_cost_themselves_at_most(tmp_path):
-    scene(sheet)
-    folder, out, results = tmp_path / "in", tmp_path / "out", tmp_path / "results.jsonl"
-    folder.mkdir()
-    names = ["a.obj", os.fsdecode(b"caf\xe9.obj"), "z.obj"]
-    bpy.ops.wm.obj_export(filepath=str(folder / "a.obj"), export_materials=False)
-    for name in names[1:]:
-        Path(folder, name).write_bytes((folder / "a.obj").read_bytes())
-    batch("unwrap", folder, "--out", out, "--json", results)
-    found = records(results)
-    assert {name: line["status"] for name, line in found.items()} == dict.fromkeys(
-        names, "certified"
-    )
-    assert sorted(p.name for p in out.glob("*.obj")) == sorted(names)
-    again = batch("unwrap", folder, "--out", out, "--json", results, "--resume")
-    assert "3 of 3 models are done already" in again
-
-
 def test_split_vertices_are_merged_and_look_as_before(models, tmp_path):
     results = tmp_path / "results.jsonl"
     glb = models / "cube.glb"
@@ -221,16 +184,6 @@ def test_check_takes_folders_and_writes_nothing(models, tmp_path):
     assert sorted(tmp_path.rglob("*")) == sorted([*there, results])
 
 
-def test_types_without_uvs_are_refused_and_the_others_mapped(models, tmp_path):
-    scene(cube)
-    bpy.ops.wm.stl_export(filepath=str(models / "part.stl"))
-    said = batch("unwrap", models, "--out", tmp_path / "out")
-    assert "hold no texture coordinates. Add --suffix" in said
-    assert "Not mapped, as files of another type" in said and "part.stl" in said
-    assert (tmp_path / "out" / "cube.glb").exists()
-    assert not list((tmp_path / "out").rglob("part.*"))
-
-
 def test_external_files_of_a_gltf_come_along(models, tmp_path):
     out = tmp_path / "out"
     batch("unwrap", models / "cube.glb", "--out", out, "--suffix", ".gltf")
@@ -251,18 +204,3 @@ def test_usd_is_read_and_written_where_blender_can(models, tmp_path):
     batch("unwrap", tmp_path / "cube.usdc", "--out", out, "--suffix", ".usda", "--json", results)
     assert records(results)["cube.usdc"]["status"] == "certified"
     assert "texCoord2f" in (out / "cube.usda").read_text()
-
-
-def test_a_batch_that_is_killed_goes_on(models, tmp_path):
-    results, whole = tmp_path / "results.jsonl", tmp_path / "whole.jsonl"
-    batch("unwrap", models, "--out", tmp_path / "whole", "--json", whole)
-    given = ("unwrap", models, "--out", tmp_path / "out", "--json", results)
-    process = start(*given)
-    deadline = time.monotonic() + 200
-    while not results.exists() or results.read_text().count("\n") < 2:
-        assert time.monotonic() < deadline and process.poll() is None
-        time.sleep(0.01)
-    process.send_signal(KILL)
-    process.communicate()
-    batch(*given, "--resume")
-    assert steady(results) == steady(whole, folder="whole")

@@ -7,14 +7,9 @@ import pytest
 import shapes
 
 
-def flat_map(ob):
-    """UVs = x, y: no flips on a sheet."""
-    shapes.set_uv(ob, [ob.data.vertices[loop.vertex_index].co[:2] for loop in ob.data.loops])
-
-
 def test_a_good_map_has_nothing_wrong(capfd):
     ob = shapes.grid(5, uv=True)
-    flat_map(ob)
+    shapes.flat(ob)
     before = shapes.everything(ob)
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
     assert "Nothing wrong: 1 island, 0 flips, 0 overlaps" in capfd.readouterr().out
@@ -24,7 +19,7 @@ def test_a_good_map_has_nothing_wrong(capfd):
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 def test_flipped_faces_are_counted_and_selected(mode, capfd):
     ob = shapes.grid(5, uv=True)
-    flat_map(ob)
+    shapes.flat(ob)
     uv = shapes.uv_of(ob)
     corner = shapes.corners(ob)
     uv[corner == 14] += np.float32([0.45, 0.0])  # beyond its neighbours
@@ -45,7 +40,7 @@ def test_turned_faces_are_counted_and_said_to_be_mirrored(capfd):
     ob = shapes.grid(5, uv=True)
     for face in (7, 12):
         ob.data.polygons[face].flip()
-    flat_map(ob)
+    shapes.flat(ob)
     turned = sum(len(ob.data.polygons[face].vertices) - 2 for face in (7, 12))
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
     report = capfd.readouterr().out
@@ -108,7 +103,7 @@ def test_stacked_islands_may_be_allowed(capfd):
 def test_uvs_that_differ_in_the_last_bits_come_with_a_cure(capfd):
     """As the UVs of Blender 4.3's own grid, which computes the sides of an edge apart."""
     ob = shapes.grid(20, uv=True)
-    flat_map(ob)
+    shapes.flat(ob)
     uv = shapes.uv_of(ob)
     up = np.random.default_rng(1).random(uv.shape) < 0.03
     shapes.set_uv(ob, np.where(up, np.nextafter(uv, np.float32(4)), uv))
@@ -125,7 +120,7 @@ def test_uvs_that_differ_in_the_last_bits_come_with_a_cure(capfd):
 
 def test_seams_that_are_meant_get_no_such_advice(capfd):
     ob = shapes.grid(3, uv=True)
-    flat_map(ob)
+    shapes.flat(ob)
     uv = shapes.uv_of(ob)
     uv[:4] += np.float32([0.1, 0.0])  # one face over its neighbours, cut off
     shapes.set_uv(ob, uv)

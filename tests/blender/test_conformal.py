@@ -92,12 +92,6 @@ def test_cones_of_the_attribute_count(part):
     assert uv_angles(ob)[corners(ob)] == pytest.approx(1.5 * math.pi, abs=1e-3)
 
 
-def test_cones_that_do_not_sum_up_are_refused():
-    ob = quad_sphere(2)
-    ob.vertex_groups.new(name="Cone +1").add(corners(ob)[:5], 1.0, "REPLACE")
-    shapes.refused(ob, "do not sum", bpy.ops.uv.flipfree_conformal)
-
-
 @pytest.mark.parametrize("boundary", ["straight", "circle"])
 def test_boundaries_take_their_shape(boundary):
     ob = shapes.grid(8, bump=0.2, uv=True)
@@ -139,17 +133,6 @@ def test_suggested_cones_can_be_mapped_at_once(quarter_turns):
     assert bpy.ops.uv.flipfree_suggest_cones(quarter_turns=quarter_turns) == {"FINISHED"}
     assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
     assert shapes.exact_flips(ob) == 0
-
-
-def test_improve_lowers_the_distortion_and_keeps_pins(capfd):
-    ob = shapes.grid(8, bump=0.6, uv=True)
-    flat = shapes.plane(ob)
-    shapes.set_uv(ob, flat * [1.0, 0.4])
-    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
-    first = float(capfd.readouterr().out.split("mean ")[1].split()[0])
-    assert bpy.ops.uv.flipfree_improve() == {"FINISHED"}
-    second = float(capfd.readouterr().out.split("mean ")[1].split()[0])
-    assert second < first and shapes.exact_flips(ob) == 0
 
 
 def two_spheres(second_cones=8):

@@ -71,19 +71,6 @@ def test_pins_that_contradict_each_other_are_unpinned_where_it_failed():
     assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
 
 
-def test_stacked_islands_are_packed(capfd):
-    ob = shapes.cube()
-    uv = np.tile(np.float32([[0, 0], [1, 0], [1, 1], [0, 1]]), (6, 1))
-    shapes.set_uv(ob, uv)
-    shapes.cut_all(ob)
-    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
-    assert "Pack the islands" in capfd.readouterr().out
-    assert bpy.ops.uv.flipfree_improve(pack=True) == {"FINISHED"}
-    capfd.readouterr()
-    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
-    assert "Nothing wrong: 6 islands, 0 flips, 0 overlaps" in capfd.readouterr().out
-
-
 def test_cones_that_do_not_sum_up_are_suggested():
     bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2)
     ob = bpy.context.object
@@ -117,14 +104,6 @@ def test_cones_that_were_suggested_for_conformal_maps_are_no_dead_end_for_seamle
     assert bpy.ops.uv.flipfree_seamless(**options) == {"FINISHED"}
     bpy.ops.object.mode_set(mode="OBJECT")
     assert shapes.exact_flips(ob) == 0
-
-
-def test_a_cube_for_which_conformal_names_suggest_cones():
-    shapes.cube()
-    with pytest.raises(RuntimeError, match="[+]8 quarter turns(.|\n)*Suggest Cones"):
-        bpy.ops.uv.flipfree_conformal()
-    assert bpy.ops.uv.flipfree_suggest_cones() == {"FINISHED"}
-    assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
 
 
 @pytest.mark.parametrize("operator", ["seamless", "field_aligned"])

@@ -77,16 +77,6 @@ def test_selected_corners_make_the_polygon():
     assert_on_the_square(ob, corner, places)
 
 
-def test_undo_brings_the_old_map_back():
-    ob = shapes.grid(6, bump=0.3, uv=True)
-    before = shapes.uv_of(ob)
-    bpy.ops.ed.undo_push(message="before")
-    assert embed(boundary="triangle") == {"FINISHED"}
-    bpy.ops.ed.undo_push(message="after")
-    bpy.ops.ed.undo()
-    assert np.array_equal(shapes.uv_of(bpy.data.objects[0]), before)
-
-
 def test_edges_that_a_side_flattens_are_split():
     ob = shapes.grid(
         1, bump=0.0, uv=False

@@ -222,12 +222,3 @@ def test_made_local_they_are_mapped(library):
     ob = bpy.context.object
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     assert shapes.exact_flips(ob) == 0
-
-
-def test_beside_linked_objects_others_are_mapped(library):
-    ob = linked(library)
-    other = shapes.grid(4, "Own", uv=True, x=3.0)
-    ob.select_set(True)
-    before = shapes.everything(ob), shapes.everything(other)
-    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    assert shapes.everything(ob) == before[0] and shapes.everything(other) != before[1]

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import pytest
 import shapes
+from test_broken_meshes import fin
 from test_seamless import box_corners, check, exact, holed, judged, marks, refined_case, refused
 
 pytestmark = pytest.mark.halved
@@ -138,42 +139,6 @@ def test_the_field_of_one_run_is_that_of_the_next():
     check(ob, 2)
 
 
-def test_marked_edges_are_followed():
-    """A ball of quads with a slanted circle marked: beside it lines run along it."""
-    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=4)
-    ob = bpy.context.object
-    mesh = ob.data
-    co = np.array([v.co for v in mesh.vertices])
-    side = co @ [0.6, 0.0, 0.8] > 0.1
-    faces = [np.unique(side[list(p.vertices)]) for p in mesh.polygons]
-    inside = np.array([len(f) == 1 and bool(f[0]) for f in faces])
-    uses = {}
-    for polygon, keep in zip(mesh.polygons, inside, strict=True):
-        for key in polygon.edge_keys:
-            uses[key] = uses.get(key, 0) + int(keep)
-    rim = [k for k, count in uses.items() if count == 1]
-    assert len(rim) > 20
-    index = {tuple(sorted(e.vertices)): e.index for e in mesh.edges}
-    for key in rim:
-        mesh.edges[index[tuple(sorted(key))]].use_edge_sharp = True
-    assert run(field_from="edges") == {"FINISHED"}
-    check(ob, 0)
-    directions = field_of(ob)
-    for key in rim:
-        along = co[key[1]] - co[key[0]]
-        along /= np.linalg.norm(along)
-        beside = [
-            p
-            for p in mesh.polygons
-            if tuple(sorted(key)) in {tuple(sorted(k)) for k in p.edge_keys}
-        ]
-        own = [p for p in beside if sum(k in uses and uses[k] == 1 for k in p.edge_keys) == 1]
-        for polygon in own:
-            x = directions[polygon.index]
-            y = np.cross(polygon.normal, x)
-            assert max(abs(along @ x), abs(along @ y)) == pytest.approx(1.0, abs=1e-3)
-
-
 def test_marked_cones_make_the_field():
     ob = holed(0, 2)
     corners = box_corners(ob)
@@ -191,50 +156,46 @@ def test_a_refined_mesh_keeps_its_field():
     assert np.linalg.norm(field_of(ob), axis=1) == pytest.approx(1.0, abs=1e-5)
 
 
-def test_painted_places_are_denser():
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24)
-    ob = bpy.context.object
-    top = [v.index for v in ob.data.vertices if v.co.z > 0.2]
-    ob.vertex_groups.new(name="Detail").add(top, 1.0, "REPLACE")
-    ratios = []
-    for options in ({}, {"density": "painted", "density_name": "Detail", "density_ratio": 3.0}):
-        assert run(field_from="smooth", **options) == {"FINISHED"}
+def test_marked_edges_are_followed(capfd):
+    for mark in (False, True):
+        bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3)
+        ob = bpy.context.object
+        ob.data.edges[100].use_edge_sharp = mark
+        pair = set(ob.data.edges[100].vertices)
+        assert run(field_from="edges") == {"FINISHED"}
         check(ob, 0)
-        scale, face = uv_per_area(ob)
-        height = np.array([p.center.z for p in ob.data.polygons])[face]
-        ratios.append(np.median(scale[height > 0.5]) / np.median(scale[height < -0.5]))
-    assert ratios[0] == pytest.approx(1.0, rel=0.2)
-    assert ratios[1] > 1.3 * ratios[0]
+        assert ("1 of 1 sharp edges on lines" in capfd.readouterr().out) == mark
+        corner, uv = shapes.corners(ob), shapes.uv_of(ob)
+        beside = [p for p in ob.data.polygons if pair <= set(p.vertices)]
+        assert len(beside) == 2
+        for polygon in beside:
+            ends = [k for k in polygon.loop_indices if corner[k] in pair]
+            assert (np.ptp(uv[ends], axis=0).min() == 0.0) == mark
 
 
-@pytest.mark.parametrize("domain", ["POINT", "FACE"])
-def test_densities_of_an_attribute_are_followed(domain):
+@pytest.mark.parametrize("source", ["painted", "POINT", "FACE"])
+def test_the_map_is_denser_where_a_group_or_an_attribute_says_so(source):
     bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24)
     ob = bpy.context.object
     mesh = ob.data
-    height = (
-        [v.co.z for v in mesh.vertices]
-        if domain == "POINT"
-        else [p.center.z for p in mesh.polygons]
-    )
-    values = np.where(np.array(height) > 0.0, 3.0, 1.0).astype(np.float32)
-    mesh.attributes.new("Size", "FLOAT", domain).data.foreach_set("value", values)
-    assert run(field_from="smooth", density="attribute", density_name="Size") == {"FINISHED"}
-    scale, face = uv_per_area(ob)
-    z = np.array([p.center.z for p in mesh.polygons])[face]
-    assert np.median(scale[z > 0.5]) > 1.3 * np.median(scale[z < -0.5])
-
-
-def test_several_objects_are_mapped_and_one_that_cannot_be_is_named(capfd):
-    good = holed(1, 1)
-    bad = shapes.cube("Bare")
-    good.select_set(True)
-    good.vertex_groups.new(name="Detail").add([0], 1.0, "REPLACE")
-    assert run(density="painted", density_name="Detail") == {"FINISHED"}
-    text = capfd.readouterr().out
-    assert "Bare: there is no vertex group 'Detail'" in text and "1 island" in text
-    assert shapes.exact_flips(good) == 0
-    assert "flipfree_field" not in bad.data.attributes
+    places = mesh.vertices if source != "FACE" else mesh.polygons
+    high = np.array([(p.center if source == "FACE" else p.co).z for p in places]) > 0.0
+    options = {"density": "painted", "density_name": "Detail", "density_ratio": 3.0}
+    if source == "painted":
+        ob.vertex_groups.new(name="Detail").add(np.flatnonzero(high).tolist(), 1.0, "REPLACE")
+    else:
+        values = np.where(high, 3.0, 1.0).astype(np.float32)
+        mesh.attributes.new("Size", "FLOAT", source).data.foreach_set("value", values)
+        options = {"density": "attribute", "density_name": "Size"}
+    ratios = []
+    for given in ({}, options):
+        assert run(field_from="smooth", **given) == {"FINISHED"}
+        check(ob, 0)
+        scale, face = uv_per_area(ob)
+        z = np.array([p.center.z for p in mesh.polygons])[face]
+        ratios.append(np.median(scale[z > 0.5]) / np.median(scale[z < -0.5]))
+    assert ratios[0] == pytest.approx(1.0, rel=0.2)
+    assert ratios[1] > 1.3 * ratios[0]
 
 
 def test_a_field_that_is_not_there_is_refused():
@@ -355,41 +316,15 @@ def test_corners_of_an_aligned_boundary_are_marked():
     assert exact(ob).slanted == 0
 
 
-def torus_with_reversed_faces():
-    bpy.ops.mesh.primitive_torus_add()
-    ob = bpy.context.object
-    bm = bmesh.new()
-    bm.from_mesh(ob.data)
-    bm.faces.ensure_lookup_table()
-    bmesh.ops.reverse_faces(bm, faces=[bm.faces[5], bm.faces[100]])
-    bm.to_mesh(ob.data)
-    bm.free()
-    return ob
-
-
-def grid_with_a_fin():
-    """Six by six quads and, on an inner edge, one that stands up."""
-    ob = shapes.grid(6, "Fin", bump=0.2)
-    at = [v.co[:] for v in ob.data.vertices]
-    faces = [tuple(p.vertices) for p in ob.data.polygons]
-    a, b = 24, 25
-    top = [(x, y, z + 0.4) for x, y, z in (at[a], at[b])]
-    bpy.data.objects.remove(ob)
-    bpy.context.view_layer.update()
-    return shapes.add("Fin", at + top, [*faces, (a, b, len(at) + 1, len(at))])
-
-
-@pytest.mark.parametrize("make", [torus_with_reversed_faces, grid_with_a_fin])
 @pytest.mark.parametrize("field_from", ["curvature", "smooth", "flow", "attribute"])
-def test_a_mesh_that_is_no_clean_surface_is_mapped(make, field_from, capfd):
-    ob = make()
+def test_a_mesh_that_is_no_clean_surface_is_mapped(field_from, capfd):
+    ob = fin(turned=True)
     if field_from == "attribute":  # that of an earlier run
-        assert bpy.ops.uv.flipfree_field_aligned(field_from="smooth") == {"FINISHED"}
+        assert run(field_from="smooth") == {"FINISHED"}
         capfd.readouterr()
-    count = len(ob.data.polygons)
-    assert bpy.ops.uv.flipfree_field_aligned(field_from=field_from) == {"FINISHED"}
+    assert run(field_from=field_from) == {"FINISHED"}
     assert "; separated: " in capfd.readouterr().out
-    assert len(ob.data.polygons) >= count
+    assert shapes.edges_with_loose_ends(ob) == []
     values = field_of(ob)
     assert np.linalg.norm(values, axis=1) == pytest.approx(1.0, abs=1e-4)
     normals = np.array([p.normal for p in ob.data.polygons])

@@ -230,18 +230,6 @@ def test_a_rim_that_bounds_no_map_is_named_and_selected(place, words):
     assert chosen and set(chosen) <= set(rim)
 
 
-def test_crossing_lines_are_named_and_selected():
-    # Edges 30-31 and 50-51, laid across each other.
-    ob, uv, corner = pinned_sheet({v: (0.0, 0.0) for v in (30, 31, 50, 51)})
-    places = {30: (0.0, 0.0), 31: (0.2, 0.2), 50: (0.2, 0.0), 51: (0.0, 0.2)}
-    for vertex, place in places.items():
-        uv[corner == vertex] = place
-    shapes.set_uv(ob, uv)
-    with pytest.raises(RuntimeError, match="crosses"):
-        bpy.ops.uv.flipfree_match()
-    assert shapes.shown("vertex") == [30, 31, 50, 51]
-
-
 def test_two_places_for_one_vertex_are_named_and_selected():
     ob, uv, corner = pinned_sheet({30: (0.0, 0.0)})
     uv[np.flatnonzero(corner == 30)[0]] += np.float32(0.1)

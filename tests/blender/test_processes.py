@@ -155,28 +155,6 @@ def test_the_other_objects_of_a_run_get_their_maps(part, wanted, monkeypatch):
     assert shapes.everything(small) != small_before and shapes.exact_flips(small) == 0
 
 
-def test_cancelling_ends_the_process(unwrapping):
-    ob = shapes.slow()
-    before = shapes.everything(ob)
-    run = begun(unwrapping(ob))
-    process = run._process._process
-    run.cancel()
-    assert run.advance(0.0) and run.cancelled and not run.failures
-    assert process.wait(10.0) != 0 and run.process_id is None
-    assert shapes.everything(ob) == before
-
-
-def test_return_is_heard_there(unwrapping):
-    ob = shapes.slow()
-    run = begun(unwrapping(ob))
-    run.accept()
-    while not run.advance(0.05):
-        pass
-    assert run.ended_early and not run.failures and run.process_id is None
-    run.finish()
-    assert shapes.exact_flips(ob) == 0
-
-
 def test_the_process_ends_with_its_run_and_with_the_extension(part, wanted, unwrapping):
     wanted("always")
     ob = shapes.grid(8, uv=True)
@@ -188,18 +166,6 @@ def test_the_process_ends_with_its_run_and_with_the_extension(part, wanted, unwr
     process = run._process._process
     part("modal").close_all()
     assert process.wait(10.0) is not None
-
-
-def test_errors_select_their_place_as_ever(wanted):
-    ob = pinned_grid()
-    corner = shapes.corners(ob)
-    uv = shapes.uv_of(ob)
-    uv[np.isin(corner, [8, 72])] = 0.5
-    shapes.set_uv(ob, uv)
-    wanted("always")
-    with pytest.raises(RuntimeError, match="contradict"):
-        bpy.ops.uv.flipfree_unwrap()
-    assert shapes.shown("vertex") == [8, 72]
 
 
 def test_without_a_process_it_is_solved_in_blender_or_refused(part, wanted, monkeypatch, solved):

@@ -39,17 +39,6 @@ def test_a_vertex_dragged_over_its_neighbours_goes_back_and_nothing_else_moves(m
     assert "1 island unfolded" in text and "98 % of the UVs as before" in text
 
 
-def test_undo_brings_the_old_map_back():
-    ob, uv = flat_grid()
-    uv[shapes.corners(ob) == 40] += np.float32(0.9)
-    shapes.set_uv(ob, uv)
-    bpy.ops.ed.undo_push(message="damaged")
-    assert bpy.ops.uv.flipfree_repair("EXEC_DEFAULT", True) == {"FINISHED"}
-    assert (shapes.uv_of(ob) != uv).any()
-    bpy.ops.ed.undo()
-    assert (shapes.uv_of(bpy.data.objects["Grid"]) == uv).all()
-
-
 def test_a_sound_map_stays_bit_for_bit(capfd):
     ob, uv = flat_grid()
     assert bpy.ops.uv.flipfree_repair(disjoint=True, mark_seams=True) == {"FINISHED"}
@@ -173,24 +162,3 @@ def test_what_blender_unwraps_around_moved_pins_is_unfolded(method, moved):
     assert bpy.ops.uv.flipfree_repair(use_pins=False) == {"FINISHED"}
     assert folds > 0
     assert shapes.exact_flips(ob) == 0
-
-
-def test_improve_repairs_first(capfd):
-    ob, uv = flat_grid()
-    uv[shapes.corners(ob) == 40] += np.float32(0.9)
-    shapes.set_uv(ob, uv)
-    assert bpy.ops.uv.flipfree_improve() == {"FINISHED"}
-    assert shapes.exact_flips(ob) == 0
-    assert "repaired" in said(capfd)
-
-
-def test_all_objects_of_a_run_are_repaired():
-    pairs = [flat_grid(4, "First"), flat_grid(5, "Second")]
-    for ob, uv in pairs:
-        uv[shapes.corners(ob) == 8] += np.float32(0.9)
-        shapes.set_uv(ob, uv)
-        shapes.activate(ob, only=False)
-    for ob, _ in pairs:
-        ob.select_set(True)
-    assert bpy.ops.uv.flipfree_repair() == {"FINISHED"}
-    assert [shapes.exact_flips(ob) for ob, _ in pairs] == [0, 0]

@@ -294,7 +294,7 @@ def pack(
         keep_bijective: charts that do not overlap themselves go on not to, once rounded to 32 bits.
         groups: (m,) one number per face: charts with faces of equal number keep their places relative to each other and
             move as one; -1 is alone. Not with ``together``.
-        layouts: (m,) one number per face: charts with faces of equal number (the highest of theirs) have a layout of their own,
+        layouts, share_tile: (m,) one number per face: charts of one number (their faces' highest) have a layout of their own,
             each as large as its tile allows: in one tile after the other from ``tile`` on, in the order of the numbers, or
             with ``share_tile`` all in the first, on top of each other. Neither with several ``tiles`` nor with ``together``.
         stack_similar: charts of equal outline lie on top of each other; ``stats["stacked"]`` counts them.
