@@ -25,6 +25,8 @@ constexpr double kHardRegions = 0.1;
 // A smooth region whose inner vertices have less curvature (radians, sum of absolute values) is
 // rolled.
 constexpr double kRolled = 0.05;
+// Area of a needle, over its longest side's square.
+constexpr double kNeedle = 1e-3;
 // What has an edge longer than this, in roots of its area, is a wire or has a needle.
 constexpr double kWire = 16.0;
 // Bevels are narrower than this, in roots of the part's area, all together than that, bend less
@@ -52,9 +54,17 @@ Shapes shapes_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                  const mesh::EdgeFlags& seams) {
   const Triangles& faces = surface.faces;
   const std::vector<double> zero(at(surface.vertices.rows()), 0.0);
-  Shapes shapes{
-      faces, adjacency, seams, 0.0, {},
-      {},    zero,      zero,  {},  std::vector<double>(at(static_cast<Index>(faces.rows())), 0.0)};
+  Shapes shapes{faces,
+                adjacency,
+                seams,
+                0.0,
+                {},
+                {},
+                zero,
+                zero,
+                {},
+                {},
+                std::vector<double>(at(static_cast<Index>(faces.rows())), 0.0)};
   std::vector<double> corners = zero;
   std::vector<char> is_border(at(surface.vertices.rows()), 0);
   double whole = 0.0;
@@ -95,6 +105,20 @@ std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacen
   std::vector<MadePart> parts(at(components.count));
   shapes.place.resize(components.of_face.size());
   const Triangles& faces = surface.faces;
+  const auto width = [&](FaceId f) {
+    const Corners& p = shapes.flat[at(f)];
+    const double longest = std::max({p[1].x(), (p[2] - p[1]).norm(), p[2].norm()});
+    return shapes.area[at(f)] / (longest * longest);
+  };
+  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+    shapes.shaped.push_back(f);
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3 && width(f) < kNeedle; ++h) {
+      const HalfedgeId o = adjacency.opposite[at(h)];
+      if (o != kInvalid && cost[at(h)] == mesh::ShortestPaths::kUnreached &&
+          width(o / 3) > width(shapes.shaped.back()))
+        shapes.shaped.back() = o / 3;
+    }
+  }
   for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
     MadePart& part = parts[at(components.of_face[at(f)])];
     shapes.place[at(f)] = static_cast<Index>(part.faces.size());
@@ -115,7 +139,7 @@ std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacen
           place(surface, mesh::target(faces, h)) - place(surface, mesh::source(faces, h));
       const double plain = side.norm() * bend_factor(surface, h, o);
       const double weight = plain > 0.0 ? cost[at(h)] / plain : 1.0;
-      const double angle = bend_between(surface, f, o / 3);
+      const double angle = bend_between(surface, shapes.shaped[at(f)], shapes.shaped[at(o / 3)]);
       for (const VertexId v : {mesh::source(faces, h), mesh::target(faces, h)})
         shapes.bend[at(v)] = std::max(shapes.bend[at(v)], angle);
       part.hinges.push_back({h, side.norm(), weight, angle});
@@ -160,7 +184,9 @@ void soften(Shapes& shapes, FaceId f) {
 std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, MadePart& part) {
   part.bevelled = true;
   Regions flat(shapes, part, kPlateAngle);
-  const auto angle = [&](FaceId f, FaceId g) { return bend_between(surface, f, g); };
+  const auto angle = [&](FaceId f, FaceId g) {
+    return bend_between(surface, shapes.shaped[at(f)], shapes.shaped[at(g)]);
+  };
   const auto beyond = [&](HalfedgeId h) { return shapes.adjacency.opposite[at(h)]; };
   struct Reach {
     double share;  // of the size of the flat face
