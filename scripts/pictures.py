@@ -176,7 +176,7 @@ def auto(make: Callable[[], Any]) -> Callable[[], ff.Parametrization]:
 def hard_surfaces(path: Path) -> None:
     """As in Blender: polygons stay whole."""
     figure, rows = plt.subplots(2, 4, figsize=(16, 7.5))
-    names = "crate", "chair", "bracket", "gear"
+    names = "crate", "barrel", "pipe", "gear"
     for panels, name in zip(rows.reshape(4, 2), names, strict=True):
         mesh = ff.read(str(data() / f"hard/{name}.obj"))
         map = ff.unwrap(mesh.vertices, mesh.faces, polygons=mesh.polygons)
