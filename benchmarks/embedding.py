@@ -1,10 +1,8 @@
-"""ff.embed: beside published codes, every disk onto every polygon from every start, every outer face, a million triangles.
+"""ff.embed: beside published codes, every disk onto every polygon from every start, every outer face.
 
     embedding.py speed        pure progressive embedding, the ladder, and with optimisation, beside published codes' seconds
     embedding.py disks        all disks onto circle, square, triangle and a given polygon, from Tutte and from three random starts
-    embedding.py start        what ff.unwrap starts from, and what it makes of it
     embedding.py faces        a closed mesh (thesis' Propeller) once for each of its faces as the outer triangle
-    embedding.py million [--triangles 100000,1000000]     seconds and peak memory, one process per size
 
 Disks: the shared data folder's embedding/, closed meshes without their last face, and synthetic ones. speed: into the equilateral
 triangle, or the given circle (retinal); theirs are user seconds from the folder's README (same kind of machine) and thesis table 3.1.
@@ -13,16 +11,14 @@ Energies: mean symmetric Dirichlet of the certified 32-bit result, 1 is isometri
 
 from __future__ import annotations
 
-import argparse
-import multiprocessing
 import sys
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from embedding_meshes import Disk, boundary_loop, corpus, synthetic, tube, wavy_grid
-from runner import Options, Row, data, main, numbers, peak_gigabytes, table, timed
+from embedding_meshes import Disk, boundary_loop, corpus, synthetic
+from runner import Options, Row, data, main, table, timed
 
 import flipfree as ff
 
@@ -135,18 +131,6 @@ def disks(options: Options) -> Iterator[Row]:
             yield disk.name, len(disk.faces), name, *figures, f"{good} of {SEEDS}, {slowest:.3f}"
 
 
-@table("disk | ladder: E, CPU s | low_distortion: E, CPU s | ff.unwrap: E, CPU s")
-def start(options: Options) -> Iterator[Row]:
-    for disk in options.cases([*corpus(), tube(8, 400)], lambda disk: disk.name):
-        cells = []
-        for how in ({}, {"low_distortion": True}):
-            result, seconds = embedded(disk, options, **how)
-            cells.append(f"{result.certificate.energy:.4g}, {seconds:.2f}")
-        with timed() as cost:
-            energy = ff.unwrap(disk.vertices, disk.faces, seams="given").certificate.energy
-        yield disk.name, *cells, f"{energy:.4g}, {cost.cpu:.2f}"
-
-
 @table("method | certified | rungs | CPU ms: mean, largest")
 def faces(options: Options) -> Iterator[Row]:
     mesh = read_mesh(data() / "embedding" / "62415_sf.obj")
@@ -199,27 +183,5 @@ def rate(options: Options) -> Iterator[Row]:
     yield surfaces, count, share, only32, f"{good} of {count}", worst
 
 
-def measured(triangles: int) -> list[Any]:
-    side = round((triangles / 2) ** 0.5)
-    disk = wavy_grid(side, side)
-    with timed() as cost:
-        result = ff.embed(disk.vertices, disk.faces)
-    c, s = result.certificate, result.stats
-    head = [len(disk.faces), s["rung"], f"{c.flips64} / {c.flips32}"]
-    seconds = [f"{x:.2f}" for x in (s["seconds_embedding"], cost.wall, cost.cpu)]
-    return [*head, *seconds, f"{1024 * peak_gigabytes():.0f}", c.energy]
-
-
-@table("triangles | rung | flips 64 / 32 | embedding s | whole call s | CPU s | peak MB | energy")
-def million(options: Options) -> Iterator[Row]:
-    for triangles in numbers(options.triangles):
-        with multiprocessing.get_context("spawn").Pool(1) as pool:
-            yield pool.apply(measured, (int(triangles),))
-
-
-def more(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--triangles", default="100000,1000000", help="of million")
-
-
 if __name__ == "__main__":
-    sys.exit(main(__doc__, more))
+    sys.exit(main(__doc__))

@@ -1,4 +1,4 @@
-"""Field-aligned seamless maps: along given and own fields, on open surfaces, random signatures, cuts, rerouting, sizes.
+"""Field-aligned seamless maps: along given and own fields, on open surfaces, random signatures, cuts, rerouting.
 
     field_aligned.py given [--engine padding]     fields/ with its fields, the two cones on a torus that no map has among them
     field_aligned.py own [--simplify]             closed models with their smoothest field (near cones merged)
@@ -6,15 +6,13 @@
     field_aligned.py random [--count 20] [--reach 1] [--halves]      signatures on each of six surfaces of genus 1 to 6
     field_aligned.py cuts                         whole maps of the engine "padding" for fields/: what rerouting does to their cuts
     field_aligned.py rerouting                    what rerouting is for (thesis table 6.2)
-    field_aligned.py sizes [--ratio 4]            how near maps come to sizes that they are asked for
 
 `judged`: on a homology basis that nobody has seen, the map turns as the field does (tests/judges); of open surfaces the certificate's
 own. Angles are between isolines and field, degrees, by area; `engine` before the alignment. Random: cones of 2 to 8 quarter turns (2 and
 6 with --halves), loops that turn by up to --reach quarters more or less than needs the least rotation. cuts: how many loops turned
 otherwise than the field, by how many quarter turns together, and branches that took the shortest detour (guided) or went around cones
 one by one (fallback). rerouting: E_A is the mean of |J - T|^2 / 2 by area, E has 1e-3 times the symmetric Dirichlet energy besides.
-sizes: a length in the map grows by --ratio from one end of the model's longest axis to the other; `size` is the root of the mean
-square of log2 of the size reached over the one asked for. Exit status 1 if a case is neither certified and judged alike nor refused
+Exit status 1 if a case is neither certified and judged alike nor refused
 as Infeasible, or if rerouting makes a map worse.
 """
 
@@ -244,41 +242,6 @@ def rerouting(options: Options) -> Iterator[Row]:
         yield mesh[0], genus_of(mesh), rerouted, *cells
 
 
-def spread(map: ff.Parametrization, wished: npt.NDArray[np.float64]) -> float:
-    """wished: per face of the map."""
-    a, b = map.uv64[:, 1] - map.uv64[:, 0], map.uv64[:, 2] - map.uv64[:, 0]
-    p = map.vertices[map.faces]
-    area = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
-    reached = 0.5 * np.log2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / area)
-    off = reached - np.log2(wished)
-    return float(np.sqrt(np.average((off - np.average(off, weights=area)) ** 2, weights=area)))
-
-
-@table(
-    "model | F | size, field as it is | mean angle | cones | size, field for these sizes"
-    " | mean angle | cones | CPU s"
-)
-def sizes(options: Options) -> Iterator[Row]:
-    for name, vertices, faces in options.cases(models("fields/*.obj"), lambda mesh: mesh[0]):
-        axis = int(np.ptp(vertices, axis=0).argmax())
-        along = (vertices[:, axis] - vertices[:, axis].min()) / np.ptp(vertices[:, axis])
-        sizing = options.ratio**along
-        cells: list[Any] = []
-        with timed() as cost:
-            for known in (None, sizing):
-                try:
-                    field = ff.cross_field(vertices, faces, sizing=known)
-                    how = {"field": field, "sizing": sizing, "max_seconds": options.seconds}
-                    map = ff.field_aligned(vertices, faces, **how)
-                except ff.FlipfreeError as error:
-                    cells += [error.code, "", ""]
-                    continue
-                angle = np.degrees(map.stats["angle_mean"])
-                size = spread(map, sizing[faces[map.parent_face]].mean(axis=1))
-                cells += [f"{size:.3f}", f"{angle:.2f}", (field.stats or {})["cones"]]
-        yield name, len(faces), *cells, f"{cost.cpu:.2f}"
-
-
 def more(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--engine", choices=("auto", "penner", "padding"), default="auto")
     parser.add_argument("--simplify", action="store_true", help="own fields: near cones merged")
@@ -286,7 +249,6 @@ def more(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--count", type=int, default=20, help="of random, per surface")
     parser.add_argument("--reach", type=int, default=1, help="of random turns, quarters")
     parser.add_argument("--halves", action="store_true", help="random cones of index +-1/2 only")
-    parser.add_argument("--ratio", type=float, default=4.0, help="of sizes")
 
 
 if __name__ == "__main__":
