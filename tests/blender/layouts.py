@@ -45,8 +45,7 @@ def assert_usable(*objects, of):
 
 def cylinder_with_seams():
     """A cylinder with caps, cut along both rims and one line down its side; its UVs are Blender's own."""
-    bpy.ops.mesh.primitive_cylinder_add(vertices=32, radius=1.0, depth=2.0)
-    ob = bpy.context.object
+    ob = shapes.primitive("cylinder", vertices=32, radius=1.0, depth=2.0)
     mesh = ob.data
     z = [v.co.z for v in mesh.vertices]
     upright = [e for e in mesh.edges if z[e.vertices[0]] != z[e.vertices[1]]]

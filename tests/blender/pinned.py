@@ -22,7 +22,7 @@ def pinned_grid(n=8):
     """Unwrapped, its four corners pinned, in Edit Mode; the loops of each of these."""
     ob = shapes.grid(n, uv=True)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    vertex = np.array([loop.vertex_index for loop in ob.data.loops])
+    vertex = shapes.corners(ob)
     at = [np.flatnonzero(vertex == v) for v in corners(n)]
     shapes.set_pins(ob, np.concatenate(at))
     return edited(ob), at

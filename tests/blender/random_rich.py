@@ -149,7 +149,7 @@ def _map(mesh, name, random, *, cut):
 
 def _pins(ob, random):
     """Of the active map, on a few vertices; some are somewhere else than the map has them."""
-    vertex = np.array([loop.vertex_index for loop in ob.data.loops])
+    vertex = shapes.corners(ob)
     chosen = random.choice(len(ob.data.vertices), int(random.integers(0, 5)), replace=False)
     pinned = np.isin(vertex, chosen)
     uv = shapes.uv_of(ob, "UVMap")

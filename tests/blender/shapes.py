@@ -62,9 +62,9 @@ def grid(n=8, name="Grid", *, bump=0.3, uv=False, x=0.0):
     return add(name, vertices, faces, uv=uv)
 
 
-def two_sheets(*, squeezed=False):
-    """A large island (faces 0 to 15) and a small one (16 to 31), mapped by x, y and pinned all over; `squeezed`: the small
-    one is 20 times too flat."""
+def two_sheets(*, squeezed=False, pinned=True):
+    """A large island (faces 0 to 15) and a small one (16 to 31), mapped by x, y and pinned all over unless told not to;
+    `squeezed`: the small one is 20 times too flat."""
     large = grid(4, "Sheets", bump=0.0)
     small = grid(4, "Small", bump=0.0)
     for vertex in small.data.vertices:
@@ -79,7 +79,7 @@ def two_sheets(*, squeezed=False):
     if squeezed:
         uv[corner >= 25] *= np.float32([1.0, 0.05])
     set_uv(ob, (uv + 1) / 5)
-    set_pins(ob, np.ones(len(corner), bool))
+    set_pins(ob, np.full(len(corner), pinned))
     return ob
 
 
@@ -90,17 +90,21 @@ def slow(name="Grid"):
     return ob
 
 
+def primitive(kind, **options):
+    """One of Blender's own meshes."""
+    getattr(bpy.ops.mesh, f"primitive_{kind}_add")(**options)
+    return bpy.context.object
+
+
 def cube(name="Cube"):
-    bpy.ops.mesh.primitive_cube_add()
-    ob = bpy.context.object
+    ob = primitive("cube")
     ob.name = name
     return ob
 
 
 def monkey(levels=1):
     """Suzanne, subdivided, cut open along her plane of symmetry: quads and triangles, several parts, holes."""
-    bpy.ops.mesh.primitive_monkey_add()
-    ob = bpy.context.object
+    ob = primitive("monkey")
     mesh = ob.data
     middle = np.array([abs(v.co.x) < 1e-6 for v in mesh.vertices])
     for edge in mesh.edges:

@@ -40,8 +40,7 @@ def density(ob, pixels=1024):
 @pytest.mark.parametrize("scale", [1.0, 3.0])
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 def test_every_island_meets_the_density(mode, scale):
-    ob = shapes.two_sheets()
-    shapes.set_pins(ob, np.zeros(len(ob.data.loops), bool))
+    ob = shapes.two_sheets(pinned=False)
     uv = shapes.uv_of(ob)
     uv[64:] *= 3.0
     shapes.set_uv(ob, uv)
@@ -57,8 +56,7 @@ def test_every_island_meets_the_density(mode, scale):
 
 
 def test_proportions_can_be_kept():
-    ob = shapes.two_sheets()
-    shapes.set_pins(ob, np.zeros(len(ob.data.loops), bool))
+    ob = shapes.two_sheets(pinned=False)
     uv = shapes.uv_of(ob)
     uv[64:] *= 3.0
     shapes.set_uv(ob, uv)
@@ -147,8 +145,7 @@ def test_selected_edges_lie_along_the_nearest_axis(degrees):
 
 
 def test_islands_without_selected_edges_stay():
-    ob = shapes.two_sheets()
-    shapes.set_pins(ob, np.zeros(len(ob.data.loops), bool))
+    ob = shapes.two_sheets(pinned=False)
     uv = shapes.uv_of(ob).astype(float)
     uv[:64], uv[64:] = turn(uv[:64], 20), turn(uv[64:], 20)
     shapes.set_uv(ob, uv)
@@ -237,8 +234,7 @@ def test_rectify_names_what_is_no_grid_and_leaves_islands_with_pins():
 
 
 def test_rectify_makes_the_side_of_a_cylinder_a_strip_once_seams_part_it_from_its_caps(capfd):
-    bpy.ops.mesh.primitive_cylinder_add(vertices=16)
-    ob = bpy.context.object
+    ob = shapes.primitive("cylinder", vertices=16)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     caps = [p.index for p in ob.data.polygons if len(p.vertices) > 4]
     for edge in ob.data.edges:

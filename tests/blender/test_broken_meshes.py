@@ -18,8 +18,7 @@ pytestmark = pytest.mark.halved
 @pytest.mark.parametrize("seed", range(4))
 def test_quads_of_a_broken_mesh_stay_whole(seed, seams):
     # Faces turned over, triangles that stand on sides, and doubled faces, among quads: none may need two UVs at a corner.
-    bpy.ops.mesh.primitive_monkey_add()
-    ob = bpy.context.object
+    ob = shapes.primitive("monkey")
     random = np.random.default_rng(seed)
     vertices = [tuple(v.co) for v in ob.data.vertices]
     faces = [list(p.vertices) for p in ob.data.polygons]
@@ -127,8 +126,7 @@ def test_nothing_to_select_where_nothing_was_separated():
 
 
 def two_grids_one_with_contradicting_pins():
-    ob = shapes.two_sheets()
-    shapes.set_pins(ob, np.zeros(len(ob.data.loops), bool))
+    ob = shapes.two_sheets(pinned=False)
     corner = shapes.corners(ob)
     uv = shapes.uv_of(ob)
     uv[np.isin(corner, [31, 36])] = 0.5  # of the small one
@@ -156,8 +154,7 @@ def test_an_island_that_fails_keeps_its_uvs_and_the_others_are_mapped():
 
 
 def test_a_map_with_one_flipped_island_is_packed_elsewhere():
-    ob = shapes.two_sheets()
-    shapes.set_pins(ob, np.zeros(len(ob.data.loops), bool))
+    ob = shapes.two_sheets(pinned=False)
     corner = shapes.corners(ob)
     uv = shapes.uv_of(ob)
     large = corner < 25

@@ -15,8 +15,7 @@ from judges.holonomy import vertex_angles
 
 def quad_sphere(levels=3):
     """A cube subdivided to a sphere; its 8 corners keep three neighbours."""
-    bpy.ops.mesh.primitive_cube_add(size=2.0)
-    ob = bpy.context.object
+    ob = shapes.primitive("cube", size=2.0)
     modifier = ob.modifiers.new("Subdivision", "SUBSURF")
     modifier.levels = levels
     bpy.ops.object.modifier_apply(modifier=modifier.name)
@@ -43,8 +42,7 @@ def test_a_sheet_is_mapped_with_a_free_boundary():
 
 
 def test_cuts_run_along_the_edges_of_polygons_and_split_none():
-    bpy.ops.mesh.primitive_torus_add()
-    ob = bpy.context.object
+    ob = shapes.primitive("torus")
     polygons = [tuple(p.vertices) for p in ob.data.polygons]
     assert {len(p) for p in polygons} == {4}
     assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
@@ -70,8 +68,7 @@ def test_cones_of_groups_get_exactly_their_angles(capfd):
 def test_a_refined_start_gives_another_map_with_the_same_angles():
     maps = {}
     for choice in ("off", "on"):
-        bpy.ops.mesh.primitive_cylinder_add(vertices=64, radius=1.0, depth=3.0)
-        ob = bpy.context.object
+        ob = shapes.primitive("cylinder", vertices=64, radius=1.0, depth=3.0)
         count = len(ob.data.vertices)
         cones = list(range(0, count, count // 8))[:8]
         ob.vertex_groups.new(name="Cone +1").add(cones, 1.0, "REPLACE")
@@ -128,8 +125,7 @@ def test_mark_cone_fills_groups_and_says_what_is_missing(capfd):
 
 @pytest.mark.parametrize("quarter_turns", [False, True])
 def test_suggested_cones_can_be_mapped_at_once(quarter_turns):
-    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3)
-    ob = bpy.context.object
+    ob = shapes.primitive("ico_sphere", subdivisions=3)
     assert bpy.ops.uv.flipfree_suggest_cones(quarter_turns=quarter_turns) == {"FINISHED"}
     assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
     assert shapes.exact_flips(ob) == 0

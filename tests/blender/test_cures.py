@@ -72,8 +72,7 @@ def test_pins_that_contradict_each_other_are_unpinned_where_it_failed():
 
 
 def test_cones_that_do_not_sum_up_are_suggested():
-    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2)
-    ob = bpy.context.object
+    ob = shapes.primitive("ico_sphere", subdivisions=2)
     ob.vertex_groups.new(name="Cone +1").add([0, 1], 1.0, "REPLACE")
     with pytest.raises(RuntimeError, match="Suggest Cones places them, Mark Cone"):
         bpy.ops.uv.flipfree_conformal()
@@ -82,8 +81,7 @@ def test_cones_that_do_not_sum_up_are_suggested():
 
 
 def sphere():
-    bpy.ops.mesh.primitive_uv_sphere_add()
-    return bpy.context.object
+    return shapes.primitive("uv_sphere")
 
 
 @pytest.mark.parametrize("cure", ["quarter turns", "clear", "suggested"])

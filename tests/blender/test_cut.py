@@ -8,8 +8,7 @@ import shapes
 
 
 def torus(cones):
-    bpy.ops.mesh.primitive_torus_add(major_segments=24, minor_segments=12, generate_uvs=True)
-    ob = bpy.context.object
+    ob = shapes.primitive("torus", major_segments=24, minor_segments=12, generate_uvs=True)
     for vertex, curvature in cones.items():
         name = f"Cone {curvature:+d}"
         group = ob.vertex_groups.get(name) or ob.vertex_groups.new(name=name)

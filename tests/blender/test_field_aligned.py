@@ -113,8 +113,7 @@ def ring_directions(ob):
 
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 def test_a_field_of_the_artist_is_followed(mode, capfd):
-    bpy.ops.mesh.primitive_torus_add()
-    ob = bpy.context.object
+    ob = shapes.primitive("torus")
     drawn = ring_directions(ob)
     turned = np.cross([p.normal for p in ob.data.polygons], drawn)
     mixed = np.where((np.arange(len(drawn)) % 3 == 0)[:, None], turned, 2.5 * drawn)
@@ -158,8 +157,7 @@ def test_a_refined_mesh_keeps_its_field():
 
 def test_marked_edges_are_followed(capfd):
     for mark in (False, True):
-        bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3)
-        ob = bpy.context.object
+        ob = shapes.primitive("ico_sphere", subdivisions=3)
         ob.data.edges[100].use_edge_sharp = mark
         pair = set(ob.data.edges[100].vertices)
         assert run(field_from="edges") == {"FINISHED"}
@@ -175,8 +173,7 @@ def test_marked_edges_are_followed(capfd):
 
 @pytest.mark.parametrize("source", ["painted", "POINT", "FACE"])
 def test_the_map_is_denser_where_a_group_or_an_attribute_says_so(source):
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24)
-    ob = bpy.context.object
+    ob = shapes.primitive("uv_sphere", segments=48, ring_count=24)
     mesh = ob.data
     places = mesh.vertices if source != "FACE" else mesh.polygons
     high = np.array([(p.center if source == "FACE" else p.co).z for p in places]) > 0.0

@@ -154,8 +154,7 @@ def test_paths_that_lead_nowhere_are_refused():
 
 def torus(turned=None):
     """A torus of 24 x 12 quads with a ring around its tube selected, and marked to turn so."""
-    bpy.ops.mesh.primitive_torus_add(major_segments=24, minor_segments=12)
-    ob = bpy.context.object
+    ob = shapes.primitive("torus", major_segments=24, minor_segments=12)
     ring = [p.index for p in ob.data.polygons if p.index // 12 == 3]
     if turned is not None:
         shapes.enter("EDIT")

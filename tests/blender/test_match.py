@@ -183,8 +183,7 @@ def test_a_closed_island_can_be_cut_open():
 
 
 def test_handles_are_named():
-    bpy.ops.mesh.primitive_torus_add(major_segments=12, minor_segments=8)
-    ob = bpy.context.object
+    ob = shapes.primitive("torus", major_segments=12, minor_segments=8)
     if not ob.data.uv_layers:
         ob.data.uv_layers.new(name="UVMap")
     shapes.set_uv(ob, np.full((len(ob.data.loops), 2), 0.5))

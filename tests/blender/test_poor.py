@@ -86,8 +86,7 @@ def test_a_mean_just_above_the_bound_is_a_warning_and_just_below_is_none(capfd):
 
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 def test_cut_where_stretched_unwraps_these_islands_and_packs_all_at_one_scale(mode, capfd):
-    ob = shapes.two_sheets(squeezed=True)
-    shapes.set_pins(ob, np.zeros(len(shapes.uv_of(ob)), bool))
+    ob = shapes.two_sheets(squeezed=True, pinned=False)
     before = shapes.uv_of(ob)
     shapes.enter(mode)
     assert bpy.ops.uv.flipfree_cut_stretched() == {"FINISHED"}

@@ -59,8 +59,7 @@ def pinned_grid():
 
 
 def torus():
-    bpy.ops.mesh.primitive_torus_add(major_segments=16, minor_segments=8, minor_radius=0.4)
-    return bpy.context.object
+    return shapes.primitive("torus", major_segments=16, minor_segments=8, minor_radius=0.4)
 
 
 RUNS = {

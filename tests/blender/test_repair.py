@@ -9,12 +9,10 @@ import shapes
 pytestmark = pytest.mark.halved
 
 
-def flat_grid(n=8, name="Grid"):
+def flat_grid(n=8):
     """Mapped by x, y."""
-    ob = shapes.grid(n, name, uv=True)
-    uv = np.array([ob.data.vertices[v].co[:2] for v in shapes.corners(ob)], np.float32)
-    shapes.set_uv(ob, uv)
-    return ob, uv
+    ob = shapes.grid(n, uv=True)
+    return ob, shapes.flat(ob)[0]
 
 
 def said(capfd):

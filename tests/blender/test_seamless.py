@@ -193,8 +193,7 @@ def test_pins_inside_are_met_and_cuts_stay(operator, group, capfd):
 
 
 def test_pins_on_a_cut_that_would_move_are_refused_by_name(capfd):
-    bpy.ops.mesh.primitive_torus_add()
-    ob = bpy.context.object
+    ob = shapes.primitive("torus")
     assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
     with pytest.raises(RuntimeError, match="no UV is pinned"):
         bpy.ops.uv.flipfree_seamless(meet_pins=True)
@@ -233,8 +232,7 @@ def test_quads_stay_where_the_cut_can_go_around_them():
 
 def refined_case():
     """Few large triangles and cones that none of them can bear: the mesh has to be refined."""
-    bpy.ops.mesh.primitive_torus_add(major_segments=8, minor_segments=6)
-    ob = bpy.context.object
+    ob = shapes.primitive("torus", major_segments=8, minor_segments=6)
     ob.vertex_groups.new(name="Weight").add([5], 0.5, "REPLACE")
     ob.vertex_groups.new(name="Cone +2").add([0, 21], 1.0, "REPLACE")
     ob.vertex_groups.new(name="Cone -4").add([30], 1.0, "REPLACE")
@@ -292,8 +290,7 @@ def test_angles_that_are_no_quarter_turns_are_refused_by_vertex():
 
 
 def test_what_no_torus_has_is_refused():
-    bpy.ops.mesh.primitive_torus_add()
-    ob = bpy.context.object
+    ob = shapes.primitive("torus")
     ob.vertex_groups.new(name="Cone +1").add([0], 1.0, "REPLACE")
     ob.vertex_groups.new(name="Cone -1").add([9], 1.0, "REPLACE")
     refused(ob, "vertex 0 .*3 and 5")
@@ -318,8 +315,7 @@ def test_an_open_sheet_becomes_a_rectangle():
 
 
 def test_corners_are_the_marked_boundary_vertices():
-    bpy.ops.mesh.primitive_circle_add(vertices=24, fill_type="TRIFAN")
-    ob = bpy.context.object
+    ob = shapes.primitive("circle", vertices=24, fill_type="TRIFAN")
     uses = np.bincount([v for e in ob.data.edges for v in e.vertices])
     rim = [v.index for v in ob.data.vertices if uses[v.index] == 3]
     rim.sort(key=lambda v: math.atan2(ob.data.vertices[v].co.y, ob.data.vertices[v].co.x))

@@ -96,8 +96,7 @@ def test_stacked_islands_are_to_be_packed(step, kept):
 
 
 def test_stretched_maps_are_yellow_badly_stretched_ones_red_and_can_be_cut(step, kept):
-    ob = shapes.two_sheets(squeezed=True)
-    shapes.set_pins(ob, np.zeros(len(shapes.uv_of(ob)), bool))
+    shapes.two_sheets(squeezed=True, pinned=False)
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
     assert buttons(step) == ["uv.flipfree_select_poor", "uv.flipfree_cut_stretched"]
     assert (step().colour, step().lines[0]) == ("RED", "Badly stretched: 3 % of the surface")

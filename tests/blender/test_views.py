@@ -139,8 +139,7 @@ def test_wrong_faces_are_named_by_kind(part):
 
 
 def test_seams_have_the_colour_of_their_turns(part):
-    bpy.ops.mesh.primitive_torus_add(major_segments=16, minor_segments=8)
-    ob = bpy.context.object
+    ob = shapes.primitive("torus", major_segments=16, minor_segments=8)
     assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
     drawing = drawn(part, ob, "seams")
     seams = [edge.index for edge in ob.data.edges if edge.use_seam]

@@ -37,6 +37,7 @@ def differences(source: Path, target: Path) -> list[str]:
         if source.suffix == target.suffix:
             said += ["other data"] if found.rest != old.rest else []
     said += ["a polygon without a map"] if None in found.uv else []
+    said += ["the old map stays"] if b"property float s\n" in target.read_bytes() else []
     return said
 
 

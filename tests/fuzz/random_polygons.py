@@ -183,6 +183,9 @@ def ply(chance: random.Random, mesh: Mesh) -> bytes:
     head += [f"element vertex {len(mesh.points)}", *(f"property double {c}" for c in "xyz")]
     head += ["property float s", "property float t"] if old == "vertex" else []
     head += ["property uchar red"] if colours else []
+    others = chance.random() < 0.3
+    head += ["obj_info made by hand", "element material 2", "property int shininess"] * others
+    head += ["property list uchar short codes"] * others
     head += [f"element face {len(mesh.polygons)}"]
     head += ["property short flags"] if flags else []
     head += ["property list uchar int vertex_indices"]
@@ -193,6 +196,7 @@ def ply(chance: random.Random, mesh: Mesh) -> bytes:
     for point in mesh.points:
         row = [("d", c) for c in point] + ([("f", 0.5), ("f", 0.25)] if old == "vertex" else [])
         rows.append(row + ([("B", chance.randrange(256))] if colours else []))
+    rows += [[("i", -7), ("B", 0)], [("i", 7), ("B", 2), ("h", -3), ("h", 300)]] * others
     for polygon in mesh.polygons:
         row = [("h", chance.randint(-9, 9))] if flags else []
         row += [("B", len(polygon)), *(("i", v) for v in polygon)]

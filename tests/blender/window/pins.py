@@ -15,7 +15,7 @@ def selected_corner(n=12):
     yield from show("UV Editing")
     ob = shapes.grid(n, uv=True)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    vertex = np.array([loop.vertex_index for loop in ob.data.loops])
+    vertex = shapes.corners(ob)
     pinned = np.isin(vertex, [0, n, n * (n + 1), (n + 1) ** 2 - 1])
     shapes.set_pins(ob, pinned)
     loops = np.flatnonzero(vertex == (n + 1) ** 2 - 1)

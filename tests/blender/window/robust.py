@@ -3,14 +3,13 @@
 
 import itertools
 import os
-import signal
 import subprocess
 from pathlib import Path
 
 import bpy
 import numpy as np
 import shapes
-from stage import ended, invoke, modal, part, press, running, shot, show, undo, until, wait_for_end
+from stage import invoke, modal, part, press, running, show, undo, until, wait_for_end
 
 controls, refresh = part("views.controls"), part("views.refresh")
 
@@ -115,14 +114,6 @@ def test_a_mesh_that_changes_during_a_run_is_left_alone():
     assert shapes.everything(ob) == before
 
 
-def test_an_object_that_is_deleted_during_a_run_is_a_failure():
-    with held():
-        ob = yield from started()
-        bpy.data.objects.remove(ob)
-    yield from wait_for_end()
-    assert not running() and not bpy.data.objects
-
-
 def test_another_file_during_a_run_ends_the_solver():
     with held():
         yield from started()
@@ -140,26 +131,6 @@ def test_another_file_during_a_run_ends_the_solver():
     yield from until(only_what_there_is, "objects of the other file are still drawn")
     controls.switch_off()
     bpy.context.preferences.view.show_splash = False
-
-
-def test_a_killed_solver_leaves_the_session_and_the_mesh():
-    yield from show("Layout")
-    ob = shapes.slow()
-    before, chosen = shapes.everything(ob), shapes.selection(ob)
-    assert invoke() == {"RUNNING_MODAL"}
-    run = yield from with_process()
-    yield from until(lambda: run.progress()[1] > 0.0, "it does not begin")
-    os.kill(run.process_id, signal.SIGKILL)
-    yield from wait_for_end(30.0)
-    yield 0.5
-    shot("solver_killed")
-    (failure,) = run.failures
-    assert "its solver's process ended" in str(failure) and run.process_id is None
-    assert shapes.everything(ob) == before and shapes.selection(ob) == chosen
-    # And the next run is as ever.
-    small = shapes.grid(8, "Small", uv=True)
-    yield from ended()
-    assert shapes.exact_flips(small) == 0
 
 
 def test_escape_ends_the_process_that_solves():

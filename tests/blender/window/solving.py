@@ -81,24 +81,6 @@ def test_distorted_islands_are_selected_in_a_uv_editor_with_its_own_selection():
     assert len(shapes.selected(ob, "face")) == 32, "the mesh's selection stays"
 
 
-def test_check_of_stacked_cubes_names_and_selects_them():
-    yield from show("UV Editing")
-    objects = []
-    for i in range(40):
-        bpy.ops.mesh.primitive_cube_add(location=(2.5 * (i % 8), 2.5 * (i // 8), 0))
-        objects.append(bpy.context.object)
-    for ob in objects:
-        ob.select_set(True)
-    bpy.ops.object.join()
-    ob = bpy.context.object
-    shapes.enter("EDIT")
-    yield from timed("check")
-    yield from picture("check_stacked")
-    yield from picture_of_options("check_stacked_options")
-    bpy.ops.object.mode_set(mode="OBJECT")
-    assert len(shapes.selected(ob, "face")) == 240
-
-
 def test_a_run_from_the_menu_writes_a_map_and_is_one_undo_step():
     ob = shapes.grid(60, uv=True)
     name = ob.name
@@ -189,7 +171,7 @@ def test_match_pins_from_the_menu_meets_them_and_is_one_undo_step():
     bpy.ops.object.mode_set(mode="OBJECT")
     ob = bpy.data.objects[name]
     after = shapes.uv_of(ob)
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     for vertex, target in targets.items():
         assert {value.tobytes() for value in after[corner == vertex]} == {target}
     assert shapes.exact_flips(ob) == 0
@@ -211,7 +193,7 @@ def test_contradictory_pins_are_selected_on_demand():
     yield from show("UV Editing")
     ob, targets = pinned_monkey(2, 0.05)
     uv = shapes.uv_of(ob)
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     first, second = sorted(targets)[:2]
     uv[np.isin(corner, [first, second])] = 0.5
     shapes.set_uv(ob, uv)

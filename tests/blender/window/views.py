@@ -125,7 +125,7 @@ def test_wrong_faces_are_found_while_one_works():
     yield from show("UV Editing")
     ob = shapes.two_sheets()
     uv = shapes.uv_of(ob)
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     uv[corner == 12] += [0.25, 0.1]  # folds what lies around the middle of the large one
     uv[corner >= 25] -= [0.5, 0.0]  # the small one onto the large one
     shapes.set_uv(ob, uv)
@@ -189,7 +189,7 @@ def test_pins_that_contradict_each_other_are_red():
     yield from show("UV Editing")
     ob = shapes.grid(8, uv=True)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     uv = shapes.uv_of(ob)
     uv[corner == 40] = uv[corner == 30][0]
     shapes.set_uv(ob, uv)
