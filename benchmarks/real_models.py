@@ -4,6 +4,9 @@
     real_models.py files [--share 1] [--jobs 2]   every file of these packages is one mesh, unwrapped on one thread
     real_models.py seams --above 2                the files whose energy was above in the last run, with automatic seams
     real_models.py generated [--meshes 10000] [--seed 0]      tests/python/broken_meshes.py
+    real_models.py scans [--meshes 10000] [--seed 0]          scans and imports with what is wrong with such, by the defaults
+
+scans: rough surfaces of 1000 to 17 000 triangles, mapped without an option; named: the certificate's verdict is not "fine".
 
 One file in ten, of up to 4000 faces, is judged by `judges.any_triangles`, which shares no code with ours, on the 64-bit and on the
 32-bit values; all of the generated ones are. Exit status 1 at a refusal other than of coordinates that are not finite, indices out of
@@ -22,20 +25,22 @@ import time
 import zipfile
 import zlib
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from broken_meshes import broken_mesh
+from broken_meshes import Mesh, Random, broken_mesh
 from model_files import SUFFIXES, Unreadable, read_model
 from runner import Options, Row, main, table, timed
 
 import flipfree as ff
+from flipfree.distortion import BOUND_ENERGY
 
 from judges.any_triangles import judge_any
 from mesh_files import ROOT
+from surfaces import bumpy_grid, octahedron_sphere, torus
 
 CORPORA = ROOT / "build" / "corpora"
 OUTCOMES = CORPORA / "outcomes.jsonl"
@@ -244,27 +249,170 @@ def made_and_mapped(seed: int) -> tuple[str, dict[str, Any]]:
     return kind, mapped(vertices, np.asarray(faces), True, 60.0, "given")
 
 
-@table(COLUMNS)
-def generated(options: Options) -> Iterator[Row]:
+def by_kind(
+    work: Callable[[int], tuple[str, dict[str, Any]]], options: Options
+) -> Iterator[tuple[str, list[dict[str, Any]]]]:
+    """What became of the meshes of all seeds, by kind, and of all."""
     kinds: dict[str, list[dict[str, Any]]] = defaultdict(list)
     seeds = range(options.seed, options.seed + options.meshes)
     with multiprocessing.Pool(options.jobs) as pool:
-        made = pool.imap(made_and_mapped, seeds, chunksize=16)
+        made = pool.imap(work, seeds, chunksize=8)
         for seed, (kind, record) in zip(seeds, made, strict=True):
             kinds[kind].append(record)
             if "wrong" in record or "error" in record:
                 options.fail(f"seed {seed} ({kind}): {record}")
-    for kind in options.cases(sorted(kinds)):
-        yield row(kind, kinds[kind])
-    yield row("all", sum(kinds.values(), []))
+    yield from ((kind, kinds[kind]) for kind in options.cases(sorted(kinds)))
+    yield "all", sum(kinds.values(), [])
+
+
+@table(COLUMNS)
+def generated(options: Options) -> Iterator[Row]:
+    for kind, group in by_kind(made_and_mapped, options):
+        yield row(kind, group)
+
+
+def balls(random: Random) -> Mesh:
+    return octahedron_sphere(int(random.integers(4, 6)))
+
+
+def busts(random: Random) -> Mesh:
+    """Open below."""
+    vertices, faces = balls(random)
+    return vertices, faces[(vertices[faces][:, :, 2] > -0.6).all(axis=1)]
+
+
+def blocks(random: Random) -> Mesh:
+    """Boxes with round edges."""
+    vertices, faces = balls(random)
+    size = random.uniform(0.4, 1.5, 3)
+    return size * vertices / np.linalg.norm(vertices, 12, axis=1)[:, None], faces
+
+
+def vessels(random: Random) -> Mesh:
+    return torus(int(random.integers(40, 120)), int(random.integers(20, 60)))
+
+
+def grounds(random: Random) -> Mesh:
+    sides = random.integers(25, 90, 2)
+    return bumpy_grid(int(sides[0]), int(sides[1]))
+
+
+def rough(mesh: Mesh, random: Random) -> Mesh:
+    """As a scanner sees it: hills of all sizes, and noise."""
+    vertices, faces = np.array(mesh[0], float), np.array(mesh[1], np.int64)
+    size = float(np.ptp(vertices, axis=0).max())
+    for octave in range(4):
+        ways = random.normal(0.0, 2.0 * 2**octave / size, (3, 3))
+        phase = random.uniform(0.0, 2.0 * np.pi, 3)
+        vertices = vertices + 0.04 * size / 2**octave * np.sin(vertices @ ways + phase)
+    return vertices + random.normal(0.0, 3e-4 * size, vertices.shape), faces
+
+
+def pinholes(mesh: Mesh, which: Any, _: Random) -> Mesh:
+    return mesh[0], np.delete(mesh[1], which, axis=0)
+
+
+def dirty_welds(mesh: Mesh, which: Any, random: Random) -> Mesh:
+    """Corners with vertices of their own, at the place of the others or nearly."""
+    vertices, faces = mesh
+    corner = random.integers(0, 3, len(which))
+    off = random.choice([0.0, 1e-6], (len(which), 1)) * random.normal(0.0, 1.0, (len(which), 3))
+    own = np.arange(len(vertices), len(vertices) + len(which))
+    vertices = np.vstack([vertices, vertices[faces[which, corner]] + off])
+    faces[which, corner] = own
+    return vertices, faces
+
+
+def needles(mesh: Mesh, which: Any, random: Random) -> Mesh:
+    """Edges divided near one end, on both sides."""
+    vertices, faces = mesh
+    face_of = {(f[k], f[(k + 1) % 3]): i for i, f in enumerate(faces.tolist()) for k in range(3)}
+    points, found, gone = [], [], set()
+    for i in which.tolist():
+        a, b, c = faces[i].tolist()
+        j = face_of.get((b, a), i)
+        if i in gone or j in gone or i == j:
+            continue
+        gone |= {i, j}
+        (d,) = set(faces[j].tolist()) - {a, b}
+        n = len(vertices) + len(points)
+        points.append(vertices[a] + 10.0 ** random.uniform(-6, -2) * (vertices[b] - vertices[a]))
+        found += [(a, n, c), (n, b, c), (n, a, d), (b, n, d)]
+    return np.vstack([vertices, *points]), np.vstack([np.delete(faces, list(gone), axis=0), found])
+
+
+def duplicates(mesh: Mesh, which: Any, _: Random) -> Mesh:
+    return mesh[0], np.vstack([mesh[1], mesh[1][which]])
+
+
+def turned(mesh: Mesh, which: Any, _: Random) -> Mesh:
+    mesh[1][which] = mesh[1][which][:, ::-1]
+    return mesh
+
+
+def slivers(mesh: Mesh, which: Any, random: Random) -> Mesh:
+    """Vertices that lie nearly on the opposite side."""
+    vertices, faces = mesh
+    share = 1.0 - 10.0 ** random.uniform(-6, -2, (len(which), 1))
+    a, b, c = (vertices[faces[which, k]] for k in range(3))
+    vertices[faces[which, 0]] = a + share * (0.5 * (b + c) - a)
+    return vertices, faces
+
+
+BASES = (balls, busts, blocks, vessels, grounds)
+ILLS = (pinholes, dirty_welds, needles, duplicates, turned, slivers)
+
+
+def scan(seed: int) -> tuple[str, Mesh]:
+    random = np.random.default_rng(seed)
+    mesh = rough(BASES[seed % len(BASES)](random), random)
+    kind = seed // len(BASES) % (len(ILLS) + 1)
+    chosen = ILLS[kind : kind + 1] or ILLS
+    for ill in chosen:
+        count = max(int(10.0 ** random.uniform(-3.0, -1.5) * len(mesh[1])), 1)
+        mesh = ill(mesh, random.choice(len(mesh[1]), count, replace=False), random)
+    return chosen[0].__name__.replace("_", " ") if len(chosen) == 1 else "all of these", mesh
+
+
+def scanned_and_mapped(seed: int) -> tuple[str, dict[str, Any]]:
+    kind, (vertices, faces) = scan(seed)
+    with timed() as cost:
+        try:
+            found = ff.unwrap(vertices, faces, threads=1)
+        except ff.FlipfreeError as error:
+            return kind, {"error": f"{type(error).__name__}: {error}"}
+    c = found.certificate
+    record = {"faces": len(faces), "seconds": cost.cpu, "energy": c.energy, "poor": c.poor}
+    record |= {"charts": found.stats["charts"], "needles": c.needles > 0}
+    wrong = [] if c.ok and c.flips64 == c.flips32 == 0 else ["not certified"]
+    wrong += [f"energy {c.energy} is not named"] if c.energy > BOUND_ENERGY and not c.poor else []
+    return kind, record | ({"wrong": wrong} if wrong else {})
+
+
+@table(
+    "what is wrong | models | triangles | certified | energy: median | largest | above 1.03 | of these named | with needles"
+    " | islands: median | CPU s"
+)
+def scans(options: Options) -> Iterator[Row]:
+    for kind, group in by_kind(scanned_and_mapped, options):
+        good = [r for r in group if "energy" in r and "wrong" not in r]
+        energies = [r["energy"] for r in good]
+        above = [r for r in good if r["energy"] > BOUND_ENERGY]
+        yield (
+            *(kind, len(group), sum(r.get("faces", 0) for r in group), len(good)),
+            *(f"{statistics.median(energies):.3f}", f"{max(energies):.3f}", len(above)),
+            *(sum(r["poor"] for r in above), sum(r["needles"] for r in good)),
+            *(f"{statistics.median(r['charts'] for r in good):g}",),
+            f"{sum(r.get('seconds', 0.0) for r in group):.0f}",
+        )
 
 
 def more(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--share", type=int, default=1, help="only every so manieth file")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--above", type=float, default=2.0, help="of seams: least energy before")
-    parser.add_argument("--meshes", type=int, default=10_000, help="of generated")
-    parser.add_argument("--seed", type=int, default=0, help="of generated")
+    parser.add_argument("--meshes", type=int, default=10_000, help="of generated and scans")
+    parser.add_argument("--seed", type=int, default=0, help="of generated and scans")
 
 
 if __name__ == "__main__":

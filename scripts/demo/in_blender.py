@@ -194,7 +194,7 @@ def distortions(points: np.ndarray, uv: np.ndarray) -> np.ndarray:
     det = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     area = 0.5 * x1 * y2
     inverse = norm / det**2
-    scale2 = np.sqrt((area * inverse).sum() / (area * norm).sum())
+    scale2 = np.sqrt(np.nansum(area * inverse) / np.nansum(area * norm))
     return 0.25 * (norm * scale2 + inverse / scale2)
 
 

@@ -46,17 +46,21 @@ def draw_layout(axes: Axes, data: dict[str, np.ndarray], maker: str) -> None:
 
 def main(folder: str, out: str) -> None:
     models = sorted(Path(folder).glob("*.npz"), key=lambda path: path.stat().st_mtime)
-    figure = plt.figure(figsize=(13, 3.5 * len(models) + 0.5), dpi=80, facecolor="white")
-    grid = figure.add_gridspec(len(models), 5, width_ratios=[1, 1, 1, 1, 0.03], wspace=0.05)
+    beside = 1 if len(models) < 5 else 2
+    rows = -(-len(models) // beside)
+    figure = plt.figure(figsize=(12 * beside + 1, 3.5 * rows + 0.5), dpi=80, facecolor="white")
+    widths = [1] * 4 * beside + [0.03]
+    grid = figure.add_gridspec(rows, len(widths), width_ratios=widths, wspace=0.05)
     figure.subplots_adjust(left=0.01, right=0.94, top=0.95, bottom=0.03)
-    for row, path in enumerate(models):
+    for place, path in enumerate(models):
+        row, first = place // beside, 4 * (place % beside)
         data = dict(np.load(path))
         for column, (maker, title) in enumerate(
             (("smart", "Smart UV Project"), ("auto", "Auto Unwrap"))
         ):
-            layout = figure.add_subplot(grid[row, 2 * column])
+            layout = figure.add_subplot(grid[row, first + 2 * column])
             draw_layout(layout, data, maker)
-            axes = figure.add_subplot(grid[row, 2 * column + 1])
+            axes = figure.add_subplot(grid[row, first + 2 * column + 1])
             axes.imshow(
                 plt.imread(path.with_name(f"{path.stem}_{maker}.png")), interpolation="lanczos"
             )
@@ -68,7 +72,7 @@ def main(folder: str, out: str) -> None:
         layout.text(
             0.0,
             -0.03,
-            f"{said}worst triangle {values.max():.2f}, {float(data['seconds']):.1f} s",
+            f"{said}worst triangle {np.nanmax(values):.2f}, {float(data['seconds']):.1f} s",
             transform=layout.transAxes,
             va="top",
             fontsize=9.5,
@@ -79,7 +83,7 @@ def main(folder: str, out: str) -> None:
         plt.cm.ScalarMappable(
             LogNorm(1.0, top), LinearSegmentedColormap.from_list("distortion", data["scale"])
         ),
-        cax=figure.add_subplot(grid[:, 4]),
+        cax=figure.add_subplot(grid[:, -1]),
         extend="max",
     )
     bar.ax.yaxis.set_major_locator(FixedLocator(np.geomspace(1.0, top, 5)))
