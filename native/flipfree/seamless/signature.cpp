@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 
 namespace flipfree::seamless {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 
 namespace flipfree::embedding {

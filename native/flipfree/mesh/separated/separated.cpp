@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "flipfree/base/error.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/face_area.h"
