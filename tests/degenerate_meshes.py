@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 import flipfree as ff
 
-from surfaces import Mesh, bumpy_grid, torus
+from surfaces import Mesh, areas_of, bumpy_grid, open_edges, torus
 
 
 def hull(count: int, random: np.random.Generator) -> Mesh:
@@ -75,12 +75,6 @@ def degenerate_mesh(random: np.random.Generator) -> Mesh:
         else:
             vertices *= 10.0 ** random.uniform(-150, 100)
     return vertices, faces
-
-
-def open_edges(faces: npt.NDArray[np.int32]) -> npt.NDArray[np.int64]:
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
-    key, backward = edges @ [1 << 32, 1], edges @ [1, 1 << 32]
-    return edges[~np.isin(key, backward)]
 
 
 def some_angles(
@@ -164,9 +158,7 @@ def _arrays(value: Any, path: str) -> list[tuple[str, npt.NDArray[Any]]]:
 
 def has_energy(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int32]) -> bool:
     """Whether squares of areas are numbers: given lengths ask for none of the positions' triangles."""
-    p = vertices[faces]
-    areas = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
-    return bool((areas**2 > 0).all())
+    return bool((areas_of(vertices, faces) ** 2 > 0).all())
 
 
 def complaint(name: str, result: Any, arguments: tuple[Any, ...]) -> str:

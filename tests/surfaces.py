@@ -22,6 +22,39 @@ def _cells(columns: int, rows: int, index: npt.NDArray[np.int64]) -> npt.NDArray
     )
 
 
+def edges_of(faces: npt.ArrayLike) -> npt.NDArray[np.int64]:
+    """(k, 2) every edge once, the lower vertex first."""
+    sides = np.asarray(faces, np.int64)
+    ends = np.sort(np.stack([sides, np.roll(sides, -1, axis=1)], -1).reshape(-1, 2), axis=1)
+    return np.unique(ends, axis=0)
+
+
+def open_edges(faces: npt.ArrayLike) -> npt.NDArray[np.int64]:
+    """(k, 2) edges with one face, in its direction."""
+    sides = np.asarray(faces, np.int64)
+    ends = np.stack([sides, np.roll(sides, -1, axis=1)], -1).reshape(-1, 2)
+    key, backward = ends @ [1 << 32, 1], ends @ [1, 1 << 32]
+    return ends[~np.isin(key, backward)]
+
+
+def euler(faces: npt.ArrayLike) -> int:
+    """V - E + F of the vertices that are used."""
+    return len(np.unique(faces)) - len(edges_of(faces)) + len(np.asarray(faces))
+
+
+def compact(vertices: npt.NDArray[np.float64], faces: npt.ArrayLike) -> Mesh:
+    """Without vertices that no face uses."""
+    used, ids = np.unique(faces, return_inverse=True)
+    return vertices[used], ids.reshape(-1, 3).astype(np.int32)
+
+
+def areas_of(vertices: npt.NDArray[np.float64], faces: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """(m,) of the triangles in space."""
+    a, b, c = np.moveaxis(vertices[np.asarray(faces)], 1, 0)
+    areas: npt.NDArray[np.float64] = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    return areas
+
+
 def bumpy_grid(
     columns: int = 20, rows: int = 15, height: float = 0.2, frequency: float = 3.0
 ) -> Mesh:

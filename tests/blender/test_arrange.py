@@ -85,12 +85,6 @@ def test_islands_with_pins_stay():
     assert density(ob) == pytest.approx(10.0, rel=1e-3)
 
 
-def test_get_finds_the_density(part):
-    flat_grid(scale=0.2)
-    assert bpy.ops.uv.flipfree_get_density(texture_size=1000) == {"FINISHED"}
-    assert part("operators.arrange.density")._last["density"] == pytest.approx(200.0, rel=1e-4)
-
-
 def test_a_mesh_without_area_has_no_density():
     shapes.add("Flat", np.zeros((3, 3)), [(0, 1, 2)], uv=True)
     with pytest.raises(RuntimeError, match="no face with an area"):

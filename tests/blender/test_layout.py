@@ -42,15 +42,6 @@ def mapped_cube():
     return ob, shapes.uv_of(ob)
 
 
-def test_a_cylinder_with_its_three_seams_is_three_islands_at_one_scale(capfd):
-    ob = cylinder_with_seams()
-    unwrap()
-    assert_usable(ob, of=3)
-    assert spread(ob) < 1.0 + 1e-4
-    line = next(text for text in capfd.readouterr().out.splitlines() if "distortion" in text)
-    assert float(line.split("distortion mean ")[1].split()[0]) == pytest.approx(1.0, abs=1e-3)
-
-
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 def test_objects_of_one_run_share_one_layout(mode):
     first, second = cube_with_seams("First"), cylinder_with_seams()
@@ -214,15 +205,6 @@ def test_pinned_islands_stay_and_give_the_scale(others):
     assert shapes.uv_of(ob)[8:12].tobytes() == uv[8:12].tobytes()
     assert_usable(*objects, of=6 * len(objects))
     assert spread(*objects) < 1.0 + 1e-4
-
-
-def test_improve_packs_the_islands_of_all_objects_on_demand():
-    first, second = both(cube_with_seams("First"), cylinder_with_seams())
-    unwrap()
-    shapes.set_uv(first, shapes.uv_of(first) * np.float32(2.0))
-    assert bpy.ops.uv.flipfree_improve(pack=True) == {"FINISHED"}
-    assert_usable(first, second, of=9)
-    assert spread(first, second) < 1.0 + 1e-4
 
 
 def test_improve_names_the_cure_where_islands_come_to_lie_on_each_other(capfd):

@@ -342,24 +342,6 @@ def test_the_monkey_is_mapped_with_the_defaults():
     assert exact(ob).slanted == 0
 
 
-def written(text, **curve):
-    """A flat mesh of these letters, as Convert To Mesh makes it."""
-    data = bpy.data.curves.new("Text", "FONT")
-    data.body = text
-    for name, value in curve.items():
-        setattr(data, name, value)
-    source = bpy.data.objects.new("Text", data)
-    bpy.context.scene.collection.objects.link(source)
-    mesh = bpy.data.meshes.new_from_object(
-        source.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    )
-    bpy.data.objects.remove(source)
-    bpy.context.view_layer.update()
-    ob = bpy.data.objects.new("Letters", mesh)
-    bpy.context.scene.collection.objects.link(ob)
-    return shapes.activate(ob)
-
-
 @pytest.mark.parametrize(
     "text",
     [
@@ -372,7 +354,10 @@ def written(text, **curve):
     ],
 )
 def test_flat_text_has_its_borders_along_the_axes(text, capfd):
-    ob = written(text)
+    bpy.ops.object.text_add()
+    bpy.context.object.data.body = text
+    bpy.ops.object.convert(target="MESH")
+    ob = bpy.context.object
     assert bpy.ops.uv.flipfree_seamless(boundary="aligned") == {"FINISHED"}
     assert exact(ob).slanted == 0
     out = capfd.readouterr().out

@@ -25,6 +25,7 @@ import flipfree as ff
 from judges import fields, holonomy
 from judges.disjoint_sets import DisjointSets
 from judges.seams import SeamCount
+from surfaces import open_edges
 from verdict import Finding, check_error
 
 NAME = "field_aligned"
@@ -112,8 +113,7 @@ def random_loops(faces: Any, random: Random) -> list[list[int]]:
 
 def curves_of(faces: Any) -> list[list[int]]:
     """The vertices of each curve of the boundary."""
-    sides = {(int(f[k]), int(f[(k + 1) % 3])) for f in faces for k in range(3)}
-    after = dict(side for side in sides if side[::-1] not in sides)
+    after = dict(open_edges(faces).tolist())
     curves = []
     while after:
         start = next(iter(after))

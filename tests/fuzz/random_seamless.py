@@ -27,7 +27,7 @@ from judges.disjoint_sets import DisjointSets
 from judges.seams import SeamCount, seam_count
 from judges.unfoldings import unfolding
 from random_meshes import Mesh
-from surfaces import cylinder, octahedron_sphere, prism, torus
+from surfaces import compact, cylinder, euler, octahedron_sphere, open_edges, prism, torus
 from verdict import Finding, check_error
 
 NAME = "seamless"
@@ -46,8 +46,7 @@ class Part:
 
     @property
     def euler(self) -> int:
-        edges = np.sort(self.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-        return len(np.unique(self.faces)) - len(np.unique(edges, axis=0)) + len(self.faces)
+        return euler(self.faces)
 
     def holds(self, vertex: int) -> bool:
         return self.start <= vertex < self.start + self.size
@@ -81,11 +80,6 @@ def closed(random: Random) -> Shape:
     n = int(random.integers(1, 4 if genus < 3 else 3))
     shape = unfolding(cells if genus else [(0, 0, 0)], n, int(random.integers(1000)))
     return shape.vertices, shape.faces
-
-
-def compact(vertices: Any, faces: Any) -> Shape:
-    used, faces = np.unique(faces, return_inverse=True)
-    return vertices[used], faces.reshape(-1, 3)
 
 
 def sheet(random: Random) -> Shape:
@@ -163,11 +157,6 @@ def tube(random: Random) -> Shape:
     return np.array(vertices, float), np.array(faces)
 
 
-def rim_of(faces: Any) -> list[int]:
-    sides = {(int(f[k]), int(f[(k + 1) % 3])) for f in faces for k in range(3)}
-    return sorted({v for side in sides if side[::-1] not in sides for v in side})
-
-
 def degenerated(vertices: Any, faces: Any, random: Random, what: list[str]) -> bool:
     """Changes the surface in place; whether it is sound still."""
     kind = random.random()
@@ -222,7 +211,7 @@ def random_surface(
         v, f = np.array(v, float), np.array(f, np.int64)
         what.append(shape.__name__)
         sound = degenerated(v, f, random, what) and sound
-        found.append(Part(start, len(v), f, rim_of(f)))
+        found.append(Part(start, len(v), f, np.unique(open_edges(f)).tolist()))
         if parts > 1:
             small = random.random() < 0.1
             v = v * 10.0 ** (random.uniform(-250, 100) if small else random.uniform(-3, 3))

@@ -34,10 +34,6 @@ def with_vertex(index: int, value: list[float]) -> tuple[Any, Any]:
     return vertices, faces
 
 
-def edges_of(faces: np.ndarray) -> np.ndarray:
-    return np.vstack([faces[:, [k, (k + 1) % 3]] for k in range(3)])
-
-
 #: name -> (call, exception, code, words that the message must contain)
 CASES: dict[str, tuple[Callable[[], Any], type[ff.FlipfreeError], str, list[str]]] = {
     "no faces": (

@@ -8,12 +8,11 @@ import pytest
 import flipfree as ff
 
 from judges.exact import flips
-from surfaces import bumpy_grid, cylinder, octahedron_sphere, prism_with_cones, torus
+from surfaces import bumpy_grid, cylinder, octahedron_sphere, open_edges, prism_with_cones, torus
 
 
 def boundary_vertices(faces: np.ndarray) -> np.ndarray:
-    edges = {(a, b) for f in faces.tolist() for a, b in zip(f, f[1:] + f[:1], strict=True)}
-    return np.unique([v for a, b in edges if (b, a) not in edges for v in (a, b)]).astype(int)
+    return np.unique(open_edges(faces))
 
 
 def flat_angles(faces: np.ndarray) -> np.ndarray:

@@ -81,12 +81,6 @@ def test_methods_report_their_rung() -> None:
     assert ff.embed(grid.vertices, grid.faces).stats["rung"] == "tutte"
 
 
-def test_stacked_triangulations_succeed() -> None:
-    for kind in ("random", "deep", "mixed"):
-        disk = stacked(2000, kind)
-        assert_certified(ff.embed(disk.vertices, disk.faces, boundary="triangle"))
-
-
 def test_optimisation_lowers_the_energy_and_keeps_the_boundary() -> None:
     disk = tube(8, 60)
     plain = ff.embed(disk.vertices, disk.faces)
@@ -107,14 +101,6 @@ def test_chords_of_one_side_are_split_and_every_new_vertex_has_its_place() -> No
     assert result.stats["added_vertices"] == len(result.vertices) - len(disk.vertices) > 0
     kept = ff.embed(disk.vertices, disk.faces, boundary="circle")
     assert kept.stats["added_vertices"] == 0 and np.array_equal(kept.faces, disk.faces)
-
-
-def test_polygons_without_room_are_infeasible_and_say_where() -> None:
-    vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.3, 0.3, 0.2]]
-    faces = [[0, 1, 3], [1, 2, 3], [2, 0, 3]]
-    flat = [[-0.5, 1], [0.5, 1], [0, 1 + 2.0**-52]]
-    with pytest.raises(ff.Infeasible, match=r"edge \(0, 1\) and vertex 2"):
-        ff.embed(vertices, faces, boundary=flat, boundary_loop=[0, 1, 2])
 
 
 @pytest.mark.skipif(data_folder() is None, reason="shared data folder (FLIPFREE_DATA) is missing")
@@ -159,17 +145,6 @@ def test_a_repair_that_searches_too_long_leaves_it_to_the_next_rung() -> None:
     result = ff.embed(disk.vertices, disk.faces, boundary="square", max_seconds=60)
     assert result.stats["rung"] == "progressive" and result.stats["schnyder_flips"] > 0
     assert result.certificate.ok and result.stats["energy"] < 1000
-
-
-def test_a_dent_is_named_even_if_the_polygon_winds_once() -> None:
-    disk = wavy_grid(4, 4)
-    loop = boundary_loop(disk.faces)
-    polygon = disk.vertices[loop, :2].copy()
-    (dent,) = np.flatnonzero((polygon == [1.0, 0.5]).all(axis=1))
-    polygon[dent, 0] -= 0.1
-    with pytest.raises(ff.InvalidInput, match=f"not convex at point {dent} ") as caught:
-        ff.embed(disk.vertices, disk.faces, boundary=polygon, boundary_loop=loop)
-    assert caught.value.elements == [loop[dent]]
 
 
 @pytest.mark.parametrize(

@@ -36,11 +36,3 @@ def test_cones_are_judged_exactly_where_the_map_is_seamless() -> None:
     angles.pop(next(iter(angles)))
     missing = ff.certify(vertices, faces, map.uv64, seamless=True, cones=angles)
     assert missing.cone_failures == 1
-
-
-def test_the_figures_of_seams_are_not_measured_unless_asked_for() -> None:
-    given = unfolding(SHAPES["cube"], 1, 0)
-    certificate = ff.certify(given.vertices, given.faces, given.uv)
-    assert certificate.seam_edges == certificate.seams_exact64 == certificate.seams_exact32 == -1
-    assert np.isnan(certificate.seam_deviation)
-    assert len(certificate.seam_vertices) == len(certificate.quarter_cones) == 0

@@ -97,25 +97,6 @@ def test_a_map_that_is_left_out_leaves_all_else(tmp_path: Path) -> None:
     assert ff.read(tmp_path / "bare.obj").uv is None
 
 
-def test_polygons_with_a_corner_in_several_places_stay_one(tmp_path: Path) -> None:
-    """A square with a window, whose bridge is run along twice: by two vertices in each place, of two files."""
-    outer, inner = [(0, 0), (4, 0), (4, 4), (0, 4)], [(1, 1), (1, 3), (3, 3), (3, 1)]
-    points = [*outer, (0, 0), (1, 1), *inner[1:], (1, 1)]
-    order = [1, 2, 3, 4, 5, 10, 9, 8, 7, 6]
-    text = "".join(f"v {x} {y} 0\n" for x, y in points) + f"f {' '.join(map(str, order))}\n"
-    source, target = tmp_path / "window.obj", tmp_path / "out.obj"
-    source.write_text(text)
-    mesh = ff.read(source)
-    uv = mesh.vertices[mesh.faces][:, :, :2]
-    ff.write(target, replace(mesh, uv=uv), keep=source)
-    (face,) = [line.split()[1:] for line in target.read_text().splitlines() if line[0] == "f"]
-    assert [int(word.split("/")[0]) for word in face] == order
-    textures = [line for line in target.read_text().splitlines() if line.startswith("vt")]
-    for word in face:
-        vertex, texture = map(int, word.split("/"))
-        assert tuple(map(float, textures[texture - 1].split()[1:])) == points[vertex - 1]
-
-
 @pytest.mark.parametrize("ending", ["obj", "ply"])
 def test_maps_that_add_vertices_leave_the_other_polygons(tmp_path: Path, ending: str) -> None:
     vertices, faces = bumpy_grid(3, 3)

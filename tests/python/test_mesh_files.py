@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -58,17 +57,6 @@ def test_seams_of_a_file_are_cuts_that_keep_its_charts(tmp_path: Path) -> None:
     again = ff.unwrap(mesh.vertices, mesh.faces, cuts=mesh.seams(), seams="given")
     assert {tuple(sorted(edge)) for edge in again.cut_edges.tolist()} == seams
     assert len(ff.MeshFile(mesh.vertices, mesh.faces, None, mesh.polygons).seams()) == 0
-
-
-def test_polygons_get_new_texture_coordinates_and_stay_polygons(tmp_path: Path) -> None:
-    (tmp_path / "quad.obj").write_text(SQUARE + "f 1 2 3 4\n")
-    mesh = ff.read(tmp_path / "quad.obj")
-    assert mesh.uv is None
-    assert mesh.polygons.tolist() == [0, 0]
-    mapped = ff.unwrap(mesh.vertices, mesh.faces, seams="given")
-    ff.write(tmp_path / "mapped.obj", replace(mesh, uv=mapped.uv))
-    lines = (tmp_path / "mapped.obj").read_text().splitlines()
-    assert [line for line in lines if line.startswith("f")] == ["f 1/1 2/2 3/3 4/4"]
 
 
 @pytest.mark.parametrize("first", range(4))

@@ -140,14 +140,6 @@ def test_similar_islands_are_stacked_only_if_asked_to() -> None:
     assert packed.stats["fill"] > 0.9
 
 
-def test_tiles_are_counted_from_the_one_that_is_asked_for() -> None:
-    layout = drawn("blobs", 9, seed=1)
-    packed = pack(layout, tile=1013)
-    assert packed.stats["tile"] == 12
-    uv = packed.uv32() - [2.0, 1.0]
-    assert uv.min() > 0.0 and uv.max() < 1.0
-
-
 def tile_of(stored: npt.NDArray[np.float32]) -> list[int]:
     """UDIM number less 1001 of the tile that each island of (m, 3, 2) lies in, whole."""
     corners = np.floor(stored.reshape(-1, 2)).astype(int)

@@ -161,14 +161,6 @@ def two_surfaces() -> tuple[Any, ff.Parametrization, Any, ff.Parametrization]:
     return (disk.vertices, disk.faces), first, other, second
 
 
-def test_a_map_composed_with_itself_is_the_identity() -> None:
-    (vertices, faces), first, _, _ = two_surfaces()
-    face, weights = points_on(faces, 5)
-    there, shares = ff.compose(first, first).map_points(face, weights)
-    off = placed(vertices, faces, there, shares) - placed(vertices, faces, face, weights)
-    assert np.abs(off).max() < 1e-12
-
-
 def test_composed_maps_lead_there_and_back_without_a_fold() -> None:
     (vertices, faces), first, other, second = two_surfaces()
     there = ff.compose(first, second)

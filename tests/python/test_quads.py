@@ -13,7 +13,7 @@ from flipfree.mirrored import half_of
 
 from judges.quads import Extraction, fingerprint
 from mesh_files import data_folder, read_mesh
-from surfaces import cylinder, octahedron_sphere, torus
+from surfaces import compact, cylinder, edges_of, euler, octahedron_sphere, open_edges, torus
 
 
 def irregular(mesh: ff.QuadMesh) -> Counter[int]:
@@ -22,10 +22,9 @@ def irregular(mesh: ff.QuadMesh) -> Counter[int]:
 
 def topology(quads: np.ndarray) -> tuple[int, int]:
     """Euler characteristic, and the number of edges with one quad."""
-    ends = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], -1).reshape(-1, 2), axis=1)
-    edges, uses = np.unique(ends, axis=0, return_counts=True)
-    assert uses.max() <= 2
-    return len(np.unique(quads)) - len(edges) + len(quads), int((uses == 1).sum())
+    rim = len(open_edges(quads))
+    assert 2 * len(edges_of(quads)) == quads.size + rim, "no edge has more than two quads"
+    return euler(quads), rim
 
 
 def check(mesh: ff.QuadMesh, vertices: np.ndarray, faces: np.ndarray) -> None:
@@ -33,11 +32,9 @@ def check(mesh: ff.QuadMesh, vertices: np.ndarray, faces: np.ndarray) -> None:
     assert (np.sort(mesh.quads, axis=1)[:, 1:] != np.sort(mesh.quads, axis=1)[:, :-1]).all()
     places = (vertices[faces[mesh.parent_face]] * mesh.barycentric[..., None]).sum(1)
     np.testing.assert_allclose(places, mesh.vertices, atol=1e-9 * np.abs(vertices).max())
-    triangles = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], -1).reshape(-1, 2), axis=1)
-    edges, uses = np.unique(triangles, axis=0, return_counts=True)
-    euler, rim = topology(mesh.quads)
-    assert euler == len(np.unique(faces)) - len(edges) + len(faces)
-    assert (rim == 0) == (uses.min() == 2)
+    characteristic, rim = topology(mesh.quads)
+    assert characteristic == euler(faces)
+    assert (rim == 0) == (len(open_edges(faces)) == 0)
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 10])
@@ -160,10 +157,9 @@ def test_a_long_tube_has_rings() -> None:
 
 def test_an_l_with_a_hole_keeps_its_corners() -> None:
     vertices, faces, uv = maps.annulus(2, 5)
-    used, ids = np.unique(faces[~(uv.mean(1) > 9).all(-1)], return_inverse=True)
-    faces = ids.reshape(-1, 3).astype(np.int32)
-    mesh = ff.quads(vertices[used], faces, target=4 * len(faces) // 2)
-    check(mesh, vertices[used], faces)
+    vertices, faces = compact(vertices, faces[~(uv.mean(1) > 9).all(-1)])
+    mesh = ff.quads(vertices, faces, target=4 * len(faces) // 2)
+    check(mesh, vertices, faces)
     assert len(mesh.quads) == 2 * len(faces)
 
 
@@ -261,9 +257,7 @@ def test_of_features_nearer_than_a_fifth_of_a_quad_one_is_let_go() -> None:
     # A narrow strip round the top: two rows of edges, a twentieth of the side apart.
     top = np.isclose(vertices[:, 2], 20)
     below = np.isclose(vertices[:, 2], 19)
-    edges = np.unique(
-        np.sort(np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1), axis=0
-    )
+    edges = edges_of(faces)
     rim = np.isclose(vertices[:, :2], 0).any(axis=1) | np.isclose(vertices[:, :2], 20).any(axis=1)
     straight = np.isclose(vertices[edges[:, 0]], vertices[edges[:, 1]]).sum(axis=1) == 2
     rings = [edges[straight & (level & rim)[edges].all(axis=1)] for level in (top, below)]

@@ -72,26 +72,6 @@ def test_pins_cones_and_seams_go_to_every_copy() -> None:
     assert len(clean.edges(np.zeros((0, 2), int))) == 0
 
 
-@pytest.mark.parametrize("solver", ["conformal", "seamless", "embed", "match"])
-def test_solvers_that_want_a_clean_surface_take_its_parts(solver: str) -> None:
-    vertices, faces = fin()
-    clean = ff.separate(vertices, faces)
-    used, compact = np.unique(clean.faces[clean.face_origin < 32], return_inverse=True)
-    sheet_vertices, sheet = clean.vertices[used], compact.reshape(-1, 3)
-    assert len(sheet) == 32
-    if solver == "conformal":
-        angles = ff.boundary_angles(sheet_vertices, sheet, "free")
-        result = ff.conformal(sheet_vertices, sheet, angles)
-    elif solver == "seamless":
-        result = ff.seamless(sheet_vertices, sheet)
-    elif solver == "embed":
-        result = ff.embed(sheet_vertices, sheet)
-    else:
-        pinned = {0: (0.0, 0.0), len(sheet_vertices) - 1: (1.0, 1.0)}
-        result = ff.match(sheet_vertices, sheet, points=pinned)
-    assert result.certificate.ok
-
-
 def against(faces: npt.NDArray[np.int64], some: npt.NDArray[np.bool_]) -> npt.NDArray[np.int64]:
     """With some of them wound against the others."""
     return np.where(some[:, None], faces[:, [0, 2, 1]], faces)

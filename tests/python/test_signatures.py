@@ -15,7 +15,7 @@ from flipfree.calls.seamless import halfedges_of_strip
 
 from judges import fields
 from mesh_files import data_folder, read_mesh
-from surfaces import bumpy_grid, cylinder, torus
+from surfaces import bumpy_grid, compact, cylinder, open_edges, torus
 
 
 def turns_of(vertices: np.ndarray, faces: np.ndarray, field: ff.CrossField, strip: object) -> int:
@@ -60,13 +60,8 @@ def test_some_loops_of_two_handles_are_met_and_all_of_them_as_before() -> None:
 
 def without(mesh: tuple[np.ndarray, np.ndarray], vertices: list[int]) -> Any:
     """With a hole at each of these vertices, and (n,) the vertices of the boundary."""
-    points, faces = mesh
-    faces = faces[~np.isin(faces, vertices).any(axis=1)]
-    used, faces = np.unique(faces, return_inverse=True)
-    faces = faces.reshape(-1, 3).astype(np.int32)
-    ends = np.stack([faces, np.roll(faces, -1, axis=1)], -1).reshape(-1, 2)
-    keys = ends @ [len(used), 1]
-    return points[used], faces, np.unique(ends[~np.isin(keys, ends @ [1, len(used)])])
+    points, faces = compact(mesh[0], mesh[1][~np.isin(mesh[1], vertices).any(axis=1)])
+    return points, faces, np.unique(open_edges(faces))
 
 
 OPEN = {

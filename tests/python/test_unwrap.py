@@ -11,7 +11,6 @@ import pytest
 import flipfree as ff
 
 from judges.exact import flips
-from judges.gaps import narrowest
 from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
 
 SURFACES = {
@@ -70,15 +69,6 @@ def test_the_annulus_keeps_its_hole() -> None:
     assert result.stats["added_cuts"] == 0
 
 
-def test_components_are_unwrapped_side_by_side() -> None:
-    v1, f1 = bumpy_grid(6, 6)
-    v2, f2 = octahedron_sphere(2)
-    result = ff.unwrap(np.vstack([v1, v2 + 5]), np.vstack([f1, f2 + len(v1)]), seams="given")
-    assert result.stats["charts"] == 2
-    stored = result.uv32().astype(np.float64)
-    assert narrowest([stored[: len(f1)], stored[len(f1) :]], 0.01).distance >= 0.005
-
-
 @pytest.mark.parametrize("scale", [1e-4, 1e-2, 1e2, 1e5])
 @pytest.mark.parametrize("name", SURFACES)
 def test_scale_place_and_rotation_of_the_input_change_nothing_but_rounding(
@@ -91,14 +81,6 @@ def test_scale_place_and_rotation_of_the_input_change_nothing_but_rounding(
     moved = ff.unwrap((vertices @ rotation.T + 3.0) * scale, faces, seams="given")
     assert moved.certificate.ok
     assert moved.certificate.energy == pytest.approx(reference, rel=1e-3)
-
-
-def test_islands_keep_their_place_when_asked_to() -> None:
-    vertices, faces = bumpy_grid(8, 8)
-    before = vertices[faces][:, :, :2] * 0.25 + [0.6, 0.1]
-    result = ff.unwrap(vertices, faces, place_like=before, seams="given")
-    assert np.abs(result.uv.mean((0, 1)) - before.mean((0, 1))).max() < 0.02
-    assert np.abs(np.ptp(result.uv.reshape(-1, 2), axis=0) - 0.25).max() < 0.08
 
 
 def test_the_gil_is_released_while_solving() -> None:

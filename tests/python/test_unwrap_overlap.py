@@ -11,7 +11,7 @@ import flipfree as ff
 
 from judges.coverage import coverage
 from judges.mutations import rough_ring
-from surfaces import bumpy_grid
+from surfaces import bumpy_grid, compact
 
 IntArray = np.ndarray
 
@@ -69,8 +69,7 @@ def test_a_rough_disk_with_slits_and_holes_covers_no_point_twice(seed: int) -> N
         keep = np.ones(len(faces), bool)
         keep[300:312] = keep[500:506] = False
         faces = faces[keep]
-    used, faces = np.unique(faces, return_inverse=True)
-    vertices, faces = vertices[used], faces.reshape(-1, 3).astype(np.int32)
+    vertices, faces = compact(vertices, faces)
     cuts = random_slits(vertices, faces, 6, 8, random)
     result = ff.unwrap(vertices, faces, cuts=cuts, seams="given")
     assert_covers_nothing_twice(result)
