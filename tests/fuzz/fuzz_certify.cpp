@@ -73,8 +73,7 @@ void fuzz_certify(Bytes bytes) {
   const ExecutionContext context;
   const certify::Certificate certificate = certify::certify(request, context);
 
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const Judge judge(surface, uv);
   const Judge judge32(surface, stored);
   const bool positive = judge.flipped().empty() && judge32.flipped().empty();

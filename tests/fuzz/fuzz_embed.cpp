@@ -5,7 +5,7 @@
 
 #include "finding.h"
 #include "flipfree/embedding/embed.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/adjacency.h"
 #include "meshes.h"
 #include "rational.h"
 #include "targets.h"

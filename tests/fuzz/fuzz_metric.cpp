@@ -7,7 +7,7 @@
 
 #include "finding.h"
 #include "flipfree/conformal/metric.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/adjacency.h"
 #include "meshes.h"
 #include "targets.h"
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "finding.h"
-#include "flipfree/matchmaker/match_piece.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/matchmaker/match.h"
+#include "flipfree/mesh/adjacency.h"
 #include "judge.h"
 #include "meshes.h"
 #include "targets.h"

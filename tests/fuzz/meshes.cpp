@@ -8,7 +8,6 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
 #include "support/shapes.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/adjacency.h"
 #include "meshes.h"
 #include "rational.h"
 #include "support/shapes.h"
@@ -173,8 +173,7 @@ PlanarMap read_planar_map(Bytes& bytes, bool may_flip) {
   map.surface = std::move(plan.surface);
   if (map.surface.vertices.rows() > map.surface.faces.maxCoeff() + 1)
     map.surface.vertices.conservativeResize(map.surface.faces.maxCoeff() + 1, 3);
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
   map.cut = mesh::cut_along(map.surface.faces, adjacency, read_cuts(bytes, adjacency));
   map.uv.resize(static_cast<Eigen::Index>(map.cut.vertex_origin.size()), 2);
   for (CornerId c = 0; c < plan.corner.rows(); ++c)

@@ -1,11 +1,139 @@
 #include "flipfree/base/context.h"
 
+#include <unistd.h>
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <new>
+#include <system_error>
+#include <thread>
 
 #include "flipfree/base/error.h"
 
 namespace flipfree {
+#ifndef _WIN32
+#endif
+
+namespace {
+
+// Of a process and not of those that it forks.
+int process_number() {
+#ifdef _WIN32
+  return 0;  // nothing forks there
+#else
+  return ::getpid();
+#endif
+}
+
+constexpr std::chrono::seconds kPatience{1};
+
+// One call of work_together(), on its caller's stack.
+struct Call {
+  const std::function<void()>& work;
+  std::size_t wanted;      // helpers that may still come
+  std::size_t inside = 0;  // helpers that have not left yet
+  Call* older = nullptr;
+  std::condition_variable left;
+};
+
+struct Pool {
+  const int process = process_number();
+  std::mutex mutex;
+  std::condition_variable called;
+  Call* newest = nullptr;  // calls that want helpers
+  std::size_t threads = 0;
+  std::size_t idle = 0;
+
+  void remove(const Call& call) {
+    Call** at = &newest;
+    while (*at != nullptr && *at != &call) at = &(*at)->older;
+    if (*at != nullptr) *at = call.older;
+  }
+};
+
+// Null: no memory. Never destroyed: helpers may outlive everything that is static.
+Pool* pool() {
+  static std::atomic<Pool*> current{nullptr};
+  Pool* found = current.load(std::memory_order_acquire);
+  // A forked child inherits the memory and none of the threads.
+  while (found == nullptr || found->process != process_number()) {
+    auto* fresh = new (std::nothrow) Pool;
+    if (fresh == nullptr) return nullptr;
+    if (current.compare_exchange_strong(found, fresh, std::memory_order_acq_rel)) return fresh;
+    delete fresh;
+  }
+  return found;
+}
+
+void help(Pool& pool) {
+  std::unique_lock lock(pool.mutex);
+  for (;;) {
+    if (Call* call = pool.newest; call != nullptr) {
+      ++call->inside;
+      if (--call->wanted == 0) pool.remove(*call);
+      lock.unlock();
+      call->work();
+      lock.lock();
+      // Under the lock: the caller may not go, and the signal with it, before it was given.
+      if (--call->inside == 0) call->left.notify_all();
+      continue;
+    }
+    ++pool.idle;
+    const bool there =
+        pool.called.wait_for(lock, kPatience, [&] { return pool.newest != nullptr; });
+    --pool.idle;
+    if (!there) break;
+  }
+  --pool.threads;
+}
+
+// Precondition: the pool is locked.
+void start_threads(Pool& pool, std::size_t helpers) {
+  const std::size_t most = std::min(kMostThreads - 1, std::max(helpers, core_count() - 1));
+  std::size_t wanted = helpers;
+  for (const Call* call = pool.newest; call != nullptr; call = call->older) wanted += call->wanted;
+  for (std::size_t free = pool.idle; free < wanted && pool.threads < most; ++free) {
+    try {
+      std::thread([&pool] { help(pool); }).detach();
+    } catch (const std::system_error&) {  // no more are to be had: those there are do the work
+      return;
+    } catch (const std::bad_alloc&) {
+      return;
+    }
+    ++pool.threads;
+  }
+}
+
+}  // namespace
+
+std::size_t core_count() {
+  static const std::size_t count =
+      std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMostThreads);
+  return count;
+}
+
+void work_together(std::size_t helpers, const std::function<void()>& work) {
+  Pool* const found = helpers > 0 ? pool() : nullptr;
+  if (found == nullptr) {
+    work();
+    return;
+  }
+  Pool& shared = *found;
+  Call call{.work = work, .wanted = helpers, .left = {}};
+  {
+    const std::scoped_lock lock(shared.mutex);
+    start_threads(shared, helpers);
+    call.older = shared.newest;
+    shared.newest = &call;
+  }
+  for (std::size_t i = 0; i < helpers; ++i) shared.called.notify_one();
+  work();
+  std::unique_lock lock(shared.mutex);
+  shared.remove(call);
+  call.left.wait(lock, [&] { return call.inside == 0; });
+}
 
 void ExecutionContext::check() const {
   if (cancelled()) throw Cancelled();

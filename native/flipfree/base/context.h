@@ -8,14 +8,34 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
 
-#include "flipfree/base/helpers.h"
 #include "flipfree/base/types.h"
 
 namespace flipfree {
+// Threads that live from one parallel loop to the next: starting them anew costs more than many a
+// loop.
+//
+// The process has one set of them, at most as many as the machine has cores beside the caller's, or
+// as many as one call asks for. Loops inside loops and calls from several threads share it, so that
+// a busy process has no more threads than it was given. A helper that has found nothing to do for a
+// second ends, so that none stays behind when the last call is over. After fork() the child has
+// helpers of its own.
+
+// More than this never work at once, whatever was asked for: each needs room of its own in the
+// BLAS, which ends the process where it has none left.
+constexpr std::size_t kMostThreads = 128;
+
+// The cores that this process may use, at least one, at most kMostThreads.
+std::size_t core_count();
+
+// Calls work() on this thread and, meanwhile, up to `helpers` times on others as they are free;
+// returns when all of them have left it. There may be none: work() must come to its end
+// on this thread alone. Precondition: it does not throw. Allocates nothing but threads.
+void work_together(std::size_t helpers, const std::function<void()>& work);
 
 class SharedProgress;
 
@@ -125,6 +145,10 @@ class SharedProgress {
 class ProgressRange {
  public:
   ProgressRange(ExecutionContext& context, double begin, double end);
+  // The i-th of so many equal parts.
+  ProgressRange(ExecutionContext& context, std::size_t i, std::size_t parts)
+      : ProgressRange(context, static_cast<double>(i) / static_cast<double>(parts),
+                      static_cast<double>(i + 1) / static_cast<double>(parts)) {}
   ~ProgressRange();
   ProgressRange(const ProgressRange&) = delete;
   ProgressRange& operator=(const ProgressRange&) = delete;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include "flipfree/base/error.h"
+
 namespace flipfree {
 
 std::vector<FaceId> faces_at(const Error& error, const Triangles& faces) {
@@ -66,6 +68,10 @@ Renumbering known_in(Index vertices, Index faces) {
     return [limit](Index id) { return id < limit ? id : kInvalid; };
   };
   return {below(vertices), below(faces), below(3 * faces)};
+}
+
+void require_invariant(const char* place, const std::string& broken) {
+  if (!broken.empty()) throw InternalError(std::string(place) + ": " + broken);
 }
 
 }  // namespace flipfree

@@ -6,7 +6,7 @@
 #include <functional>
 #include <mutex>
 
-#include "flipfree/base/helpers.h"
+#include "flipfree/base/context.h"
 
 namespace flipfree {
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -32,6 +33,13 @@ using IndexPairs = Eigen::Matrix<Index, Eigen::Dynamic, 2, Eigen::RowMajor>;
 
 // An index or a count, as containers of the standard library take it. Precondition: not negative.
 constexpr std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+
+// Ascending, each value once.
+template <typename T>
+void sort_unique(std::vector<T>& values) {
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+}
 
 // Successor and predecessor of corner k within its triangle.
 constexpr Index next_corner(Index corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }

@@ -6,7 +6,6 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
-#include "flipfree/certify/certificate.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/parametrization.h"
 
@@ -36,5 +35,18 @@ Certificate in_input_faces(const Parametrization& map);
 // Throws CertificateFailed unless map.certificate.ok; `what` names the operation, e.g. "The
 // unwrap".
 void require_certificate(const Parametrization& map, const char* what);
+
+// One map in 64 bits that plain rounding takes to the stored one.
+//
+// Where rounding to 32 bits would have folded a triangle, the stored values are others than the
+// nearest to the solver's. Whoever rounds the solver's values himself gets the fold back.
+
+// Sets map.agreed for a map whose certificate for `request` is ok: empty if map.uv rounds to
+// map.uv32 everywhere. Else the solver's values, with the stored ones wherever they do not round to
+// these; or, where that does not pass the same certificate, or angles are prescribed, the stored
+// values alone. Should these not pass either (an infinite energy), map.certificate says so. Cost:
+// O(#F); a second certificate where rounding was repaired.
+void agree_with_storage(Parametrization& map, const CertifyRequest& request,
+                        const ExecutionContext& context);
 
 }  // namespace flipfree::certify

@@ -10,7 +10,6 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/base/tolerances.h"
-#include "flipfree/certify/features.h"
 #include "flipfree/certify/measures.h"
 #include "flipfree/certify/overlap.h"
 #include "flipfree/mesh/adjacency.h"
@@ -49,8 +48,7 @@ struct Certifier {
   void measure(const ExecutionContext& context) {
     parallel_for(context, 6, 1, [&](std::size_t task, std::size_t, std::size_t) {
       if (task == 0) {
-        adjacency =
-            mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+        adjacency = mesh::build_adjacency(surface);
         cuts = mesh::uv_cuts(adjacency, uv);
       } else if (task == 1) {
         flips64 = flipped_faces(uv);
@@ -186,8 +184,7 @@ struct Certifier {
     certificate.seams_exact32 =
         std::max<std::int64_t>(0, certificate.seam_edges - static_cast<std::int64_t>(bad32.size()));
     bad.insert(bad.end(), bad32.begin(), bad32.end());
-    std::sort(bad.begin(), bad.end());
-    bad.erase(std::unique(bad.begin(), bad.end()), bad.end());
+    sort_unique(bad);
     certificate.seam_failures = static_cast<std::int64_t>(bad.size());
     if (!bad.empty()) {
       fail("G4: " + counted(bad.size(), "seam edge is", "seam edges are") +
@@ -333,8 +330,7 @@ struct Certifier {
           missed_features(request.features, surface, adjacency, parent, *values);
       missed.insert(missed.end(), own.begin(), own.end());
     }
-    std::sort(missed.begin(), missed.end());
-    missed.erase(std::unique(missed.begin(), missed.end()), missed.end());
+    sort_unique(missed);
     certificate.feature_edges = request.features.rows();
     for (const Index i : missed)
       certificate.features_missed.emplace_back(request.features(i, 0), request.features(i, 1));

@@ -8,9 +8,8 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
-#include "flipfree/certify/certificate.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/certify/parametrization.h"
-#include "flipfree/certify/pins.h"
 
 namespace flipfree::certify {
 

@@ -113,4 +113,32 @@ std::vector<HalfedgeId> seam_failures(const mesh::Adjacency& adjacency, const me
 std::vector<VertexId> winding_failures(const mesh::Adjacency& adjacency,
                                        const mesh::EdgeFlags& cuts, const Points2& corner_uv);
 
+// Pins of face corners, and what every function that takes them asks of them.
+
+struct CornerPin {
+  CornerId corner = kInvalid;  // 3 f + k
+  Vector2 uv = Vector2::Zero();
+};
+
+// Throws InvalidInput (kBadPins) for a pin of a corner that a mesh of so many corners has not.
+void require_corners(const std::vector<CornerPin>& pins, Index corners);
+
+// The same, and for a place that 32-bit UVs cannot hold.
+void require_storable_pins(const std::vector<CornerPin>& pins, Index corners);
+
+// G8: which edges of a mesh are isolines of a map of it.
+
+// The rows of `features` (pairs of vertices) that are no isoline: an edge whose corners differ in
+// both coordinates on some side, or which bends where the map's surface divides it. `parent`: whose
+// edges they are, with the provenance of the map's surface, which subdivides it; its faces null:
+// the surface's own. Precondition: no flipped face, seams of
+// quarter turns. Ascending. Throws InvalidInput (kNotAnEdge) naming a pair that is no edge. Cost:
+// O(#F + #features log #features).
+std::vector<Index> missed_features(const IndexPairs& features, const mesh::Surface& surface,
+                                   const mesh::Adjacency& adjacency, const Provenance& parent,
+                                   const Points2& corner_uv);
+
+// Throws that InvalidInput.
+[[noreturn]] void throw_no_edge(VertexId a, VertexId b, Eigen::Index vertex_count);
+
 }  // namespace flipfree::certify

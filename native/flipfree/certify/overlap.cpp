@@ -188,8 +188,7 @@ IslandOverlaps island_overlaps(const mesh::Components& charts, const Points2& co
         result.faces.push_back(found->first);
         result.faces.push_back(found->second);
       });
-  std::sort(result.faces.begin(), result.faces.end());
-  result.faces.erase(std::unique(result.faces.begin(), result.faces.end()), result.faces.end());
+  sort_unique(result.faces);
   // The first of each chart would do to find the charts; so many are enough to show.
   result.faces = first_elements(result.faces);
   return result;

@@ -6,7 +6,6 @@
 #include "flipfree/base/types.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
-#include "flipfree/mesh/topology.h"
 
 namespace flipfree::certify {
 

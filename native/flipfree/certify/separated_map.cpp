@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "flipfree/base/failure.h"
-#include "flipfree/certify/features.h"
-#include "flipfree/certify/pins.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/separated/separated.h"
@@ -146,8 +145,7 @@ Certificate in_input_terms(const mesh::SeparatedSurface& separated, Certificate 
     const VertexId from = separated.vertex_origin[at(a)], to = separated.vertex_origin[at(b)];
     std::tie(a, b) = std::minmax(from, to);
   }
-  std::sort(missed.begin(), missed.end());
-  missed.erase(std::unique(missed.begin(), missed.end()), missed.end());
+  sort_unique(missed);
   for (SeamTransition& seam : certificate.seams) {
     seam.from = separated.vertex_origin[at(seam.from)];
     seam.to = separated.vertex_origin[at(seam.to)];
@@ -185,8 +183,7 @@ void judge_collapsed_pins(const std::vector<CornerPin>& pins, const CertifyReque
 // G5 where there is no face to have an angle.
 void judge_unused_cones(std::vector<VertexId> unused, Certificate& certificate) {
   if (unused.empty()) return;
-  std::sort(unused.begin(), unused.end());
-  unused.erase(std::unique(unused.begin(), unused.end()), unused.end());
+  sort_unique(unused);
   certificate.cone_failures = std::max<std::int64_t>(certificate.cone_failures, 0) +
                               static_cast<std::int64_t>(unused.size());
   certificate.ok = false;
@@ -229,8 +226,7 @@ IndexPairs sorted_features(const mesh::SeparatedSurface& separated, const IndexP
   for (const auto& [a, b] : wanted) {
     if (!std::binary_search(met.begin(), met.end(), std::pair(a, b))) throw_no_edge(a, b, used);
   }
-  std::sort(moved.begin(), moved.end());
-  moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
+  sort_unique(moved);
   IndexPairs pairs(static_cast<Eigen::Index>(moved.size()), 2);
   for (std::size_t i = 0; i < moved.size(); ++i)
     pairs.row(static_cast<Eigen::Index>(i)) << moved[i].first, moved[i].second;
@@ -335,8 +331,7 @@ IndexPairs SeparatedMap::edges_of_input(const IndexPairs& of_surface) const {
     edges.push_back(std::minmax({separated_.vertex_origin[at(of_surface(i, 0))],
                                  separated_.vertex_origin[at(of_surface(i, 1))]}));
   }
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  sort_unique(edges);
   IndexPairs result(static_cast<Eigen::Index>(edges.size()), 2);
   for (std::size_t i = 0; i < edges.size(); ++i)
     result.row(static_cast<Eigen::Index>(i)) << edges[i].first, edges[i].second;

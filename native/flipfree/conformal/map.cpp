@@ -75,8 +75,7 @@ Error needs_refinement(const std::vector<FaceId>& faces) {
 // A map that is valid in 64 bits, rounded to other 32-bit points than the nearest where these would
 // flip a triangle. False, and the map unchanged, if there are none.
 bool repair_rounding(certify::Parametrization& map, ExecutionContext& context) {
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
   const mesh::CutMesh cut =
       mesh::cut_along(map.surface.faces, adjacency, mesh::uv_cuts(adjacency, map.uv));
   Points2 uv(static_cast<Eigen::Index>(cut.vertex_origin.size()), 2);
@@ -291,10 +290,7 @@ ConformalMapResult map_in_time(const mesh::Surface& surface, const Points3* leng
   if (options.cuts.rows() > 0) {
     // Complain about cuts before the work, not after.
     mesh::validate(surface, {}, context);
-    mesh::flag_edges(
-        surface.faces,
-        mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces),
-        options.cuts);
+    mesh::flag_edges(surface.faces, mesh::build_adjacency(surface), options.cuts);
   }
   RefinedMetric solved;
   {

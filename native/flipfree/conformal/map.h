@@ -11,10 +11,8 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/types.h"
-#include "flipfree/certify/certificate.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/conformal/metric.h"
-#include "flipfree/conformal/refined_metric.h"
 #include "flipfree/intrinsic/layout/layout.h"
 
 namespace flipfree::conformal {
@@ -25,7 +23,7 @@ struct ConformalMapOptions {
   IndexPairs uncuttable;  // edges that added cuts avoid: diagonals of polygons
   intrinsic::Refinement refinement = intrinsic::Refinement::kAuto;
   MetricOptions metric;        // its max_seconds are those of the whole map
-  bool refined_start = false;  // refined_metric.h
+  bool refined_start = false;  // metric.h
   // An interior vertex is a cone, and lies on a cut, if its target differs from 2 pi by more
   // (radians).
   double flat_tolerance = 1e-8;

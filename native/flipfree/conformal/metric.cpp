@@ -7,10 +7,10 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 
-#include "flipfree/base/debug_check.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/base/stats.h"
@@ -37,6 +37,13 @@ void check_options(const MetricOptions& options) {
 
 void check_topology(const std::vector<Error>& defects) {
   if (!defects.empty()) throw InvalidInput(defects.front());
+}
+
+// Six significant digits.
+std::string short_text(double value) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof(buffer), "%.6g", value);
+  return buffer;
 }
 
 // Lengths per edge from lengths per corner; both sides must agree and every face be a proper
@@ -88,14 +95,9 @@ Index euler_characteristic(const intrinsic::IntrinsicSetup& setup, Index vertex_
   return vertex_count - edges + face_count;
 }
 
-}  // namespace
-
-std::string short_text(double value) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof(buffer), "%.6g", value);
-  return buffer;
-}
-
+// The engine's input without targets. `lengths`: #F x 3 (metric.h), or null: those of the vertex
+// positions. Throws InvalidInput as compute_conformal_metric(). With lengths the positions are not
+// read.
 EngineInput checked_input(const mesh::Surface& surface, const Points3* lengths,
                           const MetricOptions& options) {
   check_options(options);
@@ -122,6 +124,8 @@ EngineInput checked_input(const mesh::Surface& surface, const Points3* lengths,
   return input;
 }
 
+// Positive, finite, one per vertex, and meeting Gauss-Bonnet: the angles of #F triangles sum to pi
+// #F. What rounding leaves of the remainder is spread evenly. Returns the targets to solve for.
 std::vector<double> checked_targets(const std::vector<double>& target, const EngineInput& input,
                                     double tolerance) {
   const intrinsic::IntrinsicSetup& setup = input.setup;
@@ -171,37 +175,6 @@ std::vector<double> checked_targets(const std::vector<double>& target, const Eng
   for (double& t : spread) t += share;
   return spread;
 }
-
-ConformalMetric compute_conformal_metric(const mesh::Surface& surface, const Points3* lengths,
-                                         const std::vector<double>& target_angles,
-                                         const MetricOptions& options, ExecutionContext& context) {
-  EngineInput input = checked_input(surface, lengths, options);
-  input.target = checked_targets(target_angles, input, options.tolerance);
-  ConformalMetric metric = climb_precision_ladder(input, options, context);
-  debug_check("compute_conformal_metric", [&] { return find_broken_invariant(metric); });
-  return metric;
-}
-
-ConformalMetric compute_conformal_metric(const mesh::Surface& surface,
-                                         const std::vector<double>& target_angles,
-                                         const MetricOptions& options, ExecutionContext& context) {
-  return compute_conformal_metric(surface, nullptr, target_angles, options, context);
-}
-
-ConformalMetric compute_conformal_metric(Index vertex_count, const Triangles& faces,
-                                         const Points3& lengths,
-                                         const std::vector<double>& target_angles,
-                                         const MetricOptions& options, ExecutionContext& context) {
-  return compute_conformal_metric({Points3::Zero(vertex_count, 3), faces}, &lengths, target_angles,
-                                  options, context);
-}
-
-void validate_metric_input(const mesh::Surface& surface, const Points3* lengths,
-                           const std::vector<double>& target_angles, const MetricOptions& options) {
-  checked_targets(target_angles, checked_input(surface, lengths, options), options.tolerance);
-}
-
-namespace {
 
 // Flips per edge from which on a direct way is worth its search: an overlay replays a flip in some
 // 50 ns, while the search costs about a microsecond per edge.
@@ -441,10 +414,45 @@ class Ladder {
 
 }  // namespace
 
+// `input`: with targets. Errors: NotConverged as compute_conformal_metric(), Cancelled.
 ConformalMetric climb_precision_ladder(const EngineInput& input, const MetricOptions& options,
                                        ExecutionContext& context) {
   return Ladder(input, options, context).climb();
 }
+
+ConformalMetric compute_conformal_metric(const mesh::Surface& surface, const Points3* lengths,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context) {
+  EngineInput input = checked_input(surface, lengths, options);
+  input.target = checked_targets(target_angles, input, options.tolerance);
+  ConformalMetric metric = climb_precision_ladder(input, options, context);
+  debug_check("compute_conformal_metric", [&] { return find_broken_invariant(metric); });
+  return metric;
+}
+
+ConformalMetric compute_conformal_metric(const mesh::Surface& surface,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context) {
+  return compute_conformal_metric(surface, nullptr, target_angles, options, context);
+}
+
+ConformalMetric compute_conformal_metric(Index vertex_count, const Triangles& faces,
+                                         const Points3& lengths,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context) {
+  return compute_conformal_metric({Points3::Zero(vertex_count, 3), faces}, &lengths, target_angles,
+                                  options, context);
+}
+
+namespace {
+
+// The checks that all do first; `lengths` may be null. Throws as they do.
+void validate_metric_input(const mesh::Surface& surface, const Points3* lengths,
+                           const std::vector<double>& target_angles, const MetricOptions& options) {
+  checked_targets(target_angles, checked_input(surface, lengths, options), options.tolerance);
+}
+
+}  // namespace
 
 void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options) {
   const bool seconds = metric.end == NewtonEnd::kSeconds;
@@ -460,6 +468,105 @@ void throw_not_reached(const ConformalMetric& metric, const MetricOptions& optio
                           std::to_string(metric.iterations) + " Newton steps with " +
                           std::to_string(metric.bits) + " bits (stopped by " + name_of(metric.end) +
                           "). " + cure);
+}
+
+namespace {
+
+using std::numbers::pi;
+
+constexpr int kMostRefinedSteps = 150;  // of Newton's method: if it helps, it helps soon
+constexpr double kLeastSeconds = 1e-3;  // what a run that has no time left is given
+constexpr double kFirstShare = 0.6;     // of the seconds, for the first of two ways
+
+// Vertices added at most: per vertex of the input, but this many are always allowed, and never
+// more than that.
+constexpr std::int64_t kMostGrowth = 30;
+constexpr std::int64_t kMostAnyway = 1000;
+constexpr std::int64_t kMostEver = 5'000'000;
+
+// The surface with points added where its intrinsic Delaunay triangulation is bad; null if it is
+// not, or cannot be split.
+std::unique_ptr<intrinsic::SplitSurface> refine_start(const mesh::Surface& surface,
+                                                      const Points3* lengths, Stats& stats,
+                                                      const ExecutionContext& context) {
+  const auto vertices = static_cast<Index>(surface.vertices.rows());
+  const Points3 sides =
+      lengths != nullptr ? *lengths : intrinsic::lengths_of(surface.vertices, surface.faces);
+  // Edges that doubles cannot tell from points: there is nothing to work with.
+  if (!sides.allFinite() || !(sides.minCoeff() > 0.0)) return nullptr;
+  const intrinsic::FlatSurface flat = intrinsic::make_flat_surface(vertices, surface.faces, sides);
+  intrinsic::RefinementOptions options;
+  options.max_added =
+      static_cast<Index>(std::clamp<std::int64_t>(kMostGrowth * vertices, kMostAnyway, kMostEver));
+  const intrinsic::RefinementPoints found =
+      intrinsic::find_refinement_points(flat, options, context);
+  stats["smallest_start_angle"] = found.smallest_angle;
+  stats["refinement_complete"] = static_cast<std::int64_t>(found.complete);
+  auto split = std::make_unique<intrinsic::SplitSurface>();
+  if (found.points.empty() || !intrinsic::split_surface(flat, found.points, context, *split))
+    return nullptr;
+  return split;
+}
+
+std::vector<double> refined_targets(const std::vector<double>& target_angles,
+                                    const intrinsic::SplitSurface& split) {
+  std::vector<double> targets = target_angles;
+  for (const char boundary : split.added_on_boundary) targets.push_back(boundary ? pi : 2 * pi);
+  return targets;
+}
+
+// The metric of the refined surface as far as it is reached; its `split` is null where there is
+// nothing to refine.
+RefinedMetric from_refined_start(const mesh::Surface& surface, const Points3* lengths,
+                                 const std::vector<double>& target_angles,
+                                 const MetricOptions& options, ExecutionContext& context) {
+  const Stopwatch watch;
+  RefinedMetric result;
+  Stats stats;
+  result.split = refine_start(surface, lengths, stats, context);
+  if (result.split == nullptr) return result;
+  stats["seconds_refinement"] = watch.seconds();
+  const intrinsic::SplitSurface& split = *result.split;
+  stats["intrinsic_refinement"] = static_cast<std::int64_t>(split.added.size());
+  MetricOptions share = options;
+  share.max_seconds = kFirstShare * options.max_seconds;
+  share.max_iterations = std::min(options.max_iterations, kMostRefinedSteps);
+  share.require_convergence = false;
+  result.metric = compute_conformal_metric(split.vertex_count, split.faces, split.lengths,
+                                           refined_targets(target_angles, split), share, context);
+  result.metric.added = split.added;
+  for (const auto& [name, value] : stats) result.metric.stats[name] = value;
+  return result;
+}
+
+}  // namespace
+
+RefinedMetric compute_refined_metric(const mesh::Surface& surface, const Points3* lengths,
+                                     const std::vector<double>& target_angles,
+                                     const MetricOptions& options, bool refine,
+                                     ExecutionContext& context) {
+  const auto compute = [&] {
+    const Stopwatch watch;
+    MetricOptions plain = options;
+    std::optional<double> reached;
+    if (refine) {
+      validate_metric_input(surface, lengths, target_angles, options);
+      context.report("refined start", 0.0);
+      // Where not even its start is possible the plain way is left.
+      Outcome<RefinedMetric> refined = attempt(
+          [&] { return from_refined_start(surface, lengths, target_angles, options, context); });
+      if (refined && refined->metric.converged) return std::move(*refined);
+      if (refined && refined->split != nullptr) reached = refined->metric.angle_error;
+      if (options.max_seconds > 0.0)
+        plain.max_seconds = std::max(kLeastSeconds, options.max_seconds - watch.seconds());
+    }
+    RefinedMetric result;
+    result.metric = compute_conformal_metric(surface, lengths, target_angles, plain, context);
+    if (reached) result.metric.stats["refined_start_error"] = *reached;
+    return result;
+  };
+  return in_time(context, options.max_seconds, "The conformal metric was not reached",
+                 "or spread the curvature over more vertices", compute);
 }
 
 }  // namespace flipfree::conformal

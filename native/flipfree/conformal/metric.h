@@ -7,12 +7,13 @@
 // ones to the final one.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/conformal/engine/conformal_metric.h"
 #include "flipfree/conformal/engine/engine.h"
+#include "flipfree/intrinsic/refined_start/split_surface.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::conformal {
@@ -31,20 +32,6 @@ struct MetricOptions {
   bool require_convergence =
       true;  // throw NotConverged; else return what was reached, converged = false
 };
-
-// Six significant digits.
-std::string short_text(double value);
-
-// The engine's input without targets. `lengths`: #F x 3 (metric.h), or null: those of the vertex
-// positions. Throws InvalidInput as compute_conformal_metric(). With lengths the positions are not
-// read.
-EngineInput checked_input(const mesh::Surface& surface, const Points3* lengths,
-                          const MetricOptions& options);
-
-// Positive, finite, one per vertex, and meeting Gauss-Bonnet: the angles of #F triangles sum to pi
-// #F. What rounding leaves of the remainder is spread evenly. Returns the targets to solve for.
-std::vector<double> checked_targets(const std::vector<double>& target, const EngineInput& input,
-                                    double tolerance);
 
 // `target_angles`: per vertex the total angle, interior 2 pi - curvature, boundary pi - geodesic
 // curvature. Errors: InvalidInput (mesh not valid, connected and free of isolated vertices; angles
@@ -65,17 +52,32 @@ ConformalMetric compute_conformal_metric(const mesh::Surface& surface, const Poi
                                          const std::vector<double>& target_angles,
                                          const MetricOptions& options, ExecutionContext& context);
 
-// The checks that all do first; `lengths` may be null. Throws as they do.
-void validate_metric_input(const mesh::Surface& surface, const Points3* lengths,
-                           const std::vector<double>& target_angles, const MetricOptions& options);
-
 // Newton's method in double, and from where rounding decides, with ever more bits.
-
-// `input`: with targets. Errors: NotConverged as compute_conformal_metric(), Cancelled.
-ConformalMetric climb_precision_ladder(const EngineInput& input, const MetricOptions& options,
-                                       ExecutionContext& context);
 
 // NotConverged, saying what a metric that did not converge reached.
 [[noreturn]] void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options);
+
+// The conformal metric from a refined start: points are added so that the intrinsic Delaunay
+// triangulation has no needles (delaunay_refinement.h), then the metric of the refined surface is
+// computed, flat at the points added (thesis 4.6.4).
+//
+// More vertices mean another discrete conformal class: the refined metric approximates the same
+// smooth one, but is not the same as that of the input's own vertices. It is therefore only used
+// where it is asked for.
+
+struct RefinedMetric {
+  ConformalMetric metric;  // of `split` if there is one: the input's vertices first, then its own
+  std::unique_ptr<intrinsic::SplitSurface> split;
+};
+
+// `lengths`: #F x 3, or null: those of the vertex positions. `refine`: first from a refined start,
+// and only where there is nothing to refine, or that fails, the plain way. Errors as
+// compute_conformal_metric. Of max_seconds the first of two ways gets a share. stats:
+// "intrinsic_refinement" (vertices added), and where refined "smallest_start_angle",
+// "seconds_refinement", "refinement_complete"; "refined_start_error" where that failed.
+RefinedMetric compute_refined_metric(const mesh::Surface& surface, const Points3* lengths,
+                                     const std::vector<double>& target_angles,
+                                     const MetricOptions& options, bool refine,
+                                     ExecutionContext& context);
 
 }  // namespace flipfree::conformal

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "flipfree/base/failure.h"
-#include "flipfree/numeric/two_product.h"
+#include "flipfree/numeric/predicates.h"
 
 namespace flipfree::conformal {
 

@@ -16,9 +16,7 @@
 #include "flipfree/base/stats.h"
 #include "flipfree/conformal/boundary_angles.h"
 #include "flipfree/conformal/metric.h"
-#include "flipfree/conformal/pinned_metric.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
 
 namespace flipfree::conformal {
@@ -124,8 +122,7 @@ class Searcher {
         search_(search),
         context_(context),
         faces_(surface.faces),
-        adjacency_(
-            mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces)),
+        adjacency_(mesh::build_adjacency(surface)),
         distance_(at(static_cast<Index>(surface.vertices.rows())), -1) {}
 
   // Exchanges until the linear model is content or none helps. False if there was none.
@@ -327,8 +324,8 @@ Tree shortest_tree(const mesh::Surface& surface, const std::vector<VertexId>& po
   return tree;
 }
 
-}  // namespace
-
+// Rounds angles (#V, of the cones given) to multiples. What rounding leaves goes to the next cone
+// on a shortest tree through all of them, leaves first.
 ConeSteps round_cones(const mesh::Surface& surface, const std::vector<double>& angles,
                       const std::vector<VertexId>& cones, double quantum, int most_steps) {
   ConeSteps out;
@@ -351,6 +348,8 @@ ConeSteps round_cones(const mesh::Surface& surface, const std::vector<double>& a
   return out;
 }
 
+// Searches from `start`; `measure` computes the true metric of some cones. Ends when the range is
+// allowed, or when no exchange helps any more; the best cones measured come back.
 FoundCones search_cones(const mesh::Surface& surface, const LinearPlacement& linear,
                         const ConeSearch& search, ConeSteps start,
                         const std::function<TrueScale(const ConeSteps&)>& measure,
@@ -372,8 +371,6 @@ FoundCones search_cones(const mesh::Surface& surface, const LinearPlacement& lin
   }
   return best;
 }
-
-namespace {
 
 using std::numbers::pi;
 
@@ -643,7 +640,7 @@ SuggestedCones cones_in_time(const mesh::Surface& surface, const SuggestConesOpt
 
   SuggestedCones out;
   context.report("suggest cones", 0.0);
-  const auto engine = make_double_engine(input, context);
+  const auto engine = make_engine(input, 53, context);
   Gradient gradient;
   engine->evaluate(kStartAccuracy, gradient, context);
   std::vector<char> pinned(p.on_boundary.begin(), p.on_boundary.end());

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/conformal/pinned_metric.h"
+#include "flipfree/conformal/boundary_angles.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::conformal {
@@ -65,11 +65,6 @@ class LinearPlacement {
 
 using ConeSteps = std::map<VertexId, int>;  // curvature of each cone, quanta; none is zero
 
-// Rounds angles (#V, of the cones given) to multiples. What rounding leaves goes to the next cone
-// on a shortest tree through all of them, leaves first.
-ConeSteps round_cones(const mesh::Surface& surface, const std::vector<double>& angles,
-                      const std::vector<VertexId>& cones, double quantum, int most_steps);
-
 struct ConeSearch {
   double quantum = 0.0;
   int most_steps = 3;     // of one cone: its angle stays positive
@@ -88,13 +83,6 @@ struct FoundCones {
   ConeSteps cones;
   double range = 0.0;  // of the true metric
 };
-
-// Searches from `start`; `measure` computes the true metric of some cones. Ends when the range is
-// allowed, or when no exchange helps any more; the best cones measured come back.
-FoundCones search_cones(const mesh::Surface& surface, const LinearPlacement& linear,
-                        const ConeSearch& search, ConeSteps start,
-                        const std::function<TrueScale(const ConeSteps&)>& measure,
-                        ExecutionContext& context);
 
 struct SuggestConesOptions {
   // Largest allowed ratio between the largest and the smallest scale (length) factor over all

@@ -14,13 +14,12 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/valid_map.h"
 #include "flipfree/mesh/cut.h"
-#include "flipfree/mesh/own_unit.h"
+#include "flipfree/mesh/face_area.h"
 
 namespace flipfree::distortion {
 namespace {
@@ -240,8 +239,7 @@ certify::Parametrization improve_clean(const mesh::Surface& surface, const Point
                                        const ImproveOptions& options, ExecutionContext& context) {
   const Stopwatch watch;
   require_valid_map(surface, corner_uv, context);
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const mesh::EdgeFlags cuts = mesh::uv_cuts(adjacency, corner_uv);
   const mesh::CutMesh cut = mesh::cut_along(surface.faces, adjacency, cuts);
   const std::vector<mesh::Chart> charts = mesh::split_into_charts(surface.vertices, cut);

@@ -7,7 +7,8 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
-#include "flipfree/base/stored.h"
+#include "flipfree/base/lists.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 #include "flipfree/mesh/islands.h"
@@ -72,16 +73,9 @@ class Repair {
         options_(options),
         points_(points),
         context_(context),
-        movable_(at(static_cast<Index>(points.rows())), 1) {
+        movable_(at(static_cast<Index>(points.rows())), 1),
+        corners_(corners_by_vertex(movable_.size(), faces)) {
     for (const VertexId v : options.fixed) movable_[at(v)] = 0;
-    offset_.assign(movable_.size() + 1, 0);
-    for (const Index v : faces.reshaped()) ++offset_[at(v) + 1];
-    for (std::size_t v = 0; v < movable_.size(); ++v) offset_[v + 1] += offset_[v];
-    corners_.resize(at(offset_.back()));
-    std::vector<Index> next(offset_.begin(), offset_.end() - 1);
-    for (Index c = 0; c < static_cast<Index>(faces.size()); ++c) {
-      corners_[at(next[at(faces.data()[c])]++)] = c;
-    }
     if (options.bijective) {
       boundary_ = find_boundary(static_cast<Index>(points.rows()), faces);
       edges_at_.resize(movable_.size());
@@ -110,8 +104,7 @@ class Repair {
           found.insert(found.end(), boundary_.loops[l].begin(), boundary_.loops[l].end());
       }
     }
-    std::sort(found.begin(), found.end());
-    found.erase(std::unique(found.begin(), found.end()), found.end());
+    sort_unique(found);
     return found;
   }
 
@@ -119,12 +112,11 @@ class Repair {
   std::vector<VertexId> grow(const std::vector<VertexId>& region) const {
     std::vector<VertexId> wider = region;
     for (const VertexId v : region) {
-      for (Index i = offset_[at(v)]; i < offset_[at(v) + 1]; ++i) {
-        for (int k = 0; k < 3; ++k) wider.push_back(faces_(corners_[at(i)] / 3, k));
+      for (const CornerId c : corners_[v]) {
+        for (int k = 0; k < 3; ++k) wider.push_back(faces_(c / 3, k));
       }
     }
-    std::sort(wider.begin(), wider.end());
-    wider.erase(std::unique(wider.begin(), wider.end()), wider.end());
+    sort_unique(wider);
     return wider;
   }
 
@@ -142,8 +134,7 @@ class Repair {
       faulty = seeds(bad);
       const std::size_t before = region.size();
       region.insert(region.end(), faulty.begin(), faulty.end());
-      std::sort(region.begin(), region.end());
-      region.erase(std::unique(region.begin(), region.end()), region.end());
+      sort_unique(region);
       if (!any || round % 2 == 1) region = grow(region);
       if (!any && region.size() == before) break;
     }
@@ -203,8 +194,8 @@ class Repair {
     Vector2 sum = Vector2::Zero();
     double radius = 0;
     int count = 0;
-    for (Index i = offset_[at(v)]; i < offset_[at(v) + 1]; ++i) {
-      for (const CornerId c : {next_corner(corners_[at(i)]), previous_corner(corners_[at(i)])}) {
+    for (const CornerId own : corners_[v]) {
+      for (const CornerId c : {next_corner(own), previous_corner(own)}) {
         const Vector2 p = points_.row(faces_.data()[c]).transpose();
         sum += p;
         radius = std::max(radius, (p - points_.row(v).transpose()).norm());
@@ -220,8 +211,8 @@ class Repair {
   double score(VertexId v, double enough) const {
     double lowest = std::numeric_limits<double>::infinity();
     double penalty = 0;
-    for (Index i = offset_[at(v)]; i < offset_[at(v) + 1]; ++i) {
-      const FaceId f = corners_[at(i)] / 3;
+    for (const CornerId own : corners_[v]) {
+      const FaceId f = own / 3;
       const Vector2 a = points_.row(faces_(f, 0)).transpose();
       const Vector2 b = points_.row(faces_(f, 1)).transpose();
       const Vector2 c = points_.row(faces_(f, 2)).transpose();
@@ -285,8 +276,7 @@ class Repair {
   const ExecutionContext& context_;
   double enough_ = kFirstHeight;
   std::vector<char> movable_;
-  std::vector<Index> offset_;
-  std::vector<CornerId> corners_;
+  Lists<CornerId> corners_;
   Boundary boundary_;
   std::vector<std::vector<Index>> edges_at_;
   std::vector<Index> near_;

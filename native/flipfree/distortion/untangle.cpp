@@ -10,6 +10,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/foldover_free.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -36,25 +37,6 @@ constexpr double kSlowPace = 0.1;
 constexpr int kLocalHessian = 27;
 
 }  // namespace
-
-std::vector<FaceId> find_flips(const Triangles& faces, const Points2& uv,
-                               const ExecutionContext& context) {
-  const auto count = static_cast<std::size_t>(faces.rows());
-  std::vector<std::vector<FaceId>> found(chunk_count(count, kUntangleGrain));
-  parallel_for(context, count, kUntangleGrain,
-               [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                 for (std::size_t f = begin; f < end; ++f) {
-                   const auto corner = [&](Index k) {
-                     return uv.row(faces(static_cast<Eigen::Index>(f), k)).data();
-                   };
-                   if (numeric::orientation(corner(0), corner(1), corner(2)) <= 0)
-                     found[chunk].push_back(static_cast<FaceId>(f));
-                 }
-               });
-  std::vector<FaceId> all;
-  for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
-  return all;
-}
 
 Untangler::Untangler(const mesh::Surface& surface, const std::vector<char>& fixed,
                      ExecutionContext& context)
@@ -268,7 +250,7 @@ UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& opt
                               ExecutionContext& context) {
   UntangleResult result;
   result.uv = initial;
-  result.flips = static_cast<Index>(find_flips(surface_.faces, initial, context).size());
+  result.flips = static_cast<Index>(flipped_faces(surface_.faces, initial, context).size());
   if (unknowns_ == 0) return result;
   guards_ = static_cast<std::size_t>(options.guards);
   double target_area = options.target_area;
@@ -338,7 +320,7 @@ UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& opt
     } else {
       energy(result.uv, options.lambda, epsilon, least, context);
     }
-    result.flips = static_cast<Index>(find_flips(surface_.faces, result.uv, context).size());
+    result.flips = static_cast<Index>(flipped_faces(surface_.faces, result.uv, context).size());
     if (result.flips == 0 && extra++ >= options.extra_iterations) break;
     if (least > 0.9 * best) {
       best = least;

@@ -88,8 +88,4 @@ class Untangler {
   numeric::SparseCholesky cholesky_;
 };
 
-// Faces that are not positively oriented, by exact test, ascending.
-std::vector<FaceId> find_flips(const Triangles& faces, const Points2& uv,
-                               const ExecutionContext& context);
-
 }  // namespace flipfree::distortion

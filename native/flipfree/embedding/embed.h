@@ -13,9 +13,40 @@
 #include "flipfree/base/stats.h"
 #include "flipfree/base/types.h"
 #include "flipfree/embedding/disk/disk.h"
-#include "flipfree/embedding/embedding.h"
 
 namespace flipfree::embedding {
+// Inner edges whose two ends lie on one straight side of the target polygon: no straight-line map
+// exists with them, so they are split at their midpoints. Chords between different sides,
+// separating triangles and everything else are kept (thesis 3.2.2 and 3.3 phase 3 split every edge
+// between boundary vertices).
+
+// A disk in the plane, with the vertices that it needed beyond its own (embed.h).
+
+// A vertex put on an inner edge whose ends lie on one straight side of the polygon. Its id is #V +
+// its place in the list.
+struct SplitVertex {
+  VertexId a = kInvalid;
+  VertexId b = kInvalid;
+  double t = 0.5;  // at (1 - t) a + t b
+};
+
+// The methods of the ladder (embed.h), and a map that was given and is valid.
+enum class Rung { kTutte, kInitial, kSchnyder, kRepair, kProgressive };
+
+struct Embedding {
+  Rung rung = Rung::kTutte;  // that made it
+  Points2 uv;       // #V' x 2, the input's vertices first; boundary rows equal the given positions
+  Triangles faces;  // #F' x 3
+  std::vector<SplitVertex> added;   // #V' - #V
+  std::vector<FaceId> parent_face;  // #F'
+};
+
+// Half-edges (one per edge) of inner edges between boundary vertices that have to be split, because
+// a point of the polygon between their ends does not lie strictly beyond them, exactly, as given or
+// (if float32) as stored, or does so by less than four units in the last place. Cost: O(#F).
+std::vector<HalfedgeId> chords_to_split(const Triangles& faces, Index vertex_count,
+                                        const std::vector<VertexId>& loop, const Points2& boundary,
+                                        bool float32);
 
 enum class EmbedMethod {
   kLadder,       // the rungs above

@@ -2,26 +2,100 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
+#include "flipfree/base/context.h"
 #include "flipfree/base/failure.h"
+#include "flipfree/base/types.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/measures.h"
-#include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/minimize.h"
-#include "flipfree/embedding/chords.h"
+#include "flipfree/distortion/valid_map.h"
+#include "flipfree/embedding/disk/disk.h"
+#include "flipfree/embedding/embed.h"
 #include "flipfree/embedding/progressive/planar_map.h"
 #include "flipfree/embedding/progressive/progressive.h"
-#include "flipfree/embedding/roomy_boundary.h"
 #include "flipfree/embedding/tutte/tutte.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/validate.h"
 
 namespace flipfree::embedding {
 namespace {
+
+// A circle for a disk's boundary, with room where the disk's own edges need it.
+//
+// An edge between two boundary vertices is a chord, fixed by its ends. Where vertices are many the
+// circle turns between the ends of short chords by less than 32 bits can tell: the tip of a strip
+// of 100 000 squares, spaced by length, is 1600 chords one behind the other between points that lie
+// on one line as stored. There the points have to be further apart.
+
+using Size = std::size_t;
+
+// An edge's share grows by at most 2^this; a strip of a million squares needs 2^12.
+constexpr int kMostDoublings = 24;
+
+// Doubles the edges on the shorter side of each chord.
+void widen(std::vector<double>& lengths, const std::vector<HalfedgeId>& chords,
+           const Triangles& faces, const std::vector<Index>& place) {
+  const Size n = lengths.size();
+  std::vector<double> along(n + 1, 0.0);  // up to point i
+  std::partial_sum(lengths.begin(), lengths.end(), along.begin() + 1);
+  std::vector<int> starts(n + 1, 0);  // of arcs to double at edge i, less those that have ended
+  const auto mark = [&](Size from, Size to) {
+    ++starts[from];
+    --starts[to];
+  };
+  for (const HalfedgeId h : chords) {
+    const auto i = static_cast<Size>(place[static_cast<Size>(faces.data()[h])]);
+    const auto j = static_cast<Size>(place[static_cast<Size>(faces.data()[next_corner(h)])]);
+    const Size low = std::min(i, j), high = std::max(i, j);
+    const double between = along[high] - along[low];
+    if (2.0 * between <= along[n]) {
+      mark(low, high);
+    } else {
+      mark(0, low);
+      mark(high, n);
+    }
+  }
+  int arcs = 0;
+  for (Size i = 0; i < n; ++i) {
+    arcs += starts[i];
+    if (arcs > 0) lengths[i] *= 2.0;
+  }
+}
+
+// place_boundary(), but of a circle the edges beyond chords without room get twice as
+// much of it until all have room; positions that 32 bits cannot keep in strictly convex order are
+// 64-bit numbers then. Where that does not come to an end, and for other shapes:
+// place_boundary()'s. loop: the boundary vertices in order; lengths as place_boundary() has them.
+// Throws what that does, Cancelled. Cost: O(#F) for each doubling, none as a rule.
+Points2 place_with_room(BoundaryShape shape, const std::vector<double>& lengths,
+                        const Triangles& faces, Index vertex_count,
+                        const std::vector<VertexId>& loop, const ExecutionContext& context) {
+  const Points2 given = place_boundary(shape, lengths).positions;
+  if (shape != BoundaryShape::kCircle) return given;
+  const auto without_room = [&](const Points2& positions) {
+    context.check();
+    return chords_to_split(faces, vertex_count, loop, positions, true);
+  };
+  std::vector<HalfedgeId> chords = without_room(given);
+  std::vector<Index> place(static_cast<Size>(vertex_count), kInvalid);
+  for (Size i = 0; i < loop.size(); ++i) place[static_cast<Size>(loop[i])] = static_cast<Index>(i);
+  std::vector<double> wider = lengths;
+  for (int doubling = 0; doubling < kMostDoublings && !chords.empty(); ++doubling) {
+    widen(wider, chords, faces, place);
+    const Points2 positions = spread_on_circle(wider);
+    chords = without_room(positions);
+    if (chords.empty() && is_strictly_convex(positions)) return positions;
+  }
+  return given;
+}
 
 using Size = std::size_t;
 
@@ -34,8 +108,7 @@ struct Boundary {
 };
 
 std::vector<VertexId> own_loop(const mesh::Surface& surface) {
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   return mesh::boundary_loops(surface.faces, adjacency).front();
 }
 

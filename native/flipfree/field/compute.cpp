@@ -9,17 +9,13 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
-#include "flipfree/field/guidance.h"
 #include "flipfree/field/prescribed.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/field/smoothest.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/validate.h"
 
 namespace flipfree::field {
 namespace {
-
-mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
-  return mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-}
 
 void check(const FieldOptions& options, const mesh::Surface& surface) {
   const auto refuse = [](const std::string& what) { throw_invalid(ErrorCode::kBadOption, what); };
@@ -93,7 +89,7 @@ FoundField compute(const mesh::Surface& surface, const FieldOptions& options,
                    ExecutionContext& context) {
   const Stopwatch clock;
   mesh::validate(surface, {}, context);
-  const mesh::Adjacency adjacency = adjacency_of(surface);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   check(options, surface);
   const Frames own = measure_frames(surface);
   const Frames frames =
@@ -132,8 +128,7 @@ FoundField compute(const mesh::Surface& surface, const FieldOptions& options,
 // Without the edges of faces at inner vertices of no quarter turn.
 IndexPairs possible_edges(const IndexPairs& edges, const mesh::Surface& surface,
                           const std::vector<Index>& cones) {
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(cones.size()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   std::vector<std::pair<VertexId, VertexId>> impossible;
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
     const VertexId v = mesh::source(surface.faces, h);
@@ -192,7 +187,7 @@ CrossField read_field(const mesh::Surface& surface, const GivenField& given,
                                             std::to_string(faces) +
                                             " faces. Give the mesh that the field was made for.");
   }
-  const mesh::Adjacency adjacency = adjacency_of(surface);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const Frames frames = measure_frames(surface);
   if (directions == 0) return field_of_rotation(adjacency, frames, given.rotation);
   std::vector<double> angle = angles_of(surface, given.directions);
@@ -204,7 +199,7 @@ CrossField read_field(const mesh::Surface& surface, const GivenField& given,
 }
 
 GivenField describe(const mesh::Surface& surface, const CrossField& field) {
-  const mesh::Adjacency adjacency = adjacency_of(surface);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   return {directions_of(surface, field.angle),
           rotation_form(adjacency, measure_frames(surface), field),
           quarters_across(adjacency, field)};
@@ -212,7 +207,7 @@ GivenField describe(const mesh::Surface& surface, const CrossField& field) {
 
 Signature read_signature(const mesh::Surface& surface, const CrossField& field,
                          const ExecutionContext& context) {
-  const mesh::Adjacency adjacency = adjacency_of(surface);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   return signature_of(surface, adjacency, measure_frames(surface), field, context);
 }
 

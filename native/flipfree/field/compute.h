@@ -1,12 +1,12 @@
 // Cross fields for users: smoothest, following curvature, edges or the boundary, or with a
 // signature.
 //
-//   follow_curvature(), follow_edges()  guidance/guidance.h     what each face is asked for
-//   sized_frames()                      guidance/sized_frames.h for maps of varying size
-//   smoothest()                         smoothest/smoothest.h   directions
-//   match_nearest()                     topology/               integers
-//   field_with_signature()              prescribed/             the other way round
-//   simplify()                          prescribed/simplify.h   fewer cones
+//   follow_curvature(), follow_edges()  smoothest.h    what each face is asked for
+//   sized_frames()                      smoothest.h    for maps of varying size
+//   smoothest()                         smoothest.h    directions
+//   match_nearest()                     turning.h      integers
+//   field_with_signature()              prescribed.h   the other way round
+//   simplify()                          prescribed.h   fewer cones
 #pragma once
 
 #include <optional>

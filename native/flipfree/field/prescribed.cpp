@@ -20,7 +20,7 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/field/cross_field.h"
 #include "flipfree/field/turning.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/numeric/dense_factors.h"
 
 namespace flipfree::field {
@@ -312,6 +312,15 @@ std::optional<std::vector<std::int64_t>> whole_solution(const Eigen::MatrixXd& a
   return std::vector<std::int64_t>(sum.begin() + static_cast<std::ptrdiff_t>(rows), sum.end());
 }
 
+// Raises the matching along a chain of half-edges, head to tail, by so much.
+void add_along(const mesh::Adjacency& adjacency, const std::vector<HalfedgeId>& chain, Index by,
+               CrossField& field) {
+  for (const HalfedgeId h : chain) {
+    field.matching[at(h)] += by;
+    field.matching[at(adjacency.opposite[at(h)])] -= by;
+  }
+}
+
 void meet_loops(const Triangles& faces, const mesh::Adjacency& adjacency,
                 const std::vector<LoopTurn>& loops, const TreeCotree& tree, const Borders& borders,
                 CrossField& field) {
@@ -402,14 +411,6 @@ void choose_turns(const Triangles& faces, const mesh::Adjacency& adjacency, cons
 }
 
 }  // namespace
-
-void add_along(const mesh::Adjacency& adjacency, const std::vector<HalfedgeId>& chain, Index by,
-               CrossField& field) {
-  for (const HalfedgeId h : chain) {
-    field.matching[at(h)] += by;
-    field.matching[at(adjacency.opposite[at(h)])] -= by;
-  }
-}
 
 CrossField field_with_signature(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                 const Frames& frames, const std::vector<Index>& cones,

@@ -73,10 +73,6 @@ CrossField field_with_signature(const mesh::Surface& surface, const mesh::Adjace
                                 const std::optional<std::vector<LoopTurn>>& loops,
                                 ExecutionContext& context);
 
-// Raises the matching along a chain of half-edges, head to tail, by so much.
-void add_along(const mesh::Adjacency& adjacency, const std::vector<HalfedgeId>& chain, Index by,
-               CrossField& field);
-
 // Fewer and gentler cones: near pairs that cancel are merged, cones of one quarter turn share their
 // curvature with a neighbour. Quarter turns are moved along chains of edges, so that the rest of
 // the signature stays as it is (prescribed.h).

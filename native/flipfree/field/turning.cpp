@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
-#include "flipfree/intrinsic/dual_tree.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/intrinsic/loops.h"
+#include "flipfree/mesh/adjacency.h"
 
 namespace flipfree::field {
 
@@ -57,17 +57,6 @@ Index turning_number(const mesh::Adjacency& adjacency, const CrossField& field,
     turns += turn_at_corner(entered, leaving);
   }
   return turns;
-}
-
-bool satisfies_gauss_bonnet(const Triangles& faces, const mesh::Adjacency& adjacency,
-                            const std::vector<Index>& cones) {
-  std::int64_t lacking = 0;
-  for (std::size_t v = 0; v < cones.size(); ++v) {
-    const HalfedgeId h = adjacency.vertex_halfedge[v];
-    if (h == kInvalid) continue;
-    lacking += (adjacency.opposite[at(h)] == kInvalid ? 2 : 4) - cones[v];
-  }
-  return lacking == 4 * std::int64_t{mesh::topology(faces, adjacency).euler()};
 }
 
 std::vector<DualLoop> boundary_strips(const Triangles& faces, const mesh::Adjacency& adjacency) {

@@ -37,11 +37,6 @@ Index turn_at_corner(HalfedgeId entered, HalfedgeId leaving);
 Index turning_number(const mesh::Adjacency& adjacency, const CrossField& field,
                      const DualLoop& loop);
 
-// Is the sum of 4 - k, on the boundary 2 - k, four times the Euler characteristic (Gauss-Bonnet;
-// Poincare-Hopf for the field)? In integers; every field passes. Cost: O(#F).
-bool satisfies_gauss_bonnet(const Triangles& faces, const mesh::Adjacency& adjacency,
-                            const std::vector<Index>& cones);
-
 // The strips of faces along each boundary loop, which runs on their right hand, in the order of
 // mesh::boundary_loops(); empty where the strip shrinks to a point. Cost: O(#F).
 std::vector<DualLoop> boundary_strips(const Triangles& faces, const mesh::Adjacency& adjacency);

@@ -8,23 +8,191 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
+#include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/measures.h"
 #include "flipfree/distortion/alignment/align.h"
 #include "flipfree/distortion/seams/seams.h"
-#include "flipfree/field/guidance.h"
+#include "flipfree/field/smoothest.h"
 #include "flipfree/field/turning.h"
-#include "flipfree/holonomy/engines.h"
-#include "flipfree/holonomy/loops.h"
 #include "flipfree/holonomy/needed_topology.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/refined/provenance.h"
+#include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/exact/parts.h"
 #include "flipfree/seamless/exact/take_back.h"
+#include "flipfree/seamless/padding/padding.h"
 #include "flipfree/seamless/request.h"
 
 namespace flipfree::holonomy {
+namespace {
+
+// The cuts of all components of a surface, as one refined surface.
+
+// Adds the cut of a component, given as a chart of the input.
+void add_piece(const mesh::Chart& chart, const mesh::CutMesh& open, seamless::AdmissibleCut cut,
+               RefinedPieces& out) {
+  const auto own_count = static_cast<Index>(chart.vertices.size());
+  std::vector<VertexId> name;
+  for (const VertexId v : chart.vertices) name.push_back(open.vertex_origin[at(v)]);
+  Points3& vertices = out.surface.vertices;
+  auto next = static_cast<VertexId>(vertices.rows());
+  vertices.conservativeResize(vertices.rows() + cut.surface.vertices.rows() - own_count, 3);
+  for (VertexId v = own_count; v < static_cast<VertexId>(cut.surface.vertices.rows()); ++v) {
+    mesh::SurfacePoint point = cut.provenance.vertex[at(v)];
+    point.face = chart.faces[at(point.face)];
+    out.provenance.vertex.push_back(point);
+    vertices.row(next) = cut.surface.vertices.row(v);
+    name.push_back(next++);
+  }
+  Triangles& faces = out.surface.faces;
+  const Eigen::Index first = faces.rows();
+  faces.conservativeResize(first + cut.surface.faces.rows(), 3);
+  for (Eigen::Index f = 0; f < cut.surface.faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) faces(first + f, k) = name[at(cut.surface.faces(f, k))];
+    out.provenance.face.push_back(chart.faces[at(cut.provenance.face[at(f)])]);
+  }
+  out.cuts.push_back(std::move(cut));
+}
+
+// `cones`: quarter turns per vertex. Cost: that of the cuts.
+RefinedPieces cut_components(const mesh::Surface& input, const std::vector<Index>& cones,
+                             const seamless::CutMaker& make_cut, ExecutionContext& context) {
+  const auto vertex_count = static_cast<Index>(input.vertices.rows());
+  const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, input.faces);
+  const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
+  const mesh::CutMesh open = mesh::cut_along(input.faces, adjacency, none);
+  const std::vector<mesh::Chart> charts = mesh::split_into_charts(input.vertices, open);
+  RefinedPieces out;
+  out.surface.vertices = input.vertices;
+  out.provenance.vertex.resize(at(vertex_count));
+  for (CornerId c = 0; c < 3 * static_cast<Index>(input.faces.rows()); ++c)
+    out.provenance.vertex[at(input.faces(c / 3, c % 3))] = {c / 3, Vector3::Unit(c % 3)};
+  for (std::size_t i = 0; i < charts.size(); ++i) {
+    const ProgressRange range(context, i, charts.size());
+    std::vector<Index> own;
+    for (const VertexId v : charts[i].vertices) own.push_back(cones[at(open.vertex_origin[at(v)])]);
+    add_piece(charts[i], open, make_cut(charts[i].surface, own, charts[i].faces, context), out);
+  }
+  return out;
+}
+
+// Cuts one component, whose face f is the surface's faces[f]; `straight`: along the field where
+// that is nearer.
+seamless::CutMaker turning_cutter(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                  const field::CrossField& field, bool straight,
+                                  seamless::Reroutings& done) {
+  std::vector<double> rotation;
+  if (straight) rotation = field::rotation_form(adjacency, field::measure_frames(surface), field);
+  return [&, rotation](const mesh::Surface& component, const std::vector<Index>& cones,
+                       const std::vector<FaceId>& faces, ExecutionContext& context) {
+    const auto turning = [&](const intrinsic::DualLoop& strip) {
+      field::DualLoop on_surface;
+      for (const HalfedgeId h : strip)
+        on_surface.push_back(3 * faces[static_cast<std::size_t>(h / 3)] + h % 3);
+      return field::turning_number(adjacency, field, on_surface);
+    };
+    std::vector<double> crossings;
+    for (std::size_t f = 0; f < faces.size() && !rotation.empty(); ++f) {
+      for (Index k = 0; k < 3; ++k)
+        crossings.push_back(-rotation[static_cast<std::size_t>(3 * faces[f] + k)]);
+    }
+    return seamless::make_turning_cut(component, cones, {turning, std::move(crossings), &done},
+                                      context);
+  };
+}
+
+// Loops turn as they happen to (thesis 5).
+seamless::AdmissibleCut bare_cut(const mesh::Surface& component, const std::vector<Index>& cones,
+                                 const std::vector<FaceId>&, ExecutionContext& context) {
+  return seamless::make_admissible_cut(component, cones, context);
+}
+
+seamless::PennerMap without_flips(seamless::PennerMap found) {
+  if (found.map.certificate.flips64 == 0) return found;
+  throw certify::CertificateFailed("The field-aligned map", certify::in_input_faces(found.map));
+}
+
+seamless::PennerMap padded(const mesh::Surface& surface, const NeededTopology& needed,
+                           const seamless::CutMaker& cutter, const seamless::Reroutings& done,
+                           const seamless::PennerMapOptions& options, ExecutionContext& context) {
+  seamless::PennerMap found =
+      without_flips(seamless::compute_padding_map(surface, needed.cones, cutter, options, context));
+  Stats& stats = found.map.stats;
+  stats["engine"] = std::string("padding");
+  stats["reroutings.loops"] = static_cast<std::int64_t>(done.loops);
+  stats["reroutings.guided"] = static_cast<std::int64_t>(done.shortest);
+  stats["reroutings.fallback"] = static_cast<std::int64_t>(done.fallback);
+  stats["reroutings.quarters"] = static_cast<std::int64_t>(done.quarters);
+  stats["reroutings.straight"] = static_cast<std::int64_t>(done.straight);
+  return found;
+}
+
+// Along cuts that are straight along the field; where their metric is not reached, along short
+// ones.
+seamless::PennerMap rerouted(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                             const field::CrossField& field, const NeededTopology& needed,
+                             const seamless::PennerMapOptions& options, ExecutionContext& context) {
+  seamless::Reroutings done;
+  const auto along = [&](bool straight) {
+    done = {};
+    return padded(surface, needed, turning_cutter(surface, adjacency, field, straight, done), done,
+                  options, context);
+  };
+  auto first = attempt([&] { return along(true); });
+  if (first) return std::move(*first);
+  if (done.straight == 0) throw NotConverged(first.error());
+  auto second = attempt([&] { return along(false); });
+  if (!second) throw NotConverged(first.error());
+  return std::move(*second);
+}
+
+}  // namespace
+
+RefinedPieces field_cut(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                        const field::CrossField* field, const std::vector<Index>& cones,
+                        seamless::Reroutings& done, ExecutionContext& context) {
+  return cut_components(
+      surface, cones,
+      field != nullptr ? turning_cutter(surface, adjacency, *field, true, done) : bare_cut,
+      context);
+}
+
+seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                               const field::CrossField& field, const NeededTopology& needed,
+                               seamless::Engine which, bool reroute,
+                               const seamless::PennerMapOptions& options,
+                               ExecutionContext& context) {
+  const bool open = std::find(adjacency.opposite.begin(), adjacency.opposite.end(), kInvalid) !=
+                    adjacency.opposite.end();
+  if (which == seamless::Engine::kPadding) {
+    if (open) {
+      throw_invalid(ErrorCode::kBadOption,
+                    "The engine \"padding\" does not know surfaces with a boundary. Take the "
+                    "engine \"penner\" or \"auto\".");
+    }
+    if (reroute) return rerouted(surface, adjacency, field, needed, options, context);
+    return padded(surface, needed, bare_cut, {}, options, context);
+  }
+  const auto by_penner = [&] {
+    seamless::PennerMap found = without_flips(
+        seamless::compute_penner_map(surface, needed.cones, needed.loops, options, context));
+    found.map.stats["engine"] = std::string("penner");
+    return found;
+  };
+  if (which == seamless::Engine::kPenner || open) return by_penner();
+  auto first = attempt(by_penner);
+  if (first) return std::move(*first);
+  auto second =
+      attempt([&] { return rerouted(surface, adjacency, field, needed, options, context); });
+  if (!second) throw NotConverged(first.error());
+  return std::move(*second);
+}
 
 namespace {
 
@@ -141,6 +309,98 @@ void add_angles(const distortion::CutMap& cut, const std::vector<double>& direct
   stats["angle_p95"] = sorted[i].first;
 }
 
+// Per face of the refinement: quarter turns from its parent's direction to the one that is chosen.
+std::vector<Index> choose(const Refined& refined, const mesh::EdgeFlags& cuts,
+                          const mesh::Surface& input, const mesh::Adjacency& input_adjacency,
+                          const std::vector<Index>& quarters) {
+  std::vector<Index> turned(refined.parent_face.size(), kInvalid);
+  std::vector<FaceId> queue;
+  for (FaceId first = 0; at(first) < turned.size(); ++first) {
+    if (turned[at(first)] != kInvalid) continue;
+    turned[at(first)] = 0;
+    queue.assign(1, first);
+    for (std::size_t i = 0; i < queue.size(); ++i) {
+      for (HalfedgeId h = 3 * queue[i]; h < 3 * queue[i] + 3; ++h) {
+        const HalfedgeId o = refined.adjacency.opposite[at(h)];
+        if (o == kInvalid || cuts[at(h)] != 0 || turned[at(o / 3)] != kInvalid) continue;
+        const HalfedgeId side = input_halfedge(refined, input, input_adjacency, h);
+        // This face's direction goes with the neighbour's, turned by so many quarters.
+        const Index across = side == kInvalid ? 0 : quarters[at(side)];
+        turned[at(o / 3)] = (turned[at(queue[i])] + across) % 4;
+        queue.push_back(o / 3);
+      }
+    }
+  }
+  return turned;
+}
+
+// A unit vector of the face, `angle` from its first edge, in the map; any positive length.
+Vector2 mapped(const mesh::Surface& surface, FaceId f, double angle, const Points2& corner_uv) {
+  const Vector3 p = surface.vertices.row(surface.faces(f, 0));
+  const Vector3 a = Vector3(surface.vertices.row(surface.faces(f, 1))) - p;
+  const Vector3 b = Vector3(surface.vertices.row(surface.faces(f, 2))) - p;
+  // b is `right` along a and `left` to the left of it.
+  const double right = a.dot(b) / a.norm(), left = a.cross(b).norm() / a.norm();
+  const double second = std::sin(angle) / left;
+  const double first = (std::cos(angle) - second * right) / a.norm();
+  return first * (corner_uv.row(3 * f + 1) - corner_uv.row(3 * f)).transpose() +
+         second * (corner_uv.row(3 * f + 2) - corner_uv.row(3 * f)).transpose();
+}
+
+// Turns the UVs (3 #F x 2) of each component of the surface, as a whole, so that the map takes the
+// directions to +u in the mean by area. `upright`: components with a boundary, which runs along the
+// axes, turn by whole quarters. Cost: O(#F).
+void turn_towards(const Refined& refined, const std::vector<double>& direction, bool upright,
+                  Points2& corner_uv) {
+  const mesh::Components parts = mesh::face_components(refined.adjacency);
+  std::vector<char> by_quarters(at(parts.count), 0);
+  for (std::size_t h = 0; upright && h < refined.adjacency.opposite.size(); ++h) {
+    if (refined.adjacency.opposite[h] == kInvalid) by_quarters[at(parts.of_face[h / 3])] = 1;
+  }
+  std::vector<std::complex<double>> mean(at(parts.count), 0.0);
+  for (FaceId f = 0; at(f) < direction.size(); ++f) {
+    const Vector2 d = mapped(refined.surface, f, direction[at(f)], corner_uv);
+    const double length = d.norm();
+    if (!(length > 0.0) || !std::isfinite(length)) continue;
+    const Vector3 p = refined.surface.vertices.row(refined.surface.faces(f, 0));
+    const Vector3 a = Vector3(refined.surface.vertices.row(refined.surface.faces(f, 1))) - p;
+    const Vector3 b = Vector3(refined.surface.vertices.row(refined.surface.faces(f, 2))) - p;
+    mean[at(parts.of_face[at(f)])] +=
+        0.5 * a.cross(b).norm() / length * std::complex<double>(d.x(), d.y());
+  }
+  for (std::size_t part = 0; part < mean.size(); ++part) {
+    if (by_quarters[part] == 0) continue;
+    constexpr std::complex<double> kQuarters[] = {{1.0, 0.0}, {0.0, 1.0}, {-1.0, 0.0}, {0.0, -1.0}};
+    const double quarters = std::arg(mean[part]) / (0.5 * std::numbers::pi);
+    mean[part] = kQuarters[at(static_cast<Index>(std::lround(quarters)) & 3)];
+  }
+  for (CornerId c = 0; c < static_cast<CornerId>(corner_uv.rows()); ++c) {
+    const std::complex<double> m = mean[at(parts.of_face[at(c / 3)])];
+    if (!(std::abs(m) > 0.0)) continue;
+    const std::complex<double> z =
+        std::complex<double>(corner_uv(c, 0), corner_uv(c, 1)) * std::conj(m) / std::abs(m);
+    corner_uv.row(c) << z.real(), z.imag();
+  }
+}
+
+// Per face of the refinement: angle from its half-edge 3 f to the direction, counter-clockwise. The
+// first face of each piece between cuts begins, with the field's own direction. Precondition: cut
+// along `cuts`, the surface consists of disks without cones inside. Cost: O(#F).
+std::vector<double> combed_directions(const Refined& refined, const mesh::EdgeFlags& cuts,
+                                      const mesh::Surface& input,
+                                      const mesh::Adjacency& input_adjacency,
+                                      const field::CrossField& field) {
+  const std::vector<Index> turned =
+      choose(refined, cuts, input, input_adjacency, field::quarters_across(input_adjacency, field));
+  const Points3 of_parent = field::directions_of(input, field.angle);
+  Points3 own(static_cast<Eigen::Index>(turned.size()), 3);
+  for (FaceId f = 0; at(f) < turned.size(); ++f)
+    own.row(f) = of_parent.row(refined.parent_face[at(f)]);
+  std::vector<double> angle = field::angles_of(refined.surface, own);
+  for (std::size_t f = 0; f < turned.size(); ++f) angle[f] += turned[f] * 0.5 * std::numbers::pi;
+  return angle;
+}
+
 // The second half: an engine's map that is to follow the field, as a map of `given`: the surface,
 // or what it was before parts of it were enlarged.
 certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surface& surface,
@@ -149,8 +409,7 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
                                      ExecutionContext& context) {
   const bool aligned = options.boundary == seamless::Boundary::kAligned;
   certify::Parametrization& map = found.map;
-  const mesh::Adjacency own =
-      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const mesh::Adjacency own = mesh::build_adjacency(map.surface);
   const Refined refined{map.surface, own, map.parent_face};
   const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, own, map.cut_edges);
   const seamless::Strips strips =
@@ -250,8 +509,7 @@ EngineMaps maps_without_side_chords(const mesh::Surface& surface, const mesh::Ad
   }
   if (!divided) return engine_maps(surface, adjacency, field, needed, options, context);
   const seamless::DividedSurface& pieces = divided->pieces;
-  const mesh::Adjacency own = mesh::build_adjacency(
-      static_cast<Index>(pieces.surface.vertices.rows()), pieces.surface.faces);
+  const mesh::Adjacency own = mesh::build_adjacency(pieces.surface);
   AlignedOptions of_pieces = options;
   of_pieces.engine.uncuttable = divided->uncuttable;
   EngineMaps maps;
@@ -308,8 +566,7 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
   if (!aligned) options.boundary = seamless::Boundary::kTurning;
   seamless::check_surface(surface, context);
   field::check_sizing(options.sizing, surface);
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const NeededTopology needed = needed_topology(surface, adjacency, field, aligned, context);
   check_cones(needed.cones, surface, adjacency, aligned, context);
   return seamless::solve_in_scale(surface, adjacency, [&](const seamless::EnlargedParts* parts) {
@@ -327,96 +584,6 @@ certify::Parametrization compute_field_aligned_map(const mesh::Surface& surface,
   return in_time(context, options.max_seconds, "The field-aligned map was not reached",
                  "or simplify the field",
                  [&] { return map_in_time(surface, field, options, context); });
-}
-
-namespace {
-
-// Per face of the refinement: quarter turns from its parent's direction to the one that is chosen.
-std::vector<Index> choose(const Refined& refined, const mesh::EdgeFlags& cuts,
-                          const mesh::Surface& input, const mesh::Adjacency& input_adjacency,
-                          const std::vector<Index>& quarters) {
-  std::vector<Index> turned(refined.parent_face.size(), kInvalid);
-  std::vector<FaceId> queue;
-  for (FaceId first = 0; at(first) < turned.size(); ++first) {
-    if (turned[at(first)] != kInvalid) continue;
-    turned[at(first)] = 0;
-    queue.assign(1, first);
-    for (std::size_t i = 0; i < queue.size(); ++i) {
-      for (HalfedgeId h = 3 * queue[i]; h < 3 * queue[i] + 3; ++h) {
-        const HalfedgeId o = refined.adjacency.opposite[at(h)];
-        if (o == kInvalid || cuts[at(h)] != 0 || turned[at(o / 3)] != kInvalid) continue;
-        const HalfedgeId side = input_halfedge(refined, input, input_adjacency, h);
-        // This face's direction goes with the neighbour's, turned by so many quarters.
-        const Index across = side == kInvalid ? 0 : quarters[at(side)];
-        turned[at(o / 3)] = (turned[at(queue[i])] + across) % 4;
-        queue.push_back(o / 3);
-      }
-    }
-  }
-  return turned;
-}
-
-// A unit vector of the face, `angle` from its first edge, in the map; any positive length.
-Vector2 mapped(const mesh::Surface& surface, FaceId f, double angle, const Points2& corner_uv) {
-  const Vector3 p = surface.vertices.row(surface.faces(f, 0));
-  const Vector3 a = Vector3(surface.vertices.row(surface.faces(f, 1))) - p;
-  const Vector3 b = Vector3(surface.vertices.row(surface.faces(f, 2))) - p;
-  // b is `right` along a and `left` to the left of it.
-  const double right = a.dot(b) / a.norm(), left = a.cross(b).norm() / a.norm();
-  const double second = std::sin(angle) / left;
-  const double first = (std::cos(angle) - second * right) / a.norm();
-  return first * (corner_uv.row(3 * f + 1) - corner_uv.row(3 * f)).transpose() +
-         second * (corner_uv.row(3 * f + 2) - corner_uv.row(3 * f)).transpose();
-}
-
-}  // namespace
-
-std::vector<double> combed_directions(const Refined& refined, const mesh::EdgeFlags& cuts,
-                                      const mesh::Surface& input,
-                                      const mesh::Adjacency& input_adjacency,
-                                      const field::CrossField& field) {
-  const std::vector<Index> turned =
-      choose(refined, cuts, input, input_adjacency, field::quarters_across(input_adjacency, field));
-  const Points3 of_parent = field::directions_of(input, field.angle);
-  Points3 own(static_cast<Eigen::Index>(turned.size()), 3);
-  for (FaceId f = 0; at(f) < turned.size(); ++f)
-    own.row(f) = of_parent.row(refined.parent_face[at(f)]);
-  std::vector<double> angle = field::angles_of(refined.surface, own);
-  for (std::size_t f = 0; f < turned.size(); ++f) angle[f] += turned[f] * 0.5 * std::numbers::pi;
-  return angle;
-}
-
-void turn_towards(const Refined& refined, const std::vector<double>& direction, bool upright,
-                  Points2& corner_uv) {
-  const mesh::Components parts = mesh::face_components(refined.adjacency);
-  std::vector<char> by_quarters(at(parts.count), 0);
-  for (std::size_t h = 0; upright && h < refined.adjacency.opposite.size(); ++h) {
-    if (refined.adjacency.opposite[h] == kInvalid) by_quarters[at(parts.of_face[h / 3])] = 1;
-  }
-  std::vector<std::complex<double>> mean(at(parts.count), 0.0);
-  for (FaceId f = 0; at(f) < direction.size(); ++f) {
-    const Vector2 d = mapped(refined.surface, f, direction[at(f)], corner_uv);
-    const double length = d.norm();
-    if (!(length > 0.0) || !std::isfinite(length)) continue;
-    const Vector3 p = refined.surface.vertices.row(refined.surface.faces(f, 0));
-    const Vector3 a = Vector3(refined.surface.vertices.row(refined.surface.faces(f, 1))) - p;
-    const Vector3 b = Vector3(refined.surface.vertices.row(refined.surface.faces(f, 2))) - p;
-    mean[at(parts.of_face[at(f)])] +=
-        0.5 * a.cross(b).norm() / length * std::complex<double>(d.x(), d.y());
-  }
-  for (std::size_t part = 0; part < mean.size(); ++part) {
-    if (by_quarters[part] == 0) continue;
-    constexpr std::complex<double> kQuarters[] = {{1.0, 0.0}, {0.0, 1.0}, {-1.0, 0.0}, {0.0, -1.0}};
-    const double quarters = std::arg(mean[part]) / (0.5 * std::numbers::pi);
-    mean[part] = kQuarters[at(static_cast<Index>(std::lround(quarters)) & 3)];
-  }
-  for (CornerId c = 0; c < static_cast<CornerId>(corner_uv.rows()); ++c) {
-    const std::complex<double> m = mean[at(parts.of_face[at(c / 3)])];
-    if (!(std::abs(m) > 0.0)) continue;
-    const std::complex<double> z =
-        std::complex<double>(corner_uv(c, 0), corner_uv(c, 1)) * std::conj(m) / std::abs(m);
-    corner_uv.row(c) << z.real(), z.imag();
-  }
 }
 
 }  // namespace flipfree::holonomy

@@ -2,8 +2,8 @@
 // (thesis 6; design: G1, G2, G4, G5, G6, G7).
 //
 //   needed_topology()      needed_topology.h               what the map must have
-//   divided_sides()        seamless/exact/divided/         no edge that the boundary flattens
-//   engine_map()           engines.h                       a map that has it
+//   divided_sides()        seamless/exact/parts.h         no edge that the boundary flattens
+//   engine_map()           field_aligned.cpp               a map that has it
 //   take_back()            seamless/exact/take_back.h      on fewer triangles
 //   align()                distortion/alignment/align.h    brought to follow the field
 //   finish_map()           seamless/exact/seamless_map.h   exact seams, certificate
@@ -14,10 +14,14 @@
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/field/cross_field.h"
-#include "flipfree/holonomy/loops.h"
+#include "flipfree/holonomy/needed_topology.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/exact/seamless_map.h"
+#include "flipfree/seamless/padding/padding.h"
+#include "flipfree/seamless/penner/penner.h"
 
 namespace flipfree::holonomy {
 
@@ -59,18 +63,36 @@ certify::Parametrization compute_field_aligned_map(const mesh::Surface& surface,
 // that across every edge that is not cut the directions go together. Then they are what the map can
 // take to +u everywhere.
 
-// Per face of the refinement: angle from its half-edge 3 f to the direction, counter-clockwise. The
-// first face of each piece between cuts begins, with the field's own direction. Precondition: cut
-// along `cuts`, the surface consists of disks without cones inside. Cost: O(#F).
-std::vector<double> combed_directions(const Refined& refined, const mesh::EdgeFlags& cuts,
-                                      const mesh::Surface& input,
-                                      const mesh::Adjacency& input_adjacency,
-                                      const field::CrossField& field);
+// The engines that find a map with a field's topology: penner first, padding on a rerouted cut
+// where that is told, or where penner ends without (thesis 6.5).
 
-// Turns the UVs (3 #F x 2) of each component of the surface, as a whole, so that the map takes the
-// directions to +u in the mean by area. `upright`: components with a boundary, which runs along the
-// axes, turn by whole quarters. Cost: O(#F).
-void turn_towards(const Refined& refined, const std::vector<double>& direction, bool upright,
-                  Points2& corner_uv);
+struct RefinedPieces {
+  mesh::Surface surface;        // the input's vertices first; faces component by component
+  mesh::Provenance provenance;  // on the input
+  // Per component, in the order of their smallest face; faces and half-edges are those of `surface`
+  // from the component's first face on, vertices are numbered anew.
+  std::vector<seamless::AdmissibleCut> cuts;
+};
+
+// All components cut for padding, such that the map that comes of it turns as the field does along
+// every loop; without a field (null), as it happens to. `cones`: quarter turns per vertex, the
+// field's if there is one. Adds to `done`. Precondition: a closed valid surface. Errors: as
+// seamless::make_turning_cut().
+RefinedPieces field_cut(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                        const field::CrossField* field, const std::vector<Index>& cones,
+                        seamless::Reroutings& done, ExecutionContext& context);
+
+// A map with the topology `needed`, which is the field's, and without flips. Stats: the engine's,
+// "engine"; of padding "reroutings.loops" (of homology bases), "reroutings.guided" (branches that
+// took the shortest detour between the cones), "reroutings.fallback" (led around cones one by one),
+// "reroutings.quarters" (by which loops were off), "reroutings.straight" (components whose cut is
+// straight along the field; others have curves as short as they can be). `reroute` false: padding's
+// loops turn as they happen to, so that the topology is that of the cones alone. Throws
+// InvalidInput (kBadOption) if padding is asked for on an open surface; else as the engines.
+seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                               const field::CrossField& field, const NeededTopology& needed,
+                               seamless::Engine which, bool reroute,
+                               const seamless::PennerMapOptions& options,
+                               ExecutionContext& context);
 
 }  // namespace flipfree::holonomy

@@ -8,6 +8,7 @@
 #include "flipfree/field/cross_field.h"
 #include "flipfree/intrinsic/loops.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::holonomy {
@@ -26,5 +27,40 @@ struct NeededTopology {
 NeededTopology needed_topology(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                const field::CrossField& field, bool aligned,
                                const ExecutionContext& context);
+
+// Loops of a refined surface as loops of the surface that it refines: for judging a map by loops
+// that its maker has not seen.
+
+// Loops of a surface as loops of the same surface with some of its edges divided.
+
+using intrinsic::LoopTurn;
+
+// The same loops up to homotopy beside all vertices, so that they turn alike in every metric that
+// is flat at the new ones; no face is passed twice that was not before. Precondition: new vertices
+// of `divided` lie inside edges of the input that are not on its boundary, one on each at most, and
+// the pieces of a face are joined as in a tree (split_in_the_middle()). Cost: O(#F + loops).
+std::vector<LoopTurn> carried_loops(const mesh::Surface& surface, const mesh::Surface& divided,
+                                    const mesh::Adjacency& adjacency,
+                                    const mesh::Provenance& provenance,
+                                    const std::vector<LoopTurn>& loops);
+
+using intrinsic::DualLoop;
+
+// Where the faces of a refinement come from (certify::Parametrization).
+struct Refined {
+  const mesh::Surface& surface;
+  const mesh::Adjacency& adjacency;
+  const std::vector<FaceId>& parent_face;
+};
+
+// The half-edge 3 f + k of the input's face f = parent_face[h / 3] across which half-edge h of the
+// refinement leaves it; kInvalid if it stays inside. Cost: O(1).
+HalfedgeId input_halfedge(const Refined& refined, const mesh::Surface& input,
+                          const mesh::Adjacency& input_adjacency, HalfedgeId h);
+
+// The loop's homotopy class beside all vertices of the input, as a strip of its faces that does not
+// turn back; empty if it shrinks to a point in a face. Cost: O(loop).
+DualLoop projected(const Refined& refined, const mesh::Surface& input,
+                   const mesh::Adjacency& input_adjacency, const DualLoop& loop);
 
 }  // namespace flipfree::holonomy

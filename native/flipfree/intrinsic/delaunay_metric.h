@@ -14,7 +14,6 @@
 #include "flipfree/intrinsic/delaunay_test.h"
 #include "flipfree/intrinsic/flip_lengths.h"
 #include "flipfree/intrinsic/flipped_metric.h"
-#include "flipfree/intrinsic/triangle_shape.h"
 #include "flipfree/numeric/scalar.h"
 
 namespace flipfree::intrinsic {

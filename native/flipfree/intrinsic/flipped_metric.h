@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/base/variant.h"
+#include "flipfree/base/stats.h"
 #include "flipfree/intrinsic/intrinsic_mesh.h"
 #include "flipfree/intrinsic/symmetric_flips.h"
 #include "flipfree/mesh/refined/provenance.h"
-#include "flipfree/numeric/big_float.h"
+#include "flipfree/numeric/scalar.h"
 
 namespace flipfree::intrinsic {
 

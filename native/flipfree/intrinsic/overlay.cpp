@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/base/debug_check.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/intrinsic/symmetric_flips.h"
@@ -505,8 +505,8 @@ class Straightener {
   std::vector<Wish> wish_;
 };
 
-}  // namespace
-
+// The straight lines of `curves`. `start`: coordinates after the Euclidean flips alone. Cost: O(#E
+// + crossings).
 StraightCurves follow_straight(const FlippedMetric& metric, const OverlayCoordinates& start,
                                const std::vector<HalfedgeId>& curves,
                                const std::vector<long double>& initial_length,
@@ -528,6 +528,8 @@ StraightCurves follow_straight(const FlippedMetric& metric, const OverlayCoordin
   return out;
 }
 
+// `trace`, `positions`: of the final triangulation, the same curves; `scale`: u per vertex of the
+// mesh. Cost: O(#E + crossings log crossings).
 Straightened straighten(const FlippedMetric& metric, const OverlayTrace& trace,
                         const StraightCurves& straight, const std::vector<long double>& scale,
                         OverlayPositions& positions, const ExecutionContext& context) {
@@ -546,6 +548,8 @@ Straightened straighten(const FlippedMetric& metric, const OverlayTrace& trace,
   for (const std::size_t c : bent) straightener.move_on_curve(c);
   return straightener.result;
 }
+
+}  // namespace
 
 Overlay build_overlay(const FlippedMetric& metric, const std::vector<HalfedgeId>& curves,
                       std::int64_t max_crossings, const ExecutionContext& context) {

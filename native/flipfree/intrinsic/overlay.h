@@ -11,8 +11,8 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/types.h"
-#include "flipfree/intrinsic/flip_mesh.h"
 #include "flipfree/intrinsic/flipped_metric.h"
+#include "flipfree/intrinsic/intrinsic_mesh.h"
 
 namespace flipfree::intrinsic {
 
@@ -275,19 +275,6 @@ struct StraightCurves {
     return {crossings.data() + begin[c], static_cast<std::size_t>(begin[c + 1] - begin[c])};
   }
 };
-
-// The straight lines of `curves`. `start`: coordinates after the Euclidean flips alone. Cost: O(#E
-// + crossings).
-StraightCurves follow_straight(const FlippedMetric& metric, const OverlayCoordinates& start,
-                               const std::vector<HalfedgeId>& curves,
-                               const std::vector<long double>& initial_length,
-                               const ExecutionContext& context);
-
-// `trace`, `positions`: of the final triangulation, the same curves; `scale`: u per vertex of the
-// mesh. Cost: O(#E + crossings log crossings).
-Straightened straighten(const FlippedMetric& metric, const OverlayTrace& trace,
-                        const StraightCurves& straight, const std::vector<long double>& scale,
-                        OverlayPositions& positions, const ExecutionContext& context);
 
 struct Overlay {
   OverlayCoordinates coordinates;

@@ -1,21 +1,206 @@
 #include "flipfree/matchmaker/match.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <set>
+#include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/base/stats.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
+#include "flipfree/distortion/improve.h"
+#include "flipfree/distortion/valid_map.h"
+#include "flipfree/matchmaker/continuation/continuation.h"
 #include "flipfree/matchmaker/finish/usable_map.h"
+#include "flipfree/matchmaker/homotopy/move_outline.h"
+#include "flipfree/matchmaker/patches/matchmaker_pp.h"
+#include "flipfree/matchmaker/request/polygon.h"
+#include "flipfree/matchmaker/request/request.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/ways/solve.h"
+#include "flipfree/matchmaker/target/outline_target.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/unwrap/unwrap.h"
 
 namespace flipfree::matchmaker {
 namespace {
+
+// The ways to a map that meets all constraints, one after another: the cheap ones that may be
+// blocked first, the guarantee last.
+
+// Outlines with more turns in sharp corners than this are not reached by a homotopy. Measured:
+// narrow spirals of three turns have none and need few new vertices on the way; Hilbert's curve,
+// thickened, has 6 (order 2), 27, 107, 427, and even for order 2 it takes longer and splits more
+// than cuts (benchmarks/match.py hilbert).
+constexpr double kMostTurning = 4.0;
+constexpr double kSharp = std::numbers::pi / 6;
+
+// The sum of the outline's turns in sharp corners, either way, in full turns.
+double sharp_turning(const Polygon& outline) {
+  const std::size_t n = outline.size();
+  double sum = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector2 a = outline[(i + 1) % n] - outline[i];
+    const Vector2 b = outline[(i + 2) % n] - outline[(i + 1) % n];
+    const double turned = std::abs(turn(a, b));
+    if (turned > kSharp) sum += turned;
+  }
+  return sum / (2 * std::numbers::pi);
+}
+
+// Is the homotopy of this outline without action? Then it is no help for the pins.
+bool has_convex_outline(const Constraints& constraints) {
+  return is_locally_convex(constraints.outline) && constraints.turning_number == 1;
+}
+
+bool asked_by_name(const Problem& problem, MatchEngine engine) {
+  return problem.options.engine == engine;
+}
+
+bool homotopy_helps(const Problem& problem) {
+  return !problem.constraints.free_boundary() &&
+         (problem.options.engine != MatchEngine::kAuto || !has_convex_outline(problem.constraints));
+}
+
+// Positive triangles alone keep inner vertices from winding twice if the prescribed boundary turns
+// once (the count of angles in outline_target.h).
+bool continuation_applies(const Problem& problem) {
+  return problem.constraints.free_boundary() ||
+         (problem.constraints.turning_number == 1 &&
+          (!problem.overlapping() || problem.constraints.pins.empty()));
+}
+
+bool homotopy_applies(const Problem& problem) {
+  return homotopy_helps(problem) &&
+         (asked_by_name(problem, MatchEngine::kOutline) || !problem.constraints.edges.empty() ||
+          sharp_turning(problem.constraints.outline) < kMostTurning);
+}
+
+bool matchmaker_applies(const Problem&) { return true; }
+
+std::optional<Solution> by_matchmaker(const Problem& problem, double, ExecutionContext& context,
+                                      Stats& stats) {
+  return Solution{guaranteed(problem.surface, problem.constraints, problem.constraints.one_to_one,
+                             context, stats),
+                  "matchmaker"};
+}
+
+// Whatever ways do to the surface in between, what they hand on is a map of the user's: exactly.
+std::string find_broken(const mesh::RefinedMap& map) {
+  std::string broken = mesh::find_broken_map(map.surface, map.uv);
+  return broken.empty() ? mesh::find_broken_invariant(map.surface) : broken;
+}
+
+// Lines are edges still, none of which was split.
+bool lines_are_whole(const mesh::RefinedSurface& surface, const Constraints& constraints) {
+  return std::all_of(constraints.edges.begin(), constraints.edges.end(), [&](const auto& edge) {
+    return surface.mesh.find(edge.first, edge.second) != kInvalid;
+  });
+}
+
+struct Way {
+  std::vector<MatchEngine> names;  // by which it is asked for alone
+  bool (*applies)(const Problem&);
+  std::optional<Solution> (*run)(const Problem&, double share, ExecutionContext&, Stats&);
+  double share;     // of the time that is left
+  double progress;  // of the bar, against the others that apply
+};
+
+const std::vector<Way>& all_ways() {
+  static const std::vector<Way> ways = {
+      {{MatchEngine::kFirstTry, MatchEngine::kArms},
+       continuation_applies,
+       by_continuation,
+       kShareOfWay,
+       6},
+      {{MatchEngine::kOutline}, homotopy_applies, by_homotopy, kShareOfWay, 10},
+      {{MatchEngine::kMatchmaker}, matchmaker_applies, by_matchmaker, 1.0, 0.5},
+  };
+  return ways;
+}
+
+// Those for this problem: all that apply, or the one that is asked for by name. Where that is not
+// for such problems, the guarantee.
+std::vector<Way> ways_for(const Problem& problem) {
+  std::vector<Way> ways;
+  for (const Way& way : all_ways()) {
+    if (!way.applies(problem)) continue;
+    const bool named =
+        std::find(way.names.begin(), way.names.end(), problem.options.engine) != way.names.end();
+    if (named) {
+      ways = {way};
+      ways.front().share = 1.0;
+      return ways;
+    }
+    ways.push_back(way);
+  }
+  if (problem.options.engine != MatchEngine::kAuto && ways.size() > 1)
+    ways.erase(ways.begin(), ways.end() - 1);
+  return ways;
+}
+
+[[noreturn]] void refuse_problem(const Problem& problem) {
+  const char* what = "The homotopy to the outline was blocked, refinement included.";
+  switch (problem.options.engine) {
+    case MatchEngine::kFirstTry:
+      what = "The first try found no flip-free map on these triangles. Allow refinement.";
+      break;
+    case MatchEngine::kArms:
+      what =
+          "Arms are for three free pins or more, without lines, where the map may overlap itself. "
+          "Use another engine.";
+      break;
+    case MatchEngine::kAuto:
+    case MatchEngine::kMatchmaker:
+    case MatchEngine::kOutline:
+      break;
+  }
+  throw_not_converged(ErrorCode::kIterationLimit, what);
+}
+
+// The first map that is found, with its refinement taken back and its distortion as it is. What the
+// target's domain refuses (outline_target.h) is refused before any work. Throws NotConverged if no
+// way leads there. Stats: those of the ways, "ways_out_of_time" (ways whose share of the time was
+// over).
+Solution solve(const Problem& problem, ExecutionContext& context, Stats& stats) {
+  if (problem.overlapping()) {
+    sheet_target(problem.surface, problem.constraints, context);
+  } else if (!problem.constraints.free_boundary()) {
+    full_target(problem.surface, problem.constraints, context);
+  }
+  const std::vector<Way> ways = ways_for(problem);
+  double all = 0;
+  for (const Way& way : ways) all += way.progress;
+  double done = 0;
+  std::int64_t out_of_time = 0;
+  for (const Way& way : ways) {
+    const ProgressRange range(context, done / all, (done + way.progress) / all);
+    std::optional<Solution> solution;
+    const bool in_time =
+        ended_in_time(context, [&] { solution = way.run(problem, way.share, context, stats); });
+    if (!in_time) stats["ways_out_of_time"] = ++out_of_time;
+    if (solution && lines_are_whole(solution->map.surface, problem.constraints)) {
+      debug_check("solve", [&] { return find_broken(solution->map); });
+      return std::move(*solution);
+    }
+    done += way.progress;
+  }
+  refuse_problem(problem);
+}
 
 // What stays where it is until the end: movable boundary vertices do not.
 std::vector<VertexId> held_to_the_end(const mesh::RefinedSurface& surface,
@@ -84,18 +269,14 @@ void lower_distortion(mesh::RefinedMap& map, const Constraints& constraints,
 
 // The values to be stored. A map that was accepted before it could be stored is optimised after
 // all.
-Points2f stored(Solution& solution, const Constraints& constraints, const MatchOptions& options,
+Points2f stored(mesh::RefinedMap& map, const Constraints& constraints, const MatchOptions& options,
                 bool bijective, ExecutionContext& context, Stats& stats) {
-  mesh::RefinedMap& map = solution.map;
   const auto store = [&] {
-    return store_map(map, held_to_the_end(map.surface, constraints), solution.keep, bijective,
-                     context, stats);
+    return store_map(map, held_to_the_end(map.surface, constraints), bijective, context, stats);
   };
   if (!context.accepted() || !options.optimise) return store();
-  const mesh::RefinedMap early = map;
   Outcome<Points2f> values = attempt(store);
   if (values) return std::move(*values);
-  map = early;
   lower_distortion(map, constraints, options, bijective, context, stats);
   return store();
 }
@@ -138,7 +319,7 @@ certify::Parametrization match_in_time(const mesh::Surface& surface, const Match
   const double seconds_optimise = watch.seconds() - seconds_map;
 
   const ProgressRange range(context, 0.95, 1.0);
-  const Points2f uv32 = stored(solution, constraints, options, bijective, context, stats);
+  const Points2f uv32 = stored(found, constraints, options, bijective, context, stats);
   const Grace finishing(context);
   certify::Parametrization map = to_parametrization(found, found.uv, uv32);
   certify::certify_map(map, surface, certify_request(found.surface, constraints, map, bijective),
@@ -161,6 +342,303 @@ certify::Parametrization match(const mesh::Surface& surface, const MatchRequest&
                                const MatchOptions& options, ExecutionContext& context) {
   return in_time(context, options.max_seconds, kNoMapFound, kMoreTimeOr,
                  [&] { return match_in_time(surface, request, options, context); });
+}
+
+namespace {
+
+using Loop = std::vector<HalfedgeId>;
+using Edge = std::pair<VertexId, VertexId>;
+
+Edge edge(VertexId a, VertexId b) { return {std::min(a, b), std::max(a, b)}; }
+
+double loop_length(const mesh::Surface& surface, const Loop& loop) {
+  double sum = 0.0;
+  for (const HalfedgeId h : loop) {
+    sum += (surface.vertices.row(mesh::target(surface.faces, h)) -
+            surface.vertices.row(mesh::source(surface.faces, h)))
+               .norm();
+  }
+  return sum;
+}
+
+// The loop that is no hole.
+std::size_t outer_loop(const mesh::Surface& surface, const std::vector<Loop>& loops,
+                       const MatchRequest& request) {
+  if (loops.size() == 1) return 0;
+  if (!request.boundary_uv.empty()) {
+    for (std::size_t i = 0; i < loops.size() && !request.boundary_loop.empty(); ++i) {
+      for (const HalfedgeId h : loops[i]) {
+        if (mesh::source(surface.faces, h) == request.boundary_loop.front()) return i;
+      }
+    }
+    throw_invalid(
+        ErrorCode::kBadBoundary,
+        "The piece has " + std::to_string(loops.size()) +
+            " boundary loops. Name the one that boundary_uv belongs to by boundary_loop.");
+  }
+  std::size_t longest = 0;
+  for (std::size_t i = 1; i < loops.size(); ++i) {
+    if (loop_length(surface, loops[i]) > loop_length(surface, loops[longest])) longest = i;
+  }
+  return longest;
+}
+
+// Lifts the fan's centre off the loop's middle where a triangle would be much thinner than the loop
+// is wide: match() refuses triangles without area.
+void lift_apex(std::span<const VertexId> loop, VertexId apex, Points3& vertices) {
+  const auto at = [&](std::size_t i) -> Vector3 {
+    return vertices.row(loop[i % loop.size()]).transpose();
+  };
+  const Vector3 centre = vertices.row(apex).transpose();
+  Vector3 normal = Vector3::Zero();
+  double radius = 0.0;
+  double thinnest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    const Vector3 a = at(i) - centre;
+    const Vector3 side = at(i + 1) - at(i);
+    normal += a.cross(side);
+    radius = std::max(radius, a.norm());
+    thinnest = std::min(thinnest, a.cross(side).norm() / side.norm());
+  }
+  constexpr double kThin = 0.05;  // of the loop's radius
+  if (thinnest > kThin * radius) return;
+  // A loop without an area of its own is left across any of its sides.
+  if (normal.norm() < kThin * radius * radius) normal = (at(1) - at(0)).unitOrthogonal();
+  vertices.row(apex) += 0.5 * radius * normal.normalized().transpose();
+}
+
+// The piece with its holes filled by fans.
+mesh::Surface as_disk(const mesh::Surface& piece,
+                      const std::vector<std::vector<HalfedgeId>>& holes) {
+  mesh::Surface disk = mesh::fill_holes(piece, holes).surface;
+  auto apex = static_cast<VertexId>(piece.vertices.rows());
+  for (const std::vector<HalfedgeId>& hole : holes) {
+    std::vector<VertexId> loop;
+    loop.reserve(hole.size());
+    for (const HalfedgeId h : hole) loop.push_back(mesh::source(piece.faces, h));
+    lift_apex(loop, apex++, disk.vertices);
+  }
+  return disk;
+}
+
+// The map of the piece alone, with vertices in their old order and provenance in the piece's own
+// faces.
+certify::Parametrization without_fans(const certify::Parametrization& filled,
+                                      const mesh::Surface& disk, const mesh::Surface& input) {
+  const auto n = static_cast<VertexId>(input.vertices.rows());
+  std::vector<FaceId> kept;
+  std::vector<FaceId> child_at(static_cast<std::size_t>(filled.surface.vertices.rows()), kInvalid);
+  for (FaceId f = 0; f < filled.surface.faces.rows(); ++f) {
+    if (filled.parent_face[at(f)] >= input.faces.rows()) continue;
+    kept.push_back(f);
+    for (Index k = 0; k < 3; ++k) child_at[at(filled.surface.faces(f, k))] = f;
+  }
+  std::vector<VertexId> number(child_at.size(), kInvalid);
+  std::vector<VertexId> old;
+  for (VertexId v = 0; v < static_cast<VertexId>(child_at.size()); ++v) {
+    if (v >= n && child_at[at(v)] == kInvalid) continue;
+    number[at(v)] = static_cast<VertexId>(old.size());
+    old.push_back(v);
+  }
+
+  certify::Parametrization map;
+  map.surface.vertices.resize(static_cast<Eigen::Index>(old.size()), 3);
+  map.vertex_parent.assign(old.size(), kInvalid);
+  map.vertex_barycentric = Points3::Zero(static_cast<Eigen::Index>(old.size()), 3);
+  for (std::size_t i = 0; i < old.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    map.surface.vertices.row(row) = filled.surface.vertices.row(old[i]);
+    const FaceId child = child_at[at(old[i])];
+    if (child == kInvalid) continue;  // an isolated vertex of the input
+    // A vertex on a hole's rim may have its weights in the fan: the corners they belong to are the
+    // rim's.
+    const FaceId home = filled.parent_face[at(child)];
+    const FaceId from = filled.vertex_parent[at(old[i])];
+    map.vertex_parent[i] = home;
+    for (Index c = 0; c < 3; ++c) {
+      for (Index d = 0; d < 3; ++d) {
+        if (disk.faces(from, d) == input.faces(home, c))
+          map.vertex_barycentric(row, c) = filled.vertex_barycentric(old[i], d);
+      }
+    }
+  }
+  const auto count = static_cast<Eigen::Index>(kept.size());
+  map.surface.faces.resize(count, 3);
+  map.uv.resize(3 * count, 2);
+  map.uv32.resize(3 * count, 2);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const FaceId f = kept[at(i)];
+    map.parent_face.push_back(filled.parent_face[at(f)]);
+    for (Index k = 0; k < 3; ++k) {
+      map.surface.faces(i, k) = number[at(filled.surface.faces(f, k))];
+      map.uv.row(3 * i + k) = filled.uv.row(3 * f + k);
+      map.uv32.row(3 * i + k) = filled.uv32.row(3 * f + k);
+    }
+  }
+  map.cut_edges.resize(0, 2);
+  map.stats = filled.stats;
+  return map;
+}
+
+// Vertices whose place the request prescribes, new ones on its lines and boundary included.
+std::vector<char> prescribed_vertices(const certify::Parametrization& map,
+                                      const mesh::Surface& input, const MatchRequest& request) {
+  std::vector<char> held(static_cast<std::size_t>(map.surface.vertices.rows()), 0);
+  for (const PinnedVertex& p : request.points) held[at(p.vertex)] = 1;
+  std::set<Edge> edges;
+  for (const PinnedLine& line : request.lines) {
+    for (const VertexId v : line.vertices) held[at(v)] = 1;
+    for (std::size_t i = 1; i < line.vertices.size(); ++i)
+      edges.insert(edge(line.vertices[i - 1], line.vertices[i]));
+  }
+  const std::vector<VertexId>& loop = request.boundary_loop;
+  const std::set<VertexId> movable(request.movable.begin(), request.movable.end());
+  for (std::size_t i = 0; i < loop.size() && !request.boundary_uv.empty(); ++i) {
+    const VertexId next = loop[(i + 1) % loop.size()];
+    if (movable.contains(loop[i])) continue;
+    held[at(loop[i])] = 1;
+    if (!movable.contains(next)) edges.insert(edge(loop[i], next));
+  }
+  for (const VertexId v : request.movable) held[at(v)] = 0;
+  for (Eigen::Index v = input.vertices.rows(); v < map.surface.vertices.rows(); ++v) {
+    std::vector<VertexId> ends;
+    for (Index c = 0; c < 3; ++c) {
+      if (map.vertex_barycentric(v, c) != 0.0)
+        ends.push_back(input.faces(map.vertex_parent[at(v)], c));
+    }
+    if (ends.size() == 2 && edges.contains(edge(ends[0], ends[1]))) held[at(v)] = 1;
+  }
+  return held;
+}
+
+// The solver's ids without those of the fans, which the caller does not know.
+Error of_input(Error error, const mesh::Surface& input) {
+  return renumbered(std::move(error), known_in(static_cast<Index>(input.vertices.rows()),
+                                               static_cast<Index>(input.faces.rows())));
+}
+
+// Lets the holes deform. A valid map that cannot be improved stays as it is.
+void release_holes(certify::Parametrization& map, const certify::CertifyRequest& extra,
+                   const MatchOptions& options, ExecutionContext& context) {
+  distortion::ImproveOptions improvement;
+  improvement.pins = extra.pins;
+  improvement.keep_bijective = extra.require_bijective;
+  improvement.max_iterations = options.max_iterations;
+  improve_in_time(context, map.stats, [&] {
+    certify::Parametrization better =
+        distortion::improve(map.surface, map.uv, improvement, context);
+    map.uv = std::move(better.uv);
+    map.uv32 = std::move(better.uv32);
+    map.stats["hole_energy_before"] = better.stats["energy_before"];
+  });
+}
+
+// What cannot be met whatever is done is refused before any work. Returns the vertices of the piece
+// with fixed places, lines included; nothing if lines need vertices that the piece does not have.
+std::optional<std::vector<PinnedVertex>> pinned_vertices(const mesh::Surface& disk,
+                                                         const MatchRequest& request,
+                                                         const MatchOptions& options) {
+  mesh::RefinedSurface refined = mesh::make_refined_surface(disk);
+  Constraints constraints = read_constraints(
+      refined, request, options.bijective ? SelfOverlaps::kRefused : SelfOverlaps::kAllowed);
+  if (refined.mesh.vertex_count() > static_cast<Index>(disk.vertices.rows())) return std::nullopt;
+  return std::move(constraints.pins);
+}
+
+// Pins that shall not make the piece overlap itself: continuation of the unwrap under its boundary
+// barrier, which moving the pins does not have. No added vertex, and no guarantee: nothing if it
+// stops, or its share of the time is over.
+std::optional<certify::Parametrization> unwrapped(const mesh::Surface& surface,
+                                                  const std::vector<PinnedVertex>& pins,
+                                                  const MatchOptions& options,
+                                                  ExecutionContext& context) {
+  std::vector<const Vector2*> pin(static_cast<std::size_t>(surface.vertices.rows()), nullptr);
+  for (const PinnedVertex& p : pins) pin[at(p.vertex)] = &p.uv;
+  unwrap::UnwrapOptions unwrapping;
+  unwrapping.max_iterations = options.max_iterations;
+  for (CornerId c = 0; c < surface.faces.size(); ++c) {
+    const Vector2* uv = pin[at(surface.faces.data()[c])];
+    if (uv != nullptr) unwrapping.pins.push_back({c, *uv});
+  }
+  std::optional<certify::Parametrization> found;
+  ended_in_time(context, [&] {
+    const TimeLimit share(context, kShareOfWay * context.seconds_left());
+    // What is refused are maps on the way: the mesh and the pins were checked before.
+    Outcome<certify::Parametrization> map = attempt([&] {
+      return distortion::with_own_map([&] { return unwrap::unwrap(surface, unwrapping, context); });
+    });
+    if (map) found = std::move(*map);
+  });
+  if (found) found->stats["engine"] = std::string("unwrapped");
+  return found;
+}
+
+certify::Parametrization match_valid_piece(const mesh::Surface& surface,
+                                           const MatchRequest& request, const MatchOptions& options,
+                                           ExecutionContext& context) {
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Topology shape = mesh::topology(surface.faces, adjacency);
+  // Other shapes are refused there, by name.
+  MatchOptions untimed = options;
+  untimed.max_seconds = 0;  // the limit around holds
+  if (shape.components != 1 || shape.genus() != 0 || shape.boundary_loops < 1)
+    return match(surface, request, untimed, context);
+
+  const Stopwatch watch;
+  std::vector<Loop> holes = mesh::boundary_halfedge_loops(surface.faces, adjacency);
+  holes.erase(holes.begin() + static_cast<std::ptrdiff_t>(outer_loop(surface, holes, request)));
+  const mesh::Surface disk = holes.empty() ? surface : as_disk(surface, holes);
+  const std::optional<std::vector<PinnedVertex>> pins = pinned_vertices(disk, request, options);
+  double begin = 0.0;
+  if (pins && !pins->empty() && request.boundary_uv.empty() && options.bijective &&
+      options.optimise && options.engine != MatchEngine::kMatchmaker) {
+    begin = 0.3;
+    const ProgressRange range(context, 0.0, begin);
+    if (std::optional<certify::Parametrization> map = unwrapped(surface, *pins, options, context))
+      return std::move(*map);
+  }
+  const ProgressRange whole(context, begin, 1.0);
+  if (holes.empty()) return match(surface, request, untimed, context);
+
+  certify::Parametrization map;
+  {
+    const ProgressRange range(context, 0.0, 0.7);
+    const TimeLimit share(context, (1 - kShareOfStep) * context.seconds_left());
+    map = without_fans(match(disk, request, untimed, context), disk, surface);
+  }
+  const std::vector<char> held = prescribed_vertices(map, surface, request);
+  certify::CertifyRequest extra;
+  extra.require_bijective = options.bijective && request.boundary_uv.empty();
+  for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
+    if (held[at(map.surface.faces.data()[c])] != 0)
+      extra.pins.push_back({c, map.uv.row(c).transpose()});
+  }
+  if (options.optimise) {
+    const ProgressRange range(context, 0.7, 0.95);
+    release_holes(map, extra, options, context);
+  }
+  const Grace finishing(context);
+  context.report("certifying", 0.95);
+  certify::certify_map(map, surface, extra, context);
+  certify::require_certificate(map, "The match");
+  map.stats["holes"] = static_cast<std::int64_t>(holes.size());
+  map.stats["added_vertices"] =
+      static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
+  map.stats["energy"] = map.certificate.energy;
+  map.stats["seconds"] = watch.seconds();
+  context.report("done", 1.0);
+  return map;
+}
+
+}  // namespace
+
+certify::Parametrization match_piece(const mesh::Surface& surface, const MatchRequest& request,
+                                     const MatchOptions& options, ExecutionContext& context) {
+  return in_time(context, options.max_seconds, kNoMapFound, kMoreTimeOr, [&] {
+    mesh::validate(surface, {}, context);
+    return with_errors([&](const Error& error) { return of_input(error, surface); },
+                       [&] { return match_valid_piece(surface, request, options, context); });
+  });
 }
 
 }  // namespace flipfree::matchmaker

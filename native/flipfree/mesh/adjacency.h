@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "flipfree/base/types.h"
+#include "flipfree/mesh/surface.h"
 
 namespace flipfree::mesh {
 
@@ -26,6 +27,9 @@ struct Adjacency {
 // Precondition: `faces` passed validate() (manifold, oriented). Cost: O(#F), counting sort by the
 // lower vertex.
 Adjacency build_adjacency(Index vertex_count, const Triangles& faces);
+inline Adjacency build_adjacency(const Surface& surface) {
+  return build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+}
 
 inline VertexId source(const Triangles& faces, HalfedgeId h) { return faces(h / 3, h % 3); }
 inline VertexId target(const Triangles& faces, HalfedgeId h) {
@@ -43,5 +47,35 @@ inline HalfedgeId rotate_cw(const Adjacency& adjacency, HalfedgeId h) {
   const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
   return o == kInvalid ? kInvalid : next_corner(o);
 }
+
+// Components, boundary loops, Euler characteristic and genus of a triangle mesh.
+
+// Closed chains of boundary vertices, surface on the left, each starting at its smallest vertex id,
+// ordered by it.
+std::vector<std::vector<VertexId>> boundary_loops(const Triangles& faces,
+                                                  const Adjacency& adjacency);
+// The same chains as boundary half-edges.
+std::vector<std::vector<HalfedgeId>> boundary_halfedge_loops(const Triangles& faces,
+                                                             const Adjacency& adjacency);
+
+struct Components {
+  Index count = 0;
+  std::vector<Index> of_face;  // #F
+};
+// Faces joined across edges. Components are numbered by their smallest face.
+Components face_components(const Adjacency& adjacency);
+
+struct Topology {
+  Index vertices = 0;  // used by a face
+  Index edges = 0;
+  Index faces = 0;
+  Index boundary_loops = 0;
+  Index components = 0;
+  Index euler() const { return vertices - edges + faces; }
+  // Sum of the genera of the components.
+  Index genus() const { return (2 * components - boundary_loops - euler()) / 2; }
+  bool is_disk() const { return components == 1 && boundary_loops == 1 && euler() == 1; }
+};
+Topology topology(const Triangles& faces, const Adjacency& adjacency);
 
 }  // namespace flipfree::mesh

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/islands.h"
-#include "flipfree/mesh/topology.h"
 
 namespace flipfree::mesh {
 

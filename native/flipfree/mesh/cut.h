@@ -7,7 +7,6 @@
 
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/mesh/topology.h"
 
 namespace flipfree::mesh {
 

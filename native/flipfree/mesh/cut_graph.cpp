@@ -6,13 +6,13 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/base/debug_check.h"
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
-#include "flipfree/mesh/own_unit.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/shortest_paths.h"
-#include "flipfree/mesh/topology.h"
 
 namespace flipfree::mesh {
 
@@ -37,7 +37,7 @@ class PlanarCutter {
         avoided_(avoided),
         real_vertices_(static_cast<Index>(surface.vertices.rows())),
         filled_(fill_holes(surface, boundary_halfedge_loops(surface.faces, adjacency)).surface),
-        full_(build_adjacency(static_cast<Index>(filled_.vertices.rows()), filled_.faces)),
+        full_(build_adjacency(filled_)),
         length_(full_.opposite.size()),
         cut_(adjacency.opposite.size(), 0) {
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(length_.size()); ++h) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/lists.h"
 #include "flipfree/mesh/adjacency.h"
 
 namespace flipfree::mesh {
@@ -96,8 +97,7 @@ class Joiner {
 // Ids without gaps, where those given leave out so many numbers that lists by vertex would be long.
 Triangles compact(const Triangles& faces) {
   std::vector<VertexId> ids(faces.data(), faces.data() + faces.size());
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  sort_unique(ids);
   Triangles ranked(faces.rows(), 3);
   std::transform(faces.data(), faces.data() + faces.size(), ranked.data(), [&](VertexId v) {
     return static_cast<VertexId>(std::lower_bound(ids.begin(), ids.end(), v) - ids.begin());
@@ -117,27 +117,20 @@ Islands islands_of(const Triangles& faces, const Points2f* corner_uv) {
   if (faces.maxCoeff() > 2 * faces.size()) return islands_of(compact(faces), corner_uv);
 
   // Half-edges by their lower vertex, then by the higher one.
-  const auto count = static_cast<HalfedgeId>(faces.size());
-  const auto low = [&](HalfedgeId h) { return std::min(source(faces, h), target(faces, h)); };
-  std::vector<Index> begin(at(faces.maxCoeff()) + 2, 0);
-  for (HalfedgeId h = 0; h < count; ++h) ++begin[at(low(h)) + 1];
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<std::pair<VertexId, HalfedgeId>> edges(at(count));  // (higher vertex, half-edge)
-  std::vector<Index> place(begin.begin(), begin.end() - 1);
-  for (HalfedgeId h = 0; h < count; ++h) {
-    const VertexId high = std::max(source(faces, h), target(faces, h));
-    edges[at(place[at(low(h))]++)] = {high, h};
-  }
+  const auto by_lower_end = halfedges_by_lower_end(at(faces.maxCoeff()) + 1, faces);
   const auto side = [&](HalfedgeId h) -> Side {
     const HalfedgeId n = next_corner(h);
     return source(faces, h) <= source(faces, n) ? Side{h, n} : Side{n, h};
   };
   Joiner joiner(corner_uv, result);
   std::vector<Side> sides;
-  for (std::size_t v = 0; v + 1 < begin.size(); ++v) {
-    const auto first = edges.begin() + begin[v], last = edges.begin() + begin[v + 1];
-    std::sort(first, last);
-    for (auto a = first; a != last;) {
+  std::vector<std::pair<VertexId, HalfedgeId>> edges;  // (higher vertex, half-edge)
+  for (VertexId v = 0; v < by_lower_end.size(); ++v) {
+    edges.clear();
+    for (const HalfedgeId h : by_lower_end[v])
+      edges.emplace_back(std::max(source(faces, h), target(faces, h)), h);
+    std::sort(edges.begin(), edges.end());
+    for (auto a = edges.begin(), last = edges.end(); a != last;) {
       sides.clear();
       const VertexId high = a->first;
       for (; a != last && a->first == high; ++a) sides.push_back(side(a->second));

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "flipfree/base/failure.h"
+#include "flipfree/base/lists.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
-#include "flipfree/mesh/topology.h"
 
 namespace flipfree::mesh {
 namespace {
@@ -89,34 +89,16 @@ void check_values(const Surface& surface, std::vector<Error>& defects) {
   report(defects, infinite, "has a coordinate that is NaN or infinite", "Delete or move it.");
 }
 
-// Items grouped by a vertex (counting sort): groups are as small as a vertex' degree, so sorting
-// within them is linear overall, and a cancel is seen between them.
-struct Groups {
-  std::vector<Index> begin;  // #V + 1
-  std::vector<Index> items;
-};
-
-template <typename Key>
-Groups group_by_vertex(Index item_count, Index vertex_count, Key key) {
-  Groups groups;
-  groups.begin.assign(static_cast<std::size_t>(vertex_count) + 1, 0);
-  for (Index i = 0; i < item_count; ++i) ++groups.begin[at(key(i)) + 1];
-  std::partial_sum(groups.begin.begin(), groups.begin.end(), groups.begin.begin());
-  groups.items.resize(static_cast<std::size_t>(item_count));
-  std::vector<Index> fill(groups.begin.begin(), groups.begin.end() - 1);
-  for (Index i = 0; i < item_count; ++i) {
-    groups.items[at(fill[at(key(i))]++)] = i;
-  }
-  return groups;
-}
-
+// Lists by a vertex are as short as its degree, so sorting them is linear overall, and a cancel is
+// seen between them.
 constexpr Index kCheckEvery = 1 << 14;
 
 void check_faces_distinct(const Surface& surface, const ExecutionContext& context,
                           std::vector<Error>& defects) {
   const auto vertex_count = static_cast<Index>(surface.vertices.rows());
-  const Groups groups = group_by_vertex(static_cast<Index>(surface.faces.rows()), vertex_count,
-                                        [&](FaceId f) { return surface.faces.row(f).minCoeff(); });
+  const Lists<FaceId> by_lowest(at(vertex_count), [&](const auto& add) {
+    for (FaceId f = 0; f < surface.faces.rows(); ++f) add(surface.faces.row(f).minCoeff(), f);
+  });
   Finding duplicate{ErrorCode::kDuplicateFace, ElementKind::kFace, {}};
   using Key = std::array<Index, 3>;  // middle and highest corner, face
   std::vector<Key> keys;
@@ -124,8 +106,7 @@ void check_faces_distinct(const Surface& surface, const ExecutionContext& contex
   for (VertexId v = 0; v < vertex_count; ++v) {
     if (v % kCheckEvery == 0) context.check();
     keys.clear();
-    for (Index i = groups.begin[at(v)]; i < groups.begin[at(v) + 1]; ++i) {
-      const FaceId f = groups.items[at(i)];
+    for (const FaceId f : by_lowest[v]) {
       const auto row = surface.faces.row(f);
       const Index high = row.maxCoeff();
       keys.push_back({row.sum() - v - high, high, f});
@@ -145,17 +126,14 @@ void check_edges(const Surface& surface, const ExecutionContext& context,
                  std::vector<Error>& defects) {
   const auto vertex_count = static_cast<Index>(surface.vertices.rows());
   const Triangles& faces = surface.faces;
-  const Groups groups =
-      group_by_vertex(static_cast<Index>(3 * faces.rows()), vertex_count,
-                      [&](HalfedgeId h) { return std::min(source(faces, h), target(faces, h)); });
+  const auto by_lower_end = halfedges_by_lower_end(at(vertex_count), faces);
   Finding crowded{ErrorCode::kNonManifoldEdge, ElementKind::kEdge, {}};
   Finding twisted{ErrorCode::kInconsistentOrientation, ElementKind::kEdge, {}};
   std::vector<std::pair<VertexId, bool>> uses;  // higher end, whether it is the target
   for (VertexId v = 0; v < vertex_count; ++v) {
     if (v % kCheckEvery == 0) context.check();
     uses.clear();
-    for (Index i = groups.begin[at(v)]; i < groups.begin[at(v) + 1]; ++i) {
-      const HalfedgeId h = groups.items[at(i)];
+    for (const HalfedgeId h : by_lower_end[v]) {
       const bool forward = source(faces, h) == v;
       uses.emplace_back(forward ? target(faces, h) : source(faces, h), forward);
     }

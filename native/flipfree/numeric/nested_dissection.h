@@ -11,14 +11,29 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/types.h"
-#include "flipfree/numeric/graph.h"
 
 namespace flipfree::numeric {
+// Graphs as arrays, for elimination orders.
+
+// Symmetric graph without loops: neighbours of v are neighbour[offset[v] .. offset[v + 1]).
+struct Graph {
+  std::vector<Index> offset;  // count + 1
+  std::vector<Index> neighbour;
+  Index count() const { return static_cast<Index>(offset.size()) - 1; }
+};
+
+template <typename Visit>
+void for_neighbours(const Graph& graph, Index v, Visit visit) {
+  const auto at = static_cast<std::size_t>(v);
+  for (Index i = graph.offset[at]; i < graph.offset[at + 1]; ++i)
+    visit(graph.neighbour[static_cast<std::size_t>(i)]);
+}
 
 // Where the vertices of a graph lie in the tree of its nested dissection (dissection_tree.h).
 
@@ -63,11 +78,6 @@ using DissectionTree = std::vector<TreeNode>;
 // Elimination order of a graph of at most 64 vertices by minimum degree, on sets of 64 bits.
 
 inline constexpr Index kMinimumDegreeLimit = 64;
-
-// near[v]: set of the neighbours of v, without v. outside[v]: neighbours beyond this graph that are
-// eliminated later; they count as far as the input names them. Returns the local order.
-std::vector<Index> minimum_degree(std::vector<std::uint64_t>& near,
-                                  const std::vector<Index>& outside);
 
 // Elimination position -> vertex. places: null, or x and y per vertex; any finite values are
 // correct, a good drawing is faster. tree: null, or receives the node of every vertex. Cost:

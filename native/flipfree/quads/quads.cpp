@@ -10,7 +10,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
-#include "flipfree/field/guidance.h"
+#include "flipfree/field/smoothest.h"
 #include "flipfree/holonomy/field_aligned.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/quads/cells.h"

@@ -21,7 +21,7 @@ struct TileOptions {
 // of area on the surface per tile), "tiles" (how many), "seams" (edges), "seams_quarter" and
 // "seams_half" (those that turn by a quarter or a half, where only a texture that looks the same
 // so turned runs on), "seams_matched" (share of the seams' length that turns by none), and
-// "carried" (distortion/seams/carry.h). Throws InvalidInput (not seamless as stored; no common
+// "carried" (distortion/seams/seams.h). Throws InvalidInput (not seamless as stored; no common
 // grid), NotConverged, Cancelled.
 certify::Parametrization fit_tiles(certify::Parametrization map, const TileOptions& options,
                                    ExecutionContext& context);

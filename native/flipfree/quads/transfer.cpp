@@ -10,7 +10,6 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/conformal/map.h"
-#include "flipfree/distortion/seams/carry.h"
 #include "flipfree/distortion/seams/seams.h"
 #include "flipfree/intrinsic/layout/refine_map.h"
 #include "flipfree/mesh/cut_graph.h"
@@ -78,10 +77,6 @@ distortion::CutMap cut_of(const mesh::Surface& surface, const mesh::Adjacency& a
   return cut;
 }
 
-mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
-  return mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-}
-
 certify::Parametrization with_uv(certify::Parametrization map, Points2 corner_uv) {
   map.uv = std::move(corner_uv);
   return map;
@@ -136,7 +131,7 @@ std::optional<certify::Parametrization> imprinted(const Carried& from,
         intrinsic::edges_on(from.surface.faces, points, flags(on_line), layout);
     certify::Parametrization fine;
     conformal::take_map(layout, fine);
-    const mesh::Adjacency adjacency = adjacency_of(fine.surface);
+    const mesh::Adjacency adjacency = mesh::build_adjacency(fine.surface);
     const mesh::EdgeFlags fine_lines = mesh::flag_edges(fine.surface.faces, adjacency, lines);
     for (HalfedgeId h = 0; at(h) < fine_lines.size(); ++h)
       if (fine_lines[at(h)] != 0 && h < adjacency.opposite[at(h)]) fine.features.push_back(h);
@@ -186,7 +181,7 @@ std::optional<certify::Parametrization> integer_map(const certify::Parametrizati
         static_cast<double>(cross(chosen.integer[at(3 * f)], chosen.integer[at(3 * f + 1)]));
   }
   Carried from{map.surface,
-               adjacency_of(map.surface),
+               mesh::build_adjacency(map.surface),
                {},
                map.uv32.cast<double>(),
                prepared.flat.oblique.empty(),
@@ -239,7 +234,7 @@ std::optional<certify::Parametrization> rounded_map(const certify::Parametrizati
                                                     const FlatMap& flat, double scale,
                                                     ExecutionContext& context, Stats& stats) {
   const Points2 uv = map.uv32.cast<double>();
-  const mesh::Adjacency adjacency = adjacency_of(map.surface);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
   std::vector<HalfedgeId> lines;
   for (const HalfedgeId h : map.features) {
     const Gauss e = flat.surface.edge[at(h)];
@@ -280,7 +275,7 @@ void certify_integers(const std::vector<Index>& quarters, const mesh::Surface& i
   request.require_cones = true;
   request.features = features;
   request.require_features = false;
-  const mesh::Adjacency adjacency = adjacency_of(map.surface);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
   for (VertexId v = 0; at(v) < quarters.size(); ++v) {
     const HalfedgeId h = adjacency.vertex_halfedge[at(v)];
     if (h != kInvalid && adjacency.opposite[at(h)] != kInvalid && quarters[at(v)] != 4)

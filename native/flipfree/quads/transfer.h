@@ -14,7 +14,7 @@ namespace flipfree::quads {
 // for them: translations, cones, corners, borders and features are whole numbers, as stored in 32
 // bits. Every chart stays where it is, at the new scale, but for less than one. The way begins at
 // the affine maps between the coarse triangles, as the map's edges cross them
-// (distortion/seams/carry.h). Where these flip triangles and no way without them is found, edges
+// (distortion/seams/seams.h). Where these flip triangles and no way without them is found, edges
 // get points where they bend, as few as the map can do with in the end: then nothing flips. nullopt
 // only where 32 bits do not hold the map. Without certificate. stats: as carried_to().
 std::optional<certify::Parametrization> integer_map(const certify::Parametrization& map,

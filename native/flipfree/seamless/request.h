@@ -2,10 +2,14 @@
 // mesh, whatever part of it is at fault.
 #pragma once
 
+#include <Eigen/Core>
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/types.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::seamless {
@@ -23,14 +27,37 @@ void check_request(const mesh::Surface& surface, const std::vector<Index>& cones
 
 // Errors of a part, or of a refined map, with the places of the caller's mesh.
 
-// `faces`, `vertices`: the caller's number of each of those that the error counts; elements beyond
-// are left out, corners become faces. Each is named once, but for the ends of edges.
-Error placed_in(Error error, const std::vector<FaceId>& faces,
-                const std::vector<VertexId>& vertices);
-
 // To be called in a catch block: throws the exception at hand again, NotConverged (a failed
 // certificate too) with its places; others as they are.
 [[noreturn]] void rethrow_placed(const std::vector<FaceId>& faces,
                                  const std::vector<VertexId>& vertices);
+
+// Which quarter turns loops are given that nobody gave any: those of some metric that are nearest
+// to the loop angles of another one.
+//
+// What is near is told by a norm, the length of the change of the metric that the angles need
+// (penner/penner_system.h). Counted loop by loop it would depend on the basis of the homology: two
+// loops that turn a third of a quarter too far, and whose difference is a short one, are nearer to
+// numbers that neither of them rounds to. The nearest whole numbers in a norm are a closest vector
+// of a lattice. It is looked for in a basis in which no loop becomes shorter in the norm by taking
+// another one away (Lagrange's reduction, of all pairs): from the nearest number of each given
+// loop, and from Babai's nearest plane (Babai 1986), until no change of one or two loops improves
+// it.
+
+// `angles`: of n loops, radians; `norm`: n x n, symmetric and positive definite, only its lower
+// half is read: e' norm e is what it costs that loops turn by e more. If it is no norm, by rounding
+// or otherwise, loops count one by one. Returns: turns by rising cost, the cheapest found, then
+// some with one loop of the reduced basis turned otherwise, then some with several, at random but
+// always the same; `most` at most. `why` says why there is no metric with some turns, empty if
+// there is one. Empty if it forbids all. Cost: O(n^3), and O(n^2) per change of the first ones.
+std::vector<std::vector<Index>> near_turns(
+    const std::vector<double>& angles, const Eigen::MatrixXd& norm, std::size_t most,
+    const std::function<std::string(const std::vector<Index>&)>& why);
+
+// The same on a closed surface with `cones` (quarter turns of every vertex). Throws Infeasible
+// (kBadAngles) if there are none: cones 3 and 5 on a torus.
+std::vector<std::vector<Index>> near_turns(const std::vector<Index>& cones, Index genus,
+                                           const std::vector<double>& angles,
+                                           const Eigen::MatrixXd& norm, std::size_t most);
 
 }  // namespace flipfree::seamless

@@ -14,11 +14,10 @@
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/separated_map.h"
 #include "flipfree/distortion/rounding.h"
-#include "flipfree/mesh/own_unit.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/separated/orientation.h"
 #include "flipfree/unwrap/chart/chart.h"
 #include "flipfree/unwrap/chart/separate.h"
-#include "flipfree/unwrap/islands/corners.h"
 #include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/place.h"
 #include "flipfree/unwrap/seams/auto_islands.h"
@@ -51,7 +50,7 @@ class Unwrapping {
       : surface_(surface),
         options_(options),
         context_(context),
-        adjacency_(adjacency_of(surface)),
+        adjacency_(mesh::build_adjacency(surface)),
         working_{normalised(surface.vertices, surface.faces), surface.faces} {}
 
   certify::Parametrization run() {
@@ -177,7 +176,7 @@ class Unwrapping {
     for (const auto& [c, error] : unstorable) {
       const mesh::Chart& chart = islands_.charts[c];
       if (!pins_.of_chart[c].empty()) return false;
-      const mesh::Adjacency own_adjacency = adjacency_of(chart.surface);
+      const mesh::Adjacency own_adjacency = mesh::build_adjacency(chart.surface);
       const mesh::EdgeFlags spared = part_of(chart, uncuttable_);
       mesh::EdgeFlags own;
       for (const bool thin_alone : {false, true}) {

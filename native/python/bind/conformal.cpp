@@ -9,7 +9,7 @@
 
 #include "flipfree/conformal/boundary_angles.h"
 #include "flipfree/conformal/map.h"
-#include "flipfree/conformal/refined_metric.h"
+#include "flipfree/conformal/metric.h"
 #include "flipfree/conformal/suggest_cones.h"
 #include "flipfree/numeric/scalar.h"
 #include "job.h"

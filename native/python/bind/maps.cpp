@@ -7,7 +7,7 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/distortion/improve.h"
 #include "flipfree/embedding/embed_surface.h"
-#include "flipfree/matchmaker/match_piece.h"
+#include "flipfree/matchmaker/match.h"
 #include "flipfree/unwrap/islands/grids.h"
 #include "flipfree/unwrap/packing/pack.h"
 #include "flipfree/unwrap/repair/repair.h"

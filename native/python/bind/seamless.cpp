@@ -8,14 +8,12 @@
 
 #include "flipfree/base/failure.h"
 #include "flipfree/field/compute.h"
-#include "flipfree/holonomy/engines.h"
 #include "flipfree/holonomy/field_aligned.h"
 #include "flipfree/holonomy/needed_topology.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/seamless/exact/seamless_map.h"
-#include "flipfree/seamless/padding/topology.h"
+#include "flipfree/seamless/padding/padding.h"
 #include "flipfree/seamless/request.h"
 #include "job.h"
 
@@ -125,7 +123,7 @@ using Sectors = std::vector<std::pair<VertexId, FaceId>>;
 using FoundCut = std::tuple<Points3, Triangles, std::vector<FaceId>, std::vector<FaceId>, Points3,
                             std::vector<std::vector<VertexId>>, Sectors, Sectors, Stats>;
 
-FoundCut described(seamless::RefinedPieces&& pieces, Stats stats) {
+FoundCut described(holonomy::RefinedPieces&& pieces, Stats stats) {
   const auto& [face, vertex] = pieces.provenance;
   Points3 weights(static_cast<Eigen::Index>(vertex.size()), 3);
   std::vector<FaceId> parents;
@@ -141,8 +139,7 @@ FoundCut described(seamless::RefinedPieces&& pieces, Stats stats) {
     const auto placed = [&](HalfedgeId h) {
       return std::pair{mesh::source(faces, h + 3 * first), h / 3 + first};
     };
-    const mesh::Adjacency adjacency =
-        mesh::build_adjacency(static_cast<Index>(cut.surface.vertices.rows()), cut.surface.faces);
+    const mesh::Adjacency adjacency = mesh::build_adjacency(cut.surface);
     for (const HalfedgeId h : cut.flat_sectors) flat.push_back(placed(h));
     for (const std::vector<HalfedgeId>& branch : cut.branches) {
       std::vector<VertexId>& path = branches.emplace_back();
@@ -174,25 +171,20 @@ FoundCut admissible_cut(const mesh::Surface& surface,
                         const std::optional<FieldArrays>& given, bool reroute,
                         ExecutionContext& context) {
   mesh::validate(surface, {}, context);
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   require_closed(adjacency);
-  if (!given) {
+  std::optional<field::CrossField> own;
+  if (given) {
+    own = field::read_field(surface, to_field(*given), context);
+  } else {
     seamless::check_request(surface, *cones, context);
-    return described(
-        seamless::cut_components(
-            surface, *cones,
-            [](const mesh::Surface& part, const std::vector<Index>& own, const std::vector<FaceId>&,
-               ExecutionContext& inner) { return seamless::make_admissible_cut(part, own, inner); },
-            context),
-        {});
   }
-  const field::CrossField own = field::read_field(surface, to_field(*given), context);
   const std::vector<Index> wanted =
-      holonomy::needed_topology(surface, adjacency, own, true, context).cones;
+      own ? holonomy::needed_topology(surface, adjacency, *own, true, context).cones : *cones;
   seamless::Reroutings done;
-  seamless::RefinedPieces pieces =
-      holonomy::field_cut(surface, adjacency, own, wanted, reroute, done, context);
+  holonomy::RefinedPieces pieces = holonomy::field_cut(
+      surface, adjacency, own && reroute ? &*own : nullptr, wanted, done, context);
+  if (!own) return described(std::move(pieces), {});
   return described(std::move(pieces), {{"loops", static_cast<std::int64_t>(done.loops)},
                                        {"guided", static_cast<std::int64_t>(done.shortest)},
                                        {"fallback", static_cast<std::int64_t>(done.fallback)},

@@ -1,4 +1,4 @@
-#include "flipfree/base/debug_check.h"
+#include "flipfree/base/failure.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/base/helpers.h"
+#include "flipfree/base/context.h"
 
 #include <gtest/gtest.h>
 #ifndef _WIN32

@@ -1,6 +1,6 @@
 // Compiled with every optimisation there is, the vectorizer that drops conversions among them
 // (tests/native/CMakeLists.txt).
-#include "flipfree/base/stored.h"
+#include "flipfree/base/plane.h"
 
 #include <gtest/gtest.h>
 

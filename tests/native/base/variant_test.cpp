@@ -1,4 +1,4 @@
-#include "flipfree/base/variant.h"
+#include "flipfree/base/stats.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,3 @@
-#include "flipfree/certify/agreement.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/certify/pins.h"
+#include "flipfree/certify/measures.h"
 
 #include <gtest/gtest.h>
 

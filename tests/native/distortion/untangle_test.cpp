@@ -5,6 +5,7 @@
 #include <random>
 
 #include "flipfree/base/error.h"
+#include "flipfree/distortion/energy/energy.h"
 #include "support/shapes.h"
 
 namespace flipfree::distortion::untangle_test {
@@ -33,10 +34,10 @@ struct Tangle {
 TEST(Untangler, unfolds_random_insides_of_a_square_and_holds_its_boundary) {
   for (unsigned seed = 0; seed < 10; ++seed) {
     Tangle tangle(seed);
-    EXPECT_GT(find_flips(tangle.surface.faces, tangle.uv, tangle.context).size(), 10U);
+    EXPECT_GT(flipped_faces(tangle.surface.faces, tangle.uv, tangle.context).size(), 10U);
     const UntangleResult result = tangle.run();
     EXPECT_EQ(result.flips, 0) << seed;
-    EXPECT_TRUE(find_flips(tangle.surface.faces, result.uv, tangle.context).empty());
+    EXPECT_TRUE(is_flip_free(tangle.surface.faces, result.uv, tangle.context));
     for (std::size_t v = 0; v < tangle.fixed.size(); ++v) {
       if (!tangle.fixed[v]) continue;
       EXPECT_EQ(result.uv.row(static_cast<Eigen::Index>(v)),
@@ -55,7 +56,7 @@ TEST(Untangler, guarded_faces_stay_positive_whatever_the_others_do) {
     for (const int iterations : {1, 3, 8}) {
       options.max_iterations = iterations;
       const std::vector<FaceId> flips =
-          find_flips(tangle.surface.faces, tangle.run(options).uv, tangle.context);
+          flipped_faces(tangle.surface.faces, tangle.run(options).uv, tangle.context);
       EXPECT_TRUE(flips.empty() || flips.front() >= 18);
     }
   }

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/stored.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::embedding::boundary_test {

@@ -5,7 +5,6 @@
 
 #include "flipfree/embedding/disk/disk.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/topology.h"
 #include "support/shapes.h"
 
 namespace flipfree::test {

@@ -11,7 +11,6 @@
 #include "flipfree/embedding/embed_surface.h"
 #include "flipfree/matchmaker/match.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/unwrap/packing/pack.h"
 #include "flipfree/unwrap/unwrap.h"
@@ -30,10 +29,7 @@ Call map_call(std::string name, mesh::Surface input, Solve solve) {
 }
 
 std::vector<VertexId> boundary_of(const mesh::Surface& surface) {
-  return mesh::boundary_loops(
-             surface.faces,
-             mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces))
-      .front();
+  return mesh::boundary_loops(surface.faces, mesh::build_adjacency(surface)).front();
 }
 
 // Corner UVs of a plane surface: its own places, sheared.

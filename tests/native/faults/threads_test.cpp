@@ -36,7 +36,7 @@ void start(std::thread* self, ThreadState state, void (*depend)()) {
 namespace flipfree::test::threads_test {
 namespace {
 
-// Threads that live (base/helpers.h) are not asked for again: none may at the start.
+// Threads that live (base/context.h) are not asked for again: none may at the start.
 TEST(Threads, that_are_not_given_are_done_without) {
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));
   const std::vector<Call> calls = all_calls();

@@ -19,8 +19,7 @@ constexpr double kTestQuarter = 0.5 * std::numbers::pi;
 struct Place {
   explicit Place(mesh::Surface given)
       : surface(std::move(given)),
-        adjacency(
-            mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces)),
+        adjacency(mesh::build_adjacency(surface)),
         frames(measure_frames(surface)) {}
 
   std::size_t faces() const { return static_cast<std::size_t>(surface.faces.rows()); }

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "flipfree/numeric/big_float.h"
+#include "flipfree/numeric/scalar.h"
 
 namespace flipfree::intrinsic::delaunay_test_test {
 namespace {

@@ -28,8 +28,7 @@ mesh::Surface sheared_grid() {
 MetricLayout lay_out(const mesh::Surface& surface, const FlippedMetric& metric,
                      Refinement refinement, const mesh::EdgeFlags& cuts) {
   ExecutionContext context;
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const MetricOverlay overlay = overlay_metric(metric, nullptr, adjacency, kMaxCrossings, context);
   return lay_out_metric(surface, adjacency, overlay, cuts, refinement, context);
 }

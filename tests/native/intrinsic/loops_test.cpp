@@ -37,6 +37,27 @@ bool is_closed_strip(const FlipMesh& mesh, const DualLoop& loop) {
   return true;
 }
 
+// Algebraic number of crossings of a loop with another one pushed off it; both in the same mesh.
+// The matrix over a homology basis has determinant 1.
+// b is pushed to the left of itself until it runs along edges: around the corners on its left. It
+// then crosses a wherever a crosses one of these edges.
+Index intersection_number(const FlipMesh& mesh, const DualLoop& a, const DualLoop& b) {
+  // The edges on the left of b: those of which b passes the target on its left, from corner to
+  // corner. As a chain: for each face whose third side b has on its left, that side.
+  std::vector<Index> chain(mesh.next.size() / 2, 0);
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    const HalfedgeId entered = FlipMesh::opposite(b[i]);
+    const HalfedgeId leaving = b[(i + 1) % b.size()];
+    if (leaving != mesh.next_of(entered)) continue;  // a corner on the left: no side there
+    // The third side, previous(entered), runs against b's direction.
+    const HalfedgeId side = mesh.previous(entered);
+    chain[at(side >> 1)] += (side & 1) == 0 ? -1 : 1;
+  }
+  Index sum = 0;
+  for (const HalfedgeId h : a) sum += (h & 1) == 0 ? chain[at(h >> 1)] : -chain[at(h >> 1)];
+  return sum;
+}
+
 Eigen::MatrixXd intersections(const FlipMesh& mesh, const std::vector<DualLoop>& loops) {
   const auto n = static_cast<Eigen::Index>(loops.size());
   Eigen::MatrixXd m(n, n);

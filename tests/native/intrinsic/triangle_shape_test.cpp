@@ -1,4 +1,4 @@
-#include "flipfree/intrinsic/triangle_shape.h"
+#include "flipfree/intrinsic/delaunay_test.h"
 
 #include <gtest/gtest.h>
 

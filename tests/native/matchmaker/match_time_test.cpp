@@ -7,7 +7,7 @@
 #include <string>
 
 #include "flipfree/base/error.h"
-#include "flipfree/matchmaker/match_piece.h"
+#include "flipfree/matchmaker/match.h"
 #include "matchmaker/requests.h"
 
 namespace flipfree::matchmaker::match_time_test {

@@ -10,16 +10,13 @@
 
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/matchmaker/match.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/adjacency.h"
 #include "support/shapes.h"
 
 namespace flipfree::test {
 
 inline std::vector<VertexId> boundary_of(const mesh::Surface& surface) {
-  return mesh::boundary_loops(
-             surface.faces,
-             mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces))
-      .front();
+  return mesh::boundary_loops(surface.faces, mesh::build_adjacency(surface)).front();
 }
 
 // Different vertices that are none of `held`, anywhere in the unit square.

@@ -1,4 +1,4 @@
-#include "flipfree/mesh/refined/refined_map.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 
 #include <gtest/gtest.h>
 

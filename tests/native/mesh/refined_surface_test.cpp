@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/adjacency.h"
 #include "fuzz/rational.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"

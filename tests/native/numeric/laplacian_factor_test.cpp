@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "flipfree/numeric/big_float.h"
+#include "flipfree/numeric/scalar.h"
 
 namespace flipfree::numeric::laplacian_factor_test {
 namespace {

@@ -8,8 +8,6 @@
 #include <cmath>
 #include <random>
 
-#include "flipfree/numeric/two_product.h"
-
 namespace flipfree::numeric::predicates_test {
 namespace {
 

@@ -8,8 +8,8 @@
 #include <set>
 #include <vector>
 
+#include "flipfree/seamless/padding/padding.h"
 #include "flipfree/seamless/padding/segments.h"
-#include "flipfree/seamless/padding/topology.h"
 #include "fuzz/rational.h"
 #include "seamless/admissible_judge.h"
 #include "seamless/cones.h"
@@ -70,8 +70,7 @@ inline std::multiset<Index> expect_good_cut(const seamless::AdmissibleCut& cut,
                                             const std::vector<Index>& cones) {
   AdmissibleJudge judge(cut, surface, cones);
   EXPECT_EQ(judge.complaint(), "");
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(cut.surface.vertices.rows()), cut.surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(cut.surface);
   const seamless::EqualizationSystem system =
       seamless::equalization_system(cut, seamless::cut_segments(cut, adjacency));
   EXPECT_TRUE(ones_are_in_kernel(system));

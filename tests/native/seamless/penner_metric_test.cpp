@@ -155,9 +155,8 @@ TEST(PennerMetric, ATubeCannotHaveTwoCornersAtOneEnd) {
   ExecutionContext context;
   auto cones = aligned_cones(
       cylinder,
-      flat_inside(
-          std::vector<Index>(static_cast<std::size_t>(cylinder.vertices.rows()), kNotGiven),
-          mesh::build_adjacency(static_cast<Index>(cylinder.vertices.rows()), cylinder.faces)),
+      flat_inside(std::vector<Index>(static_cast<std::size_t>(cylinder.vertices.rows()), kNotGiven),
+                  mesh::build_adjacency(cylinder)),
       context);
   cones[0] = 1;
   cones[3] = 3;

@@ -21,8 +21,7 @@ bool check(const mesh::Surface& surface, const std::vector<Index>& cones, Index 
   SCOPED_TRACE("seed " + std::to_string(seed) + (straight ? " straight" : " short"));
   std::mt19937 random(seed);
   const field::CrossField field = test::wished_field(surface, cones, reach, random);
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   EXPECT_EQ(field::cone_turns(surface.faces, adjacency, field::measure_frames(surface), field),
             cones);
   ExecutionContext context;
@@ -131,8 +130,7 @@ TEST(Reroute, TurnsThatNoSumOfConesMakesAreRefused) {
     std::vector<Index> cones = test::scattered(torus, {2, 6}, seed);
     // Every loop turns by half turns: there is no such map at all (seamless/signature.h).
     const field::CrossField field = test::wished_field(torus, cones, 0, random);
-    const mesh::Adjacency adjacency =
-        mesh::build_adjacency(static_cast<Index>(torus.vertices.rows()), torus.faces);
+    const mesh::Adjacency adjacency = mesh::build_adjacency(torus);
     ExecutionContext context;
     EXPECT_THROW(
         make_turning_cut(torus, cones, test::turns_of(torus, adjacency, field, done), context),

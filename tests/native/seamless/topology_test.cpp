@@ -1,5 +1,5 @@
 // Cuts for all kinds of cones, judged by Definition 5.4 and by the rank of their equations.
-#include "flipfree/seamless/padding/topology.h"
+#include "flipfree/seamless/padding/padding.h"
 
 #include "faults/samples.h"
 #include "flipfree/base/error.h"

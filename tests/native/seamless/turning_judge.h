@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "flipfree/field/turning.h"
-#include "flipfree/holonomy/loops.h"
+#include "flipfree/holonomy/needed_topology.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/seamless/padding/segments.h"
 
@@ -26,9 +26,8 @@ class TurningJudge {
       : cut_(cut),
         input_(input),
         field_(field),
-        own_(mesh::build_adjacency(static_cast<Index>(cut.surface.vertices.rows()),
-                                   cut.surface.faces)),
-        of_input_(mesh::build_adjacency(static_cast<Index>(input.vertices.rows()), input.faces)) {
+        own_(mesh::build_adjacency(cut.surface)),
+        of_input_(mesh::build_adjacency(input)) {
     for (const std::vector<HalfedgeId>& branch : cut.branches) {
       for (const HalfedgeId h : branch) {
         is_cut_.insert(h);

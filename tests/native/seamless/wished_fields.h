@@ -7,7 +7,7 @@
 
 #include "flipfree/field/turning.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/seamless/padding/topology.h"
+#include "flipfree/seamless/padding/padding.h"
 
 namespace flipfree::test {
 
@@ -15,8 +15,7 @@ namespace flipfree::test {
 inline field::CrossField wished_field(const mesh::Surface& surface, const std::vector<Index>& cones,
                                       Index reach, std::mt19937& random) {
   ExecutionContext context;
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const auto at = [](Index i) { return static_cast<std::size_t>(i); };
   field::CrossField field{std::vector<double>(at(static_cast<Index>(surface.faces.rows())), 0.0),
                           std::vector<Index>(at(static_cast<Index>(surface.faces.size())), 0)};

@@ -8,7 +8,7 @@
 namespace flipfree::test {
 
 inline mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
-  return mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  return mesh::build_adjacency(surface);
 }
 
 // The UVs of vertices (#V x 2), corner by corner (3 #F x 2).

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/intrinsic/flip_mesh.h"
+#include "flipfree/intrinsic/intrinsic_mesh.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
 

@@ -5,7 +5,7 @@
 #include <set>
 #include <utility>
 
-#include "flipfree/numeric/graph.h"
+#include "flipfree/numeric/nested_dissection.h"
 
 namespace flipfree::test {
 

@@ -1,5 +1,5 @@
 // MetricEngine over a scalar type: its state, scaling and result. Private to the engines'
-// translation units, which include engine_impl.h: members are defined by idea in scalar_engine_*.h.
+// translation unit, make_engine.cpp: members are defined by idea in scalar_engine_*.h.
 #pragma once
 
 #include <algorithm>
@@ -271,7 +271,7 @@ class ScalarEngine final : public MetricEngine {
   bool relax_one(VertexId v, double accuracy, ExecutionContext& context);
   bool scale_star(VertexId v, double growth, ExecutionContext& context);
 
-  // scalar_engine_star.h
+  // scalar_engine_relax.h
   struct StarMove {
     double step = 0.0;       // change of the scale factor done
     std::size_t events = 0;  // flips on the way

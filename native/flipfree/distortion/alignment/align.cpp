@@ -10,7 +10,6 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/grain.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 #include "flipfree/distortion/seams/constraints.h"
@@ -138,7 +137,7 @@ class Aligner {
   }
 
   double alignment(const Points2& uv) const {
-    return sum([&](std::size_t f) {
+    return sum_of(context_, rest_.size(), kGrain, [&](std::size_t f) {
       return 0.5 * rest_[f].weight * square_off(jacobian_of(f, uv), target_[f]);
     });
   }
@@ -151,18 +150,6 @@ class Aligner {
     }
     return alignment(uv) + sum_energy(faces_, mild_, uv, context_).value() +
            0.5 * feature_weight_ * off;
-  }
-
-  template <typename Term>
-  double sum(Term term) const {
-    std::vector<double> parts(chunk_count(rest_.size(), kGrain), 0.0);
-    parallel_for(context_, rest_.size(), kGrain,
-                 [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                   for (std::size_t f = begin; f < end; ++f) parts[chunk] += term(f);
-                 });
-    double total = 0.0;
-    for (const double part : parts) total += part;
-    return total;
   }
 
   void add_alignment() {

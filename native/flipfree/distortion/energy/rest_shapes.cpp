@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "flipfree/base/parallel.h"
-#include "flipfree/distortion/energy/grain.h"
 
 namespace flipfree::distortion {
 
@@ -55,38 +54,27 @@ RestShapes build_rest_shapes(const mesh::Surface& surface, const ExecutionContex
   const auto count = static_cast<std::size_t>(surface.faces.rows());
   RestShapes shapes;
   shapes.triangles.resize(count);
-  std::vector<double> sums(chunk_count(count, kGrain), 0.0);
-  parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-    for (std::size_t f = begin; f < end; ++f) {
-      const auto row = static_cast<Eigen::Index>(f);
-      Vector3 point[3];
-      for (int k = 0; k < 3; ++k) {
-        point[k] = surface.vertices.row(surface.faces(row, k)).transpose();
-      }
-      shapes.triangles[f] = unfold(point);
-      sums[chunk] += shapes.triangles[f].weight;
+  const double twice_area = sum_of(context, count, kGrain, [&](std::size_t f) {
+    Vector3 point[3];
+    for (int k = 0; k < 3; ++k) {
+      point[k] = surface.vertices.row(surface.faces(static_cast<Eigen::Index>(f), k)).transpose();
     }
+    shapes.triangles[f] = unfold(point);
+    return shapes.triangles[f].weight;
   });
-  double twice_area = 0;
-  for (const double sum : sums) twice_area += sum;
   shapes.length = std::sqrt(0.5 * twice_area);
 
   // Weights: share of the area, not below the floor; renormalised to sum to 1.
   const double floor = kLeastWeight / static_cast<double>(count);
-  std::fill(sums.begin(), sums.end(), 0.0);
-  parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-    for (std::size_t f = begin; f < end; ++f) {
-      RestTriangle& rest = shapes.triangles[f];
-      rest.weight = std::max(rest.weight / twice_area, floor);
-      sums[chunk] += rest.weight;
-      for (auto& row : rest.gradient) {
-        for (double& entry : row) entry *= shapes.length;
-      }
-      rest.determinant *= shapes.length * shapes.length;
+  const double total = sum_of(context, count, kGrain, [&](std::size_t f) {
+    RestTriangle& rest = shapes.triangles[f];
+    rest.weight = std::max(rest.weight / twice_area, floor);
+    for (auto& row : rest.gradient) {
+      for (double& entry : row) entry *= shapes.length;
     }
+    rest.determinant *= shapes.length * shapes.length;
+    return rest.weight;
   });
-  double total = 0;
-  for (const double sum : sums) total += sum;
   for (RestTriangle& rest : shapes.triangles) rest.weight /= total;
   return shapes;
 }

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "flipfree/numeric/two_product.h"
+#include "flipfree/numeric/predicates.h"
 
 namespace flipfree::distortion {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "flipfree/base/lists.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/topology.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::distortion {
@@ -45,7 +45,7 @@ BoundaryGrid::BoundaryGrid(const Boundary& boundary, const Points2& uv)
     : boundary_(boundary), uv_(uv) {
   low_ = Vector2::Zero();
   if (boundary.edges.empty()) {
-    begin_.assign(2, 0);
+    edges_ = Lists<Index>(1, [](const auto&) {});
     return;
   }
   low_ = uv.row(boundary.vertices.front()).transpose();
@@ -66,18 +66,12 @@ BoundaryGrid::BoundaryGrid(const Boundary& boundary, const Points2& uv)
   if (!std::isfinite(cell_) || !extent.allFinite()) cell_ = std::numeric_limits<double>::infinity();
   columns_ = static_cast<Index>(extent.allFinite() ? extent.x() / cell_ : 0.0) + 1;
   rows_ = static_cast<Index>(extent.allFinite() ? extent.y() / cell_ : 0.0) + 1;
-  begin_.assign(at(columns_) * at(rows_) + 1, 0);
-  const auto for_edges = [&](auto visit) {
+  edges_ = Lists<Index>(at(columns_) * at(rows_), [&](const auto& add) {
     for (std::size_t e = 0; e < boundary.edges.size(); ++e) {
       for_cells(uv.row(boundary.edges[e][0]).transpose(), uv.row(boundary.edges[e][1]).transpose(),
-                [&](std::size_t cell) { visit(cell, static_cast<Index>(e)); });
+                [&](Index cell) { add(cell, static_cast<Index>(e)); });
     }
-  };
-  for_edges([&](std::size_t cell, Index) { ++begin_[cell + 1]; });
-  for (std::size_t cell = 0; cell + 1 < begin_.size(); ++cell) begin_[cell + 1] += begin_[cell];
-  edges_.resize(at(begin_.back()));
-  std::vector<Index> next(begin_.begin(), begin_.end() - 1);
-  for_edges([&](std::size_t cell, Index e) { edges_[at(next[cell]++)] = e; });
+  });
 }
 
 // The cell of a coordinate that many cells from the first, of so many; NaN is in the first.
@@ -113,18 +107,18 @@ void BoundaryGrid::for_cells(const Vector2& a, const Vector2& b, Visit visit) co
     }
     const Index left = column(std::min(from, to) - slack);
     const Index right = column(std::max(from, to) + slack);
-    for (Index c = left; c <= right; ++c) visit(at(r) * at(columns_) + at(c));
+    for (Index c = left; c <= right; ++c) visit(r * columns_ + c);
   }
 }
 
 std::array<Index, 2> BoundaryGrid::first_conflict(const ExecutionContext& context) const {
-  for (std::size_t cell = 0; cell + 1 < begin_.size(); ++cell) {
+  for (Index cell = 0; cell < edges_.size(); ++cell) {
     if (cell % 4096 == 0) context.check();
-    for (Index i = begin_[cell]; i < begin_[cell + 1]; ++i) {
-      for (Index j = i + 1; j < begin_[cell + 1]; ++j) {
-        const Index e = edges_[at(i)];
-        const Index f = edges_[at(j)];
-        if (conflict(boundary_.edges[at(e)], boundary_.edges[at(f)], uv_)) return {e, f};
+    const std::span<const Index> own = edges_[cell];
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      for (std::size_t j = i + 1; j < own.size(); ++j) {
+        if (conflict(boundary_.edges[at(own[i])], boundary_.edges[at(own[j])], uv_))
+          return {own[i], own[j]};
       }
     }
   }
@@ -138,12 +132,11 @@ void BoundaryGrid::near(const Vector2& point, double radius, std::vector<Index>&
   const Index top = row(point.y() + radius);
   for (Index r = row(point.y() - radius); r <= top; ++r) {
     for (Index c = left; c <= right; ++c) {
-      const std::size_t cell = at(r) * at(columns_) + at(c);
-      edges.insert(edges.end(), edges_.begin() + begin_[cell], edges_.begin() + begin_[cell + 1]);
+      const std::span<const Index> own = edges_[r * columns_ + c];
+      edges.insert(edges.end(), own.begin(), own.end());
     }
   }
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  sort_unique(edges);
 }
 
 std::vector<std::size_t> turned_loops(const Boundary& boundary, const Points2& uv) {
@@ -288,8 +281,7 @@ std::vector<std::array<VertexId, 2>> BoundaryBarrier::couplings(const Points2& u
       pairs.push_back({std::min(contact.vertices[0], end), std::max(contact.vertices[0], end)});
     }
   });
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  sort_unique(pairs);
   return pairs;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/base/lists.h"
 #include "flipfree/base/types.h"
 #include "flipfree/mesh/surface.h"
 
@@ -48,8 +49,7 @@ class BoundaryGrid {
   double cell_ = 1;
   Index columns_ = 1;
   Index rows_ = 1;
-  std::vector<Index> begin_;  // cell -> range in edges_
-  std::vector<Index> edges_;
+  Lists<Index> edges_;  // by cell
 };
 
 // Exact: the loops that run counter-clockwise, all but the outermost: holes and slits turned inside

@@ -11,7 +11,6 @@
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/minimize_options.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
-#include "flipfree/distortion/energy/step_system.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/newton_system.h"
 

@@ -5,8 +5,9 @@
 #include <cmath>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/lists.h"
 #include "flipfree/base/parallel.h"
-#include "flipfree/distortion/energy/grain.h"
+#include "flipfree/distortion/energy/rest_shapes.h"
 
 namespace flipfree::distortion {
 namespace {
@@ -61,18 +62,12 @@ void NewtonSystem::build_pattern(const Triangles& faces,
                                  const std::vector<std::array<VertexId, 2>>& couplings,
                                  const ExecutionContext& context) {
   const std::size_t count = vertex_of_.size();
-  corner_offset_.assign(count + 1, 0);
-  for (Eigen::Index c = 0; c < faces.size(); ++c) {
-    const Index i = number_of_[at(faces.data()[c])];
-    if (i != kInvalid) ++corner_offset_[at(i) + 1];
-  }
-  for (std::size_t i = 0; i < count; ++i) corner_offset_[i + 1] += corner_offset_[i];
-  corners_.resize(at(corner_offset_[count]));
-  std::vector<Index> next(corner_offset_.begin(), corner_offset_.end() - 1);
-  for (Index c = 0; c < static_cast<Index>(faces.size()); ++c) {
-    const Index i = number_of_[at(faces.data()[c])];
-    if (i != kInvalid) corners_[at(next[at(i)]++)] = c;
-  }
+  corners_ = Lists<CornerId>(count, [&](const auto& add) {
+    for (CornerId c = 0; c < static_cast<CornerId>(faces.size()); ++c) {
+      const Index i = number_of_[at(faces.data()[c])];
+      if (i != kInvalid) add(i, c);
+    }
+  });
 
   std::vector<std::array<Index, 2>> extra;  // couplings as free numbers, lower first
   for (const auto& [v, w] : couplings) {
@@ -94,8 +89,7 @@ void NewtonSystem::build_pattern(const Triangles& faces,
     below.clear();
     const auto number = static_cast<Index>(i);
     const auto other = [&](CornerId c) { return number_of_[at(faces.data()[c])]; };
-    for (Index entry = corner_offset_[i]; entry < corner_offset_[i + 1]; ++entry) {
-      const CornerId c = corners_[at(entry)];
+    for (const CornerId c : corners_[number]) {
       for (const CornerId neighbour : {next_corner(c), previous_corner(c)}) {
         if (other(neighbour) > number) below.push_back(other(neighbour));
       }
@@ -103,13 +97,11 @@ void NewtonSystem::build_pattern(const Triangles& faces,
     for (; next_extra != extra.end() && (*next_extra)[0] == number; ++next_extra) {
       below.push_back((*next_extra)[1]);
     }
-    std::sort(below.begin(), below.end());
-    below.erase(std::unique(below.begin(), below.end()), below.end());
+    sort_unique(below);
     const auto place = [&](Index j) {
       return static_cast<Index>(std::lower_bound(below.begin(), below.end(), j) - below.begin());
     };
-    for (Index entry = corner_offset_[i]; entry < corner_offset_[i + 1]; ++entry) {
-      const CornerId c = corners_[at(entry)];
+    for (const CornerId c : corners_[number]) {
       if (other(next_corner(c)) > number) slot_[at(c)] = place(other(next_corner(c)));
       if (other(previous_corner(c)) > number)
         slot_[at(previous_corner(c))] = place(other(previous_corner(c)));
@@ -130,22 +122,13 @@ void NewtonSystem::build_pattern(const Triangles& faces,
 
 double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
                               ExecutionContext& context) {
-  std::vector<double> parts(chunk_count(rest.size(), kGrain), 0.0);
-  parallel_for(
-      context, rest.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-        double sum = 0;
-        for (std::size_t f = begin; f < end; ++f) {
-          const Index* v = faces_.data() + 3 * f;
-          const auto point = [&](int k) {
-            return uv.data() + 2 * static_cast<std::ptrdiff_t>(v[k]);
-          };
-          const Jacobian j = jacobian(rest[f], point(0), point(1), point(2));
-          sum += rest[f].weight * symmetric_dirichlet_hessian(rest[f], j, &face_gradient_[6 * f],
-                                                              &face_hessian_[kHessianEntries * f],
-                                                              soft);
-        }
-        parts[chunk] = sum;
-      });
+  const double energy = sum_of(context, rest.size(), kGrain, [&](std::size_t f) {
+    const Index* v = faces_.data() + 3 * f;
+    const auto point = [&](int k) { return uv.data() + 2 * static_cast<std::ptrdiff_t>(v[k]); };
+    const Jacobian j = jacobian(rest[f], point(0), point(1), point(2));
+    return rest[f].weight * symmetric_dirichlet_hessian(rest[f], j, &face_gradient_[6 * f],
+                                                        &face_hessian_[kHessianEntries * f], soft);
+  });
 
   const Index* column = matrix_.outerIndexPtr();
   double* values = matrix_.valuePtr();
@@ -156,8 +139,7 @@ double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Point
                    double* first = values + column[2 * i];
                    double* second = values + column[2 * i + 1];
                    double gradient[2] = {0, 0};
-                   for (Index entry = corner_offset_[i]; entry < corner_offset_[i + 1]; ++entry) {
-                     const CornerId c = corners_[at(entry)];
+                   for (const CornerId c : corners_[static_cast<Index>(i)]) {
                      const std::size_t f = at(c) / 3;
                      const std::size_t k = at(c) % 3;
                      const double* h = &face_hessian_[kHessianEntries * f];
@@ -191,8 +173,6 @@ double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Point
                    gradient_[2 * i + 1] = gradient[1];
                  }
                });
-  double energy = 0;
-  for (const double part : parts) energy += part;
   return energy;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/base/lists.h"
 #include "flipfree/distortion/energy/symmetric_dirichlet.h"
 #include "flipfree/numeric/cholesky/cholesky.h"
 
@@ -53,10 +54,9 @@ class NewtonSystem {
                      const ExecutionContext& context);
 
   const Triangles& faces_;
-  std::vector<Index> number_of_;      // #V -> free number
-  std::vector<VertexId> vertex_of_;   // free number -> #V
-  std::vector<Index> corner_offset_;  // free number -> range in corners_
-  std::vector<CornerId> corners_;     // corners at each free vertex, ascending
+  std::vector<Index> number_of_;     // #V -> free number
+  std::vector<VertexId> vertex_of_;  // free number -> #V
+  Lists<CornerId> corners_;          // at each free vertex, ascending
   std::vector<Index> slot_;  // 3 #F: position of half-edge's block below the diagonal of its column
   numeric::SparseMatrix matrix_;  // lower triangle
   std::vector<double> diagonal_;  // of matrix_, before it is raised
@@ -66,6 +66,25 @@ class NewtonSystem {
   numeric::SparseCholesky cholesky_;
   double damping_ = 0;
   int factorizations_ = 0;
+};
+
+// Who finds the steps of a descent whose map has to meet constraints (minimizer.h).
+
+class StepSystem {
+ public:
+  StepSystem() = default;
+  StepSystem(const StepSystem&) = delete;
+  StepSystem& operator=(const StepSystem&) = delete;
+  virtual ~StepSystem() = default;
+
+  // Gradient and projected Hessian of the energy at `uv`, as far as steps are free. `soft`: see
+  // symmetric_dirichlet_hessian(). Returns the energy. Same bits for any number of threads.
+  virtual double assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
+                          ExecutionContext& context) = 0;
+  // The Newton direction (#V x 2) among the steps that meet the constraints, zero on fixed
+  // vertices; returns the gradient's product with it (<= 0). Throws NotConverged
+  // (kFactorizationFailed).
+  virtual double solve(Points2& direction, ExecutionContext& context) = 0;
 };
 
 }  // namespace flipfree::distortion

@@ -8,6 +8,7 @@
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/lists.h"
 #include "flipfree/base/plane.h"
 
 namespace flipfree::distortion {
@@ -58,6 +59,10 @@ std::vector<StraightEdge> straight_boundary(const CutMap& map, const mesh::Adjac
   return edges;
 }
 
+namespace {
+
+// Both ends of every seam edge. Throws InvalidInput (kBadOption, kIndexOutOfRange) for half-edges
+// or vertices that do not exist.
 std::vector<Arc> list_arcs(Index vertex_count, const Triangles& faces,
                            const std::vector<SeamEdge>& seams) {
   std::vector<Arc> arcs;
@@ -84,6 +89,8 @@ std::vector<Arc> list_arcs(Index vertex_count, const Triangles& faces,
   }
   return arcs;
 }
+
+}  // namespace
 
 using numeric::GaussianInteger;
 using numeric::LinearForm;
@@ -167,6 +174,40 @@ struct Edge {
   LinearForm along;
 };
 
+// Cost: O(#V).
+StraightLines straight_lines(Index vertex_count, const Triangles& faces,
+                             const std::vector<StraightEdge>& straight) {
+  StraightLines lines;
+  lines.sides.resize(at(vertex_count));
+  // Edges first; then those that continue each other are one line.
+  for (std::size_t e = 0; e < straight.size(); ++e) {
+    const auto& [h, direction] = straight[e];
+    for (const VertexId v : {mesh::source(faces, h), mesh::target(faces, h)})
+      lines.sides[at(v)].push_back({static_cast<Index>(e), direction});
+  }
+  DisjointSets sets(static_cast<Index>(straight.size()));
+  for (const std::vector<LineSide>& sides : lines.sides) {
+    for (std::size_t i = 1; i < sides.size(); ++i) {
+      for (std::size_t k = 0; k < i; ++k) {
+        if (sides[i].direction == sides[k].direction) sets.join(sides[k].line, sides[i].line);
+      }
+    }
+  }
+  std::vector<Index> number(straight.size(), kInvalid);
+  for (VertexId v = 0; v < vertex_count; ++v) {
+    for (LineSide& side : lines.sides[at(v)]) {
+      Index& line = number[at(sets.find(side.line))];
+      if (line == kInvalid) {
+        line = static_cast<Index>(lines.vertices.size());
+        lines.vertices.emplace_back();
+      }
+      side.line = line;
+      lines.vertices[at(line)].emplace_back(v, side.direction);
+    }
+  }
+  return lines;
+}
+
 class Builder {
  public:
   Builder(Index vertex_count, const Triangles& faces, const std::vector<SeamEdge>& seams,
@@ -211,28 +252,22 @@ class Builder {
   }
 
   void index_arcs() {
-    offset_.assign(at(vertex_count_) + 1, 0);
-    for (const Arc& a : arcs_) {
-      ++offset_[at(a.from) + 1];
-      ++offset_[at(a.to) + 1];
-    }
-    for (std::size_t v = 0; v < at(vertex_count_); ++v) offset_[v + 1] += offset_[v];
-    at_.resize(at(offset_.back()));
-    std::vector<Index> next(offset_.begin(), offset_.end() - 1);
-    for (const Arc& a : arcs_) {
-      at_[at(next[at(a.from)]++)] = {a.to, a.turns, a.edge, {1, 0}};
-      at_[at(next[at(a.to)]++)] = {a.from, -a.turns, a.edge, -quarter_turn(-a.turns)};
-    }
+    at_ = Lists<DirectedArc>(at(vertex_count_), [&](const auto& add) {
+      for (const Arc& a : arcs_) {
+        add(a.from, DirectedArc{a.to, a.turns, a.edge, {1, 0}});
+        add(a.to, DirectedArc{a.from, -a.turns, a.edge, -quarter_turn(-a.turns)});
+      }
+    });
   }
 
   // Two copies that two seam edges relate by the same turn: the edges have one translation.
   void join_chains() {
     for (VertexId v = 0; v < vertex_count_; ++v) {
-      if (offset_[at(v) + 1] - offset_[at(v)] != 2) continue;
-      const DirectedArc& a = at_[at(offset_[at(v)])];
-      const DirectedArc& b = at_[at(offset_[at(v)]) + 1];
-      const bool pair = a.to == b.to && v < a.to && (a.turns - b.turns) % 4 == 0 &&
-                        offset_[at(a.to) + 1] - offset_[at(a.to)] == 2;
+      if (at_[v].size() != 2) continue;
+      const DirectedArc& a = at_[v].front();
+      const DirectedArc& b = at_[v].back();
+      const bool pair =
+          a.to == b.to && v < a.to && (a.turns - b.turns) % 4 == 0 && at_[a.to].size() == 2;
       if (!pair) continue;
       // a.unit t_a = b.unit t_b
       const GaussianInteger inverse{a.unit.re, -a.unit.im};
@@ -247,9 +282,8 @@ class Builder {
     std::vector<VertexId> queue{first};
     for (std::size_t i = 0; i < queue.size(); ++i) {
       const VertexId v = queue[i];
-      for (Index k = offset_[at(v)]; k < offset_[at(v) + 1]; ++k) {
+      for (const DirectedArc& arc : at_[v]) {
         context_.check();
-        const DirectedArc& arc = at_[at(k)];
         const auto [root, unit] = branches_.root(arc.edge);
         const LinearForm own{{root, arc.unit * unit}};
         const Copy& from = copies_[at(v)];
@@ -479,8 +513,7 @@ class Builder {
   Branches branches_;
   std::vector<Copy> copies_;
   std::vector<Cone> cones_;  // by first copy
-  std::vector<Index> offset_;
-  std::vector<DirectedArc> at_;
+  Lists<DirectedArc> at_;    // by vertex
   std::vector<LinearForm> rows_;
   bool real_;  // are the unknowns
   StraightLines lines_;
@@ -570,37 +603,6 @@ Points2 map_of(const SeamConstraints& constraints, const Points2& nodes) {
   return uv;
 }
 
-StraightLines straight_lines(Index vertex_count, const Triangles& faces,
-                             const std::vector<StraightEdge>& straight) {
-  StraightLines lines;
-  lines.sides.resize(at(vertex_count));
-  // Edges first; then those that continue each other are one line.
-  for (std::size_t e = 0; e < straight.size(); ++e) {
-    const auto& [h, direction] = straight[e];
-    for (const VertexId v : {mesh::source(faces, h), mesh::target(faces, h)})
-      lines.sides[at(v)].push_back({static_cast<Index>(e), direction});
-  }
-  DisjointSets sets(static_cast<Index>(straight.size()));
-  for (const std::vector<LineSide>& sides : lines.sides) {
-    for (std::size_t i = 1; i < sides.size(); ++i) {
-      for (std::size_t k = 0; k < i; ++k) {
-        if (sides[i].direction == sides[k].direction) sets.join(sides[k].line, sides[i].line);
-      }
-    }
-  }
-  std::vector<Index> number(straight.size(), kInvalid);
-  for (VertexId v = 0; v < vertex_count; ++v) {
-    for (LineSide& side : lines.sides[at(v)]) {
-      Index& line = number[at(sets.find(side.line))];
-      if (line == kInvalid) {
-        line = static_cast<Index>(lines.vertices.size());
-        lines.vertices.emplace_back();
-      }
-      side.line = line;
-      lines.vertices[at(line)].emplace_back(v, side.direction);
-    }
-  }
-  return lines;
-}
+namespace {}  // namespace
 
 }  // namespace flipfree::distortion

@@ -84,11 +84,6 @@ struct DirectedArc {
   numeric::GaussianInteger unit;
 };
 
-// Both ends of every seam edge. Throws InvalidInput (kBadOption, kIndexOutOfRange) for half-edges
-// or vertices that do not exist.
-std::vector<Arc> list_arcs(Index vertex_count, const Triangles& faces,
-                           const std::vector<SeamEdge>& seams);
-
 // Seam edges with one translation: disjoint sets with a quarter turn between each edge and the root
 // of its branch.
 
@@ -194,9 +189,5 @@ struct StraightLines {
   // Per line: its vertices, with the direction in which it runs; some twice.
   std::vector<std::vector<std::pair<VertexId, Index>>> vertices;
 };
-
-// Cost: O(#V).
-StraightLines straight_lines(Index vertex_count, const Triangles& faces,
-                             const std::vector<StraightEdge>& straight);
 
 }  // namespace flipfree::distortion

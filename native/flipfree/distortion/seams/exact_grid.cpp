@@ -139,7 +139,28 @@ GridMap finish(const SeamConstraints& constraints, const Triangles& faces,
   return map;
 }
 
+constexpr int kMostGridSweeps = 8;  // over single points, before the region is opened as a whole
+constexpr std::size_t kFaceGrain = 16384;
+
+// Twice the signed area, exact.
+std::int64_t twice_grid_area(const Triangles& faces, const GridPoints& points, FaceId f) {
+  const auto* a = points.data() + 2 * static_cast<std::ptrdiff_t>(faces(f, 0));
+  const auto* b = points.data() + 2 * static_cast<std::ptrdiff_t>(faces(f, 1));
+  const auto* c = points.data() + 2 * static_cast<std::ptrdiff_t>(faces(f, 2));
+  return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+}
+
 }  // namespace
+
+// Exact: the faces that are not positively oriented, ascending.
+std::vector<FaceId> folded_faces(const Triangles& faces, const GridPoints& points,
+                                 const ExecutionContext& context) {
+  std::vector<FaceId> folded = indices_where(
+      context, static_cast<std::size_t>(faces.rows()), kFaceGrain,
+      [&](std::size_t f) { return twice_grid_area(faces, points, static_cast<FaceId>(f)) <= 0; });
+  context.check();
+  return folded;
+}
 
 GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces,
                       const std::vector<SeamEdge>& seams, const Points2& uv,
@@ -209,73 +230,29 @@ std::optional<Points2> unfold_on_grid(const SeamConstraints& constraints, const 
   return Points2(points.cast<double>() * step);
 }
 
-namespace {
-
-constexpr int kMostGridSweeps = 8;  // over single points, before the region is opened as a whole
-constexpr std::size_t kFaceGrain = 16384;
-
-void make_unique(std::vector<Index>& values) {
-  std::sort(values.begin(), values.end());
-  values.erase(std::unique(values.begin(), values.end()), values.end());
-}
-
-}  // namespace
-
-std::int64_t twice_grid_area(const Triangles& faces, const GridPoints& points, FaceId f) {
-  const auto* a = points.data() + 2 * static_cast<std::ptrdiff_t>(faces(f, 0));
-  const auto* b = points.data() + 2 * static_cast<std::ptrdiff_t>(faces(f, 1));
-  const auto* c = points.data() + 2 * static_cast<std::ptrdiff_t>(faces(f, 2));
-  return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-}
-
-std::vector<FaceId> folded_faces(const Triangles& faces, const GridPoints& points,
-                                 const ExecutionContext& context) {
-  const auto count = static_cast<std::size_t>(faces.rows());
-  std::vector<std::vector<FaceId>> parts(chunk_count(count, kFaceGrain));
-  parallel_for(context, count, kFaceGrain,
-               [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                 for (std::size_t f = begin; f < end; ++f) {
-                   const auto face = static_cast<FaceId>(f);
-                   if (twice_grid_area(faces, points, face) <= 0) parts[chunk].push_back(face);
-                 }
-               });
-  context.check();
-  std::vector<FaceId> folded;
-  for (const auto& part : parts) folded.insert(folded.end(), part.begin(), part.end());
-  return folded;
-}
-
 GridRepair::GridRepair(const SeamConstraints& constraints, const Triangles& faces,
                        GridPoints& points, const ExecutionContext& context)
-    : real_(constraints.real), faces_(faces), points_(points), context_(context) {
-  const std::size_t vertices = constraints.divisor.size();
-  node_of_.assign(vertices, kInvalid);
-  copy_begin_.assign(constraints.position.size() + 1, 0);
-  std::vector<Index> turns(vertices, 0);
-  for (std::size_t v = 0; v < vertices; ++v) {
-    for (Index t = constraints.begin[v]; t < constraints.begin[v + 1]; ++t) {
-      const NodeTerm& term = constraints.terms[at(t)];
-      if (term.node >= constraints.position_count()) continue;
-      node_of_[v] = term.node;
-      ++copy_begin_[at(term.node) + 1];
-      // The factor is a unit times the divisor.
-      turns[v] = term.factor.re > 0 ? 0 : term.factor.im > 0 ? 1 : term.factor.re < 0 ? 2 : 3;
+    : real_(constraints.real),
+      faces_(faces),
+      points_(points),
+      context_(context),
+      node_of_(constraints.divisor.size(), kInvalid),
+      corners_(corners_by_vertex(node_of_.size(), faces)) {
+  copies_ = Lists<Copy>(constraints.position.size(), [&](const auto& add) {
+    for (std::size_t v = 0; v < node_of_.size(); ++v) {
+      for (Index t = constraints.begin[v]; t < constraints.begin[v + 1]; ++t) {
+        const NodeTerm& term = constraints.terms[at(t)];
+        if (term.node >= constraints.position_count()) continue;
+        node_of_[v] = term.node;
+        // The factor is a unit times the divisor.
+        const Index turns = term.factor.re > 0   ? 0
+                            : term.factor.im > 0 ? 1
+                            : term.factor.re < 0 ? 2
+                                                 : 3;
+        add(term.node, Copy{static_cast<VertexId>(v), turns});
+      }
     }
-  }
-  for (std::size_t n = 0; n + 1 < copy_begin_.size(); ++n) copy_begin_[n + 1] += copy_begin_[n];
-  copies_.resize(at(copy_begin_.back()));
-  std::vector<Index> next(copy_begin_.begin(), copy_begin_.end() - 1);
-  for (std::size_t v = 0; v < vertices; ++v) {
-    if (node_of_[v] == kInvalid) continue;
-    copies_[at(next[at(node_of_[v])]++)] = {static_cast<VertexId>(v), turns[v]};
-  }
-  corner_begin_.assign(vertices + 1, 0);
-  for (const Index v : faces.reshaped()) ++corner_begin_[at(v) + 1];
-  for (std::size_t v = 0; v < vertices; ++v) corner_begin_[v + 1] += corner_begin_[v];
-  corners_.resize(at(corner_begin_.back()));
-  std::vector<Index> free(corner_begin_.begin(), corner_begin_.end() - 1);
-  for (Index c = 0; c < static_cast<Index>(faces.size()); ++c)
-    corners_[at(free[at(faces.data()[c])]++)] = c;
+  });
 }
 
 std::vector<Index> GridRepair::nodes_of_faces(const std::vector<FaceId>& chosen) const {
@@ -286,41 +263,38 @@ std::vector<Index> GridRepair::nodes_of_faces(const std::vector<FaceId>& chosen)
       if (node != kInvalid) nodes.push_back(node);
     }
   }
-  make_unique(nodes);
+  sort_unique(nodes);
   return nodes;
 }
 
 std::vector<Index> GridRepair::grown(const std::vector<Index>& nodes) const {
   std::vector<FaceId> around;
   for (const Index n : nodes) {
-    for (Index i = copy_begin_[at(n)]; i < copy_begin_[at(n) + 1]; ++i) {
-      const std::size_t v = at(copies_[at(i)].vertex);
-      for (Index c = corner_begin_[v]; c < corner_begin_[v + 1]; ++c)
-        around.push_back(corners_[at(c)] / 3);
+    for (const Copy& copy : copies_[n]) {
+      for (const CornerId c : corners_[copy.vertex]) around.push_back(c / 3);
     }
   }
   std::vector<Index> wider = nodes_of_faces(around);
   wider.insert(wider.end(), nodes.begin(), nodes.end());
-  make_unique(wider);
+  sort_unique(wider);
   return wider;
 }
 
 std::vector<VertexId> GridRepair::grow(const std::vector<VertexId>& region) const {
   std::vector<VertexId> wider = region;
   for (const VertexId v : region) {
-    for (Index c = corner_begin_[at(v)]; c < corner_begin_[at(v) + 1]; ++c) {
-      for (int k = 0; k < 3; ++k) wider.push_back(faces_(corners_[at(c)] / 3, k));
+    for (const CornerId c : corners_[v]) {
+      for (int k = 0; k < 3; ++k) wider.push_back(faces_(c / 3, k));
     }
   }
-  make_unique(wider);
+  sort_unique(wider);
   const std::size_t reached = wider.size();
   for (std::size_t i = 0; i < reached; ++i) {
     const Index node = node_of_[at(wider[i])];
     if (node == kInvalid) continue;
-    for (Index c = copy_begin_[at(node)]; c < copy_begin_[at(node) + 1]; ++c)
-      wider.push_back(copies_[at(c)].vertex);
+    for (const Copy& copy : copies_[node]) wider.push_back(copy.vertex);
   }
-  make_unique(wider);
+  sort_unique(wider);
   return wider;
 }
 
@@ -337,7 +311,7 @@ std::vector<FaceId> GridRepair::sweep(std::vector<FaceId> folded) {
     const std::size_t before = region.size();
     const std::vector<Index> seeds = nodes_of_faces(folded);
     region.insert(region.end(), seeds.begin(), seeds.end());
-    make_unique(region);
+    sort_unique(region);
     if (!any || round % 2 == 1) region = grown(region);
     if (!any && region.size() == before && round > 3) break;
   }
@@ -345,20 +319,18 @@ std::vector<FaceId> GridRepair::sweep(std::vector<FaceId> folded) {
 }
 
 void GridRepair::shift(Index node, std::int64_t x, std::int64_t y) {
-  for (Index i = copy_begin_[at(node)]; i < copy_begin_[at(node) + 1]; ++i) {
+  for (const auto& [v, turns] : copies_[node]) {
     const numeric::GaussianInteger by =
-        numeric::quarter_turn(copies_[at(i)].turns) * numeric::GaussianInteger{x, y};
-    points_(copies_[at(i)].vertex, 0) += by.re;
-    points_(copies_[at(i)].vertex, 1) += by.im;
+        numeric::quarter_turn(turns) * numeric::GaussianInteger{x, y};
+    points_(v, 0) += by.re;
+    points_(v, 1) += by.im;
   }
 }
 
 bool GridRepair::within(Index node) const {
-  for (Index i = copy_begin_[at(node)]; i < copy_begin_[at(node) + 1]; ++i) {
-    const auto p = points_.row(copies_[at(i)].vertex);
-    if (p.cwiseAbs().maxCoeff() > kLargestGridNumber) return false;
-  }
-  return true;
+  return std::ranges::all_of(copies_[node], [&](const Copy& copy) {
+    return points_.row(copy.vertex).cwiseAbs().maxCoeff() <= kLargestGridNumber;
+  });
 }
 
 // Tries other grid points for the node; true if it moved.
@@ -367,11 +339,9 @@ bool GridRepair::improve(Index node) {
   Vector2 sum = Vector2::Zero();
   double radius = 0;
   int count = 0;
-  for (Index i = copy_begin_[at(node)]; i < copy_begin_[at(node) + 1]; ++i) {
-    const auto& [v, turns] = copies_[at(i)];
-    for (Index c = corner_begin_[at(v)]; c < corner_begin_[at(v) + 1]; ++c) {
-      for (const CornerId other :
-           {next_corner(corners_[at(c)]), previous_corner(corners_[at(c)])}) {
+  for (const auto& [v, turns] : copies_[node]) {
+    for (const CornerId c : corners_[v]) {
+      for (const CornerId other : {next_corner(c), previous_corner(c)}) {
         const VertexId w = faces_.data()[other];
         const auto by =
             numeric::quarter_turn(-turns) *
@@ -421,10 +391,9 @@ bool GridRepair::improve(Index node) {
 double GridRepair::score(Index node) const {
   double lowest = std::numeric_limits<double>::infinity();
   double folded = 0;
-  for (Index i = copy_begin_[at(node)]; i < copy_begin_[at(node) + 1]; ++i) {
-    const std::size_t v = at(copies_[at(i)].vertex);
-    for (Index c = corner_begin_[v]; c < corner_begin_[v + 1]; ++c) {
-      const FaceId f = corners_[at(c)] / 3;
+  for (const Copy& copy : copies_[node]) {
+    for (const CornerId c : corners_[copy.vertex]) {
+      const FaceId f = c / 3;
       const std::int64_t area = twice_grid_area(faces_, points_, f);
       double longest = 1;
       for (int k = 0; k < 3; ++k) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/base/lists.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/distortion/seams/constraints.h"
 
@@ -54,13 +55,6 @@ using GridPoints = Eigen::Matrix<std::int64_t, Eigen::Dynamic, 2, Eigen::RowMajo
 
 inline constexpr std::int64_t kLargestGridNumber = std::int64_t{1} << 23;
 
-// Twice the signed area, exact.
-std::int64_t twice_grid_area(const Triangles& faces, const GridPoints& points, FaceId f);
-
-// Exact: the faces that are not positively oriented, ascending.
-std::vector<FaceId> folded_faces(const Triangles& faces, const GridPoints& points,
-                                 const ExecutionContext& context);
-
 class GridRepair {
  public:
   // `points`: of all vertices, meeting the constraints; they go on to. Translations do not change.
@@ -91,12 +85,10 @@ class GridRepair {
   const Triangles& faces_;
   GridPoints& points_;
   const ExecutionContext& context_;
-  std::vector<Index> node_of_;     // #V: its position node, kInvalid for cones
-  std::vector<Index> copy_begin_;  // position node -> range in copies_
-  std::vector<Copy> copies_;
-  std::vector<Index> corner_begin_;  // #V + 1
-  std::vector<CornerId> corners_;
-  double enough_ = 1;  // height, in steps, beyond which nothing is gained
+  std::vector<Index> node_of_;  // #V: its position node, kInvalid for cones
+  Lists<Copy> copies_;          // by position node
+  Lists<CornerId> corners_;     // by vertex
+  double enough_ = 1;           // height, in steps, beyond which nothing is gained
 };
 
 }  // namespace flipfree::distortion

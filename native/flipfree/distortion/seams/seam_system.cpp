@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/lists.h"
 #include "flipfree/distortion/seams/constraints.h"
 
 namespace flipfree::distortion {
@@ -74,21 +75,17 @@ std::vector<std::array<VertexId, 2>> couplings_of(const SeamConstraints& constra
     nodes.erase(std::unique(nodes.begin() + first, nodes.end()), nodes.end());
     begin.push_back(nodes.size());
   }
-  std::vector<std::size_t> faces_begin(at(constraints.node_count()) + 1, 0);
-  for (const Index node : nodes) ++faces_begin[at(node) + 1];
-  std::partial_sum(faces_begin.begin(), faces_begin.end(), faces_begin.begin());
-  std::vector<std::size_t> faces_of(nodes.size());
-  std::vector<std::size_t> next(faces_begin.begin(), faces_begin.end() - 1);
-  for (std::size_t i = 0; i + 1 < begin.size(); ++i) {
-    for (std::size_t k = begin[i]; k < begin[i + 1]; ++k) faces_of[next[at(nodes[k])]++] = i;
-  }
+  const Lists<std::size_t> faces_of(at(constraints.node_count()), [&](const auto& add) {
+    for (std::size_t i = 0; i + 1 < begin.size(); ++i) {
+      for (std::size_t k = begin[i]; k < begin[i + 1]; ++k) add(nodes[k], i);
+    }
+  });
   std::vector<Index> seen(at(constraints.node_count()), kInvalid);
   std::vector<std::array<VertexId, 2>> couplings;
   for (Index node = 0; node < constraints.node_count(); ++node) {
     context.check();
     const auto row = static_cast<std::ptrdiff_t>(couplings.size());
-    for (std::size_t entry = faces_begin[at(node)]; entry < faces_begin[at(node) + 1]; ++entry) {
-      const std::size_t i = faces_of[entry];
+    for (const std::size_t i : faces_of[node]) {
       const bool alone = begin[i + 1] - begin[i] == 1;
       for (std::size_t k = begin[i + 1]; k > begin[i] && (nodes[k - 1] > node || alone); --k) {
         const Index other = nodes[k - 1];

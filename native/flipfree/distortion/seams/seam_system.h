@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/distortion/energy/step_system.h"
 #include "flipfree/distortion/minimize/newton_system.h"
 #include "flipfree/distortion/seams/constraints.h"
 

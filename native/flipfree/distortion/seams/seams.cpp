@@ -1,21 +1,211 @@
 #include "flipfree/distortion/seams/seams.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "flipfree/base/context.h"
+#include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
+#include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/seams/constraints.h"
 #include "flipfree/distortion/seams/exact_grid.h"
-#include "flipfree/distortion/seams/relief.h"
 #include "flipfree/distortion/seams/seam_system.h"
 
 namespace flipfree::distortion {
 namespace {
+
+// Opens the few triangles of a seamless map that are far worse than all others, each within its
+// surroundings: as long as there is one, steps of the whole map would be for it alone.
+
+// A triangle of more than this energy is bad. Below, steps of the whole map see true rest shapes:
+// two triangles together make for the bound by which the minimiser decides (minimizer.cpp).
+constexpr double kBad = 4 * kProgressiveBound;
+constexpr Index kFirstReliefRings = 4;
+constexpr Index kMostRings = 16;
+// Share of the triangles that the rings may have together: beyond, the whole map is as quick.
+constexpr double kLocalShare = 0.05;
+constexpr int kMostReliefSteps = 50;
+constexpr double kTolerance = 1e-2;
+
+// Faces of `uv` beyond the bound at `scale`, marked among the vertices.
+Index mark_bad(const Triangles& faces, const RestShapes& rest, double scale, const Points2& uv,
+               std::vector<char>& marked) {
+  // Lengths divided by `scale` are the same as a map multiplied by it.
+  Index count = 0;
+  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+    Vector2 p[3];
+    for (int k = 0; k < 3; ++k) p[k] = scale * uv.row(faces(f, k)).transpose();
+    const Jacobian j = jacobian(rest.triangles[at(f)], p[0].data(), p[1].data(), p[2].data());
+    if (symmetric_dirichlet(j) <= kBad) continue;
+    for (int k = 0; k < 3; ++k) marked[at(faces(f, k))] = 1;
+    ++count;
+  }
+  return count;
+}
+
+// Per vertex of the cut surface its position node, kInvalid for cones.
+std::vector<Index> position_nodes(const SeamConstraints& constraints) {
+  std::vector<Index> node_of(constraints.divisor.size(), kInvalid);
+  for (std::size_t v = 0; v < node_of.size(); ++v) {
+    for (Index t = constraints.begin[v]; t < constraints.begin[v + 1]; ++t) {
+      const Index node = constraints.terms[at(t)].node;
+      if (node < constraints.position_count()) node_of[v] = node;
+    }
+  }
+  return node_of;
+}
+
+// One ring more, across seams.
+void grow(const Triangles& faces, const std::vector<Index>& node_of, std::size_t node_count,
+          std::vector<char>& marked) {
+  std::vector<char> wider = marked;
+  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+    bool any = false;
+    for (int k = 0; k < 3; ++k) any = any || marked[at(faces(f, k))] != 0;
+    for (int k = 0; any && k < 3; ++k) wider[at(faces(f, k))] = 1;
+  }
+  std::vector<char> node(node_count, 0);
+  for (std::size_t v = 0; v < wider.size(); ++v) {
+    if (wider[v] != 0 && node_of[v] != kInvalid) node[at(node_of[v])] = 1;
+  }
+  for (std::size_t v = 0; v < wider.size(); ++v) {
+    if (node_of[v] != kInvalid && node[at(node_of[v])] != 0) wider[v] = 1;
+  }
+  marked.swap(wider);
+}
+
+// The constraints among some vertices of the cut surface, all translations held, and positions that
+// are not among them: what is left depends on positions alone. `number`: of each vertex among them,
+// kInvalid for others.
+SeamConstraints held_constraints(const SeamConstraints& whole,
+                                 const std::vector<VertexId>& vertices,
+                                 const std::vector<Index>& number) {
+  SeamConstraints part;
+  std::vector<Index> node_number(whole.position.size(), kInvalid);
+  for (std::size_t n = 0; n < whole.position.size(); ++n) {
+    if (number[at(whole.position[n])] == kInvalid) continue;
+    node_number[n] = part.position_count();
+    part.position.push_back(number[at(whole.position[n])]);
+    part.direction.push_back(whole.direction[n]);
+    part.real.push_back(whole.real[n]);
+  }
+  part.begin.push_back(0);
+  for (const VertexId v : vertices) {
+    for (Index t = whole.begin[at(v)]; t < whole.begin[at(v) + 1]; ++t) {
+      const NodeTerm& term = whole.terms[at(t)];
+      if (term.node < whole.position_count() && node_number[at(term.node)] != kInvalid)
+        part.terms.push_back({node_number[at(term.node)], term.factor});
+    }
+    part.begin.push_back(static_cast<Index>(part.terms.size()));
+    part.divisor.push_back(whole.divisor[at(v)]);
+  }
+  return part;
+}
+
+// The faces of which all corners are marked.
+std::vector<FaceId> marked_faces(const Triangles& faces, const std::vector<char>& marked) {
+  std::vector<FaceId> chosen;
+  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+    bool all = true;
+    for (int k = 0; k < 3; ++k) all = all && marked[at(faces(f, k))] != 0;
+    if (all) chosen.push_back(f);
+  }
+  return chosen;
+}
+
+// Optimises the chosen faces. What other faces have of their vertices is held, and a cone is.
+void open_rings(const SeamConstraints& constraints, const Triangles& faces, const RestShapes& rest,
+                const std::vector<Index>& node_of, double scale, const std::vector<FaceId>& chosen,
+                Points2& uv, ExecutionContext& context) {
+  std::vector<VertexId> vertices;
+  std::vector<Index> number(node_of.size(), kInvalid);
+  const auto take = [&](VertexId v) {
+    if (number[at(v)] != kInvalid) return;
+    number[at(v)] = static_cast<Index>(vertices.size());
+    vertices.push_back(v);
+  };
+  Triangles part(static_cast<Eigen::Index>(chosen.size()), 3);
+  RestShapes shapes;
+  shapes.length = rest.length;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    shapes.triangles.push_back(rest.triangles[at(chosen[i])]);
+    for (int k = 0; k < 3; ++k) {
+      take(faces(chosen[i], k));
+      part(static_cast<Eigen::Index>(i), k) = number[at(faces(chosen[i], k))];
+    }
+  }
+  // A copy elsewhere holds all others.
+  std::vector<char> held_node(constraints.position.size(), 0);
+  std::vector<char> is_chosen(static_cast<std::size_t>(faces.rows()), 0);
+  for (const FaceId f : chosen) is_chosen[at(f)] = 1;
+  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+    for (int k = 0; is_chosen[at(f)] == 0 && k < 3; ++k) {
+      const Index node = node_of[at(faces(f, k))];
+      if (node != kInvalid) held_node[at(node)] = 1;
+    }
+  }
+  MinimizeOptions minimize;
+  minimize.max_iterations = kMostReliefSteps;
+  minimize.tolerance = kTolerance;
+  minimize.unit = 1.0 / (rest.length * scale);
+  std::vector<char> held(vertices.size(), 0);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const Index node = node_of[at(vertices[i])];
+    if (node != kInvalid && held_node[at(node)] == 0) continue;
+    held[i] = 1;
+    minimize.fixed.push_back(static_cast<VertexId>(i));
+  }
+  Points2 places(static_cast<Eigen::Index>(vertices.size()), 2);
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    places.row(static_cast<Eigen::Index>(i)) = uv.row(vertices[i]);
+  const SeamConstraints own = held_constraints(constraints, vertices, number);
+  SeamSystem system(own, part, held, context);
+  places = Minimizer(part, std::move(shapes), nullptr, places, minimize, context, &system).run().uv;
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    uv.row(vertices[i]) = places.row(static_cast<Eigen::Index>(i));
+}
+
+// Minimises the distortion of rings around triangles of an energy beyond 18 and around the vertices
+// marked in `near` (#V, or empty), in the map's own unit, with everything else and all translations
+// held; wider rings where bad triangles are left. `uv` (#V x 2) is flip-free, and stays so. Returns
+// the number of bad triangles there were; nullopt, with nothing done, where the rings are no small
+// part of the map. Cost: that of the rings' optimisation, and O(#V) for each of its steps.
+std::optional<Index> relieve(const SeamConstraints& constraints, const Triangles& faces,
+                             const RestShapes& rest, const std::vector<char>& near, Points2& uv,
+                             ExecutionContext& context) {
+  const std::vector<Index> node_of = position_nodes(constraints);
+  std::vector<char> marked = near;
+  marked.resize(static_cast<std::size_t>(uv.rows()), 0);
+  const bool asked = std::find(marked.begin(), marked.end(), char{1}) != marked.end();
+  std::optional<Index> first;
+  for (Index rings = kFirstReliefRings; rings <= kMostRings; rings *= 2) {
+    // The scale at which the logarithms of areas average to zero: few triangles do not move it.
+    const EnergySums sums = sum_energy(faces, rest.triangles, uv, context);
+    const double scale = std::exp(-0.5 * sums.log_area);
+    const Index bad = mark_bad(faces, rest, scale, uv, marked);
+    if (bad == 0 && (first || !asked)) return first ? first : bad;
+    for (Index r = 0; r < rings; ++r) grow(faces, node_of, constraints.position.size(), marked);
+    const std::vector<FaceId> chosen = marked_faces(faces, marked);
+    if (static_cast<double>(chosen.size()) > kLocalShare * static_cast<double>(faces.rows())) break;
+    try {
+      open_rings(constraints, faces, rest, node_of, scale, chosen, uv, context);
+    } catch (const NotConverged& failure) {
+      if (failure.error().code == ErrorCode::kTimeLimit) throw;
+      break;  // the whole map may still be brought on
+    }
+    if (!first) first = bad;
+    std::fill(marked.begin(), marked.end(), char{0});
+  }
+  return first;
+}
 
 // Largest distance between the map and the nearest nodes' map, as a share of its extent.
 double misfit(const CutMap& map, const SeamConstraints& constraints) {
@@ -40,10 +230,6 @@ void check_input(const CutMap& map) {
                   "Scale it to a size of about one.");
   }
 }
-
-}  // namespace
-
-namespace {
 
 SeamConstraints constraints_of(const CutMap& map, const ExecutionContext& context) {
   return eliminate_seams(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces,
@@ -146,6 +332,137 @@ Points2 corners_of(const CutMap& map, const Points2& uv) {
   for (CornerId c = 0; c < static_cast<CornerId>(corners.rows()); ++c)
     corners.row(c) = uv.row(map.surface.faces(c / 3, c % 3));
   return corners;
+}
+
+namespace {
+
+class Mover {
+ public:
+  Mover(const CutMap& map, const Points2& goal, const std::vector<char>& held,
+        ExecutionContext& context)
+      : map_(map),
+        faces_(map.surface.faces),
+        context_(context),
+        constraints_(eliminate_seams(static_cast<Index>(map.uv.rows()), faces_, map.seams,
+                                     map.straight, context)),
+        system_(constraints_, faces_, held, context) {
+    mesh::Surface flat{Points3::Zero(map.uv.rows(), 3), faces_};
+    flat.vertices.leftCols<2>() = map.uv;
+    rest_ = build_rest_shapes(flat, context);
+    nodes_ = nodes_of(constraints_, faces_, map.seams, goal);
+    fixed_.assign(static_cast<std::size_t>(nodes_.rows()), 0);
+    std::fill(fixed_.begin() + constraints_.position_count(), fixed_.end(), char{1});
+    for (std::size_t v = 0; v < held.size(); ++v) {
+      if (held[v] == 0) continue;
+      options_.fixed.push_back(static_cast<VertexId>(v));
+      for (Index t = constraints_.begin[v]; t < constraints_.begin[v + 1]; ++t)
+        fixed_[at(constraints_.terms[at(t)].node)] = 1;
+    }
+    round_held(1.0);
+    const Points2 whole = map_of(constraints_, nodes_);
+    for (const VertexId v : options_.fixed) {
+      if (whole.row(v) == whole.row(v).array().round().matrix()) continue;
+      round_held(static_cast<double>(constraints_.translation_step));
+      break;
+    }
+    options_.unit = 1.0;
+    options_.keep_last = true;
+  }
+
+  std::optional<Points2> run(Stats& stats) {
+    std::optional<Points2> start = map_of(constraints_, nodes_);
+    const std::size_t flips = flipped_faces(faces_, *start, context_).size();
+    stats["carried.flips"] = static_cast<std::int64_t>(flips);
+    if (flips > 0) start = pulled();
+    stats["carried"] = std::string(!start ? "not" : flips > 0 ? "pulled" : "at once");
+    if (!start) return std::nullopt;
+    return on_grid(settled(*std::move(start), kSteps));
+  }
+
+ private:
+  static constexpr int kSteps = 12;
+
+  // Translations to multiples of a number, places to whole ones.
+  void round_held(double unit) {
+    for (Eigen::Index n = 0; n < nodes_.rows(); ++n) {
+      const double by = n < constraints_.position_count() ? 1.0 : unit;
+      if (fixed_[at(n)] != 0) nodes_.row(n) = by * (nodes_.row(n) / by).array().round();
+    }
+  }
+
+  // Fixed nodes moved to where they shall be, as far as one gets in every step, the others
+  // following.
+  std::optional<Points2> pulled() {
+    constexpr int kMostRounds = 60;
+    constexpr double kLeastStep = 1e-4;
+    constexpr double kLeastLeft = 1e-3;  // of the way: what is left would turn a triangle over
+    std::vector<RestTriangle> rest;
+    scale_rest(rest_.triangles, 1.0 / rest_.length, context_, rest);
+    Points2 uv = map_.uv;
+    double whole = 0.0;
+    for (int round = 0; round < kMostRounds; ++round) {
+      context_.report("carrying", static_cast<double>(round) / kMostRounds);
+      Points2 left = nodes_ - nodes_of(constraints_, faces_, map_.seams, uv);
+      for (Eigen::Index n = 0; n < left.rows(); ++n)
+        if (fixed_[at(n)] == 0) left.row(n).setZero();
+      const double far = left.cwiseAbs().maxCoeff();
+      if (round == 0) whole = far;
+      if (far < kLeastLeft * whole) return std::nullopt;
+      system_.prescribe(std::move(left));
+      system_.assemble(rest, uv, false, context_);
+      Points2 direction;
+      system_.solve(direction, context_);
+      system_.prescribe({});
+      double step =
+          std::min(1.0, kShareOfFlip * step_to_first_flip(faces_, uv, direction, context_));
+      Points2 trial = uv + step * direction;
+      for (; step > kLeastStep && !is_flip_free(faces_, trial, context_); step *= 0.5)
+        trial = uv + 0.5 * step * direction;
+      if (!(step > kLeastStep)) return std::nullopt;
+      uv.swap(trial);
+      if (step == 1.0) return uv;
+      uv = settled(std::move(uv), 2);
+    }
+    return std::nullopt;
+  }
+
+  Points2 settled(Points2 uv, int steps) {
+    options_.max_iterations = steps;
+    return Minimizer(faces_, rest_, nullptr, uv, options_, context_, &system_).run().uv;
+  }
+
+  // With what is held where it shall be, bit for bit.
+  std::optional<Points2> on_grid(const Points2& uv) {
+    Points2 nodes = nodes_of(constraints_, faces_, map_.seams, uv);
+    for (Eigen::Index n = 0; n < nodes.rows(); ++n)
+      if (fixed_[at(n)] != 0) nodes.row(n) = nodes_.row(n);
+    Stats ignored;
+    try {
+      return round_to_grid(constraints_, faces_, map_.seams, map_of(constraints_, nodes), context_,
+                           ignored, 1.0)
+          .uv;
+    } catch (const NotConverged&) {
+      return std::nullopt;
+    }
+  }
+
+  const CutMap& map_;
+  const Triangles& faces_;
+  ExecutionContext& context_;
+  SeamConstraints constraints_;
+  SeamSystem system_;
+  RestShapes rest_;
+  Points2 nodes_;  // as they shall be, where they are fixed
+  std::vector<char> fixed_;
+  MinimizeOptions options_;
+};
+
+}  // namespace
+
+std::optional<Points2> carried_to(const CutMap& map, const Points2& goal,
+                                  const std::vector<char>& held, ExecutionContext& context,
+                                  Stats& stats) {
+  return Mover(map, goal, held, context).run(stats);
 }
 
 }  // namespace flipfree::distortion

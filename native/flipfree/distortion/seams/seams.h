@@ -2,7 +2,7 @@
 // constraints, then exact (design: G4).
 //
 //   eliminate_seams()      which coordinates are free                  constraints.h
-//   relieve()              the few worst triangles first               relief.h
+//   relieve()              the few worst triangles first               seams.cpp
 //   Minimizer, SeamSystem  less distortion in the free coordinates     seam_system.h
 //   round_to_grid()        exact transitions in 64 and in 32 bits      exact_grid.h
 #pragma once
@@ -43,7 +43,7 @@ struct ExactMap {
 // is what optimisation and rounding change in addition. Guarantee: flip-free, and every seam edge
 // exact, in 64 and in 32 bits; edges of a branch share one translation. Optimised, the map is in
 // the surface's own unit (best global scale 1), centred; else as large as it was, centred. stats:
-// "distortion.*" (minimize.h), "distortion.relieved" (relief.h), "rounding.*" (exact_grid.h),
+// "distortion.*" (minimize.h), "distortion.relieved", "rounding.*" (exact_grid.h),
 // "seams.nodes", "seams.translations", "seams.step" (grid of the translations in steps of the
 // other's), "seams.misfit" (largest distance of the initial map from its seams, as a share of its
 // extent), "time_limit_reached". Throws InvalidInput, NotConverged (kRoundingFlips,
@@ -69,5 +69,20 @@ std::optional<Points2> opened_on_grid(const CutMap& map, std::size_t most,
 
 // The UVs of the cut surface's corners.
 Points2 corners_of(const CutMap& map, const Points2& uv);
+
+// A seamless map brought to other translations across its seams, without a flip.
+
+// The map on a grid (#V x 2 of the cut surface) whose translations, lines and cones are those of
+// `goal` rounded to whole numbers, as are the places there of the vertices marked in `held` (#V);
+// one of each component that moves with no translation is. All others move as little as goes with
+// it, by the symmetric Dirichlet energy of the change of shape. `goal` (#V x 2) meets the seams'
+// quarter turns; where it flips no triangle, the way begins there, else it begins at the map, and
+// translations are moved as far as steps without flips go. nullopt if they do not arrive, or the
+// grid does not hold the map. Precondition: the map is flip-free by the exact test. stats:
+// "carried" ("at once", "pulled", or "not"), "carried.flips" (of the goal).
+// Throws NotConverged (kFactorizationFailed), TimeIsOver, Cancelled.
+std::optional<Points2> carried_to(const CutMap& map, const Points2& goal,
+                                  const std::vector<char>& held, ExecutionContext& context,
+                                  Stats& stats);
 
 }  // namespace flipfree::distortion

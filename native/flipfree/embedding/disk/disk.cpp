@@ -11,9 +11,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/base/stored.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/topology.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::embedding {
@@ -80,6 +78,63 @@ Points2 exact_circle_points(const std::vector<double>& fractions) {
 
 Points2 circle_points(const std::vector<double>& fractions) {
   return as_stored(exact_circle_points(fractions));
+}
+
+// Strictly convex polygon of `count` >= 3 points near the unit circle whose coordinates are
+// multiples of 2^-24, all edges of nearly equal length. Works up to at least 100 000 points (Jarnik
+// 1925: a convex lattice polygon in a square of N has at most c N^(2/3) vertices); beyond that
+// returns an empty matrix.
+Points2 lattice_circle(Index count) {
+  // A quarter of the edges as integer vectors with strictly increasing direction, repeated by
+  // quarter turns, closes by itself. Dropping points keeps strict convexity, so counts that are no
+  // multiple of 4 are no problem. Edge i is a multiple of the shortest integer vector with a
+  // direction in the i-th part of the quarter.
+  const Index quarter = std::max<Index>(1, (count + 3) / 4);
+  const double step = kPi / 2 / quarter;
+  std::vector<LatticeVector> edges(static_cast<std::size_t>(quarter));
+  for (Index i = 0; i < quarter; ++i) {
+    const double low = std::tan(step * i);
+    const double high = i + 1 == quarter ? 1e300 : std::tan(step * (i + 1));
+    edges[static_cast<std::size_t>(i)] = simplest_slope(low, high);
+  }
+  double radius = 0x1.fp22;  // in units of 2^-23
+  double perimeter = 0.0;
+  const auto scaled = [&](const LatticeVector& v, double length) {
+    return std::max(1.0, std::round(length / std::hypot(v.x, v.y)));
+  };
+  for (const LatticeVector& v : edges) perimeter += std::hypot(v.x, v.y) * scaled(v, step * radius);
+  radius *=
+      std::min(1.0, step * quarter * radius / perimeter);  // rounding up must not leave the grid
+  for (LatticeVector& v : edges) {
+    const double factor = scaled(v, step * radius);
+    v = {v.x * factor, v.y * factor};
+  }
+  double qx = 0;
+  double qy = 0;
+  for (const auto& [x, y] : edges) {
+    qx += x;
+    qy += y;
+  }
+  // First point P with the quarter turn of P equal to P + (qx, qy); in units of 2^-24, edges
+  // doubled to stay integer.
+  double x = qy - qx;
+  double y = -(qx + qy);
+  Points2 all(4 * quarter, 2);
+  for (Index i = 0; i < 4 * quarter; ++i) {
+    all(i, 0) = x * 0x1p-24;
+    all(i, 1) = y * 0x1p-24;
+    auto [ex, ey] = edges[static_cast<std::size_t>(i % quarter)];
+    for (Index turn = 0; turn < i / quarter; ++turn) std::tie(ex, ey) = std::pair(-ey, +ex);
+    x += 2 * ex;
+    y += 2 * ey;
+  }
+  Points2 points(count, 2);
+  for (Index i = 0; i < count; ++i) {
+    points.row(i) =
+        all.row(static_cast<Index>(static_cast<std::int64_t>(i) * (4 * quarter) / count));
+  }
+  if (points != as_stored(points) || !is_strictly_convex(points)) return {};
+  return points;
 }
 
 Points2 place_circle(const std::vector<double>& lengths) {
@@ -163,58 +218,7 @@ bool is_strictly_convex(const Points2& p) {
   return winds_once(p);
 }
 
-Points2 lattice_circle(Index count) {
-  // A quarter of the edges as integer vectors with strictly increasing direction, repeated by
-  // quarter turns, closes by itself. Dropping points keeps strict convexity, so counts that are no
-  // multiple of 4 are no problem. Edge i is a multiple of the shortest integer vector with a
-  // direction in the i-th part of the quarter.
-  const Index quarter = std::max<Index>(1, (count + 3) / 4);
-  const double step = kPi / 2 / quarter;
-  std::vector<LatticeVector> edges(static_cast<std::size_t>(quarter));
-  for (Index i = 0; i < quarter; ++i) {
-    const double low = std::tan(step * i);
-    const double high = i + 1 == quarter ? 1e300 : std::tan(step * (i + 1));
-    edges[static_cast<std::size_t>(i)] = simplest_slope(low, high);
-  }
-  double radius = 0x1.fp22;  // in units of 2^-23
-  double perimeter = 0.0;
-  const auto scaled = [&](const LatticeVector& v, double length) {
-    return std::max(1.0, std::round(length / std::hypot(v.x, v.y)));
-  };
-  for (const LatticeVector& v : edges) perimeter += std::hypot(v.x, v.y) * scaled(v, step * radius);
-  radius *=
-      std::min(1.0, step * quarter * radius / perimeter);  // rounding up must not leave the grid
-  for (LatticeVector& v : edges) {
-    const double factor = scaled(v, step * radius);
-    v = {v.x * factor, v.y * factor};
-  }
-  double qx = 0;
-  double qy = 0;
-  for (const auto& [x, y] : edges) {
-    qx += x;
-    qy += y;
-  }
-  // First point P with the quarter turn of P equal to P + (qx, qy); in units of 2^-24, edges
-  // doubled to stay integer.
-  double x = qy - qx;
-  double y = -(qx + qy);
-  Points2 all(4 * quarter, 2);
-  for (Index i = 0; i < 4 * quarter; ++i) {
-    all(i, 0) = x * 0x1p-24;
-    all(i, 1) = y * 0x1p-24;
-    auto [ex, ey] = edges[static_cast<std::size_t>(i % quarter)];
-    for (Index turn = 0; turn < i / quarter; ++turn) std::tie(ex, ey) = std::pair(-ey, +ex);
-    x += 2 * ex;
-    y += 2 * ey;
-  }
-  Points2 points(count, 2);
-  for (Index i = 0; i < count; ++i) {
-    points.row(i) =
-        all.row(static_cast<Index>(static_cast<std::int64_t>(i) * (4 * quarter) / count));
-  }
-  if (points != as_stored(points) || !is_strictly_convex(points)) return {};
-  return points;
-}
+namespace {}  // namespace
 
 BoundaryPlacement place_boundary(BoundaryShape shape, const std::vector<double>& edge_lengths) {
   const Index corners = shape == BoundaryShape::kSquare ? 4 : 3;

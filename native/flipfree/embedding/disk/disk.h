@@ -39,12 +39,6 @@ BoundaryPlacement place_boundary(BoundaryShape shape, const std::vector<double>&
 // what 32 bits can hold where that costs strict convexity: 64-bit positions then.
 Points2 spread_on_circle(const std::vector<double>& edge_lengths);
 
-// Strictly convex polygon of `count` >= 3 points near the unit circle whose coordinates are
-// multiples of 2^-24, all edges of nearly equal length. Works up to at least 100 000 points (Jarnik
-// 1925: a convex lattice polygon in a square of N has at most c N^(2/3) vertices); beyond that
-// returns an empty matrix.
-Points2 lattice_circle(Index count);
-
 // Throws InvalidInput unless the polygon is finite, runs counter-clockwise once around, has no
 // repeated neighbours and no reflex vertex. Reflex by no more than the rounding of 32-bit
 // coordinates is let through (samples of a straight side are so): this refuses wrong input early,

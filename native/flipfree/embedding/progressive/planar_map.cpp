@@ -102,6 +102,10 @@ void PlanarMesh::split(HalfedgeId h) {
   ++degree_[static_cast<Size>(b)];
 }
 
+namespace {
+
+// Exact area is not needed: twice the signed area of the polygon through the loop, in floating
+// point.
 double polygon_area(const Points2& p) {
   double twice = 0.0;
   for (Index i = 1; i + 1 < p.rows(); ++i) {
@@ -111,6 +115,8 @@ double polygon_area(const Points2& p) {
   }
   return twice / 2;
 }
+
+}  // namespace
 
 PlanarMap make_planar_map(const Triangles& faces, const std::vector<VertexId>& loop,
                           const Points2& uv, bool float32) {

@@ -13,7 +13,7 @@
 #include <cmath>
 #include <vector>
 
-#include "flipfree/base/stored.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/base/types.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -151,9 +151,5 @@ inline bool is_valid_face(const PlanarMap& map, FaceId f) {
 // Map of a whole disk: positions copied, inner ones snapped, all shares 1.
 PlanarMap make_planar_map(const Triangles& faces, const std::vector<VertexId>& loop,
                           const Points2& uv, bool float32);
-
-// Exact area is not needed: twice the signed area of the polygon through the loop, in floating
-// point.
-double polygon_area(const Points2& polygon);
 
 }  // namespace flipfree::embedding

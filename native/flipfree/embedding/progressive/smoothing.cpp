@@ -158,6 +158,9 @@ void gather_star(const PlanarMap& map, VertexId v, Star& star) {
   } while (h != first);
 }
 
+namespace {
+
+// Sum of S (1 + (D0 / D)^2) over the star with its centre at p, infinite unless every D > 0.
 double star_energy(const Star& star, const Vector2& p) {
   double value = 0.0;
   const Size n = star.ring.size();
@@ -179,6 +182,8 @@ double star_energy(const Star& star, const Vector2& p) {
   return value;
 }
 
+}  // namespace
+
 bool star_positive(const PlanarMap& map, const Star& star, const Vector2& p) {
   const Size n = star.ring.size();
   for (Size i = 0; i < n; ++i) {
@@ -193,6 +198,10 @@ bool star_positive(const PlanarMap& map, const Star& star, const Vector2& p) {
   return true;
 }
 
+namespace {
+
+// One safeguarded Newton step for v, whose star must be positive. Returns how far v went in units
+// of its star's smallest edge (0: converged or stuck).
 double improve_vertex(PlanarMap& map, VertexId v, Star& star) {
   gather_star(map, v, star);
   const Vector2 p = map.at(v);
@@ -212,6 +221,8 @@ double improve_vertex(PlanarMap& map, VertexId v, Star& star) {
   }
   return 0.0;
 }
+
+}  // namespace
 
 bool centre_in_kernel(PlanarMap& map, VertexId v, Star& star) {
   gather_star(map, v, star);

@@ -24,16 +24,9 @@ struct Star {
 };
 void gather_star(const PlanarMap& map, VertexId v, Star& star);
 
-// Sum of S (1 + (D0 / D)^2) over the star with its centre at p, infinite unless every D > 0.
-double star_energy(const Star& star, const Vector2& p);
-
 // Is every triangle of the star with its centre v at p positive (exact, as given and as stored)? v
 // itself is not read.
 bool star_positive(const PlanarMap& map, const Star& star, const Vector2& p);
-
-// One safeguarded Newton step for v, whose star must be positive. Returns how far v went in units
-// of its star's smallest edge (0: converged or stuck).
-double improve_vertex(PlanarMap& map, VertexId v, Star& scratch);
 
 // Best position found for v with its neighbours fixed: the centre of the kernel of its ring. False
 // if that kernel holds no grid point that was found; v is then left alone. Moves v only to where

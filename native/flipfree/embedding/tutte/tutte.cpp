@@ -164,34 +164,4 @@ Points2 tutte_mean_value(const Triangles& faces, const Eigen::MatrixXd& shape,
   return gather(numbering, loop, boundary, solve_convex_combinations(system, context));
 }
 
-std::vector<FaceId> find_flips(const Triangles& faces, const Points2& uv) {
-  std::vector<FaceId> flips;
-  for (FaceId f = 0; f < faces.rows(); ++f) {
-    const double* a = uv.data() + 2 * faces(f, 0);
-    const double* b = uv.data() + 2 * faces(f, 1);
-    const double* c = uv.data() + 2 * faces(f, 2);
-    if (numeric::orientation(a, b, c) <= 0) flips.push_back(f);
-  }
-  return flips;
-}
-
-std::size_t count_flips(const Triangles& faces, const Points2& uv,
-                        const ExecutionContext& context) {
-  constexpr Size kGrain = 1 << 15;
-  const Size count = static_cast<Size>(faces.rows());
-  std::vector<Size> flips(chunk_count(count, kGrain), 0);
-  parallel_for(context, count, kGrain, [&](Size begin, Size end, Size chunk) {
-    Size here = 0;
-    for (Size f = begin; f < end; ++f) {
-      const Index* v = faces.data() + 3 * f;
-      here += numeric::orientation(uv.data() + 2 * v[0], uv.data() + 2 * v[1],
-                                   uv.data() + 2 * v[2]) <= 0;
-    }
-    flips[chunk] = here;
-  });
-  Size total = 0;
-  for (const Size here : flips) total += here;
-  return total;
-}
-
 }  // namespace flipfree::embedding

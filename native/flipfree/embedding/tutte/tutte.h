@@ -3,7 +3,7 @@
 //
 // Guarantee: in exact arithmetic a bijection, if the polygon is convex and no inner edge joins two
 // vertices of one side. In floating point it may fold over (thesis 3.2.1); callers check with
-// count_flips and climb the ladder of embed.h.
+// is_flip_free and climb the ladder of embed.h.
 #pragma once
 
 #include <vector>
@@ -23,9 +23,5 @@ Points2 tutte_uniform(const Triangles& faces, Index vertex_count, const std::vec
 Points2 tutte_mean_value(const Triangles& faces, const Eigen::MatrixXd& shape,
                          const std::vector<VertexId>& loop, const Points2& boundary,
                          ExecutionContext& context);
-
-// Faces whose exact orientation is not positive, in increasing order.
-std::vector<FaceId> find_flips(const Triangles& faces, const Points2& uv);
-std::size_t count_flips(const Triangles& faces, const Points2& uv, const ExecutionContext& context);
 
 }  // namespace flipfree::embedding

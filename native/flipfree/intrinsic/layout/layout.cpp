@@ -91,6 +91,28 @@ EdgePointMap to_edge_points(const InputDevelopment& developed, const ChartPlacem
   return map;
 }
 
+// Where the map is finest among these faces (those that could not be rounded): 32-bit numbers are
+// finest around zero.
+Place finest_place(const Development& development, const ChartPlacement& placement,
+                   const std::vector<FaceId>& faces) {
+  Place best;
+  long double least = std::numeric_limits<long double>::infinity();
+  for (const FaceId f : faces) {
+    const auto at_corner = [&](Index k) { return development.corner[at(3 * f + k)]; };
+    const Place a = at_corner(0), b = at_corner(1), c = at_corner(2);
+    const long double size =
+        std::max(std::hypot(b.x - a.x, b.y - a.y), std::hypot(c.x - a.x, c.y - a.y));
+    if (size < least) {
+      least = size;
+      const Index chart = development.chart_of_face[at(f)];
+      const Place& d = placement.direction[at(chart)];
+      const Place& t = placement.shift[at(chart)];
+      best = {a.x * d.x - a.y * d.y + t.x, a.x * d.y + a.y * d.x + t.y};
+    }
+  }
+  return best;
+}
+
 // The refinement with the fewest faces that cannot be stored: first in the unit square, then, where
 // that is too coarse, with the origin moved to the finest place. If none can be stored in 32 bits,
 // the best one for 64.
@@ -243,24 +265,6 @@ ChartPlacement place_charts(const Development& development, const mesh::Adjacenc
   return placement;
 }
 
-Place finest_place(const Development& development, const ChartPlacement& placement,
-                   const std::vector<FaceId>& faces) {
-  Place best;
-  long double least = std::numeric_limits<long double>::infinity();
-  for (const FaceId f : faces) {
-    const auto at_corner = [&](Index k) { return development.corner[at(3 * f + k)]; };
-    const Place a = at_corner(0), b = at_corner(1), c = at_corner(2);
-    const long double size =
-        std::max(std::hypot(b.x - a.x, b.y - a.y), std::hypot(c.x - a.x, c.y - a.y));
-    if (size < least) {
-      least = size;
-      const Index chart = development.chart_of_face[at(f)];
-      const Place& d = placement.direction[at(chart)];
-      const Place& t = placement.shift[at(chart)];
-      best = {a.x * d.x - a.y * d.y + t.x, a.x * d.y + a.y * d.x + t.y};
-    }
-  }
-  return best;
-}
+namespace {}  // namespace
 
 }  // namespace flipfree::intrinsic

@@ -12,7 +12,6 @@
 #include "flipfree/base/context.h"
 #include "flipfree/intrinsic/flipped_metric.h"
 #include "flipfree/intrinsic/layout/development.h"
-#include "flipfree/intrinsic/layout/input_development.h"
 #include "flipfree/intrinsic/layout/refine_map.h"
 #include "flipfree/intrinsic/overlay.h"
 #include "flipfree/intrinsic/refined_start/split_surface.h"
@@ -77,10 +76,5 @@ struct ChartPlacement {
 
 ChartPlacement place_charts(const Development& development, const mesh::Adjacency& adjacency,
                             const ExecutionContext& context);
-
-// Where the map is finest among these faces (those that could not be rounded): 32-bit numbers are
-// finest around zero.
-Place finest_place(const Development& development, const ChartPlacement& placement,
-                   const std::vector<FaceId>& faces);
 
 }  // namespace flipfree::intrinsic

@@ -1,9 +1,9 @@
 // Triangulates the image of one input triangle whose sides carry points: a polygon in the UV plane.
 //
-// The programme of mesh/refined/fill_polygon.h minimises the worst cost and forgets angles; this
-// one minimises their sum and carries the angles at both ends of every chain, which say how often
-// the polygon winds. That of matchmaker/target/self_overlapping.h asks which chains are possible at
-// all, for polygons of thousands of corners, in bits.
+// The programme of matchmaker/coarsening/remove_vertex.h minimises the worst cost and forgets
+// angles; this one minimises their sum and carries the angles at both ends of every chain, which
+// say how often the polygon winds. That of matchmaker/target/outline_target.h asks which chains are
+// possible at all, for polygons of thousands of corners, in bits.
 #pragma once
 
 #include <array>

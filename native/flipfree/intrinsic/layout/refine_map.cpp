@@ -6,11 +6,11 @@
 #include <numbers>
 #include <utility>
 
-#include "flipfree/base/debug_check.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/intrinsic/layout/polygon_triangulation.h"
-#include "flipfree/mesh/refined/refined_map.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::intrinsic {
@@ -53,8 +53,9 @@ struct Side {
   }
 };
 
-}  // namespace
-
+// The angles that the vertices of a polygon have in the development. `polygon`: corners and some
+// points of face f in counter-clockwise order, corner 0 first; ids are vertices of the input below
+// `vertex_count`, else vertex_count + point. Cost: O(points of the face's sides).
 std::vector<double> developed_angles(const EdgePointMap& map, Index vertex_count, FaceId f,
                                      const std::vector<PolygonVertex>& polygon) {
   const std::size_t n = polygon.size();
@@ -87,6 +88,8 @@ std::vector<double> developed_angles(const EdgePointMap& map, Index vertex_count
   return angles;
 }
 
+// True if at every vertex of the polygon the angles of the triangles (given by ids) sum to the
+// developed one, up to less than a turn.
 bool angles_are_developed(const std::vector<double>& developed,
                           const std::vector<PolygonVertex>& polygon,
                           const std::vector<std::array<Index, 3>>& triangles) {
@@ -107,8 +110,6 @@ bool angles_are_developed(const std::vector<double>& developed,
   }
   return true;
 }
-
-namespace {
 
 // A vertex in the plane of two weights of a face, whichever face its record names.
 Vector2 place_in(const mesh::Surface& input, FaceId parent, const mesh::SurfacePoint& point) {

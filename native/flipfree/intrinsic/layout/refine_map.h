@@ -53,18 +53,6 @@ struct EdgePointMap {
 // is known from the layout; for a subset of the points on the sides it changes by the winding of
 // the skipped part of the side around the corner.
 
-// The angles that the vertices of a polygon have in the development. `polygon`: corners and some
-// points of face f in counter-clockwise order, corner 0 first; ids are vertices of the input below
-// `vertex_count`, else vertex_count + point. Cost: O(points of the face's sides).
-std::vector<double> developed_angles(const EdgePointMap& map, Index vertex_count, FaceId f,
-                                     const std::vector<PolygonVertex>& polygon);
-
-// True if at every vertex of the polygon the angles of the triangles (given by ids) sum to the
-// developed one, up to less than a turn.
-bool angles_are_developed(const std::vector<double>& developed,
-                          const std::vector<PolygonVertex>& polygon,
-                          const std::vector<std::array<Index, 3>>& triangles);
-
 // A map on a refinement of the input whose new vertices lie on the input's edges.
 
 struct RefinedLayout {

@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 
-#include "flipfree/base/debug_check.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/mesh/refined/editable_triangulation.h"
-#include "flipfree/mesh/refined/refined_map.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::intrinsic {

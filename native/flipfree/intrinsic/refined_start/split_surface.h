@@ -11,7 +11,6 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/intrinsic/refined_start/delaunay_refinement.h"
-#include "flipfree/intrinsic/refined_start/flat_surface.h"
 #include "flipfree/mesh/refined/provenance.h"
 
 namespace flipfree::intrinsic {

@@ -1,7 +1,7 @@
 // Brings many pins to their targets at one stroke where the boundary is free and the map may
 // overlap itself: every pin gets an arm of its own.
 //
-// The surface is laid into a circle and from there onto a star (star_map.h), whose arms lead to the
+// The surface is laid into a circle and from there onto a star, whose arms lead to the
 // targets and may cross each other. So nothing winds around anything, in whatever order the pins
 // are, and what is added grows linearly with their number: a map that is one-to-one has to wind
 // lines around lines (MatchMaker++, thesis 3.3), and so does one that grows out of such a map by
@@ -12,8 +12,8 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/matchmaker/request/constraints.h"
-#include "flipfree/mesh/refined/refined_map.h"
+#include "flipfree/matchmaker/request/request.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 
 namespace flipfree::matchmaker {
 

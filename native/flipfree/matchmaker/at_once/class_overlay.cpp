@@ -12,17 +12,16 @@
 #include <vector>
 
 #include "flipfree/base/plane.h"
+#include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/matchmaker/at_once/mesh_overlay.h"
 #include "flipfree/matchmaker/at_once/plan_motion.h"
 #include "flipfree/matchmaker/coarsening/relax.h"
 #include "flipfree/matchmaker/coarsening/remove_vertex.h"
-#include "flipfree/matchmaker/coarsening/untangle_removal.h"
 #include "flipfree/matchmaker/request/polygon.h"
 #include "flipfree/matchmaker/start/first_try.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/refined/curve_overlay.h"
-#include "flipfree/mesh/topology.h"
 
 namespace flipfree::matchmaker {
 namespace {
@@ -349,12 +348,12 @@ std::optional<mesh::RefinedMap> overlay(const mesh::Surface& base, const MovingP
   overlayer.finish();
   const Triangles faces = map.surface.mesh.faces();
   map.uv = flat(to_surface(map.surface));
-  if (!distortion::find_flips(faces, map.uv, context).empty()) return std::nullopt;
+  if (!distortion::is_flip_free(faces, map.uv, context)) return std::nullopt;
   for (Index v = 0; v < after.vertex_count(); ++v)
     map.uv.row(outline + v) = after.place(v).transpose();
   for (Eigen::Index v = base.vertices.rows(); v < map.uv.rows(); ++v)
     map.uv.row(v) = overlayer.uv()[at(v)].transpose();
-  if (!distortion::find_flips(faces, map.uv, context).empty()) return std::nullopt;
+  if (!distortion::is_flip_free(faces, map.uv, context)) return std::nullopt;
   return map;
 }
 
@@ -384,8 +383,8 @@ std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, ExecutionCo
   relax(map, fixed, {kStepsOfOverlay, true, nullptr}, context);
   plane.before = flat(even);
   plane.after = std::move(map.uv);
-  if (!distortion::find_flips(plane.faces, plane.before, context).empty() ||
-      !distortion::find_flips(plane.faces, plane.after, context).empty())
+  if (!distortion::is_flip_free(plane.faces, plane.before, context) ||
+      !distortion::is_flip_free(plane.faces, plane.after, context))
     return std::nullopt;
   return plane;
 }
@@ -420,7 +419,7 @@ bool place_pins(mesh::RefinedMap& map, const Constraints& constraints, Execution
   for (const PinMove& move : moves) pins.move(move.pin, move.to);
   stats["plan.complexity"] = pins.complexity();
   const auto outline = static_cast<Index>(constraints.outline.size());
-  if (!distortion::find_flips(base.faces, base.vertices.leftCols(2), context).empty()) return false;
+  if (!distortion::is_flip_free(base.faces, base.vertices.leftCols(2), context)) return false;
   std::optional<mesh::RefinedMap> fine = overlay(base, pins, outline, context);
   if (!fine) return false;
   const Index held = outline + pins.pin_count();

@@ -9,8 +9,8 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/matchmaker/request/constraints.h"
-#include "flipfree/mesh/refined/refined_map.h"
+#include "flipfree/matchmaker/request/request.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 
 namespace flipfree::matchmaker {
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "flipfree/base/plane.h"
+#include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/mesh/refined/curve_overlay.h"
 #include "flipfree/numeric/predicates.h"
@@ -15,6 +16,46 @@ namespace flipfree::matchmaker {
 namespace {
 
 using Mesh = mesh::EditableTriangulation;
+
+// For each point the face that holds it, kInvalid if none does. Cost: O(#points + #faces) if both
+// are spread evenly.
+std::vector<FaceId> locate_points(const Points2& points, const Triangles& faces,
+                                  const Points2& place) {
+  const auto count = static_cast<std::size_t>(points.rows());
+  if (count == 0) return {};
+  const auto side = static_cast<Index>(std::ceil(std::sqrt(static_cast<double>(count))));
+  const Vector2 low = points.colwise().minCoeff().transpose();
+  const Vector2 high = points.colwise().maxCoeff().transpose();
+  const auto cell = [&](const Vector2& p, int axis) {
+    const double share = (p[axis] - low[axis]) / std::max(high[axis] - low[axis], 1e-300);
+    return std::clamp(static_cast<Index>(std::clamp(share, 0.0, 1.0) * side), Index{0}, side - 1);
+  };
+  std::vector<std::vector<Index>> bucket(at(side * side));
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vector2 p = points.row(static_cast<Eigen::Index>(i)).transpose();
+    bucket[at(cell(p, 1) * side + cell(p, 0))].push_back(static_cast<Index>(i));
+  }
+  std::vector<FaceId> result(count, kInvalid);
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    const auto corner = [&](Index k) -> Vector2 { return place.row(faces(f, k)).transpose(); };
+    const Vector2 a = corner(0);
+    const Vector2 b = corner(1);
+    const Vector2 c = corner(2);
+    const Vector2 least = a.cwiseMin(b).cwiseMin(c);
+    const Vector2 most = a.cwiseMax(b).cwiseMax(c);
+    for (Index y = cell(least, 1); y <= cell(most, 1); ++y) {
+      for (Index x = cell(least, 0); x <= cell(most, 0); ++x) {
+        for (const Index i : bucket[at(y * side + x)]) {
+          const Vector2 p = points.row(i).transpose();
+          if (result[at(i)] == kInvalid && numeric::orientation(a, b, p) >= 0 &&
+              numeric::orientation(b, c, p) >= 0 && numeric::orientation(c, a, p) >= 0)
+            result[at(i)] = f;
+        }
+      }
+    }
+  }
+  return result;
+}
 
 class Overlay {
  public:
@@ -49,7 +90,7 @@ class Overlay {
         Points2(static_cast<Eigen::Index>(after_.size()), 2);  // a resize that fails frees twice
     for (std::size_t v = 0; v < after_.size(); ++v)
       map.uv.row(static_cast<Eigen::Index>(v)) = after_[v].transpose();
-    return distortion::find_flips(mesh_.faces(), map.uv, context).empty();
+    return distortion::is_flip_free(mesh_.faces(), map.uv, context);
   }
 
  private:
@@ -289,42 +330,6 @@ bool follow_by(mesh::RefinedMap& map, const PlaneMap& plane, ExecutionContext& c
   return true;
 }
 
-std::vector<FaceId> locate_points(const Points2& points, const Triangles& faces,
-                                  const Points2& place) {
-  const auto count = static_cast<std::size_t>(points.rows());
-  if (count == 0) return {};
-  const auto side = static_cast<Index>(std::ceil(std::sqrt(static_cast<double>(count))));
-  const Vector2 low = points.colwise().minCoeff().transpose();
-  const Vector2 high = points.colwise().maxCoeff().transpose();
-  const auto cell = [&](const Vector2& p, int axis) {
-    const double share = (p[axis] - low[axis]) / std::max(high[axis] - low[axis], 1e-300);
-    return std::clamp(static_cast<Index>(std::clamp(share, 0.0, 1.0) * side), Index{0}, side - 1);
-  };
-  std::vector<std::vector<Index>> bucket(at(side * side));
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vector2 p = points.row(static_cast<Eigen::Index>(i)).transpose();
-    bucket[at(cell(p, 1) * side + cell(p, 0))].push_back(static_cast<Index>(i));
-  }
-  std::vector<FaceId> result(count, kInvalid);
-  for (FaceId f = 0; f < faces.rows(); ++f) {
-    const auto corner = [&](Index k) -> Vector2 { return place.row(faces(f, k)).transpose(); };
-    const Vector2 a = corner(0);
-    const Vector2 b = corner(1);
-    const Vector2 c = corner(2);
-    const Vector2 least = a.cwiseMin(b).cwiseMin(c);
-    const Vector2 most = a.cwiseMax(b).cwiseMax(c);
-    for (Index y = cell(least, 1); y <= cell(most, 1); ++y) {
-      for (Index x = cell(least, 0); x <= cell(most, 0); ++x) {
-        for (const Index i : bucket[at(y * side + x)]) {
-          const Vector2 p = points.row(i).transpose();
-          if (result[at(i)] == kInvalid && numeric::orientation(a, b, p) >= 0 &&
-              numeric::orientation(b, c, p) >= 0 && numeric::orientation(c, a, p) >= 0)
-            result[at(i)] = f;
-        }
-      }
-    }
-  }
-  return result;
-}
+namespace {}  // namespace
 
 }  // namespace flipfree::matchmaker

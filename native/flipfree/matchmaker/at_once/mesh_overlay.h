@@ -10,7 +10,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/mesh/refined/refined_map.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
@@ -42,10 +42,5 @@ struct PlaneMap {
 // end of the numbering. False, and the map unchanged, where three edges meet in a point or doubles
 // are not enough. Cost: O(log) per crossing.
 bool follow_by(mesh::RefinedMap& map, const PlaneMap& plane, ExecutionContext& context);
-
-// For each point the face that holds it, kInvalid if none does. Cost: O(#points + #faces) if both
-// are spread evenly.
-std::vector<FaceId> locate_points(const Points2& points, const Triangles& faces,
-                                  const Points2& place);
 
 }  // namespace flipfree::matchmaker

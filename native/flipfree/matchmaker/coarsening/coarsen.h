@@ -3,8 +3,7 @@
 //
 // First, round after round, all vertices that can go as the map stands (remove_vertex.h); between
 // rounds the map is relaxed, which frees further ones. Then the rest by unfolding whole faces
-// (unfold_wholes.h), and by untangling
-// (untangle_removal.h): with small neighbourhoods first, with larger ones when these free little.
+// and by untangling: with small neighbourhoods first, with larger ones when these free little.
 #pragma once
 
 #include <limits>
@@ -12,7 +11,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/mesh/refined/refined_map.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 
 namespace flipfree::matchmaker {
 

@@ -11,9 +11,9 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/distortion/valid_map.h"
 #include "flipfree/matchmaker/start/first_try.h"
 
 namespace flipfree::matchmaker {
@@ -25,11 +25,6 @@ using Mesh = mesh::EditableTriangulation;
 constexpr double kMostNeighbourhoodShare = 0.5;
 // Vertices move within so many rings around added ones.
 constexpr int kRingsAroundAdded = 6;
-
-void sort_unique(std::vector<Index>& ids) {
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-}
 
 double angle(const Vector2& apex, const Vector2& right, const Vector2& left) {
   const Vector2 a = right - apex;
@@ -159,6 +154,10 @@ bool relax(mesh::RefinedMap& map, const std::vector<VertexId>& fixed, const Rela
   return minimize(to_surface(map.surface), whole, map.uv, context);
 }
 
+namespace {
+
+// The same for the vertices within `rings` edges of the seeds alone, at the scale that is the best
+// for the whole map. Cost: a few sweeps over the map, Newton steps of the neighbourhood.
 bool relax_near(mesh::RefinedMap& map, const std::vector<VertexId>& seeds, int rings,
                 const std::vector<VertexId>& fixed, const RelaxOptions& options,
                 ExecutionContext& context) {
@@ -187,6 +186,8 @@ bool relax_near(mesh::RefinedMap& map, const std::vector<VertexId>& seeds, int r
     map.uv.row(patch.vertices[i]) = patch.uv.row(static_cast<Eigen::Index>(i));
   return true;
 }
+
+}  // namespace
 
 std::vector<VertexId> beside_added(const Mesh& mesh, Index keep) {
   std::vector<VertexId> vertices;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/mesh/refined/refined_map.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::matchmaker {
@@ -44,12 +44,6 @@ struct RelaxOptions {
 // Newton system; it is then as before, and valid.
 bool relax(mesh::RefinedMap& map, const std::vector<VertexId>& fixed, const RelaxOptions& options,
            ExecutionContext& context);
-
-// The same for the vertices within `rings` edges of the seeds alone, at the scale that is the best
-// for the whole map. Cost: a few sweeps over the map, Newton steps of the neighbourhood.
-bool relax_near(mesh::RefinedMap& map, const std::vector<VertexId>& seeds, int rings,
-                const std::vector<VertexId>& fixed, const RelaxOptions& options,
-                ExecutionContext& context);
 
 // The vertices below `keep` that are neighbours of others, which were added.
 std::vector<VertexId> beside_added(const mesh::EditableTriangulation& mesh, Index keep);

@@ -8,9 +8,10 @@
 #include <vector>
 
 #include "flipfree/base/failure.h"
-#include "flipfree/distortion/energy/own_map.h"
+#include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/untangle.h"
+#include "flipfree/distortion/valid_map.h"
 #include "flipfree/matchmaker/at_once/arms.h"
 #include "flipfree/matchmaker/at_once/class_overlay.h"
 #include "flipfree/matchmaker/at_once/mesh_overlay.h"
@@ -159,7 +160,7 @@ Points2 way_back(const mesh::Surface& whole, const mesh::Decimated& few, const P
   for (std::size_t v = 0; v < few.into.size(); ++v) {
     if (few.into[v] == kInvalid) all.row(static_cast<Eigen::Index>(v)).setZero();
   }
-  return distortion::find_flips(whole.faces, all, context).empty() ? all : Points2();
+  return distortion::is_flip_free(whole.faces, all, context) ? all : Points2();
 }
 
 // The coarse map from where the coarse surface lies `flat` in the plane.
@@ -233,7 +234,7 @@ std::optional<Solution> move_there(const Problem& problem, ExecutionContext& con
     const ProgressRange range(context, 0.0, 0.4);
     if (std::optional<mesh::RefinedMap> fine =
             coarse_to_fine(map.surface, constraints, context, stats))
-      return Solution{std::move(*fine), "coarse to fine", map.surface.mesh.vertex_count()};
+      return Solution{std::move(*fine), "coarse to fine"};
   }
   std::optional<Points2> start;
   {
@@ -255,7 +256,7 @@ std::optional<Solution> move_there(const Problem& problem, ExecutionContext& con
   const Arrival move = move_pins(map, constraints, together, refine, context, stats);
   if (move == Arrival::kBlocked) return std::nullopt;
   if (room) lay_on(map.surface, *problem.surface.input);
-  return Solution{std::move(map), engine_of(move), keep};
+  return Solution{std::move(map), engine_of(move)};
 }
 
 }  // namespace

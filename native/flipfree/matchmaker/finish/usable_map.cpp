@@ -8,46 +8,28 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/certify/overlap.h"
-#include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/rounding.h"
+#include "flipfree/distortion/valid_map.h"
 #include "flipfree/matchmaker/coarsening/coarsen.h"
 #include "flipfree/matchmaker/coarsening/relax.h"
 #include "flipfree/matchmaker/coarsening/remove_vertex.h"
-#include "flipfree/matchmaker/coarsening/untangle_removal.h"
-#include "flipfree/matchmaker/request/time_share.h"
+#include "flipfree/matchmaker/request/request.h"
 #include "flipfree/matchmaker/start/first_try.h"
 
 namespace flipfree::matchmaker {
 namespace {
 
-// Attempts to make room for triangles that are too thin, and Newton steps of each.
-constexpr int kAttempts = 2;
-constexpr int kStepsPerAttempt = 60;
 // See seconds_to_store().
 constexpr double kSecondsAtLeast = 0.02;
 constexpr double kSecondsPerFace = 1e-5;
-
-// Takes added vertices away, as nothing fits between held vertices that are neighbours among the
-// 32-bit points, and relaxes the map.
-void make_room(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-               ExecutionContext& context) {
-  // Added vertices that are held would lose their ids.
-  const bool all_low = std::all_of(held.begin(), held.end(), [&](VertexId v) { return v < keep; });
-  if (all_low) {
-    if (remove_by_untangling(map, held, keep, context) > 0) map = mesh::compacted_map(map);
-    thin_out(map, held, keep, context);
-  }
-  relax(map, held, {kStepsPerAttempt, true, nullptr}, context);
-}
 
 [[noreturn]] void give_up(const mesh::RefinedMap& map, const std::vector<Index>& thin) {
   std::vector<FaceId> slots;
   map.surface.mesh.faces(&slots);
   std::vector<Index> inputs;
   for (const Index f : thin) inputs.push_back(map.surface.mesh.parent(slots[at(f)]));
-  std::sort(inputs.begin(), inputs.end());
-  inputs.erase(std::unique(inputs.begin(), inputs.end()), inputs.end());
+  sort_unique(inputs);
   const std::string first = inputs.empty() ? "" : ", the first is " + face_id(inputs.front());
   const std::string count = std::to_string(inputs.size());
   throw_not_converged(ErrorCode::kRoundingFlips,
@@ -72,32 +54,23 @@ double seconds_to_store(const mesh::RefinedSurface& surface) {
   return kSecondsAtLeast + kSecondsPerFace * static_cast<double>(surface.mesh.face_slots());
 }
 
-Points2f store_map(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-                   bool bijective, ExecutionContext& context, Stats& stats) {
+Points2f store_map(const mesh::RefinedMap& map, const std::vector<VertexId>& held, bool bijective,
+                   ExecutionContext& context, Stats& stats) {
   distortion::RoundingOptions rounding;
   rounding.fixed = held;
   rounding.bijective = bijective;
-  std::vector<VertexId> still = held;
-  if (bijective)
-    still.insert(still.end(), map.surface.boundary.begin(), map.surface.boundary.end());
-  for (int attempt = 0;; ++attempt) {
-    stats["rounding.rooms"] = std::int64_t{attempt};
-    // As a rule far less; where nothing fits, repairing goes on for minutes.
-    const double seconds = std::max(context.seconds_left(), seconds_to_store(map.surface));
-    Outcome<Points2f> stored = flipfree::attempt([&] {
-      const Grace storing(context, Grace::kShort);
-      const TimeLimit limit(context, seconds);
-      return distortion::round_to_storage(to_surface(map.surface).faces, map.uv, rounding, context,
-                                          stats);
-    });
-    if (stored) return std::move(*stored);
-    if (stored.error().code != ErrorCode::kRoundingFlips) throw NotConverged(stored.error());
-    const std::vector<Index>& thin = stored.error().elements;
-    // Of a boundary that meets itself, vertices are named.
-    if (stored.error().kind != ElementKind::kFace) refuse_touching();
-    if (attempt == kAttempts) give_up(map, thin);
-    make_room(map, still, keep, context);
-  }
+  // As a rule far less; where nothing fits, repairing goes on for minutes.
+  const double seconds = std::max(context.seconds_left(), seconds_to_store(map.surface));
+  Outcome<Points2f> stored = attempt([&] {
+    const Grace storing(context, Grace::kShort);
+    const TimeLimit limit(context, seconds);
+    return distortion::round_to_storage(map.surface.mesh.faces(), map.uv, rounding, context, stats);
+  });
+  if (stored) return std::move(*stored);
+  if (stored.error().code != ErrorCode::kRoundingFlips) throw NotConverged(stored.error());
+  // Of a boundary that meets itself, vertices are named.
+  if (stored.error().kind != ElementKind::kFace) refuse_touching();
+  give_up(map, stored.error().elements);
 }
 
 namespace {

@@ -6,21 +6,18 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/matchmaker/request/constraints.h"
-#include "flipfree/mesh/refined/refined_map.h"
+#include "flipfree/matchmaker/request/request.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 
 namespace flipfree::matchmaker {
 
 // The last step: a valid map in 64 bits becomes one in the 32 bits that are stored.
 
-// round_to_storage() of the map. Where that finds no 32-bit points for some triangles, added
-// vertices are taken away, the map is relaxed around them, and `map` changed accordingly. With
-// `bijective` its boundary does not meet itself and does not move. Vertices below `keep` stay, held
-// ones where they are. Stats: "rounding.*", "rounding.rooms" (how often room was made). Throws
-// NotConverged (kRoundingFlips) naming input faces if that does not help.
-// When the context's time is over, or nearly so, it has seconds_to_store() for each attempt.
-Points2f store_map(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-                   bool bijective, ExecutionContext& context, Stats& stats);
+// round_to_storage() of the map. With `bijective` its boundary does not meet itself. Stats:
+// "rounding.*". Throws NotConverged (kRoundingFlips) naming input faces where no 32-bit points are
+// found. When the context's time is over, or nearly so, it has seconds_to_store().
+Points2f store_map(const mesh::RefinedMap& map, const std::vector<VertexId>& held, bool bijective,
+                   ExecutionContext& context, Stats& stats);
 
 // Seconds that rounding and certifying a map takes, generously, unless much has to be repaired.
 double seconds_to_store(const mesh::RefinedSurface& surface);

@@ -1,31 +1,222 @@
 #include "flipfree/matchmaker/homotopy/move_outline.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
+#include <deque>
 #include <map>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "flipfree/base/failure.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/untangle.h"
+#include "flipfree/distortion/valid_map.h"
+#include "flipfree/embedding/disk/disk.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/coarsening/coarsen.h"
 #include "flipfree/matchmaker/coarsening/relax.h"
 #include "flipfree/matchmaker/coarsening/remove_vertex.h"
 #include "flipfree/matchmaker/continuation/continuation.h"
 #include "flipfree/matchmaker/patches/matchmaker_pp.h"
-#include "flipfree/matchmaker/request/time_share.h"
+#include "flipfree/matchmaker/request/request.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/target/sheet_target.h"
+#include "flipfree/matchmaker/target/outline_target.h"
 #include "flipfree/matchmaker/target/target_domain.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
 namespace {
+
+// A target outline as the last frame of a homotopy: a family of immersed polygons that begins with
+// a convex one.
+//
+// A triangulation of the outline by its corners alone has no inner vertex, so its triangles form a
+// tree, glued edge to edge. Any edge lengths that satisfy the triangle inequalities lay it out, and
+// positive triangles are all that an immersed disk without inner vertices asks for. Lengths that
+// satisfy the inequalities form a convex set: blending those of the same triangulation on a circle
+// with those of the target,
+//
+//   l(t) = (1 - t) l_circle + t l_target,    0 <= t <= 1,
+//
+// gives an immersed disk for every t. The disk a target bounds (several may share one outline) is
+// that of its triangulation, and inner points ride on their triangle.
+
+class OutlineHomotopy {
+ public:
+  // Precondition: the domain has no inner vertices. Cost: O(n).
+  OutlineHomotopy(TargetDomain domain, const std::vector<SheetPin>& pins);
+
+  const TargetDomain& domain() const { return domain_; }
+  const std::vector<SheetPin>& pins() const { return pins_; }
+
+  // Corners of frame t, per domain vertex. Frame 1 is the target bit for bit, frame 0 a convex
+  // polygon with its corners on a circle. Frames change continuously. Cost: O(n).
+  std::vector<Vector2> corners(double t) const;
+  // Where frame t wants the mesh vertices: outline, then pins.
+  std::vector<std::pair<VertexId, Vector2>> places(double t,
+                                                   const std::vector<Vector2>& corners) const;
+
+ private:
+  double length(HalfedgeId h, double t) const;
+
+  TargetDomain domain_;
+  std::vector<SheetPin> pins_;
+  std::vector<std::array<double, 3>> weight_;  // per pin
+  std::vector<Vector2> circle_;                // per domain vertex
+  FaceId root_ = 0;                            // in the middle of the tree; it stays in place
+  std::vector<HalfedgeId> glue_;  // per other face, parents first, the half-edge to its parent
+};
+
+using Mesh = mesh::EditableTriangulation;
+
+// The point left of a -> b at the given distances from both.
+Vector2 apex_of(const Vector2& a, const Vector2& b, double from_a, double from_b) {
+  const double base = (b - a).norm();
+  const double along = 0.5 * (base + (from_a - from_b) * (from_a + from_b) / base);
+  const Vector2 u = (b - a) / base;
+  return a + along * u +
+         (0.5 * quadruple_area(base, from_a, from_b) / base) * Vector2(-u.y(), u.x());
+}
+
+// The last face left when leaves are peeled off the tree of faces round by round.
+FaceId centre_of_tree(const Mesh& mesh) {
+  const auto count = static_cast<std::size_t>(mesh.face_slots());
+  std::vector<int> degree(count, 0);
+  std::vector<char> gone(count, 0);
+  std::deque<FaceId> leaves;
+  FaceId last = 0;
+  for (FaceId f = 0; f < mesh.face_slots(); ++f) {
+    if (!mesh.alive(f)) continue;
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) degree[at(f)] += mesh.is_boundary(h) ? 0 : 1;
+    if (degree[at(f)] <= 1) leaves.push_back(f);
+  }
+  while (!leaves.empty()) {
+    const FaceId f = leaves.front();
+    leaves.pop_front();
+    if (gone[at(f)] != 0) continue;
+    gone[at(f)] = 1;
+    last = f;
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      if (mesh.is_boundary(h)) continue;
+      const FaceId g = mesh.opposite(h) / 3;
+      if (gone[at(g)] == 0 && --degree[at(g)] <= 1) leaves.push_back(g);
+    }
+  }
+  return last;
+}
+
+OutlineHomotopy::OutlineHomotopy(TargetDomain domain, const std::vector<SheetPin>& pins)
+    : domain_(std::move(domain)), pins_(pins), circle_(domain_.point.size(), Vector2::Zero()) {
+  const Mesh& mesh = domain_.triangulation;
+  const std::size_t n = domain_.outline.size();
+  const auto point = [&](Index v) -> const Vector2& { return domain_.point[at(v)]; };
+  std::vector<double> lengths;
+  double perimeter = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    lengths.push_back((point(domain_.outline[(i + 1) % n]) - point(domain_.outline[i])).norm());
+    perimeter += lengths.back();
+  }
+  root_ = centre_of_tree(mesh);
+  std::vector<char> seen(static_cast<std::size_t>(mesh.face_slots()), 0);
+  seen[at(root_)] = 1;
+  std::deque<FaceId> queue = {root_};
+  while (!queue.empty()) {
+    const FaceId f = queue.front();
+    queue.pop_front();
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      if (mesh.is_boundary(h)) continue;
+      const HalfedgeId o = mesh.opposite(h);
+      if (seen[at(o / 3)]++ != 0) continue;
+      glue_.push_back(o);
+      queue.push_back(o / 3);
+    }
+  }
+  // The circle is turned and moved to where the root lies in the target: frames drift little.
+  const Points2 circle =
+      embedding::place_boundary(embedding::BoundaryShape::kCircle, lengths).positions;
+  double around = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const auto next = static_cast<Eigen::Index>((i + 1) % n);
+    around += (circle.row(next) - circle.row(row)).norm();
+    circle_[at(domain_.outline[i])] = circle.row(row).transpose();
+  }
+  const Index a = mesh.source(3 * root_);
+  const Index b = mesh.target(3 * root_);
+  const Vector2 from = circle_[at(b)] - circle_[at(a)];
+  const Vector2 to = point(b) - point(a);
+  const double scale = perimeter / around;
+  const double size = from.norm() * to.norm();
+  const double c = scale * from.dot(to) / size;
+  const double s = scale * cross(from, to) / size;
+  const Vector2 middle = 0.5 * (circle_[at(a)] + circle_[at(b)]);
+  const Vector2 there = 0.5 * (point(a) + point(b));
+  for (const Index v : domain_.outline) {
+    Vector2& p = circle_[at(v)];
+    const Vector2 q = p - middle;
+    p = there + Vector2(c * q.x() - s * q.y(), s * q.x() + c * q.y());
+  }
+  for (const SheetPin& p : pins_) {
+    const Mesh::Triangle t = mesh.corners(p.face);
+    const Vector2 e = point(t[1]) - point(t[0]);
+    const Vector2 f = point(t[2]) - point(t[0]);
+    const Vector2 d = p.pin.uv - point(t[0]);
+    const double area = cross(e, f);
+    const double w1 = std::clamp(cross(d, f) / area, 0.0, 1.0);
+    const double w2 = std::clamp(cross(e, d) / area, 0.0, 1.0 - w1);
+    weight_.push_back({1.0 - w1 - w2, w1, w2});
+  }
+}
+
+double OutlineHomotopy::length(HalfedgeId h, double t) const {
+  const auto a = static_cast<std::size_t>(domain_.triangulation.source(h));
+  const auto b = static_cast<std::size_t>(domain_.triangulation.target(h));
+  return (1 - t) * (circle_[b] - circle_[a]).norm() +
+         t * (domain_.point[b] - domain_.point[a]).norm();
+}
+
+std::vector<Vector2> OutlineHomotopy::corners(double t) const {
+  if (t >= 1) return domain_.point;
+  if (t <= 0) return circle_;
+  const Mesh& mesh = domain_.triangulation;
+  std::vector<Vector2> p(domain_.point.size(), Vector2::Zero());
+  const auto at = [&](Index v) -> Vector2& { return p[static_cast<std::size_t>(v)]; };
+  const auto set_apex = [&](HalfedgeId h) {
+    at(mesh.apex(h)) = apex_of(at(mesh.source(h)), at(mesh.target(h)),
+                               length(previous_corner(h), t), length(next_corner(h), t));
+  };
+  const HalfedgeId h = 3 * root_;
+  const Vector2& a = domain_.point[static_cast<std::size_t>(mesh.source(h))];
+  const Vector2& b = domain_.point[static_cast<std::size_t>(mesh.target(h))];
+  const Vector2 half = 0.5 * length(h, t) * (b - a).normalized();
+  at(mesh.source(h)) = 0.5 * (a + b) - half;
+  at(mesh.target(h)) = 0.5 * (a + b) + half;
+  set_apex(h);
+  for (const HalfedgeId g : glue_) set_apex(g);
+  return p;
+}
+
+std::vector<std::pair<VertexId, Vector2>> OutlineHomotopy::places(
+    double t, const std::vector<Vector2>& corners) const {
+  std::vector<std::pair<VertexId, Vector2>> result;
+  result.reserve(domain_.outline.size() + pins_.size());
+  for (const Index v : domain_.outline) {
+    result.emplace_back(domain_.mesh_vertex[static_cast<std::size_t>(v)], corners[at(v)]);
+  }
+  for (std::size_t i = 0; i < pins_.size(); ++i) {
+    const Mesh::Triangle c = domain_.triangulation.corners(pins_[i].face);
+    Vector2 p = Vector2::Zero();
+    for (std::size_t k = 0; k < 3; ++k) p += weight_[i][k] * corners[at(c[k])];
+    result.emplace_back(pins_[i].pin.vertex, t >= 1 ? pins_[i].pin.uv : p);
+  }
+  return result;
+}
 
 // A step goes this share of the way that is left, and no less than a hundredth of the share at the
 // end: outlines grow narrow as 1 - t does.
@@ -160,7 +351,7 @@ class OutlineMover {
       Points2 carried = carrier.vertices(corners);
       for (const auto& [v, place] : homotopy_.places(t, corners))
         carried.row(v) = place.transpose();
-      std::vector<FaceId> found = distortion::find_flips(chart_.faces, carried, context_);
+      std::vector<FaceId> found = distortion::flipped_faces(chart_.faces, carried, context_);
       if (found.empty()) break;
       folds = std::move(found);
       there = std::move(corners);
@@ -303,8 +494,8 @@ void split_chords(mesh::RefinedSurface& surface) {
   for (const auto& [a, b] : chords) surface.split_edge(mesh.find(a, b));
 }
 
-}  // namespace
-
+// The surface at frame 0, without the pins: flip-free, distortion lowered. Inner edges between
+// boundary vertices are split. Throws what embed_disk and minimize_distortion throw.
 mesh::RefinedMap first_frame(const mesh::RefinedSurface& surface, const OutlineHomotopy& homotopy,
                              ExecutionContext& context, Stats& stats) {
   mesh::RefinedMap map{surface, {}};
@@ -335,6 +526,10 @@ mesh::RefinedMap first_frame(const mesh::RefinedSurface& surface, const OutlineH
   return map;
 }
 
+// Precondition: map.uv is flip-free and at the homotopy's frame 0, pins included. Edges of `uncut`
+// are not split (lines). True if frame 1 was reached: outline and pins bit for bit; else `map` is
+// some valid map on the way. No guarantee of arrival: at most `added_limit` vertices are added.
+// Deterministic for any number of threads. Stats: "outline.*". Cost: some hundred Newton steps.
 bool move_outline(mesh::RefinedMap& map, const OutlineHomotopy& homotopy,
                   const std::vector<std::pair<VertexId, VertexId>>& uncut, Index added_limit,
                   ExecutionContext& context, Stats& stats) {
@@ -348,8 +543,6 @@ bool move_outline(mesh::RefinedMap& map, const OutlineHomotopy& homotopy,
       static_cast<std::int64_t>(map.surface.mesh.vertex_count() - before);
   return arrived;
 }
-
-namespace {
 
 // Vertices that the homotopy to an outline may add, in units of the input's.
 constexpr Index kOutlineRefinement = 40;
@@ -432,7 +625,7 @@ std::optional<Solution> by_homotopy(const Problem& problem, double share, Execut
     coarsen(map, held_vertices(map.surface, problem.constraints), keep, {.most_untangled = 0},
             context, stats);
   }
-  return Solution{std::move(map), "homotopy", keep};
+  return Solution{std::move(map), "homotopy"};
 }
 
 }  // namespace flipfree::matchmaker

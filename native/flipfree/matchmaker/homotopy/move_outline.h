@@ -15,24 +15,10 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/matchmaker/homotopy/outline_homotopy.h"
 #include "flipfree/matchmaker/request/request.h"
-#include "flipfree/mesh/refined/refined_map.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 
 namespace flipfree::matchmaker {
-
-// The surface at frame 0, without the pins: flip-free, distortion lowered. Inner edges between
-// boundary vertices are split. Throws what embed_disk and minimize_distortion throw.
-mesh::RefinedMap first_frame(const mesh::RefinedSurface& surface, const OutlineHomotopy& homotopy,
-                             ExecutionContext& context, Stats& stats);
-
-// Precondition: map.uv is flip-free and at the homotopy's frame 0, pins included. Edges of `uncut`
-// are not split (lines). True if frame 1 was reached: outline and pins bit for bit; else `map` is
-// some valid map on the way. No guarantee of arrival: at most `added_limit` vertices are added.
-// Deterministic for any number of threads. Stats: "outline.*". Cost: some hundred Newton steps.
-bool move_outline(mesh::RefinedMap& map, const OutlineHomotopy& homotopy,
-                  const std::vector<std::pair<VertexId, VertexId>>& uncut, Index added_limit,
-                  ExecutionContext& context, Stats& stats);
 
 // The way to an outline that winds: a map onto a convex polygon, the first frame of a homotopy
 // (outline_homotopy.h), and from there to the last.

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "flipfree/matchmaker/request/polygon.h"
-#include "flipfree/mesh/refined/refined_map.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 
 namespace flipfree::matchmaker {
 
@@ -26,7 +26,7 @@ struct MatchOptions {
       false;  // with a free boundary: the map must be one-to-one as a whole, not only locally
   int max_iterations = 200;
   MatchEngine engine = MatchEngine::kAuto;
-  // Of the clock; 0: no limit. The ways share them (time_share.h). Once a map meets all
+  // Of the clock; 0: no limit. The ways share them. Once a map meets all
   // constraints, it is returned in the end, however little time there was to make it better.
   double max_seconds = 0;
 };
@@ -89,7 +89,32 @@ struct Problem {
 struct Solution {
   mesh::RefinedMap map;
   std::string engine;  // what really made it
-  Index keep = 0;      // vertices that stay to the end: the surface's, and some splits
 };
+
+// How the ways to a map share the time that a call has (MatchOptions::max_seconds).
+//
+//   |<------------------------------ max_seconds ------------------------------>|
+//   | one way, its share | the next, its share of the rest | ... | the last way  |
+//                              a way arrived: taking refinement back, optimising, storing
+//
+// A way that runs out of its share is given up for the next. Once there is a map that meets all
+// constraints, nothing is given up any more: what is over ends, with the best map so far.
+
+// Of the time that is left: for a way that others follow, and for each of the steps that follow a
+// way that arrived, but the last.
+constexpr double kShareOfWay = 0.5;
+constexpr double kShareOfStep = 0.4;
+
+// What the caller demands, read and checked for contradictions that can be named, each with a proof
+// that others can check (docs/errors.md).
+
+// Splits chain edges of `surface` where lines have more points than vertices. Throws InvalidInput
+// (kBadPins, kIndexOutOfRange, kBadBoundary, kNotFinite, kNotAnEdge) for malformed requests,
+// Infeasible (kContradictoryPins, kNotSelfOverlapping) for demands that no map can meet: two
+// vertices at one point, crossing lines, a pin outside the outline, an outline that runs clockwise
+// or winds wrongly. Where the boundary is free and the map may overlap itself, pins and lines that
+// meet are no contradiction, but nothing that is looked for: NotConverged.
+Constraints read_constraints(mesh::RefinedSurface& surface, const MatchRequest& request,
+                             SelfOverlaps overlaps = SelfOverlaps::kRefused);
 
 }  // namespace flipfree::matchmaker

@@ -10,10 +10,10 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/base/stored.h"
-#include "flipfree/distortion/energy/own_map.h"
+#include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/untangle.h"
+#include "flipfree/distortion/valid_map.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/target/target_domain.h"
 #include "flipfree/numeric/predicates.h"
@@ -261,7 +261,7 @@ namespace {
 
 // A flip-free map with the prescribed boundary, untangled from `start`; nothing if the search
 // failed. (With a free boundary positive triangles may wind twice around an inner vertex; with a
-// simple outline they cannot, see self_overlapping.h.)
+// simple outline they cannot, see outline_target.h.)
 std::optional<Points2> untangle_from(const mesh::RefinedSurface& surface,
                                      const Constraints& constraints, const Points2& start,
                                      ExecutionContext& context, Stats& stats) {
@@ -293,7 +293,7 @@ std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraint
   if (constraints.free_boundary()) {
     Points2 uv = flatten(surface, context, stats);
     lay_over(uv, constraints.pins);
-    if (distortion::find_flips(surface.mesh.faces(), uv, context).empty()) return uv;
+    if (distortion::is_flip_free(surface.mesh.faces(), uv, context)) return uv;
     return std::nullopt;  // needles that lose their area when turned; MatchMaker++ starts from
                           // combinatorics
   }
@@ -302,7 +302,7 @@ std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraint
   const Target target = full_target(surface, boundary_only, context);
   const Points2 start = compose_through_disk(surface, target.domain, context, stats);
   const auto folded =
-      static_cast<double>(distortion::find_flips(surface.mesh.faces(), start, context).size());
+      static_cast<double>(distortion::flipped_faces(surface.mesh.faces(), start, context).size());
   stats["first_try.folded"] = static_cast<std::int64_t>(folded);
   if (folded > kMostFolded * static_cast<double>(surface.mesh.faces().rows())) return std::nullopt;
   return untangle_from(surface, boundary_only, start, context, stats);

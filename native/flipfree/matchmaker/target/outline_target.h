@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/matchmaker/request/constraints.h"
+#include "flipfree/matchmaker/request/polygon.h"
+#include "flipfree/matchmaker/request/request.h"
 #include "flipfree/matchmaker/target/target_domain.h"
 #include "flipfree/mesh/refined/refined_surface.h"
 
@@ -23,27 +24,59 @@ struct Target {
 // The constraints without pins, lines and paths.
 Constraints outline_alone(const Constraints& constraints);
 
-// A simple outline, or a box around the pins for a surface with a collar and a free boundary, with
-// all pins and lines in it.
-Target embedded_target(const mesh::RefinedSurface& surface, const Constraints& constraints);
-
-// An outline that overlaps itself, with a slit to every pin that has a path. Throws Infeasible
-// (kNotSelfOverlapping), or NotConverged with that code where the slits may be at fault.
-Target immersed_outline(const mesh::RefinedSurface& surface, const Constraints& constraints,
-                        const ExecutionContext& context);
-
-// Refuses a pin at which not one sheet but so many lie: none is Infeasible (kContradictoryPins),
-// several are InvalidInput (kBadPins).
-[[noreturn]] void refuse_sheets(const PinnedVertex& pin, std::size_t sheets,
-                                const Constraints& constraints);
-
-// Infeasible (kContradictoryPins) if the pin lies on a corner or a fixed edge of its triangle.
-void check_off_edges(const TargetDomain& domain, const PinnedVertex& pin, FaceId sheet);
-
 // Everything: outline (or a box around the pins, for a surface with a collar), pins, lines, paths.
 // In a target that overlaps itself a pin without a path must have one sheet to lie in: none is
 // Infeasible (kContradictoryPins), several are InvalidInput (kBadPins; give a path).
 Target full_target(const mesh::RefinedSurface& surface, const Constraints& constraints,
                    const ExecutionContext& context);
+
+// Self-overlapping polygons: is a closed polygon the boundary of a disk laid out locally
+// injectively in the plane, and if so, a triangulation of that disk whose vertices are the
+// polygon's corners.
+//
+// Based on: P. Shor and C. Van Wyk, "Detecting and decomposing self-overlapping curves" (1992), the
+// dynamic programme; O. Weber and D. Zorin, "Locally injective parametrization with arbitrary fixed
+// boundaries" (2014), whose weakly self-overlapping polygons may wind more than once around single
+// corners. Thesis 3.3, phase 1.
+//
+// Why orientation tests are enough. Let theta_i in (0, 2 pi] be the inner angle at corner i and t
+// the turning number, so that sum theta_i = (n - 2 t) pi. Triangles that are all counter-clockwise
+// and glue to a disk with this boundary have angles that sum to (n - 2) pi, and at corner i to
+// theta_i + 2 pi k_i with k_i >= 0. Hence sum k_i = t - 1:
+//   t <  1  no such disk exists (a figure-eight has t = 0, a clockwise polygon t = -1);
+//   t == 1  every k_i = 0: the disk is locally injective at its boundary, too;
+//   t >  1  t - 1 extra rounds sit at boundary corners ("singular" ones): weakly self-overlapping.
+// A spike, where the polygon returns along itself, has theta = 2 pi: it is the tip of a slit cut
+// into the disk, which is how a path from the boundary to an inner point chooses between several
+// disks with the same boundary.
+
+struct SelfOverlap {
+  bool exists = false;
+  int turning_number = 0;
+  Triangles
+      triangles;  // (n - 2) x 3 corners of the polygon, counter-clockwise; empty if none exists
+  std::vector<Index>
+      singular_corners;  // corners with more than 2 pi inside, only if the turning number exceeds 1
+};
+
+// On which sheet of a target every pin lies: what a homotopy has to know.
+
+// A pin and the triangle (sheet) of the target in whose closure it lies.
+struct SheetPin {
+  PinnedVertex pin;
+  FaceId face = kInvalid;
+};
+
+struct SheetTarget {
+  TargetDomain domain;
+  std::vector<SheetPin> pins;  // in the order of constraints.pins
+};
+
+// The outline's triangulation by its corners alone, of the disk that the paths choose if there are
+// any, and for every inner pin the sheet it lies on: the only one there is, the one its path leads
+// to, or the one that a line leads to from a pin or the boundary. Errors as full_target()
+// (outline_target.h); a line that leaves the disk is Infeasible (kContradictoryPins).
+SheetTarget sheet_target(const mesh::RefinedSurface& surface, const Constraints& constraints,
+                         const ExecutionContext& context);
 
 }  // namespace flipfree::matchmaker

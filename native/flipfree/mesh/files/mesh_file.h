@@ -1,6 +1,6 @@
 // Meshes in files: OBJ, PLY, OFF and STL, from bytes to arrays and back.
 //
-// Reading is ours but for STL (file_polygons.h says why). Writing is ours: OpenMesh 9 writes
+// Reading is ours but for STL. Writing is ours: OpenMesh 9 writes
 // positions with 32 bits, loses small numbers to fixed notation, and knows no texture coordinates
 // per corner in PLY (docs/architecture.md, "Mesh files").
 #pragma once
@@ -28,7 +28,7 @@ bool holds_corner_uv(Format format);
 // polygon has none.
 struct MeshFile {
   Points3 vertices;             // #V x 3, used by faces or not
-  Triangles faces;              // #F x 3, polygons as they lie (mesh/polygon_triangles.h)
+  Triangles faces;              // #F x 3, polygons as they lie (read_mesh.cpp)
   std::vector<Index> polygons;  // #F, ascending: the file's polygon that a triangle is part of
   Triangles corners;            // #F x 3: which corner of the file, counted through its polygons
   Points2f uv;                  // 3 #F x 2, NaN where a polygon has none; no rows if none has
@@ -49,5 +49,29 @@ MeshFile read_mesh(std::string_view bytes, Format format);
 // corners #F rows or none. Throws InvalidInput (kBadFile) for texture coordinates in a format
 // without them, or that are not finite (NaN: as read).
 std::string write_mesh(const MeshFile& mesh, Format format);
+
+// The polygons of a file, by a strict reader for each format.
+//
+// OpenMesh's own readers serve STL alone, whose vertices have to be found. Of the others (tried
+// with OpenMesh 9): an OBJ face `/1` aborts the process; `mtllib` opens any file; positions are
+// rounded to 32 bits; a corner that repeats a vertex shifts the texture coordinates of the others;
+// a PLY header without an end is read forever; PLY lists other than the faces', and bytes in ASCII,
+// put all that follows out of step.
+
+struct FilePolygons {
+  Points3 positions;            // as written; of STL one for each place
+  std::vector<Index> corners;   // vertices of one polygon behind those of another
+  std::vector<Index> begin{0};  // #polygons + 1, where each one's corners begin
+  // Which of the file's faces each of these is: those with fewer than three corners are passed
+  // over. None for STL: all.
+  std::vector<Index> numbers;
+  std::vector<float> uv;  // 2 a corner, NaN where there are none; empty if the format has none
+};
+
+// Each throws InvalidInput (kBadFile), naming the line or element.
+FilePolygons read_obj(std::string_view bytes);
+FilePolygons read_off(std::string_view bytes);
+FilePolygons read_ply(std::string_view bytes);
+FilePolygons read_stl(std::string_view bytes);
 
 }  // namespace flipfree::mesh

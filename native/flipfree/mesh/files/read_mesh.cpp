@@ -1,17 +1,413 @@
+#include <CGAL/Constrained_Delaunay_triangulation_2.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Triangulation_face_base_with_info_2.h>
+#include <CGAL/Triangulation_vertex_base_with_info_2.h>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "flipfree/base/error.h"
-#include "flipfree/mesh/files/file_polygons.h"
+#include "flipfree/base/types.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/files/mesh_file.h"
 #include "flipfree/mesh/files/text.h"
-#include "flipfree/mesh/polygon_triangles.h"
+#include "flipfree/numeric/predicates.h"
 
 namespace flipfree::mesh {
 namespace {
+
+// Polygons of a file as triangles that lie where the polygon lies, concave ones too.
+
+using PolygonTriangle = std::array<Index, 3>;  // numbers of corners, in the polygon's winding
+
+// n - 2 triangles of a polygon of n >= 3 corners in space, every side in one of them and every
+// diagonal in two. Seen along the polygon's normal (by the sum of its sides' cross products, up to
+// rounding where that is no axis) none is turned over, so that none leaves the polygon, wherever
+// such triangles exist: for all outlines that do not cross themselves, holes by bridges and corners
+// at one place included. Of several:
+//   - the fan around corner 0, unless it is turned over or has a triangle without a shape
+//     (kThinnest); quads as Blender splits them, by corners 0 and 2 unless that folds the quad;
+//   - up to kFewAtBest, and up to kMostAtBest where the outline touches or crosses itself, the
+//     triangles of least area in space, then the best shaped (Klincsek 1980);
+//   - above, the constrained Delaunay triangulation seen along the normal.
+// Larger outlines that touch or cross themselves lose ears until kMostAtBest are left. Corners at
+// the place of the one before them get a triangle without area. Precondition: finite coordinates.
+// Deterministic, the same for every power-of-two scale. Cost: O(n log n) as a rule, O(n^2) for
+// outlines above kMostAtBest that touch or cross themselves, where beyond kMostByEars the fan
+// stays.
+inline constexpr std::size_t kFewAtBest = 24;
+inline constexpr std::size_t kMostAtBest = 256;
+inline constexpr std::size_t kMostByEars = 20000;
+
+using CornerNumbers = std::vector<Index>;
+using OutlineTriangles = std::vector<PolygonTriangle>;
+
+// A polygon without corners at the place of the one before, in its own unit, seen along its normal.
+class Outline {
+ public:
+  explicit Outline(const std::vector<Vector3>& corners) {
+    double extent = 0.0;
+    for (const Vector3& p : corners) extent = std::max(extent, p.cwiseAbs().maxCoeff());
+    // A power of two, so that what lies on one line stays there.
+    const int exponent = extent > 0.0 ? std::ilogb(extent) : 0;
+    for (const Vector3& p : corners)
+      space_.push_back(p.unaryExpr([&](double x) { return std::ldexp(x, -exponent); }));
+    Vector3 sum = Vector3::Zero();
+    for (std::size_t i = 1; i + 1 < space_.size(); ++i)
+      sum += (space_[i] - space_[0]).cross(space_[i + 1] - space_[0]);
+    area_ = sum.stableNorm();
+    if (area_ > 0.0) normal_ = sum / area_;
+    // An axis that is no part of the normal makes the other one; axes stay axes, without rounding.
+    Eigen::Index least = 0;
+    normal_.cwiseAbs().minCoeff(&least);
+    Vector3 u = Vector3::Unit(least) - normal_[least] * normal_;
+    u.normalize();
+    const Vector3 v = normal_.cross(u);
+    for (const Vector3& p : space_) plane_.emplace_back(p.dot(u), p.dot(v));
+  }
+
+  std::size_t size() const { return space_.size(); }
+  bool has_normal() const { return area_ > 0.0; }
+  const Vector2& plane(Index i) const { return plane_[at(i)]; }
+  bool positive(Index i, Index k, Index j) const {
+    return numeric::orientation(plane(i), plane(k), plane(j)) > 0;
+  }
+  Vector3 area_vector(Index i, Index k, Index j) const {
+    return (space_[at(k)] - space_[at(i)]).cross(space_[at(j)] - space_[at(i)]);
+  }
+  double longest_squared(Index i, Index k, Index j) const {
+    return std::max({(space_[at(k)] - space_[at(i)]).squaredNorm(),
+                     (space_[at(j)] - space_[at(k)]).squaredNorm(),
+                     (space_[at(i)] - space_[at(j)]).squaredNorm()});
+  }
+  bool has_shape(Index i, Index k, Index j) const {
+    return area_vector(i, k, j).norm() > kThinnest * longest_squared(i, k, j);
+  }
+  // Area that the normal does not see, as a share of the polygon's; in steps, so that triangles in
+  // one plane are equal. Sums of the triangles' areas differ by nothing else.
+  double excess(Index i, Index k, Index j) const {
+    constexpr double kStep = 1e-9;
+    const Vector3 area = area_vector(i, k, j);
+    const double unit = kStep * (has_normal() ? area_ : 1.0);
+    return std::round((area.norm() - area.dot(normal_)) / unit);
+  }
+  // Squared sides over area: the sum of the angles' cotangents, large for needles.
+  double slenderness(Index i, Index k, Index j) const {
+    const double sides = (space_[at(k)] - space_[at(i)]).squaredNorm() +
+                         (space_[at(j)] - space_[at(k)]).squaredNorm() +
+                         (space_[at(i)] - space_[at(j)]).squaredNorm();
+    return sides / std::max(area_vector(i, k, j).norm(), kThinnest * sides);
+  }
+
+ private:
+  std::vector<Vector3> space_;
+  std::vector<Vector2> plane_;
+  Vector3 normal_ = Vector3::UnitZ();
+  double area_ = 0.0;  // twice
+};
+
+OutlineTriangles fan_of(std::size_t n) {
+  OutlineTriangles fan;
+  for (Index k = 2; k < static_cast<Index>(n); ++k) fan.push_back({0, k - 1, k});
+  return fan;
+}
+
+bool fan_stays(const Outline& outline) {
+  const auto n = static_cast<Index>(outline.size());
+  for (Index k = 2; k < n; ++k) {
+    if (!outline.has_shape(0, k - 1, k)) return false;
+    if (n != 4 && !outline.positive(0, k - 1, k)) return false;
+  }
+  // is_quad_flip_v3_first_third_fast() of Blender.
+  return n != 4 || outline.area_vector(0, 1, 2).dot(outline.area_vector(0, 2, 3)) > 0.0;
+}
+
+// What a triangulation costs: triangles turned over, area, shape; in this order.
+struct OutlineCost {
+  double turned = 0.0;
+  double excess = 0.0;
+  double slenderness = 0.0;
+  bool operator<(const OutlineCost& o) const {
+    return std::tie(turned, excess, slenderness) < std::tie(o.turned, o.excess, o.slenderness);
+  }
+  OutlineCost operator+(const OutlineCost& o) const {
+    return {turned + o.turned, excess + o.excess, slenderness + o.slenderness};
+  }
+};
+
+OutlineCost cost_of(const Outline& outline, Index i, Index k, Index j) {
+  // Without area: not turned, but as slender as can be.
+  const double turned = outline.has_normal() && outline.positive(j, k, i) ? 1.0 : 0.0;
+  return {turned, outline.excess(i, k, j), outline.slenderness(i, k, j)};
+}
+
+// The cheapest triangles of some corners of the outline, which are in order.
+void cheapest_triangles(const Outline& outline, const CornerNumbers& corners,
+                        OutlineTriangles& triangles) {
+  const std::size_t n = corners.size();
+  std::vector<OutlineCost> best(n * n);
+  std::vector<std::size_t> apex(n * n, 0);
+  for (std::size_t length = 2; length < n; ++length) {
+    for (std::size_t i = 0; i + length < n; ++i) {
+      const std::size_t j = i + length;
+      OutlineCost& least = best[i * n + j];
+      least.turned = std::numeric_limits<double>::infinity();
+      for (std::size_t k = i + 1; k < j; ++k) {
+        const OutlineCost parts = best[i * n + k] + best[k * n + j];
+        if (!(parts < least)) continue;
+        const OutlineCost sum = parts + cost_of(outline, corners[i], corners[k], corners[j]);
+        if (!(sum < least)) continue;
+        least = sum;
+        apex[i * n + j] = k;
+      }
+    }
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> open{{0, n - 1}};
+  while (!open.empty()) {
+    const auto [i, j] = open.back();
+    open.pop_back();
+    if (j == i + 1) continue;
+    const std::size_t k = apex[i * n + j];
+    triangles.push_back({corners[i], corners[k], corners[j]});
+    open.emplace_back(i, k);
+    open.emplace_back(k, j);
+  }
+}
+
+using OutlineKernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using OutlineVertexBase = CGAL::Triangulation_vertex_base_with_info_2<CornerNumbers, OutlineKernel>;
+using OutlineFaceBase = CGAL::Constrained_triangulation_face_base_2<
+    OutlineKernel, CGAL::Triangulation_face_base_with_info_2<int, OutlineKernel>>;
+using OutlineCdt = CGAL::Constrained_Delaunay_triangulation_2<
+    OutlineKernel, CGAL::Triangulation_data_structure_2<OutlineVertexBase, OutlineFaceBase>,
+    CGAL::No_constraint_intersection_requiring_constructions_tag>;
+
+// The constrained Delaunay triangles inside an outline that does not cross itself. CornerNumbers at
+// one place are one vertex there: which of them a triangle has, the sector between its sides tells.
+class DelaunayInside {
+ public:
+  explicit DelaunayInside(const Outline& outline) : outline_(outline) {}
+
+  // False, with no triangles, if the outline crosses itself or has corners on its sides.
+  bool run(OutlineTriangles& triangles) {
+    if (!insert()) return false;
+    mark_inside();
+    OutlineTriangles found;
+    for (const OutlineCdt::Face_handle f : cdt_.finite_face_handles()) {
+      if (f->info() != kInside) continue;
+      PolygonTriangle triangle{};
+      for (int k = 0; k < 3; ++k) {
+        triangle[at(k)] = corner_at(f, k);
+        if (triangle[at(k)] == kInvalid) return false;
+      }
+      std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()),
+                  triangle.end());
+      found.push_back(triangle);
+    }
+    if (!is_whole(found)) return false;
+    triangles = std::move(found);
+    return true;
+  }
+
+ private:
+  static constexpr int kUnseen = -1, kOutside = 0, kInside = 1;
+
+  Index next(Index i) const { return i + 1 == static_cast<Index>(outline_.size()) ? 0 : i + 1; }
+
+  bool insert() {
+    OutlineCdt::Face_handle near;
+    for (Index i = 0; i < static_cast<Index>(outline_.size()); ++i) {
+      const Vector2& p = outline_.plane(i);
+      handle_.push_back(cdt_.insert({p.x(), p.y()}, near));
+      handle_.back()->info().push_back(i);
+      near = handle_.back()->face();
+    }
+    if (cdt_.dimension() < 2) return false;
+    try {
+      for (Index i = 0; i < static_cast<Index>(outline_.size()); ++i) {
+        const auto a = handle_[at(i)], b = handle_[at(next(i))];
+        if (a == b) return false;
+        cdt_.insert_constraint(a, b);
+        ++sides_[std::minmax(&*a, &*b)];
+      }
+    } catch (const OutlineCdt::Intersection_of_constraints_exception&) {
+      return false;
+    }
+    return true;
+  }
+
+  // From infinity, other than before behind a side, or as before where two run along each other.
+  void mark_inside() {
+    for (const OutlineCdt::Face_handle f : cdt_.all_face_handles()) f->info() = kUnseen;
+    std::vector<OutlineCdt::Face_handle> open{cdt_.infinite_face()};
+    open.back()->info() = kOutside;
+    while (!open.empty()) {
+      const OutlineCdt::Face_handle f = open.back();
+      open.pop_back();
+      for (int k = 0; k < 3; ++k) {
+        const OutlineCdt::Face_handle g = f->neighbor(k);
+        if (g->info() != kUnseen) continue;
+        g->info() = odd_side(f, k) ? 1 - f->info() : f->info();
+        open.push_back(g);
+      }
+    }
+  }
+  bool odd_side(OutlineCdt::Face_handle f, int k) const {
+    if (!f->is_constrained(k)) return false;
+    const auto found =
+        sides_.find(std::minmax(&*f->vertex(OutlineCdt::cw(k)), &*f->vertex(OutlineCdt::ccw(k))));
+    return found != sides_.end() && found->second % 2 == 1;
+  }
+
+  // The corner whose side bounds the face's sector clockwise; kInvalid if that is none, or several.
+  Index corner_at(OutlineCdt::Face_handle f, int k) const {
+    const OutlineCdt::Vertex_handle v = f->vertex(k);
+    if (v->info().size() == 1) return v->info().front();
+    const OutlineCdt::Face_handle first = f;
+    for (int i = k; !f->is_constrained(OutlineCdt::cw(i)); i = f->index(v)) {
+      f = f->neighbor(OutlineCdt::cw(i));
+      if (f == first) return kInvalid;
+    }
+    const OutlineCdt::Vertex_handle end = f->vertex(OutlineCdt::ccw(f->index(v)));
+    Index found = kInvalid;
+    for (const Index i : v->info()) {
+      if (handle_[at(next(i))] != end) continue;
+      if (found != kInvalid) return kInvalid;
+      found = i;
+    }
+    return found;
+  }
+
+  // Every side in one triangle, every other edge in two that run against each other.
+  bool is_whole(const OutlineTriangles& triangles) const {
+    if (triangles.size() + 2 != outline_.size()) return false;
+    std::vector<std::pair<Index, Index>> edges;
+    for (const PolygonTriangle& t : triangles) {
+      for (std::size_t k = 0; k < 3; ++k) edges.emplace_back(t[k], t[(k + 1) % 3]);
+    }
+    for (Index i = 0; i < static_cast<Index>(outline_.size()); ++i) edges.emplace_back(next(i), i);
+    std::sort(edges.begin(), edges.end());
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+      if (e > 0 && edges[e] == edges[e - 1]) return false;
+      if (!std::binary_search(edges.begin(), edges.end(),
+                              std::pair(edges[e].second, edges[e].first)))
+        return false;
+    }
+    return true;
+  }
+
+  const Outline& outline_;
+  OutlineCdt cdt_;
+  std::vector<OutlineCdt::Vertex_handle> handle_;
+  std::map<std::pair<const OutlineCdt::Vertex*, const OutlineCdt::Vertex*>, int> sides_;
+};
+
+// Cuts corners off until kMostAtBest are left: those whose triangle lies inside, with no other
+// corner in it; where there are none, the cheapest.
+class EarCutter {
+ public:
+  explicit EarCutter(const Outline& outline) : outline_(outline) {
+    for (Index i = 0; i < static_cast<Index>(outline.size()); ++i) left_.push_back(i);
+  }
+
+  CornerNumbers run(OutlineTriangles& triangles) {
+    std::size_t i = 0;
+    std::size_t failed = 0;
+    while (left_.size() > kMostAtBest) {
+      i = failed < left_.size() ? i % left_.size() : cheapest();
+      if (failed < left_.size() && !is_ear(i)) {
+        ++failed;
+        ++i;
+        continue;
+      }
+      PolygonTriangle ear{before(i), left_[i], after(i)};
+      std::rotate(ear.begin(), std::min_element(ear.begin(), ear.end()), ear.end());
+      triangles.push_back(ear);
+      left_.erase(left_.begin() + static_cast<std::ptrdiff_t>(i));
+      if (failed <= left_.size()) failed = 0;
+      ++i;  // no long fans
+    }
+    return left_;
+  }
+
+ private:
+  Index before(std::size_t i) const { return left_[i == 0 ? left_.size() - 1 : i - 1]; }
+  Index after(std::size_t i) const { return left_[i + 1 == left_.size() ? 0 : i + 1]; }
+
+  bool is_ear(std::size_t i) const {
+    const Index a = before(i), b = left_[i], c = after(i);
+    if (!outline_.positive(a, b, c)) return false;
+    const Vector2 &p = outline_.plane(a), &q = outline_.plane(b), &r = outline_.plane(c);
+    return std::none_of(left_.begin(), left_.end(), [&](Index other) {
+      const Vector2& x = outline_.plane(other);
+      return x != p && x != q && x != r && numeric::orientation(p, q, x) >= 0 &&
+             numeric::orientation(q, r, x) >= 0 && numeric::orientation(r, p, x) >= 0;
+    });
+  }
+  std::size_t cheapest() const {
+    std::size_t found = 0;
+    OutlineCost least{std::numeric_limits<double>::infinity(), 0.0, 0.0};
+    for (std::size_t i = 0; i < left_.size(); ++i) {
+      const OutlineCost cost = cost_of(outline_, before(i), left_[i], after(i));
+      if (!(cost < least)) continue;
+      least = cost;
+      found = i;
+    }
+    return found;
+  }
+
+  const Outline& outline_;
+  CornerNumbers left_;
+};
+
+// Of three corners or more, none at the place of the one before it.
+OutlineTriangles triangles_of_outline(const std::vector<Vector3>& corners) {
+  const std::size_t n = corners.size();
+  if (n == 3) return fan_of(n);
+  const Outline outline(corners);
+  if (fan_stays(outline)) return fan_of(n);
+  OutlineTriangles triangles;
+  if (n > kFewAtBest && DelaunayInside(outline).run(triangles)) {
+    std::sort(triangles.begin(), triangles.end());
+    return triangles;
+  }
+  if (n > kMostByEars) return fan_of(n);
+  const CornerNumbers left = EarCutter(outline).run(triangles);
+  cheapest_triangles(outline, left, triangles);
+  std::sort(triangles.begin(), triangles.end());
+  return triangles;
+}
+
+std::vector<PolygonTriangle> triangles_of_polygon(const std::vector<Vector3>& corners) {
+  const std::size_t n = corners.size();
+  CornerNumbers kept;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (corners[i] != corners[(i + n - 1) % n]) kept.push_back(static_cast<Index>(i));
+  }
+  if (kept.size() < 3) return fan_of(n);
+  if (kept.size() == n) return triangles_of_outline(corners);
+  std::vector<Vector3> places;
+  for (const Index i : kept) places.push_back(corners[at(i)]);
+  OutlineTriangles triangles;
+  const auto size = static_cast<Index>(n);
+  for (const PolygonTriangle& t : triangles_of_outline(places))
+    triangles.push_back({kept[at(t[0])], kept[at(t[1])], kept[at(t[2])]});
+  // CornerNumbers that were left out lie between a side's ends, at its first one.
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const Index end = kept[(i + 1) % kept.size()];
+    for (Index k = (kept[i] + 1) % size; k != end; k = (k + 1) % size)
+      triangles.push_back({k == 0 ? size - 1 : k - 1, k, end});
+  }
+  return triangles;
+}
 
 FilePolygons polygons_of(std::string_view bytes, Format format) {
   switch (format) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "flipfree/mesh/files/file_polygons.h"
+#include "flipfree/mesh/files/mesh_file.h"
 #include "flipfree/mesh/files/text.h"
 
 namespace flipfree::mesh {

@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "flipfree/mesh/files/file_polygons.h"
+#include "flipfree/mesh/files/mesh_file.h"
 #include "flipfree/mesh/files/text.h"
 
 namespace flipfree::mesh {

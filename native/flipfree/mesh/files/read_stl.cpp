@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
-#include "flipfree/mesh/files/file_polygons.h"
+#include "flipfree/mesh/files/mesh_file.h"
 #include "flipfree/mesh/files/text.h"
 
 namespace flipfree::mesh {

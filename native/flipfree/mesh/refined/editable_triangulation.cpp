@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "flipfree/base/debug_check.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
 
 namespace flipfree::mesh {
 

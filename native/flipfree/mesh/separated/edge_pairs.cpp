@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/lists.h"
 #include "flipfree/mesh/adjacency.h"
 
 namespace flipfree::mesh {
@@ -29,25 +30,6 @@ constexpr double kLeastWorth = 0.05;
 constexpr std::size_t kMostMatchedAtBest = 8;
 constexpr std::size_t kMostCompared = 64;
 constexpr std::size_t kMostFlattest = 16;
-
-// Half-edges sorted by their lower vertex.
-struct ByLowerVertex {
-  std::vector<Index> begin;  // #V + 1
-  std::vector<HalfedgeId> halfedges;
-};
-
-ByLowerVertex by_lower_vertex(Index vertex_count, const Triangles& faces) {
-  ByLowerVertex groups;
-  const auto count = static_cast<HalfedgeId>(faces.size());
-  groups.begin.assign(at(vertex_count) + 1, 0);
-  const auto low = [&](HalfedgeId h) { return std::min(source(faces, h), target(faces, h)); };
-  for (HalfedgeId h = 0; h < count; ++h) ++groups.begin[at(low(h)) + 1];
-  std::partial_sum(groups.begin.begin(), groups.begin.end(), groups.begin.begin());
-  groups.halfedges.resize(at(count));
-  std::vector<Index> place(groups.begin.begin(), groups.begin.end() - 1);
-  for (HalfedgeId h = 0; h < count; ++h) groups.halfedges[at(place[at(low(h))]++)] = h;
-  return groups;
-}
 
 class Pairer {
  public:
@@ -241,8 +223,7 @@ std::vector<FaceId> duplicate_faces(const Triangles& faces, const std::vector<Ed
   };
   for (const EdgeUse& edge : crowded) search(edge);
   for (const EdgeUse& edge : loose) search(edge);
-  std::sort(found.begin(), found.end());
-  found.erase(std::unique(found.begin(), found.end()), found.end());
+  sort_unique(found);
   return found;
 }
 
@@ -285,7 +266,7 @@ EdgePairs pair_edges(const PairingInput& input, const ExecutionContext& context)
   EdgePairs result;
   result.mate.assign(static_cast<std::size_t>(input.faces.size()), kInvalid);
   const auto vertex_count = static_cast<Index>(input.positions.rows());
-  const ByLowerVertex groups = by_lower_vertex(vertex_count, input.faces);
+  const auto by_lower_end = halfedges_by_lower_end(at(vertex_count), input.faces);
   const std::vector<char> none;
   Pairer pairer(input, none, result);
   std::vector<std::pair<VertexId, HalfedgeId>> uses;  // by higher vertex
@@ -293,10 +274,8 @@ EdgePairs pair_edges(const PairingInput& input, const ExecutionContext& context)
   for (VertexId v = 0; v < vertex_count; ++v) {
     if (v % kCheckEvery == 0) context.check();
     uses.clear();
-    for (Index i = groups.begin[at(v)]; i < groups.begin[at(v) + 1]; ++i) {
-      const HalfedgeId h = groups.halfedges[at(i)];
+    for (const HalfedgeId h : by_lower_end[v])
       uses.emplace_back(std::max(source(input.faces, h), target(input.faces, h)), h);
-    }
     std::sort(uses.begin(), uses.end());
     for (std::size_t i = 0; i < uses.size();) {
       edge.clear();
@@ -323,52 +302,30 @@ void pair_crowds(const PairingInput& input, const std::vector<char>& turned, Edg
 namespace {
 
 // Lists of one entry per corner or cut end, by vertex: those of v lie at [begin[v], begin[v + 1]).
-struct ByVertex {
-  std::vector<std::size_t> begin;
-  std::vector<Index> entries;
-};
-
-// owner(i): the vertex of entry i of `count`; entries of a vertex ascend.
-template <typename Owner, typename Value>
-ByVertex by_vertex(std::size_t vertices, std::size_t count, Owner owner, Value value) {
-  ByVertex lists;
-  lists.begin.assign(vertices + 1, 0);
-  for (std::size_t i = 0; i < count; ++i) {
-    if (owner(i) < vertices) ++lists.begin[owner(i) + 1];
-  }
-  std::partial_sum(lists.begin.begin(), lists.begin.end(), lists.begin.begin());
-  lists.entries.resize(lists.begin.back());
-  std::vector<std::size_t> place(lists.begin.begin(), lists.begin.end() - 1);
-  for (std::size_t i = 0; i < count; ++i) {
-    if (owner(i) < vertices) lists.entries[place[owner(i)]++] = value(i);
-  }
-  return lists;
-}
-
 // The fans around one vertex.
 class Umbrella {
  public:
   // corners: of the vertex, ascending. cut: ends of the cuts at it. Fills `fan`: for each corner
   // the position of the first corner of its fan.
-  void find(const Triangles& faces, const Index* corners, std::size_t count, const Index* cut,
-            std::size_t cuts, std::vector<std::size_t>& fan) {
-    fan.resize(count);
+  void find(const Triangles& faces, std::span<const CornerId> corners,
+            std::span<const VertexId> cut, std::vector<std::size_t>& fan) {
+    fan.resize(corners.size());
     std::iota(fan.begin(), fan.end(), std::size_t{0});
     spokes_.clear();
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < corners.size(); ++i) {
       spokes_.emplace_back(faces.data()[next_corner(corners[i])], i);
       spokes_.emplace_back(faces.data()[previous_corner(corners[i])], i);
     }
     std::sort(spokes_.begin(), spokes_.end());
     for (std::size_t s = 1; s < spokes_.size(); ++s) {
       if (spokes_[s].first != spokes_[s - 1].first) continue;
-      if (std::find(cut, cut + cuts, spokes_[s].first) != cut + cuts) continue;
+      if (std::ranges::find(cut, spokes_[s].first) != cut.end()) continue;
       const std::size_t a = root(fan, spokes_[s - 1].second);
       const std::size_t b = root(fan, spokes_[s].second);
       fan[std::max(a, b)] = std::min(a, b);
     }
     // A parent comes before its children.
-    for (std::size_t i = 0; i < count; ++i) fan[i] = fan[fan[i]];
+    for (std::size_t& f : fan) f = fan[f];
   }
 
  private:
@@ -384,8 +341,7 @@ class Umbrella {
 // mesh.
 Fans split_sparse(const Triangles& faces, const IndexPairs& cuts) {
   std::vector<VertexId> ids(faces.data(), faces.data() + faces.size());
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  sort_unique(ids);
   const auto rank = [&](VertexId v) {
     const auto at = std::lower_bound(ids.begin(), ids.end(), v);
     return at != ids.end() && *at == v ? static_cast<VertexId>(at - ids.begin()) : kInvalid;
@@ -409,33 +365,28 @@ Fans split_fans(const Triangles& faces, const IndexPairs& cuts) {
     throw_invalid(ErrorCode::kIndexOutOfRange, "A triangle has a negative vertex. Correct it.");
   const std::size_t vertices = at(faces.maxCoeff()) + 1;
   if (vertices > 2 * static_cast<std::size_t>(faces.size())) return split_sparse(faces, cuts);
-  const ByVertex corners = by_vertex(
-      vertices, static_cast<std::size_t>(faces.size()),
-      [&](std::size_t c) { return at(faces.data()[c]); },
-      [](std::size_t c) { return static_cast<Index>(c); });
-  // A negative id becomes one beyond all vertices.
-  const ByVertex cut_ends = by_vertex(
-      vertices, static_cast<std::size_t>(cuts.size()),
-      [&](std::size_t i) { return at(cuts.data()[i]); },
-      [&](std::size_t i) { return cuts.data()[i ^ 1]; });
+  const auto corners = corners_by_vertex(vertices, faces);
+  const Lists<VertexId> cut_ends(vertices, [&](const auto& add) {
+    for (Eigen::Index i = 0; i < cuts.size(); ++i) {
+      const VertexId v = cuts.data()[i];
+      if (v >= 0 && at(v) < vertices) add(v, cuts.data()[i ^ 1]);
+    }
+  });
   Umbrella umbrella;
   std::vector<std::size_t> fan;
   std::vector<Index> number;
-  for (std::size_t v = 0; v < vertices; ++v) {
-    const std::size_t begin = corners.begin[v];
-    const std::size_t count = corners.begin[v + 1] - begin;
-    const std::size_t first_cut = cut_ends.begin[v];
-    umbrella.find(faces, corners.entries.data() + begin, count, cut_ends.entries.data() + first_cut,
-                  cut_ends.begin[v + 1] - first_cut, fan);
-    number.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
+  for (VertexId v = 0; v < corners.size(); ++v) {
+    const std::span<const CornerId> own = corners[v];
+    umbrella.find(faces, own, cut_ends[v], fan);
+    number.resize(own.size());
+    for (std::size_t i = 0; i < own.size(); ++i) {
       if (fan[i] == i) {
         number[i] = static_cast<Index>(result.origin.size());
-        result.origin.push_back(static_cast<VertexId>(v));
+        result.origin.push_back(v);
       } else {
         number[i] = number[fan[i]];
       }
-      result.faces.data()[corners.entries[begin + i]] = number[i];
+      result.faces.data()[own[i]] = number[i];
     }
   }
   return result;

@@ -298,8 +298,7 @@ IndexPairs sides_of_torn_polygons(const Triangles& faces, const std::vector<Inde
     if (diagonal[at(h)] == 0 && std::binary_search(torn.begin(), torn.end(), polygon_of(h)))
       sides.push_back(ends(faces, h));
   }
-  std::sort(sides.begin(), sides.end());
-  sides.erase(std::unique(sides.begin(), sides.end()), sides.end());
+  sort_unique(sides);
   IndexPairs result(static_cast<Eigen::Index>(sides.size()), 2);
   for (std::size_t i = 0; i < sides.size(); ++i)
     result.row(static_cast<Eigen::Index>(i)) << sides[i].first, sides[i].second;

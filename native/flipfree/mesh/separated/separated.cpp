@@ -244,8 +244,7 @@ class Separator {
       if (!coincident) flat.push_back(f);
     }
     list_faces(MendKind::kZeroAreaFace, flat);
-    std::sort(short_edges.begin(), short_edges.end());
-    short_edges.erase(std::unique(short_edges.begin(), short_edges.end()), short_edges.end());
+    sort_unique(short_edges);
     Mend mend{MendKind::kZeroLengthEdge, ElementKind::kEdge, short_edges.size(), {}};
     for (const auto& [low, high] : short_edges) {
       if (mend.elements.size() + 2 > kMostListed) break;
@@ -326,8 +325,7 @@ IndexPairs copies_of_edges(const Surface& input, const SeparatedSurface& separat
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
     if (flags[at(h)] != 0) copies.push_back(std::minmax({source(faces, h), target(faces, h)}));
   }
-  std::sort(copies.begin(), copies.end());
-  copies.erase(std::unique(copies.begin(), copies.end()), copies.end());
+  sort_unique(copies);
   IndexPairs result(static_cast<Eigen::Index>(copies.size()), 2);
   for (std::size_t i = 0; i < copies.size(); ++i)
     result.row(static_cast<Eigen::Index>(i)) << copies[i].first, copies[i].second;

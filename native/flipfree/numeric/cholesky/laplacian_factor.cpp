@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "flipfree/numeric/big_float.h"
+#include "flipfree/numeric/scalar.h"
 
 namespace flipfree::numeric {
 namespace {

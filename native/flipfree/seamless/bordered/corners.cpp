@@ -12,8 +12,8 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/conformal/boundary_angles.h"
-#include "flipfree/mesh/own_unit.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/face_area.h"
 
 namespace flipfree::seamless {
 
@@ -427,8 +427,7 @@ bool is_flat_inside(const Border& border, const std::vector<double>& angles,
 std::vector<BorderCurve> border_curves(const mesh::Surface& surface,
                                        const std::vector<double>& angles,
                                        const std::vector<Index>& wanted, bool flat) {
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(angles.size()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const std::vector<double> direction = unfolded_directions(surface, adjacency);
   std::vector<BorderCurve> curves;
   for (const auto& loop : mesh::boundary_halfedge_loops(surface.faces, adjacency)) {

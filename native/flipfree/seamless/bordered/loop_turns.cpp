@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "flipfree/intrinsic/loops.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/adjacency.h"
 
 namespace flipfree::seamless {
 
@@ -87,8 +87,7 @@ std::vector<Index> turns_of_double(const mesh::Surface& surface, const std::vect
                                    const std::vector<Index>& turns) {
   std::vector<Index> all;
   for (std::size_t i = 0; i < turns.size(); ++i) all.push_back(whole_turns(loops[i], turns[i]));
-  const auto curves = mesh::boundary_loops(
-      surface.faces, mesh::build_adjacency(static_cast<Index>(cones.size()), surface.faces));
+  const auto curves = mesh::boundary_loops(surface.faces, mesh::build_adjacency(surface));
   for (const auto& curve : curves) {
     all.push_back(0);
     for (const VertexId v : curve) all.back() += 2 - cones[at(v)];

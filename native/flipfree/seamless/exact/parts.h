@@ -12,10 +12,16 @@
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/distortion/seams/constraints.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/seamless/bordered/side_chords.h"
 
 namespace flipfree::seamless {
+
+struct DividedSurface {
+  mesh::Surface surface;        // the input's vertices first
+  mesh::Provenance provenance;  // on the input
+  std::vector<Index> cones;     // per vertex
+};
 
 // Which connected parts of a surface have an aligned boundary, and what that takes.
 
@@ -61,7 +67,7 @@ void turn_along_edges(const Triangles& faces, const mesh::Adjacency& adjacency,
                       const IndexPairs& diagonals, Points2& corner_uv);
 
 // A surface with an aligned boundary, without the edges that this would flatten
-// (bordered/side_chords.h), and the way back to the user's.
+//, and the way back to the user's.
 
 struct DividedSides {
   DividedSurface pieces;        // every such edge has a vertex on its middle, after the input's

@@ -1,29 +1,92 @@
 #include "flipfree/seamless/exact/seamless_map.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/base/stats.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/measures.h"
+#include "flipfree/conformal/suggest_cones.h"
 #include "flipfree/distortion/seams/seams.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/face_area.h"
+#include "flipfree/mesh/surface.h"
+#include "flipfree/mesh/validate.h"
+#include "flipfree/seamless/bordered/corners.h"
 #include "flipfree/seamless/exact/parts.h"
 #include "flipfree/seamless/exact/take_back.h"
 #include "flipfree/seamless/padding/padding.h"
-#include "flipfree/seamless/padding/topology.h"
 #include "flipfree/seamless/request.h"
 #include "flipfree/seamless/seams.h"
-#include "flipfree/seamless/suggested_turns.h"
 
 namespace flipfree::seamless {
 namespace {
+
+// Cones of whole quarter turns for a surface that has none yet.
+
+// A torus has no metric with the cones 3 and 5, but one without cones.
+bool is_empty_stratum(const std::vector<Index>& turns) {
+  std::vector<Index> cones;
+  std::copy_if(turns.begin(), turns.end(), std::back_inserter(cones),
+               [](Index k) { return k != 4; });
+  std::sort(cones.begin(), cones.end());
+  return cones == std::vector<Index>{3, 5};
+}
+
+// Quarter turns per vertex, 4 where it is flat, kNotGiven at boundaries, as check_request() accepts
+// them: those of conformal::suggest_cones on every connected part by itself; none where these would
+// be the cones 3 and 5 on a torus. The options' quantum is not looked at, max_seconds hold for each
+// part. Errors: those of check_request() but for cones, and of suggest_cones().
+std::vector<Index> suggested_turns(const mesh::Surface& surface,
+                                   const conformal::SuggestConesOptions& options,
+                                   ExecutionContext& context) {
+  check_surface(surface, context);
+  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
+  const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, surface.faces);
+  const mesh::CutMesh whole =
+      mesh::cut_along(surface.faces, adjacency, mesh::EdgeFlags(adjacency.opposite.size(), 0));
+  const std::vector<mesh::Chart> parts = mesh::split_into_charts(surface.vertices, whole);
+  conformal::SuggestConesOptions own = options;
+  own.quantum = kQuarterTurn;
+  const Stopwatch watch;
+  std::vector<Index> turns(at(vertex_count), 4);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const ProgressRange range(context, i, parts.size());
+    std::vector<VertexId> vertices;
+    for (const VertexId v : parts[i].vertices) vertices.push_back(whole.vertex_origin[at(v)]);
+    constexpr double kLeastSeconds = 1e-3;
+    if (options.enough_seconds > 0.0)  // what a part leaves is the next ones'
+      own.enough_seconds = std::max(kLeastSeconds, options.enough_seconds - watch.seconds());
+    conformal::SuggestedCones found;
+    try {
+      found = conformal::suggest_cones(mesh::InOwnUnit(parts[i].surface).surface(), own, context);
+    } catch (...) {
+      rethrow_placed(parts[i].faces, vertices);
+    }
+    const auto count_of_part = static_cast<Index>(parts[i].surface.vertices.rows());
+    const mesh::Adjacency around = mesh::build_adjacency(count_of_part, parts[i].surface.faces);
+    std::vector<Index> own_turns(found.target_angles.size());
+    std::transform(found.target_angles.begin(), found.target_angles.end(), own_turns.begin(),
+                   [](double a) { return static_cast<Index>(std::lround(a / kQuarterTurn)); });
+    for (const auto& loop : mesh::boundary_loops(parts[i].surface.faces, around)) {
+      for (const VertexId v : loop) own_turns[at(v)] = kNotGiven;
+    }
+    if (is_empty_stratum(own_turns)) continue;
+    for (std::size_t v = 0; v < own_turns.size(); ++v) turns[at(vertices[v])] = own_turns[v];
+  }
+  return turns;
+}
 
 // Of the progress.
 constexpr double kSuggestionShare = 0.4;
@@ -36,23 +99,18 @@ constexpr double kTakenBackShare = 0.6;
 constexpr int kCoarseSteps = 15;
 
 bool has_boundary(const mesh::Surface& surface) {
-  const auto adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const auto adjacency = mesh::build_adjacency(surface);
   return std::any_of(adjacency.opposite.begin(), adjacency.opposite.end(),
                      [](HalfedgeId o) { return o == kInvalid; });
 }
 
 Index euler_characteristic(const mesh::Surface& surface) {
-  return mesh::topology(
-             surface.faces,
-             mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces))
-      .euler();
+  return mesh::topology(surface.faces, mesh::build_adjacency(surface)).euler();
 }
 
 // No field says which way up: the edges do.
 void turn_along_own_edges(const IndexPairs& diagonals, certify::Parametrization& map) {
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
   const mesh::Components parts = mesh::face_components(adjacency);
   Points2 turned = map.uv;
   turn_along_edges(map.surface.faces, adjacency, parts.of_face, parts.count, diagonals, turned);
@@ -147,8 +205,7 @@ certify::Parametrization map_with_corners(const mesh::Surface& surface,
                                           const std::vector<Index>& cones,
                                           const SeamlessOptions& options,
                                           ExecutionContext& context) {
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   SeamlessOptions own = options;
   own.boundary = Boundary::kGiven;
   const std::optional<DividedSides> divided =
@@ -198,9 +255,7 @@ std::vector<char> parts_to_free(const std::vector<SurfacePart>& parts,
   SeamlessOptions own = options;
   own.engine.uncuttable.resize(0, 2);
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const auto count = static_cast<double>(parts.size());
-    const ProgressRange range(context, static_cast<double>(i) / count,
-                              static_cast<double>(i + 1) / count);
+    const ProgressRange range(context, i, parts.size());
     if (may_be[i] == 0) continue;
     SurfacePart alone = parts[i];
     std::iota(alone.vertices.begin(), alone.vertices.end(), 0);
@@ -212,8 +267,7 @@ std::vector<char> parts_to_free(const std::vector<SurfacePart>& parts,
 // A map of a surface with a boundary.
 certify::Parametrization map_of_open(const mesh::Surface& surface, const std::vector<Index>& given,
                                      const SeamlessOptions& options, ExecutionContext& context) {
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(given.size()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const std::vector<Index> cones = flat_inside(given, adjacency);
   const std::vector<SurfacePart> parts = parts_with_boundaries(surface, adjacency, cones);
   std::vector<char> freed(parts.size(), 0);
@@ -251,8 +305,7 @@ certify::Parametrization seamless_map_in_time(const mesh::Surface& surface,
                                               ExecutionContext& context) {
   check_request(surface, cones, context);
   if (options.boundary == Boundary::kFree) check_free(surface, cones);
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   return solve_in_scale(surface, adjacency, [&](const EnlargedParts* parts) {
     if (parts == nullptr) return map_in_scale(surface, cones, options, context);
     certify::Parametrization map = map_in_scale(parts->surface, cones, options, context);
@@ -280,8 +333,7 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   certify::Parametrization map = std::move(found.map);
   if (map.certificate.flips64 != 0)
     throw certify::CertificateFailed("The seamless map", certify::in_input_faces(map));
-  const mesh::Adjacency of_input =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency of_input = mesh::build_adjacency(surface);
   const std::vector<char> aligned =
       is_aligned(options.boundary)
           ? aligned_faces(surface, of_input, found.cones)
@@ -298,8 +350,7 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
     settled = take_back(surface, aligned, options.engine.uncuttable,
                         std::min(kCoarseSteps, options.max_iterations), map, context);
   }
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
   const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
   distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
   cut.straight = straight_where(aligned, map.parent_face, cut, adjacency);

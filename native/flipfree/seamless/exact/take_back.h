@@ -45,16 +45,4 @@ std::optional<intrinsic::EdgePointMap> edge_point_map(const mesh::Surface& input
 // by their quarter turns and translations; so are the frames of neighbours, and the user's surface
 // is cut and laid out anew.
 
-// `map`: of `input`, a closed surface, seamless up to rounding, with cut_edges and provenance.
-// `cones`: vertices of the input that the new cut must reach. `avoided`: see mesh::cut_to_disks().
-// Result: the input's own triangles, corners where `map` has them but for one motion per component,
-// seams that match up to rounding; faces that the map bends may be flipped. No certificate. Cost:
-// O(#F log #F).
-certify::Parametrization on_own_triangles(const mesh::Surface& input,
-                                          const mesh::Adjacency& adjacency,
-                                          const std::vector<VertexId>& cones,
-                                          const mesh::EdgeFlags& avoided,
-                                          const certify::Parametrization& map,
-                                          const ExecutionContext& context);
-
 }  // namespace flipfree::seamless

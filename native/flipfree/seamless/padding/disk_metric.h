@@ -8,16 +8,105 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/conformal/engine/conformal_metric.h"
-#include "flipfree/intrinsic/flip_mesh.h"
+#include "flipfree/base/types.h"
+#include "flipfree/conformal/engine/engine.h"
 #include "flipfree/intrinsic/flipped_metric.h"
+#include "flipfree/intrinsic/intrinsic_mesh.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/seamless/padding/flat_surface.h"
+#include "flipfree/numeric/scalar.h"
 #include "flipfree/seamless/padding/segments.h"
 
 namespace flipfree::seamless {
+// A flat surface with cones in quarter turns, as a triangulation whose half-edges are vectors: what
+// a metric is while it is padded.
+//
+// Every face has a frame of its own; across an edge frames differ by quarter turns:
+//
+//     vector(opposite(h)) = -R^turns(h) vector(h),    R = (x, y) -> (-y, x)
+//
+// No place is ever measured from afar: what is small stays exact however large the rest is.
+//
+// `fixed` edges are where the surface is still cut: their two halves are not related, and they are
+// not flipped.
+
+// Vectors of the plane in numbers that hold what a conformal metric spans: hundreds of orders of
+// magnitude between neighbours, and differences of their places.
+
+using Wide = numeric::BigFloat<16>;
+// Mantissa of numbers that come from doubles; those of finer metrics keep their own.
+inline constexpr int kWideBits = 192;
+
+struct WideVector {
+  Wide x, y;
+
+  friend WideVector operator+(const WideVector& a, const WideVector& b) {
+    return {a.x + b.x, a.y + b.y};
+  }
+  friend WideVector operator-(const WideVector& a, const WideVector& b) {
+    return {a.x - b.x, a.y - b.y};
+  }
+  WideVector operator-() const { return {-x, -y}; }
+  friend WideVector operator*(const Wide& s, const WideVector& a) { return {s * a.x, s * a.y}; }
+};
+
+inline Wide dot(const WideVector& a, const WideVector& b) { return a.x * b.x + a.y * b.y; }
+inline Wide cross(const WideVector& a, const WideVector& b) { return a.x * b.y - a.y * b.x; }
+inline Wide norm(const WideVector& a) { return sqrt(dot(a, a)); }
+
+// Counter-clockwise by so many quarter turns, without rounding.
+inline WideVector turned(const WideVector& a, Index quarter_turns) {
+  switch (quarter_turns & 3) {
+    case 1:
+      return {-a.y, a.x};
+    case 2:
+      return {-a.x, -a.y};
+    case 3:
+      return {a.y, -a.x};
+    default:
+      return a;
+  }
+}
+
+// The quarter turns, 0 to 3, that bring `a` nearest to the direction of `b`.
+inline Index turns_between(const WideVector& a, const WideVector& b) {
+  const Wide d = dot(a, b), c = cross(a, b);
+  if (abs(d) >= abs(c)) return d.sign() >= 0 ? 0 : 2;
+  return c.sign() >= 0 ? 1 : 3;
+}
+
+struct FlatSurface {
+  intrinsic::FlipMesh mesh;
+  std::vector<WideVector> vector;  // per half-edge, in the frame of its face
+  std::vector<Index> turns;        // per half-edge, 0 to 3: from its face's frame to its opposite's
+  std::vector<char> fixed;         // per edge
+  std::vector<Index> axis;         // per half-edge of a fixed edge, else any: the direction of the
+                                   // segment that it belongs to in the frame of its face, 0 to 3
+  std::vector<EdgeId> flips;       // done so far
+
+  // Twice the signed area of the face of h.
+  Wide area(HalfedgeId h) const;
+  // Precondition: the two faces of e differ, e is not fixed.
+  void flip(EdgeId e);
+};
+
+// Moves the wedge of a vertex between two fixed edges by `shift`, given in the frame of the first
+// face: that of the half-edge `first`, which leaves the vertex along a fixed edge, the surface on
+// its left. Triangles that would turn over are flipped out of the way as the vertex reaches them,
+// so the triangulation stays one; where the vertex passes, the surface must have no vertex and no
+// fixed edge. Throws NotConverged (kIterationLimit) if there is one. Cost: a few flips, each the
+// degree.
+void move_wedge(FlatSurface& surface, HalfedgeId first, const WideVector& shift,
+                const ExecutionContext& context);
+
+// Takes edges as glued: their vectors must be of the same length on both sides.
+void glue(FlatSurface& surface, const std::vector<EdgeId>& edges);
+
+// Flips until every edge that is not fixed is Delaunay, as far as vectors of metrics that were
+// reached to about 1e-10 tell. Precondition: all areas positive. Throws NotConverged if there is no
+// end.
+void make_delaunay(FlatSurface& surface, const ExecutionContext& context);
 
 // Of a metric on a disk with straight boundary, which lives on the double cover: a triangulation of
 // the disk itself, boundary edges and all, and how it leads back to the disk's own one.
@@ -63,12 +152,5 @@ struct CutDisk {
 std::vector<CutDisk> solve_disks(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
                                  const CutSegments& segments, const std::vector<Index>& cones,
                                  ExecutionContext& context);
-
-// `angle`: per vertex, total. By the shortest steps from the disk's own metric; where these do not
-// get there, the conformal one. On the double cover (conformal/metric). Errors: NotConverged,
-// Cancelled.
-conformal::ConformalMetric compute_disk_metric(const mesh::Surface& disk,
-                                               const std::vector<double>& angle,
-                                               ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -198,8 +198,8 @@ Wide lacking(const EqualizationRow& row, const std::vector<Wide>& length,
   return rest;
 }
 
-}  // namespace
-
+// Factors for the components' metrics, each known up to scale, by which mates become as equally
+// long as scaling alone can make them. `length`: per segment.
 std::vector<double> component_scales(const CutSegments& segments, const EqualizationSystem& system,
                                      const std::vector<Wide>& length) {
   const auto count = static_cast<Eigen::Index>(segments.component_count());
@@ -226,8 +226,6 @@ std::vector<double> component_scales(const CutSegments& segments, const Equaliza
   for (Eigen::Index i = 0; i < count; ++i) scale.push_back(std::exp(logarithms[i]));
   return scale;
 }
-
-namespace {
 
 // A with the columns of some segments only, and what is needed to solve A w = b for these.
 class Widths {
@@ -322,8 +320,11 @@ bool none_negative(const std::vector<Wide>& width) {
   return std::all_of(width.begin(), width.end(), [](const Wide& w) { return w.sign() >= 0; });
 }
 
-}  // namespace
-
+// Widths w >= 0, one per segment, with A w = b in the precision of the lengths (in the fourfold
+// case, where rows depend on each other, up to what the lengths miss of that): the solution of
+// least norm, then the same number added to all of them (those of the extra path stay zero:
+// Proposition 12). Throws InternalError if A cannot be solved, which no cut from topology/ allows.
+// Cost: cubic in the number of segments, small.
 std::vector<Wide> padding_widths(const EqualizationSystem& system,
                                  const std::vector<Wide>& length) {
   const Widths widths(system, length);
@@ -352,6 +353,7 @@ std::vector<Wide> padding_widths(const EqualizationSystem& system,
   return width;
 }
 
+// Lengths of all segments after padding (5.2).
 std::vector<Wide> padded_lengths(const CutSegments& segments, const std::vector<Wide>& length,
                                  const std::vector<Wide>& width) {
   std::vector<Wide> padded;
@@ -361,6 +363,8 @@ std::vector<Wide> padded_lengths(const CutSegments& segments, const std::vector<
   }
   return padded;
 }
+
+}  // namespace
 
 using conformal::ConformalMetric;
 using intrinsic::FlipMesh;

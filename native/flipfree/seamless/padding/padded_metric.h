@@ -3,7 +3,7 @@
 //   solve_disks()      metrics with straight boundary         disks/cut_disks.h
 //   assemble()         vectors in frames along the axes       assembly.h
 //   padding_widths()   how far every segment is padded        equalize.h
-//   move_wedge()       stretch and shift                      plane/flat_surface.h
+//   move_wedge()       stretch and shift                      disk_metric.h
 //   glue(), make_delaunay()
 //
 // Deviation from the thesis: the metric is padded, not a map. A vertex of a segment moves outwards
@@ -15,10 +15,9 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/conformal/engine/conformal_metric.h"
+#include "flipfree/conformal/engine/engine.h"
 #include "flipfree/intrinsic/intrinsic_mesh.h"
 #include "flipfree/seamless/padding/disk_metric.h"
-#include "flipfree/seamless/padding/flat_surface.h"
 #include "flipfree/seamless/padding/segments.h"
 
 namespace flipfree::seamless {
@@ -33,22 +32,6 @@ FlatSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::Intrins
 
 // How far every segment is padded so that the two sides of every branch become equally long
 // (thesis 5.2.5, 5.4.3).
-
-// Factors for the components' metrics, each known up to scale, by which mates become as equally
-// long as scaling alone can make them. `length`: per segment.
-std::vector<double> component_scales(const CutSegments& segments, const EqualizationSystem& system,
-                                     const std::vector<Wide>& length);
-
-// Widths w >= 0, one per segment, with A w = b in the precision of the lengths (in the fourfold
-// case, where rows depend on each other, up to what the lengths miss of that): the solution of
-// least norm, then the same number added to all of them (those of the extra path stay zero:
-// Proposition 12). Throws InternalError if A cannot be solved, which no cut from topology/ allows.
-// Cost: cubic in the number of segments, small.
-std::vector<Wide> padding_widths(const EqualizationSystem& system, const std::vector<Wide>& length);
-
-// Lengths of all segments after padding (5.2).
-std::vector<Wide> padded_lengths(const CutSegments& segments, const std::vector<Wide>& length,
-                                 const std::vector<Wide>& width);
 
 struct PaddedMetric {
   // On cut.surface: flat but for the cones, all loops turn by quarter turns, up to the angle errors

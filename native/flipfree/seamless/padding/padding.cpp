@@ -1,21 +1,33 @@
 #include "flipfree/seamless/padding/padding.h"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/base/stats.h"
+#include "flipfree/base/types.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/seamless/padding/hole_chain.h"
 #include "flipfree/seamless/padding/padded_metric.h"
+#include "flipfree/seamless/padding/paths.h"
+#include "flipfree/seamless/padding/reroute.h"
+#include "flipfree/seamless/padding/turn_meter.h"
 #include "flipfree/seamless/request.h"
+#include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {
 
@@ -220,6 +232,449 @@ PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<In
     return map_padded(component, own, make_cut, own_options, faces, inner);
   };
   return map_each_component(surface, cones, std::nullopt, options, map_one, context);
+}
+
+namespace {
+
+// The path that makes two components of one disk, so that the cut can be equalized (thesis 5.3.2,
+// 5.3.3).
+
+// Which cut the cones ask for.
+enum class Pattern {
+  kNone,       // genus 0
+  kChain,      // all cones are multiples of four
+  kTwoTNodes,  // genus 1 and 2
+  kExtraPath,  // genus 3 and more
+  kLoop        // around a cone with k = 1
+};
+
+// One sector of each T-node, each named by its first half-edge.
+using JoinedSectors = std::array<HalfedgeId, 2>;
+
+// Cones whose excess sums to a given number (thesis 5.3.3).
+
+// The excess of the parts that paths between the T-nodes can make, one of each two.
+std::vector<Index> part_excesses(Index genus) {
+  return genus == 1 ? std::vector<Index>{-2} : std::vector<Index>{-2, -1, 1, 2, 3};
+}
+
+// A cone that alone is right for the part on one side of an extra path.
+bool fits_alone(Index k, Index genus) { return k % 4 != 0 && k >= 2 && k <= 8 * genus - 2; }
+
+std::vector<Index> places_on_holes(const Canvas& canvas, const DiskBoundary& boundary) {
+  std::vector<Index> places;
+  for (Index i = 0; i < boundary.size(); ++i) {
+    if (boundary.corner[at(i)] == 0 && canvas.curve(boundary.halfedges[at(i)]) == Curve::kLoop)
+      places.push_back(i);
+  }
+  return places;
+}
+
+// Where T-nodes can be: not at nodes, nor on both sides of one branch at different vertices.
+bool can_be_t_nodes(const Canvas& canvas, const DiskBoundary& boundary, const PathEnds& ends) {
+  if (boundary.corner[at(ends.from)] != 0 || boundary.corner[at(ends.to)] != 0) return false;
+  const HalfedgeId from = boundary.halfedges[at(ends.from)];
+  const HalfedgeId to = boundary.halfedges[at(ends.to)];
+  if (boundary.branch[at(ends.from)] != boundary.branch[at(ends.to)]) return true;
+  if (canvas.mesh().source(from) == canvas.mesh().source(to)) return true;
+  // The same side if no corner is between them, one way or the other.
+  return boundary.corners_between(ends.from, ends.to) == 0 ||
+         boundary.corners_between(ends.to, ends.from) == 0;
+}
+
+// Fences need somewhere to begin.
+bool has_room_for_fences(const DiskBoundary& boundary, const PathEnds& ends) {
+  return (ends.from + 1) % boundary.size() != ends.to &&
+         (ends.to + 1) % boundary.size() != ends.from;
+}
+
+// How a sum was reached first.
+struct Step {
+  VertexId last = kInvalid;
+  Index before = 0;  // the sum without it
+};
+
+// Vertices with cones (k other than 4) whose k - 4 sum to `excess`, by dynamic programming; nothing
+// if there are none. `cones`: #V, quarter turns. excess: not zero. Cost: O(number of cones * range
+// of their sums).
+std::optional<std::vector<VertexId>> cones_with_excess(const std::vector<Index>& cones,
+                                                       Index excess) {
+  Index lowest = 0;
+  Index highest = 0;
+  for (const Index k : cones) (k < kFlat ? lowest : highest) += k - kFlat;
+  if (excess < lowest || excess > highest) return std::nullopt;
+  std::vector<Step> steps(static_cast<std::size_t>(highest - lowest + 1));
+  const auto step = [&](Index sum) -> Step& { return steps[at(sum - lowest)]; };
+  std::vector<Index> sums = {0};
+  for (VertexId v = 0; v < static_cast<VertexId>(cones.size()); ++v) {
+    const Index more = cones[at(v)] - kFlat;
+    if (more == 0) continue;
+    // Sums that are new now have v last, so that no cone is taken twice.
+    const std::size_t known = sums.size();
+    for (std::size_t i = 0; i < known; ++i) {
+      const Index sum = sums[i] + more;
+      if (sum == 0 || step(sum).last != kInvalid) continue;
+      step(sum) = {v, sums[i]};
+      sums.push_back(sum);
+    }
+    if (step(excess).last != kInvalid) break;
+  }
+  if (step(excess).last == kInvalid) return std::nullopt;
+  std::vector<VertexId> found;
+  for (Index sum = excess; sum != 0; sum = step(sum).before) found.push_back(step(sum).last);
+  std::sort(found.begin(), found.end());
+  return found;
+}
+// Throws Infeasible (kBadAngles) if there is no surface with such cones: 3 and 5 on a torus.
+// Precondition: check_cones() passed.
+
+Pattern pattern_for(const std::vector<Index>& cones, Index genus) {
+  if (genus == 0) return Pattern::kNone;
+  if (std::all_of(cones.begin(), cones.end(), [](Index k) { return k % 4 == 0; }))
+    return Pattern::kChain;
+  if (genus < 3) {
+    const std::vector<Index> excesses = part_excesses(genus);
+    if (std::any_of(excesses.begin(), excesses.end(),
+                    [&](Index e) { return cones_with_excess(cones, e).has_value(); }))
+      return Pattern::kTwoTNodes;
+  } else if (std::any_of(cones.begin(), cones.end(),
+                         [&](Index k) { return fits_alone(k, genus); })) {
+    return Pattern::kExtraPath;
+  }
+  if (std::find(cones.begin(), cones.end(), 1) != cones.end()) return Pattern::kLoop;
+  throw_infeasible(
+      ErrorCode::kBadAngles,
+      "No torus has cones of 3 and 5 quarter turns alone. Move one of the cones' angles "
+      "to a third one.",
+      {"empty stratum", {{"genus", {1.0}}, {"cones", {3.0, 5.0}}}});
+}
+
+// Are all cones even, and such that a twisted chain along which some loop turns by an odd number of
+// quarters can be joined: with half of all corners, but for one more or less of two, on a side?
+bool can_be_twisted(const std::vector<Index>& cones, Index genus) {
+  // 4 genus - 2 corners of 8 genus; the other cones fit the others.
+  return genus > 0 &&
+         std::none_of(cones.begin(), cones.end(), [](Index k) { return k % 2 != 0; }) &&
+         cones_with_excess(cones, 4 * genus - 6);
+}
+// All between which a path can leave parts that fit the cones. Preconditions:
+// draw_chain_with_t_nodes() or draw_twisted_chain(), then divide_branches(); pattern_for() is
+// kTwoTNodes, or can_be_twisted().
+
+std::vector<JoinedSectors> joinable_sectors(const Canvas& canvas,
+                                            const std::array<VertexId, 2>& t_nodes,
+                                            const std::vector<Index>& cones) {
+  const DiskBoundary boundary = disk_boundary(canvas);
+  std::vector<JoinedSectors> joinable;
+  for (const HalfedgeId from : canvas.drawn_around(t_nodes[0])) {
+    for (const HalfedgeId to : canvas.drawn_around(t_nodes[1])) {
+      const Index corners =
+          left_corners(boundary, {boundary.place[at(from)], boundary.place[at(to)]});
+      if (corners % 4 != 0 && cones_with_excess(cones, corners - kFlat))
+        joinable.push_back({from, to});
+    }
+  }
+  if (joinable.empty()) throw InternalError("no pattern of the cut fits the cones");
+  return joinable;
+}
+// From one T-node to the other one, within the disk, between some of these sectors: the shortest
+// path, false if the search finds none, or one around chosen cones, which there always is.
+
+bool draw_shortest_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors,
+                                const ExecutionContext& context) {
+  const DiskBoundary boundary = disk_boundary(canvas);
+  std::set<Index> from, to;
+  std::set<std::pair<Index, Index>> pairs;
+  for (const auto& [f, t] : sectors) {
+    from.insert(boundary.place[at(f)]);
+    to.insert(boundary.place[at(t)]);
+    pairs.emplace(boundary.place[at(f)], boundary.place[at(t)]);
+  }
+  const auto path = shortest_separating_path(
+      canvas, boundary, {from.begin(), from.end()}, {to.begin(), to.end()},
+      [&](const PathEnds& ends) {
+        return pairs.contains({ends.from, ends.to});
+      },
+      context);
+  if (path) canvas.draw(path->halfedges, Curve::kExtra);
+  return path.has_value();
+}
+
+void draw_fenced_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors,
+                              const std::vector<Index>& cones, const ExecutionContext& context) {
+  const DiskBoundary boundary = disk_boundary(canvas);
+  const PathEnds ends{boundary.place[at(sectors.front()[0])],
+                      boundary.place[at(sectors.front()[1])]};
+  const auto inside = cones_with_excess(cones, left_corners(boundary, ends) - kFlat);
+  if (!inside) throw InternalError("cones that do not fit between the sectors");
+  canvas.draw(fenced_path(canvas, boundary, ends, *inside, context), Curve::kExtra);
+}
+
+// From a hole to anywhere on the boundary, but if it is to the facing side of the same branch to
+// the same vertex: with two T-nodes, or one node. The shortest one, or one around a single cone,
+// likewise. Preconditions: draw_hole_chain(), then divide_branches(); pattern_for() is kExtraPath.
+bool draw_shortest_extra_path(Canvas& canvas, const ExecutionContext& context) {
+  const DiskBoundary boundary = disk_boundary(canvas);
+  const auto allowed = [&](const PathEnds& ends) { return can_be_t_nodes(canvas, boundary, ends); };
+  std::vector<Index> anywhere;
+  for (Index i = 0; i < boundary.size(); ++i) {
+    if (boundary.corner[at(i)] == 0) anywhere.push_back(i);
+  }
+  const auto path = shortest_separating_path(canvas, boundary, places_on_holes(canvas, boundary),
+                                             anywhere, allowed, context);
+  if (path) canvas.draw(path->halfedges, Curve::kExtra);
+  return path.has_value();
+}
+
+void draw_fenced_extra_path(Canvas& canvas, const std::vector<Index>& cones, Index genus,
+                            const ExecutionContext& context) {
+  const DiskBoundary boundary = disk_boundary(canvas);
+  // The cone with the fewest corners around it.
+  VertexId cone = kInvalid;
+  for (VertexId v = 0; v < static_cast<VertexId>(cones.size()); ++v) {
+    if (fits_alone(cones[at(v)], genus) && (cone == kInvalid || cones[at(v)] < cones[at(cone)]))
+      cone = v;
+  }
+  for (const Index f : places_on_holes(canvas, boundary)) {
+    for (Index t = 0; t < boundary.size(); ++t) {
+      const PathEnds ends{f, t};
+      if (f == t || !can_be_t_nodes(canvas, boundary, ends) ||
+          left_corners(boundary, ends) != cones[at(cone)] || !has_room_for_fences(boundary, ends))
+        continue;
+      canvas.draw(fenced_path(canvas, boundary, ends, {cone}, context), Curve::kExtra);
+      return;
+    }
+  }
+  throw InternalError("no place on the cut is right for the extra path");
+}
+
+// Sectors beside the holes where a loop can begin and end. Preconditions: as above.
+std::vector<HalfedgeId> sectors_on_holes(const Canvas& canvas) {
+  const DiskBoundary boundary = disk_boundary(canvas);
+  std::vector<HalfedgeId> sectors;
+  for (const Index place : places_on_holes(canvas, boundary))
+    sectors.push_back(boundary.halfedges[at(place)]);
+  return sectors;
+}
+
+// From one of these sectors around the nearest cone with k = 1 and back. pattern_for() is kLoop.
+void draw_loop_around_cone(Canvas& canvas, const std::vector<HalfedgeId>& sectors,
+                           const std::vector<Index>& cones, const ExecutionContext& context) {
+  const DiskBoundary boundary = disk_boundary(canvas);
+  const auto is_end = [&](VertexId v) { return at(v) < cones.size() && cones[at(v)] == 1; };
+  const std::vector<HalfedgeId> path = free_path(canvas, {sectors, {}}, {nullptr, is_end}, context);
+  if (path.empty()) throw InternalError("no way from the cut to a cone");
+  const Index place = boundary.place[at(canvas.sector_of(path.front()))];
+  const VertexId cone = canvas.mesh().target(path.back());
+  canvas.draw(fenced_loop(canvas, boundary, place, cone, context), Curve::kExtra);
+}
+
+// From this scale_range() on a cut is drawn again, led by the cones: shortest curves leave disks
+// that are far from having right angles. Of what the prices below lead to, the smallest range is
+// taken.
+constexpr double kFarOff = 100.0;
+// ChainGuide::quarter_price: in the cones' own flat angles, of which drifts grow from handle to
+// handle, and along a field, whose loops turn by whole quarters.
+constexpr double kConesPrices[] = {0.7, 1.5, 3.0};
+constexpr double kFieldPrice = 2.0;
+
+// What the curves are led by; null: nothing.
+struct Lead {
+  const WishedTurns* wished = nullptr;
+  const std::vector<double>* crossings = nullptr;
+  double quarter_price = 0.0;
+};
+
+// Draws the cut for one pattern after the other.
+class Drawer {
+ public:
+  Drawer(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
+         const Lead& lead, const ExecutionContext& context)
+      : canvas_(canvas),
+        input_(input),
+        input_adjacency_(mesh::build_adjacency(input)),
+        cones_(cones),
+        wished_(lead.wished),
+        guide_{nullptr, lead.crossings, lead.quarter_price},
+        context_(context) {
+    if (wished_ != nullptr) {
+      guide_.turning = [this](const std::vector<VertexId>& cycle) {
+        return wished_->turning(strip_on_input(canvas_, input_adjacency_, cycle));
+      };
+    }
+  }
+
+  void draw(Pattern pattern, Index genus) {
+    if (wished_ != nullptr && can_be_twisted(cones_, genus)) {
+      ChainGuide short_ones = guide_;
+      short_ones.crossings = nullptr;
+      draw_hole_chain(canvas_, genus, context_, short_ones);
+      divide();
+      const std::vector<Index> odd =
+          odd_branches(canvas_, input_adjacency_, graph_, wished_->turning);
+      if (!odd.empty()) {
+        const std::vector<VertexId> first = draw_loop_across(canvas_, graph_, odd, context_);
+        join(draw_twisted_chain(canvas_, first, genus, context_, guide_));
+        return;
+      }
+      canvas_.erase_all();
+    }
+    if (pattern == Pattern::kTwoTNodes) {
+      join(draw_chain_with_t_nodes(canvas_, genus, context_, guide_));
+      return;
+    }
+    draw_hole_chain(canvas_, genus, context_, guide_);
+    divide();
+    if (pattern == Pattern::kLoop) {
+      close_loop();
+      return;
+    }
+    if (wished_ != nullptr) end_as({Ending{}});
+    if (pattern == Pattern::kExtraPath && !draw_shortest_extra_path(canvas_, context_))
+      draw_fenced_extra_path(canvas_, cones_, genus, context_);
+  }
+
+ private:
+  void divide() {
+    graph_ = branch_graph(canvas_);
+    divide_branches(canvas_, graph_);
+  }
+
+  std::size_t end_as(const std::vector<Ending>& endings) {
+    return reroute(canvas_, input_, cones_, endings, *wished_, graph_, context_);
+  }
+
+  void join(const std::array<VertexId, 2>& t_nodes) {
+    divide();
+    std::vector<JoinedSectors> sectors = joinable_sectors(canvas_, t_nodes, cones_);
+    if (wished_ != nullptr) {
+      std::vector<Ending> endings;
+      for (const auto& [from, to] : sectors)
+        endings.push_back({{end_of(canvas_, graph_, from), end_of(canvas_, graph_, to)}});
+      const Ending& ending = endings[end_as(endings)];
+      sectors = {{leaving(canvas_, graph_, ending.divided[0]),
+                  leaving(canvas_, graph_, ending.divided[1])}};
+    }
+    if (!draw_shortest_joining_path(canvas_, sectors, context_))
+      draw_fenced_joining_path(canvas_, sectors, cones_, context_);
+  }
+
+  void close_loop() {
+    std::vector<HalfedgeId> sectors = sectors_on_holes(canvas_);
+    if (wished_ != nullptr) {
+      std::vector<Ending> endings;
+      for (Index end = 0; at(end) < graph_.next_end.size(); ++end) {
+        if (graph_.branch_of(end).kind == Curve::kLoop) endings.push_back({{}, end});
+      }
+      const std::vector<VertexId> bent = graph_.walked_from(endings[end_as(endings)].bent);
+      sectors.clear();
+      for (std::size_t i = 1; i + 1 < bent.size(); ++i)
+        sectors.push_back(canvas_.mesh().find(bent[i], bent[i + 1]));
+    }
+    draw_loop_around_cone(canvas_, sectors, cones_, context_);
+  }
+
+  Canvas& canvas_;
+  const mesh::Surface& input_;
+  const mesh::Adjacency input_adjacency_;
+  const std::vector<Index>& cones_;
+  const WishedTurns* wished_;
+  ChainGuide guide_;
+  const ExecutionContext& context_;
+  BranchGraph graph_;
+};
+
+// Branches, flat sectors, and the extra path if T-nodes make it one.
+void read_branches(const Canvas& canvas, AdmissibleCut& cut) {
+  const BranchGraph graph = branch_graph(canvas);
+  const auto first = [&](Index end) { return leaving(canvas, graph, end); };
+  for (Index b = 0; at(b) < graph.branches.size(); ++b) {
+    const BranchGraph::Branch& branch = graph.branches[at(b)];
+    cut.branches.push_back(canvas.edges_along(branch.vertices));
+    if (branch.kind != Curve::kExtra) continue;
+    for (const Index end : {2 * b, 2 * b + 1}) {
+      const Index next = graph.next_end[at(end)];
+      if (graph.next_end[at(graph.next_end[at(next)])] != end) continue;
+      // A T-node: opposite of the extra path.
+      cut.flat_sectors.push_back(first(next));
+      cut.extra_path = b;
+    }
+  }
+}
+
+Index genus_of(const mesh::Surface& surface) {
+  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
+  return mesh::topology(surface.faces, mesh::build_adjacency(vertex_count, surface.faces)).genus();
+}
+
+AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& cones, Index genus,
+                       const Lead& lead, const ExecutionContext& context) {
+  const Pattern pattern = pattern_for(cones, genus);
+  // A sphere is not cut: its cones may be neighbours.
+  Canvas canvas(surface, pattern == Pattern::kNone ? std::vector<Index>(cones.size(), 4) : cones);
+  AdmissibleCut cut;
+  if (pattern != Pattern::kNone) Drawer(canvas, surface, cones, lead, context).draw(pattern, genus);
+  cut.surface = canvas.surface();
+  cut.provenance = canvas.provenance();
+  if (pattern != Pattern::kNone) read_branches(canvas, cut);
+  return cut;
+}
+
+// A cut of the surface in its own unit, on the surface itself.
+AdmissibleCut in_given_unit(AdmissibleCut cut, const mesh::Surface& surface, double unit) {
+  cut.surface.vertices *= unit;
+  cut.surface.vertices.topRows(surface.vertices.rows()) = surface.vertices;
+  return cut;
+}
+
+}  // namespace
+
+AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                  ExecutionContext& context) {
+  const Index genus = genus_of(surface);
+  check_cones(cones, genus);
+  const mesh::InOwnUnit scaled(surface);
+  const auto range_of = [&](const AdmissibleCut& cut) {
+    if (cut.branches.empty()) return 0.0;
+    const auto range = attempt([&] { return scale_range(cut, cones, context); });
+    return range ? *range : std::numeric_limits<double>::infinity();
+  };
+  AdmissibleCut best = draw_cut(scaled.surface(), cones, genus, {}, context);
+  double least = range_of(best);
+  const bool far_off = least >= kFarOff;
+  for (std::size_t i = 0; far_off && i < std::size(kConesPrices); ++i) {
+    auto led = attempt([&] {
+      const std::vector<double> crossings = flat_crossings(scaled.surface(), cones, context);
+      return draw_cut(scaled.surface(), cones, genus, {nullptr, &crossings, kConesPrices[i]},
+                      context);
+    });
+    const double range = led ? range_of(*led) : least;
+    if (range >= least) continue;
+    least = range;
+    best = std::move(*led);
+  }
+  return in_given_unit(std::move(best), surface, scaled.unit());
+}
+
+AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
+                               const WishedTurns& wished, ExecutionContext& context) {
+  const Index genus = genus_of(surface);
+  check_cones(cones, genus);
+  const mesh::InOwnUnit scaled(surface);
+  Reroutings done;
+  const auto draw = [&](const std::vector<double>* crossings) {
+    WishedTurns own = wished;
+    own.done = &done;
+    done = {};
+    done.straight = crossings == nullptr ? 0 : 1;
+    return draw_cut(scaled.surface(), cones, genus, {&own, crossings, kFieldPrice}, context);
+  };
+  const auto along = genus == 0 || wished.crossings.empty() ? nullptr : &wished.crossings;
+  auto drawn = attempt([&] { return draw(along); });
+  if (!drawn && along == nullptr) throw NotConverged(drawn.error());
+  AdmissibleCut cut = drawn ? std::move(*drawn) : draw(nullptr);
+  if (wished.done != nullptr) *wished.done += done;
+  return in_given_unit(std::move(cut), surface, scaled.unit());
 }
 
 }  // namespace flipfree::seamless

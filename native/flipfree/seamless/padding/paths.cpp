@@ -289,6 +289,12 @@ DiskBoundary disk_boundary(const Canvas& canvas) {
   return boundary;
 }
 
+namespace {
+
+// Per half-edge an integer, opposite ones of opposite signs, such that those along a simple closed
+// counter-clockwise edge path through no cone, within the disk or on its boundary, sum to the
+// excess (k - 4) of the cones that it encloses: ways from face to face lead from every cone to
+// the boundary, and a path that crosses one from left to right passes that cone. Cost: O(#F).
 std::vector<Index> excess_crossed(const Canvas& canvas, const DiskBoundary& boundary) {
   const mesh::EditableTriangulation& mesh = canvas.mesh();
   const HalfedgeId exit = boundary.halfedges.front();
@@ -310,6 +316,8 @@ std::vector<Index> excess_crossed(const Canvas& canvas, const DiskBoundary& boun
   }
   return crossed;
 }
+
+}  // namespace
 
 std::int64_t SheetSearch::label(HalfedgeId arrival, double gathered) const {
   const double sheet = std::round(gathered * per_unit_);

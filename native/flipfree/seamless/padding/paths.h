@@ -130,12 +130,6 @@ struct DiskBoundary {
 // Throws InternalError if the curves do not cut the canvas into one disk. Cost: O(#F).
 DiskBoundary disk_boundary(const Canvas& canvas);
 
-// Per half-edge an integer, opposite ones of opposite signs, such that those along a simple closed
-// counter-clockwise edge path through no cone, within the disk or on its boundary, sum to the
-// excess (k - 4) of the cones that it encloses: ways from face to face lead from every cone to
-// the boundary, and a path that crosses one from left to right passes that cone. Cost: O(#F).
-std::vector<Index> excess_crossed(const Canvas& canvas, const DiskBoundary& boundary);
-
 // Paths through free vertices on sheets: Dijkstra's algorithm with one label per vertex and sheet,
 // led by what is left at least (A*; Hart, Nilsson, Raphael 1968). The sheet is told by what a path
 // has gathered so far: the excess that it has passed, or by how much it has turned. No path meets

@@ -87,6 +87,10 @@ void divide_branches(Canvas& canvas, BranchGraph& graph) {
   }
 }
 
+namespace {
+
+// One loop for each branch that a tree of shortest ways over the nodes leaves out, beginning with
+// it: no other loop has that branch. No node twice. Cost: O(branches^2).
 std::vector<BranchLoop> homology_loops(const BranchGraph& graph) {
   // Breadth first; per node the end at which the branch that leads back to the root begins.
   std::map<VertexId, Index> back = {{graph.node(0), kInvalid}};
@@ -121,8 +125,6 @@ std::vector<BranchLoop> homology_loops(const BranchGraph& graph) {
   }
   return loops;
 }
-
-namespace {
 
 using Vertices = std::vector<VertexId>;
 
@@ -216,8 +218,8 @@ Vertices draw_around(Canvas& canvas, const Vertices& branch, const Vertices& spu
   return detour;
 }
 
-}  // namespace
-
+// The shortest one on either side, drawn in the branch's place; nothing, and nothing is drawn, if
+// the search finds none that does not meet itself.
 std::optional<Vertices> draw_shortest_detour(Canvas& canvas, const Vertices& branch, Index change,
                                              const ExecutionContext& context) {
   const DiskBoundary boundary = disk_boundary(canvas);
@@ -260,6 +262,8 @@ Detour draw_detour_around_cone(Canvas& canvas, const Vertices& branch,
   return {reversed(draw_around(canvas, reversed(branch), right->vertices)), change};
 }
 
+// Quarter turns to the left of the map that padding will make along the loop, on its left side:
+// branches are straight, sectors of nodes are right angles, but for those that are divided.
 Index turn_to_come(const BranchGraph& graph, const BranchLoop& loop, const Ending& ending) {
   const auto corners = [&](Index sector) {
     const auto& divided = ending.divided;
@@ -276,6 +280,8 @@ Index turn_to_come(const BranchGraph& graph, const BranchLoop& loop, const Endin
   }
   return turn;
 }
+
+}  // namespace
 
 intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
                                    const std::vector<VertexId>& cycle) {
@@ -434,6 +440,39 @@ Index quarters_off(const std::vector<Index>& changes, Index least) {
   return sum;
 }
 
+// Of the shortest sums of such changes, the same cone as often as it takes, that make `wanted`: all
+// that one may begin with. So taking one after the other ends. Breadth first over the sums.
+// Precondition: least_change() divides `wanted`, which is not 0. Cost: O((wanted + largest excess)
+// * number of different ones).
+std::set<Index> next_changes(const std::vector<Index>& cones, Index wanted) {
+  std::set<Index> changes;
+  for (const Index k : cones) {
+    if (k != kFlat) changes.insert({k - kFlat, kFlat - k});
+  }
+  if (changes.empty()) throw InternalError("no cone to go around");
+  // In a good order no sum is farther from 0 and `wanted` than the largest change.
+  const Index most = std::abs(wanted) + *changes.rbegin();
+  const auto slot = [most](Index sum) { return static_cast<std::size_t>(sum + most); };
+  std::vector<Index> terms(2 * static_cast<std::size_t>(most) + 1, kInvalid);  // per sum, fewest
+  terms[slot(0)] = 0;
+  std::vector<Index> sums = {0};
+  for (std::size_t i = 0; i < sums.size() && terms[slot(wanted)] == kInvalid; ++i) {
+    for (const Index change : changes) {
+      const Index sum = sums[i] + change;
+      if (std::abs(sum) > most || terms[slot(sum)] != kInvalid) continue;
+      terms[slot(sum)] = terms[slot(sums[i])] + 1;
+      sums.push_back(sum);
+    }
+  }
+  if (terms[slot(wanted)] == kInvalid) throw InternalError("no sum of changes is the wanted one");
+  std::set<Index> next;
+  for (const Index change : changes) {
+    const Index rest = wanted - change;
+    if (std::abs(rest) <= most && terms[slot(rest)] == terms[slot(wanted)] - 1) next.insert(change);
+  }
+  return next;
+}
+
 // Changes what one branch is asked for; false if the shortest detour was not enough.
 bool reroute_branch(Canvas& canvas, const std::vector<Index>& cones, Index change, Index most_added,
                     std::vector<VertexId>& branch, const ExecutionContext& context) {
@@ -472,8 +511,7 @@ Reroutings& Reroutings::operator+=(const Reroutings& other) {
 std::size_t reroute(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
                     const std::vector<Ending>& endings, const WishedTurns& wished,
                     BranchGraph& graph, const ExecutionContext& context) {
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(input.vertices.rows()), input.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(input);
   const std::vector<BranchLoop> loops = homology_loops(graph);
   const std::vector<Index> turns = wished_turns(canvas, adjacency, graph, loops, wished.turning);
   const Index least = least_change(cones);
@@ -521,33 +559,6 @@ Index least_change(const std::vector<Index>& cones) {
   return divisor;
 }
 
-std::set<Index> next_changes(const std::vector<Index>& cones, Index wanted) {
-  std::set<Index> changes;
-  for (const Index k : cones) {
-    if (k != kFlat) changes.insert({k - kFlat, kFlat - k});
-  }
-  if (changes.empty()) throw InternalError("no cone to go around");
-  // In a good order no sum is farther from 0 and `wanted` than the largest change.
-  const Index most = std::abs(wanted) + *changes.rbegin();
-  const auto slot = [most](Index sum) { return static_cast<std::size_t>(sum + most); };
-  std::vector<Index> terms(2 * static_cast<std::size_t>(most) + 1, kInvalid);  // per sum, fewest
-  terms[slot(0)] = 0;
-  std::vector<Index> sums = {0};
-  for (std::size_t i = 0; i < sums.size() && terms[slot(wanted)] == kInvalid; ++i) {
-    for (const Index change : changes) {
-      const Index sum = sums[i] + change;
-      if (std::abs(sum) > most || terms[slot(sum)] != kInvalid) continue;
-      terms[slot(sum)] = terms[slot(sums[i])] + 1;
-      sums.push_back(sum);
-    }
-  }
-  if (terms[slot(wanted)] == kInvalid) throw InternalError("no sum of changes is the wanted one");
-  std::set<Index> next;
-  for (const Index change : changes) {
-    const Index rest = wanted - change;
-    if (std::abs(rest) <= most && terms[slot(rest)] == terms[slot(wanted)] - 1) next.insert(change);
-  }
-  return next;
-}
+namespace {}  // namespace
 
 }  // namespace flipfree::seamless

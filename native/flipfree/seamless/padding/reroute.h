@@ -52,9 +52,6 @@ void divide_branches(Canvas& canvas, BranchGraph& graph);
 
 // Branches one after the other, each named by the end at which the walk along it begins.
 using BranchLoop = std::vector<Index>;
-// One loop for each branch that a tree of shortest ways over the nodes leaves out, beginning with
-// it: no other loop has that branch. No node twice. Cost: O(branches^2).
-std::vector<BranchLoop> homology_loops(const BranchGraph& graph);
 
 // Other ways for one branch of a cut that leave the cut's shape as it is, but cones on the other
 // side of it (thesis 6.5.3.1, 6.5.3.2).
@@ -65,13 +62,6 @@ std::vector<BranchLoop> homology_loops(const BranchGraph& graph);
 // A branch, by its vertices with both nodes, such that along it a map is to turn by `change` more
 // than along the present one. The curves cut the canvas into one disk, before and after.
 
-// The shortest one on either side, drawn in the branch's place; nothing, and nothing is drawn, if
-// the search finds none that does not meet itself.
-std::optional<std::vector<VertexId>> draw_shortest_detour(Canvas& canvas,
-                                                          const std::vector<VertexId>& branch,
-                                                          Index change,
-                                                          const ExecutionContext& context);
-
 // From a place of the branch out to the nearest cone that makes for one of the changes, around it
 // and back. Always there. Preconditions: none is 0, some cone makes for one; the branch has an
 // inner vertex.
@@ -79,8 +69,6 @@ struct Detour {
   std::vector<VertexId> branch;
   Index change = 0;
 };
-Detour draw_detour_around_cone(Canvas& canvas, const std::vector<VertexId>& branch,
-                               const std::set<Index>& changes, const ExecutionContext& context);
 
 // By how much loops of a cut turn: on the map that padding will make, and as they are asked to
 // (thesis 6.5.3).
@@ -98,10 +86,6 @@ struct Ending {
   // begin and end: three corners on that side, one on the other. Or kInvalid.
   Index bent = kInvalid;
 };
-
-// Quarter turns to the left of the map that padding will make along the loop, on its left side:
-// branches are straight, sectors of nodes are right angles, but for those that are divided.
-Index turn_to_come(const BranchGraph& graph, const BranchLoop& loop, const Ending& ending);
 
 // The faces on the left of a closed chain of edges, drawn or not, as a strip of the input's faces.
 // `input_adjacency`: of the surface that the canvas was made of. Cost: O(faces beside the loop).
@@ -171,11 +155,5 @@ std::size_t reroute(Canvas& canvas, const mesh::Surface& input, const std::vecto
 // The greatest common divisor of all, 0 if there are none: turns change by its multiples.
 // `cones`: quarter turns per vertex.
 Index least_change(const std::vector<Index>& cones);
-
-// Of the shortest sums of such changes, the same cone as often as it takes, that make `wanted`: all
-// that one may begin with. So taking one after the other ends. Breadth first over the sums.
-// Precondition: least_change() divides `wanted`, which is not 0. Cost: O((wanted + largest excess)
-// * number of different ones).
-std::set<Index> next_changes(const std::vector<Index>& cones, Index wanted);
 
 }  // namespace flipfree::seamless

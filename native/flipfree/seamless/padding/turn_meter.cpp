@@ -28,8 +28,7 @@ struct LinearScale {
 // `angle`: per vertex, radians, of the right sum.
 LinearScale linear_scale(const mesh::Surface& surface, const std::vector<double>& angle,
                          ExecutionContext& context) {
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(angle.size()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   LinearScale found{angle, std::vector<double>(adjacency.opposite.size(), 0.0)};
   auto& [u, weight] = found;
   const auto place = [&](HalfedgeId h) -> Vector3 {

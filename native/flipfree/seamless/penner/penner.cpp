@@ -13,7 +13,7 @@
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/conformal/map.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {
@@ -25,8 +25,7 @@ constexpr double kSpread = 0.5;
 // Branches, transitions and the seam error of a map whose cut_edges are known.
 void find_seams(const std::vector<VertexId>& cones, PennerMap& result) {
   certify::Parametrization& map = result.map;
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
   const mesh::EdgeFlags cut = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
   result.branches = seam_branches(map.surface.faces, adjacency, cut, cones, map.uv);
   result.seam_error = largest_seam_error(result.branches, adjacency, map.uv);
@@ -47,8 +46,7 @@ void add_penner_figures(const PennerMetric& metric, Stats& stats) {
 
 // Turns a connected map with an aligned boundary so that this runs along the axes.
 void turn_boundary_to_axes(certify::Parametrization& map) {
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
   const std::vector<Index> one_chart(static_cast<std::size_t>(map.surface.faces.rows()), 0);
   turn_to_axes(
       one_chart, 1, [&](HalfedgeId h) { return adjacency.opposite[at(h)] == kInvalid; }, map.uv);
@@ -102,9 +100,8 @@ PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Inde
   if (aligned) {
     turn_boundary_to_axes(result.map);
     certify::CertifyRequest request;
-    request.cone_angles = prescribed_angles(
-        cones, surface.faces,
-        mesh::build_adjacency(static_cast<Index>(cones.size()), surface.faces), true);
+    request.cone_angles =
+        prescribed_angles(cones, surface.faces, mesh::build_adjacency(surface), true);
     certify::certify_map(result.map, surface, request, context);
   }
   return result;
@@ -286,9 +283,7 @@ PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>&
   Merger merger(surface, whole);
   std::vector<VertexId> local(cones.size(), kInvalid);
   for (std::size_t i = 0; i < charts.size(); ++i) {
-    const double count = static_cast<double>(charts.size());
-    const ProgressRange range(context, static_cast<double>(i) / count,
-                              static_cast<double>(i + 1) / count);
+    const ProgressRange range(context, i, charts.size());
     std::vector<VertexId> vertices;
     std::vector<Index> own_cones;
     for (const VertexId v : charts[i].vertices) {
@@ -329,8 +324,7 @@ PennerMap map_each_component(const mesh::Surface& surface, const std::vector<Ind
   check_surface(surface, context);
   if (given.size() != static_cast<std::size_t>(surface.vertices.rows()))
     throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const std::vector<Index> cones = flat_inside(given, adjacency);
   std::vector<FaceId> all(static_cast<std::size_t>(surface.faces.rows()));
   std::iota(all.begin(), all.end(), FaceId{0});

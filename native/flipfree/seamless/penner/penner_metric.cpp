@@ -15,11 +15,11 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/intrinsic/loops.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/validate.h"
-#include "flipfree/seamless/near_turns.h"
 #include "flipfree/seamless/penner/penner_newton.h"
 #include "flipfree/seamless/penner/relaxation.h"
+#include "flipfree/seamless/request.h"
 #include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {
@@ -122,8 +122,7 @@ class PennerSolver {
   Index loop_count() const {
     if (!setup_.mesh.symmetric()) return 2 * genus_;
     if (!free_) return genus_;
-    const auto curves = mesh::boundary_loops(
-        surface_.faces, mesh::build_adjacency(static_cast<Index>(cones_.size()), surface_.faces));
+    const auto curves = mesh::boundary_loops(surface_.faces, mesh::build_adjacency(surface_));
     return genus_ - static_cast<Index>(curves.size()) + 1;
   }
 

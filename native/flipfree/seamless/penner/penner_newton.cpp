@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "flipfree/base/debug_check.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/conformal/newton.h"
 #include "flipfree/seamless/bordered/loop_turns.h"

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/conformal/engine/conformal_metric.h"
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/intrinsic/flipped_metric.h"
 #include "flipfree/intrinsic/loops.h"

@@ -18,19 +18,18 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/measures.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/conformal_start.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/rounding.h"
+#include "flipfree/distortion/valid_map.h"
 #include "flipfree/embedding/disk/disk.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut_graph.h"
-#include "flipfree/mesh/own_unit.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/unwrap/chart/separate.h"
-#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/layout.h"
 
 namespace flipfree::unwrap {
@@ -47,7 +46,8 @@ std::vector<double> edge_lengths(const mesh::Surface& chart, const HalfedgeLoop&
 
 // A flip-free start: holes filled virtually, the outer loop on a circle.
 Points2 embed_on_circle(const mesh::Surface& chart, ExecutionContext& context, Stats& stats) {
-  std::vector<HalfedgeLoop> loops = mesh::boundary_halfedge_loops(chart.faces, adjacency_of(chart));
+  std::vector<HalfedgeLoop> loops =
+      mesh::boundary_halfedge_loops(chart.faces, mesh::build_adjacency(chart));
   std::swap(loops[0], loops[longest_loop(chart, loops)]);
   const mesh::FilledSurface filled = mesh::fill_holes(chart, {loops.begin() + 1, loops.end()});
   std::vector<VertexId> rim;
@@ -84,7 +84,7 @@ double energy_of(const mesh::Surface& chart, const Points2& uv) {
 // may flip. Empty if not all vertices are reached.
 Points2 unfolded(const mesh::Surface& chart, const ExecutionContext& context) {
   const auto count = static_cast<Index>(chart.vertices.rows());
-  const mesh::Adjacency adjacency = adjacency_of(chart);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(chart);
   Points2 uv = Points2::Zero(count, 2);
   std::vector<char> placed(at(count), 0);
   Index left = count;
@@ -255,7 +255,7 @@ FlatChart without_overlap(const mesh::Surface& chart, const FlattenOptions& opti
   } else {
     flat.uv = std::move(apart);
   }
-  const mesh::Adjacency adjacency = adjacency_of(chart);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(chart);
   mesh::EdgeFlags cut = separating_cut(chart, adjacency, free, pairs, options.tolerated_overlap,
                                        options.uncuttable, context);
   // What is tolerated may need no cut at all; where holding apart has not helped, a cut has to.
@@ -309,8 +309,8 @@ void lower_distortion(const mesh::Surface& chart, const FlattenOptions& options,
   if (flat.hurried) note_time_limit(stats);
 }
 
-}  // namespace
-
+// A piece of a chart that was cut as flatten_chart() said, from its part of that chart's map
+// (#V x 2); anew where that overlaps itself still.
 FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, const FlattenOptions& options,
                         ExecutionContext& context, Stats& stats) {
   if (overlaps_itself(piece.faces, uv, context))
@@ -320,6 +320,8 @@ FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, const FlattenOpt
   keep_storable(piece, minimize_options(options), flat.uv, context, stats);
   return flat;
 }
+
+}  // namespace
 
 FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& options,
                         ExecutionContext& context, Stats& stats) {

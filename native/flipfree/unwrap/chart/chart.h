@@ -48,11 +48,6 @@ struct FlatChart {
 FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& options,
                         ExecutionContext& context, Stats& stats);
 
-// A piece of a chart that was cut as flatten_chart() said, from its part of that chart's map
-// (#V x 2); anew where that overlaps itself still.
-FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, const FlattenOptions& options,
-                        ExecutionContext& context, Stats& stats);
-
 // Pins of face corners as pins of the charts' vertices.
 
 // Flags of the vertices that have a pinned corner; empty without pins.

@@ -17,10 +17,10 @@
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/numeric/dense_factors.h"
 #include "flipfree/numeric/predicates.h"
-#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/islands/islands.h"
 
 namespace flipfree::unwrap {
 namespace {

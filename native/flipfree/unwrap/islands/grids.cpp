@@ -11,7 +11,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
-#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/islands/islands.h"
 
 namespace flipfree::unwrap {
 namespace {

@@ -2,14 +2,23 @@
 // planar pieces with at least one boundary loop.
 #pragma once
 
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/base/parallel.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/base/types.h"
 #include "flipfree/certify/certify.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/surface.h"
+#include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::unwrap {
 
@@ -112,5 +121,208 @@ void cut_further(Islands& islands, const mesh::Surface& surface, const mesh::Adj
 // them is lost beside one that is large or far away.
 // Cost: O(#V + #F).
 Points3 normalised(const Points3& positions, const Triangles& faces);
+
+// Values by corner of a surface, by vertex of its charts.
+
+// The corner, or half-edge, of the surface that is the chart's corner h.
+inline std::size_t corner_of(const mesh::Chart& chart, std::size_t h) {
+  return 3 * at(chart.faces[h / 3]) + h % 3;
+}
+
+inline std::size_t corner_count(const mesh::Chart& chart) { return 3 * chart.faces.size(); }
+
+// Of values per corner of the surface (none: none) those of the chart.
+template <typename Value>
+std::vector<Value> part_of(const mesh::Chart& chart, const std::vector<Value>& corners) {
+  std::vector<Value> own;
+  for (std::size_t h = 0; h < corner_count(chart) && !corners.empty(); ++h)
+    own.push_back(corners[corner_of(chart, h)]);
+  return own;
+}
+
+// The map of a surface (3 #F x 2) by vertex (#V x 2), and of one of its charts.
+inline Points2 by_vertex(const mesh::Surface& surface, const Points2& corners) {
+  Points2 uv(surface.vertices.rows(), 2);
+  for (CornerId c = 0; c < corners.rows(); ++c) uv.row(surface.faces.data()[c]) = corners.row(c);
+  return uv;
+}
+inline Points2 by_vertex(const mesh::Chart& chart, const Points2& corners) {
+  Points2 uv(chart.surface.vertices.rows(), 2);
+  for (std::size_t h = 0; h < corner_count(chart); ++h)
+    uv.row(chart.surface.faces.data()[h]) =
+        corners.row(static_cast<Eigen::Index>(corner_of(chart, h)));
+  return uv;
+}
+// The chart's map (#V x 2) as a part of that of the surface (3 #F x 2).
+template <typename Points>
+void put_corners(const mesh::Chart& chart, const Points& uv, Points& corners) {
+  for (std::size_t h = 0; h < corner_count(chart); ++h)
+    corners.row(static_cast<Eigen::Index>(corner_of(chart, h))) =
+        uv.row(chart.surface.faces.data()[h]);
+}
+
+inline double edge_length(const mesh::Surface& surface, HalfedgeId h) {
+  return (surface.vertices.row(mesh::source(surface.faces, h)) -
+          surface.vertices.row(mesh::target(surface.faces, h)))
+      .norm();
+}
+
+// Its length is twice the face's area.
+inline Vector3 face_normal(const mesh::Surface& surface, FaceId f) {
+  const Vector3 p = surface.vertices.row(surface.faces(f, 0));
+  const Vector3 a = surface.vertices.row(surface.faces(f, 1)).transpose() - p;
+  return a.cross(surface.vertices.row(surface.faces(f, 2)).transpose() - p);
+}
+
+// Between the normals of two faces, radians.
+inline double bend_between(const mesh::Surface& surface, FaceId f, FaceId g) {
+  const Vector3 n = face_normal(surface, f);
+  const Vector3 m = face_normal(surface, g);
+  return std::atan2(n.cross(m).norm(), n.dot(m));
+}
+
+inline double uv_area(const Triangles& faces, const Points2& uv, FaceId f) {
+  return 0.5 * twice_area(uv.row(faces(f, 0)), uv.row(faces(f, 1)), uv.row(faces(f, 2)));
+}
+
+// Of the whole map.
+inline double uv_area(const Triangles& faces, const Points2& uv) {
+  double area = 0.0;
+  for (FaceId f = 0; f < faces.rows(); ++f) area += uv_area(faces, uv, f);
+  return area;
+}
+
+// The first of the longest loops of half-edges; 0 if there is none.
+inline std::size_t longest_loop(const mesh::Surface& surface,
+                                const std::vector<std::vector<HalfedgeId>>& loops) {
+  std::vector<double> length;
+  for (const auto& loop : loops) {
+    length.push_back(0.0);
+    for (const HalfedgeId h : loop) length.back() += edge_length(surface, h);
+  }
+  return at(std::max_element(length.begin(), length.end()) - length.begin());
+}
+
+inline bool overlaps_itself(const Triangles& faces, const Points2& uv,
+                            const ExecutionContext& context) {
+  return distortion::overlaps_itself(
+      distortion::find_boundary(static_cast<Index>(uv.rows()), faces), uv, context);
+}
+
+// Chosen charts, those of most faces first.
+inline std::vector<std::size_t> largest_first(const std::vector<mesh::Chart>& charts,
+                                              std::vector<std::size_t> chosen) {
+  std::stable_sort(chosen.begin(), chosen.end(), [&](std::size_t a, std::size_t b) {
+    return charts[a].faces.size() > charts[b].faces.size();
+  });
+  return chosen;
+}
+
+// Calls solve(chart, context) for all in `order` (largest_first()). One that holds half of all
+// faces gets all threads; the others share them, one chart each.
+template <typename Solve>
+void for_each_chart(const std::vector<mesh::Chart>& charts, const std::vector<std::size_t>& order,
+                    const char* stage, ExecutionContext& context, Solve solve) {
+  double total = 0.0;
+  for (const std::size_t c : order) total += static_cast<double>(charts[c].faces.size());
+  const auto share_of = [&](std::size_t c) {
+    return static_cast<double>(charts[c].faces.size()) / total;
+  };
+  std::size_t alone = 0;
+  double done = 0.0;
+  if (!order.empty() && share_of(order[0]) >= 0.5) {
+    done = share_of(order[0]);
+    const ProgressRange range(context, 0.0, done);
+    solve(order[0], context);
+    alone = 1;
+  }
+  SharedProgress progress(context, done);
+  parallel_for(context, order.size() - alone, 1, [&](std::size_t i, std::size_t, std::size_t) {
+    const std::size_t c = order[alone + i];
+    ExecutionContext part(&context, 1, &progress, share_of(c));
+    solve(c, part);
+    const Grace done_with(part);
+    part.report(stage, 1.0);
+  });
+}
+
+inline bool any_flag(const std::vector<char>& flags) {
+  return std::find(flags.begin(), flags.end(), 1) != flags.end();
+}
+
+// The scale factor of a surface's conformal map that keeps lengths along some vertices.
+
+// u = 0 at open vertices and (cotan Laplacian) u = angle defect elsewhere: to first order the
+// logarithm by which lengths change at each vertex (Ben-Chen, Gotsman, Bunin 2008). Cotangents of
+// slivers are clamped: only heuristics depend on them.
+class ScaleField {
+ public:
+  // Both must outlive this. Cost: O(#F).
+  ScaleField(const mesh::Surface& surface, const mesh::Adjacency& adjacency);
+
+  // What a vertex inside lacks of the full angle.
+  double defect(VertexId v) const { return defect_[at(v)]; }
+
+  // u, #V; all zero if the system cannot be solved. open: #V flags, at least one in every
+  // component; every vertex that is not open lies inside. Cost: one factorization with #V unknowns.
+  std::vector<double> solve(const std::vector<char>& open, ExecutionContext& context);
+
+  // The same, and by how much about a function of u grows with every open vertex that would be open
+  // no more, each by itself: the curvature that it takes up now, times what the function loses by
+  // it (the adjoint's), over the stiffness around it. slope: u -> the function's derivatives, #V.
+  // Zero at vertices that are not open or on the surface's boundary. Cost: as solve().
+  struct Response {
+    std::vector<double> u;
+    std::vector<double> closing;
+  };
+  using Slope = std::function<std::vector<double>(const std::vector<double>&)>;
+  Response respond(const std::vector<char>& open, const Slope& slope, ExecutionContext& context);
+
+ private:
+  struct System;
+  double weight(HalfedgeId h) const;
+  System system(const std::vector<char>& open, ExecutionContext& context);
+
+  const mesh::Surface& surface_;
+  const mesh::Adjacency& adjacency_;
+  std::vector<double> half_cotangent_;  // of the angle opposite to each half-edge, clamped
+  std::vector<double> defect_;          // per vertex: 2 pi minus its corner angles
+  numeric::EliminationMemory memory_;   // few vertices come or go between one call and the next
+};
+
+// Where a surface has to give way: the hills of its scale field, and what a seam to each of them is
+// worth.
+
+struct Hill {
+  VertexId peak = kInvalid;  // its highest vertex that a seam may reach
+  double gain = 0.0;         // integral of (|u| - foot)^2 over the hill
+  double height = 0.0;       // of its highest vertex, and where it meets a higher hill
+  double foot = 0.0;
+};
+
+// The hills of |u|, those of either sign by themselves; not sorted. u: #V, zero at open vertices,
+// which border hills; all others lie inside. area: #V. reach: #V flags; hills that
+// no seam may reach are left out. Deterministic. Vertices are taken from the
+// highest down, and where two hills meet, the lower one ends (persistence; Edelsbrunner, Letscher,
+// Zomorodian 2002). Cost: O(#V log #V).
+std::vector<Hill> hills(const Triangles& faces, const mesh::Adjacency& adjacency,
+                        const std::vector<double>& u, const std::vector<double>& area,
+                        const std::vector<char>& reach);
+
+// Where an automatic cut is too short: the extremities of a chart (fingers, legs, horns), which a
+// flat map would have to shrink by orders of magnitude.
+//
+// They are found from the scale factor of the conformal map that keeps the length of the boundary:
+// u = 0 there, and (cotan Laplacian) u = angle defect inside, one sparse solve (Ben-Chen, Gotsman,
+// Bunin 2008, who place cones at its extrema; here they become ends of slits, as in Gu, Gortler and
+// Hoppe 2002, where the largest distortion of a map says where its cut has to grow).
+
+// Flags of edges: slits along shortest paths from the boundary, or from earlier slits, to every
+// peak of |u| that is high and stands out; all zero where a flat map is mild without them. The
+// chart cut along them stays connected and planar. `uncuttable` as in planar_cut(). Precondition:
+// connected, planar, with a boundary. Cost: a few rounds of one factorization with #V unknowns and
+// O(#F log #F).
+mesh::EdgeFlags cut_to_extremities(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                                   const mesh::EdgeFlags& uncuttable, ExecutionContext& context);
 
 }  // namespace flipfree::unwrap

@@ -15,9 +15,9 @@
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/valid_map.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
-#include "flipfree/mesh/topology.h"
-#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/packing/place.h"
 #include "flipfree/unwrap/packing/rectangles.h"
@@ -205,7 +205,7 @@ certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2&
   const Stopwatch watch;
   distortion::require_valid_map(surface, corner_uv, context);
   check_options(corner_uv, options);
-  const mesh::Adjacency adjacency = adjacency_of(surface);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const mesh::EdgeFlags cuts = mesh::uv_cuts(adjacency, corner_uv);
   const std::vector<mesh::Chart> charts =
       mesh::split_into_charts(surface.vertices, mesh::cut_along(surface.faces, adjacency, cuts));

@@ -10,10 +10,12 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/cut.h"
-#include "flipfree/unwrap/packing/arrange.h"
 #include "flipfree/unwrap/packing/nest/nest.h"
 
 namespace flipfree::unwrap {
+
+// Charts that move as one.
+using Items = std::vector<std::vector<std::size_t>>;
 
 struct PlacingOptions {
   double margin = 0.005;  // see RoomOptions
@@ -74,7 +76,7 @@ using RoundCharts = std::function<std::vector<Points2f>(const std::vector<Points
 // Charts that are not `moved` stay as they are. The others keep their former places - turned and
 // moved to fit them best, all at one common scale - if every one was a flip-free island of
 // place_like and, as stored, none overlaps another, a chart that stays or an obstacle, and none
-// leaves the unit square. Otherwise they are packed together (arrange.h): as stored, none overlaps
+// leaves the unit square. Otherwise they are packed together: as stored, none overlaps
 // another, a chart that stays or an obstacle, and all gaps are at least the margin (RoomOptions) -
 // but for charts that no layout tried could both store and keep apart: see margin_met. Throws what
 // arrange() and `round` throw. Groups so small beside the others that 32 bits would hold them as a

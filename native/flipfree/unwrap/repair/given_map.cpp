@@ -10,10 +10,11 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/lists.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/measures.h"
 #include "flipfree/certify/texture.h"
-#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/repair/patches.h"
 
 namespace flipfree::unwrap {
@@ -68,12 +69,9 @@ class Rejoining {
   Index taken_back(const std::vector<CornerId>& corners, std::vector<CornerId>& beside,
                    const mesh::CutMesh& cut, const Points2& before) {
     const auto place_of = [&](CornerId c) { return at(cut.faces.data()[c]); };
-    std::vector<std::size_t> first(beside.size() + 1, 0);  // of each place in own_corners
-    for (const CornerId c : corners) ++first[place_of(c) + 1];
-    std::partial_sum(first.begin(), first.end(), first.begin());
-    std::vector<CornerId> own_corners(corners.size());
-    std::vector<std::size_t> next(first.begin(), first.end() - 1);
-    for (const CornerId c : corners) own_corners[next[place_of(c)]++] = c;
+    const Lists<CornerId> corners_at(beside.size(), [&](const auto& add) {
+      for (const CornerId c : corners) add(cut.faces.data()[c], c);
+    });
     std::vector<FaceId> changed;
     for (const CornerId c : corners) {
       if (changed.empty() || changed.back() != c / 3) changed.push_back(c / 3);
@@ -89,9 +87,9 @@ class Rejoining {
       changed.clear();
       for (const std::size_t place : back) {
         if (std::exchange(beside[place], kInvalid) == kInvalid) continue;
-        for (std::size_t i = first[place]; i < first[place + 1]; ++i) {
-          uv_.row(own_corners[i]) = before.row(own_corners[i]);
-          changed.push_back(own_corners[i] / 3);
+        for (const CornerId c : corners_at[static_cast<Index>(place)]) {
+          uv_.row(c) = before.row(c);
+          changed.push_back(c / 3);
         }
       }
     }
@@ -179,14 +177,15 @@ class Rejoining {
   double limit_ = 0.0;  // of the energy of a good face
 };
 
-}  // namespace
-
+// A place that only faces have which are flipped, collapsed, or drawn out more than 4 times as far
+// as the map's median, becomes the next one's around its vertex, not across an edge of `seams` (may
+// be empty), if that makes all of these faces as good as others. Corners with a flag in `fixed`
+// (3 #F, may be empty) stay. uv: 3 #F x 2, finite. Returns how many corners were joined. Cost: O(#F
+// log #F).
 Index rejoin_torn(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                   const mesh::EdgeFlags& seams, const std::vector<char>& fixed, Points2& uv) {
   return Rejoining(surface, adjacency, seams, uv).run(fixed);
 }
-
-namespace {
 
 // Corners around vertices, and what is known about their places.
 class Corners {

@@ -10,14 +10,14 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/measures.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/minimize.h"
-#include "flipfree/mesh/own_unit.h"
+#include "flipfree/distortion/valid_map.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/numeric/predicates.h"
 #include "flipfree/unwrap/chart/chart.h"
 #include "flipfree/unwrap/chart/separate.h"
-#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/repair/given_map.h"
 #include "flipfree/unwrap/repair/patches.h"
@@ -42,7 +42,7 @@ class ChartMender {
         context_(context),
         own_(given.chart.surface),
         faces_(given.chart.surface.faces),
-        adjacency_(adjacency_of(given.chart.surface)),
+        adjacency_(mesh::build_adjacency(given.chart.surface)),
         damaged_{own_.surface(), adjacency_, face_areas(own_.surface()), given.unknown,
                  std::vector<char>(given.unknown.size(), 0)} {
     for (const auto& [v, uv] : given.pins) damaged_.pinned[at(v)] = 1;
@@ -305,8 +305,6 @@ Error in_terms_of_surface(Error error, const ChartToMend& given) {
   return error;
 }
 
-}  // namespace
-
 ChartDensity own_density(const mesh::Chart& chart, const Points2& places) {
   const mesh::InOwnUnit own(chart.surface);
   const std::vector<double> areas = face_areas(own.surface());
@@ -316,6 +314,8 @@ ChartDensity own_density(const mesh::Chart& chart, const Points2& places) {
   for (const double a : areas) area += a;
   return {density.value / own.unit(), density.share * area * own.unit() * own.unit()};
 }
+
+}  // namespace
 
 double common_density(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& places) {
   std::vector<std::pair<double, double>> known;
@@ -401,7 +401,7 @@ class Judgement {
         options_(options),
         mended_(mended),
         context_(context),
-        adjacency_(adjacency_of(given.chart.surface)) {}
+        adjacency_(mesh::build_adjacency(given.chart.surface)) {}
 
   void run() {
     const mesh::EdgeFlags cut = mended_.cut;
@@ -425,7 +425,8 @@ class Judgement {
       anew = unwrapped(piece, {});
     }
     if (!anew) return;  // nothing to compare with
-    const std::vector<Piece> parts = pieces_of(surface, adjacency_of(surface), anew->cut, anew->uv);
+    const std::vector<Piece> parts =
+        pieces_of(surface, mesh::build_adjacency(surface), anew->cut, anew->uv);
     const double bound = kStretchedRatio * energy_of_all(parts);
     if (energy <= bound) return;
     if (count_only) {

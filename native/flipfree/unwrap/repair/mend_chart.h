@@ -24,7 +24,7 @@ enum class SelfOverlaps {
 enum class StretchedIslands {
   kIgnore,   // they stay
   kCount,    // they stay, and are counted
-  kImprove,  // they are made better, at the scale that most others have (settle.h)
+  kImprove,  // they are made better, at the scale that most others have
 };
 
 struct RepairOptions {
@@ -92,7 +92,6 @@ struct ChartDensity {
   double value = 0.0;
   double area = 0.0;
 };
-ChartDensity own_density(const mesh::Chart& chart, const Points2& places);
 // Of a map as a whole: the median of its charts', by area. 0 if none has one.
 double common_density(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& places);
 

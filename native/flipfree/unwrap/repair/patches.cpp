@@ -14,12 +14,12 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/measures.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/untangle.h"
+#include "flipfree/distortion/valid_map.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/islands.h"
-#include "flipfree/mesh/own_unit.h"
-#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/layout.h"
 
 namespace flipfree::unwrap {
@@ -82,6 +82,9 @@ std::vector<double> face_areas(const mesh::Surface& surface) {
   return area;
 }
 
+namespace {
+
+// Flags of the vertices at exactly the same place as another one.
 std::vector<char> stacked_vertices(const Points2& uv) {
   std::vector<VertexId> order(at(static_cast<Index>(uv.rows())));
   std::iota(order.begin(), order.end(), 0);
@@ -95,6 +98,8 @@ std::vector<char> stacked_vertices(const Points2& uv) {
   }
   return stacked;
 }
+
+}  // namespace
 
 Density density_of(const mesh::Surface& surface, const std::vector<double>& areas,
                    const Points2& uv, const std::vector<char>& unknown) {

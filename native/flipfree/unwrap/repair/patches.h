@@ -27,9 +27,6 @@ double weighted_median(std::vector<std::pair<double, double>> weighted);
 
 std::vector<double> face_areas(const mesh::Surface& surface);
 
-// Flags of the vertices at exactly the same place as another one.
-std::vector<char> stacked_vertices(const Points2& uv);
-
 // Square root of the median, by area, of UV area over area of the positive faces without stacked
 // vertices, nor `unknown` ones (#V flags; empty: none); 0 without any.
 struct Density {

@@ -1,9 +1,13 @@
 #include "flipfree/unwrap/repair/repair.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <numeric>
+#include <optional>
 #include <set>
 #include <string>
 #include <tuple>
@@ -11,25 +15,323 @@
 #include <utility>
 #include <vector>
 
+#include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/base/types.h"
 #include "flipfree/certify/certified_map.h"
+#include "flipfree/certify/overlap.h"
 #include "flipfree/certify/separated_map.h"
 #include "flipfree/certify/texture.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
+#include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/valid_map.h"
-#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/surface.h"
+#include "flipfree/unwrap/islands/islands.h"
+#include "flipfree/unwrap/packing/layout.h"
+#include "flipfree/unwrap/packing/place.h"
+#include "flipfree/unwrap/packing/rectangles.h"
 #include "flipfree/unwrap/repair/given_map.h"
 #include "flipfree/unwrap/repair/mend_chart.h"
-#include "flipfree/unwrap/repair/settle.h"
+#include "flipfree/unwrap/repair/patches.h"
 #include "flipfree/unwrap/unwrap.h"
 
 namespace flipfree::unwrap {
 
 namespace {
+
+// Which of the charts that lie on others have to move.
+
+// Of a map, sides along the axes.
+struct BoundingBox {
+  Eigen::RowVector2d low, high;
+  explicit BoundingBox(const Points2& uv)
+      : low(uv.colwise().minCoeff()), high(uv.colwise().maxCoeff()) {}
+  bool meets(const BoundingBox& other) const {
+    return (low.array() < other.high.array()).all() && (other.low.array() < high.array()).all();
+  }
+};
+
+struct StandingChart {
+  const Triangles* faces = nullptr;
+  const Points2* uv = nullptr;  // #V x 2, finite
+  const Points2* before =
+      nullptr;  // null: it stood as it does. What it lay on there, it may lie on.
+  bool may_move = false;
+};
+
+// One scale for the charts of a map of which most have one.
+
+struct ScaledChart {
+  const mesh::Surface* surface = nullptr;
+  const Points2* uv = nullptr;  // #V x 2, positive faces, as the texture shows them
+  bool remade = false;          // it may be scaled
+};
+
+// Mended charts, put where they belong and stored.
+
+struct ChartToSettle {
+  Points2 uv;  // #V x 2
+  Place place = Place::kStays;
+  KeptAsStored kept;  // does not overlap itself, pinned vertices
+  Points2 before;     // #V x 2, or empty: as `uv`. What it lay on there, it may lie on.
+};
+
+struct SettledCharts {
+  std::vector<Points2> uv;
+  std::vector<Points2f> stored;
+  std::vector<char> moved;
+  std::vector<std::size_t> unstorable;  // charts that 32 bits do not hold; then nothing else counts
+};
+
+// The corners of those faces that may meet the box, below what is there.
+void append_near(const Triangles& faces, const Points2& uv, const BoundingBox& box, Index island,
+                 mesh::Components& islands, std::vector<Eigen::RowVector2d>& corners) {
+  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+    const Eigen::RowVector2d a = uv.row(faces(f, 0)), b = uv.row(faces(f, 1)),
+                             c = uv.row(faces(f, 2));
+    const Eigen::RowVector2d low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
+    if ((low.array() > box.high.array()).any() || (box.low.array() > high.array()).any()) continue;
+    corners.insert(corners.end(), {a, b, c});
+    islands.of_face.push_back(island);
+  }
+}
+
+bool share_area(const Triangles& faces_a, const Points2& uv_a, const Triangles& faces_b,
+                const Points2& uv_b) {
+  const BoundingBox a(uv_a);
+  const BoundingBox b(uv_b);
+  if (!a.meets(b)) return false;
+  mesh::Components two;
+  two.count = 2;
+  std::vector<Eigen::RowVector2d> near;
+  append_near(faces_a, uv_a, b, 0, two, near);
+  append_near(faces_b, uv_b, a, 1, two, near);
+  Points2 corners(static_cast<Eigen::Index>(near.size()), 2);
+  for (std::size_t i = 0; i < near.size(); ++i) corners.row(static_cast<Eigen::Index>(i)) = near[i];
+  return certify::island_overlaps(two, corners).pairs > 0;
+}
+
+// Flags of the charts that have to make way: those that may not move stay, then the others, those
+// of most faces first, each unless it shares area with one that stays - and `all_apart`, or it did
+// not before, or has no `before`. Throws Cancelled, TimeIsOver. Cost: O(n log n) and a comparison
+// of boxes for charts above each other, O(#F) of a pair whose boxes meet.
+std::vector<char> make_way(const std::vector<StandingChart>& charts, bool all_apart,
+                           const ExecutionContext& context) {
+  std::vector<char> moves(charts.size(), 0);
+  const auto did_before = [&](const StandingChart& a, const StandingChart& b) {
+    return a.before != nullptr &&
+           share_area(*a.faces, *a.before, *b.faces, b.before != nullptr ? *b.before : *b.uv);
+  };
+  std::vector<std::size_t> order(charts.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::pair(!charts[a].may_move, charts[a].faces->rows()) >
+           std::pair(!charts[b].may_move, charts[b].faces->rows());
+  });
+  std::vector<BoundingBox> boxes;
+  boxes.reserve(charts.size());
+  for (const StandingChart& chart : charts) boxes.emplace_back(*chart.uv);
+  // By size, up to the next power of two, in columns of that width, and by lower end.
+  std::map<int, std::map<double, std::multimap<double, std::size_t>>> staying;
+  for (const std::size_t c : order) {
+    context.check();
+    const StandingChart& own = charts[c];
+    const BoundingBox& box = boxes[c];
+    const auto in_the_way = [&](const auto& entry) {
+      const std::size_t other = entry.second;
+      const StandingChart& its = charts[other];
+      return box.meets(boxes[other]) && share_area(*own.faces, *own.uv, *its.faces, *its.uv) &&
+             (all_apart || !did_before(own, its));
+    };
+    const auto any_in_the_way = [&](int size, const auto& columns) {
+      const auto last = columns.upper_bound(std::floor(std::ldexp(box.high.x(), -size)));
+      for (auto column = columns.lower_bound(std::floor(std::ldexp(box.low.x(), -size)) - 1.0);
+           column != last; ++column) {
+        const auto& others = column->second;
+        if (std::any_of(others.lower_bound(box.low.y() - std::ldexp(1.0, size)),
+                        others.upper_bound(box.high.y()), in_the_way))
+          return true;
+      }
+      return false;
+    };
+    moves[c] = own.may_move && std::any_of(staying.begin(), staying.end(), [&](const auto& same) {
+                 return any_in_the_way(same.first, same.second);
+               });
+    if (moves[c] != 0) continue;
+    const int size = std::ilogb((box.high - box.low).maxCoeff()) + 1;
+    staying[size][std::floor(std::ldexp(box.low.x(), -size))].emplace(box.low.y(), c);
+  }
+  return moves;
+}
+
+constexpr double kSameDensity = 1.1;
+constexpr double kMost = 2.0 / 3.0;
+
+// Of those that are not remade, or of all if there are no others; 0 if they have none in common.
+double common(const std::vector<ScaledChart>& charts, const std::vector<double>& densities) {
+  const bool all =
+      std::all_of(charts.begin(), charts.end(), [](const ScaledChart& c) { return c.remade; });
+  std::vector<std::pair<double, double>> standing;  // and area
+  double total = 0.0;
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    if ((charts[c].remade && !all) || !(densities[c] > 0.0)) continue;
+    double area = 0.0;
+    for (const double a : face_areas(*charts[c].surface)) area += a;
+    standing.emplace_back(densities[c], area);
+    total += area;
+  }
+  const double median = weighted_median(standing);
+  double same = 0.0;
+  for (const auto& [density, area] : standing) {
+    if (density <= kSameDensity * median && median <= kSameDensity * density) same += area;
+  }
+  return same >= kMost * total ? median : 0.0;
+}
+
+// Per chart the factor that gives it the density (median_density()) which two thirds by area of the
+// others, those not remade, have within a tenth; 1 for these, and for all where they have none in
+// common. Without any that are not remade, the others' own are asked. Cost: O(#F log #F).
+std::vector<double> to_one_scale(const std::vector<ScaledChart>& charts) {
+  std::vector<double> densities;
+  for (const ScaledChart& chart : charts)
+    densities.push_back(median_density(*chart.surface, *chart.uv));
+  const double density = common(charts, densities);
+  std::vector<double> factors(charts.size(), 1.0);
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    const double factor = density / densities[c];
+    if (charts[c].remade && std::isnormal(factor)) factors[c] = factor;
+  }
+  return factors;
+}
+
+// Of the search for a layout of charts none of which has a size of its own (NestOptions).
+constexpr double kEffort = 0.2;
+// Share of its density below which a layout has no room for charts.
+constexpr double kShrunk = 0.999;
+
+// Charts that lie on others, near to their place or with `disjoint` all, are moved.
+void move_apart(const std::vector<mesh::Chart>& charts, const std::vector<ChartToSettle>& mended,
+                bool all, std::vector<char>& moved, const ExecutionContext& context) {
+  const auto near_its_place = [](const ChartToSettle& chart) {
+    return chart.place == Place::kWhereItWas;
+  };
+  if (std::none_of(mended.begin(), mended.end(), near_its_place)) {
+    Items staying;
+    std::vector<Points2> uv;
+    for (std::size_t c = 0; c < charts.size(); ++c) {
+      uv.push_back(mended[c].uv);
+      if (moved[c] == 0) staying.push_back({c});
+    }
+    if (!all || disjoint(charts, staying, uv, Points2(0, 2))) return;
+  }
+  std::vector<StandingChart> standing;
+  std::vector<std::size_t> number;
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    const ChartToSettle& chart = mended[c];
+    if (moved[c] != 0) continue;
+    number.push_back(c);
+    standing.push_back({&charts[c].surface.faces, &chart.uv,
+                        chart.before.rows() > 0 ? &chart.before : nullptr,
+                        chart.kept.fixed.empty() && (all || near_its_place(chart))});
+  }
+  const std::vector<char> moves = make_way(standing, all, context);
+  for (std::size_t i = 0; i < number.size(); ++i) moved[number[i]] = moves[i];
+}
+
+// Charts that move, to the right of all that stays and of the unit square, as they are.
+void put_beside(const std::vector<char>& moved, double margin, std::vector<Points2>& uv) {
+  double right = 1.0;
+  std::vector<std::size_t> chosen;
+  std::vector<Vector2> sizes;
+  for (std::size_t c = 0; c < uv.size(); ++c) {
+    const BoundingBox box(uv[c]);
+    if (moved[c] == 0) {
+      right = std::max(right, box.high.x());
+      continue;
+    }
+    chosen.push_back(c);
+    sizes.emplace_back((box.high - box.low).transpose() + Vector2::Constant(margin));
+  }
+  RoomOptions room;
+  room.margin = 0.0;
+  const Placement placement = pack_rectangles(sizes, room);
+  const Eigen::RowVector2d left(std::ceil(right) + margin, margin);
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    Points2& own = uv[chosen[i]];
+    own.rowwise() +=
+        left + placement.corner[i].transpose() / placement.scale - own.colwise().minCoeff();
+  }
+}
+
+// Nothing where all tiles are full.
+template <typename Place>
+std::optional<PlacedCharts> attempt_placing(Place place) {
+  try {
+    return place();
+  } catch (const InvalidInput& e) {
+    if (e.error().code != ErrorCode::kBadOption) throw;
+    return std::nullopt;
+  }
+}
+
+// Charts without a place, those near to it that lie on others, and with options.disjoint all that
+// lie on larger ones, are packed where the unit square has room for them, or put to the right of
+// it and of the map; the others stay. sized: the charts' sizes mean something, and are kept; else
+// those that move get the largest common scale. Throws what place_charts() throws.
+SettledCharts settle(const std::vector<mesh::Chart>& charts, std::vector<ChartToSettle> mended,
+                     bool sized, const RepairOptions& options, ExecutionContext& context) {
+  SettledCharts settled;
+  settled.moved.resize(charts.size());
+  for (std::size_t c = 0; c < charts.size(); ++c)
+    settled.moved[c] = mended[c].place == Place::kNone;
+  move_apart(charts, mended, options.disjoint, settled.moved, context);
+  std::vector<KeptAsStored> kept;
+  for (ChartToSettle& chart : mended) {
+    settled.uv.push_back(std::move(chart.uv));
+    kept.push_back(std::move(chart.kept));
+  }
+  Unstorable unstorable;
+  const auto store = [&](const std::vector<Points2>& uv) {
+    std::int64_t repaired = 0;
+    std::vector<Points2f> stored = store_charts(charts, uv, kept, unstorable, repaired, context);
+    if (!unstorable.empty()) throw NotConverged(unstorable.front().second);
+    return stored;
+  };
+  try {
+    if (std::find(settled.moved.begin(), settled.moved.end(), 1) == settled.moved.end()) {
+      settled.stored = store(settled.uv);
+      return settled;
+    }
+    PlacingOptions placing;
+    placing.margin = options.margin;
+    placing.effort = sized ? 0.0 : kEffort;
+    // On a texture that is no square they would be bent by turning.
+    const bool stays_upright = sized || options.aspect != 1.0;
+    placing.rotation = stays_upright ? Rotation::kNone : Rotation::kStraight;
+    placing.scale_true = !sized;
+    const double density = density_of(charts, settled.uv, settled.moved);
+    if (sized) placing.density = density;
+    const std::optional<PlacedCharts> placed = attempt_placing(
+        [&] { return place_charts(charts, settled.uv, settled.moved, placing, store, context); });
+    // Where the square has no room for their size, they keep that.
+    if (!placed || (sized && density_of(charts, placed->uv, settled.moved) < kShrunk * density)) {
+      put_beside(settled.moved, options.margin, settled.uv);
+      settled.stored = store(settled.uv);
+      return settled;
+    }
+    settled.uv = placed->uv;
+    settled.stored = placed->stored;
+  } catch (const NotConverged&) {
+    if (unstorable.empty()) throw;
+    for (const auto& [c, error] : unstorable) settled.unstorable.push_back(c);
+  }
+  return settled;
+}
 
 // Corners of faces that use a vertex twice, which no chart has: where another corner at their
 // vertex was at the same place they go on to be where that is, else they stay. But for pinned ones.
@@ -76,75 +378,6 @@ void follow_neighbours(const std::vector<FaceId>& collapsed, const mesh::Surface
   if (map.agreed.rows() > 0) follow(map.agreed);
 }
 
-// A mesh that is no clean surface: by way of one (mesh/separated), with corner_uv as its map.
-certify::Parametrization repair_separated(const mesh::Surface& surface, const Points2& corner_uv,
-                                          const RepairOptions& options, ExecutionContext& context) {
-  // Values that are none join nothing and turn nothing over.
-  Points2 finite = corner_uv;
-  for (Eigen::Index c = 0; c < finite.rows(); ++c) {
-    if (!is_storable(finite.row(c).transpose())) finite.row(c).setZero();
-  }
-  mesh::SeparateOptions separating;
-  separating.corner_uv = &finite;
-  separating.diagonals = &options.uncuttable;
-  const certify::SeparatedMap separated(surface, separating, context);
-  RepairOptions own = options;
-  own.cuts = separated.edges(options.cuts);
-  own.uncuttable = separated.edges(options.uncuttable);
-  own.pins = separated.pins(options.pins);
-  const Points2 own_uv = separated.corners(corner_uv);
-  const certify::Parametrization solved =
-      separated.solve([&] { return repair_clean(separated.surface(), own_uv, own, context); });
-  certify::CertifyRequest request;
-  request.pins = options.pins;
-  request.aspect = options.aspect;
-  certify::Parametrization map = separated.on_input(solved, request, context);
-  follow_neighbours(separated.separated().collapsed, surface, corner_uv, options.pins, map);
-  return map;
-}
-
-certify::Parametrization repair_any(const mesh::Surface& surface, const Points2& corner_uv,
-                                    const RepairOptions& options, ExecutionContext& context) {
-  certify::Parametrization map = repair_separated(surface, corner_uv, options, context);
-  const Grace judging(context);
-  certify::CertifyRequest request;
-  request.surface = &surface;
-  request.uv = &map.uv;
-  request.uv32 = &map.uv32;
-  request.pins = options.pins;
-  request.require_bijective = options.overlaps != SelfOverlaps::kKeep;
-  request.require_disjoint = options.disjoint && options.pins.empty();
-  request.aspect = options.aspect;
-  map.certificate = certify::certify_any(request, context);
-  map.stats["corners_kept"] = (map.uv.array() == corner_uv.array()).rowwise().all().count();
-  map.stats["energy"] = map.certificate.energy;
-  map.stats["max_energy"] = map.certificate.max_energy;
-  certify::require_certificate(map, "The repaired map");
-  return map;
-}
-
-}  // namespace
-
-certify::Parametrization repair(const mesh::Surface& surface, const Points2& corner_uv,
-                                const RepairOptions& options, ExecutionContext& context) {
-  return in_time(context, options.max_seconds, "Not all islands were mended",
-                 "or repair the mesh in parts", [&] {
-                   const Stopwatch watch;
-                   context.report("checking the map", 0.0);
-                   distortion::require_corner_uv(surface, corner_uv);
-                   certify::Parametrization map =
-                       certify::is_clean(surface, context)
-                           ? repair_clean(surface, corner_uv, options, context)
-                           : repair_any(surface, corner_uv, options, context);
-                   map.stats["seconds"] = watch.seconds();
-                   const Grace finishing(context);
-                   context.report("done", 1.0);
-                   return map;
-                 });
-}
-
-namespace {
-
 class Repair {
  public:
   Repair(const mesh::Surface& surface, const Points2& corner_uv, const RepairOptions& options,
@@ -152,7 +385,7 @@ class Repair {
       : surface_(surface),
         options_(options),
         context_(context),
-        adjacency_(adjacency_of(surface)),
+        adjacency_(mesh::build_adjacency(surface)),
         seams_(mesh::flag_edges(surface.faces, adjacency_, options.cuts)),
         uncuttable_(options.uncuttable.rows() == 0
                         ? mesh::EdgeFlags{}
@@ -442,11 +675,77 @@ class Repair {
   SettledCharts settled_;
 };
 
-}  // namespace
-
+// As repair() says, without "seconds".
 certify::Parametrization repair_clean(const mesh::Surface& surface, const Points2& corner_uv,
                                       const RepairOptions& options, ExecutionContext& context) {
   return Repair(surface, corner_uv, options, context).run();
+}
+
+// A mesh that is no clean surface: by way of one (mesh/separated), with corner_uv as its map.
+certify::Parametrization repair_separated(const mesh::Surface& surface, const Points2& corner_uv,
+                                          const RepairOptions& options, ExecutionContext& context) {
+  // Values that are none join nothing and turn nothing over.
+  Points2 finite = corner_uv;
+  for (Eigen::Index c = 0; c < finite.rows(); ++c) {
+    if (!is_storable(finite.row(c).transpose())) finite.row(c).setZero();
+  }
+  mesh::SeparateOptions separating;
+  separating.corner_uv = &finite;
+  separating.diagonals = &options.uncuttable;
+  const certify::SeparatedMap separated(surface, separating, context);
+  RepairOptions own = options;
+  own.cuts = separated.edges(options.cuts);
+  own.uncuttable = separated.edges(options.uncuttable);
+  own.pins = separated.pins(options.pins);
+  const Points2 own_uv = separated.corners(corner_uv);
+  const certify::Parametrization solved =
+      separated.solve([&] { return repair_clean(separated.surface(), own_uv, own, context); });
+  certify::CertifyRequest request;
+  request.pins = options.pins;
+  request.aspect = options.aspect;
+  certify::Parametrization map = separated.on_input(solved, request, context);
+  follow_neighbours(separated.separated().collapsed, surface, corner_uv, options.pins, map);
+  return map;
+}
+
+certify::Parametrization repair_any(const mesh::Surface& surface, const Points2& corner_uv,
+                                    const RepairOptions& options, ExecutionContext& context) {
+  certify::Parametrization map = repair_separated(surface, corner_uv, options, context);
+  const Grace judging(context);
+  certify::CertifyRequest request;
+  request.surface = &surface;
+  request.uv = &map.uv;
+  request.uv32 = &map.uv32;
+  request.pins = options.pins;
+  request.require_bijective = options.overlaps != SelfOverlaps::kKeep;
+  request.require_disjoint = options.disjoint && options.pins.empty();
+  request.aspect = options.aspect;
+  map.certificate = certify::certify_any(request, context);
+  map.stats["corners_kept"] = (map.uv.array() == corner_uv.array()).rowwise().all().count();
+  map.stats["energy"] = map.certificate.energy;
+  map.stats["max_energy"] = map.certificate.max_energy;
+  certify::require_certificate(map, "The repaired map");
+  return map;
+}
+
+}  // namespace
+
+certify::Parametrization repair(const mesh::Surface& surface, const Points2& corner_uv,
+                                const RepairOptions& options, ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "Not all islands were mended",
+                 "or repair the mesh in parts", [&] {
+                   const Stopwatch watch;
+                   context.report("checking the map", 0.0);
+                   distortion::require_corner_uv(surface, corner_uv);
+                   certify::Parametrization map =
+                       certify::is_clean(surface, context)
+                           ? repair_clean(surface, corner_uv, options, context)
+                           : repair_any(surface, corner_uv, options, context);
+                   map.stats["seconds"] = watch.seconds();
+                   const Grace finishing(context);
+                   context.report("done", 1.0);
+                   return map;
+                 });
 }
 
 certify::Parametrization improve_any(const mesh::Surface& surface, const Points2& corner_uv,

@@ -4,7 +4,7 @@
 //   mend_chart()     one chart: mirrored, unfolded in place, or made anew  mend_chart.h
 //   judge_stretched()  drawn out more than it has to be, made better       mend_chart.h
 //   mend_in_place()  few vertices, then more and more around them          patches.h
-//   settle()         what has no place is packed, all is stored            settle.h
+//   settle()         what has no place is packed, all is stored
 #pragma once
 
 #include "flipfree/base/context.h"
@@ -33,10 +33,6 @@ certify::Parametrization repair(const mesh::Surface& surface, const Points2& cor
                                 const RepairOptions& options, ExecutionContext& context);
 
 // Repair of a map of a clean surface (certify::is_clean).
-
-// As repair() says, without "seconds".
-certify::Parametrization repair_clean(const mesh::Surface& surface, const Points2& corner_uv,
-                                      const RepairOptions& options, ExecutionContext& context);
 
 // Improving maps that have flipped faces.
 

@@ -9,11 +9,10 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/certify/separated_map.h"
-#include "flipfree/mesh/own_unit.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/unwrap/chart/chart.h"
 #include "flipfree/unwrap/chart/separate.h"
-#include "flipfree/unwrap/islands/corners.h"
 #include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/seams/costs.h"
@@ -84,7 +83,7 @@ void add_known(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
   for (std::size_t c = 0; c < candidate.size(); ++c) {
     const mesh::Chart& chart = islands.charts[c];
     if (known.of_face[at(chart.faces.front())] != KnownMaps::kNothing) continue;
-    const mesh::Adjacency local = adjacency_of(chart.surface);
+    const mesh::Adjacency local = mesh::build_adjacency(chart.surface);
     const bool opened = any_flag(part_of(chart, islands.added));
     const bool in_nets = any_flag(part_of(chart, nets));
     for (std::size_t h = 0; h < local.opposite.size() && !opened; ++h) {
@@ -181,7 +180,7 @@ class Finder {
   void search_chart(const mesh::Chart& chart, const Stretch& aim, mesh::EdgeFlags& further,
                     ExecutionContext& context) {
     const mesh::InOwnUnit own(chart.surface);
-    const mesh::Adjacency local = adjacency_of(chart.surface);
+    const mesh::Adjacency local = mesh::build_adjacency(chart.surface);
     std::vector<double> cost = part_of(chart, cost_);
     for (double& c : cost) c /= own.unit();
     const SlitOptions options{aim, options_.bijective, options_.may_add_cuts};
@@ -212,7 +211,7 @@ class Finder {
       for (const double c : part_of(chart, cost_))
         never.push_back(c == mesh::ShortestPaths::kUnreached ? 1 : 0);
       const mesh::EdgeFlags cut =
-          halving_cut(chart.surface, adjacency_of(chart.surface),
+          halving_cut(chart.surface, mesh::build_adjacency(chart.surface),
                       by_vertex(chart, known_.corner_uv), never, false, context);
       const bool is_cut = any_flag(cut);
       any = any || is_cut;
@@ -354,7 +353,7 @@ namespace {
 
 IndexPairs find_on_clean(const mesh::Surface& surface, const UnwrapOptions& options,
                          ExecutionContext& context) {
-  const mesh::Adjacency adjacency = adjacency_of(surface);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const mesh::EdgeFlags seams = mesh::flag_edges(surface.faces, adjacency, options.cuts);
   const mesh::EdgeFlags uncuttable =
       options.uncuttable.rows() == 0

@@ -13,9 +13,9 @@
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/shortest_paths.h"
-#include "flipfree/mesh/topology.h"
-#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/islands/islands.h"
 
 namespace flipfree::unwrap {
 

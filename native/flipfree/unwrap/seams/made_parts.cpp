@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "flipfree/mesh/shortest_paths.h"
-#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/seams/costs.h"
 
 namespace flipfree::unwrap {

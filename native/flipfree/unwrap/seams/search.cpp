@@ -11,10 +11,10 @@
 #include "flipfree/certify/measures.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/decimated/decimated.h"
-#include "flipfree/mesh/topology.h"
 #include "flipfree/unwrap/chart/chart.h"
-#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/seams/costs.h"
 #include "flipfree/unwrap/seams/sheet.h"
@@ -698,7 +698,7 @@ class SlitCarrier {
     try {
       context_.report("finding seams", 0.0);
       const mesh::Decimated few = mesh::decimate(chart_, kFewTriangles, context_);
-      const mesh::Adjacency adjacency = adjacency_of(few.surface);
+      const mesh::Adjacency adjacency = mesh::build_adjacency(few.surface);
       const std::vector<double> cost = costs_of_few(chart_, few, adjacency, cost_);
       SlitSearch search(few.surface, adjacency, cost, kNoMirror, options_, context_);
       Stretch aim = options_.bound;

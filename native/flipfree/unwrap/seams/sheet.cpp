@@ -10,10 +10,9 @@
 #include <unordered_map>
 #include <utility>
 
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut_graph.h"
-#include "flipfree/mesh/topology.h"
-#include "flipfree/unwrap/islands/corners.h"
-#include "flipfree/unwrap/islands/scale_field.h"
+#include "flipfree/unwrap/islands/islands.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -231,7 +230,7 @@ Sheet::Sheet(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
       loops_(mesh::boundary_halfedge_loops(chart.faces, adjacency)),
       real_(static_cast<HalfedgeId>(adjacency.opposite.size())),
       surface_(filled_but_for_longest(chart, loops_)),
-      adjacency_(adjacency_of(surface_)),
+      adjacency_(mesh::build_adjacency(surface_)),
       cost_(adjacency_.opposite.size(), 0.0),
       area_(adjacency_.vertex_halfedge.size(), 0.0),
       open_(adjacency_.vertex_halfedge.size(), 0),

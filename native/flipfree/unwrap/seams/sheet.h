@@ -9,7 +9,7 @@
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/unwrap/islands/scale_field.h"
+#include "flipfree/unwrap/islands/islands.h"
 
 namespace flipfree::unwrap {
 

@@ -6,9 +6,9 @@
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/failure.h"
-#include "flipfree/mesh/own_unit.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/unwrap/chart/chart.h"
-#include "flipfree/unwrap/islands/corners.h"
+#include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/seams/made_parts.h"
 #include "flipfree/unwrap/seams/search.h"
 #include "flipfree/unwrap/seams/sheet.h"

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/unwrap/islands/corners.h"
 #include "flipfree/unwrap/islands/grids.h"
+#include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/seams/made_parts.h"
 #include "flipfree/unwrap/seams/search.h"
 

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/islands/scale_field.h"
+#include "flipfree/unwrap/islands/islands.h"
 
 #include <gtest/gtest.h>
 

@@ -291,6 +291,10 @@ std::vector<Contact> Contacts::find(const std::vector<Pose>& poses, double scale
   return contacts;
 }
 
+namespace {
+
+// Do outlines of different shapes, or of a shape and of what is fixed, cross? In floating point.
+// Cost: O(corners + pairs of edges in the same small cells).
 bool any_crossing(const std::vector<Shape>& shapes, const std::vector<Pose>& poses, double scale,
                   const std::vector<Loop>& fixed, const ExecutionContext& context) {
   const std::vector<Corner> corners = all_corners(shapes, poses, scale, fixed);
@@ -310,8 +314,6 @@ bool any_crossing(const std::vector<Shape>& shapes, const std::vector<Pose>& pos
   }
   return false;
 }
-
-namespace {
 
 constexpr double kAtRest = 2e-7;  // gaps may be so much narrower within this file
 constexpr double kFirstGrowth = 0.01;

@@ -55,11 +55,6 @@ class Contacts {
   double within_ = -1.0;
 };
 
-// Do outlines of different shapes, or of a shape and of what is fixed, cross? In floating point.
-// Cost: O(corners + pairs of edges in the same small cells).
-bool any_crossing(const std::vector<Shape>& shapes, const std::vector<Pose>& poses, double scale,
-                  const std::vector<Loop>& fixed, const ExecutionContext& context);
-
 // A layout that grows: shapes push each other aside until none can grow any more.
 
 struct InflateOptions {

@@ -26,8 +26,8 @@ std::pair<std::size_t, double> farthest(const Loop& loop, std::size_t first, std
   return found;
 }
 
-}  // namespace
-
+// The loop with fewer corners, none of its points farther than `tolerance` from it (Douglas and
+// Peucker); at least three corners if it has them. Cost: O(n log n) as a rule.
 Loop simplified(const Loop& loop, double tolerance) {
   const std::size_t n = loop.size();
   if (n <= 3) return loop;
@@ -65,6 +65,8 @@ Loop simplified(const Loop& loop, double tolerance) {
     if (kept[i] != 0) result.push_back(loop[i]);
   return result;
 }
+
+}  // namespace
 
 Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& middle) {
   Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
@@ -213,6 +215,22 @@ struct StripSide {
   }
 };
 
+// Sets the cells [first, last] of a row, cut to the row's `width`.
+void set_cells(Word* row, int width, double first, double last) {
+  const int a = static_cast<int>(std::clamp(std::floor(first), 0.0, static_cast<double>(width)));
+  const int b = static_cast<int>(std::clamp(std::floor(last), -1.0, width - 1.0));
+  if (a > b) return;
+  const Word head = ~Word{0} << (a % 64);
+  const Word tail = ~Word{0} >> (63 - b % 64);
+  if (a / 64 == b / 64) {
+    row[a / 64] |= head & tail;
+    return;
+  }
+  row[a / 64] |= head;
+  for (int w = a / 64 + 1; w < b / 64; ++w) row[w] = ~Word{0};
+  row[b / 64] |= tail;
+}
+
 // The inside of the loops at the rows' middles; cells that only touch it are the outline's.
 void draw_inside(Pen& pen, int width, int height, int words, std::vector<Word>& bits) {
   pen.crossings.clear();
@@ -241,6 +259,35 @@ void draw_inside(Pen& pen, int width, int height, int words, std::vector<Word>& 
     const Pen::Crossing& to = pen.crossings[i + 1];
     winding = from.row == to.row ? winding + from.way : 0;
     if (winding != 0) set_cells(&bits[at(from.row * words)], width, from.x, to.x);
+  }
+}
+
+// Sets, in a grid of so many cells with its corner at the origin, every cell that a point within
+// `radius` of the segment lies in. All in cells.
+void draw_segment(const Vector2& a, const Vector2& b, double radius, int width, int height,
+                  int words, std::vector<Word>& bits) {
+  const double reach = radius + kTouchingCare;
+  const auto row_of = [&](double y) {
+    return static_cast<int>(std::clamp(std::floor(y), -1.0, static_cast<double>(height)));
+  };
+  const int first = std::max(0, row_of(std::min(a.y(), b.y()) - reach));
+  const int last = std::min(height - 1, row_of(std::max(a.y(), b.y()) + reach));
+  const Vector2 side = b - a;
+  const double length = side.norm();
+  const Vector2 off =
+      length > 0.0 ? Vector2(-side.y(), side.x()) * (reach / length) : Vector2(0.0, 0.0);
+  // The strip's ends are within the discs.
+  const StripSide left(a + off, b + off);
+  const StripSide right(a - off, b - off);
+  for (int row = first; row <= last; ++row) {
+    Span span;
+    add_disc(a, reach, row, span);
+    add_disc(b, reach, row, span);
+    if (length > 0.0) {
+      left.add(row, span);
+      right.add(row, span);
+    }
+    if (span.low <= span.high) set_cells(&bits[at(row * words)], width, span.low, span.high);
   }
 }
 
@@ -285,48 +332,6 @@ void find_runs(Mask& mask) {
 }
 
 }  // namespace
-
-void set_cells(Word* row, int width, double first, double last) {
-  const int a = static_cast<int>(std::clamp(std::floor(first), 0.0, static_cast<double>(width)));
-  const int b = static_cast<int>(std::clamp(std::floor(last), -1.0, width - 1.0));
-  if (a > b) return;
-  const Word head = ~Word{0} << (a % 64);
-  const Word tail = ~Word{0} >> (63 - b % 64);
-  if (a / 64 == b / 64) {
-    row[a / 64] |= head & tail;
-    return;
-  }
-  row[a / 64] |= head;
-  for (int w = a / 64 + 1; w < b / 64; ++w) row[w] = ~Word{0};
-  row[b / 64] |= tail;
-}
-
-void draw_segment(const Vector2& a, const Vector2& b, double radius, int width, int height,
-                  int words, std::vector<Word>& bits) {
-  const double reach = radius + kTouchingCare;
-  const auto row_of = [&](double y) {
-    return static_cast<int>(std::clamp(std::floor(y), -1.0, static_cast<double>(height)));
-  };
-  const int first = std::max(0, row_of(std::min(a.y(), b.y()) - reach));
-  const int last = std::min(height - 1, row_of(std::max(a.y(), b.y()) + reach));
-  const Vector2 side = b - a;
-  const double length = side.norm();
-  const Vector2 off =
-      length > 0.0 ? Vector2(-side.y(), side.x()) * (reach / length) : Vector2(0.0, 0.0);
-  // The strip's ends are within the discs.
-  const StripSide left(a + off, b + off);
-  const StripSide right(a - off, b - off);
-  for (int row = first; row <= last; ++row) {
-    Span span;
-    add_disc(a, reach, row, span);
-    add_disc(b, reach, row, span);
-    if (length > 0.0) {
-      left.add(row, span);
-      right.add(row, span);
-    }
-    if (span.low <= span.high) set_cells(&bits[at(row * words)], width, span.low, span.high);
-  }
-}
 
 void draw_loop(const Loop& loop, int cells, double radius, int words, std::vector<Word>& bits) {
   Pen pen;

@@ -42,10 +42,6 @@ inline double distance_to_segment(const Vector2& p, const Vector2& a, const Vect
   return (p - a - t * side).norm();
 }
 
-// The loop with fewer corners, none of its points farther than `tolerance` from it (Douglas and
-// Peucker); at least three corners if it has them. Cost: O(n log n) as a rule.
-Loop simplified(const Loop& loop, double tolerance);
-
 // A shape of these outlines, whose middle goes to the origin; `middle` receives where it was.
 // Outlines that are no more than points get a corner each. Loops must be finite.
 Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& middle);
@@ -90,14 +86,6 @@ struct Mask {
   Vector2 origin = Vector2::Zero();  // of the item from the mask's lower left corner, in cells
   bool empty() const { return height == 0; }
 };
-
-// Sets the cells [first, last] of a row, cut to the row's `width`.
-void set_cells(Word* row, int width, double first, double last);
-
-// Sets, in a grid of so many cells with its corner at the origin, every cell that a point within
-// `radius` of the segment lies in. All in cells.
-void draw_segment(const Vector2& a, const Vector2& b, double radius, int width, int height,
-                  int words, std::vector<Word>& bits);
 
 // Sets, in such a grid of `cells` to the unit, every cell that a point within `radius` (cells) of
 // the loop's inside lies in.

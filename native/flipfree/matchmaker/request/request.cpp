@@ -1,4 +1,4 @@
-#include "flipfree/matchmaker/request/constraints.h"
+#include "flipfree/matchmaker/request/request.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +13,7 @@
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
+
 namespace {
 
 class Checker {
