@@ -95,6 +95,7 @@ def test_random_obstacles_and_unmoved_islands_are_kept_clear_of(seed: int) -> No
         scale_true=True,
         obstacles=obstacles,
         unmoved=[corner],
+        effort=0.1,
     )
     assert np.array_equal(packed.uv[own], scene.uv[own])
     assert np.array_equal(packed.uv32()[own], scene.uv[own].astype(np.float32))

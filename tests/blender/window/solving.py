@@ -15,6 +15,7 @@ from stage import (
     picture_of_options,
     pointer,
     press,
+    reset,
     ring,
     running,
     shot,
@@ -28,10 +29,17 @@ compat, labels = part("compat"), part("meshes.labels")
 
 
 def test_escape_cancels_and_leaves_everything():
-    ob = shapes.slow()
-    before = shapes.everything(ob)
-    yield from escaped("unwrap", 0.6, "progress")
-    assert shapes.everything(ob) == before
+    for name, make, after in (
+        ("unwrap", shapes.slow, 0.6),
+        ("match", lambda: pinned_monkey(3, 0.3)[0], 0.5),
+        ("seamless", lambda: ring(4), 0.5),
+    ):
+        yield from show("Layout")
+        reset()
+        ob = make()
+        before = shapes.everything(ob)
+        yield from escaped(name, after, "progress" if name == "unwrap" else f"{name}_progress")
+        assert shapes.everything(ob) == before and not ob.vertex_groups
 
 
 def test_return_takes_the_map_as_it_is():
@@ -82,35 +90,28 @@ def test_distorted_islands_are_selected_in_a_uv_editor_with_its_own_selection():
 
 
 def test_a_run_from_the_menu_writes_a_map_and_is_one_undo_step():
-    ob = shapes.grid(60, uv=True)
-    name = ob.name
-    shapes.set_uv(ob, np.zeros((len(ob.data.loops), 2)))
-    bpy.ops.ed.undo_push(message="Before")
-    before = shapes.uv_of(ob).tobytes()
-    yield from ended()
-    assert shapes.exact_flips(ob) == 0
-    undo()
-    yield 0.2
-    ob = bpy.data.objects[name]
-    assert shapes.uv_of(ob).tobytes() == before
-    with bpy.context.temp_override(**area_of("VIEW_3D")):
-        bpy.ops.ed.redo()
-    yield 0.2
-    assert shapes.exact_flips(bpy.data.objects[name]) == 0
-
-
-def test_undo_in_edit_mode_is_one_step_too():
-    ob = shapes.grid(40, uv=True)
-    shapes.enter("EDIT")
-    bpy.ops.ed.undo_push(message="Before")
-    yield 0.2
-    before = shapes.uv_of(ob).tobytes()
-    yield from ended()
-    assert shapes.uv_of(ob).tobytes() != before
-    undo()
-    yield 0.2
-    assert bpy.context.mode == "EDIT_MESH"
-    assert shapes.uv_of(bpy.context.object).tobytes() == before
+    for mode in ("OBJECT", "EDIT"):
+        reset()
+        ob = shapes.grid(40, uv=True)
+        name = ob.name
+        shapes.set_uv(ob, np.zeros((len(ob.data.loops), 2)))
+        shapes.enter(mode)
+        bpy.ops.ed.undo_push(message="Before")
+        yield 0.2
+        before = shapes.uv_of(ob).tobytes()
+        yield from ended()
+        after = shapes.uv_of(ob).tobytes()
+        assert after != before
+        undo()
+        yield 0.2
+        assert bpy.context.object.mode == mode
+        assert shapes.uv_of(bpy.data.objects[name]).tobytes() == before
+        with bpy.context.temp_override(**area_of("VIEW_3D")):
+            bpy.ops.ed.redo()
+        yield 0.2
+        assert shapes.uv_of(bpy.data.objects[name]).tobytes() == after
+        bpy.ops.object.mode_set(mode="OBJECT")
+        assert shapes.exact_flips(bpy.data.objects[name]) == 0
 
 
 def test_keys_do_not_reach_the_mesh_while_solving():
@@ -180,13 +181,6 @@ def test_match_pins_from_the_menu_meets_them_and_is_one_undo_step():
         assert undo() == {"FINISHED"}
     yield 0.2
     assert shapes.uv_of(bpy.data.objects[name]).tobytes() == before
-
-
-def test_escape_stops_match_pins_and_leaves_everything():
-    ob, _ = pinned_monkey(3, 0.3)
-    before = shapes.everything(ob)
-    yield from escaped("match", 0.5, "match_progress")
-    assert shapes.everything(ob) == before
 
 
 def test_contradictory_pins_are_selected_on_demand():
@@ -298,15 +292,6 @@ def test_a_seamless_map_from_the_menu_is_one_undo_step():
     bpy.ops.object.mode_set(mode="OBJECT")
     ob = bpy.data.objects[name]
     assert "seam_turns" not in ob.data.attributes and not ob.vertex_groups
-
-
-def test_escape_stops_a_seamless_map_and_leaves_everything():
-    yield from show("Layout")
-    ob = ring(4)
-    before = shapes.everything(ob)
-    yield from escaped("seamless", 0.5, "seamless_progress")
-    assert shapes.everything(ob) == before
-    assert not ob.vertex_groups
 
 
 def test_a_refused_run_shows_its_options_where_one_of_them_helps():
