@@ -163,23 +163,32 @@ class Symmetrizer {
     const mesh::EdgeFlags before = part_of(chart, found_.cut);
     bool is_part = true;
     for (std::size_t h = 0; h < cut.size(); ++h) is_part = is_part && cut[h] >= before[h];
-    const auto is_within = [&](const Points2& uv) {
-      return stretch_of(chart.surface, by_corner(chart.surface.faces, uv)).within(bound);
+    const auto stretch = [&](const Points2& uv) {
+      return stretch_of(chart.surface, by_corner(chart.surface.faces, uv));
     };
-    if (is_part && is_within(by_vertex(chart, corner_uv))) return true;
+    if (is_part && stretch(by_vertex(chart, corner_uv)).within(bound)) return true;
     FlattenOptions flatten;
-    flatten.bijective = options_.bijective;
     flatten.max_iterations = options_.max_iterations;
     flatten.tolerance = options_.tolerance;
     flatten.acceptable = options_.acceptable;
-    Stats ignored;
-    const mesh::InOwnUnit own(chart.surface);
-    Outcome<FlatChart> flat =
-        attempt([&] { return flatten_chart(own.surface(), flatten, context, ignored); });
-    if (!flat) return false;
-    flat->uv *= own.unit();
-    put_corners(chart, flat->uv, corner_uv);
-    return is_within(flat->uv);
+    for (const bool bijective : {false, true}) {
+      Stats ignored;
+      flatten.bijective = bijective;
+      const mesh::InOwnUnit own(chart.surface);
+      Outcome<FlatChart> flat =
+          attempt([&] { return flatten_chart(own.surface(), flatten, context, ignored); });
+      if (!flat) return false;
+      flat->uv *= own.unit();
+      const Stretch reached = stretch(flat->uv);
+      if (!reached.within(bound)) return false;
+      put_corners(chart, flat->uv, corner_uv);
+      if (bijective || !options_.bijective ||
+          !overlaps_itself(chart.surface.faces, flat->uv, context))
+        return true;
+      // What is not stretched gives no way.
+      if (reached.within(kNets)) return false;
+    }
+    return false;
   }
 
   const Islands& found_;
