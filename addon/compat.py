@@ -9,9 +9,6 @@ import bmesh
 import bpy
 import numpy as np
 
-# A mesh can have this many UV maps; `uv_layers.new` returns None beyond it.
-MAX_UV_LAYERS = 8
-
 
 def use_nodes(material: bpy.types.Material) -> None:
     """From 5.0 on every material has nodes, and the switch is on its way out."""
@@ -96,15 +93,6 @@ def pinned_loops(mesh: bpy.types.Mesh, layer_name: str) -> np.ndarray:
     """(#loops,) bool. `uv_layer.pin` does not exist before `pin_ensure()` in 5.2; the attribute is there in both."""
     values = _bool_attribute(mesh, f".pn.{layer_name}", len(mesh.loops))
     return np.zeros(len(mesh.loops), dtype=bool) if values is None else values
-
-
-def set_pinned_loops(mesh: bpy.types.Mesh, layer_name: str, mask: np.ndarray) -> None:
-    """Writes pins through the attribute: 4.3.2 leaves random pins behind when they are written through
-    `layer.data`. References to the mesh's layers are stale afterwards."""
-    name = f".pn.{layer_name}"
-    if mesh.attributes.get(name) is None:
-        mesh.attributes.new(name, "BOOLEAN", "CORNER")
-    mesh.attributes[name].data.foreach_set("value", np.ascontiguousarray(mask, dtype=bool))
 
 
 def uv_selected_faces(mesh: bpy.types.Mesh, layer_name: str) -> np.ndarray:

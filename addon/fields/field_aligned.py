@@ -87,28 +87,18 @@ class FieldAlignedTask(seamless.SeamlessTask):
         cure = "Subdivide or remesh where polygons are coarse, or take a smoother field"
         return cure if self.given.sizing is None else f"{cure}, or less difference in density"
 
-    def __init__(
-        self,
-        snapshot,
-        given,
-        *,
-        boundary="aligned_or_free",
-        reroute=True,
-        write_field=True,
-        **options,
-    ):
+    reroute = write_field = True
+
+    def __init__(self, snapshot, given, **options):
         """given: what the mesh says, or a MeshProblem that reading it met. options: as of a seamless map."""
         known = isinstance(given, sources.Given)
         super().__init__(
             snapshot,
             known and given.cones or {},
             cone_sums.submesh_boundary(snapshot),
-            boundary=boundary,
             **options,
         )
         self.given = given
-        self.reroute = reroute
-        self.write_field = write_field
         self.field = None
         self.off = 0.0  # degrees between map and field, mean by area
         self.sharp = self.sharp_missed = 0  # edges that shall be lines of the map

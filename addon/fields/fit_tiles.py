@@ -28,11 +28,11 @@ SOURCES = (
 class FitTilesTask(field_aligned.FieldAlignedTask):
     """A map along a field, or the one that there is, with tiles of UV length 1."""
 
-    def __init__(
-        self, snapshot, given, *, tile_count=100, tile_size=0.0, from_map=False, **options
-    ):
-        super().__init__(snapshot, given, fit=False, mark_cones=False, write_field=False, **options)
-        self.tile_count, self.tile_size, self.from_map = tile_count, tile_size, from_map
+    tile_count, tile_size, from_map = 100, 0.0, False
+    fit = mark_cones = write_field = False
+
+    def __init__(self, snapshot, given, **options):
+        super().__init__(snapshot, given, **options)
         self.figures = {}
 
     def side(self) -> tuple[float, float]:

@@ -15,12 +15,10 @@ _MOST_NAMED = 3  # islands in a report
 
 
 class CheckTask(modal.StagedTask):
-    def __init__(self, snapshot, *, stacked_ok=False, aspect=1.0):
-        super().__init__(snapshot)
-        self.stacked_ok = stacked_ok
-        self.aspect = aspect
-        self.certificate = None
-        self._label = None  # island of each triangle
+    stacked_ok = False
+    aspect = 1.0
+    certificate = None
+    _label = None  # island of each triangle
 
     @property
     def judged(self):

@@ -45,30 +45,16 @@ class ConformalTask(parts.PackedTask):
 
     poor_cure = "Suggest Cones finds where cones would even the scale out, or cut the surface there"
 
+    boundary, refined_start, precision = "free", "auto", 0
+    mark_cuts = True
+
     def __init__(
-        self,
-        snapshot,
-        cone_angles,
-        boundary_vertices,
-        *,
-        boundary="free",
-        refined_start="auto",
-        precision=0,
-        mark_cuts=True,
-        pack=True,
-        scale_true=True,
-        margin=0.0,
+        self, snapshot, cone_angles, boundary_vertices, *, pack=True, scale_true=True, **options
     ):
-        super().__init__(snapshot)
+        super().__init__(snapshot, packs=pack, **options)
         self.cone_angles = cone_angles  # {submesh vertex: angle}
         self.boundary_vertices = boundary_vertices
-        self.boundary = boundary
-        self.refined_start = refined_start
-        self.precision = precision
-        self.mark_cuts = mark_cuts
-        self.packs = pack
         self.pack_options = {"together": True, "scale_true": scale_true}
-        self.margin = margin
         self.angle_error = 0.0
 
     def stages(self):

@@ -25,12 +25,12 @@ class CutTask(seamless.SeamlessTask):
 
     flattens = False  # UVs stay
 
-    def __init__(self, snapshot, angles, boundary, loops, *, follow="cones", select_corners=False):
-        super().__init__(snapshot, angles, boundary)
+    follow, select_corners = "cones", False
+    found = None
+
+    def __init__(self, snapshot, angles, boundary, loops, **options):
+        super().__init__(snapshot, angles, boundary, **options)
         self.loops = loops
-        self.follow = follow
-        self.select_corners = select_corners
-        self.found = None
 
     def stages(self):
         self.quarters = self._marked_quarters()

@@ -45,26 +45,14 @@ class EmbedTask(parts.PackedTask):
 
     poor_cure = "Turn on Optimise, or take a boundary that is more like the island's own"
 
-    def __init__(
-        self,
-        snapshot,
-        marked,
-        *,
-        boundary="circle",
-        method="ladder",
-        optimise=False,
-        pack=True,
-        margin=0.0,
-    ):
+    boundary, method, optimise = "circle", "ladder", False
+    pack_options = {"scale_true": True}
+
+    def __init__(self, snapshot, marked, *, pack=True, **options):
         """marked: vertices of the mesh at whose UVs the boundary has corners, besides pinned ones."""
-        super().__init__(snapshot)
+        super().__init__(snapshot, **options)
         self.marked = marked
-        self.boundary = boundary
-        self.method = method
-        self.optimise = optimise
-        self.packs = pack and boundary not in _OWN
-        self.margin = margin
-        self.pack_options = {"scale_true": True}
+        self.packs = pack and self.boundary not in _OWN
 
     def stages(self):
         found = islands.islands_of(self.snapshot)

@@ -38,30 +38,15 @@ class Marked:
 class MatchTask(parts.PartsTask):
     poor_cure = "Move pins nearer to where their surroundings are, or mark seams there"
 
-    def __init__(
-        self,
-        snapshot,
-        group_vertices,
-        *,
-        bijective=True,
-        straight_lines=True,
-        cut_open=False,
-        rest="keep",
-        may_add=True,
-        max_seconds=options.MAX_SECONDS,
-        aspect=1.0,
-        marked=None,
-    ):
-        super().__init__(snapshot)
+    bijective = straight_lines = may_add = True
+    cut_open, rest = False, "keep"
+    max_seconds = options.MAX_SECONDS
+    aspect = 1.0
+
+    def __init__(self, snapshot, group_vertices, *, marked=None, **given):
+        super().__init__(snapshot, **given)
         self.marked = marked or Marked()
-        self.aspect = aspect
-        self.may_add = may_add  # vertices
         self.group_vertices = group_vertices  # mesh vertices of the group `Pins`
-        self.bijective = bijective
-        self.straight_lines = straight_lines
-        self.cut_open = cut_open
-        self.rest = rest
-        self.max_seconds = max_seconds
         self.charts = 0
         self.hurried = 0  # islands whose map could be better with more time
         self._cuts = np.zeros((0, 2), np.int32)  # added, as submesh pairs

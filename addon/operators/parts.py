@@ -22,8 +22,8 @@ class PartsTask(modal.StagedTask):
     flattens = True
     mark_cuts = True  # edges along which the result is cut become seams
 
-    def __init__(self, snapshot):
-        super().__init__(snapshot)
+    def __init__(self, snapshot, **options):
+        super().__init__(snapshot, **options)
         self.result = None
         self.certificates = []
         self.judged = []
@@ -100,7 +100,7 @@ class PartsTask(modal.StagedTask):
 
 class PackedTask(PartsTask):
     """Parts that are maps of their own shape and size: packed, if `packs`, or where their solvers put them. Subclasses have
-    `margin` and `pack_options`."""
+    `pack_options`."""
 
     packs = True
     packs_alone = (
@@ -108,6 +108,7 @@ class PackedTask(PartsTask):
     )
     keep_placement = False
     aspect = 1.0
+    margin = 0.0
     pieces: tuple = ()
 
     def pins(self) -> dict:

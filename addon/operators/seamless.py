@@ -58,36 +58,16 @@ class SeamlessTask(parts.PartsTask):
     failed_cure = "take suggested cones with a lower Scale Bound, or clean up thin faces"
     poor_cure = "More cones there even the scale out: lower the Scale Bound, or use Mark Cone"
 
-    def __init__(
-        self,
-        snapshot,
-        cone_angles,
-        boundary_vertices,
-        *,
-        cones_from="auto",
-        boundary="aligned_or_free",
-        bound=2.0,
-        optimise=True,
-        mark_cuts=True,
-        mark_cones=True,
-        fit=True,
-        engine="auto",
-        meet_pins=False,
-    ):
-        super().__init__(snapshot)
+    cones_from, boundary, bound, engine = "auto", "aligned_or_free", 2.0, "auto"
+    optimise = mark_cuts = mark_cones = fit = True
+
+    def __init__(self, snapshot, cone_angles, boundary_vertices, *, meet_pins=False, **options):
+        super().__init__(snapshot, **options)
         ob = bpy.data.objects[snapshot.object_name] if meet_pins else None
         self.pin_group = match.group_vertices(ob) if meet_pins else None
         self.pins = {}  # {submesh vertex: (u, v)}
         self.cone_angles = cone_angles  # {submesh vertex: angle}
         self.boundary_vertices = boundary_vertices  # (#Sv,) bool
-        self.cones_from = cones_from
-        self.boundary = boundary
-        self.bound = bound
-        self.optimise = optimise
-        self.mark_cuts = mark_cuts
-        self.mark_cones = mark_cones
-        self.fit = fit
-        self.engine = engine
         self.quarters = {}  # {submesh vertex: quarter turns of its angle}
         self.suggested = {}  # those of them that were not marked
         self.turns = np.zeros(0, np.int32)  # per cut edge of the result

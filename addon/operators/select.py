@@ -104,11 +104,9 @@ _MANY = {"vertex": "vertices", "edge": "edges", "face": "faces"}
 class DistortedTask(modal.Task):
     """The active map of a whole object: which islands are distorted beyond the bound."""
 
-    def __init__(self, snapshot, *, aspect=1.0):
-        super().__init__(snapshot)
-        self.aspect = aspect
-        self.faces = np.zeros(0, np.int64)
-        self.islands = 0
+    aspect = 1.0
+    faces = np.zeros(0, np.int64)
+    islands = 0
 
     def start(self):
         common.refuse_nonfinite_uvs(self.snapshot)
@@ -190,13 +188,14 @@ _BY_MEASURE = ("worst", "sheared", "small")
 class FacesTask(modal.Task):
     """Faces of a whole object by what the map does to them."""
 
-    def __init__(self, snapshot, *, what="flipped", share=5.0, islands=False, aspect=1.0):
-        super().__init__(snapshot)
-        self.aspect = aspect
-        self.what = what
+    what = "flipped"
+    aspect = 1.0
+    islands = False
+    faces = np.zeros(0, np.int64)
+
+    def __init__(self, snapshot, *, share=5.0, **options):
+        super().__init__(snapshot, **options)
         self.share = share / 100.0
-        self.islands = islands
-        self.faces = np.zeros(0, np.int64)
 
     def start(self):
         common.refuse_nonfinite_uvs(self.snapshot)

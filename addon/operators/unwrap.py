@@ -26,9 +26,10 @@ class MapTask(modal.StagedTask):
     packs_alone = True  # what the solver returned is such a layout if no other object takes part
     keep_placement = False
     aspect = 1.0  # width over height of the texture
+    margin = 0.0  # between islands, in widths of the texture
 
-    def __init__(self, snapshot: mesh_io.Snapshot):
-        super().__init__(snapshot)
+    def __init__(self, snapshot: mesh_io.Snapshot, **options):
+        super().__init__(snapshot, **options)
         self.result = None
         self._loops = self._values = None
         self._failed = np.zeros(0, np.int64)  # triangles of the islands that an error names
@@ -135,35 +136,13 @@ class UnwrapTask(MapTask):
     flattens = True
     _laid_out = None  # where islands with pins have their shape on the texture
 
-    def __init__(
-        self,
-        snapshot,
-        *,
-        seams=SEAMS,
-        stretch=STRETCH_BOUND,
-        bijective=True,
-        may_add_cuts=True,
-        cut_extremities=True,
-        use_pins=True,
-        mark_seams=False,
-        select_cuts=False,
-        keep_placement=False,
-        margin=0.0,
-        aspect=1.0,
-    ):
-        super().__init__(snapshot)
-        self.seams = seams
-        self.aspect = aspect
-        self.packs_alone = aspect == 1.0
-        self.stretch = stretch
-        self.use_pins = use_pins
-        self.bijective = bijective
-        self.may_add_cuts = may_add_cuts
-        self.cut_extremities = cut_extremities
-        self.keep_placement = keep_placement
-        self.margin = margin
-        self.mark_seams = mark_seams
-        self.select_cuts = select_cuts
+    seams, stretch = SEAMS, STRETCH_BOUND
+    bijective = may_add_cuts = cut_extremities = use_pins = True
+    mark_seams = select_cuts = False
+
+    def __init__(self, snapshot, **options):
+        super().__init__(snapshot, **options)
+        self.packs_alone = self.aspect == 1.0
 
     def stages(self):
         self._laid_out = None

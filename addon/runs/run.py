@@ -42,8 +42,12 @@ class Task:
     # {code of an error: what to do about it}, where the usual text does not help.
     cures: dict[str, str] = {}
 
-    def __init__(self, snapshot: mesh_io.Snapshot):
+    def __init__(self, snapshot: mesh_io.Snapshot, **options):
+        """options: attributes that the class has, instead of its defaults."""
         self.snapshot = snapshot
+        for name, value in options.items():
+            getattr(type(self), name)  # none that no subclass knows
+            setattr(self, name, value)
 
     def start(self):
         """Starts the solver; returns its job (flipfree.jobs)."""

@@ -16,18 +16,15 @@ def test_uv_values_come_back_bit_for_bit(part):
     assert tuple(ob.data.uv_layers.active.data[5].uv) == tuple(map(float, values[5]))
 
 
-def test_writing_uvs_pins_and_seams_does_not_reach_copies_of_the_mesh(part):
+def test_writing_uvs_and_seams_does_not_reach_copies_of_the_mesh(part):
     """Copies and undo steps share arrays with the mesh until one of them is written."""
     compat = part("compat")
     ob = shapes.grid(3, uv=True)
-    compat.set_pinned_loops(ob.data, "UVMap", np.zeros(36, bool))
     copy = ob.data.copy()
     before = compat.uv_values(copy, "UVMap")
     compat.set_uv_values(ob.data, "UVMap", before + 1)
-    compat.set_pinned_loops(ob.data, "UVMap", np.ones(36, bool))
     compat.set_seam_edges(ob.data, np.ones(len(ob.data.edges), bool))
     assert compat.uv_values(copy, "UVMap").tobytes() == before.tobytes()
-    assert not compat.pinned_loops(copy, "UVMap").any()
     assert not compat.seam_edges(copy).any()
 
 
@@ -41,20 +38,6 @@ def test_pins_set_in_the_uv_editor_are_read(part):
     bpy.ops.object.mode_set(mode="OBJECT")
     expected = ob.data.polygons[3].loop_start + 1
     assert np.flatnonzero(part("compat").pinned_loops(ob.data, "UVMap")).tolist() == [expected]
-
-
-def test_pins_written_are_blenders_pins_and_no_others(part):
-    ob = shapes.grid(40, uv=True)
-    mask = np.zeros(len(ob.data.loops), bool)
-    mask[[0, 17, 500]] = True
-    part("compat").set_pinned_loops(ob.data, "UVMap", mask)
-    bpy.ops.object.mode_set(mode="EDIT")
-    bm = bmesh.from_edit_mesh(ob.data)
-    layer = bm.loops.layers.uv.verify()
-    pinned = [loop[layer].pin_uv for face in bm.faces for loop in face.loops]
-    assert np.flatnonzero(pinned).tolist() == [0, 17, 500]
-    bpy.ops.object.mode_set(mode="OBJECT")
-    assert np.array_equal(part("compat").pinned_loops(ob.data, "UVMap"), mask)
 
 
 def test_mesh_without_pins_has_none(part):
@@ -109,14 +92,6 @@ def test_fresh_meshes_count_as_selected_in_the_uv_editor(part):
         if attribute:
             ob.data.attributes.remove(attribute)
     assert part("compat").uv_selected_faces(ob.data, "UVMap").all()
-
-
-def test_a_mesh_holds_as_many_uv_maps_as_compat_says(part):
-    ob = shapes.grid(2)
-    made = 0
-    while ob.data.uv_layers.new(name=f"Map {made}") is not None and made < 20:
-        made += 1
-    assert made == part("compat").MAX_UV_LAYERS
 
 
 def test_blenders_own_attributes_say_what_its_properties_say(part):

@@ -88,19 +88,11 @@ class UV_OT_flipfree_get_density(options.TextureSize, options.MeasureAspect, bpy
 
 
 class DensityTask(moved.MovedTask):
-    def __init__(
-        self,
-        snapshot,
-        *,
-        density=512.0,
-        texture_size=1024,
-        together=False,
-        use_pins=True,
-        aspect=1.0,
-    ):
-        super().__init__(snapshot, use_pins=use_pins)
-        self.density = density
-        self.pixels = pixels_of(texture_size, aspect)
+    density = 512.0
+
+    def __init__(self, snapshot, *, texture_size=1024, together=False, **options):
+        super().__init__(snapshot, **options)
+        self.pixels = pixels_of(texture_size, self.aspect)
         self.surface = areas_in_scene(snapshot)
         self._of_all = None  # the density of all islands together
         if together:

@@ -13,14 +13,10 @@ from .. import common
 class MovedTask(modal.StagedTask):
     """Subclasses say where each island goes (`place`). Islands with pins stay if these are to be kept."""
 
-    def __init__(self, snapshot, *, use_pins=True):
-        super().__init__(snapshot)
-        self.use_pins = use_pins
-        self.certificate = None
-        self.moved = 0  # islands
-        self.stayed = 0  # islands with pins
-        self._count = 0
-        self._loops = self._values = None
+    use_pins = True
+    aspect = 1.0
+    certificate = None
+    moved = stayed = _count = 0  # islands; those with pins stay
 
     def place(self, triangles: np.ndarray, uv: np.ndarray) -> np.ndarray | None:
         """New UVs (k, 3, 2) of an island: its triangles (k,), and their UVs in float64. None: it stays."""

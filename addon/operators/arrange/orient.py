@@ -33,12 +33,11 @@ AXES = (("u", "U", "To the right"), ("v", "V", "Upwards"))
 
 
 class OrientTask(moved.MovedTask):
-    def __init__(self, snapshot, selected=None, *, by="box", axis="v", use_pins=True, aspect=1.0):
+    by, axis = "box", "v"
+
+    def __init__(self, snapshot, selected=None, **options):
         """selected: (k, 2) mesh vertices of the selected edges."""
-        super().__init__(snapshot, use_pins=use_pins)
-        self.by = by
-        self.axis = axis
-        self.aspect = aspect
+        super().__init__(snapshot, **options)
         # Sides of triangles, from corner k to the next.
         self._chosen = np.zeros((len(snapshot.triangles), 3), bool)
         if selected is not None:

@@ -14,11 +14,7 @@ class RectifyTask(unwrap.MapTask):
     use_pins = False
     poor_cure = "Rows of very different lengths do not fit a grid: mark seams between them"
 
-    def __init__(self, snapshot, *, margin=0.0, aspect=1.0):
-        super().__init__(snapshot)
-        self.margin = margin
-        self.aspect = aspect
-        self.pack_options = {"rotation": "quarters"}
+    pack_options = {"rotation": "quarters"}
 
     def island_labels(self):
         snapshot = self.snapshot

@@ -14,24 +14,11 @@ class ImproveTask(MapTask):
     flattens = True
     packs_alone = False
 
-    def __init__(
-        self,
-        snapshot,
-        *,
-        bijective=True,
-        use_pins=True,
-        iterations=200,
-        pack=False,
-        margin=0.0,
-        aspect=1.0,
-    ):
-        super().__init__(snapshot)
-        self.aspect = aspect
-        self.bijective = bijective
-        self.use_pins = use_pins
-        self.iterations = iterations
-        self.packs = pack
-        self.margin = margin
+    bijective = use_pins = True
+    iterations = 200
+
+    def __init__(self, snapshot, *, pack=False, **options):
+        super().__init__(snapshot, packs=pack, **options)
 
     def island_labels(self):
         return labels.island_labels(self.snapshot.triangles, self.snapshot.corner_uv)

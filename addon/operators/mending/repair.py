@@ -32,26 +32,9 @@ STRETCHED = (
 class RepairTask(MapTask):
     packs = False
 
-    def __init__(
-        self,
-        snapshot,
-        *,
-        overlaps="cut",
-        stretched="keep",
-        disjoint=False,
-        use_pins=True,
-        mark_seams=False,
-        margin=0.0,
-        aspect=1.0,
-    ):
-        super().__init__(snapshot)
-        self.aspect = aspect
-        self.overlaps = overlaps
-        self.stretched = stretched
-        self.disjoint = disjoint
-        self.use_pins = use_pins
-        self.mark_seams = mark_seams
-        self.margin = margin
+    overlaps, stretched = "cut", "keep"
+    use_pins = True
+    disjoint = mark_seams = False
 
     def stages(self):
         result = yield solver.repair(

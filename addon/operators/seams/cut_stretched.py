@@ -16,23 +16,9 @@ class CutStretchedTask(unwrap.MapTask):
     packs_alone = False
     bijective = False  # other islands may overlap themselves
 
-    def __init__(
-        self,
-        snapshot,
-        *,
-        stretch=STRETCH_BOUND,
-        use_pins=True,
-        mark_seams=True,
-        margin=0.0,
-        aspect=1.0,
-    ):
-        super().__init__(snapshot)
-        self.stretch = stretch
-        self.use_pins = use_pins
-        self.mark_seams = mark_seams
-        self.margin = margin
-        self.aspect = aspect
-        self._cuts = np.zeros(0, np.int64)
+    stretch = STRETCH_BOUND
+    use_pins = mark_seams = True
+    _cuts = np.zeros(0, np.int64)
 
     def stages(self):
         snapshot = self.snapshot

@@ -5,7 +5,7 @@ import bmesh
 import bpy
 import numpy as np
 import shapes
-from stage import area_of, invoke, part, press, shot, show, undo, until, wait_for_end
+from stage import SHOTS, area_of, invoke, part, press, shot, show, undo, until, wait_for_end
 
 live = part("live.live_pins")
 
@@ -49,8 +49,9 @@ def pixels(way):
     return [int(k) for k in end - start]
 
 
-def drag(dx, dy, steps=5):
-    """G in the UV editor, the mouse moved so many pixels; not confirmed."""
+def drag(dx, dy, name=""):
+    """G in the UV editor, the mouse moved so many pixels; not confirmed. name: of pictures of each step."""
+    steps = 12 if name and SHOTS is not None else 5
     x, y = place()
     event("MOUSEMOVE", "NOTHING", x, y)
     yield 0.3
@@ -60,6 +61,8 @@ def drag(dx, dy, steps=5):
     for i in range(1, steps + 1):
         event("MOUSEMOVE", "NOTHING", x + dx * i // steps, y + dy * i // steps)
         yield 0.1
+        if name:
+            shot(f"{name}_{i:02}")
 
 
 def confirm(dx, dy):
@@ -82,7 +85,7 @@ def test_live_pins_follow_a_transform_while_it_goes_on():
     yield 0.3
     shot("live_before")
     way = pixels(0.6 * (0.5 - before[loops[0]]))  # from the corner inwards
-    yield from drag(*way)
+    yield from drag(*way, name="live_step")
     yield from until(lambda: live.current().updates > 0, "nothing follows the drag")
     yield from until(at_rest, "it does not come to rest")
     operators = [op.bl_idname for op in bpy.context.window_manager.windows[0].modal_operators]
