@@ -2,13 +2,12 @@
 """Packs the Python package with one compiled module and every library it needs into a self-contained wheel.
 
     make_wheel.py --module _native.so --package native/python/flipfree --python cp313 --version 0.2.0 --out dist
-    make_wheel.py --module _native.pyd --library flipfree_openblas.dll ...     for Windows
 
 Inside Blender other builds of the same libraries may be loaded (its GMP, its OpenMesh). Two measures keep ours
 apart: the files get names of their own, found beside the module alone, and the symbols that the libraries exchange get a
 prefix, so that the dynamic linker, which prefers what the program itself has loaded, cannot mix them. Only
 glibc is left to be found on the user's machine; the script fails if anything else is.
-On Windows names of files suffice: libraries are told apart by them, symbols belong to libraries, and they lie beside the module.
+Modules for Windows and macOS have all but the system's inside them, which is checked.
 """
 
 import argparse
@@ -198,28 +197,64 @@ def check(module: Path, libraries: list[Path]):
         sys.exit(f"{module.name} exports more than its init function: {sorted(exported)[:5]}")
 
 
-SYSTEM_DLL = re.compile(
-    r"(kernel32|msvcrt|advapi32|ucrtbase|api-ms-win-crt-.*)\.dll", re.IGNORECASE
-)
+MACOS = (11, 0)  # Blender 4.2's own minimum is 11.2
+SYSTEM_DLL = r"(kernel32|msvcrt|advapi32|ucrtbase|api-ms-win-crt-.*)\.dll"
 
 
-def check_windows(module: Path, libraries: list[Path], python: str) -> None:
-    """Everything that is imported is Windows', Python's or beside the module, which exports its init function alone; no file
-    tells where it was built."""
-    allowed = {path.name for path in libraries} | {f"{python.replace('cp', 'python')}.dll"}
-    for path in [module, *libraries]:
-        listing = run("x86_64-w64-mingw32-objdump", "-p", path)
-        imports = re.findall(r"DLL Name: (\S+)", listing)
-        foreign = [n for n in imports if n not in allowed and not SYSTEM_DLL.fullmatch(n)]
-        if foreign or not imports:
-            sys.exit(f"{path.name} would need {', '.join(foreign)} from the user's machine")
-        if str(Path(__file__).resolve().parent.parent).encode() in path.read_bytes():
-            sys.exit(f"{path.name} has the path of the folder that it was built in")
-        if path == module:
-            table = listing.partition("[Ordinal/Name Pointer] Table")[2].partition("\n\n")[0]
-            exported = [line.split()[-1] for line in table.splitlines() if line.startswith("\t[")]
-            if exported != ["PyInit__native"]:
-                sys.exit(f"{module.name} exports more than its init function: {exported[:5]}")
+def foreign_to(
+    module: Path, imports: list[str], own: re.Pattern[str], exports: list[str]
+) -> list[str]:
+    """What a module without libraries may not have: needs beside the system and Python, exports, the place it was built in."""
+    faults = [f"needs {name}" for name in imports if not own.fullmatch(name)]
+    if exports != ["PyInit__native"]:
+        faults.append(f"exports more than its init function: {exports[:5]}")
+    if str(Path(__file__).resolve().parent.parent).encode() in module.read_bytes():
+        faults.append("has the path of the folder that it was built in")
+    return faults
+
+
+def check_windows(module: Path, python: str) -> list[str]:
+    listing = run("x86_64-w64-mingw32-objdump", "-p", module)
+    table = listing.partition("[Ordinal/Name Pointer] Table")[2].partition("\n\n")[0]
+    exports = [line.split()[-1] for line in table.splitlines() if line.startswith("\t[")]
+    own = re.compile(rf"{SYSTEM_DLL}|{python.replace('cp', 'python')}\.dll", re.IGNORECASE)
+    return foreign_to(module, re.findall(r"DLL Name: (\S+)", listing), own, exports)
+
+
+def check_macos(module: Path) -> list[str]:
+    import lief  # scripts/cross.sh installs it
+
+    binary = lief.MachO.parse(module).at(0)
+    # What dyld looks for in all that is loaded, ordinal -2, is Python's.
+    imports = [x.name for x in binary.libraries]
+    imports += [b.symbol.name for b in binary.bindings if b.library_ordinal == -2]
+    own = re.compile(r"/usr/lib/libSystem\.B\.dylib|__?Py\w+")
+    exports = [symbol.name.removeprefix("_") for symbol in binary.exported_symbols]
+    faults = foreign_to(module, imports, own, exports)
+    version = binary.build_version
+    if (version.platform.name, binary.header.cpu_type.name) != ("MACOS", "ARM64"):
+        faults.append("is not of macOS on arm64")
+    if tuple(version.minos[:2]) > MACOS:
+        faults.append(f"wants macOS {version.minos}")
+    if list(binary.rpaths):
+        faults.append("looks for libraries elsewhere")
+    if not signed(module.read_bytes(), binary.code_signature.data_offset):
+        faults.append("has a wrong signature")
+    return faults
+
+
+def signed(data: bytes, blob: int) -> bool:
+    """Whether an ad hoc signature, without which arm64 runs nothing, has the SHA-256 of every page before it (XNU's
+    cs_blobs.h: a super blob, in it a code directory)."""
+    _, _, count = struct.unpack_from(">3I", data, blob)
+    places = [blob + struct.unpack_from(">2I", data, blob + 12 + 8 * i)[1] for i in range(count)]
+    [at] = [p for p in places if struct.unpack_from(">I", data, p)[0] == 0xFADE0C02]
+    hashes, _, _, pages, limit = struct.unpack_from(">5I", data, at + 16)
+    size, kind, _, page = struct.unpack_from(">4B", data, at + 36)
+    steps = range(0, limit, 1 << page)
+    want = b"".join(hashlib.sha256(data[i : min(i + (1 << page), limit)]).digest() for i in steps)
+    has = data[at + hashes : at + hashes + len(want)]
+    return (size, kind, limit, pages) == (32, 2, blob, len(steps)) and has == want
 
 
 def record_line(name: str, data: bytes) -> str:
@@ -227,12 +262,8 @@ def record_line(name: str, data: bytes) -> str:
     return f"{name},sha256={digest},{len(data)}\n"
 
 
-def write_wheel(stage: Path, python: str, version: str, out: Path) -> Path:
-    if any(stage.rglob("*.pyd")):
-        tag = f"{python}-{python}-win_amd64"
-    else:
-        major, minor = glibc_version(p for p in stage.rglob("*") if ".so" in p.name)
-        tag = f"{python}-{python}-manylinux_{major}_{minor}_{os.uname().machine}"
+def write_wheel(stage: Path, python: str, platform: str, version: str, out: Path) -> Path:
+    tag = f"{python}-{python}-{platform}"
     info = f"{DISTRIBUTION}-{version}.dist-info"
     (stage / info).mkdir()
     (stage / info / "METADATA").write_text(
@@ -264,7 +295,6 @@ def main():
     parser.add_argument(
         "--package", type=Path, required=True, help="folder flipfree/ with the Python sources"
     )
-    parser.add_argument("--library", type=Path, nargs="*", default=[], help="of Windows, to bundle")
     parser.add_argument("--python", required=True, help="Python tag, e.g. cp313")
     parser.add_argument("--version", required=True)
     parser.add_argument("--out", type=Path, required=True)
@@ -281,15 +311,23 @@ def main():
         module = package / options.module.name
         shutil.copyfile(options.module, module)
         module.chmod(0o755)
+        faults: list[str] = []
         if module.suffix == ".pyd":
-            libraries = [Path(shutil.copy(library, package)) for library in options.library]
-            check_windows(module, libraries, options.python)
+            faults = check_windows(module, options.python)
+            platform = "win_amd64"
+        elif module.name.endswith("-darwin.so"):
+            faults = check_macos(module)
+            platform = f"macosx_{MACOS[0]}_{MACOS[1]}_arm64"
         else:
             run("strip", "--strip-unneeded", module)
             (stage / LIBRARY_FOLDER).mkdir()
-            bundle(module, stage / LIBRARY_FOLDER)
+            libraries = bundle(module, stage / LIBRARY_FOLDER)
+            major, minor = glibc_version([module, *libraries])
+            platform = f"manylinux_{major}_{minor}_{os.uname().machine}"
+        if faults:
+            sys.exit(f"{module.name}: {'; '.join(faults)}")
         options.out.mkdir(parents=True, exist_ok=True)
-        print(write_wheel(stage, options.python, options.version, options.out))
+        print(write_wheel(stage, options.python, platform, options.version, options.out))
 
 
 if __name__ == "__main__":

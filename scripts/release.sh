@@ -1,7 +1,7 @@
 #!/bin/bash
 # Makes a release in dist/release-VERSION: what users of Blender's own builds take, as a static extension repository.
 #
-#   scripts/release.sh [--linux]     --linux: without the zips for Windows (scripts/windows.sh)
+#   scripts/release.sh [--linux]     --linux: without the zips for Windows and macOS (scripts/cross.sh)
 #
 #   flipfree_uv-VERSION-PLATFORM-py3XX.zip   validated; each says which Blenders it is for
 #   index.json                               the repository: its address, added in Blender's preferences, brings updates
@@ -18,7 +18,7 @@ notes=$(sed -n "/^## $version\$/,/^## /{/^## /d;p}" CHANGELOG.md)
 [ -n "$notes" ] || { echo "CHANGELOG.md has nothing about $version." >&2; exit 1; }
 rm -rf "$out" build/extension-*
 bash scripts/package.sh
-[ "${1:-}" = --linux ] || bash scripts/windows.sh
+[ "${1:-}" = --linux ] || for target in windows macos; do bash scripts/cross.sh $target; done
 
 mkdir -p "$out/debian"
 cp dist/flipfree_uv-"$version"-linux_*-py31[34].zip "$out/debian"

@@ -2,7 +2,7 @@
 """Adds up JUnit reports: totals.py FOLDER SUITE...; a suite without a report counts as one failure.
 
 Prints the slowest ten tests, a line per suite and last the totals; the exit status is 0 only if nothing failed.
-With --table FILE what is skipped is noted with its reasons, as scripts/benchmark_page.py reads tables.
+With --table FILE what is skipped is noted with its reasons, as scripts/benchmark_page.py reads tables; rows of other suites stay.
 With --slow FOLDER the names of native and Python tests of a second and more are written there, for scripts/test.sh --quick.
 """
 
@@ -58,19 +58,15 @@ def count(report: Path) -> tuple[int, int, int]:
 
 
 def write_table(reports: Path, suites: list[str], table: Path) -> None:
-    rows = []
+    found = json.loads(table.read_text())
+    kept = {row[0]: row for row in found["rows"]}
     for suite in suites:
         skips = ET.parse(reports / f"{suite}.xml").iter("skipped")
         reasons = Counter((skip.get("message") or "").strip() for skip in skips)
         why = "; ".join(f"{number} {reason}" for reason, number in reasons.most_common())
-        rows.append([suite, *map(str, count(reports / f"{suite}.xml")), why])
-    found = {
-        "command": "scripts/windows-tests.sh",
-        "date": str(datetime.date.today()),
-        "machine": "Wine 8 on Debian 12",
-        "columns": ["suite", "passed", "failed", "skipped", "why"],
-        "rows": rows,
-    }
+        counts = map(str, count(reports / f"{suite}.xml"))
+        kept[suite] = [suite, *counts, why, str(datetime.date.today())]
+    found["rows"] = [kept[suite] for suite in sorted(kept)]
     table.write_text(json.dumps(found, indent=1) + "\n")
 
 

@@ -1,16 +1,15 @@
 #!/bin/bash
-# Tests of what scripts/windows.sh has made, under Wine; the last line says "N passed, N failed, N skipped".
+# Tests of the zips that scripts/cross.sh windows has made, under Wine; the last line says "N passed, N failed, N skipped".
 #
 #   scripts/windows-tests.sh [pytest arguments]          quick: the package and its processes in Windows' Python 3.11
 #   scripts/windows-tests.sh --python [arguments]        all of tests/python
 #   scripts/windows-tests.sh --blender [arguments]       in bpy 4.2, into which Blender installs the zip: tests/blender of
 #                                                        processes, Check and Unwrap, or the files given
-#   scripts/windows-tests.sh --native                    the suites that scripts/windows.sh tests has built
 #   scripts/windows-tests.sh --run FILE [arguments]      runs FILE in Windows' Python: tests/fuzz/random_calls.py --calls 40, say
 #   scripts/windows-tests.sh --beside FILE [arguments]   and before that here, with the zip for Linux; {} is linux and windows:
 #                                                        benchmarks/same_results.py write build/reports/bits-{}.json
 #
-# FLIPFREE_WINDOWS_PYTHON=3.13: in that Python (Wine 8 lacks what its NumPy needs). Without Wine or zip that is a skipped test.
+# FLIPFREE_WINDOWS_PYTHON=3.13: in that Python. Without Wine or zip that is a skipped test.
 # Wine's own files lie in build/windows/wine.
 set -uo pipefail
 cd "$(dirname "$0")/.."
@@ -19,17 +18,17 @@ there=Z:$PWD  # as Wine names it
 version=${FLIPFREE_WINDOWS_PYTHON:-3.11}
 zip=$(find dist -maxdepth 1 -name "*-windows_x64-py${version/./}.zip" | sort -V | tail -1)
 part=quick
-case "${1:-}" in --python | --blender | --native | --run | --beside) part=${1#--} && shift ;; esac
+case "${1:-}" in --python | --blender | --run | --beside) part=${1#--} && shift ;; esac
 suite=windows-$part
 [ $version = 3.11 ] || suite+=-$version
 report=build/reports/$suite.xml
 mkdir -p build/reports
 if ! command -v wine > /dev/null || [ -z "$zip" ]; then
-  echo '<testsuite><testcase name="windows"><skipped message="no Wine, or no zip: scripts/windows.sh"/></testcase></testsuite>' > "$report"
+  echo '<testsuite><testcase name="windows"><skipped message="no Wine, or no zip: scripts/cross.sh windows"/></testcase></testsuite>' > "$report"
   exec build/venv/bin/python scripts/totals.py build/reports "$suite"
 fi
 
-site=$windows/site-$version packages=("numpy$([ $version = 3.11 ] && echo ==1.26.4)" pytest)  # Blender 4.2's
+site=$windows/site-$version packages=("numpy==$([ $version = 3.11 ] && echo 1.26.4 || echo 2.1.0)" pytest)  # Blender 4.2's; later ones want a newer Wine than 8
 [ $part != blender ] || { site=$windows/site-bpy && packages+=(bpy==4.2.0); }
 if [ ! -e "$site/.complete" ]; then
   rm -rf "$site"
@@ -60,16 +59,6 @@ export PYTHONPATH="$there/$package;$there/$site;$there/tests;$there/tests/python
 python() { wine $windows/python-$version/python.exe "$@" < /dev/null > >(cat) 2>&1; }
 [ -d "$WINEPREFIX" ] || wine wineboot -i > /dev/null 2>&1 < /dev/null
 
-if [ $part = native ]; then
-  suites=()
-  for program in $windows/build/tests/native/*_tests.exe; do
-    suite=windows-$(basename "$program" _tests.exe)
-    suites+=("$suite")
-    rm -f "build/reports/$suite.xml"
-    WINEPATH=$there/$windows/root/bin wine "$program" --gtest_output="xml:build/reports/$suite.xml" "$@" < /dev/null 2>&1 | tail -5
-  done
-  exec build/venv/bin/python scripts/totals.py build/reports "${suites[@]}"
-fi
 [ $part != run ] || { python "$@"; exit; }
 
 common=(-q -p no:cacheprovider --junitxml "$report" -o junit_suite_name="$suite")
