@@ -21,5 +21,5 @@ convert "$shots/check_flips.png" "${small[@]}" docs/images/check.png
 convert \( "$shots/improve_before.png" -crop 525x745+0+28 +repage \) \( "$shots/improve_after.png" -crop 1050x772+0+28 +repage \) \
   -background '#181818' -gravity north +append "${small[@]}" docs/images/improve.png
 # A pin on its way inwards, and back.
-convert -delay 12 "$shots"/live_step_*.png -crop 525x690+0+85 +repage -duplicate 1,-2-1 -dither None -colors 64 \
+convert -delay 12 "$shots"/live_step_*.png -crop 440x430+55+205 +repage -resize 75% -duplicate 1,-2-1 -dither None -colors 24 \
   -layers Optimize docs/images/live_pins.gif

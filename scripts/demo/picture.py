@@ -68,11 +68,12 @@ def main(folder: str, out: str) -> None:
             if row == 0:
                 layout.set_title(title, fontsize=13, loc="left")
         values = data["auto_value"]
+        took = f", {float(data['seconds']):.1f} s" if beside == 1 else ""
         said = f"{path.stem}: {len(values)} triangles, {str(data['certificate']).split(':')[0]}, "
         layout.text(
             0.0,
             -0.03,
-            f"{said}worst triangle {np.nanmax(values):.2f}, {float(data['seconds']):.1f} s",
+            f"{said}worst triangle {np.nanmax(values):.2f}{took}",
             transform=layout.transAxes,
             va="top",
             fontsize=9.5,
