@@ -323,10 +323,11 @@ BAD_OPTIONS: list[tuple[str, dict[str, Any], str]] = [
     ("boundary_angles", {"boundary": "free", "cones": {0: 1.0}}, "cone"),
     ("boundary_angles", {"boundary": "free", "cones": {4: -1.0}}, "cone"),
     *(
-        (call, {"sizing": v}, "sizing")
+        (call, {"sizing": v}, f"sizing {said}")
         for call in ("cross_field", "field_aligned")
-        for v in (np.zeros(9), np.full(9, np.nan), [1.0])
+        for v, said in ((np.zeros(9), ""), (np.full(9, np.nan), ""), ([1.0], "must have shape"))
     ),
+    ("cross_field", {"sizing": []}, "sizing must have shape"),
     ("match", {"points": {9999: (0, 0)}}, "9999"),
     ("match", {"points": {3: (np.nan, 0)}}, "vertex 3 is not finite"),
     ("match", {"boundary_uv": np.zeros((3, 2))}, "boundary"),
