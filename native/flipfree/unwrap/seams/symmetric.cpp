@@ -157,7 +157,8 @@ class Symmetrizer {
     return price;
   }
 
-  // False if the island is no map within the bound. A part of what was keeps its map.
+  // False if the island is no map within the bound. A part of what was keeps its map, unless it
+  // has one without stretch.
   bool lay_flat(const mesh::Chart& chart, const mesh::EdgeFlags& cut, const Stretch& bound,
                 Points2& corner_uv, ExecutionContext& context) const {
     const mesh::EdgeFlags before = part_of(chart, found_.cut);
@@ -166,7 +167,7 @@ class Symmetrizer {
     const auto stretch = [&](const Points2& uv) {
       return stretch_of(chart.surface, by_corner(chart.surface.faces, uv));
     };
-    if (is_part && stretch(by_vertex(chart, corner_uv)).within(bound)) return true;
+    const bool keeps = is_part && stretch(by_vertex(chart, corner_uv)).within(bound);
     FlattenOptions flatten;
     flatten.max_iterations = options_.max_iterations;
     flatten.tolerance = options_.tolerance;
@@ -177,18 +178,18 @@ class Symmetrizer {
       const mesh::InOwnUnit own(chart.surface);
       Outcome<FlatChart> flat =
           attempt([&] { return flatten_chart(own.surface(), flatten, context, ignored); });
-      if (!flat) return false;
+      if (!flat) return keeps;
       flat->uv *= own.unit();
-      const Stretch reached = stretch(flat->uv);
-      if (!reached.within(bound)) return false;
-      put_corners(chart, flat->uv, corner_uv);
-      if (bijective || !options_.bijective ||
-          !overlaps_itself(chart.surface.faces, flat->uv, context))
+      const bool is_net = stretch(flat->uv).within(kNets);
+      if (!is_net && (keeps || !stretch(flat->uv).within(bound))) return keeps;
+      if (bijective || !options_.bijective) {
+        put_corners(chart, flat->uv, corner_uv);
         return true;
+      }
       // What is not stretched gives no way.
-      if (reached.within(kNets)) return false;
+      if (is_net && overlaps_itself(chart.surface.faces, flat->uv, context)) return keeps;
     }
-    return false;
+    return keeps;
   }
 
   const Islands& found_;
