@@ -27,7 +27,7 @@ _ROWS = """
 [disk onto a convex polygon](method/pins.md#embedding) | 3.2 | embedding/embed_surface embed_surface | embed | embed | embed
 [pins, lines, outlines](method/pins.md) | 3.3 | matchmaker/match_piece match_piece | match | match | match
 [one surface onto another](match-pins.md#transfer) | 3.4.1 | python/flipfree/points.py compose | compose | transfer | transfer
-conformal metric | 4.3, 4.4 | conformal/refined_metric compute_refined_metric | conformal_metric | conformal | conformal
+conformal metric | 4.3, 4.4 | conformal/metric compute_refined_metric | conformal_metric | conformal | conformal
 [conformal map](method/conformal.md) | 4.5 | conformal/map conformal_map | conformal | conformal | conformal
 angles of a boundary | 4.4 | conformal/boundary_angles boundary_angles | boundary_angles | conformal | conformal
 cones that bound the scale | | conformal/suggest_cones suggest_cones | suggest_cones | suggest_cones | cones
@@ -37,7 +37,7 @@ seamless map with pins | figure 3.9 | python/flipfree/calls/matching.py with_pin
 [cross field](method/field-aligned.md) | 6.3 | field/compute compute_cross_field | cross_field | field_aligned | field
 signature of a field | 6.2 | field/compute read_signature | signature | field_aligned | field
 field with a signature | 6.3 | field/prescribed field_with_signature | Signature | field_aligned | field
-rerouted cut | 6.5 | holonomy/engines field_cut | admissible_cut | cut | cut
+rerouted cut | 6.5 | holonomy/field_aligned field_cut | admissible_cut | cut | cut
 map along a field | 6 | holonomy/field_aligned compute_field_aligned_map | field_aligned | field_aligned | field
 tiles through seams | | quads/tiles fit_tiles | fit_tiles | fit_tiles | tiles
 [mesh of quads](quads.md) | | quads/quads quads_of_surface | quads | quads | quads
