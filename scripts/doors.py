@@ -25,13 +25,13 @@ PACKAGE = ROOT / "native" / "python" / "flipfree"
 #: package, or of its results | operator without "uv.flipfree_" | of both command lines, or of Blender's and of Python's
 _ROWS = """
 [disk onto a convex polygon](method/pins.md#embedding) | 3.2 | embedding/embed_surface embed_surface | embed | embed | embed
-[pins, lines, outlines](method/pins.md) | 3.3 | matchmaker/match_piece match_piece | match | match | match
+[pins, lines, outlines](method/pins.md) | 3.3 | matchmaker/match match_piece | match | match | match
 [one surface onto another](match-pins.md#transfer) | 3.4.1 | python/flipfree/points.py compose | compose | transfer | transfer
 conformal metric | 4.3, 4.4 | conformal/metric compute_refined_metric | conformal_metric | conformal | conformal
 [conformal map](method/conformal.md) | 4.5 | conformal/map conformal_map | conformal | conformal | conformal
 angles of a boundary | 4.4 | conformal/boundary_angles boundary_angles | boundary_angles | conformal | conformal
 cones that bound the scale | | conformal/suggest_cones suggest_cones | suggest_cones | suggest_cones | cones
-admissible cut | 5.2.1, 5.3 | seamless/padding/topology make_admissible_cut | admissible_cut | cut | cut
+admissible cut | 5.2.1, 5.3 | seamless/padding/padding make_admissible_cut | admissible_cut | cut | cut
 [seamless map](method/seamless.md) | 5 | seamless/exact/seamless_map compute_seamless_map | seamless | seamless | seamless
 seamless map with pins | figure 3.9 | python/flipfree/calls/matching.py with_pins | result.with_pins | seamless | seamless
 [cross field](method/field-aligned.md) | 6.3 | field/compute compute_cross_field | cross_field | field_aligned | field
