@@ -13,6 +13,7 @@ std::span<const Target> targets() {
       {"certify_any", fuzz_certify_any},
       {"rounding", fuzz_rounding},
       {"files", fuzz_files},
+      {"cells", fuzz_cells},
   };
   return kTargets;
 }

@@ -27,6 +27,9 @@ void fuzz_certify_any(Bytes bytes);
 void fuzz_rounding(Bytes bytes);
 // read_mesh: a mesh or InvalidInput, and what was read comes back from what write_mesh writes.
 void fuzz_files(Bytes bytes);
+// quads_of_map: as many quads and irregular vertices as a map made of squares has cells and
+// corners.
+void fuzz_cells(Bytes bytes);
 
 struct Target {
   const char* name;
