@@ -331,6 +331,23 @@ def test_symmetry_keeps_features_and_says_what_it_cannot() -> None:
     assert apart.certificate.components == 2
 
 
+def test_many_triangles_are_taken_as_few() -> None:
+    vertices, faces = cylinder(400, 130)
+    middle = np.flatnonzero(np.isclose(vertices[:, 2], np.unique(vertices[:, 2].round(9))[65]))
+    edges = np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)])
+    ring = np.unique(np.sort(edges[np.isin(edges, middle).all(axis=1)], axis=1), axis=0)
+    assert len(faces) > 100_000 and len(ring) == 400
+    mesh = ff.quads(vertices, faces, target=600, features=ring, sizing=np.ones(len(vertices)))
+    check(mesh, vertices, faces)
+    assert mesh.stats["proxy_faces"] < 0.6 * len(faces) and mesh.stats["features_missed"] == 0
+    assert mesh.certificate.borders == 2 and 570 <= len(mesh.quads) <= 630
+    assert len(mesh.certificate.irregular) == len(mesh.certificate.turned) == 0
+    for z in vertices[:, 2].min(), vertices[middle[0], 2], vertices[:, 2].max():
+        row = np.isclose(mesh.vertices[:, 2], z, atol=1e-9)
+        beside = row[mesh.quads].sum(axis=1)
+        assert row.sum() > 4 and set(beside.tolist()) == {0, 2}
+
+
 def test_handles_stay() -> None:
     folder = data_folder() / "fields"
     for name, genus in (("eight766.obj", 2), ("gtorus004_fine.obj", 4)):

@@ -103,4 +103,15 @@ InOwnUnit::InOwnUnit(const Surface& surface) : given_(surface) {
   for (double& x : scaled_->vertices.reshaped()) x = std::ldexp(x, -exponent);
 }
 
+double area_of(const Surface& surface) {
+  double twice = 0.0;
+  for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
+    const Vector3 a = surface.vertices.row(surface.faces(f, 0));
+    const Vector3 b = surface.vertices.row(surface.faces(f, 1));
+    const Vector3 c = surface.vertices.row(surface.faces(f, 2));
+    twice += (b - a).cross(c - a).norm();
+  }
+  return 0.5 * twice;
+}
+
 }  // namespace flipfree::mesh

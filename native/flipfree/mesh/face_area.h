@@ -13,6 +13,9 @@ namespace flipfree::mesh {
 // coordinates, valid indices.
 bool has_area(const Points3& positions, const Triangles& faces, FaceId f);
 
+// Of all faces together, in double.
+double area_of(const Surface& surface);
+
 // Height over length below which a triangle among others has no shape that a map could keep: far
 // below what 32-bit coordinates can tell.
 inline constexpr double kThinnest = 1e-8;

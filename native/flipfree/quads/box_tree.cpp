@@ -12,28 +12,35 @@ namespace flipfree::quads {
 
 namespace {
 
-double squared_distance(const Vector3& p, const std::array<Vector3, 3>& t) {
-  // Ericson, "Real-Time Collision Detection" (2005), 5.1.5: by the region that holds p.
+// Weights of the triangle's point that is nearest to p. Ericson, "Real-Time Collision Detection"
+// (2005), 5.1.5: by the region that holds p.
+Vector3 nearest_weights(const Vector3& p, const std::array<Vector3, 3>& t) {
   const Vector3 ab = t[1] - t[0], ac = t[2] - t[0], ap = p - t[0];
   const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0.0 && d2 <= 0.0) return ap.squaredNorm();
+  if (d1 <= 0.0 && d2 <= 0.0) return {1.0, 0.0, 0.0};
   const Vector3 bp = p - t[1];
   const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0.0 && d4 <= d3) return bp.squaredNorm();
+  if (d3 >= 0.0 && d4 <= d3) return {0.0, 1.0, 0.0};
   const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return (ap - d1 / (d1 - d3) * ab).squaredNorm();
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
+    const double w = d1 / (d1 - d3);
+    return {1.0 - w, w, 0.0};
+  }
   const Vector3 cp = p - t[2];
   const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0.0 && d5 <= d6) return cp.squaredNorm();
+  if (d6 >= 0.0 && d5 <= d6) return {0.0, 0.0, 1.0};
   const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return (ap - d2 / (d2 - d6) * ac).squaredNorm();
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
+    const double w = d2 / (d2 - d6);
+    return {1.0 - w, 0.0, w};
+  }
   const double va = d3 * d6 - d5 * d4;
   if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
     const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-    return (bp - w * (t[2] - t[1])).squaredNorm();
+    return {0.0, 1.0 - w, w};
   }
   const double sum = va + vb + vc;
-  return (ap - vb / sum * ab - vc / sum * ac).squaredNorm();
+  return {va / sum, vb / sum, vc / sum};
 }
 
 }  // namespace
@@ -45,7 +52,8 @@ BoxTree::BoxTree(std::vector<std::array<Vector3, 3>> triangles)
 }
 
 BoxTree::Nearest BoxTree::nearest(const Vector3& p) const {
-  Nearest best{std::numeric_limits<double>::infinity()};
+  Nearest best;
+  best.distance = std::numeric_limits<double>::infinity();
   if (!nodes_.empty()) search(0, p, best);
   best.distance = std::sqrt(best.distance);
   return best;
@@ -88,8 +96,11 @@ void BoxTree::search(std::size_t n, const Vector3& p, Nearest& best) const {
   const Node& node = nodes_[n];
   if (node.second == 0) {
     for (std::size_t i = node.begin; i < node.end; ++i) {
-      const double distance = squared_distance(p, triangles_[order_[i]]);
-      if (distance < best.distance) best = {distance, order_[i]};
+      const auto& t = triangles_[order_[i]];
+      const Vector3 weights = nearest_weights(p, t);
+      const Vector3 off = weights[0] * t[0] + weights[1] * t[1] + weights[2] * t[2] - p;
+      const double distance = off.squaredNorm();
+      if (distance < best.distance) best = {distance, order_[i], weights};
     }
     return;
   }

@@ -15,8 +15,9 @@ class BoxTree {
   explicit BoxTree(std::vector<std::array<Vector3, 3>> triangles);
 
   struct Nearest {
-    double distance;  // infinite where there are no triangles
+    double distance = 0.0;  // infinite where there are no triangles
     std::size_t triangle = 0;
+    Vector3 weights = Vector3::Zero();  // of its corners, at the nearest point
   };
   Nearest nearest(const Vector3& p) const;
 

@@ -119,32 +119,48 @@ double farthest(const BoxTree& tree, const std::vector<Vector3>& points,
   return most;
 }
 
+void add_middles(std::vector<std::pair<VertexId, VertexId>> sides, const Points3& vertices,
+                 std::vector<Vector3>& points) {
+  std::sort(sides.begin(), sides.end());
+  sides.erase(std::unique(sides.begin(), sides.end()), sides.end());
+  for (const auto& [a, b] : sides) points.emplace_back(0.5 * (vertices.row(a) + vertices.row(b)));
+}
+
 void measure_distances(const QuadRequest& request, const ExecutionContext& context,
                        QuadCertificate& c) {
   const mesh::Surface& surface = *request.surface;
   std::vector<std::array<Vector3, 3>> of_surface, of_quads;
   std::vector<Vector3> on_surface, on_quads;
+  // What faces share is sampled once.
+  std::vector<std::pair<VertexId, VertexId>> sides;
+  std::vector<char> known(at(surface.vertices.rows()), 0);
   for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
     std::array<Vector3, 3> t;
-    for (int k = 0; k < 3; ++k) t[at(k)] = surface.vertices.row(surface.faces(f, k));
-    of_surface.push_back(t);
-    for (std::size_t k = 0; k < 3; ++k) {
-      on_surface.push_back(t[k]);
-      on_surface.emplace_back(0.5 * (t[k] + t[(k + 1) % 3]));
+    for (int k = 0; k < 3; ++k) {
+      const VertexId v = surface.faces(f, k);
+      t[at(k)] = surface.vertices.row(v);
+      if (known[at(v)] == 0) on_surface.push_back(t[at(k)]);
+      known[at(v)] = 1;
+      sides.push_back(std::minmax(v, surface.faces(f, (k + 1) % 3)));
     }
+    of_surface.push_back(t);
     on_surface.emplace_back((t[0] + t[1] + t[2]) / 3.0);
   }
+  add_middles(std::move(sides), surface.vertices, on_surface);
+  sides = {};
+  for (Eigen::Index v = 0; v < request.vertices->rows(); ++v)
+    on_quads.emplace_back(request.vertices->row(v));
   for (const Quad& quad : *request.quads) {
     std::array<Vector3, 4> p;
-    for (std::size_t k = 0; k < 4; ++k) p[k] = request.vertices->row(quad[k]);
+    for (std::size_t k = 0; k < 4; ++k) {
+      p[k] = request.vertices->row(quad[k]);
+      sides.push_back(std::minmax(quad[k], quad[(k + 1) % 4]));
+    }
     of_quads.push_back({p[0], p[1], p[2]});
     of_quads.push_back({p[0], p[2], p[3]});
-    for (std::size_t k = 0; k < 4; ++k) {
-      on_quads.push_back(p[k]);
-      on_quads.emplace_back(0.5 * (p[k] + p[(k + 1) % 4]));
-    }
     on_quads.emplace_back(0.25 * (p[0] + p[1] + p[2] + p[3]));
   }
+  add_middles(std::move(sides), *request.vertices, on_quads);
   Vector3 low = of_surface[0][0], high = low;
   for (const auto& t : of_surface) {
     for (const Vector3& p : t) {

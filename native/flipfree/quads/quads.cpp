@@ -12,11 +12,14 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/field/smoothest.h"
 #include "flipfree/holonomy/field_aligned.h"
+#include "flipfree/mesh/decimated/decimated.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/quads/cells.h"
 #include "flipfree/quads/integers.h"
 #include "flipfree/quads/places.h"
 #include "flipfree/quads/prepared.h"
+#include "flipfree/quads/proxy.h"
 #include "flipfree/quads/relax.h"
 #include "flipfree/quads/transfer.h"
 
@@ -188,30 +191,15 @@ mesh::EdgeFlags lines_of(const certify::Parametrization& map, const mesh::Adjace
 }
 
 // Corners on lines stay there, and those at the coarse surface's vertices on them where they are.
-std::vector<Freedom> freedom_of(const certify::Parametrization& map, const mesh::EdgeFlags& lines,
+std::vector<Freedom> freedom_of(const mesh::Surface& surface, const mesh::EdgeFlags& lines,
                                 const std::vector<Carrier>& corners,
                                 const std::vector<Spot>& spots) {
-  constexpr double kOnEdge = 1e-7;
-  std::vector<char> vertex_on(at(map.surface.vertices.rows()), 0);
-  for (HalfedgeId h = 0; at(h) < lines.size(); ++h) {
-    if (lines[at(h)] == 0) continue;
-    vertex_on[at(mesh::source(map.surface.faces, h))] = 1;
-    vertex_on[at(mesh::target(map.surface.faces, h))] = 1;
-  }
+  const std::vector<char> on_line = on_lines(surface, lines, spots);
   std::vector<Freedom> freedom;
-  for (std::size_t v = 0; v < spots.size(); ++v) {
-    const Spot& spot = spots[v];
-    bool on_line = false;
-    for (int k = 0; k < 3; ++k) {
-      const HalfedgeId h = 3 * spot.face + k;
-      on_line =
-          on_line || (spot.weight[(k + 2) % 3] < kOnEdge && lines[at(h)] != 0) ||
-          (spot.weight[k] > 1.0 - kOnEdge && vertex_on[at(map.surface.faces(spot.face, k))] != 0);
-    }
-    freedom.push_back(!on_line               ? Freedom::kFree
+  for (std::size_t v = 0; v < spots.size(); ++v)
+    freedom.push_back(on_line[v] == 0        ? Freedom::kFree
                       : corners[v].at_vertex ? Freedom::kHeld
                                              : Freedom::kAlongLine);
-  }
   return freedom;
 }
 
@@ -262,6 +250,38 @@ field::CrossField own_field(const mesh::Surface& surface, const QuadOptions& giv
                                                   : std::move(along.field);
 }
 
+void set_corners(const mesh::Surface& surface, const std::vector<Spot>& spots, QuadMesh& mesh) {
+  const auto count = static_cast<Eigen::Index>(spots.size());
+  mesh.vertices.resize(count, 3);
+  mesh.barycentric.resize(count, 3);
+  mesh.parent_face.clear();
+  for (Eigen::Index v = 0; v < count; ++v) {
+    const Spot& spot = spots[at(v)];
+    mesh.parent_face.push_back(spot.face);
+    mesh.barycentric.row(v) = spot.weight.transpose();
+    mesh.vertices.row(v) = position(surface, spot).transpose();
+  }
+}
+
+// `around` and `count` as of QuadRequest.
+void certify(const mesh::Surface& surface, const std::vector<Index>* around, std::int64_t count,
+             QuadMesh& mesh, const ExecutionContext& context) {
+  QuadRequest request;
+  request.surface = &surface;
+  request.vertices = &mesh.vertices;
+  request.quads = &mesh.quads;
+  request.parent_face = &mesh.parent_face;
+  request.barycentric = &mesh.barycentric;
+  request.quad_parent = &mesh.quad_parent;
+  request.around = around;
+  request.count = count;
+  mesh.certificate = certify_quads(request, context);
+  if (!mesh.certificate.ok)
+    throw_not_converged(ErrorCode::kCertificateFailed,
+                        "The quads fail their certificate: " + mesh.certificate.failures[0] +
+                            ". Ask for more quads.");
+}
+
 QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrization& map,
                   const mesh::Surface& surface, const QuadOptions& options,
                   ExecutionContext& context, Stats stats) {
@@ -276,42 +296,25 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
     const ProgressRange range(context, 0.3, 0.8);
     const mesh::EdgeFlags lines = lines_of(map, adjacency);
     relax(map.surface, adjacency, mesh.quads, lines,
-          freedom_of(map, lines, made.cells.corners, spots), options.relax_rounds, spots, context);
+          freedom_of(map.surface, lines, made.cells.corners, spots), options.relax_rounds, spots,
+          context);
   }
-  const auto count = static_cast<Eigen::Index>(spots.size());
-  mesh.vertices.resize(count, 3);
-  mesh.barycentric.resize(count, 3);
   std::vector<Index> around;
-  for (Eigen::Index v = 0; v < count; ++v) {
-    const Spot spot = on_input(map, surface, spots[at(v)]);
-    mesh.parent_face.push_back(spot.face);
-    mesh.barycentric.row(v) = spot.weight.transpose();
-    mesh.vertices.row(v) = position(surface, spot).transpose();
-    const Carrier& carrier = made.cells.corners[at(v)];
+  for (const Carrier& carrier : made.cells.corners) {
     if (carrier.at_vertex)
       around.push_back(p.quarters[at(made.coarse.flat.source[at(carrier.halfedge)])]);
     else
       around.push_back(
           carrier.on_edge && made.coarse.flat.opposite[at(carrier.halfedge)] == kInvalid ? 2 : 4);
   }
+  std::vector<Spot> corners;
+  for (const Spot& spot : spots) corners.push_back(on_input(map, surface, spot));
+  set_corners(surface, corners, mesh);
   for (std::size_t q = 0; q < mesh.quads.size(); ++q)
     mesh.quad_parent.push_back(map.parent_face[at(
         face_at_middle(map.surface, adjacency, mesh.quads[q], spots, centres[q]))]);
   context.report("certifying", 0.8);
-  QuadRequest request;
-  request.surface = &surface;
-  request.vertices = &mesh.vertices;
-  request.quads = &mesh.quads;
-  request.parent_face = &mesh.parent_face;
-  request.barycentric = &mesh.barycentric;
-  request.quad_parent = &mesh.quad_parent;
-  request.around = &around;
-  request.count = twice_area_in_quads(made.coarse) / 2;
-  mesh.certificate = certify_quads(request, context);
-  if (!mesh.certificate.ok)
-    throw_not_converged(ErrorCode::kCertificateFailed,
-                        "The quads fail their certificate: " + mesh.certificate.failures[0] +
-                            ". Ask for more quads.");
+  certify(surface, &around, twice_area_in_quads(made.coarse) / 2, mesh, context);
   std::int64_t flat_kept = 0;
   std::vector<HalfedgeId> first = leaving(made.coarse.flat, p.quarters.size());
   for (std::size_t v = 0; v < first.size(); ++v) {
@@ -331,20 +334,27 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
   return mesh;
 }
 
-}  // namespace
+// How many, of a surface of that area.
+double wanted_quads(const QuadOptions& options, double area) {
+  constexpr double kMostQuads = 1e7;
+  const double target =
+      options.target > 0.0 ? options.target : area / (options.edge_length * options.edge_length);
+  if (!(target <= kMostQuads))
+    throw_invalid(ErrorCode::kBadOption,
+                  "edge_length is so short that it takes more than 10000000 quads. Give a longer "
+                  "one.");
+  return target;
+}
 
-QuadMesh quads_of_surface(const mesh::Surface& surface,
-                          const std::optional<field::GivenField>& given, QuadOptions options,
-                          ExecutionContext& context) {
+QuadMesh quads_of_all(const mesh::Surface& surface, const std::optional<field::GivenField>& given,
+                      QuadOptions options, ExecutionContext& context) {
   Stopwatch watch;
   certify::Parametrization map;
   {
     field::CrossField own;
     {
       const ProgressRange range(context, 0.0, 0.1);
-      field::check_sizing(options.sizing, surface);
       if (options.adaptive > 0.0) {
-        mesh::validate(surface, {}, context);
         const std::vector<double> bent = field::curvature_sizing(
             surface,
             mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces),
@@ -370,14 +380,7 @@ QuadMesh quads_of_surface(const mesh::Surface& surface,
   const ProgressRange range(context, 0.6, 1.0);
   Prepared p = prepare_for_quads(map, context);
   Scales scales = scales_of(p, map);
-  const double target = options.target > 0.0
-                            ? options.target
-                            : scales.area / (options.edge_length * options.edge_length);
-  constexpr double kMostQuads = 1e7;
-  if (!(target <= kMostQuads))
-    throw_invalid(ErrorCode::kBadOption,
-                  "edge_length is so short that it takes more than 10000000 quads. Give a longer "
-                  "one.");
+  const double target = wanted_quads(options, scales.area);
   stats["target"] = target;
   const std::vector<HalfedgeId> close = close_features(p, scales, target);
   stats["features_close"] = static_cast<std::int64_t>(close.size() / 2);
@@ -396,6 +399,62 @@ QuadMesh quads_of_surface(const mesh::Surface& surface,
   QuadMesh mesh = finished(p, std::move(made), map, surface, options, context, std::move(stats));
   mesh.stats["seconds.finish"] = watch.seconds();
   return mesh;
+}
+
+// On fewer triangles that are enough for them, then on all.
+QuadMesh quads_by_proxy(const mesh::Surface& surface, QuadOptions options, Index triangles,
+                        ExecutionContext& context) {
+  Stopwatch watch;
+  std::vector<VertexId> held;
+  for (Eigen::Index i = 0; i < options.features.rows(); ++i)
+    held.insert(held.end(), {options.features(i, 0), options.features(i, 1)});
+  const IndexPairs features = options.features;
+  mesh::Decimated few;
+  {
+    const ProgressRange range(context, 0.0, 0.2);
+    few = mesh::decimate(surface, triangles, context, held);
+  }
+  const double decimated = watch.seconds();
+  for (Eigen::Index i = 0; i < 2 * features.rows(); ++i)
+    options.features.data()[i] = few.into[at(features.data()[i])];
+  if (!options.sizing.empty()) {
+    std::vector<double> sizing;
+    for (const VertexId v : few.origin) sizing.push_back(options.sizing[at(v)]);
+    options.sizing = std::move(sizing);
+  }
+  QuadMesh mesh;
+  {
+    const ProgressRange range(context, 0.2, 0.6);
+    mesh = quads_of_all(few.surface, std::nullopt, std::move(options), context);
+  }
+  mesh.stats["seconds.decimated"] = decimated;
+  mesh.stats["proxy_faces"] = static_cast<std::int64_t>(few.surface.faces.rows());
+  watch.restart();
+  {
+    const ProgressRange range(context, 0.6, 0.8);
+    BroughtBack back = bring_back(surface, features, mesh.quads, mesh.vertices, context);
+    mesh.quad_parent = std::move(back.quad_parent);
+    set_corners(surface, back.spots, mesh);
+  }
+  context.report("certifying", 0.8);
+  certify(surface, nullptr, -1, mesh, context);
+  mesh.stats["seconds.brought_back"] = watch.seconds();
+  return mesh;
+}
+
+}  // namespace
+
+QuadMesh quads_of_surface(const mesh::Surface& surface,
+                          const std::optional<field::GivenField>& given, const QuadOptions& options,
+                          ExecutionContext& context) {
+  constexpr double kPerQuad = 8.0;
+  constexpr double kFew = 50'000.0;
+  field::check_sizing(options.sizing, surface);
+  mesh::validate(surface, {}, context);
+  const double enough = std::max(kFew, kPerQuad * wanted_quads(options, mesh::area_of(surface)));
+  if (given || options.with_map || static_cast<double>(surface.faces.rows()) < 2.0 * enough)
+    return quads_of_all(surface, given, options, context);
+  return quads_by_proxy(surface, options, static_cast<Index>(enough), context);
 }
 
 QuadMesh quads_of_map(const certify::Parametrization& map, const mesh::Surface& surface,

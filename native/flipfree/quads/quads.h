@@ -7,6 +7,7 @@
 //   spots_of()         places.h            where their corners lie
 //   integer_map()      transfer.h          the integers as a map
 //   relax()            relax.h             made more regular
+//   bring_back()       proxy.h             from few triangles to many
 //   certify_quads()    quad_certificate.h  judged
 #pragma once
 
@@ -47,18 +48,19 @@ struct QuadMesh {
   // for, and only if 32 bits hold it (transfer.h).
   std::optional<certify::Parametrization> map;
   QuadCertificate certificate;
-  Stats stats;  // "target"; "coarse_faces", "kept_vertices" (flat ones that stayed), "count_raised"
-                // (1 where fewer quads would not make a mesh), and the map's
+  Stats stats;  // "target"; "proxy_faces"; "coarse_faces", "kept_vertices" (flat ones that stayed),
+                // "count_raised" (1 where fewer quads would not make a mesh), and the map's
 };
 
 // Quads of a surface that follow a field; none: the smoothest, simplified. Every cone
 // is a vertex of as many quads as it has quarter turns, and the number of quads is within 5 % of
 // the one wanted where integers allow it: small numbers are sparse. Where so few quads would be no
-// mesh (a quad that meets itself, two edges with the same ends), there are more. Throws
-// InvalidInput (also cones of one quarter turn, whose quads meet themselves), NotConverged
-// and Cancelled.
+// mesh (a quad that meets itself, two edges with the same ends), there are more. Of many more
+// triangles than they take, unless a field or the map is asked for, they are made on fewer first
+// (proxy.h). Throws InvalidInput (also cones of one quarter turn, whose quads meet themselves),
+// NotConverged and Cancelled.
 QuadMesh quads_of_surface(const mesh::Surface& surface,
-                          const std::optional<field::GivenField>& given, QuadOptions options,
+                          const std::optional<field::GivenField>& given, const QuadOptions& options,
                           ExecutionContext& context);
 
 // The unit cells of a map whose cones and corners are whole numbers apart. Throws InvalidInput

@@ -294,6 +294,26 @@ class Relaxation {
 
 }  // namespace
 
+std::vector<char> on_lines(const mesh::Surface& surface, const mesh::EdgeFlags& lines,
+                           const std::vector<Spot>& spots) {
+  std::vector<char> vertex_on(at(surface.vertices.rows()), 0);
+  for (HalfedgeId h = 0; at(h) < lines.size(); ++h) {
+    if (lines[at(h)] == 0) continue;
+    vertex_on[at(mesh::source(surface.faces, h))] = 1;
+    vertex_on[at(mesh::target(surface.faces, h))] = 1;
+  }
+  std::vector<char> on;
+  for (const Spot& spot : spots) {
+    bool found = false;
+    for (int k = 0; k < 3; ++k) {
+      found = found || (spot.weight[(k + 2) % 3] < kOnEdge && lines[at(3 * spot.face + k)] != 0) ||
+              (spot.weight[k] > 1.0 - kOnEdge && vertex_on[at(surface.faces(spot.face, k))] != 0);
+    }
+    on.push_back(found ? 1 : 0);
+  }
+  return on;
+}
+
 void relax(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
            const std::vector<Quad>& quads, const mesh::EdgeFlags& lines,
            const std::vector<Freedom>& freedom, int rounds, std::vector<Spot>& spots,

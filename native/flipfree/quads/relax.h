@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/quads/places.h"
 #include "flipfree/quads/quad_certificate.h"
 
@@ -11,6 +12,10 @@ namespace flipfree::quads {
 
 // How a corner moves: over the surface, along the lines that it lies on, or not at all.
 enum class Freedom : char { kFree, kAlongLine, kHeld };
+
+// Per spot: does it lie on one of these edges (flags of half-edges), but for rounding?
+std::vector<char> on_lines(const mesh::Surface& surface, const mesh::EdgeFlags& lines,
+                           const std::vector<Spot>& spots);
 
 // Moves every corner as its freedom allows towards where its quads would have it, each being made a
 // rectangle of nearly its own proportions: straight over the surface (slide()), so that it stays on

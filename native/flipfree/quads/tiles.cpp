@@ -11,6 +11,7 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/quads/integers.h"
 #include "flipfree/quads/transfer.h"
@@ -18,17 +19,6 @@
 namespace flipfree::quads {
 
 namespace {
-
-double area_of(const mesh::Surface& surface) {
-  double twice = 0.0;
-  for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
-    const Vector3 a = surface.vertices.row(surface.faces(f, 0));
-    const Vector3 b = surface.vertices.row(surface.faces(f, 1));
-    const Vector3 c = surface.vertices.row(surface.faces(f, 2));
-    twice += (b - a).cross(c - a).norm();
-  }
-  return 0.5 * twice;
-}
 
 double tiles_of(const Points2& uv) {
   double twice = 0.0;
@@ -92,7 +82,7 @@ certify::Parametrization fit_in_time(certify::Parametrization map, const TileOpt
   const mesh::EdgeFlags flags = mesh::flag_edges(map.surface.faces, adjacency, options.features);
   for (HalfedgeId h = 0; at(h) < flags.size(); ++h)
     if (flags[at(h)] != 0 && h < adjacency.opposite[at(h)]) map.features.push_back(h);
-  const double area = area_of(map.surface);
+  const double area = mesh::area_of(map.surface);
   double wanted = area / (options.tile * options.tile);
   if (!(wanted <= kMostTiles))
     throw_invalid(

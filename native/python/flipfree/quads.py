@@ -101,7 +101,7 @@ class QuadMesh(ReadOnly):
         map: the integer parametrization, whose unit cells the quads are, before they were relaxed; of :func:`quads` only
             ``with_map``, and None where 32 bits do not hold it.
         certificate: measured. stats: "target", seconds per stage, "count_raised" 1 where fewer quads would be no mesh,
-            and the map's with the prefix "map.".
+            "proxy_faces" how many where a mesh of very many was decimated first, and the map's with the prefix "map.".
     """
 
     vertices: FloatArray

@@ -1,0 +1,79 @@
+#include "flipfree/quads/proxy.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut.h"
+#include "flipfree/quads/box_tree.h"
+#include "flipfree/quads/places.h"
+#include "flipfree/quads/relax.h"
+
+namespace flipfree::quads {
+
+namespace {
+
+// Per vertex: is it on the border of the quads?
+std::vector<char> rim_of(const std::vector<Quad>& quads, std::size_t vertices) {
+  std::map<std::pair<VertexId, VertexId>, int> uses;
+  for (const Quad& quad : quads)
+    for (std::size_t k = 0; k < 4; ++k) ++uses[std::minmax(quad[k], quad[(k + 1) % 4])];
+  std::vector<char> rim(vertices, 0);
+  for (const auto& [side, count] : uses)
+    if (count == 1) rim[at(side.first)] = rim[at(side.second)] = 1;
+  return rim;
+}
+
+}  // namespace
+
+BroughtBack bring_back(const mesh::Surface& whole, const IndexPairs& features,
+                       const std::vector<Quad>& quads, const Points3& places,
+                       ExecutionContext& context) {
+  constexpr int kRounds = 10;
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(whole.vertices.rows()), whole.faces);
+  mesh::EdgeFlags lines = mesh::flag_edges(whole.faces, adjacency, features);
+  std::vector<std::array<Vector3, 3>> faces, borders;
+  std::vector<HalfedgeId> border;
+  for (HalfedgeId h = 0; at(h) < lines.size(); ++h) {
+    const Vector3 a = whole.vertices.row(mesh::source(whole.faces, h));
+    const Vector3 b = whole.vertices.row(mesh::target(whole.faces, h));
+    if (h % 3 == 0) faces.push_back({a, b, whole.vertices.row(whole.faces(h / 3, 2))});
+    if (adjacency.opposite[at(h)] != kInvalid) continue;
+    lines[at(h)] = 1;
+    border.push_back(h);
+    borders.push_back({a, b, b});
+  }
+  const BoxTree in_faces(std::move(faces)), on_border(std::move(borders));
+  const auto count = static_cast<std::size_t>(places.rows());
+  const std::vector<char> rim = rim_of(quads, count);
+  BroughtBack back;
+  for (std::size_t v = 0; v < count; ++v) {
+    if (v % 256 == 0) context.check();
+    const Vector3 place = places.row(static_cast<Eigen::Index>(v));
+    const BoxTree::Nearest found = rim[v] != 0 ? on_border.nearest(place) : in_faces.nearest(place);
+    Spot spot{static_cast<FaceId>(found.triangle), found.weights};
+    if (rim[v] != 0) {
+      const HalfedgeId h = border[found.triangle];
+      spot = {h / 3, Vector3::Zero()};
+      spot.weight[h % 3] = found.weights[0];
+      spot.weight[next_corner(h) % 3] = 1.0 - found.weights[0];
+    }
+    back.spots.push_back(spot);
+  }
+  std::vector<Freedom> freedom;
+  for (const char on : on_lines(whole, lines, back.spots))
+    freedom.push_back(on != 0 ? Freedom::kHeld : Freedom::kFree);
+  relax(whole, adjacency, quads, lines, freedom, kRounds, back.spots, context);
+  for (const Quad& quad : quads) {
+    Vector3 middle = Vector3::Zero();
+    for (const VertexId v : quad) middle += 0.25 * position(whole, back.spots[at(v)]);
+    back.quad_parent.push_back(static_cast<FaceId>(in_faces.nearest(middle).triangle));
+  }
+  return back;
+}
+
+}  // namespace flipfree::quads
