@@ -33,8 +33,7 @@ BroughtBack bring_back(const mesh::Surface& whole, const IndexPairs& features,
                        const std::vector<Quad>& quads, const Points3& places,
                        ExecutionContext& context) {
   constexpr int kRounds = 10;
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(whole.vertices.rows()), whole.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(whole);
   mesh::EdgeFlags lines = mesh::flag_edges(whole.faces, adjacency, features);
   std::vector<std::array<Vector3, 3>> faces, borders;
   std::vector<HalfedgeId> border;

@@ -233,8 +233,7 @@ field::CrossField own_field(const mesh::Surface& surface, const QuadOptions& giv
   options.sizing = given.sizing;
   options.alignment = kAlignment;
   field::FoundField along = field::compute_cross_field(surface, options, context);
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const auto sharp = [&](const std::vector<Index>& cones) {
     Index count = 0;
     for (std::size_t v = 0; v < cones.size(); ++v) {
@@ -290,8 +289,7 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
   const std::vector<Spot> centres =
       spots_of(made.cells.centres, made.coarse, p.flat.surface, context);
   mesh.quads = std::move(made.cells.quads);
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
   {
     const ProgressRange range(context, 0.3, 0.8);
     const mesh::EdgeFlags lines = lines_of(map, adjacency);
@@ -355,10 +353,8 @@ QuadMesh quads_of_all(const mesh::Surface& surface, const std::optional<field::G
     {
       const ProgressRange range(context, 0.0, 0.1);
       if (options.adaptive > 0.0) {
-        const std::vector<double> bent = field::curvature_sizing(
-            surface,
-            mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces),
-            options.adaptive);
+        const std::vector<double> bent =
+            field::curvature_sizing(surface, mesh::build_adjacency(surface), options.adaptive);
         options.sizing.resize(bent.size(), 1.0);
         for (std::size_t v = 0; v < bent.size(); ++v) options.sizing[v] *= bent[v];
       }

@@ -55,12 +55,6 @@ mesh::EdgeFlags mirrored_cut(const mesh::EdgeFlags& cut, const Mirror& mirror,
   return result;
 }
 
-double area_of(const mesh::Surface& surface) {
-  double area = 0.0;
-  for (FaceId f = 0; f < surface.faces.rows(); ++f) area += 0.5 * face_normal(surface, f).norm();
-  return area;
-}
-
 // Islands that a plane maps onto each other, and what is made of them.
 class Symmetrizer {
  public:
@@ -72,7 +66,7 @@ class Symmetrizer {
         adjacency_(adjacency),
         cost_(cost),
         options_(options),
-        area_(area_of(surface)),
+        area_(mesh::area_of(surface)),
         cut_(found.cut),
         before_(surface.faces.size(), 2) {
     std::vector<Index> island(at(static_cast<Index>(surface.faces.rows())));
@@ -112,7 +106,7 @@ class Symmetrizer {
       if (is_better[group] == 0 || part_of(chart, cut) == part_of(chart, found_.cut)) continue;
       const bool has_more = count[group] > count_[group];
       const Stretch bound = has_more ? kNets : stretch_bound(options_.seams.stretch);
-      if ((has_more && area_of(chart.surface) < kSliver * area_) ||
+      if ((has_more && mesh::area_of(chart.surface) < kSliver * area_) ||
           !lay_flat(chart, part_of(chart, cut), bound, corner_uv, context))
         is_better[group] = 0;
     }
