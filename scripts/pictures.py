@@ -26,6 +26,7 @@ from match import into_hilbert, overlapping, prescribed
 from matplotlib.collections import LineCollection, PolyCollection
 from render_conformal import View, camera, rasterise, shade
 from test_pinned_seams import pins_near
+from unwrap import sharp_edges
 
 import flipfree as ff
 
@@ -254,8 +255,68 @@ def operators(path: Path) -> None:
     saved(path, figure, rows)
 
 
+#: Model, view, and whether its sharp edges are features.
+QUADS = (
+    ("fields/fertility_input.obj", View(20, 70), False),
+    ("fields/rocker-arm2500.obj", View(110, 20, "y"), False),
+    ("general/horse_quad.obj", View(60, 10, "y"), False),
+    ("seams/bunny.obj", View(20, 20, "y"), False),
+    ("seams/planck1.obj", View(20, 10, "y"), False),
+    ("hard/gear.obj", View(30, 40), True),
+    ("hard/mug.obj", View(20, 25, "y"), True),
+    ("hard/flange.obj", View(30, 40), True),
+)
+
+
+def draw_quads(panels: Any, path: str, view: View, features: bool) -> None:
+    """Isolines of the integer map; the quads; the quads shaded, irregular vertices red (fewer than four) and green."""
+    given = model(path)
+    sharp = sharp_edges(given, 40.0) if features else None
+    made = ff.quads(given.vertices, given.faces, target=1000, features=sharp, with_map=True)
+    map = made.map
+    assert map is not None
+    face, weights, _ = rasterise(camera(map.vertices, view), map.faces)
+    uv = (weights[..., None] * map.uv[face]).sum(2)
+    line = (np.abs(uv - np.rint(uv)).min(-1) < 0.06)[..., None]
+    grown = 800.0 / np.ptp(given.vertices, axis=0).max()  # as deep as it is wide on the screen
+    light = shade(map.vertices * grown, map.faces, view)[face][..., None]
+    panels[0].imshow(np.where(face[..., None] < 0, 1.0, np.where(line, DARK, LIGHT) * light))
+    corners = made.quads
+    halves = corners[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+    screen = camera(made.vertices, view)
+    face, _, depth = rasterise(screen, halves)
+    light = shade(made.vertices * grown, halves, view)[face][..., None]
+    panels[1].imshow(np.ones((*depth.shape, 3)))
+    panels[2].imshow(np.where(face[..., None] < 0, 1.0, LIGHT * light))
+    ends = np.unique(
+        np.sort(np.stack([corners, np.roll(corners, -1, 1)], -1).reshape(-1, 2)), axis=0
+    )
+    pieces = np.linspace(screen[ends[:, 0]], screen[ends[:, 1]], 9).transpose(1, 0, 2)
+    irregular = made.certificate.irregular
+
+    def seen(places: np.ndarray) -> np.ndarray:
+        x, y = (np.clip(np.rint(places[..., k]).astype(int), 0, len(depth) - 1) for k in (0, 1))
+        return places[..., 2] > depth[y, x] - 0.02 * np.ptp(screen[:, 2])
+
+    shown = seen(pieces)
+    segments = np.stack([pieces[:, :-1, :2], pieces[:, 1:, :2]], 2)[shown[:, :-1] & shown[:, 1:]]
+    panels[1].add_collection(LineCollection(segments, colors="#203040", linewidths=0.5))
+    dots = screen[irregular[:, 0]]
+    colours = np.where(irregular[:, 1] < 4, RED, GREEN)[seen(dots)]
+    panels[2].scatter(*dots[seen(dots), :2].T, s=6, c=colours, zorder=3)
+    panels[1].set_title(f"{len(corners)} quads, {len(irregular)} irregular", fontsize=8)
+
+
+def quad_sheet(path: Path) -> None:
+    figure, panels = plt.subplots(4, 6, figsize=(15, 10))
+    for place, case in zip(panels.reshape(8, 3), QUADS, strict=True):
+        draw_quads(place, *case)
+    saved(path, figure, panels)
+
+
 PICTURES: dict[str, Drawing] = {
     "operators": operators,
+    "quads": quad_sheet,
     "auto_seams_hard": hard_surfaces,
     "auto_seams_cylinder": on_surface(auto(cylinder), View(20, 20)),
     **{

@@ -5,6 +5,7 @@ from __future__ import annotations
 import integer_maps as maps
 import numpy as np
 import pytest
+from test_features import sharp_edges
 
 import flipfree as ff
 from flipfree.calls.certification import with_tiles
@@ -116,10 +117,11 @@ def test_edges_that_whole_numbers_bend_get_points(name: str) -> None:
     np.testing.assert_allclose(
         np.bincount(found.parent_face, covered), whole, atol=1e-9 * whole.max()
     )
-    cells = ff.quads(mesh.vertices, mesh.faces, target=300, with_map=True)
-    assert cells.map is not None and cells.map.certificate.ok
-    again = ff.quads_from_map(cells.map)
-    assert fingerprint(again.quads.tolist()) == fingerprint(cells.quads.tolist())
+    for features in (None, sharp_edges(mesh.vertices, mesh.faces, 60.0)):
+        cells = ff.quads(mesh.vertices, mesh.faces, target=300, features=features, with_map=True)
+        assert cells.map is not None and cells.map.certificate.ok
+        again = ff.quads_from_map(cells.map)
+        assert fingerprint(again.quads.tolist()) == fingerprint(cells.quads.tolist())
 
 
 def test_ragged_borders_stay_free() -> None:

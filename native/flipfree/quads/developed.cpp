@@ -72,13 +72,14 @@ void Developed::cross(HalfedgeId h) {
   const auto crossed = [&](HalfedgeId out, Gauss a, Gauss b) {
     const HalfedgeId o = coarse_.flat.opposite[at(out)];
     const Index by = coarse_.flat.turn[at(out)];
-    if (bends) {
-      const Gauss place = origin(coarse_.flat.edge, out), edge = coarse_.flat.edge[at(out)];
-      const auto area = static_cast<double>(quads::cross(b - a, edge));
+    const Gauss place = origin(coarse_.flat.edge, out), edge = coarse_.flat.edge[at(out)];
+    const std::int64_t before = quads::cross(place - a, edge), all = quads::cross(b - a, edge);
+    // Not where it begins or ends on the coarse edge.
+    if (bends && before != 0 && before != all) {
+      const auto area = static_cast<double>(all);
       const double share = static_cast<double>(quads::cross(a - place, b - a)) / area;
       const Vector2 bend = origin(whole_, out) - start - share * whole_[at(out)];
-      bends_[at(h)].push_back(
-          {static_cast<double>(quads::cross(place - a, edge)) / area, turned(bend, -turn)});
+      bends_[at(h)].push_back({static_cast<double>(before) / area, turned(bend, -turn)});
     }
     start = origin(whole_, next_corner(o)) + turned(Vector2(start - origin(whole_, out)), by);
     turn += by;
