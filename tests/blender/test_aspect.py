@@ -90,6 +90,8 @@ def test_the_active_node_decides_and_images_without_pixels_do_not(part):
     second.image = bpy.data.images.new("Second", 100, 400)
     nodes.active = second
     assert active(bpy.context) == 0.25
+    second.image.display_aspect = (1.0, 2.0)
+    assert active(bpy.context) == 0.125
     second.image = bpy.data.images.new("Strip", 4000, 10)
     assert active(bpy.context) == 1.0
     for node in (second, nodes.active):
@@ -134,13 +136,14 @@ def test_repair_leaves_what_is_right_on_the_texture():
     before = shapes.uv_of(ob)
     broken = before.copy()
     broken[:8] = broken[:8][::-1]
-    shapes.set_uv(ob, broken)
-    assert bpy.ops.uv.flipfree_repair() == {"FINISHED"}
-    assert shapes.exact_flips(ob) == 0
-    after = shapes.uv_of(ob)
-    same = (after == before).all(axis=1)
-    assert np.count_nonzero(same) > len(same) // 2
-    assert energy_on(ob, 2.0)[0] < 1.5
+    energies = []
+    for correct in (False, True):
+        shapes.set_uv(ob, broken)
+        assert bpy.ops.uv.flipfree_repair(correct_aspect=correct) == {"FINISHED"}
+        assert shapes.exact_flips(ob) == 0
+        assert np.count_nonzero((shapes.uv_of(ob) == before).all(axis=1)) > len(before) // 2
+        energies.append(energy_on(ob, 2.0)[0])
+    assert energies[1] < min(energies[0], 1.5)
 
 
 def test_what_lies_between_pins_has_its_shape_on_the_texture():

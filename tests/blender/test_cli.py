@@ -2,6 +2,7 @@
 """Batches: blender -b -c flipfree ..., as a process of its own."""
 
 import json
+import re
 
 import bpy
 import numpy as np
@@ -82,6 +83,9 @@ def test_records_have_the_numbers_of_the_certificate(bumpy_obj, tmp_path):
     printed = command("check", out, "--json", "-").stdout
     (again,) = json.loads(printed[printed.index("[") : printed.rindex("]") + 1])
     assert again["ok"] and "Nothing wrong" in again["report"]
+    out.write_text(re.sub(r"(?m)^vt .*", "vt 0 0", out.read_text()))
+    wrong = command("check", out)
+    assert wrong.returncode == 1 and "72 flips" in wrong.stdout + wrong.stderr
 
 
 def test_records_say_what_is_poor_and_what_failed(tmp_path):
