@@ -108,7 +108,7 @@ def test_maps_that_add_vertices_leave_the_other_polygons(tmp_path: Path, ending:
         ]
         for i, q in enumerate(quads + 1):
             lines += [f"usemtl m{i}", "f " + " ".join(map(str, q))]
-        content = "\n".join(lines).encode()
+        content = ("\ufeff" + "\n".join(lines)).encode()
     else:
         head = f"ply\nformat ascii 1.0\nelement vertex {len(vertices)}\nproperty double x\nproperty double y\n"
         head += f"property double z\nproperty uchar red\nelement face {len(quads)}\n"
