@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pack Islands: the islands of existing maps, nested into one tile, a certified gap between any two (docs/pack.md)."""
 
+from dataclasses import dataclass, field
+
 import bpy
 import numpy as np
 
 from ... import modal, solver
+from ...meshes import labels
 from ...runs import steps
 from .. import common, options
+from ..arrange import moved
 from ..unwrap import MapTask, summary_of_maps
 
 ROTATIONS = (
@@ -25,6 +29,23 @@ GROUPS = (
     ("collection", "Collection", "Islands of each collection have a layout of their own"),
     ("object", "Object", "Islands of each object have a layout of their own"),
 )
+
+
+# Of the largest coordinate's square: an area of a triangle above it is positive however it was rounded.
+_SURELY = 1e-14
+
+
+@dataclass
+class Unplaced:
+    """A map that waits for its layout."""
+
+    uv: np.ndarray
+    certificate: object = None
+    stats: dict = field(default_factory=dict)
+    _uv32: np.ndarray | None = None
+
+    def uv32(self) -> np.ndarray:
+        return self._uv32
 
 
 class PackTask(MapTask):
@@ -72,27 +93,23 @@ class PackTask(MapTask):
         """(#St,) the name of the group that each triangle's island is packed with, if there are groups."""
         return self._groups
 
-    def uv_on_texture(self):
-        """As they were: packed alone, an object has a scale of its own."""
-        return self.snapshot.corner_uv.astype(np.float64)
+    @property
+    def islands(self) -> int:
+        return labels.count_islands(self.snapshot.triangles, self.result.uv32())
 
     def stages(self):
         snapshot = self.snapshot
         common.refuse_nonfinite_uvs(snapshot)
         yield modal.Pause()
-        unmoved = [3 * t + k for t, k in self.pins()]
-        yield modal.Pause()
         uv = snapshot.corner_uv
         yield modal.Pause()
         uv = yield from modal.paused(steps.doubles(uv))
-        result = yield solver.pack(
-            snapshot.vertices,
-            snapshot.triangles,
-            uv,
-            unmoved=unmoved,
-            **{**self.pack_options, "effort": 0.0},
-        )
-        yield from self.take(result)
+        yield modal.Pause()
+        if moved.areas(uv).min() <= _SURELY * np.abs(uv).max() ** 2:
+            yield modal.Pause()
+            # The solver knows, and says which islands cannot be packed; the others are.
+            yield solver.pack(snapshot.vertices, snapshot.triangles, uv, effort=0.0)
+        self.result = Unplaced(uv)
 
 
 def group_names(snapshot, group_by: str) -> np.ndarray:
