@@ -3,7 +3,8 @@
 #
 #   scripts/cross.sh TARGET            zips for Blender, for Pythons 3.11 and 3.13: dist/flipfree_uv-VERSION-PLATFORM-py3XX.zip
 #   scripts/cross.sh TARGET setup      no more than compiler and libraries; build: and the modules
-#   scripts/cross.sh TARGET tests      native suites of FLIPFREE_SUITES, under Wine or QEMU; arguments are GoogleTest's
+#   scripts/cross.sh TARGET tests      native suites of FLIPFREE_SUITES and of the stages they need, "base numeric mesh certify", under
+#                                      Wine or QEMU; arguments are GoogleTest's
 #
 # TARGET: windows (x64, MinGW-w64), macos (arm64, macOS 11; ziglang's Clang and headers, LLVM's linker; nothing runs it here) or
 # aarch64 (Linux: tests alone). Debian's sources and PyPI's packages lie in build/downloads, each with its hash below.
@@ -209,8 +210,8 @@ if [ $step = tests ]; then
     aarch64) emulator=(qemu-aarch64-static -L /usr/aarch64-linux-gnu) ;;
   esac
   mkdir -p build/reports
-  rm -f build/reports/"$target"-*.xml
   for suite in $suites; do
+    rm -f "build/reports/$target-$suite.xml"
     "${emulator[@]}" "$(find "$folder/build/tests/native" -maxdepth 1 -name "${suite}_tests*" -type f -executable)" \
       --gtest_output="xml:build/reports/$target-$suite.xml" "$@" < /dev/null 2>&1 | tail -5 || true
   done

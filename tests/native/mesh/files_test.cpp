@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <OpenMesh/Core/IO/IOInstances.hh>  // linked statically, it knows those readers alone that are named
 #include <OpenMesh/Core/IO/IOManager.hh>
 #include <OpenMesh/Core/IO/importer/ImporterT.hh>
 #include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
