@@ -2,6 +2,7 @@
 
     quads.py models [--targets 500,2000,10000] [--folders fields,general,hard] [--blender PROGRAM] [--json FILE]
     quads.py features [--targets 2000] [--folders fields,hard] [--json FILE]
+    quads.py many [--targets 20000] [--json FILE]
 
 Instant Meshes is asked for a quarter of the count, as it divides each face into four at the end. Angles: degrees that corners are off 90. Irregular: inner vertices with other than 4 quads, those of the border with other than 2. Kept:
 manifold, and Euler characteristic and number of components as the surface has them. Turned: quads that look against the surface, which
@@ -19,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from auto_seams import subdivided
 from runner import Options, Row, data, from_blender, main, numbers, table, timed
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
@@ -188,6 +190,23 @@ def features(options: Options) -> Iterator[Row]:
                 )
         except ff.FlipfreeError as error:
             yield (path.stem, len(sharp), str(error).split(". ")[0][:80])
+
+
+@table("model | triangles | target | quads | irregular | turned | off % | CPU s")
+def many(options: Options) -> Iterator[Row]:
+    """cup_input_simple_10000, each triangle 64, of other heights than before."""
+    mesh = ff.read(data() / "fields/cup_input_simple_10000.obj")
+    vertices, faces = mesh.vertices, mesh.faces
+    for _ in range(3):
+        vertices, faces = subdivided(vertices, faces)
+    size = np.ptp(vertices, axis=0).max()
+    vertices = vertices + 0.001 * size * np.sin(40 * vertices[:, [1, 2, 0]] / size)
+    for target in numbers(options.targets):
+        with timed() as cost:
+            made = ff.quads(vertices, faces, target=int(target), max_seconds=options.seconds)
+        told = made.certificate
+        head = ("cup_input_simple_10000", len(faces), target, told.quads, len(told.irregular))
+        yield (*head, len(told.turned), f"{100 * told.hausdorff:.2f}", cost.cpu)
 
 
 def more(parser: argparse.ArgumentParser) -> None:
