@@ -9,6 +9,7 @@
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/unwrap/chart/chart.h"
 #include "flipfree/unwrap/islands/islands.h"
+#include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/seams/made_parts.h"
 #include "flipfree/unwrap/seams/search.h"
 #include "flipfree/unwrap/seams/sheet.h"

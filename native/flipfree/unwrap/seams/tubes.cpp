@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/unwrap/islands/grids.h"
 #include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/seams/made_parts.h"
