@@ -264,3 +264,17 @@ def test_what_cannot_be_is_refused_with_a_reason() -> None:
         ff.field_aligned(vertices, faces, field=field, signature=ff.Signature({}, []))
     with pytest.raises(ff.InvalidInput, match="boundary"):
         ff.field_aligned(vertices, faces, boundary="straight")
+
+
+@pytest.mark.parametrize("height", [1.0, 0.07])
+def test_corners_of_the_border_stay_where_one_bends_out_beside_one_that_bends_in(
+    height: float,
+) -> None:
+    cells = [(0, 0), (0, 1), (0, 2), (1, 2), (0, 3), (1, 4), (0, 4), (-1, 2)]
+    corners = [(x + i, y + j) for x, y in cells for i, j in [(0, 0), (1, 0), (1, 1), (0, 1)]]
+    flat, index = np.unique(corners, axis=0, return_inverse=True)
+    a, b, c, d = index.reshape(-1, 4).T
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32)
+    vertices = np.column_stack([flat, np.zeros(len(flat))]) * [1.0, height, 1.0]
+    map = ff.field_aligned(vertices, faces)
+    assert map.certificate.ok and map.certificate.energy < 1.0 + 1e-9

@@ -25,6 +25,9 @@ class Border {
       : faces_(surface.faces), adjacency_(adjacency), field_(field) {
     const field::Frames frames = field::measure_frames(surface);
     quarter_.assign(adjacency.opposite.size(), 0);
+    angle_.assign(adjacency.vertex_halfedge.size(), 0.0);
+    for (CornerId c = 0; at(c) < frames.corner.size(); ++c)
+      angle_[at(mesh::source(faces_, c))] += frames.corner[at(c)] / (0.5 * std::numbers::pi);
     for (HalfedgeId h = 0; at(h) < quarter_.size(); ++h) {
       if (adjacency.opposite[at(h)] != kInvalid) continue;
       quarter_[at(h)] = static_cast<Index>(
@@ -34,20 +37,19 @@ class Border {
   }
 
   // A quarter turn more of an edge moves one from its target to its source. Every move brings the
-  // two nearer to each other, so there is an end.
+  // two nearer to each other, or to the angles of the surface, so there is an end.
   void even_out() {
     std::vector<HalfedgeId> queue;
     for (const auto& loop : mesh::boundary_halfedge_loops(faces_, adjacency_)) {
       queue.assign(loop.begin(), loop.end());
       for (std::size_t i = 0; i < queue.size(); ++i) {
         const HalfedgeId h = queue[i];
-        Index& from = cones_[at(mesh::source(faces_, h))];
-        Index& to = cones_[at(mesh::target(faces_, h))];
+        const VertexId from = mesh::source(faces_, h), to = mesh::target(faces_, h);
         const Index step = is_lower(from, to) ? 1 : is_lower(to, from) ? -1 : 0;
         if (step == 0) continue;
         quarter_[at(h)] += step;
-        from += step;
-        to -= step;
+        cones_[at(from)] += step;
+        cones_[at(to)] -= step;
         // This one again, and those beside it.
         const auto place =
             static_cast<std::size_t>(std::find(loop.begin(), loop.end(), h) - loop.begin());
@@ -96,14 +98,21 @@ class Border {
   std::vector<Index>& cones() { return cones_; }
 
  private:
-  // Should a quarter turn go from b to a? Where a has none, and where a bends out and b in.
-  static bool is_lower(Index a, Index b) { return (a < 1 && b > a + 1) || (a < 2 && b > 2); }
+  // Should a quarter turn go from b to a? Where a has none, and where a bends out and b in, and the
+  // surface does not: the corners of a step stay, those that a field makes on a smooth line go.
+  bool is_lower(VertexId a, VertexId b) const {
+    constexpr double kGain = 1.5;  // 1 would do as well either way
+    const Index of_a = cones_[at(a)], of_b = cones_[at(b)];
+    if (of_a < 1 && of_b > of_a + 1) return true;
+    return of_a < 2 && of_b > 2 && (of_b - angle_[at(b)]) - (of_a - angle_[at(a)]) > kGain;
+  }
 
   const Triangles& faces_;
   const mesh::Adjacency& adjacency_;
   const field::CrossField& field_;
   std::vector<Index> quarter_;
   std::vector<Index> cones_;
+  std::vector<double> angle_;  // #V: of the surface, in quarter turns
 };
 
 // The loops of one component, in half-edges of the whole.
