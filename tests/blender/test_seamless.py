@@ -365,6 +365,17 @@ def test_flat_text_has_its_borders_along_the_axes(text, capfd):
     assert "Badly distorted" not in out
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_needles_of_text_that_is_turned_in_space_do_not_shear_when_they_are_stored(seed, capfd):
+    bpy.ops.object.text_add(rotation=np.random.default_rng(seed).uniform(-3, 3, 3))
+    bpy.context.object.data.body = "Flipfree"
+    bpy.ops.object.convert(target="MESH")
+    bpy.ops.object.transform_apply()
+    assert bpy.ops.uv.flipfree_seamless(boundary="aligned") == {"FINISHED"}
+    assert exact(bpy.context.object).slanted == 0
+    assert float(capfd.readouterr().out.split("mean ")[1].split()[0]) < 1.4
+
+
 @pytest.mark.parametrize(
     ("operator", "said"), [("seamless", "1 part has"), ("field_aligned", "2 parts have")]
 )

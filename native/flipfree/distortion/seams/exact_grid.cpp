@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
@@ -26,10 +27,31 @@ constexpr double kSlack = 256;
 // The largest size of a coordinate.
 double half_extent(const Points2& uv) { return uv.cwiseAbs().maxCoeff(); }
 
-Points2 centred(const Points2& uv, double unit = 0.0) {
-  Eigen::RowVector2d middle = 0.5 * (uv.colwise().minCoeff() + uv.colwise().maxCoeff());
-  if (unit > 0.0) middle = (middle / unit).array().round() * unit;
-  return uv.rowwise() - middle;
+// Every component, as faces and seams join it, about the origin: what lies far off costs all of
+// them digits.
+Points2 centred(const Triangles& faces, const std::vector<SeamEdge>& seams, const Points2& uv,
+                double unit = 0.0) {
+  DisjointSets sets(static_cast<Index>(uv.rows()));
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    sets.join(faces(f, 0), faces(f, 1));
+    sets.join(faces(f, 0), faces(f, 2));
+  }
+  for (const SeamEdge& seam : seams)
+    sets.join(mesh::source(faces, seam.h), mesh::source(faces, seam.o));
+  Points2 low = uv, high = uv;
+  for (VertexId v = 0; v < uv.rows(); ++v) {
+    const Index root = sets.find(v);
+    low.row(root) = low.row(root).cwiseMin(uv.row(v));
+    high.row(root) = high.row(root).cwiseMax(uv.row(v));
+  }
+  Points2 moved = uv;
+  for (VertexId v = 0; v < uv.rows(); ++v) {
+    const Index root = sets.find(v);
+    Eigen::RowVector2d middle = 0.5 * (low.row(root) + high.row(root));
+    if (unit > 0.0) middle = (middle / unit).array().round() * unit;
+    moved.row(v) -= middle;
+  }
+  return moved;
 }
 
 double step_for(double extent) {
@@ -140,6 +162,9 @@ GridMap finish(const SeamConstraints& constraints, const Triangles& faces,
 }
 
 constexpr int kMostGridSweeps = 8;  // over single points, before the region is opened as a whole
+constexpr int kMostSettling = 4;    // rounds
+constexpr std::int64_t kNear = 2;   // steps around where it is in 64 bits
+constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr std::size_t kFaceGrain = 16384;
 
 // Twice the signed area, exact.
@@ -165,7 +190,7 @@ std::vector<FaceId> folded_faces(const Triangles& faces, const GridPoints& point
 GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces,
                       const std::vector<SeamEdge>& seams, const Points2& uv,
                       ExecutionContext& context, Stats& stats, double unit) {
-  Points2 wide = centred(uv, unit);
+  Points2 wide = centred(faces, seams, uv, unit);
   double step = step_for(half_extent(wide));
   GridPoints points;
   GridPoints nearest;
@@ -198,11 +223,12 @@ GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces
       } catch (const NotConverged&) {
         give_up(std::move(folded));  // too small or too thin for doubles, let alone the grid
       }
-      wide = centred(wide, unit);
+      wide = centred(faces, seams, wide, unit);
       round();
       folded = repair.sweep(folded_faces(faces, points, context));
       if (!folded.empty() && everything) give_up(std::move(folded));
     }
+    repair.settle(wide / step);
   }
   std::int64_t moved = 0;
   for (const VertexId v : constraints.position) moved += points.row(v) != nearest.row(v) ? 1 : 0;
@@ -215,7 +241,7 @@ GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces
 std::optional<Points2> unfold_on_grid(const SeamConstraints& constraints, const Triangles& faces,
                                       const std::vector<SeamEdge>& seams, const Points2& uv,
                                       std::size_t most, ExecutionContext& context) {
-  const Points2 wide = centred(uv);
+  const Points2 wide = centred(faces, seams, uv);
   const Points2 nodes = nodes_of(constraints, faces, seams, wide);
   GridPoints points;
   double step = step_for(half_extent(wide));
@@ -299,7 +325,8 @@ std::vector<VertexId> GridRepair::grow(const std::vector<VertexId>& region) cons
 }
 
 std::vector<FaceId> GridRepair::sweep(std::vector<FaceId> folded) {
-  std::vector<Index> region = nodes_of_faces(folded);
+  std::vector<Index>& region = region_;
+  region = nodes_of_faces(folded);
   for (int round = 0; !folded.empty() && round < kMostGridSweeps; ++round) {
     enough_ = std::ldexp(1.0, round);
     bool any = false;
@@ -385,6 +412,70 @@ bool GridRepair::improve(Index node) {
   for (double r = radius; r >= 0.5 && best < enough_; r *= 0.5)
     around(static_cast<double>(moved[0]), static_cast<double>(moved[1]), r);
   return moved[0] != 0 || moved[1] != 0;
+}
+
+void GridRepair::settle(const Points2& wide) {
+  const std::vector<Index> region = grown(region_);
+  bool any = true;
+  for (int round = 0; any && round < kMostSettling; ++round) {
+    any = false;
+    for (std::size_t i = 0; i < region.size(); ++i) {
+      if (i % 64 == 0) context_.check();
+      any = settle(region[i], wide) || any;
+    }
+  }
+}
+
+// Of the places around where it is in 64 bits, and its own, the best; true if it moved.
+bool GridRepair::settle(Index node, const Points2& wide) {
+  using numeric::GaussianInteger;
+  const VertexId v = copies_[node][0].vertex;
+  const Index turns = copies_[node][0].turns;
+  double least = distortion(node, wide);
+  bool moved = false;
+  for (std::int64_t x = -kNear; x <= kNear; ++x) {
+    for (std::int64_t y = -kNear; y <= kNear; ++y) {
+      const GaussianInteger own{std::llround(wide(v, 0)) + x - points_(v, 0),
+                                std::llround(wide(v, 1)) + y - points_(v, 1)};
+      GaussianInteger by = numeric::quarter_turn(-turns) * own;
+      if (real_[at(node)] != 0) by.im = 0;
+      shift(node, by.re, by.im);
+      const double now = within(node) ? distortion(node, wide) : kNever;
+      if (now < least) {
+        least = now;
+        moved = true;
+      } else {
+        shift(node, -by.re, -by.im);
+      }
+    }
+  }
+  return moved;
+}
+
+// Symmetric Dirichlet energy, times area, of the faces around the node as a map from `wide`;
+// infinite if one is folded.
+double GridRepair::distortion(Index node, const Points2& wide) const {
+  double sum = 0;
+  for (const Copy& copy : copies_[node]) {
+    for (const CornerId c : corners_[copy.vertex]) {
+      const FaceId f = c / 3;
+      const std::int64_t area = twice_grid_area(faces_, points_, f);
+      if (area <= 0) return kNever;
+      const Eigen::RowVector2d p = wide.row(faces_(f, 1)) - wide.row(faces_(f, 0));
+      const Eigen::RowVector2d q = wide.row(faces_(f, 2)) - wide.row(faces_(f, 0));
+      const Eigen::RowVector2d u =
+          (points_.row(faces_(f, 1)) - points_.row(faces_(f, 0))).cast<double>();
+      const Eigen::RowVector2d v =
+          (points_.row(faces_(f, 2)) - points_.row(faces_(f, 0))).cast<double>();
+      const double from = std::abs(p.x() * q.y() - p.y() * q.x());
+      const double to = static_cast<double>(area);
+      // (u v) = J (p q): |J|^2 = |u q_y - v p_y|^2 + |v p_x - u q_x|^2 over `from` squared.
+      const double stretch =
+          (u * q.y() - v * p.y()).squaredNorm() + (v * p.x() - u * q.x()).squaredNorm();
+      sum += stretch / from + stretch * from / (to * to);
+    }
+  }
+  return sum;
 }
 
 // Lowest height of a triangle around the node, signed; the number of folded ones counts first.

@@ -25,10 +25,11 @@ struct GridMap {
 };
 
 // `uv` is flip-free by the exact test and meets the constraints up to rounding; `seams` are those
-// that the constraints were made of. The map is centred at the origin, not scaled. Guarantee: every
+// that the constraints were made of. Every component is
+// centred at the origin, not scaled. Guarantee: every
 // triangle is positively oriented and every seam edge's two sides are related by its quarter turn
 // and by the translation given, exactly; edges of one branch have one translation, up to their
-// units. `unit`: the map is centred by multiples of it, and translations, lines and held places
+// units. `unit`: components are centred by multiples of it, and translations, lines and held places
 // that are multiples of it stay so, as far as the grid is fine enough; 0: there is none. Triangles
 // that rounding would fold are opened again by moving free positions around them on the grid, or in
 // 64 bits over a region that grows as far as it must. stats: "rounding.repaired" (free positions
@@ -66,6 +67,11 @@ class GridRepair {
   // the faces still folded.
   std::vector<FaceId> sweep(std::vector<FaceId> folded);
 
+  // Moves the positions of the last sweep's region to where the distortion of the map from `wide`
+  // (#V x 2, in steps, flip-free) to the grid is least, as long as that gets less. Precondition: no
+  // face is folded; none gets folded.
+  void settle(const Points2& wide);
+
   // Vertices that share a face with the region, and all their copies; ascending.
   std::vector<VertexId> grow(const std::vector<VertexId>& region) const;
 
@@ -76,6 +82,8 @@ class GridRepair {
   };
   bool improve(Index node);
   double score(Index node) const;
+  bool settle(Index node, const Points2& wide);
+  double distortion(Index node, const Points2& wide) const;
   void shift(Index node, std::int64_t x, std::int64_t y);
   bool within(Index node) const;
   std::vector<Index> nodes_of_faces(const std::vector<FaceId>& chosen) const;
@@ -88,6 +96,7 @@ class GridRepair {
   std::vector<Index> node_of_;  // #V: its position node, kInvalid for cones
   Lists<Copy> copies_;          // by position node
   Lists<CornerId> corners_;     // by vertex
+  std::vector<Index> region_;   // nodes that the sweep may have moved, ascending
   double enough_ = 1;           // height, in steps, beyond which nothing is gained
 };
 
