@@ -188,14 +188,22 @@ def test_one_island_that_is_most_of_all_lies_along_the_diagonal() -> None:
     assert nested > 1.05 * boxes
 
 
-def test_straight_islands_stay_along_the_axes_unless_any_angle_is_asked_for() -> None:
+@pytest.mark.parametrize("first", ["strip", "disk"])
+def test_straight_and_round_islands_stay_along_the_axes_unless_any_angle_is_asked_for(
+    first: str,
+) -> None:
     square = np.array([[[0.0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]])
-    strip = square * [3.0, 1.0] @ np.array([[0.8, 0.6], [-0.6, 0.8]])
-    layout = flat(np.concatenate([strip, *(0.5 * square + [i, 9.0] for i in range(4))]))
+    rim = np.exp(2j * np.pi * np.arange(41) / 40)
+    rim = np.stack([rim.real, rim.imag], -1)
+    disk = np.stack([rim[:-1], rim[1:], np.zeros((40, 2))], 1)
+    askew = np.array([[0.8, 0.6], [-0.6, 0.8]])
+    island = (square * [3.0, 1.0] if first == "strip" else disk) @ askew
+    layout = flat(np.concatenate([island, *(0.5 * square + [i, 9.0] for i in range(4))]))
     for rotation, along in (("straight", True), ("free", False)):
         uv = pack(layout, rotation=rotation).uv
-        side = np.abs(uv[0, 1] - uv[0, 0])
-        assert (side.min() < 1e-6 * side.max()) == along
+        corners = uv[: len(island)]
+        sides = np.abs(np.roll(corners, -1, axis=1) - corners)
+        assert (sides.min(-1) < 1e-5 * sides.max(-1)).any() == along
 
 
 def test_a_thousand_equal_squares_lie_in_rows() -> None:

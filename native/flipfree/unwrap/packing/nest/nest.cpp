@@ -426,7 +426,7 @@ Problem problem_of(const std::vector<Shape>& shapes, const NestOptions& options)
   problem.turns.assign(shapes.size(), turns);
   problem.may_turn.assign(shapes.size(), any ? 1 : 0);
   for (std::size_t i = 0; options.rotation == Rotation::kStraight && i < shapes.size(); ++i) {
-    if (!is_straight(shapes[i])) continue;
+    if (!shapes[i].upright) continue;
     problem.turns[i] = even_turns(4);
     problem.may_turn[i] = 0;
   }

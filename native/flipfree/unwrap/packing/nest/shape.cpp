@@ -68,6 +68,87 @@ Loop simplified(const Loop& loop, double tolerance) {
 
 }  // namespace
 
+namespace {
+
+// Directions modulo a quarter turn, in bins of half a degree; a cross is three of them.
+constexpr int kCrossBins = 180;
+constexpr double kCrossBin = kQuarterTurn / kCrossBins;
+
+// The cross, two directions at a right angle, along which most of the outlines' length runs: the
+// turn that brings it onto the axes, and its share of the length.
+struct MainCross {
+  Vector2 turn = Vector2::Zero();
+  double share = 0.0;
+};
+
+MainCross main_cross(const std::vector<Loop>& outlines) {
+  std::array<double, kCrossBins> length{};
+  std::array<double, kCrossBins>
+      moment{};  // length times what the direction is beyond the bin's begin
+  double whole = 0.0;
+  for (const Loop& loop : outlines) {
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const Vector2 side = loop[(i + 1) % loop.size()] - loop[i];
+      const double own = side.norm();
+      if (!(own > 0.0)) continue;
+      const double angle =
+          std::fmod(std::atan2(side.y(), side.x()) + 4.0 * kQuarterTurn, kQuarterTurn);
+      const int bin = std::min(static_cast<int>(angle / kCrossBin), kCrossBins - 1);
+      length[at(bin)] += own;
+      moment[at(bin)] += own * (angle - bin * kCrossBin);
+      whole += own;
+    }
+  }
+  MainCross best;
+  for (int i = 0; i < kCrossBins; ++i) {
+    const std::size_t before = at((i + kCrossBins - 1) % kCrossBins);
+    const std::size_t after = at((i + 1) % kCrossBins);
+    const double own = length[before] + length[at(i)] + length[after];
+    // Of equal ones the first, which is as it lies.
+    if (!(own > (1.0 + 1e-9) * best.share * whole)) continue;
+    const double mean = (moment[before] - kCrossBin * length[before] + moment[at(i)] +
+                         moment[after] + kCrossBin * length[after]) /
+                        own;
+    double angle = i * kCrossBin + mean;
+    if (angle > 0.5 * kQuarterTurn) angle -= kQuarterTurn;
+    best = {{std::cos(angle), -std::sin(angle)}, own / whole};
+  }
+  return best;
+}
+
+// A polygon of 24 sides has a sixth.
+constexpr double kStraight = 0.25;
+// Of the least width over the largest.
+constexpr double kRound = 0.95;
+
+bool is_round(const std::vector<Loop>& outlines) {
+  constexpr int kDirections = 16;
+  double least = std::numeric_limits<double>::infinity();
+  double most = 0.0;
+  for (int i = 0; i < kDirections; ++i) {
+    const double angle = 2.0 * kQuarterTurn * i / kDirections;
+    const Vector2 direction(std::cos(angle), std::sin(angle));
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (const Loop& loop : outlines) {
+      for (const Vector2& p : loop) {
+        low = std::min(low, p.dot(direction));
+        high = std::max(high, p.dot(direction));
+      }
+    }
+    least = std::min(least, high - low);
+    most = std::max(most, high - low);
+  }
+  return least > kRound * most;
+}
+
+}  // namespace
+
+Vector2 straight_axis(const std::vector<Loop>& outlines) {
+  const MainCross cross = main_cross(outlines);
+  return cross.share > kStraight || is_round(outlines) ? cross.turn : Vector2::Zero();
+}
+
 Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& middle) {
   Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
   Vector2 high = -low;
@@ -78,8 +159,11 @@ Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& m
     }
   }
   middle = 0.5 * (low + high);
+  const Vector2 turn = straight_axis(outlines);
   Shape shape;
   shape.slack = tolerance;
+  // Bins that begin elsewhere have another mean.
+  shape.upright = turn.x() > 0.0 && std::abs(turn.y()) < kCrossBin;
   for (const Loop& outline : outlines) {
     Loop loop = simplified(outline, tolerance);
     for (Vector2& p : loop) {
@@ -94,62 +178,6 @@ Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& m
     shape.loops.push_back(std::move(loop));
   }
   return shape;
-}
-
-namespace {
-
-// The cross, two directions at a right angle, along which most of the outlines' length runs: the
-// turn that brings it onto the axes, and its share of the length.
-struct MainCross {
-  Vector2 turn = Vector2::Zero();
-  double share = 0.0;
-};
-
-MainCross main_cross(const std::vector<Loop>& outlines) {
-  // Directions modulo a quarter turn, in bins of half a degree; a cross is three of them.
-  constexpr int kBins = 180;
-  constexpr double kBin = kQuarterTurn / kBins;
-  std::array<double, kBins> length{};
-  std::array<double, kBins> moment{};  // length times what the direction is beyond the bin's begin
-  double whole = 0.0;
-  for (const Loop& loop : outlines) {
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      const Vector2 side = loop[(i + 1) % loop.size()] - loop[i];
-      const double own = side.norm();
-      if (!(own > 0.0)) continue;
-      const double angle =
-          std::fmod(std::atan2(side.y(), side.x()) + 4.0 * kQuarterTurn, kQuarterTurn);
-      const int bin = std::min(static_cast<int>(angle / kBin), kBins - 1);
-      length[at(bin)] += own;
-      moment[at(bin)] += own * (angle - bin * kBin);
-      whole += own;
-    }
-  }
-  MainCross best;
-  for (int i = 0; i < kBins; ++i) {
-    const std::size_t before = at((i + kBins - 1) % kBins);
-    const std::size_t after = at((i + 1) % kBins);
-    const double own = length[before] + length[at(i)] + length[after];
-    if (!(own > best.share * whole)) continue;
-    const double mean = (moment[before] - kBin * length[before] + moment[at(i)] + moment[after] +
-                         kBin * length[after]) /
-                        own;
-    double angle = i * kBin + mean;
-    if (angle > 0.5 * kQuarterTurn) angle -= kQuarterTurn;
-    best = {{std::cos(angle), -std::sin(angle)}, own / whole};
-  }
-  return best;
-}
-
-// A polygon of 24 sides has a sixth. Of an outline with fewer corners a little less will do.
-constexpr double kStraight = 0.25;
-constexpr double kStraightSimplified = 0.22;
-
-}  // namespace
-
-Vector2 straight_axis(const std::vector<Loop>& outlines) {
-  const MainCross cross = main_cross(outlines);
-  return cross.share > kStraight ? cross.turn : Vector2::Zero();
 }
 
 Vector2 squarest_turn(const Shape& shape) {
@@ -172,12 +200,6 @@ Vector2 squarest_turn(const Shape& shape) {
     best = pose.turn;
   }
   return best;
-}
-
-bool is_straight(const Shape& shape) {
-  constexpr double kAlong = 1e-3;
-  const MainCross cross = main_cross(shape.loops);
-  return cross.share > kStraightSimplified && std::abs(cross.turn.y()) < kAlong;
 }
 
 namespace {

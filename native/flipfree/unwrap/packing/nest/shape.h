@@ -20,8 +20,9 @@ struct Shape {
   std::vector<Loop> loops;
   // The islands reach at most so far beyond these loops (scale 1).
   double slack = 0.0;
-  double area = 0.0;    // of the islands
-  double radius = 0.0;  // the farthest corner from the origin
+  double area = 0.0;     // of the islands
+  double radius = 0.0;   // the farthest corner from the origin
+  bool upright = false;  // the islands' outlines run along the axes (straight_axis)
 };
 
 // Where an item lies: p -> scale turn p + centre, with one scale for all.
@@ -47,14 +48,12 @@ inline double distance_to_segment(const Vector2& p, const Vector2& a, const Vect
 Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& middle);
 
 // Of outlines much of which runs in two directions at a right angle - rectangles, letters like E,
-// plates with holes - the turn that brings these onto the axes, by half a quarter at most; (0, 0)
-// of others.
+// plates with holes - and of round ones, which no turn makes fit better, the turn that brings most
+// of them onto the axes, by half a quarter at most; (0, 0) of others.
 Vector2 straight_axis(const std::vector<Loop>& outlines);
 // The turn by less than a quarter after which the square around the shape, sides along the axes, is
 // smallest, up to a quarter of a degree. Cost: 360 times the corners.
 Vector2 squarest_turn(const Shape& shape);
-// Do the shape's outlines run along the axes?
-bool is_straight(const Shape& shape);
 
 // Shapes as cells of a grid, 64 to a word.
 
