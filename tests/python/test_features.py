@@ -110,6 +110,49 @@ def test_closed_and_dangling_features_of_a_torus_are_isolines() -> None:
         assert len(check(vertices, faces, features).certificate.features_missed) == 0
 
 
+def test_faces_that_features_would_flatten_are_divided() -> None:
+    """A prism whose caps have no vertices inside: triangles of three vertices on one side have no area in any map."""
+    n, rings = 16, 5
+    angle = 2 * np.pi * np.arange(n) / n
+    vertices = np.array(
+        [(np.cos(a), np.sin(a), z) for z in np.linspace(0, 2, rings) for a in angle]
+    )
+    grid = np.arange(n * rings).reshape(rings, n)
+    low, high = grid[:-1], grid[1:]
+    right, above = np.roll(low, -1, axis=1), np.roll(high, -1, axis=1)
+    zigzag = np.array([i // 2 if i % 2 == 0 else n - 1 - i // 2 for i in range(n)])
+    cap = np.sort(np.stack([zigzag[:-2], zigzag[1:-1], zigzag[2:]], axis=1), axis=1)
+    faces = np.concatenate(
+        [
+            np.stack([low, right, above], -1).reshape(-1, 3),
+            np.stack([low, above, high], -1).reshape(-1, 3),
+            cap[:, ::-1],
+            cap + n * (rings - 1),
+        ]
+    ).astype(np.int32)
+    rims = sharp_edges(vertices, faces)
+    assert len(rims) == 2 * n
+    found = check(vertices, faces, rims)
+    assert len(found.certificate.features_missed) == 0
+    assert 0 < len(found.vertices) - len(vertices) <= 2 * (n - 3)
+
+
+def test_details_do_not_turn_the_field_of_what_they_lie_on() -> None:
+    """Diagonals, each shorter than a 64th of the box's edges, are named; the edges stay isolines."""
+    vertices, faces = cube(24)
+    edges = sharp_edges(vertices, faces)
+    ends = edges_of(faces)
+    along = np.abs(vertices[ends[:, 1]] - vertices[ends[:, 0]])
+    slanted = ends[(along > 0).sum(axis=1) == 2]
+    details = slanted[np.random.default_rng(3).permutation(len(slanted))[:40]]
+    details = details[~np.isin(details, edges).any(axis=1)]
+    assert len(details) > 20
+    found = check(vertices, faces, np.concatenate([edges, details]).astype(np.int32))
+    assert {tuple(e) for e in found.certificate.features_missed.tolist()} == {
+        tuple(e) for e in np.sort(details, axis=1).tolist()
+    }
+
+
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
 def test_what_meets_at_half_right_angles_is_named_edge_by_edge(share: float) -> None:
     vertices, faces = cut_corner(6, share)

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/field/prescribed.h"
@@ -149,9 +150,30 @@ IndexPairs possible_edges(const IndexPairs& edges, const mesh::Surface& surface,
   return kept.topRows(count);
 }
 
+// Without connected lines that are as short as a detail of the longest one, and would turn whole
+// sides of what they lie on.
+IndexPairs without_details(const IndexPairs& edges, const mesh::Surface& surface) {
+  constexpr double kDetail = 1.0 / 64.0;
+  if (edges.rows() == 0 || edges.minCoeff() < 0 || edges.maxCoeff() >= surface.vertices.rows())
+    return edges;  // compute() names those that are none
+  DisjointSets lines(static_cast<Index>(surface.vertices.rows()));
+  for (Eigen::Index i = 0; i < edges.rows(); ++i) lines.join(edges(i, 0), edges(i, 1));
+  std::vector<double> length(at(surface.vertices.rows()), 0.0);
+  for (Eigen::Index i = 0; i < edges.rows(); ++i)
+    length[at(lines.find(edges(i, 0)))] +=
+        (surface.vertices.row(edges(i, 0)) - surface.vertices.row(edges(i, 1))).norm();
+  const double longest = *std::max_element(length.begin(), length.end());
+  IndexPairs kept(edges.rows(), 2);
+  Eigen::Index count = 0;
+  for (Eigen::Index i = 0; i < edges.rows(); ++i)
+    if (length[at(lines.find(edges(i, 0)))] >= kDetail * longest) kept.row(count++) = edges.row(i);
+  return kept.topRows(count);
+}
+
 FoundField compute_possible(const mesh::Surface& surface, const FieldOptions& given,
                             ExecutionContext& context) {
   FieldOptions options = given;
+  if (options.let_go) options.edges = without_details(given.edges, surface);
   for (;;) {
     FoundField found = compute(surface, options, context);
     IndexPairs kept = possible_edges(options.edges, surface, found.cones);

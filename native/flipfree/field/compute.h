@@ -24,7 +24,8 @@ struct FieldOptions {
   IndexPairs edges;          // vertex pairs: edges that the field follows
   bool boundary = true;      // it follows the boundary
   double edge_weight = 1.0;  // of edges and boundary, in (0, 1]; 1: exactly
-  // Edges are let go at inner vertices that would have no quarter turn, which no map has.
+  // Edges are let go at inner vertices that would have no quarter turn, which no map has, and of
+  // connected lines shorter than a 64th of the longest.
   bool let_go = false;
   // #V: length in a map of a length 1 there, relative to the others, positive; empty: all alike.
   std::vector<double> sizing;

@@ -497,27 +497,65 @@ EngineMaps engine_maps(const mesh::Surface& surface, const mesh::Adjacency& adja
   return maps;
 }
 
-// The same; what an aligned boundary would flatten is divided first. Padding alone looks at the
-// field, and it knows closed surfaces only.
+// Edges that an aligned boundary or features would flatten: as if the surface were cut open along
+// these, which are straight where the field has two quarter turns beside them.
+std::vector<HalfedgeId> flattened_edges(const mesh::Surface& surface,
+                                        const mesh::Adjacency& adjacency,
+                                        const field::CrossField& field,
+                                        const NeededTopology& needed, const AlignedOptions& options,
+                                        ExecutionContext& context) {
+  const bool aligned = options.boundary == seamless::Boundary::kAligned;
+  if (options.features.rows() == 0 && !aligned) return {};
+  const mesh::EdgeFlags features = mesh::flag_edges(surface.faces, adjacency, options.features);
+  const mesh::CutMesh open = mesh::cut_along(surface.faces, adjacency, features);
+  const mesh::Adjacency beside =
+      mesh::build_adjacency(static_cast<Index>(open.vertex_origin.size()), open.faces);
+  field::CrossField apart = field;
+  for (std::size_t h = 0; h < features.size(); ++h)
+    if (features[h] != 0) apart.matching[h] = 0;
+  std::vector<Index> turns =
+      field::cone_turns(open.faces, beside, field::measure_frames(surface), apart);
+  std::vector<char> on_feature(needed.cones.size(), 0);
+  for (Eigen::Index i = 0; i < options.features.size(); ++i)
+    on_feature[at(options.features.data()[i])] = 1;
+  for (std::size_t v = 0; v < turns.size(); ++v) {
+    const VertexId origin = open.vertex_origin[v];
+    const bool border = adjacency.opposite[at(adjacency.vertex_halfedge[at(origin)])] == kInvalid;
+    if (border && (!aligned || on_feature[at(origin)] == 0))
+      turns[v] = aligned ? needed.cones[at(origin)] : 0;
+  }
+  return seamless::side_chords(open.faces, beside, turns, context);
+}
+
+// The same; what an aligned boundary or features would flatten is divided first. Padding alone
+// looks at the field, which is of the whole faces, and it knows closed surfaces only.
 EngineMaps maps_without_side_chords(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                     const field::CrossField& field, const NeededTopology& needed,
                                     const AlignedOptions& options, ExecutionContext& context) {
   std::optional<seamless::DividedSides> divided;
-  if (options.boundary == seamless::Boundary::kAligned) {
-    divided = seamless::divided_sides(surface, adjacency, needed.cones, options.engine.uncuttable,
-                                      context);
+  if (options.which != seamless::Engine::kPadding) {
+    divided = seamless::divided_sides(
+        surface, adjacency, needed.cones,
+        flattened_edges(surface, adjacency, field, needed, options, context),
+        options.engine.uncuttable);
   }
   if (!divided) return engine_maps(surface, adjacency, field, needed, options, context);
   const seamless::DividedSurface& pieces = divided->pieces;
   const mesh::Adjacency own = mesh::build_adjacency(pieces.surface);
   AlignedOptions of_pieces = options;
   of_pieces.engine.uncuttable = divided->uncuttable;
+  of_pieces.which = seamless::Engine::kPenner;
   EngineMaps maps;
   try {
     maps = engine_maps(pieces.surface, own, field,
                        {pieces.cones, carried_loops(surface, pieces.surface, own, pieces.provenance,
                                                     needed.loops)},
                        of_pieces, context);
+  } catch (const NotConverged&) {
+    // Whole faces may be possible, by padding too; features beside flattened edges are then missed.
+    if (options.features.rows() > 0)
+      return engine_maps(surface, adjacency, field, needed, options, context);
+    seamless::rethrow_placed(pieces.provenance.face, divided->place);
   } catch (...) {
     seamless::rethrow_placed(pieces.provenance.face, divided->place);
   }

@@ -97,12 +97,13 @@ class Aligner {
     return found;
   }
 
-  // Whether a map is as far from the directions, in the mean, as turned by 29 degrees.
-  bool is_far(const Points2& uv) const {
-    constexpr double kMost = 0.25;
+  // Whether a map is as far from the directions, in the mean, as turned by 29 degrees, and twice as
+  // far as another one.
+  bool is_far(const Points2& uv, const Points2& other) const {
+    constexpr double kMost = 0.25, kMostMore = 2.0;
     double area = 0.0;
     for (const RestTriangle& r : rest_) area += r.weight;
-    return !(alignment(uv) < kMost * area);
+    return !(alignment(uv) < std::max(kMost * area, kMostMore * alignment(other)));
   }
 
   Points2 run(Stats& stats) {
@@ -344,7 +345,7 @@ FeatureAlignment align_with_features(const CutMap& map, const AlignOptions& opti
     }
     if (!wanted.empty()) {
       found.uv = Aligner(found, options, context).run(stats);
-      if (softly.is_far(found.uv)) wanted.clear();
+      if (softly.is_far(found.uv, without)) wanted.clear();
     }
   } catch (const TimeIsOver&) {
     wanted.clear();

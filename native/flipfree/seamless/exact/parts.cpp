@@ -268,19 +268,8 @@ std::vector<Triangle> pieces_of(Triangle corner, Triangle middle) {
   }
 }
 
-// One half-edge of each inner edge that cuts a disk off the surface, in which no vertex of the
-// boundary is a corner. `cones`: 2 at boundary vertices that are straight; any number of
-// components. Throws Cancelled. Cost: sorting them, and what lies between a disk and the disks in
-// it; only small disks are looked for.
-std::vector<HalfedgeId> side_chords(const Triangles& faces, const mesh::Adjacency& adjacency,
-                                    const std::vector<Index>& cones, ExecutionContext& context) {
-  return ChordFinder(faces, adjacency, cones, context).run();
-}
-
 // A vertex on the middle of each of these inner edges, the i-th one's after the surface's own
-// vertices and the i before; flat. Faces without such an edge stay as they are. Throws NotConverged
-// naming an edge that is so short that there is no number between its ends, or a face so thin that
-// the middles of two sides fall together.
+// vertices and the i before; flat. Faces without such an edge stay as they are.
 DividedSurface split_in_the_middle(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                    const std::vector<HalfedgeId>& edges,
                                    const std::vector<Index>& cones) {
@@ -408,11 +397,16 @@ IndexPairs diagonals_of(const mesh::Surface& surface, const DividedSurface& piec
 
 }  // namespace
 
+std::vector<HalfedgeId> side_chords(const Triangles& faces, const mesh::Adjacency& adjacency,
+                                    const std::vector<Index>& cones, ExecutionContext& context) {
+  return ChordFinder(faces, adjacency, cones, context).run();
+}
+
 std::optional<DividedSides> divided_sides(const mesh::Surface& surface,
                                           const mesh::Adjacency& adjacency,
                                           const std::vector<Index>& cones,
-                                          const IndexPairs& uncuttable, ExecutionContext& context) {
-  const std::vector<HalfedgeId> chords = side_chords(surface.faces, adjacency, cones, context);
+                                          const std::vector<HalfedgeId>& chords,
+                                          const IndexPairs& uncuttable) {
   if (chords.empty()) return std::nullopt;
   DividedSides out;
   out.pieces = split_in_the_middle(surface, adjacency, chords, cones);

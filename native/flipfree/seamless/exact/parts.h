@@ -75,14 +75,22 @@ struct DividedSides {
   std::vector<VertexId> place;  // per vertex of it: its own number, or that of an end of its edge
 };
 
-// Nothing if there is no such edge. `cones`: quarter turns per vertex, 2 where the boundary is
-// straight; `uncuttable`: edges of the input, diagonals of polygons. Throws NotConverged
-// (split_in_the_middle()), Cancelled. Cost: that of side_chords(), and O(#F log #F) if there are
-// any.
+// One half-edge of each inner edge that a straight boundary flattens: it cuts a disk off the
+// surface, in which no vertex of the boundary is a corner. `cones`: quarter turns per vertex, 2
+// where the boundary is straight; any number of components. Throws Cancelled. Cost: sorting them,
+// and what lies between a disk and the disks in it; only small disks are looked for.
+std::vector<HalfedgeId> side_chords(const Triangles& faces, const mesh::Adjacency& adjacency,
+                                    const std::vector<Index>& cones, ExecutionContext& context);
+
+// Nothing if there are no such `chords`. `cones`: quarter turns per vertex; `uncuttable`: edges of
+// the input, diagonals of polygons. Throws NotConverged naming an edge that is so short that there
+// is no number between its ends, or a face so thin that the middles of two sides fall together.
+// Cost: O(#F log #F) if there are any.
 std::optional<DividedSides> divided_sides(const mesh::Surface& surface,
                                           const mesh::Adjacency& adjacency,
                                           const std::vector<Index>& cones,
-                                          const IndexPairs& uncuttable, ExecutionContext& context);
+                                          const std::vector<HalfedgeId>& chords,
+                                          const IndexPairs& uncuttable);
 
 // Where the charts of a map on a grid lie: beside each other, in rows.
 

@@ -208,8 +208,9 @@ certify::Parametrization map_with_corners(const mesh::Surface& surface,
   const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   SeamlessOptions own = options;
   own.boundary = Boundary::kGiven;
-  const std::optional<DividedSides> divided =
-      divided_sides(surface, adjacency, cones, options.engine.uncuttable, context);
+  const std::optional<DividedSides> divided = divided_sides(
+      surface, adjacency, cones, side_chords(surface.faces, adjacency, cones, context),
+      options.engine.uncuttable);
   if (!divided) return map_at_once(surface, cones, own, context);
   const DividedSurface& pieces = divided->pieces;
   own.engine.uncuttable = divided->uncuttable;
