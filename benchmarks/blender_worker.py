@@ -8,6 +8,7 @@
     smart FOLDER                          Smart UV Project: NAME.npz with vertices and faces -> NAME.smart.npz
     pins FOLDER                           SEED.mesh.npz unwrapped, some pins moved, unwrapped again -> SEED.npz
     quadriflow OUT.npz IN.npz TARGET      QuadriFlow Remesh
+    parts OUT.npz                         parts of machines: NAME.vertices and NAME.faces of each
 
 Seconds are (wall clock, CPU) of the operator alone. match: pins are random inner vertices, moved from their place in Blender's own
 Minimum Stretch layout; only that island is selected, so nothing else is timed. pack: what Blender makes differs from press to press
@@ -21,6 +22,7 @@ import sys
 import time
 from pathlib import Path
 
+import bmesh
 import bpy
 import numpy as np
 
@@ -256,10 +258,81 @@ def quadriflow(out, source, target):
     np.savez(out, vertices=values(mesh.vertices, "co", np.float32, 3), quads=faces, cpu=cpu)
 
 
+def parts(out):
+    """By Blender's own primitives, bevels and exact booleans; edges shorter than 1e-4 merged."""
+    add = bpy.ops.mesh
+
+    def cylinder(radius, depth, place=(0, 0, 0), turn=(0, 0, 0)):
+        return add.primitive_cylinder_add, dict(
+            radius=radius, depth=depth, location=place, rotation=turn, vertices=48
+        )
+
+    def block(size, place=(0, 0, 0), turn=(0, 0, 0)):
+        return add.primitive_cube_add, dict(size=1, scale=size, location=place, rotation=turn)
+
+    def ball(radius, place):
+        return add.primitive_uv_sphere_add, dict(
+            radius=radius, location=place, segments=48, ring_count=24
+        )
+
+    across, along = (np.pi / 2, 0, 0), (0, np.pi / 2, 0)
+    steps = [("UNION", block((3 - 0.6 * i, 2, 0.3), (-0.3 * i, 0, 0.3 * i))) for i in range(1, 4)]
+    recipes = {
+        "fillets": [("", block((2, 3, 1))), ("BEVEL", 0.3)],
+        "cylinders": [("", cylinder(1, 3)), ("UNION", cylinder(0.6, 4, turn=across))],
+        "crossing": [
+            *(("", cylinder(0.8, 4)), ("UNION", cylinder(0.8, 3.5, (0, 0, 0.3), along))),
+            ("UNION", cylinder(0.5, 3, (0, 0, -1), across)),
+        ],
+        "joint": [
+            *(("", ball(1, (0, 0, 0))), ("UNION", cylinder(0.5, 2, (0, 0, -1.4)))),
+            *(
+                ("UNION", block((1.6, 0.6, 0.5), (0, 0, -2.3))),
+                ("DIFFERENCE", cylinder(0.35, 4, turn=across)),
+            ),
+        ],
+        "stage": [("", block((3, 2, 0.3))), *steps, ("DIFFERENCE", cylinder(0.4, 4, (-0.9, 0, 0)))],
+        "wingnut": [
+            *(
+                ("", cylinder(1, 1.4)),
+                ("UNION", block((2, 0.35, 1.6), (1.3, 0, 0.7), (0, -0.5, 0))),
+            ),
+            ("UNION", block((2, 0.35, 1.6), (-1.3, 0, 0.7), (0, 0.5, 0))),
+            ("DIFFERENCE", cylinder(0.45, 4)),
+        ],
+    }
+    arrays = {}
+    for name, ((_, (first, options)), *rest) in recipes.items():
+        first(**options)
+        part = bpy.context.object
+        for kind, what in rest:
+            bpy.context.view_layer.objects.active = part
+            if kind == "BEVEL":
+                bpy.ops.object.transform_apply()
+                made = part.modifiers.new("", "BEVEL")
+                made.width, made.segments = what, 2
+            else:
+                what[0](**what[1])
+                made = part.modifiers.new("", "BOOLEAN")
+                made.operation, made.object = kind, bpy.context.object
+        evaluated = part.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        work = bmesh.new()
+        work.from_mesh(evaluated.to_mesh())
+        work.transform(part.matrix_world)
+        bmesh.ops.remove_doubles(work, verts=work.verts, dist=1e-4)
+        bmesh.ops.triangulate(work, faces=work.faces)
+        work.verts.index_update()
+        arrays[f"{name}.vertices"] = np.array([v.co for v in work.verts], np.float64)
+        arrays[f"{name}.faces"] = np.array(
+            [[v.index for v in f.verts] for f in work.faces], np.int32
+        )
+    np.savez(out, **arrays)
+
+
 verb, *rest = sys.argv[sys.argv.index("--") + 1 :]
 {
     **{"unwrap": unwrap, "match": match, "pack": pack, "smart": smart, "pins": pins},
-    **{"quadriflow": quadriflow},
+    **{"quadriflow": quadriflow, "parts": parts},
 }[verb](*rest)
 sys.stdout.flush()
 # 4.3.2 can crash while Python is torn down after long scripts; everything is written.
