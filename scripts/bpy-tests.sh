@@ -34,11 +34,6 @@ for version in "${versions[@]}"; do
   "$venv/bin/python" scripts/farm/flipfree_bpy.py --install "$zip" > "build/install-$name.log" 2>&1 ||
     { cat "build/install-$name.log" >&2; exit 1; }
 
-  # What the tests call a Blender: `LAUNCHER -b -c flipfree ...`.
-  launcher=$PWD/build/$name-launcher
-  printf '#!/bin/sh\n[ "$1 $2 $3" = "-b -c flipfree" ] || exit 64\nshift 3\nexec "%s" "%s" "$@"\n' \
-    "$PWD/$venv/bin/python" "$PWD/scripts/farm/flipfree_bpy.py" > "$launcher"
-  chmod +x "$launcher"
-  FLIPFREE_BLENDER=$launcher "$venv/bin/python" tests/blender/run_bpy.py tests/blender -q -p no:cacheprovider \
+  "$venv/bin/python" tests/blender/run_bpy.py tests/blender -q -p no:cacheprovider \
     --rootdir tests/blender --junitxml "build/reports/$name.xml" -o junit_suite_name="$name" "$@"
 done

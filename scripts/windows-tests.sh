@@ -5,6 +5,8 @@
 #   scripts/windows-tests.sh --python [arguments]        all of tests/python
 #   scripts/windows-tests.sh --blender [arguments]       in bpy 4.2, into which Blender installs the zip: tests/blender of
 #                                                        processes, Check and Unwrap, or the files given
+#   scripts/windows-tests.sh --sessions [FIRST LAST]     in the same bpy, sessions of 40 random calls (tests/blender/window/soak.py)
+#                                                        with these seeds, 1 to 20 by default
 #   scripts/windows-tests.sh --run FILE [arguments]      runs FILE in Windows' Python: tests/fuzz/random_calls.py --calls 40, say
 #   scripts/windows-tests.sh --beside FILE [arguments]   and before that here, with the zip for Linux; {} is linux and windows:
 #                                                        benchmarks/same_results.py write build/reports/bits-{}.json
@@ -18,7 +20,7 @@ there=Z:$PWD  # as Wine names it
 version=${FLIPFREE_WINDOWS_PYTHON:-3.11}
 zip=$(find dist -maxdepth 1 -name "*-windows_x64-py${version/./}.zip" | sort -V | tail -1)
 part=quick
-case "${1:-}" in --python | --blender | --run | --beside) part=${1#--} && shift ;; esac
+case "${1:-}" in --python | --blender | --sessions | --run | --beside) part=${1#--} && shift ;; esac
 suite=windows-$part
 [ $version = 3.11 ] || suite+=-$version
 report=build/reports/$suite.xml
@@ -29,7 +31,8 @@ if ! command -v wine > /dev/null || [ -z "$zip" ]; then
 fi
 
 site=$windows/site-$version packages=("numpy==$([ $version = 3.11 ] && echo 1.26.4 || echo 2.1.0)" pytest)  # Blender 4.2's; later ones want a newer Wine than 8
-[ $part != blender ] || { site=$windows/site-bpy && packages+=(bpy==4.2.0); }
+bpy=
+case $part in blender | sessions) bpy=yes site=$windows/site-bpy packages+=(bpy==4.2.0) ;; esac
 if [ ! -e "$site/.complete" ]; then
   rm -rf "$site"
   # Without what they need: bpy's own list has packages that its extensions alone use.
@@ -44,7 +47,7 @@ unpack() {  # unpack ZIP FOLDER: the package in it
   rm -rf "$2" && mkdir -p "$2"
   unzip -qo "$1" 'wheels/*' -d "$2" && unzip -qo "$2"/wheels/*.whl -d "$2"
 }
-[ $part = blender ] || unpack "$zip" "$package"
+[ -n "$bpy" ] || unpack "$zip" "$package"
 if [ $part = beside ]; then
   unpack "${zip/windows_x64/linux_x64}" "$package-linux"
   PYTHONPATH=$package-linux:tests:tests/python:tests/fuzz:benchmarks build/venv/bin/python "${@//\{\}/linux}"
@@ -56,22 +59,34 @@ export WINEPREFIX=$PWD/$windows/wine WINEDEBUG=-all WINEDLLOVERRIDES="mscoree,ms
 export PYTHONPATH="$there/$package;$there/$site;$there/tests;$there/tests/python;$there/tests/fuzz;$there/benchmarks"
 [ -z "${FLIPFREE_DATA:-}" ] || export FLIPFREE_DATA=Z:$FLIPFREE_DATA
 # It prints to pipes alone; the desktop that Wine starts would hold one open that is waited for.
-python() { wine $windows/python-$version/python.exe "$@" < /dev/null > >(cat) 2>&1; }
+python() { timeout 1800 wine $windows/python-$version/python.exe "$@" < /dev/null > >(cat) 2>&1; }
 [ -d "$WINEPREFIX" ] || wine wineboot -i > /dev/null 2>&1 < /dev/null
 
 [ $part != run ] || { python "$@"; exit; }
 
+if [ -n "$bpy" ]; then
+  export BLENDER_USER_RESOURCES=$there/build/profile-windows
+  rm -rf build/profile-windows && mkdir -p build/profile-windows
+  python scripts/farm/flipfree_bpy.py --install "$there/$zip"
+fi
 common=(-q -p no:cacheprovider --junitxml "$report" -o junit_suite_name="$suite")
 rm -f "$report"
 case $part in
   quick) python -m pytest "${common[@]}" tests/python/test_{process,unwrap,mesh_files}.py "$@" ;;
   python) python -m pytest "${common[@]}" "$@" ;;
   blender)
-    export BLENDER_USER_RESOURCES=$there/build/profile-windows
-    rm -rf build/profile-windows && mkdir -p build/profile-windows
-    python scripts/farm/flipfree_bpy.py --install "$there/$zip"
     [ $# -gt 0 ] || set -- tests/blender/test_{processes,check,unwrap}.py
     python tests/blender/run_bpy.py "${common[@]}" --rootdir tests/blender "$@"
+    ;;
+  sessions)
+    cases=
+    for seed in $(seq "${1:-1}" "${2:-20}"); do
+      log=${report%.xml}-$seed.log
+      rm -f "$log"
+      python tests/blender/window/soak.py -- "$log" "$seed" 40 > "$log.said"
+      cases+="<testcase name='$seed'>$([ "$(tail -1 "$log")" = OK ] || echo '<failure/>')</testcase>"
+    done
+    echo "<testsuite>$cases</testsuite>" > "$report"
     ;;
 esac
 build/venv/bin/python scripts/totals.py build/reports "$suite"

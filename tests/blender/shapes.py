@@ -11,7 +11,8 @@ import bmesh
 import bpy
 import numpy as np
 
-sys.path.append(str(Path(__file__).resolve().parent.parent))
+TESTS = Path(__file__).resolve().parent.parent
+sys.path.append(str(TESTS))
 from judges.exact import flips  # noqa: E402
 
 
@@ -30,12 +31,13 @@ def add(name, vertices, faces, *, uv=False, edges=()):
 
 
 def command(*arguments):
-    """A Blender of its own that runs this extension's command line."""
+    """A Blender of its own that runs this extension's command line; with the package bpy a Python."""
+    if bpy.app.binary_path:
+        program = [os.environ["FLIPFREE_BLENDER"], "-b", "-c", "flipfree"]
+    else:
+        program = [sys.executable, str(TESTS.parent / "scripts/farm/flipfree_bpy.py")]
     return subprocess.run(
-        [os.environ["FLIPFREE_BLENDER"], "-b", "-c", "flipfree", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        timeout=300,
+        [*program, *map(str, arguments)], capture_output=True, text=True, timeout=300
     )
 
 

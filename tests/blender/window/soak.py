@@ -2,6 +2,7 @@
 """Random calls in one window, for as long as asked: operators, undo, redo, modes, selections, views, objects.
 
     scripts/soak.sh BLENDER NAME [SEED [CALLS]]
+    PYTHON tests/blender/window/soak.py -- LOG SEED CALLS      with the package bpy: no window, so nothing is invoked or drawn
 
 The log has the seed, a line per call, written before it is made, and memory every 25 calls. The last line is OK, or what
 failed: an exception that is no refusal, a solver that goes on after its operator, flips in a map that Unwrap wrote, memory
@@ -10,14 +11,17 @@ that grows.
 
 import os
 import random
+import re
 import sys
 import time
 import traceback
 from pathlib import Path
 
-import bpy
+import bpy  # isort: skip - it makes addon_utils importable
+import addon_utils
 import numpy as np
 
+addon_utils.enable("bl_ext.user_default.flipfree_uv", default_set=True)
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
 sys.dont_write_bytecode = True
 
@@ -41,8 +45,8 @@ def log(text):
 
 
 def megabytes():
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
+    status = Path("/proc/self/status").read_text()  # Wine shows it too
+    return int(re.search(r"VmRSS:\s*(\d+)", status)[1]) / 2**10
 
 
 def add_object():
@@ -125,7 +129,7 @@ def call_operator():
     space, name = tool.operator.split(".")
     operator = getattr(getattr(bpy.ops, space), name)
     options = random_options(operator)
-    how = choose.choice(("INVOKE_DEFAULT", "EXEC_DEFAULT"))
+    how = choose.choice(("INVOKE_DEFAULT", "EXEC_DEFAULT")[bpy.app.background :])
     log(f"  {tool.operator} {how} {options}")
     before = bpy.context.object
     result = operator(how, True, **options)
@@ -191,14 +195,9 @@ def soak():
     for i in range(CALLS):
         action = choose.choice(ACTIONS)
         log(f"{i} {action.__name__} {bpy.context.mode}")
-        kind = choose.choice(("VIEW_3D", "VIEW_3D", "IMAGE_EDITOR"))
         steps = None
         try:
-            try:
-                place = area_of(kind)
-            except LookupError:
-                place = area_of("VIEW_3D")
-            with bpy.context.temp_override(**place):
+            with bpy.context.temp_override(**some_area()):
                 steps = action()
                 if steps is not None:
                     steps = list_until_modal(steps)
@@ -217,6 +216,15 @@ def soak():
     growth = megabytes() - early
     log(f"{refused} calls refused; memory {early:.0f} MB after a quarter, {growth:+.0f} MB since")
     assert growth < MOST_GROWTH, f"memory grew by {growth:.0f} MB"
+
+
+def some_area():
+    if bpy.app.background:
+        return {}
+    try:
+        return area_of(choose.choice(("VIEW_3D", "VIEW_3D", "IMAGE_EDITOR")))
+    except LookupError:
+        return area_of("VIEW_3D")
 
 
 def list_until_modal(steps):
@@ -242,4 +250,7 @@ def guarded():
 
 
 steps = guarded()
+if bpy.app.background:
+    for _ in steps:
+        pass
 bpy.app.timers.register(lambda: next(steps), first_interval=1.5, persistent=True)
