@@ -36,7 +36,9 @@ def parts(value: Any) -> Iterator[Any]:
     elif isinstance(value, tuple | list):
         for one in value:
             yield from parts(one)
-    elif isinstance(value, np.ndarray | int | float | str):
+    elif isinstance(value, int) and not isinstance(value, bool):
+        yield np.asarray(value, np.int64)  # of 32 bits on Windows otherwise
+    elif isinstance(value, np.ndarray | bool | float | str):
         yield np.asarray(value)
 
 
@@ -72,7 +74,7 @@ def write(path: Path, only: str, most_faces: int) -> int:
 def compare(before: Path, after: Path) -> int:
     old, new = json.loads(before.read_text()), json.loads(after.read_text())
     names = [name for name in old if name in new]
-    different = 0
+    different, most = 0, 0.0
     for name in names:
         changed = [
             key
@@ -82,11 +84,16 @@ def compare(before: Path, after: Path) -> int:
         if changed:
             different += 1
             print(f"{name}: {', '.join(changed)}")
-            if "energy" in changed:
-                print(f"    energy {old[name].get('energy')} -> {new[name].get('energy')}")
+            energies = old[name].get("energy"), new[name].get("energy")
+            if "energy" in changed and None not in energies and "None" not in energies:
+                one, other = map(float, energies)
+                apart = abs(other - one) / max(abs(one), 1e-300)
+                most = max(most, apart)
+                print(f"    energy {energies[0]} -> {energies[1]}, relative difference {apart:.0e}")
     seconds = [sum(rows[name]["seconds"] for name in names) for rows in (old, new)]
     print(
-        f"{len(names)} cases in both, {different} differ; CPU s {seconds[0]:.0f} -> {seconds[1]:.0f}"
+        f"{len(names)} cases in both, {different} differ, energies by at most {most:.0e}; "
+        f"CPU s {seconds[0]:.0f} -> {seconds[1]:.0f}"
     )
     return 1 if different or not names else 0
 

@@ -3,11 +3,10 @@
 #
 #   scripts/cross.sh TARGET            zips for Blender, for Pythons 3.11 and 3.13: dist/flipfree_uv-VERSION-PLATFORM-py3XX.zip
 #   scripts/cross.sh TARGET setup      no more than compiler and libraries; build: and the modules
-#   scripts/cross.sh TARGET tests      native suites of FLIPFREE_SUITES and of the stages they need, "base numeric mesh certify", under
-#                                      Wine or QEMU; arguments are GoogleTest's
+#   scripts/cross.sh TARGET tests      native suites of FLIPFREE_SUITES, all by default, under Wine or QEMU; arguments are GoogleTest's
 #
 # TARGET: windows (x64, MinGW-w64), macos (arm64, macOS 11; ziglang's Clang and headers, LLVM's linker; nothing runs it here) or
-# aarch64 (Linux: tests alone). Debian's sources and PyPI's packages lie in build/downloads, each with its hash below.
+# aarch64 (Linux). Debian's sources and PyPI's packages lie in build/downloads, each with its hash below.
 # FLIPFREE_CROSS_PYTHONS: "3.11", say.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -15,7 +14,7 @@ target=${1:?usage: cross.sh windows|macos|aarch64 [setup|build|tests]}
 step=${2:-zips}
 shift $(($# < 2 ? $# : 2))
 pythons=${FLIPFREE_CROSS_PYTHONS:-3.11 3.13}
-suites=${FLIPFREE_SUITES:-base numeric mesh certify}
+suites=${FLIPFREE_SUITES:-base numeric mesh certify intrinsic embedding distortion unwrap matchmaker conformal field seamless quads}
 venv=$PWD/build/venv/bin/python
 downloads=$PWD/build/downloads
 folder=$PWD/build/$target  # of the target: libraries and headers in root/, CMake's build/
@@ -28,7 +27,7 @@ case $target in
     triplet=aarch64-apple-darwin tools="lld-19 llvm m4" platform=macos-arm64
     ;;
   aarch64)
-    triplet=aarch64-linux-gnu tools="g++-aarch64-linux-gnu qemu-user-static m4" pythons=
+    triplet=aarch64-linux-gnu tools="g++-aarch64-linux-gnu qemu-user-static m4" platform=linux-arm64
     ;;
   *) echo "cross.sh knows no $target" >&2 && exit 2 ;;
 esac
@@ -71,7 +70,7 @@ package() {  # package FOLDER HASH REQUIREMENT [pip's options]: PyPI's, unpacked
   # By its hash: a source package's own set-up runs only if it is the one that is meant.
   quietly "$venv" -m pip download -q --disable-pip-version-check --no-deps --require-hashes -d "$downloads" "$@" -r "$folder/wanted.txt"
   local file
-  file=$(cd "$downloads" && sha256sum -- *.whl *.tar.gz 2> /dev/null | sed -n "s/^$hash  //p")
+  file=$(cd "$downloads" && find . -maxdepth 1 -type f -exec sha256sum {} + | sed -n "s/^$hash  //p")
   case $file in
     *.whl) unzip -qo "$downloads/$file" -d "$to" ;;
     *) tar xf "$downloads/$file" -C "$to" --strip-components 1 ;;
@@ -145,7 +144,7 @@ macos_compiler() {  # ziglang's Clang and libc++, which it compiles when somethi
   cp "$zig/lib/libc/darwin/libSystem.tbd" "$root/lib"
 }
 
-macos_pythons() {  # headers alone, configured for macOS, which Python's own set-up would only be on a Mac
+unix_pythons() {  # headers alone, configured for the target; Python's own set-up would do it for macOS only on a Mac
   local python to
   for python in 3.11 3.13; do
     to=$folder/python-$python
@@ -165,10 +164,10 @@ macos_pythons() {  # headers alone, configured for macOS, which Python's own set
 
 setup() {
   bash scripts/setup.sh $([ $step != tests ] || echo --tests)
-  [ ! -e "$root/.complete-2" ] || return 0
+  [ ! -e "$root/.complete-3" ] || return 0
   mkdir -p "$downloads" "$root"/{include,lib}
   dpkg-query -W $tools > /dev/null 2>&1 || quietly apt-get install -y --no-install-recommends $tools
-  sources gmp/trixie mpfr4/bookworm openmesh/bookworm $([ -z "$pythons" ] || echo python3.11/bookworm python3.13/trixie)
+  sources gmp/trixie mpfr4/bookworm openmesh/bookworm python3.11/bookworm python3.13/trixie
   [ $target != macos ] || macos_compiler
   echo "Building GMP, MPFR and OpenMesh for $target ..."
   library gmp gmp $([ $target != windows ] || echo --enable-fat)
@@ -182,8 +181,8 @@ setup() {
   fi
   # Headers alone that this system has too; never all of /usr/include.
   ln -sfn -t "$root/include" "$folder/openmesh/src/OpenMesh" /usr/include/{boost,CGAL}
-  [ -z "$pythons" ] || ${target}_pythons
-  touch "$root/.complete-2"
+  if [ $target = windows ]; then windows_pythons; else unix_pythons; fi
+  touch "$root/.complete-3"
 }
 
 # --- build ------------------------------------------------------------------------------------------------------
@@ -191,8 +190,6 @@ build() {  # build TARGET ...
   local list=""
   for python in $pythons; do list+="$python=$folder/python-$python;"; done
   local options=(-DFLIPFREE_WHEEL_PYTHONS="${list%;}" -DFLIPFREE_TESTS=$([ $step = tests ] && echo ON || echo OFF))
-  # Where no zip is wanted, the suites' own stages are all of the solver that is compiled.
-  [ -n "$pythons" ] || options+=(-DFLIPFREE_PYTHON=OFF -DFLIPFREE_STAGES="${suites// /;}")
   configure . "$folder/build" -DEigen3_DIR=/usr/share/eigen3/cmake -DPython_EXECUTABLE="$venv" "${options[@]}"
   cmake --build "$folder/build" -j"$(nproc)" --target "$@"
 }

@@ -105,7 +105,9 @@ def glibc_version(paths) -> tuple[int, int]:
 
 
 def find_libraries(module: Path) -> dict[str, Path]:
-    """soname -> file of everything to bundle, as this machine's loader finds it."""
+    """soname -> file of everything to bundle, as this machine's loader finds it. A module for another machine needs nothing."""
+    if all(map(GLIBC.fullmatch, needed(module))):
+        return {}
     listing = run("ldd", module)
     found = dict(re.findall(r"(\S+) => (/\S+)", listing))
     missing = re.findall(r"(\S+) => not found", listing)
@@ -319,11 +321,13 @@ def main():
             faults = check_macos(module)
             platform = f"macosx_{MACOS[0]}_{MACOS[1]}_arm64"
         else:
-            run("strip", "--strip-unneeded", module)
+            with module.open("rb") as file:
+                machine = ELFFile(file)["e_machine"][3:].lower()  # EM_AARCH64
+            run(f"{machine}-linux-gnu-strip".replace("_", "-"), "--strip-unneeded", module)
             (stage / LIBRARY_FOLDER).mkdir()
             libraries = bundle(module, stage / LIBRARY_FOLDER)
             major, minor = glibc_version([module, *libraries])
-            platform = f"manylinux_{major}_{minor}_{os.uname().machine}"
+            platform = f"manylinux_{major}_{minor}_{machine}"
         if faults:
             sys.exit(f"{module.name}: {'; '.join(faults)}")
         options.out.mkdir(parents=True, exist_ok=True)
