@@ -13,7 +13,6 @@ Modules for Windows and macOS have all but the system's inside them, which is ch
 import argparse
 import base64
 import hashlib
-import os
 import re
 import shutil
 import struct
@@ -37,6 +36,10 @@ STB_LOCAL, STB_GLOBAL, STB_WEAK, STB_GNU_UNIQUE = 0, 1, 2, 10
 
 GLIBC = re.compile(
     r"(libc|libm|libpthread|libdl|librt|libutil|libresolv|ld-linux-x86-64|ld-linux-aarch64)\.so\.\d+"
+)
+# C's mathematics whose last bits differ between systems: the module has its own (scripts/libm.sh).
+INEXACT = re.compile(
+    r"(a?(sin|cos|tan)h?|atan2|sincos|exp(2|10|m1)?|log(2|10|1p)?|pow|hypot|cbrt|[lt]gamma|erfc?|c(abs|arg|exp|log|pow))[fl]?"
 )
 # Runtime libraries of the compilers: versioned and compatible upwards, so they may meet newer ones
 # of Blender's.
@@ -193,6 +196,9 @@ def check(module: Path, libraries: list[Path]):
             sys.exit(f"{path.name}: {', '.join(sorted(lost)[:5])} is defined nowhere in the wheel")
         if any(symbol.bind == STB_GNU_UNIQUE for symbol in symbols):
             sys.exit(f"{path.name} has symbols of which a process has one only")
+    foreign = sorted(s.name for s in dynamic_symbols(module) if INEXACT.fullmatch(s.name))
+    if foreign:
+        sys.exit(f"{module.name} has its mathematics from the user's machine: {', '.join(foreign)}")
     # The module itself offers its init function and nothing that another library could pick up.
     exported = defined_symbols(module)
     if exported != {"PyInit__native"}:
@@ -323,7 +329,7 @@ def main():
         else:
             with module.open("rb") as file:
                 machine = ELFFile(file)["e_machine"][3:].lower()  # EM_AARCH64
-            run(f"{machine}-linux-gnu-strip".replace("_", "-"), "--strip-unneeded", module)
+            run(f"{machine}-linux-gnu-strip", "--strip-unneeded", module)
             (stage / LIBRARY_FOLDER).mkdir()
             libraries = bundle(module, stage / LIBRARY_FOLDER)
             major, minor = glibc_version([module, *libraries])

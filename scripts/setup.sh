@@ -63,3 +63,6 @@ if ! complete; then
   }
   printf '%s\n' "${requirements[@]}" > build/venv/.complete
 fi
+
+CC=clang bash scripts/libm.sh build/libm ||
+  echo "Last bits of maps will be this system's own, for want of musl's sources: give a Debian mirror, DEBIAN_MIRROR." >&2
