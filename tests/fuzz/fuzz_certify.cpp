@@ -21,7 +21,7 @@ void compare(const mesh::Surface& surface, const mesh::Adjacency& adjacency, con
           "flipped_faces differs from rational areas");
   const mesh::EdgeFlags cuts = mesh::uv_cuts(adjacency, uv);
   const certify::IslandOverlaps islands =
-      certify::island_overlaps(certify::charts_of(adjacency, cuts), uv);
+      certify::island_overlaps(mesh::components_between(adjacency, cuts), uv);
   require(islands.pairs == judge.island_pairs(), "island_overlaps differs from all pairs");
   require((islands.pairs > 0) == !islands.faces.empty(), "island_overlaps names no face");
   require(static_cast<std::int64_t>(certify::seam_failures(adjacency, cuts, uv).size()) ==

@@ -47,12 +47,4 @@ inline Lists<CornerId> corners_by_vertex(std::size_t vertex_count, const Triangl
           }};
 }
 
-// The half-edges by the end that has the lower number, ascending.
-inline Lists<HalfedgeId> halfedges_by_lower_end(std::size_t vertex_count, const Triangles& faces) {
-  return {vertex_count, [&](const auto& add) {
-            for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(faces.size()); ++h)
-              add(std::min(faces.data()[h], faces.data()[next_corner(h)]), h);
-          }};
-}
-
 }  // namespace flipfree

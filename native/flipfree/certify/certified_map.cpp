@@ -67,10 +67,7 @@ Certificate in_input_faces(const Parametrization& map) {
     refined = refined || map.parent_face[static_cast<std::size_t>(f)] != f;
     f = map.parent_face[static_cast<std::size_t>(f)];
   }
-  std::sort(certificate.failed_faces.begin(), certificate.failed_faces.end());
-  certificate.failed_faces.erase(
-      std::unique(certificate.failed_faces.begin(), certificate.failed_faces.end()),
-      certificate.failed_faces.end());
+  sort_unique(certificate.failed_faces);
   if (refined) certificate.failures.emplace_back("(Numbers are those of the refined mesh)");
   return certificate;
 }

@@ -77,7 +77,7 @@ struct Certifier {
       if (task > 4) {
         if (overlaps_count())
           (as_stored ? islands32 : islands64) =
-              island_overlaps(charts_of(adjacency, own_cuts), values);
+              island_overlaps(mesh::components_between(adjacency, own_cuts), values);
       } else if (!flip_free) {
         return;
       } else if (task > 2) {

@@ -1,6 +1,7 @@
 #include "flipfree/certify/overlap.h"
 
 #include <CGAL/box_intersection_d.h>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -15,19 +16,12 @@ namespace flipfree::certify {
 
 namespace {
 
-struct Box {
-  Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
-  Vector2 high = Vector2::Constant(-std::numeric_limits<double>::infinity());
-  void add(const Box& other) {
-    low = low.cwiseMin(other.low);
-    high = high.cwiseMax(other.high);
-  }
-  // Boxes that only touch hold no common area.
-  bool shares_area_with(const Box& other) const {
-    return low.x() < other.high.x() && other.low.x() < high.x() && low.y() < other.high.y() &&
-           other.low.y() < high.y();
-  }
-};
+using Box = Eigen::AlignedBox2d;
+
+// Boxes that only touch hold no common area.
+bool share_area(const Box& a, const Box& b) {
+  return (a.intersection(b).sizes().array() > 0.0).all();
+}
 
 struct Triangle {
   std::array<Vector2, 3> at;  // counter-clockwise
@@ -42,7 +36,7 @@ std::optional<Triangle> triangle_of(const Points2& corner_uv, FaceId f) {
     const Vector2 p = corner_uv.row(3 * f + k).transpose();
     if (!p.allFinite()) return std::nullopt;
     t.at[static_cast<std::size_t>(k)] = p;
-    t.box.add({p, p});
+    t.box.extend(p);
   }
   const int turn = numeric::orientation(t.at[0], t.at[1], t.at[2]);
   if (turn == 0) return std::nullopt;
@@ -65,7 +59,7 @@ bool separated_by_side(const Triangle& p, const Triangle& q) {
 
 // Convex sets with disjoint interiors are separated by a line; for polygons, by that of a side.
 bool interiors_meet(const Triangle& p, const Triangle& q) {
-  return p.box.shares_area_with(q.box) && !separated_by_side(p, q) && !separated_by_side(q, p);
+  return share_area(p.box, q.box) && !separated_by_side(p, q) && !separated_by_side(q, p);
 }
 
 // The triangles of one chart in a tree of boxes, halved at the median of the longer side.
@@ -91,9 +85,9 @@ class Tree {
   std::size_t build(std::size_t begin, std::size_t end) {
     const std::size_t at = nodes_.size();
     nodes_.push_back({{}, begin, end});
-    for (std::size_t i = begin; i < end; ++i) nodes_[at].box.add(triangles_[i].box);
+    for (std::size_t i = begin; i < end; ++i) nodes_[at].box.extend(triangles_[i].box);
     if (end - begin <= kLeaf) return at;
-    const Vector2 extent = nodes_[at].box.high - nodes_[at].box.low;
+    const Vector2 extent = nodes_[at].box.sizes();
     const int axis = extent.x() >= extent.y() ? 0 : 1;
     const std::size_t middle = begin + (end - begin) / 2;
     const auto place = [&](std::size_t i) {
@@ -101,8 +95,8 @@ class Tree {
     };
     std::nth_element(place(begin), place(middle), place(end),
                      [&](const Triangle& p, const Triangle& q) {
-                       const double x = p.box.low[axis] + p.box.high[axis];
-                       const double y = q.box.low[axis] + q.box.high[axis];
+                       const double x = p.box.min()[axis] + p.box.max()[axis];
+                       const double y = q.box.min()[axis] + q.box.max()[axis];
                        return x != y ? x < y : p.face < q.face;
                      });
     const std::size_t left = build(begin, middle);
@@ -116,7 +110,7 @@ class Tree {
                                                  std::size_t its) const {
     const Node& p = nodes_[own];
     const Node& q = other.nodes_[its];
-    if (!p.box.shares_area_with(q.box)) return std::nullopt;
+    if (!share_area(p.box, q.box)) return std::nullopt;
     if (p.left == 0 && q.left == 0) {
       for (std::size_t i = p.begin; i < p.end; ++i) {
         for (std::size_t j = q.begin; j < q.end; ++j) {
@@ -152,7 +146,7 @@ IslandOverlaps island_overlaps(const mesh::Components& charts, const Points2& co
     faces[c].push_back(static_cast<FaceId>(f));
     for (Index k = 0; k < 3; ++k) {
       const Vector2 p = corner_uv.row(3 * static_cast<Eigen::Index>(f) + k).transpose();
-      if (p.allFinite()) bounds[c].add({p, p});
+      if (p.allFinite()) bounds[c].extend(p);
     }
   }
   std::vector<std::optional<Tree>> trees(count);
@@ -169,16 +163,13 @@ IslandOverlaps island_overlaps(const mesh::Components& charts, const Points2& co
   };
   using Bounds = CGAL::Box_intersection_d::Box_with_handle_d<double, 2, const Box*>;
   std::vector<Bounds> boxes;
-  for (const Box& box : bounds) {
-    if (!(box.low.x() <= box.high.x())) continue;
-    double low[2] = {box.low.x(), box.low.y()};
-    double high[2] = {box.high.x(), box.high.y()};
-    boxes.emplace_back(low, high, &box);
+  for (Box& box : bounds) {
+    if (!box.isEmpty()) boxes.emplace_back(box.min().data(), box.max().data(), &box);
   }
   CGAL::box_self_intersection_d(
       boxes.begin(), boxes.end(), [&](const Bounds& first, const Bounds& second) {
         if (result.pairs >= IslandOverlaps::kMostPairs) return;
-        if (!first.handle()->shares_area_with(*second.handle())) return;
+        if (!share_area(*first.handle(), *second.handle())) return;
         auto a = static_cast<std::size_t>(first.handle() - bounds.data());
         auto b = static_cast<std::size_t>(second.handle() - bounds.data());
         if (a > b) std::swap(a, b);
@@ -207,9 +198,8 @@ std::int64_t count_contacts(const std::vector<Segment>& segments, std::vector<Fa
   std::vector<Box> boxes;
   boxes.reserve(segments.size());
   for (const Segment& s : segments) {
-    double low[2] = {std::min(s.a.x(), s.b.x()), std::min(s.a.y(), s.b.y())};
-    double high[2] = {std::max(s.a.x(), s.b.x()), std::max(s.a.y(), s.b.y())};
-    boxes.emplace_back(low, high, &s);
+    Vector2 low = s.a.cwiseMin(s.b), high = s.a.cwiseMax(s.b);
+    boxes.emplace_back(low.data(), high.data(), &s);
   }
   std::int64_t contacts = 0;
   CGAL::box_self_intersection_d(
@@ -300,17 +290,9 @@ std::int64_t count_turned_loops(std::vector<Segment>& segments, std::vector<Face
 
 }  // namespace
 
-mesh::Components charts_of(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& cuts) {
-  mesh::Adjacency separated = adjacency;
-  for (std::size_t h = 0; h < cuts.size(); ++h) {
-    if (cuts[h]) separated.opposite[h] = kInvalid;
-  }
-  return mesh::face_components(separated);
-}
-
 Overlaps boundary_overlaps(const Triangles& faces, const mesh::Adjacency& adjacency,
                            const mesh::EdgeFlags& cuts, const Points2& corner_uv) {
-  const mesh::Components charts = charts_of(adjacency, cuts);
+  const mesh::Components charts = mesh::components_between(adjacency, cuts);
   const mesh::CutMesh cut_mesh = mesh::cut_along(faces, adjacency, cuts);
   std::vector<std::vector<Segment>> boundary(static_cast<std::size_t>(charts.count));
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cuts.size()); ++h) {
@@ -328,9 +310,7 @@ Overlaps boundary_overlaps(const Triangles& faces, const mesh::Adjacency& adjace
     overlaps.contacts += contacts;
     if (contacts == 0) overlaps.turned_loops += count_turned_loops(segments, overlaps.faces);
   }
-  std::sort(overlaps.faces.begin(), overlaps.faces.end());
-  overlaps.faces.erase(std::unique(overlaps.faces.begin(), overlaps.faces.end()),
-                       overlaps.faces.end());
+  sort_unique(overlaps.faces);
   return overlaps;
 }
 

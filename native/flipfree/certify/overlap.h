@@ -24,9 +24,6 @@ struct IslandOverlaps {
 // descent into them, which ends at a pair's first two triangles.
 IslandOverlaps island_overlaps(const mesh::Components& charts, const Points2& corner_uv);
 
-// The chart of every face: faces joined across uncut edges.
-mesh::Components charts_of(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& cuts);
-
 struct Overlaps {
   // Pairs of boundary edges of the same chart that meet elsewhere than in a shared vertex.
   std::int64_t contacts = 0;

@@ -13,6 +13,7 @@
 #include "flipfree/certify/measures.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
+#include "flipfree/mesh/islands.h"
 #include "flipfree/mesh/separated/separated.h"
 #include "flipfree/mesh/validate.h"
 
@@ -207,17 +208,15 @@ void judge_collapsed_loops(const std::vector<FaceId>& first_faces, Certificate& 
 
 // All edges of the separated surface on the input's.
 IndexPairs sorted_features(const mesh::SeparatedSurface& separated, const IndexPairs& features) {
-  std::vector<std::pair<VertexId, VertexId>> wanted, moved, met;
-  for (Eigen::Index i = 0; i < features.rows(); ++i)
-    wanted.push_back(std::minmax(features(i, 0), features(i, 1)));
-  std::sort(wanted.begin(), wanted.end());
+  const std::vector<mesh::VertexPair> wanted = mesh::sorted_pairs(features);
+  std::vector<mesh::VertexPair> moved, met;
   const Triangles& faces = separated.surface.faces;
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(3 * faces.rows()) && !wanted.empty(); ++h) {
-    const VertexId a = mesh::source(faces, h), b = mesh::target(faces, h);
-    const std::pair<VertexId, VertexId> origin =
-        std::minmax(separated.vertex_origin[at(a)], separated.vertex_origin[at(b)]);
+    const auto [a, b] = mesh::ends(faces, h);
+    const mesh::VertexPair origin =
+        std::minmax({separated.vertex_origin[at(a)], separated.vertex_origin[at(b)]});
     if (!std::binary_search(wanted.begin(), wanted.end(), origin)) continue;
-    moved.push_back(std::minmax(a, b));
+    moved.emplace_back(a, b);
     met.push_back(origin);
   }
   std::sort(met.begin(), met.end());
@@ -227,10 +226,7 @@ IndexPairs sorted_features(const mesh::SeparatedSurface& separated, const IndexP
     if (!std::binary_search(met.begin(), met.end(), std::pair(a, b))) throw_no_edge(a, b, used);
   }
   sort_unique(moved);
-  IndexPairs pairs(static_cast<Eigen::Index>(moved.size()), 2);
-  for (std::size_t i = 0; i < moved.size(); ++i)
-    pairs.row(static_cast<Eigen::Index>(i)) << moved[i].first, moved[i].second;
-  return pairs;
+  return mesh::rows_of(moved);
 }
 
 // On the user's positions; `request` in terms of the input, uv of its corners.
@@ -326,16 +322,10 @@ IndexPairs SeparatedMap::edges(const IndexPairs& of_input) const {
 }
 
 IndexPairs SeparatedMap::edges_of_input(const IndexPairs& of_surface) const {
-  std::vector<std::pair<VertexId, VertexId>> edges;
-  for (Eigen::Index i = 0; i < of_surface.rows(); ++i) {
-    edges.push_back(std::minmax({separated_.vertex_origin[at(of_surface(i, 0))],
-                                 separated_.vertex_origin[at(of_surface(i, 1))]}));
-  }
+  std::vector<mesh::VertexPair> edges = mesh::sorted_pairs(
+      of_surface.unaryExpr([&](VertexId v) { return separated_.vertex_origin[at(v)]; }));
   sort_unique(edges);
-  IndexPairs result(static_cast<Eigen::Index>(edges.size()), 2);
-  for (std::size_t i = 0; i < edges.size(); ++i)
-    result.row(static_cast<Eigen::Index>(i)) << edges[i].first, edges[i].second;
-  return result;
+  return mesh::rows_of(edges);
 }
 
 std::vector<CornerPin> SeparatedMap::pins(const std::vector<CornerPin>& of_input) const {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "flipfree/base/lists.h"
+
 namespace flipfree::mesh {
 
 Adjacency build_adjacency(Index vertex_count, const Triangles& faces) {
@@ -10,29 +12,17 @@ Adjacency build_adjacency(Index vertex_count, const Triangles& faces) {
   adjacency.opposite.assign(static_cast<std::size_t>(halfedges), kInvalid);
   adjacency.vertex_halfedge.assign(static_cast<std::size_t>(vertex_count), kInvalid);
 
-  // Buckets of half-edges by the smaller end point (counting sort); a bucket is a vertex' degree
-  // long.
-  std::vector<Index> begin(static_cast<std::size_t>(vertex_count) + 1, 0);
-  const auto lower = [&](HalfedgeId h) { return std::min(source(faces, h), target(faces, h)); };
-  for (HalfedgeId h = 0; h < halfedges; ++h) ++begin[at(lower(h)) + 1];
-  for (std::size_t v = 0; v < static_cast<std::size_t>(vertex_count); ++v) begin[v + 1] += begin[v];
-  std::vector<HalfedgeId> bucket(static_cast<std::size_t>(halfedges));
-  std::vector<Index> fill(begin.begin(), begin.end() - 1);
-  for (HalfedgeId h = 0; h < halfedges; ++h) {
-    bucket[at(fill[at(lower(h))]++)] = h;
-  }
-  // Partner through a scratch table indexed by the other end point: linear even where one vertex
-  // has huge degree.
-  std::vector<HalfedgeId> partner(static_cast<std::size_t>(vertex_count), kInvalid);
+  // By the smaller end point; a list is a vertex' degree long. Partner through a scratch table
+  // indexed by the other end point: linear even where one vertex has huge degree.
+  const auto low = [&](HalfedgeId h) { return std::min(source(faces, h), target(faces, h)); };
+  const auto high = [&](HalfedgeId h) { return at(std::max(source(faces, h), target(faces, h))); };
+  const Lists<HalfedgeId> by_lower_end(at(vertex_count), [&](const auto& add) {
+    for (HalfedgeId h = 0; h < halfedges; ++h) add(low(h), h);
+  });
+  std::vector<HalfedgeId> partner(at(vertex_count), kInvalid);
   for (VertexId v = 0; v < vertex_count; ++v) {
-    const auto first = static_cast<std::size_t>(begin[at(v)]);
-    const auto last = static_cast<std::size_t>(begin[at(v) + 1]);
-    const auto other = [&](HalfedgeId h) {
-      return static_cast<std::size_t>(std::max(source(faces, h), target(faces, h)));
-    };
-    for (std::size_t i = first; i < last; ++i) {
-      const HalfedgeId h = bucket[i];
-      HalfedgeId& slot = partner[other(h)];
+    for (const HalfedgeId h : by_lower_end[v]) {
+      HalfedgeId& slot = partner[high(h)];
       if (slot == kInvalid) {
         slot = h;
       } else {
@@ -40,7 +30,7 @@ Adjacency build_adjacency(Index vertex_count, const Triangles& faces) {
         adjacency.opposite[at(slot)] = h;
       }
     }
-    for (std::size_t i = first; i < last; ++i) partner[other(bucket[i])] = kInvalid;
+    for (const HalfedgeId h : by_lower_end[v]) partner[high(h)] = kInvalid;
   }
 
   for (HalfedgeId h = 0; h < halfedges; ++h) {

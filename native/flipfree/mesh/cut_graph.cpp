@@ -25,6 +25,38 @@ namespace {
                 ElementKind::kVertex, {v});
 }
 
+// The edges that neither the forest nor the cotree holds. Cotree: Kruskal over the uncut edges
+// outside the forest, longest closing path first.
+std::vector<HalfedgeId> closing_edges(const Triangles& faces, const Adjacency& adjacency,
+                                      const EdgeFlags& cut, const ShortestPaths& forest,
+                                      const std::vector<double>& length,
+                                      const ExecutionContext& context) {
+  struct DualEdge {
+    double weight;
+    HalfedgeId halfedge;
+  };
+  std::vector<DualEdge> dual;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o == kInvalid || o < h || cut[at(h)]) continue;
+    const VertexId a = source(faces, h), b = target(faces, h);
+    const HalfedgeId to_a = forest.arrival(a), to_b = forest.arrival(b);
+    if (to_a == h || to_a == o || to_b == h || to_b == o) continue;
+    dual.push_back({forest.distance(a) + length[at(h)] + forest.distance(b), h});
+  }
+  context.check();
+  std::sort(dual.begin(), dual.end(), [](const DualEdge& a, const DualEdge& b) {
+    return a.weight != b.weight ? a.weight > b.weight : a.halfedge < b.halfedge;
+  });
+  DisjointSets regions(static_cast<Index>(faces.rows()));
+  std::vector<HalfedgeId> closing;
+  for (const DualEdge& e : dual) {
+    if (!regions.join(e.halfedge / 3, adjacency.opposite[at(e.halfedge)] / 3))
+      closing.push_back(e.halfedge);
+  }
+  return closing;
+}
+
 // Works on the surface with its holes filled by fans, whose edges cost nothing: a loop may end in a
 // hole.
 class PlanarCutter {
@@ -82,26 +114,8 @@ class PlanarCutter {
   EdgeFlags open_handles() {
     const Triangles& faces = filled_.faces;
     const ShortestPaths paths = paths_from(any_root());
-    const auto loop_length = [&](HalfedgeId h) {
-      return paths.distance(source(faces, h)) + length_[at(h)] + paths.distance(target(faces, h));
-    };
-    std::vector<HalfedgeId> edges;
-    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(full_.opposite.size()); ++h) {
-      const HalfedgeId o = full_.opposite[at(h)];
-      if (h > o) continue;
-      const bool in_tree =
-          paths.arrival(target(faces, h)) == h || paths.arrival(source(faces, h)) == o;
-      if (!in_tree) edges.push_back(h);
-    }
-    context_.check();
-    std::sort(edges.begin(), edges.end(), [&](HalfedgeId a, HalfedgeId b) {
-      const double la = loop_length(a);
-      const double lb = loop_length(b);
-      return la != lb ? la > lb : a < b;
-    });
-    DisjointSets regions(static_cast<Index>(faces.rows()));
-    for (const HalfedgeId h : edges) {
-      if (regions.join(h / 3, full_.opposite[at(h)] / 3)) continue;
+    const EdgeFlags none(full_.opposite.size(), 0);
+    for (const HalfedgeId h : closing_edges(faces, full_, none, paths, length_, context_)) {
       mark(h);
       mark_path(paths, source(faces, h));
       mark_path(paths, target(faces, h));
@@ -307,38 +321,6 @@ std::vector<VertexId> forest_sources(const Triangles& faces, const Adjacency& ad
     if (!has_open[at(c)]) sources.push_back(chosen[at(c)]);
   }
   return sources;
-}
-
-// The edges that neither the forest nor the cotree holds. Cotree: Kruskal over the uncut edges
-// outside the forest, longest closing path first.
-std::vector<HalfedgeId> closing_edges(const Triangles& faces, const Adjacency& adjacency,
-                                      const EdgeFlags& cut, const ShortestPaths& forest,
-                                      const std::vector<double>& length,
-                                      const ExecutionContext& context) {
-  struct DualEdge {
-    double weight;
-    HalfedgeId halfedge;
-  };
-  std::vector<DualEdge> dual;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    if (o == kInvalid || o < h || cut[at(h)]) continue;
-    const VertexId a = source(faces, h), b = target(faces, h);
-    const HalfedgeId to_a = forest.arrival(a), to_b = forest.arrival(b);
-    if (to_a == h || to_a == o || to_b == h || to_b == o) continue;
-    dual.push_back({forest.distance(a) + length[at(h)] + forest.distance(b), h});
-  }
-  context.check();
-  std::sort(dual.begin(), dual.end(), [](const DualEdge& a, const DualEdge& b) {
-    return a.weight != b.weight ? a.weight > b.weight : a.halfedge < b.halfedge;
-  });
-  DisjointSets regions(static_cast<Index>(faces.rows()));
-  std::vector<HalfedgeId> closing;
-  for (const DualEdge& e : dual) {
-    if (!regions.join(e.halfedge / 3, adjacency.opposite[at(e.halfedge)] / 3))
-      closing.push_back(e.halfedge);
-  }
-  return closing;
 }
 
 }  // namespace

@@ -5,24 +5,69 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <numeric>
+#include <span>
 #include <utility>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/lists.h"
 #include "flipfree/mesh/adjacency.h"
 
 namespace flipfree::mesh {
 
+IndexPairs rows_of(const std::vector<VertexPair>& pairs) {
+  IndexPairs rows(static_cast<Eigen::Index>(pairs.size()), 2);
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    rows.row(static_cast<Eigen::Index>(i)) << pairs[i].first, pairs[i].second;
+  return rows;
+}
+
+std::vector<VertexPair> sorted_pairs(const IndexPairs& rows) {
+  std::vector<VertexPair> pairs;
+  for (Eigen::Index i = 0; i < rows.rows(); ++i)
+    pairs.push_back(std::minmax({rows(i, 0), rows(i, 1)}));
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+void for_each_edge(Index vertex_count, const Triangles& faces, const ExecutionContext& context,
+                   const std::function<void(std::span<const HalfedgeId>)>& visit) {
+  constexpr Index kCheckEvery = 1 << 14;
+  const Lists<HalfedgeId> by_lower_end(at(vertex_count), [&](const auto& add) {
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(faces.size()); ++h)
+      add(ends(faces, h).first, h);
+  });
+  std::vector<std::pair<VertexId, HalfedgeId>> uses;  // by higher vertex
+  std::vector<HalfedgeId> edge;
+  for (VertexId v = 0; v < vertex_count; ++v) {
+    if (v % kCheckEvery == 0) context.check();
+    uses.clear();
+    for (const HalfedgeId h : by_lower_end[v]) uses.emplace_back(ends(faces, h).second, h);
+    std::sort(uses.begin(), uses.end());
+    for (std::size_t i = 0; i < uses.size();) {
+      edge.clear();
+      const VertexId high = uses[i].first;
+      for (; i < uses.size() && uses[i].first == high; ++i) edge.push_back(uses[i].second);
+      visit(edge);
+    }
+  }
+}
+
+void append_duplicates(const Triangles& faces, std::span<const HalfedgeId> edge,
+                       std::vector<FaceId>& found) {
+  if (edge.size() < 2) return;
+  std::vector<std::pair<VertexId, FaceId>> apexes;
+  for (const HalfedgeId h : edge) apexes.emplace_back(source(faces, previous_corner(h)), h / 3);
+  std::sort(apexes.begin(), apexes.end());
+  for (std::size_t i = 1; i < apexes.size(); ++i) {
+    if (apexes[i].first == apexes[i - 1].first) found.push_back(apexes[i].second);
+  }
+}
+
 namespace {
 
 // Units in the last place by which values differ that were meant to be the same.
 constexpr double kLastBits = 4.0;
-
-FaceId root(std::vector<FaceId>& first, FaceId face) {
-  while (first[at(face)] != face) face = first[at(face)] = first[at(first[at(face)])];
-  return face;
-}
 
 // An edge as one of its faces has it: the corners at its lower and at its higher vertex.
 struct Side {
@@ -32,7 +77,8 @@ struct Side {
 
 class Joiner {
  public:
-  Joiner(const Points2f* corner_uv, Islands& result) : uv_(corner_uv), result_(result) {}
+  Joiner(const Points2f* corner_uv, DisjointSets& faces, Index& nearly_joined)
+      : uv_(corner_uv), faces_(faces), nearly_joined_(nearly_joined) {}
 
   // All sides of one edge, in the order of their faces' half-edges.
   void look(std::vector<Side>& sides) {
@@ -44,7 +90,7 @@ class Joiner {
       if (same(sides[i - 1], sides[i])) {
         join(sides[i - 1], sides[i]);
       } else if (near(sides[i - 1], sides[i])) {
-        ++result_.nearly_joined;
+        ++nearly_joined_;
       }
     }
     if (sides.size() > 2) join_others(sides);
@@ -65,10 +111,10 @@ class Joiner {
     }
   }
 
+  // The smallest face stands for all.
   void join(const Side& a, const Side& b) {
-    const FaceId one = root(result_.first, a.low / 3);
-    const FaceId other = root(result_.first, b.low / 3);
-    result_.first[at(std::max(one, other))] = std::min(one, other);
+    const auto [first, other] = std::minmax({faces_.find(a.low / 3), faces_.find(b.low / 3)});
+    faces_.join(other, first);
   }
 
   bool same(const Side& a, const Side& b) const {
@@ -91,12 +137,14 @@ class Joiner {
   }
 
   const Points2f* uv_;
-  Islands& result_;
+  DisjointSets& faces_;
+  Index& nearly_joined_;
 };
 
-// Ids without gaps, where those given leave out so many numbers that lists by vertex would be long.
-Triangles compact(const Triangles& faces) {
-  std::vector<VertexId> ids(faces.data(), faces.data() + faces.size());
+}  // namespace
+
+Triangles compact(const Triangles& faces, std::vector<VertexId>& ids) {
+  ids.assign(faces.data(), faces.data() + faces.size());
   sort_unique(ids);
   Triangles ranked(faces.rows(), 3);
   std::transform(faces.data(), faces.data() + faces.size(), ranked.data(), [&](VertexId v) {
@@ -105,41 +153,28 @@ Triangles compact(const Triangles& faces) {
   return ranked;
 }
 
-}  // namespace
-
 Islands islands_of(const Triangles& faces, const Points2f* corner_uv) {
   Islands result;
-  result.first.resize(at(static_cast<Index>(faces.rows())));
-  std::iota(result.first.begin(), result.first.end(), FaceId{0});
   if (faces.size() == 0) return result;
   if (faces.minCoeff() < 0)
     throw_invalid(ErrorCode::kIndexOutOfRange, "A triangle has a negative vertex. Correct it.");
-  if (faces.maxCoeff() > 2 * faces.size()) return islands_of(compact(faces), corner_uv);
+  std::vector<VertexId> ids;
+  if (faces.maxCoeff() > 2 * faces.size()) return islands_of(compact(faces, ids), corner_uv);
 
-  // Half-edges by their lower vertex, then by the higher one.
-  const auto by_lower_end = halfedges_by_lower_end(at(faces.maxCoeff()) + 1, faces);
-  const auto side = [&](HalfedgeId h) -> Side {
-    const HalfedgeId n = next_corner(h);
-    return source(faces, h) <= source(faces, n) ? Side{h, n} : Side{n, h};
-  };
-  Joiner joiner(corner_uv, result);
+  DisjointSets joined(static_cast<Index>(faces.rows()));
+  Joiner joiner(corner_uv, joined, result.nearly_joined);
   std::vector<Side> sides;
-  std::vector<std::pair<VertexId, HalfedgeId>> edges;  // (higher vertex, half-edge)
-  for (VertexId v = 0; v < by_lower_end.size(); ++v) {
-    edges.clear();
-    for (const HalfedgeId h : by_lower_end[v])
-      edges.emplace_back(std::max(source(faces, h), target(faces, h)), h);
-    std::sort(edges.begin(), edges.end());
-    for (auto a = edges.begin(), last = edges.end(); a != last;) {
-      sides.clear();
-      const VertexId high = a->first;
-      for (; a != last && a->first == high; ++a) sides.push_back(side(a->second));
-      if (sides.size() > 1) joiner.look(sides);
-    }
-  }
-  // A parent comes before its children.
+  for_each_edge(faces.maxCoeff() + 1, faces, ExecutionContext(),
+                [&](std::span<const HalfedgeId> edge) {
+                  sides.clear();
+                  for (const HalfedgeId h : edge) {
+                    const HalfedgeId n = next_corner(h);
+                    sides.push_back(source(faces, h) <= source(faces, n) ? Side{h, n} : Side{n, h});
+                  }
+                  if (sides.size() > 1) joiner.look(sides);
+                });
   for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f)
-    result.first[at(f)] = result.first[at(result.first[at(f)])];
+    result.first.push_back(joined.find(f));
   return result;
 }
 

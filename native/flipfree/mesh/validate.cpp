@@ -1,15 +1,14 @@
 #include "flipfree/mesh/validate.h"
 
 #include <algorithm>
-#include <array>
-#include <numeric>
+#include <span>
 #include <string>
 #include <utility>
 
 #include "flipfree/base/failure.h"
-#include "flipfree/base/lists.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
+#include "flipfree/mesh/islands.h"
 
 namespace flipfree::mesh {
 namespace {
@@ -89,66 +88,29 @@ void check_values(const Surface& surface, std::vector<Error>& defects) {
   report(defects, infinite, "has a coordinate that is NaN or infinite", "Delete or move it.");
 }
 
-// Lists by a vertex are as short as its degree, so sorting them is linear overall, and a cancel is
-// seen between them.
-constexpr Index kCheckEvery = 1 << 14;
-
-void check_faces_distinct(const Surface& surface, const ExecutionContext& context,
-                          std::vector<Error>& defects) {
-  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
-  const Lists<FaceId> by_lowest(at(vertex_count), [&](const auto& add) {
-    for (FaceId f = 0; f < surface.faces.rows(); ++f) add(surface.faces.row(f).minCoeff(), f);
-  });
-  Finding duplicate{ErrorCode::kDuplicateFace, ElementKind::kFace, {}};
-  using Key = std::array<Index, 3>;  // middle and highest corner, face
-  std::vector<Key> keys;
-  std::vector<FaceId> found;
-  for (VertexId v = 0; v < vertex_count; ++v) {
-    if (v % kCheckEvery == 0) context.check();
-    keys.clear();
-    for (const FaceId f : by_lowest[v]) {
-      const auto row = surface.faces.row(f);
-      const Index high = row.maxCoeff();
-      keys.push_back({row.sum() - v - high, high, f});
-    }
-    std::sort(keys.begin(), keys.end());
-    for (std::size_t i = 1; i < keys.size(); ++i) {
-      if (keys[i][0] == keys[i - 1][0] && keys[i][1] == keys[i - 1][1]) found.push_back(keys[i][2]);
-    }
-  }
-  std::sort(found.begin(), found.end());
-  for (const FaceId f : found) duplicate.add({f});
-  report(defects, duplicate, "has the same three vertices as another face",
-         "Delete one of the two.");
-}
+constexpr Index kCheckEvery = 1 << 14;  // faces, between looks at a cancel
 
 void check_edges(const Surface& surface, const ExecutionContext& context,
                  std::vector<Error>& defects) {
-  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
   const Triangles& faces = surface.faces;
-  const auto by_lower_end = halfedges_by_lower_end(at(vertex_count), faces);
+  Finding duplicate{ErrorCode::kDuplicateFace, ElementKind::kFace, {}};
   Finding crowded{ErrorCode::kNonManifoldEdge, ElementKind::kEdge, {}};
   Finding twisted{ErrorCode::kInconsistentOrientation, ElementKind::kEdge, {}};
-  std::vector<std::pair<VertexId, bool>> uses;  // higher end, whether it is the target
-  for (VertexId v = 0; v < vertex_count; ++v) {
-    if (v % kCheckEvery == 0) context.check();
-    uses.clear();
-    for (const HalfedgeId h : by_lower_end[v]) {
-      const bool forward = source(faces, h) == v;
-      uses.emplace_back(forward ? target(faces, h) : source(faces, h), forward);
-    }
-    std::sort(uses.begin(), uses.end());
-    for (std::size_t i = 0; i < uses.size();) {
-      std::size_t j = i + 1;
-      while (j < uses.size() && uses[j].first == uses[i].first) ++j;
-      if (j - i > 2) {
-        crowded.add({v, uses[i].first});
-      } else if (j - i == 2 && uses[i].second == uses[i + 1].second) {
-        twisted.add({v, uses[i].first});
-      }
-      i = j;
-    }
-  }
+  std::vector<FaceId> found;
+  for_each_edge(static_cast<Index>(surface.vertices.rows()), faces, context,
+                [&](std::span<const HalfedgeId> edge) {
+                  const auto [low, high] = ends(faces, edge[0]);
+                  if (edge.size() > 2) {
+                    crowded.add({low, high});
+                  } else if (edge.size() == 2 && source(faces, edge[0]) == source(faces, edge[1])) {
+                    twisted.add({low, high});
+                  }
+                  append_duplicates(faces, edge, found);
+                });
+  sort_unique(found);
+  for (const FaceId f : found) duplicate.add({f});
+  report(defects, duplicate, "has the same three vertices as another face",
+         "Delete one of the two.");
   report(defects, crowded, "belongs to more than two faces",
          "Split the surface there or delete the extra faces (Select Non Manifold shows them).");
   report(defects, twisted, "is used by both its faces in the same direction",
@@ -233,7 +195,6 @@ std::vector<Error> find_defects(const Surface& surface, const ValidateOptions& o
   std::vector<Error> defects;
   check_values(surface, defects);
   if (!defects.empty()) return defects;
-  check_faces_distinct(surface, context, defects);
   check_edges(surface, context, defects);
   context.check();
   if (defects.empty()) check_vertices(surface, options, defects);

@@ -66,7 +66,9 @@ class Unwrapping {
     lap("seconds_flatten");
     const PlacedCharts placed = place();
     const Grace finishing(context_);
-    certify::Parametrization map = assembled(placed);
+    certify::Parametrization map =
+        map_of_charts(surface_, mesh::flagged_edges(surface_.faces, adjacency_, islands_.cut),
+                      islands_.charts, placed.uv, placed.stored);
     lap("seconds_place");
     judge(map);
     return map;
@@ -161,7 +163,8 @@ class Unwrapping {
     };
     unstorable.clear();
     const ProgressRange range(context_, 0.92, 0.95);
-    PlacedCharts placed = place_charts(islands_.charts, uv_, moved, placing, round, context_);
+    PlacedCharts placed =
+        place_charts(islands_.charts, uv_, moved, placing, {}, Points2(0, 2), round, context_);
     stats_["fill"] = placed.fill;
     stats_["margin_met"] = static_cast<std::int64_t>(placed.margin_met);
     stats_["kept_places"] = static_cast<std::int64_t>(placed.kept);
@@ -193,20 +196,6 @@ class Unwrapping {
     uv_.clear();
     for (const mesh::Chart& chart : islands_.charts) uv_.push_back(by_vertex(chart, corners));
     return true;
-  }
-
-  certify::Parametrization assembled(const PlacedCharts& placed) {
-    certify::Parametrization map;
-    map.surface = surface_;
-    map.uv.resize(3 * surface_.faces.rows(), 2);
-    map.uv32.resize(3 * surface_.faces.rows(), 2);
-    for (std::size_t c = 0; c < islands_.charts.size(); ++c) {
-      put_corners(islands_.charts[c], placed.uv[c], map.uv);
-      put_corners(islands_.charts[c], placed.stored[c], map.uv32);
-    }
-    certify::set_identity_provenance(map);
-    map.cut_edges = mesh::flagged_edges(surface_.faces, adjacency_, islands_.cut);
-    return map;
   }
 
   void judge(certify::Parametrization& map) {

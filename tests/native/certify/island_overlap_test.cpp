@@ -51,7 +51,7 @@ TEST(IslandOverlap, stacked_islands_are_counted_and_fail_only_if_they_must_be_di
 TEST(IslandOverlap, counting_ends_at_a_million_pairs_and_a_thousand_faces) {
   constexpr Index kTriangles = 1500;
   const mesh::Surface surface = loose_triangles(kTriangles);
-  const mesh::Components charts = charts_of(
+  const mesh::Components charts = mesh::components_between(
       adjacency_of(surface), mesh::EdgeFlags(static_cast<std::size_t>(3 * kTriangles), 0));
   const IslandOverlaps overlaps = island_overlaps(charts, stacked(kTriangles));
   EXPECT_EQ(overlaps.pairs, IslandOverlaps::kMostPairs);
@@ -60,7 +60,8 @@ TEST(IslandOverlap, counting_ends_at_a_million_pairs_and_a_thousand_faces) {
 
 TEST(IslandOverlap, charts_that_cover_nothing_overlap_nothing) {
   const mesh::Surface surface = loose_triangles(4);
-  const mesh::Components charts = charts_of(adjacency_of(surface), mesh::EdgeFlags(12, 0));
+  const mesh::Components charts =
+      mesh::components_between(adjacency_of(surface), mesh::EdgeFlags(12, 0));
   Points2 uv = stacked(4);
   uv.row(0).setConstant(std::numeric_limits<double>::quiet_NaN());
   uv.middleRows<3>(3).setConstant(kInfinite);
@@ -76,8 +77,8 @@ TEST(IslandOverlap, trees_of_many_triangles_are_searched_on_both_sides) {
   const mesh::Surface grid = test::grid(8, 8);
   const Eigen::Index m = grid.faces.rows();
   const mesh::Surface surface = test::beside(grid, loose_triangles(1));
-  const mesh::Components charts =
-      charts_of(adjacency_of(surface), mesh::EdgeFlags(static_cast<std::size_t>(3 * (m + 1)), 0));
+  const mesh::Components charts = mesh::components_between(
+      adjacency_of(surface), mesh::EdgeFlags(static_cast<std::size_t>(3 * (m + 1)), 0));
   for (const double x : {-0.05, 0.5, 0.99}) {
     for (const double y : {-0.05, 0.5, 0.99}) {
       Points2 uv(3 * (m + 1), 2);

@@ -10,9 +10,11 @@
 #include <tuple>
 #include <utility>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/lists.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/islands.h"
 
 namespace flipfree::mesh {
 
@@ -37,16 +39,17 @@ class Pairer {
       : input_(input), turned_(turned), result_(result) {}
 
   // All half-edges between two vertices.
-  void pair(const HalfedgeId* halfedges, std::size_t count) {
-    if (count == 2) {
-      if (duplicates(halfedges[0], halfedges[1])) {
-        result_.loose.push_back({{halfedges, halfedges + count}});
+  void pair(std::span<const HalfedgeId> edge) {
+    if (edge.size() == 2) {
+      if (duplicates(edge[0], edge[1])) {
+        result_.loose.push_back({{edge.begin(), edge.end()}});
       } else {
-        join(halfedges[0], halfedges[1]);
+        join(edge[0], edge[1]);
       }
-    } else if (count > 2) {
-      result_.crowded.push_back({{halfedges, halfedges + count}});
+    } else if (edge.size() > 2) {
+      result_.crowded.push_back({{edge.begin(), edge.end()}});
     }
+    if (edge.size() > 1) append_duplicates(input_.faces, edge, result_.duplicate);
   }
 
   void pair_crowd(const std::vector<HalfedgeId>& halfedges) {
@@ -207,47 +210,20 @@ class Pairer {
   std::vector<Vector3> across_;
 };
 
-std::vector<FaceId> duplicate_faces(const Triangles& faces, const std::vector<EdgeUse>& crowded,
-                                    const std::vector<EdgeUse>& loose) {
-  // Two faces with the same vertices share all three edges: looking at one of them is enough.
-  std::vector<FaceId> found;
-  std::vector<std::pair<VertexId, FaceId>> apexes;
-  const auto search = [&](const EdgeUse& edge) {
-    apexes.clear();
-    for (const HalfedgeId h : edge.halfedges)
-      apexes.emplace_back(source(faces, previous_corner(h)), h / 3);
-    std::sort(apexes.begin(), apexes.end());
-    for (std::size_t i = 1; i < apexes.size(); ++i) {
-      if (apexes[i].first == apexes[i - 1].first) found.push_back(apexes[i].second);
-    }
-  };
-  for (const EdgeUse& edge : crowded) search(edge);
-  for (const EdgeUse& edge : loose) search(edge);
-  sort_unique(found);
-  return found;
-}
-
 }  // namespace
 
 std::vector<char> flag_pairs(const Triangles& faces, Index vertex_count, const IndexPairs* pairs) {
   std::vector<char> flags(static_cast<std::size_t>(faces.size()), 0);
   if (pairs == nullptr || pairs->rows() == 0) return flags;
-  std::vector<std::pair<VertexId, VertexId>> sorted;
+  const std::vector<VertexPair> sorted = sorted_pairs(*pairs);
   std::vector<char> low_end(at(vertex_count), 0);
-  for (Eigen::Index i = 0; i < pairs->rows(); ++i) {
-    const VertexId low = std::min((*pairs)(i, 0), (*pairs)(i, 1));
-    if (low < 0 || low >= vertex_count) continue;
-    sorted.emplace_back(low, std::max((*pairs)(i, 0), (*pairs)(i, 1)));
-    low_end[at(low)] = 1;
+  for (const VertexPair& pair : sorted) {
+    if (pair.first >= 0 && pair.first < vertex_count) low_end[at(pair.first)] = 1;
   }
-  std::sort(sorted.begin(), sorted.end());
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
-    const auto [low, high] = std::minmax({source(faces, h), target(faces, h)});
-    if (low_end[at(low)] == 0) continue;
-    flags[at(h)] =
-        std::binary_search(sorted.begin(), sorted.end(), std::pair<VertexId, VertexId>(low, high))
-            ? 1
-            : 0;
+    const VertexPair own = ends(faces, h);
+    if (low_end[at(own.first)] == 0) continue;
+    flags[at(h)] = std::binary_search(sorted.begin(), sorted.end(), own) ? 1 : 0;
   }
   return flags;
 }
@@ -262,29 +238,13 @@ bool continues_in_map(const Triangles& faces, const Points2& corner_uv, Halfedge
 }
 
 EdgePairs pair_edges(const PairingInput& input, const ExecutionContext& context) {
-  constexpr Index kCheckEvery = 1 << 14;
   EdgePairs result;
   result.mate.assign(static_cast<std::size_t>(input.faces.size()), kInvalid);
-  const auto vertex_count = static_cast<Index>(input.positions.rows());
-  const auto by_lower_end = halfedges_by_lower_end(at(vertex_count), input.faces);
   const std::vector<char> none;
   Pairer pairer(input, none, result);
-  std::vector<std::pair<VertexId, HalfedgeId>> uses;  // by higher vertex
-  std::vector<HalfedgeId> edge;
-  for (VertexId v = 0; v < vertex_count; ++v) {
-    if (v % kCheckEvery == 0) context.check();
-    uses.clear();
-    for (const HalfedgeId h : by_lower_end[v])
-      uses.emplace_back(std::max(source(input.faces, h), target(input.faces, h)), h);
-    std::sort(uses.begin(), uses.end());
-    for (std::size_t i = 0; i < uses.size();) {
-      edge.clear();
-      const VertexId high = uses[i].first;
-      for (; i < uses.size() && uses[i].first == high; ++i) edge.push_back(uses[i].second);
-      pairer.pair(edge.data(), edge.size());
-    }
-  }
-  result.duplicate = duplicate_faces(input.faces, result.crowded, result.loose);
+  for_each_edge(static_cast<Index>(input.positions.rows()), input.faces, context,
+                [&](std::span<const HalfedgeId> edge) { pairer.pair(edge); });
+  sort_unique(result.duplicate);
   return result;
 }
 
@@ -299,94 +259,46 @@ void pair_crowds(const PairingInput& input, const std::vector<char>& turned, Edg
   }
 }
 
-namespace {
-
-// Lists of one entry per corner or cut end, by vertex: those of v lie at [begin[v], begin[v + 1]).
-// The fans around one vertex.
-class Umbrella {
- public:
-  // corners: of the vertex, ascending. cut: ends of the cuts at it. Fills `fan`: for each corner
-  // the position of the first corner of its fan.
-  void find(const Triangles& faces, std::span<const CornerId> corners,
-            std::span<const VertexId> cut, std::vector<std::size_t>& fan) {
-    fan.resize(corners.size());
-    std::iota(fan.begin(), fan.end(), std::size_t{0});
-    spokes_.clear();
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      spokes_.emplace_back(faces.data()[next_corner(corners[i])], i);
-      spokes_.emplace_back(faces.data()[previous_corner(corners[i])], i);
-    }
-    std::sort(spokes_.begin(), spokes_.end());
-    for (std::size_t s = 1; s < spokes_.size(); ++s) {
-      if (spokes_[s].first != spokes_[s - 1].first) continue;
-      if (std::ranges::find(cut, spokes_[s].first) != cut.end()) continue;
-      const std::size_t a = root(fan, spokes_[s - 1].second);
-      const std::size_t b = root(fan, spokes_[s].second);
-      fan[std::max(a, b)] = std::min(a, b);
-    }
-    // A parent comes before its children.
-    for (std::size_t& f : fan) f = fan[f];
-  }
-
- private:
-  static std::size_t root(std::vector<std::size_t>& fan, std::size_t i) {
-    while (fan[i] != i) i = fan[i] = fan[fan[i]];
-    return i;
-  }
-
-  std::vector<std::pair<Index, std::size_t>> spokes_;  // (other end, corner)
-};
-
-// The same for ids that leave out so many numbers that lists by vertex would be longer than the
-// mesh.
-Fans split_sparse(const Triangles& faces, const IndexPairs& cuts) {
-  std::vector<VertexId> ids(faces.data(), faces.data() + faces.size());
-  sort_unique(ids);
-  const auto rank = [&](VertexId v) {
-    const auto at = std::lower_bound(ids.begin(), ids.end(), v);
-    return at != ids.end() && *at == v ? static_cast<VertexId>(at - ids.begin()) : kInvalid;
-  };
-  Triangles ranked(faces.rows(), 3);
-  std::transform(faces.data(), faces.data() + faces.size(), ranked.data(), rank);
-  IndexPairs pairs(cuts.rows(), 2);
-  std::transform(cuts.data(), cuts.data() + cuts.size(), pairs.data(), rank);
-  Fans result = split_fans(ranked, pairs);
-  for (VertexId& v : result.origin) v = ids[at(v)];
-  return result;
-}
-
-}  // namespace
-
 Fans split_fans(const Triangles& faces, const IndexPairs& cuts) {
   Fans result;
   result.faces.resize(faces.rows(), 3);
   if (faces.size() == 0) return result;
   if (faces.minCoeff() < 0)
     throw_invalid(ErrorCode::kIndexOutOfRange, "A triangle has a negative vertex. Correct it.");
-  const std::size_t vertices = at(faces.maxCoeff()) + 1;
-  if (vertices > 2 * static_cast<std::size_t>(faces.size())) return split_sparse(faces, cuts);
-  const auto corners = corners_by_vertex(vertices, faces);
-  const Lists<VertexId> cut_ends(vertices, [&](const auto& add) {
-    for (Eigen::Index i = 0; i < cuts.size(); ++i) {
-      const VertexId v = cuts.data()[i];
-      if (v >= 0 && at(v) < vertices) add(v, cuts.data()[i ^ 1]);
+  if (faces.maxCoeff() >= 2 * faces.size()) {
+    std::vector<VertexId> ids;
+    const Triangles ranked = compact(faces, ids);
+    const IndexPairs pairs = cuts.unaryExpr([&](VertexId v) {
+      const auto found = std::lower_bound(ids.begin(), ids.end(), v);
+      const bool used = found != ids.end() && *found == v;
+      return used ? static_cast<VertexId>(found - ids.begin()) : kInvalid;
+    });
+    result = split_fans(ranked, pairs);
+    for (VertexId& v : result.origin) v = ids[at(v)];
+    return result;
+  }
+  const std::vector<VertexPair> cut = sorted_pairs(cuts);
+  DisjointSets fans(static_cast<Index>(faces.size()));  // of corners; the first stands for all
+  const auto join = [&](CornerId a, CornerId b) {
+    const auto [first, other] = std::minmax({fans.find(a), fans.find(b)});
+    fans.join(other, first);
+  };
+  const Index vertices = faces.maxCoeff() + 1;
+  for_each_edge(vertices, faces, ExecutionContext(), [&](std::span<const HalfedgeId> edge) {
+    if (std::binary_search(cut.begin(), cut.end(), ends(faces, edge[0]))) return;
+    for (const HalfedgeId h : edge.subspan(1)) {
+      const bool same = source(faces, h) == source(faces, edge[0]);
+      join(edge[0], same ? h : next_corner(h));
+      join(next_corner(edge[0]), same ? next_corner(h) : h);
     }
   });
-  Umbrella umbrella;
-  std::vector<std::size_t> fan;
-  std::vector<Index> number;
-  for (VertexId v = 0; v < corners.size(); ++v) {
-    const std::span<const CornerId> own = corners[v];
-    umbrella.find(faces, own, cut_ends[v], fan);
-    number.resize(own.size());
-    for (std::size_t i = 0; i < own.size(); ++i) {
-      if (fan[i] == i) {
-        number[i] = static_cast<Index>(result.origin.size());
-        result.origin.push_back(v);
-      } else {
-        number[i] = number[fan[i]];
-      }
-      result.faces.data()[own[i]] = number[i];
+  const auto corners = corners_by_vertex(at(vertices), faces);
+  VertexId* const number = result.faces.data();
+  for (VertexId v = 0; v < vertices; ++v) {
+    for (const CornerId c : corners[v]) {
+      const CornerId first = fans.find(c);
+      number[c] = first == c ? static_cast<VertexId>(result.origin.size()) : number[first];
+      if (first == c) result.origin.push_back(v);
     }
   }
   return result;

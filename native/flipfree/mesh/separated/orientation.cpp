@@ -11,6 +11,7 @@
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/islands.h"
 #include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -231,10 +232,6 @@ Orientation orient(const PairingInput& input, EdgePairs& pairs, const ExecutionC
 
 namespace {
 
-std::pair<VertexId, VertexId> ends(const Triangles& faces, HalfedgeId h) {
-  return std::minmax({source(faces, h), target(faces, h)});
-}
-
 // Half-edges of one group and between the same vertices, where there are just two of them.
 template <typename Group>
 std::vector<std::pair<HalfedgeId, HalfedgeId>> twos(const Triangles& faces,
@@ -293,16 +290,13 @@ IndexPairs sides_of_torn_polygons(const Triangles& faces, const std::vector<Inde
   std::sort(torn.begin(), torn.end());
   std::vector<char> diagonal(static_cast<std::size_t>(faces.size()), 0);
   for (const auto& [h, o] : inside) diagonal[at(h)] = diagonal[at(o)] = 1;
-  std::vector<std::pair<VertexId, VertexId>> sides;
+  std::vector<VertexPair> sides;
   for (const HalfedgeId h : halfedges) {
     if (diagonal[at(h)] == 0 && std::binary_search(torn.begin(), torn.end(), polygon_of(h)))
       sides.push_back(ends(faces, h));
   }
   sort_unique(sides);
-  IndexPairs result(static_cast<Eigen::Index>(sides.size()), 2);
-  for (std::size_t i = 0; i < sides.size(); ++i)
-    result.row(static_cast<Eigen::Index>(i)) << sides[i].first, sides[i].second;
-  return result;
+  return rows_of(sides);
 }
 
 }  // namespace flipfree::mesh

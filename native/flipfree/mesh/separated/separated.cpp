@@ -15,6 +15,7 @@
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/face_area.h"
+#include "flipfree/mesh/islands.h"
 #include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/mesh/separated/orientation.h"
 
@@ -204,7 +205,7 @@ class Separator {
     Mend mend{kind, ElementKind::kEdge, halfedges.size(), {}};
     for (const HalfedgeId h : halfedges) {
       if (mend.elements.size() + 2 > kMostListed) break;
-      const auto [low, high] = std::minmax({source(faces_, h), target(faces_, h)});
+      const auto [low, high] = ends(faces_, h);
       mend.elements.push_back(low);
       mend.elements.push_back(high);
     }
@@ -232,11 +233,11 @@ class Separator {
   }
   void list_shapes() {
     std::vector<FaceId> flat;
-    std::vector<std::pair<VertexId, VertexId>> short_edges;
+    std::vector<VertexPair> short_edges;
     for (const FaceId f : shapeless_faces(input_.vertices, faces_)) {
       bool coincident = false;
       for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-        const auto [low, high] = std::minmax({source(faces_, h), target(faces_, h)});
+        const auto [low, high] = ends(faces_, h);
         if (input_.vertices.row(low) != input_.vertices.row(high)) continue;
         coincident = true;
         short_edges.emplace_back(low, high);
@@ -301,35 +302,26 @@ CornerId SeparatedSurface::corner_origin(CornerId c) const {
 IndexPairs copies_of_edges(const Surface& input, const SeparatedSurface& separated,
                            const IndexPairs& pairs) {
   const auto vertex_count = static_cast<Index>(input.vertices.rows());
-  const auto edges_among = [&](const Triangles& faces) {
-    std::vector<std::pair<VertexId, VertexId>> found;
+  // Those of the pairs that are edges of such faces; which face and side they are of is no matter.
+  const auto edges_among = [&](const Triangles& faces, const Triangles& numbers) {
+    std::vector<VertexPair> found;
     const std::vector<char> flags = flag_pairs(faces, vertex_count, &pairs);
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
-      if (flags[at(h)] != 0) found.push_back(std::minmax({source(faces, h), target(faces, h)}));
+      if (flags[at(h)] != 0) found.push_back(ends(numbers, h));
     }
-    std::sort(found.begin(), found.end());
+    sort_unique(found);
     return found;
   };
-  const auto of_input = edges_among(input.faces);
+  const auto of_input = edges_among(input.faces, input.faces);
   for (Eigen::Index i = 0; i < pairs.rows(); ++i) {
-    const std::pair<VertexId, VertexId> pair = std::minmax({pairs(i, 0), pairs(i, 1)});
+    const VertexPair pair = std::minmax({pairs(i, 0), pairs(i, 1)});
     if (!std::binary_search(of_input.begin(), of_input.end(), pair))
       throw_not_an_edge(pairs, i, vertex_count);
   }
   const Triangles& faces = separated.surface.faces;
-  Triangles named(faces.rows(), 3);
-  std::transform(faces.data(), faces.data() + faces.size(), named.data(),
-                 [&](VertexId v) { return separated.vertex_origin[at(v)]; });
-  const std::vector<char> flags = flag_pairs(named, vertex_count, &pairs);
-  std::vector<std::pair<VertexId, VertexId>> copies;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
-    if (flags[at(h)] != 0) copies.push_back(std::minmax({source(faces, h), target(faces, h)}));
-  }
-  sort_unique(copies);
-  IndexPairs result(static_cast<Eigen::Index>(copies.size()), 2);
-  for (std::size_t i = 0; i < copies.size(); ++i)
-    result.row(static_cast<Eigen::Index>(i)) << copies[i].first, copies[i].second;
-  return result;
+  const Triangles named =
+      faces.unaryExpr([&](VertexId v) { return separated.vertex_origin[at(v)]; });
+  return rows_of(edges_among(named, faces));
 }
 
 SeparatedSurface separate(const Surface& input, const SeparateOptions& options,

@@ -2,15 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <deque>
 #include <numeric>
+#include <span>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
+#include "flipfree/mesh/islands.h"
+#include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/unwrap/islands/islands.h"
 
 namespace flipfree::unwrap {
@@ -169,39 +171,14 @@ std::vector<std::array<double, 2>> lines_of(const mesh::Surface& surface, const 
 }
 
 // Of faces that share an edge with one other, wound like them.
-std::vector<HalfedgeId> opposites_of(const Triangles& faces) {
-  const auto key = [](VertexId a, VertexId b) {
-    return static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint32_t>(b);
-  };
-  constexpr HalfedgeId kSeveral = -2;
-  std::unordered_map<std::uint64_t, HalfedgeId> at_edge;
-  const auto count = static_cast<HalfedgeId>(faces.size());
-  for (HalfedgeId h = 0; h < count; ++h) {
-    const auto [entry, fresh] =
-        at_edge.try_emplace(key(mesh::source(faces, h), mesh::target(faces, h)), h);
-    if (!fresh) entry->second = kSeveral;
-  }
-  std::vector<HalfedgeId> opposite(at(count), kInvalid);
-  for (HalfedgeId h = 0; h < count; ++h) {
-    const auto back = at_edge.find(key(mesh::target(faces, h), mesh::source(faces, h)));
-    if (back != at_edge.end() && back->second >= 0 &&
-        at_edge.find(key(mesh::source(faces, h), mesh::target(faces, h)))->second == h)
-      opposite[at(h)] = back->second;
-  }
+std::vector<HalfedgeId> opposites_of(const Triangles& faces, const ExecutionContext& context) {
+  std::vector<HalfedgeId> opposite(at(static_cast<Index>(faces.size())), kInvalid);
+  mesh::for_each_edge(faces.maxCoeff() + 1, faces, context, [&](std::span<const HalfedgeId> edge) {
+    if (edge.size() != 2 || mesh::source(faces, edge[0]) == mesh::source(faces, edge[1])) return;
+    opposite[at(edge[0])] = edge[1];
+    opposite[at(edge[1])] = edge[0];
+  });
   return opposite;
-}
-
-mesh::EdgeFlags flags_of(const Triangles& faces, const IndexPairs& cuts) {
-  std::vector<std::pair<VertexId, VertexId>> pairs;
-  for (const auto& cut : cuts.rowwise()) pairs.emplace_back(std::minmax(cut[0], cut[1]));
-  std::sort(pairs.begin(), pairs.end());
-  mesh::EdgeFlags flags(at(static_cast<Index>(faces.size())), 0);
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
-    const std::pair<VertexId, VertexId> own =
-        std::minmax(mesh::source(faces, h), mesh::target(faces, h));
-    flags[at(h)] = std::binary_search(pairs.begin(), pairs.end(), own) ? 1 : 0;
-  }
-  return flags;
 }
 
 void refuse(std::vector<FaceId> faces, const char* why, ErrorCode code) {
@@ -320,7 +297,7 @@ Points2 rectify(const mesh::Surface& surface, const RectifyOptions& options,
   if (surface.faces.rows() == 0 || surface.faces.minCoeff() < 0 ||
       surface.faces.maxCoeff() >= surface.vertices.rows())
     return Points2::Zero(surface.faces.size(), 2);
-  const mesh::Adjacency adjacency{opposites_of(surface.faces), {}};
+  const mesh::Adjacency adjacency{opposites_of(surface.faces, context), {}};
   const std::vector<Quad> quads = quads_of(surface, adjacency.opposite, options.polygon, true);
   std::vector<char> in_quad(at(static_cast<Index>(surface.faces.rows())), 0);
   for (const Quad& quad : quads)
@@ -330,7 +307,8 @@ Points2 rectify(const mesh::Surface& surface, const RectifyOptions& options,
     if (in_quad[f] == 0) others.push_back(static_cast<FaceId>(f));
   refuse(std::move(others), "no quad", ErrorCode::kNoQuad);
   context.check();
-  mesh::EdgeFlags ends = flags_of(surface.faces, options.cuts);
+  mesh::EdgeFlags ends =
+      mesh::flag_pairs(surface.faces, static_cast<Index>(surface.vertices.rows()), &options.cuts);
   if (options.corner_uv.rows() > 0)
     ends = with_seams(adjacency, quads, options.corner_uv, std::move(ends));
   const Grids grids = grids_of(adjacency.opposite, quads, ends);

@@ -117,6 +117,18 @@ Points2 moved(const Similarity& similarity, const Points2& uv) {
   return result;
 }
 
+Points2 below_each_other(const std::vector<Points2>& parts) {
+  Eigen::Index rows = 0;
+  for (const Points2& part : parts) rows += part.rows();
+  Points2 all(rows, 2);
+  rows = 0;
+  for (const Points2& part : parts) {
+    all.middleRows(rows, part.rows()) = part;
+    rows += part.rows();
+  }
+  return all;
+}
+
 Points2 by_corner(const Triangles& faces, const Points2& uv) {
   Points2 corners(faces.size(), 2);
   for (Eigen::Index c = 0; c < corners.rows(); ++c) corners.row(c) = uv.row(faces.data()[c]);

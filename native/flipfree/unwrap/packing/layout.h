@@ -1,6 +1,9 @@
 // Turning and moving charts in UV space.
 #pragma once
 
+#include <Eigen/Geometry>
+#include <vector>
+
 #include "flipfree/base/types.h"
 
 namespace flipfree::unwrap {
@@ -26,6 +29,14 @@ Similarity fit_motion(const Points2& from, const Points2& to, double scale = 1.0
 
 // Every point carried.
 Points2 moved(const Similarity& similarity, const Points2& uv);
+
+// The rows of all parts.
+Points2 below_each_other(const std::vector<Points2>& parts);
+
+template <typename Rows>
+Eigen::AlignedBox2d bounds_of(const Eigen::MatrixBase<Rows>& uv) {
+  return {uv.colwise().minCoeff().transpose(), uv.colwise().maxCoeff().transpose()};
+}
 
 // The map (#V x 2) corner by corner, 3 #F x 2.
 Points2 by_corner(const Triangles& faces, const Points2& uv);

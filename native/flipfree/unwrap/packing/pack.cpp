@@ -27,7 +27,7 @@ namespace {
 
 struct PackedCharts {
   std::vector<Points2> uv;
-  std::vector<Index> group;
+  Grouping grouping;
   std::vector<Index> layout;
   std::vector<char> moved;
   std::vector<KeptAsStored> kept;
@@ -100,19 +100,21 @@ PackedCharts read_charts(const std::vector<mesh::Chart>& charts, const Points2& 
   std::vector<char> stays(at(corner_uv.rows()), 0);
   for (const CornerId c : options.unmoved) stays[at(c)] = 1;
   PackedCharts result;
+  result.grouping.rigid = !options.groups.empty();
   for (const mesh::Chart& chart : charts) {
     Points2 uv = by_vertex(chart, corner_uv);
     std::vector<VertexId> fixed;
     for (std::size_t h = 0; h < corner_count(chart); ++h) {
       if (stays[corner_of(chart, h)] != 0) fixed.push_back(chart.surface.faces.data()[h]);
     }
-    if (options.together) result.group.push_back(components.of_face[at(chart.faces.front())]);
+    if (options.together)
+      result.grouping.group.push_back(components.of_face[at(chart.faces.front())]);
     const auto highest = [&](const std::vector<Index>& numbers) {
       Index number = kInvalid;
       for (const FaceId f : chart.faces) number = std::max(number, numbers[at(f)]);
       return number;
     };
-    if (!options.groups.empty()) result.group.push_back(highest(options.groups));
+    if (!options.groups.empty()) result.grouping.group.push_back(highest(options.groups));
     if (!options.layouts.empty()) result.layout.push_back(highest(options.layouts));
     result.moved.push_back(fixed.empty());
     const bool bijective =
@@ -148,16 +150,16 @@ std::vector<T> chosen(const std::vector<T>& all, const std::vector<std::size_t>&
 
 // The charts of every layout by themselves, in its tile.
 PlacedCharts place_layouts(const std::vector<mesh::Chart>& charts, const PackedCharts& packed,
-                           const PackOptions& options, PlacingOptions placing,
-                           ExecutionContext& context) {
-  const auto place = [&](const std::vector<mesh::Chart>& own, const PackedCharts& of) {
-    placing.group = of.group;
+                           const PackOptions& options, ExecutionContext& context) {
+  PlacingOptions placing = options;
+  const auto place = [&](const std::vector<mesh::Chart>& own, const PackedCharts& of,
+                         const Points2& stays) {
     return place_charts(
-        own, of.uv, of.moved, placing,
+        own, of.uv, of.moved, placing, of.grouping, stays,
         [&](const std::vector<Points2>& uv) { return round_packed(own, of, uv, context); },
         context);
   };
-  if (packed.layout.empty()) return place(charts, packed);
+  if (packed.layout.empty()) return place(charts, packed, options.obstacles);
   std::map<Index, std::vector<std::size_t>> layouts;
   for (std::size_t c = 0; c < charts.size(); ++c) layouts[packed.layout[c]].push_back(c);
   PlacedCharts all;
@@ -171,20 +173,17 @@ PlacedCharts place_layouts(const std::vector<mesh::Chart>& charts, const PackedC
     const double share = static_cast<double>(own.size()) / static_cast<double>(charts.size());
     const ProgressRange range(context, done, done + share);
     done += share;
-    Points2 stays = options.obstacles;
+    std::vector<Points2> stays{options.obstacles};
     for (std::size_t c = 0; c < charts.size() && !options.share_tile; ++c) {
-      if (packed.moved[c] != 0 || packed.layout[c] == number) continue;
-      const Points2 more = by_corner(charts[c].surface.faces, packed.uv[c]);
-      stays.conservativeResize(stays.rows() + more.rows(), 2);
-      stays.bottomRows(more.rows()) = more;
+      if (packed.moved[c] == 0 && packed.layout[c] != number)
+        stays.push_back(by_corner(charts[c].surface.faces, packed.uv[c]));
     }
-    placing.obstacles = &stays;
     const PackedCharts of{chosen(packed.uv, own),
-                          chosen(packed.group, own),
+                          {chosen(packed.grouping.group, own), packed.grouping.rigid},
                           {},
                           chosen(packed.moved, own),
                           chosen(packed.kept, own)};
-    PlacedCharts placed = place(chosen(charts, own), of);
+    PlacedCharts placed = place(chosen(charts, own), of, below_each_other(stays));
     for (std::size_t i = 0; i < own.size(); ++i) {
       all.uv[own[i]] = std::move(placed.uv[i]);
       all.stored[own[i]] = std::move(placed.stored[i]);
@@ -211,40 +210,21 @@ certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2&
       mesh::split_into_charts(surface.vertices, mesh::cut_along(surface.faces, adjacency, cuts));
   const PackedCharts packed =
       read_charts(charts, corner_uv, mesh::face_components(adjacency), options, context);
-  PlacingOptions placing;
-  placing.margin = options.margin;
-  placing.scale_true = options.scale_true;
-  placing.density = options.density;
-  placing.obstacles = &options.obstacles;
-  placing.place_like = options.place_like;
-  placing.rigid = !options.groups.empty();
-  placing.rotation = options.rotation;
-  placing.stack = options.stack;
-  placing.effort = options.effort;
-  placing.first_tile = options.first_tile;
-  placing.tiles = options.tiles;
   const PlacedCharts placed = [&] {
     const ProgressRange range(context, 0.1, 0.7);
-    return place_layouts(charts, packed, options, placing, context);
+    return place_layouts(charts, packed, options, context);
   }();
 
-  certify::Parametrization map;
-  map.surface = surface;
-  map.uv.resize(corner_uv.rows(), 2);
-  map.uv32.resize(corner_uv.rows(), 2);
-  for (std::size_t c = 0; c < charts.size(); ++c) {
-    put_corners(charts[c], placed.uv[c], map.uv);
-    put_corners(charts[c], placed.stored[c], map.uv32);
-  }
+  certify::Parametrization map =
+      map_of_charts(surface, mesh::flagged_edges(surface.faces, adjacency, cuts), charts, placed.uv,
+                    placed.stored);
   context.report("certifying", 0.7);
-  certify::set_identity_provenance(map);
-  map.cut_edges = mesh::flagged_edges(surface.faces, adjacency, cuts);
   certify::CertifyRequest request;
   request.require_disjoint = all_disjoint(options);
   certify::certify_map(map, surface, request, context);
   certify::require_certificate(map, "The packed map");
   map.stats["charts"] = static_cast<std::int64_t>(charts.size());
-  map.stats["density"] = density_of(charts, placed.uv, packed.moved);
+  map.stats["density"] = areas_of(charts, placed.uv, packed.moved).density();
   map.stats["kept_places"] = static_cast<std::int64_t>(placed.kept);
   map.stats["tile"] = static_cast<std::int64_t>(placed.tile);
   map.stats["enlarged_islands"] = static_cast<std::int64_t>(placed.enlarged);

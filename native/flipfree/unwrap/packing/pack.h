@@ -6,15 +6,11 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
-#include "flipfree/unwrap/packing/nest/nest.h"
+#include "flipfree/unwrap/packing/place.h"
 
 namespace flipfree::unwrap {
 
-struct PackOptions {
-  double margin = 0.005;  // between charts, in units of the unit square; half of it to its border
-  // How charts may be turned; those of one component that turn together keep their directions, but
-  // for one turn with kFree.
-  Rotation rotation = Rotation::kStraight;
+struct PackOptions : PlacingOptions {
   // Charts with faces of equal number keep their places relative to each other and move as one;
   // kInvalid: alone. One number per face, or empty. Not together.
   std::vector<Index> groups;
@@ -24,36 +20,22 @@ struct PackOptions {
   // one layout. Neither together nor with place_like; one tile each.
   std::vector<Index> layouts;
   bool share_tile = false;
-  bool stack = false;    // charts of equal outline (similar.h) go to one place; not in groups
-  double effort = 1.0;   // of the search for a dense layout, see NestOptions; 0: boxes
-  Index first_tile = 0;  // column + 10 row, where the search for a tile with room begins
-  Index tiles = 1;       // that charts are spread over, one scale for all
   // Charts of one connected surface component turn together and are scaled together: where the two
   // sides of a cut are related by a rotation and a translation, they stay so, with the same
-  // rotation. Otherwise each chart turns to its own smallest rectangle.
+  // rotation. Otherwise each chart turns to its own smallest rectangle. Not with place_like.
   bool together = false;
-  // Every component (every chart, if not together) is scaled to the size of its surface; otherwise
-  // scales stay in the ratio they have.
-  bool scale_true = false;
   bool keep_bijective = true;  // charts that do not overlap themselves still do not once rounded
   // Charts with one of these corners stay where they are, these corners bit for bit. The others
   // keep clear of them.
   std::vector<CornerId> unmoved;
   // 3 k x 2: triangles to keep clear of as well, of either orientation, degenerate ones too.
   Points2 obstacles;
-  // Length in the plane per length of the surface: taken if there is room for it, else the largest
-  // that there is room for. 0: that of the unmoved charts, if scale_true and there are any; else
-  // the largest.
-  double density = 0.0;
-  // Former corner UVs (3 #F x 2) whose places are kept if that leaves a usable layout (place.h), or
-  // null; not together.
-  const Points2* place_like = nullptr;
 };
 
 // corner_uv: 3 #F x 2, every triangle positively oriented; the map is cut where the UVs on the two
 // sides of an edge differ. Certified as by certify_map (G1, G2, G7). Any triangles: what is no
 // oriented manifold surface is separated first, along the map. Stats: "charts", "seconds",
-// "density" (of all that was moved), "kept_places" (0 or 1), "tile" (pack_rectangles.h: 0 is the
+// "density" (of all that was moved), "kept_places" (0 or 1), "tile" (rectangles.h: 0 is the
 // unit square), "tiles" (taken), "fill", "stacked" and "margin_met" (0 or 1; place.h). Throws
 // InvalidInput (a mesh without meaning, kBadOption naming flipped faces or if there is no room,
 // kBadShape), NotConverged (rounding, certificate), Cancelled. Cost: O(#F log #F).

@@ -33,13 +33,9 @@ namespace {
 
 // Charts that move, as items that are nested or put side by side as boxes, whichever is larger.
 
-struct ArrangeOptions {
-  double margin = 0.005;  // RoomOptions; half of it to the tile's border
+struct ArrangeOptions : RoomOptions {  // margin: half of it to the tile's border
   Rotation rotation = Rotation::kFree;
-  double effort = 1.0;             // NestOptions; 0: boxes only, as below 0.5 for more than 300
-  double scale = 0.0;              // wanted; 0: the largest
-  Index first_tile = 0;            // see RoomOptions
-  const Points2* stays = nullptr;  // 3 k x 2: triangles to keep clear of
+  double effort = 1.0;  // NestOptions; 0: boxes only, as below 0.5 for more than 300
 };
 
 // Charts of one outline, to lie on top of each other.
@@ -65,18 +61,19 @@ constexpr double kLeastSmooth = 2e-5;
 // Nested islands lie askew: only if it is worth it.
 constexpr double kWorthNesting = 1.004;
 
-struct ItemBox {
-  Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
-  Vector2 high = Vector2::Constant(-std::numeric_limits<double>::infinity());
-};
-
-ItemBox box_of(const std::vector<std::size_t>& item, const std::vector<Points2>& uv) {
-  ItemBox box;
-  for (const std::size_t c : item) {
-    box.low = box.low.cwiseMin(uv[c].colwise().minCoeff().transpose());
-    box.high = box.high.cwiseMax(uv[c].colwise().maxCoeff().transpose());
-  }
+Eigen::AlignedBox2d box_of(const std::vector<std::size_t>& item, const std::vector<Points2>& uv) {
+  Eigen::AlignedBox2d box;
+  for (const std::size_t c : item) box.extend(bounds_of(uv[c]));
   return box;
+}
+
+Areas areas(const mesh::Surface& surface, const Points2& uv) {
+  Areas sum;
+  for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
+    sum.surface += 0.5 * face_normal(surface, f).norm();
+    sum.plane += std::abs(uv_area(surface.faces, uv, f));
+  }
+  return sum;
 }
 
 Loop triangle_of(const Points2& corners, Eigen::Index i) {
@@ -118,21 +115,17 @@ std::vector<Loop> outlines_of(const std::vector<mesh::Chart>& charts,
 // throws. Cost: see nest() and pack_rectangles().
 Index arrange(const std::vector<mesh::Chart>& charts, const Items& items,
               const ArrangeOptions& options, std::vector<Points2>& uv, ExecutionContext& context) {
-  std::vector<ItemBox> boxes;
+  std::vector<Vector2> low;
   std::vector<Vector2> sizes;
   double area = 0.0;
   for (const std::vector<std::size_t>& item : items) {
-    boxes.push_back(box_of(item, uv));
-    sizes.push_back(boxes.back().high - boxes.back().low);
+    const Eigen::AlignedBox2d box = box_of(item, uv);
+    low.push_back(box.min());
+    sizes.push_back(box.sizes());
     area += sizes.back().prod();
   }
-  RoomOptions room;
-  room.margin = options.margin;
-  room.obstacles = options.stays;
-  room.scale = options.scale;
-  room.first_tile = options.first_tile;
   context.report("packing", 0.0);
-  const Placement side_by_side = pack_rectangles(sizes, room);
+  const Placement side_by_side = pack_rectangles(sizes, options);
   const auto put = [&](std::size_t i, const auto& place) {
     for (const std::size_t c : items[i]) {
       for (Eigen::Index v = 0; v < uv[c].rows(); ++v)
@@ -152,8 +145,8 @@ Index arrange(const std::vector<mesh::Chart>& charts, const Items& items,
     nesting.least_scale = 0.7;
     nesting.effort = options.effort;
     Points2 fixed;
-    if (options.stays != nullptr) {
-      fixed = options.stays->rowwise() - tile.transpose();
+    if (options.obstacles != nullptr) {
+      fixed = options.obstacles->rowwise() - tile.transpose();
       nesting.fixed = &fixed;
     }
     const double smooth = std::max(kSmooth * nesting.margin, kLeastSmooth);
@@ -163,14 +156,14 @@ Index arrange(const std::vector<mesh::Chart>& charts, const Items& items,
       if (i % 256 == 0) context.check();
       std::vector<Loop> loops = outlines_of(charts, items[i], uv);
       for (Loop& loop : loops)
-        for (Vector2& p : loop) p = (p - boxes[i].low) / unit;
+        for (Vector2& p : loop) p = (p - low[i]) / unit;
       shapes.push_back(make_shape(loops, smooth, middles[i]));
     }
     const Layout layout = nested_in_time(shapes, nesting, context);
     if (layout.scale > kWorthNesting) {
       for (std::size_t i = 0; i < items.size(); ++i) {
         put(i, [&](const Vector2& p) -> Vector2 {
-          return layout.poses[i]((p - boxes[i].low) / unit - middles[i], layout.scale) + tile;
+          return layout.poses[i]((p - low[i]) / unit - middles[i], layout.scale) + tile;
         });
       }
       return side_by_side.tile;
@@ -178,7 +171,7 @@ Index arrange(const std::vector<mesh::Chart>& charts, const Items& items,
   }
   for (std::size_t i = 0; i < items.size(); ++i) {
     put(i, [&](const Vector2& p) -> Vector2 {
-      return side_by_side.scale * (p - boxes[i].low) + side_by_side.corner[i];
+      return side_by_side.scale * (p - low[i]) + side_by_side.corner[i];
     });
   }
   return side_by_side.tile;
@@ -290,13 +283,11 @@ constexpr int kSpreadingRounds = 4;
 // Scales that are one.
 constexpr double kSameScale = 1e-9;
 
+// Of charts in the plane.
 double item_area(const std::vector<mesh::Chart>& charts, const std::vector<std::size_t>& item,
                  const std::vector<Points2>& uv) {
   double area = 0.0;
-  for (const std::size_t c : item) {
-    const Triangles& faces = charts[c].surface.faces;
-    for (FaceId f = 0; f < faces.rows(); ++f) area += std::abs(uv_area(faces, uv[c], f));
-  }
+  for (const std::size_t c : item) area += areas(charts[c].surface, uv[c]).plane;
   return area;
 }
 
@@ -397,28 +388,6 @@ constexpr double kRoundingCare = 1e-6;
 // 16 of the steps in which floats are stored, and a thousandth of a pixel.
 constexpr double kLeastEdge = 0x1p-20;
 
-struct Areas {
-  double surface = 0.0;
-  double plane = 0.0;
-  void add(const Areas& other) {
-    surface += other.surface;
-    plane += other.plane;
-  }
-  double density() const {
-    const double ratio = std::sqrt(plane / surface);
-    return std::isnormal(ratio) ? ratio : 0.0;
-  }
-};
-
-Areas areas(const mesh::Surface& surface, const Points2& uv) {
-  Areas sum;
-  for (Eigen::Index f = 0; f < surface.faces.rows(); ++f) {
-    sum.surface += 0.5 * face_normal(surface, static_cast<FaceId>(f)).norm();
-    sum.plane += std::abs(uv_area(surface.faces, uv, static_cast<FaceId>(f)));
-  }
-  return sum;
-}
-
 // The former UVs of a chart's vertices, if it was one flip-free island of them.
 std::optional<Points2> reference_of(const mesh::Chart& chart, const Points2& corner_uv) {
   Points2 reference = by_vertex(chart, corner_uv);
@@ -439,17 +408,14 @@ std::optional<std::vector<Points2>> at_former_places(const std::vector<mesh::Cha
                                                      const std::vector<char>& moved,
                                                      const Points2& place_like) {
   std::vector<Points2> references(charts.size());
-  double former = 0.0;
-  double now = 0.0;
   for (std::size_t c = 0; c < charts.size(); ++c) {
     if (!moved[c]) continue;
     std::optional<Points2> reference = reference_of(charts[c], place_like);
     if (!reference) return std::nullopt;
     references[c] = std::move(*reference);
-    former += areas(charts[c].surface, references[c]).plane;
-    now += areas(charts[c].surface, uv[c]).plane;
   }
-  const double scale = std::sqrt(former / now);
+  const double scale =
+      std::sqrt(areas_of(charts, references, moved).plane / areas_of(charts, uv, moved).plane);
   if (!std::isnormal(scale)) return std::nullopt;
   std::vector<Points2> result = uv;
   for (std::size_t c = 0; c < charts.size(); ++c) {
@@ -459,23 +425,14 @@ std::optional<std::vector<Points2>> at_former_places(const std::vector<mesh::Cha
   return result;
 }
 
-// Corners of the triangles that nothing may be put on: charts that stay, and obstacles.
+// Corners of the triangles that nothing may be put on: obstacles, and charts that stay.
 Points2 everything_that_stays(const std::vector<mesh::Chart>& charts,
                               const std::vector<Points2>& uv, const std::vector<char>& moved,
-                              const Points2* obstacles) {
-  Eigen::Index rows = obstacles == nullptr ? 0 : obstacles->rows();
+                              const Points2& obstacles) {
+  std::vector<Points2> parts{obstacles};
   for (std::size_t c = 0; c < charts.size(); ++c)
-    if (!moved[c]) rows += 3 * charts[c].surface.faces.rows();
-  Points2 corners(rows, 2);
-  Eigen::Index row = 0;
-  const auto append = [&](const Points2& more) {
-    corners.middleRows(row, more.rows()) = more;
-    row += more.rows();
-  };
-  if (obstacles != nullptr) append(*obstacles);
-  for (std::size_t c = 0; c < charts.size(); ++c)
-    if (!moved[c]) append(by_corner(charts[c].surface.faces, uv[c]));
-  return corners;
+    if (!moved[c]) parts.push_back(by_corner(charts[c].surface.faces, uv[c]));
+  return below_each_other(parts);
 }
 
 std::vector<Points2> in_doubles(const std::vector<Points2f>& stored) {
@@ -488,14 +445,10 @@ std::vector<Points2> in_doubles(const std::vector<Points2f>& stored) {
 bool in_tiles(const std::vector<Points2>& stored, const Items& items,
               const std::vector<Index>& tile, double border) {
   for (std::size_t i = 0; i < items.size(); ++i) {
-    const Eigen::RowVector2d low = tile_corner(tile[i]).transpose();
-    const Eigen::RowVector2d least = low.array() + border, most = low.array() + (1.0 - border);
-    for (const std::size_t c : items[i]) {
-      const Points2& uv = stored[c];
-      if ((uv.colwise().minCoeff().array() < least.array()).any() ||
-          (uv.colwise().maxCoeff().array() > most.array()).any())
-        return false;
-    }
+    const Vector2 low = tile_corner(tile[i]);
+    const Eigen::AlignedBox2d room((low.array() + border).matrix(),
+                                   (low.array() + (1.0 - border)).matrix());
+    if (!room.contains(box_of(items[i], stored))) return false;
   }
   return true;
 }
@@ -532,28 +485,35 @@ struct GroupSize {
   Areas areas;
   Index faces = 0;
   double extent = 0.0;  // of its largest chart in the plane
-  double scale = 1.0;   // to the size that it gets
+  std::size_t largest = 0;
+  double scale = 1.0;  // to the size that it gets
 };
 
 // `enlarged` counts those that are larger than in scale with the others.
 std::vector<GroupSize> sizes_of(const std::vector<mesh::Chart>& charts, const Items& groups,
-                                const PlacingOptions& options, const std::vector<Points2>& uv,
-                                Index& enlarged) {
+                                const PlacingOptions& options, bool rigid,
+                                const std::vector<Points2>& uv, Index& enlarged) {
   std::vector<GroupSize> sizes;
   double total = 0.0;
   for (const std::vector<std::size_t>& members : groups) {
     GroupSize& size = sizes.emplace_back();
+    size.largest = members.front();
+    double most = -1.0;
     for (const std::size_t c : members) {
-      size.areas.add(areas(charts[c].surface, uv[c]));
+      const Areas own = areas(charts[c].surface, uv[c]);
+      size.areas.surface += own.surface;
+      size.areas.plane += own.plane;
       size.faces += static_cast<Index>(charts[c].surface.faces.rows());
-      const auto box = uv[c].colwise().maxCoeff() - uv[c].colwise().minCoeff();
-      size.extent = std::max(size.extent, box.maxCoeff());
+      size.extent = std::max(size.extent, bounds_of(uv[c]).sizes().maxCoeff());
+      if (own.plane <= most) continue;
+      most = own.plane;
+      size.largest = c;
     }
     const double density = size.areas.density();
     if (options.scale_true && density > 0.0) size.scale = 1.0 / density;
     total += options.scale_true ? size.areas.surface : size.areas.plane;
   }
-  if (options.rigid) return sizes;
+  if (rigid) return sizes;
   for (GroupSize& size : sizes) {
     const double least = kLeastEdge * std::sqrt(total) * std::sqrt(static_cast<double>(size.faces));
     double side = std::sqrt(size.areas.plane);
@@ -570,18 +530,12 @@ std::vector<GroupSize> sizes_of(const std::vector<mesh::Chart>& charts, const It
 // Turns the charts of each group, and scales them if they get their true size: by the smallest
 // rectangle of its largest chart, if they may turn freely. Returns how many were enlarged.
 Index align(const std::vector<mesh::Chart>& charts, const Items& groups,
-            const PlacingOptions& options, std::vector<Points2>& uv) {
+            const PlacingOptions& options, bool rigid, std::vector<Points2>& uv) {
   Index enlarged = 0;
-  const std::vector<GroupSize> sizes = sizes_of(charts, groups, options, uv, enlarged);
+  const std::vector<GroupSize> sizes = sizes_of(charts, groups, options, rigid, uv, enlarged);
   for (std::size_t g = 0; g < groups.size(); ++g) {
     const std::vector<std::size_t>& members = groups[g];
-    std::size_t largest = members.front();
-    double largest_area = -1.0;
-    for (const std::size_t c : members) {
-      const Areas own = areas(charts[c].surface, uv[c]);
-      if (own.plane > largest_area) largest = c;
-      largest_area = std::max(largest_area, own.plane);
-    }
+    const std::size_t largest = sizes[g].largest;
     const double scale = sizes[g].scale;
     Vector2 turn(scale, 0.0);
     if (options.rotation == Rotation::kFree || options.rotation == Rotation::kStraight) {
@@ -598,14 +552,11 @@ Index align(const std::vector<mesh::Chart>& charts, const Items& groups,
       }
     }
     const Similarity similarity{turn, Vector2::Zero()};
-    Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
-    for (const std::size_t c : members) {
+    for (const std::size_t c : members)
       if (turn != Vector2(1.0, 0.0)) uv[c] = moved(similarity, uv[c]);
-      low = low.cwiseMin(uv[c].colwise().minCoeff().transpose());
-      if (!options.rigid) uv[c].rowwise() -= uv[c].colwise().minCoeff().eval();
-    }
-    if (!options.rigid) continue;
-    for (const std::size_t c : members) uv[c].rowwise() -= low.transpose();
+    const Vector2 low = box_of(members, uv).min();
+    for (const std::size_t c : members)
+      uv[c].rowwise() -= (rigid ? low : bounds_of(uv[c]).min()).transpose().eval();
   }
   return enlarged;
 }
@@ -613,28 +564,29 @@ Index align(const std::vector<mesh::Chart>& charts, const Items& groups,
 // The charts, rounded and where they shall be, each item as one, clear of what stays, stacked ones
 // on what they are stacked on.
 PlacedCharts packed(const std::vector<mesh::Chart>& charts, const std::vector<char>& moved,
-                    const Points2& stays, const PlacingOptions& options,
+                    const Points2& stays, const PlacingOptions& options, const Grouping& grouping,
                     const std::vector<Points2>& aligned, const RoundCharts& round,
                     ExecutionContext& context) {
   std::vector<char> fixed(moved.size());
   std::transform(moved.begin(), moved.end(), fixed.begin(), [](char m) { return !m; });
   double density = options.density;
-  if (!(density > 0.0) && options.scale_true) density = density_of(charts, aligned, fixed);
+  if (!(density > 0.0) && options.scale_true) density = areas_of(charts, aligned, fixed).density();
   std::vector<char> placed_itself = moved;
   std::vector<Stacked> stacked;
-  if (options.stack && options.group.empty()) {
+  if (options.stack && grouping.group.empty()) {
     stacked = similar_charts(charts, aligned, moved);
     for (const Stacked& s : stacked) placed_itself[s.chart] = 0;
   }
-  const Items items = items_of(placed_itself, options.rigid ? options.group : std::vector<Index>());
+  const Items items =
+      items_of(placed_itself, grouping.rigid ? grouping.group : std::vector<Index>());
   ArrangeOptions arranging;
   arranging.rotation = options.rotation;
   // Charts that turn together have been turned; the directions of others are their own.
-  if (!options.group.empty() && !options.rigid) arranging.rotation = Rotation::kNone;
+  if (!grouping.group.empty() && !grouping.rigid) arranging.rotation = Rotation::kNone;
   arranging.effort = options.effort;
   arranging.first_tile = options.first_tile;
-  if (stays.rows() > 0) arranging.stays = &stays;
-  const double own = density_of(charts, aligned, moved);
+  if (stays.rows() > 0) arranging.obstacles = &stays;
+  const double own = areas_of(charts, aligned, moved).density();
   if (density > 0.0 && own > 0.0) arranging.scale = density / own;
   const double care = kRoundingCare * (1.0 + 0.1 * (options.first_tile + options.tiles - 1));
   // Of one that is lowered for want of room nothing is left to round with.
@@ -664,9 +616,7 @@ PlacedCharts packed(const std::vector<mesh::Chart>& charts, const std::vector<ch
     moved_by = std::max(moved_by, largest_move(stored, placed.uv, moved));
   }
   placed.stacked = static_cast<Index>(stacked.size());
-  for (std::size_t c = 0; c < charts.size(); ++c)
-    if (placed_itself[c]) placed.fill += areas(charts[c].surface, placed.uv[c]).plane;
-  placed.fill /= std::max(placed.tiles, Index{1});
+  placed.fill = areas_of(charts, placed.uv, placed_itself).plane / std::max(placed.tiles, Index{1});
   return placed;
 }
 
@@ -678,22 +628,14 @@ bool disjoint(const std::vector<mesh::Chart>& charts, const Items& items,
   islands.count = 1;
   islands.of_face.assign(at(stays.rows() / 3), 0);
   std::vector<Points2> parts{stays};
-  Eigen::Index rows = stays.rows();
   for (const std::vector<std::size_t>& item : items) {
     for (const std::size_t c : item) {
       parts.push_back(by_corner(charts[c].surface.faces, uv[c]));
-      rows += parts.back().rows();
       islands.of_face.insert(islands.of_face.end(), charts[c].faces.size(), islands.count);
     }
     ++islands.count;
   }
-  Points2 corners(rows, 2);
-  rows = 0;
-  for (const Points2& part : parts) {
-    corners.middleRows(rows, part.rows()) = part;
-    rows += part.rows();
-  }
-  return certify::island_overlaps(islands, corners).pairs == 0;
+  return certify::island_overlaps(islands, below_each_other(parts)).pairs == 0;
 }
 
 std::vector<Points2f> store_charts(const std::vector<mesh::Chart>& charts,
@@ -725,20 +667,48 @@ std::vector<Points2f> store_charts(const std::vector<mesh::Chart>& charts,
   return stored;
 }
 
-double density_of(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& uv,
-                  const std::vector<char>& chosen) {
+double Areas::density() const {
+  const double ratio = std::sqrt(plane / surface);
+  return std::isnormal(ratio) ? ratio : 0.0;
+}
+
+Areas areas_of(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& uv,
+               const std::vector<char>& chosen) {
   Areas sum;
-  for (std::size_t c = 0; c < charts.size(); ++c)
-    if (chosen[c]) sum.add(areas(charts[c].surface, uv[c]));
-  return sum.density();
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    if (chosen[c] == 0) continue;
+    const Areas own = areas(charts[c].surface, uv[c]);
+    sum.surface += own.surface;
+    sum.plane += own.plane;
+  }
+  return sum;
+}
+
+certify::Parametrization map_of_charts(const mesh::Surface& surface, const IndexPairs& cut_edges,
+                                       const std::vector<mesh::Chart>& charts,
+                                       const std::vector<Points2>& uv,
+                                       const std::vector<Points2f>& stored) {
+  certify::Parametrization map;
+  map.surface = surface;
+  map.uv.resize(surface.faces.size(), 2);
+  map.uv32.resize(surface.faces.size(), 2);
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    put_corners(charts[c], uv[c], map.uv);
+    put_corners(charts[c], stored[c], map.uv32);
+  }
+  certify::set_identity_provenance(map);
+  map.cut_edges = cut_edges;
+  return map;
 }
 
 PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Points2> uv,
                           const std::vector<char>& moved, const PlacingOptions& options,
+                          const Grouping& grouping, const Points2& obstacles,
                           const RoundCharts& round, ExecutionContext& context) {
   PlacedCharts placed;
-  const Points2 stays = everything_that_stays(charts, uv, moved, options.obstacles);
-  const Index enlarged = align(charts, items_of(moved, options.group), options, uv);
+  const Points2 stays = everything_that_stays(charts, uv, moved, obstacles);
+  const Index enlarged =
+      align(charts, items_of(moved, grouping.group), options, grouping.rigid, uv);
   if (options.place_like != nullptr) {
     if (auto former = at_former_places(charts, uv, moved, *options.place_like)) {
       try {
@@ -750,8 +720,7 @@ PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Po
           placed.stored = std::move(stored);
           placed.kept = true;
           placed.enlarged = enlarged;
-          for (std::size_t c = 0; c < charts.size(); ++c)
-            if (moved[c]) placed.fill += areas(charts[c].surface, placed.uv[c]).plane;
+          placed.fill = areas_of(charts, placed.uv, moved).plane;
           return placed;
         }
       } catch (const NotConverged&) {
@@ -759,7 +728,7 @@ PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Po
       }
     }
   }
-  placed = packed(charts, moved, stays, options, uv, round, context);
+  placed = packed(charts, moved, stays, options, grouping, uv, round, context);
   placed.enlarged = enlarged;
   return placed;
 }

@@ -9,6 +9,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
+#include "flipfree/certify/parametrization.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/unwrap/packing/nest/nest.h"
 
@@ -18,22 +19,29 @@ namespace flipfree::unwrap {
 using Items = std::vector<std::vector<std::size_t>>;
 
 struct PlacingOptions {
-  double margin = 0.005;  // see RoomOptions
-  // Every group gets the size of its surface; otherwise scales stay in the ratio they have.
+  double margin = 0.005;  // between charts, in units of the unit square; half of it to its border
+  // Every component (every chart, if they are not together) is scaled to the size of its surface;
+  // otherwise scales stay in the ratio they have.
   bool scale_true = false;
-  // Charts of equal number turn and scale together; empty: each by itself.
+  // How charts may be turned; those of one group that turn together keep their directions, but for
+  // one turn with kFree.
+  Rotation rotation = Rotation::kStraight;
+  bool stack = false;    // charts of equal outline go to one place; not in groups
+  double effort = 1.0;   // of the search for a dense layout, see NestOptions; 0: boxes
+  Index first_tile = 0;  // column + 10 row, where the search for a tile with room begins
+  Index tiles = 1;       // that charts are spread over, one scale for all
+  // Length in the plane per length of the surface, over all that moves: taken if there is room for
+  // it, else the largest that there is room for. 0: that of the charts that stay, if scale_true and
+  // there are any; else the largest.
+  double density = 0.0;
+  // Former corner UVs (3 #F x 2) whose places are kept if that leaves a usable layout, or null.
+  const Points2* place_like = nullptr;
+};
+
+// Charts of equal number turn and scale together; empty: each by itself.
+struct Grouping {
   std::vector<Index> group;
   bool rigid = false;  // and keep their places relative to each other: they move as one
-  Rotation rotation = Rotation::kStraight;  // groups that are not rigid turn by align() only
-  bool stack = false;                       // charts of equal outline go to the same place
-  double effort = 1.0;                      // of the search for a dense layout (NestOptions)
-  Index first_tile = 0;
-  Index tiles = 1;  // that charts are spread over, from the first on (spread.h)
-  // Length in the plane per length of the surface, over all that moves: taken if there is room for
-  // it. 0: that of the charts that stay, if scale_true and there are any; else the largest.
-  double density = 0.0;
-  const Points2* obstacles = nullptr;   // 3 k x 2, triangles to keep clear of; finite
-  const Points2* place_like = nullptr;  // 3 #F x 2, former corner UVs
 };
 
 struct PlacedCharts {
@@ -59,6 +67,12 @@ struct KeptAsStored {
 // Charts that 32 bits do not hold, and why, in terms of the chart.
 using Unstorable = std::vector<std::pair<std::size_t, Error>>;
 
+// The map that charts are of, certified by nobody yet; uv and stored by chart, #V x 2.
+certify::Parametrization map_of_charts(const mesh::Surface& surface, const IndexPairs& cut_edges,
+                                       const std::vector<mesh::Chart>& charts,
+                                       const std::vector<Points2>& uv,
+                                       const std::vector<Points2f>& stored);
+
 // The values to be stored, chart by chart (distortion/rounding.h); nothing for those in
 // `unstorable`. repaired: triangles that rounding alone would have flipped.
 std::vector<Points2f> store_charts(const std::vector<mesh::Chart>& charts,
@@ -73,20 +87,27 @@ bool disjoint(const std::vector<mesh::Chart>& charts, const Items& items,
 // Rounds all charts to what is stored; may throw NotConverged.
 using RoundCharts = std::function<std::vector<Points2f>(const std::vector<Points2>&)>;
 
-// Charts that are not `moved` stay as they are. The others keep their former places - turned and
-// moved to fit them best, all at one common scale - if every one was a flip-free island of
-// place_like and, as stored, none overlaps another, a chart that stays or an obstacle, and none
-// leaves the unit square. Otherwise they are packed together: as stored, none overlaps
-// another, a chart that stays or an obstacle, and all gaps are at least the margin (RoomOptions) -
-// but for charts that no layout tried could both store and keep apart: see margin_met. Throws what
-// arrange() and `round` throw. Groups so small beside the others that 32 bits would hold them as a
-// point are enlarged until they do not. Cost: O(#F log #F) and the search.
+// Charts that are not `moved` stay as they are; obstacles (3 k x 2, finite triangles) are kept
+// clear of. The others keep their former places - turned and moved to fit them best, all at one
+// common scale - if every one was a flip-free island of place_like and, as stored, none overlaps
+// another, a chart that stays or an obstacle, and none leaves the unit square. Otherwise they are
+// packed together: as stored, none overlaps another, a chart that stays or an obstacle, and all
+// gaps are at least the margin (RoomOptions) - but for charts that no layout tried could both store
+// and keep apart: see margin_met. Throws what arrange() and `round` throw. Groups so small beside
+// the others that 32 bits would hold them as a point are enlarged until they do not. Cost: O(#F log
+// #F) and the search.
 PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Points2> uv,
                           const std::vector<char>& moved, const PlacingOptions& options,
+                          const Grouping& grouping, const Points2& obstacles,
                           const RoundCharts& round, ExecutionContext& context);
 
-// sqrt(area in the plane / area of the surface) of the charts chosen; 0 if there are none.
-double density_of(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& uv,
-                  const std::vector<char>& chosen);
+// Areas of the charts chosen (flags), of the surface and in the plane.
+struct Areas {
+  double surface = 0.0;
+  double plane = 0.0;
+  double density() const;  // length in the plane per length of the surface; 0: not known
+};
+Areas areas_of(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& uv,
+               const std::vector<char>& chosen);
 
 }  // namespace flipfree::unwrap

@@ -1,7 +1,7 @@
 #include "flipfree/unwrap/repair/repair.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -46,15 +46,10 @@ namespace {
 
 // Which of the charts that lie on others have to move.
 
-// Of a map, sides along the axes.
-struct BoundingBox {
-  Eigen::RowVector2d low, high;
-  explicit BoundingBox(const Points2& uv)
-      : low(uv.colwise().minCoeff()), high(uv.colwise().maxCoeff()) {}
-  bool meets(const BoundingBox& other) const {
-    return (low.array() < other.high.array()).all() && (other.low.array() < high.array()).all();
-  }
-};
+// Do boxes share area?
+bool meet(const Eigen::AlignedBox2d& a, const Eigen::AlignedBox2d& b) {
+  return (a.intersection(b).sizes().array() > 0.0).all();
+}
 
 struct StandingChart {
   const Triangles* faces = nullptr;
@@ -88,32 +83,29 @@ struct SettledCharts {
   std::vector<std::size_t> unstorable;  // charts that 32 bits do not hold; then nothing else counts
 };
 
-// The corners of those faces that may meet the box, below what is there.
-void append_near(const Triangles& faces, const Points2& uv, const BoundingBox& box, Index island,
-                 mesh::Components& islands, std::vector<Eigen::RowVector2d>& corners) {
-  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
-    const Eigen::RowVector2d a = uv.row(faces(f, 0)), b = uv.row(faces(f, 1)),
-                             c = uv.row(faces(f, 2));
-    const Eigen::RowVector2d low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
-    if ((low.array() > box.high.array()).any() || (box.low.array() > high.array()).any()) continue;
-    corners.insert(corners.end(), {a, b, c});
+// The corners of those faces that may meet the box, and an island of that number for each.
+Points2 corners_near(const Triangles& faces, const Points2& uv, const Eigen::AlignedBox2d& box,
+                     Index island, mesh::Components& islands) {
+  Points2 corners = by_corner(faces, uv);
+  Eigen::Index kept = 0;
+  for (Eigen::Index c = 0; c < corners.rows(); c += 3) {
+    if (!box.intersects(bounds_of(corners.middleRows(c, 3)))) continue;
+    corners.middleRows(kept, 3) = corners.middleRows(c, 3).eval();
+    kept += 3;
     islands.of_face.push_back(island);
   }
+  return corners.topRows(kept);
 }
 
 bool share_area(const Triangles& faces_a, const Points2& uv_a, const Triangles& faces_b,
                 const Points2& uv_b) {
-  const BoundingBox a(uv_a);
-  const BoundingBox b(uv_b);
-  if (!a.meets(b)) return false;
+  const Eigen::AlignedBox2d a = bounds_of(uv_a), b = bounds_of(uv_b);
+  if (!meet(a, b)) return false;
   mesh::Components two;
   two.count = 2;
-  std::vector<Eigen::RowVector2d> near;
-  append_near(faces_a, uv_a, b, 0, two, near);
-  append_near(faces_b, uv_b, a, 1, two, near);
-  Points2 corners(static_cast<Eigen::Index>(near.size()), 2);
-  for (std::size_t i = 0; i < near.size(); ++i) corners.row(static_cast<Eigen::Index>(i)) = near[i];
-  return certify::island_overlaps(two, corners).pairs > 0;
+  const std::vector<Points2> near{corners_near(faces_a, uv_a, b, 0, two),
+                                  corners_near(faces_b, uv_b, a, 1, two)};
+  return certify::island_overlaps(two, below_each_other(near)).pairs > 0;
 }
 
 // Flags of the charts that have to make way: those that may not move stay, then the others, those
@@ -133,38 +125,27 @@ std::vector<char> make_way(const std::vector<StandingChart>& charts, bool all_ap
     return std::pair(!charts[a].may_move, charts[a].faces->rows()) >
            std::pair(!charts[b].may_move, charts[b].faces->rows());
   });
-  std::vector<BoundingBox> boxes;
-  boxes.reserve(charts.size());
-  for (const StandingChart& chart : charts) boxes.emplace_back(*chart.uv);
-  // By size, up to the next power of two, in columns of that width, and by lower end.
-  std::map<int, std::map<double, std::multimap<double, std::size_t>>> staying;
+  // By size, up to the next power of two, and by left end.
+  std::map<int, std::multimap<double, std::size_t>> staying;
+  std::vector<Eigen::AlignedBox2d> boxes;
+  for (const StandingChart& chart : charts) boxes.push_back(bounds_of(*chart.uv));
   for (const std::size_t c : order) {
     context.check();
     const StandingChart& own = charts[c];
-    const BoundingBox& box = boxes[c];
     const auto in_the_way = [&](const auto& entry) {
-      const std::size_t other = entry.second;
-      const StandingChart& its = charts[other];
-      return box.meets(boxes[other]) && share_area(*own.faces, *own.uv, *its.faces, *its.uv) &&
+      const StandingChart& its = charts[entry.second];
+      return meet(boxes[c], boxes[entry.second]) &&
+             share_area(*own.faces, *own.uv, *its.faces, *its.uv) &&
              (all_apart || !did_before(own, its));
     };
-    const auto any_in_the_way = [&](int size, const auto& columns) {
-      const auto last = columns.upper_bound(std::floor(std::ldexp(box.high.x(), -size)));
-      for (auto column = columns.lower_bound(std::floor(std::ldexp(box.low.x(), -size)) - 1.0);
-           column != last; ++column) {
-        const auto& others = column->second;
-        if (std::any_of(others.lower_bound(box.low.y() - std::ldexp(1.0, size)),
-                        others.upper_bound(box.high.y()), in_the_way))
-          return true;
-      }
-      return false;
+    const auto any_in_the_way = [&](const auto& of_size) {
+      const auto& [size, others] = of_size;
+      return std::any_of(others.lower_bound(boxes[c].min().x() - std::ldexp(1.0, size)),
+                         others.upper_bound(boxes[c].max().x()), in_the_way);
     };
-    moves[c] = own.may_move && std::any_of(staying.begin(), staying.end(), [&](const auto& same) {
-                 return any_in_the_way(same.first, same.second);
-               });
-    if (moves[c] != 0) continue;
-    const int size = std::ilogb((box.high - box.low).maxCoeff()) + 1;
-    staying[size][std::floor(std::ldexp(box.low.x(), -size))].emplace(box.low.y(), c);
+    moves[c] = own.may_move && std::any_of(staying.begin(), staying.end(), any_in_the_way);
+    if (moves[c] == 0)
+      staying[std::ilogb(boxes[c].sizes().maxCoeff()) + 1].emplace(boxes[c].min().x(), c);
   }
   return moves;
 }
@@ -249,13 +230,13 @@ void put_beside(const std::vector<char>& moved, double margin, std::vector<Point
   std::vector<std::size_t> chosen;
   std::vector<Vector2> sizes;
   for (std::size_t c = 0; c < uv.size(); ++c) {
-    const BoundingBox box(uv[c]);
+    const Eigen::AlignedBox2d box = bounds_of(uv[c]);
     if (moved[c] == 0) {
-      right = std::max(right, box.high.x());
+      right = std::max(right, box.max().x());
       continue;
     }
     chosen.push_back(c);
-    sizes.emplace_back((box.high - box.low).transpose() + Vector2::Constant(margin));
+    sizes.emplace_back(box.sizes() + Vector2::Constant(margin));
   }
   RoomOptions room;
   room.margin = 0.0;
@@ -314,12 +295,15 @@ SettledCharts settle(const std::vector<mesh::Chart>& charts, std::vector<ChartTo
     const bool stays_upright = sized || options.aspect != 1.0;
     placing.rotation = stays_upright ? Rotation::kNone : Rotation::kStraight;
     placing.scale_true = !sized;
-    const double density = density_of(charts, settled.uv, settled.moved);
+    const double density = areas_of(charts, settled.uv, settled.moved).density();
     if (sized) placing.density = density;
-    const std::optional<PlacedCharts> placed = attempt_placing(
-        [&] { return place_charts(charts, settled.uv, settled.moved, placing, store, context); });
+    const std::optional<PlacedCharts> placed = attempt_placing([&] {
+      return place_charts(charts, settled.uv, settled.moved, placing, {}, Points2(0, 2), store,
+                          context);
+    });
     // Where the square has no room for their size, they keep that.
-    if (!placed || (sized && density_of(charts, placed->uv, settled.moved) < kShrunk * density)) {
+    if (!placed ||
+        (sized && areas_of(charts, placed->uv, settled.moved).density() < kShrunk * density)) {
       put_beside(settled.moved, options.margin, settled.uv);
       settled.stored = store(settled.uv);
       return settled;
@@ -595,17 +579,10 @@ class Repair {
   certify::Parametrization finished() {
     const Grace finishing(context_);
     context_.report("certifying", 0.95);
-    certify::Parametrization map;
-    map.surface = surface_;
+    certify::Parametrization map =
+        map_of_charts(surface_, mesh::flagged_edges(surface_.faces, adjacency_, cuts_), charts_,
+                      settled_.uv, settled_.stored);
     map.stats = stats_;
-    map.uv.resize(uv_.rows(), 2);
-    map.uv32.resize(uv_.rows(), 2);
-    for (std::size_t c = 0; c < charts_.size(); ++c) {
-      put_corners(charts_[c], settled_.uv[c], map.uv);
-      put_corners(charts_[c], settled_.stored[c], map.uv32);
-    }
-    map.cut_edges = mesh::flagged_edges(surface_.faces, adjacency_, cuts_);
-    certify::set_identity_provenance(map);
     certify::CertifyRequest request;
     request.pins = options_.pins;
     request.require_bijective = options_.overlaps != SelfOverlaps::kKeep;

@@ -1,5 +1,6 @@
 #include "flipfree/unwrap/packing/nest/shape.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -150,15 +151,10 @@ Vector2 straight_axis(const std::vector<Loop>& outlines) {
 }
 
 Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& middle) {
-  Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
-  Vector2 high = -low;
-  for (const Loop& loop : outlines) {
-    for (const Vector2& p : loop) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-  }
-  middle = 0.5 * (low + high);
+  Eigen::AlignedBox2d box;
+  for (const Loop& loop : outlines)
+    for (const Vector2& p : loop) box.extend(p);
+  middle = 0.5 * (box.min() + box.max());
   const Vector2 turn = straight_axis(outlines);
   Shape shape;
   shape.slack = tolerance;
@@ -187,16 +183,11 @@ Vector2 squarest_turn(const Shape& shape) {
   for (int i = 0; i < kTurns; ++i) {
     const double angle = kQuarterTurn * i / kTurns;
     const Pose pose{Vector2::Zero(), {std::cos(angle), std::sin(angle)}};
-    Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
-    Vector2 high = -low;
-    for (const Loop& loop : shape.loops) {
-      for (const Vector2& p : loop) {
-        low = low.cwiseMin(pose(p, 1.0));
-        high = high.cwiseMax(pose(p, 1.0));
-      }
-    }
-    if (!((high - low).maxCoeff() < least)) continue;
-    least = (high - low).maxCoeff();
+    Eigen::AlignedBox2d box;
+    for (const Loop& loop : shape.loops)
+      for (const Vector2& p : loop) box.extend(pose(p, 1.0));
+    if (!(box.sizes().maxCoeff() < least)) continue;
+    least = box.sizes().maxCoeff();
     best = pose.turn;
   }
   return best;
@@ -365,23 +356,21 @@ void draw_loop(const Loop& loop, int cells, double radius, int words, std::vecto
 }
 
 Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double radius, Pen& pen) {
-  Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
-  Vector2 high = -low;
+  Eigen::AlignedBox2d box;
   const Pose pose{Vector2::Zero(), turn};
   pen.points.clear();
   pen.begin.assign(1, 0);
   for (const Loop& loop : shape.loops) {
     for (const Vector2& p : loop) {
       pen.points.push_back(pose(p, scale));
-      low = low.cwiseMin(pen.points.back());
-      high = high.cwiseMax(pen.points.back());
+      box.extend(pen.points.back());
     }
     pen.begin.push_back(pen.points.size());
   }
   Mask mask;
   const Vector2 care = Vector2::Constant(radius + 2.0 * kTouchingCare);
-  mask.origin = care - low;
-  const Vector2 size = high - low + 2.0 * care;
+  mask.origin = care - box.min();
+  const Vector2 size = box.sizes() + 2.0 * care;
   mask.width = std::max(1, static_cast<int>(std::ceil(size.x())));
   mask.height = std::max(1, static_cast<int>(std::ceil(size.y())));
   mask.words = (mask.width + 63) / 64;
