@@ -30,20 +30,19 @@ constexpr double kRolled = 0.05;
 constexpr double kNeedle = 1e-3;
 // What has an edge longer than this, in roots of its area, is a wire or has a needle.
 constexpr double kWire = 16.0;
-// Bevels are narrower than this, in roots of the part's area, all together than that, bend less
-// from face to face, and away from their flat face up to the last, but for so much. Around rims
-// they bend into themselves: they overlap from a share of their width on.
+// Bevels are narrower than this, in roots of the part's area, all together than that, and than this
+// share of their flat face's width; they bend less than this from face to face, and away from their
+// flat face than that. Around rims they bend into themselves: they overlap from a share of their
+// width on.
 constexpr double kBevelWidth = 0.03;
 constexpr double kBevelReach = 0.09;
 constexpr double kBevelToPlate = 0.5;
 constexpr double kBevelAngle = 0.88;
-constexpr double kBevelTurn = 1.4;
-constexpr double kBevelBack = 0.1;
-constexpr double kBevelDepth = 0.3;
+constexpr double kBevelTurn = 1.5;
+constexpr double kBevelDepth = 0.15;
 // Beside a facet of what is rolled is one of this share of its area, along this share of its
-// longest edge. In sizes, facets count so much as other flat faces.
+// longest edge.
 constexpr double kFacet = 0.5;
-constexpr double kFacetSize = 0.1;
 
 Vector3 place(const mesh::Surface& surface, VertexId v) {
   return surface.vertices.row(v).transpose();
@@ -112,12 +111,16 @@ std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacen
     return shapes.area[at(f)] / (longest * longest);
   };
   for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
-    shapes.shaped.push_back(f);
-    for (HalfedgeId h = 3 * f; h < 3 * f + 3 && width(f) < kNeedle; ++h) {
-      const HalfedgeId o = adjacency.opposite[at(h)];
-      if (o != kInvalid && cost[at(h)] == mesh::ShortestPaths::kUnreached &&
-          width(o / 3) > width(shapes.shaped.back()))
-        shapes.shaped.back() = o / 3;
+    FaceId& shaped = shapes.shaped.emplace_back(f);
+    for (const bool in_polygon : {true, false}) {
+      if (width(shaped) >= kNeedle) break;
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+        const HalfedgeId o = adjacency.opposite[at(h)];
+        if (o == kInvalid || (cost[at(h)] == mesh::ShortestPaths::kUnreached) != in_polygon)
+          continue;
+        const FaceId other = o / 3 < f ? shapes.shaped[at(o / 3)] : o / 3;
+        if (width(other) > width(shaped)) shaped = other;
+      }
     }
   }
   for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
@@ -179,7 +182,7 @@ void soften(Shapes& shapes, FaceId f) {
   const Corners& p = shapes.flat[at(f)];
   const double longest =
       std::max({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
-  shapes.soft[at(f)] = kBevelDepth * shapes.area[at(f)] / longest;
+  shapes.soft[at(f)] = 2.0 * kBevelDepth * shapes.area[at(f)] / longest;
 }
 
 std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, MadePart& part) {
@@ -189,17 +192,6 @@ std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, 
     return bend_between(surface, shapes.shaped[at(f)], shapes.shaped[at(g)]);
   };
   const auto beyond = [&](HalfedgeId h) { return shapes.adjacency.opposite[at(h)]; };
-  struct Reach {
-    double share;  // of the size of the flat face
-    double width;
-    double turn;
-    HalfedgeId h;  // into the region
-    FaceId from;   // of the flat face
-    bool operator<(const Reach& other) const {
-      return std::tuple(-share, -h) < std::tuple(-other.share, -other.h);
-    }
-  };
-  std::priority_queue<Reach> next;
   std::unordered_map<Index, std::vector<HalfedgeId>> around;
   for (const Hinge& hinge : part.hinges) {
     for (const HalfedgeId h : {hinge.h, beyond(hinge.h)}) {
@@ -229,37 +221,55 @@ std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, 
         facets.insert(sides[k]);
     }
   }
-  const auto size_of = [&](FaceId from) {
-    return std::sqrt(flat.area(flat.of(from))) *
-           (facets.count(flat.of(from)) == 0 ? 1.0 : kFacetSize);
-  };
+  // The largest first, but facets last.
   std::unordered_map<Index, FaceId> owner;
-  const auto grow = [&](Index region, const Reach& reach) {
-    owner.emplace(region, reach.from);
-    for (const HalfedgeId h : around[region]) {
-      const HalfedgeId o = beyond(h);
-      const Vector2 side =
-          shapes.flat[at(o / 3)][at((o % 3 + 1) % 3)] - shapes.flat[at(o / 3)][at(o % 3)];
-      const double width = flat.area(flat.of(o / 3)) / side.norm();
-      const double whole = reach.width + width;
-      const double turn = angle(reach.from, o / 3);
-      if (width < kBevelWidth * part.size() && whole < most(reach.from) && turn < kBevelTurn &&
-          turn > reach.turn - kBevelBack)
-        next.push({whole / size_of(reach.from), whole, turn, o, reach.from});
-    }
-  };
+  std::vector<std::tuple<bool, double, FaceId>> plates;
   for (const FaceId f : part.faces) {
     const Index region = flat.of(f);
-    if (owner.count(region) == 0 && flat.area(region) >= kRegion * part.area)
-      grow(flat.of(f), {0.0, 0.0, 0.0, kInvalid, f});
+    const double area = flat.area(region);
+    if (area >= kRegion * part.area && owner.emplace(region, f).second)
+      plates.emplace_back(facets.count(region) != 0, -std::round(1e3 * area / part.area), f);
   }
+  std::sort(plates.begin(), plates.end());
   std::vector<HalfedgeId> inside;
-  while (!next.empty()) {
-    const Reach reach = next.top();
-    next.pop();
-    if (owner.count(flat.of(reach.h / 3)) != 0) continue;
-    inside.push_back(reach.h);
-    grow(flat.of(reach.h / 3), reach);
+  std::unordered_map<Index, double> depth;
+  // What is parallel to a plate beyond a step goes to the nearest one, with the step; then one
+  // plate after the other takes what is left.
+  for (const bool to_parallels : {true, false}) {
+    using Reach = std::tuple<std::size_t, double, HalfedgeId, FaceId>;  // turn, width; into; from
+    std::priority_queue<Reach, std::vector<Reach>, std::greater<>> next;
+    std::unordered_map<Index, std::pair<HalfedgeId, double>> into;  // and the width up to there
+    const auto go_on = [&](Index region, std::size_t turn, double reached, FaceId plate) {
+      for (const HalfedgeId h : around[region]) {
+        const HalfedgeId o = beyond(h);
+        const auto own = owner.find(flat.of(o / 3));
+        if (own != owner.end() && own->second != plate) continue;
+        const Vector2 side =
+            shapes.flat[at(o / 3)][at((o % 3 + 1) % 3)] - shapes.flat[at(o / 3)][at(o % 3)];
+        const double width = flat.area(flat.of(o / 3)) / side.norm();
+        if (width < kBevelWidth * part.size() && reached + width < most(plate) &&
+            angle(plate, o / 3) < kBevelTurn)
+          next.emplace(turn, reached + width, o, plate);
+      }
+    };
+    for (std::size_t i = 0; i < plates.size(); ++i) {
+      const FaceId plate = std::get<FaceId>(plates[i]);
+      go_on(flat.of(plate), to_parallels ? 0 : i, 0.0, plate);
+    }
+    while (!next.empty()) {
+      const auto [turn, width, h, plate] = next.top();
+      next.pop();
+      Index region = flat.of(h / 3);
+      if (!into.emplace(region, std::pair(h, width)).second) continue;
+      go_on(region, turn, width, plate);
+      if (to_parallels && angle(plate, h / 3) >= kPlateAngle) continue;
+      while (owner.emplace(region, plate).second) {
+        const auto& [entry, reached] = into.at(region);
+        inside.push_back(entry);
+        depth[region] = kBevelDepth * reached;
+        region = flat.of(beyond(entry) / 3);
+      }
+    }
   }
   for (Hinge& hinge : part.hinges) {
     const HalfedgeId o = beyond(hinge.h);
@@ -268,16 +278,15 @@ std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, 
     if (hinge.angle < kFlatAngle || (a == owner.end() && b == owner.end())) continue;
     const FaceId f = a == owner.end() ? hinge.h / 3 : a->second;
     const FaceId g = b == owner.end() ? o / 3 : b->second;
-    if (f == g) {
+    if (f == g || angle(f, g) < kFlatAngle) {
       inside.push_back(hinge.h);
     } else {
       hinge.angle = angle(f, g);
     }
   }
   for (const FaceId f : part.faces) {
-    const auto own = owner.find(flat.of(f));
-    if (own == owner.end() || flat.of(own->second) == flat.of(f)) continue;
-    soften(shapes, f);
+    const auto own = depth.find(flat.of(f));
+    if (own != depth.end()) shapes.soft[at(f)] = own->second;
   }
   return inside;
 }

@@ -56,8 +56,8 @@ struct Shapes {
   std::vector<double> curvature;
   std::vector<double> bend;
   std::vector<Index> place;  // per face: its number among its part's
-  std::vector<FaceId>
-      shaped;  // per face: itself, or of its polygon one that is no needle: how it bends
+  // Per face: itself, or beside it one that is no needle, of its polygon if there is: how it bends.
+  std::vector<FaceId> shaped;
   std::vector<double> soft;  // per face: how deep others may lie in it; bevels
 };
 

@@ -159,7 +159,8 @@ class Nets {
       for (const Vector2& p : at_[i]) spans_[i].add(p);
     }
     for (std::size_t i = 0; i < at_.size(); ++i) enter(static_cast<Index>(i));
-    for (const HalfedgeId h : part.joined) force(h);
+    is_forced_ = is_joined_;
+    force(part.joined);
   }
 
   bool is_joined(HalfedgeId h) const { return is_joined_[at(corner(h))] != 0; }
@@ -203,15 +204,32 @@ class Nets {
     join_nets(h, rules);
   }
 
-  // Whatever comes to lie on what.
-  void force(HalfedgeId h) {
-    const HalfedgeId o = opposite(h);
-    if (o == kInvalid || is_joined(h)) return;
-    const Index a = net_at(h);
-    const Index b = net_at(o);
-    if (a == b) return mark(h);
-    if (members_[at(a)].size() < members_[at(b)].size()) return take(o, motion(o), b, a);
-    take(h, motion(h), a, b);
+  // Whatever comes to lie on what; nets between which there are several of these edges lie in their
+  // middle.
+  void force(const std::vector<HalfedgeId>& edges) {
+    for (const HalfedgeId h : edges) {
+      if (opposite(h) == kInvalid) continue;
+      is_forced_[at(corner(h))] = is_forced_[at(corner(opposite(h)))] = 1;
+    }
+    for (HalfedgeId h : edges) {
+      if (opposite(h) == kInvalid || is_joined(h)) continue;
+      if (net_at(h) == net_at(opposite(h))) {
+        mark(h);
+        continue;
+      }
+      if (members_[at(net_at(h))].size() < members_[at(net_at(opposite(h)))].size())
+        h = opposite(h);
+      const Index other = net_at(opposite(h));
+      std::vector<HalfedgeId> between;
+      for (const Index i : members_[at(other)]) {
+        for (Index k = 0; k < 3; ++k) {
+          const HalfedgeId o = 3 * part_.faces[at(i)] + k;
+          if (is_forced_[3 * at(i) + at(k)] != 0 && net_at(opposite(o)) == net_at(h))
+            between.push_back(opposite(o));
+        }
+      }
+      take(h, motion(between), net_at(h), other);
+    }
   }
 
   // Lays the faces into one net that has no plane: nothing is joined to it but what is too small
@@ -249,7 +267,7 @@ class Nets {
       if (h == kInvalid) continue;
       const std::vector<Index> moved = members_[at(net)];
       const Index into = net_at(h);
-      take(h, motion(h), into, net);
+      take(h, motion({h}), into, net);
       for (const Index i : moved) {
         for (Index k = 0; k < 3; ++k) {
           const HalfedgeId g = 3 * part_.faces[at(i)] + k;
@@ -282,16 +300,24 @@ class Nets {
     return std::max((from(h) - to(o)).norm(), (to(h) - from(o)).norm());
   }
 
-  // Of the net on the other side, so that the edge's sides lie on each other.
-  Motion motion(HalfedgeId h) const {
-    const HalfedgeId o = opposite(h);
-    const Vector2 x = to(h) - from(h);
-    const Vector2 y = from(o) - to(o);
-    const Vector2 turn(x.dot(y), cross(y, x));
+  // Of the net on the other side, so that the edges' sides lie on each other.
+  Motion motion(const std::vector<HalfedgeId>& edges) const {
+    Vector2 turn = Vector2::Zero();
+    Vector2 here = Vector2::Zero();
+    Vector2 there = Vector2::Zero();
+    double length = 0.0;
+    for (const HalfedgeId h : edges) {
+      const HalfedgeId o = opposite(h);
+      const Vector2 x = to(h) - from(h);
+      const Vector2 y = from(o) - to(o);
+      turn += Vector2(x.dot(y), cross(y, x));
+      here += 0.5 * x.norm() * (from(h) + to(h));
+      there += 0.5 * x.norm() * (from(o) + to(o));
+      length += x.norm();
+    }
     Motion m;
-    const double length = turn.norm();
-    if (length > 0.0) m.turn = turn / length;
-    m.shift = 0.5 * (from(h) + to(h)) - m.direction(0.5 * (from(o) + to(o)));
+    if (turn.norm() > 0.0) m.turn = turn.normalized();
+    if (length > 0.0) m.shift = (here - m.direction(there)) / length;
     return m;
   }
 
@@ -427,7 +453,7 @@ class Nets {
   void join_nets(HalfedgeId h, const Rules& rules) {
     const Index a = net_at(h);
     const Index b = net_at(opposite(h));
-    const Motion m = motion(h);
+    const Motion m = motion({h});
     if (rules.cross && is_longer(a, b, m)) return;
     if (overlaps(a, b, m, kOverlaps * part_.size())) return;
     if (rules.cross) {
@@ -476,7 +502,7 @@ class Nets {
         int depth = 0;
         const auto care = [&] { return std::max(kOverlaps * part_.size(), depth * kDepth * size); };
         while (depth < kDepths && !is_fixed(net_at(o)) &&
-               overlaps(net_at(o), net, motion(o), care()))
+               overlaps(net_at(o), net, motion({o}), care()))
           ++depth;
         const std::pair<int, double> own(kDepths - depth, (to(g) - from(g)).norm());
         if (!(own > most)) continue;
@@ -495,6 +521,7 @@ class Nets {
   std::vector<Index> net_;                   // per face of the part
   std::vector<std::vector<Index>> members_;  // per net: faces of the part
   std::vector<char> is_joined_;              // 3 per face of the part
+  std::vector<char> is_forced_;              // 3 per face of the part
   std::vector<char> is_fixed_;               // per net
   std::vector<Bins> bins_;                   // per net; empty: not counted
   std::vector<Spans> spans_;                 // per net
@@ -570,7 +597,7 @@ void flag_part(const Shapes& shapes, const MadePart& part, const std::vector<Hal
   for (const Hinge& hinge : order) {
     if (hinge.angle < kFlatAngle) nets.join(hinge.h, {});
   }
-  for (const HalfedgeId h : bevels) nets.force(h);
+  nets.force(bevels);
   for (int round = 0; round < 2; ++round) {
     for (const Hinge& hinge : order)
       nets.join(hinge.h, {hinge.angle >= kFlatAngle, hinge.angle >= kBendAngle});
