@@ -19,6 +19,9 @@ namespace {
 
 constexpr int kMostSweeps = 6;  // over single points, before the region is opened as a whole
 constexpr int kFirstRings = 2;  // around the vertices at fault
+constexpr std::size_t kMostConflicts = 10000;  // of boundary edges, looked at in a sweep
+constexpr int kMostSettling = 4;               // rounds
+constexpr int kNear = 2;                       // grains around where a vertex is in 64 bits
 
 double rounded(double x) { return static_cast<double>(static_cast<float>(x)); }
 
@@ -94,12 +97,12 @@ class Repair {
       for (int k = 0; k < 3; ++k) found.push_back(faces_(f, k));
     }
     if (options_.bijective) {
-      const auto pair = BoundaryGrid(boundary_, points_).first_conflict(context_);
-      for (const Index e : pair) {
-        if (e == kInvalid) continue;
-        found.insert(found.end(), boundary_.edges[at(e)].begin(), boundary_.edges[at(e)].end());
+      const auto pairs = BoundaryGrid(boundary_, points_).conflicts(kMostConflicts, context_);
+      for (const auto& pair : pairs) {
+        for (const Index e : pair)
+          found.insert(found.end(), boundary_.edges[at(e)].begin(), boundary_.edges[at(e)].end());
       }
-      if (pair[0] == kInvalid) {
+      if (pairs.empty()) {
         for (const std::size_t l : turned_loops(boundary_, points_))
           found.insert(found.end(), boundary_.loops[l].begin(), boundary_.loops[l].end());
       }
@@ -123,7 +126,8 @@ class Repair {
   // Moves the points of a region that starts at `seeds` and slowly grows; returns the vertices
   // still at fault.
   std::vector<VertexId> sweep(std::vector<VertexId> faulty, std::vector<FaceId>& bad) {
-    std::vector<VertexId> region = faulty;
+    std::vector<VertexId>& region = region_;
+    region = faulty;
     enough_ = kFirstHeight;
     for (int round = 0; !faulty.empty() && round < kMostSweeps; ++round, enough_ *= 2.0) {
       bool any = false;
@@ -141,13 +145,65 @@ class Repair {
     return faulty;
   }
 
+  // Moves the vertices of the last sweep's region to where the distortion of the map from `wide`,
+  // which is flip-free, is least near by, as long as that gets less. Precondition: none is at
+  // fault; none gets to be.
+  void settle(const Points2& wide) {
+    const std::vector<VertexId> region = grow(region_);
+    bool any = true;
+    for (int round = 0; any && round < kMostSettling; ++round) {
+      any = false;
+      for (std::size_t i = 0; i < region.size(); ++i) {
+        if (i % 64 == 0) context_.check();
+        any = settle(region[i], wide) || any;
+      }
+    }
+  }
+
  private:
+  double grain_at(VertexId v) const {
+    return points_.row(v).cwiseAbs().maxCoeff() * std::numeric_limits<float>::epsilon();
+  }
+
+  // Of the points around where v is in 64 bits, and its own, the best; true if it moved.
+  bool settle(VertexId v, const Points2& wide) {
+    if (!movable_[at(v)]) return false;
+    const double grain = grain_at(v);
+    find_near(v, (points_.row(v) - wide.row(v)).cwiseAbs().maxCoeff() + (kNear + 1) * grain);
+    double least = distortion(v, wide);
+    Eigen::RowVector2d place = points_.row(v);
+    const Eigen::RowVector2d start = place;
+    for (int dx = -kNear; dx <= kNear; ++dx) {
+      for (int dy = -kNear; dy <= kNear; ++dy) {
+        points_.row(v) << rounded(wide(v, 0) + dx * grain), rounded(wide(v, 1) + dy * grain);
+        const double now = distortion(v, wide);
+        if (!(now < least) || conflicts(v) > 0) continue;
+        least = now;
+        place = points_.row(v);
+      }
+    }
+    points_.row(v) = place;
+    return place != start;
+  }
+
+  double distortion(VertexId v, const Points2& wide) const {
+    double sum = 0;
+    for (const CornerId c : corners_[v]) {
+      const FaceId f = c / 3;
+      const auto p = [&](int k) -> Vector2 { return points_.row(faces_(f, k)).transpose(); };
+      const Vector2 a = p(0), b = p(1), d = p(2);
+      const double area = (b - a).x() * (d - a).y() - (b - a).y() * (d - a).x();
+      sum += distortion_between(faces_, f, wide, points_,
+                                numeric::orientation(a, b, d) > 0 ? std::abs(area) : 0.0);
+    }
+    return sum;
+  }
+
   // Tries other 32-bit points for v; true if it moved.
   bool improve(VertexId v) {
     if (!movable_[at(v)]) return false;
     const Vector2 start = points_.row(v).transpose();
-    const double grain =
-        std::max(std::abs(start.x()), std::abs(start.y())) * std::numeric_limits<float>::epsilon();
+    const double grain = grain_at(v);
     const double high_enough = enough_ * grain;
     const auto [centre, radius] = star(v);
     if (!std::isfinite(radius)) return false;  // a neighbour lies beyond the range of floats
@@ -275,6 +331,7 @@ class Repair {
   Points2& points_;
   const ExecutionContext& context_;
   double enough_ = kFirstHeight;
+  std::vector<VertexId> region_;  // vertices that the sweep may have moved, ascending
   std::vector<char> movable_;
   Lists<CornerId> corners_;
   Boundary boundary_;
@@ -341,6 +398,7 @@ Points2f round_to_storage(const Triangles& faces, const Points2& uv, const Round
       left = seeds.empty() ? seeds : repair.sweep(seeds, bad);
       if (!left.empty() && everything) give_up(std::move(bad), left);
     }
+    repair.settle(wide);
     for (Eigen::Index v = 0; v < points.rows(); ++v) {
       moved += points.row(v) != nearest.row(v) ? 1 : 0;
     }

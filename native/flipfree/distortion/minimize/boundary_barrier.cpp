@@ -111,18 +111,21 @@ void BoundaryGrid::for_cells(const Vector2& a, const Vector2& b, Visit visit) co
   }
 }
 
-std::array<Index, 2> BoundaryGrid::first_conflict(const ExecutionContext& context) const {
+std::vector<std::array<Index, 2>> BoundaryGrid::conflicts(std::size_t most,
+                                                          const ExecutionContext& context) const {
+  std::vector<std::array<Index, 2>> found;
   for (Index cell = 0; cell < edges_.size(); ++cell) {
     if (cell % 4096 == 0) context.check();
     const std::span<const Index> own = edges_[cell];
     for (std::size_t i = 0; i < own.size(); ++i) {
       for (std::size_t j = i + 1; j < own.size(); ++j) {
-        if (conflict(boundary_.edges[at(own[i])], boundary_.edges[at(own[j])], uv_))
-          return {own[i], own[j]};
+        if (!conflict(boundary_.edges[at(own[i])], boundary_.edges[at(own[j])], uv_)) continue;
+        found.push_back({own[i], own[j]});
+        if (found.size() == most) return found;
       }
     }
   }
-  return {kInvalid, kInvalid};
+  return found;
 }
 
 void BoundaryGrid::near(const Vector2& point, double radius, std::vector<Index>& edges) const {
@@ -166,7 +169,7 @@ std::vector<std::size_t> turned_loops(const Boundary& boundary, const Points2& u
 }
 
 bool overlaps_itself(const Boundary& boundary, const Points2& uv, const ExecutionContext& context) {
-  return BoundaryGrid(boundary, uv).first_conflict(context)[0] != kInvalid ||
+  return !BoundaryGrid(boundary, uv).conflicts(1, context).empty() ||
          !turned_loops(boundary, uv).empty();
 }
 

@@ -29,9 +29,10 @@ class BoundaryGrid {
  public:
   BoundaryGrid(const Boundary& boundary, const Points2& uv);
 
-  // Exact: first pair of edges that have a point in common other than a shared vertex; {kInvalid,
-  // kInvalid} if there is none.
-  std::array<Index, 2> first_conflict(const ExecutionContext& context) const;
+  // Exact: pairs of edges that have a point in common other than a shared vertex, not more than
+  // `most`; a pair that meets in several cells comes several times.
+  std::vector<std::array<Index, 2>> conflicts(std::size_t most,
+                                              const ExecutionContext& context) const;
 
   // Edges with a point within `radius` of `point` (and perhaps some further ones), ascending.
   void near(const Vector2& point, double radius, std::vector<Index>& edges) const;

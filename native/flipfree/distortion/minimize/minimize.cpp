@@ -37,10 +37,10 @@ void check_start(const mesh::Surface& chart, const Points2& uv, const MinimizeOp
   }
   if (options.bijective) {
     const Boundary boundary = find_boundary(static_cast<Index>(uv.rows()), chart.faces);
-    const auto pair = BoundaryGrid(boundary, uv).first_conflict(context);
-    if (pair[0] != kInvalid) {
-      const auto& e = boundary.edges[static_cast<std::size_t>(pair[0])];
-      const auto& f = boundary.edges[static_cast<std::size_t>(pair[1])];
+    const auto pairs = BoundaryGrid(boundary, uv).conflicts(1, context);
+    if (!pairs.empty()) {
+      const auto& e = boundary.edges[at(pairs[0][0])];
+      const auto& f = boundary.edges[at(pairs[0][1])];
       throw_invalid(ErrorCode::kBadOption,
                     "The initial map's boundary meets itself, first at the edges (" +
                         vertex_id(e[0]) + ", " + vertex_id(e[1]) + ") and (" + vertex_id(f[0]) +

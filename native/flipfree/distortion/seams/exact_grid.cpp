@@ -11,6 +11,7 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/minimize/minimizer.h"
+#include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/seams/constraints.h"
 #include "flipfree/distortion/seams/seam_system.h"
 
@@ -161,9 +162,9 @@ GridMap finish(const SeamConstraints& constraints, const Triangles& faces,
   return map;
 }
 
-constexpr int kMostGridSweeps = 8;  // over single points, before the region is opened as a whole
-constexpr int kMostSettling = 4;    // rounds
-constexpr std::int64_t kNear = 2;   // steps around where it is in 64 bits
+constexpr int kMostGridSweeps = 8;    // over single points, before the region is opened as a whole
+constexpr int kMostGridSettling = 4;  // rounds
+constexpr std::int64_t kNearSteps = 2;  // steps around where it is in 64 bits
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr std::size_t kFaceGrain = 16384;
 
@@ -417,7 +418,7 @@ bool GridRepair::improve(Index node) {
 void GridRepair::settle(const Points2& wide) {
   const std::vector<Index> region = grown(region_);
   bool any = true;
-  for (int round = 0; any && round < kMostSettling; ++round) {
+  for (int round = 0; any && round < kMostGridSettling; ++round) {
     any = false;
     for (std::size_t i = 0; i < region.size(); ++i) {
       if (i % 64 == 0) context_.check();
@@ -433,8 +434,8 @@ bool GridRepair::settle(Index node, const Points2& wide) {
   const Index turns = copies_[node][0].turns;
   double least = distortion(node, wide);
   bool moved = false;
-  for (std::int64_t x = -kNear; x <= kNear; ++x) {
-    for (std::int64_t y = -kNear; y <= kNear; ++y) {
+  for (std::int64_t x = -kNearSteps; x <= kNearSteps; ++x) {
+    for (std::int64_t y = -kNearSteps; y <= kNearSteps; ++y) {
       const GaussianInteger own{std::llround(wide(v, 0)) + x - points_(v, 0),
                                 std::llround(wide(v, 1)) + y - points_(v, 1)};
       GaussianInteger by = numeric::quarter_turn(-turns) * own;
@@ -459,20 +460,8 @@ double GridRepair::distortion(Index node, const Points2& wide) const {
   for (const Copy& copy : copies_[node]) {
     for (const CornerId c : corners_[copy.vertex]) {
       const FaceId f = c / 3;
-      const std::int64_t area = twice_grid_area(faces_, points_, f);
-      if (area <= 0) return kNever;
-      const Eigen::RowVector2d p = wide.row(faces_(f, 1)) - wide.row(faces_(f, 0));
-      const Eigen::RowVector2d q = wide.row(faces_(f, 2)) - wide.row(faces_(f, 0));
-      const Eigen::RowVector2d u =
-          (points_.row(faces_(f, 1)) - points_.row(faces_(f, 0))).cast<double>();
-      const Eigen::RowVector2d v =
-          (points_.row(faces_(f, 2)) - points_.row(faces_(f, 0))).cast<double>();
-      const double from = std::abs(p.x() * q.y() - p.y() * q.x());
-      const double to = static_cast<double>(area);
-      // (u v) = J (p q): |J|^2 = |u q_y - v p_y|^2 + |v p_x - u q_x|^2 over `from` squared.
-      const double stretch =
-          (u * q.y() - v * p.y()).squaredNorm() + (v * p.x() - u * q.x()).squaredNorm();
-      sum += stretch / from + stretch * from / (to * to);
+      sum += distortion_between(faces_, f, wide, points_,
+                                static_cast<double>(twice_grid_area(faces_, points_, f)));
     }
   }
   return sum;
