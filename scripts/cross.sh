@@ -3,10 +3,11 @@
 #
 #   scripts/cross.sh TARGET            zips for Blender, for Pythons 3.11 and 3.13: dist/flipfree_uv-VERSION-PLATFORM-py3XX.zip
 #   scripts/cross.sh TARGET setup      no more than compiler and libraries; build: and the modules
-#   scripts/cross.sh TARGET tests      native suites of FLIPFREE_SUITES, all by default, under Wine or QEMU; arguments are GoogleTest's
+#   scripts/cross.sh TARGET tests      native suites of FLIPFREE_SUITES, under Wine all by default, under QEMU "base numeric mesh certify" and the
+#                                      stages they need; arguments are GoogleTest's
 #
 # TARGET: windows (x64, MinGW-w64), macos (arm64, macOS 11; ziglang's Clang and headers, LLVM's linker; nothing runs it here) or
-# aarch64 (Linux). Debian's sources and PyPI's packages lie in build/downloads, each with its hash below.
+# aarch64 (Linux: tests alone). Debian's sources and PyPI's packages lie in build/downloads, each with its hash below.
 # FLIPFREE_CROSS_PYTHONS: "3.11", say.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -14,23 +15,25 @@ target=${1:?usage: cross.sh windows|macos|aarch64 [setup|build|tests]}
 step=${2:-zips}
 shift $(($# < 2 ? $# : 2))
 pythons=${FLIPFREE_CROSS_PYTHONS:-3.11 3.13}
-suites=${FLIPFREE_SUITES:-base numeric mesh certify intrinsic embedding distortion unwrap matchmaker conformal field seamless quads}
+suites="base numeric mesh certify"
 venv=$PWD/build/venv/bin/python
 folder=$PWD/build/$target  # of the target: libraries and headers in root/, CMake's build/
 root=$folder/root
 case $target in
   windows)
     triplet=x86_64-w64-mingw32 tools="g++-mingw-w64-x86-64-posix m4" platform=windows-x64
+    suites+=" intrinsic embedding distortion unwrap matchmaker conformal field seamless quads"
     ;;
   macos)
     triplet=aarch64-apple-darwin tools="lld-19 llvm m4" platform=macos-arm64
     ;;
   aarch64)
-    triplet=aarch64-linux-gnu tools="g++-aarch64-linux-gnu qemu-user-static m4" platform=linux-arm64
+    triplet=aarch64-linux-gnu tools="g++-aarch64-linux-gnu qemu-user-static m4" pythons=
     ;;
   *) echo "cross.sh knows no $target" >&2 && exit 2 ;;
 esac
 
+suites=${FLIPFREE_SUITES:-$suites}
 . scripts/sources.sh
 
 # --- set-up -----------------------------------------------------------------------------------------------------
@@ -111,7 +114,7 @@ macos_compiler() {  # ziglang's Clang and libc++, which it compiles when somethi
   cp "$zig/lib/libc/darwin/libSystem.tbd" "$root/lib"
 }
 
-unix_pythons() {  # headers alone, configured for the target; Python's own set-up would do it for macOS only on a Mac
+macos_pythons() {  # headers alone, configured for macOS, which Python's own set-up would only be on a Mac
   local python to
   for python in 3.11 3.13; do
     to=$folder/python-$python
@@ -134,10 +137,11 @@ setup() {
   [ ! -e "$root/.complete-3" ] || return 0
   mkdir -p "$downloads" "$root"/{include,lib}
   dpkg-query -W $tools > /dev/null 2>&1 || quietly apt-get install -y --no-install-recommends $tools
-  sources gmp/trixie mpfr4/bookworm openmesh/bookworm python3.11/bookworm python3.13/trixie
+  sources gmp/trixie mpfr4/bookworm openmesh/bookworm $([ -z "$pythons" ] || echo python3.11/bookworm python3.13/trixie)
   [ $target != macos ] || macos_compiler
   echo "Building GMP, MPFR and OpenMesh for $target ..."
   library gmp gmp $([ $target != windows ] || echo --enable-fat)
+  cp "$folder/gmp/gmpxx.h" "$root/include"  # all that tests need of its C++ part
   library mpfr mpfr4 --with-gmp="$root"
   CC=${CC:-$triplet-gcc} AR=${AR:-$triplet-ar} bash scripts/libm.sh "$root/lib"
   if [ ! -e "$root/lib/libOpenMeshCore.a" ]; then
@@ -149,7 +153,7 @@ setup() {
   fi
   # Headers alone that this system has too; never all of /usr/include.
   ln -sfn -t "$root/include" "$folder/openmesh/src/OpenMesh" /usr/include/{boost,CGAL}
-  if [ $target = windows ]; then windows_pythons; else unix_pythons; fi
+  [ -z "$pythons" ] || ${target}_pythons
   touch "$root/.complete-3"
 }
 
@@ -158,6 +162,8 @@ build() {  # build TARGET ...
   local list=""
   for python in $pythons; do list+="$python=$folder/python-$python;"; done
   local options=(-DFLIPFREE_WHEEL_PYTHONS="${list%;}" -DFLIPFREE_TESTS=$([ $step = tests ] && echo ON || echo OFF))
+  # Where no zip is wanted, the suites' own stages are all of the solver that is compiled.
+  [ -n "$pythons" ] || options+=(-DFLIPFREE_PYTHON=OFF -DFLIPFREE_STAGES="${suites// /;}")
   configure . "$folder/build" -DEigen3_DIR=/usr/share/eigen3/cmake -DPython_EXECUTABLE="$venv" "${options[@]}"
   cmake --build "$folder/build" -j"$(nproc)" --target "$@"
 }

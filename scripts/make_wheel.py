@@ -13,6 +13,7 @@ Modules for Windows and macOS have all but the system's inside them, which is ch
 import argparse
 import base64
 import hashlib
+import os
 import re
 import shutil
 import struct
@@ -108,9 +109,7 @@ def glibc_version(paths) -> tuple[int, int]:
 
 
 def find_libraries(module: Path) -> dict[str, Path]:
-    """soname -> file of everything to bundle, as this machine's loader finds it. A module for another machine needs nothing."""
-    if all(map(GLIBC.fullmatch, needed(module))):
-        return {}
+    """soname -> file of everything to bundle, as this machine's loader finds it."""
     listing = run("ldd", module)
     found = dict(re.findall(r"(\S+) => (/\S+)", listing))
     missing = re.findall(r"(\S+) => not found", listing)
@@ -327,13 +326,11 @@ def main():
             faults = check_macos(module)
             platform = f"macosx_{MACOS[0]}_{MACOS[1]}_arm64"
         else:
-            with module.open("rb") as file:
-                machine = ELFFile(file)["e_machine"][3:].lower()  # EM_AARCH64
-            run(f"{machine}-linux-gnu-strip", "--strip-unneeded", module)
+            run("strip", "--strip-unneeded", module)
             (stage / LIBRARY_FOLDER).mkdir()
             libraries = bundle(module, stage / LIBRARY_FOLDER)
             major, minor = glibc_version([module, *libraries])
-            platform = f"manylinux_{major}_{minor}_{machine}"
+            platform = f"manylinux_{major}_{minor}_{os.uname().machine}"
         if faults:
             sys.exit(f"{module.name}: {'; '.join(faults)}")
         options.out.mkdir(parents=True, exist_ok=True)

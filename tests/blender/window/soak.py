@@ -45,7 +45,11 @@ def log(text):
 
 
 def megabytes():
-    status = Path("/proc/self/status").read_text()  # Wine shows it too
+    if sys.platform == "win32":
+        from flipfree.process import windows
+
+        return windows.memory()[0]
+    status = Path("/proc/self/status").read_text()
     return int(re.search(r"VmRSS:\s*(\d+)", status)[1]) / 2**10
 
 
