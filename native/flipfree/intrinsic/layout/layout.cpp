@@ -265,6 +265,4 @@ ChartPlacement place_charts(const Development& development, const mesh::Adjacenc
   return placement;
 }
 
-namespace {}  // namespace
-
 }  // namespace flipfree::intrinsic

@@ -87,54 +87,6 @@ class ExactTriangulation {
   std::vector<Chain> chains_;
 };
 
-bool triangulate_by_ears(const std::vector<PolygonVertex>& p, Storage storage,
-                         std::vector<PolygonTriangle>& triangles, const ExecutionContext& context) {
-  std::vector<Index> left(p.size());
-  for (std::size_t i = 0; i < p.size(); ++i) left[i] = static_cast<Index>(i);
-  const auto at = [&](std::size_t i) -> const PolygonVertex& {
-    return p[static_cast<std::size_t>(left[i % left.size()])];
-  };
-  const auto ear_cost = [&](std::size_t i) {
-    const std::size_t n = left.size();
-    const PolygonVertex &a = at(i + n - 1), &b = at(i), &c = at(i + 1);
-    if (!valid_triangle(a, b, c, storage)) return kNever;
-    // What is left must not lie within one side.
-    unsigned common = 0xff;
-    for (std::size_t j = 0; j < n && common != 0; ++j) {
-      if (j != i) common &= at(j).sides;
-    }
-    if (common != 0) return kNever;
-    // Relative to its own area: a sliver is as bad small as large.
-    const double area = (b.domain[0] - a.domain[0]) * (c.domain[1] - a.domain[1]) -
-                        (b.domain[1] - a.domain[1]) * (c.domain[0] - a.domain[0]);
-    return distortion_cost(a, b, c) / area;
-  };
-  std::vector<double> cost(p.size());
-  for (std::size_t i = 0; i < p.size(); ++i) cost[i] = ear_cost(i);
-  while (left.size() > 3) {
-    const std::size_t n = left.size();
-    if (n % 16 == 0) context.check();
-    std::size_t best = 0;
-    for (std::size_t i = 1; i < n; ++i) {
-      if (cost[i] < cost[best]) best = i;
-    }
-    if (!(cost[best] < kNever)) return false;
-    // Cutting others may have left this ear the last corner off one side.
-    cost[best] = ear_cost(best);
-    if (!(cost[best] < kNever)) continue;
-    triangles.push_back({left[(best + n - 1) % n], left[best], left[(best + 1) % n]});
-    left.erase(left.begin() + static_cast<std::ptrdiff_t>(best));
-    cost.erase(cost.begin() + static_cast<std::ptrdiff_t>(best));
-    const std::size_t m = left.size();
-    const std::size_t before = (best + m - 1) % m, after = best % m;
-    cost[before] = ear_cost(before);
-    cost[after] = ear_cost(after);
-  }
-  if (!valid_triangle(at(0), at(1), at(2), storage)) return false;
-  triangles.push_back({left[0], left[1], left[2]});
-  return true;
-}
-
 }  // namespace
 
 bool valid_triangle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c,
@@ -167,42 +119,12 @@ double corner_angle(const PolygonVertex& a, const PolygonVertex& b, const Polygo
   return std::atan2(ux * vy - uy * vx, ux * vx + uy * vy);
 }
 
-bool triangulate_small_or_by_ears(const std::vector<PolygonVertex>& polygon,
-                                  const std::vector<double>& angles, Storage storage,
-                                  std::vector<PolygonTriangle>& triangles,
-                                  const ExecutionContext& context) {
-  triangles.clear();
-  if (polygon.size() <= kExactPolygon)
-    return triangulate_exactly(polygon, angles, storage, triangles, context);
-  if (!triangulate_by_ears(polygon, storage, triangles, context)) return false;
-  std::vector<double> sums(polygon.size(), 0.0);
-  for (const PolygonTriangle& t : triangles) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto place = [&](std::size_t i) { return static_cast<std::size_t>(t[i % 3]); };
-      sums[place(k)] +=
-          corner_angle(polygon[place(k)], polygon[place(k + 1)], polygon[place(k + 2)]);
-    }
-  }
-  bool right = true;
-  for (std::size_t i = 0; i < angles.size(); ++i)
-    right = right && std::abs(sums[i] - angles[i]) < kAngleSlack;
-  return right;
-}
-
-bool triangulate_exactly(const std::vector<PolygonVertex>& polygon,
-                         const std::vector<double>& angles, Storage storage,
-                         std::vector<PolygonTriangle>& triangles, const ExecutionContext& context) {
-  triangles.clear();
-  return polygon.size() >= 3 && polygon.size() <= kLargestExactPolygon &&
-         ExactTriangulation(polygon, angles, storage).run(triangles, context);
-}
-
 bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
                          const std::vector<double>& angles, Storage storage,
                          std::vector<PolygonTriangle>& triangles, const ExecutionContext& context) {
-  if (triangulate_small_or_by_ears(polygon, angles, storage, triangles, context)) return true;
-  return polygon.size() > kExactPolygon &&
-         triangulate_exactly(polygon, angles, storage, triangles, context);
+  triangles.clear();
+  return polygon.size() >= 3 && polygon.size() <= kLargestPolygon &&
+         ExactTriangulation(polygon, angles, storage).run(triangles, context);
 }
 
 std::vector<std::array<Index, 2>> face_chords(const std::array<Index, 3>& count,

@@ -45,22 +45,10 @@ inline constexpr double kAngleSlack = 1.0;
 // Triangles of least summed cost, all valid and, unless `angles` is empty, with these angle sums at
 // the polygon's vertices (a polygon that overlaps itself may have triangulations that wind
 // differently; Shor, Van Wyk 1992); false if there are none. The polygon's vertices are in
-// counter-clockwise order; it may overlap itself, as long as the triangles are valid. Cost: O(k^3)
-// up to kExactPolygon vertices. Above that the best valid ear is cut, in O(k^2); where that fails,
-// the exact way is tried up to kLargestExactPolygon vertices, and beyond a solution may be missed.
-// Throws Cancelled, TimeIsOver.
-inline constexpr std::size_t kLargestExactPolygon = 256;
-inline constexpr std::size_t kExactPolygon = 48;
+// counter-clockwise order; it may overlap itself, as long as the triangles are valid. Above
+// kLargestPolygon vertices none are looked for. Cost: O(k^3). Throws Cancelled, TimeIsOver.
+inline constexpr std::size_t kLargestPolygon = 256;
 bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
-                         const std::vector<double>& angles, Storage storage,
-                         std::vector<PolygonTriangle>& triangles, const ExecutionContext& context);
-// Its two halves, for callers who know another way in between: the exact way up to kExactPolygon
-// vertices and ears above; the exact way up to kLargestExactPolygon.
-bool triangulate_small_or_by_ears(const std::vector<PolygonVertex>& polygon,
-                                  const std::vector<double>& angles, Storage storage,
-                                  std::vector<PolygonTriangle>& triangles,
-                                  const ExecutionContext& context);
-bool triangulate_exactly(const std::vector<PolygonVertex>& polygon,
                          const std::vector<double>& angles, Storage storage,
                          std::vector<PolygonTriangle>& triangles, const ExecutionContext& context);
 
@@ -72,7 +60,7 @@ bool triangulate_exactly(const std::vector<PolygonVertex>& polygon,
 // many points each side has tells which chords these are (as normal coordinates do). Between two
 // neighbouring chords lies a part of one triangle of T: convex, with three to six corners. So a
 // face that is crossed a thousand times falls into small convex pieces, where a search among all
-// diagonals (polygon_triangulation.h) takes its cube and one of ears may miss what there is.
+// diagonals (polygon_triangulation.h) takes its cube.
 
 // Where a vertex of the polygon lies: 0 is the first corner of that side, 1 its first point.
 struct SidePlace {

@@ -359,6 +359,8 @@ constexpr double kLeastGap = 1e-6;
 // / (2 det J), 1 = conformal), or twice what they were.
 constexpr double kGoodDistortion = 8.0;
 constexpr int kThinningPasses = 4;
+// From so many vertices on the cells are tried before the search among all diagonals.
+constexpr std::size_t kLargePolygon = 48;
 constexpr std::size_t kFacesPerChunk = 4096;  // of what threads share
 
 class MapRefiner {
@@ -455,11 +457,9 @@ class MapRefiner {
                                storage_, local_, context_) &&
              named() && (angles.empty() || angles_are_developed(angles, polygon_, found));
     };
-    if (by_cells_ && cells()) return true;
-    if (triangulate_small_or_by_ears(polygon_, angles, storage_, local_, context_)) return named();
-    if (polygon_.size() <= kExactPolygon) return false;
-    if (cells()) return true;
-    return triangulate_exactly(polygon_, angles, storage_, local_, context_) && named();
+    const bool large = polygon_.size() > kLargePolygon;
+    if ((by_cells_ || large) && cells()) return true;
+    return triangulate_polygon(polygon_, angles, storage_, local_, context_) && named();
   }
   // Makes the points of h's edge active that can be told apart from each other; true if any was not
   // before.
