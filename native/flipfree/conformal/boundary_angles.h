@@ -2,14 +2,12 @@
 // straight or round.
 #pragma once
 
-#include <memory>
+#include <limits>
 #include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/conformal/engine/engine.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::conformal {
 
@@ -56,28 +54,11 @@ void close_measured_angles(std::vector<double>& angles, const std::vector<bool>&
 struct PinnedMetric {
   std::vector<double> u;  // #V: logarithmic scale factors, 0 where pinned
   std::vector<double>
-      angles;          // #V: total angles reached; at vertices that are not pinned the targets
-  double error = 0.0;  // largest angle error at vertices that are not pinned
+      angles;  // #V: total angles reached; at vertices that are not pinned the targets
+  // Largest angle error at vertices that are not pinned.
+  double error = std::numeric_limits<double>::infinity();
   int iterations = 0;
   bool converged = false;
-};
-
-// The cotan Laplacian of an evaluated gradient without its pinned rows and columns.
-class PinnedLaplacian {
- public:
-  PinnedLaplacian(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient,
-                  const std::vector<char>& pinned, ExecutionContext& context);
-  // False if the matrix is not positive definite to working precision (a component without pins,
-  // degenerate triangles); solve() must not be called then.
-  bool valid() const { return valid_; }
-  // Solves L x = b over all vertices; entries of pinned vertices are ignored in b and zero in x.
-  std::vector<double> solve(const std::vector<double>& b, ExecutionContext& context) const;
-
- private:
-  std::vector<Index> row_;  // per vertex, kInvalid = pinned
-  Index rows_ = 0;
-  bool valid_ = true;
-  numeric::SparseCholesky cholesky_;
 };
 
 // `target`: #V, read where pinned[v] = 0. Preconditions: valid connected surface, at least one pin.

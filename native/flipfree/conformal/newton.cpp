@@ -73,8 +73,9 @@ class Deadline {
 // The engine on the ray u + step d.
 class Ray {
  public:
-  Ray(MetricEngine& engine, const FineVector& direction, double tolerance, NewtonRun& run)
-      : engine_(engine), direction_(direction), tolerance_(tolerance), run_(run) {
+  Ray(MetricEngine& engine, const FineVector& direction, const NewtonOptions& options,
+      NewtonRun& run)
+      : engine_(engine), direction_(direction), options_(options), run_(run) {
     part_.high.resize(direction.high.size());
     part_.low.resize(direction.low.size());
     part_.full.resize(direction.full.size());
@@ -103,8 +104,14 @@ class Ray {
     if (engine_.bits() > 53) {
       if (gradient.max_error < kCoarseUntil) engine_.evaluate(kFine, gradient, context);
       // Close to the end sums of thousands of angles at one vertex need more than double.
-      if (gradient.max_error < std::max(1e-9, 1e2 * tolerance_))
-        engine_.evaluate(std::min(tolerance_, 1e-15), gradient, context);
+      if (gradient.max_error < std::max(1e-9, 1e2 * options_.tolerance))
+        engine_.evaluate(std::min(options_.tolerance, 1e-15), gradient, context);
+    }
+    if (options_.pinned == nullptr || !std::isfinite(gradient.max_error)) return;
+    gradient.max_error = 0.0;
+    for (std::size_t v = 0; v < gradient.value.size(); ++v) {
+      if ((*options_.pinned)[v] != 0) gradient.value[v] = 0.0;
+      gradient.max_error = std::max(gradient.max_error, std::abs(gradient.value[v]));
     }
   }
 
@@ -113,7 +120,7 @@ class Ray {
  private:
   MetricEngine& engine_;
   const FineVector& direction_;
-  double tolerance_;
+  const NewtonOptions& options_;
   double step_ = 0.0;
   NewtonRun& run_;
   FineVector part_;
@@ -214,7 +221,7 @@ Found relaxed_step(MetricEngine& engine, const FineVector& direction, double fir
   const Energy before = engine.energy(context);
   engine.remember();
   for (double step = first_step; step > kNormStep * first_step; step *= 0.5) {
-    Ray ray(engine, direction, options.tolerance, run);
+    Ray ray(engine, direction, options, run);
     if (ray.move(step, trial, context) && relax(engine, ray, how, trial, limits, context)) {
       const Energy after = engine.energy(context);
       const double change = after.value - before.value;
@@ -247,7 +254,7 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
   Gradient trial;
   FineVector direction;
   {
-    Ray here(engine, direction, options.tolerance, run);
+    Ray here(engine, direction, options, run);
     here.evaluate(gradient, context);
   }
   run.error_history.push_back(gradient.max_error);
@@ -301,7 +308,7 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
     // The energy is known in double only, whatever the bits; the slope along a ray is not.
     if (descent == Descent::kLineSearch || (found == Found::kNone && engine.bits() > 53)) {
       found = Found::kStep;
-      Ray ray(engine, direction, options.tolerance, run);
+      Ray ray(engine, direction, options, run);
       if (!line_search(ray, first_step, !hard, direction.high, system.slope(), gradient, trial,
                        limits.deadline, context)) {
         found = limits.time_is_over() ? Found::kDeadline : Found::kNone;

@@ -13,8 +13,11 @@ namespace flipfree::conformal {
 struct NewtonOptions {
   double tolerance = 1e-10;
   int max_iterations = 500;
-  double max_seconds = 0.0;       // 0 = never
-  bool more_bits = true;          // are to be had: the run ends early where they would help
+  double max_seconds = 0.0;  // 0 = never
+  bool more_bits = true;     // are to be had: the run ends early where they would help
+  // Flags of the unknowns that stay what they are, whose angles are as they come; null: none. The
+  // system must have the same.
+  const std::vector<char>* pinned = nullptr;
   std::size_t earlier_tests = 0;  // Delaunay tests in full precision of the rungs before
   // A step changes no difference of scale factors by more than this (4.6.1: "the range of the
   // coefficients"): it keeps factors representable and the flips of one trial few.

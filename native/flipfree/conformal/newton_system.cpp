@@ -71,15 +71,43 @@ double largest_of(const std::vector<double>& x) {
 
 }  // namespace
 
+NewtonSystem::NewtonSystem(const std::vector<char>& pinned) : row_(pinned.size()) {
+  for (std::size_t v = 0; v < pinned.size(); ++v) {
+    if (pinned[v] == 0) row_[v] = last_row_++;
+  }
+  for (std::size_t v = 0; v < pinned.size(); ++v) {
+    if (pinned[v] != 0) row_[v] = last_row_;
+  }
+}
+
+std::vector<double> NewtonSystem::by_rows(const std::vector<double>& values) const {
+  if (row_.empty()) return values;
+  std::vector<double> rows(at(last_row_) + 1, 0.0);
+  for (std::size_t v = 0; v < values.size(); ++v) {
+    if (row_[v] == last_row_) continue;
+    rows[at(row_[v])] = values[v];
+    rows.back() -= values[v];
+  }
+  return rows;
+}
+
+template <typename T>
+void NewtonSystem::by_unknowns(std::vector<T>& values) const {
+  if (row_.empty() || values.empty()) return;
+  std::vector<T> all;
+  for (const Index row : row_) all.push_back(values[at(row)]);
+  values = std::move(all);
+}
+
 bool NewtonSystem::collect_couplings(const intrinsic::IntrinsicMesh& mesh,
                                      const Gradient& gradient) {
-  const std::size_t n = gradient.value.size();
+  const std::size_t n = at(row_count(gradient.value.size()));
   // Edges of copy 2 couple the same unknowns as their mirror images; only their part from symmetric
   // faces is not zero.
   unsorted_.clear();
   for (std::size_t e = 0; e < mesh.edge_count(); ++e) {
-    const Index a = mesh.unknown[at(mesh.origin[2 * e])];
-    const Index b = mesh.unknown[at(mesh.origin[2 * e + 1])];
+    const Index a = row_of(mesh.unknown[at(mesh.origin[2 * e])]);
+    const Index b = row_of(mesh.unknown[at(mesh.origin[2 * e + 1])]);
     if (a == b || mesh.label_of_edge(static_cast<EdgeId>(e)) == intrinsic::EdgeLabel::kDiagonal)
       continue;
     const double w = gradient.half_cotangent[2 * e] + gradient.half_cotangent[2 * e + 1];
@@ -193,8 +221,9 @@ bool NewtonSystem::factorize(ExecutionContext& context) {
 bool NewtonSystem::factorize(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient,
                              ExecutionContext& context) {
   if (!collect_couplings(mesh, gradient)) return false;
-  build_matrix(static_cast<Index>(gradient.value.size()) - 1);
-  factor_kept_ = factorize(context);
+  const Index last = row_count(gradient.value.size()) - 1;
+  build_matrix(last);
+  factor_kept_ = last == 0 || factorize(context);
   return factor_kept_;
 }
 
@@ -202,9 +231,20 @@ Eigen::MatrixXd NewtonSystem::solve_columns(const Eigen::Ref<const Eigen::Matrix
                                             ExecutionContext& context) const {
   const Eigen::Index last = columns.rows() - 1;
   Eigen::MatrixXd x(columns.rows(), columns.cols());
-  x.topRows(last) = cholesky_.solve(columns.topRows(last), context);
+  if (last > 0) x.topRows(last) = cholesky_.solve(columns.topRows(last), context);
   x.row(last).setZero();
   return x;
+}
+
+std::vector<double> NewtonSystem::solve_pinned(const std::vector<double>& b,
+                                               ExecutionContext& context) const {
+  const std::vector<double> rows = by_rows(b);
+  const Eigen::VectorXd x = solve_columns(
+      Eigen::Map<const Eigen::VectorXd>(rows.data(), static_cast<Eigen::Index>(rows.size())),
+      context);
+  std::vector<double> found(x.begin(), x.end());
+  by_unknowns(found);
+  return found;
 }
 
 // The factor of an earlier step as preconditioner: near the end the Hessian changes little from
@@ -325,7 +365,7 @@ double NewtonSystem::by_accurate_factor(const std::vector<double>& g, double err
 
 bool NewtonSystem::solve(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient, int bits,
                          FineVector& d, ExecutionContext& context) {
-  const std::vector<double> g = without_mean(gradient.value);
+  const std::vector<double> g = without_mean(by_rows(gradient.value));
   const double error = gradient.max_error;
   clear(d, g.size());
   // Angles that doubles cannot tell from 0 or pi have no cotangent.
@@ -348,13 +388,13 @@ bool NewtonSystem::solve(const intrinsic::IntrinsicMesh& mesh, const Gradient& g
     residual_left = by_accurate_factor(g, error, bits, d, context);
   }
   if (!(residual_left < 0.5 * error) || !std::isfinite(largest_of(d.high))) return false;
-  const auto [low, high] = std::minmax_element(d.high.begin(), d.high.end());
   slope_ = 0.0;
   for (const numeric::Coupling& c : couplings_) {
     const double difference = difference_along(c, d);
     slope_ -= c.weight * difference * difference;
   }
-  const double middle = 0.5 * (*low + *high);
+  const auto [low, high] = std::minmax_element(d.high.begin(), d.high.end());
+  const double middle = row_.empty() ? 0.5 * (*low + *high) : 0.0;
   for (std::size_t i = 0; i < d.high.size(); ++i) {
     if (d.full.empty()) {
       add(d, i, -middle);
@@ -364,6 +404,9 @@ bool NewtonSystem::solve(const intrinsic::IntrinsicMesh& mesh, const Gradient& g
     }
   }
   if (!d.low.empty() && rounding(d) <= kNegligible * error) d.low.clear();
+  by_unknowns(d.high);
+  by_unknowns(d.low);
+  by_unknowns(d.full);
   return true;
 }
 

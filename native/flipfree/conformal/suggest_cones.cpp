@@ -23,14 +23,14 @@ namespace flipfree::conformal {
 
 LinearPlacement::LinearPlacement(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient,
                                  std::vector<char> base, ExecutionContext& context)
-    : base_(std::move(base)), laplacian_(mesh, gradient, base_, context) {
-  if (!laplacian_.valid()) {
+    : base_(std::move(base)), laplacian_(base_) {
+  if (!laplacian_.factorize(mesh, gradient, context)) {
     throw_not_converged(
         ErrorCode::kFactorizationFailed,
         "The Laplacian of the surface is not positive definite to working precision: its "
         "triangles are too degenerate. Remesh the surface.");
   }
-  free_ = laplacian_.solve(gradient.value, context);
+  free_ = laplacian_.solve_pinned(gradient.value, context);
   for (double& x : free_) x = -x;
   for (const double x : gradient.value) total_curvature += x;
   u = free_;
@@ -39,7 +39,7 @@ LinearPlacement::LinearPlacement(const intrinsic::IntrinsicMesh& mesh, const Gra
 std::vector<double> LinearPlacement::response(VertexId v, ExecutionContext& context) const {
   std::vector<double> unit(free_.size(), 0.0);
   unit[at(v)] = 1.0;
-  return laplacian_.solve(unit, context);
+  return laplacian_.solve_pinned(unit, context);
 }
 
 void LinearPlacement::add(VertexId v, ExecutionContext& context) {
@@ -492,7 +492,9 @@ PinnedMetric place_truly(const Problem& p, std::vector<char> pinned, std::vector
   const bool in_time = ended_in_time([&] {
     for (int round = 0; round < kTrueRounds; ++round) {
       const TimeLimit enough(context, is_usable(metric) ? p.enough_left() : limit_of(0.0));
-      context.report("suggest cones", 0.5 + 0.3 * round / kTrueRounds);
+      const double done = 0.5 + 0.3 * round / kTrueRounds;
+      context.report("suggest cones", done);
+      const ProgressRange still(context, done, done);
       metric = compute_pinned_metric(p.surface, p.flat, pinned, kPinnedTolerance, context);
       measured = cones.size();
       bool positive = true;

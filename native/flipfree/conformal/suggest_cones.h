@@ -15,6 +15,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/conformal/boundary_angles.h"
+#include "flipfree/conformal/newton_system.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::conformal {
@@ -48,7 +49,7 @@ class LinearPlacement {
 
  private:
   std::vector<char> base_;
-  PinnedLaplacian laplacian_;
+  NewtonSystem laplacian_;
   std::vector<double> free_;
   std::vector<std::vector<double>> green_;
 };
