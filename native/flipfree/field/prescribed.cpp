@@ -2,7 +2,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -24,6 +23,9 @@
 #include "flipfree/numeric/dense_factors.h"
 
 namespace flipfree::field {
+
+using intrinsic::EdgeChain;
+using intrinsic::TreeCotree;
 
 namespace {
 
@@ -59,38 +61,20 @@ AngleSystem::AngleSystem(const mesh::Surface& surface, const mesh::Adjacency& ad
     if (held[f] == 0) unknown_[f] = count_++;
   }
   if (count_ == 0) return;
-  std::vector<Index> start{0}, row;
-  std::vector<double> value;
-  for (std::size_t f = 0; f < held.size(); ++f) {
-    if (held[f] != 0) continue;
-    double own = pull_[f];
-    std::array<std::pair<Index, double>, 3> later{};
-    int count = 0;
-    for (HalfedgeId h = 3 * static_cast<Index>(f); h < 3 * static_cast<Index>(f) + 3; ++h) {
-      own += weight_[at(h)];
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (std::size_t face = 0; face < held.size(); ++face) {
+    const Index f = unknown_[face];
+    if (f == kInvalid) continue;
+    entries.emplace_back(f, f, pull_[face]);
+    for (HalfedgeId h = 3 * static_cast<Index>(face); h < 3 * static_cast<Index>(face) + 3; ++h) {
+      entries.emplace_back(f, f, weight_[at(h)]);
       const HalfedgeId o = adjacency.opposite[at(h)];
       const Index g = o == kInvalid ? kInvalid : unknown_[at(o / 3)];
-      if (g <= unknown_[f]) continue;
-      // Kept in order; two faces may share two edges.
-      int k = 0;
-      while (k < count && later[at(k)].first < g) ++k;
-      if (k == count || later[at(k)].first != g) {
-        for (int i = count++; i > k; --i) later[at(i)] = later[at(i - 1)];
-        later[at(k)] = {g, 0.0};
-      }
-      later[at(k)].second -= weight_[at(h)];
+      if (g > f) entries.emplace_back(g, f, -weight_[at(h)]);
     }
-    row.push_back(unknown_[f]);
-    value.push_back(own);
-    for (int k = 0; k < count; ++k) {
-      row.push_back(later[at(k)].first);
-      value.push_back(later[at(k)].second);
-    }
-    start.push_back(static_cast<Index>(row.size()));
   }
-  const numeric::SparseMatrix lower =
-      Eigen::Map<const numeric::SparseMatrix>(count_, count_, static_cast<Eigen::Index>(row.size()),
-                                              start.data(), row.data(), value.data());
+  numeric::SparseMatrix lower(count_, count_);
+  lower.setFromTriplets(entries.begin(), entries.end());
   cholesky_.analyze(lower, context);
   if (!cholesky_.factorize(lower, context)) {
     throw_not_converged(ErrorCode::kFactorizationFailed,
@@ -241,11 +225,11 @@ std::vector<EdgeChain> chains_of(const Triangles& faces, const mesh::Adjacency& 
                                  const TreeCotree& tree, const Borders& borders) {
   std::vector<EdgeChain> chains;
   for (std::size_t i = 0; i < tree.loops.size(); ++i)
-    chains.push_back(chain_of(faces, adjacency, tree, i));
+    chains.push_back(intrinsic::chain_of(faces, adjacency, tree, i));
   for (std::size_t i = 1; i < borders.loops.size(); ++i) {
     const VertexId from = borders.loops[i - 1], to = borders.loops[i];
     if (borders.root[at(from)] == borders.root[at(to)])
-      chains.push_back(tree_path(faces, adjacency, tree, from, to));
+      chains.push_back(intrinsic::tree_path(faces, adjacency, tree, from, to));
   }
   return chains;
 }
@@ -418,7 +402,8 @@ CrossField field_with_signature(const mesh::Surface& surface, const mesh::Adjace
                                 ExecutionContext& context) {
   const auto faces = static_cast<std::size_t>(surface.faces.rows());
   CrossField field{std::vector<double>(faces, 0.0), std::vector<Index>(3 * faces, 0)};
-  const TreeCotree tree = tree_cotree(surface, adjacency, context);
+  const TreeCotree tree = intrinsic::tree_cotree(
+      surface.faces, adjacency, intrinsic::steps_across(surface, adjacency), context);
   const Borders borders = borders_of(surface.faces, adjacency, tree);
   meet_cones(surface.faces, adjacency, frames, cones, tree, borders, field);
   const AngleSystem system(surface, adjacency, std::vector<char>(faces, 0),

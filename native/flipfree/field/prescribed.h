@@ -3,7 +3,7 @@
 //
 // Across edges along a chain the matching may be raised by one: the chain's first vertex loses a
 // quarter turn, its last one gains it, and every loop that it crosses turns by one more. Chains of
-// a tree of edges bring every vertex to its number, closed chains every loop (tree_cotree.h).
+// a tree of edges bring every vertex to its number, closed chains every loop (intrinsic/loops.h).
 #pragma once
 
 #include <optional>

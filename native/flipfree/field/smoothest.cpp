@@ -15,22 +15,6 @@
 
 namespace flipfree::field {
 
-namespace {
-
-// Column-compressed matrix written column by column.
-struct Columns {
-  explicit Columns(Index size) : start{0} { start.reserve(at(size) + 1); }
-  void entry(Index r, double v) {
-    row.push_back(r);
-    value.push_back(v);
-  }
-  void end_column() { start.push_back(static_cast<Index>(row.size())); }
-  std::vector<Index> start, row;
-  std::vector<double> value;
-};
-
-}  // namespace
-
 std::vector<FaceGraph> face_graphs(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                    const Frames& frames) {
   const mesh::Components components = mesh::face_components(adjacency);
@@ -81,47 +65,27 @@ bool FieldSystem::factorize(const CrossGraph& graph, const std::vector<double>& 
     if (fixed[f] == 0) own[at(unknown_[f])] = graph.bent[f] + diagonal[f];
   }
   to_fixed_.clear();
-  // Neighbours that come later, of each node in order; two nodes may share two edges.
-  struct Later {
-    Index f, g;
-    std::complex<double> value;
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  const auto add_block = [&](Index f, Index g, const std::complex<double>& value) {
+    entries.emplace_back(2 * g, 2 * f, value.real());
+    entries.emplace_back(2 * g + 1, 2 * f, -value.imag());
+    if (f != g) entries.emplace_back(2 * g, 2 * f + 1, value.imag());
+    entries.emplace_back(2 * g + 1, 2 * f + 1, value.real());
   };
-  std::vector<Later> later;
   for (const CrossGraph::Edge& e : graph.edges) {
     const Index f = unknown_[at(e.f)], g = unknown_[at(e.g)];
     if (f != kInvalid) own[at(f)] += e.weight;
     if (g != kInvalid) own[at(g)] += e.weight;
     if (f == kInvalid || g == kInvalid) {
       if (f != g) to_fixed_.push_back(e);
-    } else if (!later.empty() && later.back().f == f && later.back().g == g) {
-      later.back().value += e.weight * e.carry;
     } else {
-      later.push_back({f, g, e.weight * e.carry});
+      add_block(f, g, -e.weight * e.carry);
     }
   }
-  Columns matrix(2 * count_);
-  std::size_t first = 0;
-  for (Index f = 0; f < count_; ++f) {
-    std::size_t end = first;
-    while (end < later.size() && later[end].f == f) ++end;
-    for (int half = 0; half < 2; ++half) {
-      if (half == 0) matrix.entry(2 * f, own[at(f)]);
-      matrix.entry(2 * f + 1, half == 0 ? 0.0 : own[at(f)]);
-      for (std::size_t k = first; k < end; ++k) {
-        const Index g = later[k].g;
-        const std::complex<double> value = later[k].value;
-        matrix.entry(2 * g, half == 0 ? -value.real() : -value.imag());
-        matrix.entry(2 * g + 1, half == 0 ? value.imag() : -value.real());
-      }
-      matrix.end_column();
-    }
-    first = end;
-  }
-  const Eigen::Map<const numeric::SparseMatrix> view(
-      2 * count_, 2 * count_, static_cast<Eigen::Index>(matrix.row.size()), matrix.start.data(),
-      matrix.row.data(), matrix.value.data());
+  for (Index f = 0; f < count_; ++f) add_block(f, f, own[at(f)]);
   if (count_ == 0) return true;
-  const numeric::SparseMatrix lower = view;
+  numeric::SparseMatrix lower(2 * count_, 2 * count_);
+  lower.setFromTriplets(entries.begin(), entries.end());
   cholesky_.analyze(lower, context);
   return cholesky_.factorize(lower, context);
 }

@@ -35,11 +35,9 @@ namespace {
 // The cuts of all components of a surface, as one refined surface.
 
 // Adds the cut of a component, given as a chart of the input.
-void add_piece(const mesh::Chart& chart, const mesh::CutMesh& open, seamless::AdmissibleCut cut,
-               RefinedPieces& out) {
+void add_piece(const mesh::Chart& chart, seamless::AdmissibleCut cut, RefinedPieces& out) {
   const auto own_count = static_cast<Index>(chart.vertices.size());
-  std::vector<VertexId> name;
-  for (const VertexId v : chart.vertices) name.push_back(open.vertex_origin[at(v)]);
+  std::vector<VertexId> name = chart.vertices;
   Points3& vertices = out.surface.vertices;
   auto next = static_cast<VertexId>(vertices.rows());
   vertices.conservativeResize(vertices.rows() + cut.surface.vertices.rows() - own_count, 3);
@@ -65,9 +63,8 @@ RefinedPieces cut_components(const mesh::Surface& input, const std::vector<Index
                              const seamless::CutMaker& make_cut, ExecutionContext& context) {
   const auto vertex_count = static_cast<Index>(input.vertices.rows());
   const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, input.faces);
-  const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
-  const mesh::CutMesh open = mesh::cut_along(input.faces, adjacency, none);
-  const std::vector<mesh::Chart> charts = mesh::split_into_charts(input.vertices, open);
+  const std::vector<seamless::SurfacePart> charts =
+      seamless::connected_parts(input, adjacency, cones);
   RefinedPieces out;
   out.surface.vertices = input.vertices;
   out.provenance.vertex.resize(at(vertex_count));
@@ -75,9 +72,8 @@ RefinedPieces cut_components(const mesh::Surface& input, const std::vector<Index
     out.provenance.vertex[at(input.faces(c / 3, c % 3))] = {c / 3, Vector3::Unit(c % 3)};
   for (std::size_t i = 0; i < charts.size(); ++i) {
     const ProgressRange range(context, i, charts.size());
-    std::vector<Index> own;
-    for (const VertexId v : charts[i].vertices) own.push_back(cones[at(open.vertex_origin[at(v)])]);
-    add_piece(charts[i], open, make_cut(charts[i].surface, own, charts[i].faces, context), out);
+    add_piece(charts[i], make_cut(charts[i].surface, charts[i].cones, charts[i].faces, context),
+              out);
   }
   return out;
 }
@@ -250,7 +246,9 @@ seamless::Strips strips_of(const Refined& refined, const mesh::Surface& input,
       strips.emplace_back(std::move(loop), turns);
     }
   };
-  add(field::tree_cotree(refined.surface, refined.adjacency, context).loops);
+  add(intrinsic::tree_cotree(refined.surface.faces, refined.adjacency,
+                             intrinsic::steps_across(refined.surface, refined.adjacency), context)
+          .loops);
   add(field::boundary_strips(refined.surface.faces, refined.adjacency));
   return strips;
 }
@@ -535,8 +533,7 @@ EngineMaps maps_without_side_chords(const mesh::Surface& surface, const mesh::Ad
   std::optional<seamless::DividedSides> divided;
   if (options.which != seamless::Engine::kPadding) {
     divided = seamless::divided_sides(
-        surface, adjacency, needed.cones,
-        flattened_edges(surface, adjacency, field, needed, options, context),
+        surface, needed.cones, flattened_edges(surface, adjacency, field, needed, options, context),
         options.engine.uncuttable);
   }
   if (!divided) return engine_maps(surface, adjacency, field, needed, options, context);

@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "flipfree/field/turning.h"
-#include "flipfree/intrinsic/intrinsic_mesh.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/seamless/bordered/loop_turns.h"
+#include "flipfree/seamless/request.h"
 
 namespace flipfree::holonomy {
 namespace {
@@ -118,9 +118,7 @@ class Border {
 // The loops of one component, in half-edges of the whole.
 std::vector<intrinsic::LoopTurn> loops_of(const mesh::Chart& chart, bool aligned,
                                           const ExecutionContext& context) {
-  const auto setup = intrinsic::build_intrinsic_mesh(
-      static_cast<Index>(chart.surface.vertices.rows()), chart.surface.faces);
-  auto loops = seamless::loops_to_turn(chart.surface, setup, aligned, context);
+  auto loops = seamless::loops_to_turn(chart.surface, aligned, context);
   for (auto& loop : loops) {
     for (HalfedgeId& h : loop.loop) h = 3 * chart.faces[at(h / 3)] + h % 3;
   }
@@ -138,9 +136,7 @@ NeededTopology needed_topology(const mesh::Surface& surface, const mesh::Adjacen
     border.give_angles();
   }
   NeededTopology needed;
-  const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
-  const mesh::CutMesh parts = mesh::cut_along(surface.faces, adjacency, none);
-  for (const mesh::Chart& chart : mesh::split_into_charts(surface.vertices, parts)) {
+  for (const mesh::Chart& chart : seamless::connected_parts(surface, adjacency, border.cones())) {
     for (intrinsic::LoopTurn& loop : loops_of(chart, aligned, context)) {
       loop.quarter_turns = loop.between_boundaries
                                ? border.turn_between(loop.loop)

@@ -1,7 +1,9 @@
 #include "flipfree/intrinsic/loops.h"
 
-#include <cmath>
+#include <algorithm>
+#include <functional>
 #include <limits>
+#include <queue>
 #include <string>
 #include <utility>
 
@@ -9,40 +11,6 @@
 #include "flipfree/base/error.h"
 
 namespace flipfree::intrinsic {
-
-namespace {
-
-// Faces are named by numbers of their own, in the order of their first half-edge.
-class Dual {
- public:
-  Dual(const FlipMesh& mesh, const std::vector<double>& step) : mesh_(mesh), step_(step) {
-    face_.assign(mesh.next.size(), kInvalid);
-    for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); ++h) {
-      if (face_of(h) != kInvalid) continue;
-      const auto f = static_cast<FaceId>(any_.size());
-      any_.push_back(h);
-      for_each_side(f, [&](HalfedgeId g) { face_[at(g)] = f; });
-    }
-  }
-
-  std::size_t face_count() const { return any_.size(); }
-  FaceId face_of(HalfedgeId h) const { return face_[at(h)]; }
-  static HalfedgeId opposite(HalfedgeId h) { return FlipMesh::opposite(h); }
-  double step(HalfedgeId h) const { return step_[at(h >> 1)]; }
-  template <typename Visit>
-  void for_each_side(FaceId f, const Visit& visit) const {
-    HalfedgeId h = any_[at(f)];
-    for (int k = 0; k < 3; ++k, h = mesh_.next_of(h)) visit(h);
-  }
-
- private:
-  const FlipMesh& mesh_;
-  const std::vector<double>& step_;
-  std::vector<FaceId> face_;     // per half-edge
-  std::vector<HalfedgeId> any_;  // per face: one of its half-edges
-};
-
-}  // namespace
 
 void go_across(DualLoop& strip, HalfedgeId side, const std::vector<HalfedgeId>& opposite) {
   if (!strip.empty() && strip.back() == opposite[at(side)]) {
@@ -61,51 +29,202 @@ void close_strip(DualLoop& strip, const std::vector<HalfedgeId>& opposite) {
   strip.erase(strip.begin(), strip.begin() + static_cast<std::ptrdiff_t>(first));
 }
 
-std::vector<DualLoop> homology_basis(const FlipMesh& mesh, const std::vector<double>& step,
-                                     const ExecutionContext& context) {
-  const Dual dual(mesh, step);
-  const DualTree tree = dual_tree(dual, false, context);
-  DisjointSets sets(count_vertices(mesh));
-  std::vector<DualLoop> loops;
-  for_each_uncrossed(
-      dual, tree, static_cast<HalfedgeId>(mesh.halfedge_count()), [&](double length, HalfedgeId h) {
-        if (!sets.join(mesh.origin_of(h), mesh.origin_of(h + 1)) && std::isfinite(length))
-          loops.push_back(loop_across(dual, tree, h));
-      });
-  return loops;
+namespace {
+
+// A tree of shortest paths from face to face across edges, from the first face of every component.
+struct DualTree {
+  std::vector<double> distance;     // per face
+  std::vector<HalfedgeId> entered;  // crossed last, in the face before; kInvalid at roots
+  std::vector<Index> depth;         // edges to the root
+};
+
+DualTree dual_tree(const mesh::Adjacency& adjacency, const std::vector<double>& step,
+                   const ExecutionContext& context) {
+  const std::size_t count = adjacency.opposite.size() / 3;
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  DualTree tree{std::vector<double>(count, kFar), std::vector<HalfedgeId>(count, kInvalid),
+                std::vector<Index>(count, 0)};
+  using Entry = std::pair<double, FaceId>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  std::size_t done = 0;
+  for (FaceId root = 0; at(root) < count; ++root) {
+    if (tree.distance[at(root)] < kFar) continue;
+    tree.distance[at(root)] = 0.0;
+    queue.push({0.0, root});
+    while (!queue.empty()) {
+      const auto [distance, f] = queue.top();
+      queue.pop();
+      if (distance > tree.distance[at(f)]) continue;
+      if (++done % 4096 == 0) context.check();
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+        const HalfedgeId o = adjacency.opposite[at(h)];
+        const double further = distance + step[at(h)];
+        if (o == kInvalid || !(further < tree.distance[at(o / 3)])) continue;
+        tree.distance[at(o / 3)] = further;
+        tree.entered[at(o / 3)] = h;
+        tree.depth[at(o / 3)] = tree.depth[at(f)] + 1;
+        queue.push({further, o / 3});
+      }
+    }
+  }
+  return tree;
 }
 
-std::vector<DualLoop> boundary_strips(const FlipMesh& mesh, const std::vector<double>& step,
-                                      const ExecutionContext& context) {
-  const Dual dual(mesh, step);
-  const DualTree tree = dual_tree(dual, false, context);
-  // Closed curves of barriers, by the vertices on them, each with the half-edge that is nearest.
-  DisjointSets sets(count_vertices(mesh));
-  for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); h += 2) {
-    if (!std::isfinite(dual.step(h))) sets.join(mesh.origin_of(h), mesh.origin_of(h + 1));
+// One half-edge of every edge inside that the tree does not cross, those first whose loops are
+// long.
+std::vector<HalfedgeId> uncrossed(const mesh::Adjacency& adjacency, const DualTree& tree,
+                                  const std::vector<double>& step) {
+  std::vector<char> crossed(step.size(), 0);
+  for (const HalfedgeId h : tree.entered) {
+    if (h != kInvalid) crossed[at(h)] = crossed[at(adjacency.opposite[at(h)])] = 1;
   }
-  std::vector<Index> curve_of(at(count_vertices(mesh)), kInvalid);
-  std::vector<HalfedgeId> nearest;
-  for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); ++h) {
-    const double distance = tree.distance[at(dual.face_of(h))];
-    if (std::isfinite(dual.step(h)) || !std::isfinite(distance)) continue;
-    Index& curve = curve_of[at(sets.find(mesh.origin_of(h)))];
-    if (curve == kInvalid) {
-      curve = static_cast<Index>(nearest.size());
-      nearest.push_back(h);
+  std::vector<std::pair<double, HalfedgeId>> edges;
+  for (HalfedgeId h = 0; at(h) < step.size(); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o < h || crossed[at(h)] != 0) continue;
+    edges.emplace_back(-(tree.distance[at(h / 3)] + tree.distance[at(o / 3)] + step[at(h)]), h);
+  }
+  std::sort(edges.begin(), edges.end());
+  std::vector<HalfedgeId> sorted;
+  for (const auto& [length, h] : edges) sorted.push_back(h);
+  return sorted;
+}
+
+// The half-edges that are crossed on the way from face `a` to face `b` of one component through the
+// tree, without what the ways to both share: towards the root, then away from it.
+std::pair<DualLoop, DualLoop> path_between(const mesh::Adjacency& adjacency, const DualTree& tree,
+                                           FaceId a, FaceId b) {
+  DualLoop up, down;
+  while (a != b) {
+    FaceId& lower = tree.depth[at(a)] >= tree.depth[at(b)] ? a : b;
+    const HalfedgeId entered = tree.entered[at(lower)];
+    if (&lower == &a) {
+      up.push_back(adjacency.opposite[at(entered)]);
+    } else {
+      down.push_back(entered);
     }
-    HalfedgeId& best = nearest[at(curve)];
-    if (distance < tree.distance[at(dual.face_of(best))]) best = h;
+    lower = entered / 3;
+  }
+  std::reverse(down.begin(), down.end());
+  return {std::move(up), std::move(down)};
+}
+
+std::vector<VertexId> boundary_as_points(const Triangles& faces, const mesh::Adjacency& adjacency) {
+  std::vector<VertexId> stands_for(adjacency.vertex_halfedge.size());
+  for (std::size_t v = 0; v < stands_for.size(); ++v) stands_for[v] = static_cast<VertexId>(v);
+  for (const std::vector<VertexId>& loop : mesh::boundary_loops(faces, adjacency)) {
+    for (const VertexId v : loop) stands_for[at(v)] = loop.front();
+  }
+  return stands_for;
+}
+
+}  // namespace
+
+std::vector<double> steps_across(const mesh::Surface& surface, const mesh::Adjacency& adjacency) {
+  std::vector<double> half(adjacency.opposite.size());
+  for (HalfedgeId h = 0; at(h) < half.size(); ++h) {
+    const Vector3 a = surface.vertices.row(mesh::source(surface.faces, h));
+    const Vector3 b = surface.vertices.row(mesh::target(surface.faces, h));
+    const Vector3 c = surface.vertices.row(mesh::source(surface.faces, previous_corner(h)));
+    half[at(h)] = (c - 0.5 * (a + b)).norm() / 3.0;
+  }
+  std::vector<double> step(half.size(), 0.0);
+  for (HalfedgeId h = 0; at(h) < half.size(); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o != kInvalid) step[at(h)] = half[at(h)] + half[at(o)];
+  }
+  return step;
+}
+
+TreeCotree tree_cotree(const Triangles& faces, const mesh::Adjacency& adjacency,
+                       const std::vector<double>& step, const ExecutionContext& context) {
+  const DualTree tree = dual_tree(adjacency, step, context);
+  TreeCotree out;
+  out.stands_for = boundary_as_points(faces, adjacency);
+  DisjointSets sets(static_cast<Index>(out.stands_for.size()));
+  std::vector<std::vector<HalfedgeId>> around(out.stands_for.size());  // they point to the vertex
+  for (const HalfedgeId h : uncrossed(adjacency, tree, step)) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    const VertexId a = out.stands_for[at(mesh::source(faces, h))];
+    const VertexId b = out.stands_for[at(mesh::target(faces, h))];
+    if (sets.join(a, b)) {
+      around[at(b)].push_back(h);
+      around[at(a)].push_back(o);
+      continue;
+    }
+    out.left_over.push_back(h);
+    // From the tree's root across h and back.
+    auto [up, loop] = path_between(adjacency, tree, o / 3, h / 3);
+    loop.push_back(h);
+    loop.insert(loop.end(), up.begin(), up.end());
+    out.loops.push_back(std::move(loop));
+  }
+  out.to_parent.assign(out.stands_for.size(), kInvalid);
+  std::vector<char> seen(out.stands_for.size(), 0);
+  for (VertexId root = 0; at(root) < seen.size(); ++root) {
+    if (seen[at(root)] != 0 || out.stands_for[at(root)] != root) continue;
+    seen[at(root)] = 1;
+    out.order.push_back(root);
+    for (std::size_t i = out.order.size() - 1; i < out.order.size(); ++i) {
+      for (const HalfedgeId h : around[at(out.order[i])]) {
+        const VertexId child = out.stands_for[at(mesh::source(faces, h))];
+        if (std::exchange(seen[at(child)], 1) != 0) continue;
+        out.to_parent[at(child)] = h;
+        out.order.push_back(child);
+      }
+    }
+  }
+  return out;
+}
+
+EdgeChain tree_path(const Triangles& faces, const mesh::Adjacency& adjacency,
+                    const TreeCotree& tree, VertexId from, VertexId to) {
+  const auto to_root = [&](VertexId v) {
+    EdgeChain chain;
+    for (HalfedgeId up = tree.to_parent[at(tree.stands_for[at(v)])]; up != kInvalid;
+         up = tree.to_parent[at(tree.stands_for[at(mesh::target(faces, up))])])
+      chain.push_back(up);
+    return chain;
+  };
+  EdgeChain chain = to_root(from), before = to_root(to);
+  while (!chain.empty() && !before.empty() && chain.back() == before.back()) {
+    chain.pop_back();
+    before.pop_back();
+  }
+  for (auto up = before.rbegin(); up != before.rend(); ++up)
+    chain.push_back(adjacency.opposite[at(*up)]);
+  return chain;
+}
+
+EdgeChain chain_of(const Triangles& faces, const mesh::Adjacency& adjacency, const TreeCotree& tree,
+                   std::size_t i) {
+  // h is left by the loop, so it runs from the loop's right to its left.
+  const HalfedgeId h = tree.left_over[i];
+  EdgeChain chain =
+      tree_path(faces, adjacency, tree, mesh::target(faces, h), mesh::source(faces, h));
+  chain.insert(chain.begin(), h);
+  return chain;
+}
+
+std::vector<DualLoop> strips_between(const Triangles& faces, const mesh::Adjacency& adjacency,
+                                     const std::vector<double>& step,
+                                     const ExecutionContext& context) {
+  const DualTree tree = dual_tree(adjacency, step, context);
+  std::vector<HalfedgeId> nearest;  // to the root, of each boundary loop
+  for (const auto& boundary : mesh::boundary_halfedge_loops(faces, adjacency)) {
+    nearest.push_back(
+        *std::min_element(boundary.begin(), boundary.end(), [&](HalfedgeId a, HalfedgeId b) {
+          const double x = tree.distance[at(a / 3)], y = tree.distance[at(b / 3)];
+          return x != y ? x < y : a < b;
+        }));
   }
   std::vector<DualLoop> strips;
   for (std::size_t i = 1; i < nearest.size(); ++i) {
-    DualLoop strip{FlipMesh::opposite(nearest.front())};
-    const TreePath path =
-        path_between(dual, tree, dual.face_of(nearest.front()), dual.face_of(nearest[i]));
-    strip.insert(strip.end(), path.up.begin(), path.up.end());
-    strip.insert(strip.end(), path.down.begin(), path.down.end());
+    const auto [up, down] = path_between(adjacency, tree, nearest[0] / 3, nearest[i] / 3);
+    DualLoop& strip = strips.emplace_back(1, nearest[0]);
+    strip.insert(strip.end(), up.begin(), up.end());
+    strip.insert(strip.end(), down.begin(), down.end());
     strip.push_back(nearest[i]);
-    strips.push_back(std::move(strip));
   }
   return strips;
 }
@@ -189,31 +308,6 @@ DualLoop LoopCarrier::loop(std::size_t i) const {
     node = nodes_[at(node)].next;
   } while (node != first_[i]);
   return loop;
-}
-
-// Distance between the centres of two triangles across each edge: two thirds of the height of the
-// edge over them, as far as doubles tell.
-std::vector<double> steps_across(const mesh::Surface& surface, const IntrinsicSetup& setup) {
-  std::vector<double> step(setup.mesh.edge_count(), 1e-12);
-  for (Index f = 0; f < static_cast<Index>(surface.faces.rows()); ++f) {
-    Vector3 centre = Vector3::Zero();
-    for (int k = 0; k < 3; ++k) centre += surface.vertices.row(surface.faces(f, k)) / 3.0;
-    for (int k = 0; k < 3; ++k) {
-      const Vector3 a = surface.vertices.row(surface.faces(f, k));
-      const Vector3 b = surface.vertices.row(surface.faces(f, (k + 1) % 3));
-      step[at(setup.input_halfedge[at(3 * f + k)] >> 1)] += (centre - 0.5 * (a + b)).norm();
-    }
-  }
-  return step;
-}
-
-std::vector<double> steps_inside(const mesh::Surface& surface, const IntrinsicSetup& setup) {
-  std::vector<double> step = steps_across(surface, setup);
-  for (std::size_t e = 0; e < step.size(); ++e) {
-    if (setup.mesh.label_of_edge(static_cast<EdgeId>(e)) == EdgeLabel::kParallel)
-      step[e] = std::numeric_limits<double>::infinity();
-  }
-  return step;
 }
 
 DualLoop closed_by_reflection(const IntrinsicMesh& mesh, const DualLoop& strip) {

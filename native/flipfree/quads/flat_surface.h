@@ -19,6 +19,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
+#include "flipfree/seamless/seams.h"
 
 namespace flipfree::quads {
 
@@ -31,31 +32,7 @@ struct Gauss {
 constexpr Gauss operator+(Gauss a, Gauss b) { return {a.x + b.x, a.y + b.y}; }
 constexpr Gauss operator-(Gauss a, Gauss b) { return {a.x - b.x, a.y - b.y}; }
 constexpr Gauss operator-(Gauss a) { return {-a.x, -a.y}; }
-// i^quarters a.
-constexpr Gauss turned(Gauss a, Index quarters) {
-  switch (quarters & 3) {
-    case 1:
-      return {-a.y, a.x};
-    case 2:
-      return {-a.x, -a.y};
-    case 3:
-      return {a.y, -a.x};
-    default:
-      return a;
-  }
-}
-inline Vector2 turned(const Vector2& a, Index quarters) {
-  switch (quarters & 3) {
-    case 1:
-      return {-a.y(), a.x()};
-    case 2:
-      return -a;
-    case 3:
-      return {a.y(), -a.x()};
-    default:
-      return a;
-  }
-}
+using seamless::turned;  // turned(a, quarters) = i^quarters a
 constexpr std::int64_t cross(Gauss a, Gauss b) { return a.x * b.y - a.y * b.x; }
 constexpr std::int64_t dot(Gauss a, Gauss b) { return a.x * b.x + a.y * b.y; }
 inline Vector2 as_vector(Gauss a) { return {static_cast<double>(a.x), static_cast<double>(a.y)}; }

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <string>
 #include <utility>
 
@@ -18,10 +17,8 @@
 namespace flipfree::seamless {
 namespace {
 
-// Turns with one loop the other way that are offered first, and the chance that a loop is turned
-// the other way in those offered then, even if it is at whole quarter turns already.
+// Turns with one loop the other way that are offered.
 constexpr std::size_t kSingleChanges = 4;
-constexpr double kLeastChance = 0.2;
 // Share of the cost that a change must save, so that rounding does not decide; and changes, and
 // sweeps over all pairs, at most, far more than were ever seen.
 constexpr double kSaved = 1e-9;
@@ -86,7 +83,6 @@ class Lattice {
   // By how much one number changes best, and the cost of that.
   int direction(Eigen::Index i) const { return slope_[i] > 0.0 ? -1 : 1; }
   double change(Eigen::Index i) const { return norm_(i, i) - std::abs(slope_[i]); }
-  double share(Eigen::Index i) const { return change(i) / norm_(i, i); }
 
   // Changes one number, or two, as long as that makes them nearer.
   void descend() {
@@ -138,65 +134,36 @@ class Lattice {
   double cost_ = 0.0;
 };
 
-Eigen::VectorXd rounded(const Eigen::VectorXd& given) {
-  return given.unaryExpr([](double x) { return std::round(x); });
-}
-
-// One number after the other, each the nearest to what is left to the others.
-Eigen::VectorXd nearest_plane(const Eigen::VectorXd& given,
-                              const Eigen::LLT<Eigen::MatrixXd>& factor) {
-  const Eigen::MatrixXd upper = factor.matrixU();
-  Eigen::VectorXd numbers = given;
-  for (Eigen::Index i = given.size() - 1; i >= 0; --i) {
-    double middle = given[i];
-    for (Eigen::Index j = i + 1; j < given.size(); ++j)
-      middle -= upper(i, j) / upper(i, i) * (numbers[j] - given[j]);
-    numbers[i] = std::round(middle);
-  }
-  return numbers;
-}
-
-bool is_norm(const Eigen::MatrixXd& matrix, Eigen::LLT<Eigen::MatrixXd>& factor) {
-  if (!matrix.allFinite()) return false;
-  factor.compute(matrix);
-  return factor.info() == Eigen::Success;
+bool is_norm(const Eigen::MatrixXd& matrix) {
+  return matrix.allFinite() && Eigen::LLT<Eigen::MatrixXd>(matrix).info() == Eigen::Success;
 }
 
 // In the norm, or loop by loop if it is none.
-Basis reduced(const std::vector<double>& angles, const Eigen::MatrixXd& norm,
-              Eigen::LLT<Eigen::MatrixXd>& factor) {
+Basis reduced(const std::vector<double>& angles, const Eigen::MatrixXd& norm) {
   const auto count = static_cast<Eigen::Index>(angles.size());
   Basis first;
   first.given = Eigen::Map<const Eigen::VectorXd>(angles.data(), count) / kQuarterTurn;
-  first.one_by_one = rounded(first.given);
+  first.one_by_one = first.given.array().round();
   first.whole.setIdentity(count, count);
   first.norm = norm.selfadjointView<Eigen::Lower>();
-  if (is_norm(first.norm, factor)) {
+  if (is_norm(first.norm)) {
     Basis basis = first;
     basis.reduce();
-    if (is_norm(basis.norm, factor) && (basis.whole.array().abs() < kMostTaken).all()) return basis;
+    if (is_norm(basis.norm) && (basis.whole.array().abs() < kMostTaken).all()) return basis;
   }
   first.norm.setIdentity(count, count);
-  factor.compute(first.norm);
   return first;
 }
 
 }  // namespace
 
 std::vector<std::vector<Index>> near_turns(
-    const std::vector<double>& angles, const Eigen::MatrixXd& norm, std::size_t most,
+    const std::vector<double>& angles, const Eigen::MatrixXd& norm,
     const std::function<std::string(const std::vector<Index>&)>& why) {
-  Eigen::LLT<Eigen::MatrixXd> factor;
-  const Basis basis = reduced(angles, norm, factor);
+  const Basis basis = reduced(angles, norm);
   Lattice lattice(basis.given, basis.norm);
   lattice.set(basis.one_by_one);
   lattice.descend();
-  for (const Eigen::VectorXd& start : {rounded(basis.given), nearest_plane(basis.given, factor)}) {
-    Lattice other(basis.given, basis.norm);
-    other.set(start);
-    other.descend();
-    if (other.cost() < (1.0 - kSaved) * lattice.cost()) lattice.set(other.numbers());
-  }
   const Eigen::VectorXd nearest = lattice.numbers();
   std::vector<Eigen::Index> order;
   for (Eigen::Index i = 0; i < nearest.size(); ++i) order.push_back(i);
@@ -206,7 +173,7 @@ std::vector<std::vector<Index>> near_turns(
   std::vector<std::vector<Index>> found;
   const auto add = [&](const Eigen::VectorXd& numbers) {
     std::vector<Index> turns = basis.turns(numbers);
-    if (found.size() >= most || !why(turns).empty()) return;
+    if (!why(turns).empty()) return;
     if (std::find(found.begin(), found.end(), turns) == found.end())
       found.push_back(std::move(turns));
   };
@@ -216,24 +183,14 @@ std::vector<std::vector<Index>> near_turns(
     numbers[order[i]] += lattice.direction(order[i]);
     add(numbers);
   }
-  std::mt19937 random;
-  for (std::size_t tries = 0; tries < 4 * most && !order.empty(); ++tries) {
-    Eigen::VectorXd numbers = nearest;
-    for (const Eigen::Index i : order) {
-      // A loop at the middle between two numbers, seen by itself, has a share of 0.
-      const double chance = kLeastChance + 0.25 * std::clamp(1.0 - lattice.share(i), 0.0, 1.0);
-      if (static_cast<double>(random()) < chance * 0x1p32) numbers[i] += lattice.direction(i);
-    }
-    add(numbers);
-  }
   return found;
 }
 
 std::vector<std::vector<Index>> near_turns(const std::vector<Index>& cones, Index genus,
                                            const std::vector<double>& angles,
-                                           const Eigen::MatrixXd& norm, std::size_t most) {
+                                           const Eigen::MatrixXd& norm) {
   std::vector<Index> any;
-  auto found = near_turns(angles, norm, most, [&](const std::vector<Index>& turns) {
+  auto found = near_turns(angles, norm, [&](const std::vector<Index>& turns) {
     if (any.empty()) any = turns;
     return why_impossible(cones, genus, turns);
   });
@@ -251,41 +208,13 @@ namespace {
 
 constexpr std::size_t kMostNamed = 1000;
 
-struct ConnectedPart {
-  bool closed = true;
-  std::vector<FaceId> faces;
-  std::vector<VertexId> vertices;
-  std::vector<Index> cones;  // per vertex of it
-
-  Index genus() const {
-    const auto f = static_cast<Index>(faces.size());
-    return (2 - (static_cast<Index>(vertices.size()) - f / 2)) / 2;
-  }
-};
-
-// The outgoing half-edge of a boundary vertex is one of the boundary.
-bool is_border(const mesh::Adjacency& adjacency, std::size_t v) {
-  return adjacency.opposite[at(adjacency.vertex_halfedge[v])] == kInvalid;
-}
-
-std::vector<ConnectedPart> parts_of(const std::vector<Index>& cones,
-                                    const mesh::Adjacency& adjacency) {
-  const mesh::Components components = mesh::face_components(adjacency);
-  std::vector<ConnectedPart> parts(at(components.count));
-  for (std::size_t f = 0; f < components.of_face.size(); ++f)
-    parts[at(components.of_face[f])].faces.push_back(static_cast<FaceId>(f));
-  for (std::size_t v = 0; v < cones.size(); ++v) {
-    const FaceId f = adjacency.vertex_halfedge[v] / 3;
-    ConnectedPart& part = parts[at(components.of_face[at(f)])];
-    part.vertices.push_back(static_cast<VertexId>(v));
-    part.closed = part.closed && !is_border(adjacency, v);
-    part.cones.push_back(cones[v]);
-  }
-  return parts;
+Index genus_of_part(const SurfacePart& part) {
+  const auto faces = static_cast<Index>(part.faces.size());
+  return (2 - (static_cast<Index>(part.vertices.size()) - faces / 2)) / 2;
 }
 
 // The same error with the place of the part.
-[[noreturn]] void throw_of_part(const Error& error, const ConnectedPart& part, bool only_one) {
+[[noreturn]] void throw_of_part(const Error& error, const SurfacePart& part, bool only_one) {
   std::vector<Index> places;
   for (std::size_t i = 0; i < part.vertices.size() && places.size() < kMostNamed; ++i) {
     if (part.cones[i] != 4) places.push_back(part.vertices[i]);
@@ -310,6 +239,25 @@ void check_surface(const mesh::Surface& surface, ExecutionContext& context) {
   mesh::validate(surface, rules, context);
 }
 
+std::vector<SurfacePart> connected_parts(const mesh::Surface& surface,
+                                         const mesh::Adjacency& adjacency,
+                                         const std::vector<Index>& cones) {
+  const mesh::CutMesh whole =
+      mesh::cut_along(surface.faces, adjacency, mesh::EdgeFlags(adjacency.opposite.size(), 0));
+  std::vector<SurfacePart> parts;
+  for (mesh::Chart& chart : mesh::split_into_charts(surface.vertices, whole)) {
+    SurfacePart& part = parts.emplace_back(SurfacePart{std::move(chart), {}});
+    for (VertexId& v : part.vertices) {
+      v = whole.vertex_origin[at(v)];
+      part.cones.push_back(cones[at(v)]);
+      if (adjacency.opposite[at(adjacency.vertex_halfedge[at(v)])] != kInvalid) continue;
+      part.bordered = true;
+      part.corners_given = part.corners_given || cones[at(v)] != kNotGiven;
+    }
+  }
+  return parts;
+}
+
 void check_request(const mesh::Surface& surface, const std::vector<Index>& cones,
                    ExecutionContext& context) {
   check_surface(surface, context);
@@ -323,14 +271,16 @@ void check_request(const mesh::Surface& surface, const std::vector<Index>& cones
                       " quarter turns. Give every cone at least 1 (4 is flat).",
                   ElementKind::kVertex, {static_cast<Index>(v)});
   }
-  const std::vector<ConnectedPart> parts = parts_of(flat_inside(cones, adjacency), adjacency);
-  for (const ConnectedPart& part : parts) {
+  const std::vector<SurfacePart> parts =
+      connected_parts(surface, adjacency, flat_inside(cones, adjacency));
+  for (const SurfacePart& part : parts) {
     context.check();
-    if (!part.closed) continue;
+    if (part.bordered) continue;
     try {
-      check_cones(part.cones, part.genus());
+      check_cones(part.cones, genus_of_part(part));
       // Loops may turn as they need to: only what no loops help is refused here.
-      if (part.genus() == 1) near_turns(part.cones, 1, {0.0, 0.0}, Eigen::Matrix2d::Identity(), 1);
+      if (genus_of_part(part) == 1)
+        near_turns(part.cones, 1, {0.0, 0.0}, Eigen::Matrix2d::Identity());
     } catch (const Infeasible& refused) {
       throw_of_part(refused.error(), part, parts.size() == 1);
     }

@@ -10,6 +10,8 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/types.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::seamless {
@@ -25,6 +27,17 @@ void check_surface(const mesh::Surface& surface, ExecutionContext& context);
 void check_request(const mesh::Surface& surface, const std::vector<Index>& cones,
                    ExecutionContext& context);
 
+// A connected part of a surface, whose numbers its `faces` and `vertices` are.
+struct SurfacePart : mesh::Chart {
+  std::vector<Index> cones;  // per vertex of it
+  bool bordered = false;
+  bool corners_given = false;  // are there angles at its boundary?
+};
+// In the order of their smallest face. `cones`: per vertex; kNotGiven where nothing is given.
+std::vector<SurfacePart> connected_parts(const mesh::Surface& surface,
+                                         const mesh::Adjacency& adjacency,
+                                         const std::vector<Index>& cones);
+
 // Errors of a part, or of a refined map, with the places of the caller's mesh.
 
 // To be called in a catch block: throws the exception at hand again, NotConverged (a failed
@@ -36,28 +49,27 @@ void check_request(const mesh::Surface& surface, const std::vector<Index>& cones
 // to the loop angles of another one.
 //
 // What is near is told by a norm, the length of the change of the metric that the angles need
-// (penner/penner_system.h). Counted loop by loop it would depend on the basis of the homology: two
+// (penner/penner_newton.h). Counted loop by loop it would depend on the basis of the homology: two
 // loops that turn a third of a quarter too far, and whose difference is a short one, are nearer to
 // numbers that neither of them rounds to. The nearest whole numbers in a norm are a closest vector
 // of a lattice. It is looked for in a basis in which no loop becomes shorter in the norm by taking
 // another one away (Lagrange's reduction, of all pairs): from the nearest number of each given
-// loop, and from Babai's nearest plane (Babai 1986), until no change of one or two loops improves
-// it.
+// loop, until no change of one or two loops improves it.
 
 // `angles`: of n loops, radians; `norm`: n x n, symmetric and positive definite, only its lower
 // half is read: e' norm e is what it costs that loops turn by e more. If it is no norm, by rounding
 // or otherwise, loops count one by one. Returns: turns by rising cost, the cheapest found, then
-// some with one loop of the reduced basis turned otherwise, then some with several, at random but
-// always the same; `most` at most. `why` says why there is no metric with some turns, empty if
-// there is one. Empty if it forbids all. Cost: O(n^3), and O(n^2) per change of the first ones.
+// some with one loop of the reduced basis turned otherwise. `why` says why there is no metric with
+// some turns, empty if there is one. Empty if it forbids all. Cost: O(n^3), and O(n^2) per change
+// of the first ones.
 std::vector<std::vector<Index>> near_turns(
-    const std::vector<double>& angles, const Eigen::MatrixXd& norm, std::size_t most,
+    const std::vector<double>& angles, const Eigen::MatrixXd& norm,
     const std::function<std::string(const std::vector<Index>&)>& why);
 
 // The same on a closed surface with `cones` (quarter turns of every vertex). Throws Infeasible
 // (kBadAngles) if there are none: cones 3 and 5 on a torus.
 std::vector<std::vector<Index>> near_turns(const std::vector<Index>& cones, Index genus,
                                            const std::vector<double>& angles,
-                                           const Eigen::MatrixXd& norm, std::size_t most);
+                                           const Eigen::MatrixXd& norm);
 
 }  // namespace flipfree::seamless

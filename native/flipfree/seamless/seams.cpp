@@ -34,8 +34,8 @@ certify::Transition fit_transition(const std::vector<HalfedgeId>& chain,
       static_cast<Index>(std::lround(std::arg(turn) / (0.5 * std::numbers::pi)) + 4) % 4;
   for (const HalfedgeId h : chain) {
     const TwoSides s = sides_of(adjacency, uv, h);
-    transition.translation += s.second_source - quarter_turned(s.source, transition.quarter_turns);
-    transition.translation += s.second_target - quarter_turned(s.target, transition.quarter_turns);
+    transition.translation += s.second_source - turned(s.source, transition.quarter_turns);
+    transition.translation += s.second_target - turned(s.target, transition.quarter_turns);
   }
   transition.translation /= 2.0 * static_cast<double>(chain.size());
   return transition;
@@ -88,19 +88,6 @@ class Walker {
 
 }  // namespace
 
-Vector2 quarter_turned(const Vector2& p, Index turns) {
-  switch ((turns % 4 + 4) % 4) {
-    case 1:
-      return {-p.y(), p.x()};
-    case 2:
-      return {-p.x(), -p.y()};
-    case 3:
-      return {p.y(), -p.x()};
-    default:
-      return p;
-  }
-}
-
 std::vector<SeamBranch> seam_branches(const Triangles& faces, const mesh::Adjacency& adjacency,
                                       const mesh::EdgeFlags& cut,
                                       const std::vector<VertexId>& cones,
@@ -137,10 +124,8 @@ double largest_seam_error(const std::vector<SeamBranch>& branches, const mesh::A
     const certify::Transition& t = branch.transition;
     for (const HalfedgeId h : branch.halfedges) {
       const TwoSides s = sides_of(adjacency, corner_uv, h);
-      const Vector2 a =
-          s.second_source - (quarter_turned(s.source, t.quarter_turns) + t.translation);
-      const Vector2 b =
-          s.second_target - (quarter_turned(s.target, t.quarter_turns) + t.translation);
+      const Vector2 a = s.second_source - (turned(s.source, t.quarter_turns) + t.translation);
+      const Vector2 b = s.second_target - (turned(s.target, t.quarter_turns) + t.translation);
       largest = std::max({largest, a.norm(), b.norm()});
     }
   }

@@ -27,8 +27,17 @@ std::vector<SeamBranch> seam_branches(const Triangles& faces, const mesh::Adjace
                                       const mesh::EdgeFlags& cut,
                                       const std::vector<VertexId>& cones, const Points2& corner_uv);
 
-// (x, y) turned by so many quarter turns counter-clockwise, without rounding.
-Vector2 quarter_turned(const Vector2& p, Index turns);
+// Counter-clockwise by so many quarter turns, without rounding. `Vector` has x and y.
+template <typename Vector>
+requires requires(const Vector& v) { Vector{-v.y, v.x}; }
+constexpr Vector turned(const Vector& v, Index quarters) {
+  const Vector once = (quarters & 1) != 0 ? Vector{-v.y, v.x} : v;
+  return (quarters & 2) != 0 ? Vector{-once.x, -once.y} : once;
+}
+inline Vector2 turned(const Vector2& v, Index quarters) {
+  const Vector2 once = (quarters & 1) != 0 ? Vector2(-v.y(), v.x()) : v;
+  return (quarters & 2) != 0 ? Vector2(-once) : once;
+}
 
 // Largest distance, over the ends of all cut edges, between the second side and the first one after
 // its transition; in the units of uv. Zero if and only if the map is seamless as real numbers go,

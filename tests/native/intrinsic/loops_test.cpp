@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "flipfree/intrinsic/intrinsic_mesh.h"
+#include "support/loops.h"
 #include "support/shapes.h"
 
 namespace flipfree::intrinsic::loops_test {
@@ -18,14 +19,6 @@ namespace {
 
 FlipMesh flip_mesh(const mesh::Surface& surface) {
   return build_intrinsic_mesh(static_cast<Index>(surface.vertices.rows()), surface.faces).mesh;
-}
-
-std::vector<double> random_steps(const FlipMesh& mesh, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> uniform(0.1, 1.0);
-  std::vector<double> step(mesh.next.size() / 2);
-  for (double& s : step) s = uniform(random);
-  return step;
 }
 
 bool is_closed_strip(const FlipMesh& mesh, const DualLoop& loop) {
@@ -78,12 +71,11 @@ std::vector<HalfedgeId> visited_faces(const FlipMesh& mesh, const DualLoop& loop
 }
 
 TEST(HomologyBasis, HasTwoSimpleClosedStripsForEachHandle) {
-  const ExecutionContext context;
   for (Index genus = 0; genus <= 5; ++genus) {
     const mesh::Surface surface =
         genus == 0 ? test::sphere(8, 6) : test::perforated_plate(genus, 2);
     const FlipMesh mesh = flip_mesh(surface);
-    const auto loops = homology_basis(mesh, random_steps(mesh, 7), context);
+    const auto loops = test::random_basis(mesh, 7);
     ASSERT_EQ(loops.size(), at(2 * genus));
     for (const DualLoop& loop : loops) {
       EXPECT_TRUE(is_closed_strip(mesh, loop));
@@ -96,11 +88,10 @@ TEST(HomologyBasis, HasTwoSimpleClosedStripsForEachHandle) {
 // A skew-symmetric integer matrix of determinant 1: the loops generate the homology over the
 // integers.
 TEST(HomologyBasis, HasUnimodularIntersections) {
-  const ExecutionContext context;
   for (Index genus = 1; genus <= 6; ++genus) {
     for (unsigned seed = 0; seed < 5; ++seed) {
       const FlipMesh mesh = flip_mesh(test::perforated_plate(genus, 2));
-      const auto loops = homology_basis(mesh, random_steps(mesh, seed), context);
+      const auto loops = test::random_basis(mesh, seed);
       const Eigen::MatrixXd m = intersections(mesh, loops);
       EXPECT_EQ((m + m.transpose()).cwiseAbs().maxCoeff(), 0.0);
       EXPECT_NEAR(m.determinant(), 1.0, 1e-6) << genus << " " << seed;
@@ -109,9 +100,8 @@ TEST(HomologyBasis, HasUnimodularIntersections) {
 }
 
 TEST(LoopCarrier, KeepsIntersectionsAndStripsThroughRandomFlips) {
-  const ExecutionContext context;
   FlipMesh mesh = flip_mesh(test::perforated_plate(2, 2));
-  const auto loops = homology_basis(mesh, random_steps(mesh, 3), context);
+  const auto loops = test::random_basis(mesh, 3);
   const Eigen::MatrixXd before = intersections(mesh, loops);
   LoopCarrier carrier(mesh, loops);
   std::mt19937 random(5);
@@ -132,9 +122,8 @@ TEST(LoopCarrier, KeepsIntersectionsAndStripsThroughRandomFlips) {
 
 // By the loop's half-edges alone: what it passes in the face between two of them.
 TEST(LoopCarrier, NamesTheCornerOfEveryFaceThatALoopPasses) {
-  const ExecutionContext context;
   FlipMesh mesh = flip_mesh(test::perforated_plate(2, 1));
-  LoopCarrier carrier(mesh, homology_basis(mesh, random_steps(mesh, 9), context));
+  LoopCarrier carrier(mesh, test::random_basis(mesh, 9));
   std::mt19937 random(1);
   for (int i = 0; i < 200; ++i) {
     const auto e = static_cast<EdgeId>(random() % (mesh.next.size() / 2));

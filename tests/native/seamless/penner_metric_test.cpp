@@ -12,6 +12,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/intrinsic/loops.h"
 #include "seamless/cones.h"
+#include "support/loops.h"
 #include "support/shapes.h"
 
 namespace flipfree::seamless::penner_metric_test {
@@ -37,13 +38,8 @@ std::vector<long double> angles(const conformal::ConformalMetric& metric) {
 
 // The loops of a basis with random steps, after all flips, and the half-edge numbers of the input.
 intrinsic::LoopCarrier other_basis(const conformal::ConformalMetric& metric, unsigned seed) {
-  const ExecutionContext context;
   const intrinsic::FlipMesh& mesh = metric.initial;
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> uniform(0.01, 1.0);
-  std::vector<double> step(metric.initial.edge_count());
-  for (double& s : step) s = uniform(random);
-  intrinsic::LoopCarrier carrier(mesh, intrinsic::homology_basis(mesh, step, context));
+  intrinsic::LoopCarrier carrier(mesh, test::random_basis(mesh, seed));
   for (const auto& flip : metric.flips) {
     for (int k = 0; k < flip.plain.count; ++k)
       carrier.flip(flip.plain.edges[static_cast<std::size_t>(k)]);

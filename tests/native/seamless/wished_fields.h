@@ -23,7 +23,8 @@ inline field::CrossField wished_field(const mesh::Surface& surface, const std::v
     field.matching[at(h)] += quarters;
     field.matching[at(adjacency.opposite[at(h)])] -= quarters;
   };
-  const field::TreeCotree tree = field::tree_cotree(surface, adjacency, context);
+  const intrinsic::TreeCotree tree = intrinsic::tree_cotree(
+      surface.faces, adjacency, intrinsic::steps_across(surface, adjacency), context);
   const std::vector<Index> own =
       field::cone_turns(surface.faces, adjacency, field::measure_frames(surface), field);
   std::vector<Index> missing(cones.size());
@@ -38,9 +39,10 @@ inline field::CrossField wished_field(const mesh::Surface& surface, const std::v
     const Index turns = static_cast<Index>(random() % (2 * at(reach) + 1)) - reach;
     // The chain crosses its own loop only, from the right of it.
     const Index more = field::turning_number(adjacency, field, tree.loops[i]) - turns;
-    for (const HalfedgeId h : field::chain_of(surface.faces, adjacency, tree, i)) add(h, more);
+    for (const HalfedgeId h : intrinsic::chain_of(surface.faces, adjacency, tree, i)) add(h, more);
     if (field::turning_number(adjacency, field, tree.loops[i]) == turns) continue;
-    for (const HalfedgeId h : field::chain_of(surface.faces, adjacency, tree, i)) add(h, -2 * more);
+    for (const HalfedgeId h : intrinsic::chain_of(surface.faces, adjacency, tree, i))
+      add(h, -2 * more);
   }
   return field;
 }

@@ -9,45 +9,16 @@
 
 namespace flipfree::seamless {
 
-namespace {
-
-// Per half-edge of the mesh: the input's, 3 f + k.
-std::vector<HalfedgeId> input_corners(const intrinsic::IntrinsicSetup& setup) {
-  std::vector<HalfedgeId> corner_of(setup.mesh.halfedge_count(), kInvalid);
-  for (std::size_t c = 0; c < setup.input_halfedge.size(); ++c)
-    corner_of[at(setup.input_halfedge[c])] = static_cast<HalfedgeId>(c);
-  return corner_of;
-}
-
-std::vector<std::vector<HalfedgeId>> closed_loops(const mesh::Surface& surface,
-                                                  const intrinsic::IntrinsicSetup& setup,
-                                                  const ExecutionContext& context) {
-  const std::vector<HalfedgeId> corner_of = input_corners(setup);
-  auto loops =
-      intrinsic::homology_basis(setup.mesh, intrinsic::steps_inside(surface, setup), context);
-  for (auto& loop : loops) {
-    for (HalfedgeId& h : loop) h = corner_of[at(h)];
-  }
-  return loops;
-}
-
-}  // namespace
-
-std::vector<LoopTurn> loops_to_turn(const mesh::Surface& surface,
-                                    const intrinsic::IntrinsicSetup& setup, bool aligned,
+std::vector<LoopTurn> loops_to_turn(const mesh::Surface& surface, bool aligned,
                                     const ExecutionContext& context) {
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const std::vector<double> step = intrinsic::steps_across(surface, adjacency);
   std::vector<LoopTurn> loops;
-  for (auto& loop : closed_loops(surface, setup, context)) loops.push_back({std::move(loop), 0});
-  if (!setup.mesh.symmetric() || !aligned) return loops;
-  const std::vector<HalfedgeId> corner_of = input_corners(setup);
-  for (const intrinsic::DualLoop& strip :
-       intrinsic::boundary_strips(setup.mesh, intrinsic::steps_inside(surface, setup), context)) {
-    LoopTurn own{{}, 0, true};
-    // The first half-edge comes in from the mirror image.
-    own.loop.push_back(corner_of[at(strip.front() ^ 1)]);
-    for (std::size_t i = 1; i < strip.size(); ++i) own.loop.push_back(corner_of[at(strip[i])]);
-    loops.push_back(std::move(own));
-  }
+  for (auto& loop : intrinsic::tree_cotree(surface.faces, adjacency, step, context).loops)
+    loops.push_back({std::move(loop), 0});
+  if (!aligned) return loops;
+  for (auto& strip : intrinsic::strips_between(surface.faces, adjacency, step, context))
+    loops.push_back({std::move(strip), 0, true});
   return loops;
 }
 

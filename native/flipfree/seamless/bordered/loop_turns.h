@@ -19,8 +19,7 @@ using intrinsic::LoopTurn;
 // zero; with a boundary, of the surface with every curve of it contracted, and where that is
 // aligned, strips from its first curve to each other one: all that is left to choose once the
 // angles at vertices are.
-std::vector<LoopTurn> loops_to_turn(const mesh::Surface& surface,
-                                    const intrinsic::IntrinsicSetup& setup, bool aligned,
+std::vector<LoopTurn> loops_to_turn(const mesh::Surface& surface, bool aligned,
                                     const ExecutionContext& context);
 
 // The loops on the mesh of `setup`; strips between boundaries are closed by their mirror images.

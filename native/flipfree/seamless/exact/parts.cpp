@@ -1,7 +1,6 @@
 #include "flipfree/seamless/exact/parts.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -18,33 +17,10 @@
 #include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/bordered/corners.h"
+#include "flipfree/seamless/padding/paths.h"
 #include "flipfree/seamless/seams.h"
 
 namespace flipfree::seamless {
-
-std::vector<SurfacePart> parts_with_boundaries(const mesh::Surface& surface,
-                                               const mesh::Adjacency& adjacency,
-                                               const std::vector<Index>& cones) {
-  const mesh::CutMesh whole =
-      mesh::cut_along(surface.faces, adjacency, mesh::EdgeFlags(adjacency.opposite.size(), 0));
-  std::vector<SurfacePart> parts;
-  for (mesh::Chart& chart : mesh::split_into_charts(surface.vertices, whole)) {
-    SurfacePart part;
-    for (const VertexId v : chart.vertices) {
-      const VertexId own = whole.vertex_origin[at(v)];
-      part.vertices.push_back(own);
-      part.cones.push_back(cones[at(own)]);
-      const HalfedgeId h = adjacency.vertex_halfedge[at(own)];
-      if (adjacency.opposite[at(h)] != kInvalid) continue;
-      part.bordered = true;
-      part.corners_given = part.corners_given || cones[at(own)] != kNotGiven;
-    }
-    part.surface = std::move(chart.surface);
-    part.faces = std::move(chart.faces);
-    parts.push_back(std::move(part));
-  }
-  return parts;
-}
 
 std::vector<Index> with_corners(const std::vector<SurfacePart>& parts,
                                 const std::vector<char>& freed, const std::vector<Index>& cones,
@@ -243,76 +219,27 @@ class ChordFinder {
                       ElementKind::kFace, {f});
 }
 
-using Triangle = std::array<VertexId, 3>;
-
-// A triangle with vertices on the middles of some sides: middle[k] on that from corner k on, or
-// kInvalid.
-std::vector<Triangle> pieces_of(Triangle corner, Triangle middle) {
-  const auto split = [&](std::size_t k) { return middle[k % 3] != kInvalid; };
-  const auto count =
-      static_cast<int>(split(0)) + static_cast<int>(split(1)) + static_cast<int>(split(2));
-  // Turned so that the split sides come first.
-  std::size_t r = 0;
-  while (count < 3 && count > 0 && !(split(r) && !split(r + 2))) ++r;
-  const VertexId a = corner[r % 3], b = corner[(r + 1) % 3], c = corner[(r + 2) % 3];
-  const VertexId ab = middle[r % 3], bc = middle[(r + 1) % 3], ca = middle[(r + 2) % 3];
-  switch (count) {
-    case 0:
-      return {corner};
-    case 1:
-      return {{a, ab, c}, {ab, b, c}};
-    case 2:
-      return {{a, ab, c}, {ab, b, bc}, {ab, bc, c}};
-    default:
-      return {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}};
-  }
-}
-
 // A vertex on the middle of each of these inner edges, the i-th one's after the surface's own
 // vertices and the i before; flat. Faces without such an edge stay as they are.
-DividedSurface split_in_the_middle(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+DividedSurface split_in_the_middle(const mesh::Surface& surface,
                                    const std::vector<HalfedgeId>& edges,
                                    const std::vector<Index>& cones) {
-  const auto count = static_cast<Index>(surface.vertices.rows());
-  DividedSurface out;
-  out.cones = cones;
-  out.provenance.vertex.resize(at(count));
-  const auto corners = static_cast<CornerId>(3 * surface.faces.rows());
-  for (CornerId c = 0; c < corners; ++c)
-    out.provenance.vertex[at(surface.faces(c / 3, c % 3))] = {c / 3, Vector3::Unit(c % 3)};
-  out.surface.vertices.resize(count + static_cast<Index>(edges.size()), 3);
-  out.surface.vertices.topRows(count) = surface.vertices;
-  std::vector<VertexId> middle(at(corners), kInvalid);
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    const HalfedgeId h = edges[i];
-    const VertexId v = count + static_cast<Index>(i);
-    middle[at(h)] = middle[at(adjacency.opposite[at(h)])] = v;
+  mesh::RefinedSurface refined = unrefined(surface);
+  for (const HalfedgeId h : edges) {
     const VertexId from = mesh::source(surface.faces, h), to = mesh::target(surface.faces, h);
-    const Vector3 a = surface.vertices.row(from), b = surface.vertices.row(to);
-    const Vector3 place = 0.5 * a + 0.5 * b;  // the sum may be too large for a number
-    if (place == a || place == b) throw_too_short(from, to);
-    out.surface.vertices.row(v) = place;
-    out.cones.push_back(4);
-    out.provenance.vertex.push_back(
-        {h / 3, 0.5 * (Vector3::Unit(h % 3) + Vector3::Unit((h + 1) % 3))});
+    const VertexId v = refined.split_edge(refined.mesh.find(from, to));
+    const Vector3& place = refined.position[at(v)];
+    if (place == refined.position[at(from)] || place == refined.position[at(to)])
+      throw_too_short(from, to);
   }
-  std::vector<Triangle> faces;
-  for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
-    const Triangle corner{surface.faces(f, 0), surface.faces(f, 1), surface.faces(f, 2)};
-    for (const Triangle& piece :
-         pieces_of(corner, {middle[at(3 * f)], middle[at(3 * f + 1)], middle[at(3 * f + 2)]})) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const VertexId v = piece[k], w = piece[(k + 1) % 3];
-        if (std::max(v, w) >= count && out.surface.vertices.row(v) == out.surface.vertices.row(w))
-          throw_too_thin(f);
-      }
-      faces.push_back(piece);
-      out.provenance.face.push_back(f);
-    }
+  DividedSurface out{surface_of(refined), provenance_of(refined), cones};
+  out.cones.resize(refined.position.size(), 4);
+  const auto count = static_cast<VertexId>(surface.vertices.rows());
+  for (HalfedgeId h = 0; h < refined.mesh.halfedge_slots(); ++h) {
+    const VertexId v = refined.mesh.source(h), w = refined.mesh.target(h);
+    if (std::max(v, w) >= count && refined.position[at(v)] == refined.position[at(w)])
+      throw_too_thin(refined.mesh.parent(h / 3));
   }
-  out.surface.faces.resize(static_cast<Eigen::Index>(faces.size()), 3);
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    out.surface.faces.row(static_cast<Eigen::Index>(f)) << faces[f][0], faces[f][1], faces[f][2];
   return out;
 }
 
@@ -403,13 +330,12 @@ std::vector<HalfedgeId> side_chords(const Triangles& faces, const mesh::Adjacenc
 }
 
 std::optional<DividedSides> divided_sides(const mesh::Surface& surface,
-                                          const mesh::Adjacency& adjacency,
                                           const std::vector<Index>& cones,
                                           const std::vector<HalfedgeId>& chords,
                                           const IndexPairs& uncuttable) {
   if (chords.empty()) return std::nullopt;
   DividedSides out;
-  out.pieces = split_in_the_middle(surface, adjacency, chords, cones);
+  out.pieces = split_in_the_middle(surface, chords, cones);
   out.uncuttable = diagonals_of(surface, out.pieces, uncuttable);
   out.place = places_of(surface, out.pieces);
   return out;

@@ -14,6 +14,7 @@
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
+#include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {
 
@@ -24,21 +25,6 @@ struct DividedSurface {
 };
 
 // Which connected parts of a surface have an aligned boundary, and what that takes.
-
-// A connected part of a surface.
-struct SurfacePart {
-  mesh::Surface surface;
-  std::vector<FaceId> faces;       // of the whole
-  std::vector<VertexId> vertices;  // of the whole, per vertex of the part
-  std::vector<Index> cones;
-  bool bordered = false;
-  bool corners_given = false;  // are there angles at its boundary?
-};
-
-// In the order of their smallest face. `cones`: kNotGiven where nothing is given.
-std::vector<SurfacePart> parts_with_boundaries(const mesh::Surface& surface,
-                                               const mesh::Adjacency& adjacency,
-                                               const std::vector<Index>& cones);
 
 // aligned_cones() of every part (errors: there), but for those that `freed` names: there nothing is
 // given at the boundary, as at first.
@@ -87,7 +73,6 @@ std::vector<HalfedgeId> side_chords(const Triangles& faces, const mesh::Adjacenc
 // is no number between its ends, or a face so thin that the middles of two sides fall together.
 // Cost: O(#F log #F) if there are any.
 std::optional<DividedSides> divided_sides(const mesh::Surface& surface,
-                                          const mesh::Adjacency& adjacency,
                                           const std::vector<Index>& cones,
                                           const std::vector<HalfedgeId>& chords,
                                           const IndexPairs& uncuttable);

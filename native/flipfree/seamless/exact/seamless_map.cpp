@@ -53,18 +53,15 @@ std::vector<Index> suggested_turns(const mesh::Surface& surface,
                                    ExecutionContext& context) {
   check_surface(surface, context);
   const auto vertex_count = static_cast<Index>(surface.vertices.rows());
-  const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, surface.faces);
-  const mesh::CutMesh whole =
-      mesh::cut_along(surface.faces, adjacency, mesh::EdgeFlags(adjacency.opposite.size(), 0));
-  const std::vector<mesh::Chart> parts = mesh::split_into_charts(surface.vertices, whole);
   conformal::SuggestConesOptions own = options;
   own.quantum = kQuarterTurn;
   const Stopwatch watch;
   std::vector<Index> turns(at(vertex_count), 4);
+  const std::vector<SurfacePart> parts =
+      connected_parts(surface, mesh::build_adjacency(surface), turns);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const ProgressRange range(context, i, parts.size());
-    std::vector<VertexId> vertices;
-    for (const VertexId v : parts[i].vertices) vertices.push_back(whole.vertex_origin[at(v)]);
+    const std::vector<VertexId>& vertices = parts[i].vertices;
     constexpr double kLeastSeconds = 1e-3;
     if (options.enough_seconds > 0.0)  // what a part leaves is the next ones'
       own.enough_seconds = std::max(kLeastSeconds, options.enough_seconds - watch.seconds());
@@ -208,9 +205,9 @@ certify::Parametrization map_with_corners(const mesh::Surface& surface,
   const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   SeamlessOptions own = options;
   own.boundary = Boundary::kGiven;
-  const std::optional<DividedSides> divided = divided_sides(
-      surface, adjacency, cones, side_chords(surface.faces, adjacency, cones, context),
-      options.engine.uncuttable);
+  const std::optional<DividedSides> divided =
+      divided_sides(surface, cones, side_chords(surface.faces, adjacency, cones, context),
+                    options.engine.uncuttable);
   if (!divided) return map_at_once(surface, cones, own, context);
   const DividedSurface& pieces = divided->pieces;
   own.engine.uncuttable = divided->uncuttable;
@@ -270,7 +267,7 @@ certify::Parametrization map_of_open(const mesh::Surface& surface, const std::ve
                                      const SeamlessOptions& options, ExecutionContext& context) {
   const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const std::vector<Index> cones = flat_inside(given, adjacency);
-  const std::vector<SurfacePart> parts = parts_with_boundaries(surface, adjacency, cones);
+  const std::vector<SurfacePart> parts = connected_parts(surface, adjacency, cones);
   std::vector<char> freed(parts.size(), 0);
   if (options.boundary == Boundary::kAligned)
     return map_with_corners(surface, with_corners(parts, freed, cones, context), options, context);

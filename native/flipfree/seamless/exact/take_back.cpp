@@ -167,13 +167,13 @@ struct Motion {
   Index turns = 0;
   Vector2 shift = Vector2::Zero();
 
-  Vector2 operator()(const Vector2& p) const { return quarter_turned(p, turns) + shift; }
+  Vector2 operator()(const Vector2& p) const { return turned(p, turns) + shift; }
   Motion after(const Motion& first) const {
     return {(turns + first.turns) % 4, (*this)(first.shift)};
   }
   Motion inverse() const {
     const Index back = (4 - turns) % 4;
-    return {back, -quarter_turned(shift, back)};
+    return {back, -turned(shift, back)};
   }
 };
 
@@ -185,7 +185,7 @@ Motion across(const Points2& uv, HalfedgeId h, HalfedgeId o) {
   Motion motion;
   motion.turns = static_cast<Index>(std::lround(angle / (0.5 * std::numbers::pi)) & 3);
   motion.shift =
-      0.5 * (source + target) - quarter_turned(0.5 * (other_source + other_target), motion.turns);
+      0.5 * (source + target) - turned(0.5 * (other_source + other_target), motion.turns);
   return motion;
 }
 

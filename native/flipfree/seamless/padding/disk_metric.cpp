@@ -30,12 +30,6 @@ constexpr std::size_t kMostFlips = 200;
 // of a metric that is known to so many places must not be flipped for ever.
 constexpr double kCocircular = 1e-9;
 
-[[noreturn]] void throw_stuck(const char* what) {
-  throw_not_converged(ErrorCode::kIterationLimit,
-                      std::string("The padded metric was not reached: ") + what +
-                          ". Spread the cones further apart, or use the engine \"penner\".");
-}
-
 // A corner of the star that moves: the corner at the origin of `h`, and by how much, in its frame.
 struct MovingCorner {
   HalfedgeId h;
@@ -48,7 +42,8 @@ std::vector<MovingCorner> wedge_of(const FlatSurface& s, HalfedgeId first, WideV
     wedge.push_back({h, shift});
     const HalfedgeId p = s.mesh.previous(h);
     if (s.fixed[at(p >> 1)]) return wedge;
-    if (wedge.size() > s.mesh.halfedge_count()) throw_stuck("a wedge has no end");
+    if (wedge.size() > s.mesh.halfedge_count())
+      throw_unpadded("The padded metric was not reached: a wedge has no end");
     shift = turned(shift, s.turns[at(p)]);
     h = p ^ 1;
   }
@@ -131,6 +126,11 @@ CotangentSum cotangents(const FlatSurface& s, EdgeId e) {
 
 }  // namespace
 
+void throw_unpadded(const std::string& what) {
+  throw_not_converged(ErrorCode::kIterationLimit,
+                      what + ". Spread the cones further apart, or use the engine \"penner\".");
+}
+
 Wide FlatSurface::area(HalfedgeId h) const {
   return cross(vector[at(h)], vector[at(mesh.next_of(h))]);
 }
@@ -162,7 +162,8 @@ void move_wedge(FlatSurface& surface, HalfedgeId first, const WideVector& shift,
   const Wide one(1.0);
   for (std::size_t flips = 0;; ++flips) {
     if (flips % 256 == 255) context.check();
-    if (flips > kMostFlips * surface.mesh.edge_count()) throw_stuck("a vertex has no way");
+    if (flips > kMostFlips * surface.mesh.edge_count())
+      throw_unpadded("The padded metric was not reached: a vertex has no way");
     Wide soonest(2.0);
     HalfedgeId in_the_way = kInvalid;
     for (const MovingCorner& corner : wedge) {
@@ -176,7 +177,7 @@ void move_wedge(FlatSurface& surface, HalfedgeId first, const WideVector& shift,
     if (in_the_way == kInvalid) break;
     const EdgeId e = in_the_way >> 1;
     if (surface.fixed[at(e)] || intrinsic::is_glued_to_itself(surface.mesh, e))
-      throw_stuck("a vertex met the boundary on its way");
+      throw_unpadded("The padded metric was not reached: a vertex met the boundary on its way");
     now = soonest;
     // Flipping changes the frames of faces and who has a corner where; the first corner stays.
     const bool first_turns =
@@ -219,7 +220,8 @@ void make_delaunay(FlatSurface& surface, const ExecutionContext& context) {
     if (surface.fixed[at(e)] || intrinsic::is_glued_to_itself(surface.mesh, e)) continue;
     const CotangentSum cot = cotangents(surface, e);
     if (!(cot.sum < Wide(-kCocircular) * cot.size)) continue;
-    if (++flips > kMostFlips * count) throw_stuck("it has no Delaunay triangulation");
+    if (++flips > kMostFlips * count)
+      throw_unpadded("The padded metric was not reached: it has no Delaunay triangulation");
     surface.flip(e);
     for (const HalfedgeId h : {2 * e, 2 * e + 1}) {
       for (const HalfedgeId g : {surface.mesh.next_of(h), surface.mesh.previous(h)}) {
@@ -240,12 +242,6 @@ using intrinsic::FlipMesh;
 using intrinsic::FlippedMetric;
 using intrinsic::IntrinsicMesh;
 using intrinsic::OverlayCoordinates;
-
-[[noreturn]] void throw_imprecise() {
-  throw_not_converged(ErrorCode::kIterationLimit,
-                      "The metric of a piece of the surface is not precise enough to be padded. "
-                      "Spread the cones further apart, or use the engine \"penner\".");
-}
 
 std::vector<Wide> wide(const intrinsic::Scalars& values) {
   return std::visit(
@@ -328,7 +324,7 @@ class Halver {
       const WideVector& last = row.back().place;
       const Wide rise = height - last.y;
       const Wide square = (leg - rise) * (leg + rise);
-      if (square.sign() <= 0) throw_imprecise();
+      if (square.sign() <= 0) throw_unpadded(kImprecise);
       row.push_back({{last.x + sqrt(square), height}, edge});
     };
     // The leg that leads to the left end of h, known before its height is.
@@ -375,7 +371,7 @@ class Halver {
       }
       stack.push_back(k);
     }
-    if (stack.size() != 2) throw_imprecise();
+    if (stack.size() != 2) throw_unpadded(kImprecise);
   }
 
   // The disk's own corner, or kInvalid for the other copy, of a half-edge that both triangulations

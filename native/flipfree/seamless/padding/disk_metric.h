@@ -5,6 +5,7 @@
 // surfaces of high genus; the nearest metric in the logarithms of edge lengths does not.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -17,6 +18,7 @@
 #include "flipfree/mesh/surface.h"
 #include "flipfree/numeric/scalar.h"
 #include "flipfree/seamless/padding/segments.h"
+#include "flipfree/seamless/seams.h"
 
 namespace flipfree::seamless {
 // A flat surface with cones in quarter turns, as a triangulation whose half-edges are vectors: what
@@ -55,26 +57,17 @@ inline Wide dot(const WideVector& a, const WideVector& b) { return a.x * b.x + a
 inline Wide cross(const WideVector& a, const WideVector& b) { return a.x * b.y - a.y * b.x; }
 inline Wide norm(const WideVector& a) { return sqrt(dot(a, a)); }
 
-// Counter-clockwise by so many quarter turns, without rounding.
-inline WideVector turned(const WideVector& a, Index quarter_turns) {
-  switch (quarter_turns & 3) {
-    case 1:
-      return {-a.y, a.x};
-    case 2:
-      return {-a.x, -a.y};
-    case 3:
-      return {a.y, -a.x};
-    default:
-      return a;
-  }
-}
-
 // The quarter turns, 0 to 3, that bring `a` nearest to the direction of `b`.
 inline Index turns_between(const WideVector& a, const WideVector& b) {
   const Wide d = dot(a, b), c = cross(a, b);
   if (abs(d) >= abs(c)) return d.sign() >= 0 ? 0 : 2;
   return c.sign() >= 0 ? 1 : 3;
 }
+
+// NotConverged (kIterationLimit): what went wrong, and what to do.
+[[noreturn]] void throw_unpadded(const std::string& what);
+inline constexpr char kImprecise[] =
+    "The metric of a piece of the surface is not precise enough to be padded";
 
 struct FlatSurface {
   intrinsic::FlipMesh mesh;

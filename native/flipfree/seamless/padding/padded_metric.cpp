@@ -34,10 +34,8 @@ class Development {
       : half_(half), name_(name), out_(out) {
     for (std::size_t h = 0; h < half.inside.size(); ++h) {
       if (!half.inside[h]) continue;
-      const auto e = static_cast<EdgeId>(h / 2);
       if (!open(static_cast<HalfedgeId>(h)) && first_ == kInvalid)
         first_ = static_cast<HalfedgeId>(h);
-      largest_ = std::max(largest_, exponent(e));
     }
   }
 
@@ -86,11 +84,7 @@ class Development {
     const Wide two(2.0);
     const Wide along = (a + ((c - b) / a) * (c + b)) / two;
     const Wide square = (a + b + c) * ((c - a) + b) * ((b - c) + a) * ((c - b) + a);
-    if (square.sign() <= 0) {
-      throw_not_converged(ErrorCode::kIterationLimit,
-                          "The metric of a piece of the surface is not precise enough to be "
-                          "padded. Spread the cones further apart, or use the engine \"penner\".");
-    }
+    if (square.sign() <= 0) throw_unpadded(kImprecise);
     const Wide height = sqrt(square) / (two * a);
     const Wide x = along / a, y = height / a;
     vector(h) = side;
@@ -112,7 +106,6 @@ class Development {
   const std::vector<HalfedgeId>& name_;
   FlatSurface& out_;
   HalfedgeId first_ = kInvalid;
-  std::int64_t largest_ = 0;
 };
 
 }  // namespace
@@ -157,11 +150,8 @@ FlatSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::Intrins
     if (flat.fixed[h / 2]) flat.axis[h] = turns_between({Wide(1.0), Wide(0.0)}, flat.vector[h]);
   }
   if (!(closing_error < kLargestClosingError)) {
-    throw_not_converged(ErrorCode::kIterationLimit,
-                        "The metric of a piece of the surface closes only up to " +
-                            std::to_string(closing_error) +
-                            " radians. Spread the cones further apart, or use the engine "
-                            "\"penner\".");
+    throw_unpadded("The metric of a piece of the surface closes only up to " +
+                   std::to_string(closing_error) + " radians");
   }
   return flat;
 }
@@ -509,7 +499,8 @@ class Padder {
 
   void move(const Move& m, const ExecutionContext& context) {
     // The surface is on the left, outside on the right.
-    move_wedge(flat_, m.first, turned({m.along, -m.outward}, flat_.axis[at(m.first)]), context);
+    move_wedge(flat_, m.first, turned(WideVector{m.along, -m.outward}, flat_.axis[at(m.first)]),
+               context);
   }
 
   // Corners first. Then, so that no vertex of a segment passes its neighbour even where nothing

@@ -7,7 +7,6 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +20,7 @@
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/seamless/padding/disk_metric.h"
 #include "flipfree/seamless/padding/hole_chain.h"
 #include "flipfree/seamless/padding/padded_metric.h"
 #include "flipfree/seamless/padding/paths.h"
@@ -101,9 +101,7 @@ class PaddedMetricSolver {
     stats_["padding_near_steps"] = static_cast<std::int64_t>(metric.relaxed);
     // A layout that failed asks for a metric that is nearer still.
     if (metric.relaxed <= std::exchange(reached_, metric.relaxed)) {
-      throw_not_converged(ErrorCode::kIterationLimit,
-                          "The padded metric cannot be brought nearer to the surface's own. Spread "
-                          "the cones further apart, or use the engine \"penner\".");
+      throw_unpadded("The padded metric cannot be brought nearer to the surface's own");
     }
     return metric;
   }
@@ -383,19 +381,18 @@ std::vector<JoinedSectors> joinable_sectors(const Canvas& canvas,
 bool draw_shortest_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors,
                                 const ExecutionContext& context) {
   const DiskBoundary boundary = disk_boundary(canvas);
-  std::set<Index> from, to;
-  std::set<std::pair<Index, Index>> pairs;
+  std::vector<Index> from, to;
   for (const auto& [f, t] : sectors) {
-    from.insert(boundary.place[at(f)]);
-    to.insert(boundary.place[at(t)]);
-    pairs.emplace(boundary.place[at(f)], boundary.place[at(t)]);
+    from.push_back(boundary.place[at(f)]);
+    to.push_back(boundary.place[at(t)]);
   }
-  const auto path = shortest_separating_path(
-      canvas, boundary, {from.begin(), from.end()}, {to.begin(), to.end()},
-      [&](const PathEnds& ends) {
-        return pairs.contains({ends.from, ends.to});
-      },
-      context);
+  const auto allowed = [&](const PathEnds& ends) {
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      if (from[i] == ends.from && to[i] == ends.to) return true;
+    }
+    return false;
+  };
+  const auto path = shortest_separating_path(canvas, boundary, from, to, allowed, context);
   if (path) canvas.draw(path->halfedges, Curve::kExtra);
   return path.has_value();
 }
@@ -614,8 +611,8 @@ AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& c
   Canvas canvas(surface, pattern == Pattern::kNone ? std::vector<Index>(cones.size(), 4) : cones);
   AdmissibleCut cut;
   if (pattern != Pattern::kNone) Drawer(canvas, surface, cones, lead, context).draw(pattern, genus);
-  cut.surface = canvas.surface();
-  cut.provenance = canvas.provenance();
+  cut.surface = surface_of(canvas.refined());
+  cut.provenance = provenance_of(canvas.refined());
   if (pattern != Pattern::kNone) read_branches(canvas, cut);
   return cut;
 }

@@ -11,9 +11,7 @@
 
 namespace flipfree::seamless {
 
-namespace {
-
-mesh::RefinedSurface on_closed(const mesh::Surface& surface) {
+mesh::RefinedSurface unrefined(const mesh::Surface& surface) {
   mesh::RefinedSurface refined;
   refined.input = &surface;
   const auto n = static_cast<Index>(surface.vertices.rows());
@@ -25,10 +23,34 @@ mesh::RefinedSurface on_closed(const mesh::Surface& surface) {
   return refined;
 }
 
-}  // namespace
+mesh::Surface surface_of(const mesh::RefinedSurface& refined) {
+  mesh::Surface surface;
+  surface.faces = refined.mesh.faces();
+  surface.vertices.resize(refined.mesh.vertex_count(), 3);
+  for (VertexId v = 0; v < refined.mesh.vertex_count(); ++v)
+    surface.vertices.row(v) = refined.position[at(v)].transpose();
+  return surface;
+}
+
+mesh::Provenance provenance_of(const mesh::RefinedSurface& refined) {
+  mesh::Provenance provenance;
+  provenance.vertex.resize(refined.position.size());
+  for (FaceId f = 0; f < refined.mesh.face_slots(); ++f) {
+    const FaceId parent = refined.mesh.parent(f);
+    provenance.face.push_back(parent);
+    for (const VertexId v : refined.mesh.corners(f)) {
+      mesh::SurfacePoint& point = provenance.vertex[at(v)];
+      if (point.face != kInvalid) continue;
+      point.face = parent;
+      for (Index k = 0; k < 3; ++k)
+        point.weight[k] = refined.support[at(v)].of(refined.input->faces(parent, k));
+    }
+  }
+  return provenance;
+}
 
 Canvas::Canvas(const mesh::Surface& surface, const std::vector<Index>& cones)
-    : refined_(on_closed(surface)), cones_(cones), state_(cones.size(), State::kFree) {
+    : refined_(unrefined(surface)), cones_(cones), state_(cones.size(), State::kFree) {
   const auto n = static_cast<VertexId>(cones.size());
   for (VertexId v = 0; v < n; ++v) {
     if (excess(v) != 0) state_[at(v)] = State::kCone;
@@ -146,32 +168,6 @@ HalfedgeId Canvas::input_side(HalfedgeId h) const {
       return side;
   }
   throw InternalError("an edge between two faces that lies on no side of them");
-}
-
-mesh::Surface Canvas::surface() const {
-  mesh::Surface surface;
-  surface.faces = mesh().faces();
-  surface.vertices.resize(vertex_count(), 3);
-  for (VertexId v = 0; v < vertex_count(); ++v)
-    surface.vertices.row(v) = refined_.position[at(v)].transpose();
-  return surface;
-}
-
-mesh::Provenance Canvas::provenance() const {
-  mesh::Provenance provenance;
-  provenance.vertex.resize(at(vertex_count()));
-  for (FaceId f = 0; f < mesh().face_slots(); ++f) {
-    const FaceId parent = mesh().parent(f);
-    provenance.face.push_back(parent);
-    for (const VertexId v : mesh().corners(f)) {
-      mesh::SurfacePoint& point = provenance.vertex[at(v)];
-      if (point.face != kInvalid) continue;
-      point.face = parent;
-      for (Index k = 0; k < 3; ++k)
-        point.weight[k] = refined_.support[at(v)].of(refined_.input->faces(parent, k));
-    }
-  }
-  return provenance;
 }
 
 VertexId Canvas::split(HalfedgeId h) {

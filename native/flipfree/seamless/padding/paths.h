@@ -18,6 +18,12 @@
 
 namespace flipfree::seamless {
 
+// A surface before it is refined, with any boundaries: those of mesh::RefinedSurface are not set.
+// It must outlive the result. And what one without dead faces is now, half-edges 3 f + k the same.
+mesh::RefinedSurface unrefined(const mesh::Surface& surface);
+mesh::Surface surface_of(const mesh::RefinedSurface& refined);
+mesh::Provenance provenance_of(const mesh::RefinedSurface& refined);
+
 // The surface on which the curves of a cut are drawn, refined as they come (thesis 5.4.1).
 //
 // Curves run along edges. A vertex is free if it is neither a cone nor on a curve. After every
@@ -90,9 +96,8 @@ class Canvas {
   // opposite lie in the same one.
   HalfedgeId input_side(HalfedgeId h) const;
 
-  // The surface as it is now, half-edges 3 f + k the same.
-  mesh::Surface surface() const;
-  mesh::Provenance provenance() const;
+  // As it is now.
+  const mesh::RefinedSurface& refined() const { return refined_; }
 
  private:
   enum class State : char { kFree, kCone, kOnCurve, kFenced };

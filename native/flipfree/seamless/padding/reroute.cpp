@@ -559,6 +559,4 @@ Index least_change(const std::vector<Index>& cones) {
   return divisor;
 }
 
-namespace {}  // namespace
-
 }  // namespace flipfree::seamless

@@ -173,12 +173,11 @@ class Merger {
     map.vertex_barycentric = Points3::Zero(input.vertices.rows(), 3);
   }
 
-  // `vertices`: the input's, of the chart.
-  void add(const mesh::Chart& chart, const std::vector<VertexId>& vertices, PennerMap part) {
+  void add(const mesh::Chart& chart, PennerMap part) {
     certify::Parametrization& from = part.map;
     certify::Parametrization& to = whole_.map;
     // Vertices: those of the chart, then its added ones at the end.
-    std::vector<VertexId> own = vertices;
+    std::vector<VertexId> own = chart.vertices;
     for (std::size_t v = 0; v < own.size(); ++v) whole_.cones[at(own[v])] = part.cones[v];
     const auto first = static_cast<Index>(own.size());
     const auto count = static_cast<Index>(from.surface.vertices.rows());
@@ -275,22 +274,16 @@ PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>&
                          const std::optional<std::vector<LoopTurn>>& loops,
                          const PennerMapOptions& options, const mesh::Adjacency& adjacency,
                          const ComponentMapper& map_one, ExecutionContext& context) {
-  const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
-  const mesh::CutMesh mesh = mesh::cut_along(surface.faces, adjacency, none);
-  const std::vector<mesh::Chart> charts = mesh::split_into_charts(surface.vertices, mesh);
+  const std::vector<SurfacePart> charts = connected_parts(surface, adjacency, cones);
   mesh::flag_edges(surface.faces, adjacency, options.uncuttable);  // refuses what is no edge
   PennerMap whole;
   Merger merger(surface, whole);
   std::vector<VertexId> local(cones.size(), kInvalid);
   for (std::size_t i = 0; i < charts.size(); ++i) {
     const ProgressRange range(context, i, charts.size());
-    std::vector<VertexId> vertices;
-    std::vector<Index> own_cones;
-    for (const VertexId v : charts[i].vertices) {
-      vertices.push_back(mesh.vertex_origin[at(v)]);
-      local[at(vertices.back())] = static_cast<VertexId>(vertices.size()) - 1;
-      own_cones.push_back(cones[at(vertices.back())]);
-    }
+    const std::vector<VertexId>& vertices = charts[i].vertices;
+    for (std::size_t v = 0; v < vertices.size(); ++v)
+      local[at(vertices[v])] = static_cast<VertexId>(v);
     std::optional<std::vector<LoopTurn>> own_loops;
     if (loops) own_loops = loops_in(charts[i], *loops);
     PennerMapOptions own = options;
@@ -298,11 +291,11 @@ PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>&
     for (const VertexId v : vertices) local[at(v)] = kInvalid;
     PennerMap found;
     try {
-      found = map_one(charts[i].surface, own_cones, own_loops, own, charts[i].faces, context);
+      found = map_one(charts[i].surface, charts[i].cones, own_loops, own, charts[i].faces, context);
     } catch (...) {
       rethrow_placed(charts[i].faces, vertices);
     }
-    merger.add(charts[i], vertices, std::move(found));
+    merger.add(charts[i], std::move(found));
   }
   Points2& uv = whole.map.uv;
   uv /= std::max(uv.col(0).maxCoeff(), uv.col(1).maxCoeff());

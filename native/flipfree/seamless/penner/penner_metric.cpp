@@ -32,7 +32,6 @@ using intrinsic::IntrinsicMesh;
 namespace {
 
 constexpr int kLargestBits = 1024;
-constexpr std::size_t kMostTries = 24;  // of turns that nobody asked for
 // Relaxation by itself: while the scale alone makes for more energy than this, and so many steps at
 // most.
 constexpr double kSmallEnergy = 100.0;
@@ -97,7 +96,7 @@ class PennerSolver {
     finishing_ = start_metric != nullptr;
     given_ = given.has_value();
     result.angles = targets_.vertex_angle;
-    result.loops = given ? *given : loops_to_turn(surface_, setup_, !free_, context_);
+    result.loops = given ? *given : loops_to_turn(surface_, !free_, context_);
     if (given && static_cast<Index>(result.loops.size()) != loop_count()) {
       throw_invalid(ErrorCode::kBadOption, "A surface of this genus has " +
                                                std::to_string(loop_count()) +
@@ -141,18 +140,21 @@ class PennerSolver {
                       {{"genus", {static_cast<double>(genus_)}}, {"turns", std::move(numbers)}}});
   }
 
-  // `loops`: on the metric's triangulation, which doubles may see as not quite Delaunay.
-  // `prepared`: null, or what Newton's first step from there needs; empty if it has none.
+  // `loops`: on the metric's triangulation, which doubles may see as not quite Delaunay. `norm`:
+  // null, or for what it costs there to turn loops by other quarters; the identity if that is not
+  // known.
   PennerAngles measured(const ConformalMetric& metric, intrinsic::LoopCarrier loops,
-                        std::unique_ptr<PennerSystem>* prepared) {
+                        Eigen::MatrixXd* norm) {
     const EngineInput input = start_of(metric, targets_.vertex_angle);
     const auto engine = make_engine(input, metric.bits, context_);
     carry_through(engine->flips(), loops, context_);
     PennerAngles angles;
     measure(*engine, loops, targets_, angles, context_);
-    if (prepared != nullptr && loops.size() > 0) {
-      *prepared = std::make_unique<PennerSystem>();
-      if (!(*prepared)->prepare(engine->mesh(), loops, angles, context_)) prepared->reset();
+    if (norm != nullptr && loops.size() > 0) {
+      PennerSystem system;
+      const auto count = static_cast<Eigen::Index>(loops.size());
+      norm->setIdentity(count, count);
+      if (system.prepare(engine->mesh(), loops, angles, context_)) *norm = system.norm_of_turns();
     }
     return angles;
   }
@@ -168,38 +170,30 @@ class PennerSolver {
     }
     carry_through(result.metric.flips, loops, context_);
     targets_.loop_angle.assign(loops.size(), 0.0);
-    const PennerAngles angles = measured(result.metric, loops, turns_given ? nullptr : &prepared_);
+    Eigen::MatrixXd norm;
+    const PennerAngles angles = measured(result.metric, loops, turns_given ? nullptr : &norm);
     for (std::size_t i = 0; i < result.loops.size(); ++i)
       result.start_angles.push_back(-angles.loops[i] / whole_turns(result.loops[i], 1));
     if (turns_given) {
       turns_.emplace_back();
       for (const LoopTurn& loop : result.loops) turns_.front().push_back(loop.quarter_turns);
     } else {
-      turns_ = turns_near(result, norm_of_turns(result.loops));
+      turns_ = turns_near(result, std::move(norm));
       if (finishing_) turns_.resize(1);
     }
     aim_at(turns_.front(), result);
     result.seconds_conformal = watch.seconds();
   }
 
-  // What it costs to turn loops by other quarters; strips between boundaries turn twice on the
-  // double cover.
-  Eigen::MatrixXd norm_of_turns(const std::vector<LoopTurn>& loops) const {
-    const auto count = static_cast<Eigen::Index>(loops.size());
-    if (!prepared_) return Eigen::MatrixXd::Identity(count, count);
-    Eigen::MatrixXd norm = prepared_->norm_of_turns();
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const double turns = whole_turns(loops[static_cast<std::size_t>(i)], 1);
-      norm.row(i) *= turns;
-      norm.col(i) *= turns;
-    }
-    return norm;
-  }
-
   std::vector<std::vector<Index>> turns_near(const PennerMetric& result,
-                                             const Eigen::MatrixXd& norm) const {
-    if (!setup_.mesh.symmetric())
-      return near_turns(cones_, genus_, result.start_angles, norm, kMostTries);
+                                             Eigen::MatrixXd norm) const {
+    // Strips between boundaries turn twice on the double cover.
+    for (std::size_t i = 0; i < result.loops.size(); ++i) {
+      const double turns = whole_turns(result.loops[i], 1);
+      norm.row(static_cast<Eigen::Index>(i)) *= turns;
+      norm.col(static_cast<Eigen::Index>(i)) *= turns;
+    }
+    if (!setup_.mesh.symmetric()) return near_turns(cones_, genus_, result.start_angles, norm);
     std::string said;
     const auto why = [&](const std::vector<Index>& tried) {
       if (!free_) {
@@ -208,7 +202,7 @@ class PennerSolver {
       }
       return said;
     };
-    auto turns = near_turns(result.start_angles, norm, kMostTries, why);
+    auto turns = near_turns(result.start_angles, norm, why);
     if (turns.empty()) {
       throw_infeasible(
           ErrorCode::kBadAngles,
@@ -245,7 +239,6 @@ class PennerSolver {
       result.iterations = iterations;
       result.attempt = i;
       aim_at(turns_[at(i / ways())], result);
-      if (i > 0) prepared_.reset();
       if (i % ways() == 0) {
         climb(result, loops, i + ways() < attempts);
       } else if (i % ways() == 1) {
@@ -333,8 +326,7 @@ class PennerSolver {
       auto engine = make_engine(input, bits, context_);
       carry_through(engine->flips(), loops, context_);
       newton.max_iterations = options_.max_iterations - (result.iterations - before);
-      const PennerRun run =
-          run_penner(engine, loops, targets_, newton, context_, std::move(prepared_));
+      const PennerRun run = run_penner(engine, loops, targets_, newton, context_);
       result.iterations += run.iterations;
       result.metric.error_history.insert(result.metric.error_history.end(),
                                          run.error_history.begin(), run.error_history.end());
@@ -403,8 +395,7 @@ class PennerSolver {
   bool finishing_ = false;  // a metric that was given
   bool given_ = false;      // are the turns of loops
   PennerTargets targets_;
-  std::vector<std::vector<Index>> turns_;   // to be tried
-  std::unique_ptr<PennerSystem> prepared_;  // where the first attempt starts
+  std::vector<std::vector<Index>> turns_;  // to be tried
   PennerRun last_;
 };
 

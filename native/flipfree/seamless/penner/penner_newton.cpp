@@ -47,40 +47,6 @@ Eigen::MatrixXd by_vertices(const IntrinsicMesh& mesh, Eigen::Index vertex_count
   return a;
 }
 
-// r -= Jv' x, column by column.
-void subtract_vertex_part(const IntrinsicMesh& mesh, const std::vector<double>& cotangent,
-                          const Eigen::MatrixXd& x, Eigen::MatrixXd& r,
-                          const ExecutionContext& context) {
-  const double share = face_share(mesh);
-  parallel_for(context, static_cast<std::size_t>(r.cols()), 1,
-               [&](std::size_t begin, std::size_t end, std::size_t) {
-                 for (std::size_t c = begin; c < end; ++c) {
-                   const auto column = static_cast<Eigen::Index>(c);
-                   const double* v = x.col(column).data();
-                   double* out = r.col(column).data();
-                   for (std::size_t h = 0; h < cotangent.size(); ++h) {
-                     const auto [n, p] = other_sides(mesh, h);
-                     const double source = v[unknown_at(mesh, h)], target = v[unknown_at(mesh, n)],
-                                  apex = v[unknown_at(mesh, p)];
-                     out[h / 2] -=
-                         share * (cotangent[n] * (apex - target) + cotangent[p] * (apex - source));
-                   }
-                 }
-               });
-}
-
-// Jv s.
-Eigen::VectorXd vertex_change(const IntrinsicMesh& mesh, Eigen::Index vertex_count,
-                              const std::vector<double>& cotangent, const Eigen::VectorXd& s) {
-  Eigen::VectorXd change = Eigen::VectorXd::Zero(vertex_count);
-  const auto of = [&](std::size_t h) { return s[static_cast<Eigen::Index>(h / 2)]; };
-  for (std::size_t h = 0; h < cotangent.size(); ++h) {
-    const auto [n, p] = other_sides(mesh, h);
-    change[unknown_at(mesh, p)] += cotangent[n] * (of(h) - of(p)) + cotangent[p] * (of(h) - of(n));
-  }
-  return face_share(mesh) * change;
-}
-
 // Columns that sum to zero, as right-hand sides of the Laplacian must: what rounding adds would all
 // land on the fixed vertex.
 void remove_means(Eigen::MatrixXd& columns) {
@@ -88,6 +54,23 @@ void remove_means(Eigen::MatrixXd& columns) {
 }
 
 }  // namespace
+
+SparseRows vertex_derivatives(const IntrinsicMesh& mesh, Eigen::Index vertex_count,
+                              const std::vector<double>& cotangent) {
+  const double share = face_share(mesh);
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  entries.reserve(3 * cotangent.size());
+  for (std::size_t h = 0; h < cotangent.size(); ++h) {
+    const auto [n, p] = other_sides(mesh, h);
+    const auto e = static_cast<Index>(h / 2);
+    entries.emplace_back(e, unknown_at(mesh, p), share * (cotangent[n] + cotangent[p]));
+    entries.emplace_back(e, unknown_at(mesh, h), -share * cotangent[p]);
+    entries.emplace_back(e, unknown_at(mesh, n), -share * cotangent[n]);
+  }
+  SparseRows j(static_cast<Index>(mesh.edge_count()), static_cast<Index>(vertex_count));
+  j.setFromTriplets(entries.begin(), entries.end());
+  return j;
+}
 
 numeric::SparseMatrix loop_derivatives(const IntrinsicMesh& mesh,
                                        const intrinsic::LoopCarrier& loops,
@@ -168,8 +151,9 @@ bool PennerSystem::prepare(const IntrinsicMesh& mesh, const intrinsic::LoopCarri
   Eigen::MatrixXd a = by_vertices(mesh, vertex_count, r);
   remove_means(a);
   x_ = -laplacian_.solve_columns(a, context);
-  q_ = r;
-  subtract_vertex_part(mesh, angles.cotangent, x_, q_, context);
+  SparseRows derivatives = vertex_derivatives(mesh, vertex_count, angles.cotangent);
+  vertex_derivatives_.swap(derivatives);
+  q_ = Eigen::MatrixXd(r) - vertex_derivatives_ * x_;
   if (mesh.symmetric()) {
     numeric::SparseMatrix symmetric = symmetric_changes(mesh, angles.cotangent);
     symmetric_.swap(symmetric);
@@ -183,11 +167,7 @@ bool PennerSystem::prepare(const IntrinsicMesh& mesh, const intrinsic::LoopCarri
 bool PennerSystem::solve(const IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
                          const PennerAngles& angles, PennerDirection& direction,
                          ExecutionContext& context) {
-  return prepare(mesh, loops, angles, context) && solve_prepared(mesh, angles, direction, context);
-}
-
-bool PennerSystem::solve_prepared(const IntrinsicMesh& mesh, const PennerAngles& angles,
-                                  PennerDirection& direction, ExecutionContext& context) const {
+  if (!prepare(mesh, loops, angles, context)) return false;
   const auto vertex_count = static_cast<Eigen::Index>(angles.vertices.value.size());
   const Eigen::Map<const Eigen::VectorXd> g(angles.vertices.value.data(), vertex_count);
   Eigen::MatrixXd right = -g;
@@ -197,7 +177,7 @@ bool PennerSystem::solve_prepared(const IntrinsicMesh& mesh, const PennerAngles&
                                               static_cast<Eigen::Index>(angles.loops.size()));
     s = q_ * Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(gram_).solve(f - x_.transpose() * g);
     if (mesh.symmetric()) s = symmetric_ * s.eval();
-    right += vertex_change(mesh, vertex_count, angles.cotangent, s);
+    right += vertex_derivatives_.transpose() * s;
   }
   remove_means(right);
   const Eigen::MatrixXd u = laplacian_.solve_columns(right, context);
@@ -260,14 +240,8 @@ class PennerNewton {
  public:
   PennerNewton(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
                const PennerTargets& targets, const PennerNewtonOptions& options,
-               std::unique_ptr<PennerSystem> system, bool prepared, ExecutionContext& context)
-      : engine_(engine),
-        loops_(loops),
-        targets_(targets),
-        options_(options),
-        context_(context),
-        system_(std::move(system)),
-        prepared_(prepared) {}
+               ExecutionContext& context)
+      : engine_(engine), loops_(loops), targets_(targets), options_(options), context_(context) {}
 
   PennerRun run() {
     measure(*engine_, loops_, targets_, angles_, context_);
@@ -294,11 +268,7 @@ class PennerNewton {
   }
 
  private:
-  bool solve() {
-    if (std::exchange(prepared_, false))
-      return system_->solve_prepared(engine_->mesh(), angles_, direction_, context_);
-    return system_->solve(engine_->mesh(), loops_, angles_, direction_, context_);
-  }
+  bool solve() { return system_.solve(engine_->mesh(), loops_, angles_, direction_, context_); }
 
   bool no_progress() const {
     const std::size_t now = run_.error_history.size();
@@ -341,7 +311,7 @@ class PennerNewton {
     newton.max_iterations = kConeIterations;
     newton.more_bits = engine.bits() == 53;
     conformal::Descent descent = conformal::Descent::kLineSearch;
-    return run_newton(engine, system_->laplacian(), newton, descent, context_).end ==
+    return run_newton(engine, system_.laplacian(), newton, descent, context_).end ==
            conformal::NewtonEnd::kConverged;
   }
 
@@ -381,8 +351,7 @@ class PennerNewton {
   const PennerTargets& targets_;
   const PennerNewtonOptions& options_;
   ExecutionContext& context_;
-  std::unique_ptr<PennerSystem> system_;  // moving one would copy its matrices
-  bool prepared_;                         // is the system, for the next direction
+  PennerSystem system_;
   PennerAngles angles_, trial_;
   PennerDirection direction_;
   bool restoring_ = false;
@@ -415,12 +384,9 @@ bool descend(MetricEngine& engine, intrinsic::LoopCarrier& loops, const PennerTa
 
 PennerRun run_penner(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
                      const PennerTargets& targets, const PennerNewtonOptions& options,
-                     ExecutionContext& context, std::unique_ptr<PennerSystem> prepared) {
+                     ExecutionContext& context) {
   require_same_mesh(*engine, loops);
-  const bool is_prepared = prepared != nullptr;
-  if (!is_prepared) prepared = std::make_unique<PennerSystem>();
-  return PennerNewton(engine, loops, targets, options, std::move(prepared), is_prepared, context)
-      .run();
+  return PennerNewton(engine, loops, targets, options, context).run();
 }
 
 }  // namespace flipfree::seamless

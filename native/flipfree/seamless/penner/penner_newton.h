@@ -66,6 +66,10 @@ struct PennerDirection {
   double most_stretch = 0.0;
 };
 
+using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
+// Derivatives of the vertices' angles, Jv', #E x #V.
+SparseRows vertex_derivatives(const intrinsic::IntrinsicMesh& mesh, Eigen::Index vertex_count,
+                              const std::vector<double>& cotangent);
 // Derivatives of the loops' angles, #E x #loops, column by column sorted by row.
 numeric::SparseMatrix loop_derivatives(const intrinsic::IntrinsicMesh& mesh,
                                        const intrinsic::LoopCarrier& loops,
@@ -74,15 +78,13 @@ numeric::SparseMatrix loop_derivatives(const intrinsic::IntrinsicMesh& mesh,
 class PennerSystem {
  public:
   // False if the Laplacian is not positive definite to working precision or an angle has no
-  // cotangent. Cost: a factorization, 2 g + 1 solutions, O(g^2 #E).
+  // cotangent. Cost: that of prepare().
   bool solve(const intrinsic::IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
              const PennerAngles& angles, PennerDirection& direction, ExecutionContext& context);
 
-  // The two halves of solve(): what depends on the metric alone, and on the targets too.
+  // What of it depends on the metric alone. Cost: a factorization, 2 g solutions, O(g^2 #E).
   bool prepare(const intrinsic::IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
                const PennerAngles& angles, ExecutionContext& context);
-  bool solve_prepared(const intrinsic::IntrinsicMesh& mesh, const PennerAngles& angles,
-                      PennerDirection& direction, ExecutionContext& context) const;
 
   // What it costs to turn loops by e more, e' N e: the square of the length of the shortest stretch
   // that does it. N, #loops x #loops. Precondition: prepare() returned true, for one loop or more.
@@ -95,6 +97,7 @@ class PennerSystem {
   conformal::NewtonSystem laplacian_;
   // Kept from step to step for their memory; of gram_ only the lower half is set.
   Eigen::MatrixXd x_, q_, gram_;
+  SparseRows vertex_derivatives_;
   numeric::SparseMatrix symmetric_;
 };
 
@@ -134,11 +137,9 @@ bool descend(conformal::MetricEngine& engine, intrinsic::LoopCarrier& loops,
              ExecutionContext& context);
 
 // Iterates from the engine's present state. `loops` holds the loops in the engine's triangulation,
-// before and after. The norm of all errors falls with every step. `prepared`: null, or the first
-// step's system, which is then not prepared again. Throws Cancelled, TimeIsOver.
+// before and after. The norm of all errors falls with every step. Throws Cancelled, TimeIsOver.
 PennerRun run_penner(std::unique_ptr<conformal::MetricEngine>& engine,
                      intrinsic::LoopCarrier& loops, const PennerTargets& targets,
-                     const PennerNewtonOptions& options, ExecutionContext& context,
-                     std::unique_ptr<PennerSystem> prepared = nullptr);
+                     const PennerNewtonOptions& options, ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -16,31 +16,6 @@ namespace flipfree::seamless {
 
 using intrinsic::IntrinsicMesh;
 
-namespace {
-
-using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
-
-// Jv', #E x #V.
-SparseRows vertex_derivatives(const IntrinsicMesh& mesh, Eigen::Index vertex_count,
-                              const std::vector<double>& cotangent) {
-  const double share = face_share(mesh);
-  const auto vertex = [&](std::size_t h) { return mesh.unknown[at(mesh.origin[h])]; };
-  std::vector<Eigen::Triplet<double, Index>> entries;
-  entries.reserve(4 * mesh.edge_count() + 2 * mesh.edge_count());
-  for (std::size_t h = 0; h < cotangent.size(); ++h) {
-    const HalfedgeId n = mesh.next[h], p = mesh.next[at(n)];
-    const auto e = static_cast<Index>(h / 2);
-    entries.emplace_back(e, vertex(at(p)), share * (cotangent[at(n)] + cotangent[at(p)]));
-    entries.emplace_back(e, vertex(h), -share * cotangent[at(p)]);
-    entries.emplace_back(e, vertex(at(n)), -share * cotangent[at(n)]);
-  }
-  SparseRows j(static_cast<Index>(mesh.edge_count()), static_cast<Index>(vertex_count));
-  j.setFromTriplets(entries.begin(), entries.end());
-  return j;
-}
-
-}  // namespace
-
 bool ShortestSystem::solve(const IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
                            const PennerAngles& angles, const std::vector<double>& wish,
                            std::vector<double>& direction, ExecutionContext& context) {
