@@ -89,6 +89,14 @@ TEST(Unwrap, accepted_before_there_is_a_map_returns_the_first_one) {
   EXPECT_GT(early.certificate.energy, best.certificate.energy);
 }
 
+TEST(Unwrap, seams_are_accepted_once_they_will_do) {
+  UnwrapOptions options;
+  options.seams.find = true;
+  const certify::Parametrization map = accepted_at_once(test::sphere(48, 24), options);
+  EXPECT_EQ(std::get<std::int64_t>(map.stats.at("time_limit_reached")), 1);
+  EXPECT_LT(map.certificate.energy, 1.3);  // after the first slit it is 1.44
+}
+
 // The embedding of a long tube on a circle shrinks far below what 32 bits hold.
 TEST(Unwrap, accepted_maps_that_cannot_be_stored_yet_are_optimised_first) {
   const certify::Parametrization map = accepted_at_once(test::tube(12, 400));

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "flipfree/base/error.h"
@@ -183,10 +182,7 @@ class Finder {
     const mesh::Adjacency local = mesh::build_adjacency(chart.surface);
     std::vector<double> cost = part_of(chart, cost_);
     for (double& c : cost) c /= own.unit();
-    const SlitOptions options{aim, options_.bijective, options_.may_add_cuts};
-    // What is slit by then can be laid flat.
-    std::optional<MapInHand> in_hand;
-    if (options_.acceptable) in_hand.emplace(context);
+    const SlitOptions options{aim, options_.bijective, options_.may_add_cuts, options_.acceptable};
     const Slits slits = find_slits(own.surface(), local, cost, options, context);
     for (std::size_t h = 0; h < cost.size(); ++h) {
       const std::size_t corner = corner_of(chart, h);

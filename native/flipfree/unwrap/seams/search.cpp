@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -404,6 +405,8 @@ class Shortener {
 // What the least energy exceeds 1 by, as a share of what the scale field promises: shear does what
 // conformal maps cannot. The first guess; then it is measured.
 constexpr double kFirstShare = 0.3;
+// Slits that promise less can be accepted: lengths change by a factor of 1.6 one way.
+constexpr double kBearable = 0.25;
 constexpr std::size_t kMostAtOnce = 8;
 constexpr int kMostSearchRounds = 400;
 // A chart that overlaps itself may have to be held apart, which has its price, or divided. Up to so
@@ -462,11 +465,13 @@ class SlitSearch {
     holding_ = 1.0;
     best_ = {};
     held_ = 0;
+    std::optional<MapInHand> in_hand;
     try {
       if (sheet_.made().empty()) opened_anyhow_ = sheet_.open_closed(context_);
       for (int round = 0; round < kMostSearchRounds; ++round) {
         const std::vector<double> u = sheet_.scale(context_);
         const double excess = sheet_.excess(u);
+        if (options_.acceptable && share_ * excess < kBearable) in_hand.emplace(context_);
         if (share_ * excess <= bound_.energy - 1.0 && is_done(excess)) {
           if (!opened_anyhow_ && best_.corner_uv.rows() > 0 && !best_.divided) shorten();
           break;

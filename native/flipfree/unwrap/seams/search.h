@@ -29,6 +29,7 @@ struct SlitOptions {
   Stretch bound = stretch_bound(1.25);
   bool bijective = true;     // the map may not overlap itself
   bool may_add_cuts = true;  // a chart that would lie on itself may be divided
+  bool acceptable = true;    // accept() ends the search where the slits will do (context.h)
 };
 
 // cost: per half-edge, both sides the same, infinite where no slit may run. Slits run along
