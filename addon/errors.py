@@ -17,118 +17,57 @@ import flipfree
 
 from .meshes import mesh_io
 
-# Solver's code -> (what is wrong with the place that is named, what to do about it in Blender).
+# Solver's code -> what is wrong with the place that is named. What to do about it in Blender.
 TEXTS = {
-    "empty mesh": ("has no faces", "Add or select some"),
-    "array of the wrong shape": ("was read wrongly", "Please report this as a bug"),
-    "index out of range": ("was read wrongly", "Please report this as a bug"),
-    "coordinate is not finite": ("has a coordinate that is no number", "Delete it in Edit Mode"),
-    "face uses a vertex twice": (
-        "uses one vertex twice",
-        "Run bpy.context.object.data.validate() in the Python console, which removes such faces",
-    ),
-    "duplicate face": (
-        "has the same vertices as another face",
-        "Delete it in Edit Mode (Delete > Only Faces)",
-    ),
-    "non-manifold edge": (
-        "belongs to more than two faces",
-        "Select it and use Mesh > Split > Faces by Edges, or delete the inner faces",
-    ),
-    "inconsistent orientation": (
-        "joins two faces that look to opposite sides",
-        "Select all (A) in Edit Mode and use Mesh > Normals > Recalculate Outside",
-    ),
-    "non-manifold vertex": (
-        "joins parts of the surface that share no edge",
-        "Select it and use Mesh > Split > Faces & Edges by Vertices",
-    ),
-    "zero-area face": (
-        "has a triangle without area",
-        "Select all (A) in Edit Mode and use Mesh > Clean Up > Degenerate Dissolve; for a quad, Face > Triangulate Faces",
-    ),
-    "zero-length edge": (
-        "has no length",
-        "Select all (A) in Edit Mode and use Mesh > Merge > By Distance",
-    ),
-    "isolated vertex": ("belongs to no face", "Use Mesh > Clean Up > Delete Loose"),
-    "mesh is not connected": ("has separate parts", "Use Mesh > Separate > By Loose Parts"),
-    "mesh is not a disk": (
-        "cannot be flattened in one piece",
-        "Mark seams that open it, or choose a part of it",
-    ),
-    "not an edge of the mesh": ("is no edge", "Please report this as a bug"),
-    "bad option": ("cannot be treated with these options", "Change them in the redo panel"),
-    "map has flips": (
-        "is flipped or has no area in the UV map",
-        "Use Repair Flips, or unwrap it first",
-    ),
-    "bad boundary": (
-        "has a boundary that does not fit its target",
-        "Pin the whole loop or none of it",
-    ),
-    "polygon is not convex": (
-        "has a target boundary that is not convex",
-        "Use Match Pins for such targets",
-    ),
-    "no quad": (
-        "is no quad",
-        "Rectify takes islands of quads: select others, or mark seams around it",
-    ),
-    "no grid": (
-        "is in no grid: other than four quads meet inside its island, or the island lies on itself",
-        "Mark seams through such vertices, or select other islands",
-    ),
-    "bad pins": ("has a pin that cannot be met", "Move it, or unpin it with Alt P"),
-    "bad angles": ("has a cone angle that no surface has", "Give it another angle, above zero"),
-    "no room in the polygon": (
-        "does not fit into its target",
-        "Make the target larger or move its pins",
-    ),
-    "polygon is not weakly self-overlapping": (
-        "has a target boundary that bounds no surface",
-        "Move the pinned boundary so that it turns once in total",
-    ),
-    "contradictory pins": ("has pins that contradict each other", "Move or unpin one of them"),
-    "angles violate Gauss-Bonnet": (
-        "has cones that do not sum to what its shape needs",
-        "Suggest Cones places them, Mark Cone shows the missing remainder",
-    ),
-    "iteration limit reached": (
-        "took more steps than allowed",
-        "Mark more seams, or clean up thin faces",
-    ),
-    "line search stalled": (
-        "could not be improved further",
-        "Mark more seams, or clean up thin faces",
-    ),
-    "factorization failed": (
-        "is numerically too badly shaped",
-        "Clean up thin or tiny faces there",
-    ),
-    "rounding to 32 bits flips triangles": (
-        "is too finely detailed for Blender's 32-bit UVs",
-        "Mark more seams, so that each island needs less range",
-    ),
-    "certificate failed": ("has a map that failed its check", "Please report this as a bug"),
-    "time limit reached": (
-        "got no map in the time allowed",
-        "Allow more time in the redo panel, or pin fewer vertices",
-    ),
-    "out of memory": (
-        "needs more memory than there is",
-        "Close other programs, or unwrap it in parts",
-    ),
-    "solver process not started": (
-        "got no process for its solver",
-        "Set Preferences > Add-ons > Flipfree UV > Separate Process to Never",
-    ),
-    "solver process ended": (
-        "was not finished, because its solver's process ended",
-        "Nothing else is harmed. Close other programs, or select less and unwrap it in parts",
-    ),
-    "cancelled": ("was not finished", "Run the operator again"),
-    "internal error": ("met an error inside the solver", "Please report this as a bug"),
+    "empty mesh": "has no faces. Add or select some",
+    "array of the wrong shape": "was read wrongly. Please report this as a bug",
+    "index out of range": "was read wrongly. Please report this as a bug",
+    "coordinate is not finite": "has a coordinate that is no number. Delete it in Edit Mode",
+    "face uses a vertex twice": "uses one vertex twice. Run bpy.context.object.data.validate() in the Python console, which "
+    "removes such faces",
+    "duplicate face": "has the same vertices as another face. Delete it in Edit Mode (Delete > Only Faces)",
+    "non-manifold edge": "belongs to more than two faces. Select it and use Mesh > Split > Faces by Edges, or delete the "
+    "inner faces",
+    "inconsistent orientation": "joins two faces that look to opposite sides. Select all (A) in Edit Mode and use Mesh > "
+    "Normals > Recalculate Outside",
+    "non-manifold vertex": "joins parts of the surface that share no edge. Select it and use Mesh > Split > Faces & Edges by "
+    "Vertices",
+    "zero-area face": "has a triangle without area. Select all (A) in Edit Mode and use Mesh > Clean Up > Degenerate "
+    "Dissolve; for a quad, Face > Triangulate Faces",
+    "zero-length edge": "has no length. Select all (A) in Edit Mode and use Mesh > Merge > By Distance",
+    "isolated vertex": "belongs to no face. Use Mesh > Clean Up > Delete Loose",
+    "mesh is not connected": "has separate parts. Use Mesh > Separate > By Loose Parts",
+    "mesh is not a disk": "cannot be flattened in one piece. Mark seams that open it, or choose a part of it",
+    "not an edge of the mesh": "is no edge. Please report this as a bug",
+    "bad option": "cannot be treated with these options. Change them in the redo panel",
+    "map has flips": "is flipped or has no area in the UV map. Use Repair Flips, or unwrap it first",
+    "bad boundary": "has a boundary that does not fit its target. Pin the whole loop or none of it",
+    "polygon is not convex": "has a target boundary that is not convex. Use Match Pins for such targets",
+    "no quad": "is no quad. Rectify takes islands of quads: select others, or mark seams around it",
+    "no grid": "is in no grid: other than four quads meet inside its island, or the island lies on itself. Mark seams through "
+    "such vertices, or select other islands",
+    "bad pins": "has a pin that cannot be met. Move it, or unpin it with Alt P",
+    "bad angles": "has a cone angle that no surface has. Give it another angle, above zero",
+    "no room in the polygon": "does not fit into its target. Make the target larger or move its pins",
+    "polygon is not weakly self-overlapping": "has a target boundary that bounds no surface. Move the pinned boundary so that "
+    "it turns once in total",
+    "contradictory pins": "has pins that contradict each other. Move or unpin one of them",
+    "angles violate Gauss-Bonnet": "has cones that do not sum to what its shape needs. Suggest Cones places them, Mark Cone "
+    "shows the missing remainder",
+    "iteration limit reached": "took more steps than allowed. Mark more seams, or clean up thin faces",
+    "line search stalled": "could not be improved further. Mark more seams, or clean up thin faces",
+    "factorization failed": "is numerically too badly shaped. Clean up thin or tiny faces there",
+    "rounding to 32 bits flips triangles": "is too finely detailed for Blender's 32-bit UVs. Mark more seams, so that each "
+    "island needs less range",
+    "certificate failed": "has a map that failed its check. Please report this as a bug",
+    "time limit reached": "got no map in the time allowed. Allow more time in the redo panel, or pin fewer vertices",
+    "out of memory": "needs more memory than there is. Close other programs, or unwrap it in parts",
+    "solver process not started": "got no process for its solver. Set Preferences > Add-ons > Flipfree UV > Separate Process "
+    "to Never",
+    "solver process ended": "was not finished, because its solver's process ended. Nothing else is harmed. Close other "
+    "programs, or select less and unwrap it in parts",
+    "cancelled": "was not finished. Run the operator again",
+    "internal error": "met an error inside the solver. Please report this as a bug",
 }
 
 
@@ -276,7 +215,7 @@ def _in_blenders_terms(snapshot, error, cures) -> Failure:
         if len(error.elements) == 2:  # of the solver's surface, where the sides of a seam are apart
             message = f"{snapshot.object_name}: vertex {elements[0]} {_TWO_SIDES}"
             return Failure(snapshot.object_name, message, kind, elements)
-    what, cure = known
+    what, _, cure = known.partition(". ")
     cure = (cures or {}).get(error.code, cure)
     place = _place(kind, elements)
     message = f"{snapshot.object_name}: {place or 'the surface '}{what}. {cure}"

@@ -13,6 +13,7 @@ from .operators import common
 _COUNTS = (
     "triangles",
     "flips32",
+    "mirrored_islands",
     "turned",
     "overlaps",
     "island_overlaps",

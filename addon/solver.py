@@ -71,35 +71,39 @@ def with_pins(found, pins):
     return jobs.with_pins(found, pins, **_limits())
 
 
-def _polygons(snapshot) -> dict:
-    """What solvers that cut want to know of the mesh's faces."""
-    return {
-        "uncuttable": snapshot.diagonals,
-        "materials": snapshot.materials,
-        "polygons": snapshot.triangle_face,
-    }
+def _on(name: str, *given: str, **taken: str):
+    """The call of that name for a snapshot or an island, within the limits of the preferences. given: attributes of it that come
+    first; taken: {option: attribute}. Further arguments and options are the caller's."""
+
+    def start(mesh, *more, **options):
+        values = {option: getattr(mesh, attribute) for option, attribute in taken.items()}
+        first = (getattr(mesh, attribute) for attribute in ("vertices", *given))
+        return getattr(jobs, name)(*first, *more, **values, **_limits(), **options)
+
+    return start
 
 
-def auto_seams(snapshot, **options):
-    return jobs.auto_seams(
-        snapshot.vertices, snapshot.triangles, **_polygons(snapshot), **_limits(), **options
-    )
+# What solvers that cut want to know of the mesh's faces.
+_POLYGONS = {"uncuttable": "diagonals", "materials": "materials", "polygons": "triangle_face"}
+
+auto_seams = _on("auto_seams", "triangles", **_POLYGONS)
+_conformal = _on("conformal", "triangles", cuts="cuts", uncuttable="diagonals")
+cross_field = _on("cross_field", "triangles")
+embed = _on("embed", "faces")
+field_aligned = _on("field_aligned", "triangles", uncuttable="diagonals")
+quads = _on("quads", "triangles")
+rectify = _on("rectify", "triangles", "corner_uv", cuts="cuts", polygons="triangle_face")
+seamless = _on("seamless", "triangles", uncuttable="diagonals")
+suggest_cones = _on("suggest_cones", "triangles")
+_admissible_cut = _on("admissible_cut", "triangles")
+_unwrap = _on("unwrap", "triangles", cuts="cuts", **_POLYGONS)
 
 
 def unwrap(snapshot, *, pins, keep_places, effort=QUICK_PACKING, **options):
     """keep_places: islands stay where they were if that is a usable layout; otherwise all are packed. effort: of the packing,
     0 where a layout follows."""
-    return jobs.unwrap(
-        snapshot.vertices,
-        snapshot.triangles,
-        cuts=snapshot.cuts,
-        pins=pins or None,
-        effort=effort,
-        place_like=snapshot.corner_uv if keep_places and snapshot.layer_name else None,
-        **_polygons(snapshot),
-        **_limits(),
-        **options,
-    )
+    places = snapshot.corner_uv if keep_places and snapshot.layer_name else None
+    return _unwrap(snapshot, pins=pins or None, effort=effort, place_like=places, **options)
 
 
 def unwrap_island(island, *, bijective):
@@ -185,19 +189,6 @@ def pack(vertices, faces, uv, *, effort=QUICK_PACKING, **options):
     return jobs.pack(vertices, faces, uv, effort=effort, threads=threads(), **options)
 
 
-def rectify(snapshot, **options):
-    """The snapshot's own islands, and what its seams make of them."""
-    return jobs.rectify(
-        snapshot.vertices,
-        snapshot.triangles,
-        snapshot.corner_uv,
-        cuts=snapshot.cuts,
-        polygons=snapshot.triangle_face,
-        **_limits(),
-        **options,
-    )
-
-
 def boundary_angles(snapshot, *, boundary, cones, corners):
     """corners: boundary vertices, for a straight boundary."""
     return jobs.boundary_angles(
@@ -212,72 +203,18 @@ def boundary_angles(snapshot, *, boundary, cones, corners):
 
 def conformal(snapshot, angles, refined_start, precision):
     """precision: bits, 0 for what the preferences have."""
-    return jobs.conformal(
-        snapshot.vertices,
-        snapshot.triangles,
-        angles,
-        cuts=snapshot.cuts,
-        uncuttable=snapshot.diagonals,
-        intrinsic_refinement=refined_start,
-        precision=precision or preferences.precision() or "auto",
-        **_limits(),
-    )
-
-
-def suggest_cones(snapshot, **options):
-    return jobs.suggest_cones(snapshot.vertices, snapshot.triangles, **_limits(), **options)
-
-
-def seamless(snapshot, quarters, **options):
-    """quarters: {submesh vertex: quarter turns of its angle}, here and below."""
-    return jobs.seamless(
-        snapshot.vertices,
-        snapshot.triangles,
-        quarters,
-        uncuttable=snapshot.diagonals,
-        **_limits(),
-        **options,
-    )
+    precision = precision or preferences.precision() or "auto"
+    return _conformal(snapshot, angles, intrinsic_refinement=refined_start, precision=precision)
 
 
 def admissible_cut(snapshot, quarters, field):
     """With these cones, or with those of a field, and its turns."""
-    return jobs.admissible_cut(
-        snapshot.vertices,
-        snapshot.triangles,
-        None if field is not None else quarters,
-        field=field,
-        **_limits(),
-    )
-
-
-def cross_field(snapshot, **options):
-    return jobs.cross_field(snapshot.vertices, snapshot.triangles, **_limits(), **options)
-
-
-def field_aligned(snapshot, field, **options):
-    return jobs.field_aligned(
-        snapshot.vertices,
-        snapshot.triangles,
-        field=field,
-        uncuttable=snapshot.diagonals,
-        **_limits(),
-        **options,
-    )
+    return _admissible_cut(snapshot, None if field is not None else quarters, field=field)
 
 
 def fit_tiles(found, **options):
     """Of a solver's map, or of (vertices, faces, uv)."""
     return jobs.fit_tiles(found, **_limits(), **options)
-
-
-def quads(snapshot, **options):
-    return jobs.quads(snapshot.vertices, snapshot.triangles, **_limits(), **options)
-
-
-def embed(island, **options):
-    """The map of one island, a disk."""
-    return jobs.embed(island.vertices, island.faces, **_limits(), **options)
 
 
 def match(island, *, max_seconds, **options):

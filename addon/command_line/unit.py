@@ -19,7 +19,7 @@ from .commands import COMMANDS
 from .solving import Ended, solve
 
 _SUMS = (
-    *("triangles", "flips32", "turned", "overlaps", "island_overlaps"),
+    *("triangles", "flips32", "mirrored_islands", "turned", "overlaps", "island_overlaps"),
     *("islands", "added_vertices"),
 )
 _WORST = ("energy", "energy_p99", "max_energy")

@@ -14,67 +14,37 @@ from ..meshes import cones, fields, mesh_io, separated
 from ..operators import cone_sums, options, seamless
 from . import sources
 
-FIELDS = (
-    (
-        "curvature",
-        "Curvature",
-        "Along the directions in which the surface bends most and least, as far as it bends; smooth elsewhere",
-    ),
-    ("smooth", "Smooth", "With as little turning as the surface allows: least distortion"),
-    (
-        "edges",
-        "Sharp Edges",
-        "Along the edges that are marked as sharp and, if none is, along those at which the surface folds; smooth elsewhere",
-    ),
-    ("flow", "Edge Flow", "Along the edges of faces with four corners; smooth elsewhere"),
-    (
-        "attribute",
-        "Face Attribute",
-        "One direction of each face, in object coordinates, is in an attribute of faces: drawn by Geometry Nodes, or that "
-        "of an earlier run",
-    ),
-    (
-        "cones",
-        "Marked Cones",
-        "The smoothest one with the cones of the cone groups and `cone_angle`, and no others, and with the turns of the rings "
-        "that Mark Line, Path or Loop marked",
-    ),
-    (
-        "file",
-        "Field File",
-        "One that other software made for this mesh: .rawfield, .ffield, or a rotation form, a number per half-edge",
-    ),
-    (
-        "signature",
-        "Signature File",
-        "The smoothest one with the cones and turning numbers of a JSON file",
-    ),
-)
+FIELDS = {
+    "curvature": "Curvature: Along the directions in which the surface bends most and least, as far as it bends; smooth "
+    "elsewhere",
+    "smooth": "Smooth: With as little turning as the surface allows: least distortion",
+    "edges": "Sharp Edges: Along the edges that are marked as sharp and, if none is, along those at which the surface folds; "
+    "smooth elsewhere",
+    "flow": "Edge Flow: Along the edges of faces with four corners; smooth elsewhere",
+    "attribute": "Face Attribute: One direction of each face, in object coordinates, is in an attribute of faces: drawn by "
+    "Geometry Nodes, or that of an earlier run",
+    "cones": "Marked Cones: The smoothest one with the cones of the cone groups and `cone_angle`, and no others, and with the "
+    "turns of the rings that Mark Line, Path or Loop marked",
+    "file": "Field File: One that other software made for this mesh: .rawfield, .ffield, or a rotation form, a number per "
+    "half-edge",
+    "signature": "Signature File: The smoothest one with the cones and turning numbers of a JSON file",
+}
+# Those that need nothing but the mesh.
+FOLLOWED = {name: FIELDS[name] for name in ("curvature", "smooth", "edges", "flow")}
 
-BOUNDARIES = (
-    (
-        "aligned_or_free",
-        "Along the Axes",
-        "The field follows the boundary, which runs exactly along u and v, with corners where it is sharp. Where no such map is "
-        "found, the boundary is free, and the report says so",
-    ),
-    (
-        "aligned",
-        "Along the Axes Only",
-        "The same, but nothing is changed if no such map is found",
-    ),
-    ("free", "Free", "As near to the surface as the inside allows: for ragged rims"),
-)
+BOUNDARIES = {
+    "aligned_or_free": "Along the Axes: The field follows the boundary, which runs exactly along u and v, with corners where "
+    "it is sharp. Where no such map is found, the boundary is free, and the report says so",
+    "aligned": "Along the Axes Only: The same, but nothing is changed if no such map is found",
+    "free": "Free: As near to the surface as the inside allows: for ragged rims",
+}
 
-DENSITIES = (
-    ("uniform", "Uniform", "One scale everywhere, as far as the field lets it"),
-    ("painted", "Painted", "Denser where a vertex group has weight"),
-    (
-        "attribute",
-        "Attribute",
-        "A positive number per point or face: the length in the map of a length 1 there, relative to the others",
-    ),
-)
+DENSITIES = {
+    "uniform": "Uniform: One scale everywhere, as far as the field lets it",
+    "painted": "Painted: Denser where a vertex group has weight",
+    "attribute": "Attribute: A positive number per point or face: the length in the map of a length 1 there, relative to the "
+    "others",
+}
 
 
 class FieldAlignedTask(seamless.SeamlessTask):
@@ -163,7 +133,7 @@ class FieldAlignedTask(seamless.SeamlessTask):
         return (
             yield solver.field_aligned(
                 self.snapshot,
-                self.field,
+                field=self.field,
                 features=follow["sharp_edges"] if self.exact_edges() else None,
                 sizing=self.given.sizing,
                 boundary="aligned" if aligned else "free",
@@ -286,26 +256,10 @@ class UV_OT_flipfree_field_aligned(AlongField, Densities, options.MapOperator, b
     )
     verb = "Field-Aligned Map"
     option_names = (
-        "field_from",
-        "curvature",
-        "sharp_angle",
-        "edge_weight",
-        "attribute",
-        "field_file",
-        "merge_cones",
-        "density",
-        "density_name",
-        "density_ratio",
-        "boundary",
-        "optimise",
-        "fit",
-        "mark_cuts",
-        "mark_cones",
-        "write_field",
-        "meet_pins",
-        "engine",
-        "reroute",
-    )
+        "field_from curvature sharp_angle edge_weight attribute field_file merge_cones density "
+        "density_name density_ratio boundary optimise fit mark_cuts mark_cones write_field "
+        "meet_pins engine reroute"
+    ).split()
     advanced = ("engine", "reroute")
 
     field_from: options.choice("Field", "What the lines of the map run along", FIELDS)

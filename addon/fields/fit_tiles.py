@@ -11,18 +11,10 @@ from ..meshes import mesh_io
 from ..operators import common, options
 from . import field_aligned
 
-SOURCES = (
-    *(
-        field
-        for field in field_aligned.FIELDS
-        if field[0] in ("curvature", "smooth", "edges", "flow")
-    ),
-    (
-        "map",
-        "UV Map",
-        "The active UV map, which is seamless as it is stored: that of an earlier run of this, or of a seamless map",
-    ),
-)
+SOURCES = {
+    **field_aligned.FOLLOWED,
+    "map": "UV Map: The active UV map, which is seamless as it is stored: that of an earlier run of this, or of a seamless map",
+}
 
 
 class FitTilesTask(field_aligned.FieldAlignedTask):
@@ -120,14 +112,8 @@ class UV_OT_flipfree_fit_tiles(field_aligned.AlongField, options.MapOperator, bp
     )
     verb = "Fit Tiles"
     option_names = (
-        "tile_count",
-        "tile_size",
-        "field_from",
-        "curvature",
-        "sharp_angle",
-        "boundary",
-        "mark_cuts",
-    )
+        "tile_count tile_size field_from curvature sharp_angle boundary mark_cuts"
+    ).split()
 
     tile_count: options.whole(
         "Tiles", "About how many tiles cover each object", 100, 1, max=100_000_000

@@ -154,10 +154,9 @@ class UV_OT_flipfree_live_pins(bpy.types.Operator):
     def poll(cls, context):
         if current() is not None:
             return True
-        if context.mode != "EDIT_MESH":
-            cls.poll_message_set("Works in Edit Mode of meshes")
-            return False
-        return common.poll(cls, context, needs_uv=True)
+        return common.allowed(
+            cls, context.mode == "EDIT_MESH", "Works in Edit Mode of meshes"
+        ) and common.poll(cls, context, needs_uv=True)
 
     def execute(self, context):
         session = current()

@@ -47,6 +47,7 @@ class CheckTask(modal.StagedTask):
             uv,
             bijective=True,
             disjoint=not self.stacked_ok,
+            mirrored="islands",
             aspect=self.aspect,
         )
 
@@ -124,11 +125,6 @@ class UV_OT_flipfree_check(
     verb = "Check"
     needs_uv = True
     writes = False
-    option_names = (
-        "stacked_ok",
-        "correct_aspect",
-        "use_modifiers",
-    )
 
     stacked_ok: options.flag(
         "Allow Stacked Islands",
@@ -140,6 +136,11 @@ class UV_OT_flipfree_check(
 
     def advice(self, tasks):
         return advice(tasks)
+
+    def hint(self, tasks):
+        mirrored = any(task.certificate.mirrored_islands for task in tasks)
+        cure = "Select Faces by Map shows what is mirrored, Repair Flips turns it over"
+        return ". ".join(filter(None, [super().hint(tasks), cure * mirrored]))
 
 
 CLASSES = (UV_OT_flipfree_check,)

@@ -51,6 +51,13 @@ def refused(context) -> list[errors.Failure]:
     return [errors.Failure(name, text) for name, text in found if text]
 
 
+def allowed(cls, holds: bool, why_not: str) -> bool:
+    """For polls: `holds`, with the reason in the menu's tooltip where it does not."""
+    if not holds:
+        cls.poll_message_set(why_not)
+    return holds
+
+
 def poll(cls, context, *, needs_uv: bool = False) -> bool:
     """Poll of all operators, with the reason shown in the menu's tooltip."""
     if context.mode not in {"OBJECT", "EDIT_MESH"}:
@@ -60,10 +67,8 @@ def poll(cls, context, *, needs_uv: bool = False) -> bool:
     if not objects:
         cls.poll_message_set("\n".join(map(str, refused(context)[:3])) or "Select a mesh object")
         return False
-    if needs_uv and not any(ob.data.uv_layers.active for ob in objects):
-        cls.poll_message_set("The mesh has no UV map yet: unwrap it first")
-        return False
-    return True
+    mapped = not needs_uv or any(ob.data.uv_layers.active for ob in objects)
+    return allowed(cls, mapped, "The mesh has no UV map yet: unwrap it first")
 
 
 def read_meshes(context, *, use_modifiers=False):
@@ -163,6 +168,9 @@ def figures(certificates, islands: int, island_overlaps: int | None = None) -> s
     parts = [plural(islands, "island"), plural(flips, "flip")]
     if turned:
         parts.append(f"{plural(turned, 'face')} turned over")
+    mirrored = sum(c.mirrored_islands for c in certificates)
+    if mirrored:
+        parts.append(texts.mirrored(mirrored))
     own = sum(max(c.overlaps, 0) for c in certificates)
     uncounted = any(c.overlaps < 0 < max(c.flips64, c.flips32) for c in certificates)
     if own or island_overlaps or not uncounted:

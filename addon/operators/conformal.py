@@ -14,30 +14,19 @@ from . import common, cone_sums, options, parts
 # Radians by which a 32-bit cone angle may be off its 64-bit value (half a unit in the last place below 64).
 ROUNDING = 2e-6
 
-BOUNDARIES = (
-    ("free", "Free", "Lengths along the boundary stay: least distortion of area"),
-    (
-        "straight",
-        "Straight",
-        "Straight lines between the boundary vertices that are marked as cones, which share the turn",
-    ),
-    ("circle", "Round", "The boundary bends evenly"),
-    (
-        "prescribed",
-        "Prescribed",
-        "Angles of the boundary come from the attribute `cone_angle` and cone groups; elsewhere it is straight",
-    ),
-)
+BOUNDARIES = {
+    "free": "Free: Lengths along the boundary stay: least distortion of area",
+    "straight": "Straight: Straight lines between the boundary vertices that are marked as cones, which share the turn",
+    "circle": "Round: The boundary bends evenly",
+    "prescribed": "Prescribed: Angles of the boundary come from the attribute `cone_angle` and cone groups; elsewhere it is "
+    "straight",
+}
 
-REFINED_STARTS = (
-    ("auto", "Automatic", "As Off: no map is known that needs one"),
-    (
-        "on",
-        "On",
-        "Compute the metric on a refined surface without needles. Nothing is added to the mesh by it",
-    ),
-    ("off", "Off", "Never"),
-)
+REFINED_STARTS = {
+    "auto": "Automatic: As Off: no map is known that needs one",
+    "on": "On: Compute the metric on a refined surface without needles. Nothing is added to the mesh by it",
+    "off": "Off: Never",
+}
 
 
 class ConformalTask(parts.PackedTask):
@@ -154,17 +143,6 @@ class UV_OT_flipfree_conformal(
     )
     verb = "Conformal Map"
     joint_layout = True
-    option_names = (
-        "boundary",
-        "refined_start",
-        "precision",
-        "mark_cuts",
-        "pack",
-        "scale_true",
-        "margin_pixels",
-        "texture_size",
-        "use_modifiers",
-    )
 
     boundary: options.choice("Boundary", "", BOUNDARIES)
     refined_start: options.choice(
@@ -232,11 +210,6 @@ class UV_OT_flipfree_suggest_cones(options.UseModifiers, options.MapOperator, bp
     bl_label = "Suggest Cones"
     bl_description = "Place cones one by one where a conformal map would scale most, until scales differ no more than the bound"
     verb = "Suggest Cones"
-    option_names = (
-        "bound",
-        "quarter_turns",
-        "use_modifiers",
-    )
 
     bound: options.scale_bound(4.0)
     quarter_turns: options.flag(
@@ -271,10 +244,9 @@ class MESH_OT_flipfree_mark_cone(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if context.mode != "EDIT_MESH":
-            cls.poll_message_set("Works in Edit Mode, on selected vertices")
-            return False
-        return True
+        return common.allowed(
+            cls, context.mode == "EDIT_MESH", "Works in Edit Mode, on selected vertices"
+        )
 
     def execute(self, context):
         ob = context.edit_object

@@ -10,14 +10,11 @@ from .. import solver
 from ..meshes import islands, marks, selection, separated
 from . import common, cone_sums, options, parts, seamless
 
-FOLLOWED = (
-    ("cones", "Marked Cones", "Those of the cone groups and `cone_angle`, and no others"),
-    (
-        "field",
-        "Smooth Field",
-        "The same, and loops of the cut turn as the smoothest field with these cones does; along marked rings as these say",
-    ),
-)
+FOLLOWED = {
+    "cones": "Marked Cones: Those of the cone groups and `cone_angle`, and no others",
+    "field": "Smooth Field: The same, and loops of the cut turn as the smoothest field with these cones does; along marked "
+    "rings as these say",
+}
 
 
 class CutTask(seamless.SeamlessTask):
@@ -80,7 +77,6 @@ class UV_OT_flipfree_cut(options.UseModifiers, options.MapOperator, bpy.types.Op
         "stay as they are; edges are split where the seams need room"
     )
     verb = "Admissible Cut"
-    option_names = ("follow", "select_corners", "use_modifiers")
 
     follow: options.choice("For", "What a map along these seams shall have", FOLLOWED)
     select_corners: options.flag("Select Corners", "Select the vertices at which seams meet")

@@ -8,33 +8,22 @@ from .. import solver
 from ..meshes import islands, selection, separated
 from . import common, match, options, parts
 
-BOUNDARIES = (
-    ("circle", "Circle", "By length along the boundary"),
-    ("square", "Square", "By length along the boundary, with a corner near each quarter of it"),
-    ("triangle", "Triangle", "Equilateral, with a corner near each third of the boundary"),
-    (
-        "pinned",
-        "Pinned",
-        "Pinned UVs of the boundary stay exactly where they are; between two of them it runs straight. They have to make a "
-        "convex polygon",
-    ),
-    (
-        "selected",
-        "Selected",
-        "The same with the selected vertices of the boundary: its whole loop, or the corners of a polygon, at their UVs",
-    ),
-)
+BOUNDARIES = {
+    "circle": "Circle: By length along the boundary",
+    "square": "Square: By length along the boundary, with a corner near each quarter of it",
+    "triangle": "Triangle: Equilateral, with a corner near each third of the boundary",
+    "pinned": "Pinned: Pinned UVs of the boundary stay exactly where they are; between two of them it runs straight. They "
+    "have to make a convex polygon",
+    "selected": "Selected: The same with the selected vertices of the boundary: its whole loop, or the corners of a polygon, "
+    "at their UVs",
+}
 
-METHODS = (
-    (
-        "ladder",
-        "Automatic",
-        "The first that is flip-free: Tutte's, weighted, repaired, progressive",
-    ),
-    ("schnyder", "Weighted", "The same without Tutte's embedding"),
-    ("progressive", "Progressive", "Vertices are inserted one by one, each where it is flip-free"),
-    ("tutte", "Tutte", "Refused where rounding makes it flip"),
-)
+METHODS = {
+    "ladder": "Automatic: The first that is flip-free: Tutte's, weighted, repaired, progressive",
+    "schnyder": "Weighted: The same without Tutte's embedding",
+    "progressive": "Progressive: Vertices are inserted one by one, each where it is flip-free",
+    "tutte": "Tutte: Refused where rounding makes it flip",
+}
 
 # Those that are made of the user's own places.
 _OWN = ("pinned", "selected")
@@ -124,15 +113,6 @@ class UV_OT_flipfree_embed(
     )
     verb = "Embed in Polygon"
     joint_layout = True
-    option_names = (
-        "boundary",
-        "method",
-        "optimise",
-        "pack",
-        "margin_pixels",
-        "texture_size",
-        "use_modifiers",
-    )
     advanced = ("method",)
 
     boundary: options.choice(

@@ -167,10 +167,12 @@ class JointLayout(modal.StagedTask):
                 "enlarged_islands",
             )
         }
+        mirrored = np.zeros(len(triangles), np.int32)
+        mirrored[packed.certificate.mirrored_faces] = 1
         for i, task in enumerate(tasks):
             own = slice(self.first_face[i], self.first_face[i + 1])
             self._blame(i)
-            yield from task.lay_out(packed.uv[own], stored[own], stats)
+            yield from task.lay_out(packed.uv[own], stored[own], stats, mirrored[own])
         note_overlaps(tasks, packed.certificate.island_overlaps)
 
     def _options(self) -> dict:

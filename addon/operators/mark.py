@@ -50,10 +50,9 @@ class MESH_OT_flipfree_mark(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if context.mode != "EDIT_MESH":
-            cls.poll_message_set("Works in Edit Mode, on selected edges or faces")
-            return False
-        return True
+        return common.allowed(
+            cls, context.mode == "EDIT_MESH", "Works in Edit Mode, on selected edges or faces"
+        )
 
     def draw(self, _context):
         self.layout.use_property_split = True

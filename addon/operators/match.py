@@ -15,14 +15,11 @@ from . import common, layout, options, parts
 GROUP = refine.PIN_GROUP
 MOVABLE = refine.MOVABLE_GROUP
 
-REST = (
-    ("keep", "Stay", "Islands without pins keep their UVs"),
-    (
-        "unwrap",
-        "Unwrap",
-        "Islands without pins are unwrapped. They keep their places if these are free, or else are packed beside the others",
-    ),
-)
+REST = {
+    "keep": "Stay: Islands without pins keep their UVs",
+    "unwrap": "Unwrap: Islands without pins are unwrapped. They keep their places if these are free, or else are packed "
+    "beside the others",
+}
 
 
 @dataclass
@@ -346,15 +343,8 @@ class UV_OT_flipfree_match(
     verb = "Match Pins"
     needs_uv = True
     option_names = (
-        "bijective",
-        "may_add",
-        "straight_lines",
-        "cut_open",
-        "rest",
-        "correct_aspect",
-        "max_seconds",
-        "use_modifiers",
-    )
+        "bijective may_add straight_lines cut_open rest correct_aspect max_seconds use_modifiers"
+    ).split()
 
     may_add: options.flag(
         "May Add Vertices",

@@ -2,12 +2,14 @@
 """Options that several operators offer, each declared once, and what all map operators do alike.
 
     class UV_OT_x(options.NoOverlaps, options.MapOperator, bpy.types.Operator):
-        option_names = ("bijective", "mine")  # passed on to the task, in the order of the redo panel
-        mine: bpy.props.IntProperty(...)
+        mine: options.whole(...)
 
 Blender collects annotations of plain base classes as well when it registers an operator, so a property is a line of one of
 these classes. `tests/blender/test_registration.py` looks at every operator's properties.
 """
+
+import inspect
+import itertools
 
 import bpy
 
@@ -22,10 +24,11 @@ def flag(name: str, description: str, *, on: bool = False):
     return bpy.props.BoolProperty(name=name, description=description, default=on)
 
 
-def choice(name: str, description: str, items: tuple, *, default: str = ""):
-    """default: without it the first item."""
+def choice(name: str, description: str, items: dict[str, str], *, default: str = ""):
+    """items: {identifier: "Name: what it is"}. default: without it the first one."""
+    rows = [(key, *text.partition(": ")[::2]) for key, text in items.items()]
     return bpy.props.EnumProperty(
-        name=name, description=description, items=items, default=default or items[0][0]
+        name=name, description=description, items=rows, default=default or rows[0][0]
     )
 
 
@@ -143,15 +146,12 @@ def mark_cuts(attribute: str = ""):
     return flag("Mark Cuts as Seams", text, on=True)
 
 
-ENGINES = (
-    ("auto", "Automatic", "The first one that finds a map"),
-    ("penner", "Edge Lengths", "Changes the lengths of edges until all angles fit"),
-    (
-        "padding",
-        "Padding",
-        "Pads the map of a cut surface until its seams fit: another road to the same cones, slower and with more added vertices",
-    ),
-)
+ENGINES = {
+    "auto": "Automatic: The first one that finds a map",
+    "penner": "Edge Lengths: Changes the lengths of edges until all angles fit",
+    "padding": "Padding: Pads the map of a cut surface until its seams fit: another road to the same cones, slower and with "
+    "more added vertices",
+}
 
 
 def engine():
@@ -191,7 +191,10 @@ class TimeLimit:
 
 
 class MapOperator(modal.SolverOperator):
-    """Mixin for operators with one task per object. Subclasses give `option_names` and `make_task`."""
+    """Mixin for operators with one task per object. Subclasses give `make_task`.
+
+    option_names: their properties in the order of the redo panel, passed on to the task; where a class does not say, its own and
+    then those of the classes that it has before this one."""
 
     bl_options = {"REGISTER", "UNDO"}
     option_names: tuple = ()
@@ -199,6 +202,13 @@ class MapOperator(modal.SolverOperator):
     needs_uv = False
     joint_layout = False  # islands of all objects are packed together
     writes = True  # the mesh; the others have nothing to save
+
+    def __init_subclass__(cls, **given):
+        super().__init_subclass__(**given)
+        if "option_names" not in vars(cls):
+            parts = itertools.takewhile(lambda part: part is not MapOperator, cls.__mro__)
+            names = (name for part in parts for name in inspect.get_annotations(part))
+            cls.option_names = tuple(dict.fromkeys(names))
 
     def advice(self, tasks):
         return common.advice(tasks)

@@ -133,7 +133,7 @@ class PackedTask(PartsTask):
         yield from self._look_at_stored()
         yield from self.look_at_islands()
 
-    def lay_out(self, uv, stored, stats):
+    def lay_out(self, uv, stored, stats, mirrored):
         """Stages that take a layout of all objects."""
         self.result.uv, self.result.stored = uv, stored
         yield from self._look_at_stored()

@@ -12,24 +12,16 @@ from ..meshes import mesh_io, separated
 from ..meshes.writing import carried as writing
 from . import common, options
 
-FIELDS = (
-    (
-        "automatic",
-        "Automatic",
-        "Smooth, and a little along curvature where that makes no more irregular vertices",
-    ),
-    *(
-        field
-        for field in field_aligned.FIELDS
-        if field[0] in ("curvature", "smooth", "edges", "flow")
-    ),
-)
+FIELDS = {
+    "automatic": "Automatic: Smooth, and a little along curvature where that makes no more irregular vertices",
+    **field_aligned.FOLLOWED,
+}
 
 
-SYMMETRIES = (
-    ("none", "None", "Both sides as they are"),
-    *((axis, axis.upper(), f"Left and right of the object's {axis.upper()}") for axis in "xyz"),
-)
+SYMMETRIES = {
+    "none": "None: Both sides as they are",
+    **{axis: f"{axis.upper()}: Left and right of the object's {axis.upper()}" for axis in "xyz"},
+}
 
 
 class QuadsTask(modal.StagedTask):
@@ -167,16 +159,8 @@ class UV_OT_flipfree_quads(field_aligned.Densities, options.MapOperator, bpy.typ
     )
     verb = "Quad Remesh"
     option_names = (
-        "target",
-        "edge_length",
-        "field_from",
-        "adaptive",
-        "density",
-        "density_name",
-        "density_ratio",
-        "symmetry",
-        "replace",
-    )
+        "target edge_length field_from adaptive density density_name density_ratio symmetry replace"
+    ).split()
 
     target: options.whole(
         "Quads", "About how many quads each object becomes", 2000, 1, max=10_000_000
@@ -214,10 +198,9 @@ class UV_OT_flipfree_quads(field_aligned.Densities, options.MapOperator, bpy.typ
 
     @classmethod
     def poll(cls, context):
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Works in Object Mode")
-            return False
-        return super().poll(context)
+        return common.allowed(
+            cls, context.mode == "OBJECT", "Works in Object Mode"
+        ) and super().poll(context)
 
     def has_effect(self, name):
         return super().has_effect(name) and (name != "target" or not self.edge_length)

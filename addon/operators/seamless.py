@@ -14,15 +14,11 @@ from . import common, cone_sums, match, options, parts
 # Quarter turns by which a 32-bit cone angle may be off a whole number.
 ROUNDING = 1e-5
 
-CONES = (
-    (
-        "auto",
-        "Marked or Suggested",
-        "Those of the cone groups and `cone_angle`; parts that have none get suggested ones",
-    ),
-    ("marked", "Marked", "Those of the cone groups and `cone_angle`, and no others"),
-    ("suggested", "Suggested", "Placed where the map would scale most, whatever is marked"),
-)
+CONES = {
+    "auto": "Marked or Suggested: Those of the cone groups and `cone_angle`; parts that have none get suggested ones",
+    "marked": "Marked: Those of the cone groups and `cone_angle`, and no others",
+    "suggested": "Suggested: Placed where the map would scale most, whatever is marked",
+}
 
 # Codes of errors where a map was looked for and none was found that can be stored.
 NO_MAP = (
@@ -36,20 +32,13 @@ NO_MAP = (
 SUGGEST_QUARTERS = "Suggest Cones with 'Quarter Turns'"
 BALANCE = f"run {SUGGEST_QUARTERS}, which places them; Mark Cone adds and removes single ones"
 
-BOUNDARIES = (
-    (
-        "aligned_or_free",
-        "Along the Axes",
-        "Boundaries run exactly along u and v, with corners at the boundary vertices that are marked as cones, or "
-        "where they bend most. Parts without marks that find no such map have a free boundary, and the report says so",
-    ),
-    (
-        "aligned",
-        "Along the Axes Only",
-        "The same, but nothing is changed if a part finds no such map",
-    ),
-    ("free", "Free", "As near to the surface as the inside allows: least distortion"),
-)
+BOUNDARIES = {
+    "aligned_or_free": "Along the Axes: Boundaries run exactly along u and v, with corners at the boundary vertices that are "
+    "marked as cones, or where they bend most. Parts without marks that find no such map have a free boundary, and the "
+    "report says so",
+    "aligned": "Along the Axes Only: The same, but nothing is changed if a part finds no such map",
+    "free": "Free: As near to the surface as the inside allows: least distortion",
+}
 
 
 class SeamlessTask(parts.PartsTask):
@@ -260,17 +249,6 @@ class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):
         "symmetry keep their direction and size. The cut is marked as seams"
     )
     verb = "Seamless Map"
-    option_names = (
-        "cones_from",
-        "bound",
-        "boundary",
-        "optimise",
-        "fit",
-        "mark_cuts",
-        "mark_cones",
-        "meet_pins",
-        "engine",
-    )
     advanced = ("engine",)
 
     cones_from: options.choice(

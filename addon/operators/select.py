@@ -50,10 +50,7 @@ class _SelectPlaces:
         if context.mode not in {"OBJECT", "EDIT_MESH"}:
             cls.poll_message_set("Works in Object Mode and in Edit Mode of meshes")
             return False
-        if not cls.there_are():
-            cls.poll_message_set(cls.nothing)
-            return False
-        return True
+        return common.allowed(cls, cls.there_are(), cls.nothing)
 
     def execute(self, context):
         found = self.places()
@@ -153,7 +150,6 @@ class UV_OT_flipfree_select_poor(options.MeasureAspect, options.MapOperator, bpy
     )
     verb = "Select Stretched Islands"
     needs_uv = True
-    option_names = ("correct_aspect",)
 
     def make_run(self, context):
         values = self.values(context)
@@ -166,22 +162,15 @@ class UV_OT_flipfree_select_poor(options.MeasureAspect, options.MapOperator, bpy
         return f"{count} stretched beyond {STRETCH_BOUND}, now selected. Mark more seams there, or use Cut Where Stretched"
 
 
-WHAT = (
-    ("flipped", "Flipped", "Faces that lie on their back in the map"),
-    ("degenerate", "Without Area", "Faces that the map makes a line or a point of"),
-    ("overlapping", "Overlapping", "Faces where islands lie on themselves or on each other"),
-    (
-        "worst",
-        "Most Distorted",
-        "Faces of the largest symmetric Dirichlet: stretched, shrunk or sheared",
-    ),
-    (
-        "sheared",
-        "Most Sheared",
-        "Faces of which the map makes one direction much longer than the other",
-    ),
-    ("small", "Smallest in the Map", "Faces with the least pixels for their size"),
-)
+WHAT = {
+    "flipped": "Flipped: Faces that lie on their back in the map, unless their whole island does",
+    "mirrored": "Mirrored: Islands that lie on their back as a whole",
+    "degenerate": "Without Area: Faces that the map makes a line or a point of",
+    "overlapping": "Overlapping: Faces where islands lie on themselves or on each other",
+    "worst": "Most Distorted: Faces of the largest symmetric Dirichlet: stretched, shrunk or sheared",
+    "sheared": "Most Sheared: Faces of which the map makes one direction much longer than the other",
+    "small": "Smallest in the Map: Faces with the least pixels for their size",
+}
 _BY_MEASURE = ("worst", "sheared", "small")
 
 
@@ -204,9 +193,13 @@ class FacesTask(modal.Task):
         if self.what in _BY_MEASURE:
             self._take(self._worst())
         else:
-            sign = measures.orientation(self.snapshot.corner_uv)
-            wrong = sign < 0 if self.what == "flipped" else sign == 0
-            self._take(np.unique(self.snapshot.triangle_face[wrong]))
+            sign, mirrored = faults.sides(self.snapshot)
+            chosen = {
+                "flipped": (sign < 0) & ~mirrored,
+                "degenerate": sign == 0,
+                "mirrored": mirrored,
+            }
+            self._take(np.unique(self.snapshot.triangle_face[chosen[self.what]]))
         return None
 
     def collect(self, result):
@@ -247,7 +240,6 @@ class UV_OT_flipfree_select_faces(options.MeasureAspect, options.MapOperator, bp
     bl_description = "Select faces that are flipped, without area, overlapping or most distorted in the UV map, or their islands"
     verb = "Select Faces"
     needs_uv = True
-    option_names = ("what", "share", "islands", "correct_aspect")
 
     what: options.choice("Faces", "Which faces are selected", WHAT)
     share: options.real(
@@ -268,7 +260,7 @@ class UV_OT_flipfree_select_faces(options.MeasureAspect, options.MapOperator, bp
         return modal.Run(*_whole_objects(context, lambda s: FacesTask(s, **values)))
 
     def summary(self, tasks):
-        name = next(row[1] for row in WHAT if row[0] == self.what)
+        name = WHAT[self.what].partition(":")[0]
         count = _show_faces(tasks)
         return (
             f"{name}: {common.plural(count, 'face')}, now selected" if count else f"{name}: no face"

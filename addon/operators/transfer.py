@@ -134,7 +134,6 @@ class UV_OT_flipfree_transfer(options.MapOperator, bpy.types.Operator):
     )
     verb = "Transfer"
     needs_uv = True
-    option_names = ("source", "shape")
 
     source: bpy.props.StringProperty(
         name="From", description="Object that is taken from; empty: the active one"
@@ -143,10 +142,11 @@ class UV_OT_flipfree_transfer(options.MapOperator, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Works in Object Mode: select meshes, the one to take from last")
-            return False
-        return super().poll(context)
+        return common.allowed(
+            cls,
+            context.mode == "OBJECT",
+            "Works in Object Mode: select meshes, the one to take from last",
+        ) and super().poll(context)
 
     make_task = staticmethod(make_task)
 

@@ -86,14 +86,16 @@ class MapTask(modal.StagedTask):
     def stored_map(self):
         return *self.surface(), self.result.uv32()
 
-    def lay_out(self, uv, stored, stats):
-        """Stages that certify and take another layout of the same map: uv (m, 3, 2) float64, and what is stored of it."""
+    def lay_out(self, uv, stored, stats, mirrored):
+        """Stages that certify and take another layout of the same map: uv (m, 3, 2) float64, what is stored of it, and which
+        triangles it mirrors."""
         values = yield from modal.paused(steps.doubles(stored))
         certificate = yield solver.certify(
             self.snapshot,
             values,
             pins=self.pins(),
             bijective=self.bijective and self.certificate.overlaps == 0,
+            mirrored=mirrored,
             aspect=self.aspect,
         )
         yield modal.Pause()
@@ -268,20 +270,9 @@ class UV_OT_flipfree_unwrap(
     )
     verb = "Auto Unwrap"
     option_names = (
-        "seams",
-        "stretch",
-        "bijective",
-        "may_add_cuts",
-        "cut_extremities",
-        "use_pins",
-        "mark_seams",
-        "select_cuts",
-        "keep_placement",
-        "margin_pixels",
-        "texture_size",
-        "correct_aspect",
-        "use_modifiers",
-    )
+        "seams stretch bijective may_add_cuts cut_extremities use_pins mark_seams select_cuts "
+        "keep_placement margin_pixels texture_size correct_aspect use_modifiers"
+    ).split()
     advanced = (
         *("may_add_cuts", "cut_extremities", "select_cuts", "keep_placement", "texture_size"),
         *("correct_aspect", "use_modifiers"),
@@ -291,19 +282,11 @@ class UV_OT_flipfree_unwrap(
     seams: options.choice(
         "Seams",
         "Where islands end. On meshes with pinned UVs no seams are looked for, unless Keep Pins is off",
-        (
-            (
-                "auto",
-                "Automatic",
-                "Along the edges that are marked as seams, and where an island is closed, has handles or would be stretched more "
-                "than allowed, also along short seams that are found",
-            ),
-            (
-                "given",
-                "Marked",
-                "Along the edges that are marked as seams, and no others that are not needed",
-            ),
-        ),
+        {
+            "auto": "Automatic: Along the edges that are marked as seams, and where an island is closed, has handles or would be "
+            "stretched more than allowed, also along short seams that are found",
+            "given": "Marked: Along the edges that are marked as seams, and no others that are not needed",
+        },
         default=SEAMS,
     )
     may_add_cuts: options.flag(

@@ -82,7 +82,11 @@ def _by_figures(figures: dict, stacked_ok: bool) -> Step:
             _STRETCHED if islands else (_select("worst", share=1.0),),
             "RED" if level == LEVELS[-1] else "YELLOW",
         )
-    return Step(("Nothing is wrong with this map:", _in_short(figures), *needles), (), "GREEN")
+    mirrored = figures["mirrored_islands"]
+    lines = ("Nothing is wrong with this map:", _in_short(figures), *needles)
+    if mirrored:
+        return Step((*lines, texts.mirrored(mirrored)), (_select("mirrored"), _REPAIR), "GREEN")
+    return Step(lines, (), "GREEN")
 
 
 def _select(what: str, **options) -> tuple[str, str, dict]:

@@ -91,12 +91,13 @@ def rows(kept) -> list[tuple[str, str, str]]:
     found = []
     for name, key in (
         ("Flipped Faces", "flips32"),
+        ("Mirrored Islands", "mirrored_islands"),
         ("Turned Faces", "turned"),
         ("Overlaps", "overlaps"),
         ("Stacked Islands", "island_overlaps"),
     ):
         count = figures[key]
-        if key == "turned" and count == 0:
+        if key in ("mirrored_islands", "turned") and count == 0:
             continue
         icon = "BLANK1" if count < 0 else ("CHECKMARK" if count == 0 else "ERROR")
         found.append((name, "not counted" if count < 0 else str(count), icon))

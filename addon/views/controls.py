@@ -7,6 +7,7 @@ The properties of the window manager read and write `state`, so that nothing of 
 import bpy
 
 from .. import errors
+from ..operators import common
 from . import draw, field, refresh, state
 
 _NO_WINDOW = "Without a window there is nothing to draw in"
@@ -66,10 +67,7 @@ class UV_OT_flipfree_hide_all(bpy.types.Operator):
 
     @classmethod
     def poll(cls, _context):
-        if not state.anything():
-            cls.poll_message_set("Nothing is shown")
-            return False
-        return True
+        return common.allowed(cls, state.anything(), "Nothing is shown")
 
     def execute(self, _context):
         switch_off()

@@ -32,13 +32,24 @@ class Faults:
 def start(snapshot):
     """Starts the certificate that `collect` wants."""
     return solver.certify(
-        snapshot, snapshot.corner_uv.astype(np.float64), bijective=True, disjoint=True
+        snapshot,
+        snapshot.corner_uv.astype(np.float64),
+        bijective=True,
+        disjoint=True,
+        mirrored="islands",
     )
 
 
-def collect(snapshot, certificate) -> Faults:
+def sides(snapshot) -> tuple[np.ndarray, np.ndarray]:
+    """(#St,) each: the sign of the triangle's area in the map, exactly; whether its whole island is mirrored."""
     sign = measures.orientation(snapshot.corner_uv)
-    flipped = np.unique(snapshot.triangle_face[sign < 0])
+    label = labels.island_labels(snapshot.triangles, snapshot.corner_uv)
+    return sign, ~np.isin(label, label[sign >= 0])
+
+
+def collect(snapshot, certificate) -> Faults:
+    sign, mirrored = sides(snapshot)
+    flipped = np.unique(snapshot.triangle_face[(sign < 0) & ~mirrored])
     degenerate = np.setdiff1d(snapshot.triangle_face[sign == 0], flipped)
     label = labels.island_labels(snapshot.triangles, snapshot.corner_uv)
     wrong = np.isin(label, np.unique(label[certificate.island_overlap_faces]))

@@ -87,6 +87,7 @@ py::object to_python(const certify::Certificate& c) {
   for (const std::string& failure : c.failures) failures.push_back(rendered(failure));
   return py::dict(
       "ok"_a = c.ok, "triangles"_a = c.triangles, "flips64"_a = c.flips64, "flips32"_a = c.flips32,
+      "mirrored_islands"_a = c.mirrored_islands, "mirrored_faces"_a = c.mirrored_faces,
       "winding_failures"_a = c.winding_failures, "pin_failures"_a = c.pin_failures,
       "seam_failures"_a = c.seam_failures, "seam_edges"_a = c.seam_edges,
       "seams_exact64"_a = c.seams_exact64, "seams_exact32"_a = c.seams_exact32,

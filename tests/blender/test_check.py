@@ -48,6 +48,24 @@ def test_turned_faces_are_counted_and_said_to_be_mirrored(capfd):
     assert "Recalculate normals" in report
 
 
+def test_islands_that_are_mirrored_as_a_whole_are_named_and_no_flips(capfd):
+    ob = cubes(2, 1.0)
+    uv = shapes.uv_of(ob)
+    uv[:8, 0] = 3.0 - uv[:8, 0]  # two islands
+    shapes.set_uv(ob, uv)
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    report = capfd.readouterr().out
+    assert "Nothing wrong: 12 islands, 0 flips, 2 islands are mirrored, 0 overlaps" in report
+    for what, count in (("flipped", "no face"), ("mirrored", "2 faces")):
+        assert bpy.ops.uv.flipfree_select_faces(what=what) == {"FINISHED"}
+        assert count in capfd.readouterr().out
+    bpy.ops.object.mode_set(mode="OBJECT")
+    uv[0] = uv[2]  # one of them has no area
+    shapes.set_uv(ob, uv)
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    assert "2 flips, 1 island is mirrored" in capfd.readouterr().out
+
+
 def cubes(count, apart):
     """So many cubes in one mesh, with one island a face; the UVs of each are moved from those of the one before."""
     corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]

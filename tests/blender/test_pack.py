@@ -81,6 +81,20 @@ def test_similar_islands_are_stacked_on_request():
     assert min(sides) > 0.9
 
 
+def test_mirror_images_are_stacked_on_request(capfd):
+    kite = np.float32([[0, 0], [3, 0], [3, 1], [1, 2]]) / 10
+    points = [(x + 9 * i, y, 0) for i in range(2) for x, y in 10 * kite * [1 - 2 * i, 1]]
+    ob = shapes.add("Kites", points, [(0, 1, 2, 3), (7, 6, 5, 4)], uv=True)
+    shapes.flat(ob)
+    pack(stack_similar=True)
+    assert "stacked" not in capfd.readouterr().out
+    for _ in range(2):  # what is mirrored already, too
+        pack(stack_similar=True, stack_mirrored=True)
+        assert "1 island is mirrored" in capfd.readouterr().out
+        uv = shapes.uv_of(ob)
+        assert np.abs(uv[:4] - uv[:3:-1]).max() < 1e-5
+
+
 def test_the_tile_is_the_one_that_is_asked_for():
     ob = mapped_cube()
     pack(tile=1012)

@@ -16,7 +16,7 @@ def chosen(**options):
 
 
 def sheets():
-    """Face 0 of the large one (0 to 15) is mirrored, face 15 a point; the small one (16 to 31) is too flat."""
+    """Face 0 of the large one (0 to 15) is an island that is mirrored, face 15 a point; the small one (16 to 31) is too flat."""
     ob = shapes.two_sheets(squeezed=True)
     uv = shapes.uv_of(ob)
     uv[0:4] = uv[0:4][::-1]
@@ -28,10 +28,10 @@ def sheets():
 
 
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
-def test_flipped_faces_and_faces_without_area(mode):
+def test_mirrored_islands_and_faces_without_area(mode):
     sheets()
     bpy.ops.object.mode_set(mode=mode)
-    assert chosen(what="flipped") == [0]
+    assert chosen(what="mirrored") == [0]
     bpy.ops.object.mode_set(mode=mode)
     assert chosen(what="degenerate") == [15]
 

@@ -74,7 +74,13 @@ def test_the_guide_leads_from_seams_to_packing(step, kept):
     bpy.context.view_layer.update()
     assert not step().colour and "changed" in step().lines[0]
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
-    assert step().colour == "RED" and step().lines == ("12 flipped faces",)
+    assert step().colour == "GREEN" and step().lines[2] == "6 islands are mirrored"
+    assert step().buttons[0][2] == {"what": "mirrored"} and "uv.flipfree_repair" in buttons(step)
+    uv = shapes.uv_of(ob)
+    uv[0] = 2 * uv[1] - uv[0]
+    shapes.set_uv(ob, uv)
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    assert step().colour == "RED" and step().lines == ("1 flipped face",)
     assert step().buttons[0][2] == {"what": "flipped"}
     assert "uv.flipfree_repair" in buttons(step)
 

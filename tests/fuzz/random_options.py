@@ -278,6 +278,8 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "share_tile": (0.2, flag),
     "groups": (0.1, lambda mesh, random: random.integers(-1, 3, len(mesh.faces))),
     "stack_similar": (0.2, flag),
+    "stack_mirrored": (0.5, flag),
+    "mirrored": (0.2, lambda mesh, random: "islands" if random.random() < 0.5 else random.integers(0, 2, len(mesh.faces))),
     "tile": (0.2, one_of(1001, 1010, 1100)),
     "tiles": (0.2, one_of(1, 2, 7, 100)),
     "aspect": (0.2, one_of(1.0, 2.0, 0.5, 16 / 9, 0.1)),

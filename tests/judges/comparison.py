@@ -9,7 +9,9 @@ import numpy as np
 
 import flipfree as ff
 
+from .charts import charts_of
 from .coverage import Coverage, coverage
+from .exact import turns
 from .generators import coverings, islands, slits
 from .maps import PlaneMap, Random
 from .mutations import mutations
@@ -70,6 +72,41 @@ def compare(map_: PlaneMap) -> Verdict:
             f"no chart covers a point twice or touches itself, overlaps is {certificate.overlaps}"
         )
     return verdict
+
+
+def compare_mirrored(map_: PlaneMap) -> list[str]:
+    """Disagreements on the map with every other chart mirrored: declared, found, and declared but for a face."""
+    plain = ff.certify(map_.vertices, map_.faces, map_.uv, threads=1)
+    charts = charts_of(map_.faces, map_.uv.astype(np.float32))
+    declared = charts.face % 2 == 0
+    uv = np.where(declared[:, None, None], map_.uv * [-1.0, 1.0], map_.uv)
+    judge = coverage(map_.faces, uv.astype(np.float32))
+    islands = max(len(judge.islands), len(coverage(map_.faces, uv).islands))
+    said: list[str] = []
+
+    def certify(mirrored: object) -> ff.Certificate:
+        return ff.certify(map_.vertices, map_.faces, uv, mirrored=mirrored, threads=1)
+
+    found = certify(declared.astype(int))
+    for name in ("flips64", "flips32", "winding_failures", "overlaps", "energy"):
+        _expect(said, name, getattr(found, name), getattr(plain, name))
+    _expect(said, "island_overlaps", found.island_overlaps, islands)
+    _expect(said, "mirrored_islands", found.mirrored_islands, (charts.count + 1) // 2)
+    _expect(said, "flips32, none declared", certify(None).flips32, len(judge.flipped))
+    points = uv.astype(np.float32).astype(np.float64)
+    whole = ~np.isin(charts.face, charts.face[turns(*points.transpose(1, 0, 2)) >= 0])
+    wrong = np.setxor1d(certify("islands").mirrored_faces, np.flatnonzero(whole))
+    _expect(said, "faces found to be mirrored, or not", len(wrong), 0)
+    several = np.flatnonzero(declared & (np.bincount(charts.face)[charts.face] > 1))
+    if len(several):
+        declared[several[0]] = False
+        _expect(
+            said,
+            "ok with a face of a mirrored island that is none",
+            certify(declared.astype(int)).ok,
+            0,
+        )
+    return said
 
 
 def _expect(said: list[str], name: str, certificate: int, judge: int) -> None:

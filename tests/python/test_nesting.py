@@ -140,6 +140,26 @@ def test_similar_islands_are_stacked_only_if_asked_to() -> None:
     assert packed.stats["fill"] > 0.9
 
 
+@pytest.mark.parametrize("aspect", [1.0, 2.0])
+def test_mirror_images_are_stacked_mirrored_only_if_asked_to(aspect: float) -> None:
+    kite = np.array([[[0.0, 0], [3, 0], [3, 1]], [[0, 0], [3, 1], [1, 2]]])
+    turned = (kite * [-1.0, 1.0])[:, ::-1]
+    layout = flat(np.concatenate([kite, turned + [9.0, 0.0], kite + [18.0, 0.0]]))
+    assert pack(layout, stack_similar=True, aspect=aspect).stats["stacked"] == 1
+    packed = pack(layout, stack_similar=True, stack_mirrored=True, aspect=aspect)
+    found = packed.certificate
+    assert packed.stats["stacked"] == 2 and found.ok and found.mirrored_islands == 1
+    assert found.mirrored_faces.tolist() == [2, 3] and found.island_overlaps == 3
+    assert not ff.certify(layout.vertices, layout.faces, packed.uv).ok
+    one, other, _ = (np.sort(u.reshape(-1, 2), axis=0) for u in islands(layout, packed))
+    assert np.abs(one - other).max() < 1e-5
+    again = layout.vertices, layout.faces, packed.uv  # what is mirrored is turned over first
+    found = ff.pack(*again, stack_similar=True, stack_mirrored=True, aspect=aspect).certificate
+    assert found.ok and found.mirrored_islands == 1
+    with pytest.raises(ff.InvalidInput, match="2 triangles of the map are flipped"):
+        ff.pack(*again, stack_similar=True)
+
+
 def tile_of(stored: npt.NDArray[np.float32]) -> list[int]:
     """UDIM number less 1001 of the tile that each island of (m, 3, 2) lies in, whole."""
     corners = np.floor(stored.reshape(-1, 2)).astype(int)

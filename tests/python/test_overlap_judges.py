@@ -10,7 +10,7 @@ import pytest
 
 import flipfree as ff
 
-from judges.comparison import GENERATORS, Verdict, compare, map_number
+from judges.comparison import GENERATORS, Verdict, compare, compare_mirrored, map_number
 from judges.generators import inverted_slit
 from judges.maps import grid, map_of
 from sampling import sampled
@@ -28,6 +28,14 @@ def verdicts(generator: str) -> dict[int, Verdict]:
 @pytest.mark.parametrize("generator", list(GENERATORS))
 def test_agrees_with_the_slow_judge(generator: str) -> None:
     wrong = {n: v.disagreements for n, v in verdicts(generator).items() if v.disagreements}
+    assert not wrong, f"{len(wrong)} maps: map_number({generator!r}, 12, n) for {wrong}"
+
+
+@pytest.mark.parametrize("generator", list(GENERATORS))
+def test_mirrored_islands_are_judged_as_the_slow_judge_has_it(generator: str) -> None:
+    numbers = sampled(range(MAPS), 8, generator)
+    found = {n: compare_mirrored(map_number(generator, 12, n)) for n in numbers}
+    wrong = {n: said for n, said in found.items() if said}
     assert not wrong, f"{len(wrong)} maps: map_number({generator!r}, 12, n) for {wrong}"
 
 

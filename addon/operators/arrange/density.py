@@ -124,7 +124,7 @@ class UV_OT_flipfree_set_density(
     )
     verb = "Set Texel Density"
     needs_uv = True
-    option_names = ("density", "texture_size", "together", "use_pins", "correct_aspect")
+    option_names = "density texture_size together use_pins correct_aspect".split()
 
     density: options.real(
         "Density",

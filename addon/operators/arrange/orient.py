@@ -12,24 +12,15 @@ from ...meshes import labels, mesh_io, selection
 from .. import common, options
 from . import moved
 
-BY = (
-    (
-        "box",
-        "Longest Side",
-        "The smallest rectangle around each island gets level, its longer side along the axis",
-    ),
-    (
-        "edge",
-        "Selected Edges",
-        "Selected edges lie along u or v, whichever is nearer; islands without stay",
-    ),
-    (
-        "up",
-        "Upwards on the Model",
-        "What points upwards on the model (Z) points upwards in the map",
-    ),
-)
-AXES = (("u", "U", "To the right"), ("v", "V", "Upwards"))
+BY = {
+    "box": "Longest Side: The smallest rectangle around each island gets level, its longer side along the axis",
+    "edge": "Selected Edges: Selected edges lie along u or v, whichever is nearer; islands without stay",
+    "up": "Upwards on the Model: What points upwards on the model (Z) points upwards in the map",
+}
+AXES = {
+    "u": "U: To the right",
+    "v": "V: Upwards",
+}
 
 
 class OrientTask(moved.MovedTask):
@@ -165,7 +156,6 @@ class UV_OT_flipfree_orient(
     bl_description = "Turn islands about their centres so that they lie along u and v"
     verb = "Orient Islands"
     needs_uv = True
-    option_names = ("by", "axis", "use_pins", "correct_aspect")
 
     by: options.choice("By", "What lies along the axis", BY)
     axis: options.choice("Axis", "Along which the longest side lies", AXES, default="v")

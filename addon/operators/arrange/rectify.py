@@ -47,7 +47,6 @@ class UV_OT_flipfree_rectify(
     verb = "Rectify"
     needs_uv = True
     joint_layout = True
-    option_names = ("margin_pixels", "texture_size", "correct_aspect")
 
     make_task = staticmethod(RectifyTask)
     summary = staticmethod(unwrap.summary_of_maps)

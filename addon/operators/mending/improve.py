@@ -79,16 +79,6 @@ class UV_OT_flipfree_improve(
     verb = "Improve"
     needs_uv = True
     joint_layout = True
-    option_names = (
-        "bijective",
-        "use_pins",
-        "iterations",
-        "pack",
-        "margin_pixels",
-        "texture_size",
-        "correct_aspect",
-        "use_modifiers",
-    )
 
     iterations: options.whole(
         "Iterations",

@@ -9,24 +9,16 @@ from ...meshes import mesh_io
 from .. import common, options
 from ..unwrap import MapTask, left_tiles_text
 
-OVERLAPS = (
-    (
-        "cut",
-        "Cut",
-        "It falls into pieces; the largest stays, the others are put where there is room",
-    ),
-    ("open", "Open", "It is unwrapped again without further cuts, at its old place and size"),
-    ("keep", "Keep", "It stays as it is"),
-)
-STRETCHED = (
-    ("keep", "Keep", "They stay exactly as they are; the report counts them"),
-    (
-        "improve",
-        "Improve",
-        "Their distortion is lowered where they are, at the scale of the other islands if most have one; where that is not "
-        "enough, they are unwrapped again along their seams",
-    ),
-)
+OVERLAPS = {
+    "cut": "Cut: It falls into pieces; the largest stays, the others are put where there is room",
+    "open": "Open: It is unwrapped again without further cuts, at its old place and size",
+    "keep": "Keep: It stays as it is",
+}
+STRETCHED = {
+    "keep": "Keep: They stay exactly as they are; the report counts them",
+    "improve": "Improve: Their distortion is lowered where they are, at the scale of the other islands if most have one; "
+    "where that is not enough, they are unwrapped again along their seams",
+}
 
 
 class RepairTask(MapTask):
@@ -134,17 +126,6 @@ class UV_OT_flipfree_repair(
     )
     verb = "Repair Flips"
     needs_uv = True
-    option_names = (
-        "overlaps",
-        "stretched",
-        "disjoint",
-        "use_pins",
-        "mark_seams",
-        "margin_pixels",
-        "texture_size",
-        "correct_aspect",
-        "use_modifiers",
-    )
 
     overlaps: options.choice(
         "Overlapping Islands",

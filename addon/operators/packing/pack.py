@@ -13,22 +13,18 @@ from .. import common, options
 from ..arrange import moved
 from ..unwrap import MapTask, summary_of_maps
 
-ROTATIONS = (
-    (
-        "straight",
-        "Automatic",
-        "Rectangles and other islands with straight outlines stay along the axes, others turn by any angle",
-    ),
-    ("free", "Any", "By any angle"),
-    ("quarters", "Cardinal", "By 90 degrees only"),
-    ("none", "None", "Not at all"),
-)
-GROUPS = (
-    ("none", "All Together", "One layout of all islands"),
-    ("material", "Material", "Islands of each material have a layout of their own"),
-    ("collection", "Collection", "Islands of each collection have a layout of their own"),
-    ("object", "Object", "Islands of each object have a layout of their own"),
-)
+ROTATIONS = {
+    "straight": "Automatic: Rectangles and other islands with straight outlines stay along the axes, others turn by any angle",
+    "free": "Any: By any angle",
+    "quarters": "Cardinal: By 90 degrees only",
+    "none": "None: Not at all",
+}
+GROUPS = {
+    "none": "All Together: One layout of all islands",
+    "material": "Material: Islands of each material have a layout of their own",
+    "collection": "Collection: Islands of each collection have a layout of their own",
+    "object": "Object: Islands of each object have a layout of their own",
+}
 
 
 # Of the largest coordinate's square: an area of a triangle above it is positive however it was rounded.
@@ -52,42 +48,35 @@ class PackTask(MapTask):
     packs_alone = False
     bijective = False  # islands that overlap themselves are packed as they are
 
+    use_pins = True
+
     def __init__(
         self,
         snapshot,
         *,
-        margin=0.0,
-        rotation="straight",
         group_by="none",
         share_tile=False,
-        stack_similar=False,
         same_density=True,
-        use_pins=True,
-        tile=1001,
         tiles=1,
-        effort=1.0,
         aspect=1.0,
+        use_pins=True,
+        margin=0.0,
+        **pack_options,
     ):
-        super().__init__(snapshot)
-        self.use_pins = use_pins
-        self.margin = margin
+        """pack_options: others of ff.pack."""
+        super().__init__(snapshot, use_pins=use_pins, margin=margin)
         grouped = group_by != "none"
         tiles = 1 if grouped else tiles
         self.aspect = aspect if tiles == 1 and (share_tile or not grouped) else 1.0
-        self.stacked_ok = stack_similar or (grouped and share_tile)
+        self.stacked_ok = pack_options.get("stack_similar", False) or (grouped and share_tile)
         self._groups = group_names(snapshot, group_by) if grouped else None
-        self.pack_options = {
+        self.pack_options = pack_options | {
             "aspect": self.aspect,
-            "margin": self.margin,
-            "rotation": rotation,
-            "stack_similar": stack_similar,
+            "margin": margin,
             "scale_true": same_density,
-            "tile": tile,
             "tiles": tiles,
-            "effort": effort,
+            "share_tile": grouped and share_tile,
         }
-        if grouped:
-            self.pack_options["share_tile"] = share_tile
 
     def groups(self):
         """(#St,) the name of the group that each triangle's island is packed with, if there are groups."""
@@ -108,7 +97,9 @@ class PackTask(MapTask):
         if moved.areas(uv).min() <= _SURELY * np.abs(uv).max() ** 2:
             yield modal.Pause()
             # The solver knows, and says which islands cannot be packed; the others are.
-            yield solver.pack(snapshot.vertices, snapshot.triangles, uv, effort=0.0)
+            given = self.pack_options.items()
+            stacking = {name: value for name, value in given if name.startswith("stack_")}
+            yield solver.pack(snapshot.vertices, snapshot.triangles, uv, effort=0.0, **stacking)
         self.result = Unplaced(uv)
 
 
@@ -149,19 +140,9 @@ class UV_OT_flipfree_pack(
     needs_uv = True
     joint_layout = True
     option_names = (
-        "margin_pixels",
-        "texture_size",
-        "rotation",
-        "same_density",
-        "stack_similar",
-        "group_by",
-        "share_tile",
-        "use_pins",
-        "correct_aspect",
-        "tile",
-        "tiles",
-        "effort",
-    )
+        "margin_pixels texture_size rotation same_density stack_similar stack_mirrored group_by "
+        "share_tile use_pins correct_aspect tile tiles effort"
+    ).split()
     advanced = ("correct_aspect", "tile", "tiles", "effort")
 
     rotation: options.choice("Rotation", "How islands may be turned", ROTATIONS)
@@ -172,6 +153,10 @@ class UV_OT_flipfree_pack(
     )
     stack_similar: options.flag(
         "Stack Similar", "Islands of equal outline lie on top of each other and share their pixels"
+    )
+    stack_mirrored: options.flag(
+        "Mirrored Too",
+        "Mirror images of islands lie on these as well, mirrored: their UVs are flipped, which the report and Check say",
     )
     group_by: options.choice(
         "Group By", "What has a layout of its own; groups go by the alphabet", GROUPS
@@ -209,6 +194,7 @@ class UV_OT_flipfree_pack(
         grouped = self.group_by != "none"
         one_tile = self.share_tile if grouped else self.tiles == 1
         shown = {"correct_aspect": one_tile, "tiles": not grouped, "share_tile": grouped}
+        shown["stack_mirrored"] = self.stack_similar
         return shown.get(name, True)
 
     make_task = staticmethod(PackTask)

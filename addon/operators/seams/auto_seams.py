@@ -92,14 +92,8 @@ class UV_OT_flipfree_auto_seams(
     )
     verb = "Auto Seams"
     option_names = (
-        "stretch",
-        "keep_seams",
-        "sharp_edges",
-        "sharp_angle",
-        "avoid_group",
-        "seek_group",
-        "use_modifiers",
-    )
+        "stretch keep_seams sharp_edges sharp_angle avoid_group seek_group use_modifiers"
+    ).split()
 
     keep_seams: options.flag(
         "Keep Seams",

@@ -91,14 +91,6 @@ class UV_OT_flipfree_cut_stretched(
     verb = "Cut Where Stretched"
     needs_uv = True
     joint_layout = True
-    option_names = (
-        "stretch",
-        "use_pins",
-        "mark_seams",
-        "margin_pixels",
-        "texture_size",
-        "correct_aspect",
-    )
 
     mark_seams: options.flag("Mark Cuts as Seams", "Mark the edges that were cut as seams", on=True)
 

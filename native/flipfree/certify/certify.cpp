@@ -18,10 +18,38 @@
 namespace flipfree::certify {
 namespace {
 
+// CertifyRequest::mirrored, with what is found; may be empty.
+std::vector<Index> all_mirrored(const CertifyRequest& request, const Points2f& uv32) {
+  std::vector<Index> mirrored = request.mirrored;
+  if (!request.find_mirrored || flipped_faces(uv32).empty()) return mirrored;
+  mirrored.resize(at(uv32.rows() / 3), 0);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(*request.surface);
+  const mesh::Components charts =
+      mesh::components_between(adjacency, mesh::uv_cuts(adjacency, uv32.cast<double>()));
+  std::vector<char> negative(at(charts.count), 1);
+  const Points2f image = uv32 * Eigen::DiagonalMatrix<float, 2>(-1.0F, 1.0F);
+  for (const FaceId f : flipped_faces(image)) negative[at(charts.of_face[at(f)])] = 0;
+  for (std::size_t f = 0; f < mirrored.size(); ++f)
+    if (negative[at(charts.of_face[f])] != 0) mirrored[f] = 1;
+  return mirrored;
+}
+
+// A copy with u negated on these faces.
+template <typename Points>
+Points mirror_images(const Points& uv, const std::vector<Index>& mirrored) {
+  Points image = uv;
+  for (std::size_t f = 0; f < mirrored.size(); ++f)
+    if (mirrored[f] != 0) image.col(0).segment(static_cast<Eigen::Index>(3 * f), 3) *= -1;
+  return image;
+}
+
 struct Certifier {
   const CertifyRequest& request;
   const mesh::Surface& surface;
-  const Points2& uv;
+  const std::vector<Index>& mirrored;  // see CertifyRequest
+  const Points2& given;                // the map, which decides what is joined and lies on what
+  const Points2f& given32;
+  const Points2& uv;  // its mirror_images(), which are judged
   const Points2f& uv32;
   Points2 stored{};  // uv32 as doubles, exact
   mesh::Adjacency adjacency{};
@@ -49,7 +77,7 @@ struct Certifier {
     parallel_for(context, 6, 1, [&](std::size_t task, std::size_t, std::size_t) {
       if (task == 0) {
         adjacency = mesh::build_adjacency(surface);
-        cuts = mesh::uv_cuts(adjacency, uv);
+        cuts = mesh::uv_cuts(adjacency, given);
       } else if (task == 1) {
         flips64 = flipped_faces(uv);
       } else if (task == 2) {
@@ -64,7 +92,10 @@ struct Certifier {
                                                 request.vertex_parent, request.vertex_barycentric});
       }
     });
-    cuts32 = mesh::uv_cuts(adjacency, stored);
+    const Points2 mirrored_stored = mirrored.empty() ? Points2() : given32.cast<double>();
+    const Points2& given_stored = mirrored.empty() ? stored : mirrored_stored;
+    cuts32 = mesh::uv_cuts(adjacency, given_stored);
+    if (!mirrored.empty()) judge_mirrored();
     const bool flip_free = flips64.empty() && flips32.empty();
     parallel_for(context, 7, 1, [&](std::size_t task, std::size_t, std::size_t) {
       if (task == 0) {
@@ -76,8 +107,8 @@ struct Certifier {
       const mesh::EdgeFlags& own_cuts = as_stored ? cuts32 : cuts;
       if (task > 4) {
         if (overlaps_count())
-          (as_stored ? islands32 : islands64) =
-              island_overlaps(mesh::components_between(adjacency, own_cuts), values);
+          (as_stored ? islands32 : islands64) = island_overlaps(
+              mesh::components_between(adjacency, own_cuts), as_stored ? given_stored : given);
       } else if (!flip_free) {
         return;
       } else if (task > 2) {
@@ -88,6 +119,27 @@ struct Certifier {
         (as_stored ? winding32 : winding64) = winding_failures(adjacency, own_cuts, values);
       }
     });
+  }
+
+  void judge_mirrored() {
+    const mesh::Components charts = mesh::components_between(adjacency, cuts32);
+    std::vector<Index> islands;
+    for (FaceId f = 0; at(f) < mirrored.size(); ++f) {
+      if (mirrored[at(f)] == 0) continue;
+      certificate.mirrored_faces.push_back(f);
+      islands.push_back(charts.of_face[at(f)]);
+    }
+    sort_unique(islands);
+    certificate.mirrored_islands = static_cast<std::int64_t>(islands.size());
+    for (const bool as_stored : {false, true}) {
+      std::vector<FaceId>& flips = as_stored ? flips32 : flips64;
+      for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
+        const HalfedgeId o = adjacency.opposite[at(h)];
+        if (o == kInvalid || (as_stored ? cuts32 : cuts)[at(h)] != 0) continue;
+        if (mirrored[at(h / 3)] != 0 && mirrored[at(o / 3)] == 0) flips.push_back(h / 3);
+      }
+      sort_unique(flips);
+    }
   }
 
   bool judges_cones() const { return request.require_cones || !request.cone_angles.empty(); }
@@ -151,9 +203,9 @@ struct Certifier {
     std::int64_t missed = 0;
     CornerId first = kInvalid;
     for (const CornerPin& pin : request.pins) {
-      const bool met = uv(pin.corner, 0) == pin.uv.x() && uv(pin.corner, 1) == pin.uv.y() &&
-                       uv32(pin.corner, 0) == static_cast<float>(pin.uv.x()) &&
-                       uv32(pin.corner, 1) == static_cast<float>(pin.uv.y());
+      const bool met = given(pin.corner, 0) == pin.uv.x() && given(pin.corner, 1) == pin.uv.y() &&
+                       given32(pin.corner, 0) == static_cast<float>(pin.uv.x()) &&
+                       given32(pin.corner, 1) == static_cast<float>(pin.uv.y());
       if (!met && missed++ == 0) first = pin.corner;
     }
     certificate.pin_failures = missed;
@@ -357,6 +409,11 @@ void check_shapes(const CertifyRequest& request) {
     throw_invalid(ErrorCode::kBadShape,
                   "The map needs one UV per face corner: shape (faces, 3, 2).");
   }
+  if (!request.mirrored.empty() && 3 * request.mirrored.size() != at(request.uv->rows()))
+    throw_invalid(ErrorCode::kBadShape, "What is mirrored needs one number per face.");
+  if (request.require_seamless && (request.find_mirrored || !request.mirrored.empty()))
+    throw_invalid(ErrorCode::kBadOption,
+                  "Seamless maps have no mirrored islands. Ask for one of the two.");
   require_corners(request.pins, static_cast<Index>(request.uv->rows()));
   for (const auto& [v, angle] : request.cone_angles) {
     if (v < 0 || v >= request.surface->vertices.rows()) {
@@ -380,8 +437,19 @@ Certificate certify(const CertifyRequest& request, const ExecutionContext& conte
   const Points2f rounded =
       request.uv32 != nullptr ? Points2f() : Points2f(request.uv->cast<float>());
   const mesh::Surface& surface = *request.surface;
-  Certifier certifier{request, surface, *request.uv,
-                      request.uv32 != nullptr ? *request.uv32 : rounded};
+  const Points2f& uv32 = request.uv32 != nullptr ? *request.uv32 : rounded;
+  std::vector<Index> mirrored = all_mirrored(request, uv32);
+  const bool any = std::any_of(mirrored.begin(), mirrored.end(), [](Index m) { return m != 0; });
+  if (!any) mirrored.clear();
+  const Points2 image = any ? mirror_images(*request.uv, mirrored) : Points2();
+  const Points2f image32 = any ? mirror_images(uv32, mirrored) : Points2f();
+  Certifier certifier{request,
+                      surface,
+                      mirrored,
+                      *request.uv,
+                      uv32,
+                      any ? image : *request.uv,
+                      any ? image32 : uv32};
   certifier.certificate.triangles = surface.faces.rows();
   certifier.measure(context);
   certifier.check_flips();

@@ -17,7 +17,12 @@ struct CertifyRequest {
   const mesh::Surface* surface = nullptr;  // #V, #F
   const Points2* uv = nullptr;             // 3 #F x 2
   const Points2f* uv32 = nullptr;          // 3 #F x 2; if null, uv rounded to nearest
-  std::vector<CornerPin> pins;             // G3
+  // Not 0: of an island that is a mirror image on purpose; judged with u negated, so that every
+  // triangle must be strictly negative as it is. A mirrored face joined in the map to one that is
+  // not counts as flipped. Not with require_seamless.
+  std::vector<Index> mirrored;  // #F, or empty: none
+  bool find_mirrored = false;   // so are all islands whose every triangle is negative as stored
+  std::vector<CornerPin> pins;  // G3
   bool measure_overlaps = true;
   bool require_bijective = false;  // overlaps are a failure, not only a figure
   bool require_disjoint = false;   // so are overlaps between charts

@@ -32,6 +32,8 @@ struct Certificate {
   std::int64_t triangles = 0;
   std::int64_t flips64 = -1;  // G1: triangles whose exact signed area is not positive, in double
   std::int64_t flips32 = -1;  // G1: the same on the 32-bit values
+  std::int64_t mirrored_islands = 0;   // judged as mirror images, see CertifyRequest::mirrored
+  std::vector<FaceId> mirrored_faces;  // all of theirs, ascending
   std::int64_t winding_failures =
       -1;                           // G2: interior vertices whose corners do not wind exactly once
   std::int64_t pin_failures = -1;   // G3: pins not met bit for bit (32-bit and 64-bit)

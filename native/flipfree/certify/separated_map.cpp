@@ -137,7 +137,8 @@ Renumbering numbers_of_input(const mesh::SeparatedSurface& separated) {
 }
 
 Certificate in_input_terms(const mesh::SeparatedSurface& separated, Certificate certificate) {
-  for (auto* faces : {&certificate.failed_faces, &certificate.island_overlap_faces}) {
+  for (auto* faces : {&certificate.failed_faces, &certificate.island_overlap_faces,
+                      &certificate.mirrored_faces}) {
     for (FaceId& f : *faces) f = separated.face_origin[at(f)];
   }
   for (auto& [v, k] : certificate.quarter_cones) v = separated.vertex_origin[at(v)];
@@ -240,6 +241,9 @@ Certificate judge(const mesh::SeparatedSurface& separated, const CertifyRequest&
   own.surface = &separated.surface;
   own.uv = &uv;
   if (request.uv32 != nullptr) own.uv32 = &uv32;
+  own.mirrored.clear();
+  if (!request.mirrored.empty())
+    for (const FaceId f : separated.face_origin) own.mirrored.push_back(request.mirrored.at(at(f)));
   const SortedPins pins = sorted_pins(separated, corners, request.pins);
   own.pins = pins.moved;
   SortedCones cones = sorted_cones(separated, request.cone_angles);

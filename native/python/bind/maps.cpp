@@ -99,6 +99,7 @@ unwrap::PackOptions read_pack(OptionReader& read) {
                {"straight", Rotation::kStraight},
                {"free", Rotation::kFree}});
   read("stack_similar", options.stack);
+  read("stack_mirrored", options.stack_mirrored);
   read("effort", options.effort);
   read("first_tile", options.first_tile);
   read("tiles", options.tiles);

@@ -64,6 +64,8 @@ using Parent = std::tuple<Points3, Triangles, std::vector<FaceId>, std::vector<F
 auto read_certify(OptionReader& read) {
   certify::CertifyRequest request;
   const double max_seconds = read.value<double>("max_seconds");
+  read("mirrored", request.mirrored);
+  read("find_mirrored", request.find_mirrored);
   read("pins", request.pins);
   read("cones", request.cone_angles);
   request.require_cones = read("loops", request.loops);

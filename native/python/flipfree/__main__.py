@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from .batch import arguments, worker
+from .batch import arguments, numbers, worker
 from .batch.models.unit import COMMANDS, FORMATS, engine_of, unit_of, versions
 from .batch.plan import PlanError
 
@@ -23,7 +23,7 @@ def parser() -> argparse.ArgumentParser:
         added = commands.add_parser(name, help=command.text)
         arguments.add_run_arguments(added, writes=command.writes)
         arguments.add_model_arguments(added)
-        command.arguments(added)
+        numbers.add_options(added, command.options)
     return made
 
 

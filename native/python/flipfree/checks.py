@@ -359,7 +359,8 @@ OPTIONS: dict[str, Callable[[Any, str], Any]] = {
     **dict.fromkeys(
         ("repair", "require_convergence", "reroute", "scale_true", "seamless"), as_flag
     ),
-    **dict.fromkeys(("share_tile", "simplify", "stack_similar", "tiled", "together"), as_flag),
+    **dict.fromkeys(("share_tile", "simplify", "tiled", "together"), as_flag),
+    **dict.fromkeys(("stack_similar", "stack_mirrored"), as_flag),
     **dict.fromkeys(("cuts", "features", "uncuttable"), partial(as_optional_indices, columns=2)),
     **dict.fromkeys(("corners", "groups", "layouts", "movable", "unmoved"), as_optional_indices),
     "aspect": partial(

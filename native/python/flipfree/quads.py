@@ -8,21 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from . import _native
+from . import _native, checks
 from .calls.certification import with_tiles
 from .calls.seamless import arrays_of, as_sizing
-from .checks import (
-    as_choice,
-    as_corner_uv,
-    as_flag,
-    as_mesh,
-    as_number,
-    as_optional_indices,
-    as_positive,
-    as_seconds,
-    refuse_beyond_storage,
-    shown,
-)
 from .errors import NotConverged, bad_option, bad_shape
 from .job import Job, Progress, StagedJob, Stages, job_of, solver_call, start_job
 from .mirrored import doubled, half_of, on_other_side
@@ -184,41 +172,41 @@ def quads(
         raise bad_option(
             "Give either target, how many quads, or edge_length, how long their sides are."
         )
-    mesh = as_mesh(vertices, faces)
+    mesh = checks.as_mesh(vertices, faces)
     if symmetry is not None:
         return _mirrored_quads(
             mesh,
-            as_choice(symmetry, "symmetry", ("x", "y", "z")),
+            checks.as_choice(symmetry, "symmetry", ("x", "y", "z")),
             dict(target=target, edge_length=edge_length, field=field, features=features)
             | dict(sizing=sizing, adaptive=adaptive, max_seconds=max_seconds, threads=threads),
         )
     options: dict[str, Any] = dict(
-        max_seconds=as_seconds(max_seconds, "max_seconds"),
-        with_map=as_flag(with_map, "with_map"),
+        max_seconds=checks.as_seconds(max_seconds, "max_seconds"),
+        with_map=checks.as_flag(with_map, "with_map"),
         adaptive=0.01
-        * as_number(adaptive, "adaptive", "must be 0 to 100", lambda n: 0 <= n <= 100),
+        * checks.as_number(adaptive, "adaptive", "must be 0 to 100", lambda n: 0 <= n <= 100),
     )
     if target is not None:
-        options["target"] = as_number(
+        options["target"] = checks.as_number(
             target,
             "target",
             f"must be positive and at most {MOST_QUADS}",
             lambda count: 0.0 < count <= MOST_QUADS,
         )
-    edges = as_optional_indices(features, "features", 2)
+    edges = checks.as_optional_indices(features, "features", 2)
     sizes = None if sizing is None else as_sizing(sizing, len(mesh.scaled))
     clean = None
     if field is None:
         clean = separate(mesh.given, mesh.faces)
         if clean.mends:
-            mesh = as_mesh(clean.vertices, clean.faces)
+            mesh = checks.as_mesh(clean.vertices, clean.faces)
             if features is not None:
                 edges = clean.edges(edges)
             sizes = None if sizes is None else sizes[clean.vertex_origin]
     else:
         options["field"] = arrays_of(field, mesh.faces)
     if target is None:
-        length = as_positive(edge_length, "edge_length")
+        length = checks.as_positive(edge_length, "edge_length")
         options["edge_length"] = float(np.ldexp(length, -mesh.exponent))
     if features is not None:
         options["features"] = edges
@@ -262,14 +250,16 @@ def _mirrored_quads(mesh: Mesh, symmetry: str, options: dict[str, Any]) -> Job[Q
     separate(mesh.given, mesh.faces)  # refuses what has no meaning
     half = half_of(mesh.given, mesh.faces, axis)
     if options["target"] is not None:
-        options["target"] = 0.5 * as_number(
+        options["target"] = 0.5 * checks.as_number(
             options["target"],
             "target",
             f"must be positive and at most {MOST_QUADS}",
             lambda n: 0 < n <= MOST_QUADS,
         )
     if options["features"] is not None:
-        options["features"] = half.edges(as_optional_indices(options["features"], "features", 2))
+        options["features"] = half.edges(
+            checks.as_optional_indices(options["features"], "features", 2)
+        )
     if options["sizing"] is not None:
         options["sizing"] = half.of_vertices(as_sizing(options["sizing"], len(mesh.given)))
     clean = separate(half.vertices, half.faces)
@@ -286,7 +276,7 @@ def _mirrored_quads(mesh: Mesh, symmetry: str, options: dict[str, Any]) -> Job[Q
         ):
             found: QuadMesh = yield job_of(quads)(clean.vertices, clean.faces, **options), 0.9
         places, corners, paired = doubled(found.vertices, found.quads, axis)
-        surface = as_mesh(*doubled(clean.vertices, clean.faces, axis)[:2])
+        surface = checks.as_mesh(*doubled(clean.vertices, clean.faces, axis)[:2])
         parents = np.concatenate([found.parent_face, first + found.parent_face[paired]])
         # Corner 0 of a mirrored polygon is that of its twin, the others follow backwards.
         weights = np.concatenate([found.barycentric, found.barycentric[paired][:, [0, 2, 1]]])
@@ -365,12 +355,12 @@ def quads_from_map(
     """
     if not isinstance(parametrization, Parametrization):
         raise bad_option(
-            f"parametrization must be a Parametrization, not {shown(parametrization)}. Make one by field_aligned()."
+            f"parametrization must be a Parametrization, not {checks.shown(parametrization)}. Make one by field_aligned()."
         )
-    mesh = as_mesh(parametrization.vertices, parametrization.faces)
+    mesh = checks.as_mesh(parametrization.vertices, parametrization.faces)
     options = dict(
         uv32=parametrization.uv32().reshape(-1, 2),
-        max_seconds=as_seconds(max_seconds, "max_seconds"),
+        max_seconds=checks.as_seconds(max_seconds, "max_seconds"),
     )
 
     def convert(data: dict[str, Any], given: Mesh) -> QuadMesh:
@@ -421,17 +411,17 @@ def fit_tiles(
             vertices, faces, uv = map_or_arrays
         except Exception:  # it has another number of parts, or none
             raise bad_shape("fit_tiles takes a Parametrization or (vertices, faces, uv).") from None
-    mesh = as_mesh(vertices, faces)
-    corner_uv = as_corner_uv(uv, "uv", len(mesh.faces))
-    refuse_beyond_storage(corner_uv, "uv")
-    edges = as_optional_indices(features, "features", 2)
+    mesh = checks.as_mesh(vertices, faces)
+    corner_uv = checks.as_corner_uv(uv, "uv", len(mesh.faces))
+    checks.refuse_beyond_storage(corner_uv, "uv")
+    edges = checks.as_optional_indices(features, "features", 2)
     if given is not None:
         edges = _parts_of(given, edges)
     options = dict(
         uv32=corner_uv.astype(np.float32),
-        tile=float(np.ldexp(as_positive(tile, "tile"), -mesh.exponent)),
+        tile=float(np.ldexp(checks.as_positive(tile, "tile"), -mesh.exponent)),
         features=edges,
-        max_seconds=as_seconds(max_seconds, "max_seconds"),
+        max_seconds=checks.as_seconds(max_seconds, "max_seconds"),
     )
 
     def convert(data: dict[str, Any], scaled: Mesh) -> Parametrization:

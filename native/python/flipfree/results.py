@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .distortion import LEVELS, energies, level_of, needles, stretched
-from .texts import above_bound, counted, mended, needles_named
+from .texts import above_bound, counted, mended, mirrored, needles_named
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -105,6 +105,7 @@ class Certificate:
     Attributes:
         ok: every guarantee that applies was measured and holds.
         triangles: how many were looked at. flips64, flips32: those without positive area, in 64 bits and as stored.
+        mirrored_islands: charts that were judged as mirror images, as it was asked for. mirrored_faces: (k,), all of theirs.
         winding_failures: vertices around which the angles do not wind as they must (G2).
         pin_failures, seam_failures, cone_failures, holonomy_failures, provenance_failures: what misses G3 to G7.
         seam_edges: cut edges, where G4 was asked for; seams_exact64, seams_exact32: those of them whose two sides are
@@ -138,6 +139,8 @@ class Certificate:
     triangles: int
     flips64: int
     flips32: int
+    mirrored_islands: int
+    mirrored_faces: IntArray
     winding_failures: int
     pin_failures: int
     seam_failures: int
@@ -197,6 +200,7 @@ class Certificate:
             f"certificate {'ok' if self.ok else 'FAILED'}: {counted(self.triangles, 'triangle')}, "
             f"flips {self.flips64} (64-bit) {self.flips32} (32-bit), "
             + (f"{counted(self.turned, 'face')} turned over, " if self.turned else "")
+            + (f"{mirrored(self.mirrored_islands)}, " if self.mirrored_islands else "")
             + f"overlaps {overlaps}, "
             f"energy {self.energy:.6g} (worst triangle {self.max_energy:.4g}){seams}"
         ]
@@ -398,6 +402,7 @@ def certificate_from(
     data["features_missed"] = np.array(data["features_missed"], np.int32).reshape(-1, 2)
     for name in (
         "failed_faces",
+        "mirrored_faces",
         "seam_vertices",
         "quarter_cones",
         "features_missed",

@@ -39,3 +39,8 @@ def turned_over(count: int) -> str:
 def needles_named(count: int) -> str:
     """What to do about triangles without width, which spoil the figure of the worst face; "" if there are none."""
     return f"{counted(count, 'needle')}: Merge by Distance or Limited Dissolve" if count else ""
+
+
+def mirrored(islands: int) -> str:
+    """Of a map."""
+    return counted(islands, "island is mirrored", "islands are mirrored")

@@ -110,6 +110,8 @@ Similarity fit_motion(const Points2& from, const Points2& to, double scale) {
   return motion;
 }
 
+Points2 mirror_image(const Points2& uv) { return uv * Eigen::DiagonalMatrix<double, 2>(-1.0, 1.0); }
+
 Points2 moved(const Similarity& similarity, const Points2& uv) {
   Points2 result(uv.rows(), 2);
   for (Eigen::Index v = 0; v < uv.rows(); ++v)

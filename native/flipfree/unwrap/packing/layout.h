@@ -27,6 +27,9 @@ Similarity fit_similarity(const Points2& from, const Points2& to);
 // The best of those that scale by so much.
 Similarity fit_motion(const Points2& from, const Points2& to, double scale = 1.0);
 
+// With u negated.
+Points2 mirror_image(const Points2& uv);
+
 // Every point carried.
 Points2 moved(const Similarity& similarity, const Points2& uv);
 

@@ -11,6 +11,7 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/certify/separated_map.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/rounding.h"
@@ -94,6 +95,21 @@ bool all_disjoint(const PackOptions& options) {
          (options.layouts.empty() || !options.share_tile);
 }
 
+// Turns over the charts that move and are mirror images.
+void turn_over(const std::vector<mesh::Chart>& charts, const std::vector<CornerId>& unmoved,
+               Points2& corner_uv) {
+  if (certify::flipped_faces(corner_uv).empty()) return;
+  std::set<FaceId> held;
+  for (const CornerId c : unmoved) held.insert(c / 3);
+  for (const mesh::Chart& chart : charts) {
+    const auto stays = [&](FaceId f) { return held.count(f) != 0; };
+    if (std::any_of(chart.faces.begin(), chart.faces.end(), stays)) continue;
+    const Points2 image = mirror_image(by_vertex(chart, corner_uv));
+    if (certify::flipped_faces(by_corner(chart.surface.faces, image)).empty())
+      put_corners(chart, image, corner_uv);
+  }
+}
+
 PackedCharts read_charts(const std::vector<mesh::Chart>& charts, const Points2& corner_uv,
                          const mesh::Components& components, const PackOptions& options,
                          const ExecutionContext& context) {
@@ -165,6 +181,7 @@ PlacedCharts place_layouts(const std::vector<mesh::Chart>& charts, const PackedC
   PlacedCharts all;
   all.uv.resize(charts.size());
   all.stored.resize(charts.size());
+  all.mirrored.resize(charts.size());
   all.margin_met = true;
   all.tile = options.first_tile;
   all.tiles = 0;
@@ -187,6 +204,7 @@ PlacedCharts place_layouts(const std::vector<mesh::Chart>& charts, const PackedC
     for (std::size_t i = 0; i < own.size(); ++i) {
       all.uv[own[i]] = std::move(placed.uv[i]);
       all.stored[own[i]] = std::move(placed.stored[i]);
+      all.mirrored[own[i]] = placed.mirrored[i];
     }
     if (!options.share_tile) placing.first_tile = placed.tile + 1;
     all.tiles += placed.tiles;
@@ -199,27 +217,36 @@ PlacedCharts place_layouts(const std::vector<mesh::Chart>& charts, const PackedC
   return all;
 }
 
-certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2& corner_uv,
+// Precondition: the surface is valid.
+certify::Parametrization pack_clean(const mesh::Surface& surface, Points2 corner_uv,
                                     const PackOptions& options, ExecutionContext& context) {
   const Stopwatch watch;
-  distortion::require_valid_map(surface, corner_uv, context);
   check_options(corner_uv, options);
   const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const mesh::EdgeFlags cuts = mesh::uv_cuts(adjacency, corner_uv);
   const std::vector<mesh::Chart> charts =
       mesh::split_into_charts(surface.vertices, mesh::cut_along(surface.faces, adjacency, cuts));
+  if (options.stack_mirrored) turn_over(charts, options.unmoved, corner_uv);
+  distortion::require_valid_map(surface, corner_uv, context);
   const PackedCharts packed =
       read_charts(charts, corner_uv, mesh::face_components(adjacency), options, context);
-  const PlacedCharts placed = [&] {
+  PlacedCharts placed = [&] {
     const ProgressRange range(context, 0.1, 0.7);
     return place_layouts(charts, packed, options, context);
   }();
 
+  certify::CertifyRequest request;
+  if (placed.stacked > 0) request.mirrored.assign(at(surface.faces.rows()), 0);
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    if (placed.mirrored[c] == 0) continue;
+    placed.uv[c].col(0) *= -1.0;
+    placed.stored[c].col(0) *= -1.0F;
+    for (const FaceId f : charts[c].faces) request.mirrored[at(f)] = 1;
+  }
   certify::Parametrization map =
       map_of_charts(surface, mesh::flagged_edges(surface.faces, adjacency, cuts), charts, placed.uv,
                     placed.stored);
   context.report("certifying", 0.7);
-  certify::CertifyRequest request;
   request.require_disjoint = all_disjoint(options);
   certify::certify_map(map, surface, request, context);
   certify::require_certificate(map, "The packed map");
@@ -263,6 +290,9 @@ certify::Parametrization pack_separated(const mesh::Surface& surface, const Poin
   certify::CertifyRequest request;
   for (const CornerId c : options.unmoved) request.pins.push_back({c, corner_uv.row(c)});
   request.require_disjoint = all_disjoint(options);
+  if (solved.certificate.mirrored_islands > 0) request.mirrored.assign(at(surface.faces.rows()), 0);
+  for (const FaceId f : solved.certificate.mirrored_faces)
+    request.mirrored[at(separated.separated().face_origin[at(f)])] = 1;
   certify::Parametrization map = separated.on_input(solved, request, context);
   certify::require_certificate(map, "The packed map");
   return map;

@@ -32,13 +32,14 @@ struct PackOptions : PlacingOptions {
   Points2 obstacles;
 };
 
-// corner_uv: 3 #F x 2, every triangle positively oriented; the map is cut where the UVs on the two
-// sides of an edge differ. Certified as by certify_map (G1, G2, G7). Any triangles: what is no
-// oriented manifold surface is separated first, along the map. Stats: "charts", "seconds",
-// "density" (of all that was moved), "kept_places" (0 or 1), "tile" (rectangles.h: 0 is the
-// unit square), "tiles" (taken), "fill", "stacked" and "margin_met" (0 or 1; place.h). Throws
-// InvalidInput (a mesh without meaning, kBadOption naming flipped faces or if there is no room,
-// kBadShape), NotConverged (rounding, certificate), Cancelled. Cost: O(#F log #F).
+// corner_uv: 3 #F x 2, every triangle positively oriented (but for stack_mirrored); the map is cut
+// where the UVs on the two sides of an edge differ. Certified as by certify_map (G1, G2, G7). Any
+// triangles: what is no oriented manifold surface is separated first, along the map. Stats:
+// "charts", "seconds", "density" (of all that was moved), "kept_places" (0 or 1), "tile"
+// (rectangles.h: 0 is the unit square), "tiles" (taken), "fill", "stacked" and "margin_met" (0
+// or 1; place.h). Throws InvalidInput (a mesh without meaning, kBadOption naming flipped faces or
+// if there is no room, kBadShape), NotConverged (rounding, certificate), Cancelled. Cost: O(#F log
+// #F).
 certify::Parametrization pack(const mesh::Surface& surface, const Points2& corner_uv,
                               const PackOptions& options, ExecutionContext& context);
 

@@ -40,12 +40,13 @@ struct ArrangeOptions : RoomOptions {  // margin: half of it to the tile's borde
 
 // Charts of one outline, to lie on top of each other.
 
-// The chart's outline, from its corner `first` on, is that of the other from its first corner on,
-// turned and moved.
+// The chart's outline, or its mirror image's, from its corner `first` on, is that of the other from
+// its first corner on, turned and moved.
 struct Stacked {
   std::size_t chart = 0;
   std::size_t on = 0;
   std::size_t first = 0;
+  bool mirrored = false;
 };
 
 // Charts that move, spread over several tiles at one scale.
@@ -223,6 +224,11 @@ Points2 from_corner(const Points2& outline, Eigen::Index first) {
   return result;
 }
 
+// The outline of the chart's mirror image, counter-clockwise as well.
+Points2 mirrored_outline(const Points2& outline) {
+  return mirror_image(outline.colwise().reverse());
+}
+
 bool same(const Points2& from, const Points2& to, double tolerance) {
   const Similarity motion = fit_motion(from, to);
   for (Eigen::Index i = 0; i < from.rows(); ++i) {
@@ -232,12 +238,13 @@ bool same(const Points2& from, const Points2& to, double tolerance) {
   return true;
 }
 
-// Of the charts that move, those whose outline, turned and moved but neither scaled nor mirrored,
-// is that of one before them to a thousandth of its size, corner for corner. Only charts with one
-// outline each. Cost: O(c n^2) for c charts of the same number n of corners and about one area.
+// Of the charts that move, those whose outline, turned and moved but not scaled, and mirrored only
+// if asked for, is that of one before them to a thousandth of its size, corner for corner. Only
+// charts with one outline each. Cost: O(c n^2) for c charts of the same number n of corners and
+// about one area.
 std::vector<Stacked> similar_charts(const std::vector<mesh::Chart>& charts,
-                                    const std::vector<Points2>& uv,
-                                    const std::vector<char>& moved) {
+                                    const std::vector<Points2>& uv, const std::vector<char>& moved,
+                                    bool mirrored_too) {
   struct Kind {
     std::size_t chart;
     Points2 outline;
@@ -255,9 +262,13 @@ std::vector<Stacked> similar_charts(const std::vector<mesh::Chart>& charts,
     const std::size_t before = found.size();
     for (const Kind& kind : own) {
       if (!(std::abs(kind.area - area) <= 4.0 * kSameOutline * std::abs(area))) continue;
-      for (Eigen::Index first = 0; first < outline.rows() && found.size() == before; ++first) {
-        if (same(from_corner(outline, first), kind.outline, kSameOutline * size))
-          found.push_back({c, kind.chart, at(first)});
+      for (const bool mirrored : {false, true}) {
+        if (mirrored && !mirrored_too) break;
+        const Points2 own_outline = mirrored ? mirrored_outline(outline) : outline;
+        for (Eigen::Index first = 0; first < outline.rows() && found.size() == before; ++first) {
+          if (same(from_corner(own_outline, first), kind.outline, kSameOutline * size))
+            found.push_back({c, kind.chart, at(first), mirrored});
+        }
       }
       if (found.size() > before) break;
     }
@@ -267,15 +278,18 @@ std::vector<Stacked> similar_charts(const std::vector<mesh::Chart>& charts,
 }
 
 // Puts the chart's map (as similar_charts saw it, `before`) on that of the other, where that lies
-// now, at the other's scale.
+// now, at the other's scale; if it is mirrored, the mirror image of that.
 void put_on(const std::vector<mesh::Chart>& charts, const Stacked& stacked,
             const std::vector<Points2>& before, std::vector<Points2>& uv) {
-  const Points2 own = from_corner(outline_of(charts[stacked.chart], before[stacked.chart]),
+  const Points2 outline = outline_of(charts[stacked.chart], before[stacked.chart]);
+  const Points2 own = from_corner(stacked.mirrored ? mirrored_outline(outline) : outline,
                                   static_cast<Eigen::Index>(stacked.first));
   const Points2 then = outline_of(charts[stacked.on], before[stacked.on]);
   const Points2 now = outline_of(charts[stacked.on], uv[stacked.on]);
   const Similarity motion = fit_motion(own, now, fit_similarity(then, now).linear.norm());
-  uv[stacked.chart] = moved(motion, before[stacked.chart]);
+  uv[stacked.chart] = stacked.mirrored
+                          ? mirror_image(moved(motion, mirror_image(before[stacked.chart])))
+                          : moved(motion, before[stacked.chart]);
 }
 
 // Tiles that a search at the common scale did not fill lower it, so often at most.
@@ -574,7 +588,7 @@ PlacedCharts packed(const std::vector<mesh::Chart>& charts, const std::vector<ch
   std::vector<char> placed_itself = moved;
   std::vector<Stacked> stacked;
   if (options.stack && grouping.group.empty()) {
-    stacked = similar_charts(charts, aligned, moved);
+    stacked = similar_charts(charts, aligned, moved, options.stack_mirrored);
     for (const Stacked& s : stacked) placed_itself[s.chart] = 0;
   }
   const Items items =
@@ -617,6 +631,8 @@ PlacedCharts packed(const std::vector<mesh::Chart>& charts, const std::vector<ch
   }
   placed.stacked = static_cast<Index>(stacked.size());
   placed.fill = areas_of(charts, placed.uv, placed_itself).plane / std::max(placed.tiles, Index{1});
+  placed.mirrored.assign(charts.size(), 0);
+  for (const Stacked& s : stacked) placed.mirrored[s.chart] = s.mirrored ? 1 : 0;
   return placed;
 }
 
@@ -719,6 +735,7 @@ PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Po
           placed.uv = std::move(*former);
           placed.stored = std::move(stored);
           placed.kept = true;
+          placed.mirrored.assign(charts.size(), 0);
           placed.enlarged = enlarged;
           placed.fill = areas_of(charts, placed.uv, moved).plane;
           return placed;

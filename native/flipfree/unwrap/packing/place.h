@@ -26,7 +26,9 @@ struct PlacingOptions {
   // How charts may be turned; those of one group that turn together keep their directions, but for
   // one turn with kFree.
   Rotation rotation = Rotation::kStraight;
-  bool stack = false;    // charts of equal outline go to one place; not in groups
+  bool stack = false;  // charts of equal outline go to one place; not in groups
+  // With stack: so do mirror images, mirrored. Charts that move may be so in the map that is given.
+  bool stack_mirrored = false;
   double effort = 1.0;   // of the search for a dense layout, see NestOptions; 0: boxes
   Index first_tile = 0;  // column + 10 row, where the search for a tile with room begins
   Index tiles = 1;       // that charts are spread over, one scale for all
@@ -45,13 +47,14 @@ struct Grouping {
 };
 
 struct PlacedCharts {
-  std::vector<Points2> uv;
+  std::vector<Points2> uv;  // of mirrored charts with u negated, as what is stored: all positive
   std::vector<Points2f> stored;
-  bool kept = false;   // at their former places
-  Index tile = 0;      // the first of those taken, see Placement
-  Index tiles = 1;     // how many were taken
-  Index stacked = 0;   // charts that lie on another one
-  Index enlarged = 0;  // groups that are larger than the others' scale would have them
+  std::vector<char> mirrored;  // #charts: stacked as the mirror image
+  bool kept = false;           // at their former places
+  Index tile = 0;              // the first of those taken, see Placement
+  Index tiles = 1;             // how many were taken
+  Index stacked = 0;           // charts that lie on another one
+  Index enlarged = 0;          // groups that are larger than the others' scale would have them
   // All gaps, and half of it to the tile's border, are at least the margin as stored. Not asked of
   // former places.
   bool margin_met = false;

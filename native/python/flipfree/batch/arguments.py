@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from ..checks import usable_cores
-from ..distortion import STRETCH_BOUND
 from . import numbers
 from .child import Engine, Limits, NotStarted, memory_can_be_limited
 from .plan import Formats, Item, PlanError, one_file, plan, shard
@@ -27,80 +26,47 @@ _OF_RUN = {
 _COUNT, _POSITIVE = numbers.whole(1), numbers.real(above=0.0)
 
 
+_OUTPUTS: numbers.Options = {
+    "--out": (Path, None, "folder for the outputs, with the inputs' names"),
+    "--suffix": (str, None, ".ENDING: type of the outputs, if not that of the input"),
+    "--keep-endings": "with --suffix: m.stl becomes m.stl.obj, not m.obj",
+}
+_RUN: numbers.Options = {
+    "--json": (str, None, "file of the results: one line of JSON per input, as each ends"),
+    "--resume": "go on with the results in --json",
+    "--retry": "on resuming, try those that failed again",
+    "--list": "say what would be done, and do nothing",
+    "--quiet": "no line per model",
+    "--jobs": (_COUNT, 1, "models at a time"),
+    "--timeout": (_POSITIVE, None, "most seconds for one model"),
+    "--memory": (_POSITIVE, None, "most MB for one model"),
+    "--shard": (str, None, "I/N: do the I-th of N shares of the inputs"),
+    "--threads": (_COUNT, None, "per model; default: cores / jobs"),
+    "--dask": (
+        str,
+        argparse.SUPPRESS,
+        "solve on the workers of the Dask scheduler of this address",
+    ),
+}
+
+
 def add_run_arguments(parser: argparse.ArgumentParser, *, writes: bool) -> None:
     """writes: the command has outputs."""
-    parser.add_argument(
-        "inputs",
-        nargs="+",
-        metavar="INPUT",
-        help="files, folders, patterns; @FILE: a list, one a line",
-    )
-    if writes:
-        parser.add_argument(
-            "--out", type=Path, metavar="FOLDER", help="for the outputs, with the inputs' names"
-        )
-        parser.add_argument(
-            "--suffix", metavar=".ENDING", help="type of the outputs, if not that of the input"
-        )
-        numbers.add_flags(parser, keep_endings="with --suffix: m.stl becomes m.stl.obj, not m.obj")
-    parser.add_argument(
-        "--json", metavar="FILE", help="results: one line of JSON per input, as each ends"
-    )
-    numbers.add_flags(
-        parser,
-        resume="go on with the results in --json",
-        retry="on resuming, try those that failed again",
-        list="say what would be done, and do nothing",
-        quiet="no line per model",
-    )
-    parser.add_argument("--jobs", type=_COUNT, default=1, metavar="N", help="models at a time")
-    parser.add_argument("--timeout", type=_POSITIVE, metavar="SECONDS", help="most for one model")
-    parser.add_argument("--memory", type=_POSITIVE, metavar="MB", help="most for one model")
-    parser.add_argument("--shard", metavar="I/N", help="do the I-th of N shares of the inputs")
-    parser.add_argument(
-        "--keep-going",
-        action=argparse.BooleanOptionalAction,
-        default=True,
-        help="after a bad model go on with the others; exit status 0",
-    )
-    parser.add_argument(
-        "--threads", type=_COUNT, metavar="N", help="per model; default: cores / jobs"
-    )
-    parser.add_argument(
-        "--dask",
-        default=argparse.SUPPRESS,
-        metavar="ADDRESS",
-        help="solve on the workers of this Dask scheduler",
-    )
+    text = "files, folders, patterns; @FILE: a list, one a line"
+    parser.add_argument("inputs", nargs="+", metavar="INPUT", help=text)
+    numbers.add_options(parser, {**(_OUTPUTS if writes else {}), **_RUN})
+    text = "after a bad model go on with the others; exit status 0"
+    action = argparse.BooleanOptionalAction
+    parser.add_argument("--keep-going", action=action, default=True, help=text)
 
 
 def add_model_arguments(parser: argparse.ArgumentParser, *, has_limit: bool = False) -> None:
     """How models are read, and how long one is worked on, whatever is made of them. has_limit: the command has an option for
     that."""
-    numbers.add_flags(parser, no_merge="vertices that a file has twice stay apart")
-    if not has_limit:
-        parser.add_argument(
-            "--max-seconds",
-            type=_POSITIVE,
-            metavar="S",
-            help="of the solver, which then returns the best map so far",
-        )
-
-
-def add_seam_arguments(parser: argparse.ArgumentParser) -> None:
-    """Where unwraps cut: the rule is the package's (``flipfree.unwrap``), here are its options."""
-    numbers.add_choice(
-        parser,
-        "--seams",
-        "auto given",
-        "auto: also where islands are closed, have handles, or would be stretched more than --stretch; given: no more than "
-        "it takes to open them",
-    )
-    parser.add_argument(
-        "--stretch",
-        type=numbers.stretch,
-        default=STRETCH_BOUND,
-        help="of automatic seams: lengths change by about this factor at most",
+    limit = "seconds of the solver, which then returns the best map so far"
+    options: numbers.Options = {"--no-merge": "vertices that a file has twice stay apart"}
+    numbers.add_options(
+        parser, options if has_limit else {**options, "--max-seconds": (_POSITIVE, None, limit)}
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from ..calls.conformal import LEAST_BITS, MOST_BITS
@@ -84,43 +84,32 @@ OPTIONS: dict[str, tuple[Callable[[str], float], float]] = {
     "tiles": (tiles, 1),
 }
 
-
-def add_options(parser: argparse.ArgumentParser, **texts: str) -> None:
-    for name, text in texts.items():
-        kind, default = OPTIONS[name]
-        parser.add_argument(f"--{name.replace('_', '-')}", type=kind, default=default, help=text)
+#: Options of a command by their words: "--name" is a flag, "--name a|b" a choice, the first of them by default, and what has a
+#: type and a default beside its text is a number or a word.
+Options = Mapping[str, str | tuple[Callable[[str], Any], Any, str]]
 
 
-def add_margin(parser: argparse.ArgumentParser, text: str) -> None:
-    add_options(parser, margin_pixels=f"{text}, of the texture", texture_size="pixels to a side")
+def add_options(parser: argparse.ArgumentParser, options: Options) -> None:
+    for key, told in options.items():
+        word, _, choices = key.partition(" ")
+        if isinstance(told, tuple):
+            kind, default, text = told
+            parser.add_argument(word, type=kind, default=default, help=text)
+        elif choices:
+            words = choices.split("|")
+            parser.add_argument(word, choices=words, default=words[0], help=told)
+        else:
+            parser.add_argument(word, action="store_true", help=told)
+
+
+def of_several(**texts: str) -> Options:
+    """Such as several commands have, with what they are of this one."""
+    return {f"--{name.replace('_', '-')}": (*OPTIONS[name], text) for name, text in texts.items()}
 
 
 def margin(options: dict[str, Any]) -> float:
     """In widths of the texture."""
     return float(options["margin_pixels"] / options["texture_size"])
-
-
-def add_flags(parser: argparse.ArgumentParser, **texts: str) -> None:
-    for name, text in texts.items():
-        parser.add_argument(f"--{name.replace('_', '-')}", action="store_true", help=text)
-
-
-def add_choice(
-    parser: argparse.ArgumentParser, name: str, choices: str, text: str | None = None
-) -> None:
-    """The first choice is the default."""
-    words = choices.split()
-    parser.add_argument(name, choices=words, default=words[0], help=text)
-
-
-def add_aspect(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--aspect",
-        type=aspect,
-        default=1.0,
-        metavar="W:H",
-        help="of the texture, if it is no square: 2, 16:9, 2048x1024",
-    )
 
 
 def aspect(text: str) -> float:

@@ -8,19 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import _native
-from ..checks import (
-    as_angles,
-    as_corner_uv,
-    as_floats,
-    as_indices,
-    as_items,
-    as_mesh,
-    checked,
-    refuse_beyond_storage,
-    shown,
-    whole_number,
-)
+from .. import _native, checks
 from ..errors import InvalidInput, bad_option, bad_pins
 from ..job import Job, Progress, solver_call, start_job
 from ..results import Certificate, FloatArray, IntArray, Mesh, certificate_from
@@ -34,17 +22,19 @@ def pins_to_corners(pins: Pins | None, faces: IntArray) -> tuple[IntArray, Float
     """{vertex or (face, corner): (u, v)} as corner ids 3 f + k and their targets; a vertex pins all its corners."""
     targets: list[tuple[int, FloatArray]] = []
     by_vertex: dict[int, FloatArray] = {}
-    for key, value in as_items(pins, "pins", "{vertex or (face, corner): (u, v)}", "bad pins"):
-        name = f"pins[{shown(key)}]"
-        place = as_floats(value, name)
+    for key, value in checks.as_items(
+        pins, "pins", "{vertex or (face, corner): (u, v)}", "bad pins"
+    ):
+        name = f"pins[{checks.shown(key)}]"
+        place = checks.as_floats(value, name)
         if place.shape != (2,) or not np.isfinite(place).all():
             raise bad_pins(f"{name} must be two finite numbers (u, v).")
-        refuse_beyond_storage(place, name)
+        checks.refuse_beyond_storage(place, name)
         is_pair = isinstance(key, tuple) and len(key) == 2
-        face, corner = map(whole_number, key if is_pair else (0, key))
+        face, corner = map(checks.whole_number, key if is_pair else (0, key))
         if face is None or corner is None:
             raise bad_pins(
-                f"pins has the key {shown(key)}, which is neither a vertex nor a pair (face, corner)."
+                f"pins has the key {checks.shown(key)}, which is neither a vertex nor a pair (face, corner)."
             )
         if not is_pair:
             by_vertex[corner] = place
@@ -52,14 +42,14 @@ def pins_to_corners(pins: Pins | None, faces: IntArray) -> tuple[IntArray, Float
             targets.append((3 * face + corner, place))
         else:
             raise bad_pins(
-                f"pins names corner {shown(corner)} of face {shown(face)}, which does not exist."
+                f"pins names corner {checks.shown(corner)} of face {checks.shown(face)}, which does not exist."
             )
     flat = faces.reshape(-1)
     missing = by_vertex.keys() - set(np.unique(flat).tolist() if by_vertex else ())
     if missing:
         largest = int(flat.max(initial=-1))  # beyond it, nobody here knows whether they exist
         raise InvalidInput(
-            f"pins names vertex {shown(min(missing))}, which belongs to no face.",
+            f"pins names vertex {checks.shown(min(missing))}, which belongs to no face.",
             code="bad pins",
             kind="vertex",
             elements=[v for v in sorted(missing) if 0 <= v <= largest][:1000],
@@ -67,7 +57,7 @@ def pins_to_corners(pins: Pins | None, faces: IntArray) -> tuple[IntArray, Float
     pinned = np.flatnonzero(np.isin(flat, list(by_vertex))).tolist() if by_vertex else ()
     targets += [(corner, by_vertex[int(flat[corner])]) for corner in pinned]
     corners, places = [corner for corner, _ in targets], [place for _, place in targets]
-    return as_indices(corners, "pins"), as_floats(places, "pins", 2)
+    return checks.as_indices(corners, "pins"), checks.as_floats(places, "pins", 2)
 
 
 @solver_call
@@ -85,6 +75,7 @@ def certify(
     parent: tuple[Any, ...] | None = None,
     bijective: bool = False,
     disjoint: bool = False,
+    mirrored: Any = None,
     aspect: float = 1.0,
     max_seconds: float | None = None,
     threads: int | None = None,
@@ -107,6 +98,9 @@ def certify(
             turns along its loops as it says, counted exactly.
         bijective: overlaps of a chart with itself are a failure, not only a figure.
         disjoint: so are overlaps between charts.
+        mirrored: (m,) whole numbers, not 0 for faces of charts that are mirror images on purpose: there each triangle must be
+            strictly negative, and everything else is judged on the mirror image of that; "islands" are all charts that are
+            so as stored. ``mirrored_islands`` counts them. Not with G4.
         aspect: width over height of the texture that the unit square shows; distortion is measured in its pixels.
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
         threads: None is all cores; the result has the same bits for every number.
@@ -118,11 +112,13 @@ def certify(
     Raises:
         InvalidInput (a mesh that is none, arrays of the wrong shape), NotConverged (time is over), Cancelled.
     """
-    mesh = as_mesh(vertices, faces)
-    options = checked(locals(), "tiled seamless features bijective disjoint aspect max_seconds")
+    mesh = checks.as_mesh(vertices, faces)
+    options = checks.checked(
+        locals(), "tiled seamless features bijective disjoint aspect max_seconds"
+    )
     is_tiled = options.pop("tiled")
     options["seamless"] = options["seamless"] or is_tiled
-    angles = as_angles(cones)
+    angles = checks.as_angles(cones)
     if signature is not None:
         if cones is not None:
             raise bad_option(
@@ -137,15 +133,19 @@ def certify(
                 "parent must be (vertices, faces, parent_face, vertex_parent, vertex_barycentric): "
                 "the input mesh and the map's provenance arrays."
             )
-        whole = as_mesh(parent[0], parent[1], "parent ", mesh.exponent)
+        whole = checks.as_mesh(parent[0], parent[1], "parent ", mesh.exponent)
         options["parent"] = (
             whole.scaled,
             whole.faces,
-            as_indices(parent[2], "parent_face"),
-            as_indices(parent[3], "vertex_parent"),
-            as_floats(parent[4], "vertex_barycentric", 3),
+            checks.as_indices(parent[2], "parent_face"),
+            checks.as_indices(parent[3], "vertex_parent"),
+            checks.as_floats(parent[4], "vertex_barycentric", 3),
         )
-    corner_uv = as_corner_uv(uv, "uv", len(mesh.faces))
+    if isinstance(mirrored, str):
+        options["find_mirrored"] = checks.as_choice(mirrored, "mirrored", ("islands",)) == "islands"
+    else:
+        options["mirrored"] = checks.as_face_numbers(mirrored, "mirrored", len(mesh.faces))
+    corner_uv = checks.as_corner_uv(uv, "uv", len(mesh.faces))
     options |= dict(uv=corner_uv, cones=angles, pins=pins_to_corners(pins, mesh.faces))
     with np.errstate(over="ignore"):
         stored = corner_uv.astype(np.float32)

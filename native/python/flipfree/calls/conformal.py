@@ -8,19 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import _native
-from ..checks import (
-    as_angles,
-    as_choice,
-    as_count,
-    as_flag,
-    as_floats,
-    as_lengths,
-    as_mesh,
-    as_number,
-    checked,
-    shown,
-)
+from .. import _native, checks
 from ..errors import InvalidInput, NotConverged, bad_option
 from ..job import Job, Progress, solver_call, start_job
 from ..results import (
@@ -46,24 +34,24 @@ def precision_bits(precision: int | str) -> int:
     if isinstance(precision, str) and precision == "auto":
         return 0
     try:
-        return as_count(precision, "precision", LEAST_BITS, MOST_BITS)
+        return checks.as_count(precision, "precision", LEAST_BITS, MOST_BITS)
     except InvalidInput:
         raise bad_option(
-            f"precision must be 'auto' or {LEAST_BITS} to {MOST_BITS} mantissa bits, not {shown(precision)}."
+            f"precision must be 'auto' or {LEAST_BITS} to {MOST_BITS} mantissa bits, not {checks.shown(precision)}."
         ) from None
 
 
 def _of_angles(given: Mapping[str, Any], mesh: Mesh, names: str) -> tuple[dict[str, Any], int]:
     """What metric and map have in common: their options, and the exponent of the metric's unit."""
-    options, exponent = checked(given, f"tolerance max_seconds {names}"), mesh.exponent
+    options, exponent = checks.checked(given, f"tolerance max_seconds {names}"), mesh.exponent
     if given["lengths"] is not None:
-        options["lengths"], exponent = as_lengths(given["lengths"])
+        options["lengths"], exponent = checks.as_lengths(given["lengths"])
     options |= dict(
         bits=precision_bits(given["precision"]),
-        intrinsic_refinement=as_choice(
+        intrinsic_refinement=checks.as_choice(
             given["intrinsic_refinement"], "intrinsic_refinement", REFINEMENT_CHOICES
         ),
-        target_angles=as_floats(given["target_angles"], "target_angles"),
+        target_angles=checks.as_floats(given["target_angles"], "target_angles"),
     )
     return options, exponent
 
@@ -110,7 +98,7 @@ def conformal_metric(
         InvalidInput: the mesh, an angle, or a length; names the place. Infeasible: Gauss-Bonnet fails; names the
         remainder. NotConverged: says what was reached. Cancelled.
     """
-    mesh = as_mesh(vertices, faces)
+    mesh = checks.as_mesh(vertices, faces)
     options, exponent = _of_angles(locals(), mesh, "iterations require_convergence")
     return start_job(
         _native.conformal_metric,
@@ -187,12 +175,14 @@ def conformal(
         refinement = "auto"
     else:
         try:
-            refinement = "never" if as_flag(original_triangles, "original_triangles") else "full"
+            refinement = (
+                "never" if checks.as_flag(original_triangles, "original_triangles") else "full"
+            )
         except InvalidInput:
             raise bad_option(
-                f"original_triangles must be 'auto', True or False, not {shown(original_triangles)}."
+                f"original_triangles must be 'auto', True or False, not {checks.shown(original_triangles)}."
             ) from None
-    mesh = as_mesh(vertices, faces)
+    mesh = checks.as_mesh(vertices, faces)
     options, exponent = _of_angles(locals(), mesh, "cuts uncuttable")
     options["refinement"] = refinement
     return start_job(
@@ -275,17 +265,17 @@ def suggest_cones(
     Raises:
         InvalidInput, NotConverged (no positive angles with so few cones), Cancelled.
     """
-    mesh = as_mesh(vertices, faces)
-    options = checked(locals(), "max_cones max_seconds")
+    mesh = checks.as_mesh(vertices, faces)
+    options = checks.checked(locals(), "max_cones max_seconds")
     options |= dict(
-        bound=as_number(bound, "bound", "must be larger than 1", lambda x: x > 1.0),
-        least_angle=as_number(
+        bound=checks.as_number(bound, "bound", "must be larger than 1", lambda x: x > 1.0),
+        least_angle=checks.as_number(
             least_angle,
             "least_angle",
             "must lie in (0, 2 pi)",
             lambda x: 0.0 < x < 2 * np.pi,
         ),
-        quantum=np.pi / 2 if as_flag(quarter_turns, "quarter_turns") else 0.0,
+        quantum=np.pi / 2 if checks.as_flag(quarter_turns, "quarter_turns") else 0.0,
     )
     return start_job(_native.suggest_cones, mesh, options, threads, _suggestion)
 
@@ -317,7 +307,9 @@ def boundary_angles(
     Raises:
         InvalidInput, Infeasible (Gauss-Bonnet; names the remainder), NotConverged, Cancelled.
     """
-    mesh = as_mesh(vertices, faces)
-    options = checked(locals(), "corners max_seconds")
-    options |= dict(shape=as_choice(boundary, "boundary", BOUNDARIES), cones=as_angles(cones))
+    mesh = checks.as_mesh(vertices, faces)
+    options = checks.checked(locals(), "corners max_seconds")
+    options |= dict(
+        shape=checks.as_choice(boundary, "boundary", BOUNDARIES), cones=checks.as_angles(cones)
+    )
     return start_job(_native.boundary_angles, mesh, options, threads, lambda data, _mesh: data)

@@ -9,20 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import _native
-from ..checks import (
-    as_choice,
-    as_floats,
-    as_indices,
-    as_list,
-    as_mesh,
-    as_optional_indices,
-    as_places,
-    as_vertex_map,
-    checked,
-    refuse_beyond_storage,
-    shown,
-)
+from .. import _native, checks
 from ..errors import Infeasible, InvalidInput, NotConverged, bad_option, bad_shape
 from ..job import Job, Progress, StagedJob, Stages, job_of, solver_call, start_job
 from ..points import corners_in_parents
@@ -52,7 +39,7 @@ def _on_polygon(mesh: Mesh, corners: Any) -> tuple[IntArray, FloatArray]:
     given, the others on straight sides between these, by length."""
     given = {
         v: _place(uv, f"corners[{v}]")
-        for v, uv in as_vertex_map(corners, "corners", "(u, v)").items()
+        for v, uv in checks.as_vertex_map(corners, "corners", "(u, v)").items()
     }
     if len(given) < 3:
         raise InvalidInput(
@@ -69,7 +56,7 @@ def _on_polygon(mesh: Mesh, corners: Any) -> tuple[IntArray, FloatArray]:
     lost = sorted(given.keys() - (set(loop) if loop[0] in follow else set()))
     if lost:
         raise InvalidInput(
-            f"corners names vertex {shown(lost[0])}, which is not on the boundary that the others are on. Leave it out.",
+            f"corners names vertex {checks.shown(lost[0])}, which is not on the boundary that the others are on. Leave it out.",
             code="bad boundary",
             kind="vertex",
             elements=lost[:1],
@@ -137,46 +124,50 @@ def embed(
     Raises:
         InvalidInput, Infeasible (the polygon has no room in these numbers), NotConverged, Cancelled.
     """
-    mesh = as_mesh(vertices, faces)
-    options = checked(locals(), "low_distortion optimise iterations tolerance max_seconds")
-    loop = as_optional_indices(boundary_loop, "boundary_loop")
+    mesh = checks.as_mesh(vertices, faces)
+    options = checks.checked(locals(), "low_distortion optimise iterations tolerance max_seconds")
+    loop = checks.as_optional_indices(boundary_loop, "boundary_loop")
     if corners is not None and not (isinstance(boundary, str) and boundary == "corners"):
         raise bad_option(
-            f"corners are for boundary='corners', not {shown(boundary)}. Give one of them."
+            f"corners are for boundary='corners', not {checks.shown(boundary)}. Give one of them."
         )
     if isinstance(boundary, str):
-        shape = as_choice(boundary, "boundary", SHAPES, ", or an array of positions")
+        shape = checks.as_choice(boundary, "boundary", SHAPES, ", or an array of positions")
         if shape == "corners":
             loop, options["polygon"] = _on_polygon(mesh, corners)
         else:
             options["shape"] = shape
     else:
-        options["polygon"] = as_places(boundary, "boundary")
+        options["polygon"] = checks.as_places(boundary, "boundary")
     if initial_uv is not None:
-        options["initial"] = as_floats(initial_uv, "initial_uv", 2)
+        options["initial"] = checks.as_floats(initial_uv, "initial_uv", 2)
     options |= dict(
         loop=loop,
-        method=as_choice(method, "method", ("ladder", "schnyder", "progressive", "tutte")),
-        start_from_tutte=as_choice(start, "start", ("tutte", "nothing")) == "tutte",
+        method=checks.as_choice(method, "method", ("ladder", "schnyder", "progressive", "tutte")),
+        start_from_tutte=checks.as_choice(start, "start", ("tutte", "nothing")) == "tutte",
     )
     return start_job(_native.embed, mesh, options, threads, parametrization_from)
 
 
 def _lines(lines: Lines | None) -> list[tuple[IntArray, FloatArray]]:
     result = []
-    for i, line in enumerate(as_list(lines, "lines", "a list of pairs (vertices, polyline)")):
-        pair = as_list(line, f"lines[{i}]", "a pair (vertices, polyline)")
+    for i, line in enumerate(
+        checks.as_list(lines, "lines", "a list of pairs (vertices, polyline)")
+    ):
+        pair = checks.as_list(line, f"lines[{i}]", "a pair (vertices, polyline)")
         if len(pair) != 2:
             raise bad_shape(f"lines[{i}] must be a pair (vertices, polyline).")
-        result.append((as_indices(pair[0], f"lines[{i}]"), as_places(pair[1], f"lines[{i}]")))
+        result.append(
+            (checks.as_indices(pair[0], f"lines[{i}]"), checks.as_places(pair[1], f"lines[{i}]"))
+        )
     return result
 
 
 def _place(value: Any, name: str) -> FloatArray:
-    place = as_floats(value, name)
+    place = checks.as_floats(value, name)
     if place.shape != (2,):
         raise bad_shape(f"{name} must be two numbers (u, v).")
-    refuse_beyond_storage(place, name)
+    checks.refuse_beyond_storage(place, name)
     return place
 
 
@@ -229,25 +220,25 @@ def match(
         Infeasible: contradictory constraints, or a boundary that no disk has, with the reason and the vertices.
         InvalidInput, NotConverged, Cancelled.
     """
-    pins = as_vertex_map(points, "points", "(u, v)")
-    targets = [_place(value, f"points[{shown(v)}]") for v, value in pins.items()]
+    pins = checks.as_vertex_map(points, "points", "(u, v)")
+    targets = [_place(value, f"points[{checks.shown(v)}]") for v, value in pins.items()]
     chains = []
-    for vertex, path in as_vertex_map(paths, "paths", "[vertices to the boundary]").items():
-        chain = as_indices(path, f"paths[{shown(vertex)}]")
+    for vertex, path in checks.as_vertex_map(paths, "paths", "[vertices to the boundary]").items():
+        chain = checks.as_indices(path, f"paths[{checks.shown(vertex)}]")
         if len(chain) == 0 or chain[0] != vertex:
-            chain = np.concatenate([as_indices([vertex], "paths"), chain])
+            chain = np.concatenate([checks.as_indices([vertex], "paths"), chain])
         chains.append(chain)
     if boundary_uv is None and boundary_loop is not None:
         raise InvalidInput("boundary_loop is given without boundary_uv.", code="bad boundary")
-    mesh = as_mesh(vertices, faces)
-    options = checked(locals(), "optimise bijective iterations movable max_seconds")
+    mesh = checks.as_mesh(vertices, faces)
+    options = checks.checked(locals(), "optimise bijective iterations movable max_seconds")
     options |= dict(
-        points=(as_indices(list(pins), "points"), as_floats(targets, "points", 2)),
+        points=(checks.as_indices(list(pins), "points"), checks.as_floats(targets, "points", 2)),
         lines=_lines(lines),
-        boundary_loop=as_optional_indices(boundary_loop, "boundary_loop"),
-        boundary_uv=as_places([] if boundary_uv is None else boundary_uv, "boundary_uv"),
+        boundary_loop=checks.as_optional_indices(boundary_loop, "boundary_loop"),
+        boundary_uv=checks.as_places([] if boundary_uv is None else boundary_uv, "boundary_uv"),
         paths=chains,
-        engine=as_choice(engine, "engine", ENGINES),
+        engine=checks.as_choice(engine, "engine", ENGINES),
     )
     return start_job(_native.match, mesh, options, threads, parametrization_from)
 
@@ -311,8 +302,8 @@ def _moved_to_pins(
     found: Parametrization, points: Points, limits: dict[str, Any]
 ) -> Stages[Parametrization]:
     pins = {}
-    for v, uv in as_vertex_map(points, "points", "(u, v)").items():
-        place = _place(uv, f"points[{shown(v)}]")
+    for v, uv in checks.as_vertex_map(points, "points", "(u, v)").items():
+        place = _place(uv, f"points[{checks.shown(v)}]")
         pins[v] = (float(place[0]), float(place[1]))
     faces, origin = split_fans(found.faces, cuts=found.cut_edges)
     stored = np.empty((len(origin), 2))
@@ -326,8 +317,8 @@ def _moved_to_pins(
             len(rows) and (stored[rows] == np.array(target, np.float32)).all()
         ):
             raise InvalidInput(
-                f"Vertex {shown(v)} lies on a cut or on the boundary, which stay where they are, or is none of the map. Pin "
-                "vertices inside.",
+                f"Vertex {checks.shown(v)} lies on a cut or on the boundary, which stay where they are, or is none of the map. "
+                "Pin vertices inside.",
                 code="bad pins",
                 kind="vertex",
                 elements=[v],
@@ -405,8 +396,8 @@ def _moved_by_match(
     split = split[np.isin(edge_keys(split), edge_keys(origin[rim]))]
     if len(split):
         raise NotConverged(
-            f"The pins were met only with a vertex on the edge {shown(split[0].tolist())}, which is a cut or the boundary and "
-            "stays. Move them away from it.",
+            f"The pins were met only with a vertex on the edge {checks.shown(split[0].tolist())}, which is a cut or the boundary "
+            "and stays. Move them away from it.",
             code="bad pins",
             kind="edge",
             elements=split[0],

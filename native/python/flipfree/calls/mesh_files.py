@@ -12,14 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import _native
-from ..checks import (
-    as_corner_uv,
-    as_floats,
-    as_indices,
-    refuse_beyond_storage,
-    shown,
-)
+from .. import _native, checks
 from ..errors import InvalidInput, bad_option, bad_shape
 from ..job import ours_only
 from ..results import FloatArray, IntArray, Parametrization
@@ -75,7 +68,7 @@ def as_path(path: Any) -> Path:
     except Exception:  # not a path, or one that fails
         text = None
     if not isinstance(text, str) or not text or "\0" in text:
-        raise bad_option(f"path must be the path of a file, not {shown(path)}.")
+        raise bad_option(f"path must be the path of a file, not {checks.shown(path)}.")
     return Path(text)
 
 
@@ -152,8 +145,8 @@ def write(
     """
     file = as_path(path)
     vertices, faces, uv, polygons, corners = _parts(mesh)
-    face_array = as_indices(faces, "faces", 3)
-    positions = as_floats(vertices, "vertices", 3)
+    face_array = checks.as_indices(faces, "faces", 3)
+    positions = checks.as_floats(vertices, "vertices", 3)
     if face_array.size and not (0 <= face_array.min() and face_array.max() < len(positions)):
         raise InvalidInput(
             f"faces has an index that is none of the {counted(len(positions), 'vertex', 'vertices')}. Correct it.",
@@ -164,8 +157,8 @@ def write(
             "vertices has a coordinate that is NaN or infinite. Delete or move it.",
             code="coordinate is not finite",
         )
-    corner_uv = np.zeros((0, 2)) if uv is None else as_corner_uv(uv, "uv", len(face_array))
-    refuse_beyond_storage(corner_uv, "uv")
+    corner_uv = np.zeros((0, 2)) if uv is None else checks.as_corner_uv(uv, "uv", len(face_array))
+    checks.refuse_beyond_storage(corner_uv, "uv")
     if keep is not None:
         content = _kept(as_path(keep), file, mesh, positions, face_array, corner_uv)
     else:
@@ -250,10 +243,10 @@ def _parts(mesh: Any) -> tuple[Any, Any, Any, Any, Any]:
     if isinstance(mesh, Parametrization):
         return mesh.vertices, mesh.faces, mesh.uv32(), *none
     if isinstance(mesh, MeshFile):
-        polygons = as_indices(mesh.polygons, "polygons")
+        polygons = checks.as_indices(mesh.polygons, "polygons")
         if len(polygons) != len(mesh.faces):
             raise bad_shape("polygons must have one entry per face.")
-        corners = none[1] if mesh.corners is None else as_indices(mesh.corners, "corners", 3)
+        corners = none[1] if mesh.corners is None else checks.as_indices(mesh.corners, "corners", 3)
         if mesh.corners is not None and len(corners) != len(mesh.faces):
             raise bad_shape("corners must have one row per face.")
         return mesh.vertices, mesh.faces, mesh.uv, polygons, corners

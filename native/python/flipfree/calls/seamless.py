@@ -12,22 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import _native
-from ..checks import (
-    as_choice,
-    as_count,
-    as_flag,
-    as_floats,
-    as_indices,
-    as_list,
-    as_mesh,
-    as_number,
-    as_optional_indices,
-    as_vertex_map,
-    checked,
-    shown,
-    whole_number,
-)
+from .. import _native, checks
 from ..errors import InvalidInput, bad_option, bad_shape
 from ..job import Job, Progress, ours_only, solver_call, start_job
 from ..results import (
@@ -81,9 +66,9 @@ class CrossField(ReadOnly):
     stats: dict[str, Any] | None = None
 
     def __post_init__(self) -> None:
-        directions = frozen(as_floats(self.directions, "directions", 3).copy())
+        directions = frozen(checks.as_floats(self.directions, "directions", 3).copy())
         object.__setattr__(self, "directions", directions)
-        for name, convert in (("matching", as_indices), ("rotation", as_floats)):
+        for name, convert in (("matching", checks.as_indices), ("rotation", checks.as_floats)):
             given = getattr(self, name)
             if given is None:
                 continue
@@ -106,8 +91,8 @@ class CrossField(ReadOnly):
         Raises:
             InvalidInput: the mesh; a form that is not antisymmetric, or not that of a cross field, within 1e-6.
         """
-        mesh = as_mesh(vertices, faces)
-        turned = as_floats(rotation, "rotation", 3)
+        mesh = checks.as_mesh(vertices, faces)
+        turned = checks.as_floats(rotation, "rotation", 3)
         if len(turned) == 0 or len(turned) != len(mesh.faces):
             raise bad_shape(
                 f"rotation must have shape ({len(mesh.faces)}, 3), one number for each half-edge."
@@ -125,13 +110,13 @@ class CrossField(ReadOnly):
                 number per half-edge and line.
             vertices, faces: the mesh.
         """
-        mesh = as_mesh(vertices, faces)
+        mesh = checks.as_mesh(vertices, faces)
         return _field_from(_described(mesh, read_field_file(path, mesh.scaled, mesh.faces)))
 
     @ours_only
     def write(self, path: str | os.PathLike[str], vertices: Any, faces: Any) -> None:
         """The same formats, chosen by the name."""
-        mesh = as_mesh(vertices, faces)
+        mesh = checks.as_mesh(vertices, faces)
         arrays = _described(mesh, arrays_of(self, mesh.faces))
         write_field_file(path, mesh.scaled, mesh.faces, arrays)
 
@@ -159,7 +144,7 @@ class Signature:
             told = json.loads(place.read_text(encoding="utf-8"))
             cones = {int(v): int(k) for v, k in told.get("cones", {}).items()}
             loops = [
-                (as_indices(loop["faces"], "faces"), int(loop["turns"]))
+                (checks.as_indices(loop["faces"], "faces"), int(loop["turns"]))
                 for loop in told.get("loops", [])
             ]
         except OSError as error:
@@ -199,7 +184,7 @@ def arrays_of(field: Any, faces: IntArray) -> FieldArrays:
     """Directions, rotation and quarters as the solver takes them, empty where there are none."""
     if not isinstance(field, CrossField):
         raise bad_option(
-            f"field must be a CrossField, not {shown(field)}. Make one by CrossField(directions)."
+            f"field must be a CrossField, not {checks.shown(field)}. Make one by CrossField(directions)."
         )
     if len(field.directions) != len(faces) or len(faces) == 0:
         raise bad_shape(
@@ -217,7 +202,7 @@ def arrays_of(field: Any, faces: IntArray) -> FieldArrays:
 
 def halfedges_of_strip(faces: IntArray, strip: Any, name: str) -> IntArray:
     """The half-edges across which a closed strip of faces is left; the first one that two faces share."""
-    ids = as_indices(strip, name)
+    ids = checks.as_indices(strip, name)
     if len(ids) == 0 or ids.min() < 0 or ids.max() >= len(faces):
         raise InvalidInput(
             f"{name} must name faces of the mesh, which has {len(faces)}, and at least one.",
@@ -245,17 +230,17 @@ def as_quarter_turns(
 ) -> IntArray:
     """{vertex: quarter turns} as (count,), ``usual`` elsewhere."""
     turns = np.full(count, usual, np.int32)
-    for vertex, value in as_vertex_map(values, name, "quarter turns").items():
+    for vertex, value in checks.as_vertex_map(values, name, "quarter turns").items():
         if not 0 <= vertex < count:
             raise InvalidInput(
-                f"{name} names vertex {shown(vertex)}, which does not exist (the mesh has {count}). Leave it out.",
+                f"{name} names vertex {checks.shown(vertex)}, which does not exist (the mesh has {count}). Leave it out.",
                 code="index out of range",
             )
-        number = whole_number(value)
+        number = checks.whole_number(value)
         if number is None or not least <= number < _MOST_TURNS:
             more = ", 1 or more" if least == 1 else ""
             raise InvalidInput(
-                f"{name}[{vertex}] must be a whole number of quarter turns{more}, not {shown(value)}. "
+                f"{name}[{vertex}] must be a whole number of quarter turns{more}, not {checks.shown(value)}. "
                 "Give 3 for the corner of a cube, 4 for flat, 5 for a saddle.",
                 code="bad angles",
                 kind="vertex",
@@ -267,7 +252,7 @@ def as_quarter_turns(
 
 def as_sizing(value: Any, count: int) -> FloatArray:
     """One number per vertex."""
-    sizes = as_floats(value, "sizing")
+    sizes = checks.as_floats(value, "sizing")
     if len(sizes) == 0 or len(sizes) != count:
         raise bad_shape(f"sizing must have shape ({count},), one number per vertex.")
     return sizes
@@ -277,19 +262,21 @@ def as_signature(value: Any, mesh: Mesh) -> tuple[IntArray, Any]:
     """A :class:`Signature` as cones (n,) and loops of half-edges with their turns, None without any."""
     if not isinstance(value, Signature):
         raise bad_option(
-            f"signature must be a Signature, not {shown(value)}. Make one by Signature(cones, loops)."
+            f"signature must be a Signature, not {checks.shown(value)}. Make one by Signature(cones, loops)."
         )
     count = len(mesh.scaled)
     known = not mesh.faces.size or (mesh.faces.min() >= 0 and mesh.faces.max() < count)
     usual = _regular(mesh.faces, count) if known else np.full(count, 4, np.int32)
     cones = as_quarter_turns(value.cones, "signature.cones", count, usual, -_MOST_TURNS)
     loops = []
-    for i, item in enumerate(as_list(value.loops, "signature.loops", "a list of loops")):
+    for i, item in enumerate(checks.as_list(value.loops, "signature.loops", "a list of loops")):
         name = f"signature.loops[{i}]"
-        pair = as_list(item, name, "a pair (face ids, quarter turns)")
-        turns = whole_number(pair[1]) if len(pair) == 2 else None
+        pair = checks.as_list(item, name, "a pair (face ids, quarter turns)")
+        turns = checks.whole_number(pair[1]) if len(pair) == 2 else None
         if turns is None or abs(turns) >= _MOST_TURNS:
-            raise bad_shape(f"{name} must be a pair (face ids, quarter turns), not {shown(item)}.")
+            raise bad_shape(
+                f"{name} must be a pair (face ids, quarter turns), not {checks.shown(item)}."
+            )
         loops.append((halfedges_of_strip(mesh.faces, pair[0], name), turns))
     return cones, loops or None
 
@@ -347,14 +334,14 @@ def cross_field(
     Raises:
         InvalidInput, Infeasible (cones that do not add up), NotConverged, Cancelled.
     """
-    mesh = as_mesh(vertices, faces)
-    options = checked(locals(), "simplify max_seconds")
+    mesh = checks.as_mesh(vertices, faces)
+    options = checks.checked(locals(), "simplify max_seconds")
     options |= dict(
         let_go=options["simplify"],
-        alignment=as_number(alignment, "alignment"),
-        edges=as_optional_indices(sharp_edges, "sharp_edges", 2),
-        boundary=as_flag(boundary, "boundary"),
-        edge_weight=as_number(edge_weight, "edge_weight"),
+        alignment=checks.as_number(alignment, "alignment"),
+        edges=checks.as_optional_indices(sharp_edges, "sharp_edges", 2),
+        boundary=checks.as_flag(boundary, "boundary"),
+        edge_weight=checks.as_number(edge_weight, "edge_weight"),
         **_of_field(mesh, signature, sizing),
     )
     return start_job(
@@ -392,8 +379,8 @@ def signature(
     Raises:
         InvalidInput, NotConverged, Cancelled.
     """
-    mesh = as_mesh(vertices, faces)
-    options = checked(locals(), "max_seconds") | dict(field=arrays_of(field, mesh.faces))
+    mesh = checks.as_mesh(vertices, faces)
+    options = checks.checked(locals(), "max_seconds") | dict(field=arrays_of(field, mesh.faces))
     return start_job(_native.field_signature, mesh, options, threads, _signature_from)
 
 
@@ -461,22 +448,22 @@ def field_aligned(
     Raises:
         InvalidInput, Infeasible (signatures that no map has), NotConverged, Cancelled.
     """
-    open_boundary = as_choice(boundary, "boundary", FIELD_BOUNDARIES)
+    open_boundary = checks.as_choice(boundary, "boundary", FIELD_BOUNDARIES)
     if field is not None and signature is not None:
         raise bad_option(
             "Both field and signature are given. Give one of them: a field has a signature of its own."
         )
-    mesh = as_mesh(vertices, faces)
+    mesh = checks.as_mesh(vertices, faces)
     made = _of_field(mesh, signature, sizing)
-    options = checked(locals(), "uncuttable optimise features exact reroute max_seconds")
+    options = checks.checked(locals(), "uncuttable optimise features exact reroute max_seconds")
     if features is not None:
         if not options["optimise"]:
             raise bad_option("features need the map to follow the field. Set optimise=True.")
         if signature is None:
             made |= dict(edges=options["features"], let_go=True)
     options |= dict(
-        engine=as_choice(engine, "engine", ENGINES),
-        iterations=as_count(iterations, "iterations", 1),
+        engine=checks.as_choice(engine, "engine", ENGINES),
+        iterations=checks.as_count(iterations, "iterations", 1),
         boundary=open_boundary,
         made=made | dict(boundary=open_boundary == "aligned"),
     )
@@ -544,11 +531,11 @@ def seamless(
         InvalidInput (the mesh; a cone; names the place), Infeasible (Gauss-Bonnet, with what is missing; cones that no
         surface of this genus has), NotConverged, Cancelled.
     """
-    mesh = as_mesh(vertices, faces)
-    options = checked(locals(), "optimise exact uncuttable max_iterations max_seconds")
+    mesh = checks.as_mesh(vertices, faces)
+    options = checks.checked(locals(), "optimise exact uncuttable max_iterations max_seconds")
     options |= dict(
-        engine=as_choice(engine, "engine", ENGINES),
-        boundary=as_choice(boundary, "boundary", BOUNDARIES),
+        engine=checks.as_choice(engine, "engine", ENGINES),
+        boundary=checks.as_choice(boundary, "boundary", BOUNDARIES),
     )
     if cones is not None:
         options["cones"] = as_quarter_turns(cones, "cones", len(mesh.scaled), 0, 1)

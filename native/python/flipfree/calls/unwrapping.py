@@ -13,20 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import _native
-from ..checks import (
-    as_choice,
-    as_corner_uv,
-    as_count,
-    as_face_numbers,
-    as_floats,
-    as_indices,
-    as_mesh,
-    as_number,
-    as_positive,
-    checked,
-    shown,
-)
+from .. import _native, checks
 from ..distortion import STRETCH_BOUND
 from ..errors import NotConverged, bad_option, bad_shape
 from ..job import Job, Progress, StagedJob, Stages, job_of, solver_call, start_job
@@ -114,14 +101,14 @@ def unwrap(
     Raises:
         InvalidInput, Infeasible, NotConverged, Cancelled.
     """
-    mesh = as_mesh(vertices, faces)
+    mesh = checks.as_mesh(vertices, faces)
     pinned = pins_to_corners(pins, mesh.faces)
     options = _options(locals(), mesh, "bijective may_add_cuts cut_extremities margin effort")
-    options |= checked(locals(), "iterations tolerance")
-    find = as_choice(seams, "seams", ("given", "auto")) == "auto"
+    options |= checks.checked(locals(), "iterations tolerance")
+    find = checks.as_choice(seams, "seams", ("given", "auto")) == "auto"
     options |= dict(pins=pinned, find_seams=find and not len(pinned[0]))
     if place_like is not None:
-        options["place_like"] = as_corner_uv(place_like, "place_like", len(mesh.faces))
+        options["place_like"] = checks.as_corner_uv(place_like, "place_like", len(mesh.faces))
     return start_job(_native.unwrap, mesh, options, threads, parametrization_from)
 
 
@@ -167,10 +154,10 @@ def auto_seams(
     Raises:
         InvalidInput, NotConverged, Cancelled.
     """
-    mesh = as_mesh(vertices, faces)
+    mesh = checks.as_mesh(vertices, faces)
     options = _options(locals(), mesh)
     if sharp_angle is not None:
-        options["sharp_angle"] = as_number(
+        options["sharp_angle"] = checks.as_number(
             sharp_angle, "sharp_angle", "must lie in (0, pi]", lambda x: 0.0 < x <= np.pi
         )
     options |= dict(find_seams=True, **_as_weights(weights))
@@ -179,9 +166,9 @@ def auto_seams(
 
 def _options(given: dict[str, Any], mesh: Mesh, names: str = "") -> dict[str, Any]:
     """Those that unwrap and auto_seams have in common, and those with these names."""
-    options = checked(given, f"cuts uncuttable stretch max_seconds {names}")
+    options = checks.checked(given, f"cuts uncuttable stretch max_seconds {names}")
     for name in ("materials", "polygons"):
-        options[name] = as_face_numbers(given[name], name, len(mesh.faces))
+        options[name] = checks.as_face_numbers(given[name], name, len(mesh.faces))
     if given["polygons"] is not None:
         inside = _edges_inside(options["polygons"], mesh.faces)
         options["uncuttable"] = np.concatenate([options["uncuttable"], inside])
@@ -202,8 +189,8 @@ def _as_weights(values: Any) -> dict[str, Any]:
     try:
         edges, factors = values
     except Exception:  # whatever the object's own iteration raises
-        raise bad_shape(f"weights must be (edges, factors), not {shown(values)}.") from None
-    pairs, numbers = as_indices(edges, "weights", 2), as_floats(factors, "weights")
+        raise bad_shape(f"weights must be (edges, factors), not {checks.shown(values)}.") from None
+    pairs, numbers = checks.as_indices(edges, "weights", 2), checks.as_floats(factors, "weights")
     if len(pairs) != len(numbers):
         raise bad_shape(
             f"weights has {counted(len(pairs), 'edge')} and {counted(len(numbers), 'factor')}. Give one factor for each edge."
@@ -258,6 +245,7 @@ def pack(
     layouts: Any = None,
     share_tile: bool = False,
     stack_similar: bool = False,
+    stack_mirrored: bool = False,
     tile: int = 1001,
     tiles: int = 1,
     aspect: float = 1.0,
@@ -298,6 +286,9 @@ def pack(
             each as large as its tile allows: in one tile after the other from ``tile`` on, in the order of the numbers, or
             with ``share_tile`` all in the first, on top of each other. Neither with several ``tiles`` nor with ``together``.
         stack_similar: charts of equal outline lie on top of each other; ``stats["stacked"]`` counts them.
+        stack_mirrored: with ``stack_similar``, charts that are mirror images as well, mirrored, so that all of their triangles
+            are negative; the certificate judges them as mirrored and counts them. Those that are mirrored in ``uv``, whole
+            charts that move, are turned over first.
         tile: UDIM number, 1001 to 1100, of the first tile to be considered.
         tiles: how many, from that one on in the order of UDIM, the charts are spread over: of about equal area, at one
             scale, which is the largest that the fullest allows. ``stats["tiles"]``: how many were taken.
@@ -321,12 +312,12 @@ def pack(
     Raises:
         InvalidInput (also for a map with flipped triangles, which are named), NotConverged, Cancelled.
     """
-    mesh = as_mesh(vertices, faces)
-    corner_uv = as_corner_uv(uv, "uv", len(mesh.faces))
-    size = as_count(texture_size, "texture_size", least=1)
+    mesh = checks.as_mesh(vertices, faces)
+    corner_uv = checks.as_corner_uv(uv, "uv", len(mesh.faces))
+    size = checks.as_count(texture_size, "texture_size", least=1)
     if margin_pixels is not None:
         margin = (
-            as_number(
+            checks.as_number(
                 margin_pixels,
                 "margin_pixels",
                 f"must be at least 0 and below half of the {size} pixels of texture_size",
@@ -334,20 +325,23 @@ def pack(
             )
             / size
         )
-    options = checked(locals(), "margin groups layouts share_tile stack_similar effort")
-    options |= checked(locals(), "keep_bijective unmoved aspect max_seconds together scale_true")
-    first = as_count(tile, "tile", least=1001, most=1100) - 1001
+    options = checks.checked(locals(), "margin groups layouts share_tile stack_similar effort")
+    options |= checks.checked(
+        locals(), "keep_bijective unmoved aspect max_seconds together scale_true"
+    )
+    options |= checks.checked(locals(), "stack_mirrored")
+    first = checks.as_count(tile, "tile", least=1001, most=1100) - 1001
     options |= dict(
-        rotation=as_choice(rotation, "rotation", ("free", "straight", "quarters", "none")),
-        tiles=as_count(tiles, "tiles", least=1, most=100),
+        rotation=checks.as_choice(rotation, "rotation", ("free", "straight", "quarters", "none")),
+        tiles=checks.as_count(tiles, "tiles", least=1, most=100),
         first_tile=first,
-        obstacles=as_corner_uv(obstacles, "obstacles"),
+        obstacles=checks.as_corner_uv(obstacles, "obstacles"),
         uv=corner_uv,
     )
     if density is not None:
-        options["density"] = _times_power(as_positive(density, "density"), mesh.exponent)
+        options["density"] = _times_power(checks.as_positive(density, "density"), mesh.exponent)
     if place_like is not None:
-        options["place_like"] = as_corner_uv(place_like, "place_like", len(mesh.faces))
+        options["place_like"] = checks.as_corner_uv(place_like, "place_like", len(mesh.faces))
     texture = Texture(options.pop("aspect"), first % 10, first // 10)
     if texture.aspect == 1.0:
         job = start_job(_native.pack, mesh, options, threads, _packed_from)
@@ -375,7 +369,9 @@ def pack(
     def stages() -> Stages[Parametrization]:
         packed = yield job, 0.8
         found = _in_uv(packed, corner_uv.reshape(-1, 3, 2), texture)
-        return _judged(found, (yield judge(found.uv), 1.0))
+        mirrored = np.zeros(len(found.faces), np.int32)
+        mirrored[packed.certificate.mirrored_faces] = 1
+        return _judged(found, (yield judge(found.uv, mirrored=mirrored), 1.0))
 
     return StagedJob(stages())
 

@@ -3,7 +3,6 @@ squares (--aspect)."""
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import replace
 from typing import Any
 
@@ -17,27 +16,13 @@ from ...calls.rectifying import rectify as rectify_map
 from ...calls.unwrapping import pack as pack_map
 from ...calls.unwrapping import unwrap as unwrap_mesh
 from ...results import Parametrization
-from ..arguments import add_seam_arguments
-from ..numbers import add_aspect, add_choice, add_flags, add_margin, add_options, margin
+from ..numbers import margin
 from .model import Model, Solved
 
 
 def _taken(options: dict[str, Any], names: str) -> dict[str, Any]:
     """Options that calls have by the same name."""
     return {name: options[name] for name in names.split()}
-
-
-def unwrap_arguments(parser: argparse.ArgumentParser) -> None:
-    add_seam_arguments(parser)
-    add_flags(
-        parser,
-        keep_charts="cut where the file's charts end",
-        allow_overlaps="islands may overlap themselves",
-        no_new_cuts="crush islands that would lie on top of themselves rather than cut them",
-        short_cuts="do not cut closed parts along legs and fingers",
-    )
-    add_margin(parser, "least gap between islands")
-    add_aspect(parser)
 
 
 def unwrap(model: Model, options: dict[str, Any]) -> Solved:
@@ -80,12 +65,6 @@ def _packed(model: Model, found: Parametrization, options: dict[str, Any]) -> Pa
     )
 
 
-def improve_arguments(parser: argparse.ArgumentParser) -> None:
-    add_flags(parser, allow_overlaps="islands may overlap themselves")
-    add_options(parser, iterations="most steps per island")
-    add_aspect(parser)
-
-
 def improve(model: Model, options: dict[str, Any]) -> Solved:
     found = improve_map(
         (model.vertices, model.faces, model.uv()),
@@ -94,19 +73,6 @@ def improve(model: Model, options: dict[str, Any]) -> Solved:
         **model.limits,
     )
     return Solved(found.certificate, found)
-
-
-def repair_arguments(parser: argparse.ArgumentParser) -> None:
-    add_choice(parser, "--overlaps", "cut open keep", "what becomes of islands on themselves")
-    add_choice(
-        parser,
-        "--stretched",
-        "keep improve",
-        "what becomes of islands drawn out much more than an unwrap of them is",
-    )
-    add_margin(parser, "least gap around islands that move")
-    add_flags(parser, move_apart="islands that lie on larger ones are put where there is room")
-    add_aspect(parser)
 
 
 def repair(model: Model, options: dict[str, Any]) -> Solved:
@@ -129,32 +95,14 @@ def repair(model: Model, options: dict[str, Any]) -> Solved:
     return Solved(found.certificate, found, figures=figures)
 
 
-def pack_arguments(parser: argparse.ArgumentParser) -> None:
-    add_margin(parser, "least gap between islands")
-    add_choice(parser, "--rotation", "straight free quarters none")
-    add_options(
-        parser,
-        tile="UDIM tile to pack into",
-        tiles="UDIM tiles to spread islands over",
-        effort="of the search",
-    )
-    add_flags(
-        parser,
-        keep_sizes="islands keep their sizes relative to each other, not one texel density",
-        stack_similar="islands of equal outline lie on top of each other",
-    )
-    add_aspect(parser)
-
-
 def pack(model: Model, options: dict[str, Any]) -> Solved:
     found = pack_map(
         model.vertices,
         model.faces,
         model.uv(),
         scale_true=not options["keep_sizes"],
-        stack_similar=options["stack_similar"],
         margin=margin(options),
-        **_taken(options, "rotation tile tiles effort aspect"),
+        **_taken(options, "rotation stack_similar stack_mirrored tile tiles effort aspect"),
         **model.limits,
     )
     warnings = []
@@ -163,11 +111,6 @@ def pack(model: Model, options: dict[str, Any]) -> Solved:
             f"The gap of {options['margin_pixels']:g} pixels (--margin-pixels) is not met everywhere."
         )
     return Solved(found.certificate, found, warnings, {"fill": float(found.stats["fill"])})
-
-
-def rectify_arguments(parser: argparse.ArgumentParser) -> None:
-    add_margin(parser, "least gap between islands")
-    add_aspect(parser)
 
 
 def rectify(model: Model, options: dict[str, Any]) -> Solved:
@@ -183,11 +126,6 @@ def rectify(model: Model, options: dict[str, Any]) -> Solved:
     return Solved(found.certificate, found, figures={"islands": int(found.stats["charts"])})
 
 
-def check_arguments(parser: argparse.ArgumentParser) -> None:
-    add_flags(parser, allow_stacked="islands may lie on each other")
-    add_aspect(parser)
-
-
 def check(model: Model, options: dict[str, Any]) -> Solved:
     certificate = certify(
         model.vertices,
@@ -195,6 +133,7 @@ def check(model: Model, options: dict[str, Any]) -> Solved:
         model.uv(),
         bijective=True,
         disjoint=not options["allow_stacked"],
+        mirrored="islands",
         aspect=options["aspect"],
         **model.limits,
     )

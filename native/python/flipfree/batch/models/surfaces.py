@@ -5,7 +5,6 @@ Solvers that want one connected surface get the parts one after the other; they 
 
 from __future__ import annotations
 
-import argparse
 import math
 from dataclasses import replace
 from itertools import pairwise
@@ -34,7 +33,7 @@ from ...errors import (
     bad_pins,
 )
 from ...points import compose
-from ...quads import MOST_QUADS, fit_tiles
+from ...quads import fit_tiles
 from ...quads import quads as quad_mesh
 from ...results import FloatArray, IntArray, Parametrization
 from ...separated import SeparatedSurface, each_part, edge_keys, islands, split_fans
@@ -49,29 +48,13 @@ from .pins import lines_told, outline_told, pins_of, points_told, refuse_split_c
 _AS_GIVEN: dict[str, Any] = dict(seams="given", may_add_cuts=False, cut_extremities=False)
 
 #: Of the scale, in what ``seamless`` suggests.
-_BOUND = 2.0
+BOUND = 2.0
 
 _FREE = "a boundary is free, as no map was found with one along the axes"
 _ENLARGED = "parts too small beside the others for 32 bits are larger than in scale"
 _MORE_QUADS = "so few quads would be no mesh: there are more"
 # Edges at which a surface folds by more are sharp, where nobody says from where on.
 _SHARP = math.radians(30.0)
-
-
-def embed_arguments(parser: argparse.ArgumentParser) -> None:
-    numbers.add_choice(
-        parser,
-        "--boundary",
-        "circle square triangle pinned",
-        "pinned: straight between the points of the file with the pins that are on the boundary",
-    )
-    numbers.add_choice(parser, "--method", "ladder schnyder progressive tutte")
-    numbers.add_flags(
-        parser,
-        optimise="lower the distortion, with the boundary held",
-        no_pack="all parts lie around the origin",
-    )
-    numbers.add_margin(parser, "least gap between islands")
 
 
 def embed(model: Model, options: dict[str, Any]) -> Solved:
@@ -113,18 +96,6 @@ def _packed(
         **model.limits,
     )
     return found.at(packed)
-
-
-def match_arguments(parser: argparse.ArgumentParser) -> None:
-    numbers.add_flags(
-        parser,
-        allow_overlaps="islands may overlap themselves",
-        no_new_vertices="refuse pins that cannot be met by the mesh as it is",
-        bend_lines="edges between two pins need not stay straight",
-        cut_open="cut parts with pins that are closed or have handles",
-        unwrap_rest="unwrap parts without pins, beside the others",
-    )
-    numbers.add_aspect(parser)
 
 
 def _cut_open(
@@ -246,12 +217,6 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
     return Solved(replace(judged, mends=clean.mends), whole)
 
 
-def transfer_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--source", default="", help="model whose shape is taken, at the same places of its map"
-    )
-
-
 def transfer(model: Model, options: dict[str, Any]) -> Solved:
     """The file's mesh with every vertex on the other surface (thesis 3.4.1)."""
     if not options["source"]:
@@ -263,25 +228,6 @@ def transfer(model: Model, options: dict[str, Any]) -> Solved:
     vertices = model.vertices.copy()
     vertices[model.file.faces] = places
     return Solved(there.first.certificate, replace(model.file, vertices=vertices))
-
-
-def conformal_arguments(parser: argparse.ArgumentParser) -> None:
-    numbers.add_choice(
-        parser,
-        "--cones",
-        "auto suggested none",
-        "auto: of the file beside the model, else suggested for closed parts",
-    )
-    numbers.add_options(parser, bound="of the scale, for suggested cones")
-    numbers.add_choice(parser, "--boundary", "free straight circle")
-    numbers.add_choice(
-        parser, "--refined-start", "auto on off", "metric of a surface without needles"
-    )
-    numbers.add_options(
-        parser,
-        precision="bits of the metric's numbers, 53 to 4096, or auto",
-    )
-    numbers.add_margin(parser, "least gap between islands")
 
 
 def conformal(model: Model, options: dict[str, Any]) -> Solved:
@@ -315,11 +261,6 @@ def conformal(model: Model, options: dict[str, Any]) -> Solved:
     return Solved(whole.certificate, whole)
 
 
-def cones_arguments(parser: argparse.ArgumentParser) -> None:
-    numbers.add_options(parser, bound="of the scale")
-    numbers.add_flags(parser, quarter_turns="angles in multiples of 90 degrees")
-
-
 def _suggested(
     model: Model, clean: SeparatedSurface, bound: float, quarter_turns: bool
 ) -> tuple[dict[int, float], float, bool]:
@@ -351,15 +292,6 @@ def cones(model: Model, options: dict[str, Any]) -> Solved:
     warnings = [] if holds else [f"The bound {options['bound']:g} is not reached."]
     figures = {"cones": len(told), "scale_ratio": ratio}
     return Solved(None, model.file, warnings, figures, {"cones": told})
-
-
-def cut_arguments(parser: argparse.ArgumentParser) -> None:
-    numbers.add_choice(
-        parser,
-        "--follow",
-        "cones field",
-        "those of the file beside the model; or besides the turns of the smoothest field with these, or of a signature there",
-    )
 
 
 def cut(model: Model, options: dict[str, Any]) -> Solved:
@@ -405,35 +337,11 @@ def _sides(faces: IntArray) -> IntArray:
     return np.sort(np.concatenate([faces[:, (k, (k + 1) % 3)] for k in range(3)]), axis=1)
 
 
-def seamless_arguments(parser: argparse.ArgumentParser) -> None:
-    numbers.add_choice(
-        parser,
-        "--cones",
-        "auto suggested",
-        "auto: of the file beside the model, else suggested",
-    )
-    parser.add_argument(
-        "--bound", type=numbers.bound, default=_BOUND, help="of the scale, for suggested cones"
-    )
-    _add_seamless_arguments(parser)
-    numbers.add_choice(parser, "--engine", "auto penner padding")
-
-
-def _add_seamless_arguments(parser: argparse.ArgumentParser) -> None:
-    numbers.add_choice(parser, "--boundary", "aligned_or_free aligned free")
-    numbers.add_flags(
-        parser,
-        no_optimise="leave the distortion as the engine does",
-        meet_pins="points of the file with the pins keep their place; cuts and boundaries stay as without them",
-        surface_scale="one UV unit is one unit of the model; otherwise the map fits the unit square",
-    )
-
-
 def seamless(model: Model, options: dict[str, Any]) -> Solved:
     clean = model.clean()
     cones = clean.copies(_cones(model)) if options["cones"] == "auto" else {}
     quarters = _quarters(clean, cones)
-    if not quarters and options["bound"] != _BOUND:
+    if not quarters and options["bound"] != BOUND:
         suggested, _, _ = _suggested(model, clean, options["bound"], True)
         quarters = {v: round(angle / 90.0) for v, angle in suggested.items()}
     found = seamless_map(
@@ -492,35 +400,6 @@ def _placed(
     whole = clean.on_input(replace(found, certificate=certificate))
     warnings = [_FREE] * freed + [_ENLARGED] * enlarged
     return Solved(whole.certificate, whole, warnings, {"cones": len(cones)})
-
-
-def field_arguments(parser: argparse.ArgumentParser) -> None:
-    numbers.add_choice(
-        parser,
-        "--field",
-        "curvature smooth edges flow cones file signature",
-        "what the map's lines run along: edges at which the surface folds, the flow of quads; a field in a file beside the model "
-        "(.rawfield, .ffield, .rotation); its cones, or its signature, of such a file",
-    )
-    parser.add_argument(
-        "--field-file", default="", help="with field or signature, instead of that beside the model"
-    )
-    parser.add_argument(
-        "--curvature", type=numbers.real(0.0, 1.0), default=0.5, help="its weight, 0 to 1"
-    )
-    parser.add_argument(
-        "--sharp-from", type=numbers.real(0.0, 180.0), default=30.0, help="degrees, for edges"
-    )
-    parser.add_argument(
-        "--edge-weight", type=numbers.real(0.01, 1.0), default=1.0, help="of edges, 0.01 to 1"
-    )
-    numbers.add_flags(
-        parser,
-        keep_near_cones="that bend opposite ways",
-        no_reroute="of padding: loops turn as they happen to",
-    )
-    _add_seamless_arguments(parser)
-    numbers.add_choice(parser, "--engine", "auto penner padding")
 
 
 def _along_field(
@@ -591,28 +470,6 @@ def field(model: Model, options: dict[str, Any]) -> Solved:
     return solved
 
 
-def tiles_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--tile-count", type=numbers.whole(1), default=100, help="about how many cover the model"
-    )
-    parser.add_argument(
-        "--tile-size", type=numbers.real(0.0), default=0.0, help="length of a tile's side, instead"
-    )
-    numbers.add_choice(
-        parser,
-        "--field",
-        "curvature smooth edges flow map",
-        "what the map's lines run along; map: the file's own UVs, which are seamless, are fitted",
-    )
-    parser.add_argument(
-        "--curvature", type=numbers.real(0.0, 1.0), default=0.5, help="its weight, 0 to 1"
-    )
-    parser.add_argument(
-        "--sharp-from", type=numbers.real(0.0, 180.0), default=30.0, help="degrees, for edges"
-    )
-    numbers.add_choice(parser, "--boundary", "aligned_or_free aligned free")
-
-
 #: Options of a map along a field that tiles do not have.
 _OF_FIELD = {
     "edge_weight": 1.0,
@@ -646,33 +503,6 @@ def tiles(model: Model, options: dict[str, Any]) -> Solved:
     told = ("tile", "tiles", "seams", "seams_quarter", "seams_half", "seams_matched")
     solved.figures.update({name: found.stats[name] for name in told})
     return solved
-
-
-def quads_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--target", type=numbers.whole(1, MOST_QUADS), default=2000, help="about how many quads"
-    )
-    parser.add_argument(
-        "--edge-length", type=numbers.real(0.0), default=0.0, help="of their sides, instead"
-    )
-    numbers.add_choice(
-        parser,
-        "--field",
-        "automatic curvature smooth edges flow",
-        "what the edges of quads run along",
-    )
-    parser.add_argument(
-        "--adaptive",
-        type=numbers.real(0.0, 100.0),
-        default=0.0,
-        help="0 to 100, how much denser quads are where the surface bends more",
-    )
-    numbers.add_choice(
-        parser,
-        "--symmetry",
-        "none x y z",
-        "the half on the positive side of the axis becomes quads and is mirrored, along a field of its own or edges",
-    )
 
 
 def quads(model: Model, options: dict[str, Any]) -> Solved:
