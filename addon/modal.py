@@ -38,18 +38,12 @@ _INTERVAL = 0.1  # seconds between looks at the solver
 _AT_ONCE = 0.15  # seconds in which small meshes are done, without a flicker in the status bar
 # Navigating stays possible while solving; everything else waits, so the mesh cannot change
 # meanwhile.
-_NAVIGATION = {
-    "MIDDLEMOUSE",
-    "WHEELUPMOUSE",
-    "WHEELDOWNMOUSE",
-    "WHEELINMOUSE",
-    "WHEELOUTMOUSE",
-    "TRACKPADPAN",
-    "TRACKPADZOOM",
-    "MOUSEROTATE",
-    "MOUSESMARTZOOM",
-    "NDOF_MOTION",
-}
+_NAVIGATION = set(
+    (
+        "MIDDLEMOUSE WHEELUPMOUSE WHEELDOWNMOUSE WHEELINMOUSE WHEELOUTMOUSE TRACKPADPAN "
+        "TRACKPADZOOM MOUSEROTATE MOUSESMARTZOOM NDOF_MOTION"
+    ).split()
+)
 _ACCEPT = {"RET", "NUMPAD_ENTER"}
 
 

@@ -6,7 +6,7 @@ slots and faces are never touched; taking it away takes the modifier, and what n
 import bpy
 
 from .. import aspect, compat
-from ..operators import common
+from ..operators import common, options
 from . import patterns
 
 NAME = "Flipfree Checker"
@@ -151,12 +151,7 @@ class UV_OT_flipfree_checker(bpy.types.Operator):
     )
     bl_options = {"REGISTER", "UNDO"}
 
-    pattern: bpy.props.EnumProperty(
-        name="Pattern",
-        description="What is shown",
-        items=patterns.PATTERNS,
-        default="grid",
-    )
+    pattern: options.choice("Pattern", "What is shown", patterns.PATTERNS)
 
     @classmethod
     def poll(cls, context):

@@ -6,20 +6,11 @@ import numpy as np
 from .. import aspect
 
 SIZE = 1024  # of the longer side
-# (identifier, name, description)
-PATTERNS = (
-    (
-        "grid",
-        "Numbered Squares",
-        "Coloured squares with a letter and a number each: stretch, flips and places",
-    ),
-    ("brick", "Brick", "Rows of bricks: direction, size, and where seams cut them"),
-    (
-        "symmetric",
-        "Quarter-Turn Symmetric",
-        "Looks the same after a quarter turn: goes on across the seams of a seamless map",
-    ),
-)
+PATTERNS = {
+    "grid": "Numbered Squares: Coloured squares with a letter and a number each: stretch, flips and places",
+    "brick": "Brick: Rows of bricks: direction, size, and where seams cut them",
+    "symmetric": "Quarter-Turn Symmetric: Looks the same after a quarter turn: goes on across the seams of a seamless map",
+}
 
 
 def size(ratio: float) -> tuple[int, int]:

@@ -137,9 +137,7 @@ class FieldAlignedTask(seamless.SeamlessTask):
                 features=follow["sharp_edges"] if self.exact_edges() else None,
                 sizing=self.given.sizing,
                 boundary="aligned" if aligned else "free",
-                engine=self.engine,
-                reroute=self.reroute,
-                optimise=self.optimise,
+                **self.values("engine reroute optimise"),
             )
         )
 

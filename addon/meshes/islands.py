@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from flipfree.separated import boundary_loops
+
 from . import labels, mesh_io
 
 _SIDES = ((0, 1), (1, 2), (2, 0))
@@ -30,20 +32,7 @@ class Island:
 
     def boundary_loops(self) -> list[list[int]]:
         """Vertices of each loop in order, the surface on the left; the longest loop in space first."""
-        start = self.faces.ravel()
-        end = np.roll(self.faces, -1, axis=1).ravel()
-        inner = set(zip(end.tolist(), start.tolist(), strict=True))
-        pairs = zip(start.tolist(), end.tolist(), strict=True)
-        follow = {a: b for a, b in pairs if (a, b) not in inner}
-        loops = []
-        while follow:
-            loop = [min(follow)]
-            vertex = follow.pop(loop[0])
-            while vertex != loop[0]:
-                loop.append(vertex)
-                vertex = follow.pop(vertex)
-            loops.append(loop)
-        return sorted(loops, key=lambda loop: -self._length(loop))
+        return sorted(boundary_loops(self.faces), key=lambda loop: -self._length(loop))
 
     def _length(self, loop: list[int]) -> float:
         points = self.vertices[loop]

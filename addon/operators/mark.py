@@ -5,27 +5,16 @@ import bpy
 
 from .. import errors
 from ..meshes import marks, mesh_io
-from . import common
+from . import common, options
 
-KINDS = (
-    (
-        "line",
-        "Line",
-        "Match Pins: chains of the selected edges run straight from pin to pin, which may be on both ends only",
-    ),
-    (
-        "path",
-        "Path",
-        "Match Pins: a chain of the selected edges, from a pin to the boundary, says on which sheet of an outline that overlaps "
-        "itself the pin lies: the chain does not leave the target",
-    ),
-    (
-        "loop",
-        "Loop",
-        "Field-Aligned Seamless Map with marked cones: along the selected ring of faces the field makes so many quarter turns",
-    ),
-    ("none", "None", "The selected edges and rings bear no mark any more"),
-)
+KINDS = {
+    "line": "Line: Match Pins: chains of the selected edges run straight from pin to pin, which may be on both ends only",
+    "path": "Path: Match Pins: a chain of the selected edges, from a pin to the boundary, says on which sheet of an outline "
+    "that overlaps itself the pin lies: the chain does not leave the target",
+    "loop": "Loop: Field-Aligned Seamless Map with marked cones: along the selected ring of faces the field makes so many "
+    "quarter turns",
+    "none": "None: The selected edges and rings bear no mark any more",
+}
 
 
 class MESH_OT_flipfree_mark(bpy.types.Operator):
@@ -37,9 +26,7 @@ class MESH_OT_flipfree_mark(bpy.types.Operator):
     )
     bl_options = {"REGISTER", "UNDO"}
 
-    kind: bpy.props.EnumProperty(
-        name="As", description="What the selection is marked as", items=KINDS, default="line"
-    )
+    kind: options.choice("As", "What the selection is marked as", KINDS)
     quarter_turns: bpy.props.IntProperty(
         name="Quarter Turns",
         description="To the left, along the ring from its first face towards that one's neighbour with the smaller number",

@@ -80,8 +80,7 @@ class QuadsTask(modal.StagedTask):
             field=field,
             features=features,
             sizing=given.sizing,
-            adaptive=self.adaptive,
-            symmetry=self.symmetry,
+            **self.values("adaptive symmetry"),
             **self.size,
         )
 

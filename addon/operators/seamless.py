@@ -102,9 +102,7 @@ class SeamlessTask(parts.PartsTask):
         found = yield solver.seamless(
             self.snapshot,
             self.quarters,
-            engine=self.engine,
-            boundary=self.boundary,
-            optimise=self.optimise,
+            **self.values("engine boundary optimise"),
         )
         yield from self.take(found)
 

@@ -154,12 +154,7 @@ class UnwrapTask(MapTask):
         result = yield solver.unwrap(
             self.snapshot,
             pins=pins,
-            seams=self.seams,
-            stretch=self.stretch,
-            bijective=self.bijective,
-            may_add_cuts=self.may_add_cuts,
-            cut_extremities=self.cut_extremities,
-            margin=self.margin,
+            **self.values("seams stretch bijective may_add_cuts cut_extremities margin"),
             keep_places=self.keep_placement and self.packs_alone,
             effort=solver.QUICK_PACKING if self.packs_alone else 0.0,
         )

@@ -49,6 +49,10 @@ class Task:
             getattr(type(self), name)  # none that no subclass knows
             setattr(self, name, value)
 
+    def values(self, names: str) -> dict:
+        """Its options of these names, which blanks part, for a call that has them too."""
+        return {name: getattr(self, name) for name in names.split()}
+
     def start(self):
         """Starts the solver; returns its job (flipfree.jobs)."""
         raise NotImplementedError

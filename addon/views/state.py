@@ -3,54 +3,33 @@
 
 from dataclasses import dataclass, field
 
-# (identifier, name, description, icon)
-FACES = (
-    (
-        "distortion",
-        "Distortion",
-        "Colour faces by symmetric Dirichlet: lengths that grow or shrink, angles that change. 1 is none",
-        "MOD_WARP",
-    ),
-    (
-        "angle",
-        "Angle",
-        "Colour faces by shear: how much longer the map makes one direction than the other. 1 is none",
-        "DRIVER_ROTATIONAL_DIFFERENCE",
-    ),
-    (
-        "area",
-        "Area",
-        "Colour faces by size: their area in the map over that on the surface, 1 on average",
-        "FIXED_SIZE",
-    ),
-    (
-        "density",
-        "Texel Density",
-        "Colour faces by pixels of the texture per unit of the scene",
-        "TEXTURE",
-    ),
-    (
-        "faults",
-        "Wrong Faces",
-        "Show faces that are flipped, without area or overlapping, as exact arithmetic finds them",
-        "ERROR",
-    ),
+
+def _rows(told: dict[str, str]) -> tuple:
+    """(identifier, name, description, icon) of each {"identifier icon": "name: description"}."""
+    pairs = ((key.split(), text.split(": ", 1)) for key, text in told.items())
+    return tuple((name, *texts, icon) for (name, icon), texts in pairs)
+
+
+FACES = _rows(
+    {
+        "distortion MOD_WARP": "Distortion: Colour faces by symmetric Dirichlet: lengths that grow or shrink, angles that "
+        "change. 1 is none",
+        "angle DRIVER_ROTATIONAL_DIFFERENCE": "Angle: Colour faces by shear: how much longer the map makes one direction "
+        "than the other. 1 is none",
+        "area FIXED_SIZE": "Area: Colour faces by size: their area in the map over that on the surface, 1 on average",
+        "density TEXTURE": "Texel Density: Colour faces by pixels of the texture per unit of the scene",
+        "faults ERROR": "Wrong Faces: Show faces that are flipped, without area or overlapping, as exact arithmetic finds "
+        "them",
+    }
 )
-MARKS = (
-    (
-        "cones",
-        "Cones",
-        "Show cones with their quarter turns, and what the surface still lacks (Gauss-Bonnet)",
-        "MESH_CONE",
-    ),
-    ("field", "Field", "Show the directions of the attribute `flipfree_field`", "EMPTY_AXIS"),
-    (
-        "seams",
-        "Seams and Turns",
-        "Show seams, in the colour of the quarter turns that a seamless map makes across them",
-        "EDGESEL",
-    ),
-    ("pins", "Pins", "Show pinned UVs, and in red those that contradict each other", "PINNED"),
+MARKS = _rows(
+    {
+        "cones MESH_CONE": "Cones: Show cones with their quarter turns, and what the surface still lacks (Gauss-Bonnet)",
+        "field EMPTY_AXIS": "Field: Show the directions of the attribute `flipfree_field`",
+        "seams EDGESEL": "Seams and Turns: Show seams, in the colour of the quarter turns that a seamless map makes across "
+        "them",
+        "pins PINNED": "Pins: Show pinned UVs, and in red those that contradict each other",
+    }
 )
 ALL = tuple(row[0] for row in FACES + MARKS)
 

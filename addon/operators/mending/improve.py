@@ -34,9 +34,7 @@ class ImproveTask(MapTask):
             snapshot,
             uv=uv,
             pins=pins,
-            bijective=self.bijective,
-            iterations=self.iterations,
-            aspect=self.aspect,
+            **self.values("bijective iterations aspect"),
         )
         yield from self.take(result)
 

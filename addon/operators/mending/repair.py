@@ -32,11 +32,7 @@ class RepairTask(MapTask):
         result = yield solver.repair(
             self.snapshot,
             pins=self.pins(),
-            overlaps=self.overlaps,
-            stretched=self.stretched,
-            disjoint=self.disjoint,
-            margin=self.margin,
-            aspect=self.aspect,
+            **self.values("overlaps stretched disjoint margin aspect"),
         )
         yield from self.take(result)
 

@@ -16,15 +16,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
 #: Names of the symmetric flip types in the order of ``ConformalMetric.flip_counts`` (faces left and right of the edge).
-FLIP_TYPES = (
-    "(1,1,1)",
-    "(1,par,2)",
-    "(t,perp,t)",
-    "(1,1,t)",
-    "(t,perp,q)",
-    "(1,1,q)",
-    "(q,perp,q)",
-)
+FLIP_TYPES = tuple("(1,1,1) (1,par,2) (t,perp,t) (1,1,t) (t,perp,q) (1,1,q) (q,perp,q)".split())
 
 
 def in_unit(array: FloatArray, exponent: int) -> FloatArray:
@@ -401,13 +393,8 @@ def certificate_from(
     data["quarter_cones"] = np.array(data["quarter_cones"], np.int32).reshape(-1, 2)
     data["features_missed"] = np.array(data["features_missed"], np.int32).reshape(-1, 2)
     for name in (
-        "failed_faces",
-        "mirrored_faces",
-        "seam_vertices",
-        "quarter_cones",
-        "features_missed",
-        "poor_islands",
-    ):
+        "failed_faces mirrored_faces seam_vertices quarter_cones features_missed poor_islands"
+    ).split():
         frozen(data[name])
     data["mends"] = mends_from(data["mends"])
     data["seam_transitions"] = Transitions(*map(frozen, data["seam_transitions"]))

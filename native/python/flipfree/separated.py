@@ -158,6 +158,20 @@ def edge_keys(pairs: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
     return keys
 
 
+def boundary_loops(faces: IntArray) -> list[list[int]]:
+    """Vertices of each loop of a manifold surface's boundary in order, the surface on the left, from its smallest vertex on."""
+    ends = np.stack([faces, np.roll(faces, -1, axis=1)], -1).reshape(-1, 2).tolist()
+    inner = {(b, a) for a, b in ends}
+    follow = {a: b for a, b in ends if (a, b) not in inner}
+    loops = []
+    for at in sorted(follow):
+        if at in follow:
+            loops.append([at])
+            while (at := follow.pop(at)) in follow:
+                loops[-1].append(at)
+    return loops
+
+
 def _turned(values: npt.NDArray[Any], turned: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:
     """(m, 3, ...) with the second and third of each of these rows in the other order."""
     result = values.copy()

@@ -59,12 +59,6 @@ def _number(
 stretch = real(above=1.0, most=100.0)
 #: Of the scale, for suggested cones.
 bound = real(above=1.0)
-effort = real(0.0, 1000.0)
-pixels = real(0.0)
-texture_size = whole(1)
-tile = whole(1001, 1100)
-tiles = whole(1, 100)
-iterations = whole(0)
 
 
 def precision(text: str) -> int:
@@ -75,13 +69,13 @@ def precision(text: str) -> int:
 #: Options that several commands have: their type and default.
 OPTIONS: dict[str, tuple[Callable[[str], float], float]] = {
     "bound": (bound, 4.0),
-    "effort": (effort, 1.0),
-    "iterations": (iterations, 200),
+    "effort": (real(0.0, 1000.0), 1.0),
+    "iterations": (whole(0), 200),
     "precision": (precision, 0),
-    "margin_pixels": (pixels, 4.0),
-    "texture_size": (texture_size, 1024),
-    "tile": (tile, 1001),
-    "tiles": (tiles, 1),
+    "margin_pixels": (real(0.0), 4.0),
+    "texture_size": (whole(1), 1024),
+    "tile": (whole(1001, 1100), 1001),
+    "tiles": (whole(1, 100), 1),
 }
 
 #: Options of a command by their words: "--name" is a flag, "--name a|b" a choice, the first of them by default, and what has a

@@ -16,6 +16,7 @@ from ..points import corners_in_parents
 from ..results import FloatArray, IntArray, Mesh, Parametrization, frozen, parametrization_from
 from ..separated import (
     SeparatedSurface,
+    boundary_loops,
     combined,
     edge_keys,
     named_on_input,
@@ -47,13 +48,9 @@ def _on_polygon(mesh: Mesh, corners: Any) -> tuple[IntArray, FloatArray]:
         )
     if mesh.faces.min(initial=0) < 0 or mesh.faces.max(initial=-1) >= len(mesh.scaled):
         return np.zeros(0, np.int32), np.zeros((0, 2))  # refused by name where the mesh is
-    ends = np.stack([mesh.faces, np.roll(mesh.faces, -1, axis=1)], -1).reshape(-1, 2).tolist()
-    inner = {(b, a) for a, b in ends}
-    follow = {a: b for a, b in ends if (a, b) not in inner}
-    loop = [next(iter(given))]
-    while follow.get(loop[-1], loop[0]) != loop[0] and len(loop) <= len(follow):
-        loop.append(follow[loop[-1]])
-    lost = sorted(given.keys() - (set(loop) if loop[0] in follow else set()))
+    first = next(iter(given))
+    loop = next((found for found in boundary_loops(mesh.faces) if first in found), [])
+    lost = sorted(given.keys() - set(loop))
     if lost:
         raise InvalidInput(
             f"corners names vertex {checks.shown(lost[0])}, which is not on the boundary that the others are on. Leave it out.",
@@ -61,6 +58,7 @@ def _on_polygon(mesh: Mesh, corners: Any) -> tuple[IntArray, FloatArray]:
             kind="vertex",
             elements=lost[:1],
         )
+    loop = loop[loop.index(first) :] + loop[: loop.index(first)]
     points = mesh.scaled[loop]
     along = np.append(0.0, np.cumsum(np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)))
     places = [i for i, v in enumerate(loop) if v in given]
@@ -271,20 +269,6 @@ def edges_between_pins(
     return [edge for edge in found if not rim.issuperset(edge)]
 
 
-def _loops(faces: IntArray) -> list[list[int]]:
-    """Boundary loops, the surface on the left."""
-    ends = np.stack([faces, np.roll(faces, -1, axis=1)], -1).reshape(-1, 2).tolist()
-    inner = {(b, a) for a, b in ends}
-    follow = {a: b for a, b in ends if (a, b) not in inner}
-    loops = []
-    while follow:
-        at = next(iter(follow))
-        loops.append([at])
-        while (at := follow.pop(at)) in follow:
-            loops[-1].append(at)
-    return loops
-
-
 @solver_call
 def with_pins(
     found: Parametrization,
@@ -309,7 +293,7 @@ def _moved_to_pins(
     stored = np.empty((len(origin), 2))
     stored[faces] = found.uv32()
     held = np.zeros(len(origin), bool)
-    held[[v for loop in _loops(faces) for v in loop]] = True
+    held[[v for loop in boundary_loops(faces) for v in loop]] = True
     copy = {int(o): v for v, o in enumerate(origin) if not held[v]}
     for v, target in pins.items():
         rows = np.flatnonzero(origin == v)
@@ -379,7 +363,7 @@ def _moved_by_match(
     pieces = []
     for own, used, part in parts_of(cut):
         number = {int(v): i for i, v in enumerate(used)}
-        outer, *holes = sorted(_loops(part), key=len, reverse=True)
+        outer, *holes = sorted(boundary_loops(part), key=len, reverse=True)
         at = places[used]
         mine = {number[v]: uv for v, uv in pins.items() if v in number}
         mine |= {v: (at[v, 0], at[v, 1]) for hole in holes for v in hole}
@@ -392,7 +376,9 @@ def _moved_by_match(
     weights = moved.vertex_barycentric[new]
     on_edge = (weights == 0.0).any(axis=1)
     split = found.faces[parent[on_edge]][weights[on_edge] != 0.0].reshape(-1, 2)
-    rim = np.concatenate([np.column_stack([loop, np.roll(loop, -1)]) for loop in _loops(faces)])
+    rim = np.concatenate(
+        [np.column_stack([loop, np.roll(loop, -1)]) for loop in boundary_loops(faces)]
+    )
     split = split[np.isin(edge_keys(split), edge_keys(origin[rim]))]
     if len(split):
         raise NotConverged(
