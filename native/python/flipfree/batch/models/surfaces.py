@@ -25,18 +25,12 @@ from ...calls.seamless import CrossField, Signature, cross_field, field_aligned
 from ...calls.seamless import seamless as seamless_map
 from ...calls.unwrapping import pack
 from ...calls.unwrapping import unwrap as unwrap_mesh
-from ...errors import (
-    Infeasible,
-    InvalidInput,
-    NotConverged,
-    bad_option,
-    bad_pins,
-)
+from ...errors import Infeasible, InvalidInput, NotConverged, bad_option, bad_pins
 from ...points import compose
 from ...quads import fit_tiles
 from ...quads import quads as quad_mesh
 from ...results import FloatArray, IntArray, Parametrization
-from ...separated import SeparatedSurface, each_part, edge_keys, islands, split_fans
+from ...separated import SeparatedSurface, each_part, edge_keys, parts_of, split_fans
 from ...texts import counted
 from .. import numbers
 from ..results import beside, field_files
@@ -102,15 +96,15 @@ def _cut_open(
     model: Model, clean: SeparatedSurface, points: dict[int, tuple[float, float]]
 ) -> tuple[SeparatedSurface, IntArray]:
     """With parts that have pins, and are closed or have handles, cut; and (s, 2) the cuts, as vertex pairs of the input."""
-    label, _ = islands(clean.faces)
     diagonals = clean.edges(model.diagonals)
     cuts = [np.zeros((0, 2), np.int32)]
-    for first in np.unique(label[np.isin(clean.faces, list(points)).any(axis=1)]):
-        used, own = np.unique(clean.faces[label == first], return_inverse=True)
+    for _, used, own in parts_of(clean):
+        if not np.isin(used, list(points)).any():
+            continue
         whole = np.searchsorted(used, diagonals[np.isin(diagonals, used).all(axis=1)])
         opened = unwrap_mesh(
             clean.vertices[used],
-            own.reshape(-1, 3),
+            own,
             uncuttable=whole,
             effort=0.0,
             **_AS_GIVEN,
@@ -265,18 +259,11 @@ def _suggested(
     model: Model, clean: SeparatedSurface, bound: float, quarter_turns: bool
 ) -> tuple[dict[int, float], float, bool]:
     """{vertex of the clean surface: degrees} over all parts, the largest ratio of scales of one, and whether the bound holds."""
-    label, _ = islands(clean.faces)
     found: dict[int, float] = {}
     ratio, holds = 1.0, True
-    for first in np.unique(label):
-        used, own = np.unique(clean.faces[label == first], return_inverse=True)
-        angles = suggest_cones(
-            clean.vertices[used],
-            own.reshape(-1, 3),
-            bound=bound,
-            quarter_turns=quarter_turns,
-            **model.limits,
-        )
+    wanted: dict[str, Any] = dict(bound=bound, quarter_turns=quarter_turns)
+    for _, used, faces in parts_of(clean):
+        angles = suggest_cones(clean.vertices[used], faces, **wanted, **model.limits)
         degrees = np.degrees(angles[angles.cones])
         if quarter_turns:
             degrees = 90.0 * np.rint(degrees / 90.0)
@@ -471,15 +458,9 @@ def field(model: Model, options: dict[str, Any]) -> Solved:
 
 
 #: Options of a map along a field that tiles do not have.
-_OF_FIELD = {
-    "edge_weight": 1.0,
-    "engine": "auto",
-    "field_file": "",
-    "keep_near_cones": False,
-    "meet_pins": False,
-    "no_optimise": False,
-    "no_reroute": False,
-    "surface_scale": True,
+_OF_FIELD: dict[str, Any] = {
+    **dict.fromkeys(("keep_near_cones", "meet_pins", "no_optimise", "no_reroute"), False),
+    **dict(edge_weight=1.0, engine="auto", field_file="", surface_scale=True),
 }
 
 
