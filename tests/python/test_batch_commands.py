@@ -206,6 +206,20 @@ def test_cones_come_from_the_file_beside_the_model():
     assert record["status"] == "refused" and "multiple of 90" in record["message"]
 
 
+def test_quads_are_as_dense_as_the_file_beside_the_model_says():
+    """Seven times as dense in one half of a sphere as in the other."""
+    vertices, faces = surfaces.octahedron_sphere(4)
+    write("ball.obj", (vertices, faces))
+    right = {str(v): 7 for v in np.flatnonzero(vertices[:, 0] > 0).tolist()}
+    Path("ball.obj.density.json").write_text(json.dumps(right))
+    assert run("quads", "ball.obj", "--target", "800", "--out", "q")["status"] != "refused"
+    made = ff.read(Path("q") / "ball.obj").vertices
+    assert (made[:, 0] > 0.1).sum() > 3 * (made[:, 0] < -0.1).sum() > 0
+    for wrong in ({"0": "much"}, {"0": -1}):
+        Path("ball.obj.density.json").write_text(json.dumps(wrong))
+        assert run("quads", "ball.obj", "--out", "no")["status"] == "refused"
+
+
 def split(vertices, faces):
     """Every corner a vertex of its own, as formats with one normal a vertex have it at hard edges."""
     return vertices[faces].reshape(-1, 3), np.arange(3 * len(faces), dtype=np.int32).reshape(-1, 3)

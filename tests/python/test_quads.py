@@ -88,6 +88,49 @@ def test_cells_are_those_of_a_judge_in_fractions(name: str, seed: int) -> None:
     assert fingerprint(judged) == fingerprint(mesh.quads.tolist())
 
 
+def test_a_map_of_more_cells_than_anyone_can_hold_is_refused_at_once() -> None:
+    vertices, faces, uv = maps.box((1, 1, 1), (2, 2, 2))
+    with pytest.raises(ff.InvalidInput, match="6597069766656 cells"):
+        ff.quads_from_map(maps.parametrization((vertices, faces, uv * 2.0**20)))
+
+
+def test_edges_of_boxes_are_the_best_of_all_whole_numbers() -> None:
+    """Brute force: least symmetric Dirichlet energy of a box's sides, each of its three lengths a whole number of quads."""
+    random = np.random.default_rng(4)
+    vertices, faces, _ = maps.box((1, 1, 1), (3, 3, 3))
+    ends = edges_of(faces)
+    low, high = (vertices == 0.0), (vertices == 1.0)
+    along = ((low[ends[:, 0]] & low[ends[:, 1]]) | (high[ends[:, 0]] & high[ends[:, 1]])).sum(
+        1
+    ) == 2
+    judged = 0
+    for _ in range(30):
+        size = random.uniform(1.0, 6.0, 3)
+        target = int(random.integers(30, 900))
+        mesh = ff.quads(vertices * size, faces, target=target, features=ends[along])
+        if mesh.stats["scales_tried"] > 1:
+            continue
+        judged += 1
+        area = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0])
+        wish = size * np.sqrt(target / area)
+
+        def energy(sides: np.ndarray, wish: np.ndarray = wish) -> np.ndarray:
+            j = sides / wish
+            each = j**2 + j**-2
+            pairs = ((0, 1), (1, 2), (2, 0))
+            return sum(wish[a] * wish[b] * (each[..., a] + each[..., b]) for a, b in pairs)
+
+        near = [np.arange(max(1, int(w) - 2), int(w) + 4) for w in wish]
+        choices = np.stack(np.meshgrid(*near, indexing="ij"), -1).reshape(-1, 3)
+        best = choices[energy(choices).argmin()]
+        on_edge = [
+            ((np.abs(mesh.vertices[:, a]) < 1e-9) & (np.abs(mesh.vertices[:, b]) < 1e-9)).sum() - 1
+            for a, b in ((1, 2), (2, 0), (0, 1))
+        ]
+        assert on_edge == best.tolist(), (size, target)
+    assert judged >= 15
+
+
 def test_a_torus_of_one_cell_is_refused() -> None:
     for twist in (0, 1):
         mapped = maps.twisted_torus(1, 1, twist, 8, 8)

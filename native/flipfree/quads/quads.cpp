@@ -30,6 +30,7 @@ namespace {
 // Of the field that is made where none is given, to the principal curvatures: it brings the cones
 // that parts of machines need, and costs organic shapes little.
 constexpr double kAlignment = 0.1;
+constexpr std::int64_t kMostQuads = 10'000'000;
 
 // A map that quads may have: along the axes at its border, without cones of one quarter turn.
 Prepared prepare_for_quads(const certify::Parametrization& map, const ExecutionContext& context) {
@@ -106,9 +107,7 @@ std::optional<Attempt> attempt_at(CoarseSurface coarse, const Prepared& p, const
   for (double& s : scale) s *= std::sqrt(wanted);
   if (!choose_integers(coarse, p.flat.surface, p.quarters, scales.component, scale, count, context))
     return std::nullopt;
-  // More than anyone can hold: kLongest and memory.
-  constexpr std::int64_t kMostQuads = 50'000'000;
-  if (twice_area_in_quads(coarse) > 2 * kMostQuads) return std::nullopt;
+  if (twice_area_in_quads(coarse) > 4 * kMostQuads) return std::nullopt;
   return attempt_with(std::move(coarse), context);
 }
 
@@ -168,6 +167,14 @@ Attempt attempt_of_map(const Prepared& p, const ExecutionContext& context) {
     }
     coarse.integer.push_back(q);
   }
+  double cells = 0.0;  // the sum of products may be too large for 64 bits
+  for (FaceId f = 0; f < coarse.faces(); ++f)
+    cells +=
+        0.5 * static_cast<double>(cross(coarse.integer[at(3 * f)], coarse.integer[at(3 * f + 1)]));
+  if (cells > static_cast<double>(kMostQuads))
+    throw_invalid(ErrorCode::kBadOption, "The map has " + std::to_string(std::llround(cells)) +
+                                             " cells, more than 10000000. Scale it down by a "
+                                             "power of two, or use quads().");
   return attempt_with(std::move(coarse), context);
 }
 
@@ -334,10 +341,9 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
 
 // How many, of a surface of that area.
 double wanted_quads(const QuadOptions& options, double area) {
-  constexpr double kMostQuads = 1e7;
   const double target =
       options.target > 0.0 ? options.target : area / (options.edge_length * options.edge_length);
-  if (!(target <= kMostQuads))
+  if (!(target <= static_cast<double>(kMostQuads)))
     throw_invalid(ErrorCode::kBadOption,
                   "edge_length is so short that it takes more than 10000000 quads. Give a longer "
                   "one.");

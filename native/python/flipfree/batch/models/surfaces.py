@@ -301,18 +301,30 @@ def cut(model: Model, options: dict[str, Any]) -> Solved:
     return Solved(None, (found.vertices, found.faces), [], figures, {"cut": told})
 
 
-def _cones(model: Model) -> dict[int, float]:
-    """{vertex: angle} of the file beside the model, which has degrees."""
-    told = model.told("cones") or {}
+def _numbers_at(model: Model, kind: str, what: str) -> dict[int, float]:
+    """{vertex: number} of the file of that kind beside the model."""
     try:
-        cones = {int(v): math.radians(float(angle)) for v, angle in told.items()}
+        numbers_at = {int(v): float(number) for v, number in (model.told(kind) or {}).items()}
     except (TypeError, ValueError):
         raise InvalidInput(
-            'Cones must be {"vertex": degrees, ...}. Correct the file with the cones.',
-            code="bad angles",
+            f'The file with the {kind} must hold {{"vertex": {what}, ...}}. Correct it.',
+            code="bad angles" if kind == "cones" else "bad option",
         ) from None
-    refuse_unknown(model, cones)
-    return cones
+    refuse_unknown(model, numbers_at)
+    return numbers_at
+
+
+def _cones(model: Model) -> dict[int, float]:
+    """{vertex: angle} of the file beside the model, which has degrees."""
+    return {v: math.radians(angle) for v, angle in _numbers_at(model, "cones", "degrees").items()}
+
+
+def _density(model: Model, clean: SeparatedSurface) -> FloatArray | None:
+    """Per vertex, 1 where the file beside the model says nothing; None where there is none."""
+    told = clean.copies(_numbers_at(model, "density", "number"))
+    density = np.ones(len(clean.vertices))
+    density[list(told)] = list(told.values())
+    return density if told else None
 
 
 def _is_closed(faces: IntArray) -> bool:
@@ -490,6 +502,7 @@ def quads(model: Model, options: dict[str, Any]) -> Solved:
     clean = model.clean()
     wanted = options["field"]
     followed = None
+    density = _density(model, clean)
     folds = _folds(clean, _SHARP) if wanted == "edges" else None
     symmetry = None if options["symmetry"] == "none" else options["symmetry"]
     if wanted not in ("automatic", "edges") and symmetry is None:
@@ -498,6 +511,7 @@ def quads(model: Model, options: dict[str, Any]) -> Solved:
             clean.faces,
             sharp_edges=clean.edges(_flow(model)) if wanted == "flow" else None,
             alignment=0.5 if wanted == "curvature" else 0.0,
+            sizing=density,
             simplify=True,
             **model.limits,
         )
@@ -510,6 +524,7 @@ def quads(model: Model, options: dict[str, Any]) -> Solved:
         field=followed,
         features=folds,
         adaptive=options["adaptive"],
+        sizing=density,
         symmetry=symmetry,
         **model.limits,
     )
