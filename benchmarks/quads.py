@@ -1,9 +1,11 @@
 """ff.quads beside Blender's QuadriFlow and Instant Meshes (package pynanoinstantmeshes, where it is there).
 
-    quads.py models [--targets 2000,10000] [--folders fields,general,hard] [--blender PROGRAM] [--json FILE]
+    quads.py models [--targets 2000,10000] [--folders fields,general,hard] [--sample N]
+             [--blender PROGRAM] [--json FILE]
     quads.py peers [--of benchmarks/results/quads_models.json] [--json FILE]
     quads.py certified [--targets 500,2000,10000] [--folders fields,general,embedding,seams,hard] [--json FILE]
     quads.py features [--targets 2000] [--folders fields,hard] [--blender PROGRAM] [--json FILE]
+    quads.py tiles [--targets 200] [--folders fields,hard] [--json FILE]
     quads.py many [--targets 20000] [--json FILE]
 
 Instant Meshes is asked for a quarter of the count, as it divides each face into four at the end. Angles: degrees that corners are off 90. Irregular: inner vertices with other than 4 quads, those of the border with other than 2. Kept:
@@ -18,6 +20,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import random
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -47,9 +50,9 @@ class Points:
         a, b, c = np.moveaxis(self.corners, 1, 0)
         self.normal = np.cross(b - a, c - a)
         area = np.linalg.norm(self.normal, axis=1)
-        random = np.random.default_rng(0)
-        self.face = random.choice(len(faces), POINTS, p=area / area.sum())
-        u, v = np.sort(random.random((2, POINTS)), axis=0)
+        generator = np.random.default_rng(0)
+        self.face = generator.choice(len(faces), POINTS, p=area / area.sum())
+        u, v = np.sort(generator.random((2, POINTS)), axis=0)
         weights = np.stack([u, v - u, 1 - v], -1)[..., None]
         self.tree = cKDTree((self.corners[self.face] * weights).sum(1))
 
@@ -147,7 +150,10 @@ def targets_of(options: Options) -> list[int]:
 def models_of(options: Options, only: str = "") -> Iterator[Path]:
     names = (only or options.folders).split(",")
     folders = [sorted((data() / name).glob("*.o[bf][jf]")) for name in names]
-    return options.cases((path for paths in folders for path in paths), lambda p: p.name)
+    paths = [path for paths in folders for path in paths]
+    if options.sample:
+        paths = sorted(random.Random(0).sample(paths, options.sample))
+    return options.cases(paths, lambda p: p.name)
 
 
 def median(values: Any) -> str:
@@ -314,6 +320,40 @@ def features(options: Options) -> Iterator[Row]:
     yield ("all", "", *(f"{100 * part / sums[0]:.1f}" for part in sums[1:]), *[""] * 10)
 
 
+@table(
+    "model | tiles wanted | tiles | G9 | length of seams without a turn % | a half | a quarter | energy before | after | "
+    "added vertices | CPU s"
+)
+def tiles(options: Options) -> Iterator[Row]:
+    """Maps along each model's smoothest field, closed or with the border along the axes, then ff.fit_tiles."""
+    for path in models_of(options):
+        mesh = ff.read(path)
+        for target in targets_of(options):
+            try:
+                area = np.linalg.norm(Points(mesh.vertices, mesh.faces).normal, axis=1).sum() / 2
+                with timed() as cost:
+                    map = ff.field_aligned(mesh.vertices, mesh.faces, max_seconds=options.seconds)
+                    made = ff.fit_tiles(
+                        map, tile=float(np.sqrt(area / target)), max_seconds=options.seconds
+                    )
+            except ff.FlipfreeError as error:
+                yield (path.name, target, str(error).split(". ")[0][:80])
+                continue
+            told = made.certificate
+            yield (
+                *(
+                    path.name,
+                    target,
+                    round(made.stats["tiles"]),
+                    told.ok and told.tile_failures == 0,
+                ),
+                f"{100 * made.stats['seams_matched']:.0f}",
+                *(made.stats["seams_half"], made.stats["seams_quarter"]),
+                *(f"{map.certificate.energy:.3f}", f"{told.energy:.3f}"),
+                *(len(made.vertices) - len(mesh.vertices), cost.cpu),
+            )
+
+
 @table("model | triangles | target | quads | irregular | turned | off % | CPU s")
 def many(options: Options) -> Iterator[Row]:
     """cup_input_simple_10000, each triangle 64, of other heights than before."""
@@ -333,6 +373,7 @@ def many(options: Options) -> Iterator[Row]:
 
 def more(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--targets", default="2000,10000")
+    parser.add_argument("--sample", type=int, default=0, help="so many of the models, seeded")
     parser.add_argument("--folders", default="fields,general,hard")
     parser.add_argument("--blender", help="program")
     parser.add_argument(
