@@ -602,7 +602,8 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
   seamless::check_surface(surface, context);
   field::check_sizing(options.sizing, surface);
   const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
-  const NeededTopology needed = needed_topology(surface, adjacency, field, aligned, context);
+  const NeededTopology needed =
+      needed_topology(surface, adjacency, field, aligned, options.ragged, context);
   check_cones(needed.cones, surface, adjacency, aligned, context);
   return seamless::solve_in_scale(surface, adjacency, [&](const seamless::EnlargedParts* parts) {
     return map_in_scale(parts == nullptr ? surface : parts->surface, surface, adjacency, field,

@@ -39,7 +39,9 @@ struct AlignedOptions {
   bool exact = true;           // false: seams match up to rounding only
   std::vector<double> sizing;  // #V: length in the map of a length 1 there, relative to the
                                // others, positive; empty: all alike
-  int max_iterations = 100;    // of the alignment
+  // Length on the surface: steps of the border along shorter edges are evened out.
+  double ragged = 0.0;
+  int max_iterations = 100;  // of the alignment
   // false: with kPadding, loops turn as they happen to, and G6 is not certified. For comparing
   // (thesis table 6.2).
   bool reroute = true;

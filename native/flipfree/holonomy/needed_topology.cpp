@@ -21,8 +21,12 @@ namespace {
 class Border {
  public:
   Border(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-         const field::CrossField& field)
-      : faces_(surface.faces), adjacency_(adjacency), field_(field) {
+         const field::CrossField& field, double ragged)
+      : surface_(surface),
+        faces_(surface.faces),
+        adjacency_(adjacency),
+        field_(field),
+        ragged_(ragged) {
     const field::Frames frames = field::measure_frames(surface);
     quarter_.assign(adjacency.opposite.size(), 0);
     angle_.assign(adjacency.vertex_halfedge.size(), 0.0);
@@ -99,17 +103,22 @@ class Border {
 
  private:
   // Should a quarter turn go from b to a? Where a has none, and where a bends out and b in, and the
-  // surface does not: the corners of a step stay, those that a field makes on a smooth line go.
+  // surface does not: the corners of a step stay, those that a field makes on a smooth line go, and
+  // those of steps that are too short to count.
   bool is_lower(VertexId a, VertexId b) const {
     constexpr double kGain = 1.5;  // 1 would do as well either way
     const Index of_a = cones_[at(a)], of_b = cones_[at(b)];
     if (of_a < 1 && of_b > of_a + 1) return true;
-    return of_a < 2 && of_b > 2 && (of_b - angle_[at(b)]) - (of_a - angle_[at(a)]) > kGain;
+    const double length = (surface_.vertices.row(a) - surface_.vertices.row(b)).norm();
+    return of_a < 2 && of_b > 2 &&
+           (length < ragged_ || (of_b - angle_[at(b)]) - (of_a - angle_[at(a)]) > kGain);
   }
 
+  const mesh::Surface& surface_;
   const Triangles& faces_;
   const mesh::Adjacency& adjacency_;
   const field::CrossField& field_;
+  double ragged_;
   std::vector<Index> quarter_;
   std::vector<Index> cones_;
   std::vector<double> angle_;  // #V: of the surface, in quarter turns
@@ -128,9 +137,9 @@ std::vector<intrinsic::LoopTurn> loops_of(const mesh::Chart& chart, bool aligned
 }  // namespace
 
 NeededTopology needed_topology(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                               const field::CrossField& field, bool aligned,
+                               const field::CrossField& field, bool aligned, double ragged,
                                const ExecutionContext& context) {
-  Border border(surface, adjacency, field);
+  Border border(surface, adjacency, field, ragged);
   if (aligned) {
     border.even_out();
     border.give_angles();

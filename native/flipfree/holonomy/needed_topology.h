@@ -23,9 +23,10 @@ struct NeededTopology {
   std::vector<intrinsic::LoopTurn> loops;
 };
 
-// Precondition: a valid surface. Throws Cancelled. Cost: O(#F log #F).
+// `ragged`: such pairs are evened out at the ends of edges that are shorter even where the surface
+// has them. Precondition: a valid surface. Throws Cancelled. Cost: O(#F log #F).
 NeededTopology needed_topology(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                               const field::CrossField& field, bool aligned,
+                               const field::CrossField& field, bool aligned, double ragged,
                                const ExecutionContext& context);
 
 // Loops of a refined surface as loops of the surface that it refines: for judging a map by loops

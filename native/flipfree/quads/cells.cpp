@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <tuple>
-#include <unordered_map>
 
 #include "flipfree/base/error.h"
 
@@ -15,19 +15,8 @@ std::int64_t floor_of(std::int64_t a, std::int64_t b) {  // b > 0
   return a / b - (a % b < 0 ? 1 : 0);
 }
 
-struct CornerKey {
-  Index kind = 0;  // face, or -1 - vertex
-  Gauss place;
-  bool operator==(const CornerKey&) const = default;
-};
-struct HashOfKey {
-  std::size_t operator()(const CornerKey& key) const {
-    std::uint64_t hash = static_cast<std::uint32_t>(key.kind);
-    for (const std::int64_t x : {key.place.x, key.place.y})
-      hash = (hash ^ static_cast<std::uint64_t>(x)) * 0x9E3779B97F4A7C15U;
-    return static_cast<std::size_t>(hash ^ (hash >> 29));
-  }
-};
+// A face, or -1 - vertex; and a place in the face.
+using CornerKey = std::tuple<Index, std::int64_t, std::int64_t>;
 
 // Places are doubled, so that centres of cells are odd and corners even.
 class Walker {
@@ -101,7 +90,7 @@ class Walker {
     for (HalfedgeId h = 3 * place.face; h < 3 * place.face + 3; ++h) {
       if (!(place.at == origin(h))) continue;
       carrier = {h, {}, true, false};
-      return numbered({-1 - flat_.source[at(h)], {}}, carrier, cells);
+      return numbered(-1 - flat_.source[at(h)], {}, carrier, cells);
     }
     for (HalfedgeId h = 3 * place.face; h < 3 * place.face + 3; ++h) {
       if (side(h, place.at) != 0) continue;
@@ -113,15 +102,15 @@ class Walker {
       }
       carrier.on_edge = true;
       carrier.doubled = along;
-      return numbered({carrier.halfedge / 3, origin(carrier.halfedge) + along}, carrier, cells);
+      return numbered(carrier.halfedge / 3, origin(carrier.halfedge) + along, carrier, cells);
     }
     carrier.doubled = place.at;
-    return numbered({place.face, place.at}, carrier, cells);
+    return numbered(place.face, place.at, carrier, cells);
   }
 
-  VertexId numbered(const CornerKey& key, const Carrier& carrier, Cells& cells) {
+  VertexId numbered(Index kind, Gauss place, const Carrier& carrier, Cells& cells) {
     const auto [found, is_new] =
-        number_.try_emplace(key, static_cast<VertexId>(cells.corners.size()));
+        number_.try_emplace({kind, place.x, place.y}, static_cast<VertexId>(cells.corners.size()));
     if (is_new) cells.corners.push_back(carrier);
     return found->second;
   }
@@ -129,7 +118,7 @@ class Walker {
   const FlatSurface& flat_;
   const ExecutionContext& context_;
   std::vector<Gauss> edge_;  // doubled
-  std::unordered_map<CornerKey, VertexId, HashOfKey> number_;
+  std::map<CornerKey, VertexId> number_;
 };
 
 }  // namespace

@@ -176,47 +176,58 @@ class Remover {
     return best;
   }
 
-  // The faces around a vertex as they are, to be put back.
-  struct Star {
-    struct Side {
-      HalfedgeId halfedge, opposite;
-      VertexId source;
-      Index turn;
-      Gauss edge;
-      CornerId start;
-      Index start_turn;
-      char feature;
-      HalfedgeId first;  // of those that leave the source
-    };
-    std::vector<Side> sides;
+  // All that is known of a half-edge.
+  struct Side {
+    VertexId source;
+    HalfedgeId opposite;
+    Index turn;
+    Gauss edge;
+    CornerId start;
+    Index start_turn;
+    char feature;
   };
-  Star star_of(VertexId v) {
-    Star star;
+  // As it is in a chart that is turned by so many quarters.
+  Side side_of(HalfedgeId h, Index by = 0) const {
+    const std::size_t i = at(h);
+    return {coarse_.flat.source[i],    coarse_.flat.opposite[i],
+            coarse_.flat.turn[i] - by, turned(coarse_.flat.edge[i], by),
+            coarse_.start[i],          (coarse_.start_turn[i] - by) & 3,
+            coarse_.feature[i]};
+  }
+  void set_side(HalfedgeId h, const Side& side) {
+    const std::size_t i = at(h);
+    flat().source[i] = side.source;
+    flat().opposite[i] = side.opposite;
+    flat().turn[i] = side.opposite == kInvalid ? 0 : side.turn & 3;
+    flat().edge[i] = side.edge;
+    coarse_.start[i] = side.start;
+    coarse_.start_turn[i] = side.start_turn;
+    coarse_.feature[i] = side.feature;
+    if (side.opposite == kInvalid) return;
+    flat().opposite[at(side.opposite)] = h;
+    flat().turn[at(side.opposite)] = -side.turn & 3;
+  }
+
+  // The faces around a vertex as they are, to be put back: half-edges, and those that leave their
+  // sources first.
+  struct Kept {
+    HalfedgeId halfedge;
+    Side side;
+    HalfedgeId first;
+  };
+  std::vector<Kept> star_of(VertexId v) {
+    std::vector<Kept> star;
     around(flat(), leaving_[at(v)], [&](HalfedgeId spoke) {
-      for (HalfedgeId h = 3 * (spoke / 3); h < 3 * (spoke / 3) + 3; ++h) {
-        const std::size_t i = at(h);
-        star.sides.push_back({h, flat().opposite[i], flat().source[i], flat().turn[i],
-                              flat().edge[i], coarse_.start[i], coarse_.start_turn[i],
-                              coarse_.feature[i], leaving_[at(flat().source[i])]});
-      }
+      for (HalfedgeId h = 3 * (spoke / 3); h < 3 * (spoke / 3) + 3; ++h)
+        star.push_back({h, side_of(h), leaving_[at(flat().source[at(h)])]});
       return true;
     });
     return star;
   }
-  void restore(const Star& star) {
-    for (const Star::Side& side : star.sides) {
-      const std::size_t i = at(side.halfedge);
-      flat().source[i] = side.source;
-      flat().opposite[i] = side.opposite;
-      flat().turn[i] = side.turn;
-      flat().edge[i] = side.edge;
-      coarse_.start[i] = side.start;
-      coarse_.start_turn[i] = side.start_turn;
-      coarse_.feature[i] = side.feature;
-      leaving_[at(side.source)] = side.first;
-      if (side.opposite == kInvalid) continue;
-      flat().opposite[at(side.opposite)] = side.halfedge;
-      flat().turn[at(side.opposite)] = -side.turn & 3;
+  void restore(const std::vector<Kept>& star) {
+    for (const Kept& kept : star) {
+      set_side(kept.halfedge, kept.side);
+      leaving_[at(kept.side.source)] = kept.first;
     }
   }
 
@@ -224,8 +235,8 @@ class Remover {
     const bool border = on_border(v);
     const bool on_line = !features_at(v).empty();
     const Index wanted = border || on_line ? 0 : 3;
-    const Star before = star_of(v);
-    for (std::size_t most = 10 * before.sides.size(); most > 0; --most) {
+    const std::vector<Kept> before = star_of(v);
+    for (std::size_t most = 10 * before.size(); most > 0; --most) {
       const Choice choice = choose(v);
       if (choice.inner == wanted && !choice.loop) {
         if (border ? drop(v) : on_line ? join(v) : merge(v)) return true;
@@ -296,51 +307,25 @@ class Remover {
     });
     const FaceId f = spokes[0] / 3;
     if (spokes[1] / 3 == f || spokes[2] / 3 == f || spokes[1] / 3 == spokes[2] / 3) return false;
-    struct Side {
-      HalfedgeId from, opposite;
-      VertexId source;
-      Index turn, by;
-      Gauss edge;
-      CornerId start;
-      Index start_turn;
-      char feature;
-    };
     std::vector<Side> sides;
-    Index by = 0;  // from the chart of the spoke's face to the first one's
+    std::vector<Index> turns;  // from the chart of the spoke's face to the first one's
+    Index by = 0;
     for (const HalfedgeId spoke : spokes) {
-      const HalfedgeId h = next_corner(spoke);
-      sides.push_back({h, flat().opposite[at(h)], flat().source[at(h)], flat().turn[at(h)], by,
-                       turned(flat().edge[at(h)], by), coarse_.start[at(h)],
-                       (coarse_.start_turn[at(h)] - by) & 3, coarse_.feature[at(h)]});
+      sides.push_back(side_of(next_corner(spoke), by));
+      turns.push_back(by);
       by -= flat().turn[at(previous_corner(spoke))];
     }
     for (const HalfedgeId spoke : spokes) kill(spoke / 3);
     leaving_[at(v)] = kInvalid;
-    for (Index k = 0; k < 3; ++k) {
-      Side& side = sides[at(k)];
-      side.turn -= side.by;
+    for (Side& side : sides) {
       for (Index j = 0; j < 3; ++j) {
-        if (side.opposite != sides[at(j)].from) continue;
+        if (side.opposite != next_corner(spokes[at(j)])) continue;
         side.opposite = 3 * f + j;
-        side.turn += sides[at(j)].by;
+        side.turn += turns[at(j)];
         break;
       }
     }
-    for (Index k = 0; k < 3; ++k) {
-      const Side& side = sides[at(k)];
-      const std::size_t h = at(3 * f + k);
-      flat().source[h] = side.source;
-      flat().edge[h] = side.edge;
-      flat().opposite[h] = side.opposite;
-      flat().turn[h] = side.opposite == kInvalid ? 0 : side.turn & 3;
-      coarse_.start[h] = side.start;
-      coarse_.start_turn[h] = side.start_turn;
-      coarse_.feature[h] = side.feature;
-      if (side.opposite != kInvalid) {
-        flat().opposite[at(side.opposite)] = 3 * f + k;
-        flat().turn[at(side.opposite)] = -side.turn & 3;
-      }
-    }
+    for (Index k = 0; k < 3; ++k) set_side(3 * f + k, sides[at(k)]);
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
       HalfedgeId& first = leaving_[at(flat().source[at(h)])];
       if (flat().source[at(first)] != flat().source[at(h)]) first = kInvalid;

@@ -371,6 +371,8 @@ QuadMesh quads_of_all(const mesh::Surface& surface, const std::optional<field::G
     holonomy::AlignedOptions align;
     align.features = options.features;
     align.sizing = options.sizing;
+    const double area = mesh::area_of(surface);
+    align.ragged = std::sqrt(area / wanted_quads(options, area));
     map = holonomy::compute_field_aligned_map(surface, own, align, context);
   }
   Stats stats;

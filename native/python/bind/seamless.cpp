@@ -180,7 +180,7 @@ FoundCut admissible_cut(const mesh::Surface& surface,
     seamless::check_request(surface, *cones, context);
   }
   const std::vector<Index> wanted =
-      own ? holonomy::needed_topology(surface, adjacency, *own, true, context).cones : *cones;
+      own ? holonomy::needed_topology(surface, adjacency, *own, true, 0.0, context).cones : *cones;
   seamless::Reroutings done;
   holonomy::RefinedPieces pieces = holonomy::field_cut(
       surface, adjacency, own && reroute ? &*own : nullptr, wanted, done, context);
