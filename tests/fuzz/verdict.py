@@ -32,12 +32,14 @@ def _check_map(result: ff.Parametrization, arguments: dict[str, Any]) -> None:
     _check_certificate(result.certificate)
     if not result.certificate.ok:
         raise Finding(f"a map came back that failed: {result.certificate.failures}")
+    mirrored = np.isin(np.arange(len(result.faces)), result.certificate.mirrored_faces)
+    sides = np.where(mirrored[:, None, None], [-1.0, 1.0], 1.0)
     for name, uv in (("uv", result.uv), ("uv64", result.uv64)):
         if result.certificate.mends:
             # Windings may contradict each other, and some faces may have no triangle.
             wrong = judge_any(result.faces, uv, disjoint=False)
         else:
-            wrong = [f"{count} flips"] if (count := flips(uv)) else []
+            wrong = [f"{count} flips"] if (count := flips(uv * sides)) else []
         if wrong:
             raise Finding(f"{name} has {wrong}")
     if not np.array_equal(result.uv.astype(np.float32), result.uv32()):
@@ -46,7 +48,12 @@ def _check_map(result: ff.Parametrization, arguments: dict[str, Any]) -> None:
     turns = result.certificate.quarter_cones.tolist()
     cones = {v: k * np.pi / 2 for v, k in turns} or None
     again = ff.certify(
-        result.vertices, result.faces, result.uv, cones=cones, seamless=cones is not None
+        result.vertices,
+        result.faces,
+        result.uv,
+        cones=cones,
+        seamless=cones is not None,
+        mirrored=mirrored.astype(int) if mirrored.any() else None,
     )
     # Where lengths are the metric, positions may have no area to measure distortion against.
     unmeasured = result.certificate.energy == -1.0
