@@ -134,6 +134,26 @@ def test_a_tube_gets_one_seam_along_it() -> None:
     assert length_of(vertices, seams) == pytest.approx(5.0)
 
 
+def test_a_bent_pipe_is_no_bundle_of_flat_strips() -> None:
+    """Half a ring whose facets around it bend like those of a made thing, and are rolled along it."""
+    columns, sectors = 24, 12
+    along, around = np.meshgrid(
+        np.pi * np.arange(columns + 1) / columns,
+        2 * np.pi * np.arange(sectors) / sectors,
+        indexing="ij",
+    )
+    radius = 1 + 0.25 * np.cos(around)
+    places = (radius * np.cos(along), radius * np.sin(along), 0.25 * np.sin(around))
+    faces = []
+    for c in range(columns):
+        for s in range(sectors):
+            a, b = sectors * c + s, sectors * c + (s + 1) % sectors
+            faces += [[a, a + sectors, b + sectors], [a, b + sectors, b]]
+    polygons = np.arange(columns * sectors, dtype=np.int32).repeat(2)
+    found = ff.unwrap(np.stack(places, -1).reshape(-1, 3), np.array(faces), polygons=polygons)
+    assert found.stats["charts"] == 1
+
+
 def test_a_cube_becomes_one_net() -> None:
     for size in (1, 4):
         vertices, faces, diagonals = cube(size)

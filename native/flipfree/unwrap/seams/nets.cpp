@@ -32,7 +32,7 @@ constexpr double kLongest = 1.8;
 constexpr std::size_t kSpanDirections = 16;
 // Shares of a part's area: of a net that counts; and what nets that count must have of all nets of
 // a hard part.
-constexpr double kNet = 0.02;
+constexpr double kNet = 0.04;
 constexpr double kHardNets = 0.85;
 // Of the nets' outlines so much runs along their crosses, in the mean by area.
 constexpr double kHardOutlines = 0.35;
