@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import product
+
 import numpy as np
 import numpy.typing as npt
 
@@ -91,6 +94,40 @@ def torus(sectors: int = 24, rings: int = 12, minor: float = 0.4) -> Mesh:
     index = np.arange(sectors * rings).reshape(rings, sectors)
     index = np.vstack([index, index[:1]])
     return points.reshape(-1, 3), _cells(sectors, rings, np.hstack([index, index[:, :1]]))
+
+
+Cell = tuple[int, int, int]
+
+
+def plate(holes: int) -> list[Cell]:
+    """Cubes of a plate with so many holes in a row, that many handles."""
+    return [(x, y, 0) for x in range(2 * holes + 1) for y in range(3) if y != 1 or x % 2 == 0]
+
+
+def of_cubes(cells: Iterable[Cell], n: int = 1) -> Mesh:
+    """The surface of unit cubes, no two of which touch in an edge or a corner only; every square is divided into n x n, and
+    each of these in triangles (a, b, c) and (a, c, d)."""
+    solid = set(cells)
+    number: dict[Cell, int] = {}
+    faces = []
+    for cell, axis, up in product(sorted(solid), range(3), range(2)):
+        beside = list(cell)
+        beside[axis] += 2 * up - 1
+        if tuple(beside) in solid:
+            continue
+        first, second = ((axis + 1) % 3, (axis + 2) % 3) if up else ((axis + 2) % 3, (axis + 1) % 3)
+        for x, y in product(range(n), range(n)):
+            corners = []
+            for dx, dy in ((0, 0), (1, 0), (1, 1), (0, 1)):
+                place = [c * n for c in cell]
+                place[axis] += up * n
+                place[first] += x + dx
+                place[second] += y + dy
+                key = (place[0], place[1], place[2])
+                corners.append(number.setdefault(key, len(number)))
+            a, b, c, d = corners
+            faces += [(a, b, c), (a, c, d)]
+    return np.array(list(number), float) / n, np.array(faces, np.int32)
 
 
 def octahedron_sphere(levels: int = 3) -> Mesh:

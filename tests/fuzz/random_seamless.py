@@ -25,9 +25,18 @@ import flipfree as ff
 
 from judges.disjoint_sets import DisjointSets
 from judges.seams import SeamCount, seam_count
-from judges.unfoldings import unfolding
 from random_meshes import Mesh
-from surfaces import compact, cylinder, euler, octahedron_sphere, open_edges, prism, torus
+from surfaces import (
+    compact,
+    cylinder,
+    euler,
+    octahedron_sphere,
+    of_cubes,
+    open_edges,
+    plate,
+    prism,
+    torus,
+)
 from verdict import Finding, check_error
 
 NAME = "seamless"
@@ -76,10 +85,8 @@ def closed(random: Random) -> Shape:
     if kind == 2:
         return prism(int(random.integers(3, 30)), 10.0 ** random.uniform(-2, 2))
     genus = int(random.integers(0, 6))
-    cells = [(x, y, 0) for x in range(2 * genus + 1) for y in range(3) if y != 1 or x % 2 == 0]
     n = int(random.integers(1, 4 if genus < 3 else 3))
-    shape = unfolding(cells if genus else [(0, 0, 0)], n, int(random.integers(1000)))
-    return shape.vertices, shape.faces
+    return of_cubes(plate(genus) if genus else [(0, 0, 0)], n)
 
 
 def sheet(random: Random) -> Shape:

@@ -11,14 +11,13 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
-Cell = tuple[int, int, int]
-RING = [(x, y, 0) for x, y in product(range(3), range(3)) if (x, y) != (1, 1)]
-TWO_HOLES = [(x, y, 0) for x, y in product(range(5), range(3)) if y != 1 or x % 2 == 0]
+from surfaces import Cell, of_cubes, plate
+
 SHAPES: dict[str, list[Cell]] = {
     "cube": [(0, 0, 0)],
     "bar": [(0, 0, 0), (1, 0, 0), (1, 1, 0), (1, 1, 1)],
-    "ring": RING,
-    "two holes": TWO_HOLES,
+    "ring": plate(1),
+    "two holes": plate(2),
 }
 GENUS = {"cube": 0, "bar": 0, "ring": 1, "two holes": 2}
 
@@ -34,32 +33,15 @@ class Unfolding:
 def unfolding(cells: list[Cell], n: int, seed: int) -> Unfolding:
     """Every square is divided into n x n; no two cells touch in an edge or a corner only."""
     draw = random.Random(seed)
-    solid = set(cells)
-    number: dict[Cell, int] = {}
-    faces: list[list[int]] = []
-    local: list[list[complex]] = []
-    square: list[int] = []
-    squares = 0
-    for cell, axis, up in product(sorted(solid), range(3), range(2)):
-        beside = list(cell)
-        beside[axis] += 2 * up - 1
-        if tuple(beside) in solid:
-            continue
-        first, second = ((axis + 1) % 3, (axis + 2) % 3) if up else ((axis + 2) % 3, (axis + 1) % 3)
-
-        def vertex(x: int, y: int) -> int:
-            place = [c * n for c in cell]  # noqa: B023
-            place[axis] += up * n  # noqa: B023
-            place[first] += x  # noqa: B023
-            place[second] += y  # noqa: B023
-            return number.setdefault((place[0], place[1], place[2]), len(number))
-
-        for x, y in product(range(n), range(n)):
-            for corner in ([(0, 0), (1, 0), (1, 1)], [(0, 0), (1, 1), (0, 1)]):
-                faces.append([vertex(x + dx, y + dy) for dx, dy in corner])
-                local.append([complex(x + dx, y + dy) for dx, dy in corner])
-                square.append(squares)
-        squares += 1
+    vertices, triangles = of_cubes(cells, n)
+    faces = triangles.tolist()
+    squares = len(faces) // (2 * n * n)
+    corners = ([(0, 0), (1, 0), (1, 1)], [(0, 0), (1, 1), (0, 1)])
+    local = [
+        [complex(x + dx, y + dy) for dx, dy in corner]
+        for x, y, corner in product(range(n), range(n), corners)
+    ] * squares
+    square = [f // (2 * n * n) for f in range(len(faces))]
     side = {(t[k], t[(k + 1) % 3]): (f, k) for f, t in enumerate(faces) for k in range(3)}
     place: dict[int, tuple[complex, complex]] = {0: (1, 0)}
 
@@ -97,12 +79,9 @@ def unfolding(cells: list[Cell], n: int, seed: int) -> Unfolding:
     # Any similarity keeps a map seamless; nothing about it is exact any more.
     uv *= 10 ** draw.uniform(-6, 6) * np.exp(1j * draw.uniform(0, 2 * np.pi))
     uv += complex(draw.uniform(-9, 9), draw.uniform(-9, 9)) * np.abs(uv).max()
-    positions = np.zeros((len(number), 3))
-    for p, v in number.items():
-        positions[v] = np.array(p) / n
     return Unfolding(
-        positions,
-        np.array(faces, dtype=np.int32),
+        vertices,
+        triangles,
         np.stack([uv.real, uv.imag], axis=2),
         np.array(cut, dtype=np.int32).reshape(-1, 2),
     )

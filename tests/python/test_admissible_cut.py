@@ -2,17 +2,48 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 import pytest
 
 import flipfree as ff
 
+from judges import holonomy
 from mesh_files import data_folder, read_mesh
-from surfaces import bumpy_grid, octahedron_sphere, torus
+from sampling import sampled
+from surfaces import Mesh, bumpy_grid, octahedron_sphere, of_cubes, plate, torus
 
 
-def assert_admissible(cut: ff.AdmissibleCut, cones: dict[int, int]) -> int:
-    """Returns the number of components."""
+def of_genus(genus: int) -> Mesh:
+    return torus(8, 6) if genus == 1 else of_cubes(plate(genus))
+
+
+def smallest_torus() -> Mesh:
+    """Seven vertices, each joined to all others (Moebius 1886)."""
+    places = [(3, -3, 0), (-3, 3, 0), (-3, -3, 1), (3, 3, 1), (-1, -2, 3), (1, 2, 3), (0, 0, 15)]
+    faces = [(i, (i + a) % 7, (i + b) % 7) for i in range(7) for a, b in ((1, 3), (3, 2))]
+    return np.array(places, float), np.array(faces, np.int32)
+
+
+def scattered(vertices: np.ndarray, cones: Iterable[int], seed: int) -> dict[int, int]:
+    places = np.random.default_rng(seed).permutation(len(vertices)).tolist()
+    return {v: k for v, k in zip(places, cones, strict=False) if k != 4}
+
+
+def random_cones(count: int, kinds: list[int], genus: int, seed: int) -> list[int]:
+    """So many of these kinds that fit a surface of this genus."""
+    random = np.random.default_rng(seed)
+    cones = random.choice(kinds, count).tolist()
+    while missing := 8 * genus - 8 - sum(k - 4 for k in cones):
+        place, other = int(random.integers(count)), int(random.choice(kinds))
+        if abs(missing - other + cones[place]) <= abs(missing):
+            cones[place] = other
+    return cones
+
+
+def assert_admissible(cut: ff.AdmissibleCut, cones: dict[int, int]) -> list[int]:
+    """Returns how many corners the components have, ascending."""
     split, origin = ff.split_fans(cut.faces, cuts=cut.cut_edges)
     label, _ = ff.islands(split)
     ends = [branch[k] for branch in cut.branches for k in (0, -1)]
@@ -27,16 +58,125 @@ def assert_admissible(cut: ff.AdmissibleCut, cones: dict[int, int]) -> int:
         assert (right, flat) == ((4, 0) if count == 4 else (2, 1))
     for corner, face in np.concatenate([cut.corners, cut.flat]):
         assert corner in cut.faces[face]
-    components = np.unique(label)
-    for first in components:
+    found = []
+    for first in np.unique(label):
         own = split[label == first]
         sides = np.sort(np.concatenate([own[:, (k, (k + 1) % 3)] for k in range(3)]), axis=1)
         edges, uses = np.unique(sides, axis=0, return_counts=True)
         assert len(np.unique(own)) - len(edges) + len(own) == 1, "no disk"
         inside = set(origin[np.unique(own)].tolist())
-        corners = sum(label[face] == first for face in cut.corners[:, 1])
+        corners = int((label[cut.corners[:, 1]] == first).sum())
         assert corners == 4 + sum(k - 4 for v, k in cones.items() if v in inside)
-    return len(components)
+        found.append(corners)
+    return sorted(found)
+
+
+def turned_field(mesh: Mesh, cones: dict[int, int], seed: int) -> ff.CrossField:
+    """That turns along each of 2 g loops by up to a quarter more or less than it would."""
+    random = np.random.default_rng(seed)
+    near = ff.cross_field(*mesh, signature=ff.Signature(cones, []))
+    loops = ff.signature(*mesh, near).loops
+    turned = [(strip, turns + int(random.integers(-1, 2))) for strip, turns in loops]
+    return ff.cross_field(*mesh, signature=ff.Signature(cones, turned))
+
+
+def assert_padded(vertices: np.ndarray, faces: np.ndarray, cones: dict[int, int]) -> None:
+    """The equations of the cut have a positive solution, for the lengths that there are: the map has these cones."""
+    map = ff.seamless(vertices, faces, cones, engine="padding", optimise=False, exact=False)
+    assert map.certificate.ok and map.stats["engine"] == "padding"
+    basis = holonomy.random_homology_basis(map.faces, 3)
+    judged = holonomy.judge(map.faces, map.uv64, cones, basis)
+    assert judged.vertex_error < 1e-6 and judged.loop_error < 1e-6
+
+
+#: Genus, cones, and the corners of the components (thesis 5.3.3).
+PATTERNS = [
+    (1, (), [4]),
+    *((1, cones, [2, 6]) for cones in ((2, 6), (3, 3, 5, 5))),
+    *((1, cones, [1, 7]) for cones in ((1, 7), (1, 3, 8), (1, 1, 10))),
+    *((2, (k, 16 - k), [k, 16 - k]) for k in (1, 2, 3, 5, 6, 7)),
+    (2, (1, 1, 18), [1, 15]),
+    *((2, cones, [12]) for cones in ((12,), (8, 8))),
+    (3, (20,), [20]),
+    (4, (12, 12, 12), [28]),
+    *((g, (1, 8 * g - 1), [1, 8 * g - 1]) for g in (3, 4, 5, 6)),
+]
+
+
+@pytest.mark.parametrize(("genus", "given", "corners"), PATTERNS)
+def test_every_pattern_of_cones_is_cut_and_padded(
+    genus: int, given: tuple[int, ...], corners: list[int]
+) -> None:
+    vertices, faces = of_genus(genus)
+    for seed in range(3):
+        cones = scattered(vertices, given, seed)
+        assert assert_admissible(ff.admissible_cut(vertices, faces, cones), cones) == corners
+    if genus < 4:
+        assert_padded(vertices, faces, cones)
+
+
+@pytest.mark.parametrize("genus", [3, 4, 5])
+def test_cuts_of_many_handles_are_joined_at_any_single_cone_or_many(genus: int) -> None:
+    vertices, faces = of_genus(genus)
+    all_of_it = 8 * genus - 8
+    for given in ([5] * all_of_it, *([k, 8 + all_of_it - k] for k in (2, 3, 6, 7))):
+        cones = scattered(vertices, given, 1)
+        assert_admissible(ff.admissible_cut(vertices, faces, cones), cones)
+
+
+@pytest.mark.parametrize("genus", [1, 2, 3, 5])
+def test_any_cones_that_fit_are_inside_the_components(genus: int) -> None:
+    vertices, faces = of_genus(genus)
+    for seed in sampled(range(24), 6, "admissible"):
+        kinds = [3, 5] if seed % 2 else list(range(1, 13))
+        cones = scattered(vertices, random_cones(8 * genus + 16, kinds, genus, seed), seed)
+        assert_admissible(ff.admissible_cut(vertices, faces, cones), cones)
+
+
+@pytest.mark.parametrize("mesh", [smallest_torus(), torus(3, 3), torus(4, 3)], ids=[7, 9, 12])
+def test_tiny_surfaces_are_refined_until_there_is_room(mesh: Mesh) -> None:
+    count = len(mesh[0])
+    for seed in range(8):
+        several = random_cones(3 + 5 * seed % (count - 2), [2, 3, 5, 6], 1, seed)
+        for given in (several, [1, 7], [1, 3, 8]):
+            cones = scattered(mesh[0], given, seed)
+            assert_admissible(ff.admissible_cut(*mesh, cones), cones)
+    assert_padded(*mesh, cones)
+
+
+#: Genus and cones; whether a cut among them turns as any field does.
+TURNED = [
+    *((1, cones, True) for cones in ([3, 3, 5, 5], [2, 3, 7], [3, 3, 6], [2, 5, 5], [1, 3, 8])),
+    (1, [6] * 8 + [2] * 8, False),
+    *((2, [k, 16 - k] + [3] * 3 + [5] * 3, True) for k in (2, 3, 6)),
+    (2, [5] * 8, True),
+    *((3, cones, True) for cones in ([5] * 16, [3] * 8 + [5] * 24, [10, 14, 2, 2, 8])),
+    (3, [6] * 16 + [2] * 8, True),
+    (4, [5] * 24, True),
+]
+
+
+@pytest.mark.parametrize(("genus", "given", "always"), TURNED)
+def test_cuts_turn_as_fields_do(genus: int, given: list[int], always: bool) -> None:
+    mesh = of_genus(genus)
+    refused = 0
+    for seed in range(4):
+        cones = scattered(mesh[0], given, seed)
+        try:
+            cut = ff.admissible_cut(*mesh, field=turned_field(mesh, cones, seed))
+        except ff.NotConverged as error:
+            refused += "cannot turn as the map shall" in str(error)
+            continue
+        assert_admissible(cut, cones)
+        assert cut.stats["loops"] == 2 * genus
+        assert cut.stats["guided"] + cut.stats["fallback"] <= cut.stats["quarters"]
+    assert (refused == 0) == always
+
+
+def test_thirty_handles_are_cut() -> None:
+    vertices, faces = of_genus(30)
+    cones = scattered(vertices, [5] * 232, 5)
+    assert_admissible(ff.admissible_cut(vertices, faces, cones), cones)
 
 
 @pytest.mark.parametrize("cones", [{}, {0: 3, 60: 5}, {0: 3, 60: 3, 130: 5, 200: 5}, {7: 1, 90: 7}])

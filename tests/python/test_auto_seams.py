@@ -12,7 +12,7 @@ from broken_meshes import KINDS, broken_mesh
 import flipfree as ff
 
 from judges.charts import charts_of
-from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
+from surfaces import bumpy_grid, cylinder, octahedron_sphere, of_cubes, torus
 
 #: Mean energy that the default stretch of 1.25 allows.
 BOUND = 1.025
@@ -26,24 +26,9 @@ SURFACES = {
 
 
 def cube(size: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A cube of square faces, each (size x size) squares in two triangles; and the diagonals."""
-    points: dict[tuple[int, int, int], int] = {}
-    faces: list[list[int]] = []
-    diagonals: list[list[int]] = []
-    for axis in range(3):
-        for side in (0, size):
-            for i in range(size):
-                for j in range(size):
-                    ring = []
-                    for u, v in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)):
-                        place = [0, 0, 0]
-                        place[axis], place[(axis + 1) % 3], place[(axis + 2) % 3] = side, u, v
-                        ring.append(points.setdefault((place[0], place[1], place[2]), len(points)))
-                    if side == 0:
-                        ring.reverse()
-                    faces += [[ring[0], ring[1], ring[2]], [ring[0], ring[2], ring[3]]]
-                    diagonals.append([ring[0], ring[2]])
-    return np.array(list(points), float) / size, np.array(faces), np.array(diagonals)
+    """The unit cube, each side (size x size) squares in two triangles; and the diagonals."""
+    vertices, faces = of_cubes([(0, 0, 0)], size)
+    return vertices, faces, faces[::2, [0, 2]]
 
 
 def as_set(edges: np.ndarray) -> set[tuple[int, int]]:

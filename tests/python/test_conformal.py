@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 import flipfree as ff
 
-from surfaces import bumpy_grid, octahedron_sphere, prism_with_cones, strip_of_needles
+from surfaces import bumpy_grid, octahedron_sphere, of_cubes, prism_with_cones, strip_of_needles
 
 DATA = Path(os.environ.get("FLIPFREE_DATA", Path(__file__).parents[3] / "shared" / "data"))
 
@@ -144,24 +145,8 @@ def test_a_single_cone_on_a_high_genus_surface(name: str) -> None:
 
 def plate_with_holes(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
     """The surface of a plate of voxels, two thick, with square holes 3 wide and walls of 2: genus columns x rows."""
-    filled = np.ones((5 * columns + 2, 5 * rows + 2, 2), bool)
-    for i in range(columns):
-        for j in range(rows):
-            filled[5 * i + 2 : 5 * i + 5, 5 * j + 2 : 5 * j + 5] = False
-    padded = np.pad(filled, 1)
-    quads = []
-    for axis in range(3):
-        u, v = np.eye(3, dtype=int)[(axis + 1) % 3], np.eye(3, dtype=int)[(axis + 2) % 3]
-        for sign in (0, 1):
-            for cell in np.argwhere(padded & ~np.roll(padded, -1 if sign else 1, axis)):
-                corner = cell + sign * np.eye(3, dtype=int)[axis]
-                quad = [corner, corner + u, corner + u + v, corner + v]
-                quads.append(quad if sign else quad[::-1])
-    points, index = np.unique(np.array(quads).reshape(-1, 3), axis=0, return_inverse=True)
-    quads = index.reshape(-1, 4)
-    return points.astype(float), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(
-        np.int32
-    )
+    sides = product(range(5 * columns + 2), range(5 * rows + 2))
+    return of_cubes((x, y, z) for x, y in sides if min(x % 5, y % 5) < 2 for z in (0, 1))
 
 
 def test_all_curvature_of_36_handles_in_one_cone_is_reached_by_relaxed_steps() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from test_admissible_cut import of_genus, scattered, turned_field
 
 import flipfree as ff
 
@@ -42,23 +43,26 @@ def test_a_map_turns_as_its_field_on_loops_that_nobody_has_seen(seed: int) -> No
     assert map.stats["angle_mean"] < np.radians(10)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_padding_follows_a_field_along_a_rerouted_cut(seed: int) -> None:
-    vertices, faces = torus()
-    random = np.random.default_rng(seed)
-    places = random.permutation(len(vertices))
-    cones = {int(v): k for v, k in zip(places, [3, 3, 5, 5], strict=False)}
-    near = ff.cross_field(vertices, faces, signature=ff.Signature(cones, []))
-    turned = [
-        (strip, turns + int(random.integers(-1, 2)))
-        for strip, turns in ff.signature(vertices, faces, near).loops
-    ]
-    field = ff.cross_field(vertices, faces, signature=ff.Signature(cones, turned))
-    map = ff.field_aligned(vertices, faces, field=field, engine="padding")
-    assert map.stats["engine"] == "padding"
-    assert map.stats["reroutings.loops"] == 2
-    assert map.certificate.ok and map.certificate.holonomy_failures == 0
-    assert judged_alike(vertices, faces, field, map, seed)
+@pytest.mark.parametrize(
+    ("genus", "given"),
+    [
+        *((1, cones) for cones in ([3, 3, 5, 5], [2, 3, 7], [3, 3, 6], [2, 5, 5])),
+        (1, [3, 3, 3, 5, 5, 5]),
+        (2, [2, 14, 3, 3, 3, 5, 5, 5]),
+    ],
+)
+def test_padding_follows_a_field_along_a_rerouted_cut(genus: int, given: list[int]) -> None:
+    mesh = of_genus(genus)
+    rerouted = 0
+    for seed in range(3 if genus == 1 else 1):
+        field = turned_field(mesh, scattered(mesh[0], given, seed), seed)
+        map = ff.field_aligned(*mesh, field=field, engine="padding", optimise=False)
+        assert map.stats["engine"] == "padding"
+        assert map.stats["reroutings.loops"] == 2 * genus
+        rerouted += map.stats["reroutings.quarters"]
+        assert map.certificate.ok and map.certificate.holonomy_failures == 0
+        assert judged_alike(*mesh, field, map, seed)
+    assert rerouted > 0
 
 
 def test_padding_follows_fields_among_even_cones_that_turn_by_odd_numbers() -> None:

@@ -11,8 +11,18 @@ import flipfree as ff
 
 from judges import holonomy
 from judges.seams import seam_count
-from judges.unfoldings import RING, unfolding
-from surfaces import bumpy_grid, compact, edges_of, octahedron_sphere, prism, shuffled, torus
+from judges.unfoldings import unfolding
+from surfaces import (
+    bumpy_grid,
+    compact,
+    edges_of,
+    octahedron_sphere,
+    of_cubes,
+    plate,
+    prism,
+    shuffled,
+    torus,
+)
 
 
 def random_cones(faces: np.ndarray, genus: int, count: int, seed: int) -> dict[int, int]:
@@ -23,10 +33,11 @@ def random_cones(faces: np.ndarray, genus: int, count: int, seed: int) -> dict[i
 
 
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("genus", [0, 1])
+@pytest.mark.parametrize("genus", [0, 1, 2, 3])
 def test_turns_by_quarters_on_loops_that_the_solver_has_not_seen(genus: int, seed: int) -> None:
-    vertices, faces = octahedron_sphere(3) if genus == 0 else torus()
-    cones = random_cones(faces, genus, 16, seed)
+    closed = [octahedron_sphere(3), torus(), *(of_cubes(plate(holes), 3) for holes in (2, 3))]
+    vertices, faces = closed[genus]
+    cones = random_cones(faces, genus, 16 + 4 * genus, seed)
     map = ff.seamless(vertices, faces, cones, engine="penner", optimise=False, exact=False)
     assert map.certificate.ok
     basis = holonomy.random_homology_basis(map.faces, seed)
@@ -49,16 +60,18 @@ def test_transitions_join_the_sides_of_every_cut_edge_exactly(stored: bool) -> N
         for k in range(3)
     }
     assert len(map.cut_edges) == len(map.transitions.quarter_turns) > 0
-    for (a, b), quarters, shift in zip(
-        map.cut_edges.tolist(),
-        map.transitions.quarter_turns,
-        map.transitions.translation,
-        strict=True,
+    again = ff.certify(map.vertices, map.faces, uv, seamless=True)
+    for edges, transitions in (
+        (map.cut_edges, map.transitions),
+        (again.seam_vertices, again.seam_transitions),
     ):
-        turned = np.linalg.matrix_power(np.array([[0, -1], [1, 0]]), int(quarters))
-        first, second = corner[a, b], corner[b, a]
-        assert (turned @ first[0] + shift == second[1]).all()
-        assert (turned @ first[1] + shift == second[0]).all()
+        for (a, b), quarters, shift in zip(
+            edges.tolist(), transitions.quarter_turns, transitions.translation, strict=True
+        ):
+            turned = np.linalg.matrix_power(np.array([[0, -1], [1, 0]]), int(quarters))
+            first, second = corner[a, b], corner[b, a]
+            assert (turned @ first[0] + shift == second[1]).all()
+            assert (turned @ first[1] + shift == second[0]).all()
 
 
 def test_optimising_lowers_the_energy() -> None:
@@ -194,7 +207,7 @@ def test_few_iterations_are_refused_or_taken_as_they_are() -> None:
 
 
 def test_the_map_lies_along_the_edges_of_the_mesh() -> None:
-    frame = unfolding(RING, 3, 4)
+    frame = unfolding(plate(1), 3, 4)
     sides = frame.vertices[np.roll(frame.faces, -1, 1)] - frame.vertices[frame.faces]
     slanted = (np.abs(sides) > 1e-9).sum(-1) > 1
     ends = np.stack([frame.faces, np.roll(frame.faces, -1, 1)], -1)

@@ -41,12 +41,4 @@ inline std::vector<std::int64_t> spread(std::int64_t total, int count,
   return chosen;
 }
 
-// Seeds below `whole`: all in a long run, else a quarter.
-inline std::vector<unsigned> sampled_seeds(int whole) {
-  std::vector<unsigned> seeds;
-  for (const std::int64_t number : spread(whole, sample_count(whole)))
-    seeds.push_back(static_cast<unsigned>(number - 1));
-  return seeds;
-}
-
 }  // namespace flipfree::test
