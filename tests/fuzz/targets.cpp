@@ -9,9 +9,9 @@ std::span<const Target> targets() {
       {"metric", fuzz_metric},
       {"pins", fuzz_pins},
       {"unwrap", fuzz_unwrap},
-      {"certify", fuzz_certify},
-      {"certify_any", fuzz_certify_any},
-      {"rounding", fuzz_rounding},
+      {"certify", fuzz_certify, true},
+      {"certify_any", fuzz_certify_any, true},
+      {"rounding", fuzz_rounding, true},
       {"files", fuzz_files},
       {"cells", fuzz_cells},
   };

@@ -34,6 +34,7 @@ void fuzz_cells(Bytes bytes);
 struct Target {
   const char* name;
   void (*run)(Bytes bytes);
+  bool quick = false;  // a millisecond an input
 };
 std::span<const Target> targets();
 

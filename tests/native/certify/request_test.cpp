@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "flipfree/certify/certify.h"
+#include "flipfree/certify/overlap.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
@@ -34,6 +35,25 @@ struct Case {
     return ErrorCode::kInternal;
   }
 };
+
+TEST(CertifyRequest, figures_are_those_of_the_stored_map_where_it_is_worse) {
+  const mesh::Surface surface = test::grid(6, 5);
+  const Points2 uv = flat(surface);
+  Points2 moved = surface.vertices.leftCols<2>();
+  moved.row(8) += Eigen::RowVector2d(0.12, 0.0);
+  const Points2f stored = corners(surface, moved).cast<float>();
+  CertifyRequest request;
+  request.surface = &surface;
+  request.uv = &uv;
+  request.uv32 = &stored;
+  const Certificate c = certify(request, ExecutionContext());
+  const Certificate worse = test::measure(surface, stored.cast<double>());
+  EXPECT_TRUE(c.ok);
+  EXPECT_GT(worse.max_energy, 1.5);
+  EXPECT_EQ(c.energy, worse.energy);
+  EXPECT_EQ(c.max_energy, worse.max_energy);
+  EXPECT_EQ(c.energy_p99, worse.energy_p99);
+}
 
 TEST(CertifyRequest, maps_of_another_shape_are_refused) {
   Case c;
@@ -158,6 +178,17 @@ TEST(CertifyRequest, at_most_a_thousand_faces_are_named) {
   const Certificate certificate = c.measure();
   EXPECT_EQ(certificate.flips64, 1600);
   EXPECT_EQ(certificate.failed_faces.size(), 1000U);
+  // Triangles apart from each other in space, all in one place in the plane: a million pairs, no
+  // more.
+  constexpr Index kTriangles = 1500;
+  c.surface.vertices = Points3::Random(3 * kTriangles, 3);
+  c.surface.faces = Triangles::NullaryExpr(kTriangles, 3, [](Eigen::Index f, Eigen::Index k) {
+    return static_cast<VertexId>(3 * f + k);
+  });
+  c.uv = (Points2(3, 2) << 0, 0, 1, 0, 0, 1).finished().replicate(kTriangles, 1);
+  const Certificate stacked = c.measure();
+  EXPECT_EQ(stacked.island_overlaps, IslandOverlaps::kMostPairs);
+  EXPECT_EQ(stacked.island_overlap_faces.size(), 1000U);
 }
 
 }  // namespace
