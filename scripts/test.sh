@@ -3,7 +3,8 @@
 #
 #   scripts/test.sh                   everything, long protocols by a sample: what .ci/run calls
 #   scripts/test.sh --long            everything, long protocols whole
-#   scripts/test.sh --quick [STAGE]   after an edit: native and Python tests that take under a second each, or a stage's alone
+#   scripts/test.sh --quick [STAGE]   after an edit: native and Python tests that took under a second each in the last whole run
+#                                     (all, if there was none), or a stage's alone
 #
 # C++ (GoogleTest), the Python package (pytest), the extension inside Blender 4.3 and 5.2, without and with a window, and the checks
 # of style. Skipped tests say what is missing. FLIPFREE_DATA names the shared data folder, if it is there; FLIPFREE_SEED the sample
@@ -31,19 +32,20 @@ totals() { build/venv/bin/python scripts/totals.py "$reports" "$@"; }
 
 if [ "${1:-}" = --quick ]; then
   stage=${2:-}
-  mkdir -p "$reports"
+  mkdir -p "$reports" build/slow
+  touch build/slow/{native,python}.txt
   rm -f "$reports"/{native,python}.xml
   bash scripts/setup.sh --tests || give_up "The set-up failed: see above."
   if [ -n "$stage" ]; then
     step build bash scripts/build.sh -DFLIPFREE_TESTS=ON -- "${stage}_tests" || give_up "The build failed: see above."
     step "C++, $stage" "build/tests/native/${stage}_tests" --gtest_brief=1 --gtest_output="xml:$reports/native.xml" \
-      --gtest_filter="-$(paste -sd: tests/slow/native.txt)"
+      --gtest_filter="-$(paste -sd: build/slow/native.txt)"
     totals native
     exit
   fi
   step build bash scripts/build.sh -DFLIPFREE_TESTS=ON || give_up "The build failed: see above."
-  step "C++" native -E "^($(paste -sd'|' tests/slow/native.txt))\$"
-  mapfile -t slow < tests/slow/python.txt
+  step "C++" native -E "^($(paste -sd'|' build/slow/native.txt))\$"
+  mapfile -t slow < build/slow/python.txt
   step "Python" python "${slow[@]/#/--deselect=}"
   totals native python
   exit
@@ -60,6 +62,7 @@ mkdir -p "$reports"
 step "build" bash scripts/build.sh -DFLIPFREE_TESTS=ON || give_up "The build failed: see above."
 step "C++" native
 step "Python" python
+build/venv/bin/python scripts/totals.py "$reports" --slow build/slow
 wait
 cat build/setup-blender.log
 

@@ -40,8 +40,8 @@ def write_slow(reports: Path, folder: Path) -> None:
         for seconds, _, where, name in cases(reports, "python")
         if seconds >= 1
     }
-    (folder / "native.txt").write_text("\n".join(sorted(native)) + "\n")
-    (folder / "python.txt").write_text("\n".join(sorted(python)) + "\n")
+    for file, names in (("native.txt", native), ("python.txt", python)):
+        (folder / file).write_text("".join(f"{name}\n" for name in sorted(names)))
 
 
 def count(report: Path) -> tuple[int, int, int]:

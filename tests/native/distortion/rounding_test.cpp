@@ -3,11 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "support/shapes.h"
 
 namespace flipfree::distortion::rounding_test {
@@ -21,44 +19,6 @@ std::int64_t repaired(const Stats& stats) {
 
 bool stored_flip_free(const Triangles& faces, const Points2f& uv) {
   return is_flip_free(faces, uv.cast<double>(), ExecutionContext());
-}
-
-TEST(Rounding, OrdinaryMapsAreRoundedToNearest) {
-  const mesh::Surface surface = test::grid(30, 30);
-  const Points2 uv = plan(surface) / 3.0;
-  ExecutionContext context;
-  Stats stats;
-  const Points2f stored = round_to_storage(surface.faces, uv, {}, context, stats);
-  EXPECT_EQ(stored, Points2f(uv.cast<float>()));
-  EXPECT_EQ(repaired(stats), 0);
-}
-
-// A flat ring, cut: the two sides of the slit coincide but for rounding.
-TEST(Rounding, ASlitWhoseSidesCoincideOpensByUnitsInTheLastPlace) {
-  constexpr Index kSides = 24;
-  for (const double gap : {1e-9, 1e-12}) {
-    mesh::Surface ring = test::grid(kSides, 1);
-    Points2 uv(ring.vertices.rows(), 2);
-    const double first = ring.vertices.col(0).minCoeff();
-    const double turn = (2.0 * std::numbers::pi - gap) / (ring.vertices.col(0).maxCoeff() - first);
-    for (Eigen::Index v = 0; v < uv.rows(); ++v) {
-      // Clockwise with growing x, so that triangles stay positive.
-      const double angle = 0.4 - turn * (ring.vertices(v, 0) - first);
-      const double radius = ring.vertices(v, 1) > ring.vertices.col(1).mean() ? 0.45 : 0.3;
-      uv.row(v) << 0.5 + radius * std::cos(angle), 0.5 + radius * std::sin(angle);
-    }
-    ExecutionContext context;
-    ASSERT_TRUE(is_flip_free(ring.faces, uv, context));
-    RoundingOptions options;
-    options.bijective = true;
-    Stats stats;
-    const Points2 stored = round_to_storage(ring.faces, uv, options, context, stats).cast<double>();
-    EXPECT_TRUE(is_flip_free(ring.faces, stored, context));
-    EXPECT_FALSE(
-        overlaps_itself(find_boundary(static_cast<Index>(uv.rows()), ring.faces), stored, context));
-    EXPECT_GT(repaired(stats), 0);
-    EXPECT_LT((stored - uv).cwiseAbs().maxCoeff(), 1e-5);
-  }
 }
 
 // Its nearest floats are as near as one likes.
@@ -101,22 +61,6 @@ TEST(Rounding, TrianglesBelowTheSpacingOfFloatsAreOpened) {
     EXPECT_GT(repaired(stats), 0);
     EXPECT_LT(repaired(stats), 600);
     EXPECT_LT((stored.cast<double>() - uv).cwiseAbs().maxCoeff(), 1e-2);
-  }
-}
-
-TEST(Rounding, FixedVerticesStayWhereTheyAreRoundedTo) {
-  const mesh::Surface surface = test::grid(40, 40);
-  const Points2 uv = crowded(surface, 1e-8);
-  RoundingOptions options;
-  ASSERT_FALSE(stored_flip_free(surface.faces, uv.cast<float>()));
-  const Index centre = 20 * 41 + 20;
-  options.fixed = {0, 40, centre};
-  ExecutionContext context;
-  Stats stats;
-  const Points2f stored = round_to_storage(surface.faces, uv, options, context, stats);
-  EXPECT_TRUE(stored_flip_free(surface.faces, stored));
-  for (const VertexId v : options.fixed) {
-    EXPECT_EQ(stored.row(v), Eigen::RowVector2f(uv.row(v).cast<float>()));
   }
 }
 

@@ -3,11 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <cstdint>
 #include <cstring>
 #include <thread>
 
-#include "flipfree/base/error.h"
 #include "support/shapes.h"
 
 namespace flipfree::unwrap::unwrap_test {
@@ -33,44 +31,6 @@ TEST(Unwrap, the_progress_bar_is_full_only_at_the_end) {
   EXPECT_TRUE(map.certificate.ok);
 }
 
-// A clock that goes a millisecond at every look at it ends the work at any place, always the same.
-TEST(Unwrap, ends_anywhere_with_a_valid_map_or_the_time_limit) {
-  const mesh::Surface surface = test::bumpy_grid(10, 10, 0.5, 3);
-  double looks = 0;
-  const auto unwrap_for = [&](double seconds) {
-    ExecutionContext context;
-    context.threads = 1;
-    looks = 0;
-    context.clock = [&] { return looks += 1e-3; };
-    UnwrapOptions options;
-    options.max_seconds = seconds;
-    options.effort = 0.0;  // or most looks at the clock are those of packing
-    return unwrap(surface, options, context);
-  };
-  const auto limited = [](const certify::Parametrization& map) {
-    return std::get<std::int64_t>(map.stats.at("time_limit_reached")) != 0;
-  };
-  const certify::Parametrization best = unwrap_for(1e12);
-  EXPECT_FALSE(limited(best));
-  const double whole = looks;
-  int stopped = 0;
-  int failed = 0;
-  for (int i = 1; i < 12; ++i) {
-    try {
-      const certify::Parametrization map = unwrap_for(whole * i / 12);
-      EXPECT_TRUE(map.certificate.ok);
-      if (!limited(map)) continue;
-      ++stopped;
-      EXPECT_GT(map.certificate.energy, best.certificate.energy);
-    } catch (const NotConverged& error) {
-      EXPECT_EQ(error.error().code, ErrorCode::kTimeLimit) << error.what();
-      ++failed;
-    }
-  }
-  EXPECT_GT(stopped, 0);
-  EXPECT_GT(failed, 0);
-}
-
 certify::Parametrization accepted_at_once(const mesh::Surface& surface,
                                           const UnwrapOptions& options = {}) {
   ExecutionContext context;
@@ -78,6 +38,7 @@ certify::Parametrization accepted_at_once(const mesh::Surface& surface,
   return unwrap(surface, options, context);
 }
 
+<<<<<<< HEAD
 TEST(Unwrap, accepted_before_there_is_a_map_returns_the_first_one) {
   const mesh::Surface surface = test::bumpy_grid(20, 20, 0.5, 3);
   ExecutionContext context;
@@ -97,6 +58,8 @@ TEST(Unwrap, seams_are_accepted_once_they_will_do) {
   EXPECT_LT(map.certificate.energy, 1.3);  // after the first slit it is 1.44
 }
 
+=======
+>>>>>>> 99289c82 (tests: overlays, layouts and symmetric flips by public call; interruptions at any check once)
 // The embedding of a long tube on a circle shrinks far below what 32 bits hold.
 TEST(Unwrap, accepted_maps_that_cannot_be_stored_yet_are_optimised_first) {
   const certify::Parametrization map = accepted_at_once(test::tube(12, 400));
