@@ -46,7 +46,7 @@ def test_a_map_turns_as_its_field_on_loops_that_nobody_has_seen(seed: int) -> No
 @pytest.mark.parametrize(
     ("genus", "given"),
     [
-        *((1, cones) for cones in ([3, 3, 5, 5], [2, 3, 7], [3, 3, 6], [2, 5, 5])),
+        *((1, cones) for cones in ([3, 3, 5, 5], [2, 3, 7], [3, 3, 6], [2, 5, 5], [1, 3, 8])),
         (1, [3, 3, 3, 5, 5, 5]),
         (2, [2, 14, 3, 3, 3, 5, 5, 5]),
     ],

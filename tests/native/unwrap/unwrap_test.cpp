@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstdint>
 #include <cstring>
 #include <thread>
 
@@ -38,18 +39,6 @@ certify::Parametrization accepted_at_once(const mesh::Surface& surface,
   return unwrap(surface, options, context);
 }
 
-<<<<<<< HEAD
-TEST(Unwrap, accepted_before_there_is_a_map_returns_the_first_one) {
-  const mesh::Surface surface = test::bumpy_grid(20, 20, 0.5, 3);
-  ExecutionContext context;
-  const certify::Parametrization best = unwrap(surface, {}, context);
-  const certify::Parametrization early = accepted_at_once(surface);
-  EXPECT_TRUE(early.certificate.ok);
-  EXPECT_EQ(std::get<std::int64_t>(early.stats.at("time_limit_reached")), 1);
-  EXPECT_EQ(std::get<std::int64_t>(best.stats.at("time_limit_reached")), 0);
-  EXPECT_GT(early.certificate.energy, best.certificate.energy);
-}
-
 TEST(Unwrap, seams_are_accepted_once_they_will_do) {
   UnwrapOptions options;
   options.seams.find = true;
@@ -58,8 +47,6 @@ TEST(Unwrap, seams_are_accepted_once_they_will_do) {
   EXPECT_LT(map.certificate.energy, 1.3);  // after the first slit it is 1.44
 }
 
-=======
->>>>>>> 99289c82 (tests: overlays, layouts and symmetric flips by public call; interruptions at any check once)
 // The embedding of a long tube on a circle shrinks far below what 32 bits hold.
 TEST(Unwrap, accepted_maps_that_cannot_be_stored_yet_are_optimised_first) {
   const certify::Parametrization map = accepted_at_once(test::tube(12, 400));
