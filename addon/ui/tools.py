@@ -38,104 +38,78 @@ class Tool:
     command: str = ""
 
 
-@dataclass(frozen=True)
 class Section:
-    name: str
-    tools: tuple[Tool, ...]
-    draws: ModuleType | None = (
-        None  # has draw_menu(layout) and draw_panel(layout, context), instead of a row of buttons
-    )
-
-    @property
-    def identifier(self) -> str:
-        return self.name.lower().replace(" ", "_")
+    def __init__(self, name: str, *tools: Tool, draws: ModuleType | None = None):
+        """draws: has draw_menu(layout) and draw_panel(layout, context), instead of a row of buttons."""
+        self.name, self.tools, self.draws = name, tools, draws
+        self.identifier = name.lower().replace(" ", "_")
 
 
 SECTIONS = (
     Section(
         "Unwrap",
-        (
-            Tool(unwrap, "uv.flipfree_unwrap", "UV", "unwrap"),
-            Tool(pack, "uv.flipfree_pack", "PACKAGE", "pack"),
-            Tool(check, "uv.flipfree_check", "CHECKMARK", "check"),
-        ),
+        Tool(unwrap, "uv.flipfree_unwrap", "UV", "unwrap"),
+        Tool(pack, "uv.flipfree_pack", "PACKAGE", "pack"),
+        Tool(check, "uv.flipfree_check", "CHECKMARK", "check"),
     ),
     Section(
         "Seams",
-        (
-            Tool(auto_seams, "uv.flipfree_auto_seams", "MOD_EDGESPLIT", "seams"),
-            Tool(cut_stretched, "uv.flipfree_cut_stretched", "MOD_UVPROJECT"),
-            Tool(cut, "uv.flipfree_cut", "MOD_BOOLEAN", "cut"),
-        ),
+        Tool(auto_seams, "uv.flipfree_auto_seams", "MOD_EDGESPLIT", "seams"),
+        Tool(cut_stretched, "uv.flipfree_cut_stretched", "MOD_UVPROJECT"),
+        Tool(cut, "uv.flipfree_cut", "MOD_BOOLEAN", "cut"),
     ),
     Section(
         "Pins",
-        (
-            Tool(live_pins, "uv.flipfree_live_pins", "UNPINNED"),
-            Tool(match, "uv.flipfree_match", "PINNED", "match"),
-            Tool(embed, "uv.flipfree_embed", "MESH_CIRCLE", "embed"),
-            Tool(transfer, "uv.flipfree_transfer", "MOD_DATA_TRANSFER", "transfer"),
-        ),
+        Tool(live_pins, "uv.flipfree_live_pins", "UNPINNED"),
+        Tool(match, "uv.flipfree_match", "PINNED", "match"),
+        Tool(embed, "uv.flipfree_embed", "MESH_CIRCLE", "embed"),
+        Tool(transfer, "uv.flipfree_transfer", "MOD_DATA_TRANSFER", "transfer"),
     ),
     Section(
         "Repair",
-        (
-            Tool(repair, "uv.flipfree_repair", "MODIFIER", "repair"),
-            Tool(improve, "uv.flipfree_improve", "MOD_SMOOTH", "improve"),
-        ),
+        Tool(repair, "uv.flipfree_repair", "MODIFIER", "repair"),
+        Tool(improve, "uv.flipfree_improve", "MOD_SMOOTH", "improve"),
     ),
     Section(
         "Arrange",
-        (
-            Tool(orient, "uv.flipfree_orient", "DRIVER_ROTATIONAL_DIFFERENCE"),
-            Tool(rectify, "uv.flipfree_rectify", "MESH_GRID", "rectify"),
-            Tool(density, "uv.flipfree_get_density", "EYEDROPPER"),
-            Tool(density, "uv.flipfree_set_density", "TEXTURE"),
-        ),
+        Tool(orient, "uv.flipfree_orient", "DRIVER_ROTATIONAL_DIFFERENCE"),
+        Tool(rectify, "uv.flipfree_rectify", "MESH_GRID", "rectify"),
+        Tool(density, "uv.flipfree_get_density", "EYEDROPPER"),
+        Tool(density, "uv.flipfree_set_density", "TEXTURE"),
     ),
     Section(
         "Cones",
-        (
-            Tool(conformal, "uv.flipfree_suggest_cones", "LIGHT", "cones"),
-            Tool(conformal, "mesh.flipfree_mark_cone", "MESH_CONE"),
-            Tool(conformal, "uv.flipfree_clear_cones", "X"),
-            Tool(conformal, "uv.flipfree_conformal", "MOD_WARP", "conformal"),
-        ),
+        Tool(conformal, "uv.flipfree_suggest_cones", "LIGHT", "cones"),
+        Tool(conformal, "mesh.flipfree_mark_cone", "MESH_CONE"),
+        Tool(conformal, "uv.flipfree_clear_cones", "X"),
+        Tool(conformal, "uv.flipfree_conformal", "MOD_WARP", "conformal"),
     ),
     Section(
         "Seamless",
-        (
-            Tool(seamless, "uv.flipfree_seamless", "MESH_TORUS", "seamless"),
-            Tool(mark, "mesh.flipfree_mark", "CURVE_PATH"),
-            Tool(field_aligned, "uv.flipfree_field_aligned", "MOD_LATTICE", "field field-aligned"),
-            Tool(fit_tiles, "uv.flipfree_fit_tiles", "MOD_BUILD", "tiles"),
-            Tool(quads, "uv.flipfree_quads", "MOD_REMESH", "quads"),
-        ),
+        Tool(seamless, "uv.flipfree_seamless", "MESH_TORUS", "seamless"),
+        Tool(mark, "mesh.flipfree_mark", "CURVE_PATH"),
+        Tool(field_aligned, "uv.flipfree_field_aligned", "MOD_LATTICE", "field field-aligned"),
+        Tool(fit_tiles, "uv.flipfree_fit_tiles", "MOD_BUILD", "tiles"),
+        Tool(quads, "uv.flipfree_quads", "MOD_REMESH", "quads"),
     ),
     Section(
         "Select",
-        (
-            Tool(select, "uv.flipfree_select_failed", "CANCEL"),
-            Tool(select, "uv.flipfree_select_poor", "ERROR"),
-            Tool(select, "uv.flipfree_select_mends", "MODIFIER"),
-            Tool(select, "uv.flipfree_select_faces", "FACESEL"),
-        ),
+        Tool(select, "uv.flipfree_select_failed", "CANCEL"),
+        Tool(select, "uv.flipfree_select_poor", "ERROR"),
+        Tool(select, "uv.flipfree_select_mends", "MODIFIER"),
+        Tool(select, "uv.flipfree_select_faces", "FACESEL"),
     ),
     Section(
         "Show",
-        (
-            Tool(controls, "uv.flipfree_show", "HIDE_OFF"),
-            Tool(controls, "view3d.flipfree_show_field", "EMPTY_AXIS"),
-            Tool(controls, "uv.flipfree_hide_all", "HIDE_ON"),
-        ),
+        Tool(controls, "uv.flipfree_show", "HIDE_OFF"),
+        Tool(controls, "view3d.flipfree_show_field", "EMPTY_AXIS"),
+        Tool(controls, "uv.flipfree_hide_all", "HIDE_ON"),
         draws=controls,
     ),
     Section(
         "Checker",
-        (
-            Tool(checker, "uv.flipfree_checker", "TEXTURE"),
-            Tool(checker, "uv.flipfree_remove_checker", "X"),
-        ),
+        Tool(checker, "uv.flipfree_checker", "TEXTURE"),
+        Tool(checker, "uv.flipfree_remove_checker", "X"),
     ),
 )
 
