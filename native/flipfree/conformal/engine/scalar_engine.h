@@ -195,13 +195,11 @@ class ScalarEngine final : public MetricEngine {
   using FlipRule = intrinsic::FlipRule;
   static constexpr double kPi = std::numbers::pi;
   static constexpr std::size_t kCheckLogarithms = intrinsic::ChecksPer<T>::kLogarithms;
-  static constexpr std::size_t kCheckFlips = intrinsic::ChecksPer<T>::kFlips;
   // Bounds of one relaxation: of each logarithm of a length, and flips per edge. A vertex that
   // wants to go further waits for the others to follow.
   static constexpr double kRelaxMove = 2.0;
   static constexpr std::size_t kRelaxFlips = 4;
   static constexpr int kRelaxSteps = 150;
-  static constexpr std::size_t kFirstEvents = 4;
   static constexpr double kStarAccuracy = 1e-6;     // of angles in relaxation
   static constexpr double kEnergyAccuracy = 1e-14;  // of angles in the energy
   // Roundings in the sum of the energy's terms, against the estimate of one per term.
@@ -271,22 +269,6 @@ class ScalarEngine final : public MetricEngine {
   bool relax_one(VertexId v, double accuracy, ExecutionContext& context);
   bool scale_star(VertexId v, double growth, ExecutionContext& context);
 
-  // scalar_engine_relax.h
-  struct StarMove {
-    double step = 0.0;       // change of the scale factor done
-    std::size_t events = 0;  // flips on the way
-    bool followed = false;
-  };
-  struct StarEvent {
-    double step = 0.0;  // where the edge stops being Delaunay
-    EdgeId e = kInvalid;
-    std::uint32_t version = 0;
-  };
-  StarMove move_star(VertexId v, double step, std::size_t most_events, ExecutionContext& context);
-  void add_event(VertexId v, EdgeId e, double step, double done);
-  template <typename S>
-  void event_terms(VertexId v, EdgeId e, const std::vector<S>& length, S& low, S& high,
-                   S& size) const;
   double noise_of(double smallest_radius, double angle_error) const {
     // An angle changes by at most (relative error of lengths) / radius; a few roundings per length.
     const double length_error = 4.0 * std::ldexp(1.0, -bits_);
@@ -321,8 +303,6 @@ class ScalarEngine final : public MetricEngine {
   bool started_ = false;
   std::size_t euclidean_flips_ = 0;
   std::vector<VertexId> mirror_;
-  std::vector<StarEvent> events_;             // heap
-  std::vector<std::uint32_t> event_version_;  // per edge: events with another one are void
 };
 
 }  // namespace flipfree::conformal
