@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <queue>
 #include <string>
 #include <utility>
 
@@ -236,50 +237,17 @@ struct EdgeFrames {
   Frame<Real> at_source, at_target;
 };
 
-// An edge that a face can be developed over: the face's corner, and where the frames lie.
+// An edge that a face can be developed over: its square, the face's corner, and where the frames
+// lie. The longest comes first.
 struct Front {
-  CornerId corner;
-  std::size_t frames;
+  long double square = 0;
+  CornerId corner = kInvalid;
+  std::size_t frames = 0;
+  bool operator<(const Front& other) const {
+    return square != other.square ? square < other.square : corner > other.corner;
+  }
 };
 
-// Fronts by falling size of their edge, to within a factor of sqrt(2), first come first served: a
-// bucket per octave of the squared length, below the largest edge of all.
-class FrontQueue {
- public:
-  explicit FrontQueue(long double largest_square)
-      : buckets_(kOctaves), highest_(largest_square > 0 ? std::ilogb(largest_square) : 0) {}
-
-  bool empty() const { return first_ == kOctaves; }
-  void push(long double square, const Front& front) {
-    const int octave =
-        square > 0 ? std::clamp(highest_ - std::ilogb(square), 0, kOctaves - 1) : kOctaves - 1;
-    buckets_[at(octave)].fronts.push_back(front);
-    first_ = std::min(first_, octave);
-  }
-  // Precondition: not empty.
-  Front pop() {
-    Bucket& bucket = buckets_[at(first_)];
-    const Front front = bucket.fronts[bucket.head++];
-    if (bucket.head == bucket.fronts.size()) {
-      bucket.fronts.clear();
-      bucket.head = 0;
-      while (first_ < kOctaves && buckets_[at(first_)].fronts.empty()) ++first_;
-    }
-    return front;
-  }
-
- private:
-  static constexpr int kOctaves = 2048;  // what is smaller by a factor of 2^1024 comes last
-  struct Bucket {
-    std::vector<Front> fronts;
-    std::size_t head = 0;  // those before are done
-  };
-  std::vector<Bucket> buckets_;
-  int highest_;
-  int first_ = kOctaves;  // not empty, if any is
-};
-
-// Develops input face after input face, always over the longest edge that is known.
 template <typename Real>
 class FaceDeveloper {
  public:
@@ -289,8 +257,7 @@ class FaceDeveloper {
         developer_(input, std::move(lengths), context),
         mate_(halfedges_.size(), kInvalid),
         placed_(halfedges_.size(), 0),
-        size_(sizes()),
-        queue_(square(*std::max_element(size_.begin(), size_.end()))) {
+        size_(sizes()) {
     corner_of_.assign(input.coordinates->input().halfedge_count(), kInvalid);
     for (CornerId c = 0; c < corner_count(); ++c) corner_of_[at(halfedge(c))] = c;
     for (CornerId c = 0; c < corner_count(); ++c) {
@@ -316,7 +283,6 @@ class FaceDeveloper {
  private:
   using F = Frame<Real>;
 
-  static long double square(long double x) { return x * x; }
   Index corner_count() const { return static_cast<Index>(halfedges_.size()); }
   HalfedgeId halfedge(CornerId c) const { return halfedges_[at(c)]; }
   HalfedgeId opposite(CornerId c) const { return FlipMesh::opposite(halfedge(c)); }
@@ -369,7 +335,8 @@ class FaceDeveloper {
 
   void place_next(Index chart, const ExecutionContext& context) {
     constexpr Index kFacesPerCheck = 1024;
-    const Front top = queue_.pop();
+    const Front top = queue_.top();
+    queue_.pop();
     const EdgeFrames<Real> front = frames_[top.frames];
     unused_.push_back(top.frames);
     const CornerId c = top.corner, n = next_corner(c), p = previous_corner(c);
@@ -441,7 +408,7 @@ class FaceDeveloper {
       unused_.pop_back();
       frames_[slot] = std::move(edge);
     }
-    queue_.push(square, {corner, slot});
+    queue_.push({square > 0 ? square : 0, corner, slot});  // no place may be no number
   }
 
   void measure_angles(const ExecutionContext& context) {
@@ -474,7 +441,7 @@ class FaceDeveloper {
   std::vector<char> placed_;       // corners whose place is known
   std::vector<long double> size_;  // per face
   std::vector<FaceId> left_;       // faces by rising size, for charts after the first
-  FrontQueue queue_;
+  std::priority_queue<Front> queue_;
   std::vector<EdgeFrames<Real>> frames_;
   std::vector<std::size_t> unused_;  // places in `frames_`
   // Squares.
