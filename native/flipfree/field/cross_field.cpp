@@ -9,6 +9,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/mesh/face_area.h"
 
 namespace flipfree::field {
 
@@ -235,11 +236,7 @@ std::vector<double> face_areas(const mesh::Surface& surface) {
   return area;
 }
 
-double extent_of(const mesh::Surface& surface) {
-  double sum = 0.0;
-  for (const double a : face_areas(surface)) sum += a;
-  return std::sqrt(sum);
-}
+double extent_of(const mesh::Surface& surface) { return std::sqrt(mesh::area_of(surface)); }
 
 std::vector<double> edge_weights(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                  const std::vector<double>& area) {

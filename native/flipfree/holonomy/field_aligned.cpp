@@ -166,28 +166,19 @@ seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacen
                                ExecutionContext& context) {
   const bool open = std::find(adjacency.opposite.begin(), adjacency.opposite.end(), kInvalid) !=
                     adjacency.opposite.end();
-  if (which == seamless::Engine::kPadding) {
-    if (open) {
-      throw_invalid(ErrorCode::kBadOption,
-                    "The engine \"padding\" does not know surfaces with a boundary. Take the "
-                    "engine \"penner\" or \"auto\".");
-    }
-    if (reroute) return rerouted(surface, adjacency, field, needed, options, context);
-    return padded(surface, needed, bare_cut, {}, options, context);
-  }
-  const auto by_penner = [&] {
-    seamless::PennerMap found = without_flips(
-        seamless::compute_penner_map(surface, needed.cones, needed.loops, options, context));
-    found.map.stats["engine"] = std::string("penner");
-    return found;
-  };
-  if (which == seamless::Engine::kPenner || open) return by_penner();
-  auto first = attempt(by_penner);
-  if (first) return std::move(*first);
-  auto second =
-      attempt([&] { return rerouted(surface, adjacency, field, needed, options, context); });
-  if (!second) throw NotConverged(first.error());
-  return std::move(*second);
+  return seamless::by_engine(
+      which, open ? "surfaces with a boundary" : "",
+      [&] {
+        seamless::PennerMap found = without_flips(
+            seamless::compute_penner_map(surface, needed.cones, needed.loops, options, context));
+        found.map.stats["engine"] = std::string("penner");
+        return found;
+      },
+      [&] {
+        return reroute || which != seamless::Engine::kPadding
+                   ? rerouted(surface, adjacency, field, needed, options, context)
+                   : padded(surface, needed, bare_cut, {}, options, context);
+      });
 }
 
 namespace {

@@ -137,22 +137,10 @@ PennerMap padded(const mesh::Surface& surface, const std::vector<Index>& cones,
 PennerMap find_map(const mesh::Surface& surface, const std::vector<Index>& cones,
                    const PennerMapOptions& engine, const SeamlessOptions& options,
                    ExecutionContext& context) {
-  const std::string unsuited = not_for_padding(surface, options);
-  if (options.which == Engine::kPadding) {
-    if (!unsuited.empty()) {
-      throw_invalid(ErrorCode::kBadOption, "The engine \"padding\" does not know " + unsuited +
-                                               ". Take the engine \"penner\" or \"auto\".");
-    }
-    return padded(surface, cones, engine, context);
-  }
-  if (options.which == Engine::kPenner || !unsuited.empty())
-    return compute_penner_map(surface, cones, options.loops, engine, context);
-  auto first =
-      attempt([&] { return compute_penner_map(surface, cones, options.loops, engine, context); });
-  if (first) return std::move(*first);
-  auto second = attempt([&] { return padded(surface, cones, engine, context); });
-  if (!second) throw NotConverged(first.error());
-  return std::move(*second);
+  return by_engine(
+      options.which, not_for_padding(surface, options),
+      [&] { return compute_penner_map(surface, cones, options.loops, engine, context); },
+      [&] { return padded(surface, cones, engine, context); });
 }
 
 bool is_aligned(Boundary boundary) {
@@ -315,6 +303,24 @@ certify::Parametrization seamless_map_in_time(const mesh::Surface& surface,
 }
 
 }  // namespace
+
+PennerMap by_engine(Engine which, const std::string& unsuited,
+                    const std::function<PennerMap()>& penner,
+                    const std::function<PennerMap()>& padding) {
+  if (which == Engine::kPadding) {
+    if (!unsuited.empty()) {
+      throw_invalid(ErrorCode::kBadOption, "The engine \"padding\" does not know " + unsuited +
+                                               ". Take the engine \"penner\" or \"auto\".");
+    }
+    return padding();
+  }
+  if (which == Engine::kPenner || !unsuited.empty()) return penner();
+  auto first = attempt(penner);
+  if (first) return std::move(*first);
+  auto second = attempt(padding);
+  if (!second) throw NotConverged(first.error());
+  return std::move(*second);
+}
 
 certify::Parametrization compute_seamless_map(const mesh::Surface& surface,
                                               const std::vector<Index>& cones,

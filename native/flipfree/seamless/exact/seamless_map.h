@@ -11,7 +11,9 @@
 //   certify_map()          certify/certified_map.h   decides on the stored values
 #pragma once
 
+#include <functional>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -29,6 +31,13 @@ enum class Engine {
   kPenner,   // penner/penner.h
   kPadding,  // padding/engine/padding.h: closed surfaces, loops as they come
 };
+
+// The map of the engine that is asked for, or of the first that finds one. `unsuited`: what the
+// engine "padding" knows nothing of and is there, or "". Throws InvalidInput (kBadOption) if that
+// engine is asked for all the same; where both find none, what the engine "penner" says.
+PennerMap by_engine(Engine which, const std::string& unsuited,
+                    const std::function<PennerMap()>& penner,
+                    const std::function<PennerMap()>& padding);
 
 struct SeamlessOptions {
   Engine which = Engine::kAuto;

@@ -14,6 +14,7 @@
 #include "flipfree/certify/certify.h"
 #include "flipfree/conformal/map.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {
@@ -143,16 +144,6 @@ PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& 
 
 namespace {
 
-double area(const Points3& p, const Triangles& faces) {
-  double sum = 0.0;
-  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
-    const Vector3 a = p.row(faces(f, 1)) - p.row(faces(f, 0));
-    const Vector3 b = p.row(faces(f, 2)) - p.row(faces(f, 0));
-    sum += 0.5 * a.cross(b).norm();
-  }
-  return sum;
-}
-
 double area(const Points2& uv) {
   double sum = 0.0;
   for (Eigen::Index c = 0; c < uv.rows(); c += 3) {
@@ -216,7 +207,7 @@ class Merger {
   // Right of what is there, at the scale of the surface.
   void place(const mesh::Chart& chart, const Points2& uv) {
     Points2& all = whole_.map.uv;
-    const double scale = std::sqrt(area(chart.surface.vertices, chart.surface.faces) / area(uv));
+    const double scale = std::sqrt(mesh::area_of(chart.surface) / area(uv));
     const Eigen::Index before = all.rows();
     all.conservativeResize(before + uv.rows(), 2);
     const double left = scale * uv.col(0).minCoeff(), low = scale * uv.col(1).minCoeff();
