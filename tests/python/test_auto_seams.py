@@ -148,8 +148,8 @@ def test_a_cube_becomes_one_net() -> None:
         assert result.certificate.energy == pytest.approx(1.0, abs=1e-6)
 
 
-def test_nets_of_what_is_symmetric_are_symmetric() -> None:
-    """A staircase from wall to wall, its sides fans of triangles."""
+def staircase() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """From wall to wall, its sides fans of triangles: vertex k + 8 is the image of k; and the polygons."""
     steps = [(0, 0), (3, 0), (3, 1), (2, 1), (2, 2), (1, 2), (1, 3), (0, 3)]
     vertices = np.array([(x, y, z) for y in (-1, 1) for x, z in steps], float)
     count = len(steps)
@@ -161,10 +161,43 @@ def test_nets_of_what_is_symmetric_are_symmetric() -> None:
     for k in range(1, count - 1):
         faces += [(0, k + 1, k), (count, count + k, count + k + 1)]
         polygons += [count, count + 1]
-    found = ff.unwrap(vertices, np.array(faces, np.int32)[:, ::-1], polygons=np.array(polygons))
-    seams = {frozenset(edge) for edge in found.cut_edges.tolist()}
-    assert {frozenset((v + count) % (2 * count) for v in edge) for edge in seams} == seams
+    return vertices, np.array(faces, np.int32)[:, ::-1], np.array(polygons)
+
+
+@pytest.mark.parametrize("given", [[], [(1, 2)], [(1, 2), (9, 10)]])
+def test_nets_of_what_is_symmetric_are_symmetric_unless_given_seams_are_not(
+    given: list[tuple[int, int]],
+) -> None:
+    vertices, faces, polygons = staircase()
+    found = ff.unwrap(vertices, faces, polygons=polygons, cuts=given or None)
+    seams = as_set(found.cut_edges)
+    mirrored = as_set((found.cut_edges + 8) % 16)
+    assert (mirrored == seams) == (len(given) != 1) and set(given) <= seams
     assert found.certificate.energy < 1.002 and found.stats["charts"] <= 3
+    # What is cut more than a net is to be is told.
+    assert found.stats["added_cuts"] == len(seams) - 15
+
+
+@pytest.mark.parametrize("forbidden", ["nothing", "lines", "all lines"])
+def test_bent_tubes_lie_straight_and_open_along_the_cheapest_line(forbidden: str) -> None:
+    vertices, faces = cylinder(16, 12)
+    turn, radius = vertices[:, 2] * np.pi / 4, 2 + 0.25 * vertices[:, 0]
+    bent = np.stack([radius * np.cos(turn), 0.25 * vertices[:, 1], radius * np.sin(turn)], 1)
+    along = {"nothing": [], "lines": [5, 6, 7, 8, 9, 10, 11], "all lines": list(range(16))}
+    never = np.array(
+        [(line + 16 * (line % 12), line + 16 * (line % 12) + 16) for line in along[forbidden]],
+        np.int32,
+    ).reshape(-1, 2)
+    found = ff.unwrap(bent, faces, polygons=np.arange(len(faces)) // 2, uncuttable=never)
+    assert found.stats["charts"] == 1 and not as_set(found.cut_edges) & as_set(never)
+    opened = set((found.cut_edges % 16).ravel().tolist())
+    if forbidden == "all lines":
+        assert len(opened) > 1
+        return
+    assert opened == {8} if forbidden == "nothing" else opened in ({4}, {12})
+    for ring in range(13):
+        on_ring = found.uv[faces // 16 == ring]
+        assert np.ptp(on_ring, axis=0).min() == 0.0
 
 
 def test_diagonals_are_no_seams() -> None:
