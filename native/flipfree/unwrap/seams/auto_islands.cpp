@@ -113,7 +113,6 @@ void add_known(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
 // Charts are searched again, for what they have become since, with a bound that is tighter by this.
 constexpr int kSearchRounds = 4;
 constexpr double kTighterEachRound = 0.8;
-// What is above the bound by then is cut in two, and again: a single triangle is not stretched.
 
 class Finder {
  public:

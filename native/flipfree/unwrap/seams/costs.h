@@ -12,8 +12,6 @@
 
 namespace flipfree::unwrap {
 
-// What a seam along each edge costs.
-
 // Per half-edge, both sides the same: the edge's length, less along creases and in hollows, where a
 // seam shows less, times the caller's weight; infinite for edges of `uncuttable` (may be empty).
 // Throws InvalidInput for weights that are negative or no numbers, or not one for each edge, and

@@ -7,7 +7,6 @@
 #include <queue>
 #include <tuple>
 #include <unordered_map>
-#include <unordered_set>
 #include <utility>
 
 #include "flipfree/mesh/shortest_paths.h"
@@ -30,22 +29,21 @@ constexpr double kRolled = 0.05;
 constexpr double kNeedle = 1e-3;
 // What has an edge longer than this, in roots of its area, is a wire or has a needle.
 constexpr double kWire = 16.0;
-// Bevels are narrower than this, in roots of the part's area, all together than that, and than this
-// share of their flat face's width; they bend less than this from face to face, and away from their
-// flat face than that. Around rims they bend into themselves: they overlap from a share of their
-// width on.
+// Bevels are narrower than this, in roots of the part's area, all together than that; they bend
+// less than this from face to face, and away from their flat face than that. Around rims they bend
+// into themselves: they overlap from a share of the width up to them on.
 constexpr double kBevelWidth = 0.03;
 constexpr double kBevelReach = 0.09;
-constexpr double kBevelToPlate = 0.5;
 constexpr double kBevelAngle = 0.88;
 constexpr double kBevelTurn = 1.5;
 constexpr double kBevelDepth = 0.15;
-// Beside a facet of what is rolled is one of this share of its area, along this share of its
-// longest edge.
-constexpr double kFacet = 0.5;
 
 Vector3 place(const mesh::Surface& surface, VertexId v) {
   return surface.vertices.row(v).transpose();
+}
+
+double longest_of(const Corners& p) {
+  return std::max({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
 }
 
 }  // namespace
@@ -106,8 +104,7 @@ std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacen
   shapes.place.resize(components.of_face.size());
   const Triangles& faces = surface.faces;
   const auto width = [&](FaceId f) {
-    const Corners& p = shapes.flat[at(f)];
-    const double longest = std::max({p[1].x(), (p[2] - p[1]).norm(), p[2].norm()});
+    const double longest = longest_of(shapes.flat[at(f)]);
     return shapes.area[at(f)] / (longest * longest);
   };
   for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
@@ -128,10 +125,7 @@ std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacen
     shapes.place[at(f)] = static_cast<Index>(part.faces.size());
     part.faces.push_back(f);
     part.area += shapes.area[at(f)];
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Corners& flat = shapes.flat[at(f)];
-      part.extent = std::max(part.extent, (flat[(k + 1) % 3] - flat[k]).norm());
-    }
+    part.extent = std::max(part.extent, longest_of(shapes.flat[at(f)]));
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
       const HalfedgeId o = adjacency.opposite[at(h)];
       if (o == kInvalid || o < h || seams[at(h)] != 0) continue;
@@ -179,10 +173,7 @@ std::optional<double> flat_if_hard(const mesh::Surface& surface, const Shapes& s
 }
 
 void soften(Shapes& shapes, FaceId f) {
-  const Corners& p = shapes.flat[at(f)];
-  const double longest =
-      std::max({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
-  shapes.soft[at(f)] = 2.0 * kBevelDepth * shapes.area[at(f)] / longest;
+  shapes.soft[at(f)] = 2.0 * kBevelDepth * shapes.area[at(f)] / longest_of(shapes.flat[at(f)]);
 }
 
 std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, MadePart& part) {
@@ -199,36 +190,13 @@ std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, 
         around[flat.of(h / 3)].push_back(h);
     }
   }
-  // Beside a facet of a cylinder there is another one, and no bevel.
-  std::unordered_map<Index, double> longest;
-  for (const FaceId f : part.faces) {
-    const Corners& p = shapes.flat[at(f)];
-    double& own = longest[flat.of(f)];
-    for (std::size_t k = 0; k < 3; ++k) own = std::max(own, (p[(k + 1) % 3] - p[k]).norm());
-  }
-  const auto most = [&](FaceId from) {
-    const Index plate = flat.of(from);
-    return std::min(kBevelReach * part.size(), kBevelToPlate * flat.area(plate) / longest[plate]);
-  };
-  // Flat faces come before facets of what is rolled, of which some would be larger than others.
-  std::unordered_set<Index> facets;
-  for (const Hinge& hinge : part.hinges) {
-    const std::array<Index, 2> sides = {flat.of(hinge.h / 3), flat.of(beyond(hinge.h) / 3)};
-    if (sides[0] == sides[1] || hinge.angle >= kSmoothAngle) continue;
-    for (const std::size_t k : {0u, 1u}) {
-      if (hinge.length >= kFacet * longest[sides[k]] &&
-          flat.area(sides[1 - k]) >= kFacet * flat.area(sides[k]))
-        facets.insert(sides[k]);
-    }
-  }
-  // The largest first, but facets last.
   std::unordered_map<Index, FaceId> owner;
-  std::vector<std::tuple<bool, double, FaceId>> plates;
+  std::vector<std::pair<double, FaceId>> plates;  // the largest first, those of one size by number
   for (const FaceId f : part.faces) {
     const Index region = flat.of(f);
     const double area = flat.area(region);
     if (area >= kRegion * part.area && owner.emplace(region, f).second)
-      plates.emplace_back(facets.count(region) != 0, -std::round(1e3 * area / part.area), f);
+      plates.emplace_back(-std::round(1e3 * area / part.area), f);
   }
   std::sort(plates.begin(), plates.end());
   std::vector<HalfedgeId> inside;
@@ -247,15 +215,13 @@ std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, 
         const Vector2 side =
             shapes.flat[at(o / 3)][at((o % 3 + 1) % 3)] - shapes.flat[at(o / 3)][at(o % 3)];
         const double width = flat.area(flat.of(o / 3)) / side.norm();
-        if (width < kBevelWidth * part.size() && reached + width < most(plate) &&
+        if (width < kBevelWidth * part.size() && reached + width < kBevelReach * part.size() &&
             angle(plate, o / 3) < kBevelTurn)
           next.emplace(turn, reached + width, o, plate);
       }
     };
-    for (std::size_t i = 0; i < plates.size(); ++i) {
-      const FaceId plate = std::get<FaceId>(plates[i]);
-      go_on(flat.of(plate), to_parallels ? 0 : i, 0.0, plate);
-    }
+    for (std::size_t i = 0; i < plates.size(); ++i)
+      go_on(flat.of(plates[i].second), to_parallels ? 0 : i, 0.0, plates[i].second);
     while (!next.empty()) {
       const auto [turn, width, h, plate] = next.top();
       next.pop();

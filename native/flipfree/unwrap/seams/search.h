@@ -11,8 +11,6 @@
 
 namespace flipfree::unwrap {
 
-// How much a map is stretched, as automatic seams bound it.
-
 // No bound; and how much a map is stretched that has a flipped or degenerate face.
 inline constexpr double kInfinite = std::numeric_limits<double>::infinity();
 

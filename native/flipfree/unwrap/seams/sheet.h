@@ -36,8 +36,6 @@ Mirror find_mirror(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
 std::vector<double> mirrored_costs(const Triangles& faces, const Mirror& mirror,
                                    std::vector<double> cost);
 
-// A chart that is being slit: where slits are worth most, and the shortest ways there.
-
 // What a seam costs at most where it must not be, but there is no other way.
 inline constexpr double kForbidden = 1e6;
 
