@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes the tables of docs/benchmarks.md and docs/thesis.md from benchmarks/results/*.json.
+"""Writes the tables of docs/benchmarks.md, docs/thesis.md and docs/quads.md from benchmarks/results/*.json.
 
     python3 scripts/benchmark_page.py [--check]
 
@@ -17,7 +17,7 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = (ROOT / "docs" / "benchmarks.md", ROOT / "docs" / "thesis.md")
+PAGES = tuple(ROOT / "docs" / f"{name}.md" for name in ("benchmarks", "thesis", "quads"))
 RESULTS = ROOT / "benchmarks" / "results"
 BLOCK = re.compile(r"^<!-- table: (.*?) -->\n(?:[^\n]+\n)?(?:\n(?:\|[^\n]*\n)+)?", re.MULTILINE)
 
