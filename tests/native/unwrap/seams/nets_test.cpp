@@ -91,7 +91,9 @@ TEST(Nets, a_cylinder_is_a_rolled_side_and_two_caps) {
 TEST(Nets, long_strips_are_divided) {
   const mesh::Surface ring = turned(64, {{8, 0}, {8, 0.5}, {7, 0.5}, {7, 0.1}}, 0.1, 0.1);
   const mesh::EdgeFlags flags = nets_of(ring);
-  if (edges_of(flags) > 0) EXPECT_GT(islands_of(ring, flags), 2);
+  if (edges_of(flags) > 0) {
+    EXPECT_GT(islands_of(ring, flags), 2);
+  }
 }
 
 TEST(Nets, are_the_same_for_any_place_and_unit) {
