@@ -1,7 +1,7 @@
 #!/bin/bash
 # Tests of the zips that scripts/cross.sh windows has made, under Wine; the last line says "N passed, N failed, N skipped".
 #
-#   scripts/windows-tests.sh [pytest arguments]          quick: the package, its processes and batches in Windows' Python 3.11
+#   scripts/windows-tests.sh [pytest arguments]          quick: the package and its processes in Windows' Python 3.11
 #   scripts/windows-tests.sh --python [arguments]        all of tests/python
 #   scripts/windows-tests.sh --blender [arguments]       in bpy 4.2, into which Blender installs the zip: tests/blender of
 #                                                        processes, Check and Unwrap, or the files given
@@ -72,7 +72,7 @@ fi
 common=(-q -p no:cacheprovider --junitxml "$report" -o junit_suite_name="$suite")
 rm -f "$report"
 case $part in
-  quick) python -m pytest "${common[@]}" tests/python/test_{batch,process,unwrap,mesh_files}.py "$@" ;;
+  quick) python -m pytest "${common[@]}" tests/python/test_{process,unwrap,mesh_files}.py "$@" ;;
   python) python -m pytest "${common[@]}" "$@" ;;
   blender)
     [ $# -gt 0 ] || set -- tests/blender/test_{processes,check,unwrap}.py
