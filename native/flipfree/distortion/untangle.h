@@ -13,11 +13,12 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/distortion/minimize/newton_system.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::distortion {
 
@@ -63,29 +64,21 @@ class Untangler {
                      ExecutionContext& context);
 
  private:
-  struct Rest {
-    double gradient[3][2];  // of the corners' hat functions
-    double weight;
+  // Of a map.
+  struct Value {
+    double energy = 0;
+    double least_determinant = std::numeric_limits<double>::infinity();  // of unguarded faces
   };
-  void build_rest(const UntangleOptions& options, double target_area,
-                  const ExecutionContext& context);
-  double energy(const Points2& uv, double lambda, double epsilon, double& least_determinant,
-                const ExecutionContext& context) const;
-  void assemble(const Points2& uv, double lambda, double epsilon, const ExecutionContext& context);
-  bool guards_hold(const Points2& uv, const ExecutionContext& context) const;
+  void build_rest(const UntangleOptions& options, double target_area);
+  Value value_of(const Points2& uv, const UntangleOptions& options, double epsilon,
+                 const ExecutionContext& context) const;
+  // The Newton step from uv, and the energy's slope along it.
+  double find_step(const Points2& uv, const UntangleOptions& options, double epsilon, Points2& step,
+                   ExecutionContext& context);
 
   const mesh::Surface& surface_;
-  std::vector<Index> number_;  // #V -> first unknown of the vertex, kInvalid if fixed
-  Index unknowns_ = 0;
-  std::size_t guards_ = 0;
-  std::vector<Rest> rest_;
-  numeric::SparseMatrix matrix_;
-  std::vector<Index>
-      slot_;  // 21 per face: where the entry of the local lower triangle goes, kInvalid if nowhere
-  std::vector<double> local_;  // 27 per face: gradient, lower triangle of the Hessian
-  Eigen::VectorXd gradient_;
-  std::vector<double> diagonal_;  // of matrix_, before it is raised
-  numeric::SparseCholesky cholesky_;
+  NewtonSystem system_;
+  std::vector<RestTriangle> rest_;
 };
 
 }  // namespace flipfree::distortion

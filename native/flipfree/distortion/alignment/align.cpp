@@ -208,16 +208,17 @@ class Aligner {
     const double slope = system_.solve(direction, context_);
     if (!(slope < 0.0)) return slope == 0.0 ? "converged" : "stalled";
     const double now = energy(uv_);
-    double step =
+    const double most =
         std::min(1.0, kShareOfFlip * step_to_first_flip(faces_, uv_, direction, context_));
-    for (; step > kShortestStep; step *= 0.5) {
-      Points2 trial = uv_ + step * direction;
-      if (!trial.allFinite() || !is_flip_free(faces_, trial, context_)) continue;
-      if (!(energy(trial) <= now + kSufficientDecrease * step * slope)) continue;
-      uv_.swap(trial);
-      return -0.5 * slope <= options_.tolerance * now && step == 1.0 ? "converged" : nullptr;
-    }
-    return -0.5 * slope <= options_.tolerance * now ? "converged" : "stalled";
+    Points2 trial;
+    const double gone = halved_step(most, uv_, direction, trial, [&](double step) {
+      return trial.allFinite() && is_flip_free(faces_, trial, context_) &&
+             energy(trial) <= now + kSufficientDecrease * step * slope;
+    });
+    const bool settled = -0.5 * slope <= options_.tolerance * now;
+    if (gone == 0) return settled ? "converged" : "stalled";
+    uv_.swap(trial);
+    return settled && gone == 1.0 ? "converged" : nullptr;
   }
 
   const Triangles& faces_;
@@ -288,10 +289,6 @@ std::vector<StraightEdge> kept(const Triangles& faces, const std::vector<Straigh
   }
   return left;
 }
-
-}  // namespace
-
-namespace {
 
 void check_options(const CutMap& map, const AlignOptions& options, ExecutionContext& context) {
   const auto faces = static_cast<std::size_t>(map.surface.faces.rows());

@@ -4,6 +4,9 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <cstddef>
+
+#include "flipfree/distortion/energy/symmetric_dirichlet.h"
 
 namespace flipfree::distortion::foldover_free {
 
@@ -17,14 +20,16 @@ inline double chi(double d, double epsilon) {
 }
 
 // J as (J00, J01, J10, J11): row = coordinate of the map, column = coordinate of the rest triangle.
-inline Vector4 jacobian(const double (&gradient)[3][2], const double* p0, const double* p1,
-                        const double* p2) {
+// Of face f of a map.
+inline Vector4 jacobian(const RestTriangle& rest, const Triangles& faces, std::size_t f,
+                        const Points2& uv) {
   Vector4 j = Vector4::Zero();
-  const double* p[3] = {p0, p1, p2};
+  const auto row = static_cast<Eigen::Index>(f);
   // Corner 0 is subtracted: large translations must not cost digits.
-  for (int k = 1; k < 3; ++k) {
+  for (int k = 0; k < 2; ++k) {
     for (int i = 0; i < 2; ++i) {
-      for (int a = 0; a < 2; ++a) j[2 * i + a] += (p[k][i] - p0[i]) * gradient[k][a];
+      const double side = uv(faces(row, k + 1), i) - uv(faces(row, 0), i);
+      for (int a = 0; a < 2; ++a) j[2 * i + a] += side * rest.gradient[k][a];
     }
   }
   return j;
@@ -40,5 +45,10 @@ inline double determinant(const Vector4& j) { return j[0] * j[3] - j[1] * j[2]; 
 // alone.
 void derivatives(const Vector4& j, double lambda, double epsilon, Vector4& gradient,
                  Matrix4& hessian);
+
+// The same with respect to the corners' UV, weighted and laid out as symmetric_dirichlet_hessian()
+// does.
+void corner_derivatives(const RestTriangle& rest, const Vector4& j, double lambda, double epsilon,
+                        double gradient[6], double hessian[kHessianEntries]);
 
 }  // namespace flipfree::distortion::foldover_free

@@ -16,8 +16,9 @@ double norm(const Vector3& v) {
   return square > 1e-280 && square < 1e300 ? std::sqrt(square) : v.stableNorm();
 }
 
-// Unfolds the triangle with its longest edge on the x axis. `weight` becomes twice the true area.
-RestTriangle unfold(const Vector3 (&point)[3]) {
+}  // namespace
+
+RestTriangle unfold(const Vector3 (&point)[3], double least_height) {
   int base = 0;
   double longest = -1;
   for (int k = 0; k < 3; ++k) {
@@ -31,7 +32,7 @@ RestTriangle unfold(const Vector3 (&point)[3]) {
   const Vector3 side = point[(base + 2) % 3] - point[base];
   const double length = std::max(edge.norm(), 1e-300);
   const double twice_area = norm(edge.cross(side));
-  const double height = std::max(twice_area / length, kFlattestRest * length);
+  const double height = std::max(twice_area / length, least_height * length);
   Vector2 flat[3];
   flat[base] = Vector2(0, 0);
   flat[(base + 1) % 3] = Vector2(length, 0);
@@ -48,8 +49,6 @@ RestTriangle unfold(const Vector3 (&point)[3]) {
   return rest;
 }
 
-}  // namespace
-
 RestShapes build_rest_shapes(const mesh::Surface& surface, const ExecutionContext& context) {
   const auto count = static_cast<std::size_t>(surface.faces.rows());
   RestShapes shapes;
@@ -59,7 +58,7 @@ RestShapes build_rest_shapes(const mesh::Surface& surface, const ExecutionContex
     for (int k = 0; k < 3; ++k) {
       point[k] = surface.vertices.row(surface.faces(static_cast<Eigen::Index>(f), k)).transpose();
     }
-    shapes.triangles[f] = unfold(point);
+    shapes.triangles[f] = unfold(point, kFlattestRest);
     return shapes.triangles[f].weight;
   });
   shapes.length = std::sqrt(0.5 * twice_area);

@@ -18,6 +18,10 @@ inline constexpr double kFlattestRest = 1e-7;
 // nothing until it is about to flip, and then stop the line search for all others.
 inline constexpr double kLeastWeight = 1e-3;
 
+// The triangle unfolded into the plane, its longest edge on the x axis, raised to `least_height` of
+// that. Its weight is twice the true area.
+RestTriangle unfold(const Vector3 (&point)[3], double least_height);
+
 struct RestShapes {
   std::vector<RestTriangle> triangles;  // #F, lengths divided by `length`; weights sum to 1
   double length = 1;                    // square root of the surface's area

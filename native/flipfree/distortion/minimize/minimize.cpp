@@ -145,18 +145,19 @@ double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets)
     system_->solve(direction_, context_);
     ++done_.factorizations;
     direction_ += motion;  // the system leaves fixed vertices where they are
-    double step = std::min(1.0, kPullShare * step_to_first_flip(faces_, uv_, direction_, context_));
-    for (; step > kShortestStep; step *= 0.5) {
-      trial_ = uv_ + step * direction_;
-      if (step == 1.0) {
-        for (const auto& [v, target] : targets) trial_.row(v) = target.transpose();
+    const double most =
+        std::min(1.0, kPullShare * step_to_first_flip(faces_, uv_, direction_, context_));
+    const double gone = halved_step(most, uv_, direction_, trial_, [&](double step) {
+      for (const auto& [v, target] : targets) {
+        if (step == 1.0) trial_.row(v) = target.transpose();
       }
-      if (acceptable()) break;
-    }
-    if (step <= kShortestStep) ++idle;
-    if (step > kShortestStep) {
+      return acceptable();
+    });
+    if (gone > 0) {
       uv_.swap(trial_);
       sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+    } else {
+      ++idle;
     }
     const double now = distance();
     idle = now < 0.99 * left ? 0 : idle + 1;

@@ -97,23 +97,21 @@ void Minimizer::finish_unit() {
 
 // Longest acceptable step along direction_, 0 if there is none; leaves the new map in trial_.
 double Minimizer::line_search(double slope, double energy, bool progressive) {
-  double step = std::min(1.0, kShareOfFlip * step_to_first_flip(faces_, uv_, direction_, context_));
-  for (; step > kShortestStep; step *= 0.5) {
-    trial_ = uv_ + step * direction_;
-    if (!acceptable()) continue;
+  const double most =
+      std::min(1.0, kShareOfFlip * step_to_first_flip(faces_, uv_, direction_, context_));
+  double now = energy;
+  bool enough = false;
+  const double found = halved_step(most, uv_, direction_, trial_, [&](double step) {
+    if (!acceptable()) return false;
     const EnergySums sums = sum_energy(faces_, working_, trial_, context_);
-    double now = progressive || barrier_on_ ? sums.value() : measure(sums);
+    now = progressive || barrier_on_ ? sums.value() : measure(sums);
     if (barrier_on_) now += barrier_->value(trial_, reach_);
-    if (now <= energy + kSufficientDecrease * step * slope) {
-      const bool may = options_.lengthen && step == 1.0 && !progressive && !barrier_on_;
-      return may ? lengthen(now) : step;
-    }
-    if (std::abs(step * slope) < kEnergyRounding * energy &&
-        directional_derivative(faces_, working_, trial_, direction_, context_) <= 0) {
-      return step;
-    }
-  }
-  return 0;
+    enough = now <= energy + kSufficientDecrease * step * slope;
+    return enough || (std::abs(step * slope) < kEnergyRounding * energy &&
+                      directional_derivative(faces_, working_, trial_, direction_, context_) <= 0);
+  });
+  const bool may = options_.lengthen && enough && found == 1.0 && !progressive && !barrier_on_;
+  return may ? lengthen(now) : found;
 }
 
 // The full step is in trial_ and has energy `now`: doubles it while the energy falls. Returns the

@@ -24,6 +24,18 @@ inline constexpr double kSufficientDecrease = 1e-4;  // Armijo's constant
 // Shorter shares of a step lead nowhere.
 inline constexpr double kShortestStep = 1e-12;
 
+// Backtracking: the largest of `most`, `most` / 2, `most` / 4, ... for which accept(step) takes
+// trial = uv + step direction; 0 if none does.
+template <typename Accept>
+double halved_step(double most, const Points2& uv, const Points2& direction, Points2& trial,
+                   const Accept& accept) {
+  for (double step = most; step > kShortestStep; step *= 0.5) {
+    trial = uv + step * direction;
+    if (accept(step)) return step;
+  }
+  return 0;
+}
+
 // One run of the method; the state that its steps share.
 class Minimizer {
  public:

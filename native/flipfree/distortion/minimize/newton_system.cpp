@@ -122,12 +122,19 @@ void NewtonSystem::build_pattern(const Triangles& faces,
 
 double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
                               ExecutionContext& context) {
-  const double energy = sum_of(context, rest.size(), kGrain, [&](std::size_t f) {
+  const auto of_face = [&](std::size_t f, double* gradient, double* hessian) {
     const Index* v = faces_.data() + 3 * f;
     const auto point = [&](int k) { return uv.data() + 2 * static_cast<std::ptrdiff_t>(v[k]); };
     const Jacobian j = jacobian(rest[f], point(0), point(1), point(2));
-    return rest[f].weight * symmetric_dirichlet_hessian(rest[f], j, &face_gradient_[6 * f],
-                                                        &face_hessian_[kHessianEntries * f], soft);
+    return rest[f].weight * symmetric_dirichlet_hessian(rest[f], j, gradient, hessian, soft);
+  };
+  return assemble(of_face, context);
+}
+
+double NewtonSystem::assemble(const FaceEnergy& of_face, ExecutionContext& context) {
+  const auto count = static_cast<std::size_t>(faces_.rows());
+  const double energy = sum_of(context, count, kGrain, [&](std::size_t f) {
+    return of_face(f, &face_gradient_[6 * f], &face_hessian_[kHessianEntries * f]);
   });
 
   const Index* column = matrix_.outerIndexPtr();

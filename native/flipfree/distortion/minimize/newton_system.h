@@ -3,6 +3,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -23,8 +25,13 @@ class NewtonSystem {
                numeric::EliminationMemory* memory = nullptr,
                const std::vector<Index>* labels = nullptr);
 
-  // Gradient and projected Hessian of the energy at `uv`. `soft`: see
-  // symmetric_dirichlet_hessian(). Returns the energy. Same bits for any number of threads.
+  // Of face f: its energy, the gradient by its corners' UV and the Hessian, weighted, laid out as
+  // symmetric_dirichlet_hessian() does.
+  using FaceEnergy = std::function<double(std::size_t f, double* gradient, double* hessian)>;
+  // Gradient and Hessian of the sum over all faces, which is returned. The Hessian is positive
+  // semi-definite if those of the faces are. Same bits for any number of threads.
+  double assemble(const FaceEnergy& of_face, ExecutionContext& context);
+  // The same of the symmetric Dirichlet energy at `uv`. `soft`: see symmetric_dirichlet_hessian().
   double assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
                   ExecutionContext& context);
 

@@ -146,8 +146,6 @@ LinearForm Branches::join(Index e, const GaussianInteger& unit, Index f) {
 
 namespace {
 
-using numeric::GaussianInteger;
-using numeric::LinearForm;
 using numeric::quarter_turn;
 
 // Finer grids for translations than this leave too few of 24 bits.
@@ -535,9 +533,6 @@ SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
   return eliminate_seams(vertex_count, faces, seams, {}, context);
 }
 
-using numeric::GaussianInteger;
-using numeric::quarter_turn;
-
 namespace {
 
 // factor times (x, y), as complex numbers.
@@ -602,7 +597,5 @@ Points2 map_of(const SeamConstraints& constraints, const Points2& nodes) {
   }
   return uv;
 }
-
-namespace {}  // namespace
 
 }  // namespace flipfree::distortion

@@ -413,11 +413,12 @@ class Mover {
       Points2 direction;
       system_.solve(direction, context_);
       system_.prescribe({});
-      double step =
+      const double most =
           std::min(1.0, kShareOfFlip * step_to_first_flip(faces_, uv, direction, context_));
-      Points2 trial = uv + step * direction;
-      for (; step > kLeastStep && !is_flip_free(faces_, trial, context_); step *= 0.5)
-        trial = uv + 0.5 * step * direction;
+      Points2 trial;
+      const double step = halved_step(most, uv, direction, trial, [&](double) {
+        return is_flip_free(faces_, trial, context_);
+      });
       if (!(step > kLeastStep)) return std::nullopt;
       uv.swap(trial);
       if (step == 1.0) return uv;
