@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <numeric>
 #include <set>
 #include <string>
 #include <utility>
@@ -22,6 +21,7 @@
 #include "flipfree/embedding/tutte/schnyder.h"
 #include "flipfree/embedding/tutte/tutte.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/refined/editable_triangulation.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::embedding {
@@ -47,11 +47,6 @@ bool has_room(const Points2& p, Index i, Index j, double resolution) {
   return beyond_chord(p, i, (i + 1) % n, j, resolution) &&
          beyond_chord(p, i, (j + n - 1) % n, j, resolution) &&
          beyond_chord(p, i, (i + gap / 2) % n, j, resolution);
-}
-
-std::uint64_t key(VertexId a, VertexId b) {
-  return static_cast<std::uint64_t>(std::min(a, b)) << 32 |
-         static_cast<std::uint32_t>(std::max(a, b));
 }
 
 }  // namespace
@@ -84,69 +79,19 @@ std::vector<HalfedgeId> chords_to_split(const Triangles& faces, Index vertex_cou
 
 namespace {
 
-// Puts a vertex on the middle of each of these edges and retriangulates the faces beside them. The
-// result's uv is empty. Faces without such an edge keep their number.
+// Halves these edges. The result's uv is empty.
 Embedding split_edges(const Triangles& faces, Index vertex_count,
                       const std::vector<HalfedgeId>& edges) {
   Embedding result;
   result.faces = faces;
-  result.parent_face.resize(static_cast<Size>(faces.rows()));
-  std::iota(result.parent_face.begin(), result.parent_face.end(), 0);
   if (edges.empty()) return result;
-
-  std::vector<std::pair<std::uint64_t, VertexId>> middle;  // edge -> new vertex, sorted
-  for (const HalfedgeId h : edges) {
-    const VertexId a = faces.data()[h];
-    const VertexId b = faces.data()[next_corner(h)];
-    middle.emplace_back(key(a, b), vertex_count + static_cast<Index>(result.added.size()));
-    result.added.push_back({a, b, 0.5});
-  }
-  std::sort(middle.begin(), middle.end());
-  std::vector<std::array<VertexId, 3>> more;
-  for (FaceId f = 0; f < faces.rows(); ++f) {
-    std::array<VertexId, 3> mid{kInvalid, kInvalid, kInvalid};
-    int count = 0;
-    for (Index k = 0; k < 3; ++k) {
-      const std::uint64_t wanted = key(faces(f, k), faces(f, (k + 1) % 3));
-      const auto it =
-          std::lower_bound(middle.begin(), middle.end(), std::pair(wanted, VertexId{0}));
-      if (it == middle.end() || it->first != wanted) continue;
-      mid[static_cast<Size>(k)] = it->second;
-      ++count;
-    }
-    if (count == 0) continue;
-    // Turn the face so that the pattern of split edges starts at edge 0.
-    Index r = 0;
-    while (count < 3 && !(mid[static_cast<Size>(r)] != kInvalid &&
-                          mid[static_cast<Size>((r + 2) % 3)] == kInvalid))
-      ++r;
-    const VertexId a = faces(f, r);
-    const VertexId b = faces(f, (r + 1) % 3);
-    const VertexId c = faces(f, (r + 2) % 3);
-    const VertexId ab = mid[static_cast<Size>(r)];
-    const VertexId bc = mid[static_cast<Size>((r + 1) % 3)];
-    const VertexId ca = mid[static_cast<Size>((r + 2) % 3)];
-    const auto put = [&](std::initializer_list<std::array<VertexId, 3>> pieces) {
-      const auto& first = *pieces.begin();
-      result.faces.row(f) << first[0], first[1], first[2];
-      for (auto it = pieces.begin() + 1; it != pieces.end(); ++it) {
-        more.push_back(*it);
-        result.parent_face.push_back(f);
-      }
-    };
-    if (count == 1) put({{a, ab, c}, {ab, b, c}});
-    if (count == 2) put({{ab, b, bc}, {a, ab, bc}, {a, bc, c}});
-    if (count == 3) put({{ab, bc, ca}, {a, ab, ca}, {ab, b, bc}, {bc, c, ca}});
-  }
-  const Index old = static_cast<Index>(faces.rows());
-  result.faces.conservativeResize(old + static_cast<Index>(more.size()), 3);
-  for (Size k = 0; k < more.size(); ++k) {
-    result.faces.row(old + static_cast<Index>(k)) << more[k][0], more[k][1], more[k][2];
-  }
+  mesh::EditableTriangulation mesh(vertex_count, faces);
+  for (const HalfedgeId h : edges)
+    result.halved.emplace_back(mesh::source(faces, h), mesh::target(faces, h));
+  for (const auto& [a, b] : result.halved) mesh.split_edge(mesh.find(a, b));
+  result.faces = mesh.faces();
   return result;
 }
-
-using Size = std::size_t;
 
 // More bad faces than this share: repairing them costs more, and gives worse maps, than starting
 // from nothing. benchmarks/embedding.py start measures it.
@@ -439,10 +384,9 @@ class Ladder {
     Points2 uv = Points2::Zero(vertex_count_, 2);
     uv.topRows(given) = *options_.initial;
     for (Size i = 0; i < loop_.size(); ++i) uv.row(loop_[i]) = boundary_.row(static_cast<Index>(i));
-    for (Size k = 0; k < result_.added.size(); ++k) {
-      const SplitVertex& added = result_.added[k];
-      uv.row(given + static_cast<Index>(k)) =
-          (1 - added.t) * uv.row(added.a) + added.t * uv.row(added.b);
+    for (Size k = 0; k < result_.halved.size(); ++k) {
+      const auto& [a, b] = result_.halved[k];
+      uv.row(given + static_cast<Index>(k)) = 0.5 * uv.row(a) + 0.5 * uv.row(b);
     }
     return uv;
   }
@@ -483,9 +427,9 @@ Embedding embed_disk_refined(const Triangles& faces, Index vertex_count,
       chords_to_split(faces, vertex_count, loop, boundary, options.float32);
   context.check();
   Embedding result = split_edges(faces, vertex_count, chords);
-  stats["added_vertices"] = static_cast<std::int64_t>(result.added.size());
+  stats["added_vertices"] = static_cast<std::int64_t>(result.halved.size());
   context.check();
-  const Index total = vertex_count + static_cast<Index>(result.added.size());
+  const Index total = vertex_count + static_cast<Index>(result.halved.size());
   Ladder(result, total, loop, boundary, options, context, stats).climb();
   report(result.rung, stats);
   stats["seconds_embedding"] = watch.seconds();
@@ -498,13 +442,13 @@ Points2 embed_disk(const Triangles& faces, Index vertex_count, const std::vector
                    Stats& stats) {
   Embedding result =
       embed_disk_refined(faces, vertex_count, loop, boundary, options, context, stats);
-  if (!result.added.empty()) {
-    const SplitVertex& first = result.added.front();
+  if (!result.halved.empty()) {
+    const auto& [a, b] = result.halved.front();
     throw_infeasible(
         ErrorCode::kNoRoomInPolygon,
-        "The edge between vertices " + vertex_id(first.a) + " and " + vertex_id(first.b) +
+        "The edge between vertices " + vertex_id(a) + " and " + vertex_id(b) +
             " joins two points of one straight side. Allow refinement, or bend the side.",
-        {"straight side", {}}, ElementKind::kEdge, {first.a, first.b});
+        {"straight side", {}}, ElementKind::kEdge, {a, b});
   }
   return result.uv;
 }

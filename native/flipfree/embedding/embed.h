@@ -7,6 +7,7 @@
 //   (progressive embedding, local) progressive  the thesis' Algorithms 1 and 2 from scratch
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -22,14 +23,6 @@ namespace flipfree::embedding {
 
 // A disk in the plane, with the vertices that it needed beyond its own (embed.h).
 
-// A vertex put on an inner edge whose ends lie on one straight side of the polygon. Its id is #V +
-// its place in the list.
-struct SplitVertex {
-  VertexId a = kInvalid;
-  VertexId b = kInvalid;
-  double t = 0.5;  // at (1 - t) a + t b
-};
-
 // The methods of the ladder (embed.h), and a map that was given and is valid.
 enum class Rung { kTutte, kInitial, kSchnyder, kRepair, kProgressive };
 
@@ -37,8 +30,9 @@ struct Embedding {
   Rung rung = Rung::kTutte;  // that made it
   Points2 uv;       // #V' x 2, the input's vertices first; boundary rows equal the given positions
   Triangles faces;  // #F' x 3
-  std::vector<SplitVertex> added;   // #V' - #V
-  std::vector<FaceId> parent_face;  // #F'
+  // Inner edges whose ends lie on one straight side of the polygon: vertex #V + i halves edge i,
+  // one after another as mesh::EditableTriangulation splits them.
+  std::vector<std::pair<VertexId, VertexId>> halved;
 };
 
 // Half-edges (one per edge) of inner edges between boundary vertices that have to be split, because

@@ -23,6 +23,7 @@
 #include "flipfree/embedding/progressive/progressive.h"
 #include "flipfree/embedding/tutte/tutte.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/mesh/validate.h"
 
 namespace flipfree::embedding {
@@ -97,8 +98,6 @@ Points2 place_with_room(BoundaryShape shape, const std::vector<double>& lengths,
   return given;
 }
 
-using Size = std::size_t;
-
 // Energy of a start map above which a start from nothing is tried too.
 constexpr double kPoorStart = 10.0;
 
@@ -156,44 +155,6 @@ Points2 corner_uv(const Triangles& faces, const Points2& uv) {
   Points2 corners(faces.size(), 2);
   for (CornerId c = 0; c < faces.size(); ++c) corners.row(c) = uv.row(faces.data()[c]);
   return corners;
-}
-
-// Surface and provenance of the refined mesh.
-void set_refined(certify::Parametrization& map, const mesh::Surface& input,
-                 const Embedding& embedding) {
-  const Index n = static_cast<Index>(input.vertices.rows());
-  const Index added = static_cast<Index>(embedding.added.size());
-  map.surface.faces = embedding.faces;
-  map.surface.vertices.resize(n + added, 3);
-  map.surface.vertices.topRows(n) = input.vertices;
-  map.vertex_parent.assign(static_cast<Size>(n + added), kInvalid);
-  map.vertex_barycentric = Points3::Zero(n + added, 3);
-  map.parent_face = embedding.parent_face;
-  for (CornerId c = 0; c < input.faces.size(); ++c) {
-    const VertexId v = input.faces.data()[c];
-    if (map.vertex_parent[static_cast<Size>(v)] != kInvalid) continue;
-    map.vertex_parent[static_cast<Size>(v)] = c / 3;
-    map.vertex_barycentric(v, c % 3) = 1.0;
-  }
-  for (Index k = 0; k < added; ++k) {
-    const SplitVertex& vertex = embedding.added[static_cast<Size>(k)];
-    map.surface.vertices.row(n + k) =
-        (1 - vertex.t) * input.vertices.row(vertex.a) + vertex.t * input.vertices.row(vertex.b);
-  }
-  // Any face that uses a new vertex has a parent with the split edge.
-  for (FaceId f = 0; f < embedding.faces.rows(); ++f) {
-    for (Index k = 0; k < 3; ++k) {
-      const VertexId v = embedding.faces(f, k);
-      if (v < n || map.vertex_parent[static_cast<Size>(v)] != kInvalid) continue;
-      const SplitVertex& vertex = embedding.added[static_cast<Size>(v - n)];
-      const FaceId parent = embedding.parent_face[static_cast<Size>(f)];
-      map.vertex_parent[static_cast<Size>(v)] = parent;
-      for (Index c = 0; c < 3; ++c) {
-        if (input.faces(parent, c) == vertex.a) map.vertex_barycentric(v, c) = 1 - vertex.t;
-        if (input.faces(parent, c) == vertex.b) map.vertex_barycentric(v, c) = vertex.t;
-      }
-    }
-  }
 }
 
 // The certificate also judges that the boundary is bitwise where it was asked for.
@@ -342,7 +303,16 @@ certify::Parametrization embed_within(const mesh::Surface& surface,
     }
   }
   context.check();
-  set_refined(map, surface, embedding);
+  mesh::RefinedSurface refined = mesh::make_refined_surface(surface);
+  for (const auto& [a, b] : embedding.halved) refined.split_edge(refined.mesh.find(a, b));
+  const mesh::Provenance where = mesh::provenance_of(refined);
+  map.surface = mesh::to_surface(refined);
+  map.parent_face = where.face;
+  map.vertex_barycentric.resize(map.surface.vertices.rows(), 3);
+  for (std::size_t v = 0; v < where.vertex.size(); ++v) {
+    map.vertex_parent.push_back(where.vertex[v].face);
+    map.vertex_barycentric.row(static_cast<Eigen::Index>(v)) = where.vertex[v].weight;
+  }
   Points2 uv = embedding.uv;
   if (options.optimise && options.method != EmbedMethod::kTutte) {
     const MapInHand embedded(context);

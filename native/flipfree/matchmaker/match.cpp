@@ -34,6 +34,7 @@
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/unwrap.h"
 
 namespace flipfree::matchmaker {
@@ -62,20 +63,6 @@ double sharp_turning(const Polygon& outline) {
   return sum / (2 * std::numbers::pi);
 }
 
-// Is the homotopy of this outline without action? Then it is no help for the pins.
-bool has_convex_outline(const Constraints& constraints) {
-  return is_locally_convex(constraints.outline) && constraints.turning_number == 1;
-}
-
-bool asked_by_name(const Problem& problem, MatchEngine engine) {
-  return problem.options.engine == engine;
-}
-
-bool homotopy_helps(const Problem& problem) {
-  return !problem.constraints.free_boundary() &&
-         (problem.options.engine != MatchEngine::kAuto || !has_convex_outline(problem.constraints));
-}
-
 // Positive triangles alone keep inner vertices from winding twice if the prescribed boundary turns
 // once (the count of angles in outline_target.h).
 bool continuation_applies(const Problem& problem) {
@@ -84,13 +71,15 @@ bool continuation_applies(const Problem& problem) {
           (!problem.overlapping() || problem.constraints.pins.empty()));
 }
 
+// The homotopy of a convex outline is without action, hence no help for the pins.
 bool homotopy_applies(const Problem& problem) {
-  return homotopy_helps(problem) &&
-         (asked_by_name(problem, MatchEngine::kOutline) || !problem.constraints.edges.empty() ||
-          sharp_turning(problem.constraints.outline) < kMostTurning);
+  const Constraints& constraints = problem.constraints;
+  if (constraints.free_boundary()) return false;
+  if (problem.options.engine == MatchEngine::kOutline) return true;
+  const bool convex = constraints.turning_number == 1 && is_locally_convex(constraints.outline);
+  return !convex &&
+         (!constraints.edges.empty() || sharp_turning(constraints.outline) < kMostTurning);
 }
-
-bool matchmaker_applies(const Problem&) { return true; }
 
 std::optional<Solution> by_matchmaker(const Problem& problem, double, ExecutionContext& context,
                                       Stats& stats) {
@@ -113,62 +102,35 @@ bool lines_are_whole(const mesh::RefinedSurface& surface, const Constraints& con
 }
 
 struct Way {
-  std::vector<MatchEngine> names;  // by which it is asked for alone
-  bool (*applies)(const Problem&);
   std::optional<Solution> (*run)(const Problem&, double share, ExecutionContext&, Stats&);
-  double share;     // of the time that is left
-  double progress;  // of the bar, against the others that apply
+  double progress;  // of the bar, against the others
+  bool named;       // is asked for alone
 };
 
-const std::vector<Way>& all_ways() {
-  static const std::vector<Way> ways = {
-      {{MatchEngine::kFirstTry, MatchEngine::kArms},
-       continuation_applies,
-       by_continuation,
-       kShareOfWay,
-       6},
-      {{MatchEngine::kOutline}, homotopy_applies, by_homotopy, kShareOfWay, 10},
-      {{MatchEngine::kMatchmaker}, matchmaker_applies, by_matchmaker, 1.0, 0.5},
-  };
-  return ways;
-}
-
-// Those for this problem: all that apply, or the one that is asked for by name. Where that is not
-// for such problems, the guarantee.
+// Those for this problem, in the order in which they are tried: all that apply, or the one that is
+// asked for by name. Where that is not for such problems, the guarantee.
 std::vector<Way> ways_for(const Problem& problem) {
+  const MatchEngine engine = problem.options.engine;
   std::vector<Way> ways;
-  for (const Way& way : all_ways()) {
-    if (!way.applies(problem)) continue;
-    const bool named =
-        std::find(way.names.begin(), way.names.end(), problem.options.engine) != way.names.end();
-    if (named) {
-      ways = {way};
-      ways.front().share = 1.0;
-      return ways;
-    }
-    ways.push_back(way);
-  }
-  if (problem.options.engine != MatchEngine::kAuto && ways.size() > 1)
-    ways.erase(ways.begin(), ways.end() - 1);
-  return ways;
+  if (continuation_applies(problem))
+    ways.push_back(
+        {by_continuation, 6, engine == MatchEngine::kFirstTry || engine == MatchEngine::kArms});
+  if (homotopy_applies(problem)) ways.push_back({by_homotopy, 10, engine == MatchEngine::kOutline});
+  ways.push_back({by_matchmaker, 0.5, engine == MatchEngine::kMatchmaker});
+  if (engine == MatchEngine::kAuto) return ways;
+  const auto named =
+      std::find_if(ways.begin(), ways.end() - 1, [](const Way& way) { return way.named; });
+  return {*named};
 }
 
-[[noreturn]] void refuse_problem(const Problem& problem) {
+[[noreturn]] void refuse_problem(MatchEngine engine) {
   const char* what = "The homotopy to the outline was blocked, refinement included.";
-  switch (problem.options.engine) {
-    case MatchEngine::kFirstTry:
-      what = "The first try found no flip-free map on these triangles. Allow refinement.";
-      break;
-    case MatchEngine::kArms:
-      what =
-          "Arms are for three free pins or more, without lines, where the map may overlap itself. "
-          "Use another engine.";
-      break;
-    case MatchEngine::kAuto:
-    case MatchEngine::kMatchmaker:
-    case MatchEngine::kOutline:
-      break;
-  }
+  if (engine == MatchEngine::kFirstTry)
+    what = "The first try found no flip-free map on these triangles. Allow refinement.";
+  if (engine == MatchEngine::kArms)
+    what =
+        "Arms are for three free pins or more, without lines, where the map may overlap itself. "
+        "Use another engine.";
   throw_not_converged(ErrorCode::kIterationLimit, what);
 }
 
@@ -189,9 +151,10 @@ Solution solve(const Problem& problem, ExecutionContext& context, Stats& stats) 
   std::int64_t out_of_time = 0;
   for (const Way& way : ways) {
     const ProgressRange range(context, done / all, (done + way.progress) / all);
+    const double share = ways.size() == 1 ? 1.0 : kShareOfWay;
     std::optional<Solution> solution;
     const bool in_time =
-        ended_in_time(context, [&] { solution = way.run(problem, way.share, context, stats); });
+        ended_in_time(context, [&] { solution = way.run(problem, share, context, stats); });
     if (!in_time) stats["ways_out_of_time"] = ++out_of_time;
     if (solution && lines_are_whole(solution->map.surface, problem.constraints)) {
       debug_check("solve", [&] { return find_broken(solution->map); });
@@ -199,7 +162,7 @@ Solution solve(const Problem& problem, ExecutionContext& context, Stats& stats) 
     }
     done += way.progress;
   }
-  refuse_problem(problem);
+  refuse_problem(problem.options.engine);
 }
 
 // What stays where it is until the end: movable boundary vertices do not.
@@ -212,31 +175,22 @@ std::vector<VertexId> held_to_the_end(const mesh::RefinedSurface& surface,
   return held;
 }
 
-certify::Parametrization to_parametrization(const mesh::RefinedMap& solution, const Points2& uv,
+certify::Parametrization to_parametrization(const mesh::RefinedMap& solution,
                                             const Points2f& uv32) {
   certify::Parametrization map;
   const mesh::RefinedSurface& refined = solution.surface;
-  std::vector<FaceId> slots;
-  map.surface = to_surface(refined);
-  refined.mesh.faces(&slots);
-  map.surface.vertices.topRows(refined.input_vertices()) = refined.input->vertices;
-  map.vertex_parent.assign(refined.position.size(), kInvalid);
-  map.vertex_barycentric = Points3::Zero(static_cast<Eigen::Index>(refined.position.size()), 3);
-  map.uv.resize(map.surface.faces.size(), 2);
-  map.uv32.resize(map.surface.faces.size(), 2);
-  for (FaceId f = 0; f < map.surface.faces.rows(); ++f) {
-    const FaceId parent = refined.mesh.parent(slots[at(f)]);
-    map.parent_face.push_back(parent);
-    for (Index k = 0; k < 3; ++k) {
-      const VertexId v = map.surface.faces(f, k);
-      map.uv.row(3 * f + k) = uv.row(v);
-      map.uv32.row(3 * f + k) = uv32.row(v);
-      map.vertex_parent[at(v)] = parent;
-      for (Index c = 0; c < 3; ++c) {
-        map.vertex_barycentric(v, c) = refined.support[at(v)].of(refined.input->faces(parent, c));
-      }
-    }
+  const mesh::Provenance where = mesh::provenance_of(refined);
+  map.surface = mesh::to_surface(refined);
+  map.parent_face = where.face;
+  map.vertex_barycentric.resize(map.surface.vertices.rows(), 3);
+  for (std::size_t v = 0; v < where.vertex.size(); ++v) {
+    map.vertex_parent.push_back(where.vertex[v].face);
+    map.vertex_barycentric.row(static_cast<Eigen::Index>(v)) = where.vertex[v].weight;
   }
+  map.uv = unwrap::by_corner(map.surface.faces, solution.uv);
+  map.uv32.resize(map.surface.faces.size(), 2);
+  for (CornerId c = 0; c < map.surface.faces.size(); ++c)
+    map.uv32.row(c) = uv32.row(map.surface.faces.data()[c]);
   map.cut_edges.resize(0, 2);
   return map;
 }
@@ -321,7 +275,7 @@ certify::Parametrization match_in_time(const mesh::Surface& surface, const Match
   const ProgressRange range(context, 0.95, 1.0);
   const Points2f uv32 = stored(found, constraints, options, bijective, context, stats);
   const Grace finishing(context);
-  certify::Parametrization map = to_parametrization(found, found.uv, uv32);
+  certify::Parametrization map = to_parametrization(found, uv32);
   certify::certify_map(map, surface, certify_request(found.surface, constraints, map, bijective),
                        context);
   certify::require_certificate(map, "The match");

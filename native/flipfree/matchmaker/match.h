@@ -1,7 +1,7 @@
 // Hard constraints (thesis 3.3): pinned vertices, lines and whole boundaries met bit for bit,
 // without a fold.
 //
-// The ways to such a map stand in ways/solve.cpp, in the order in which they are tried; the last,
+// The ways to such a map stand in match.cpp, in the order in which they are tried; the last,
 // MatchMaker++, always succeeds (up to 64-bit resolution) and refines most. What every way leaves
 // is made fit for use alike: finish/usable_map.h.
 #pragma once

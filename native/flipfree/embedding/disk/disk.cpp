@@ -218,8 +218,6 @@ bool is_strictly_convex(const Points2& p) {
   return winds_once(p);
 }
 
-namespace {}  // namespace
-
 BoundaryPlacement place_boundary(BoundaryShape shape, const std::vector<double>& edge_lengths) {
   const Index corners = shape == BoundaryShape::kSquare ? 4 : 3;
   if (static_cast<Index>(edge_lengths.size()) < corners) {
@@ -326,24 +324,14 @@ DiskNumbering number_disk(const Triangles& faces, Index vertex_count,
   return result;
 }
 
-InnerStars inner_stars(const Triangles& faces, const DiskNumbering& numbering) {
-  InnerStars stars;
-  stars.start.assign(numbering.inner.size() + 1, 0);
-  for (Index h = 0; h < faces.size(); ++h) {
-    const Index i = numbering.inner_index[static_cast<Size>(faces.data()[h])];
-    if (i != kInvalid) ++stars.start[static_cast<Size>(i) + 1];
-  }
-  for (Size i = 0; i + 1 < stars.start.size(); ++i) stars.start[i + 1] += stars.start[i];
-  stars.halfedge.resize(static_cast<Size>(stars.start.back()));
-  std::vector<Index> next(stars.start.begin(), stars.start.end() - 1);
-  for (HalfedgeId h = 0; h < faces.size(); ++h) {
-    const Index i = numbering.inner_index[static_cast<Size>(faces.data()[h])];
-    if (i != kInvalid) stars.halfedge[static_cast<Size>(next[static_cast<Size>(i)]++)] = h;
-  }
-  return stars;
+Lists<HalfedgeId> inner_stars(const Triangles& faces, const DiskNumbering& numbering) {
+  return {numbering.inner.size(), [&](const auto& add) {
+            for (HalfedgeId h = 0; h < faces.size(); ++h) {
+              const Index i = numbering.inner_index[at(faces.data()[h])];
+              if (i != kInvalid) add(i, h);
+            }
+          }};
 }
-
-using Size = std::size_t;
 
 void require_disk_with_boundary(const Triangles& faces, Index vertex_count,
                                 const std::vector<VertexId>& loop, const Points2& boundary) {

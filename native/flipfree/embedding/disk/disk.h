@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "flipfree/base/lists.h"
 #include "flipfree/base/types.h"
 
 namespace flipfree::embedding {
@@ -59,14 +60,8 @@ struct DiskNumbering {
 DiskNumbering number_disk(const Triangles& faces, Index vertex_count,
                           const std::vector<VertexId>& loop);
 
-// Neighbours of the inner vertices: half-edge targets grouped by source, in face order. Each
-// neighbour of an inner vertex appears once. corner[k] = 3 f + c is the half-edge from the vertex
-// to neighbour target[k].
-struct InnerStars {
-  std::vector<Index> start;  // #inner + 1
-  std::vector<HalfedgeId> halfedge;
-};
-InnerStars inner_stars(const Triangles& faces, const DiskNumbering& numbering);
+// The half-edges out of each inner vertex, by its number: one for each neighbour.
+Lists<HalfedgeId> inner_stars(const Triangles& faces, const DiskNumbering& numbering);
 
 // Is a mesh a disk, and a list of vertices its boundary?
 

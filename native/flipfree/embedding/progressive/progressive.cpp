@@ -419,8 +419,6 @@ struct InsertScratch {
   Star star;  // of the vertex that is to be placed
 };
 
-using Size = std::size_t;
-
 constexpr double kStep = 0.8;   // thesis 3.2.2
 constexpr int kMaxSteps = 75;   // thesis 3.2.2
 constexpr Size kMaxGoals = 24;  // rays tried around vertices of high degree, evenly spread
@@ -539,8 +537,6 @@ bool insert_vertex(PlanarMap& map, HalfedgeId h, InsertScratch& scratch) {
   collapse_vertex(map, h);
   return false;
 }
-
-using Size = std::size_t;
 
 constexpr int kMaxRetries = 4;
 constexpr Size kNoLimit = std::numeric_limits<Size>::max();

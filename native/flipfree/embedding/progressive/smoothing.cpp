@@ -14,7 +14,8 @@ using Size = std::size_t;
 
 constexpr Size kSmallRing = 64;
 
-// Value, gradient and Hessian of star_energy at p.
+// Sum of S (1 + (D0 / D)^2) over a star with its centre at some point, infinite unless every D > 0;
+// gradient and Hessian.
 struct Quadratic {
   double value = 0.0;
   double gx = 0.0;
@@ -158,32 +159,6 @@ void gather_star(const PlanarMap& map, VertexId v, Star& star) {
   } while (h != first);
 }
 
-namespace {
-
-// Sum of S (1 + (D0 / D)^2) over the star with its centre at p, infinite unless every D > 0.
-double star_energy(const Star& star, const Vector2& p) {
-  double value = 0.0;
-  const Size n = star.ring.size();
-  for (Size i = 0; i < n; ++i) {
-    const Vector2& q = star.at[i];
-    const Vector2& r = star.at[i + 1 == n ? 0 : i + 1];
-    const double qx = q.x() - p.x();
-    const double qy = q.y() - p.y();
-    const double rx = r.x() - p.x();
-    const double ry = r.y() - p.y();
-    const double d = qx * ry - qy * rx;
-    if (!(d > 0)) return HUGE_VAL;
-    const double ex = r.x() - q.x();
-    const double ey = r.y() - q.y();
-    const double s = qx * qx + qy * qy + rx * rx + ry * ry + ex * ex + ey * ey;
-    const double ratio = star.target[i] / d;
-    value += s * (1 + ratio * ratio);
-  }
-  return value;
-}
-
-}  // namespace
-
 bool star_positive(const PlanarMap& map, const Star& star, const Vector2& p) {
   const Size n = star.ring.size();
   for (Size i = 0; i < n; ++i) {
@@ -214,7 +189,7 @@ double improve_vertex(PlanarMap& map, VertexId v, Star& star) {
   for (int k = 0; k < 12; ++k, t /= 2) {
     const Vector2 candidate = map.snap(p + t * d);
     if (candidate == p) return 0.0;
-    if (star_energy(star, candidate) > e.value + 1e-4 * t * slope) continue;
+    if (expand(star, candidate).value > e.value + 1e-4 * t * slope) continue;
     if (!star_positive(map, star, candidate)) continue;
     map.move(v, candidate);
     return (candidate - p).norm() / smallest_edge(star, p);

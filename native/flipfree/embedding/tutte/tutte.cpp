@@ -7,6 +7,7 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/embedding/disk/disk.h"
 #include "flipfree/embedding/tutte/convex_combination.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/numeric/cholesky/cholesky.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -31,17 +32,14 @@ double half_tangent(double opposite, double left, double right) {
 template <typename WeightOf>
 ConvexCombinations build_system(const Triangles& faces, const DiskNumbering& numbering,
                                 const Points2& boundary, const WeightOf& weight_of) {
-  const InnerStars stars = inner_stars(faces, numbering);
+  const Lists<HalfedgeId> stars = inner_stars(faces, numbering);
   const Size n = numbering.inner.size();
   ConvexCombinations system;
   system.start.assign(n + 1, 0);
-  system.column.reserve(stars.halfedge.size());
-  system.weight.reserve(stars.halfedge.size());
   system.fixed_weight.assign(n, 0.0);
   system.fixed_sum = Points2::Zero(static_cast<Index>(n), 2);
   for (Size i = 0; i < n; ++i) {
-    for (Index k = stars.start[i]; k < stars.start[i + 1]; ++k) {
-      const HalfedgeId h = stars.halfedge[static_cast<Size>(k)];
+    for (const HalfedgeId h : stars[static_cast<Index>(i)]) {
       const Size v = static_cast<Size>(faces.data()[next_corner(h)]);
       const double w = weight_of(h);
       if (numbering.inner_index[v] != kInvalid) {
@@ -72,43 +70,25 @@ Points2 gather(const DiskNumbering& numbering, const std::vector<VertexId>& loop
 Points2 tutte_uniform(const Triangles& faces, Index vertex_count, const std::vector<VertexId>& loop,
                       const Points2& boundary, ExecutionContext& context) {
   const DiskNumbering numbering = number_disk(faces, vertex_count, loop);
-  const InnerStars stars = inner_stars(faces, numbering);
+  const ConvexCombinations system =
+      build_system(faces, numbering, boundary, [](HalfedgeId) { return 1.0; });
   context.check();
   const Index n = static_cast<Index>(numbering.inner.size());
   if (n == 0) return gather(numbering, loop, boundary, Points2(0, 2));
 
-  // Graph Laplacian with the boundary moved to the right-hand side; lower triangle, column by
-  // column.
-  numeric::SparseMatrix matrix(n, n);
-  matrix.resizeNonZeros(n + (stars.start.back() + 1) / 2);
-  Eigen::MatrixXd rhs = Eigen::MatrixXd::Zero(n, 2);
-  std::vector<Index> later;
-  Index used = 0;
+  // Graph Laplacian with the boundary moved to the right-hand side, lower triangle.
+  std::vector<Eigen::Triplet<double, Index>> entries;
   for (Index i = 0; i < n; ++i) {
-    later.clear();
-    const Index begin = stars.start[static_cast<Size>(i)];
-    const Index end = stars.start[static_cast<Size>(i) + 1];
-    for (Index k = begin; k < end; ++k) {
-      const Size v =
-          static_cast<Size>(faces.data()[next_corner(stars.halfedge[static_cast<Size>(k)])]);
-      const Index j = numbering.inner_index[v];
-      if (j == kInvalid) {
-        rhs.row(i) += boundary.row(numbering.boundary_index[v]);
-      } else if (j > i) {
-        later.push_back(j);
-      }
+    double degree = system.fixed_weight[at(i)];
+    for (Index k = system.start[at(i)]; k < system.start[at(i) + 1]; ++k) {
+      const Index j = system.column[at(k)];
+      degree += 1.0;
+      if (j > i) entries.emplace_back(j, i, -1.0);
     }
-    std::sort(later.begin(), later.end());
-    matrix.outerIndexPtr()[i] = used;
-    matrix.innerIndexPtr()[used] = i;
-    matrix.valuePtr()[used++] = static_cast<double>(end - begin);
-    for (const Index j : later) {
-      matrix.innerIndexPtr()[used] = j;
-      matrix.valuePtr()[used++] = -1.0;
-    }
+    entries.emplace_back(i, i, degree);
   }
-  matrix.outerIndexPtr()[n] = used;
-  matrix.resizeNonZeros(used);
+  numeric::SparseMatrix matrix(n, n);
+  matrix.setFromTriplets(entries.begin(), entries.end());
 
   context.report("Tutte embedding", 0.1);
   numeric::SparseCholesky cholesky;
@@ -119,7 +99,7 @@ Points2 tutte_uniform(const Triangles& faces, Index vertex_count, const std::vec
         ErrorCode::kFactorizationFailed,
         "Tutte's matrix is not positive definite: a vertex has no path to the boundary.");
   }
-  return gather(numbering, loop, boundary, cholesky.solve(rhs, context));
+  return gather(numbering, loop, boundary, cholesky.solve(system.fixed_sum, context));
 }
 
 Points2 tutte_mean_value(const Triangles& faces, const Eigen::MatrixXd& shape,
@@ -137,28 +117,12 @@ Points2 tutte_mean_value(const Triangles& faces, const Eigen::MatrixXd& shape,
     const VertexId c = faces.data()[previous_corner(h)];
     tangent[static_cast<Size>(h)] = half_tangent(length(b, c), length(a, b), length(a, c));
   }
-  // Face on the other side of the edge a -> b of half-edge h is the one whose previous corner edge
-  // ends at a from b: found among the star of a as the half-edge whose face has b as the last
-  // corner.
   context.check();
-  std::vector<double> other(static_cast<Size>(faces.size()), 0.0);
-  const InnerStars stars = inner_stars(faces, numbering);
-  std::vector<HalfedgeId> ending(static_cast<Size>(shape.rows()), kInvalid);
-  for (Size i = 0; i + 1 < stars.start.size(); ++i) {
-    for (Index k = stars.start[i]; k < stars.start[i + 1]; ++k) {
-      const HalfedgeId h = stars.halfedge[static_cast<Size>(k)];
-      ending[static_cast<Size>(faces.data()[previous_corner(h)])] = h;
-    }
-    for (Index k = stars.start[i]; k < stars.start[i + 1]; ++k) {
-      const HalfedgeId h = stars.halfedge[static_cast<Size>(k)];
-      const HalfedgeId g = ending[static_cast<Size>(faces.data()[next_corner(h)])];
-      other[static_cast<Size>(h)] = tangent[static_cast<Size>(g)];
-    }
-  }
+  const mesh::Adjacency adjacency = mesh::build_adjacency(static_cast<Index>(shape.rows()), faces);
   const ConvexCombinations system = build_system(faces, numbering, boundary, [&](HalfedgeId h) {
     const double distance = length(faces.data()[h], faces.data()[next_corner(h)]);
-    const double w =
-        (tangent[static_cast<Size>(h)] + other[static_cast<Size>(h)]) / std::max(distance, 1e-50);
+    const HalfedgeId beside = next_corner(adjacency.opposite[at(h)]);  // out of the same vertex
+    const double w = (tangent[at(h)] + tangent[at(beside)]) / std::max(distance, 1e-50);
     return std::clamp(w, 1e-100, 1e100);
   });
   return gather(numbering, loop, boundary, solve_convex_combinations(system, context));

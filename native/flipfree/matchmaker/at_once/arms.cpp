@@ -462,23 +462,13 @@ std::optional<PlaneMap> make_star(mesh::RefinedMap& disk, const Constraints& con
 constexpr std::size_t kFewestPins = 3;
 // Newton steps of a star without the surface.
 constexpr int kStepsOfStar = 30;
-// So many stars are brought to rest, of these so many with the surface on them, and of these so
-// many for a round; then half of them after each round.
+// So many stars are brought to rest, of these so many have the surface laid on them.
 constexpr std::size_t kShort = 24;
-constexpr std::size_t kLifted = 8;
-constexpr std::size_t kTried = 4;
-// Newton steps of each round in which they are compared.
-constexpr int kStepsOfTry = 10;
+constexpr std::size_t kLifted = 4;
 
-double part_of(std::size_t i, std::size_t count) {
-  return static_cast<double>(i) / static_cast<double>(count);
-}
-
-// A star, by itself and with the surface on it.
 struct Candidate {
   StarView view;
   PlaneMap plane;
-  mesh::RefinedMap map;                                   // empty until the surface is on it
   double cost = std::numeric_limits<double>::infinity();  // the less, the better
 };
 
@@ -542,7 +532,7 @@ std::vector<Candidate> best_stars(const mesh::RefinedMap& disk, const Constraint
     std::optional<PlaneMap> plane = make_star(split, constraints, view, context);
     if (!plane) continue;
     const double length = length_of(*plane);
-    all.push_back({std::move(view), std::move(*plane), {}, length});
+    all.push_back({std::move(view), std::move(*plane), length});
     if (all.size() > 2 * kShort) keep_best(all, kShort);
   }
   keep_best(all, kShort);
@@ -556,39 +546,25 @@ std::vector<Candidate> best_stars(const mesh::RefinedMap& disk, const Constraint
   return all;
 }
 
-// The star that bears the surface best.
-std::optional<mesh::RefinedMap> best_map(const mesh::RefinedMap& disk, std::vector<Candidate> stars,
+// The map by the star that adds fewest vertices.
+std::optional<mesh::RefinedMap> best_map(const mesh::RefinedMap& disk,
+                                         const std::vector<Candidate>& stars,
                                          const Constraints& constraints, ExecutionContext& context,
                                          Stats& stats) {
-  const Index keep = disk.surface.mesh.vertex_count();
-  for (Candidate& c : stars) {
-    c.cost = std::numeric_limits<double>::infinity();
-    c.map = disk;
+  std::optional<mesh::RefinedMap> best;
+  for (const Candidate& c : stars) {
+    mesh::RefinedMap map = disk;
     // The star has come to rest since; what it splits is the same again.
-    if (!make_star(c.map, constraints, c.view, context) || !follow_by(c.map, c.plane, context))
+    if (!make_star(map, constraints, c.view, context) || !follow_by(map, c.plane, context))
       continue;
-    c.map = mesh::compacted_map(c.map);  // with the boundary as it is now
-    c.cost = c.map.surface.mesh.vertex_count() - keep;
+    map = mesh::compacted_map(map);  // with the boundary as it is now
+    if (!best || map.surface.mesh.vertex_count() < best->surface.mesh.vertex_count())
+      best = std::move(map);
   }
-  keep_best(stars, kTried);
-  if (stars.empty()) return std::nullopt;
-  stats["arms.lifted"] = static_cast<std::int64_t>(stars.front().cost);
-  const std::vector<VertexId> held = held_vertices(disk.surface, constraints);
-  for (double done = 0; stars.size() > 1;) {
-    // Half of the work that is left is in this round.
-    const double share = 0.5 * (1 - done);
-    for (std::size_t i = 0; i < stars.size(); ++i) {
-      const ProgressRange range(context, done + share * part_of(i, stars.size()),
-                                done + share * part_of(i + 1, stars.size()));
-      thin_out(stars[i].map, held, keep, context);
-      relax(stars[i].map, held, {kStepsOfTry, true, nullptr}, context);
-      stars[i].cost = energy_of(stars[i].map, context);
-    }
-    keep_best(stars, (stars.size() + 1) / 2);
-    done += share;
-  }
-  if (stars.empty()) return std::nullopt;
-  return std::move(stars.front().map);
+  if (best)
+    stats["arms.lifted"] = static_cast<std::int64_t>(best->surface.mesh.vertex_count() -
+                                                     disk.surface.mesh.vertex_count());
+  return best;
 }
 
 }  // namespace
@@ -626,8 +602,7 @@ bool move_with_arms(mesh::RefinedMap& map, const Constraints& constraints,
     stars = best_stars(disk, constraints, context);
   }
   const ProgressRange range(context, 0.2, 1.0);
-  std::optional<mesh::RefinedMap> best =
-      best_map(disk, std::move(stars), constraints, context, stats);
+  std::optional<mesh::RefinedMap> best = best_map(disk, stars, constraints, context, stats);
   if (!best) return false;
   map = std::move(*best);
   return true;

@@ -6,8 +6,9 @@
 // are, and what is added grows linearly with their number: a map that is one-to-one has to wind
 // lines around lines (MatchMaker++, thesis 3.3), and so does one that grows out of such a map by
 // moving pins past each other. A star depends on the point that the pins are seen
-// from. Several are tried as they are, a few of them with the surface on them, and of these the one
-// that comes to rest with the least distortion is taken; taking refinement back is for the caller.
+// from. Several are tried as they are, those that come to rest with the least distortion with the
+// surface on them, and of these the one is taken that adds fewest vertices; taking refinement back
+// is for the caller.
 #pragma once
 
 #include "flipfree/base/context.h"

@@ -330,6 +330,4 @@ bool follow_by(mesh::RefinedMap& map, const PlaneMap& plane, ExecutionContext& c
   return true;
 }
 
-namespace {}  // namespace
-
 }  // namespace flipfree::matchmaker

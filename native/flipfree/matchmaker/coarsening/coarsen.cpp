@@ -184,11 +184,9 @@ class Coarsener {
   }
 
   void untangle() {
-    VainRemovals vain;
     UntangleRemovalOptions options;
     options.rings = 1;
     options.iterations = kThoroughIterations;
-    options.vain = &vain;
     for (int round = 0; round < kUntanglingRounds && added() > 0; ++round) {
       const double share = 1.0 / kUntanglingRounds;
       const ProgressRange range(context_, round * share, (round + 1) * share);

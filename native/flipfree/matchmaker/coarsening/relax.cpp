@@ -138,13 +138,16 @@ bool winds_more(const mesh::RefinedMap& map, const std::vector<VertexId>& vertic
   return false;
 }
 
-double best_unit(const mesh::RefinedMap& map, const ExecutionContext& context) {
+Energy measured(const mesh::RefinedMap& map, const ExecutionContext& context) {
   const mesh::Surface surface = to_surface(map.surface);
   const distortion::RestShapes rest = distortion::build_rest_shapes(surface, context);
-  const distortion::EnergySums sums =
-      distortion::sum_energy(surface.faces, rest.triangles, map.uv, context);
+  return {distortion::sum_energy(surface.faces, rest.triangles, map.uv, context), rest.length};
+}
+
+double best_unit(const mesh::RefinedMap& map, const ExecutionContext& context) {
+  const auto [sums, length] = measured(map, context);
   const bool far = sums.worst_at_best_scale() > 10 * distortion::kProgressiveBound;
-  return 1.0 / (rest.length * (far ? std::exp(-0.5 * sums.log_area) : sums.best_scale()));
+  return 1.0 / (length * (far ? std::exp(-0.5 * sums.log_area) : sums.best_scale()));
 }
 
 bool relax(mesh::RefinedMap& map, const std::vector<VertexId>& fixed, const RelaxOptions& options,
@@ -205,11 +208,7 @@ bool relax_near_added(mesh::RefinedMap& map, std::vector<VertexId> seeds, Index 
 }
 
 double energy_of(const mesh::RefinedMap& map, ExecutionContext& context) {
-  const mesh::Surface surface = to_surface(map.surface);
-  const distortion::RestShapes rest = distortion::build_rest_shapes(surface, context);
-  const distortion::EnergySums sums =
-      distortion::sum_energy(surface.faces, rest.triangles, map.uv, context);
-  const double energy = sums.at_best_scale();
+  const double energy = measured(map, context).sums.at_best_scale();
   return std::isfinite(energy) ? energy : std::numeric_limits<double>::infinity();
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/distortion/energy/energy.h"
 #include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/numeric/cholesky/cholesky.h"
 
@@ -52,6 +53,13 @@ std::vector<VertexId> beside_added(const mesh::EditableTriangulation& mesh, Inde
 bool relax_near_added(mesh::RefinedMap& map, std::vector<VertexId> seeds, Index keep,
                       const std::vector<VertexId>& fixed, const RelaxOptions& options,
                       ExecutionContext& context);
+
+// The map's energy against the surface at rest, whose area is length^2.
+struct Energy {
+  distortion::EnergySums sums;
+  double length = 1;
+};
+Energy measured(const mesh::RefinedMap& map, const ExecutionContext& context);
 
 // UV length of a surface length 1 at which the map's distortion is least; while the worst triangles
 // are so bad that they would decide this, at which areas are right in the mean (of their

@@ -1,9 +1,7 @@
 #include "flipfree/matchmaker/coarsening/remove_vertex.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -14,6 +12,7 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/matchmaker/coarsening/relax.h"
 #include "flipfree/matchmaker/request/polygon.h"
@@ -37,8 +36,9 @@ constexpr double kWidestCorner = 1.9 * std::numbers::pi;
 
 }  // namespace
 
-VertexRemover::VertexRemover(mesh::RefinedMap& map) : map_(map), mesh_(map.surface.mesh) {
-  measure();
+VertexRemover::VertexRemover(mesh::RefinedMap& map, const ExecutionContext& context)
+    : map_(map), mesh_(map.surface.mesh) {
+  measure(context);
 }
 
 bool VertexRemover::remove(VertexId v) {
@@ -155,48 +155,22 @@ bool VertexRemover::triangulate(const Side& side, bool turned_over,
   return true;
 }
 
-// Half the squared lengths of J and of its inverse, from the surface to the map.
-std::array<double, 2> VertexRemover::stretches(VertexId a, VertexId b, VertexId c) const {
-  const auto at = [&](VertexId v) -> const Vector3& {
-    return map_.surface.position[static_cast<std::size_t>(v)];
-  };
-  const Vector3 e = at(b) - at(a);
-  const Vector3 f = at(c) - at(a);
-  const double length = std::max(e.norm(), 1e-300);
-  const double along = e.dot(f) / length;
-  // Needles as everywhere: distortion/rest_shapes.h.
-  const double height = std::max(e.cross(f).norm() / length, 1e-7 * std::max(length, f.norm()));
-  const Vector2 p = (uv(b) - uv(a)) / length;
-  const Vector2 q = (uv(c) - uv(a) - along * p) / height;
-  const double square = 0.5 * (p.squaredNorm() + q.squaredNorm());
-  const double area = cross(p, q);
-  return {square, square / (area * area)};
-}
-
 // Symmetric Dirichlet energy at the map's scale.
 double VertexRemover::energy(VertexId a, VertexId b, VertexId c) const {
-  const auto [stretch, shrink] = stretches(a, b, c);
-  return 0.5 * (stretch * scale2_ + shrink / scale2_);
+  const auto position = [&](VertexId v) { return map_.surface.position[at(v)]; };
+  const Vector3 points[3] = {position(a), position(b), position(c)};
+  const distortion::RestTriangle rest = distortion::unfold(points, distortion::kFlattestRest);
+  const auto place = [&](VertexId v) { return map_.uv.row(v).data(); };
+  const distortion::Jacobian j = distortion::jacobian(rest, place(a), place(b), place(c));
+  const double square = 0.25 * (j.a * j.a + j.b * j.b + j.c * j.c + j.d * j.d);
+  return square * scale2_ + square / (j.determinant * j.determinant * scale2_);
 }
 
-void VertexRemover::measure() {
-  double stretch = 0;
-  double shrink = 0;
-  double total = 0;
-  for (FaceId f = 0; f < mesh_.face_slots(); ++f) {
-    if (!mesh_.alive(f)) continue;
-    const Mesh::Triangle t = mesh_.corners(f);
-    const auto at = [&](std::size_t k) -> const Vector3& {
-      return map_.surface.position[static_cast<std::size_t>(t[k])];
-    };
-    const double area = (at(1) - at(0)).cross(at(2) - at(0)).norm();
-    const auto [s, i] = stretches(t[0], t[1], t[2]);
-    stretch += area * s;
-    shrink += area * i;
-    total += area;
-  }
-  scale2_ = std::sqrt(shrink / stretch);
-  mean_ = std::sqrt(stretch * shrink) / total;
+void VertexRemover::measure(const ExecutionContext& context) {
+  const auto [sums, length] = measured(map_, context);
+  const double scale = length * sums.best_scale();
+  scale2_ = scale * scale;
+  mean_ = sums.at_best_scale();
   // Too distorted to be measured: whatever is valid will do.
   if (!std::isfinite(mean_) || !(scale2_ > 0) || !std::isfinite(scale2_)) {
     scale2_ = 1;
@@ -208,7 +182,7 @@ Index thin_out(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index k
                ExecutionContext& context) {
   std::vector<char> stays(map.surface.position.size(), 0);
   for (const VertexId v : held) stays[static_cast<std::size_t>(v)] = 1;
-  VertexRemover remover(map);
+  VertexRemover remover(map, context);
   Index removed = 0;
   for (VertexId v = map.surface.mesh.vertex_count(); v-- > keep;) {
     if (v % 256 == 0) context.check();
@@ -233,30 +207,8 @@ struct Attempt {
   std::vector<FaceId> faces;  // of the neighbourhood as it is
   Patch patch;                // as it would be
   std::vector<char> fixed;    // per vertex of the patch
-  std::uint64_t name = 0;     // of the neighbourhood as it would be, for VainRemovals
   bool done = false;          // patch.uv is valid
 };
-
-// Tells neighbourhoods apart: where their vertices are on the surface, and how they are joined.
-// (After Steele, Lea, Flood 2014, as in plan_motion.cpp.)
-std::uint64_t neighbourhood_hash(const mesh::RefinedSurface& surface, const Patch& patch,
-                                 int rings) {
-  auto name = static_cast<std::uint64_t>(rings);
-  const auto mix = [&](std::uint64_t value) {
-    name = (name ^ value) * 0x9e3779b97f4a7c15u;
-    name ^= name >> 29;
-  };
-  for (const VertexId v : patch.vertices) {
-    const mesh::Support& support = surface.support[at(v)];
-    for (std::size_t i = 0; i < 3; ++i) {
-      mix(static_cast<std::uint64_t>(support.vertex[i]));
-      mix(std::bit_cast<std::uint64_t>(support.weight[i]));
-    }
-  }
-  for (Eigen::Index i = 0; i < patch.surface.faces.size(); ++i)
-    mix(static_cast<std::uint64_t>(patch.surface.faces.data()[i]));
-  return name;
-}
 
 class UntanglingRemover {
  public:
@@ -265,7 +217,7 @@ class UntanglingRemover {
       : options_(options),
         map_(map),
         mesh_(map.surface.mesh),
-        remover_(map),
+        remover_(map, context),
         context_(context),
         held_(map.surface.position.size(), 0) {
     for (const VertexId v : held) held_[at(v)] = 1;
@@ -283,12 +235,9 @@ class UntanglingRemover {
         untangle(batch[i], own);
       });
       for (const Attempt& attempt : batch) {
-        if (attempt.done) {
-          take(attempt);
-          ++removed;
-        } else if (options_.vain != nullptr) {
-          options_.vain->insert(attempt.name);
-        }
+        if (!attempt.done) continue;
+        take(attempt);
+        ++removed;
       }
     }
     return removed;
@@ -343,10 +292,6 @@ class UntanglingRemover {
         triangles.push_back(mesh_.corners(f));
     }
     attempt.patch = make_patch(map_, triangles);
-    if (options_.vain != nullptr) {
-      attempt.name = neighbourhood_hash(map_.surface, attempt.patch, options_.rings);
-      if (options_.vain->contains(attempt.name)) return false;
-    }
     for (const VertexId w : attempt.patch.vertices) {
       const bool moves = std::binary_search(near.begin(), near.end(), w) && held_[at(w)] == 0 &&
                          !mesh_.is_boundary_vertex(w);

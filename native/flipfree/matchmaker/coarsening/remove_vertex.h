@@ -10,7 +10,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <unordered_set>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -84,7 +83,7 @@ struct StarFilling {
 class VertexRemover {
  public:
   // The map must outlive it. Measures the map's energy: O(#F).
-  explicit VertexRemover(mesh::RefinedMap& map);
+  VertexRemover(mesh::RefinedMap& map, const ExecutionContext& context);
 
   // Removes v if the map stays valid, also as stored, and no triangle becomes worse than the worst
   // removed or a few times the map's mean energy. Cost: O(valence^3).
@@ -108,8 +107,7 @@ class VertexRemover {
   double angle(VertexId v) const;
   bool on_edge_of(VertexId v, VertexId w) const;
   double energy(VertexId a, VertexId b, VertexId c) const;
-  std::array<double, 2> stretches(VertexId a, VertexId b, VertexId c) const;
-  void measure();
+  void measure(const ExecutionContext& context);
   const mesh::Support& support(VertexId v) const { return map_.surface.support[at(v)]; }
   Vector2 uv(VertexId v) const { return map_.uv.row(v).transpose(); }
 
@@ -134,17 +132,12 @@ Index thin_out(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index k
 // What remove_vertex.h leaves behind are local minima: no vertex can go as the others lie, although
 // most can when their neighbours make room.
 
-// Neighbourhoods that were untangled in vain. Until a vertex near by is removed, or joined to
-// others, another try is not worth its time.
-using VainRemovals = std::unordered_set<std::uint64_t>;
-
 // Newton steps per vertex where a vertex less is worth twice the usual time.
 inline constexpr int kThoroughIterations = 80;
 
 struct UntangleRemovalOptions {
   int rings = 2;        // vertices within so many edges of the one that is removed may move
   int iterations = 40;  // Newton steps per vertex at the most
-  VainRemovals* vain = nullptr;  // of former passes over the same map; null: none
 };
 
 // One pass over the vertices from `keep` on that are not held, the last first. The boundary does

@@ -16,6 +16,7 @@
 #include "flipfree/matchmaker/coarsening/remove_vertex.h"
 #include "flipfree/matchmaker/request/request.h"
 #include "flipfree/matchmaker/start/first_try.h"
+#include "flipfree/unwrap/packing/layout.h"
 
 namespace flipfree::matchmaker {
 namespace {
@@ -107,11 +108,10 @@ int affordable_steps(const mesh::RefinedSurface& surface, int wanted) {
 
 bool overlaps(const mesh::RefinedSurface& surface, const Points2& uv) {
   const Triangles faces = surface.mesh.faces();
-  Points2 corner_uv(faces.size(), 2);
-  for (CornerId c = 0; c < faces.size(); ++c) corner_uv.row(c) = uv.row(faces.data()[c]);
   const mesh::Adjacency adjacency = mesh::build_adjacency(surface.mesh.vertex_count(), faces);
   const mesh::EdgeFlags no_cuts(static_cast<std::size_t>(faces.size()), 0);
-  return certify::boundary_overlaps(faces, adjacency, no_cuts, corner_uv).places() > 0;
+  return certify::boundary_overlaps(faces, adjacency, no_cuts, unwrap::by_corner(faces, uv))
+             .places() > 0;
 }
 
 mesh::RefinedMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& surface,
@@ -136,11 +136,9 @@ mesh::RefinedMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& 
     return energy_of(map, context) <= kMostLoss * energy_of(fine, context) &&
            !(bijective && overlaps(map.surface, map.uv));
   };
-  for (const double untangled : {2.0, 0.0}) {
-    mesh::RefinedMap coarse = fine;
-    coarsen(coarse, held, keep, {.most_untangled = untangled}, context, stats);
-    if (fit(coarse)) return coarse;
-  }
+  mesh::RefinedMap coarse = fine;
+  coarsen(coarse, held, keep, {}, context, stats);
+  if (fit(coarse)) return coarse;
   return fine;
 }
 

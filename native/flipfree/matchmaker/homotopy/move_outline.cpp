@@ -13,7 +13,6 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/distortion/valid_map.h"
@@ -233,8 +232,7 @@ constexpr std::int64_t kHard = 8;
 constexpr double kLookAhead = 4.0;
 constexpr int kLooks = 24;
 constexpr std::size_t kFewestFolds = 40;
-// After a refusal half as many are split besides, those that hold most of the energy; and from
-// refusal to refusal more, from success to success fewer.
+// From refusal to refusal more are split, from success to success fewer.
 constexpr double kMoreRoom = 1.5;
 constexpr double kLessRoom = 0.8;
 // Of a resisting triangle, edges at least this long against its longest are split.
@@ -286,14 +284,14 @@ class OutlineMover {
         room_ = std::max(kFewestFolds,
                          static_cast<std::size_t>(kLessRoom * static_cast<double>(room_)));
         if (effort < kHard || time_ >= 1) continue;
-        if (map_.surface.mesh.vertex_count() < vertex_limit) refine(false);
+        if (map_.surface.mesh.vertex_count() < vertex_limit) refine();
         continue;
       }
       if (stride < kShortestStride) return false;
       stride *= stride > 0.1 ? 0.6 : 0.8;
       room_ = static_cast<std::size_t>(kMoreRoom * static_cast<double>(room_));
       if (map_.surface.mesh.vertex_count() >= vertex_limit) return false;
-      refine(true);
+      refine();
     }
     return true;
   }
@@ -381,39 +379,13 @@ class OutlineMover {
     return best;
   }
 
-  // The triangles that hold most of the energy: what is jammed.
-  std::vector<FaceId> most_loaded() const {
-    const distortion::RestShapes rest = distortion::build_rest_shapes(chart_, context_);
-    const double scale =
-        distortion::sum_energy(chart_.faces, rest.triangles, map_.uv, context_).best_scale();
-    std::vector<std::pair<double, FaceId>> load;
-    for (FaceId f = 0; f < chart_.faces.rows(); ++f) {
-      const auto at = [&](Index k) { return map_.uv.row(chart_.faces(f, k)).data(); };
-      const distortion::RestTriangle& r = rest.triangles[static_cast<std::size_t>(f)];
-      const distortion::Jacobian j = distortion::jacobian(r, at(0), at(1), at(2));
-      const double square = j.a * j.a + j.b * j.b + j.c * j.c + j.d * j.d;
-      const double shrink = square / (j.determinant * j.determinant);
-      load.emplace_back(-r.weight * (square * scale * scale + shrink / (scale * scale)), f);
-    }
-    const std::size_t count = std::min(room_ / 2, load.size());
-    std::partial_sort(load.begin(), load.begin() + static_cast<std::ptrdiff_t>(count), load.end());
-    std::vector<FaceId> result;
-    for (std::size_t i = 0; i < count; ++i) result.push_back(load[i].second);
-    return result;
-  }
-
-  void refine(bool refused) {
+  void refine() {
     EdgeSet edges;
     const std::vector<Vector2> here = homotopy_.corners(time_);
     std::vector<Vector2> there = here;
     const Points2 old_uv = map_.uv;
     const Carrier carrier(map_.surface, old_uv, homotopy_.domain(), here, context_);
-    std::vector<FaceId> resisting = first_folds(carrier, there);
-    if (refused) {
-      const std::vector<FaceId> loaded = most_loaded();
-      resisting.insert(resisting.end(), loaded.begin(), loaded.end());
-    }
-    for (const FaceId f : resisting) {
+    for (const FaceId f : first_folds(carrier, there)) {
       double length[3];
       for (Index k = 0; k < 3; ++k) {
         length[k] =

@@ -372,7 +372,6 @@ mesh::RefinedMap run_matchmaker(const mesh::RefinedSurface& surface, const Const
   }
   const ProgressRange range(context, 0.5, 1.0);
   const Points2 uv = embed_patches(work, target.domain, partition, paths, context, stats);
-  stats["matchmaker.singular_corners"] = static_cast<std::int64_t>(target.singular.size());
   // Without collar and unused vertices.
   mesh::RefinedMap map = mesh::compacted_map({std::move(work), uv});
   stats["matchmaker.polygons"] = static_cast<std::int64_t>(partition.polygons.size());

@@ -235,8 +235,6 @@ std::vector<PathStep> PathSearch::read_path(std::size_t start, std::size_t goal)
   return steps;
 }
 
-using Mesh = mesh::EditableTriangulation;
-
 // Vertices that paths may add: beyond, what follows takes minutes.
 constexpr Index kMostAdded = 500'000;
 

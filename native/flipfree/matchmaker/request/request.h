@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "flipfree/base/error.h"
 #include "flipfree/matchmaker/request/polygon.h"
 #include "flipfree/mesh/refined/refined_surface.h"
 
@@ -104,6 +105,10 @@ struct Solution {
 // way that arrived, but the last.
 constexpr double kShareOfWay = 0.5;
 constexpr double kShareOfStep = 0.4;
+
+// Infeasible (kContradictoryPins): demands on these vertices that no map meets, with a proof.
+[[noreturn]] void throw_contradiction(const std::string& message, Witness witness,
+                                      std::vector<VertexId> vertices);
 
 // What the caller demands, read and checked for contradictions that can be named, each with a proof
 // that others can check (docs/errors.md).

@@ -17,6 +17,7 @@
 #include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/target/target_domain.h"
 #include "flipfree/numeric/predicates.h"
+#include "flipfree/unwrap/packing/layout.h"
 
 namespace flipfree::matchmaker {
 
@@ -155,33 +156,15 @@ Points2 flatten(const mesh::RefinedSurface& surface, ExecutionContext& context, 
 // spreads' ratio.
 void lay_over(Points2& uv, const std::vector<PinnedVertex>& pins) {
   if (pins.empty()) return;
-  Vector2 from = Vector2::Zero();
-  Vector2 to = Vector2::Zero();
-  const auto count = static_cast<double>(pins.size());
-  for (const PinnedVertex& p : pins) {
-    from += uv.row(p.vertex).transpose() / count;
-    to += p.uv / count;
+  Points2 from(static_cast<Eigen::Index>(pins.size()), 2);
+  Points2 to = from;
+  for (Eigen::Index i = 0; i < from.rows(); ++i) {
+    from.row(i) = uv.row(pins[at(i)].vertex);
+    to.row(i) = pins[at(i)].uv.transpose();
   }
-  double cosine = 0;
-  double sine = 0;
-  double spread_from = 0;
-  double spread_to = 0;
-  for (const PinnedVertex& p : pins) {
-    const Vector2 a = uv.row(p.vertex).transpose() - from;
-    const Vector2 b = p.uv - to;
-    cosine += a.dot(b);
-    sine += cross(a, b);
-    spread_from += a.squaredNorm();
-    spread_to += b.squaredNorm();
-  }
-  const double scale = spread_from > 0 ? std::sqrt(spread_to / spread_from) : 1.0;
-  const double norm = std::hypot(cosine, sine);
-  const double c = norm > 0 ? scale * cosine / norm : scale;
-  const double s = norm > 0 ? scale * sine / norm : 0.0;
-  for (Eigen::Index v = 0; v < uv.rows(); ++v) {
-    const Vector2 a = uv.row(v).transpose() - from;
-    uv.row(v) = (to + Vector2(c * a.x() - s * a.y(), s * a.x() + c * a.y())).transpose();
-  }
+  const auto spread = [](const Points2& p) { return (p.rowwise() - p.colwise().mean()).norm(); };
+  const double scale = spread(from) > 0 ? spread(to) / spread(from) : 1.0;
+  uv = unwrap::moved(unwrap::fit_motion(from, to, scale), uv);
 }
 
 // Inner edges between boundary vertices whose straight images leave the target.
@@ -236,16 +219,6 @@ double outline_area(const Polygon& outline) {
 }
 
 }  // namespace
-
-mesh::Surface to_surface(const mesh::RefinedSurface& surface) {
-  mesh::Surface arrays;
-  arrays.faces = surface.mesh.faces();
-  arrays.vertices.resize(surface.mesh.vertex_count(), 3);
-  for (std::size_t v = 0; v < surface.position.size(); ++v) {
-    arrays.vertices.row(static_cast<Eigen::Index>(v)) = surface.position[v].transpose();
-  }
-  return arrays;
-}
 
 std::vector<VertexId> held_vertices(const mesh::RefinedSurface& surface,
                                     const Constraints& constraints) {

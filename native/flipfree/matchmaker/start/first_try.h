@@ -36,8 +36,6 @@ mesh::Surface equal_area_metric(const mesh::RefinedSurface& surface, const Point
 std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraints& constraints,
                                  ExecutionContext& context, Stats& stats);
 
-// Arrays of the live mesh.
-mesh::Surface to_surface(const mesh::RefinedSurface& surface);
 // Vertices that constraints hold, ascending.
 std::vector<VertexId> held_vertices(const mesh::RefinedSurface& surface,
                                     const Constraints& constraints);

@@ -8,7 +8,7 @@
 #include <deque>
 #include <limits>
 #include <map>
-#include <numbers>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -79,35 +79,16 @@ Triangles read_triangles(const ChordTable& table, std::size_t n) {
   return triangles;
 }
 
-// Corners whose triangles' angles sum to theta + 2 pi k with k > 0. Sums of angles are counted in
-// double: they differ by whole turns, far above rounding.
-std::vector<Index> singular_corners(const Polygon& polygon, const Triangles& triangles) {
-  std::vector<double> angle(polygon.size(), 0.0);
-  for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
-    for (Index k = 0; k < 3; ++k) {
-      const auto corner = [&](Index c) -> const Vector2& {
-        return polygon[at(triangles(t, c % 3))];
-      };
-      const Vector2 a = corner(k + 1) - corner(k);
-      const Vector2 b = corner(k + 2) - corner(k);
-      angle[at(triangles(t, k))] += std::abs(turn(a, b));
-    }
-  }
-  std::vector<Index> singular;
-  for (std::size_t i = 0; i < angle.size(); ++i) {
-    if (angle[i] > 2 * std::numbers::pi + 1e-6) singular.push_back(static_cast<Index>(i));
-  }
-  return singular;
-}
-
+// The triangles of a disk that the polygon bounds, (n - 2) x 3 corners, counter-clockwise; nothing
+// if there is none.
+//
 // Preconditions: at least three corners, all finite, consecutive ones different. Which of several
 // disks is found is deterministic but not specified. Cost: O(n^3) orientation tests at worst, in
 // practice O(n^3 / 64) bit operations.
-SelfOverlap find_self_overlap(const Polygon& polygon, const ExecutionContext& context) {
-  SelfOverlap result;
-  result.turning_number = turning_number(polygon);
+std::optional<Triangles> find_self_overlap(const Polygon& polygon,
+                                           const ExecutionContext& context) {
   const std::size_t n = polygon.size();
-  if (result.turning_number < 1 || n < 3) return result;
+  if (turning_number(polygon) < 1 || n < 3) return std::nullopt;
   ChordTable table(n);
   for (std::size_t j = 2; j < n; ++j) {
     context.check();
@@ -120,12 +101,8 @@ SelfOverlap find_self_overlap(const Polygon& polygon, const ExecutionContext& co
       if (apex != kInvalid) table.set(i, j, apex);
     }
   }
-  if (table.apex(0, n - 1) == kInvalid) return result;
-  result.exists = true;
-  result.triangles = read_triangles(table, n);
-  if (result.turning_number > 1)
-    result.singular_corners = singular_corners(polygon, result.triangles);
-  return result;
+  if (table.apex(0, n - 1) == kInvalid) return std::nullopt;
+  return read_triangles(table, n);
 }
 
 // The outline with a slit for every path: ... b, p, b, ... Slits that leave the same boundary
@@ -244,20 +221,15 @@ Target embedded_target(const mesh::RefinedSurface& surface, const Constraints& c
 
 // An outline that overlaps itself, with a slit to every pin that has a path. Throws Infeasible
 // (kNotSelfOverlapping), or NotConverged with that code where the slits may be at fault.
-Target immersed_outline(const mesh::RefinedSurface& surface, const Constraints& constraints,
-                        const ExecutionContext& context) {
+TargetDomain immersed_outline(const mesh::RefinedSurface& surface, const Constraints& constraints,
+                              const ExecutionContext& context) {
   const SlitOutline slit = cut_slits(surface, constraints);
-  const SelfOverlap overlap = find_self_overlap(slit.corners, context);
-  if (!overlap.exists) refuse_outline(constraints);
-  Target target;
-  target.domain = triangulate_immersed(
-      slit.corners, slit.vertex, static_cast<Index>(slit.mesh_vertex.size()), overlap.triangles);
-  target.domain.mesh_vertex = slit.mesh_vertex;
-  target.given = constraints.paths;
-  for (const Index corner : overlap.singular_corners) {
-    target.singular.push_back(slit.vertex[at(corner)]);
-  }
-  return target;
+  const std::optional<Triangles> triangles = find_self_overlap(slit.corners, context);
+  if (!triangles) refuse_outline(constraints);
+  TargetDomain domain = triangulate_immersed(
+      slit.corners, slit.vertex, static_cast<Index>(slit.mesh_vertex.size()), *triangles);
+  domain.mesh_vertex = slit.mesh_vertex;
+  return domain;
 }
 
 // Refuses a pin at which not one sheet but so many lie: none is Infeasible (kContradictoryPins),
@@ -266,10 +238,10 @@ Target immersed_outline(const mesh::RefinedSurface& surface, const Constraints& 
                                 const Constraints& constraints) {
   const std::string who = "Vertex " + vertex_id(p.vertex) + " is pinned to a point ";
   if (sheets == 0) {
-    throw_infeasible(
-        ErrorCode::kContradictoryPins, who + "outside the boundary's targets. Move it inside.",
+    throw_contradiction(
+        who + "outside the boundary's targets. Move it inside.",
         {"outside", {{"place", numbers_of({p.uv})}, {"polygon", numbers_of(constraints.outline)}}},
-        ElementKind::kVertex, {p.vertex});
+        {p.vertex});
   }
   throw_invalid(
       ErrorCode::kBadPins,
@@ -286,12 +258,11 @@ void check_off_edges(const TargetDomain& domain, const PinnedVertex& p, FaceId s
     const Vector2& b = domain.point[at(mesh.target(h))];
     if (a == p.uv || (mesh.mark(h) != mesh::EditableTriangulation::kUnmarked &&
                       numeric::orientation(a, b, p.uv) == 0)) {
-      throw_infeasible(ErrorCode::kContradictoryPins,
-                       "Vertex " + vertex_id(p.vertex) +
-                           " is pinned to a point on the boundary's targets, or on another pin. "
-                           "Move it.",
-                       {"segments meet", {{"segments", numbers_of({a, b, p.uv, p.uv})}}},
-                       ElementKind::kVertex, {p.vertex});
+      throw_contradiction("Vertex " + vertex_id(p.vertex) +
+                              " is pinned to a point on the boundary's targets, or on another pin. "
+                              "Move it.",
+                          {"segments meet", {{"segments", numbers_of({a, b, p.uv, p.uv})}}},
+                          {p.vertex});
     }
   }
 }
@@ -309,60 +280,9 @@ Constraints outline_alone(const Constraints& constraints) {
 namespace {
 
 [[noreturn]] void refuse_line(const TargetDomain& domain, Index from, VertexId a, VertexId b) {
-  throw_infeasible(ErrorCode::kContradictoryPins,
-                   "The line through vertices " + vertex_id(a) + ", " + vertex_id(b) +
-                       " leaves the boundary's targets, or meets a pin or another line.",
-                   {"line leaves", {{"place", numbers_of({domain.point[at(from)]})}}},
-                   ElementKind::kVertex, {a, b});
-}
-
-// Domain vertices by the mesh vertices they stand for.
-using Corners = std::map<VertexId, Index>;
-
-// Pins on the only sheet there is, then those to which a line leads from another one.
-Corners insert_pins(Target& target, const Constraints& constraints) {
-  TargetDomain& domain = target.domain;
-  Corners corner;
-  for (std::size_t d = 0; d < domain.mesh_vertex.size(); ++d)
-    corner.emplace(domain.mesh_vertex[d], static_cast<Index>(d));
-  const auto insert = [&](const PinnedVertex& p, FaceId sheet) {
-    check_off_edges(domain, p, sheet);
-    corner.emplace(p.vertex, insert_point(domain, sheet, p.uv, p.vertex));
-  };
-  std::map<VertexId, PinnedVertex> left;
-  for (const PinnedVertex& p : constraints.pins) {
-    if (corner.contains(p.vertex)) continue;
-    const std::vector<FaceId> sheets = sheets_at(domain, p.uv);
-    if (sheets.size() == 1) {
-      insert(p, sheets[0]);
-    } else if (sheets.empty() || constraints.edges.empty()) {
-      refuse_sheets(p, sheets.size(), constraints);
-    } else {
-      left.emplace(p.vertex, p);
-    }
-  }
-  for (bool changed = true; changed && !left.empty();) {
-    changed = false;
-    for (const auto& edge : constraints.edges) {
-      for (const auto& [a, b] : {edge, std::pair(edge.second, edge.first)}) {
-        const auto from = corner.find(a);
-        const auto to = left.find(b);
-        if (from == corner.end() || to == left.end()) continue;
-        const Vector2 start = domain.point[at(from->second)];
-        const FaceId sheet =
-            find_along(domain, domain.point, kInvalid, from->second, start, to->second.uv);
-        if (sheet == kInvalid) refuse_line(domain, from->second, a, b);
-        insert(to->second, sheet);
-        left.erase(to);
-        changed = true;
-      }
-    }
-  }
-  if (!left.empty()) {
-    const PinnedVertex& p = left.begin()->second;
-    refuse_sheets(p, sheets_at(domain, p.uv).size(), constraints);
-  }
-  return corner;
+  throw_contradiction("The line through vertices " + vertex_id(a) + ", " + vertex_id(b) +
+                          " leaves the boundary's targets, or meets a pin or another line.",
+                      {"line leaves", {{"place", numbers_of({domain.point[at(from)]})}}}, {a, b});
 }
 
 // Edges that the segment from a to b crosses, each from its right to its left.
@@ -425,34 +345,6 @@ void insert_line(TargetDomain& domain, Index a, Index b) {
   mesh.set_mark(mesh.find(a, b), TargetDomain::kFixedEdge);
 }
 
-}  // namespace
-
-Target full_target(const mesh::RefinedSurface& surface, const Constraints& constraints,
-                   const ExecutionContext& context) {
-  if (constraints.free_boundary() || constraints.simple_outline)
-    return embedded_target(surface, constraints);
-  Target target = immersed_outline(surface, constraints, context);
-  const Corners corner = insert_pins(target, constraints);
-  for (const auto& [a, b] : constraints.edges) {
-    insert_line(target.domain, corner.at(a), corner.at(b));
-    target.given.push_back({a, b});
-  }
-  if (!constraints.edges.empty()) make_delaunay(target.domain);
-  return target;
-}
-
-namespace {
-
-bool holds(const TargetDomain& domain, FaceId f, const Vector2& p) {
-  const mesh::EditableTriangulation& mesh = domain.triangulation;
-  for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-    if (numeric::orientation(domain.point[at(mesh.source(h))], domain.point[at(mesh.target(h))],
-                             p) < 0)
-      return false;
-  }
-  return true;
-}
-
 // Takes an inner vertex out of the triangulation. Its star is seen whole from it, hence a simple
 // polygon; pins in it find their triangle among the new ones.
 void remove_inner(TargetDomain& domain, Index v, std::vector<SheetPin>& pins,
@@ -465,11 +357,11 @@ void remove_inner(TargetDomain& domain, Index v, std::vector<SheetPin>& pins,
     polygon.push_back(domain.point[at(ring.back())]);
   });
   const std::vector<FaceId> star = mesh.star(v);
-  const SelfOverlap overlap = find_self_overlap(polygon, context);
-  if (!overlap.exists) throw InternalError("the star of a pin has no triangulation");
+  const std::optional<Triangles> filled = find_self_overlap(polygon, context);
+  if (!filled) throw InternalError("the star of a pin has no triangulation");
   std::vector<mesh::EditableTriangulation::Triangle> triangles;
-  for (Eigen::Index t = 0; t < overlap.triangles.rows(); ++t) {
-    const auto corner = [&](Index k) { return ring[at(overlap.triangles(t, k))]; };
+  for (Eigen::Index t = 0; t < (*filled).rows(); ++t) {
+    const auto corner = [&](Index k) { return ring[at((*filled)(t, k))]; };
     triangles.push_back({corner(0), corner(1), corner(2)});
   }
   const std::vector<FaceId> parents(triangles.size(), 0);
@@ -487,7 +379,7 @@ void remove_inner(TargetDomain& domain, Index v, std::vector<SheetPin>& pins,
         p.pin.vertex == self || std::find(star.begin(), star.end(), p.face) != star.end();
     if (!inside) continue;
     for (const FaceId f : fresh) {
-      if (holds(domain, f, p.pin.uv)) {
+      if (holds(domain, domain.point, f, p.pin.uv)) {
         p.face = f;
         break;
       }
@@ -521,11 +413,9 @@ void follow_lines(SheetTarget& target, const Constraints& constraints) {
           continue;
         }
         if (next.face == kInvalid) {
-          throw_infeasible(ErrorCode::kContradictoryPins,
-                           "The line through vertices " + vertex_id(a) + ", " + vertex_id(b) +
-                               " leaves the boundary's targets.",
-                           {"line leaves", {{"place", numbers_of({next.pin.uv})}}},
-                           ElementKind::kVertex, {a, b});
+          throw_contradiction("The line through vertices " + vertex_id(a) + ", " + vertex_id(b) +
+                                  " leaves the boundary's targets.",
+                              {"line leaves", {{"place", numbers_of({next.pin.uv})}}}, {a, b});
         }
         changed = true;
       }
@@ -579,13 +469,12 @@ void refuse_crossings(const SheetTarget& target, const Constraints& constraints,
       const FaceId there = sheet(a);
       if (there == kInvalid || sheet(b) != there || sheet(c) != there || sheet(d) != there)
         continue;
-      throw_infeasible(
-          ErrorCode::kContradictoryPins,
+      throw_contradiction(
           "The line through vertices " + vertex_id(a.vertex) + ", " + vertex_id(b.vertex) +
               " crosses the one through vertices " + vertex_id(c.vertex) + ", " +
               vertex_id(d.vertex) + " on one sheet. Move one of them.",
           {"segments meet", {{"segments", numbers_of({a.place, b.place, c.place, d.place})}}},
-          ElementKind::kVertex, {a.vertex, b.vertex, c.vertex, d.vertex});
+          {a.vertex, b.vertex, c.vertex, d.vertex});
     }
   }
 }
@@ -596,9 +485,9 @@ SheetTarget sheet_target(const mesh::RefinedSurface& surface, const Constraints&
                          const ExecutionContext& context) {
   SheetTarget result;
   if (constraints.simple_outline) {
-    result.domain = full_target(surface, outline_alone(constraints), context).domain;
+    result.domain = embedded_target(surface, outline_alone(constraints)).domain;
   } else {
-    result.domain = immersed_outline(surface, constraints, context).domain;
+    result.domain = immersed_outline(surface, constraints, context);
   }
   for (const PinnedVertex& p : constraints.pins) result.pins.push_back({p, kInvalid});
   std::vector<char> outer(result.domain.point.size(), 0);
@@ -626,14 +515,49 @@ SheetTarget sheet_target(const mesh::RefinedSurface& surface, const Constraints&
     const auto [other, added] =
         taken.try_emplace({p.pin.uv.x(), p.pin.uv.y(), p.face}, p.pin.vertex);
     if (added) continue;
-    throw_infeasible(ErrorCode::kContradictoryPins,
-                     "Vertices " + vertex_id(other->second) + " and " + vertex_id(p.pin.vertex) +
-                         " are pinned to the same point of one sheet. Move or release one of them.",
-                     {"same place", {{"place", numbers_of({p.pin.uv})}}}, ElementKind::kVertex,
-                     {other->second, p.pin.vertex});
+    throw_contradiction(
+        "Vertices " + vertex_id(other->second) + " and " + vertex_id(p.pin.vertex) +
+            " are pinned to the same point of one sheet. Move or release one of them.",
+        {"same place", {{"place", numbers_of({p.pin.uv})}}}, {other->second, p.pin.vertex});
   }
   if (!constraints.simple_outline) refuse_crossings(result, constraints, context);
   return result;
+}
+
+namespace {
+
+// Puts every pin into its sheet, as a vertex of the triangulation. Returns which vertex stands for
+// each mesh vertex.
+std::map<VertexId, Index> insert_pins(SheetTarget& target) {
+  TargetDomain& domain = target.domain;
+  mesh::EditableTriangulation& mesh = domain.triangulation;
+  std::map<VertexId, Index> corner;
+  for (const Index d : domain.outline) corner.emplace(domain.mesh_vertex[at(d)], d);
+  // What a face is divided into has it for its parent.
+  for (FaceId f = 0; f < mesh.face_slots(); ++f) mesh.set_parent(f, f);
+  for (const SheetPin& p : target.pins) {
+    FaceId f = 0;
+    while (!mesh.alive(f) || mesh.parent(f) != p.face || !holds(domain, domain.point, f, p.pin.uv))
+      ++f;
+    corner.emplace(p.pin.vertex, insert_point(domain, f, p.pin.uv, p.pin.vertex));
+  }
+  return corner;
+}
+
+}  // namespace
+
+Target full_target(const mesh::RefinedSurface& surface, const Constraints& constraints,
+                   const ExecutionContext& context) {
+  if (constraints.free_boundary() || constraints.simple_outline)
+    return embedded_target(surface, constraints);
+  SheetTarget sheets = sheet_target(surface, constraints, context);
+  const std::map<VertexId, Index> corner = insert_pins(sheets);
+  Target target{std::move(sheets.domain), constraints.paths};
+  for (const auto& [a, b] : constraints.edges) target.given.push_back({a, b});
+  for (const std::vector<VertexId>& path : target.given)
+    insert_line(target.domain, corner.at(path.front()), corner.at(path.back()));
+  make_delaunay(target.domain);
+  return target;
 }
 
 }  // namespace flipfree::matchmaker

@@ -17,8 +17,6 @@ struct Target {
   TargetDomain domain;  // mesh_vertex filled in
   std::vector<std::vector<VertexId>>
       given;  // mesh paths that are prescribed: along lines, and from pins to the boundary
-  std::vector<Index>
-      singular;  // outline places with more than 2 pi inside (turning number above 1)
 };
 
 // The constraints without pins, lines and paths.
@@ -49,15 +47,6 @@ Target full_target(const mesh::RefinedSurface& surface, const Constraints& const
 // A spike, where the polygon returns along itself, has theta = 2 pi: it is the tip of a slit cut
 // into the disk, which is how a path from the boundary to an inner point chooses between several
 // disks with the same boundary.
-
-struct SelfOverlap {
-  bool exists = false;
-  int turning_number = 0;
-  Triangles
-      triangles;  // (n - 2) x 3 corners of the polygon, counter-clockwise; empty if none exists
-  std::vector<Index>
-      singular_corners;  // corners with more than 2 pi inside, only if the turning number exceeds 1
-};
 
 // On which sheet of a target every pin lies: what a homotopy has to know.
 

@@ -32,10 +32,15 @@ bool wants_flip(const TargetDomain& domain, HalfedgeId h) {
   return numeric::in_circle(a, b, c, d) > 0;
 }
 
-// Lawson's flips from the given edges. The queue holds vertex pairs, because flips renumber
-// half-edges.
-void restore_delaunay(TargetDomain& domain, std::deque<std::pair<Index, Index>> queue) {
+}  // namespace
+
+void make_delaunay(TargetDomain& domain) {
   Mesh& mesh = domain.triangulation;
+  // Vertex pairs, because flips renumber half-edges.
+  std::deque<std::pair<Index, Index>> queue;
+  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+    if (mesh.alive(h / 3) && mesh.edge(h) == h) queue.emplace_back(mesh.source(h), mesh.target(h));
+  }
   while (!queue.empty()) {
     const auto [a, b] = queue.front();
     queue.pop_front();
@@ -48,17 +53,6 @@ void restore_delaunay(TargetDomain& domain, std::deque<std::pair<Index, Index>> 
       queue.push_back(pair);
     }
   }
-}
-
-}  // namespace
-
-void make_delaunay(TargetDomain& domain) {
-  std::deque<std::pair<Index, Index>> queue;
-  const Mesh& mesh = domain.triangulation;
-  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
-    if (mesh.alive(h / 3) && mesh.edge(h) == h) queue.emplace_back(mesh.source(h), mesh.target(h));
-  }
-  restore_delaunay(domain, std::move(queue));
 }
 
 TargetDomain triangulate_immersed(const Polygon& outline, std::span<const Index> corner_vertex,
@@ -131,10 +125,6 @@ Index insert_point(TargetDomain& domain, FaceId sheet, const Vector2& point, Ver
   const Index v = on_edge == kInvalid ? mesh.split_face(sheet) : mesh.split_edge(on_edge);
   domain.point.push_back(point);
   domain.mesh_vertex.push_back(mesh_vertex);
-  std::deque<std::pair<Index, Index>> queue;
-  mesh.for_each_outgoing(v,
-                         [&](HalfedgeId h) { queue.emplace_back(mesh.target(h), mesh.apex(h)); });
-  restore_delaunay(domain, std::move(queue));
   return v;
 }
 
@@ -268,70 +258,60 @@ ConvexPartition merge_convex(const TargetDomain& domain) {
 
 namespace {
 
-using Mesh = mesh::EditableTriangulation;
-
-class Locator {
- public:
-  Locator(const Mesh& mesh, const std::vector<Vector2>& place) : mesh_(mesh), place_(place) {}
-
-  // The triangle that holds b, walking along the segment a -> b from triangle f, which holds a; or
-  // from domain vertex `corner`, which lies at a. kInvalid if the walk leaves the domain.
-  FaceId walk(FaceId f, Index corner, const Vector2& a, const Vector2& b) const {
-    HalfedgeId entered = kInvalid;
-    if (corner != kInvalid) {
-      f = wedge(corner, a, b);
-      if (f == kInvalid || contains(f, b)) return f;
-      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-        if (mesh_.apex(h) == corner) entered = mesh_.opposite(h);
-      }
-      if (entered == kInvalid) return kInvalid;
-      f = entered / 3;
-    }
-    // The dual of the domain is a tree and the walk never turns back: no triangle comes twice.
-    while (!contains(f, b)) {
-      HalfedgeId exit = kInvalid;
-      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-        if (h == entered || mesh_.is_boundary(h)) continue;
-        const Vector2& p = at(mesh_.source(h));
-        const Vector2& q = at(mesh_.target(h));
-        if (numeric::orientation(p, q, b) < 0 && numeric::orientation(a, b, p) <= 0 &&
-            numeric::orientation(a, b, q) >= 0)
-          exit = h;
-      }
-      if (exit == kInvalid) return kInvalid;
-      entered = mesh_.opposite(exit);
-      f = entered / 3;
-    }
-    return f;
-  }
-
- private:
-  const Vector2& at(Index v) const { return place_[static_cast<std::size_t>(v)]; }
-  bool contains(FaceId f, const Vector2& p) const {
-    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-      if (numeric::orientation(at(mesh_.source(h)), at(mesh_.target(h)), p) < 0) return false;
-    }
-    return true;
-  }
-  FaceId wedge(Index corner, const Vector2& a, const Vector2& b) const {
-    FaceId found = kInvalid;
-    mesh_.for_each_outgoing(corner, [&](HalfedgeId h) {
-      if (found == kInvalid && numeric::orientation(a, at(mesh_.target(h)), b) >= 0 &&
-          numeric::orientation(a, at(mesh_.apex(h)), b) <= 0)
-        found = h / 3;
-    });
-    return found;
-  }
-
-  const Mesh& mesh_;
-  const std::vector<Vector2>& place_;
-};
+// The triangle at the corner, which lies at a, that the segment a -> b enters.
+FaceId wedge(const TargetDomain& domain, const std::vector<Vector2>& place, Index corner,
+             const Vector2& a, const Vector2& b) {
+  const Mesh& mesh = domain.triangulation;
+  FaceId found = kInvalid;
+  mesh.for_each_outgoing(corner, [&](HalfedgeId h) {
+    if (found == kInvalid && numeric::orientation(a, place[at(mesh.target(h))], b) >= 0 &&
+        numeric::orientation(a, place[at(mesh.apex(h))], b) <= 0)
+      found = h / 3;
+  });
+  return found;
+}
 
 }  // namespace
 
+bool holds(const TargetDomain& domain, const std::vector<Vector2>& place, FaceId f,
+           const Vector2& p) {
+  const Mesh& mesh = domain.triangulation;
+  for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+    if (numeric::orientation(place[at(mesh.source(h))], place[at(mesh.target(h))], p) < 0)
+      return false;
+  }
+  return true;
+}
+
 FaceId find_along(const TargetDomain& domain, const std::vector<Vector2>& place, FaceId f,
                   Index corner, const Vector2& a, const Vector2& b) {
-  return Locator(domain.triangulation, place).walk(f, corner, a, b);
+  const Mesh& mesh = domain.triangulation;
+  HalfedgeId entered = kInvalid;
+  if (corner != kInvalid) {
+    f = wedge(domain, place, corner, a, b);
+    if (f == kInvalid || holds(domain, place, f, b)) return f;
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      if (mesh.apex(h) == corner) entered = mesh.opposite(h);
+    }
+    if (entered == kInvalid) return kInvalid;
+    f = entered / 3;
+  }
+  // The dual of the domain is a tree and the walk never turns back: no triangle comes twice.
+  while (!holds(domain, place, f, b)) {
+    HalfedgeId exit = kInvalid;
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      if (h == entered || mesh.is_boundary(h)) continue;
+      const Vector2& p = place[at(mesh.source(h))];
+      const Vector2& q = place[at(mesh.target(h))];
+      if (numeric::orientation(p, q, b) < 0 && numeric::orientation(a, b, p) <= 0 &&
+          numeric::orientation(a, b, q) >= 0)
+        exit = h;
+    }
+    if (exit == kInvalid) return kInvalid;
+    entered = mesh.opposite(exit);
+    f = entered / 3;
+  }
+  return f;
 }
 
 Carrier::Carrier(const mesh::RefinedSurface& surface, const Points2& uv, const TargetDomain& domain,

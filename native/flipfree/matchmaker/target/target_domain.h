@@ -44,7 +44,7 @@ TargetDomain triangulate_immersed(const Polygon& outline, std::span<const Index>
 // The triangles (sheets) whose closure contains the point; a point on an edge or a vertex of the
 // triangulation counts once, by the lowest of the faces around it.
 std::vector<FaceId> sheets_at(const TargetDomain& domain, const Vector2& point);
-// Inserts a point into a sheet and restores Delaunay by flips. Returns the new domain vertex.
+// Inserts a point into a sheet. Returns the new domain vertex.
 // Precondition: the point is no vertex of that face and on no boundary edge.
 Index insert_point(TargetDomain& domain, FaceId sheet, const Vector2& point, VertexId mesh_vertex);
 
@@ -76,6 +76,9 @@ ConvexPartition unmerged(const TargetDomain& domain);
 
 // Carries a map along when the triangulated polygon under it changes shape.
 
+// Does the triangle's closure, at shape `place` (a point per domain vertex), hold the point?
+bool holds(const TargetDomain& domain, const std::vector<Vector2>& place, FaceId f,
+           const Vector2& p);
 // The triangle of the domain that holds b at shape `place`, found along the segment a -> b from
 // face f, which holds a, or, if `corner` is given, from that domain vertex, which lies at a.
 // kInvalid if the segment leaves the domain. Cost: O(triangles crossed).

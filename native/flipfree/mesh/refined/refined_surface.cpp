@@ -209,6 +209,31 @@ RefinedSurface compacted(const RefinedSurface& surface, std::vector<VertexId>& o
   return result;
 }
 
+Surface to_surface(const RefinedSurface& surface) {
+  Surface arrays{Points3(static_cast<Eigen::Index>(surface.position.size()), 3),
+                 surface.mesh.faces()};
+  for (std::size_t v = 0; v < surface.position.size(); ++v)
+    arrays.vertices.row(static_cast<Eigen::Index>(v)) = surface.position[v].transpose();
+  return arrays;
+}
+
+Provenance provenance_of(const RefinedSurface& surface) {
+  Provenance provenance{{}, std::vector<SurfacePoint>(surface.position.size())};
+  for (FaceId f = 0; f < surface.mesh.face_slots(); ++f) {
+    if (!surface.mesh.alive(f)) continue;
+    const FaceId parent = surface.mesh.parent(f);
+    provenance.face.push_back(parent);
+    for (const VertexId v : surface.mesh.corners(f)) {
+      SurfacePoint& point = provenance.vertex[at(v)];
+      if (point.face != kInvalid) continue;
+      point.face = parent;
+      for (Index c = 0; c < 3; ++c)
+        point.weight[c] = surface.support[at(v)].of(surface.input->faces(parent, c));
+    }
+  }
+  return provenance;
+}
+
 RefinedMap compacted_map(const RefinedMap& map) {
   RefinedMap result;
   std::vector<VertexId> old_vertex;

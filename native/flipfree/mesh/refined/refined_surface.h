@@ -77,6 +77,11 @@ RefinedSurface with_collar(const RefinedSurface& surface);
 // others move up. `old_vertex`, #V, receives the former id of each. Marks are forgotten.
 RefinedSurface compacted(const RefinedSurface& surface, std::vector<VertexId>& old_vertex);
 
+// The live faces as arrays, with all vertices.
+Surface to_surface(const RefinedSurface& surface);
+// Where these lie on the input. Vertices that no face uses have no place. Precondition: no collar.
+Provenance provenance_of(const RefinedSurface& surface);
+
 // A map of a refined surface, while it is being made.
 
 struct RefinedMap {

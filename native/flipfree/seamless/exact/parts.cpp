@@ -232,7 +232,7 @@ DividedSurface split_in_the_middle(const mesh::Surface& surface,
     if (place == refined.position[at(from)] || place == refined.position[at(to)])
       throw_too_short(from, to);
   }
-  DividedSurface out{surface_of(refined), provenance_of(refined), cones};
+  DividedSurface out{to_surface(refined), provenance_of(refined), cones};
   out.cones.resize(refined.position.size(), 4);
   const auto count = static_cast<VertexId>(surface.vertices.rows());
   for (HalfedgeId h = 0; h < refined.mesh.halfedge_slots(); ++h) {

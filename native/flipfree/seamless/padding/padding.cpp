@@ -611,7 +611,7 @@ AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& c
   Canvas canvas(surface, pattern == Pattern::kNone ? std::vector<Index>(cones.size(), 4) : cones);
   AdmissibleCut cut;
   if (pattern != Pattern::kNone) Drawer(canvas, surface, cones, lead, context).draw(pattern, genus);
-  cut.surface = surface_of(canvas.refined());
+  cut.surface = to_surface(canvas.refined());
   cut.provenance = provenance_of(canvas.refined());
   if (pattern != Pattern::kNone) read_branches(canvas, cut);
   return cut;

@@ -23,32 +23,6 @@ mesh::RefinedSurface unrefined(const mesh::Surface& surface) {
   return refined;
 }
 
-mesh::Surface surface_of(const mesh::RefinedSurface& refined) {
-  mesh::Surface surface;
-  surface.faces = refined.mesh.faces();
-  surface.vertices.resize(refined.mesh.vertex_count(), 3);
-  for (VertexId v = 0; v < refined.mesh.vertex_count(); ++v)
-    surface.vertices.row(v) = refined.position[at(v)].transpose();
-  return surface;
-}
-
-mesh::Provenance provenance_of(const mesh::RefinedSurface& refined) {
-  mesh::Provenance provenance;
-  provenance.vertex.resize(refined.position.size());
-  for (FaceId f = 0; f < refined.mesh.face_slots(); ++f) {
-    const FaceId parent = refined.mesh.parent(f);
-    provenance.face.push_back(parent);
-    for (const VertexId v : refined.mesh.corners(f)) {
-      mesh::SurfacePoint& point = provenance.vertex[at(v)];
-      if (point.face != kInvalid) continue;
-      point.face = parent;
-      for (Index k = 0; k < 3; ++k)
-        point.weight[k] = refined.support[at(v)].of(refined.input->faces(parent, k));
-    }
-  }
-  return provenance;
-}
-
 Canvas::Canvas(const mesh::Surface& surface, const std::vector<Index>& cones)
     : refined_(unrefined(surface)), cones_(cones), state_(cones.size(), State::kFree) {
   const auto n = static_cast<VertexId>(cones.size());

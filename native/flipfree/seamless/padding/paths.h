@@ -19,10 +19,8 @@
 namespace flipfree::seamless {
 
 // A surface before it is refined, with any boundaries: those of mesh::RefinedSurface are not set.
-// It must outlive the result. And what one without dead faces is now, half-edges 3 f + k the same.
+// It must outlive the result.
 mesh::RefinedSurface unrefined(const mesh::Surface& surface);
-mesh::Surface surface_of(const mesh::RefinedSurface& refined);
-mesh::Provenance provenance_of(const mesh::RefinedSurface& refined);
 
 // The surface on which the curves of a cut are drawn, refined as they come (thesis 5.4.1).
 //
