@@ -37,18 +37,6 @@ TEST(CertifyMap, judges_the_arrays_of_the_map_whatever_else_is_asked) {
   EXPECT_EQ(map.certificate.pin_failures, 1);
 }
 
-TEST(CertifyMap, keeps_values_that_round_to_the_stored_ones_where_they_do_not) {
-  Parametrization map = flat_map();
-  const VertexId middle = 4;
-  for (CornerId c = 0; c < map.uv.rows(); ++c) {
-    if (map.surface.faces(c / 3, c % 3) == middle) map.uv32(c, 1) = 0.501F;
-  }
-  certify_map(map, map.surface, {}, ExecutionContext());
-  EXPECT_TRUE(map.certificate.ok);
-  ASSERT_EQ(map.agreed.rows(), map.uv.rows());
-  EXPECT_EQ(Points2f(map.agreed.cast<float>()), map.uv32);
-}
-
 TEST(RequireCertificate, names_faces_of_the_input_each_once_and_says_so) {
   Parametrization map = flat_map();
   map.certificate.failed_faces = {1, 3, 5};

@@ -169,6 +169,28 @@ TEST(CertifyRequest, all_angles_that_are_not_met_are_counted) {
   EXPECT_EQ(c.measure().cone_failures, 2);
 }
 
+TEST(CertifyRequest, what_is_not_finite_is_flipped) {
+  const double infinite = std::numeric_limits<double>::infinity();
+  for (const double wrong : {infinite, -infinite, std::numeric_limits<double>::quiet_NaN()}) {
+    for (CornerId corner = 3; corner < 6; ++corner) {
+      Case c;
+      c.uv(corner, corner % 2) = wrong;
+      EXPECT_EQ(c.measure().flips64, 1);
+      EXPECT_EQ(c.measure().flips32, 1);
+    }
+  }
+}
+
+// The second half-edge is of no face that the first one enters.
+TEST(CertifyRequest, what_is_no_strip_of_faces_turns_by_no_number) {
+  Case c;
+  c.request.require_seamless = true;
+  for (Index turns = -8; turns <= 8; ++turns) {
+    c.request.loops = {{{2, 9}, turns}};
+    EXPECT_EQ(c.measure().holonomy_failures, 1);
+  }
+}
+
 TEST(CertifyRequest, at_most_a_thousand_faces_are_named) {
   Case c;
   c.surface = test::grid(40, 20);
