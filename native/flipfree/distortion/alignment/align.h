@@ -22,7 +22,7 @@ struct AlignOptions {
   std::vector<double> direction;
   // Per face: length in the map of a surface length 1, relative to the others; empty: all alike.
   std::vector<double> size;
-  double smoothness = 1e-3;
+  double smoothness = 0.03;
   int max_iterations = 100;
   double tolerance = 1e-4;  // of the energy, as MinimizeOptions has it
 };
