@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace flipfree::conformal {
 
@@ -205,13 +206,9 @@ bool NewtonSystem::factorize(ExecutionContext& context) {
                     std::equal(analysed_outer_.begin(), analysed_outer_.end(), outer) &&
                     std::equal(analysed_inner_.begin(), analysed_inner_.end(), inner);
   if (!same) {
-    // A new order costs as much as some thousand flops per unknown: it must save more than that.
-    const double order_cost = 4000.0 * static_cast<double>(matrix_.cols());
-    if (cholesky_.analyzed()) cholesky_.analyze_again(matrix_, context);
-    if (!cholesky_.analyzed() || cholesky_.factor_flops() > 1.2 * order_flops_ + order_cost) {
-      cholesky_.analyze(matrix_, context);
-      order_flops_ = cholesky_.factor_flops();
-    }
+    std::vector<Index> label(at(static_cast<Index>(matrix_.cols())));
+    std::iota(label.begin(), label.end(), Index{0});
+    cholesky_.analyze(matrix_, context, nullptr, order_, label);
     analysed_outer_.assign(outer, outer + outer_count);
     analysed_inner_.assign(inner, inner + inner_count);
   }

@@ -104,6 +104,17 @@ const Kernels& avx2_kernels();
 const Kernels& avx2_kernels() { return kOurs; }
 #else
 const Kernels& plain_kernels() { return kOurs; }
+
+#ifdef FLIPFREE_HAS_AVX2
+const Kernels& avx2_kernels();  // this file, compiled a second time
+
+const Kernels& kernels() {
+  static const bool can = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+  return can ? avx2_kernels() : plain_kernels();
+}
+#else
+const Kernels& kernels() { return plain_kernels(); }
+#endif
 #endif
 
 }  // namespace flipfree::numeric::dense

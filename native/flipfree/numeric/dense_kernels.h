@@ -31,13 +31,4 @@ struct Kernels {
 const Kernels& kernels();
 const Kernels& plain_kernels();
 
-// Kernels of our own where a library call costs more than what it does.
-// Trapezoids up to so many columns:
-inline constexpr int kNarrow = 32;
-// [L1; L2] is a (c + r) x c panel with leading dimension c + r, L1 lower triangular.
-// x = L1^-1 x, y = L2 x.
-void solve_trapezoid(int c, int r, const double* panel, double* x, double* y);
-// x = L1^-T (x - L2' y).
-void solve_trapezoid_transposed(int c, int r, const double* panel, double* x, const double* y);
-
 }  // namespace flipfree::numeric::dense

@@ -185,8 +185,6 @@ SparseCholesky::~SparseCholesky() = default;
 SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
 SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
 
-bool SparseCholesky::analyzed() const { return state_->numeric.has_value(); }
-
 void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& context,
                              const Points2* places) {
   context.check();
@@ -233,19 +231,6 @@ void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& conte
   }
   analyze(matrix, context, places);
   memory.keep(state_->order, state_->tree, label, factor_flops(), true);
-}
-
-void SparseCholesky::analyze_again(const SparseMatrix& matrix, ExecutionContext& context) {
-  const Index block = has_pairs(matrix) ? 2 : 1;
-  if (state_->order.size() * at(block) != at(static_cast<Index>(matrix.cols()))) {
-    analyze(matrix, context);
-    return;
-  }
-  context.check();
-  state_->begin();
-  const Graph graph = graph_of(matrix, block);
-  state_->set_order(repair_dissection(graph, state_->order, state_->tree, context), graph, block,
-                    matrix, context);
 }
 
 bool SparseCholesky::factorize(const SparseMatrix& matrix, ExecutionContext& context) {

@@ -66,16 +66,11 @@ class SparseCholesky {
   // and has no influence on correctness.
   void analyze(const SparseMatrix& matrix, ExecutionContext& context,
                const Points2* places = nullptr);
-  // The same for another pattern of the same size, in the elimination order of the last analysis,
-  // repaired where it separates no more (dissection_tree.h): for patterns that changed in a few
-  // places, where a new order would cost more than it saves.
-  void analyze_again(const SparseMatrix& matrix, ExecutionContext& context);
   // As analyze(), from the order that `memory` has of a graph with nearly the same vertices, and
   // puts this one there. Vertex v of the graph (an unknown, or a pair) has the label label[v],
   // ascending; without pairs where labels are of pairs, the memory is left alone.
   void analyze(const SparseMatrix& matrix, ExecutionContext& context, const Points2* places,
                EliminationMemory& memory, const std::vector<Index>& label);
-  bool analyzed() const;
 
   // Numeric factorization of a matrix with exactly the analysed pattern. False if it is not
   // positive definite to working precision (the factor is then unusable until the next success).

@@ -471,8 +471,6 @@ std::int64_t Multifrontal::stack_need(const std::vector<Index>& supernodes) cons
 
 // Multifrontal: solving with the factor.
 
-namespace {}  // namespace
-
 // x of the supernode's columns is solved; its rows below are updated, inside a task those past the
 // task in `outside`.
 void Multifrontal::forward(Index s, double* x, Index count, double* work, const Task* task,
@@ -481,12 +479,8 @@ void Multifrontal::forward(Index s, double* x, Index count, double* work, const 
   const Index r = below(s);
   const double* panel = factor_ + panel_[at(s)];
   double* own = x + wide(block_) * s_.first[at(s)];
-  if (count == 1 && c <= dense::kNarrow) {
-    dense::solve_trapezoid(c, r, panel, own, work);
-  } else {
-    dense::kernels().solve_left(c, count, panel, c + r, own, size_);
-    if (r > 0) dense::kernels().product(r, c, count, panel + c, c + r, own, size_, work, r);
-  }
+  dense::kernels().solve_left(c, count, panel, c + r, own, size_);
+  if (r > 0) dense::kernels().product(r, c, count, panel + c, c + r, own, size_, work, r);
   if (r == 0) return;
   const Index* target = target_.data() + s_.rows_begin[at(s)];
   const Index rows = s_.rows_below(s);
@@ -521,10 +515,6 @@ void Multifrontal::backward(Index s, double* x, Index count, double* work) const
       for (Index b = 0; b < block_; ++b)
         to[wide(block_) * i + b] = from[wide(block_) * rows[i] + b];
     }
-  }
-  if (count == 1 && c <= dense::kNarrow) {
-    dense::solve_trapezoid_transposed(c, r, panel, own, work);
-    return;
   }
   if (r > 0)
     dense::kernels().subtract_transposed_product(r, c, count, panel + c, c + r, work, r, own,
