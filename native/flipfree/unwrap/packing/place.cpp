@@ -77,13 +77,6 @@ Areas areas(const mesh::Surface& surface, const Points2& uv) {
   return sum;
 }
 
-Loop triangle_of(const Points2& corners, Eigen::Index i) {
-  Loop loop;
-  for (Eigen::Index k = 0; k < 3; ++k) loop.push_back(corners.row(i + k).transpose());
-  if (twice_area(loop[0], loop[1], loop[2]) < 0.0) std::swap(loop[1], loop[2]);
-  return loop;
-}
-
 // Nothing if time runs out; half of it stays for storing what is packed.
 Layout nested_in_time(const std::vector<Shape>& shapes, const NestOptions& options,
                       ExecutionContext& context) {
@@ -188,7 +181,13 @@ bool apart(const std::vector<mesh::Chart>& charts, const Items& items,
   for (const std::vector<std::size_t>& item : items)
     shapes.emplace_back().loops = outlines_of(charts, item, stored);
   std::vector<Loop> fixed;
-  for (Eigen::Index i = 0; i + 2 < stays.rows(); i += 3) fixed.push_back(triangle_of(stays, i));
+  Eigen::AlignedBox2d near;
+  for (const auto& item : items) near.extend(box_of(item, stored));
+  near.extend((near.min().array() - 2.0 * margin).matrix());
+  near.extend((near.max().array() + 2.0 * margin).matrix());
+  for (Eigen::Index i = 0; i + 2 < stays.rows(); i += 3) {
+    if (near.intersects(bounds_of(stays.middleRows(i, 3)))) fixed.push_back(triangle_of(stays, i));
+  }
   const double least = margin * (1.0 + 1e-12) + 1e-14;
   const std::vector<Contact> contacts =
       Contacts(shapes, fixed).find(std::vector<Pose>(shapes.size()), 1.0, least, context);

@@ -14,60 +14,11 @@ namespace flipfree::unwrap {
 namespace {
 
 constexpr int kCells = 256;
-constexpr double kCell = 1.0 / kCells;
 constexpr std::size_t kMostBoxes = 64;
 // Boxes of less than so many cells hold nothing worth the search.
 constexpr int kLeastBoxCells = 9;
 
 using Grid = std::vector<char>;  // kCells x kCells, rows upwards
-
-// The x of the triangle's points with y in [bottom, top], a little widened against rounding.
-Span span_between(const std::array<Vector2, 3>& corners, double bottom, double top, double slack) {
-  Span span;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vector2& a = corners[k];
-    const Vector2& b = corners[(k + 1) % 3];
-    if (std::max(a.y(), b.y()) < bottom || std::min(a.y(), b.y()) > top) continue;
-    const auto x_at = [&](double y) {
-      if (a.y() == b.y()) return a.x();
-      const double t = std::clamp((y - a.y()) / (b.y() - a.y()), 0.0, 1.0);
-      return (1.0 - t) * a.x() + t * b.x();
-    };
-    if (a.y() == b.y()) {
-      span.add(a.x());
-      span.add(b.x());
-      continue;
-    }
-    span.add(x_at(std::clamp(bottom, std::min(a.y(), b.y()), std::max(a.y(), b.y()))));
-    span.add(x_at(std::clamp(top, std::min(a.y(), b.y()), std::max(a.y(), b.y()))));
-  }
-  return {span.low - slack, span.high + slack};
-}
-
-int cell_of(double x) {
-  return static_cast<int>(std::clamp(std::floor(x * kCells), -1.0, static_cast<double>(kCells)));
-}
-
-void draw(const std::array<Vector2, 3>& corners, double margin, Grid& taken) {
-  double bottom = std::numeric_limits<double>::infinity();
-  double top = -bottom;
-  double size = 1.0;
-  for (const Vector2& p : corners) {
-    bottom = std::min(bottom, p.y());
-    top = std::max(top, p.y());
-    size = std::max(size, p.cwiseAbs().maxCoeff());
-  }
-  const double slack = 16.0 * std::numeric_limits<double>::epsilon() * size;
-  const int first = std::max(0, cell_of(bottom - margin - slack));
-  const int last = std::min(kCells - 1, cell_of(top + slack));
-  for (int row = first; row <= last; ++row) {
-    const Span span =
-        span_between(corners, row * kCell - slack, (row + 1) * kCell + margin + slack, slack);
-    const int left = std::max(0, cell_of(span.low - margin));
-    const int right = std::min(kCells - 1, cell_of(span.high));
-    for (int column = left; column <= right; ++column) taken[at(row * kCells + column)] = 1;
-  }
-}
 
 struct CellBox {
   int column = 0, row = 0, width = 0, height = 0;
@@ -99,25 +50,22 @@ CellBox largest_free(const Grid& taken) {
   return best;
 }
 
-// Disjoint boxes in [0, 1 - margin]^2, largest first, of which no point has an obstacle within
-// `margin` to its right and above: rectangles that bring a margin of their own on their left and
-// lower sides keep it everywhere. Obstacles (3 k x 2: triangles of either orientation, finite) are
-// drawn into 256 x 256 cells, each cell that one touches counts as taken; crumbs are left out.
-// Cost: O(#cells touched by obstacles + #boxes #cells), at most 64 boxes.
+// Disjoint boxes in [0, 1 - margin]^2, largest first, for rectangles that bring a margin of their
+// own on their left and lower sides: no obstacle is nearer to them. Obstacles (3 k x 2: triangles
+// of either orientation, finite) are drawn into 256 x 256 cells; crumbs are left out. Cost:
+// O(#cells touched by obstacles + #boxes #cells), at most 64 boxes.
 std::vector<FreeBox> free_boxes(const Points2& obstacles, const Vector2& tile, double margin) {
-  const double end = 1.0 - margin;
-  Grid taken(at(kCells * kCells), 0);
-  bool empty = true;
+  constexpr int kWords = kCells / 64;
+  std::vector<Word> drawn(at(kCells * kWords), 0);
+  // Half the margin is around obstacles, and half of it around rectangles in their middle.
+  const Vector2 origin = tile + Vector2::Constant(0.5 * margin);
   for (Eigen::Index i = 0; i + 2 < obstacles.rows(); i += 3) {
-    std::array<Vector2, 3> corners;
-    for (Eigen::Index k = 0; k < 3; ++k) corners[at(k)] = obstacles.row(i + k).transpose() - tile;
-    const Vector2 low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
-    const Vector2 high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
-    if ((low.array() > 1.0 + margin).any() || (high.array() < -margin).any()) continue;
-    draw(corners, margin, taken);
-    empty = false;
+    Loop loop = triangle_of(obstacles, i);
+    for (Vector2& p : loop) p -= origin;
+    draw_loop(loop, kCells, 0.5 * margin * kCells, kWords, drawn);
   }
-  if (empty) return {{Vector2::Zero(), Vector2::Constant(end)}};
+  Grid taken(at(kCells * kCells));
+  for (std::size_t i = 0; i < taken.size(); ++i) taken[i] = (drawn[i / 64] >> (i % 64)) & 1;
   std::vector<FreeBox> boxes;
   while (boxes.size() < kMostBoxes) {
     const CellBox box = largest_free(taken);
@@ -126,9 +74,9 @@ std::vector<FreeBox> free_boxes(const Points2& obstacles, const Vector2& tile, d
       const auto begin = taken.begin() + row * kCells + box.column;
       std::fill(begin, begin + box.width, char{1});
     }
-    const Vector2 low(box.column * kCell, box.row * kCell);
-    const Vector2 high((box.column + box.width) * kCell, (box.row + box.height) * kCell);
-    const Vector2 size = high.cwiseMin(Vector2::Constant(end)) - low;
+    const Vector2 low = Vector2(box.column, box.row) / kCells;
+    const Vector2 high = low + Vector2(box.width, box.height) / kCells;
+    const Vector2 size = high.cwiseMin(Vector2::Constant(1.0 - margin)) - low;
     if ((size.array() > 0.0).all()) boxes.push_back({low, size});
   }
   return boxes;
@@ -327,26 +275,21 @@ Placement pack_rectangles(const std::vector<Vector2>& sizes, const RoomOptions& 
   const double wanted =
       options.scale > 0.0 ? options.scale : std::numeric_limits<double>::infinity();
   const std::vector<Order> orders = orders_of(sizes);
-  const std::vector<FreeBox> whole = {{Vector2::Zero(), Vector2::Constant(1.0 - margin)}};
-  placement.tile = options.first_tile;
+  const Points2 none(0, 2);
+  const Points2& obstacles = options.obstacles == nullptr ? none : *options.obstacles;
+  const FreeBox whole{Vector2::Zero(), Vector2::Constant(1.0 - margin)};
+  // With nothing in the way the first tile is as good as any.
+  const double least =
+      obstacles.rows() == 0
+          ? 0.0
+          : kLeastShare * std::min(wanted, pack_into(sizes, orders, {whole}, margin, wanted).scale);
   Packed packed;
-  if (options.obstacles == nullptr || options.obstacles->rows() == 0) {
-    packed = pack_into(sizes, orders, whole, margin, wanted);
+  for (placement.tile = options.first_tile; placement.tile < kTiles; ++placement.tile) {
     const Vector2 tile = tile_corner(placement.tile);
+    packed = pack_into(sizes, orders, free_boxes(obstacles, tile, margin), margin, wanted);
     for (Vector2& corner : packed.corner) corner += tile;
-  } else {
-    const double least =
-        kLeastShare * std::min(wanted, pack_into(sizes, orders, whole, margin, wanted).scale);
-    for (; placement.tile < kTiles && !(packed.scale > 0.0); ++placement.tile) {
-      const Vector2 tile = tile_corner(placement.tile);
-      packed =
-          pack_into(sizes, orders, free_boxes(*options.obstacles, tile, margin), margin, wanted);
-      if (!(packed.scale >= least)) packed.scale = 0.0;
-      if (packed.scale > 0.0) {
-        for (Vector2& corner : packed.corner) corner += tile;
-        break;
-      }
-    }
+    if (packed.scale > 0.0 && packed.scale >= least) break;
+    packed.scale = 0.0;
   }
   if (!(packed.scale > 0.0)) {
     throw_invalid(

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
-#include <span>
 #include <utility>
 
 #include "flipfree/base/plane.h"
@@ -14,134 +14,9 @@ namespace {
 // Lists hold what is within so many times the reach.
 constexpr double kRemembered = 2.0;
 
-constexpr std::size_t kGrain = 4096;  // corners, or cells, between looks at the clock
+constexpr std::size_t kGrain = 4096;  // corners between looks at the clock
 
 using Corner = Contacts::Corner;
-
-std::vector<Corner> all_corners(const std::vector<Shape>& shapes, const std::vector<Pose>& poses,
-                                double scale, const std::vector<Loop>& fixed) {
-  std::vector<Corner> corners;
-  std::size_t count = 0;
-  for (const Shape& s : shapes)
-    for (const Loop& loop : s.loops) count += loop.size();
-  for (const Loop& loop : fixed) count += loop.size();
-  corners.reserve(count);
-  const auto add = [&](const Loop& loop, Index shape, const Pose& pose, double size) {
-    const auto first = static_cast<Index>(corners.size());
-    const auto n = static_cast<Index>(loop.size());
-    for (Index i = 0; i < n; ++i) {
-      const Vector2& p = loop[at(i)];
-      corners.push_back({pose(p, size), p, shape, first + (i + 1) % n, first + (i + n - 1) % n});
-    }
-  };
-  for (std::size_t s = 0; s < shapes.size(); ++s)
-    for (const Loop& loop : shapes[s].loops) add(loop, static_cast<Index>(s), poses[s], scale);
-  for (const Loop& loop : fixed) add(loop, kInvalid, Pose(), 1.0);
-  return corners;
-}
-
-// Edges by the square cells that they pass through.
-class EdgeGrid {
- public:
-  EdgeGrid(const std::vector<Corner>& corners, double reach) : corners_(corners) {
-    low_ = Vector2::Constant(std::numeric_limits<double>::infinity());
-    Vector2 high = -low_;
-    for (const Corner& c : corners) {
-      if (c.shape == kInvalid) continue;
-      low_ = low_.cwiseMin(c.at);
-      high = high.cwiseMax(c.at);
-    }
-    low_ -= Vector2::Constant(reach);
-    const double size = std::max((high - low_).maxCoeff() + reach, 1e-300);
-    const double most = std::clamp(std::sqrt(static_cast<double>(corners.size())), 1.0, 1024.0);
-    cell_ = std::max(reach, size / most);
-    per_length_ = 1.0 / cell_;
-    side_ = std::max(1, static_cast<Index>(std::ceil(size / cell_)));
-    begin_.assign(at(side_) * at(side_) + 1, 0);
-    each_cell([&](std::size_t cell, Index) { ++begin_[cell + 1]; });
-    for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
-    edges_.resize(at(begin_.back()));
-    std::vector<Index> next = begin_;
-    each_cell([&](std::size_t cell, Index e) {
-      edges_[at(next[cell]++)] = {e, corners_[at(e)].shape};
-    });
-  }
-
-  // Edges of other shapes with a point within reach of p and perhaps others; some more than once.
-  template <typename Visit>
-  void near(const Vector2& p, Index shape, double reach, Visit visit) const {
-    const Index left = clamped((p.x() - reach - low_.x()) * per_length_);
-    const Index right = clamped((p.x() + reach - low_.x()) * per_length_);
-    const Index bottom = clamped((p.y() - reach - low_.y()) * per_length_);
-    const Index top = clamped((p.y() + reach - low_.y()) * per_length_);
-    for (Index row = bottom; row <= top; ++row) {
-      for (Index column = left; column <= right; ++column) {
-        const std::size_t cell = cell_at(column, row);
-        for (Index i = begin_[cell]; i < begin_[cell + 1]; ++i) {
-          const Entry& entry = edges_[at(i)];
-          if (entry.shape != shape) visit(entry.edge);
-        }
-      }
-    }
-  }
-
-  struct Entry {
-    Index edge;
-    Index shape;
-  };
-
-  std::size_t cells() const { return begin_.size() - 1; }
-  std::span<const Entry> edges_in(std::size_t cell) const {
-    return std::span(edges_).subspan(at(begin_[cell]), at(begin_[cell + 1] - begin_[cell]));
-  }
-
- private:
-  Index clamped(double cells) const {
-    return static_cast<Index>(std::clamp(std::floor(cells), 0.0, static_cast<double>(side_ - 1)));
-  }
-  std::size_t cell_at(Index column, Index row) const { return at(row) * at(side_) + at(column); }
-  template <typename Visit>
-  void each_cell(Visit visit) const {
-    const double limit = side_ * cell_;
-    for (std::size_t e = 0; e < corners_.size(); ++e) {
-      Vector2 a = corners_[e].at - low_;
-      Vector2 b = corners_[at(corners_[e].next)].at - low_;
-      // Far from everything that moves: what is fixed may lie anywhere.
-      if (std::max(a.x(), b.x()) < 0.0 || std::min(a.x(), b.x()) > limit ||
-          std::max(a.y(), b.y()) < 0.0 || std::min(a.y(), b.y()) > limit)
-        continue;
-      if (a.y() > b.y()) std::swap(a, b);
-      const Index first = clamped(a.y() * per_length_);
-      const Index last = clamped(b.y() * per_length_);
-      for (Index row = first; row <= last; ++row) {
-        double low = std::min(a.x(), b.x());
-        double high = std::max(a.x(), b.x());
-        if (last > first) {
-          const auto x_at = [&](double y) {
-            const double t = std::clamp((y - a.y()) / (b.y() - a.y()), 0.0, 1.0);
-            return a.x() + t * (b.x() - a.x());
-          };
-          const double x0 = x_at(row * cell_);
-          const double x1 = x_at((row + 1) * cell_);
-          const double care = 1e-9 * cell_;
-          low = std::max(low, std::min(x0, x1) - care);
-          high = std::min(high, std::max(x0, x1) + care);
-        }
-        const Index right = clamped(high * per_length_);
-        for (Index column = clamped(low * per_length_); column <= right; ++column)
-          visit(cell_at(column, row), static_cast<Index>(e));
-      }
-    }
-  }
-
-  const std::vector<Corner>& corners_;
-  Vector2 low_;
-  double cell_ = 1.0;
-  double per_length_ = 1.0;  // cells
-  Index side_ = 1;
-  std::vector<Index> begin_;
-  std::vector<Entry> edges_;
-};
 
 struct Near {
   Index edge;
@@ -223,8 +98,22 @@ bool cross_each_other(const Vector2& a, const Vector2& b, const Vector2& c, cons
 }  // namespace
 
 Contacts::Contacts(const std::vector<Shape>& shapes, const std::vector<Loop>& fixed)
-    : shapes_(shapes),
-      corners_(all_corners(shapes, std::vector<Pose>(shapes.size()), 1.0, fixed)) {}
+    : shapes_(shapes) {
+  const auto add = [&](const Loop& loop, Index shape) {
+    const auto first = static_cast<Index>(corners_.size());
+    const auto n = static_cast<Index>(loop.size());
+    for (Index i = 0; i < n; ++i) {
+      const Index next = first + (i + 1) % n;
+      corners_.push_back({loop[at(i)], loop[at(i)], shape, next, first + (i + n - 1) % n});
+      outlines_.edges.push_back({first + i, next});
+      outlines_.vertices.push_back(first + i);
+    }
+  };
+  for (std::size_t s = 0; s < shapes.size(); ++s)
+    for (const Loop& loop : shapes[s].loops) add(loop, static_cast<Index>(s));
+  for (const Loop& loop : fixed) add(loop, kInvalid);
+  places_.resize(static_cast<Eigen::Index>(corners_.size()), 2);
+}
 
 // Has nothing moved so far that a pair out of the lists may be within reach?
 bool Contacts::remembers(const std::vector<Pose>& poses, double scale, double reach) const {
@@ -244,28 +133,28 @@ void Contacts::remember(const std::vector<Pose>& poses, double scale, double rea
   poses_ = poses;
   scale_ = scale;
   within_ = kRemembered * reach;
-  const EdgeGrid grid(corners_, within_);
+  const distortion::BoundaryGrid grid(outlines_, places_);
   begin_.assign(1, 0);
   near_.clear();
   std::vector<Index> own;
   for (std::size_t c = 0; c < corners_.size(); ++c) {
     if (c % kGrain == 0) context.check();
-    own.clear();
     const Corner& corner = corners_[c];
-    grid.near(corner.at, corner.shape, within_, [&](Index e) {
-      if (distance_to_edge(corners_, e, corner.at) <= within_) own.push_back(e);
+    grid.near(corner.at, within_, own);
+    std::copy_if(own.begin(), own.end(), std::back_inserter(near_), [&](Index e) {
+      return corners_[at(e)].shape != corner.shape &&
+             distance_to_edge(corners_, e, corner.at) <= within_;
     });
-    // An edge is met in every cell that it passes through.
-    std::sort(own.begin(), own.end());
-    near_.insert(near_.end(), own.begin(), std::unique(own.begin(), own.end()));
     begin_.push_back(near_.size());
   }
 }
 
 std::vector<Contact> Contacts::find(const std::vector<Pose>& poses, double scale, double reach,
                                     const ExecutionContext& context) {
-  for (Corner& c : corners_) {
-    if (c.shape != kInvalid) c.at = poses[at(c.shape)](c.local, scale);
+  for (std::size_t c = 0; c < corners_.size(); ++c) {
+    Corner& corner = corners_[c];
+    if (corner.shape != kInvalid) corner.at = poses[at(corner.shape)](corner.local, scale);
+    places_.row(static_cast<Eigen::Index>(c)) = corner.at.transpose();
   }
   if (!remembers(poses, scale, reach)) remember(poses, scale, reach, context);
   std::vector<Contact> contacts;
@@ -291,29 +180,15 @@ std::vector<Contact> Contacts::find(const std::vector<Pose>& poses, double scale
   return contacts;
 }
 
-namespace {
-
-// Do outlines of different shapes, or of a shape and of what is fixed, cross? In floating point.
-// Cost: O(corners + pairs of edges in the same small cells).
-bool any_crossing(const std::vector<Shape>& shapes, const std::vector<Pose>& poses, double scale,
-                  const std::vector<Loop>& fixed, const ExecutionContext& context) {
-  const std::vector<Corner> corners = all_corners(shapes, poses, scale, fixed);
-  const EdgeGrid grid(corners, 0.0);
-  for (std::size_t cell = 0; cell < grid.cells(); ++cell) {
-    if (cell % kGrain == 0) context.check();
-    const std::span<const EdgeGrid::Entry> edges = grid.edges_in(cell);
-    for (std::size_t i = 0; i < edges.size(); ++i) {
-      const Corner& a = corners[at(edges[i].edge)];
-      for (std::size_t j = 0; j < i; ++j) {
-        if (edges[i].shape == edges[j].shape) continue;
-        const Corner& b = corners[at(edges[j].edge)];
-        if (cross_each_other(a.at, corners[at(a.next)].at, b.at, corners[at(b.next)].at))
-          return true;
-      }
-    }
-  }
-  return false;
+bool Contacts::any_crossing(const ExecutionContext& context) const {
+  return distortion::BoundaryGrid(outlines_, places_).any_pair(context, [&](Index e, Index f) {
+    const Corner &a = corners_[at(e)], &b = corners_[at(f)];
+    return a.shape != b.shape &&
+           cross_each_other(a.at, corners_[at(a.next)].at, b.at, corners_[at(b.next)].at);
+  });
 }
+
+namespace {
 
 constexpr double kAtRest = 2e-7;  // gaps may be so much narrower within this file
 constexpr double kFirstGrowth = 0.01;
@@ -341,8 +216,7 @@ class Dynamics {
   Dynamics(const std::vector<Shape>& shapes, const InflateOptions& options)
       : shapes_(shapes),
         options_(options),
-        fixed_(options.fixed == nullptr ? kNone : *options.fixed),
-        near_(shapes, fixed_) {}
+        near_(shapes, options.fixed == nullptr ? std::vector<Loop>() : *options.fixed) {}
 
   // At rest at this scale after some rounds; poses are changed in any case.
   bool settle(Layout& layout, double& work, const ExecutionContext& context) {
@@ -360,7 +234,7 @@ class Dynamics {
         worst = std::max(worst, w.least - body(w.a)(w.corner, scale).dot(w.inwards));
       if (worst <= kAtRest) {
         layout.poses = poses();
-        return !any_crossing(shapes_, layout.poses, scale, fixed_, context);
+        return !near_.any_crossing(context);
       }
       if (work < 0.0) return false;
       const double most = 0.5 * allowance(scale);
@@ -491,8 +365,6 @@ class Dynamics {
 
   const std::vector<Shape>& shapes_;
   const InflateOptions& options_;
-  inline static const std::vector<Loop> kNone;
-  const std::vector<Loop>& fixed_;
   Contacts near_;
   std::vector<Body> bodies_;
   std::vector<Contact> contacts_;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/unwrap/packing/nest/shape.h"
 
 namespace flipfree::unwrap {
@@ -23,7 +24,7 @@ struct Contact {
 // nothing has moved far (Verlet's lists).
 class Contacts {
  public:
-  // The arguments must outlive this. `fixed`: loops in the plane, counter-clockwise.
+  // The shapes must outlive this. `fixed`: loops in the plane, counter-clockwise.
   Contacts(const std::vector<Shape>& shapes, const std::vector<Loop>& fixed);
 
   // All pairs with a gap of at most `reach`, one for each place where the distance from the corner
@@ -31,6 +32,10 @@ class Contacts {
   // within a few times the reach).
   std::vector<Contact> find(const std::vector<Pose>& poses, double scale, double reach,
                             const ExecutionContext& context);
+
+  // Do outlines of different shapes, or of a shape and of what is fixed, cross where they were seen
+  // last? In floating point. Cost: O(corners + pairs of edges in the same small cells).
+  bool any_crossing(const ExecutionContext& context) const;
 
   struct Corner {
     Vector2 at;     // in the plane
@@ -47,6 +52,8 @@ class Contacts {
 
   const std::vector<Shape>& shapes_;
   std::vector<Corner> corners_;
+  distortion::Boundary outlines_;  // corners as vertices, and where these are
+  Points2 places_;
   // Of each corner the edges of other shapes that were within so far when all lay like this.
   std::vector<std::size_t> begin_;
   std::vector<Index> near_;

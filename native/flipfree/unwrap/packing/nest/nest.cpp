@@ -1,5 +1,6 @@
 #include "flipfree/unwrap/packing/nest/nest.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -185,18 +186,14 @@ Filling fill(const std::vector<Shape>& shapes, const Masks& masks, Tile tile,
   return filling;
 }
 
-// The filling in masks of another scale: shapes stay in their cell or go to one beside it; those
-// that cannot are missing.
+// The filling in masks of another scale: shapes, in this order, stay in their cell or go to one
+// beside it; those that cannot are missing.
 Filling carry(const std::vector<Shape>& shapes, const Masks& masks, const Tile& empty,
-              const Filling& filling) {
+              const std::vector<std::size_t>& order, const Filling& filling) {
   Filling result = filling;
   result.missing = 0.0;
   const double whole = total_area(shapes);
   Tile tile = empty;
-  std::vector<std::size_t> order(shapes.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return shapes[a].area > shapes[b].area; });
   for (const std::size_t i : order) {
     if (filling.turn[i] < 0) {
       result.missing += share(shapes[i], whole);
@@ -375,20 +372,16 @@ struct Found {
   std::vector<Pose> poses;
 };
 
+// Those near the tile.
 std::vector<Loop> loops_of(const Points2* triangles) {
   std::vector<Loop> loops;
   if (triangles == nullptr) return loops;
+  const Eigen::AlignedBox2d near(Vector2(-1.0, -1.0), Vector2(2.0, 2.0));
   for (Eigen::Index i = 0; i + 2 < triangles->rows(); i += 3) {
-    Loop loop;
-    for (Eigen::Index k = 0; k < 3; ++k) loop.push_back(triangles->row(i + k).transpose());
-    if (std::all_of(
-            loop.begin(), loop.end(),
-            [](const Vector2& p) { return (p.array() < -1.0).any() || (p.array() > 2.0).any(); }) &&
-        (loop[0].cwiseMin(loop[1]).cwiseMin(loop[2]).maxCoeff() > 2.0 ||
-         loop[0].cwiseMax(loop[1]).cwiseMax(loop[2]).minCoeff() < -1.0))
-      continue;
-    if (twice_area(loop[0], loop[1], loop[2]) < 0.0) std::swap(loop[1], loop[2]);
-    loops.push_back(std::move(loop));
+    Loop loop = triangle_of(*triangles, i);
+    Eigen::AlignedBox2d box;
+    for (const Vector2& p : loop) box.extend(p);
+    if (near.intersects(box)) loops.push_back(std::move(loop));
   }
   return loops;
 }
@@ -505,7 +498,7 @@ Found grow(const Problem& problem, Found best, std::uint64_t seed, double& work,
     const double scale = std::min(problem.bound, best.scale * (1.0 + step));
     const Masks masks =
         draw_shapes(problem.shapes, problem.turns, scale, problem.cells, problem.radius, context);
-    Filling filling = carry(problem.shapes, masks, problem.empty, best.filling);
+    Filling filling = carry(problem.shapes, masks, problem.empty, problem.order, best.filling);
     const MendLimits limits{tries, std::min(work, 0.25 * work + 2e6)};
     filling =
         mend(problem.shapes, masks, problem.empty, std::move(filling), ++seed, limits, context);

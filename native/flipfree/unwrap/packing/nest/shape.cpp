@@ -150,6 +150,13 @@ Vector2 straight_axis(const std::vector<Loop>& outlines) {
   return cross.share > kStraight || is_round(outlines) ? cross.turn : Vector2::Zero();
 }
 
+Loop triangle_of(const Points2& corners, Eigen::Index i) {
+  Loop loop;
+  for (Eigen::Index k = 0; k < 3; ++k) loop.push_back(corners.row(i + k).transpose());
+  if (twice_area(loop[0], loop[1], loop[2]) < 0.0) std::swap(loop[1], loop[2]);
+  return loop;
+}
+
 Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& middle) {
   Eigen::AlignedBox2d box;
   for (const Loop& loop : outlines)

@@ -35,6 +35,9 @@ struct Pose {
   }
 };
 
+// Rows i to i + 2 of triangles' corners, counter-clockwise.
+Loop triangle_of(const Points2& corners, Eigen::Index i);
+
 // Of a point from the segment from a to b, which may be a point.
 inline double distance_to_segment(const Vector2& p, const Vector2& a, const Vector2& b) {
   const Vector2 side = b - a;
