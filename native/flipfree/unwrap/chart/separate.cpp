@@ -13,6 +13,7 @@
 #include <numeric>
 #include <queue>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
@@ -386,56 +387,48 @@ class Separator {
     for (std::size_t i = 0; i < faces.size(); ++i) node[at(faces[i])] = static_cast<Index>(i);
     const auto source_node = static_cast<Index>(faces.size());
     const Index sink_node = source_node + 1;
-    struct Arc {
-      Index from, to;
-      double capacity;
-    };
     double total = 1.0;
     for (const FaceId f : faces) {
       for (Index k = 0; k < 3; ++k) total += cost_[at(3 * f + k)];
     }
-    std::vector<Arc> arcs;
-    arcs.reserve(3 * faces.size());
-    for (const FaceId f : faces) {
-      for (Index k = 0; k < 3; ++k) {
-        const HalfedgeId o = across(3 * f + k);
-        if (o != kInvalid) arcs.push_back({node[at(f)], node[at(o / 3)], cost_[at(3 * f + k)]});
-      }
-      if (side[at(f)] == Side::kFirst) {
-        arcs.push_back({source_node, node[at(f)], total});
-        arcs.push_back({node[at(f)], source_node, 0.0});
-      } else if (side[at(f)] == Side::kSecond) {
-        arcs.push_back({node[at(f)], sink_node, total});
-        arcs.push_back({sink_node, node[at(f)], 0.0});
-      }
-    }
-    std::sort(arcs.begin(), arcs.end(), [](const Arc& a, const Arc& b) {
-      return a.from != b.from ? a.from < b.from : a.to < b.to;
-    });
-    std::vector<std::pair<Index, Index>> ends;
+    // By the nodes that they leave, each with the arc back.
+    std::vector<std::pair<Index, Index>> arcs;
     std::vector<double> capacity;
-    for (const Arc& arc : arcs) {
-      ends.emplace_back(arc.from, arc.to);
-      capacity.push_back(arc.capacity);
+    std::vector<std::size_t> back;
+    const auto add = [&](Index from, Index to, double most) {
+      arcs.emplace_back(from, to);
+      capacity.push_back(most);
+      back.push_back(0);
+      return arcs.size() - 1;
+    };
+    std::vector<std::size_t> arc_across(3 * side.size()), arc_to_end(side.size());
+    for (const FaceId f : faces) {
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+        const HalfedgeId o = across(h);
+        if (o != kInvalid) arc_across[at(h)] = add(node[at(f)], node[at(o / 3)], cost_[at(h)]);
+      }
+      if (side[at(f)] == Side::kFirst) arc_to_end[at(f)] = add(node[at(f)], source_node, 0.0);
+      if (side[at(f)] == Side::kSecond) arc_to_end[at(f)] = add(node[at(f)], sink_node, total);
     }
-    const Graph graph(boost::edges_are_sorted, ends.begin(), ends.end(), sink_node + 1);
-    // Two faces that share two edges have two arcs each way: they are matched in order.
-    std::vector<boost::graph_traits<Graph>::edge_descriptor> edge_of(arcs.size());
-    for (auto [e, end] = boost::edges(graph); e != end; ++e)
-      edge_of[static_cast<std::size_t>(boost::get(boost::edge_index, graph, *e))] = *e;
-    std::vector<boost::graph_traits<Graph>::edge_descriptor> reverse(arcs.size());
-    for (std::size_t i = 0; i < arcs.size();) {
-      std::size_t same = i;
-      while (same < arcs.size() && arcs[same].from == arcs[i].from && arcs[same].to == arcs[i].to)
-        ++same;
-      auto back = static_cast<std::size_t>(
-          std::lower_bound(arcs.begin(), arcs.end(), Arc{arcs[i].to, arcs[i].from, 0.0},
-                           [](const Arc& a, const Arc& b) {
-                             return a.from != b.from ? a.from < b.from : a.to < b.to;
-                           }) -
-          arcs.begin());
-      for (; i < same; ++i, ++back) reverse[i] = edge_of[back];
+    for (const auto& [end, own, most] : {std::tuple(source_node, Side::kFirst, total),
+                                         std::tuple(sink_node, Side::kSecond, 0.0)}) {
+      for (const FaceId f : faces) {
+        if (side[at(f)] != own) continue;
+        const std::size_t arc = add(end, node[at(f)], most);
+        back[arc] = arc_to_end[at(f)];
+        back[arc_to_end[at(f)]] = arc;
+      }
     }
+    for (const FaceId f : faces) {
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+        if (across(h) != kInvalid) back[arc_across[at(h)]] = arc_across[at(across(h))];
+      }
+    }
+    const Graph graph(boost::edges_are_sorted, arcs.begin(), arcs.end(), sink_node + 1);
+    const std::vector<boost::graph_traits<Graph>::edge_descriptor> edge_of(
+        boost::edges(graph).first, boost::edges(graph).second);
+    std::vector<boost::graph_traits<Graph>::edge_descriptor> reverse;
+    for (const std::size_t arc : back) reverse.push_back(edge_of[arc]);
     std::vector<double> residual(arcs.size());
     std::vector<boost::graph_traits<Graph>::edge_descriptor> predecessor(at(sink_node + 1));
     std::vector<boost::default_color_type> color(at(sink_node + 1));

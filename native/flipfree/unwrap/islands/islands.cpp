@@ -177,35 +177,25 @@ ScaleField::System ScaleField::system(const std::vector<char>& open, ExecutionCo
   }
   if (count == 0) return result;
   // Inner vertices have closed fans, and one outgoing half-edge for each neighbour.
-  numeric::SparseMatrix matrix(count, count);
-  std::vector<std::pair<Index, double>> column;
-  std::vector<Index> rows;
-  std::vector<double> values;
-  rows.reserve(4 * at(count));
-  values.reserve(4 * at(count));
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  entries.reserve(4 * at(count));
   for (std::size_t v = 0; v < open.size(); ++v) {
     const Index row = unknown[v];
     if (row == kInvalid) continue;
     if (v % 8192 == 0) context.check();
-    column.assign(1, {row, 0.0});
+    double diagonal = 0.0;
     const HalfedgeId start = adjacency_.vertex_halfedge[v];
     HalfedgeId h = start;
     do {
-      column.front().second += weight(h);
+      diagonal += weight(h);
       const Index other = unknown[at(mesh::target(surface_.faces, h))];
-      if (other > row) column.emplace_back(other, -weight(h));
+      if (other > row) entries.emplace_back(other, row, -weight(h));
       h = mesh::rotate_ccw(adjacency_, h);
     } while (h != start);
-    std::sort(column.begin() + 1, column.end());
-    for (const auto& [other, value] : column) {
-      rows.push_back(other);
-      values.push_back(value);
-    }
-    matrix.outerIndexPtr()[row + 1] = static_cast<Index>(rows.size());
+    entries.emplace_back(row, row, diagonal);
   }
-  matrix.resizeNonZeros(static_cast<Index>(rows.size()));
-  std::copy(rows.begin(), rows.end(), matrix.innerIndexPtr());
-  std::copy(values.begin(), values.end(), matrix.valuePtr());
+  numeric::SparseMatrix matrix(count, count);
+  matrix.setFromTriplets(entries.begin(), entries.end());
   std::vector<Index> label;
   for (std::size_t v = 0; v < unknown.size(); ++v) {
     if (unknown[v] != kInvalid) label.push_back(static_cast<Index>(v));

@@ -310,9 +310,8 @@ ChartDensity own_density(const mesh::Chart& chart, const Points2& places) {
   const std::vector<double> areas = face_areas(own.surface());
   const Density density = density_of(own.surface(), areas, places);
   if (density.share < kEnoughHealthy) return {};
-  double area = 0.0;
-  for (const double a : areas) area += a;
-  return {density.value / own.unit(), density.share * area * own.unit() * own.unit()};
+  return {density.value / own.unit(),
+          density.share * mesh::area_of(own.surface()) * own.unit() * own.unit()};
 }
 
 }  // namespace
@@ -358,12 +357,6 @@ std::vector<Piece> pieces_of(const mesh::Surface& whole, const mesh::Adjacency& 
     piece.chart = std::move(chart);
   }
   return pieces;
-}
-
-double sum_of_areas(const std::vector<double>& areas) {
-  double sum = 0.0;
-  for (const double a : areas) sum += a;
-  return sum;
 }
 
 double energy_in_own_unit(const mesh::Surface& surface, const Points2& uv) {
@@ -478,7 +471,7 @@ class Judgement {
     double sum = 0.0;
     double total = 0.0;
     for (const Piece& part : parts) {
-      const double area = sum_of_areas(face_areas(part.chart.surface));
+      const double area = mesh::area_of(part.chart.surface);
       if (!(area > 0.0)) continue;
       sum += area * energy_in_own_unit(part.chart.surface, part.uv);
       total += area;

@@ -344,12 +344,10 @@ void relax_patch(Patch& patch, double density, ExecutionContext& context) {
 }
 
 bool unfold(Patch& patch, double density, ExecutionContext& context) {
-  double area = 0.0;
-  for (const double a : face_areas(patch.surface)) area += a;
   distortion::UntangleOptions options;
   options.max_iterations = 100;
   options.patience = 30;
-  options.target_area = density * density * area;
+  options.target_area = density * density * mesh::area_of(patch.surface);
   distortion::Untangler untangler(patch.surface, patch.fixed, context);
   distortion::UntangleResult result = untangler.run(patch.uv, options, context);
   if (result.flips != 0) return false;
@@ -363,7 +361,7 @@ class Mender {
       : chart_(chart), uv_(uv), context_(context) {
     const std::vector<double> energies = face_energies(chart.surface, uv, chart.density);
     healthy_ = healthy_energy(chart.area, energies);
-    for (const double a : chart.area) area_ += a;
+    area_ = mesh::area_of(chart.surface);
     unknown_ = chart.unknown;
   }
 

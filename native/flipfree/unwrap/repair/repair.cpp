@@ -30,6 +30,7 @@
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/valid_map.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/layout.h"
@@ -44,28 +45,10 @@ namespace flipfree::unwrap {
 
 namespace {
 
-// Which of the charts that lie on others have to move.
-
 // Do boxes share area?
 bool meet(const Eigen::AlignedBox2d& a, const Eigen::AlignedBox2d& b) {
   return (a.intersection(b).sizes().array() > 0.0).all();
 }
-
-struct StandingChart {
-  const Triangles* faces = nullptr;
-  const Points2* uv = nullptr;  // #V x 2, finite
-  const Points2* before =
-      nullptr;  // null: it stood as it does. What it lay on there, it may lie on.
-  bool may_move = false;
-};
-
-// One scale for the charts of a map of which most have one.
-
-struct ScaledChart {
-  const mesh::Surface* surface = nullptr;
-  const Points2* uv = nullptr;  // #V x 2, positive faces, as the texture shows them
-  bool remade = false;          // it may be scaled
-};
 
 // Mended charts, put where they belong and stored.
 
@@ -108,63 +91,20 @@ bool share_area(const Triangles& faces_a, const Points2& uv_a, const Triangles& 
   return certify::island_overlaps(two, below_each_other(near)).pairs > 0;
 }
 
-// Flags of the charts that have to make way: those that may not move stay, then the others, those
-// of most faces first, each unless it shares area with one that stays - and `all_apart`, or it did
-// not before, or has no `before`. Throws Cancelled, TimeIsOver. Cost: O(n log n) and a comparison
-// of boxes for charts above each other, O(#F) of a pair whose boxes meet.
-std::vector<char> make_way(const std::vector<StandingChart>& charts, bool all_apart,
-                           const ExecutionContext& context) {
-  std::vector<char> moves(charts.size(), 0);
-  const auto did_before = [&](const StandingChart& a, const StandingChart& b) {
-    return a.before != nullptr &&
-           share_area(*a.faces, *a.before, *b.faces, b.before != nullptr ? *b.before : *b.uv);
-  };
-  std::vector<std::size_t> order(charts.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return std::pair(!charts[a].may_move, charts[a].faces->rows()) >
-           std::pair(!charts[b].may_move, charts[b].faces->rows());
-  });
-  // By size, up to the next power of two, and by left end.
-  std::map<int, std::multimap<double, std::size_t>> staying;
-  std::vector<Eigen::AlignedBox2d> boxes;
-  for (const StandingChart& chart : charts) boxes.push_back(bounds_of(*chart.uv));
-  for (const std::size_t c : order) {
-    context.check();
-    const StandingChart& own = charts[c];
-    const auto in_the_way = [&](const auto& entry) {
-      const StandingChart& its = charts[entry.second];
-      return meet(boxes[c], boxes[entry.second]) &&
-             share_area(*own.faces, *own.uv, *its.faces, *its.uv) &&
-             (all_apart || !did_before(own, its));
-    };
-    const auto any_in_the_way = [&](const auto& of_size) {
-      const auto& [size, others] = of_size;
-      return std::any_of(others.lower_bound(boxes[c].min().x() - std::ldexp(1.0, size)),
-                         others.upper_bound(boxes[c].max().x()), in_the_way);
-    };
-    moves[c] = own.may_move && std::any_of(staying.begin(), staying.end(), any_in_the_way);
-    if (moves[c] == 0)
-      staying[std::ilogb(boxes[c].sizes().maxCoeff()) + 1].emplace(boxes[c].min().x(), c);
-  }
-  return moves;
-}
-
 constexpr double kSameDensity = 1.1;
 constexpr double kMost = 2.0 / 3.0;
 
-// Of those that are not remade, or of all if there are no others; 0 if they have none in common.
-double common(const std::vector<ScaledChart>& charts, const std::vector<double>& densities) {
-  const bool all =
-      std::all_of(charts.begin(), charts.end(), [](const ScaledChart& c) { return c.remade; });
+// The density (median_density()) that two thirds by area of the charts that are not remade, or of
+// all if there are no others, have within a tenth; 0 if they have none in common.
+double common(const std::vector<mesh::Chart>& charts, const std::vector<double>& densities,
+              const std::vector<char>& remade) {
+  const bool all = std::find(remade.begin(), remade.end(), 0) == remade.end();
   std::vector<std::pair<double, double>> standing;  // and area
   double total = 0.0;
   for (std::size_t c = 0; c < charts.size(); ++c) {
-    if ((charts[c].remade && !all) || !(densities[c] > 0.0)) continue;
-    double area = 0.0;
-    for (const double a : face_areas(*charts[c].surface)) area += a;
-    standing.emplace_back(densities[c], area);
-    total += area;
+    if ((remade[c] != 0 && !all) || !(densities[c] > 0.0)) continue;
+    standing.emplace_back(densities[c], mesh::area_of(charts[c].surface));
+    total += standing.back().second;
   }
   const double median = weighted_median(standing);
   double same = 0.0;
@@ -174,54 +114,62 @@ double common(const std::vector<ScaledChart>& charts, const std::vector<double>&
   return same >= kMost * total ? median : 0.0;
 }
 
-// Per chart the factor that gives it the density (median_density()) which two thirds by area of the
-// others, those not remade, have within a tenth; 1 for these, and for all where they have none in
-// common. Without any that are not remade, the others' own are asked. Cost: O(#F log #F).
-std::vector<double> to_one_scale(const std::vector<ScaledChart>& charts) {
-  std::vector<double> densities;
-  for (const ScaledChart& chart : charts)
-    densities.push_back(median_density(*chart.surface, *chart.uv));
-  const double density = common(charts, densities);
-  std::vector<double> factors(charts.size(), 1.0);
-  for (std::size_t c = 0; c < charts.size(); ++c) {
-    const double factor = density / densities[c];
-    if (charts[c].remade && std::isnormal(factor)) factors[c] = factor;
-  }
-  return factors;
-}
-
 // Of the search for a layout of charts none of which has a size of its own (NestOptions).
 constexpr double kEffort = 0.2;
 // Share of its density below which a layout has no room for charts.
 constexpr double kShrunk = 0.999;
 
-// Charts that lie on others, near to their place or with `disjoint` all, are moved.
+// Charts that lie on others, near to their place or with `all` any, are moved: those with pins and
+// those at their place stay, then the others, those of most faces first, each unless it shares area
+// with one that stays - and `all`, or it did not before, or has no `before`. Throws Cancelled,
+// TimeIsOver. Cost: O(n log n) and a comparison of boxes for charts above each other, O(#F) of a
+// pair whose boxes meet.
 void move_apart(const std::vector<mesh::Chart>& charts, const std::vector<ChartToSettle>& mended,
                 bool all, std::vector<char>& moved, const ExecutionContext& context) {
   const auto near_its_place = [](const ChartToSettle& chart) {
     return chart.place == Place::kWhereItWas;
   };
+  std::vector<std::size_t> order;
+  std::vector<char> may_move(charts.size());
+  std::vector<Eigen::AlignedBox2d> boxes;
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    boxes.push_back(bounds_of(mended[c].uv));
+    may_move[c] = mended[c].kept.fixed.empty() && (all || near_its_place(mended[c]));
+    if (moved[c] == 0) order.push_back(c);
+  }
   if (std::none_of(mended.begin(), mended.end(), near_its_place)) {
     Items staying;
     std::vector<Points2> uv;
-    for (std::size_t c = 0; c < charts.size(); ++c) {
-      uv.push_back(mended[c].uv);
-      if (moved[c] == 0) staying.push_back({c});
-    }
+    for (const ChartToSettle& chart : mended) uv.push_back(chart.uv);
+    for (const std::size_t c : order) staying.push_back({c});
     if (!all || disjoint(charts, staying, uv, Points2(0, 2))) return;
   }
-  std::vector<StandingChart> standing;
-  std::vector<std::size_t> number;
-  for (std::size_t c = 0; c < charts.size(); ++c) {
-    const ChartToSettle& chart = mended[c];
-    if (moved[c] != 0) continue;
-    number.push_back(c);
-    standing.push_back({&charts[c].surface.faces, &chart.uv,
-                        chart.before.rows() > 0 ? &chart.before : nullptr,
-                        chart.kept.fixed.empty() && (all || near_its_place(chart))});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::pair(!may_move[a], charts[a].faces.size()) >
+           std::pair(!may_move[b], charts[b].faces.size());
+  });
+  const auto before = [&](std::size_t c) -> const Points2& {
+    return mended[c].before.rows() > 0 ? mended[c].before : mended[c].uv;
+  };
+  // By size, up to the next power of two, and by left end.
+  std::map<int, std::multimap<double, std::size_t>> staying;
+  for (const std::size_t c : order) {
+    context.check();
+    const auto in_the_way = [&](const auto& entry) {
+      const std::size_t d = entry.second;
+      const Triangles &own = charts[c].surface.faces, &its = charts[d].surface.faces;
+      return meet(boxes[c], boxes[d]) && share_area(own, mended[c].uv, its, mended[d].uv) &&
+             (all || mended[c].before.rows() == 0 || !share_area(own, before(c), its, before(d)));
+    };
+    const auto any_in_the_way = [&](const auto& of_size) {
+      const auto& [size, others] = of_size;
+      return std::any_of(others.lower_bound(boxes[c].min().x() - std::ldexp(1.0, size)),
+                         others.upper_bound(boxes[c].max().x()), in_the_way);
+    };
+    moved[c] = may_move[c] && std::any_of(staying.begin(), staying.end(), any_in_the_way);
+    if (moved[c] == 0)
+      staying[std::ilogb(boxes[c].sizes().maxCoeff()) + 1].emplace(boxes[c].min().x(), c);
   }
-  const std::vector<char> moves = make_way(standing, all, context);
-  for (std::size_t i = 0; i < number.size(); ++i) moved[number[i]] = moves[i];
 }
 
 // Charts that move, to the right of all that stays and of the unit square, as they are.
@@ -557,20 +505,20 @@ class Repair {
 
   // Where most of what stands has one scale. remade: per face.
   void take_one_scale(const std::vector<char>& remade) {
-    std::vector<Points2> seen;
-    seen.reserve(charts_.size());
-    std::vector<ScaledChart> scaled;
+    std::vector<double> densities;
+    std::vector<char> of_chart;
     for (std::size_t c = 0; c < charts_.size(); ++c) {
-      const mesh::Chart& chart = charts_[c];
-      seen.push_back(certify::on_texture(to_settle_[c].uv, options_.aspect));
-      scaled.push_back({&chart.surface, &seen.back(), remade[at(chart.faces.front())] != 0});
+      densities.push_back(median_density(charts_[c].surface,
+                                         certify::on_texture(to_settle_[c].uv, options_.aspect)));
+      of_chart.push_back(remade[at(charts_[c].faces.front())]);
     }
-    const std::vector<double> factors = to_one_scale(scaled);
+    const double density = common(charts_, densities, of_chart);
     for (std::size_t c = 0; c < charts_.size(); ++c) {
-      if (factors[c] == 1.0) continue;
+      const double factor = density / densities[c];
+      if (of_chart[c] == 0 || !std::isnormal(factor) || factor == 1.0) continue;
       const Points2& uv = to_settle_[c].uv;
       const Eigen::RowVector2d middle = uv.colwise().mean();
-      Points2 other = (factors[c] * (uv.rowwise() - middle)).rowwise() + middle;
+      Points2 other = (factor * (uv.rowwise() - middle)).rowwise() + middle;
       if (distortion::is_flip_free(charts_[c].surface.faces, other, context_))
         to_settle_[c].uv = std::move(other);
     }
