@@ -1,6 +1,7 @@
 // STL, binary or text. Told apart by size: a binary file has 84 bytes and 50 for each triangle.
-#include <OpenMesh/Core/IO/importer/BaseImporter.hh>
+#include <OpenMesh/Core/IO/importer/ImporterT.hh>
 #include <OpenMesh/Core/IO/reader/STLReader.hh>
+#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Core/System/omstream.hh>
 #include <bit>
 #include <cmath>
@@ -75,9 +76,10 @@ std::vector<float> from_text(std::string_view bytes) {
 
 // Takes triangles as they come: OpenMesh's own importer drops those that its half-edges cannot hold
 // (edges with three faces, orientations against each other).
-class Collector final : public IO::BaseImporter {
+class Collector final : public IO::ImporterT<TriMesh_ArrayKernelT<>> {
  public:
-  explicit Collector(FilePolygons& polygons) : polygons_(polygons) {}
+  Collector(TriMesh_ArrayKernelT<>& unused, FilePolygons& polygons)
+      : ImporterT(unused), polygons_(polygons) {}
 
   VertexHandle add_vertex(const Vec3f& point) override {
     coordinates.insert(coordinates.end(), {point[0], point[1], point[2]});
@@ -94,44 +96,6 @@ class Collector final : public IO::BaseImporter {
 
   std::vector<double> coordinates;
 
-  // What STL does not have.
-  VertexHandle add_vertex() override { return VertexHandle(); }
-  void add_face_texcoords(FaceHandle, VertexHandle, const std::vector<Vec2f>&) override {}
-  void set_texcoord(VertexHandle, const Vec2f&) override {}
-  HalfedgeHandle add_edge(VertexHandle, VertexHandle) override { return HalfedgeHandle(); }
-  FaceHandle add_face(HalfedgeHandle) override { return FaceHandle(); }
-  void add_face_texcoords(FaceHandle, VertexHandle, const std::vector<Vec3f>&) override {}
-  void set_face_texindex(FaceHandle, int) override {}
-  void set_point(VertexHandle, const Vec3f&) override {}
-  void set_halfedge(VertexHandle, HalfedgeHandle) override {}
-  void set_next(HalfedgeHandle, HalfedgeHandle) override {}
-  void set_face(HalfedgeHandle, FaceHandle) override {}
-  void request_face_texcoords2D() override {}
-  void set_texcoord(HalfedgeHandle, const Vec2f&) override {}
-  void set_texcoord(VertexHandle, const Vec3f&) override {}
-  void set_texcoord(HalfedgeHandle, const Vec3f&) override {}
-  void set_normal(VertexHandle, const Vec3f&) override {}
-  void set_normal(VertexHandle, const Vec3d&) override {}
-  void set_normal(FaceHandle, const Vec3f&) override {}
-  void set_normal(FaceHandle, const Vec3d&) override {}
-  void set_color(VertexHandle, const Vec3uc&) override {}
-  void set_color(VertexHandle, const Vec4uc&) override {}
-  void set_color(VertexHandle, const Vec3f&) override {}
-  void set_color(VertexHandle, const Vec4f&) override {}
-  void set_color(EdgeHandle, const Vec3uc&) override {}
-  void set_color(EdgeHandle, const Vec4uc&) override {}
-  void set_color(EdgeHandle, const Vec3f&) override {}
-  void set_color(EdgeHandle, const Vec4f&) override {}
-  void set_color(FaceHandle, const Vec3uc&) override {}
-  void set_color(FaceHandle, const Vec4uc&) override {}
-  void set_color(FaceHandle, const Vec3f&) override {}
-  void set_color(FaceHandle, const Vec4f&) override {}
-  void set_status(VertexHandle, const Attributes::StatusInfo&) override {}
-  void set_status(HalfedgeHandle, const Attributes::StatusInfo&) override {}
-  void set_status(EdgeHandle, const Attributes::StatusInfo&) override {}
-  void set_status(FaceHandle, const Attributes::StatusInfo&) override {}
-  void add_texture_information(int, std::string) override {}
-
  private:
   FilePolygons& polygons_;
 };
@@ -145,7 +109,8 @@ FilePolygons read_binary(const std::string& text) {
   omout().disable();
   omerr().disable();
   FilePolygons polygons;
-  Collector collector(polygons);
+  TriMesh_ArrayKernelT<> unused;
+  Collector collector(unused, polygons);
   IO::Options options = IO::Options::Binary;
   std::istringstream stream(text, std::ios::in | std::ios::binary);
   // Not through the manager of all readers, which knows of none where OpenMesh is linked

@@ -70,22 +70,36 @@ void CurveOverlay::cut(const Cell& cell, VertexId there, Index mark) {
   mesh_.set_mark(mesh_.find(loop[0], there), mark);
 }
 
+// The first half-edge that leaves v and of which it is true; kInvalid: none.
+template <typename Test>
+HalfedgeId CurveOverlay::outgoing_with(VertexId v, const Test& test) const {
+  HalfedgeId found = kInvalid;
+  mesh_.for_each_outgoing(v, [&](HalfedgeId h) {
+    if (found == kInvalid && test(h)) found = h;
+  });
+  return found;
+}
+
+// Is the vertex on the outline of the cell of h's face?
+bool CurveOverlay::is_on_cell(HalfedgeId h, VertexId v) const {
+  const Cell cell = cell_at(h);
+  return std::find(cell.outline.begin(), cell.outline.end(), v) != cell.outline.end();
+}
+
 VertexId CurveOverlay::cross(VertexId here, VertexId a, VertexId b, Index mark) {
   const HalfedgeId crossed = mesh_.find(a, b);
   if (crossed == kInvalid || mesh_.is_boundary(crossed) || mesh_.mark(crossed) != Mesh::kUnmarked ||
       !on_base_edge(crossed) || here == a || here == b)
     return kInvalid;
-  HalfedgeId from = kInvalid;
-  mesh_.for_each_outgoing(here, [&](HalfedgeId h) {
-    if (from != kInvalid) return;
+  const HalfedgeId from = outgoing_with(here, [&](HalfedgeId h) {
     const FaceId base = mesh_.parent(h / 3);
     if (base != mesh_.parent(crossed / 3) && base != mesh_.parent(mesh_.opposite(crossed) / 3))
-      return;
+      return false;
     const Cell cell = cell_at(h);
     const auto in = [&](HalfedgeId g) {
       return std::find(cell.faces.begin(), cell.faces.end(), g / 3) != cell.faces.end();
     };
-    if (in(crossed) || in(mesh_.opposite(crossed))) from = h;
+    return in(crossed) || in(mesh_.opposite(crossed));
   });
   if (from == kInvalid) return kInvalid;
   const auto [p, q] = std::pair(mesh_.source(crossed), mesh_.target(crossed));
@@ -94,12 +108,7 @@ VertexId CurveOverlay::cross(VertexId here, VertexId a, VertexId b, Index mark) 
   const VertexId fresh = mesh_.split_edge(crossed);
   // Half-edges keep their sources and their faces' sides of the split edge, but `from` may have
   // been the one that was cut in two: any of here's faces in that cell will do.
-  HalfedgeId start = kInvalid;
-  mesh_.for_each_outgoing(here, [&](HalfedgeId h) {
-    if (start != kInvalid) return;
-    const Cell cell = cell_at(h);
-    if (std::find(cell.outline.begin(), cell.outline.end(), fresh) != cell.outline.end()) start = h;
-  });
+  const HalfedgeId start = outgoing_with(here, [&](HalfedgeId h) { return is_on_cell(h, fresh); });
   if (start == kInvalid) throw InternalError("a cell lost the vertex on its outline");
   if (const HalfedgeId h = mesh_.find(here, fresh); h != kInvalid) {
     mesh_.set_mark(h, mark);  // a diagonal by chance
@@ -115,12 +124,7 @@ bool CurveOverlay::reach(VertexId here, VertexId there, Index mark) {
     mesh_.set_mark(h, mark);
     return true;
   }
-  HalfedgeId from = kInvalid;
-  mesh_.for_each_outgoing(here, [&](HalfedgeId h) {
-    if (from != kInvalid) return;
-    const Cell cell = cell_at(h);
-    if (std::find(cell.outline.begin(), cell.outline.end(), there) != cell.outline.end()) from = h;
-  });
+  const HalfedgeId from = outgoing_with(here, [&](HalfedgeId h) { return is_on_cell(h, there); });
   if (from == kInvalid) return false;
   cut(cell_at(from), there, mark);
   return true;

@@ -47,6 +47,9 @@ class CurveOverlay {
   };
   Cell cell_at(HalfedgeId h) const;
   bool borders(HalfedgeId h) const;
+  template <typename Test>
+  HalfedgeId outgoing_with(VertexId v, const Test& test) const;
+  bool is_on_cell(HalfedgeId h, VertexId v) const;
   void cut(const Cell& cell, VertexId there, Index mark);
   void spread_from(HalfedgeId h);
 
