@@ -275,6 +275,9 @@ def _kept_in_tiles(
         if second is not None:
             try:
                 found = _brought_back(found, uv, (yield second, 1.0))
+                if "corners_kept" in found.stats:
+                    kept = (found.uv == before.reshape(-1, 3, 2)).all(axis=2).sum()
+                    found = replace(found, stats={**found.stats, "corners_kept": int(kept)})
             except FlipfreeError as error:
                 if error.code == "cancelled":
                     raise
