@@ -17,6 +17,7 @@
 #include "flipfree/unwrap/seams/costs.h"
 #include "flipfree/unwrap/seams/nets.h"
 #include "flipfree/unwrap/seams/search.h"
+#include "flipfree/unwrap/seams/sheet.h"
 #include "flipfree/unwrap/seams/symmetric.h"
 #include "flipfree/unwrap/seams/tubes.h"
 
@@ -243,8 +244,9 @@ class Finder {
 
 AutoIslands search_islands(const mesh::Surface& surface, const Points3& placed,
                            const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams,
-                           const mesh::EdgeFlags& uncuttable, std::vector<double> cost,
-                           const UnwrapOptions& options, ExecutionContext& context, Stats& stats) {
+                           const mesh::EdgeFlags& uncuttable, const Mirror& mirror,
+                           std::vector<double> cost, const UnwrapOptions& options,
+                           ExecutionContext& context, Stats& stats) {
   KnownMaps known = nothing_known(surface.faces);
   const auto known_flat = [&](Islands islands) -> AutoIslands {
     std::vector<Points2> uv = flatten_islands(islands, surface, adjacency, uncuttable, ChartPins{},
@@ -261,7 +263,9 @@ AutoIslands search_islands(const mesh::Surface& surface, const Points3& placed,
                                  stretch_bound(options.seams.stretch));
   mesh::EdgeFlags nets = wanted;
   add_flags(tubes.cut, nets);
-  nets = net_seams(surface, adjacency, nets, cost, tubes.is_rim, context);
+  nets = net_seams(surface, adjacency, nets,
+                   mirror.empty() ? cost : mirrored_costs(surface.faces, mirror, cost),
+                   tubes.is_rim, context);
   for (std::size_t h = 0; h < nets.size(); ++h)
     if (tubes.of_face[h / 3] != 0 || tubes.cut[h] != 0) nets[h] = tubes.cut[h];
   const mesh::EdgeFlags& first = any_flag(seams) ? seams : wanted;
@@ -332,15 +336,17 @@ AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
                          const mesh::EdgeFlags& uncuttable, const UnwrapOptions& options,
                          ExecutionContext& context, Stats& stats) {
   const std::vector<double> cost = edge_costs(surface, adjacency, uncuttable, options.seams);
+  const mesh::Surface as_placed{placed, surface.faces};
+  const Mirror mirror = find_mirror(mesh::InOwnUnit(as_placed).surface(), adjacency, cost);
   AutoIslands found;
   {
     const ProgressRange range(context, 0.0, 0.95);
-    found = search_islands(surface, placed, adjacency, seams, uncuttable, cost, options, context,
-                           stats);
+    found = search_islands(surface, placed, adjacency, seams, uncuttable, mirror, cost, options,
+                           context, stats);
   }
   const ProgressRange range(context, 0.95, 1.0);
-  make_symmetric(found.islands, found.uv, surface, placed, adjacency, cost, seams, uncuttable,
-                 options, context);
+  make_symmetric(found.islands, found.uv, surface, placed, adjacency, mirror, cost, seams,
+                 uncuttable, options, context);
   return found;
 }
 

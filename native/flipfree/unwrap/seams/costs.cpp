@@ -18,7 +18,6 @@
 #include "flipfree/unwrap/islands/islands.h"
 
 namespace flipfree::unwrap {
-
 namespace {
 
 // A right angle or more outward, and inward, where seams are hidden, too; between them and the

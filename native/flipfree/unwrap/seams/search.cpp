@@ -21,7 +21,6 @@
 #include "flipfree/unwrap/seams/sheet.h"
 
 namespace flipfree::unwrap {
-
 namespace {
 
 // The most stretched that a bound leaves out.

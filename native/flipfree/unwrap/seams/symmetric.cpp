@@ -204,15 +204,13 @@ class Symmetrizer {
 }  // namespace
 
 void make_symmetric(Islands& islands, std::vector<Points2>& uv, const mesh::Surface& surface,
-                    const Points3& placed, const mesh::Adjacency& adjacency,
+                    const Points3& placed, const mesh::Adjacency& adjacency, const Mirror& mirror,
                     const std::vector<double>& cost, const mesh::EdgeFlags& given,
                     const mesh::EdgeFlags& uncuttable, const UnwrapOptions& options,
                     ExecutionContext& context) {
+  if (uv.empty() || mirror.empty()) return;
   const mesh::Surface as_placed{placed, surface.faces};
-  const mesh::InOwnUnit own(as_placed);
-  const Mirror mirror = uv.empty() ? kNoMirror : find_mirror(own.surface(), adjacency, cost);
-  if (mirror.empty()) return;
-  const std::vector<int> sides = sides_of(own.surface(), mirror);
+  const std::vector<int> sides = sides_of(mesh::InOwnUnit(as_placed).surface(), mirror);
   const mesh::EdgeFlags& cut = islands.cut;
   if (mirrored_cut(cut, mirror, sides, 0) == cut || mirrored_cut(given, mirror, sides, 0) != given)
     return;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "flipfree/unwrap/islands/islands.h"
+#include "flipfree/unwrap/seams/sheet.h"
 
 namespace flipfree::unwrap {
 
@@ -15,7 +16,7 @@ namespace flipfree::unwrap {
 // would not keep the bound of stretch; all do where `given` seams, which stay, are not symmetric.
 // Throws Cancelled. Cost: O(#F), and up to three maps of the islands that change.
 void make_symmetric(Islands& islands, std::vector<Points2>& uv, const mesh::Surface& surface,
-                    const Points3& placed, const mesh::Adjacency& adjacency,
+                    const Points3& placed, const mesh::Adjacency& adjacency, const Mirror& mirror,
                     const std::vector<double>& cost, const mesh::EdgeFlags& given,
                     const mesh::EdgeFlags& uncuttable, const UnwrapOptions& options,
                     ExecutionContext& context);
