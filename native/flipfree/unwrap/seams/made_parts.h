@@ -114,9 +114,9 @@ std::optional<double> flat_if_hard(const mesh::Surface& surface, const Shapes& s
 // Lets others lie in a face of a bevel.
 void soften(Shapes& shapes, FaceId f);
 
-// Edges inside what flat faces have of the bevels around them, of which larger faces have all. Those
-// first along which the faces grew. Hinges between them get the angle from flat face to flat face,
-// and their faces become soft.
+// Edges inside what flat faces have of the bevels around them, of which larger ones have all. First
+// those along which they grew. Hinges between them get the angle from flat face to flat face; faces
+// become soft.
 std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, MadePart& part);
 
 }  // namespace flipfree::unwrap
