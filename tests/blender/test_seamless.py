@@ -342,27 +342,27 @@ def test_the_monkey_is_mapped_with_the_defaults():
     assert exact(ob).slanted == 0
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
+def test_flat_text_has_its_borders_along_the_axes(capfd):
+    energies = []
+    for text in (
         "ABeO8",  # holes
         "Flipfree",  # dots whose triangles have their tips on the border
         "S@&gQ%",
         "WVMNAvwxyz",  # pointed
         '.:;!?"*#{}[]',
         "CDGJPRUbdfhjmnpqu",
-    ],
-)
-def test_flat_text_has_its_borders_along_the_axes(text, capfd):
-    bpy.ops.object.text_add()
-    bpy.context.object.data.body = text
-    bpy.ops.object.convert(target="MESH")
-    ob = bpy.context.object
-    assert bpy.ops.uv.flipfree_seamless(boundary="aligned") == {"FINISHED"}
-    assert exact(ob).slanted == 0
-    out = capfd.readouterr().out
-    assert float(out.split("mean ")[1].split()[0]) < 1.4
-    assert "Badly distorted" not in out
+    ):
+        bpy.ops.object.text_add()
+        bpy.context.object.data.body = text
+        bpy.ops.object.convert(target="MESH")
+        ob = bpy.context.object
+        assert bpy.ops.uv.flipfree_seamless(boundary="aligned") == {"FINISHED"}
+        assert exact(ob).slanted == 0
+        out = capfd.readouterr().out
+        energies.append(float(out.split("mean ")[1].split()[0]))
+        assert "Badly distorted" not in out
+        bpy.data.objects.remove(ob)
+    assert max(energies) < 1.5 and np.mean(energies) < 1.3
 
 
 @pytest.mark.parametrize("seed", range(4))
