@@ -17,6 +17,7 @@ source_hashes="bd2966e6d277f79328e894a5a9f3ba3fbf2ed2be81def5f48623e30c23fb1572 
 sources() {  # sources PACKAGE/SUITE ...: into build/downloads
   local state=$downloads/apt hashes mirror
   hashes=$(for name in "$@"; do grep "  ${name%/*}_" <<< "$source_hashes"; done)
+  mkdir -p "$downloads"
   ! (cd "$downloads" && sha256sum --status -c <<< "$hashes" 2> /dev/null) || return 0
   mirror=${DEBIAN_MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Origin: Debian' |
     grep -v security | sort | uniq -c | sort -rn | awk 'NR == 1 {print $2}')}
