@@ -2,6 +2,18 @@
 
 namespace flipfree::certify {
 
+void set_refinement(Parametrization& map, const mesh::RefinedSurface& refined) {
+  const mesh::Provenance where = mesh::provenance_of(refined);
+  map.surface = mesh::to_surface(refined);
+  map.parent_face = where.face;
+  map.vertex_parent.clear();
+  map.vertex_barycentric.resize(map.surface.vertices.rows(), 3);
+  for (std::size_t v = 0; v < where.vertex.size(); ++v) {
+    map.vertex_parent.push_back(where.vertex[v].face);
+    map.vertex_barycentric.row(static_cast<Eigen::Index>(v)) = where.vertex[v].weight;
+  }
+}
+
 void set_identity_provenance(Parametrization& map) {
   const Eigen::Index face_count = map.surface.faces.rows();
   const Eigen::Index vertex_count = map.surface.vertices.rows();

@@ -10,6 +10,7 @@
 
 #include "flipfree/base/stats.h"
 #include "flipfree/base/types.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/mesh/separated/separated.h"
 #include "flipfree/mesh/surface.h"
 
@@ -94,6 +95,9 @@ struct Parametrization {
   Certificate certificate;
   Stats stats;
 };
+
+// Fills surface, parent_face, vertex_parent and vertex_barycentric from a refinement. Cost: O(#F).
+void set_refinement(Parametrization& map, const mesh::RefinedSurface& refined);
 
 // Fills parent_face, vertex_parent and vertex_barycentric for a map on the input's own
 // triangulation.

@@ -169,7 +169,9 @@ class Repair {
   bool settle(VertexId v, const Points2& wide) {
     if (!movable_[at(v)]) return false;
     const double grain = grain_at(v);
-    find_near(v, (points_.row(v) - wide.row(v)).cwiseAbs().maxCoeff() + (kNear + 1) * grain);
+    // Edges at v reach as far as its neighbours, and meet what lies anywhere along them.
+    find_near(v, star(v).second + (points_.row(v) - wide.row(v)).cwiseAbs().maxCoeff() +
+                     (kNear + 1) * grain);
     double least = distortion(v, wide);
     Eigen::RowVector2d place = points_.row(v);
     const Eigen::RowVector2d start = place;
@@ -398,7 +400,10 @@ Points2f round_to_storage(const Triangles& faces, const Points2& uv, const Round
       left = seeds.empty() ? seeds : repair.sweep(seeds, bad);
       if (!left.empty() && everything) give_up(std::move(bad), left);
     }
+    // Loops as small as a grain can turn inside out without an edge that meets another.
+    const Points2 mended = points;
     repair.settle(wide);
+    if (!repair.seeds(bad).empty()) points = mended;
     for (Eigen::Index v = 0; v < points.rows(); ++v) {
       moved += points.row(v) != nearest.row(v) ? 1 : 0;
     }

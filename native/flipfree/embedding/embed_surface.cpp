@@ -305,14 +305,7 @@ certify::Parametrization embed_within(const mesh::Surface& surface,
   context.check();
   mesh::RefinedSurface refined = mesh::make_refined_surface(surface);
   for (const auto& [a, b] : embedding.halved) refined.split_edge(refined.mesh.find(a, b));
-  const mesh::Provenance where = mesh::provenance_of(refined);
-  map.surface = mesh::to_surface(refined);
-  map.parent_face = where.face;
-  map.vertex_barycentric.resize(map.surface.vertices.rows(), 3);
-  for (std::size_t v = 0; v < where.vertex.size(); ++v) {
-    map.vertex_parent.push_back(where.vertex[v].face);
-    map.vertex_barycentric.row(static_cast<Eigen::Index>(v)) = where.vertex[v].weight;
-  }
+  certify::set_refinement(map, refined);
   Points2 uv = embedding.uv;
   if (options.optimise && options.method != EmbedMethod::kTutte) {
     const MapInHand embedded(context);

@@ -178,15 +178,7 @@ std::vector<VertexId> held_to_the_end(const mesh::RefinedSurface& surface,
 certify::Parametrization to_parametrization(const mesh::RefinedMap& solution,
                                             const Points2f& uv32) {
   certify::Parametrization map;
-  const mesh::RefinedSurface& refined = solution.surface;
-  const mesh::Provenance where = mesh::provenance_of(refined);
-  map.surface = mesh::to_surface(refined);
-  map.parent_face = where.face;
-  map.vertex_barycentric.resize(map.surface.vertices.rows(), 3);
-  for (std::size_t v = 0; v < where.vertex.size(); ++v) {
-    map.vertex_parent.push_back(where.vertex[v].face);
-    map.vertex_barycentric.row(static_cast<Eigen::Index>(v)) = where.vertex[v].weight;
-  }
+  certify::set_refinement(map, solution.surface);
   map.uv = unwrap::by_corner(map.surface.faces, solution.uv);
   map.uv32.resize(map.surface.faces.size(), 2);
   for (CornerId c = 0; c < map.surface.faces.size(); ++c)

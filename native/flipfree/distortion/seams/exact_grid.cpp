@@ -190,7 +190,8 @@ std::vector<FaceId> folded_faces(const Triangles& faces, const GridPoints& point
 
 GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces,
                       const std::vector<SeamEdge>& seams, const Points2& uv,
-                      ExecutionContext& context, Stats& stats, double unit) {
+                      ExecutionContext& context, Stats& stats, double unit,
+                      const std::vector<char>& held) {
   Points2 wide = centred(faces, seams, uv, unit);
   double step = step_for(half_extent(wide));
   GridPoints points;
@@ -208,7 +209,7 @@ GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces
   stats["rounding.folded"] = static_cast<std::int64_t>(folded.size());
   std::int64_t opened = 0;
   if (!folded.empty()) {
-    GridRepair repair(constraints, faces, points, context);
+    GridRepair repair(constraints, faces, points, held, context);
     std::vector<VertexId> region;
     folded = repair.sweep(folded);
     for (int rings = kFirstGridRings; !folded.empty(); rings *= 2) {
@@ -252,15 +253,17 @@ std::optional<Points2> unfold_on_grid(const SeamConstraints& constraints, const 
   }
   std::vector<FaceId> folded = folded_faces(faces, points, context);
   if (folded.size() > most) return std::nullopt;
-  if (!folded.empty()) folded = GridRepair(constraints, faces, points, context).sweep(folded);
+  if (!folded.empty()) folded = GridRepair(constraints, faces, points, {}, context).sweep(folded);
   if (!folded.empty()) return std::nullopt;
   return Points2(points.cast<double>() * step);
 }
 
 GridRepair::GridRepair(const SeamConstraints& constraints, const Triangles& faces,
-                       GridPoints& points, const ExecutionContext& context)
+                       GridPoints& points, const std::vector<char>& held,
+                       const ExecutionContext& context)
     : real_(constraints.real),
       faces_(faces),
+      held_(held),
       points_(points),
       context_(context),
       node_of_(constraints.divisor.size(), kInvalid),
@@ -363,6 +366,7 @@ bool GridRepair::within(Index node) const {
 
 // Tries other grid points for the node; true if it moved.
 bool GridRepair::improve(Index node) {
+  if (is_held(node)) return false;
   // Mean of the neighbours and the largest distance to one, seen from the node's own copy.
   Vector2 sum = Vector2::Zero();
   double radius = 0;
@@ -429,6 +433,7 @@ void GridRepair::settle(const Points2& wide) {
 
 // Of the places around where it is in 64 bits, and its own, the best; true if it moved.
 bool GridRepair::settle(Index node, const Points2& wide) {
+  if (is_held(node)) return false;
   using numeric::GaussianInteger;
   const VertexId v = copies_[node][0].vertex;
   const Index turns = copies_[node][0].turns;

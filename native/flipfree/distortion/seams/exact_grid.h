@@ -30,16 +30,17 @@ struct GridMap {
 // triangle is positively oriented and every seam edge's two sides are related by its quarter turn
 // and by the translation given, exactly; edges of one branch have one translation, up to their
 // units. `unit`: components are centred by multiples of it, and translations, lines and held places
-// that are multiples of it stay so, as far as the grid is fine enough; 0: there is none. Triangles
-// that rounding would fold are opened again by moving free positions around them on the grid, or in
-// 64 bits over a region that grows as far as it must. stats: "rounding.repaired" (free positions
-// that are not at their nearest grid point), "rounding.folded" (triangles that plain rounding
-// folds), "rounding.opened" (times that a region was opened), "rounding.step". Throws NotConverged
-// (kRoundingFlips) naming the faces if the map needs more than 24 bits. Cost: O(#F), plus the
-// repairs.
+// that are multiples of it stay so, as far as the grid is fine enough; 0: there is none. `held`:
+// nodes that no repair moves (flags; empty: none). Triangles that rounding would fold are opened
+// again by moving free positions around them on the grid, or in 64 bits over a region that grows as
+// far as it must. stats: "rounding.repaired" (free positions that are not at their nearest grid
+// point), "rounding.folded" (triangles that plain rounding folds), "rounding.opened" (times that a
+// region was opened), "rounding.step". Throws NotConverged (kRoundingFlips) naming the faces if the
+// map needs more than 24 bits. Cost: O(#F), plus the repairs.
 GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces,
                       const std::vector<SeamEdge>& seams, const Points2& uv,
-                      ExecutionContext& context, Stats& stats, double unit = 0.0);
+                      ExecutionContext& context, Stats& stats, double unit = 0.0,
+                      const std::vector<char>& held = {});
 
 // A map that may flip some triangles, at most `most`, moved to the grid and its flips opened there
 // by moving free positions alone; nothing if that does not open them all. Translations do not
@@ -58,9 +59,10 @@ inline constexpr std::int64_t kLargestGridNumber = std::int64_t{1} << 23;
 
 class GridRepair {
  public:
-  // `points`: of all vertices, meeting the constraints; they go on to. Translations do not change.
+  // `points`: of all vertices, meeting the constraints; they go on to. Translations do not change,
+  // nor do the nodes that are `held` (flags; empty: none).
   GridRepair(const SeamConstraints& constraints, const Triangles& faces, GridPoints& points,
-             const ExecutionContext& context);
+             const std::vector<char>& held, const ExecutionContext& context);
 
   // Moves positions around the folded faces, as little as it takes, so that the triangles around
   // each get a height of one grid step; of more from round to round, so that crowds spread. Returns
@@ -86,11 +88,13 @@ class GridRepair {
   double distortion(Index node, const Points2& wide) const;
   void shift(Index node, std::int64_t x, std::int64_t y);
   bool within(Index node) const;
+  bool is_held(Index node) const { return !held_.empty() && held_[at(node)] != 0; }
   std::vector<Index> nodes_of_faces(const std::vector<FaceId>& chosen) const;
   std::vector<Index> grown(const std::vector<Index>& nodes) const;
 
   const std::vector<char>& real_;  // per node: moves along its first axis only
   const Triangles& faces_;
+  const std::vector<char>& held_;
   GridPoints& points_;
   const ExecutionContext& context_;
   std::vector<Index> node_of_;  // #V: its position node, kInvalid for cones

@@ -440,7 +440,7 @@ class Mover {
     Stats ignored;
     try {
       return round_to_grid(constraints_, faces_, map_.seams, map_of(constraints_, nodes), context_,
-                           ignored, 1.0)
+                           ignored, 1.0, fixed_)
           .uv;
     } catch (const NotConverged&) {
       return std::nullopt;
