@@ -20,7 +20,7 @@ SOURCES = {
 class FitTilesTask(field_aligned.FieldAlignedTask):
     """A map along a field, or the one that there is, with tiles of UV length 1."""
 
-    tile_count, tile_size, from_map = 100, 0.0, False
+    tile_count, tile_size, from_map, prefer_translations = 100, 0.0, False, True
     fit = mark_cones = write_field = False
 
     def __init__(self, snapshot, given, **options):
@@ -62,7 +62,9 @@ class FitTilesTask(field_aligned.FieldAlignedTask):
         features = None
         if not self.from_map and self.exact_edges():
             features = self.given.follow["sharp_edges"]
-        made = yield solver.fit_tiles(found, tile=side, features=features)
+        made = yield solver.fit_tiles(
+            found, tile=side, features=features, **self.values("prefer_translations")
+        )
         self.figures = made.stats
         self.size, self.asked = made.stats["tile"] * unit, side * unit
         return made
@@ -112,7 +114,7 @@ class UV_OT_flipfree_fit_tiles(field_aligned.AlongField, options.MapOperator, bp
     )
     verb = "Fit Tiles"
     option_names = (
-        "tile_count tile_size field_from curvature sharp_angle boundary mark_cuts"
+        "tile_count tile_size field_from curvature sharp_angle boundary prefer_translations mark_cuts"
     ).split()
 
     tile_count: options.whole(
@@ -127,6 +129,11 @@ class UV_OT_flipfree_fit_tiles(field_aligned.AlongField, options.MapOperator, bp
     )
     field_from: options.choice(
         "Along", "The map that is fitted: a new one along a field, or the active UV map", SOURCES
+    )
+    prefer_translations: options.flag(
+        "Few Turned Seams",
+        "Seams are moved so that those across which the texture turns are short. Off: they stay where the map has them",
+        on=True,
     )
     mark_cuts: options.mark_cuts(", with their quarter turns in the attribute `seam_turns`")
 

@@ -250,6 +250,7 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "low_distortion": (0.3, flag),
     "seamless": (0.2, flag),
     "tiled": (0.2, flag),
+    "prefer_translations": (0.4, flag),
     "with_map": (0.3, flag),
     "adaptive": (0.3, lambda mesh, random: float(random.choice([0.0, 30.0, 100.0]))),
     "symmetry": (0.2, one_of("x", "y", "z")),

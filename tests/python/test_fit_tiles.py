@@ -71,6 +71,58 @@ def test_seams_without_a_turn_are_told() -> None:
     assert found.stats["seams_half"] == (turns == 2).sum()
 
 
+def turned_length(found: ff.Parametrization) -> float:
+    ends = found.vertices[found.cut_edges]
+    turned = found.transitions.quarter_turns != 0
+    return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)[turned].sum())
+
+
+def least_turned_length(mapped: maps.Mapped) -> float:
+    """Brute force: least length of edges across which a map turns, over all quarter turns of its few faces."""
+    vertices, faces, uv = mapped
+    along = (np.roll(uv, -1, axis=1) - uv) @ [1, 1j]
+    sides = {(int(f[k]), int(f[k - 2])): (i, k) for i, f in enumerate(faces) for k in range(3)}
+    quarters = np.arange(4 ** (len(faces) - 1))[None] // 4 ** np.arange(len(faces))[:, None] % 4
+    length = np.zeros(quarters.shape[1])
+    for (a, b), (i, k) in sides.items():
+        if a < b:
+            j, m = sides[b, a]
+            turn = round(np.angle(-along[j, m] / along[i, k]) / (np.pi / 2))
+            other = (quarters[j - 1] - quarters[i - 1] - turn) % 4 != 0
+            length += other * np.linalg.norm(vertices[a] - vertices[b])
+    return float(length.min())
+
+
+@pytest.mark.parametrize("size", [(1, 1, 1), (2, 3, 5), (1, 1, 4)])
+def test_turned_seams_are_about_as_short_as_the_shortest_of_all(size: tuple[int, int, int]) -> None:
+    mapped = maps.box(size, (1, 1, 1))
+    least = least_turned_length(mapped)
+    for seed in range(6):
+        given = maps.in_random_charts(mapped, seed)
+        before, after = (
+            ff.fit_tiles(given, tile=0.5, prefer_translations=on) for on in (False, True)
+        )
+        check(after)
+        assert least * (1 - 1e-9) <= turned_length(after) <= 1.3 * least < turned_length(before)
+
+
+def test_few_turned_seams_are_of_the_same_map() -> None:
+    for name in ("fields/eight766.obj", "hard/mug.obj", "hard/pipe.obj"):
+        mesh = read_mesh(data_folder() / name)
+        given = ff.field_aligned(mesh.vertices, mesh.faces)
+        tile = (areas_of(mesh.vertices, mesh.faces).sum() / 200) ** 0.5
+        before, after = (
+            ff.fit_tiles(given, tile=tile, prefer_translations=on) for on in (False, True)
+        )
+        check(after, given)
+        one, other = (
+            (np.roll(found.uv, -1, axis=1) - found.uv) @ [1, 1j] for found in (before, after)
+        )
+        turn = np.rint(other[:, :1] / one[:, :1])
+        assert (np.abs(turn) == 1).all() and (other == turn * one).all()
+        assert turned_length(after) < 0.9 * turned_length(before)
+
+
 @pytest.mark.parametrize("size", [1e-6, 1e6])
 def test_tiles_have_the_unit_of_the_vertices(size: float) -> None:
     vertices, faces = octahedron_sphere(3)

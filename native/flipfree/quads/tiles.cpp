@@ -15,6 +15,7 @@
 #include "flipfree/mesh/validate.h"
 #include "flipfree/quads/integers.h"
 #include "flipfree/quads/transfer.h"
+#include "flipfree/quads/turned_seams.h"
 
 namespace flipfree::quads {
 
@@ -105,6 +106,8 @@ certify::Parametrization fit_in_time(certify::Parametrization map, const TileOpt
     throw_not_converged(ErrorCode::kIterationLimit,
                         "No map with whole tiles was found without a flip. Ask for smaller tiles, "
                         "or take a map with fewer cones.");
+  whole->uv32 = whole->uv.cast<float>();
+  if (options.prefer_translations) shorten_turned_seams(*whole, context);
   const double tiles = tiles_of(whole->uv);
   context.report("certifying", 0.9);
   certify_integers(quarters, map.surface, options.features, *whole, context);

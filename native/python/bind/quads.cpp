@@ -130,6 +130,7 @@ void bind_quads(py::module_& module) {
   def_job(module, "fit_tiles", [](OptionReader& read) {
     quads::TileOptions options;
     read("tile", options.tile);
+    read("prefer_translations", options.prefer_translations);
     read("features", options.features);
     read("max_seconds", options.max_seconds);
     return [uv = read.value<Points2f>("uv32"), options](const mesh::Surface& surface,

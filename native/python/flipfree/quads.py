@@ -375,6 +375,7 @@ def fit_tiles(
     *,
     tile: float,
     features: Any = None,
+    prefer_translations: bool = False,
     max_seconds: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -391,6 +392,8 @@ def fit_tiles(
             map without a flip, tiles are smaller, by a few steps of sqrt(2): ``stats["tile"]`` is what came out.
         features: (k, 2) edges of the map's input that shall lie on lines between tiles. Those that run along no axis are
             left: ``certificate.features_missed``.
+        prefer_translations: seams are moved so that those with a turn are as short as moving them one by one makes them: more
+            of the surface then shows a texture without symmetry in one piece. Charts may lie on others afterwards.
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
         threads: None is all cores; the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
@@ -421,6 +424,7 @@ def fit_tiles(
         uv32=corner_uv.astype(np.float32),
         tile=float(np.ldexp(checks.as_positive(tile, "tile"), -mesh.exponent)),
         features=edges,
+        prefer_translations=checks.as_flag(prefer_translations, "prefer_translations"),
         max_seconds=checks.as_seconds(max_seconds, "max_seconds"),
     )
 
