@@ -12,6 +12,7 @@ from flipfree.calls.certification import with_tiles
 
 from judges.quads import Extraction, fingerprint
 from judges.tiles import off_tiles
+from judges.whole_numbers import Program
 from mesh_files import data_folder, read_mesh
 from surfaces import areas_of, cylinder, octahedron_sphere, torus
 
@@ -220,6 +221,10 @@ def test_the_certificate_is_that_of_a_judge_in_fractions() -> None:
             assert found.ok == (given.ok and not judged)
 
 
+def twice_areas(uv: np.ndarray) -> np.ndarray:
+    return np.linalg.det(np.stack([uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]], -1))
+
+
 def change(before: np.ndarray, after: np.ndarray) -> float:
     """Symmetric Dirichlet energy of triangles (m, 3, 2) that become others, by their area before."""
     a, b = (np.stack([t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]], -1) for t in (before, after))
@@ -255,8 +260,7 @@ def test_integers_are_no_worse_than_the_best_box_of_all(seed: int) -> None:
     vertices = vertices / [2, 3, 5] * size
     given = ff.field_aligned(vertices, faces)
     found = ff.fit_tiles(given, tile=1.0)
-    flat = np.stack([given.uv[:, 1] - given.uv[:, 0], given.uv[:, 2] - given.uv[:, 0]], -1)
-    scale = (areas_of(vertices, faces).sum() / (np.linalg.det(flat).sum() / 2)) ** 0.5
+    scale = (2 * areas_of(vertices, faces).sum() / twice_areas(given.uv).sum()) ** 0.5
     whole = np.stack(np.meshgrid(*[np.arange(1, 9)] * 3), -1).reshape(-1, 3) / size
     boxes = sum(
         size[i]
@@ -266,6 +270,28 @@ def test_integers_are_no_worse_than_the_best_box_of_all(seed: int) -> None:
         for i, k in ((0, 1), (1, 2), (2, 0))
     )
     assert change(given.uv * scale, found.uv) <= boxes.min() * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_integers_are_no_worse_than_those_of_a_mixed_integer_program(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    solid = maps.box((1, 1, 1), (1, 1, 1))[:2] if seed < 3 else octahedron_sphere(1)
+    vertices, faces = solid[0] * random.uniform(0.6, 2.0, 3), solid[1]
+    given = ff.field_aligned(vertices, faces)
+    program = Program(faces, given.uv, given.certificate.quarter_cones[:, 0].tolist())
+    judged = 0
+    for count in (30, 70):
+        tile = (areas_of(vertices, faces).sum() / count) ** 0.5
+        found = ff.fit_tiles(given, tile=tile)
+        assert found.stats["tries"] == 1 and len(found.faces) == len(faces)
+        wish = given.uv * (2 * count / twice_areas(given.uv).sum()) ** 0.5
+        ours, best = program.least(wish, found.uv), program.least(wish)
+        assert ours is not None and best is not None and best[0] <= ours[0] * (1 + 1e-6)
+        # The program knows no areas, and adds up what edges are off, not what shapes are.
+        if (twice_areas(best[1]) > 1e-6).all():
+            judged += 1
+            assert change(wish, found.uv) <= change(wish, best[1]) * (1 + 1e-9)
+    assert judged == 2
 
 
 def test_the_map_of_quads_has_them_for_cells() -> None:

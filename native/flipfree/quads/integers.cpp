@@ -60,6 +60,13 @@ class Descent {
     }
   }
 
+  // With what the count is off by.
+  double energy() const {
+    double sum = price_of_count(0.5 * static_cast<double>(twice_area_in_quads(coarse_)));
+    for (FaceId f = 0; f < coarse_.faces(); ++f) sum += energy(f);
+    return sum;
+  }
+
   // Areas are positive, and vertices have their angle: positive areas alone leave whole turns open,
   // one more here for one less there.
   bool is_valid() const {
@@ -490,20 +497,34 @@ bool choose_integers(CoarseSurface& coarse, const FlatSurface& map,
   constexpr int kRounds = 8, kFewRounds = 2;
   // So many times twice as large, where rounding leaves a triangle without area.
   constexpr int kMostSteps = 12;
-  Descent descent(coarse, map, quarters, component, scale, count, context);
-  int smaller = 0;  // by a square root of two
-  for (; coarse.integer.empty() || !descent.is_valid(); smaller += 2) {
-    if (smaller > 2 * kMostSteps) return false;
-    if (smaller > 0) descent.scale_by(2.0);
-    if (!descent.round()) return false;
-    descent.descend(kFewRounds);
+  if (!coarse.integer.empty()) {
+    Descent descent(coarse, map, quarters, component, scale, count, context);
+    if (descent.is_valid()) {
+      descent.descend(kRounds);
+      return descent.is_valid();
+    }
   }
-  for (smaller = std::max(smaller - 2, 0); smaller > 0; --smaller) {
-    descent.scale_by(std::sqrt(0.5));
+  // Begun at the size itself, and at twice that, from where it comes down by square roots of two:
+  // the better of both.
+  const CoarseSurface given = coarse;
+  double least = kInfinite;
+  for (int step = 0; step <= kMostSteps && (step < 2 || least == kInfinite); ++step) {
+    CoarseSurface tried = given;
+    Descent descent(tried, map, quarters, component, scale, count, context);
+    descent.scale_by(std::ldexp(1.0, step));
+    if (!descent.round()) break;
     descent.descend(kFewRounds);
+    if (!descent.is_valid()) continue;
+    for (int smaller = 0; smaller < 2 * step; ++smaller) {
+      descent.scale_by(std::sqrt(0.5));
+      descent.descend(kFewRounds);
+    }
+    descent.descend(kRounds);
+    if (!descent.is_valid() || !(descent.energy() < least)) continue;
+    least = descent.energy();
+    coarse = std::move(tried);
   }
-  descent.descend(kRounds);
-  return descent.is_valid();
+  return least < kInfinite;
 }
 
 std::int64_t twice_area_in_quads(const CoarseSurface& coarse) {

@@ -491,7 +491,8 @@ def tiles(model: Model, options: dict[str, Any]) -> Solved:
         np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
     )
     side = options["tile_size"] or math.sqrt(0.5 * float(twice.sum()) / options["tile_count"])
-    found = fit_tiles(given, tile=side, features=features, **model.limits)
+    few = not options["no_prefer_translations"]
+    found = fit_tiles(given, tile=side, features=features, prefer_translations=few, **model.limits)
     solved = _placed(model, clean, found, options, freed)
     told = ("tile", "tiles", "seams", "seams_quarter", "seams_half", "seams_matched")
     solved.figures.update({name: found.stats[name] for name in told})

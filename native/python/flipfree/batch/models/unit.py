@@ -181,6 +181,7 @@ COMMANDS = {
             "--tile-count": (numbers.whole(1), 100, "about how many cover the model"),
             "--tile-size": (numbers.real(0.0), 0.0, "length of a tile's side, instead"),
             "--field curvature|smooth|edges|flow|map": "what its lines run along; map: the file's own UVs, seamless, are fitted",
+            "--no-prefer-translations": "seams that turn stay, however long",
             **_ALONG,
             **_ALIGNED,
         },
