@@ -15,8 +15,6 @@ to vertices), fill; polygons stay whole. Exit status 1 if one of ours is not cer
 
 from __future__ import annotations
 
-import argparse
-import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -350,10 +348,5 @@ def large(options: Options) -> Iterator[Row]:
         yield f"{name}, {levels} times", *found.cells(), f"{found.seconds:.1f}"
 
 
-def more(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--blender", help="program")
-    parser.add_argument("--stretch", default="1.25", help="or several, by commas")
-
-
 if __name__ == "__main__":
-    sys.exit(main(__doc__, more))
+    main(__doc__, stretch=("1.25", "or several, by commas"))

@@ -9,7 +9,6 @@ Exit status 1 where results or maps differ, where a failure has no reason, or wh
 
 from __future__ import annotations
 
-import argparse
 import json
 import random
 import resource
@@ -210,10 +209,5 @@ def runs(options: Options) -> Iterator[Row]:
     yield "the same as a batch, one job", len(some), *[""] * 4, f"{seconds_of(again)[1]:.1f}"
 
 
-def more(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--count", type=int, default=1000, help="of make")
-    parser.add_argument("--jobs", type=int, default=2)
-
-
 if __name__ == "__main__":
-    sys.exit(main(__doc__, more))
+    main(__doc__, count=(1000, "of make"), jobs=(2, ""))

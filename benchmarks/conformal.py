@@ -19,8 +19,6 @@ Spheres need scipy.
 
 from __future__ import annotations
 
-import argparse
-import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -391,10 +389,5 @@ def cones(options: Options) -> Iterator[Row]:
             yield name, f"{bound:g}", f"{s.scale_ratio:.2f}", len(s.cones), f"{cost.cpu:.1f}"
 
 
-def more(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--count", type=int, default=100, help="of random cases")
-    parser.add_argument("--bits", type=int, default=0, help="of metrics; tolerance 1e-16 then")
-
-
 if __name__ == "__main__":
-    sys.exit(main(__doc__, more))
+    main(__doc__, count=(100, "of random cases"), bits=(0, "of metrics; tolerance 1e-16 then"))

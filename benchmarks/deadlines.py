@@ -10,9 +10,7 @@ call raised anything but the package's own errors. On a loaded machine the laten
 
 from __future__ import annotations
 
-import argparse
 import inspect
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -229,9 +227,5 @@ def calls(options: Options) -> Iterator[Row]:
         yield name, count.total(), *kinds, ", ".join(ends)
 
 
-def more(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--limits", default="0.1,1,10", help="seconds")
-
-
 if __name__ == "__main__":
-    sys.exit(main(__doc__, more))
+    main(__doc__, limits=("0.1,1,10", "seconds"))

@@ -1,23 +1,21 @@
-"""ff.embed: beside published codes, every disk onto every polygon from every start, every outer face.
+"""ff.embed: beside published codes, every outer face.
 
     embedding.py speed        pure progressive embedding, the ladder, and with optimisation, beside published codes' seconds
-    embedding.py disks        all disks onto circle, square, triangle and a given polygon, from Tutte and from three random starts
     embedding.py faces        a closed mesh (thesis' Propeller) once for each of its faces as the outer triangle
 
-Disks: the shared data folder's embedding/, closed meshes without their last face, and synthetic ones. speed: into the equilateral
+Disks: the shared data folder's embedding/, closed meshes without their last face. speed: into the equilateral
 triangle, or the given circle (retinal); theirs are user seconds from the folder's README (same kind of machine) and thesis table 3.1.
 Energies: mean symmetric Dirichlet of the certified 32-bit result, 1 is isometric. Exit status 1 if anything is not certified.
 """
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from embedding_meshes import Disk, boundary_loop, corpus, synthetic
+from embedding_meshes import Disk, corpus
 from runner import Options, Row, data, main, table, timed
 
 import flipfree as ff
@@ -36,7 +34,6 @@ THEIRS = {
     "stacked_100": (0.35, None, None),
 }
 METHODS = ("ladder", "schnyder", "progressive")
-SEEDS = 3
 
 
 def embedded(disk: Disk, options: Options, **how: Any) -> tuple[ff.Parametrization, float]:
@@ -95,42 +92,6 @@ def speed(options: Options) -> Iterator[Row]:
         )
 
 
-def polygons(disk: Disk, count: int) -> Iterator[tuple[str, Any]]:
-    """Name and boundary argument."""
-    if count == 4:
-        yield "square", "square"
-        return
-    yield "circle", "circle"
-    if count > 4:
-        yield "square", "square"
-    yield "triangle", "triangle"
-    angle = 2 * np.pi * np.arange(count) / count
-    ellipse = [3 + 2 * np.cos(angle) + 0.3 * np.sin(angle), 1 + 0.5 * np.sin(angle)]
-    own = disk.name == "retinal_random_init" and disk.uv is not None
-    yield "given", disk.uv[disk.loop] if own else np.stack(ellipse, -1)
-
-
-@table(
-    "disk | triangles | onto | rung | ladder CPU s | added V | random starts, progressive: certified, slowest CPU s"
-)
-def disks(options: Options) -> Iterator[Row]:
-    opened = [disk for disk in corpus(2) if len(boundary_loop(disk.faces)) == 4]
-    for disk in options.cases([*corpus(), *opened, *synthetic()], lambda disk: disk.name):
-        loop = boundary_loop(disk.faces) if disk.loop is None else disk.loop
-        for name, boundary in polygons(disk, len(loop)):
-            how = {"boundary": boundary, "boundary_loop": loop}
-            result, seconds = embedded(disk, options, **how)
-            more = {"method": "progressive"}
-            starts = [
-                embedded(disk, options, initial_uv=random_start(disk, i), **how, **more)
-                for i in range(SEEDS)
-            ]
-            good = sum(again.certificate.ok for again, _ in starts)
-            figures = result.stats["rung"], f"{seconds:.3f}", result.stats["added_vertices"]
-            slowest = max(cpu for _, cpu in starts)
-            yield disk.name, len(disk.faces), name, *figures, f"{good} of {SEEDS}, {slowest:.3f}"
-
-
 @table("method | certified | rungs | CPU ms: mean, largest")
 def faces(options: Options) -> Iterator[Row]:
     mesh = read_mesh(data() / "embedding" / "62415_sf.obj")
@@ -184,4 +145,4 @@ def rate(options: Options) -> Iterator[Row]:
 
 
 if __name__ == "__main__":
-    sys.exit(main(__doc__))
+    main(__doc__)

@@ -1,27 +1,21 @@
-"""Field-aligned seamless maps: along given and own fields, on open surfaces, random signatures, cuts, rerouting.
+"""Field-aligned seamless maps: along given and own fields, on open surfaces, cuts, rerouting.
 
     field_aligned.py given [--engine padding]     fields/ with its fields, the two cones on a torus that no map has among them
     field_aligned.py own [--simplify]             closed models with their smoothest field (near cones merged)
     field_aligned.py opened [--boundary free]     the models of general/ with a boundary, which the field follows if it is aligned
-    field_aligned.py random [--count 20] [--reach 1] [--halves]      signatures on each of six surfaces of genus 1 to 6
     field_aligned.py cuts                         whole maps of the engine "padding" for fields/: what rerouting does to their cuts
     field_aligned.py rerouting                    what rerouting is for (thesis table 6.2)
 
 `judged`: on a homology basis that nobody has seen, the map turns as the field does (tests/judges); of open surfaces the certificate's
-own. Angles are between isolines and field, degrees, by area; `engine` before the alignment. Random: cones of 2 to 8 quarter turns (2 and
-6 with --halves), loops that turn by up to --reach quarters more or less than needs the least rotation. cuts: how many loops turned
+own. Angles are between isolines and field, degrees, by area; `engine` before the alignment. cuts: how many loops turned
 otherwise than the field, by how many quarter turns together, and branches that took the shortest detour (guided) or went around cones
 one by one (fallback). rerouting: E_A is the mean of |J - T|^2 / 2 by area, E has 1e-3 times the symmetric Dirichlet energy besides.
-Exit status 1 if a case is neither certified and judged alike nor refused
-as Infeasible, or if rerouting makes a map worse.
+Exit status 1 if a case is neither certified and judged alike nor refused as Infeasible, or if rerouting makes a map worse.
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
 from collections.abc import Iterable, Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,18 +25,10 @@ from runner import Options, Row, data, main, table, timed
 import flipfree as ff
 
 from judges import fields, holonomy
-from judges.unfoldings import unfolding
 from mesh_files import read_mesh
 
 Mesh = tuple[str, npt.NDArray[np.float64], npt.NDArray[np.int32]]
 Case = tuple[Mesh, ff.CrossField | None]  # None: the smoothest
-RANDOM_MODELS = (
-    "fields/rocker-arm2500.obj",
-    "fields/eight766.obj",
-    "fields/holes3_libigl.obj",
-    "fields/fertility_input.obj",
-    "conformal/gtorus006.obj",
-)
 NO_SURFACES = ("nonmanifold_toy", "zeroarea_48")
 SMOOTHNESS = 1e-3
 WAYS = ("padding, rerouted", "padding, as it is", "penner")
@@ -77,39 +63,6 @@ def closed() -> Iterator[Mesh]:
 def genus_of(mesh: Mesh) -> int:
     """Of a closed connected one; of several components less one each."""
     return 1 - (len(mesh[1]) - len(mesh[2]) // 2) // 2
-
-
-def random_signature(
-    mesh: Mesh, chance: np.random.Generator, reach: int, halves: bool
-) -> ff.Signature:
-    _, vertices, faces = mesh
-    euler = len(vertices) - len(faces) // 2
-    choice = [2, 6] if halves else [2, 3, 3, 3, 5, 5, 5, 6, 8]
-    quarters = [int(k) for k in chance.choice(choice, int(chance.integers(2, 13)))]
-    missing = 4 * euler - sum(4 - k for k in quarters)
-    step = 2 if halves else 1
-    quarters += [4 - step if missing > 0 else 4 + step] * (abs(missing) // step)
-    places = chance.permutation(len(vertices))
-    cones = {int(v): k for v, k in zip(places, quarters, strict=False)}
-    near = ff.cross_field(vertices, faces, signature=ff.Signature(cones, []))
-    loops = [
-        (strip, turns + int(chance.integers(-reach, reach + 1)))
-        for strip, turns in ff.signature(vertices, faces, near).loops
-    ]
-    return ff.Signature(cones, loops)
-
-
-def with_random_fields(options: Options) -> Iterator[Case]:
-    meshes = [(Path(name).stem, read_mesh(data() / name)) for name in RANDOM_MODELS]
-    # Cubes, three rows of them, with square holes in the middle one.
-    cells = [(x, y, 0) for x in range(11) for y in range(3) if y != 1 or x % 2 == 0]
-    for name, mesh in [*meshes, ("plate of genus 5", unfolding(cells, 4, 0))]:
-        for seed in range(options.count):
-            case = (f"{name} #{seed}", mesh.vertices, mesh.faces)
-            if options.only in case[0]:
-                chance = np.random.default_rng(seed)
-                signature = random_signature(case, chance, options.reach, options.halves)
-                yield case, ff.cross_field(mesh.vertices, mesh.faces, signature=signature)
 
 
 def agrees(mesh: Mesh, field: ff.CrossField, map: ff.Parametrization) -> bool:
@@ -178,11 +131,6 @@ def opened(options: Options) -> Iterator[Row]:
     yield from rows(((mesh, None) for mesh in found), options, options.boundary)
 
 
-@table(COLUMNS)
-def random(options: Options) -> Iterator[Row]:
-    yield from rows(with_random_fields(options), options)
-
-
 def drawn_cut(mesh: Mesh, field: ff.CrossField, reroute: bool) -> dict[str, Any]:
     _, vertices, faces = mesh
     cut = ff.admissible_cut(vertices, faces, field=field, reroute=reroute)
@@ -242,14 +190,10 @@ def rerouting(options: Options) -> Iterator[Row]:
         yield mesh[0], genus_of(mesh), rerouted, *cells
 
 
-def more(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--engine", choices=("auto", "penner", "padding"), default="auto")
-    parser.add_argument("--simplify", action="store_true", help="own fields: near cones merged")
-    parser.add_argument("--boundary", choices=("aligned", "free"), default="aligned")
-    parser.add_argument("--count", type=int, default=20, help="of random, per surface")
-    parser.add_argument("--reach", type=int, default=1, help="of random turns, quarters")
-    parser.add_argument("--halves", action="store_true", help="random cones of index +-1/2 only")
-
-
 if __name__ == "__main__":
-    sys.exit(main(__doc__, more))
+    main(
+        __doc__,
+        engine=("auto", "", "auto", "penner", "padding"),
+        simplify=(False, "own fields: near cones merged"),
+        boundary=("aligned", "", "aligned", "free"),
+    )

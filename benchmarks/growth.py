@@ -10,9 +10,7 @@ exponent. A row whose call came close to --seconds is not measured further.
 
 from __future__ import annotations
 
-import argparse
 import math
-import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -239,9 +237,5 @@ def calls(options: Options) -> Iterator[Row]:
         yield name, *cells, growth, "; ".join(sorted(ends))
 
 
-def more(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--faces", type=int, default=2000)
-
-
 if __name__ == "__main__":
-    sys.exit(main(__doc__, more))
+    main(__doc__, faces=(2000, ""))

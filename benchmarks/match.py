@@ -12,9 +12,7 @@ pin error is the largest distance between a stored UV and its pin.
 
 from __future__ import annotations
 
-import argparse
 import heapq
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -298,15 +296,13 @@ def blender(options: Options) -> Iterator[Row]:
             yield row(case, name, given, result.uv32(), points, (cost.wall, cost.cpu))
 
 
-def more(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--engine", help="alone")
-    parser.add_argument("--pins", default="10,50", help="of random")
-    parser.add_argument("--seeds", type=int, default=1)
-    parser.add_argument("--orders", default="3", help="of hilbert")
-    parser.add_argument("--triangles", type=int, default=100_000, help="of large")
-    parser.add_argument("--blender", help="program")
-    parser.add_argument("--level", default="3", help="of subdivision: 40k triangles in the island")
-
-
 if __name__ == "__main__":
-    sys.exit(main(__doc__, more))
+    main(
+        __doc__,
+        engine=("", "alone"),
+        pins=("10,50", "of random"),
+        seeds=(1, ""),
+        orders=("3", "of hilbert"),
+        triangles=(100_000, "of large"),
+        level=("3", "of subdivision: 40k triangles in the island"),
+    )

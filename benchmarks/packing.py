@@ -12,9 +12,7 @@ narrower than asked for, or fills less than what a peer makes that keeps the gap
 
 from __future__ import annotations
 
-import argparse
 import heapq
-import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -216,12 +214,5 @@ def peers(options: Options) -> Iterator[Row]:
     yield "mean", "", *[f"{np.mean(values):.3f}" if values else "" for values in fills]
 
 
-def more(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--blender", help="program")
-    parser.add_argument("--effort", type=float, default=1.0)
-    parser.add_argument("--pixels", type=float, default=2.0)
-    parser.add_argument("--size", type=int, default=1024)
-
-
 if __name__ == "__main__":
-    sys.exit(main(__doc__, more))
+    main(__doc__, effort=(1.0, ""), pixels=(2.0, ""), size=(1024, ""))

@@ -18,7 +18,6 @@ model, where both made quads. certified: ff.quads on every model; within: counts
 
 from __future__ import annotations
 
-import argparse
 import json
 import random
 import sys
@@ -379,15 +378,11 @@ def many(options: Options) -> Iterator[Row]:
         yield (*head, len(told.turned), f"{100 * told.hausdorff:.2f}", cost.cpu)
 
 
-def more(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--targets", default="2000,10000")
-    parser.add_argument("--sample", type=int, default=0, help="so many of the models, seeded")
-    parser.add_argument("--folders", default="fields,general,hard")
-    parser.add_argument("--blender", help="program")
-    parser.add_argument(
-        "--of", type=Path, default="benchmarks/results/quads_models.json", help="table of models"
-    )
-
-
 if __name__ == "__main__":
-    sys.exit(main(__doc__, more))
+    main(
+        __doc__,
+        targets=("2000,10000", ""),
+        sample=(0, "so many of the models, seeded"),
+        folders=("fields,general,hard", ""),
+        of=(Path("benchmarks/results/quads_models.json"), "table of models"),
+    )

@@ -15,7 +15,6 @@ range and no faces, and at a crash, a face that is not mapped, a flip, a point c
 
 from __future__ import annotations
 
-import argparse
 import json
 import multiprocessing
 import statistics
@@ -407,15 +406,14 @@ def scans(options: Options) -> Iterator[Row]:
         )
 
 
-def more(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--share", type=int, default=1, help="only every so manieth file")
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--above", type=float, default=2.0, help="of seams: least energy before")
-    parser.add_argument("--meshes", type=int, default=10_000, help="of generated and scans")
-    parser.add_argument("--seed", type=int, default=0, help="of generated and scans")
-
-
 if __name__ == "__main__":
     if sys.argv[1:] == ["fetch"]:
         sys.exit(fetch())
-    sys.exit(main(__doc__, more))
+    main(
+        __doc__,
+        share=(1, "only every so manieth file"),
+        jobs=(2, ""),
+        above=(2.0, "of seams: least energy before"),
+        meshes=(10_000, "of generated and scans"),
+        seed=(0, "of generated and scans"),
+    )

@@ -1,8 +1,7 @@
-"""ff.repair: maps spoilt in many ways, and maps of Blender and xatlas, repaired and judged by other code (tests/judges).
+"""ff.repair: maps spoilt in many ways, and maps of Blender, repaired and judged by other code (tests/judges).
 
     repair.py spoilt [--maps 150] [--seed 0]      maps of our own unwrap, spoilt once or twice (tests/map_damage.py)
     repair.py broken                              the same of meshes that are no clean surface
-    repair.py xatlas                              maps of xatlas, spoilt (the package must be there)
     repair.py blender --blender PROGRAM           maps of Blender's own unwrap after pins of it were moved, by how many faces that folded
 
 Each map is repaired twice, stretched islands kept and improved, with random options and pins (tests/fuzz/random_repairs.py); both are
@@ -14,9 +13,7 @@ each at its own best scale. Exit status 1 where the repair fails without pins, o
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
-import sys
 import tempfile
 from collections import defaultdict
 from collections.abc import Iterator
@@ -93,25 +90,6 @@ def broken(options: Options) -> Iterator[Row]:
     yield from rows([Task(seed, "broken") for seed in seeds(options)], options)
 
 
-@table(COLUMNS)
-def xatlas(options: Options) -> Iterator[Row]:
-    import xatlas as peer
-
-    with tempfile.TemporaryDirectory() as folder:
-        tasks = []
-        for seed in seeds(options):
-            vertices, faces = random_mesh(np.random.default_rng(seed))
-            given = vertices.astype(np.float32), faces.astype(np.uint32)
-            origin, corners, uv = peer.parametrize(*given)
-            if corners.shape != faces.shape or not np.array_equal(origin[corners], faces):
-                continue  # it gives faces back in another order
-            path = Path(folder) / f"{seed}.npz"
-            none = np.zeros((0, 2), int)
-            np.savez(path, vertices=vertices, faces=faces, uv=uv[corners], seams=none)
-            tasks.append(Task(seed, "peer", map=path))
-        yield from rows(tasks, options)
-
-
 def folds(faces: Any, uv: npt.NDArray[np.float64]) -> int:
     """Faces turned over, of the islands that are not turned over as a whole."""
     island = map_of(faces, uv).island
@@ -142,11 +120,5 @@ def blender(options: Options) -> Iterator[Row]:
         yield from rows(tasks, options)
 
 
-def more(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--maps", type=int, default=150)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--blender", help="program")
-
-
 if __name__ == "__main__":
-    sys.exit(main(__doc__, more))
+    main(__doc__, maps=(150, ""), seed=(0, ""))

@@ -17,12 +17,12 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -133,7 +133,7 @@ def numbers(text: str) -> list[float]:
     return [float(word) for word in text.split(",")]
 
 
-def parse(doc: str, more: Callable[[argparse.ArgumentParser], None] | None) -> Options:
+def parse(doc: str, more: Mapping[str, tuple[Any, ...]]) -> Options:
     parser = argparse.ArgumentParser(
         description=doc, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -141,14 +141,18 @@ def parse(doc: str, more: Callable[[argparse.ArgumentParser], None] | None) -> O
     parser.add_argument("--only", default="", help="cases whose name holds this text")
     parser.add_argument("--limit", type=int, help="the first so many cases")
     parser.add_argument("--seconds", type=float, default=120.0, help="most of each call")
+    parser.add_argument("--blender", default="", help="program, for tables beside it")
     parser.add_argument("--json", type=Path, help="writes the table into this file as well")
-    if more is not None:
-        more(parser)
+    for name, (default, text, *choices) in more.items():
+        how: dict[str, Any] = dict(default=default, type=type(default), choices=choices or None)
+        if isinstance(default, bool):
+            how = {"action": "store_true"}
+        parser.add_argument(f"--{name}", help=text, **how)
     return parser.parse_args(namespace=Options())
 
 
-def main(doc: str | None, more: Callable[[argparse.ArgumentParser], None] | None = None) -> int:
-    """`more` adds a script's own options."""
+def main(doc: str | None, **more: tuple[Any, ...]) -> NoReturn:
+    """Ends the process. more: a script's own options by their names: (default, which has the type, help, and what a choice has)."""
     options = parse(doc or "", more)
     chosen = TABLES[options.table]
     columns = [name.strip() for name in chosen.columns.split("|")]
@@ -162,7 +166,7 @@ def main(doc: str | None, more: Callable[[argparse.ArgumentParser], None] | None
         write(
             options.json, " ".join(["benchmarks/" + Path(sys.argv[0]).name, *named]), columns, rows
         )
-    return int(options.failed)
+    sys.exit(options.failed)
 
 
 def write(path: Path, command: str, columns: list[str], rows: list[list[str]]) -> None:

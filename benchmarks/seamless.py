@@ -1,13 +1,9 @@
-"""ff.seamless from arrays to certified arrays: engines, exact seams, many handles, prescriptions at random, growth.
+"""ff.seamless from arrays to certified arrays: engines, exact seams, many handles.
 
     seamless.py models [--engine penner]        fields/ and the shared g-tori with the cones beside them
-    seamless.py suggested                       the closed models of general/ and embedding/ with suggested cones
-    seamless.py engines                         both, by each engine and beside the conformal map with the same cones
+    seamless.py engines                         these and closed models with suggested cones, by each engine and beside the conformal map with the same cones
     seamless.py exact                           the engine "penner" alone, then optimised and made exact
     seamless.py tori                            plates with up to 150 holes, suggested cones
-    seamless.py random [--count 10]             50 cones of 3 and 5 quarter turns anywhere, genus 0 to 5; a row per surface
-    seamless.py wild [--count 10]               the same with 4 to 12 cones of 1 to 12 quarter turns
-    seamless.py growth                          eight and elephant with every triangle in four, up to 800 000
 
 Energies: symmetric Dirichlet, 1 is isometric. `turn error` and `angle error` of exact: the second judge's (judges/holonomy.py) on a
 homology basis that the solver has not seen, before the seams are made exact. Exit status 1 unless every map by "auto" and "penner"
@@ -16,11 +12,9 @@ is certified with its cones and all seam edges exact, and no energy by "auto" is
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -36,13 +30,6 @@ from mesh_files import read_mesh
 ENGINES = ("penner", "padding", "auto")
 MOST_OVER = 5.0  # per cent
 TORI = (1, 2, 5, 10, 20, 40, 80, 100, 120, 150)
-RANDOM_MODELS = (
-    "conformal/sphere1k_random.obj",
-    "fields/rocker-arm2500.obj",
-    "fields/eight766.obj",
-    "fields/holes3_libigl.obj",
-    "fields/fertility_input.obj",
-)
 
 
 @dataclass
@@ -96,48 +83,6 @@ def plates() -> Iterator[Case]:
         yield with_cones(f"{genus} holes", *plate(genus), max(200, 8 * genus))
 
 
-def surfaces_for_random() -> Iterator[Case]:
-    for path in RANDOM_MODELS:
-        mesh = read_mesh(data() / path)
-        yield Case(Path(path).stem, mesh.vertices, mesh.faces, {})
-    yield Case("5 holes", *plate(5), {})
-
-
-def sharp_and_blunt(case: Case, seed: int) -> Case:
-    chance = np.random.default_rng(1000 * case.genus + seed)
-    places = chance.permutation(len(case.vertices))[:50]
-    sharp = (58 - 8 * case.genus) // 2
-    cones = {int(v): 3 if i < sharp else 5 for i, v in enumerate(places)}
-    return Case(f"{case.name} #{seed}", case.vertices, case.faces, cones)
-
-
-def of_any_size(case: Case, seed: int) -> Case:
-    """The last one is what Gauss-Bonnet asks for."""
-    chance = np.random.default_rng([case.genus, seed])
-    last = 0
-    while not 1 <= last <= 12:
-        sizes = chance.integers(1, 13, int(chance.integers(3, 12)))
-        last = int(4 - (8 - 8 * case.genus - (4 - sizes).sum()))
-    sizes = np.append(sizes, last)
-    places = chance.permutation(len(case.vertices))[: len(sizes)]
-    cones = {int(v): int(k) for v, k in zip(places, sizes, strict=True) if k != 4}
-    return Case(f"{case.name} wild #{seed}", case.vertices, case.faces, cones)
-
-
-def subdivided(case: Case) -> Case:
-    """Every triangle in four by the midpoints of its edges; cones where they were."""
-    edges = np.sort(case.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    unique, index = np.unique(edges, axis=0, return_inverse=True)
-    middle = index.reshape(-1, 3) + len(case.vertices)
-    a, b, c = case.faces.T
-    ab, bc, ca = middle.T
-    faces = np.concatenate(
-        [np.column_stack(t) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
-    )
-    vertices = np.vstack([case.vertices, case.vertices[unique].mean(axis=1)])
-    return Case(case.name, vertices, faces.astype(np.int32), case.cones)
-
-
 def complaint(case: Case, c: ff.Certificate) -> str:
     if not c.ok:
         return "not certified"
@@ -184,24 +129,8 @@ def models(options: Options) -> Iterator[Row]:
 
 
 @table(COLUMNS)
-def suggested(options: Options) -> Iterator[Row]:
-    yield from rows(closed_models(), options)
-
-
-@table(COLUMNS)
 def tori(options: Options) -> Iterator[Row]:
     yield from rows(plates(), options)
-
-
-@table(COLUMNS)
-def growth(options: Options) -> Iterator[Row]:
-    def growing() -> Iterator[Case]:
-        for case in prescribed():
-            while case.name in ("eight", "elephant") and len(case.faces) <= 800_000:
-                yield case
-                case = subdivided(case)
-
-    yield from rows(growing(), options)
 
 
 def conformal_energy(case: Case, seconds: float) -> float | str:
@@ -269,39 +198,5 @@ def exact(options: Options) -> Iterator[Row]:
         )
 
 
-SUMMARY = "surface | F | genus | prescriptions | certified | seam edges, all exact | energy: median, most | CPU s: all, most"
-
-
-def summaries(make: Any, options: Options) -> Iterator[Row]:
-    for surface in options.cases(surfaces_for_random(), lambda case: case.name):
-        cases = [make(surface, seed) for seed in range(options.count)]
-        found = [made(case, options.engine, options) for case in cases]
-        maps = [result.certificate for result, *_ in found if result is not None]
-        energies, seconds = [c.energy for c in maps] or [np.nan], [cpu for _, _, cpu, _ in found]
-        yield (
-            *surface.head()[:3],
-            len(found),
-            len(maps),
-            sum(c.seam_edges for c in maps),
-            f"{np.median(energies):.3g}, {max(energies):.3g}",
-            f"{sum(seconds):.1f}, {max(seconds):.1f}",
-        )
-
-
-@table(SUMMARY)
-def random(options: Options) -> Iterator[Row]:
-    yield from summaries(sharp_and_blunt, options)
-
-
-@table(SUMMARY)
-def wild(options: Options) -> Iterator[Row]:
-    yield from summaries(of_any_size, options)
-
-
-def more(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--engine", choices=ENGINES, default="auto")
-    parser.add_argument("--count", type=int, default=10, help="of random and wild, per surface")
-
-
 if __name__ == "__main__":
-    sys.exit(main(__doc__, more))
+    main(__doc__, engine=("auto", "", *ENGINES))

@@ -14,9 +14,7 @@ around inner vertices; a disagreement is printed as judges.comparison.map_number
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
-import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -232,12 +230,10 @@ def overlap(options: Options) -> Iterator[Row]:
         yield name, *[counts[key] for key in names]
 
 
-def more(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--triangles", default="100000,1000000", help="of scale")
-    parser.add_argument("--blender", help="program")
-    parser.add_argument("--levels", default="3,4", help="of subdivision: 63k and 252k triangles")
-    parser.add_argument("--maps", type=int, default=20_000, help="of overlap")
-
-
 if __name__ == "__main__":
-    sys.exit(main(__doc__, more))
+    main(
+        __doc__,
+        triangles=("100000,1000000", "of scale"),
+        levels=("3,4", "of subdivision: 63k and 252k triangles"),
+        maps=(20_000, "of overlap"),
+    )

@@ -107,9 +107,8 @@ def _by_texture(name: str, path: Path) -> Disk:
     return Disk(name, vertices, faces, mesh.uv.reshape(-1, 2)[first], boundary_loop(faces))
 
 
-def corpus(opened_faces: int = 1) -> Iterator[Disk]:
-    """The cases of the shared data folder's embedding/; closed ones without their last face (two: and its first
-    neighbour, so that there are four boundary vertices)."""
+def corpus() -> Iterator[Disk]:
+    """The cases of the shared data folder's embedding/; closed ones without their last face."""
     folder = data_folder()
     if folder is None:
         raise SystemExit("The shared data folder is not here (FLIPFREE_DATA).")
@@ -118,23 +117,10 @@ def corpus(opened_faces: int = 1) -> Iterator[Disk]:
             yield _by_texture(path.stem, path)
             continue
         mesh = read_mesh(path)
-        faces = mesh.faces
-        if len(boundary_loop(faces)) == 0:
-            if opened_faces == 2:
-                a, b = faces[-1][0], faces[-1][1]
-                beside = (faces == a).any(1) & (faces == b).any(1)
-                beside[-1] = True
-                faces = faces[~beside]
-            else:
-                faces = faces[:-1]
-        yield Disk(path.stem, mesh.vertices, faces)
+        closed = len(boundary_loop(mesh.faces)) == 0
+        yield Disk(path.stem, mesh.vertices, mesh.faces[:-1] if closed else mesh.faces)
 
 
-def synthetic() -> Iterator[Disk]:
-    for rings in (160, 400, 1000, 10_000):
-        yield tube(8, rings)
-    for kind in ("random", "deep", "mixed"):
-        yield stacked(20_000, kind)
 
 
 def fingers(levels: int, rings: int) -> Disk:
