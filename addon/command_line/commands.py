@@ -48,6 +48,8 @@ WORDS = {
 FLAGS = {"rest": ("unwrap_rest", "unwrap")}
 # Of a window alone.
 _LEFT_OUT = {"replace", "select_corners", "select_cuts", "use_modifiers"}
+# Those that reach elsewhere than in the package's command line.
+_OWN_RANGE = {"max_seconds", "stretch", "tile_count"}
 # Numbers of more digits than Blender's floats have are not what anybody typed.
 _DIGITS = 6
 
@@ -101,9 +103,8 @@ def _add(parser, name: str, option) -> None:
         parser.add_argument(flag, choices=choices, default=option.default, help=text)
     elif option.type == "STRING":
         parser.add_argument(flag, default=option.default, help=text)
-    elif name in numbers.OPTIONS:
-        kind, _ = numbers.OPTIONS[name]
-        parser.add_argument(flag, type=kind, default=_default(option), help=text)
+    elif name in numbers.KINDS.keys() - _OWN_RANGE:
+        parser.add_argument(flag, type=numbers.KINDS[name], default=_default(option), help=text)
     else:
         parser.add_argument(flag, type=_number(option), default=_default(option), help=text)
 

@@ -23,7 +23,7 @@ def parser() -> argparse.ArgumentParser:
         added = commands.add_parser(name, help=command.text)
         arguments.add_run_arguments(added, writes=command.writes)
         arguments.add_model_arguments(added)
-        numbers.add_options(added, command.options)
+        numbers.add_options(added, command.usage)
     return made
 
 

@@ -23,38 +23,32 @@ _OF_RUN = {
     *("memory", "resume", "retry", "shard", "list", "json", "quiet", "dask", "threads"),
 }
 
-_COUNT, _POSITIVE = numbers.whole(1), numbers.real(above=0.0)
-
-
-_OUTPUTS: numbers.Options = {
-    "--out": (Path, None, "folder for the outputs, with the inputs' names"),
-    "--suffix": (str, None, ".ENDING: type of the outputs, if not that of the input"),
-    "--keep-endings": "with --suffix: m.stl becomes m.stl.obj, not m.obj",
-}
-_RUN: numbers.Options = {
-    "--json": (str, None, "file of the results: one line of JSON per input, as each ends"),
-    "--resume": "go on with the results in --json",
-    "--retry": "on resuming, try those that failed again",
-    "--list": "say what would be done, and do nothing",
-    "--quiet": "no line per model",
-    "--jobs": (_COUNT, 1, "models at a time"),
-    "--timeout": (_POSITIVE, None, "most seconds for one model"),
-    "--memory": (_POSITIVE, None, "most MB for one model"),
-    "--shard": (str, None, "I/N: do the I-th of N shares of the inputs"),
-    "--threads": (_COUNT, None, "per model; default: cores / jobs"),
-    "--dask": (
-        str,
-        argparse.SUPPRESS,
-        "solve on the workers of the Dask scheduler of this address",
-    ),
-}
+_OUTPUTS = """
+--out=  folder for the outputs, with the inputs' names
+--suffix=  .ENDING: type of the outputs, if not that of the input
+--keep-endings  with --suffix: m.stl becomes m.stl.obj, not m.obj
+"""
+_RUN = """
+--json=  file of the results: one line of JSON per input, as each ends
+--resume  go on with the results in --json
+--retry  on resuming, try those that failed again
+--list  say what would be done, and do nothing
+--quiet  no line per model
+--jobs=1  models at a time
+--timeout=  most seconds for one model
+--memory=  most MB for one model
+--shard=  I/N: do the I-th of N shares of the inputs
+--threads=  per model; default: cores / jobs
+"""
 
 
 def add_run_arguments(parser: argparse.ArgumentParser, *, writes: bool) -> None:
     """writes: the command has outputs."""
     text = "files, folders, patterns; @FILE: a list, one a line"
     parser.add_argument("inputs", nargs="+", metavar="INPUT", help=text)
-    numbers.add_options(parser, {**(_OUTPUTS if writes else {}), **_RUN})
+    numbers.add_options(parser, (_OUTPUTS if writes else "") + _RUN)
+    text = "solve on the workers of the Dask scheduler of this address"
+    parser.add_argument("--dask", default=argparse.SUPPRESS, help=text)
     text = "after a bad model go on with the others; exit status 0"
     action = argparse.BooleanOptionalAction
     parser.add_argument("--keep-going", action=action, default=True, help=text)
@@ -63,11 +57,10 @@ def add_run_arguments(parser: argparse.ArgumentParser, *, writes: bool) -> None:
 def add_model_arguments(parser: argparse.ArgumentParser, *, has_limit: bool = False) -> None:
     """How models are read, and how long one is worked on, whatever is made of them. has_limit: the command has an option for
     that."""
-    limit = "seconds of the solver, which then returns the best map so far"
-    options: numbers.Options = {"--no-merge": "vertices that a file has twice stay apart"}
-    numbers.add_options(
-        parser, options if has_limit else {**options, "--max-seconds": (_POSITIVE, None, limit)}
-    )
+    numbers.add_options(parser, "--no-merge  vertices that a file has twice stay apart")
+    if not has_limit:
+        limit = "seconds of the solver, which then returns the best map so far"
+        numbers.add_options(parser, f"--max-seconds=  {limit}")
 
 
 def with_lists(words: list[str], inside: tuple[Path, ...] = ()) -> list[str]:

@@ -1,15 +1,17 @@
-"""Types of the options that are numbers: what no model can be solved with is refused before any is."""
+"""Options of the command lines: what no model can be solved with is refused before any is."""
 
 from __future__ import annotations
 
 import argparse
 import contextlib
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar
 
 from ..calls.conformal import LEAST_BITS, MOST_BITS
 from ..checks import LARGEST_COUNT, MOST_ASPECT
+from ..quads import MOST_QUADS
 from .plan import PlanError
 
 Number = TypeVar("Number", int, float)
@@ -56,54 +58,9 @@ def _number(
     return number
 
 
-stretch = real(above=1.0, most=100.0)
-#: Of the scale, for suggested cones.
-bound = real(above=1.0)
-
-
 def precision(text: str) -> int:
     """For argparse: mantissa bits, 0 for as many as it takes."""
     return 0 if text in ("auto", "0") else whole(LEAST_BITS, MOST_BITS)(text)
-
-
-#: Options that several commands have: their type and default.
-OPTIONS: dict[str, tuple[Callable[[str], float], float]] = {
-    "bound": (bound, 4.0),
-    "effort": (real(0.0, 1000.0), 1.0),
-    "iterations": (whole(0), 200),
-    "precision": (precision, 0),
-    "margin_pixels": (real(0.0), 4.0),
-    "texture_size": (whole(1), 1024),
-    "tile": (whole(1001, 1100), 1001),
-    "tiles": (whole(1, 100), 1),
-}
-
-#: Options of a command by their words: "--name" is a flag, "--name a|b" a choice, the first of them by default, and what has a
-#: type and a default beside its text is a number or a word.
-Options = Mapping[str, str | tuple[Callable[[str], Any], Any, str]]
-
-
-def add_options(parser: argparse.ArgumentParser, options: Options) -> None:
-    for key, told in options.items():
-        word, _, choices = key.partition(" ")
-        if isinstance(told, tuple):
-            kind, default, text = told
-            parser.add_argument(word, type=kind, default=default, help=text)
-        elif choices:
-            words = choices.split("|")
-            parser.add_argument(word, choices=words, default=words[0], help=told)
-        else:
-            parser.add_argument(word, action="store_true", help=told)
-
-
-def of_several(**texts: str) -> Options:
-    """Such as several commands have, with what they are of this one."""
-    return {f"--{name.replace('_', '-')}": (*OPTIONS[name], text) for name, text in texts.items()}
-
-
-def margin(options: dict[str, Any]) -> float:
-    """In widths of the texture."""
-    return float(options["margin_pixels"] / options["texture_size"])
 
 
 def aspect(text: str) -> float:
@@ -119,6 +76,55 @@ def aspect(text: str) -> float:
             f"not {text!r}"
         )
     return value
+
+
+#: Types of the options that have a value and are no word.
+KINDS: dict[str, Callable[[str], Any]] = {
+    "adaptive": real(0.0, 100.0),
+    "aspect": aspect,
+    "bound": real(above=1.0),
+    "curvature": real(0.0, 1.0),
+    "edge_weight": real(0.01, 1.0),
+    "effort": real(0.0, 1000.0),
+    "iterations": whole(0),
+    "out": Path,
+    "precision": precision,
+    "sharp_from": real(0.0, 180.0),
+    "stretch": real(above=1.0, most=100.0),
+    "target": whole(1, MOST_QUADS),
+    "tile": whole(1001, 1100),
+    "tiles": whole(1, 100),
+    **dict.fromkeys(("edge_length", "margin_pixels", "tile_size"), real(0.0)),
+    **dict.fromkeys(("jobs", "texture_size", "threads", "tile_count"), whole(1)),
+    **dict.fromkeys(("max_seconds", "memory", "timeout"), real(above=0.0)),
+}
+
+
+def add_options(parser: argparse.ArgumentParser, usage: str) -> None:
+    """Those of a text, one a line, what it is after two blanks; indented lines go on.
+
+    --quiet      a flag
+    --field a|b  a choice, the first one by default
+    --bound=4    a value of the type that it has above, or a word; nothing after the sign: none by default, '': no letters
+    """
+    for line in filter(None, usage.replace("\n    ", " ").splitlines()):
+        form, _, text = line.partition("  ")
+        word, _, choices = form.partition(" ")
+        word, given, default = word.partition("=")
+        if given:
+            kind = KINDS.get(word[2:].replace("-", "_"), str)
+            value = kind(default.strip("'")) if default else None
+            parser.add_argument(word, type=kind, default=value, help=text)
+        elif choices:
+            words = choices.split("|")
+            parser.add_argument(word, choices=words, default=words[0], help=text)
+        else:
+            parser.add_argument(word, action="store_true", help=text)
+
+
+def margin(options: dict[str, Any]) -> float:
+    """In widths of the texture."""
+    return float(options["margin_pixels"] / options["texture_size"])
 
 
 def refuse_together(options: dict[str, Any]) -> None:

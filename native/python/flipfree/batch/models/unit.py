@@ -19,12 +19,9 @@ from ... import _native
 from ...calls.mesh_files import write
 from ...distortion import LEVELS, STRETCH_BOUND, derivatives, percentiles
 from ...errors import InvalidInput
-from ...quads import MOST_QUADS
 from ...results import Certificate, Parametrization
 from ...texts import above_bound, turned_over
-from .. import numbers
 from ..child import Engine
-from ..numbers import Options
 from ..plan import Formats
 from ..results import Record, beside
 from ..run import not_written
@@ -37,212 +34,190 @@ FORMATS = Formats(reads=(".obj", ".off", ".ply", ".stl"), writes=(".obj", ".ply"
 
 @dataclass(frozen=True)
 class Command:
-    """``options``: beside those of all commands; ``writes``: there is an output; ``cure``: what to do about a map above the
-    stretch bound."""
+    """usage: options beside those of all commands, for numbers.add_options; ``writes``: there is an output; ``cure``: what to do
+    about a map above the stretch bound."""
 
     text: str
     solve: Solve
-    options: Options
+    usage: str
     writes: bool = True
     cure: str = "unwrap it, which finds seams"
 
 
-_TEXTURE = "of the texture, if it is no square: 2, 16:9, 2048x1024"
-_ASPECT: Options = {"--aspect": (numbers.aspect, 1.0, _TEXTURE)}
-_MARGIN = numbers.of_several(
-    margin_pixels="least gap between islands, of the texture", texture_size="pixels to a side"
-)
-_OVERLAPS: Options = {"--allow-overlaps": "islands may overlap themselves"}
-_ALIGNED: Options = {"--boundary aligned_or_free|aligned|free": ""}
-_SEAMLESS: Options = {
-    **_ALIGNED,
-    "--no-optimise": "leave the distortion as the engine does",
-    "--meet-pins": "points of the file with the pins keep their place; cuts and boundaries stay as without them",
-    "--surface-scale": "one UV unit is one unit of the model; otherwise the map fits the unit square",
-    "--engine auto|penner|padding": "",
-}
-_ALONG: Options = {
-    "--curvature": (numbers.real(0.0, 1.0), 0.5, "its weight, 0 to 1"),
-    "--sharp-from": (numbers.real(0.0, 180.0), 30.0, "degrees, for edges"),
-}
+_ASPECT = """
+--aspect=1  of the texture, if it is no square: 2, 16:9, 2048x1024
+"""
+_MARGIN = """
+--margin-pixels=4  least gap between islands, of the texture
+--texture-size=1024  pixels to a side
+"""
+_OVERLAPS = """
+--allow-overlaps  islands may overlap themselves
+"""
+_ALIGNED = """
+--boundary aligned_or_free|aligned|free
+"""
+_SEAMLESS = f"""{_ALIGNED}
+--no-optimise  leave the distortion as the engine does
+--meet-pins  points of the file with the pins keep their place; cuts and boundaries stay as without them
+--surface-scale  one UV unit is one unit of the model; otherwise the map fits the unit square
+--engine auto|penner|padding
+"""
+_ALONG = """
+--curvature=0.5  its weight, 0 to 1
+--sharp-from=30  degrees, for edges
+"""
 
 COMMANDS = {
     "unwrap": Command(
         "islands onto the plane, packed",
         any_mesh.unwrap,
-        {
-            "--seams auto|given": "auto: also where islands are closed, have handles, or would be stretched more than --stretch; "
-            "given: no more than it takes to open them",
-            "--stretch": (
-                numbers.stretch,
-                STRETCH_BOUND,
-                "of automatic seams: lengths change by about this factor at most",
-            ),
-            "--keep-charts": "cut where the file's charts end",
-            **_OVERLAPS,
-            "--no-new-cuts": "crush islands that would lie on top of themselves rather than cut them",
-            "--short-cuts": "do not cut closed parts along legs and fingers",
-            **_MARGIN,
-            **_ASPECT,
-        },
+        f"""
+--seams auto|given  auto: also where islands are closed, have handles, or would be stretched more than --stretch; given: no more
+    than it takes to open them
+--stretch={STRETCH_BOUND}  of automatic seams: lengths change by about this factor at most
+--keep-charts  cut where the file's charts end
+{_OVERLAPS}
+--no-new-cuts  crush islands that would lie on top of themselves rather than cut them
+--short-cuts  do not cut closed parts along legs and fingers
+{_MARGIN}{_ASPECT}""",
         cure="--seams auto and a lower --stretch cut it further",
     ),
     "embed": Command(
         "disks onto a convex polygon",
         surfaces.embed,
-        {
-            "--boundary circle|square|triangle|pinned": "pinned: straight between boundary points of the file with the pins",
-            "--method ladder|schnyder|progressive|tutte": "",
-            "--optimise": "lower the distortion, with the boundary held",
-            "--no-pack": "all parts lie around the origin",
-            **_MARGIN,
-        },
+        f"""
+--boundary circle|square|triangle|pinned  pinned: straight between boundary points of the file with the pins
+--method ladder|schnyder|progressive|tutte
+--optimise  lower the distortion, with the boundary held
+--no-pack  all parts lie around the origin
+{_MARGIN}""",
         cure="--optimise, or a boundary more like the part's own",
     ),
     "match": Command(
         "pins met exactly",
         surfaces.match,
-        {
-            **_OVERLAPS,
-            "--no-new-vertices": "refuse pins that cannot be met by the mesh as it is",
-            "--bend-lines": "edges between two pins need not stay straight",
-            "--cut-open": "cut parts with pins that are closed or have handles",
-            "--unwrap-rest": "unwrap parts without pins, beside the others",
-            **_ASPECT,
-        },
+        f"""{_OVERLAPS}
+--no-new-vertices  refuse pins that cannot be met by the mesh as it is
+--bend-lines  edges between two pins need not stay straight
+--cut-open  cut parts with pins that are closed or have handles
+--unwrap-rest  unwrap parts without pins, beside the others
+{_ASPECT}""",
         cure="move pins nearer to where their surroundings are",
     ),
     "transfer": Command(
         "one surface in the shape of another, through their maps",
         surfaces.transfer,
-        {"--source": (str, "", "model whose shape is taken, at the same places of its map")},
+        "--source=''  model whose shape is taken, at the same places of its map",
     ),
     "cones": Command(
         "suggested cones, into a file beside the output",
         surfaces.cones,
-        {
-            **numbers.of_several(bound="of the scale"),
-            "--quarter-turns": "angles in multiples of 90 degrees",
-        },
+        """
+--bound=4  of the scale
+--quarter-turns  angles in multiples of 90 degrees
+""",
     ),
     "cut": Command(
         "closed surfaces cut into disks with right angles",
         surfaces.cut,
-        {
-            "--follow cones|field": "those of the file beside the model; or also the turns of the smoothest field with these, "
-            "or of a signature there"
-        },
+        """
+--follow cones|field  those of the file beside the model; or also the turns of the smoothest field with these, or of a signature
+    there
+""",
     ),
     "conformal": Command(
         "maps without shear",
         surfaces.conformal,
-        {
-            "--cones auto|suggested|none": "auto: of the file beside the model, else suggested for closed parts",
-            "--boundary free|straight|circle": "",
-            "--refined-start auto|on|off": "metric of a surface without needles",
-            **numbers.of_several(
-                bound="of the scale, for suggested cones",
-                precision="bits of the metric's numbers, 53 to 4096, or auto",
-            ),
-            **_MARGIN,
-        },
+        f"""
+--cones auto|suggested|none  auto: of the file beside the model, else suggested for closed parts
+--boundary free|straight|circle
+--refined-start auto|on|off  metric of a surface without needles
+--bound=4  of the scale, for suggested cones
+--precision=auto  bits of the metric's numbers, 53 to 4096, or auto
+{_MARGIN}""",
         cure="more cones even it out: --cones suggested with a lower --bound",
     ),
     "seamless": Command(
         "seams match by quarters",
         surfaces.seamless,
-        {
-            "--cones auto|suggested": "auto: of the file beside the model, else suggested",
-            "--bound": (numbers.bound, surfaces.BOUND, "of the scale, for suggested cones"),
-            **_SEAMLESS,
-        },
+        f"""
+--cones auto|suggested  auto: of the file beside the model, else suggested
+--bound={surfaces.BOUND}  of the scale, for suggested cones
+{_SEAMLESS}""",
         cure="more cones, in the file beside the model, even it out",
     ),
     "field": Command(
         "seamless, along a field",
         surfaces.field,
-        {
-            "--field curvature|smooth|edges|flow|cones|file|signature": "what the map's lines run along: edges at which the "
-            "surface folds, the flow of quads; a field in a file beside the model (.rawfield, .ffield, .rotation); its cones, or "
-            "its signature, of such a file",
-            "--field-file": (str, "", "with field or signature, instead of that beside the model"),
-            **_ALONG,
-            "--edge-weight": (numbers.real(0.01, 1.0), 1.0, "of edges, 0.01 to 1"),
-            "--keep-near-cones": "that bend opposite ways",
-            "--no-reroute": "of padding: loops turn as they happen to",
-            **_SEAMLESS,
-        },
+        f"""
+--field curvature|smooth|edges|flow|cones|file|signature  what the map's lines run along: edges at which the surface folds, the
+    flow of quads; a field in a file beside the model (.rawfield, .ffield, .rotation); its cones, or its signature, of such a file
+--field-file=''  with field or signature, instead of that beside the model
+{_ALONG}
+--edge-weight=1  of edges, 0.01 to 1
+--keep-near-cones  that bend opposite ways
+--no-reroute  of padding: loops turn as they happen to
+{_SEAMLESS}""",
         cure="a finer mesh or another field follows the surface better",
     ),
     "tiles": Command(
         "textures that repeat run on through seams",
         surfaces.tiles,
-        {
-            "--tile-count": (numbers.whole(1), 100, "about how many cover the model"),
-            "--tile-size": (numbers.real(0.0), 0.0, "length of a tile's side, instead"),
-            "--field curvature|smooth|edges|flow|map": "what its lines run along; map: the file's own UVs, seamless, are fitted",
-            "--no-prefer-translations": "seams that turn stay, however long",
-            **_ALONG,
-            **_ALIGNED,
-        },
+        f"""
+--tile-count=100  about how many cover the model
+--tile-size=0  length of a tile's side, instead
+--field curvature|smooth|edges|flow|map  what its lines run along; map: the file's own UVs, seamless, are fitted
+--no-prefer-translations  seams that turn stay, however long
+{_ALONG}{_ALIGNED}""",
         cure="more tiles, or a finer mesh, follow the surface better",
     ),
     "quads": Command(
         "a mesh of quads",
         surfaces.quads,
-        {
-            "--target": (numbers.whole(1, MOST_QUADS), 2000, "about how many quads"),
-            "--edge-length": (numbers.real(0.0), 0.0, "of their sides, instead"),
-            "--field automatic|curvature|smooth|edges|flow": "what the edges of quads run along",
-            "--adaptive": (
-                numbers.real(0.0, 100.0),
-                0.0,
-                "0 to 100, how much denser quads are where the surface bends more",
-            ),
-            "--symmetry none|x|y|z": "the half on the positive side of the axis becomes quads and is mirrored, along a field of "
-            "its own or edges",
-        },
+        """
+--target=2000  about how many quads
+--edge-length=0  of their sides, instead
+--field automatic|curvature|smooth|edges|flow  what the edges of quads run along
+--adaptive=0  0 to 100, how much denser quads are where the surface bends more
+--symmetry none|x|y|z  the half on the positive side of the axis becomes quads and is mirrored, along a field of its own or edges
+""",
     ),
     "improve": Command(
         "less distortion",
         any_mesh.improve,
-        {**_OVERLAPS, **numbers.of_several(iterations="most steps per island"), **_ASPECT},
+        f"{_OVERLAPS}--iterations=200  most steps per island{_ASPECT}",
     ),
     "repair": Command(
         "flips mended",
         any_mesh.repair,
-        {
-            "--overlaps cut|open|keep": "what becomes of islands on themselves",
-            "--stretched keep|improve": "what becomes of islands drawn out much more than an unwrap of them is",
-            **_MARGIN,
-            "--move-apart": "islands that lie on larger ones are put where there is room",
-            **_ASPECT,
-        },
+        f"""
+--overlaps cut|open|keep  what becomes of islands on themselves
+--stretched keep|improve  what becomes of islands drawn out much more than an unwrap of them is
+{_MARGIN}
+--move-apart  islands that lie on larger ones are put where there is room
+{_ASPECT}""",
     ),
     "pack": Command(
         "islands nested into a tile",
         any_mesh.pack,
-        {
-            **_MARGIN,
-            "--rotation straight|free|quarters|none": "",
-            **numbers.of_several(
-                tile="UDIM tile to pack into",
-                tiles="UDIM tiles to spread islands over",
-                effort="of the search",
-            ),
-            "--keep-sizes": "islands keep their sizes relative to each other, not one texel density",
-            "--stack-similar": "islands of equal outline lie on top of each other",
-            "--stack-mirrored": "with it, mirror images too, mirrored",
-            **_ASPECT,
-        },
+        f"""{_MARGIN}
+--rotation straight|free|quarters|none
+--tile=1001  UDIM tile to pack into
+--tiles=1  UDIM tiles to spread islands over
+--effort=1  of the search
+--keep-sizes  islands keep their sizes relative to each other, not one texel density
+--stack-similar  islands of equal outline lie on top of each other
+--stack-mirrored  with it, mirror images too, mirrored
+{_ASPECT}""",
     ),
     "rectify": Command(
-        "islands of quads as straight strips and grids", any_mesh.rectify, {**_MARGIN, **_ASPECT}
+        "islands of quads as straight strips and grids", any_mesh.rectify, _MARGIN + _ASPECT
     ),
     "check": Command(
         "the certificate of a map",
         any_mesh.check,
-        {"--allow-stacked": "islands may lie on each other", **_ASPECT},
+        f"--allow-stacked  islands may lie on each other{_ASPECT}",
         writes=False,
     ),
 }
