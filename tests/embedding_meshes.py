@@ -121,8 +121,6 @@ def corpus() -> Iterator[Disk]:
         yield Disk(path.stem, mesh.vertices, mesh.faces[:-1] if closed else mesh.faces)
 
 
-
-
 def fingers(levels: int, rings: int) -> Disk:
     """Four fingers on every finger, `levels` deep and each `rings` unit squares high, on a square: a terrain whose steps
     are walls. Tutte's map shrinks every finger by orders of magnitude, and those on it by as many again."""

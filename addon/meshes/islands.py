@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from flipfree.separated import boundary_loops
+from flipfree.separated import boundary_loops, joined
 
 from . import labels, mesh_io
 
@@ -179,43 +179,20 @@ def placed(found, uv: np.ndarray, **more) -> Combined:
 
 
 def combine(snapshot, pieces: list[Piece], cut_edges: np.ndarray | None = None) -> Combined:
-    """One map over the snapshot; triangles of no piece keep their UVs. cut_edges: (s, 2) submesh pairs that were cut."""
-    n = len(snapshot.vertices)
-    done = np.zeros(len(snapshot.triangles), bool)
-    vertices, faces, uv, stored = [snapshot.vertices], [], [], []
-    parent_face, vertex_parent, weights = [], [np.full(n, -1)], [np.zeros((n, 3))]
-    total = n
-    for piece in pieces:
-        result = piece.result
-        done[piece.triangles] = True
-        old = len(piece.submesh)
-        new = len(result.vertices) - old
-        number = np.concatenate([piece.submesh, np.arange(total, total + new)])
-        total += new
-        vertices.append(result.vertices[old:])
-        vertex_parent.append(piece.triangles[result.vertex_parent[old:]])
-        weights.append(result.vertex_barycentric[old:])
-        faces.append(number[result.faces])
-        parent_face.append(piece.triangles[result.parent_face])
-        uv.append(result.uv)
-        stored.append(result.uv32())
-    rest = np.flatnonzero(~done)
-    faces.append(snapshot.triangles[rest])
-    parent_face.append(rest)
-    uv.append(snapshot.corner_uv[rest].astype(np.float64))
-    stored.append(snapshot.corner_uv[rest])
-    parent_face = np.concatenate(parent_face)
-    order = np.argsort(parent_face, kind="stable")
-    combined = Combined(
-        vertices=np.concatenate(vertices),
-        faces=np.concatenate(faces)[order].astype(np.int32),
-        parent_face=parent_face[order],
-        vertex_parent=np.concatenate(vertex_parent),
-        vertex_barycentric=np.concatenate(weights),
-        cut_edges=np.zeros((0, 2), np.int32) if cut_edges is None else cut_edges,
-        uv=np.concatenate(uv)[order],
-        stored=np.concatenate(stored)[order],
-    )
+    """One map over the snapshot; triangles of no piece keep their UVs. cut_edges: (s, 2) submesh pairs that were cut; default:
+    those of the pieces."""
+    rows = [(piece.triangles, piece.submesh, piece.result) for piece in pieces]
+    found = joined(snapshot.vertices, rows, "uv")
+    found["stored"] = np.concatenate([piece.result.uv32() for piece in pieces])
+    rest = np.setdiff1d(np.arange(len(snapshot.triangles)), found["parent_face"])
+    left = {"faces": snapshot.triangles[rest], "parent_face": rest}
+    left["uv"] = left["stored"] = snapshot.corner_uv[rest]
+    order = np.argsort(np.concatenate([found["parent_face"], rest]), kind="stable")
+    for name, values in left.items():
+        found[name] = np.concatenate([found[name], values.astype(found[name].dtype)])[order]
+    if cut_edges is not None:
+        found["cut_edges"] = cut_edges
+    combined = Combined(**found)
     close_seams(snapshot, combined)
     return combined
 

@@ -36,7 +36,7 @@ def separated(snapshot: mesh_io.Snapshot) -> mesh_io.Snapshot:
         triangles=clean.faces,
         cuts=clean.edges(snapshot.cuts),
         vertex_ids=snapshot.vertex_ids[clean.vertex_origin],
-        triangle_loops=_turned(snapshot.triangle_loops[at], clean.turned),
+        triangle_loops=clean.corners(snapshot.triangle_loops),
         triangle_face=snapshot.triangle_face[at],
         materials=snapshot.materials[at],
         inner_sides=np.where(
@@ -52,34 +52,10 @@ def on_whole(snapshot: mesh_io.Snapshot, result) -> tuple[mesh_io.Snapshot, obje
     whole, clean = snapshot.whole, snapshot.clean
     if whole is None:
         return snapshot, result
-    old, given = len(snapshot.vertices), len(whole.vertices)
-    number = np.append(clean.vertex_origin, given + np.arange(len(result.vertices) - old))
-    swapped = clean.turned[result.parent_face]
-    left_out = clean.collapsed
-    left_uv = _uv_of_collapsed(snapshot, number[result.faces], result)
-    parent = np.concatenate([clean.face_origin[result.parent_face], left_out])
-    order = np.argsort(parent, kind="stable")
-    new_parent = result.vertex_parent[old:]
-    weights = _turned(result.vertex_barycentric[old:], clean.turned[new_parent])
-    new_parent = clean.face_origin[new_parent]
-
-    def of_corners(values, others):
-        return np.concatenate([_turned(values, swapped), others])[order]
-
+    arrays, of_corners = clean.carried(result)
+    left_uv = _uv_of_collapsed(snapshot, arrays.pop("numbers")[result.faces], result)
     combined = islands.Combined(
-        vertices=np.concatenate(
-            [
-                whole.vertices,
-                np.einsum("vk,vkd->vd", weights, whole.vertices[whole.triangles[new_parent]]),
-            ]
-        ),
-        faces=of_corners(number[result.faces], whole.triangles[left_out]).astype(np.int32),
-        parent_face=parent[order],
-        vertex_parent=np.concatenate([np.full(given, -1), new_parent]),
-        vertex_barycentric=np.concatenate([np.zeros((given, 3)), weights]),
-        cut_edges=number[result.cut_edges].astype(np.int32),
-        uv=of_corners(result.uv, left_uv.astype(np.float64)),
-        stored=of_corners(result.uv32(), left_uv),
+        **arrays, uv=of_corners(result.uv, left_uv), stored=of_corners(result.uv32(), left_uv)
     )
     islands.close_seams(whole, combined)
     return whole, combined
@@ -108,10 +84,3 @@ def _uv_of_collapsed(snapshot, faces: np.ndarray, result) -> np.ndarray:
             if place is not None:
                 left_uv[row, corner] = place
     return left_uv
-
-
-def _turned(values: np.ndarray, turned: np.ndarray) -> np.ndarray:
-    """(m, 3, ...) with the second and third of each of these rows in the other order."""
-    result = values.copy()
-    result[turned, 1], result[turned, 2] = values[turned, 2], values[turned, 1]
-    return result

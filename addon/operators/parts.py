@@ -122,7 +122,6 @@ class PackedTask(PartsTask):
         self.solving = None
         self.pieces = pieces
         self.result = islands.combine(self.snapshot, pieces)
-        self.result.cut_edges = self._combined_cuts()
         if self.packs and not self.packs_alone:
             return
         if self.packs:
@@ -155,18 +154,6 @@ class PackedTask(PartsTask):
 
     def island_count(self) -> int:
         return labels.count_islands(self.result.faces, self.result.uv32())
-
-    def _combined_cuts(self) -> np.ndarray:
-        """Cut edges of all parts in the numbers of the combined map."""
-        total = len(self.snapshot.vertices)
-        cuts = [np.zeros((0, 2), np.int32)]
-        for piece in self.pieces:
-            old = len(piece.submesh)
-            new = len(piece.result.vertices) - old
-            number = np.concatenate([piece.submesh, np.arange(total, total + new)])
-            total += new
-            cuts.append(number[piece.result.cut_edges])
-        return np.concatenate(cuts)
 
 
 def added(tasks: list[PartsTask]) -> str:

@@ -47,6 +47,7 @@ def halved(snapshot, island, seam_edges, share=0.5):
         parent_face=np.array(parent_face),
         vertex_parent=np.array(parents),
         vertex_barycentric=np.array(weights),
+        cut_edges=np.zeros((0, 2), np.int32),
         uv=uv,
         uv32=lambda: uv.astype(np.float32),
     )

@@ -20,6 +20,7 @@ from .job import ours_only
 from .results import FloatArray, IntArray, Mend, Parametrization, Transitions, frozen, mends_from
 
 Value = TypeVar("Value")
+OfCorners = Callable[[npt.NDArray[Any], npt.NDArray[Any]], npt.NDArray[Any]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,10 +53,6 @@ class SeparatedSurface:
             v: of_vertices[o] for v, o in enumerate(self.vertex_origin.tolist()) if o in of_vertices
         }
 
-    def of_corners(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """(m', 3, ...) at the corners of these faces, from what those of the input have."""
-        return _turned(values[self.face_origin], self.turned)
-
     def edges(self, pairs: Any) -> IntArray:
         """(s', 2) edges that come from these (s, 2) vertex pairs of the input, such as seams."""
         wanted = edge_keys(as_indices(pairs, "pairs", 2))
@@ -79,41 +76,14 @@ class SeparatedSurface:
         again, which runs clockwise in the map. The certificate is the one of this surface, with ``mends``; transitions
         of seams lead from the face on the left of the edge here.
         """
-        old, given = len(self.vertices), len(self.input_vertices)
-        added = len(result.vertices) - old
-        number = np.concatenate([self.vertex_origin, given + np.arange(added)]).astype(np.int32)
-        swapped = self.turned[result.parent_face]
-        order = np.argsort(
-            np.concatenate([self.face_origin[result.parent_face], self.collapsed]), kind="stable"
-        )
+        arrays, of_corners = self.carried(result)
+        at = self._points_of_collapsed(arrays["numbers"][result.faces])
 
-        def of_corners(
-            values: npt.NDArray[Any], of_collapsed: npt.NDArray[Any]
-        ) -> npt.NDArray[Any]:
-            mine = _turned(values, swapped)
-            both: npt.NDArray[Any] = np.concatenate([mine, of_collapsed.astype(values.dtype)])
-            both = frozen(both[order])
-            return both
+        def with_collapsed(values: npt.NDArray[Any]) -> Any:
+            there = np.where((at >= 0)[..., None], values.reshape(-1, 2)[at], 0.0)
+            return frozen(of_corners(values, there))
 
-        faces = self.input_faces[self.collapsed]
-        at = self._points_of_collapsed(number[result.faces])
-
-        def points(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-            found: npt.NDArray[Any] = np.where((at >= 0)[..., None], values.reshape(-1, 2)[at], 0.0)
-            return found
-
-        new_parent = result.vertex_parent[old:]
-        weights = result.vertex_barycentric[old:]
-        corners = self.input_vertices[self.vertex_origin[self.faces[new_parent]]]
-        moved = (corners != self.vertices[self.faces[new_parent]]).any(axis=(1, 2))
-        vertices = result.vertices[old:].copy()
-        vertices[moved] = np.einsum("vk,vkd->vd", weights[moved], corners[moved])
-        vertex_parent = np.full(given, -1, np.int32)
-        barycentric = np.zeros((given, 3))
-        vertex_parent[self.vertex_origin] = self.face_origin[result.vertex_parent[:old]]
-        barycentric[self.vertex_origin] = _turned(
-            result.vertex_barycentric[:old], self.turned[result.vertex_parent[:old]]
-        )
+        number = arrays.pop("numbers")
         certificate = replace(
             result.certificate,
             mends=self.mends,
@@ -121,25 +91,53 @@ class SeparatedSurface:
         )
         return replace(
             result,
-            vertices=frozen(np.concatenate([self.input_vertices, vertices])),
-            faces=of_corners(number[result.faces], faces),
-            uv=of_corners(result.uv, points(result.uv)),
-            uv64=of_corners(result.uv64, points(result.uv64)),
-            _uv32=of_corners(result.uv32(), points(result.uv32())),
-            parent_face=frozen(
-                np.concatenate([self.face_origin[result.parent_face], self.collapsed])[order]
-            ),
-            vertex_parent=frozen(
-                np.concatenate([vertex_parent, self.face_origin[new_parent]]).astype(np.int32)
-            ),
-            vertex_barycentric=frozen(
-                np.concatenate([barycentric, _turned(weights, self.turned[new_parent])])
-            ),
-            cut_edges=frozen(number[result.cut_edges]),
+            **{name: frozen(array) for name, array in arrays.items()},
+            uv=with_collapsed(result.uv),
+            uv64=with_collapsed(result.uv64),
+            _uv32=with_collapsed(result.uv32()),
             certificate=certificate,
             input_faces=self.input_faces,
             log_weight=None,
         )
+
+    def carried(self, result: Any) -> tuple[dict[str, Any], OfCorners]:
+        """Of a map of this surface: its faces, vertices, parents and cuts as of the input, and "numbers", what its vertices are
+        there; and what does the same with values at its corners (m', 3, ...) and those of ``collapsed`` (k, 3, ...)."""
+        old, given = len(self.vertices), len(self.input_vertices)
+        added = np.arange(len(result.vertices) - old)
+        number = np.concatenate([self.vertex_origin, given + added]).astype(np.int32)
+        swapped = self.turned[result.parent_face]
+        parent_face = np.concatenate([self.face_origin[result.parent_face], self.collapsed])
+        order = np.argsort(parent_face, kind="stable")
+
+        def of_corners(values: npt.NDArray[Any], others: npt.NDArray[Any]) -> npt.NDArray[Any]:
+            mine = _turned(values, swapped)
+            both: npt.NDArray[Any] = np.concatenate([mine, others.astype(values.dtype)])[order]
+            return both
+
+        new_parent = result.vertex_parent[old:]
+        weights = result.vertex_barycentric[old:]
+        corners = self.input_vertices[self.vertex_origin[self.faces[new_parent]]]
+        moved = (corners != self.vertices[self.faces[new_parent]]).any(axis=(1, 2))
+        vertices = result.vertices[old:].copy()
+        vertices[moved] = np.einsum("vk,vkd->vd", weights[moved], corners[moved])
+        first_parent, first_weights = np.full(given, -1, np.int32), np.zeros((given, 3))
+        first_parent[self.vertex_origin] = self.face_origin[result.vertex_parent[:old]]
+        first_weights[self.vertex_origin] = _turned(
+            result.vertex_barycentric[:old], self.turned[result.vertex_parent[:old]]
+        )
+        arrays = {
+            "vertices": np.concatenate([self.input_vertices, vertices]),
+            "faces": of_corners(number[result.faces], self.input_faces[self.collapsed]),
+            "parent_face": parent_face[order],
+            "vertex_parent": np.concatenate([first_parent, self.face_origin[new_parent]]),
+            "vertex_barycentric": np.concatenate(
+                [first_weights, _turned(weights, self.turned[new_parent])]
+            ),
+            "cut_edges": number[result.cut_edges],
+            "numbers": number,
+        }
+        return arrays, of_corners
 
     def _points_of_collapsed(self, faces: IntArray) -> IntArray:
         """(k, 3) flat corner of the result at each corner of a face that uses a vertex twice; -1: there is none."""
@@ -305,15 +303,20 @@ def _on_input(
     return "none", []
 
 
-def combined(
-    clean: SeparatedSurface, pieces: list[tuple[IntArray, IntArray, Parametrization]]
-) -> Parametrization:
-    """The maps of all parts, as of ``each_part``."""
-    if len(pieces) == 1:
-        return pieces[0][2]
-    count = len(clean.vertices)
+#: (faces, vertices of the whole, map of these)
+Piece = tuple[Any, Any, Any]
+
+
+def joined(vertices: FloatArray, pieces: list[Piece], names: str) -> dict[str, Any]:
+    """The maps of parts as arrays of one, whose vertices come first, then those that the maps have added. names: of further ones
+    at corners, which blanks part."""
+    count = len(vertices)
     first_parent, first_weights = np.zeros(count, np.int32), np.zeros((count, 3))
-    rows: dict[str, list[npt.NDArray[Any]]] = {}
+    rows: dict[str, list[npt.NDArray[Any]]] = {
+        "vertices": [vertices],
+        "vertex_parent": [first_parent],
+        "vertex_barycentric": [first_weights],
+    }
     for own, used, found in pieces:
         old, added = len(used), len(found.vertices) - len(used)
         number = np.concatenate([used, count + np.arange(added)]).astype(np.int32)
@@ -323,25 +326,30 @@ def combined(
         columns: dict[str, npt.NDArray[Any]] = {
             "vertices": found.vertices[old:],
             "faces": number[found.faces],
-            "uv": found.uv,
-            "uv64": found.uv64,
-            "_uv32": found.uv32(),
             "parent_face": own[found.parent_face],
             "vertex_parent": own[found.vertex_parent[old:]],
             "vertex_barycentric": found.vertex_barycentric[old:],
             "cut_edges": number[found.cut_edges].reshape(-1, 2),
-            "turns": found.transitions.quarter_turns,
-            "shifts": found.transitions.translation.reshape(-1, 2),
+            **{name: getattr(found, name) for name in names.split()},
         }
         for name, values in columns.items():
             rows.setdefault(name, []).append(values)
-    rows["vertices"].insert(0, clean.vertices)
-    rows["vertex_parent"].insert(0, first_parent)
-    rows["vertex_barycentric"].insert(0, first_weights)
-    arrays: dict[str, Any] = {name: np.concatenate(values) for name, values in rows.items()}
-    transitions = Transitions(arrays.pop("turns"), arrays.pop("shifts"))
-    results = [found for _, _, found in pieces]
-    worst = next((r for r in results if not r.certificate.ok), results[0])
+    return {name: np.concatenate(values) for name, values in rows.items()}
+
+
+def combined(clean: SeparatedSurface, pieces: list[Piece]) -> Parametrization:
+    """The maps of all parts, as of ``each_part``."""
+    results: list[Parametrization] = [found for _, _, found in pieces]
+    if len(results) == 1:
+        return results[0]
+    transitions = Transitions(
+        np.concatenate([found.transitions.quarter_turns for found in results]),
+        np.concatenate([found.transitions.translation.reshape(-1, 2) for found in results]),
+    )
     return replace(
-        worst, transitions=transitions, input_faces=clean.faces, log_weight=None, **arrays
+        next((found for found in results if not found.certificate.ok), results[0]),
+        **joined(clean.vertices, pieces, "uv uv64 _uv32"),
+        transitions=transitions,
+        input_faces=clean.faces,
+        log_weight=None,
     )

@@ -483,7 +483,7 @@ def tiles(model: Model, options: dict[str, Any]) -> Solved:
     if options["field"] == "map":
         if model.file.uv is None:
             raise bad_option(f"{model.source} has no UVs. Choose another field.")
-        given: Any = (clean.vertices, clean.faces, clean.of_corners(model.uv()))
+        given: Any = (clean.vertices, clean.faces, clean.corners(model.uv()))
     else:
         given, freed, features = _along_field(model, clean, options)
     corner = clean.vertices[clean.faces]
