@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The solver package as the extension uses it: the version handshake and the calls that start jobs."""
 
+import functools
 import math
 import tomllib
 from pathlib import Path
@@ -106,68 +107,19 @@ def unwrap(snapshot, *, pins, keep_places, effort=QUICK_PACKING, **options):
     return _unwrap(snapshot, pins=pins or None, effort=effort, place_like=places, **options)
 
 
-def unwrap_island(island, *, bijective):
-    """The unwrap of one island without pins."""
-    return jobs.unwrap(
-        island.vertices,
-        island.faces,
-        seams="given",
-        bijective=bijective,
-        may_add_cuts=False,
-        **_limits(),
-    )
+unwrap_island = functools.partial(_on("unwrap", "faces"), seams="given", may_add_cuts=False)
 
 
-def settle(island, uv, pins, *, bijective, aspect):
-    """Rounds and certifies a map of one island that meets its pins {(face, corner): (u, v)} already (improve)."""
+def improve(mesh, *, pins, bijective=True, max_seconds=0.0, **options):
+    """Less distortion of a map (vertices, faces, uv) with pins {vertex or (face, corner): (u, v)}. max_seconds: where the
+    preferences allow more."""
     return jobs.improve(
-        (island.vertices, island.faces, uv),
-        pins=pins,
-        keep_bijective=bijective,
-        repair=False,
-        iterations=0,
-        aspect=aspect,
-        threads=threads(),
-    )
-
-
-def improve_refined(result, *, held, bijective, aspect, max_seconds):
-    """Less distortion of a result on its own triangles; vertices of the mask `held` stay where they are (improve)."""
-    uv = np.empty((len(result.vertices), 2))
-    uv[result.faces] = result.uv32()
-    vertices = np.flatnonzero(held).tolist()
-    return jobs.improve(
-        (result.vertices, result.faces, result.uv),
-        pins=dict(zip(vertices, map(tuple, uv[vertices].tolist()), strict=True)),
-        keep_bijective=bijective,
-        repair=False,
-        aspect=aspect,
-        max_seconds=_shorter(max_seconds, preferences.max_seconds()),
-        threads=threads(),
-    )
-
-
-def pull(part, uv, pins, *, iterations, seconds, aspect):
-    """Pulls pins {(face, corner): (u, v)} to their places in a map (m, 3, 2) that has them elsewhere (improve)."""
-    return jobs.improve(
-        (part.vertices, part.triangles, uv),
-        pins=pins,
-        iterations=iterations,
-        max_seconds=seconds,
-        aspect=aspect,
-        threads=threads(),
-    )
-
-
-def improve(snapshot, *, pins, bijective, iterations, aspect=1.0, uv=None):
-    """Less distortion of the snapshot's own map, or of another one."""
-    return jobs.improve(
-        (snapshot.vertices, snapshot.triangles, snapshot.corner_uv if uv is None else uv),
+        mesh,
         pins=pins or None,
         keep_bijective=bijective,
-        iterations=iterations,
-        aspect=aspect,
-        **_limits(),
+        max_seconds=_shorter(max_seconds, preferences.max_seconds()),
+        threads=threads(),
+        **options,
     )
 
 

@@ -147,12 +147,11 @@ class Followed:
         )
         with processes.within(self.process):
             try:
-                job = solver.pull(
-                    part,
-                    start,
-                    pins,
+                job = solver.improve(
+                    (part.vertices, part.triangles, start),
+                    pins=pins,
                     iterations=0 if len(places) == 1 else 200,
-                    seconds=SECONDS,
+                    max_seconds=SECONDS,
                     aspect=self.aspect,
                 )
             except flipfree.FlipfreeError as error:

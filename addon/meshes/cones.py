@@ -149,26 +149,11 @@ def _group(ob: bpy.types.Object, quarter_turns: int) -> bpy.types.VertexGroup:
 def mark_selected(ob: bpy.types.Object, quarter_turns: int) -> int:
     """In edit mode: the selected vertices become cones of so many quarter turns, or none for 0. Returns their number."""
     bm = bmesh.from_edit_mesh(ob.data)
-    if not any(v.select and not v.hide for v in bm.verts):
-        return 0
-    target = _group(ob, quarter_turns).index if quarter_turns else None
-    deform = bm.verts.layers.deform.verify()
-    attribute = bm.verts.layers.float.get(ATTRIBUTE)
-    cone_groups = groups(ob)
-    count = 0
-    for vertex in bm.verts:
-        if not vertex.select or vertex.hide:
-            continue
-        count += 1
-        for index in cone_groups:
-            if index in vertex[deform]:
-                del vertex[deform][index]
-        if attribute is not None:
-            vertex[attribute] = 0.0
-        if target is not None:
-            vertex[deform][target] = 1.0
-    bmesh.update_edit_mesh(ob.data, loop_triangles=False, destructive=False)
-    return count
+    bm.verts.index_update()
+    chosen = [v.index for v in bm.verts if v.select and not v.hide]
+    if chosen:
+        replace(ob, chosen, dict.fromkeys(chosen if quarter_turns else (), quarter_turns))
+    return len(chosen)
 
 
 def add(ob: bpy.types.Object, curvature: dict[int, int]) -> None:
@@ -214,9 +199,7 @@ def clear(ob: bpy.types.Object) -> int:
             shown = [v.select and not v.hide for v in mesh.vertices]
             marked = [v for v in marked if shown[v]]
     replace(ob, marked, {})
-    if editing:
-        bmesh.update_edit_mesh(ob.data, loop_triangles=False, destructive=False)
-    else:
+    if not editing:
         ob.data.update()
     return len(marked)
 

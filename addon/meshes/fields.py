@@ -8,6 +8,8 @@ quarters about the face's normal. A face of several triangles has the mean of th
 import bmesh
 import numpy as np
 
+from flipfree import separated
+
 from .. import compat
 from . import labels, mesh_io
 from .selection import whole_mesh
@@ -117,48 +119,29 @@ def write(ob, faces: np.ndarray, vectors: np.ndarray, name: str = NAME) -> None:
 
 def edges(snapshot: mesh_io.Snapshot) -> np.ndarray:
     """(e, 2) submesh vertex pairs of the edges of the faces that are worked on, each once."""
-    return _once(_sides(snapshot)[0])
-
-
-def _sides(snapshot: mesh_io.Snapshot) -> tuple[np.ndarray, np.ndarray]:
-    """(k, 2) submesh vertices of the sides of triangles that are edges of faces, and (k,) the triangle of each."""
     rows, corners = np.nonzero(~snapshot.inner_sides)
-    ends = np.column_stack(
-        [snapshot.triangles[rows, corners], snapshot.triangles[rows, (corners + 1) % 3]]
-    )
-    return ends, rows
-
-
-def _once(pairs: np.ndarray) -> np.ndarray:
-    return np.unique(np.sort(pairs, axis=1), axis=0).astype(np.int32)
+    ends = snapshot.triangles[rows[:, None], np.column_stack([corners, (corners + 1) % 3])]
+    return np.unique(np.sort(ends, axis=1), axis=0).astype(np.int32)
 
 
 def marked_sharp(ob, snapshot: mesh_io.Snapshot) -> np.ndarray:
     """(s, 2) submesh vertex pairs of the edges that are marked as sharp."""
     with whole_mesh(ob) as mesh:
-        sharp = compat.sharp_edges(mesh)
-    ends, _ = _sides(snapshot)
-    keys = labels.edge_keys(snapshot.edges[sharp])
-    return _once(ends[np.isin(labels.edge_keys(snapshot.vertex_ids[ends]), keys)])
+        sharp = labels.edge_keys(snapshot.edges[compat.sharp_edges(mesh)])
+    own = edges(snapshot)
+    return own[np.isin(labels.edge_keys(snapshot.vertex_ids[own]), sharp)]
 
 
 def sharper_than(snapshot: mesh_io.Snapshot, angle: float) -> np.ndarray:
     """(s, 2) submesh vertex pairs of the edges at which normals turn by more than `angle`, radians."""
-    ends, triangle = _sides(snapshot)
-    keys = labels.edge_keys(ends)
-    order = np.argsort(keys, kind="stable")
-    twin = np.flatnonzero(keys[order[1:]] == keys[order[:-1]])
-    one, other = order[twin], order[twin + 1]
-    normal = _unit(_normals(snapshot.vertices, snapshot.triangles))
-    cosine = np.einsum("ij,ij->i", normal[triangle[one]], normal[triangle[other]])
-    return _once(ends[one[cosine < np.cos(angle)]])
+    inside = labels.edge_keys(snapshot.diagonals)
+    return separated.folds(snapshot.vertices, snapshot.triangles, angle, inside)
 
 
 def flow(snapshot: mesh_io.Snapshot) -> np.ndarray:
     """(s, 2) submesh vertex pairs of the edges of faces with four corners."""
-    corners = np.bincount(snapshot.triangle_face)[snapshot.triangle_face] + 2
-    ends, triangle = _sides(snapshot)
-    return _once(ends[corners[triangle] == 4])
+    inside = labels.edge_keys(snapshot.diagonals)
+    return separated.edges_of_quads(snapshot.triangles, snapshot.triangle_face, inside)
 
 
 # -- how dense the map shall be

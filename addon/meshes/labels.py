@@ -4,12 +4,7 @@
 import numpy as np
 
 import flipfree
-
-
-def edge_keys(pairs: np.ndarray) -> np.ndarray:
-    """One int64 per vertex pair, the same for both directions."""
-    pairs = pairs.astype(np.int64)
-    return np.minimum(pairs[:, 0], pairs[:, 1]) << 32 | np.maximum(pairs[:, 0], pairs[:, 1])
+from flipfree.separated import edge_keys as edge_keys
 
 
 def connected_components(n: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:

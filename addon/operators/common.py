@@ -107,6 +107,19 @@ def reading_meshes(context, *, use_modifiers=False):
     return snapshots, failures
 
 
+def whole_objects(context, make_task, *, wanted=lambda ob: True) -> tuple[list, list]:
+    """(tasks, failures) for all faces of each object that has a map and is wanted: make_task(snapshot, object)."""
+    tasks, failures = [], []
+    for ob in meshes(context):
+        if ob.data.uv_layers.active is None or not wanted(ob):
+            continue
+        try:
+            tasks.append(make_task(mesh_io.read(ob, only_selected=False), ob))
+        except mesh_io.MeshProblem as problem:
+            failures.append(errors.from_problem(ob.name, problem))
+    return tasks, failures
+
+
 def pins_of(snapshot: mesh_io.Snapshot) -> dict:
     """Pinned UVs as {(triangle, corner): (u, v)}. Raises MeshProblem if one is no number."""
     if not snapshot.pinned.any():

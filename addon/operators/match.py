@@ -83,18 +83,16 @@ class MatchTask(parts.PartsTask):
         """The same with its shape on the texture, as far as pins, and lines between two of them, leave it open."""
         pinned = np.zeros(len(island.vertices), bool)
         pinned[[*island.pins, *(v for line, _ in request["lines"] for v in line)]] = True
-        found = yield solver.improve_refined(
-            result,
-            held=held_by_pins(result, island.faces, pinned),
+        found = yield solver.improve(
+            (result.vertices, result.faces, result.uv),
+            pins=held_by_pins(result, island.faces, pinned),
             bijective=request["bijective"],
-            aspect=self.aspect,
-            max_seconds=self.max_seconds,
+            repair=False,
+            **self.values("aspect max_seconds"),
         )
-        certificate = replace(
-            found.certificate, provenance_failures=result.certificate.provenance_failures
-        )
-        return replace(
-            result, uv=found.uv, uv64=found.uv64, _uv32=found.uv32(), certificate=certificate
+        measured = result.certificate.provenance_failures
+        return result.at(
+            found, certificate=replace(found.certificate, provenance_failures=measured)
         )
 
     def _refuse_new_faces(self):
@@ -162,12 +160,13 @@ class MatchTask(parts.PartsTask):
         uv = islands.turned_like(uv, self.snapshot.corner_uv[island.triangles] * seen, ~pinned)
         uv = uv / seen + np.array(target)
         corners = np.argwhere(pinned).tolist()
-        result = yield solver.settle(
-            island,
-            uv,
-            {(f, k): target for f, k in corners},
-            bijective=self.bijective,
-            aspect=self.aspect,
+        # It meets its pin already: it is rounded and certified.
+        result = yield solver.improve(
+            (island.vertices, island.faces, uv),
+            pins={(f, k): target for f, k in corners},
+            repair=False,
+            iterations=0,
+            **self.values("bijective aspect"),
         )
         return islands.Piece(island.triangles, island.submesh, self._counted(result))
 

@@ -7,6 +7,8 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
+from flipfree.separated import in_unit_square
+
 from .. import solver
 from ..meshes import cones, islands, labels, mesh_io, refine, separated, turns
 from . import common, cone_sums, match, options, parts
@@ -198,14 +200,6 @@ class SeamlessTask(parts.PartsTask):
         yield from super().writing(ob)
         if wanted is not None:
             turns.write(ob, snapshot, result.cut_edges, wanted)
-
-
-def in_unit_square(uv: np.ndarray) -> np.ndarray:
-    """uv (m, 3, 2) on a grid, moved and scaled by a power of two so that its box lies in the unit square, at the origin:
-    nothing is rounded."""
-    low = uv.min(axis=(0, 1))
-    extent = float((uv.max(axis=(0, 1)) - low).max())
-    return (uv - low) * 2.0 ** -math.ceil(math.log2(extent))
 
 
 def make_task(snapshot, **options) -> SeamlessTask:

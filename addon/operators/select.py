@@ -8,7 +8,7 @@ from flipfree.distortion import STRETCH_BOUND
 
 from .. import compat, errors, mends, modal, solver
 from ..aspect import sides
-from ..meshes import labels, mesh_io, selection
+from ..meshes import labels, selection
 from ..views import faults, measures
 from . import common, options
 
@@ -98,11 +98,19 @@ class UV_OT_flipfree_select_mends(_SelectPlaces, bpy.types.Operator):
 _MANY = {"vertex": "vertices", "edge": "edges", "face": "faces"}
 
 
-class DistortedTask(modal.Task):
-    """The active map of a whole object: which islands are distorted beyond the bound."""
+class _FoundTask(modal.Task):
+    """Faces of a whole object by its active map. Leaves the object alone: the operator selects in all of them together."""
 
     aspect = 1.0
     faces = np.zeros(0, np.int64)
+
+    def write(self, ob):
+        pass
+
+
+class DistortedTask(_FoundTask):
+    """Which islands are distorted beyond the bound."""
+
     islands = 0
 
     def start(self):
@@ -114,22 +122,6 @@ class DistortedTask(modal.Task):
         chosen = np.unique(label[result.poor_islands])
         self.islands = len(chosen)
         self.faces = np.unique(self.snapshot.triangle_face[np.isin(label, chosen)])
-
-    def write(self, ob):
-        """Leaves the object alone; the operator selects in all of them together."""
-
-
-def _whole_objects(context, make_task) -> tuple[list, list]:
-    """(tasks, failures) for what is worked on: all faces of each object that has a map."""
-    tasks, failures = [], []
-    for ob in common.meshes(context):
-        if ob.data.uv_layers.active is None:
-            continue
-        try:
-            tasks.append(make_task(mesh_io.read(ob, only_selected=False)))
-        except mesh_io.MeshProblem as problem:
-            failures.append(errors.from_problem(ob.name, problem))
-    return tasks, failures
 
 
 def _show_faces(tasks) -> int:
@@ -153,7 +145,7 @@ class UV_OT_flipfree_select_poor(options.MeasureAspect, options.MapOperator, bpy
 
     def make_run(self, context):
         values = self.values(context)
-        return modal.Run(*_whole_objects(context, lambda s: DistortedTask(s, **values)))
+        return modal.Run(*common.whole_objects(context, lambda s, _: DistortedTask(s, **values)))
 
     def summary(self, tasks):
         if not _show_faces(tasks):
@@ -174,13 +166,11 @@ WHAT = {
 _BY_MEASURE = ("worst", "sheared", "small")
 
 
-class FacesTask(modal.Task):
-    """Faces of a whole object by what the map does to them."""
+class FacesTask(_FoundTask):
+    """By what the map does to them."""
 
     what = "flipped"
-    aspect = 1.0
     islands = False
-    faces = np.zeros(0, np.int64)
 
     def __init__(self, snapshot, *, share=5.0, **options):
         super().__init__(snapshot, **options)
@@ -230,9 +220,6 @@ class FacesTask(modal.Task):
             faces = np.unique(snapshot.triangle_face[np.isin(label, named)])
         self.faces = faces
 
-    def write(self, ob):
-        """Leaves the object alone; the operator selects in all of them together."""
-
 
 class UV_OT_flipfree_select_faces(options.MeasureAspect, options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_select_faces"
@@ -257,7 +244,7 @@ class UV_OT_flipfree_select_faces(options.MeasureAspect, options.MapOperator, bp
 
     def make_run(self, context):
         values = self.values(context)
-        return modal.Run(*_whole_objects(context, lambda s: FacesTask(s, **values)))
+        return modal.Run(*common.whole_objects(context, lambda s, _: FacesTask(s, **values)))
 
     def summary(self, tasks):
         name = WHAT[self.what].partition(":")[0]

@@ -172,12 +172,9 @@ class UnwrapTask(MapTask):
         number = np.full(len(label), -1)
         number[pinned] = np.arange(len(pinned))
         found = yield solver.improve(
-            part,
-            uv=uv[pinned],
+            (part.vertices, part.triangles, uv[pinned]),
             pins={(int(number[t]), k): place for (t, k), place in pins.items()},
-            bijective=self.bijective,
-            iterations=200,
-            aspect=self.aspect,
+            **self.values("bijective aspect"),
         )
         self._laid_out = uv / [self.aspect, 1.0]
         self._laid_out[pinned] = found.uv

@@ -11,6 +11,8 @@ from fractions import Fraction
 
 import numpy as np
 
+from flipfree import distortion
+
 PERCENTILES = (50, 95, 99)
 
 
@@ -30,17 +32,8 @@ class Stretch:
 
 def stretch(points: np.ndarray, uv: np.ndarray) -> Stretch:
     """points (t, 3, 3), uv (t, 3, 2)."""
-    points, uv = points.astype(np.float64), uv.astype(np.float64)
-    along, across = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
-    twice = np.linalg.norm(np.cross(along, across), axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        x1 = np.linalg.norm(along, axis=1)
-        x2 = np.einsum("ij,ij->i", along, across) / x1
-        y2 = twice / x1
-        du = (uv[:, 1] - uv[:, 0]) / x1[:, None]
-        dv = (uv[:, 2] - uv[:, 0] - du * x2[:, None]) / y2[:, None]
-        squares = (du**2 + dv**2).sum(axis=1)
-        det = du[:, 0] * dv[:, 1] - du[:, 1] * dv[:, 0]
+    every = np.arange(3 * len(points)).reshape(-1, 3)
+    squares, det, twice = distortion.derivatives(points.reshape(-1, 3), every, uv)
     return Stretch(0.5 * twice, squares, det)
 
 
@@ -117,13 +110,8 @@ def figures(values: np.ndarray, weights: np.ndarray) -> Figures | None:
         return None
     finite = np.isfinite(values)
     mean = float(np.average(values[finite], weights=weights[finite])) if finite.any() else np.inf
-    order = np.argsort(values)
-    below = np.cumsum(weights[order])
-    at = [np.searchsorted(below, p / 100 * below[-1]) for p in PERCENTILES]
-    ranked = values[order]
-    last = len(ranked) - 1
-    chosen = tuple(float(ranked[min(i, last)]) for i in at)
-    return Figures(mean, chosen, float(ranked[-1]), len(values))
+    chosen = distortion.percentiles(values, weights, PERCENTILES)
+    return Figures(mean, tuple(chosen), float(values.max()), len(values))
 
 
 def shares(values: np.ndarray, weights: np.ndarray, bins: int) -> np.ndarray:

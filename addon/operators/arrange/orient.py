@@ -7,7 +7,7 @@ import bmesh
 import bpy
 import numpy as np
 
-from ... import compat, errors, modal
+from ... import compat, modal
 from ...meshes import labels, mesh_io, selection
 from .. import common, options
 from . import moved
@@ -132,22 +132,6 @@ def selected_edges(ob) -> np.ndarray:
         return compat.edge_vertices(mesh)[chosen].astype(np.int64)
 
 
-def whole_objects_with_edges(context, make_task) -> modal.Run:
-    """A task per object that has selected edges, for all of its faces: make_task(snapshot, selected). Raises MeshProblem."""
-    tasks, failures = [], []
-    for ob in common.meshes(context):
-        chosen = selected_edges(ob)
-        if ob.data.uv_layers.active is None or not len(chosen):
-            continue
-        try:
-            tasks.append(make_task(mesh_io.read(ob, only_selected=False), chosen))
-        except mesh_io.MeshProblem as problem:
-            failures.append(errors.from_problem(ob.name, problem))
-    if not tasks and not failures:
-        raise mesh_io.MeshProblem("No edge is selected. Select one in Edit Mode")
-    return modal.Run(tasks, failures)
-
-
 class UV_OT_flipfree_orient(
     options.KeepPins, options.CorrectAspect, options.MapOperator, bpy.types.Operator
 ):
@@ -166,9 +150,15 @@ class UV_OT_flipfree_orient(
     def make_run(self, context):
         if self.by == "edge":
             values = self.values(context)
-            return whole_objects_with_edges(
-                context, lambda s, chosen: OrientTask(s, chosen, **values)
+            edges = {ob: selected_edges(ob) for ob in common.meshes(context)}
+            found = common.whole_objects(
+                context,
+                lambda s, ob: OrientTask(s, edges[ob], **values),
+                wanted=lambda ob: len(edges[ob]),
             )
+            if not any(found):
+                raise mesh_io.MeshProblem("No edge is selected. Select one in Edit Mode")
+            return modal.Run(*found)
         return super().make_run(context)
 
     make_task = staticmethod(OrientTask)

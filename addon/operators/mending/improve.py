@@ -31,8 +31,7 @@ class ImproveTask(MapTask):
         yield modal.Pause()
         uv = yield from modal.paused(steps.doubles(uv))
         result = yield solver.improve(
-            snapshot,
-            uv=uv,
+            (snapshot.vertices, snapshot.triangles, uv),
             pins=pins,
             **self.values("bijective iterations aspect"),
         )

@@ -352,15 +352,14 @@ def as_list(values: Any, name: str, of: str) -> list[Any]:
     return result
 
 
+_FLAGS = (
+    "bijective cut_extremities disjoint exact keep_bijective low_distortion may_add_cuts optimise repair require_convergence "
+    "reroute scale_true seamless share_tile simplify stack_mirrored stack_similar tiled together"
+).split()
+
 #: Options that mean the same wherever a call has them: how they are checked.
 OPTIONS: dict[str, Callable[[Any, str], Any]] = {
-    **dict.fromkeys(("bijective", "cut_extremities", "disjoint", "exact"), as_flag),
-    **dict.fromkeys(("keep_bijective", "low_distortion", "may_add_cuts", "optimise"), as_flag),
-    **dict.fromkeys(
-        ("repair", "require_convergence", "reroute", "scale_true", "seamless"), as_flag
-    ),
-    **dict.fromkeys(("share_tile", "simplify", "tiled", "together"), as_flag),
-    **dict.fromkeys(("stack_similar", "stack_mirrored"), as_flag),
+    **dict.fromkeys(_FLAGS, as_flag),
     **dict.fromkeys(("cuts", "features", "uncuttable"), partial(as_optional_indices, columns=2)),
     **dict.fromkeys(("corners", "groups", "layouts", "movable", "unmoved"), as_optional_indices),
     "aspect": partial(

@@ -52,10 +52,7 @@ class ReadOnly:
     """Copies and pickles forget that arrays are read-only."""
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        for value in state.values():
-            if isinstance(value, np.ndarray):
-                frozen(value)
+        self.__dict__.update(all_frozen(state))
 
 
 @dataclass(frozen=True, eq=False)
@@ -373,6 +370,14 @@ def frozen(array: Any) -> Any:
     return array
 
 
+def all_frozen(data: dict[str, Any]) -> dict[str, Any]:
+    """The same, all arrays in it."""
+    for value in data.values():
+        if isinstance(value, np.ndarray):
+            frozen(value)
+    return data
+
+
 def certificate_from(
     data: dict[str, Any], mesh: Mesh | None = None, uv32: Any = None, aspect: float = 1.0
 ) -> Certificate:
@@ -390,15 +395,11 @@ def certificate_from(
             data["stretched"], data["level"] = found.share, found.level
             data["poor_islands"] = found.islands
             data["needles"] = needles(mesh.scaled, mesh.faces, energy)
-    data["quarter_cones"] = np.array(data["quarter_cones"], np.int32).reshape(-1, 2)
-    data["features_missed"] = np.array(data["features_missed"], np.int32).reshape(-1, 2)
-    for name in (
-        "failed_faces mirrored_faces seam_vertices quarter_cones features_missed poor_islands"
-    ).split():
-        frozen(data[name])
+    for name in ("quarter_cones", "features_missed"):
+        data[name] = np.array(data[name], np.int32).reshape(-1, 2)
     data["mends"] = mends_from(data["mends"])
     data["seam_transitions"] = Transitions(*map(frozen, data["seam_transitions"]))
-    return Certificate(**data)
+    return Certificate(**all_frozen(data))
 
 
 def mends_from(data: list[tuple[str, str, int, IntArray]]) -> tuple[Mend, ...]:
@@ -408,13 +409,10 @@ def mends_from(data: list[tuple[str, str, int, IntArray]]) -> tuple[Mend, ...]:
 def parametrization_from(data: dict[str, Any], mesh: Mesh, aspect: float = 1.0) -> Parametrization:
     """aspect: of the texture on which distortion is measured."""
     vertices = mesh.restored(data["vertices"])
-    for value in data.values():
-        if isinstance(value, np.ndarray):
-            frozen(value)
     refined = replace(mesh, scaled=data["vertices"], faces=data["faces"])
     certificate = certificate_from(data["certificate"], refined, data["_uv32"], aspect)
     return Parametrization(
-        **data
+        **all_frozen(data)
         | {
             "vertices": frozen(vertices),
             "transitions": Transitions(*map(frozen, data["transitions"])),

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -56,9 +57,9 @@ class SeparatedSurface:
     def edges(self, pairs: Any) -> IntArray:
         """(s', 2) edges that come from these (s, 2) vertex pairs of the input, such as seams."""
         wanted = edge_keys(as_indices(pairs, "pairs", 2))
-        sides = np.concatenate([self.faces[:, (k, (k + 1) % 3)] for k in range(3)])
-        chosen = np.isin(edge_keys(self.vertex_origin[sides]), wanted)
-        return np.unique(np.sort(sides[chosen], axis=1), axis=0).astype(np.int32)
+        ends = sides(self.faces)
+        chosen = np.isin(edge_keys(self.vertex_origin[ends]), wanted)
+        return np.unique(np.sort(ends[chosen], axis=1), axis=0).astype(np.int32)
 
     def corners(self, values: npt.ArrayLike) -> npt.NDArray[Any]:
         """Values (m, 3, ...) at corners of the input, such as UVs, at those of this surface (m', 3, ...)."""
@@ -154,6 +155,43 @@ def edge_keys(pairs: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
     wide = pairs.astype(np.int64)
     keys: npt.NDArray[np.int64] = wide.min(axis=1) << 32 | wide.max(axis=1)
     return keys
+
+
+def sides(faces: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """(3 m, 2) from each corner to the next: all first sides, all second ones, all third ones."""
+    return np.concatenate([faces[:, (k, (k + 1) % 3)] for k in range(3)])
+
+
+def folds(
+    vertices: FloatArray, faces: IntArray, angle: float, within: npt.NDArray[Any]
+) -> IntArray:
+    """(s, 2) edges at which the surface folds by more than that angle, radians, those of the keys ``within`` left out."""
+    corner = vertices[faces]
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    ends, face = sides(faces), np.tile(np.arange(len(faces)), 3)
+    keys = edge_keys(ends)
+    order = np.argsort(keys, kind="stable")
+    both = np.flatnonzero(keys[order][1:] == keys[order][:-1])
+    left, right = order[both], order[both + 1]
+    bent = np.einsum("ij,ij->i", normal[face[left]], normal[face[right]]) < np.cos(angle)
+    chosen = left[bent & ~np.isin(keys[left], within)]
+    return np.unique(np.sort(ends[chosen], axis=1), axis=0).astype(np.int32)
+
+
+def edges_of_quads(faces: IntArray, polygons: IntArray, within: npt.NDArray[Any]) -> IntArray:
+    """(s, 2) edges of polygons of two triangles, those of the keys ``within`` left out. polygons: (m,) that of each triangle."""
+    pairs = np.sort(sides(faces[np.bincount(polygons)[polygons] == 2]), axis=1)
+    pairs = np.unique(pairs, axis=0).astype(np.int32)
+    return pairs[~np.isin(edge_keys(pairs), within)]
+
+
+def in_unit_square(uv: FloatArray) -> FloatArray:
+    """uv (m, 3, 2) on a grid, moved and scaled by a power of two so that its box lies in the unit square, at the origin:
+    nothing is rounded."""
+    low = uv.min(axis=(0, 1))
+    extent = float((uv.max(axis=(0, 1)) - low).max())
+    return np.asarray((uv - low) * 2.0 ** -math.ceil(math.log2(extent)))
 
 
 def boundary_loops(faces: IntArray) -> list[list[int]]:

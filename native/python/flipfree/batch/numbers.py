@@ -122,11 +122,6 @@ def add_options(parser: argparse.ArgumentParser, usage: str) -> None:
             parser.add_argument(word, action="store_true", help=text)
 
 
-def margin(options: dict[str, Any]) -> float:
-    """In widths of the texture."""
-    return float(options["margin_pixels"] / options["texture_size"])
-
-
 def refuse_together(options: dict[str, Any]) -> None:
     """What only several numbers are at fault for. Raises PlanError."""
     if "margin_pixels" in options and not options["margin_pixels"] < options["texture_size"] / 2:

@@ -21,6 +21,7 @@ from ..separated import (
     edge_keys,
     named_on_input,
     parts_of,
+    sides,
     split_fans,
 )
 from .certification import certify
@@ -243,13 +244,16 @@ def match(
 
 def held_by_pins(
     found: Parametrization, faces: IntArray, pinned: npt.NDArray[np.bool_]
-) -> npt.NDArray[np.bool_]:
-    """Of a map that met pins: its vertices that may not move any more, as a mask. They are the pinned ones of the input, whose
+) -> dict[int, tuple[float, float]]:
+    """Of a map that met pins: its vertices that may not move any more, as pins. They are the pinned ones of the input, whose
     faces these are, and new ones on edges between two of them, which may be a line or a part of the boundary."""
     n = len(pinned)
     weights, corners = found.vertex_barycentric[n:], pinned[faces[found.vertex_parent[n:]]]
     between = ((weights == 0.0) | corners).all(axis=1) & (weights == 0.0).any(axis=1)
-    return np.concatenate([pinned, between])
+    held = np.flatnonzero(np.concatenate([pinned, between])).tolist()
+    places = np.empty((len(found.vertices), 2))
+    places[found.faces] = found.uv
+    return dict(zip(held, map(tuple, places[held].tolist()), strict=True))
 
 
 def edges_between_pins(
@@ -261,9 +265,8 @@ def edges_between_pins(
     fixed = np.zeros(int(faces.max()) + 1, bool)
     fixed[list(pinned)] = True
     solid = faces[fixed[faces].all(axis=1)]
-    sides = np.concatenate([solid[:, (k, (k + 1) % 3)] for k in range(3)])
     chosen = edges[fixed[edges].all(axis=1)]
-    chosen = chosen[~np.isin(edge_keys(chosen), edge_keys(sides))]
+    chosen = chosen[~np.isin(edge_keys(chosen), edge_keys(sides(solid)))]
     rim = set(outline)
     found: list[list[int]] = chosen.tolist()
     return [edge for edge in found if not rim.issuperset(edge)]

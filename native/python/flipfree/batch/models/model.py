@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from ...errors import InvalidInput, bad_option
 from ...results import Certificate, FloatArray, IntArray, Parametrization
 from ...separated import SeparatedSurface, edge_keys, separate
 from ..results import beside
+
+Result = TypeVar("Result")
 
 #: What a call is left with when the time is over: it says so then, or has something to return.
 LEAST_SECONDS = 1e-3
@@ -48,6 +50,10 @@ class Model:
     @property
     def vertices(self) -> FloatArray:
         return self.file.vertices
+
+    def call(self, solver: Callable[..., Result], *arguments: Any, **options: Any) -> Result:
+        """Of a function of the package, for this mesh."""
+        return solver(self.vertices, self.faces, *arguments, **options, **self.limits)
 
     @cached_property
     def diagonals(self) -> IntArray:
@@ -109,7 +115,29 @@ class Solved:
     beside: dict[str, Any] = field(default_factory=dict)
 
 
+#: What is made of a model with these options (arguments).
 Solve = Callable[[Model, dict[str, Any]], Solved]
+
+#: Arguments of calls -> options that say the contrary.
+_CONTRARY = {
+    **dict.fromkeys(("bijective", "keep_bijective"), "allow_overlaps"),
+    **{"cut_extremities": "short_cuts", "disjoint": "allow_stacked", "may_add_cuts": "no_new_cuts"},
+    **{"optimise": "no_optimise", "prefer_translations": "no_prefer_translations"},
+    **{"reroute": "no_reroute", "scale_true": "keep_sizes"},
+}
+
+
+def arguments(options: Mapping[str, Any]) -> dict[str, Any]:
+    """The options of a command line, and what calls are given for them."""
+    found: dict[str, Any] = {a: not options[o] for a, o in _CONTRARY.items() if o in options}
+    if "margin_pixels" in options:
+        found["margin"] = float(options["margin_pixels"] / options["texture_size"])
+    return {**options, **found}
+
+
+def taken(options: Mapping[str, Any], names: str) -> dict[str, Any]:
+    """Those of these names, which blanks part."""
+    return {name: options[name] for name in names.split()}
 
 
 def read_model(source: Path, *, merge: bool, max_seconds: float | None, threads: int) -> Model:

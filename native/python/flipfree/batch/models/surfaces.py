@@ -13,33 +13,30 @@ from typing import Any
 
 import numpy as np
 
-from ...calls.certification import certify
-from ...calls.conformal import boundary_angles, suggest_cones
-from ...calls.conformal import conformal as conformal_map
-from ...calls.cuts import admissible_cut
-from ...calls.matching import edges_between_pins, held_by_pins, with_pins
-from ...calls.matching import embed as embed_disk
-from ...calls.matching import match as match_pins
-from ...calls.mesh_files import MeshFile
-from ...calls.seamless import CrossField, Signature, cross_field, field_aligned
-from ...calls.seamless import seamless as seamless_map
-from ...calls.unwrapping import pack
-from ...calls.unwrapping import unwrap as unwrap_mesh
-from ...errors import Infeasible, InvalidInput, NotConverged, bad_option, bad_pins
-from ...points import compose
-from ...quads import fit_tiles
-from ...quads import quads as quad_mesh
-from ...results import FloatArray, IntArray, Parametrization
-from ...separated import SeparatedSurface, each_part, edge_keys, parts_of, split_fans
+import flipfree as ff
+
+from ...calls.matching import edges_between_pins, held_by_pins
+from ...errors import bad_option, bad_pins
+from ...results import FloatArray, IntArray
+from ...separated import (
+    each_part,
+    edge_keys,
+    edges_of_quads,
+    folds,
+    in_unit_square,
+    parts_of,
+    sides,
+)
 from ...texts import counted
-from .. import numbers
 from ..results import beside, field_files
 from .any_mesh import with_aspect_of_pins
-from .model import Model, Solved, read_model
+from .model import Model, Solved, arguments, read_model, taken
 from .pins import lines_told, outline_told, pins_of, points_told, refuse_split_cuts, refuse_unknown
 
 #: As seams are where nobody asks for more than it takes to open a part.
-_AS_GIVEN: dict[str, Any] = dict(seams="given", may_add_cuts=False, cut_extremities=False)
+_AS_GIVEN: dict[str, Any] = dict(
+    seams="given", may_add_cuts=False, cut_extremities=False, effort=0.0
+)
 
 #: Of the scale, in what ``seamless`` suggests.
 BOUND = 2.0
@@ -49,6 +46,7 @@ _ENLARGED = "parts too small beside the others for 32 bits are larger than in sc
 _MORE_QUADS = "so few quads would be no mesh: there are more"
 # Edges at which a surface folds by more are sharp, where nobody says from where on.
 _SHARP = math.radians(30.0)
+_NOTHING = np.zeros(0, np.int64)
 
 
 def embed(model: Model, options: dict[str, Any]) -> Solved:
@@ -56,45 +54,32 @@ def embed(model: Model, options: dict[str, Any]) -> Solved:
     clean = model.clean()
     points = points_told(model, clean, pins_of(model)) if own else {}
 
-    def solve(vertices: FloatArray, faces: IntArray, used: IntArray) -> Parametrization:
-        return embed_disk(
-            vertices,
-            faces,
-            boundary="corners" if own else options["boundary"],
-            corners={i: points[v] for i, v in enumerate(used.tolist()) if v in points}
-            if own
-            else None,
-            method=options["method"],
-            optimise=options["optimise"],
-            **model.limits,
-        )
+    def solve(vertices: FloatArray, faces: IntArray, used: IntArray) -> ff.Parametrization:
+        how = taken(options, "boundary method optimise")
+        if own:
+            corners = {i: points[v] for i, v in enumerate(used.tolist()) if v in points}
+            how |= dict(boundary="corners", corners=corners)
+        return ff.embed(vertices, faces, **how, **model.limits)
 
     found = each_part(clean, solve)
     if not (own or options["no_pack"]):
         found = _packed(model, found, options, together=False)
     whole = clean.on_input(found)
-    judged = certify(found.vertices, found.faces, found.uv, pins=points, threads=model.threads)
+    judged = ff.certify(found.vertices, found.faces, found.uv, pins=points, threads=model.threads)
     return Solved(replace(judged, mends=clean.mends), whole)
 
 
 def _packed(
-    model: Model, found: Parametrization, options: dict[str, Any], *, together: bool
-) -> Parametrization:
-    packed = pack(
-        found.vertices,
-        found.faces,
-        found.uv,
-        together=together,
-        scale_true=True,
-        margin=numbers.margin(options),
-        **model.limits,
-    )
-    return found.at(packed)
+    model: Model, found: ff.Parametrization, options: dict[str, Any], *, together: bool
+) -> ff.Parametrization:
+    how = taken(options, "margin") | model.limits
+    mesh = found.vertices, found.faces, found.uv
+    return found.at(ff.pack(*mesh, together=together, scale_true=True, **how))
 
 
 def _cut_open(
-    model: Model, clean: SeparatedSurface, points: dict[int, tuple[float, float]]
-) -> tuple[SeparatedSurface, IntArray]:
+    model: Model, clean: ff.SeparatedSurface, points: dict[int, tuple[float, float]]
+) -> tuple[ff.SeparatedSurface, IntArray]:
     """With parts that have pins, and are closed or have handles, cut; and (s, 2) the cuts, as vertex pairs of the input."""
     diagonals = clean.edges(model.diagonals)
     cuts = [np.zeros((0, 2), np.int32)]
@@ -102,17 +87,11 @@ def _cut_open(
         if not np.isin(used, list(points)).any():
             continue
         whole = np.searchsorted(used, diagonals[np.isin(diagonals, used).all(axis=1)])
-        opened = unwrap_mesh(
-            clean.vertices[used],
-            own,
-            uncuttable=whole,
-            effort=0.0,
-            **_AS_GIVEN,
-            **model.limits,
-        )
+        how = _AS_GIVEN | model.limits
+        opened = ff.unwrap(clean.vertices[used], own, uncuttable=whole, **how)
         cuts.append(used[opened.cut_edges].astype(np.int32))
     every = np.concatenate(cuts)
-    faces, origin = split_fans(clean.faces, cuts=every)
+    faces, origin = ff.split_fans(clean.faces, cuts=every)
     cut = replace(
         clean,
         vertices=clean.vertices[origin],
@@ -132,14 +111,14 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
     diagonals = edge_keys(clean.edges(model.diagonals))
     held: list[int] = []  # vertices of parts with pins
 
-    def solve(vertices: FloatArray, faces: IntArray, used: IntArray) -> Parametrization:
+    def solve(vertices: FloatArray, faces: IntArray, used: IntArray) -> ff.Parametrization:
         number = {v: i for i, v in enumerate(used.tolist())}
         own = {number[v]: uv for v, uv in points.items() if v in number}
         own_lines = [([number[v] for v in vs], uv) for vs, uv in lines if vs[0] in number]
         own_loop = [number[v] for v in outline if v in number]
         if not own and not own_lines and not own_loop:
             if options["unwrap_rest"]:
-                rest = unwrap_mesh(vertices, faces, effort=0.0, **_AS_GIVEN, **model.limits)
+                rest = ff.unwrap(vertices, faces, **_AS_GIVEN, **model.limits)
                 return replace(rest, uv=rest.uv / [options["aspect"], 1.0])
             where = clean.vertex_origin[used[0]]
             raise bad_pins(
@@ -148,7 +127,7 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
         held.extend(used.tolist())
         if not options["bend_lines"]:
             place = own | {number[v]: uv for v, uv in outline.items() if v in number}
-            edges = np.unique(np.sort(_sides(faces), axis=1), axis=0)
+            edges = np.unique(np.sort(sides(faces), axis=1), axis=0)
             edges = edges[~np.isin(edge_keys(used[edges]), diagonals)]
             told_sides = {frozenset(side) for vs, _ in own_lines for side in pairwise(vs)}
             own_lines += [
@@ -156,7 +135,7 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
                 for a, b in edges_between_pins(faces, edges, list(place), own_loop)
                 if {a, b} not in told_sides
             ]
-        met = match_pins(
+        met = ff.match(
             vertices,
             faces,
             points=own,
@@ -167,7 +146,7 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
                 number[v]: [number[w] for w in path] for v, path in paths.items() if v in number
             },
             movable=[number[v] for v in movable if v in number],
-            bijective=not (options["allow_overlaps"] or own_loop),
+            bijective=options["bijective"] and not own_loop,
             **model.limits,
         )
         added = len(met.vertices) - len(vertices)
@@ -187,24 +166,23 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
     refuse_split_cuts(clean, found, cuts)
     if len(held) < len(clean.vertices):
         of_held = np.isin(clean.faces[found.parent_face, 0], held)
-        beside_held = pack(
+        beside_held = ff.pack(
             found.vertices,
             found.faces,
             found.uv,
             unmoved=np.flatnonzero(np.repeat(of_held, 3)).astype(np.int32),
             scale_true=True,
-            keep_bijective=not options["allow_overlaps"],
-            aspect=options["aspect"],
+            **taken(options, "keep_bijective aspect"),
             **model.limits,
         )
         found = found.at(beside_held)
     whole = clean.on_input(found)
-    judged = certify(
+    judged = ff.certify(
         found.vertices,
         found.faces,
         found.uv,
         pins={**points, **{v: uv for v, uv in outline.items() if v not in movable}},
-        bijective=not (options["allow_overlaps"] or outline),
+        bijective=options["bijective"] and not outline,
         aspect=options["aspect"],
         threads=model.threads,
     )
@@ -216,7 +194,7 @@ def transfer(model: Model, options: dict[str, Any]) -> Solved:
     if not options["source"]:
         raise bad_option("--source names no model. Say whose shape is taken.")
     other = read_model(Path(options["source"]), merge=not options["no_merge"], **model.limits)
-    there = compose(*((m.vertices, m.faces, m.uv()) for m in (model, other)))
+    there = ff.compose(*((m.vertices, m.faces, m.uv()) for m in (model, other)))
     face, weights = there.map_corners()
     places = np.einsum("mcw,mcwd->mcd", weights, other.vertices[other.faces[face]])
     vertices = model.vertices.copy()
@@ -228,20 +206,20 @@ def conformal(model: Model, options: dict[str, Any]) -> Solved:
     clean = model.clean()
     cones = clean.copies(_cones(model)) if options["cones"] == "auto" else {}
 
-    def solve(vertices: FloatArray, faces: IntArray, used: IntArray) -> Parametrization:
+    def solve(vertices: FloatArray, faces: IntArray, used: IntArray) -> ff.Parametrization:
         own = {i: cones[v] for i, v in enumerate(used.tolist()) if v in cones}
         closed = _is_closed(faces)
         angles: Any
         if options["cones"] == "suggested" or (closed and not own and options["cones"] == "auto"):
-            angles = suggest_cones(vertices, faces, bound=options["bound"], **model.limits)
+            angles = ff.suggest_cones(vertices, faces, bound=options["bound"], **model.limits)
         elif closed:
             angles = np.full(len(vertices), 2 * math.pi)
             angles[list(own)] = list(own.values())
         else:
-            angles = boundary_angles(
+            angles = ff.boundary_angles(
                 vertices, faces, options["boundary"], cones=own, **model.limits
             )
-        return conformal_map(
+        return ff.conformal(
             vertices,
             faces,
             angles,
@@ -256,14 +234,14 @@ def conformal(model: Model, options: dict[str, Any]) -> Solved:
 
 
 def _suggested(
-    model: Model, clean: SeparatedSurface, bound: float, quarter_turns: bool
+    model: Model, clean: ff.SeparatedSurface, bound: float, quarter_turns: bool
 ) -> tuple[dict[int, float], float, bool]:
     """{vertex of the clean surface: degrees} over all parts, the largest ratio of scales of one, and whether the bound holds."""
     found: dict[int, float] = {}
     ratio, holds = 1.0, True
     wanted: dict[str, Any] = dict(bound=bound, quarter_turns=quarter_turns)
     for _, used, faces in parts_of(clean):
-        angles = suggest_cones(clean.vertices[used], faces, **wanted, **model.limits)
+        angles = ff.suggest_cones(clean.vertices[used], faces, **wanted, **model.limits)
         degrees = np.degrees(angles[angles.cones])
         if quarter_turns:
             degrees = 90.0 * np.rint(degrees / 90.0)
@@ -287,9 +265,9 @@ def cut(model: Model, options: dict[str, Any]) -> Solved:
     field = None
     if options["follow"] == "field":
         path = beside(model.source, "signature")
-        wanted = Signature.read(path) if path.exists() else Signature(quarters, [])
-        field = cross_field(clean.vertices, clean.faces, signature=wanted, **model.limits)
-    found = admissible_cut(
+        wanted = ff.Signature.read(path) if path.exists() else ff.Signature(quarters, [])
+        field = ff.cross_field(clean.vertices, clean.faces, signature=wanted, **model.limits)
+    found = ff.admissible_cut(
         clean.vertices, clean.faces, None if field else quarters, field=field, **model.limits
     )
     told = {
@@ -306,7 +284,7 @@ def _numbers_at(model: Model, kind: str, what: str) -> dict[int, float]:
     try:
         numbers_at = {int(v): float(number) for v, number in (model.told(kind) or {}).items()}
     except (TypeError, ValueError):
-        raise InvalidInput(
+        raise ff.InvalidInput(
             f'The file with the {kind} must hold {{"vertex": {what}, ...}}. Correct it.',
             code="bad angles" if kind == "cones" else "bad option",
         ) from None
@@ -319,7 +297,7 @@ def _cones(model: Model) -> dict[int, float]:
     return {v: math.radians(angle) for v, angle in _numbers_at(model, "cones", "degrees").items()}
 
 
-def _density(model: Model, clean: SeparatedSurface) -> FloatArray | None:
+def _density(model: Model, clean: ff.SeparatedSurface) -> FloatArray | None:
     """Per vertex, 1 where the file beside the model says nothing; None where there is none."""
     told = clean.copies(_numbers_at(model, "density", "number"))
     density = np.ones(len(clean.vertices))
@@ -328,12 +306,9 @@ def _density(model: Model, clean: SeparatedSurface) -> FloatArray | None:
 
 
 def _is_closed(faces: IntArray) -> bool:
-    return bool((np.unique(_sides(faces), axis=0, return_counts=True)[1] == 2).all())
-
-
-def _sides(faces: IntArray) -> IntArray:
-    """(3 m, 2) sides of the faces, the smaller vertex first: all first sides, all second ones, all third ones."""
-    return np.sort(np.concatenate([faces[:, (k, (k + 1) % 3)] for k in range(3)]), axis=1)
+    return bool(
+        (np.unique(np.sort(sides(faces), axis=1), axis=0, return_counts=True)[1] == 2).all()
+    )
 
 
 def seamless(model: Model, options: dict[str, Any]) -> Solved:
@@ -343,13 +318,11 @@ def seamless(model: Model, options: dict[str, Any]) -> Solved:
     if not quarters and options["bound"] != BOUND:
         suggested, _, _ = _suggested(model, clean, options["bound"], True)
         quarters = {v: round(angle / 90.0) for v, angle in suggested.items()}
-    found = seamless_map(
+    found = ff.seamless(
         clean.vertices,
         clean.faces,
         quarters or None,
-        engine=options["engine"],
-        boundary=options["boundary"],
-        optimise=not options["no_optimise"],
+        **taken(options, "engine boundary optimise"),
         uncuttable=clean.edges(model.diagonals),
         **model.limits,
     )
@@ -357,11 +330,11 @@ def seamless(model: Model, options: dict[str, Any]) -> Solved:
     return _placed(model, clean, found, options, freed)
 
 
-def _quarters(clean: SeparatedSurface, cones: dict[int, float]) -> dict[int, int]:
+def _quarters(clean: ff.SeparatedSurface, cones: dict[int, float]) -> dict[int, int]:
     quarters = {v: round(angle / (math.pi / 2)) for v, angle in cones.items()}
     for v, angle in cones.items():
         if abs(quarters[v] - angle / (math.pi / 2)) > 1e-9 or quarters[v] < 1:
-            raise InvalidInput(
+            raise ff.InvalidInput(
                 f"Vertex {clean.vertex_origin[v]} has a cone of {math.degrees(angle):g} degrees, no multiple of 90. Correct it.",
                 code="bad angles",
             )
@@ -369,7 +342,7 @@ def _quarters(clean: SeparatedSurface, cones: dict[int, float]) -> dict[int, int
 
 
 def _placed(
-    model: Model, clean: SeparatedSurface, found: Parametrization, options: Any, freed: bool
+    model: Model, clean: ff.SeparatedSurface, found: ff.Parametrization, options: Any, freed: bool
 ) -> Solved:
     """In the unit square unless it is to stay; judged again as it is written then."""
     certificate = found.certificate
@@ -377,18 +350,14 @@ def _placed(
     enlarged = bool(found.stats.get("enlarged_islands", 0))
     points = points_told(model, clean, pins_of(model)) if options["meet_pins"] else {}
     if not options["surface_scale"]:
-        low = found.uv64.min(axis=(0, 1))
-        extent = float((found.uv64.max(axis=(0, 1)) - low).max())
-        uv = (found.uv64 - low) * 2.0 ** -math.ceil(
-            math.log2(extent)
-        )  # on a grid: nothing is rounded
+        uv = in_unit_square(found.uv64)
         stored = uv.astype(np.float32)
         found = replace(found, uv=uv, uv64=uv, _uv32=stored)
     if points:
-        found = with_pins(found, points, **model.limits)
+        found = found.with_pins(points, **model.limits)
         certificate = found.certificate
     elif not options["surface_scale"]:
-        certificate = certify(
+        certificate = ff.certify(
             found.vertices,
             found.faces,
             stored.astype(np.float64),
@@ -402,25 +371,26 @@ def _placed(
 
 
 def _along_field(
-    model: Model, clean: SeparatedSurface, options: dict[str, Any]
-) -> tuple[Parametrization, bool, Any]:
+    model: Model, clean: ff.SeparatedSurface, options: dict[str, Any]
+) -> tuple[ff.Parametrization, bool, Any]:
     """(map, whether its boundary is free though it was to be aligned, edges that shall be lines of it)."""
     field_told = options["field"] in ("cones", "file", "signature")
     told = _told_field(model, clean, options) if field_told else None
     sharp = None
     if options["field"] == "edges":
-        sharp = _folds(clean, math.radians(options["sharp_from"]))
+        angle = math.radians(options["sharp_from"])
+        sharp = folds(clean.vertices, clean.faces, angle, _NOTHING)
     elif options["field"] == "flow":
-        sharp = clean.edges(_flow(model))
+        sharp = _flow(model, clean)
 
-    exact = options["edge_weight"] == 1.0 and not (options["no_optimise"] or options["meet_pins"])
+    exact = options["edge_weight"] == 1.0 and options["optimise"] and not options["meet_pins"]
     features = sharp if options["field"] == "edges" and exact else None
 
-    def follow(aligned: bool) -> Parametrization:
+    def follow(aligned: bool) -> ff.Parametrization:
         direction = (
             told
-            if isinstance(told, CrossField)
-            else cross_field(
+            if isinstance(told, ff.CrossField)
+            else ff.cross_field(
                 clean.vertices,
                 clean.faces,
                 sharp_edges=sharp,
@@ -434,14 +404,12 @@ def _along_field(
                 **model.limits,
             )
         )
-        return field_aligned(
+        return ff.field_aligned(
             clean.vertices,
             clean.faces,
             field=direction,
             boundary="aligned" if aligned else "free",
-            engine=options["engine"],
-            reroute=not options["no_reroute"],
-            optimise=not options["no_optimise"],
+            **taken(options, "engine reroute optimise"),
             features=features,
             uncuttable=clean.edges(model.diagonals),
             **model.limits,
@@ -450,7 +418,7 @@ def _along_field(
     freed = False
     try:
         found = follow(options["boundary"] != "free")
-    except (InvalidInput, Infeasible, NotConverged):
+    except (ff.InvalidInput, ff.Infeasible, ff.NotConverged):
         if options["boundary"] != "aligned_or_free" or _is_closed(clean.faces):
             raise
         freed = True
@@ -478,7 +446,7 @@ _OF_FIELD: dict[str, Any] = {
 
 def tiles(model: Model, options: dict[str, Any]) -> Solved:
     clean = model.clean()
-    options = options | _OF_FIELD
+    options = arguments(options | _OF_FIELD)
     freed, features = False, None
     if options["field"] == "map":
         if model.file.uv is None:
@@ -491,8 +459,8 @@ def tiles(model: Model, options: dict[str, Any]) -> Solved:
         np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
     )
     side = options["tile_size"] or math.sqrt(0.5 * float(twice.sum()) / options["tile_count"])
-    few = not options["no_prefer_translations"]
-    found = fit_tiles(given, tile=side, features=features, prefer_translations=few, **model.limits)
+    how = taken(options, "prefer_translations") | model.limits
+    found = ff.fit_tiles(given, tile=side, features=features, **how)
     solved = _placed(model, clean, found, options, freed)
     told = ("tile", "tiles", "seams", "seams_quarter", "seams_half", "seams_matched")
     solved.figures.update({name: found.stats[name] for name in told})
@@ -504,26 +472,26 @@ def quads(model: Model, options: dict[str, Any]) -> Solved:
     wanted = options["field"]
     followed = None
     density = _density(model, clean)
-    folds = _folds(clean, _SHARP) if wanted == "edges" else None
+    sharp = folds(clean.vertices, clean.faces, _SHARP, _NOTHING) if wanted == "edges" else None
     symmetry = None if options["symmetry"] == "none" else options["symmetry"]
     if wanted not in ("automatic", "edges") and symmetry is None:
-        followed = cross_field(
+        followed = ff.cross_field(
             clean.vertices,
             clean.faces,
-            sharp_edges=clean.edges(_flow(model)) if wanted == "flow" else None,
+            sharp_edges=_flow(model, clean) if wanted == "flow" else None,
             alignment=0.5 if wanted == "curvature" else 0.0,
             sizing=density,
             simplify=True,
             **model.limits,
         )
     length = options["edge_length"] or None
-    found = quad_mesh(
+    found = ff.quads(
         clean.vertices,
         clean.faces,
         target=None if length else options["target"],
         edge_length=length,
         field=followed,
-        features=folds,
+        features=sharp,
         adaptive=options["adaptive"],
         sizing=density,
         symmetry=symmetry,
@@ -531,7 +499,7 @@ def quads(model: Model, options: dict[str, Any]) -> Solved:
     )
     count = len(found.quads)
     halves = np.array([[0, 1, 2], [0, 2, 3]])
-    file = MeshFile(
+    file = ff.MeshFile(
         found.vertices,
         found.quads[:, halves].reshape(-1, 3).astype(np.int32),
         None,
@@ -545,19 +513,19 @@ def quads(model: Model, options: dict[str, Any]) -> Solved:
         "turned_quads": len(told.turned),
         "hausdorff": told.hausdorff,
     }
-    if folds is not None:
-        figures["sharp_edges"] = len(folds)
+    if sharp is not None:
+        figures["sharp_edges"] = len(sharp)
         figures["sharp_edges_missed"] = found.stats["features_missed"]
     warnings = [_MORE_QUADS] * bool(found.stats.get("count_raised", 0))
     return Solved(None, file, warnings, figures)
 
 
 def _told_field(
-    model: Model, clean: SeparatedSurface, options: dict[str, Any]
-) -> CrossField | Signature:
+    model: Model, clean: ff.SeparatedSurface, options: dict[str, Any]
+) -> ff.CrossField | ff.Signature:
     """The field, or what it shall have, of files beside the model or that the command line names."""
     if options["field"] == "cones":
-        return Signature(_quarters(clean, clean.copies(_cones(model))), [])
+        return ff.Signature(_quarters(clean, clean.copies(_cones(model))), [])
     if clean.mends:
         raise bad_option(
             f"{model.source} is no clean surface ({clean.mends[0].what}), and the file is about its own triangles. Clean it."
@@ -571,27 +539,11 @@ def _told_field(
             f"{names}: nothing of that name lies beside the model. Give it a {options['field']}."
         )
     if of_signature:
-        return Signature.read(found)
-    return CrossField.read(found, model.vertices, model.faces)
+        return ff.Signature.read(found)
+    return ff.CrossField.read(found, model.vertices, model.faces)
 
 
-def _folds(clean: SeparatedSurface, angle: float) -> IntArray:
-    """(s, 2) inner edges at which the surface folds by more."""
-    corner = clean.vertices[clean.faces]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    face = np.tile(np.arange(len(clean.faces)), 3)
-    pairs = _sides(clean.faces)
-    order = np.lexsort((pairs[:, 1], pairs[:, 0]))
-    both = np.flatnonzero((pairs[order][1:] == pairs[order][:-1]).all(axis=1))
-    left, right = order[both], order[both + 1]
-    bent = np.einsum("ij,ij->i", normal[face[left]], normal[face[right]]) < math.cos(angle)
-    return np.ascontiguousarray(pairs[left[bent]].astype(np.int32))
-
-
-def _flow(model: Model) -> IntArray:
+def _flow(model: Model, clean: ff.SeparatedSurface) -> IntArray:
     """(s, 2) sides of the file's faces with four corners."""
-    polygons = model.file.polygons
-    quads = np.isin(polygons, np.flatnonzero(np.bincount(polygons) == 2))
-    pairs = np.unique(_sides(model.faces[quads]), axis=0)
-    return pairs[~np.isin(edge_keys(pairs), edge_keys(model.diagonals))]
+    inside = edge_keys(model.diagonals)
+    return clean.edges(edges_of_quads(model.faces, model.file.polygons, inside))

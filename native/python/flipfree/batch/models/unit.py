@@ -27,7 +27,7 @@ from ..results import Record, beside
 from ..run import not_written
 from ..worker import Unit
 from . import any_mesh, surfaces
-from .model import Solve, Solved, as_written, read_model
+from .model import Solve, Solved, arguments, as_written, read_model
 
 FORMATS = Formats(reads=(".obj", ".off", ".ply", ".stl"), writes=(".obj", ".ply"))
 
@@ -240,7 +240,7 @@ def engine_of(settings: Mapping[str, Any]) -> Engine:
 
 
 def unit_of(settings: Mapping[str, Any]) -> Unit:
-    command, options = COMMANDS[settings["command"]], dict(settings["options"])
+    command, options = COMMANDS[settings["command"]], arguments(settings["options"])
 
     def solve(source: Path, target: Path | None) -> Record:
         model = read_model(
