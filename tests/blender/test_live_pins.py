@@ -189,7 +189,7 @@ def test_a_tick_does_not_wait_for_the_solver(live, part, monkeypatch):
         def cancel(self):
             self.cancelled = True
 
-    monkeypatch.setattr(part("solver"), "pull", lambda *_, **__: Never())
+    monkeypatch.setattr(part("solver"), "improve", lambda *_, **__: Never())
     move(ob, at[3], np.float32(before[at[3][0]] + 0.1))
     for _ in range(5):
         session.tick(False)
