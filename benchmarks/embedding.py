@@ -33,7 +33,7 @@ THEIRS = {
     "nested_tri_200": (18.5, None, None),
     "stacked_100": (0.35, None, None),
 }
-METHODS = ("ladder", "schnyder", "progressive")
+METHODS = ("ladder", "progressive")
 
 
 def embedded(disk: Disk, options: Options, **how: Any) -> tuple[ff.Parametrization, float]:

@@ -19,8 +19,7 @@ BOUNDARIES = {
 }
 
 METHODS = {
-    "ladder": "Automatic: The first that is flip-free: Tutte's, weighted, repaired, progressive",
-    "schnyder": "Weighted: The same without Tutte's embedding",
+    "ladder": "Automatic: Tutte's, or progressive where rounding makes that flip",
     "progressive": "Progressive: Vertices are inserted one by one, each where it is flip-free",
     "tutte": "Tutte: Refused where rounding makes it flip",
 }

@@ -1,4 +1,3 @@
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -49,11 +48,8 @@ void fuzz_embed(Bytes bytes) {
       mesh::boundary_loops(surface.faces, mesh::build_adjacency(vertices, surface.faces)).front();
   embedding::EmbedOptions options;
   options.float32 = (wishes & 1) != 0;
-  options.low_distortion = (wishes & 2) != 0;
-  constexpr std::array kMethods{embedding::EmbedMethod::kLadder, embedding::EmbedMethod::kLadder,
-                                embedding::EmbedMethod::kProgressive,
-                                embedding::EmbedMethod::kSchnyder};
-  options.method = kMethods[static_cast<std::size_t>(wishes >> 2) % 4];
+  options.method =
+      (wishes & 4) != 0 ? embedding::EmbedMethod::kLadder : embedding::EmbedMethod::kProgressive;
   options.start_from_tutte = (wishes & 16) != 0;
   Points2 initial(vertices, 2);
   if ((wishes & 32) != 0) {

@@ -67,10 +67,6 @@ def test_random_starts_succeed(seed: int, method: str) -> None:
 
 def test_methods_report_their_rung() -> None:
     disk = tube(8, 200)
-    assert ff.embed(disk.vertices, disk.faces, method="schnyder").stats["rung"] in (
-        "schnyder",
-        "repair",
-    )
     assert (
         ff.embed(disk.vertices, disk.faces, method="progressive", start="nothing").stats["rung"]
         == "progressive"
@@ -123,40 +119,31 @@ def test_the_thesis_cases_are_certified(boundary: str) -> None:
             )
 
 
-def test_a_repair_that_would_rebuild_the_map_leaves_it_to_the_next_rung() -> None:
-    disk = fingers(4, 20)
+@pytest.mark.parametrize(
+    ("disk", "boundary", "energy"),
+    [
+        (fingers(4, 20), "circle", 100),
+        (corridors(4, 20), "square", 1000),
+        (stacked(2000, "deep"), "triangle", 5000),
+        (stacked(2000, "mixed"), "triangle", 5000),
+    ],
+    ids=lambda given: given.name.replace(" ", "") if isinstance(given, Disk) else "",
+)
+def test_where_tutte_folds_vertices_are_inserted_one_by_one(
+    disk: Disk, boundary: str, energy: float
+) -> None:
     seen: list[float] = []
     result = ff.embed(
         disk.vertices,
         disk.faces,
+        boundary=boundary,
         max_seconds=300,
         progress=lambda stage, fraction: seen.append(fraction),
     )
-    assert result.stats["schnyder_flips"] > 0
-    assert result.stats["rung"] == "progressive"
-    # A thousand times less than what repair made of it.
-    assert result.certificate.ok and result.stats["energy"] < 100
-    assert seen == sorted(seen)
-
-
-def test_a_repair_that_searches_too_long_leaves_it_to_the_next_rung() -> None:
-    # Repair looked for places for a minute here.
-    disk = corridors(4, 20)
-    result = ff.embed(disk.vertices, disk.faces, boundary="square", max_seconds=60)
-    assert result.stats["rung"] == "progressive" and result.stats["schnyder_flips"] > 0
-    assert result.certificate.ok and result.stats["energy"] < 1000
-
-
-@pytest.mark.parametrize(
-    "disk",
-    [*(stacked(2000, kind) for kind in ("random", "deep", "mixed")), wavy_grid(30, 20)],
-    ids=lambda d: d.name.replace(" ", ""),
-)
-def test_the_drawing_that_gives_the_weights_folds_nothing(disk: Disk) -> None:
-    boundary = "circle" if disk.name.startswith("grid") else "triangle"
-    result = ff.embed(disk.vertices, disk.faces, boundary=boundary, method="schnyder")
     assert_certified(result)
-    assert result.stats["rung"] == "schnyder" and result.stats["schnyder_flips"] == 0
+    assert result.stats["tutte_flips"] > 0 and result.stats["rung"] == "progressive"
+    assert result.stats["energy"] < energy
+    assert seen == sorted(seen)
 
 
 def test_where_a_polygon_is_too_narrow_is_said() -> None:

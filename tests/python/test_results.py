@@ -259,7 +259,7 @@ def test_an_embedding_is_not_lost_by_optimising_it(seed: int) -> None:
     a, b = faces[random.integers(len(faces))][:2]
     vertices[a] = vertices[b] + random.normal(size=3) * 10.0 ** -random.integers(2, 14)
     try:
-        plain = ff.embed(vertices, faces, low_distortion=True)
+        plain = ff.embed(vertices, faces)
     except ff.FlipfreeError:
         return  # it was not there in the first place
     optimised = ff.embed(vertices, faces, optimise=True)

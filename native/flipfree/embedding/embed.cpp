@@ -18,7 +18,6 @@
 #include "flipfree/embedding/progressive/progressive.h"
 #include "flipfree/embedding/progressive/room.h"
 #include "flipfree/embedding/progressive/smoothing.h"
-#include "flipfree/embedding/tutte/schnyder.h"
 #include "flipfree/embedding/tutte/tutte.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/refined/editable_triangulation.h"
@@ -93,20 +92,8 @@ Embedding split_edges(const Triangles& faces, Index vertex_count,
   return result;
 }
 
-// More bad faces than this share: repairing them costs more, and gives worse maps, than starting
-// from nothing. benchmarks/embedding.py start measures it.
-constexpr double kRepairableShare = 0.02;
-constexpr int kSchnyderSweeps = 10;
-// How far the progress bar is after Tutte's and after the Schnyder-weighted embedding, where these
-// may have to be repaired.
-constexpr double kTutteShare = 0.2;
-constexpr double kSchnyderShare = 0.4;
-constexpr double kRepairShare = 0.6;
-// Of the time left, for each way that is tried before the start from nothing.
-constexpr double kShareOfTime = 0.4;
-// Of the inner vertices: repairs that collapse more give worse maps than a start from nothing, and
-// take longer. benchmarks/embedding.py start measures it.
-constexpr double kMostRepaired = 0.25;
+// How far the progress bar is after the map that is tried first.
+constexpr double kFirstShare = 0.2;
 
 // Faces whose vertices all lie on the boundary have no freedom: they must be positive as they are.
 void require_positive_fixed_faces(const PlanarMap& map) {
@@ -136,14 +123,6 @@ Size count_bad(const PlanarMap& map) {
   return bad;
 }
 
-std::vector<VertexId> inner_vertices(const PlanarMap& map) {
-  std::vector<VertexId> inner;
-  for (VertexId v = 0; v < map.mesh.vertex_count(); ++v) {
-    if (map.mesh.outgoing(v) != kInvalid && !map.mesh.is_boundary(v)) inner.push_back(v);
-  }
-  return inner;
-}
-
 class Ladder {
  public:
   Ladder(Embedding& result, Index vertex_count, const std::vector<VertexId>& loop,
@@ -158,23 +137,12 @@ class Ladder {
         stats_(stats) {}
 
   void climb() {
-    switch (options_.method) {
-      case EmbedMethod::kTutte:
-        tutte();
-        return;
-      case EmbedMethod::kProgressive:
-        progressive();
-        return;
-      case EmbedMethod::kSchnyder:
-      case EmbedMethod::kLadder:
-        break;
+    if (options_.method == EmbedMethod::kProgressive) {
+      progressive(options_.initial != nullptr || options_.start_from_tutte);
+      return;
     }
-    if (options_.method == EmbedMethod::kLadder && tutte()) return;
-    if (!options_.low_distortion) {
-      if (schnyder_in_its_share()) return;
-      if (repair()) return;
-    }
-    from_nothing();
+    if (first_map_holds() || options_.method == EmbedMethod::kTutte) return;
+    progressive(options_.initial != nullptr);
   }
 
  private:
@@ -186,124 +154,47 @@ class Ladder {
     return map;
   }
 
-  // Initial map if there is one, else Tutte's. True: certified. Else uv_ and bad_ describe the best
-  // so far.
-  bool tutte() {
-    Stopwatch watch;
-    uv_ = options_.method == EmbedMethod::kTutte ? tutte_map() : initial_or_tutte();
+  // The initial map if there is one, else Tutte's: is it certified?
+  bool first_map_holds() {
+    const bool tutte = options_.method == EmbedMethod::kTutte || options_.initial == nullptr;
+    const Stopwatch watch;
+    const Points2 uv = tutte ? tutte_map() : initial_map();
     stats_["seconds_tutte"] = watch.seconds();
-    PlanarMap map = start_map(uv_);
-    bad_ = count_bad(map);
-    stats_["tutte_flips"] = static_cast<std::int64_t>(bad_);
-    nothing_from_ = kTutteShare;
-    if (options_.method == EmbedMethod::kTutte || bad_ == 0) {
-      const bool given = options_.initial != nullptr && options_.method != EmbedMethod::kTutte;
-      result_.rung = given ? Rung::kInitial : Rung::kTutte;
-      result_.uv = options_.method == EmbedMethod::kTutte ? uv_ : map.uv;
-      return true;
-    }
-    return false;
+    const PlanarMap map = start_map(uv);
+    const Size bad = count_bad(map);
+    stats_["tutte_flips"] = static_cast<std::int64_t>(bad);
+    done_ = kFirstShare;
+    result_.rung = tutte ? Rung::kTutte : Rung::kInitial;
+    result_.uv = options_.method == EmbedMethod::kTutte ? uv : map.uv;
+    return bad == 0;
   }
 
-  // Schnyder-weighted Tutte. If it is valid in double and only rounding flips something, a little
-  // smoothing in double usually makes the room that rounding needs. Keeps the better of this and
-  // the previous map in uv_, bad_.
-  bool schnyder() {
-    Stopwatch watch;
-    const ProgressRange range(context_, kTutteShare, kSchnyderShare);
-    nothing_from_ = kSchnyderShare;
-    const TimeLimit limit(context_, kShareOfTime * context_.seconds_left());
-    context_.report("Schnyder drawing", 0.1);
-    Outcome<Points2> drawn = attempt([&] {
-      return schnyder_embedding(result_.faces, vertex_count_, loop_, boundary_, context_);
-    });
-    if (!drawn) return false;  // weights beyond the range of double
-    Points2 uv = std::move(*drawn);
-    PlanarMap map = start_map(uv);
-    Size bad = count_bad(map);
-    if (bad > 0 && options_.float32) {
-      PlanarMap exact = make_planar_map(result_.faces, loop_, uv, false);
-      if (count_bad(exact) == 0) {
-        smooth_sweeps(exact, inner_vertices(exact), kSchnyderSweeps, 0.0, context_);
-        PlanarMap smoothed = start_map(exact.uv);
-        const Size less = count_bad(smoothed);
-        if (less < bad) {
-          bad = less;
-          uv = exact.uv;
-          map = std::move(smoothed);
-        }
-      }
-    }
-    stats_["seconds_schnyder"] = watch.seconds();
-    stats_["schnyder_flips"] = static_cast<std::int64_t>(bad);
-    if (bad == 0) {
-      result_.uv = map.uv;
-      result_.rung = Rung::kSchnyder;
-      return true;
-    }
-    if (uv_.rows() == 0 || bad < bad_) {
-      uv_ = uv;
-      bad_ = bad;
-    }
-    return false;
-  }
-
-  // A start from nothing must get its turn.
-  bool schnyder_in_its_share() {
-    bool valid = false;
-    ended_in_time(context_, [&] { valid = schnyder(); });
-    return valid;
-  }
-
-  bool repair() {
-    if (uv_.rows() == 0) return false;  // time was over before there was anything to repair
-    const double share = static_cast<double>(bad_) / static_cast<double>(result_.faces.rows());
-    if (share > kRepairableShare) return false;
-    const ProgressRange range(context_, kSchnyderShare, kRepairShare);
-    nothing_from_ = kRepairShare;
-    const double seconds = kShareOfTime * context_.seconds_left();
-    bool valid = false;
-    ended_in_time(context_, [&] {
-      const TimeLimit limit(context_, seconds);
-      // What is infeasible is decided again, and named, where nothing else is in the way.
-      const Outcome<bool> repaired = attempt_part([&] {
-        PlanarMap map = start_map(uv_);
-        ProgressiveOptions options = thorough(ProgressiveStart::kRepair);
-        options.most_repaired = kMostRepaired;
-        return finish(map, options, Rung::kRepair);
+  // Progressive embedding, from a map or from nothing; from nothing where the map leads nowhere.
+  void progressive(bool from_map) {
+    const ProgressRange range(context_, done_, 1.0);
+    if (from_map) {
+      const Outcome<bool> valid = attempt_part([&] {
+        PlanarMap map = start_map(options_.initial != nullptr ? initial_map() : tutte_map());
+        stats_["tutte_flips"] = static_cast<std::int64_t>(count_bad(map));
+        return finish(map, thorough(ProgressiveStart::kInitial));
       });
-      valid = repaired && *repaired;
-    });
-    return valid;
-  }
-
-  void from_nothing() {
-    const ProgressRange range(context_, nothing_from_, 1.0);
-    const auto done = [&](const ProgressiveOptions& options) {
+      if (valid && *valid) return;
+      if (!valid) stats_["restarts"] = std::int64_t{1};
+    }
+    const auto from_nothing = [&](const ProgressiveOptions& options) {
       PlanarMap map = start_map(boundary_only());
-      return finish(map, options, Rung::kProgressive);
+      return finish(map, options);
     };
-    Outcome<bool> valid = attempt([&] { return done({.start = ProgressiveStart::kNothing}); });
+    Outcome<bool> valid =
+        attempt([&] { return from_nothing({.start = ProgressiveStart::kNothing}); });
     if (!valid) {
       require_room_for_all();
-      valid = done(thorough(ProgressiveStart::kNothing));
+      valid = from_nothing(thorough(ProgressiveStart::kNothing));
     }
     if (!*valid) {
       throw_not_converged(ErrorCode::kCertificateFailed,
                           "The embedding is not flip-free after all insertions.");
     }
-  }
-
-  void progressive() {
-    if (options_.initial == nullptr && !options_.start_from_tutte) return from_nothing();
-    const Outcome<bool> valid = attempt_part([&] {
-      PlanarMap map = start_map(initial_or_tutte());
-      stats_["tutte_flips"] = static_cast<std::int64_t>(count_bad(map));
-      return finish(map, thorough(ProgressiveStart::kInitial), Rung::kProgressive);
-    });
-    if (valid && *valid) return;
-    if (!valid) stats_["restarts"] = std::int64_t{1};
-    from_nothing();
   }
 
   // Edges between boundary vertices are fixed and divide the polygon. Throws Infeasible if one of
@@ -358,11 +249,11 @@ class Ladder {
                        {"bits", {options_.float32 ? 32.0 : 64.0}}}});
   }
 
-  bool finish(PlanarMap& map, const ProgressiveOptions& options, Rung rung) {
+  bool finish(PlanarMap& map, const ProgressiveOptions& options) {
     progressive_embedding(map, options, context_, stats_);
     if (count_bad(map) > 0) return false;
     result_.uv = map.uv;
-    result_.rung = rung;
+    result_.rung = Rung::kProgressive;
     return true;
   }
 
@@ -374,12 +265,11 @@ class Ladder {
 
   Points2 tutte_map() {
     const bool alone = options_.method == EmbedMethod::kTutte;
-    const ProgressRange range(context_, 0.0, alone ? 1.0 : kTutteShare);
+    const ProgressRange range(context_, 0.0, alone ? 1.0 : kFirstShare);
     return tutte_uniform(result_.faces, vertex_count_, loop_, boundary_, context_);
   }
 
-  Points2 initial_or_tutte() {
-    if (options_.initial == nullptr) return tutte_map();
+  Points2 initial_map() const {
     const Index given = static_cast<Index>(options_.initial->rows());
     Points2 uv = Points2::Zero(vertex_count_, 2);
     uv.topRows(given) = *options_.initial;
@@ -398,15 +288,13 @@ class Ladder {
   const EmbedOptions& options_;
   ExecutionContext& context_;
   Stats& stats_;
-  Points2 uv_;
-  Size bad_ = 0;
-  double nothing_from_ = 0.0;  // how far the progress bar is before a start from nothing
+  double done_ = 0.0;  // how far the progress bar is
 };
 
 }  // namespace
 
 void report(Rung rung, Stats& stats) {
-  constexpr std::array kNames = {"tutte", "initial", "schnyder", "repair", "progressive"};
+  constexpr std::array kNames = {"tutte", "initial", "progressive"};
   stats["rung"] = std::string(kNames.at(static_cast<Size>(rung)));
 }
 

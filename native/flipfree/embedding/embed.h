@@ -1,10 +1,8 @@
 // Every disk onto every convex polygon, without flips (thesis 3.2; docs/method/pins.md).
 //
-// A ladder, each rung checked exactly and only climbed when the one below failed:
-//   tutte        uniform weights, one Cholesky solve
-//   schnyder     mean-value weights of an integer drawing by Schnyder woods: polynomial instead of
-//   exponential decay repair       bad stars of the best map so far collapsed and inserted again
-//   (progressive embedding, local) progressive  the thesis' Algorithms 1 and 2 from scratch
+// Each map is checked exactly; the next method is for where the one before failed:
+//   tutte        uniform weights, one Cholesky solve; or the map that was given
+//   progressive  the thesis' Algorithms 1 and 2, from the map that was given, then from nothing
 #pragma once
 
 #include <utility>
@@ -24,7 +22,7 @@ namespace flipfree::embedding {
 // A disk in the plane, with the vertices that it needed beyond its own (embed.h).
 
 // The methods of the ladder (embed.h), and a map that was given and is valid.
-enum class Rung { kTutte, kInitial, kSchnyder, kRepair, kProgressive };
+enum class Rung { kTutte, kInitial, kProgressive };
 
 struct Embedding {
   Rung rung = Rung::kTutte;  // that made it
@@ -47,7 +45,6 @@ enum class EmbedMethod {
   kProgressive,  // thesis 3.2.2 alone, from the initial map, from Tutte, or from nothing (for
                  // papers and tests)
   kTutte,        // Tutte alone; flips are reported, not repaired
-  kSchnyder,     // the ladder without its first rung (for papers and tests)
 };
 
 struct EmbedOptions {
@@ -58,9 +55,6 @@ struct EmbedOptions {
   bool float32 = true;
   // Start map (#V x 2, may be invalid or random); null: Tutte. Only inner positions are used.
   const Points2* initial = nullptr;
-  // Spend a little more time for a map of much lower distortion: where Tutte fails, start from
-  // nothing at once. The right start for an optimisation.
-  bool low_distortion = false;
   // kProgressive without initial: start from Tutte's map, or from nothing.
   bool start_from_tutte = true;
 };

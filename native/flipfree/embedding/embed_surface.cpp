@@ -290,7 +290,6 @@ certify::Parametrization embed_within(const mesh::Surface& surface,
   embed.method = options.method;
   embed.initial = options.initial ? &*options.initial : nullptr;
   embed.start_from_tutte = options.start_from_tutte;
-  embed.low_distortion = options.low_distortion || options.optimise;
   const Index n = static_cast<Index>(surface.vertices.rows());
   Embedding embedding;
   {

@@ -24,7 +24,6 @@ struct EmbedSurfaceOptions {
   std::optional<Points2> initial;  // #V x 2
   EmbedMethod method = EmbedMethod::kLadder;
   bool start_from_tutte = true;  // kProgressive without initial
-  bool low_distortion = false;   // see EmbedOptions; optimise implies it
   bool optimise = false;         // symmetric Dirichlet of the surface, boundary fixed
   int max_iterations = 200;
   double max_seconds =

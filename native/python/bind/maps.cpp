@@ -121,10 +121,8 @@ embedding::EmbedSurfaceOptions read_embed(OptionReader& read) {
   read.choice("method", options.method,
               {{"ladder", EmbedMethod::kLadder},
                {"progressive", EmbedMethod::kProgressive},
-               {"tutte", EmbedMethod::kTutte},
-               {"schnyder", EmbedMethod::kSchnyder}});
+               {"tutte", EmbedMethod::kTutte}});
   read("start_from_tutte", options.start_from_tutte);
-  read("low_distortion", options.low_distortion);
   read("optimise", options.optimise);
   read("iterations", options.max_iterations);
   read("tolerance", options.tolerance);

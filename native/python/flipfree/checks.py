@@ -353,7 +353,7 @@ def as_list(values: Any, name: str, of: str) -> list[Any]:
 
 
 _FLAGS = (
-    "bijective cut_extremities disjoint exact keep_bijective low_distortion may_add_cuts optimise repair require_convergence "
+    "bijective cut_extremities disjoint exact keep_bijective may_add_cuts optimise repair require_convergence "
     "reroute scale_true seamless share_tile simplify stack_mirrored stack_similar tiled together"
 ).split()
 

@@ -128,9 +128,6 @@ void add_embeddings(std::vector<Call>& calls) {
   square.optimise = true;
   calls.push_back(embed_call("embed, optimised", bumps, square));
   calls.push_back(embed_call("embed, deep", stacked(60, Stacking::kDeep), {}));
-  embedding::EmbedSurfaceOptions schnyder;
-  schnyder.method = embedding::EmbedMethod::kSchnyder;
-  calls.push_back(embed_call("embed, Schnyder", tube(4, 12), schnyder));
   embedding::EmbedSurfaceOptions progressive;
   progressive.method = embedding::EmbedMethod::kProgressive;
   progressive.initial = Points2(sphere(6, 4).vertices.leftCols<2>());

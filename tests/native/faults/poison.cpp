@@ -11,7 +11,6 @@
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/newton_system.h"
 #include "flipfree/distortion/rounding.h"
-#include "flipfree/embedding/tutte/convex_combination.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/numeric/cholesky/cholesky.h"
 #include "flipfree/unwrap/packing/rectangles.h"
@@ -30,7 +29,6 @@ enum Step : std::size_t {
   kBarrierValue,
   kRestShapes,
   kSpectralStart,
-  kConvexCombinations,
   kRounding,
   kRectangle,
   kPackingScale,
@@ -43,7 +41,7 @@ enum Step : std::size_t {
 constexpr const char* kNames[kSteps] = {
     "Cholesky solve",       "Cholesky factorize", "distortion assemble", "distortion direction",
     "distortion promise",   "energy sum",         "step to first flip",  "barrier value",
-    "rest shapes",          "spectral start",     "convex combinations", "rounding",
+    "rest shapes",          "spectral start",     "rounding",
     "smallest rectangle",   "packing scale",      "packing place",       "conformal gradient",
     "conformal cotangents", "conformal direction"};
 
@@ -168,13 +166,6 @@ STEP("_ZN8flipfree10distortion22spectral_conformal_mapERKNS_4mesh7SurfaceERKN5Ei
   Points2 uv = real_spectral(chart, seed, context);
   if (poisons(kSpectralStart)) spoil_matrix(uv);
   return uv;
-}
-
-STEP("_ZN8flipfree9embedding25solve_convex_combinationsERKNS0_18ConvexCombinationsERNS_16ExecutionContextE",
-     Points2, combinations, const embedding::ConvexCombinations& system, ExecutionContext& context) {
-  Points2 x = real_combinations(system, context);
-  if (poisons(kConvexCombinations)) spoil_matrix(x);
-  return x;
 }
 
 STEP("_ZN8flipfree10distortion16round_to_storageERKN5Eigen6MatrixIiLin1ELi3ELi1ELin1ELi3EEERKNS2_IdLin1ELi2ELi1ELin1ELi2EEERKNS0_15RoundingOptionsERNS_16ExecutionContextERSt3mapINSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEENS_7VariantIdJlSK_EEESt4lessISK_ESaISt4pairIKSK_SM_EEE",

@@ -303,36 +303,6 @@ void require_convex(const Points2& p, const std::vector<VertexId>& loop) {
 
 using Size = std::size_t;
 
-DiskNumbering number_disk(const Triangles& faces, Index vertex_count,
-                          const std::vector<VertexId>& loop) {
-  DiskNumbering result;
-  result.boundary_index.assign(static_cast<Size>(vertex_count), kInvalid);
-  result.inner_index.assign(static_cast<Size>(vertex_count), kInvalid);
-  for (Size i = 0; i < loop.size(); ++i) {
-    result.boundary_index[static_cast<Size>(loop[i])] = static_cast<Index>(i);
-  }
-  for (Index k = 0; k < faces.size(); ++k) {
-    const Size v = static_cast<Size>(faces.data()[k]);
-    if (result.boundary_index[v] == kInvalid) result.inner_index[v] = 0;  // used by a face
-  }
-  for (VertexId v = 0; v < vertex_count; ++v) {
-    Index& index = result.inner_index[static_cast<Size>(v)];
-    if (index == kInvalid) continue;
-    index = static_cast<Index>(result.inner.size());
-    result.inner.push_back(v);
-  }
-  return result;
-}
-
-Lists<HalfedgeId> inner_stars(const Triangles& faces, const DiskNumbering& numbering) {
-  return {numbering.inner.size(), [&](const auto& add) {
-            for (HalfedgeId h = 0; h < faces.size(); ++h) {
-              const Index i = numbering.inner_index[at(faces.data()[h])];
-              if (i != kInvalid) add(i, h);
-            }
-          }};
-}
-
 void require_disk_with_boundary(const Triangles& faces, Index vertex_count,
                                 const std::vector<VertexId>& loop, const Points2& boundary) {
   if (static_cast<Index>(loop.size()) != boundary.rows()) {

@@ -1,10 +1,8 @@
-// A disk whose boundary is fixed: who is an unknown and who is not. Shared by all embedding
-// methods.
+// A disk whose boundary is fixed on a convex polygon.
 #pragma once
 
 #include <vector>
 
-#include "flipfree/base/lists.h"
 #include "flipfree/base/types.h"
 
 namespace flipfree::embedding {
@@ -48,20 +46,6 @@ void require_convex(const Points2& polygon, const std::vector<VertexId>& loop);
 
 // Every three consecutive points turn strictly left (exact), and the polygon winds once.
 bool is_strictly_convex(const Points2& polygon);
-
-// Numbering of the vertices of a disk: boundary vertices by their place in the loop, inner ones by
-// vertex id.
-struct DiskNumbering {
-  std::vector<Index> boundary_index;  // #V: place in the loop, kInvalid for others
-  std::vector<Index>
-      inner_index;  // #V: number among the inner vertices, kInvalid for others and isolated ones
-  std::vector<VertexId> inner;  // inner_index -> vertex
-};
-DiskNumbering number_disk(const Triangles& faces, Index vertex_count,
-                          const std::vector<VertexId>& loop);
-
-// The half-edges out of each inner vertex, by its number: one for each neighbour.
-Lists<HalfedgeId> inner_stars(const Triangles& faces, const DiskNumbering& numbering);
 
 // Is a mesh a disk, and a list of vertices its boundary?
 

@@ -28,12 +28,6 @@ using Size = std::size_t;
 
 constexpr Size kReportEvery = 64;
 constexpr double kShare = 0.2;  // of the progress of the embedding
-// Of a search for places in kernels: corners of a kernel, and ring vertices times corners per face.
-// A start from nothing smooths every vertex some ten times, in about the time that 5000 of them
-// take.
-constexpr Size kFewCorners = 64;
-constexpr Size kMostSearch = 5000;
-constexpr Size kCheckSearch = 1'000'000;
 
 double& share(PlanarMap& map, HalfedgeId h) { return map.share[static_cast<Size>(h / 3)]; }
 
@@ -113,13 +107,8 @@ void collapse_vertex(PlanarMap& map, HalfedgeId h) {
 
 class Simplifier {
  public:
-  Simplifier(PlanarMap& map, bool move_first, Size most_collapses, CollapseRecord& record,
-             ExecutionContext& context)
-      : map_(map),
-        move_first_(move_first),
-        most_collapses_(most_collapses),
-        record_(record),
-        context_(context) {}
+  Simplifier(PlanarMap& map, CollapseRecord& record, ExecutionContext& context)
+      : map_(map), record_(record), context_(context) {}
 
   void run() {
     const Index faces = map_.mesh.face_count();
@@ -159,7 +148,6 @@ class Simplifier {
       const bool is_invalid = invalid(f);
       if (!is_invalid && !grown_) continue;
       if (++steps_ % kReportEvery == 0) report();
-      if (is_invalid && move_first_ && move(f)) continue;
       if (!collapse_face(f)) {
         state_[static_cast<Size>(f)] = kStuck;
         stuck_.push_back(f);
@@ -231,31 +219,6 @@ class Simplifier {
         ElementKind::kVertex, {a, b, c});
   }
 
-  [[noreturn]] static void throw_too_much(const char* what) {
-    throw_not_converged(
-        ErrorCode::kIterationLimit,
-        std::string("Repairing the embedding takes too many ") + what + ". Start it from nothing.");
-  }
-
-  // Tries to cure f by moving one of its vertices into its kernel.
-  bool move(FaceId f) {
-    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-      const VertexId v = map_.mesh.source(h);
-      if (map_.mesh.is_boundary(v)) continue;
-      // Clipping is quadratic where the kernel has many corners.
-      const auto degree = static_cast<Size>(map_.mesh.degree(v));
-      searched_ += degree * std::min(degree, kFewCorners);
-      if (searched_ > kMostSearch * state_.size()) throw_too_much("places for vertices");
-      if (searched_ / kCheckSearch != checked_) {
-        checked_ = searched_ / kCheckSearch;
-        context_.check();
-      }
-      if (!centre_in_kernel(map_, v, star_)) continue;
-      if (is_valid_face(map_, f)) return true;
-    }
-    return false;
-  }
-
   bool collapse_face(FaceId f) {
     CollapsedStar best;
     for (const bool hubs : {false, true}) {
@@ -273,7 +236,6 @@ class Simplifier {
       if (best.halfedge != kInvalid) break;
     }
     if (best.halfedge == kInvalid) return false;
-    if (record_.size() >= most_collapses_) throw_too_much("collapses");
     const VertexId v0 = map_.mesh.target(best.halfedge);
     collapse_vertex(map_, best.halfedge);
     record_.push_back(best.halfedge);
@@ -291,8 +253,6 @@ class Simplifier {
   }
 
   PlanarMap& map_;
-  bool move_first_;
-  Size most_collapses_;
   CollapseRecord& record_;
   ExecutionContext& context_;
   std::vector<char> state_;
@@ -301,8 +261,6 @@ class Simplifier {
   std::vector<FaceId> stuck_;
   bool grown_ = false;
   Size steps_ = 0;
-  Size searched_ = 0;  // ring vertices times corners of kernels looked at, at most
-  Size checked_ = 0;
   Star star_;
 };
 
@@ -337,16 +295,11 @@ void split_vertex(PlanarMap& map, HalfedgeId h) {
 // collapsed along that edge of its three which satisfies the link condition and leaves the fewest
 // invalid faces; faces that a collapse made invalid join the set; when nothing collapses any more,
 // the set grows by one ring. Vertices whose neighbours all lie on the boundary cannot be collapsed;
-// if their star is invalid they are moved into its kernel. If `move_first` is set, a vertex of an
-// invalid face is first tried in the centre of its kernel, and only collapsed if that fails (rung
-// "repair"). Guarantee: on return every face is valid. Appends to `record`. Cost: near-linear in
-// the number of faces touched; with `move_first`, kMostSearch numbers per face and inner vertex at
-// most are looked at for places in kernels. Throws NotConverged: kNoRoomInPolygon if a vertex that
-// cannot be collapsed has no valid position; kIterationLimit after `most_collapses`, or where the
-// search for places is that long.
-void collapse_invalid(PlanarMap& map, bool move_first, std::size_t most_collapses,
-                      CollapseRecord& record, ExecutionContext& context) {
-  Simplifier(map, move_first, most_collapses, record, context).run();
+// if their star is invalid they are moved into its kernel. Guarantee: on return every face is
+// valid. Appends to `record`. Cost: near-linear in the number of faces touched. Throws NotConverged
+// (kNoRoomInPolygon) if a vertex that cannot be collapsed has no valid position.
+void collapse_invalid(PlanarMap& map, CollapseRecord& record, ExecutionContext& context) {
+  Simplifier(map, record, context).run();
 }
 
 // Collapses every inner vertex that can be, lowest degree first, in rounds of independent vertices,
@@ -539,13 +492,7 @@ bool insert_vertex(PlanarMap& map, HalfedgeId h, InsertScratch& scratch) {
 }
 
 constexpr int kMaxRetries = 4;
-constexpr Size kNoLimit = std::numeric_limits<Size>::max();
 constexpr double kLeastInvalidEnergy = 1e2;
-
-Size share_of_inner(const PlanarMap& map, double share) {
-  if (!(share < 1.0)) return kNoLimit;
-  return static_cast<Size>(share * static_cast<double>(vertices_left(map, {}).size()));
-}
 
 // Inner vertices within `rings` edges of v.
 std::vector<VertexId> neighbourhood(const PlanarMap& map, VertexId v, int rings,
@@ -581,9 +528,7 @@ void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
     const ProgressRange range(context, 0.0, 0.2);
     collapse_all(map, record, context);
   } else {
-    const bool repair = options.start == ProgressiveStart::kRepair;
-    collapse_invalid(map, repair, repair ? share_of_inner(map, options.most_repaired) : kNoLimit,
-                     record, context);
+    collapse_invalid(map, record, context);
   }
   stats["collapses"] = static_cast<std::int64_t>(record.size());
   stats["seconds_simplify"] = watch.seconds();
@@ -632,7 +577,7 @@ void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
       if (map.invalid_energy > kLeastInvalidEnergy) {
         map.invalid_energy =
             std::max(kLeastInvalidEnergy, std::min(map.invalid_energy, kInvalidEnergyDouble) / 1e4);
-        collapse_invalid(map, false, kNoLimit, record, context);
+        collapse_invalid(map, record, context);
       } else {
         collapse_all(map, record, context);
         from_nothing = true;

@@ -15,7 +15,7 @@
 namespace flipfree::embedding {
 
 enum class ProgressiveStart {
-  kRepair,   // keep map.uv, first move vertices into their kernels, collapse where that fails
+  kRepair,   // keep map.uv, collapse invalid triangles, smooth near them alone
   kInitial,  // keep map.uv, collapse invalid triangles (thesis)
   kNothing,  // ignore map.uv: collapse everything
 };
@@ -31,9 +31,6 @@ struct ProgressiveOptions {
   // wake its neighbours.
   int local_steps = 2;
   double settled = 0.3;
-  // kRepair gives up (NotConverged) where it would collapse more than this part of the inner
-  // vertices, or search for their places longer than a start from nothing takes.
-  double most_repaired = 1.0;
 };
 
 // Two to three times as much smoothing: for starts that are far from a good map.
@@ -49,8 +46,7 @@ inline ProgressiveOptions thorough(ProgressiveStart start) {
 // On return every face of map is positive by exact test, as given and as stored.
 // Stats: "collapses", "insertion_retries", "recollapses" (collapses repeated because an insertion
 // found no room), "seconds_simplify", "seconds_insert". Throws NotConverged (kNoRoomInPolygon: no
-// room for a vertex alone; kIterationLimit: an insertion failed whatever the smoothing, or there is
-// more to repair than allowed), Cancelled.
+// room for a vertex alone; kIterationLimit: an insertion failed whatever the smoothing), Cancelled.
 void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
                            ExecutionContext& context, Stats& stats);
 

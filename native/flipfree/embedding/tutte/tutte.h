@@ -17,11 +17,4 @@ namespace flipfree::embedding {
 Points2 tutte_uniform(const Triangles& faces, Index vertex_count, const std::vector<VertexId>& loop,
                       const Points2& boundary, ExecutionContext& context);
 
-// Mean-value weights (Floater 2003) of the triangles' shapes in `shape`, which has 2 or 3 columns:
-// the surface itself, or a drawing. Not symmetric: solved by subtraction-free elimination
-// (convex_combination.h). Reproduces `shape` if it is a valid drawing with the same boundary.
-Points2 tutte_mean_value(const Triangles& faces, const Eigen::MatrixXd& shape,
-                         const std::vector<VertexId>& loop, const Points2& boundary,
-                         ExecutionContext& context);
-
 }  // namespace flipfree::embedding

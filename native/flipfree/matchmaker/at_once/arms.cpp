@@ -578,7 +578,6 @@ mesh::RefinedMap in_circle(const mesh::RefinedSurface& surface, ExecutionContext
   }
   embedding::EmbedOptions options;
   options.float32 = false;
-  options.low_distortion = true;
   Stats unused;
   const Points2 uv = embedding::embed_disk(surface.mesh.faces(), surface.mesh.vertex_count(),
                                            surface.boundary, circle, options, context, unused);

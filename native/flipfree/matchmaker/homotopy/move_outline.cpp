@@ -482,7 +482,6 @@ mesh::RefinedMap first_frame(const mesh::RefinedSurface& surface, const OutlineH
   }
   embedding::EmbedOptions embed;
   embed.float32 = false;
-  embed.low_distortion = true;
   map.uv = distortion::with_own_map([&] {
     return embedding::embed_disk(map.surface.mesh.faces(), map.surface.mesh.vertex_count(), loop,
                                  polygon, embed, context, stats);

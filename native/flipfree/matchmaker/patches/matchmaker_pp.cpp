@@ -249,35 +249,26 @@ class PatchEmbedder {
     for (const VertexId v : disk.vertices) local_[at(v)] = kInvalid;
   }
 
-  // Places the inner vertices of a patch. Equal weights squeeze what hangs on one side of it, by a
-  // factor per layer; Schnyder's drawing squeezes less, and is watched in the coordinates in which
-  // it will be judged.
+  // Places the inner vertices of a patch.
   void fill(const Disk& disk, ExecutionContext& context, Stats& stats) {
     const Frame round = round_frame(disk.boundary);
     const Frame plain{Vector2::Zero(), Eigen::Matrix2d::Identity(), Eigen::Matrix2d::Identity()};
-    struct Way {
-      const Frame& frame;
-      embedding::EmbedMethod method;
-    };
-    const Way ways[] = {{round, embedding::EmbedMethod::kLadder},
-                        {plain, embedding::EmbedMethod::kSchnyder}};
-    for (const Way& way : ways) {
+    for (const Frame& frame : {round, plain}) {
       const ProgressRange quiet(context, 0.0, 0.0);
       Points2 boundary = disk.boundary;
       for (Eigen::Index i = 0; i < boundary.rows(); ++i) {
         boundary.row(i) =
-            (way.frame.to_round * (boundary.row(i).transpose() - way.frame.origin)).transpose();
+            (frame.to_round * (boundary.row(i).transpose() - frame.origin)).transpose();
       }
       Outcome<Points2> uv = attempt([&] {
         return distortion::with_own_map([&] {
           embedding::EmbedOptions options;
           options.float32 = false;
-          options.method = way.method;
           return embedding::embed_disk(disk.faces, static_cast<Index>(disk.vertices.size()),
                                        disk.loop, boundary, options, context, stats);
         });
       });
-      if (uv && settles(disk, way.frame, *uv, context)) return;
+      if (uv && settles(disk, frame, *uv, context)) return;
     }
     refuse_thin();  // ids would be the patch's own
   }

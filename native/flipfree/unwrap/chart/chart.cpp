@@ -58,7 +58,6 @@ Points2 embed_on_circle(const mesh::Surface& chart, ExecutionContext& context, S
   // The optimiser starts from 64 bits; only its result is rounded.
   embedding::EmbedOptions options;
   options.float32 = false;
-  options.low_distortion = true;  // where Tutte fails: a start the optimiser can open
   try {
     return distortion::with_own_map([&] {
       const auto filled_count = static_cast<Index>(filled.surface.vertices.rows());

@@ -84,7 +84,6 @@ def embed(
     initial_uv: Any = None,
     method: str = "ladder",
     start: str = "tutte",
-    low_distortion: bool = False,
     optimise: bool = False,
     iterations: int = 200,
     tolerance: float = 1e-4,
@@ -105,12 +104,9 @@ def embed(
         corners: for "corners": {boundary vertex: (u, v)}, three at least, that make a convex polygon; they are kept bit for
             bit, and the boundary runs straight between them, by arc length.
         initial_uv: (n, 2) start, may be invalid or random; boundary rows are ignored.
-        method: "ladder" (Tutte, Schnyder-weighted Tutte, repair, progressive embedding; the first that is flip-free by
-            exact test), "schnyder" (the ladder without Tutte), "progressive" (the thesis' algorithm alone) or "tutte"
-            (raises NotConverged if it flips).
+        method: "ladder" (Tutte, or the start that is given; where that flips by exact test, progressive embedding),
+            "progressive" (the thesis' algorithm alone) or "tutte" (raises NotConverged if it flips).
         start: with method "progressive" and no initial_uv: "tutte" or "nothing".
-        low_distortion: where Tutte fails, go to progressive embedding at once: about twice the time, and energies that are
-            a thousand times smaller. Implied by optimise.
         optimise: lower the distortion with the boundary fixed. iterations, tolerance: of that optimisation.
         max_seconds: of the clock; None or 0 is no limit. What was gained by then is kept, and
             ``stats["time_limit_reached"]`` is 1; NotConverged (code "time limit reached") if there is no map yet.
@@ -124,7 +120,7 @@ def embed(
         InvalidInput, Infeasible (the polygon has no room in these numbers), NotConverged, Cancelled.
     """
     mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals(), "low_distortion optimise iterations tolerance max_seconds")
+    options = checks.checked(locals(), "optimise iterations tolerance max_seconds")
     loop = checks.as_optional_indices(boundary_loop, "boundary_loop")
     if corners is not None and not (isinstance(boundary, str) and boundary == "corners"):
         raise bad_option(
@@ -142,7 +138,7 @@ def embed(
         options["initial"] = checks.as_floats(initial_uv, "initial_uv", 2)
     options |= dict(
         loop=loop,
-        method=checks.as_choice(method, "method", ("ladder", "schnyder", "progressive", "tutte")),
+        method=checks.as_choice(method, "method", ("ladder", "progressive", "tutte")),
         start_from_tutte=checks.as_choice(start, "start", ("tutte", "nothing")) == "tutte",
     )
     return start_job(_native.embed, mesh, options, threads, parametrization_from)

@@ -88,7 +88,7 @@ COMMANDS = {
         surfaces.embed,
         f"""
 --boundary circle|square|triangle|pinned  pinned: straight between boundary points of the file with the pins
---method ladder|schnyder|progressive|tutte
+--method ladder|progressive|tutte
 --optimise  lower the distortion, with the boundary held
 --no-pack  all parts lie around the origin
 {_MARGIN}""",
