@@ -62,7 +62,9 @@ def speed(options: Options) -> Iterator[Row]:
     for disk in options.cases(corpus(), lambda disk: disk.name):
         how: dict[str, Any] = {"boundary": "triangle"}
         start = random_start(disk, 0)
-        if disk.uv is not None and disk.loop is not None:  # the file's own random start
+        if (
+            disk.name == "retinal_random_init" and disk.uv is not None
+        ):  # the file's own random start
             how, start = {"boundary": disk.uv[disk.loop], "boundary_loop": disk.loop}, disk.uv
         if disk.name.startswith("fingers"):
             how = {"boundary": "circle"}

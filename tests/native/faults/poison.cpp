@@ -39,10 +39,11 @@ enum Step : std::size_t {
   kSteps
 };
 constexpr const char* kNames[kSteps] = {
-    "Cholesky solve",       "Cholesky factorize", "distortion assemble", "distortion direction",
-    "distortion promise",   "energy sum",         "step to first flip",  "barrier value",
-    "rest shapes",          "spectral start",     "rounding",
-    "smallest rectangle",   "packing scale",      "packing place",       "conformal gradient",
+    "Cholesky solve",       "Cholesky factorize", "distortion assemble",
+    "distortion direction", "distortion promise", "energy sum",
+    "step to first flip",   "barrier value",      "rest shapes",
+    "spectral start",       "rounding",           "smallest rectangle",
+    "packing scale",        "packing place",      "conformal gradient",
     "conformal cotangents", "conformal direction"};
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();

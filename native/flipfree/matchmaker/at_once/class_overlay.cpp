@@ -192,58 +192,6 @@ Ring ring_around(const Polygon& outline, const std::vector<Vector2>& pins) {
   return {};
 }
 
-// An arc of one triangulation, as it crosses edges of the other.
-struct Crossing {
-  HalfedgeId edge;  // the lesser of its two half-edges
-  std::int64_t k;   // from that one's source on
-};
-using ArcId = std::pair<VertexId, VertexId>;  // its ends, the lesser first
-
-HalfedgeId edge_of(const MovingPins& pins, HalfedgeId h) {
-  const HalfedgeId o = pins.opposite(h);
-  return o != kInvalid && o < h ? o : h;
-}
-
-// Follows the arc that leaves the apex of h across h, k-th from its source.
-VertexId follow(const MovingPins& pins, HalfedgeId h, std::int64_t k, std::vector<Crossing>& way) {
-  way.clear();
-  while (true) {
-    const std::int64_t count = pins.crossings(h);
-    const HalfedgeId o = pins.opposite(h);
-    way.push_back(o < h ? Crossing{o, count - 1 - k} : Crossing{h, k});
-    h = o;
-    k = count - 1 - k;
-    const HalfedgeId next = MovingPins::next(h);
-    const HalfedgeId previous = MovingPins::previous(h);
-    const Strands strands(count, pins.crossings(previous), pins.crossings(next));
-    if (k < strands.at_u) {
-      h = previous;
-      k = pins.crossings(previous) - 1 - k;
-    } else if (k < strands.at_u + strands.end_p) {
-      return pins.apex(h);
-    } else {
-      h = next;
-      k = count - 1 - k;
-    }
-  }
-}
-
-std::map<ArcId, std::vector<Crossing>> follow_all(const MovingPins& pins) {
-  std::map<ArcId, std::vector<Crossing>> arcs;
-  std::vector<Crossing> way;
-  for (HalfedgeId h = 0; h < 3 * pins.face_count(); ++h) {
-    if (pins.opposite(h) == kInvalid) continue;
-    const VertexId from = pins.apex(h);
-    const Strands strands(pins.crossings(h), pins.crossings(MovingPins::previous(h)),
-                          pins.crossings(MovingPins::next(h)));
-    for (std::int64_t i = 0; i < strands.end_p; ++i) {
-      const VertexId to = follow(pins, h, strands.at_u + i, way);
-      if (from < to) arcs[{from, to}] = way;
-    }
-  }
-  return arcs;
-}
-
 // Lays the triangulation of the targets over that of the sources.
 class Overlayer {
  public:
@@ -253,39 +201,53 @@ class Overlayer {
   }
 
   // False if the two do not fit together, which they always should.
-  bool run() {
-    const auto arcs = follow_all(after_);
-    std::map<HalfedgeId, std::vector<std::pair<ArcId, std::size_t>>> crossed;
-    for (HalfedgeId h = 0; h < 3 * after_.face_count(); ++h) {
-      if (edge_of(after_, h) == h && after_.opposite(h) != kInvalid)
-        crossed[h].resize(at(static_cast<Index>(after_.crossings(h))), {{kInvalid, kInvalid}, 0});
+  bool run(const ExecutionContext& context) {
+    const intrinsic::OverlayCoordinates& arcs = after_.arcs();
+    std::vector<HalfedgeId> curves(arcs.input().edge_count());
+    for (std::size_t e = 0; e < curves.size(); ++e)
+      curves[e] = intrinsic::FlipMesh::halfedge(static_cast<EdgeId>(e));
+    const intrinsic::OverlayTrace trace =
+        intrinsic::trace_overlay(arcs, curves, after_.complexity(), context);
+    std::vector<std::vector<OnArc>> crossed(curves.size());
+    for (const HalfedgeId h : curves)
+      crossed[at(h / 2)].resize(at(static_cast<Index>(arcs.crossings(h))));
+    for (std::size_t c = 0; c < curves.size(); ++c) {
+      const auto way = trace.of_curve(c);
+      for (std::size_t i = 0; i < way.size(); ++i)
+        crossed[at(way[i].through / 2)][static_cast<std::size_t>(way[i].position)] = {c, i};
     }
-    for (const auto& [arc, way] : arcs) {
-      for (std::size_t i = 0; i < way.size(); ++i) crossed[way[i].edge][at(way[i].k)] = {arc, i};
-    }
-    return std::all_of(crossed.begin(), crossed.end(),
-                       [&](const auto& edge) { return lay(edge.first, edge.second); });
+    cut_.resize(curves.size());
+    return std::all_of(curves.begin(), curves.end(),
+                       [&](HalfedgeId h) { return after_.bound(h) || lay(h, crossed[at(h / 2)]); });
   }
 
   void finish() { overlay_.finish(); }
   const std::vector<Vector2>& uv() const { return uv_; }
 
  private:
-  bool lay(HalfedgeId edge, const std::vector<std::pair<ArcId, std::size_t>>& crossings) {
-    const VertexId from = after_.source(edge);
-    const VertexId to = after_.target(edge);
+  // A place on an arc: the arc, and how many edges it has crossed before.
+  struct OnArc {
+    std::size_t arc = 0;
+    std::size_t place = 0;
+  };
+
+  bool lay(HalfedgeId edge, const std::vector<OnArc>& crossings) {
+    const VertexId from = after_.arcs().current().origin_of(edge);
+    const VertexId to = after_.arcs().current().target(edge);
     VertexId here = id_[at(from)];
     const double parts = static_cast<double>(crossings.size() + 1);
     for (std::size_t k = 0; k < crossings.size(); ++k) {
       const auto& [arc, i] = crossings[k];
-      if (arc.first == kInvalid) return false;
-      std::map<std::size_t, VertexId>& on_arc = cut_[arc];
-      const auto after = on_arc.upper_bound(i);
-      const VertexId a = after == on_arc.begin() ? id_[at(arc.first)] : std::prev(after)->second;
-      const VertexId b = after == on_arc.end() ? id_[at(arc.second)] : after->second;
+      const auto base = static_cast<HalfedgeId>(2 * arc);
+      std::map<std::size_t, VertexId>& cuts = cut_[arc];
+      const auto after = cuts.upper_bound(i);
+      const VertexId a = after == cuts.begin() ? id_[at(after_.arcs().input().origin_of(base))]
+                                               : std::prev(after)->second;
+      const VertexId b =
+          after == cuts.end() ? id_[at(after_.arcs().input().target(base))] : after->second;
       const VertexId fresh = overlay_.cross(here, a, b, edge);
       if (fresh == kInvalid) return false;
-      on_arc[i] = fresh;
+      cuts[i] = fresh;
       const double t = static_cast<double>(k + 1) / parts;
       uv_.push_back((1 - t) * after_.place(from) + t * after_.place(to));
       here = fresh;
@@ -296,20 +258,22 @@ class Overlayer {
   const MovingPins& after_;
   const std::vector<VertexId>& id_;
   mesh::CurveOverlay overlay_;
-  std::vector<Vector2> uv_;                               // of added vertices
-  std::map<ArcId, std::map<std::size_t, VertexId>> cut_;  // where arcs are cut so far
+  std::vector<Vector2> uv_;                           // of added vertices
+  std::vector<std::map<std::size_t, VertexId>> cut_;  // per arc: where it is cut so far
 };
 
 // The triangulation of the sources and of the space between the ring and the boundary, flat. Its
 // vertices: the boundary's, the pins, the ring's.
 mesh::Surface sources(const std::vector<Vector2>& outline, const Ring& ring,
-                      const MovingPins& pins) {
+                      const std::vector<Vector2>& pins) {
   const auto n = static_cast<Index>(outline.size());
   const auto m = static_cast<Index>(ring.polygon.size());
+  const auto first = n + static_cast<Index>(pins.size());
+  const Triangles inside = triangulate_pins(ring.polygon, pins);
   std::vector<std::array<VertexId, 3>> faces;
-  for (Index f = 0; f < pins.face_count(); ++f)
-    faces.push_back({n + pins.corner(f, 0), n + pins.corner(f, 1), n + pins.corner(f, 2)});
-  const auto inner = [&](Index i) { return n + pins.pin_count() + i % m; };
+  for (Eigen::Index f = 0; f < inside.rows(); ++f)
+    faces.push_back({n + inside(f, 0), n + inside(f, 1), n + inside(f, 2)});
+  const auto inner = [&](Index i) { return first + i % m; };
   for (Index i = 0; i < m; ++i) {
     // Each corner is joined to the outline from halfway to the one before to halfway to the next.
     const auto begin = static_cast<Index>(ring.place[at(i)]);
@@ -321,10 +285,11 @@ mesh::Surface sources(const std::vector<Vector2>& outline, const Ring& ring,
     for (Index k = middle; k < end; ++k) faces.push_back({inner(i + 1), k % n, (k + 1) % n});
   }
   mesh::Surface flat;
-  flat.vertices = Points3::Zero(n + pins.vertex_count(), 3);
-  for (Index i = 0; i < n; ++i) flat.vertices.row(i).head(2) = outline[at(i)].transpose();
-  for (Index v = 0; v < pins.vertex_count(); ++v)
-    flat.vertices.row(n + v).head(2) = pins.place(v).transpose();
+  flat.vertices = Points3::Zero(first + m, 3);
+  Index row = 0;
+  for (const std::vector<Vector2>* points : {&outline, &pins, &ring.polygon}) {
+    for (const Vector2& p : *points) flat.vertices.row(row++).head(2) = p.transpose();
+  }
   flat.faces.resize(static_cast<Eigen::Index>(faces.size()), 3);
   for (std::size_t f = 0; f < faces.size(); ++f) {
     for (std::size_t k = 0; k < 3; ++k)
@@ -341,23 +306,22 @@ std::optional<mesh::RefinedMap> overlay(const mesh::Surface& base, const MovingP
                                         Index outline, ExecutionContext& context) {
   mesh::RefinedMap map;
   map.surface = mesh::make_refined_surface(base);
-  std::vector<VertexId> id(at(after.vertex_count()));
+  std::vector<VertexId> id(at(static_cast<Index>(base.vertices.rows()) - outline));
   std::iota(id.begin(), id.end(), outline);
   Overlayer overlayer(map.surface, after, id);
-  if (!overlayer.run()) return std::nullopt;
+  if (!overlayer.run(context)) return std::nullopt;
   overlayer.finish();
   const Triangles faces = map.surface.mesh.faces();
   map.uv = flat(to_surface(map.surface));
   if (!distortion::is_flip_free(faces, map.uv, context)) return std::nullopt;
-  for (Index v = 0; v < after.vertex_count(); ++v)
-    map.uv.row(outline + v) = after.place(v).transpose();
+  for (const VertexId v : id) map.uv.row(v) = after.place(v - outline).transpose();
   for (Eigen::Index v = base.vertices.rows(); v < map.uv.rows(); ++v)
     map.uv.row(v) = overlayer.uv()[at(v)].transpose();
   if (!distortion::is_flip_free(faces, map.uv, context)) return std::nullopt;
   return map;
 }
 
-// The coarse map: laid out evenly at the sources, and with little distortion at the targets.
+// The coarse map, with little distortion at the targets.
 // Crossings that the map bears to lose need not be followed. The vertices below `held` are the
 // boundary's and the pins'.
 std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, ExecutionContext& context) {
@@ -374,14 +338,12 @@ std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, ExecutionCo
     plane.vertex.assign(static_cast<std::size_t>(map.uv.rows()), kInvalid);
   }
   simplify_plane_map(plane, held, context);
-  mesh::Surface even;
-  even.faces = plane.faces;
-  even.vertices = Points3::Zero(plane.before.rows(), 3);
-  const mesh::RefinedSurface uneven = mesh::make_refined_surface(even);
-  even = equal_area_metric(uneven, plane.before, context, fixed);
-  map = {mesh::make_refined_surface(even), plane.after};
+  mesh::Surface before;
+  before.faces = plane.faces;
+  before.vertices = Points3::Zero(plane.before.rows(), 3);
+  before.vertices.leftCols(2) = plane.before;
+  map = {mesh::make_refined_surface(before), plane.after};
   relax(map, fixed, {kStepsOfOverlay, true, nullptr}, context);
-  plane.before = flat(even);
   plane.after = std::move(map.uv);
   if (!distortion::is_flip_free(plane.faces, plane.before, context) ||
       !distortion::is_flip_free(plane.faces, plane.after, context))
@@ -414,20 +376,20 @@ bool place_pins(mesh::RefinedMap& map, const Constraints& constraints, Execution
   }
   if (moves.empty()) return false;
   const ProgressRange range(context, 0.6, 1.0);
+  const mesh::Surface base = sources(constraints.outline, ring, from);
   MovingPins pins(ring.polygon, from);
-  const mesh::Surface base = sources(constraints.outline, ring, pins);
   for (const PinMove& move : moves) pins.move(move.pin, move.to);
   stats["plan.complexity"] = pins.complexity();
   const auto outline = static_cast<Index>(constraints.outline.size());
   if (!distortion::is_flip_free(base.faces, base.vertices.leftCols(2), context)) return false;
   std::optional<mesh::RefinedMap> fine = overlay(base, pins, outline, context);
   if (!fine) return false;
-  const Index held = outline + pins.pin_count();
+  const Index held = outline + static_cast<Index>(from.size());
   std::optional<PlaneMap> plane = coarse_map(std::move(*fine), held, context);
   if (!plane) return false;
   std::copy(map.surface.boundary.begin(), map.surface.boundary.end(), plane->vertex.begin());
-  for (Index i = 0; i < pins.pin_count(); ++i)
-    plane->vertex[at(outline + i)] = constraints.pins[at(i)].vertex;
+  for (std::size_t i = 0; i < from.size(); ++i)
+    plane->vertex[at(outline) + i] = constraints.pins[i].vertex;
   const Index count = map.surface.mesh.vertex_count();
   if (!follow_by(map, *plane, context)) return false;
   stats["plan.lifted"] = static_cast<std::int64_t>(map.surface.mesh.vertex_count() - count);

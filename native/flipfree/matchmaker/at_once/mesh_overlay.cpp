@@ -9,6 +9,7 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/untangle.h"
+#include "flipfree/matchmaker/request/polygon.h"
 #include "flipfree/mesh/refined/curve_overlay.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -16,6 +17,10 @@ namespace flipfree::matchmaker {
 namespace {
 
 using Mesh = mesh::EditableTriangulation;
+
+std::pair<Vector2, Vector2> box_of(const Vector2& a, const Vector2& b, const Vector2& c) {
+  return {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
+}
 
 // For each point the face that holds it, kInvalid if none does. Cost: O(#points + #faces) if both
 // are spread evenly.
@@ -41,8 +46,7 @@ std::vector<FaceId> locate_points(const Points2& points, const Triangles& faces,
     const Vector2 a = corner(0);
     const Vector2 b = corner(1);
     const Vector2 c = corner(2);
-    const Vector2 least = a.cwiseMin(b).cwiseMin(c);
-    const Vector2 most = a.cwiseMax(b).cwiseMax(c);
+    const auto [least, most] = box_of(a, b, c);
     for (Index y = cell(least, 1); y <= cell(most, 1); ++y) {
       for (Index x = cell(least, 0); x <= cell(most, 0); ++x) {
         for (const Index i : bucket[at(y * side + x)]) {
@@ -69,8 +73,9 @@ class Overlay {
   }
 
   bool run(mesh::RefinedMap& map, ExecutionContext& context) {
-    insert_all();
-    if (failed_) return false;
+    for (VertexId v = 0; v < plane_.before.rows(); ++v) {
+      if (id_[at(v)] == kInvalid && !insert(v)) return false;
+    }
     const Mesh base = mesh_;
     mesh::CurveOverlay curves(surface_);
     cut_.resize(at(base.halfedge_slots()));
@@ -108,39 +113,29 @@ class Overlay {
     return h != kInvalid && base.is_boundary(h);
   }
 
-  // Vertices of `plane` that the mesh does not have become some.
-  void insert_all() {
-    std::vector<VertexId> fresh;
-    Points2 points(plane_.before.rows(), 2);
-    Index count = 0;
-    for (VertexId v = 0; v < plane_.before.rows(); ++v) {
-      if (plane_.vertex[at(v)] != kInvalid) continue;
-      points.row(count++) = plane_.before.row(v);
-      fresh.push_back(v);
+  // The face that holds a point, kInvalid if none does.
+  FaceId find_face(const Vector2& p) const {
+    for (FaceId f = 0; f < mesh_.face_slots(); ++f) {
+      if (!mesh_.alive(f)) continue;
+      const Mesh::Triangle t = mesh_.corners(f);
+      const auto [low, high] = box_of(place(t[0]), place(t[1]), place(t[2]));
+      // What lies next to the face is within its reach.
+      const Vector2 reach = kOnLine * (high - low).norm() * Vector2::Ones();
+      if (((p - low + reach).array() < 0).any() || ((high - p + reach).array() < 0).any()) continue;
+      if (holds(f, p)) return f;
     }
-    std::vector<FaceId> slots;
-    const Triangles faces = mesh_.faces(&slots);
-    Points2 uv(own_, 2);
-    for (Eigen::Index v = 0; v < own_; ++v) uv.row(v) = place_[at(v)].transpose();
-    const std::vector<FaceId> face = locate_points(points.topRows(count), faces, uv);
-    inside_.resize(at(mesh_.face_slots()));
-    for (std::size_t i = 0; i < fresh.size(); ++i) {
-      failed_ = failed_ || face[i] == kInvalid;
-      if (face[i] != kInvalid) inside_[at(slots[at(face[i])])].push_back(fresh[i]);
-    }
-    for (FaceId f = 0; f < static_cast<FaceId>(inside_.size()) && !failed_; ++f) {
-      while (!failed_ && !inside_[at(f)].empty()) insert_one(f);
-    }
+    return kInvalid;
   }
 
-  // The last vertex that waits in a face gets its place; the others are handed on to the parts.
-  void insert_one(FaceId f) {
-    const VertexId v = inside_[at(f)].back();
-    inside_[at(f)].pop_back();
+  // A vertex of `plane` that the mesh does not have becomes one, or is one that lies there. False
+  // where the surface's own faces are too thin for it.
+  bool insert(VertexId v) {
     const Vector2 p = before(v);
+    const FaceId f = find_face(p);
+    if (f == kInvalid) return false;
     const Mesh::Triangle c = mesh_.corners(f);
     std::array<double, 3> share{};
-    Index on = kInvalid;  // the edge that it lies on
+    HalfedgeId on = kInvalid;  // the edge that it lies on
     Index zeros = 0;
     for (Index k = 0; k < 3; ++k) {
       const Vector2& a = place(mesh_.source(3 * f + k));
@@ -150,26 +145,20 @@ class Overlay {
       on = 3 * f + k;
       ++zeros;
     }
-    const auto support = [&](VertexId w) { return surface_.support[at(w)]; };
     if (zeros == 2) {
       // It is the vertex with the greatest share.
-      const auto k = std::max_element(share.begin(), share.end()) - share.begin();
-      id_[at(v)] = c[at(k)];
-      return;
+      id_[at(v)] = c[at(std::max_element(share.begin(), share.end()) - share.begin())];
+      return true;
     }
-    std::vector<VertexId> waiting;
-    waiting.swap(inside_[at(f)]);
+    const auto support = [&](VertexId w) { return surface_.support[at(w)]; };
     VertexId fresh = kInvalid;
     if (zeros == 1) {
       const double t = (p - place(mesh_.source(on))).norm() /
                        (place(mesh_.target(on)) - place(mesh_.source(on))).norm();
       const mesh::Support where =
           mesh::rounded_between(support(mesh_.source(on)), support(mesh_.target(on)), t);
-      failed_ = mesh_.is_boundary(on) || !divides(on, where) || !divides(mesh_.opposite(on), where);
-      if (failed_) return;
-      std::vector<VertexId>& beyond = inside_[at(mesh_.opposite(on) / 3)];
-      waiting.insert(waiting.end(), beyond.begin(), beyond.end());
-      beyond.clear();
+      if (mesh_.is_boundary(on) || !divides(on, where) || !divides(mesh_.opposite(on), where))
+        return false;
       fresh = surface_.split_edge(on, where);
     } else {
       const mesh::Support on_edge =
@@ -177,26 +166,15 @@ class Overlay {
       const mesh::Support where = mesh::rounded_between(
           support(c[2]), on_edge, (share[0] + share[1]) / (share[0] + share[1] + share[2]));
       for (std::size_t k = 0; k < 3; ++k) {
-        failed_ = failed_ || surface_.orientation_in_parent(mesh_.parent(f), support(c[k]),
-                                                            support(c[(k + 1) % 3]), where) <= 0;
+        if (surface_.orientation_in_parent(mesh_.parent(f), support(c[k]), support(c[(k + 1) % 3]),
+                                           where) <= 0)
+          return false;
       }
-      if (failed_) return;
       fresh = surface_.split_face(f, where);
     }
     id_[at(v)] = fresh;
     place_.push_back(p);
-    inside_.resize(at(mesh_.face_slots()));
-    const std::vector<FaceId> star = mesh_.star(fresh);
-    for (const VertexId w : waiting) {
-      const auto part =
-          std::find_if(star.begin(), star.end(), [&](FaceId g) { return holds(g, before(w)); });
-      failed_ = failed_ || part == star.end();
-      if (part != star.end()) inside_[at(*part)].push_back(w);
-    }
-    // Parts may have slots that were looked through before.
-    for (const FaceId g : star) {
-      while (g < f && !failed_ && !inside_[at(g)].empty()) insert_one(g);
-    }
+    return true;
   }
 
   bool holds(FaceId f, const Vector2& p) const {
@@ -224,12 +202,9 @@ class Overlay {
     for (std::size_t v = 0; v < face.size(); ++v) {
       if (face[v] == kInvalid) continue;  // beside the boundary by rounding, and named below
       const auto corner = [&](Index k) { return plane_.faces(face[v], k); };
-      const Vector2 a = before(corner(0));
-      const double whole = cross(before(corner(1)) - a, before(corner(2)) - a);
-      const double s = cross(place_[v] - a, before(corner(2)) - a) / whole;
-      const double t = cross(before(corner(1)) - a, place_[v] - a) / whole;
-      result[v] = after(corner(0)) + s * (after(corner(1)) - after(corner(0))) +
-                  t * (after(corner(2)) - after(corner(0)));
+      const Vector3 w =
+          barycentric(before(corner(0)), before(corner(1)), before(corner(2)), place_[v]);
+      result[v] = w[0] * after(corner(0)) + w[1] * after(corner(1)) + w[2] * after(corner(2));
     }
     for (VertexId v = 0; v < plane_.before.rows(); ++v) result[at(id_[at(v)])] = after(v);
     return result;
@@ -312,13 +287,11 @@ class Overlay {
   mesh::RefinedSurface& surface_;
   Mesh& mesh_;
   const PlaneMap& plane_;
-  Eigen::Index own_;                           // vertices of the mesh before
-  std::vector<std::vector<VertexId>> inside_;  // by face slot: vertices that wait for their place
-  std::vector<VertexId> id_;                   // of the plane's vertices in the mesh
-  std::vector<Vector2> place_;                 // of the mesh's vertices, before
+  Eigen::Index own_;            // vertices of the mesh before
+  std::vector<VertexId> id_;    // of the plane's vertices in the mesh
+  std::vector<Vector2> place_;  // of the mesh's vertices, before
   std::vector<Vector2> after_;
   std::vector<std::vector<Cut>> cut_;  // by base edge, in order
-  bool failed_ = false;
 };
 
 }  // namespace

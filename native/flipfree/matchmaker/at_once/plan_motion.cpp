@@ -8,7 +8,10 @@
 #include <utility>
 
 #include "flipfree/base/parallel.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/intrinsic/intrinsic_mesh.h"
 #include "flipfree/matchmaker/request/polygon.h"
+#include "flipfree/matchmaker/target/target_domain.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
@@ -21,12 +24,31 @@ constexpr double kLeastStep = 1e-9;
 // terms are 12 at most then, and errors less than 1.2e-15 of their sum (Shewchuk 1997).
 constexpr double kDoubt = 1.5e-14;
 
+// The triangulation of the pins, closed by a vertex beyond the rim.
+intrinsic::FlipMesh closed_triangulation(const Polygon& rim, const std::vector<Vector2>& pins) {
+  const Triangles inside = triangulate_pins(rim, pins);
+  const auto first = static_cast<Index>(pins.size());
+  const auto corners = static_cast<Index>(rim.size());
+  Triangles faces(inside.rows() + corners, 3);
+  faces.topRows(inside.rows()) = inside;
+  for (Index i = 0; i < corners; ++i)
+    faces.row(inside.rows() + i) << first + (i + 1) % corners, first + i, first + corners;
+  return intrinsic::build_intrinsic_mesh(first + corners + 1, faces).mesh;
+}
+
 }  // namespace
 
+Triangles triangulate_pins(const Polygon& rim, const std::vector<Vector2>& pins) {
+  // There the rim comes first.
+  const auto count = static_cast<Index>(rim.size() + pins.size());
+  Triangles faces = triangulate_embedded(rim, pins, {}).triangulation.faces();
+  for (VertexId& v : faces.reshaped()) v = (v + static_cast<Index>(pins.size())) % count;
+  return faces;
+}
+
 MovingPins::MovingPins(const Polygon& rim, const std::vector<Vector2>& pins)
-    : pins_(static_cast<Index>(pins.size())), place_(pins) {
+    : place_(pins), arcs_(closed_triangulation(rim, pins)) {
   place_.insert(place_.end(), rim.begin(), rim.end());
-  leaving_.assign(place_.size(), kInvalid);
   Vector2 low = rim.front();
   Vector2 high = rim.front();
   for (const Vector2& p : rim) {
@@ -34,124 +56,37 @@ MovingPins::MovingPins(const Polygon& rim, const std::vector<Vector2>& pins)
     high = high.cwiseMax(p);
   }
   doubt_ = kDoubt * std::pow((high - low).maxCoeff(), 4);
-  const auto corners = static_cast<Index>(rim.size());
-  for (Index i = 1; i + 1 < corners; ++i) {
-    for (const Index c : {Index{0}, i, i + 1}) {
-      leaving_[at(pins_ + c)] = static_cast<HalfedgeId>(corner_.size());
-      corner_.push_back(pins_ + c);
-      opposite_.push_back(kInvalid);
-    }
-    if (i > 1) link(3 * (i - 1), 3 * (i - 2) + 2);
-  }
-  crossings_.assign(corner_.size(), 0);
-  along_.assign(corner_.size(), 0);
-  for (Index v = 0; v < pins_ && valid_; ++v) valid_ = insert(v);
-  std::fill(crossings_.begin(), crossings_.end(), 0);
-  for (std::size_t h = 0; h < along_.size(); ++h) along_[h] = opposite_[h] == kInvalid ? 0 : 1;
-  complexity_ = 0;
+  leaving_.resize(place_.size() + 1);
+  for (std::size_t h = 0; h < mesh().halfedge_count(); ++h)
+    leaving_[at(mesh().origin[h])] = static_cast<HalfedgeId>(h);
 }
 
-void MovingPins::link(HalfedgeId a, HalfedgeId b) {
-  opposite_[at(a)] = b;
-  if (b != kInvalid) opposite_[at(b)] = a;
-}
-
-void MovingPins::set(HalfedgeId h, std::int64_t crossings, char along) {
-  crossings_[at(h)] = crossings;
-  along_[at(h)] = along;
-}
-
-void MovingPins::open(HalfedgeId h) {
-  if (opposite_[at(h)] != kInvalid) open_.push_back(h);
-}
-
-// Puts a vertex into the face that it lies in.
-bool MovingPins::insert(VertexId v) {
-  const Vector2& p = place(v);
-  for (Index f = 0; f < face_count(); ++f) {
-    int least = 1;
-    for (Index k = 0; k < 3; ++k)
-      least = std::min(least,
-                       numeric::orientation(place(source(3 * f + k)), place(target(3 * f + k)), p));
-    if (least < 0) continue;
-    if (least == 0) return false;
-    const VertexId c[3] = {corner(f, 0), corner(f, 1), corner(f, 2)};
-    const HalfedgeId outer[3] = {opposite_[at(3 * f)], opposite_[at(3 * f + 1)],
-                                 opposite_[at(3 * f + 2)]};
-    const Index fresh = face_count();
-    corner_.resize(corner_.size() + 6);
-    opposite_.resize(corner_.size(), kInvalid);
-    crossings_.resize(corner_.size(), 0);
-    along_.resize(corner_.size(), 0);
-    const Index face[3] = {f, fresh, fresh + 1};
-    for (int k = 0; k < 3; ++k) {
-      const HalfedgeId h = 3 * face[k];
-      corner_[at(h)] = c[k];
-      corner_[at(h + 1)] = c[(k + 1) % 3];
-      corner_[at(h + 2)] = v;
-      leaving_[at(c[k])] = h;
-      link(h, outer[k]);
-      open(h);
-    }
-    for (int k = 0; k < 3; ++k) link(3 * face[k] + 1, 3 * face[(k + 1) % 3] + 2);
-    leaving_[at(v)] = 3 * f + 2;
-    make_delaunay();
-    return true;
-  }
-  return false;
+bool MovingPins::bound(HalfedgeId h) const {
+  const auto beyond = static_cast<VertexId>(place_.size());
+  return mesh().origin_of(h) == beyond || mesh().target(h) == beyond || apex(h) == beyond ||
+         apex(mesh().opposite(h)) == beyond;
 }
 
 void MovingPins::flip(HalfedgeId h) {
-  const HalfedgeId o = opposite_[at(h)];
-  const VertexId u = source(h);
-  const VertexId v = target(h);
-  const VertexId p = apex(h);
-  const VertexId q = apex(o);
-  struct Side {
-    HalfedgeId opposite;
-    std::int64_t crossings;
-    char along;
-  };
-  const auto side = [&](HalfedgeId s) {
-    return Side{opposite_[at(s)], crossings_[at(s)], along_[at(s)]};
-  };
-  const Side vp = side(next(h));
-  const Side pu = side(previous(h));
-  const Side uq = side(next(o));
-  const Side qv = side(previous(o));
-  const std::int64_t before = crossings(h);
-  const intrinsic::FlippedCrossings after = intrinsic::after_flip(
-      {before, vp.crossings, pu.crossings, uq.crossings, qv.crossings, along(h)});
-  complexity_ += after.count - before;
-  const HalfedgeId a = 3 * (h / 3);
-  const HalfedgeId b = 3 * (o / 3);
-  const VertexId corners[6] = {p, u, q, q, v, p};
-  const Side sides[6] = {pu, uq, {}, qv, vp, {}};
-  for (int k = 0; k < 6; ++k) {
-    const HalfedgeId s = k < 3 ? a + k : b + k - 3;
-    corner_[at(s)] = corners[k];
-    leaving_[at(corners[k])] = s;
-    if (k % 3 == 2) continue;
-    link(s, sides[k].opposite);
-    set(s, sides[k].crossings, sides[k].along);
-  }
-  link(a + 2, b + 2);
-  set(a + 2, after.count, after.along ? 1 : 0);
-  set(b + 2, after.count, after.along ? 1 : 0);
+  const HalfedgeId o = mesh().opposite(h);
+  leaving_[at(mesh().origin_of(h))] = mesh().next_of(o);
+  leaving_[at(mesh().origin_of(o))] = mesh().next_of(h);
+  complexity_ -= arcs_.crossings(h);
+  arcs_.flip(h);
+  complexity_ += arcs_.crossings(h);
 }
 
 // Is the far corner across an inner edge outside the circle of the face, or on it?
 bool MovingPins::is_delaunay(HalfedgeId h) const {
-  const Vector2& u = place(source(h));
-  const Vector2& v = place(target(h));
+  const Vector2& u = place(mesh().origin_of(h));
+  const Vector2& v = place(mesh().target(h));
   const Vector2& p = place(apex(h));
-  const Vector2& q = place(apex(opposite(h)));
+  const Vector2& q = place(apex(mesh().opposite(h)));
   const Vector2 a = u - q;
   const Vector2 b = v - q;
   const Vector2 c = p - q;
-  const double det = a.squaredNorm() * (b.x() * c.y() - b.y() * c.x()) +
-                     b.squaredNorm() * (c.x() * a.y() - c.y() * a.x()) +
-                     c.squaredNorm() * (a.x() * b.y() - a.y() * b.x());
+  const double det =
+      a.squaredNorm() * cross(b, c) + b.squaredNorm() * cross(c, a) + c.squaredNorm() * cross(a, b);
   return std::abs(det) > doubt_ ? det < 0 : numeric::in_circle(u, v, p, q) <= 0;
 }
 
@@ -159,22 +94,21 @@ void MovingPins::make_delaunay() {
   while (!open_.empty()) {
     const HalfedgeId h = open_.back();
     open_.pop_back();
-    const HalfedgeId o = opposite_[at(h)];
-    if (o == kInvalid) continue;
-    if (is_delaunay(h)) continue;
+    if (bound(h) || is_delaunay(h)) continue;
     flip(h);
-    const HalfedgeId a = 3 * (h / 3);
-    const HalfedgeId b = 3 * (o / 3);
-    for (const HalfedgeId s : {a, a + 1, b, b + 1}) open(s);
+    for (const HalfedgeId side : {h, mesh().opposite(h)}) {
+      open_.push_back(mesh().next_of(side));
+      open_.push_back(mesh().previous(side));
+    }
   }
 }
 
 bool MovingPins::star_is_positive(VertexId v, const Vector2& p) const {
-  const HalfedgeId first = leaving(v);
+  const HalfedgeId first = leaving_[at(v)];
   HalfedgeId h = first;
   do {
-    if (numeric::orientation(p, place(target(h)), place(apex(h))) <= 0) return false;
-    h = opposite(previous(h));
+    if (numeric::orientation(p, place(mesh().target(h)), place(apex(h))) <= 0) return false;
+    h = mesh().rotate_ccw(h);
   } while (h != first);
   return true;
 }
@@ -190,12 +124,12 @@ bool MovingPins::move(VertexId pin, const Vector2& to) {
       continue;
     }
     place_[at(pin)] = next_place;
-    const HalfedgeId first = leaving(pin);
+    const HalfedgeId first = leaving_[at(pin)];
     HalfedgeId h = first;
     do {
-      open(h);
-      open(next(h));
-      h = opposite(previous(h));
+      open_.push_back(h);
+      open_.push_back(mesh().next_of(h));
+      h = mesh().rotate_ccw(h);
     } while (h != first);
     make_delaunay();
     if (step == 1.0) return true;
@@ -288,7 +222,7 @@ class Search {
   double travel(std::size_t i) {
     pins_ = before_[i];
     const auto count = static_cast<VertexId>(to_.size());
-    bool free = pins_.valid();
+    bool free = true;
     for (auto k = static_cast<VertexId>(i); free && k < count; ++k)
       free = pins_.move(k, way_[at(k)]);
     for (VertexId k = 0; free && k < count; ++k) free = pins_.move(k, to_[at(k)]);

@@ -28,63 +28,41 @@ namespace flipfree::matchmaker {
 // the class; where everything lies is as before. All that costs microseconds, so thousands of
 // classes can be tried.
 
-using intrinsic::Strands;
+// The Delaunay triangulation of pins strictly inside a strictly convex polygon, all distinct. Its
+// vertices: pins first, then the rim's.
+Triangles triangulate_pins(const Polygon& rim, const std::vector<Vector2>& pins);
 
 class MovingPins {
  public:
-  // The triangulation's vertices: pins first, then the rim's. Preconditions: the rim is strictly
-  // convex and counter-clockwise, the pins are strictly inside and distinct. The arcs are the edges
-  // of the Delaunay triangulation as it is then. Invalid, see valid(), if a pin lies exactly on an
-  // edge while it is inserted.
+  // Preconditions: those of triangulate_pins(), whose edges are the arcs.
   MovingPins(const Polygon& rim, const std::vector<Vector2>& pins);
-  bool valid() const { return valid_; }
 
-  Index pin_count() const { return pins_; }
-  Index vertex_count() const { return static_cast<Index>(place_.size()); }
-  Index face_count() const { return static_cast<Index>(corner_.size() / 3); }
-  VertexId corner(Index face, Index k) const { return corner_[at(3 * face + k)]; }
   const Vector2& place(VertexId v) const { return place_[at(v)]; }
-  static HalfedgeId next(HalfedgeId h) { return h - h % 3 + (h + 1) % 3; }
-  static HalfedgeId previous(HalfedgeId h) { return h - h % 3 + (h + 2) % 3; }
-  // Half-edge 3 f + k runs from corner k to corner k + 1; kInvalid beyond the rim.
-  HalfedgeId opposite(HalfedgeId h) const { return opposite_[at(h)]; }
-  VertexId source(HalfedgeId h) const { return corner_[at(h)]; }
-  VertexId target(HalfedgeId h) const { return corner_[at(h - h % 3 + (h + 1) % 3)]; }
-  VertexId apex(HalfedgeId h) const { return corner_[at(h - h % 3 + (h + 2) % 3)]; }
-  // How often arcs cross the edge of h, and whether one runs along it.
-  std::int64_t crossings(HalfedgeId h) const { return crossings_[at(h)]; }
-  bool along(HalfedgeId h) const { return along_[at(h)] != 0; }
-  // The sum over all edges.
+  // The arcs, and the triangulation of the places. One vertex more than have places lies beyond the
+  // rim and closes the sphere; edges that bound() holds do not change.
+  const intrinsic::OverlayCoordinates& arcs() const { return arcs_; }
+  bool bound(HalfedgeId h) const;
+  // How often arcs cross edges, all told.
   std::int64_t complexity() const { return complexity_; }
-
-  // A half-edge that leaves v.
-  HalfedgeId leaving(VertexId v) const { return leaving_[at(v)]; }
 
   // Moves a pin along a straight line; false if it comes so near another one that doubles cannot
   // tell on which side it passes. Then it has stopped on the way.
   bool move(VertexId pin, const Vector2& to);
 
  private:
-  bool insert(VertexId v);
-  void link(HalfedgeId a, HalfedgeId b);
-  void set(HalfedgeId h, std::int64_t crossings, char along);
+  const intrinsic::FlipMesh& mesh() const { return arcs_.current(); }
+  VertexId apex(HalfedgeId h) const { return mesh().origin_of(mesh().previous(h)); }
   void flip(HalfedgeId h);
   bool star_is_positive(VertexId v, const Vector2& p) const;
   bool is_delaunay(HalfedgeId h) const;
   void make_delaunay();
-  void open(HalfedgeId h);
 
-  Index pins_ = 0;
-  bool valid_ = true;
   std::int64_t complexity_ = 0;
   double doubt_ = 0;  // below this, rounding may decide on which side of a circle a place is
   std::vector<Vector2> place_;
-  std::vector<VertexId> corner_;
-  std::vector<HalfedgeId> opposite_;
-  std::vector<HalfedgeId> leaving_;
-  std::vector<std::int64_t> crossings_;
-  std::vector<char> along_;
-  std::vector<HalfedgeId> open_;  // edges that may not be Delaunay
+  intrinsic::OverlayCoordinates arcs_;
+  std::vector<HalfedgeId> leaving_;  // per vertex one out of it
+  std::vector<HalfedgeId> open_;     // edges that may not be Delaunay
 };
 
 struct PinMove {

@@ -207,9 +207,4 @@ bool relax_near_added(mesh::RefinedMap& map, std::vector<VertexId> seeds, Index 
   return relax_near(map, seeds, kRingsAroundAdded, fixed, options, context);
 }
 
-double energy_of(const mesh::RefinedMap& map, ExecutionContext& context) {
-  const double energy = measured(map, context).sums.at_best_scale();
-  return std::isfinite(energy) ? energy : std::numeric_limits<double>::infinity();
-}
-
 }  // namespace flipfree::matchmaker

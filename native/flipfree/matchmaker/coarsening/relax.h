@@ -66,7 +66,4 @@ Energy measured(const mesh::RefinedMap& map, const ExecutionContext& context);
 // logarithms).
 double best_unit(const mesh::RefinedMap& map, const ExecutionContext& context);
 
-// Its symmetric Dirichlet energy at the best scale; infinite if it cannot be told.
-double energy_of(const mesh::RefinedMap& map, ExecutionContext& context);
-
 }  // namespace flipfree::matchmaker

@@ -17,6 +17,7 @@
 #include "flipfree/matchmaker/at_once/mesh_overlay.h"
 #include "flipfree/matchmaker/coarsening/coarsen.h"
 #include "flipfree/matchmaker/coarsening/relax.h"
+#include "flipfree/matchmaker/coarsening/remove_vertex.h"
 #include "flipfree/matchmaker/finish/usable_map.h"
 #include "flipfree/matchmaker/start/first_try.h"
 #include "flipfree/mesh/decimated/decimated.h"
@@ -256,6 +257,9 @@ std::optional<Solution> move_there(const Problem& problem, ExecutionContext& con
   const Arrival move = move_pins(map, constraints, together, refine, context, stats);
   if (move == Arrival::kBlocked) return std::nullopt;
   if (room) lay_on(map.surface, *problem.surface.input);
+  // Edges that were split before there was a map need not be, all of them.
+  thin_out(map, held_vertices(map.surface, constraints), problem.surface.mesh.vertex_count(),
+           context);
   return Solution{std::move(map), engine_of(move)};
 }
 

@@ -127,19 +127,11 @@ mesh::RefinedMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& 
   }
   const ProgressRange range(context, 0.5, 1.0);
   const TimeLimit share(context, (1 - kShareOfStep) * context.seconds_left());
-  // Fewer vertices are worth more distortion, but not one that nothing can be done with.
-  constexpr double kMostLoss = 10.0;
   const Index keep = surface.mesh.vertex_count();
   const std::vector<VertexId> held = held_vertices(surface, constraints);
-  const auto fit = [&](const mesh::RefinedMap& map) {
-    const Grace judging(context);
-    return energy_of(map, context) <= kMostLoss * energy_of(fine, context) &&
-           !(bijective && overlaps(map.surface, map.uv));
-  };
   mesh::RefinedMap coarse = fine;
   coarsen(coarse, held, keep, {}, context, stats);
-  if (fit(coarse)) return coarse;
-  return fine;
+  return bijective && overlaps(coarse.surface, coarse.uv) ? fine : coarse;
 }
 
 }  // namespace flipfree::matchmaker

@@ -1,11 +1,11 @@
 #include "flipfree/matchmaker/homotopy/move_outline.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <deque>
 #include <map>
+#include <numeric>
 #include <set>
 #include <utility>
 #include <vector>
@@ -20,7 +20,6 @@
 #include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/coarsening/coarsen.h"
 #include "flipfree/matchmaker/coarsening/relax.h"
-#include "flipfree/matchmaker/coarsening/remove_vertex.h"
 #include "flipfree/matchmaker/continuation/continuation.h"
 #include "flipfree/matchmaker/patches/matchmaker_pp.h"
 #include "flipfree/matchmaker/request/request.h"
@@ -28,6 +27,7 @@
 #include "flipfree/matchmaker/target/outline_target.h"
 #include "flipfree/matchmaker/target/target_domain.h"
 #include "flipfree/numeric/predicates.h"
+#include "flipfree/unwrap/packing/layout.h"
 
 namespace flipfree::matchmaker {
 namespace {
@@ -66,9 +66,9 @@ class OutlineHomotopy {
 
   TargetDomain domain_;
   std::vector<SheetPin> pins_;
-  std::vector<std::array<double, 3>> weight_;  // per pin
-  std::vector<Vector2> circle_;                // per domain vertex
-  FaceId root_ = 0;                            // in the middle of the tree; it stays in place
+  std::vector<Vector3> weight_;   // per pin
+  std::vector<Vector2> circle_;   // per domain vertex
+  FaceId root_ = 0;               // in the middle of the tree; it stays in place
   std::vector<HalfedgeId> glue_;  // per other face, parents first, the half-edge to its parent
 };
 
@@ -116,11 +116,8 @@ OutlineHomotopy::OutlineHomotopy(TargetDomain domain, const std::vector<SheetPin
   const std::size_t n = domain_.outline.size();
   const auto point = [&](Index v) -> const Vector2& { return domain_.point[at(v)]; };
   std::vector<double> lengths;
-  double perimeter = 0;
-  for (std::size_t i = 0; i < n; ++i) {
+  for (std::size_t i = 0; i < n; ++i)
     lengths.push_back((point(domain_.outline[(i + 1) % n]) - point(domain_.outline[i])).norm());
-    perimeter += lengths.back();
-  }
   root_ = centre_of_tree(mesh);
   std::vector<char> seen(static_cast<std::size_t>(mesh.face_slots()), 0);
   seen[at(root_)] = 1;
@@ -136,40 +133,27 @@ OutlineHomotopy::OutlineHomotopy(TargetDomain domain, const std::vector<SheetPin
       queue.push_back(o / 3);
     }
   }
-  // The circle is turned and moved to where the root lies in the target: frames drift little.
-  const Points2 circle =
-      embedding::place_boundary(embedding::BoundaryShape::kCircle, lengths).positions;
+  // The circle, as long as the outline, is turned and moved to where the root lies in the target:
+  // frames drift little.
+  Points2 circle = embedding::place_boundary(embedding::BoundaryShape::kCircle, lengths).positions;
   double around = 0;
+  Points2 from(2, 2);
+  Points2 to(2, 2);
   for (std::size_t i = 0; i < n; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    const auto next = static_cast<Eigen::Index>((i + 1) % n);
-    around += (circle.row(next) - circle.row(row)).norm();
-    circle_[at(domain_.outline[i])] = circle.row(row).transpose();
+    around += (circle.row((row + 1) % circle.rows()) - circle.row(row)).norm();
+    for (const Index k : {0, 1}) {
+      if (mesh.source(3 * root_ + k) == domain_.outline[i]) from.row(k) = circle.row(row);
+    }
   }
-  const Index a = mesh.source(3 * root_);
-  const Index b = mesh.target(3 * root_);
-  const Vector2 from = circle_[at(b)] - circle_[at(a)];
-  const Vector2 to = point(b) - point(a);
-  const double scale = perimeter / around;
-  const double size = from.norm() * to.norm();
-  const double c = scale * from.dot(to) / size;
-  const double s = scale * cross(from, to) / size;
-  const Vector2 middle = 0.5 * (circle_[at(a)] + circle_[at(b)]);
-  const Vector2 there = 0.5 * (point(a) + point(b));
-  for (const Index v : domain_.outline) {
-    Vector2& p = circle_[at(v)];
-    const Vector2 q = p - middle;
-    p = there + Vector2(c * q.x() - s * q.y(), s * q.x() + c * q.y());
-  }
+  for (const Index k : {0, 1}) to.row(k) = point(mesh.source(3 * root_ + k)).transpose();
+  const double scale = std::accumulate(lengths.begin(), lengths.end(), 0.0) / around;
+  circle = unwrap::moved(unwrap::fit_motion(from, to, scale), circle);
+  for (std::size_t i = 0; i < n; ++i)
+    circle_[at(domain_.outline[i])] = circle.row(static_cast<Eigen::Index>(i)).transpose();
   for (const SheetPin& p : pins_) {
     const Mesh::Triangle t = mesh.corners(p.face);
-    const Vector2 e = point(t[1]) - point(t[0]);
-    const Vector2 f = point(t[2]) - point(t[0]);
-    const Vector2 d = p.pin.uv - point(t[0]);
-    const double area = cross(e, f);
-    const double w1 = std::clamp(cross(d, f) / area, 0.0, 1.0);
-    const double w2 = std::clamp(cross(e, d) / area, 0.0, 1.0 - w1);
-    weight_.push_back({1.0 - w1 - w2, w1, w2});
+    weight_.push_back(barycentric(point(t[0]), point(t[1]), point(t[2]), p.pin.uv));
   }
 }
 
@@ -210,8 +194,9 @@ std::vector<std::pair<VertexId, Vector2>> OutlineHomotopy::places(
   }
   for (std::size_t i = 0; i < pins_.size(); ++i) {
     const Mesh::Triangle c = domain_.triangulation.corners(pins_[i].face);
-    Vector2 p = Vector2::Zero();
-    for (std::size_t k = 0; k < 3; ++k) p += weight_[i][k] * corners[at(c[k])];
+    const Vector3& w = weight_[i];
+    const Vector2 p =
+        w[0] * corners[at(c[0])] + w[1] * corners[at(c[1])] + w[2] * corners[at(c[2])];
     result.emplace_back(pins_[i].pin.vertex, t >= 1 ? pins_[i].pin.uv : p);
   }
   return result;
@@ -224,28 +209,16 @@ constexpr double kRest = 0.01;
 constexpr double kShortestStride = 1e-3;  // in units of kStride
 // Newton steps after each frame, beyond those that lead to it.
 constexpr int kSettleSteps = 3;
-// A frame that raises the energy by more than this is refused.
-constexpr double kMostRise = 1.3;
 // A frame that needs more factorizations than this is hard: edges are split.
 constexpr std::int64_t kHard = 8;
 // How far ahead triangles are looked for that fold, in units of the stride, and how many at a time.
 constexpr double kLookAhead = 4.0;
 constexpr int kLooks = 24;
-constexpr std::size_t kFewestFolds = 40;
-// From refusal to refusal more are split, from success to success fewer.
-constexpr double kMoreRoom = 1.5;
-constexpr double kLessRoom = 0.8;
+constexpr std::size_t kFolds = 40;
 // Of a resisting triangle, edges at least this long against its longest are split.
 constexpr double kLong = 0.9;
-// Edges are split at one of so many shares: a power of two, so that weights stay exact.
-constexpr int kShares = 16;
-// Refinement is thinned out when the mesh has grown by this factor.
-constexpr double kThinOutAt = 1.5;
 constexpr int kStepsAfterRefining = 8;
 constexpr std::int64_t kMostFrames = 1000;
-// The way left must shrink by this factor in so many frames.
-constexpr std::int64_t kFramesToGain = 50;
-constexpr double kLeastGain = 0.95;
 // Newton steps for the first frame.
 constexpr int kFirstSteps = 100;
 
@@ -258,8 +231,6 @@ class OutlineMover {
       : map_(map), homotopy_(homotopy), context_(context), chart_(to_surface(map.surface)) {
     for (const auto& [a, b] : uncut) uncut_.emplace(std::min(a, b), std::max(a, b));
     for (const auto& [v, place] : homotopy.places(0.0, homotopy.corners(0.0))) held_.push_back(v);
-    keep_ = map.surface.mesh.vertex_count();
-    last_count_ = static_cast<double>(keep_);
     relax();
   }
 
@@ -270,26 +241,18 @@ class OutlineMover {
   // True when the last frame is reached, false when there is no way on.
   bool run(Index vertex_limit) {
     double stride = 1.0;
-    double way_left = 2 * (1 + kRest);
     while (time_ < 1) {
       context_.report("moving to the outline", time_);
       if (++frames_ > kMostFrames) return false;
-      if (frames_ % kFramesToGain == 0) {
-        if (1 - time_ + kRest > kLeastGain * way_left) return false;
-        way_left = 1 - time_ + kRest;
-      }
       std::int64_t effort = 0;
       if (step(stride, effort)) {
         stride = std::min(1.0, 1.5 * stride);
-        room_ = std::max(kFewestFolds,
-                         static_cast<std::size_t>(kLessRoom * static_cast<double>(room_)));
         if (effort < kHard || time_ >= 1) continue;
         if (map_.surface.mesh.vertex_count() < vertex_limit) refine();
         continue;
       }
       if (stride < kShortestStride) return false;
       stride *= stride > 0.1 ? 0.6 : 0.8;
-      room_ = static_cast<std::size_t>(kMoreRoom * static_cast<double>(room_));
       if (map_.surface.mesh.vertex_count() >= vertex_limit) return false;
       refine();
     }
@@ -322,70 +285,42 @@ class OutlineMover {
     });
     if (!result) return false;
     effort = result->factorizations;
-    if (!result->missed.empty() || !(result->energy < kMostRise * energy_)) return false;
+    if (!result->missed.empty()) return false;
     map_.uv = std::move(result->uv);
-    energy_ = result->energy;
     time_ = next;
     return true;
   }
 
-  // Lowers the energy with outline and pins held; false if the map is too squeezed for that.
-  bool relax() {
+  // Lowers the energy with outline and pins held.
+  void relax() {
     const ProgressRange quiet(context_, time_, time_);
-    if (!matchmaker::relax(map_, held_, {kStepsAfterRefining, false, &order_}, context_))
-      return false;
-    energy_ = energy_of(map_, context_);
-    return true;
+    matchmaker::relax(map_, held_, {kStepsAfterRefining, false, &order_}, context_);
   }
 
-  // The triangles that fold first when every vertex rides on the homotopy, and the frame they do it
-  // at.
-  std::vector<FaceId> first_folds(const Carrier& carrier, std::vector<Vector2>& there) const {
+  // The triangles that fold first when every vertex rides on the homotopy.
+  std::vector<FaceId> first_folds() const {
+    const std::vector<Vector2> here = homotopy_.corners(time_);
+    const Carrier carrier(map_.surface, map_.uv, homotopy_.domain(), here, context_);
     std::vector<FaceId> folds;
     double ahead = reach(kLookAhead);
     for (int look = 0; look < kLooks; ++look, ahead *= 0.6) {
       const double t = std::min(1.0, time_ + ahead);
-      std::vector<Vector2> corners = homotopy_.corners(t);
+      const std::vector<Vector2> corners = homotopy_.corners(t);
       Points2 carried = carrier.vertices(corners);
       for (const auto& [v, place] : homotopy_.places(t, corners))
         carried.row(v) = place.transpose();
       std::vector<FaceId> found = distortion::flipped_faces(chart_.faces, carried, context_);
       if (found.empty()) break;
       folds = std::move(found);
-      there = std::move(corners);
-      if (folds.size() <= room_) break;
+      if (folds.size() <= kFolds) break;
     }
-    if (folds.size() > 4 * room_) folds.resize(4 * room_);
+    if (folds.size() > 4 * kFolds) folds.resize(4 * kFolds);
     return folds;
-  }
-
-  // Where to split the edge a -> b: the share at which it bends most on the way to frame `there`.
-  static double sharpest_bend(const Carrier& carrier, VertexId a, VertexId b,
-                              const std::vector<Vector2>& there) {
-    const Vector2 start = carrier.on_edge(a, b, 0.0, there);
-    const Vector2 along = carrier.on_edge(a, b, 1.0, there) - start;
-    double best = 0.5;
-    double most = -1;
-    for (int k = 2; k <= kShares - 2; ++k) {
-      const double s = static_cast<double>(k) / kShares;
-      const Vector2 d = carrier.on_edge(a, b, s, there) - start - s * along;
-      // Equal bends: rather in the middle.
-      const double bend = d.norm() * (s * (1 - s) + 0.5);
-      if (bend > most) {
-        most = bend;
-        best = s;
-      }
-    }
-    return best;
   }
 
   void refine() {
     EdgeSet edges;
-    const std::vector<Vector2> here = homotopy_.corners(time_);
-    std::vector<Vector2> there = here;
-    const Points2 old_uv = map_.uv;
-    const Carrier carrier(map_.surface, old_uv, homotopy_.domain(), here, context_);
-    for (const FaceId f : first_folds(carrier, there)) {
+    for (const FaceId f : first_folds()) {
       double length[3];
       for (Index k = 0; k < 3; ++k) {
         length[k] =
@@ -404,28 +339,15 @@ class OutlineMover {
     for (const auto& [a, b] : edges) {
       const HalfedgeId h = surface.mesh.find(a, b);
       if (surface.mesh.is_boundary(h) || uncut_.count({a, b}) > 0) continue;
-      const auto [source, target] = std::pair(surface.mesh.source(h), surface.mesh.target(h));
-      const double share = surface.exact_share(h, sharpest_bend(carrier, source, target, there));
-      const Vector2 place =
-          ((1 - share) * map_.uv.row(source) + share * map_.uv.row(target)).transpose();
+      const Vector2 place = 0.5 * (map_.uv.row(a) + map_.uv.row(b)).transpose();
       if (!splits_well(h, place) || !splits_well(surface.mesh.opposite(h), place)) continue;
-      map_.uv.row(surface.split_edge(h, share)) = place.transpose();
+      map_.uv.row(surface.split_edge(h)) = place.transpose();
     }
     map_.uv.conservativeResize(surface.mesh.vertex_count(), 2);
     if (surface.mesh.vertex_count() == before) return;
     ++splits_;
-    thin_out_if_dense();
     chart_ = to_surface(surface);
     relax();  // or the next step finds it blocked
-  }
-
-  // Most splits turn out not to be needed: takes them back now and then, before they cost time.
-  void thin_out_if_dense() {
-    const Index count = map_.surface.mesh.vertex_count();
-    if (count < kThinOutAt * last_count_) return;
-    thin_out(map_, held_, keep_, context_);
-    last_count_ = static_cast<double>(map_.surface.mesh.vertex_count());
-    room_ = kFewestFolds;
   }
 
   // Do the two halves of the triangle left of h stay positive? Exact: rounding moves the midpoint.
@@ -444,34 +366,18 @@ class OutlineMover {
   EdgeSet uncut_;
   std::vector<VertexId> held_;
   numeric::EliminationMemory order_;
-  Index keep_ = 0;
-  double last_count_ = 0;
-  std::size_t room_ = kFewestFolds;
   double time_ = 0;
-  double energy_ = 0;
   std::int64_t frames_ = 0;
   std::int64_t splits_ = 0;
 };
 
-// Every inner edge between boundary vertices: whether its ends see each other may differ between
-// frames.
-void split_chords(mesh::RefinedSurface& surface) {
-  const mesh::EditableTriangulation& mesh = surface.mesh;
-  std::vector<std::pair<VertexId, VertexId>> chords;
-  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
-    if (mesh.alive(h / 3) && mesh.edge(h) == h && !mesh.is_boundary(h) &&
-        mesh.is_boundary_vertex(mesh.source(h)) && mesh.is_boundary_vertex(mesh.target(h)))
-      chords.emplace_back(mesh.source(h), mesh.target(h));
-  }
-  for (const auto& [a, b] : chords) surface.split_edge(mesh.find(a, b));
-}
-
 // The surface at frame 0, without the pins: flip-free, distortion lowered. Inner edges between
 // boundary vertices are split. Throws what embed_disk and minimize_distortion throw.
 mesh::RefinedMap first_frame(const mesh::RefinedSurface& surface, const OutlineHomotopy& homotopy,
-                             ExecutionContext& context, Stats& stats) {
+                             const Constraints& constraints, ExecutionContext& context,
+                             Stats& stats) {
   mesh::RefinedMap map{surface, {}};
-  split_chords(map.surface);
+  split_chords(map.surface, constraints.edges);
   const std::vector<Vector2> corners = homotopy.corners(0.0);
   const std::vector<Index>& outline = homotopy.domain().outline;
   std::vector<VertexId> loop;
@@ -538,7 +444,7 @@ mesh::RefinedMap pinned_first_frame(const mesh::RefinedSurface& surface,
   mesh::RefinedMap map;
   {
     const ProgressRange range(context, 0.0, 0.5);
-    map = first_frame(surface, homotopy, context, stats);
+    map = first_frame(surface, homotopy, constraints, context, stats);
   }
   if (homotopy.pins().empty()) return map;
   const ProgressRange range(context, 0.5, 1.0);

@@ -3,8 +3,8 @@
 // blocked.
 //
 // From frame to frame the boundary and the pins are prescribed, everything else follows by Newton
-// steps of the distortion's energy (distortion/targets.h). A frame that makes the energy jump is
-// refused and a nearer one tried; where steps become hard, the edges that are too long to bend with
+// steps of the distortion's energy (distortion/targets.h). A frame that is not reached is
+// tried again nearer; where steps become hard, the edges that are too long to bend with
 // the outline are split: those of the triangles that would fold first if every vertex rode on the
 // homotopy (Carrier). Every map on the way is valid, so inner vertices keep winding once, and the
 // disk that the homotopy's triangulation stands for, one of perhaps several with that outline, is

@@ -249,18 +249,15 @@ class PatchEmbedder {
     for (const VertexId v : disk.vertices) local_[at(v)] = kInvalid;
   }
 
-  // Places the inner vertices of a patch.
+  // Places the inner vertices of a patch; in the coordinates in which it will be judged where
+  // rounding folds what was made in others.
   void fill(const Disk& disk, ExecutionContext& context, Stats& stats) {
-    const Frame round = round_frame(disk.boundary);
     const Frame plain{Vector2::Zero(), Eigen::Matrix2d::Identity(), Eigen::Matrix2d::Identity()};
-    for (const Frame& frame : {round, plain}) {
+    for (const Frame& frame : {round_frame(disk.boundary), plain}) {
+      const Points2 boundary =
+          (disk.boundary.rowwise() - frame.origin.transpose()) * frame.to_round.transpose();
       const ProgressRange quiet(context, 0.0, 0.0);
-      Points2 boundary = disk.boundary;
-      for (Eigen::Index i = 0; i < boundary.rows(); ++i) {
-        boundary.row(i) =
-            (frame.to_round * (boundary.row(i).transpose() - frame.origin)).transpose();
-      }
-      Outcome<Points2> uv = attempt([&] {
+      const Outcome<Points2> round = attempt([&] {
         return distortion::with_own_map([&] {
           embedding::EmbedOptions options;
           options.float32 = false;
@@ -268,21 +265,16 @@ class PatchEmbedder {
                                        disk.loop, boundary, options, context, stats);
         });
       });
-      if (uv && settles(disk, frame, *uv, context)) return;
+      if (!round) continue;
+      Points2 uv = (*round * frame.from_round.transpose()).rowwise() + frame.origin.transpose();
+      for (std::size_t i = 0; i < disk.loop.size(); ++i)
+        uv.row(disk.loop[i]) = disk.boundary.row(static_cast<Eigen::Index>(i));
+      if (!distortion::is_flip_free(disk.faces, uv, context)) continue;
+      for (std::size_t v = 0; v < disk.vertices.size(); ++v)
+        uv_.row(disk.vertices[v]) = uv.row(static_cast<Eigen::Index>(v));
+      return;
     }
     refuse_thin();  // ids would be the patch's own
-  }
-
-  // Hands the map of a patch over; false if a triangle is not positive where it comes to lie.
-  bool settles(const Disk& disk, const Frame& frame, Points2& uv, ExecutionContext& context) {
-    for (Eigen::Index v = 0; v < uv.rows(); ++v)
-      uv.row(v) = (frame.origin + frame.from_round * uv.row(v).transpose()).transpose();
-    for (std::size_t i = 0; i < disk.loop.size(); ++i)
-      uv.row(disk.loop[i]) = disk.boundary.row(static_cast<Eigen::Index>(i));
-    if (!distortion::is_flip_free(disk.faces, uv, context)) return false;
-    for (std::size_t v = 0; v < disk.vertices.size(); ++v)
-      uv_.row(disk.vertices[v]) = uv.row(static_cast<Eigen::Index>(v));
-    return true;
   }
 
   mesh::RefinedSurface& surface_;
@@ -331,18 +323,6 @@ Paths given_paths(const Target& target, const ConvexPartition& partition) {
   return given;
 }
 
-// Keeps the edges of the target whose paths join the pins to the boundary on the shortest ways.
-void keep_shortest_tree(const mesh::RefinedSurface& surface, Target& target,
-                        ExecutionContext& context) {
-  const ConvexPartition all = unmerged(target.domain);
-  mesh::EditableTriangulation& mesh = target.domain.triangulation;
-  for (const Index e :
-       shortest_tree(surface, target.domain, all, given_paths(target, all), context)) {
-    const auto& edge = all.edges[at(e)];
-    mesh.set_mark(mesh.find(edge.a, edge.b), TargetDomain::kFixedEdge);
-  }
-}
-
 // Guarantee: the result exists for every target that full_target() accepts, up to the resolution of
 // 64-bit coordinates (NotConverged if a piece of the target is thinner). With a free boundary the
 // map is one-to-one. It is refined generously and distorted. Stats: "matchmaker.*". Precondition:
@@ -350,15 +330,11 @@ void keep_shortest_tree(const mesh::RefinedSurface& surface, Target& target,
 mesh::RefinedMap run_matchmaker(const mesh::RefinedSurface& surface, const Constraints& constraints,
                                 ExecutionContext& context, Stats& stats) {
   mesh::RefinedSurface work = constraints.free_boundary() ? mesh::with_collar(surface) : surface;
-  Target target = full_target(work, constraints, context);
-  {
-    const ProgressRange range(context, 0.0, 0.1);
-    keep_shortest_tree(work, target, context);
-  }
+  const Target target = full_target(work, constraints, context);
   const ConvexPartition partition = merge_convex(target.domain);
   Paths paths;
   {
-    const ProgressRange range(context, 0.1, 0.5);
+    const ProgressRange range(context, 0.0, 0.5);
     paths = trace_paths(work, target.domain, partition, given_paths(target, partition), context);
   }
   const ProgressRange range(context, 0.5, 1.0);

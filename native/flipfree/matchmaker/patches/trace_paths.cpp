@@ -574,18 +574,4 @@ Paths trace_paths(mesh::RefinedSurface& surface, const TargetDomain& domain,
   return tracer.finish();
 }
 
-std::vector<Index> shortest_tree(mesh::RefinedSurface surface, const TargetDomain& domain,
-                                 const ConvexPartition& partition, const Paths& given,
-                                 ExecutionContext& context) {
-  Tracer tracer(surface, domain, partition);
-  std::vector<bool> settled = lay_first(tracer, partition, given);
-  const std::vector<bool> before = settled;
-  grow_tree(tracer, domain, partition, settled, context);
-  std::vector<Index> tree;
-  for (std::size_t e = 0; e < settled.size(); ++e) {
-    if (settled[e] && !before[e]) tree.push_back(static_cast<Index>(e));
-  }
-  return tree;
-}
-
 }  // namespace flipfree::matchmaker

@@ -34,10 +34,4 @@ using Paths = std::vector<std::vector<VertexId>>;
 Paths trace_paths(mesh::RefinedSurface& surface, const TargetDomain& domain,
                   const ConvexPartition& partition, const Paths& given, ExecutionContext& context);
 
-// The spanning tree by itself, as edges of the partition. trace_paths() finds the same one if the
-// partition is coarser and has these edges.
-std::vector<Index> shortest_tree(mesh::RefinedSurface surface, const TargetDomain& domain,
-                                 const ConvexPartition& partition, const Paths& given,
-                                 ExecutionContext& context);
-
 }  // namespace flipfree::matchmaker

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <numeric>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
@@ -98,6 +99,13 @@ int locate_in_polygon(const Polygon& polygon, const Vector2& point) {
       inside = !inside;
   }
   return inside ? 1 : -1;
+}
+
+Vector3 barycentric(const Vector2& a, const Vector2& b, const Vector2& c, const Vector2& point) {
+  const double area = twice_area(a, b, c);
+  const double at_b = twice_area(a, point, c) / area;
+  const double at_c = twice_area(a, b, point) / area;
+  return {1 - at_b - at_c, at_b, at_c};
 }
 
 std::vector<double> numbers_of(const Polygon& points) {

@@ -32,6 +32,9 @@ std::optional<std::pair<Index, Index>> first_conflict(const Polygon& polygon);
 // Where a point lies: 1 strictly inside, 0 on the polygon, -1 outside (even-odd rule). Cost: O(n).
 int locate_in_polygon(const Polygon& polygon, const Vector2& point);
 
+// The weights of a point by the corners of a triangle that has an area. They sum to one.
+Vector3 barycentric(const Vector2& a, const Vector2& b, const Vector2& c, const Vector2& point);
+
 // x0, y0, x1, y1, ..., as witnesses hold points.
 std::vector<double> numbers_of(const Polygon& points);
 

@@ -16,7 +16,6 @@
 #include "flipfree/distortion/valid_map.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/target/target_domain.h"
-#include "flipfree/numeric/predicates.h"
 #include "flipfree/unwrap/packing/layout.h"
 
 namespace flipfree::matchmaker {
@@ -167,45 +166,16 @@ void lay_over(Points2& uv, const std::vector<PinnedVertex>& pins) {
   uv = unwrap::moved(unwrap::fit_motion(from, to, scale), uv);
 }
 
-// Inner edges between boundary vertices whose straight images leave the target.
+// Inner edges between boundary vertices whose straight images have no room in the target.
 void split_blind_chords(mesh::RefinedSurface& surface, const Constraints& constraints) {
-  if (surface.boundary.empty()) return;
-  const mesh::EditableTriangulation& mesh = surface.mesh;
-  std::vector<Index> place(static_cast<std::size_t>(mesh.vertex_count()), kInvalid);
-  const std::size_t n = surface.boundary.size();
-  for (std::size_t i = 0; i < n; ++i) place[at(surface.boundary[i])] = static_cast<Index>(i);
-  // In the 32-bit values that are stored as well: chords along straight sides are seen by rounding
-  // alone.
-  Polygon stored = constraints.outline;
-  for (Vector2& p : stored) p = as_stored(p);
-  const auto sees_in = [&](const Polygon& outline, std::size_t i, std::size_t j) {
-    const Vector2& a = outline[i];
-    const Vector2& b = outline[j];
-    for (std::size_t k = 0; k < n; ++k) {
-      if (numeric::segments_conflict(a, b, outline[k], outline[(k + 1) % n])) return false;
-    }
-    // No crossing: inside or outside as a whole. Locally at a, b must lie within the corner.
-    const Vector2& before = outline[(i + n - 1) % n];
-    const Vector2& after = outline[(i + 1) % n];
-    const bool left_of_out = numeric::orientation(a, after, b) > 0;
-    const bool left_of_in = numeric::orientation(before, a, b) > 0;
-    return numeric::orientation(before, a, after) > 0 ? left_of_out && left_of_in
-                                                      : left_of_out || left_of_in;
-  };
-  const auto sees = [&](std::size_t i, std::size_t j) {
-    return constraints.simple_outline && sees_in(constraints.outline, i, j) &&
-           sees_in(stored, i, j);
-  };
-  std::vector<std::pair<VertexId, VertexId>> blind;
-  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
-    if (!mesh.alive(h / 3) || mesh.edge(h) != h || mesh.is_boundary(h)) continue;
-    const Index i = place[at(mesh.source(h))];
-    const Index j = place[at(mesh.target(h))];
-    if (i == kInvalid || j == kInvalid) continue;
-    if (!sees(static_cast<std::size_t>(i), static_cast<std::size_t>(j)))
-      blind.emplace_back(mesh.source(h), mesh.target(h));
-  }
-  for (const auto& [a, b] : blind) surface.split_edge(mesh.find(a, b));
+  if (!is_locally_convex(constraints.outline)) return split_chords(surface, constraints.edges);
+  Points2 polygon(static_cast<Eigen::Index>(constraints.outline.size()), 2);
+  for (Eigen::Index i = 0; i < polygon.rows(); ++i)
+    polygon.row(i) = constraints.outline[at(i)].transpose();
+  const Triangles faces = surface.mesh.faces();
+  for (const HalfedgeId h : embedding::chords_to_split(faces, surface.mesh.vertex_count(),
+                                                       surface.boundary, polygon, true))
+    surface.split_edge(surface.mesh.find(mesh::source(faces, h), mesh::target(faces, h)));
 }
 
 double outline_area(const Polygon& outline) {
@@ -219,6 +189,22 @@ double outline_area(const Polygon& outline) {
 }
 
 }  // namespace
+
+void split_chords(mesh::RefinedSurface& surface,
+                  const std::vector<std::pair<VertexId, VertexId>>& uncut) {
+  const mesh::EditableTriangulation& mesh = surface.mesh;
+  std::vector<std::pair<VertexId, VertexId>> chords;
+  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+    if (mesh.alive(h / 3) && mesh.edge(h) == h && !mesh.is_boundary(h) &&
+        mesh.is_boundary_vertex(mesh.source(h)) && mesh.is_boundary_vertex(mesh.target(h)))
+      chords.emplace_back(mesh.source(h), mesh.target(h));
+  }
+  for (const auto& [a, b] : uncut) {
+    std::erase(chords, std::pair(a, b));
+    std::erase(chords, std::pair(b, a));
+  }
+  for (const auto& [a, b] : chords) surface.split_edge(mesh.find(a, b));
+}
 
 std::vector<VertexId> held_vertices(const mesh::RefinedSurface& surface,
                                     const Constraints& constraints) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -31,10 +32,15 @@ mesh::Surface equal_area_metric(const mesh::RefinedSurface& surface, const Point
 //
 // Free boundary: the surface's own flattening, laid over the pins by the best similarity.
 // Prescribed boundary: composed through the common disk, untangled; inner edges between boundary
-// vertices whose targets do not see each other are split first, in `surface` (no map of the unsplit
-// mesh exists). Stats: "first_try.*".
+// vertices are split first, in `surface`, unless the outline is convex and has room for them.
+// Stats: "first_try.*".
 std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraints& constraints,
                                  ExecutionContext& context, Stats& stats);
+
+// Splits every inner edge between boundary vertices but those of `uncut` (lines): whether its ends
+// see each other may differ between outlines.
+void split_chords(mesh::RefinedSurface& surface,
+                  const std::vector<std::pair<VertexId, VertexId>>& uncut);
 
 // Vertices that constraints hold, ascending.
 std::vector<VertexId> held_vertices(const mesh::RefinedSurface& surface,

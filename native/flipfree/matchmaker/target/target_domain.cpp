@@ -233,10 +233,6 @@ ConvexPartition partition_by(const TargetDomain& domain, const Merger& merger) {
 
 }  // namespace
 
-ConvexPartition unmerged(const TargetDomain& domain) {
-  return partition_by(domain, Merger(domain));
-}
-
 ConvexPartition merge_convex(const TargetDomain& domain) {
   const Mesh& mesh = domain.triangulation;
   std::vector<HalfedgeId> order;
@@ -346,16 +342,10 @@ Carrier::Carrier(const mesh::RefinedSurface& surface, const Points2& uv, const T
 Vector2 Carrier::ride(FaceId f, const Vector2& p, const std::vector<Vector2>& there) const {
   if (f == kInvalid) return p;
   const Mesh::Triangle t = domain_.triangulation.corners(f);
-  const auto at = [&](const std::vector<Vector2>& shape, std::size_t k) -> const Vector2& {
-    return shape[static_cast<std::size_t>(t[k])];
-  };
-  const Vector2 e1 = at(here_, 1) - at(here_, 0);
-  const Vector2 e2 = at(here_, 2) - at(here_, 0);
-  const Vector2 d = p - at(here_, 0);
-  const double area = cross(e1, e2);
-  if (!(area > 0)) return p;
-  return at(there, 0) + cross(d, e2) / area * (at(there, 1) - at(there, 0)) +
-         cross(e1, d) / area * (at(there, 2) - at(there, 0));
+  const Vector2 &a = here_[at(t[0])], &b = here_[at(t[1])], &c = here_[at(t[2])];
+  if (!(twice_area(a, b, c) > 0)) return p;
+  const Vector3 w = barycentric(a, b, c, p);
+  return w[0] * there[at(t[0])] + w[1] * there[at(t[1])] + w[2] * there[at(t[2])];
 }
 
 Points2 Carrier::vertices(const std::vector<Vector2>& there) const {
@@ -367,14 +357,6 @@ Points2 Carrier::vertices(const std::vector<Vector2>& there) const {
     result.row(v) = p.transpose();
   }
   return result;
-}
-
-Vector2 Carrier::on_edge(VertexId a, VertexId b, double s,
-                         const std::vector<Vector2>& there) const {
-  const Vector2 start = uv_.row(a).transpose();
-  const Vector2 p = start + s * (uv_.row(b).transpose() - start);
-  const auto i = static_cast<std::size_t>(a);
-  return ride(find_along(domain_, here_, face_[i], corner_[i], start, p), p, there);
 }
 
 }  // namespace flipfree::matchmaker

@@ -71,8 +71,6 @@ struct ConvexPartition {
   std::vector<std::vector<Index>> around;
 };
 ConvexPartition merge_convex(const TargetDomain& domain);
-// The triangles themselves.
-ConvexPartition unmerged(const TargetDomain& domain);
 
 // Carries a map along when the triangulated polygon under it changes shape.
 
@@ -99,8 +97,6 @@ class Carrier {
 
   // All vertices when the domain has shape `there`.
   Points2 vertices(const std::vector<Vector2>& there) const;
-  // The point that lies at share s of the edge a -> b now.
-  Vector2 on_edge(VertexId a, VertexId b, double s, const std::vector<Vector2>& there) const;
 
  private:
   Vector2 ride(FaceId f, const Vector2& p, const std::vector<Vector2>& there) const;
