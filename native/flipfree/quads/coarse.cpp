@@ -72,10 +72,12 @@ class Remover {
     const std::size_t count = quarters_.size();
     DisjointSets parts(static_cast<Index>(count)), borders(static_cast<Index>(count)),
         lines(static_cast<Index>(count));
-    for (HalfedgeId h = 0; h < map_.halfedges(); ++h) {
-      parts.join(map_.source[at(h)], map_.target(h));
-      if (map_.opposite[at(h)] == kInvalid) borders.join(map_.source[at(h)], map_.target(h));
-      if (coarse_.feature[at(h)] != 0) lines.join(map_.source[at(h)], map_.target(h));
+    // Of the coarse surface: flips have moved its half-edges, flags of features with them.
+    for (HalfedgeId h = 0; h < flat().halfedges(); ++h) {
+      const VertexId a = flat().source[at(h)], b = flat().target(h);
+      parts.join(a, b);
+      if (flat().opposite[at(h)] == kInvalid) borders.join(a, b);
+      if (coarse_.feature[at(h)] != 0) lines.join(a, b);
     }
     std::vector<char> part_held(count, 0), border_held(count, 0), line_held(count, 0);
     std::vector<char> on_line(count, 0);
