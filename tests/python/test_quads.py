@@ -13,7 +13,7 @@ from flipfree.mirrored import half_of
 
 from judges.quads import Extraction, fingerprint
 from mesh_files import data_folder, read_mesh
-from surfaces import compact, cylinder, edges_of, euler, octahedron_sphere, open_edges, torus
+from surfaces import compact, cylinder, edges_of, euler, octahedron_sphere, open_edges, prism, torus
 
 
 def irregular(mesh: ff.QuadMesh) -> Counter[int]:
@@ -319,6 +319,21 @@ def check_mirrored(mesh: ff.QuadMesh, axis: int) -> None:
     twin = np.array([rows[tuple(p)] for p in (back + 0.0).tolist()])
     quads = {tuple(sorted(quad)) for quad in mesh.quads.tolist()}
     assert {tuple(sorted(quad)) for quad in twin[mesh.quads].tolist()} == quads
+
+
+def test_fans_of_needles_make_room_for_features() -> None:
+    """All of both rims, with no corner of a quad that is neither a cone nor needed: vertices on features go."""
+    vertices, faces = prism(48, 2.0)
+    rims = np.array([[i, (i + 1) % 48] for i in range(48)], np.int32)
+    mesh = ff.quads(vertices, faces, target=500, features=np.concatenate([rims, rims + 48]))
+    check(mesh, vertices, faces)
+    assert mesh.stats["features_missed"] == mesh.stats["features_close"] == 0
+    assert mesh.stats["kept_vertices"] == 0
+    around = np.isclose(np.hypot(*mesh.vertices[:, :2].T), 1.0, atol=0.01)
+    for height in (0.0, 2.0):
+        on_rim = around & (mesh.vertices[:, 2] == height)
+        sides = edges_of(mesh.quads)
+        assert on_rim[sides].all(1).sum() == on_rim.sum() > 20, "a closed row of sides"
 
 
 @pytest.mark.parametrize("axis", range(3))

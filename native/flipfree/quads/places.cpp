@@ -114,8 +114,8 @@ std::vector<Spot> spots_of(const std::vector<Carrier>& carriers, const CoarseSur
   return spots;
 }
 
-Spot slide(const mesh::Surface& surface, const mesh::Adjacency& adjacency, Spot from,
-           const Vector3& way) {
+Spot slide(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+           const mesh::EdgeFlags& lines, Spot from, const Vector3& way) {
   const auto vertex = [&](HalfedgeId h) {
     return Vector3(surface.vertices.row(mesh::source(surface.faces, h)));
   };
@@ -139,10 +139,14 @@ Spot slide(const mesh::Surface& surface, const mesh::Adjacency& adjacency, Spot 
         out = k;
       }
     }
+    const HalfedgeId across = h + (out + 1) % 3;
+    if (out >= 0 && !lines.empty() && lines[at(across)] != 0 &&
+        adjacency.opposite[at(across)] != kInvalid)
+      return tidy(from.face, from.weight + 0.5 * share * change);
     from = tidy(from.face, from.weight + share * change);
     if (out < 0) return from;
     from.weight[out] = 0.0;
-    const HalfedgeId across = h + (out + 1) % 3, o = adjacency.opposite[at(across)];
+    const HalfedgeId o = adjacency.opposite[at(across)];
     left *= 1.0 - share;
     if (o == kInvalid || !(left.squaredNorm() > 0.0)) return tidy(from.face, from.weight);
     // Unfolded: what runs along the edge stays, what leaves the face enters the next one.

@@ -6,6 +6,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/quads/cells.h"
 
 namespace flipfree::quads {
@@ -31,9 +32,10 @@ std::vector<Spot> spots_of(const std::vector<Carrier>& carriers, const CoarseSur
                            const FlatSurface& map, const ExecutionContext& context);
 
 // Straight over the surface from a spot, along a vector in space, of which what lies in the plane
-// of the face counts; unfolded across edges, as far as the border at most.
-Spot slide(const mesh::Surface& surface, const mesh::Adjacency& adjacency, Spot from,
-           const Vector3& way);
+// of the face counts; unfolded across edges, as far as the border at most, and within the last face
+// half of the way to `lines` (flags of half-edges; empty: none), which it does not cross.
+Spot slide(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+           const mesh::EdgeFlags& lines, Spot from, const Vector3& way);
 
 // The same spot on the input's triangles.
 Spot on_input(const certify::Parametrization& map, const mesh::Surface& input, const Spot& spot);

@@ -3,14 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <queue>
+#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "flipfree/holonomy/needed_topology.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/quads/box_tree.h"
 #include "flipfree/quads/places.h"
 #include "flipfree/quads/relax.h"
+#include "flipfree/seamless/padding/paths.h"
 
 namespace flipfree::quads {
 
@@ -28,6 +33,46 @@ std::vector<char> rim_of(const std::vector<Quad>& quads, std::size_t vertices) {
 }
 
 }  // namespace
+
+DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features, double longest,
+                       std::size_t most, const ExecutionContext& context) {
+  mesh::RefinedSurface refined = seamless::unrefined(surface);
+  std::priority_queue<std::tuple<double, VertexId, VertexId>> edges;
+  const auto offer = [&](VertexId a, VertexId b) {
+    const double length = (refined.position[at(a)] - refined.position[at(b)]).norm();
+    if (length > longest) edges.emplace(length, a, b);
+  };
+  for (HalfedgeId h = 0; h < refined.mesh.halfedge_slots(); ++h)
+    offer(refined.mesh.source(h), refined.mesh.target(h));
+  while (!edges.empty() && most > 0) {
+    const auto [length, a, b] = edges.top();
+    edges.pop();
+    const HalfedgeId h = refined.mesh.find(a, b);
+    if (h == kInvalid) continue;  // by its other half-edge
+    if (most-- % 256 == 0) context.check();
+    const VertexId middle = refined.split_edge(h);
+    offer(a, middle);  // on the border none leaves `middle` to one of the two
+    offer(b, middle);
+    refined.mesh.for_each_outgoing(
+        middle, [&](HalfedgeId spoke) { offer(middle, refined.mesh.target(spoke)); });
+  }
+  DividedSurface made{mesh::to_surface(refined), mesh::provenance_of(refined), {}};
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency own = mesh::build_adjacency(made.surface);
+  const mesh::EdgeFlags wanted = mesh::flag_edges(surface.faces, adjacency, features);
+  std::vector<std::pair<VertexId, VertexId>> pieces;
+  for (HalfedgeId h = 0; at(h) < own.opposite.size(); ++h) {
+    if (own.opposite[at(h)] < h) continue;  // the border as well
+    const HalfedgeId side =
+        holonomy::input_halfedge({made.surface, own, made.provenance.face}, surface, adjacency, h);
+    if (side != kInvalid && wanted[at(side)] != 0)
+      pieces.emplace_back(mesh::source(made.surface.faces, h), mesh::target(made.surface.faces, h));
+  }
+  made.features.resize(static_cast<Eigen::Index>(pieces.size()), 2);
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    made.features.row(static_cast<Eigen::Index>(i)) << pieces[i].first, pieces[i].second;
+  return made;
+}
 
 BroughtBack bring_back(const mesh::Surface& whole, const IndexPairs& features,
                        const std::vector<Quad>& quads, const Points3& places,

@@ -1,14 +1,28 @@
-// Quads of a surface of many triangles, made on few of them: the way back.
+// Other triangles to make quads on: more of them where the surface's are longer than quads are, and
+// of a surface of many triangles few, with the way back.
 #pragma once
 
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/quads/places.h"
 #include "flipfree/quads/quad_certificate.h"
 
 namespace flipfree::quads {
+
+struct DividedSurface {
+  mesh::Surface surface;  // the input's vertices first
+  mesh::Provenance provenance;
+  IndexPairs features;  // the input's that lie inside, in pieces
+};
+
+// The surface with vertices on the middles of its edges, the longest first, until none is longer
+// than `longest`: a field has no room for cones, and a map none to bend, on long faces between
+// features. At most `most` times. Throws Cancelled, TimeIsOver. Cost: O(#F log #F).
+DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features, double longest,
+                       std::size_t most, const ExecutionContext& context);
 
 struct BroughtBack {
   std::vector<Spot> spots;          // of the corners, on the whole surface

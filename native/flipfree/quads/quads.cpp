@@ -22,6 +22,7 @@
 #include "flipfree/quads/proxy.h"
 #include "flipfree/quads/relax.h"
 #include "flipfree/quads/transfer.h"
+#include "flipfree/seamless/padding/padding.h"
 
 namespace flipfree::quads {
 
@@ -31,6 +32,8 @@ namespace {
 // that parts of machines need, and costs organic shapes little.
 constexpr double kAlignment = 0.1;
 constexpr std::int64_t kMostQuads = 10'000'000;
+// Of an edge of the surface that quads are made on, in sides of these.
+constexpr double kLongest = 3.0;
 
 // A map that quads may have: along the axes at its border, without cones of one quarter turn.
 Prepared prepare_for_quads(const certify::Parametrization& map, const ExecutionContext& context) {
@@ -220,7 +223,7 @@ FaceId face_at_middle(const mesh::Surface& surface, const mesh::Adjacency& adjac
   double least = 0.0;
   for (std::size_t k = 0; k <= 4; ++k) {
     const Spot& from = k == 4 ? centre : spots[at(quad[k])];
-    const Spot spot = slide(surface, adjacency, from, middle - position(surface, from));
+    const Spot spot = slide(surface, adjacency, {}, from, middle - position(surface, from));
     const double off = (position(surface, spot) - middle).squaredNorm();
     if (nearest != kInvalid && off >= least) continue;
     nearest = spot.face;
@@ -231,13 +234,13 @@ FaceId face_at_middle(const mesh::Surface& surface, const mesh::Adjacency& adjac
 
 // The smoothest field, a little along curvature, unless that makes more cones inside of two quarter
 // turns or less.
-field::CrossField own_field(const mesh::Surface& surface, const QuadOptions& given,
-                            ExecutionContext& context) {
+field::CrossField own_field(const mesh::Surface& surface, const IndexPairs& features,
+                            const std::vector<double>& sizing, ExecutionContext& context) {
   field::FieldOptions options;
-  options.edges = given.features;
+  options.edges = features;
   options.let_go = true;
   options.simplify = true;
-  options.sizing = given.sizing;
+  options.sizing = sizing;
   options.alignment = kAlignment;
   field::FoundField along = field::compute_cross_field(surface, options, context);
   const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
@@ -350,34 +353,52 @@ double wanted_quads(const QuadOptions& options, double area) {
   return target;
 }
 
+// The sizing that was asked for at the vertices of the divided surface, and by its curvature.
+std::vector<double> sizing_of(const DividedSurface& fine, const mesh::Surface& surface,
+                              const QuadOptions& options) {
+  std::vector<double> sizing;
+  if (options.adaptive > 0.0)
+    sizing = field::curvature_sizing(fine.surface, mesh::build_adjacency(fine.surface),
+                                     options.adaptive);
+  if (options.sizing.empty()) return sizing;
+  sizing.resize(at(fine.surface.vertices.rows()), 1.0);
+  for (std::size_t v = 0; v < sizing.size(); ++v) {
+    const mesh::SurfacePoint& point = fine.provenance.vertex[v];
+    double own = 0.0;
+    for (int k = 0; k < 3; ++k)
+      own += point.weight[k] * std::log(options.sizing[at(surface.faces(point.face, k))]);
+    sizing[v] *= std::exp(own);
+  }
+  return sizing;
+}
+
 QuadMesh quads_of_all(const mesh::Surface& surface, const std::optional<field::GivenField>& given,
-                      QuadOptions options, ExecutionContext& context) {
+                      const QuadOptions& options, ExecutionContext& context) {
   Stopwatch watch;
   certify::Parametrization map;
+  Stats stats;
   {
+    const double area = mesh::area_of(surface), wanted = wanted_quads(options, area);
+    holonomy::AlignedOptions align;
+    align.ragged = std::sqrt(area / wanted);
+    // A given field is one of the faces as they are.
+    const auto most = given ? 0 : at(surface.faces.rows()) + static_cast<std::size_t>(2 * wanted);
+    const DividedSurface fine =
+        divided(surface, options.features, kLongest * align.ragged, most, context);
     field::CrossField own;
     {
       const ProgressRange range(context, 0.0, 0.1);
-      if (options.adaptive > 0.0) {
-        const std::vector<double> bent =
-            field::curvature_sizing(surface, mesh::build_adjacency(surface), options.adaptive);
-        options.sizing.resize(bent.size(), 1.0);
-        for (std::size_t v = 0; v < bent.size(); ++v) options.sizing[v] *= bent[v];
-      }
+      align.sizing = sizing_of(fine, surface, options);
       own = given ? field::read_field(surface, *given, context)
-                  : own_field(surface, options, context);
+                  : own_field(fine.surface, fine.features, align.sizing, context);
     }
     const ProgressRange range(context, 0.1, 0.6);
-    holonomy::AlignedOptions align;
-    align.features = options.features;
-    align.sizing = options.sizing;
-    const double area = mesh::area_of(surface);
-    align.ragged = std::sqrt(area / wanted_quads(options, area));
-    map = holonomy::compute_field_aligned_map(surface, own, align, context);
+    align.features = fine.features;
+    map = holonomy::compute_field_aligned_map(fine.surface, own, align, context);
+    seamless::name_input_places(surface, fine.provenance, fine.surface.faces, map);
+    stats["features"] = static_cast<std::int64_t>(fine.features.rows());
   }
-  Stats stats;
   for (const auto& [name, value] : map.stats) stats["map." + name] = value;
-  stats["features"] = static_cast<std::int64_t>(options.features.rows());
   stats["features_missed"] = static_cast<std::int64_t>(map.certificate.features_missed.size());
   stats["seconds.map"] = watch.seconds();
   watch.restart();
@@ -429,7 +450,7 @@ QuadMesh quads_by_proxy(const mesh::Surface& surface, QuadOptions options, Index
   QuadMesh mesh;
   {
     const ProgressRange range(context, 0.2, 0.6);
-    mesh = quads_of_all(few.surface, std::nullopt, std::move(options), context);
+    mesh = quads_of_all(few.surface, std::nullopt, options, context);
   }
   mesh.stats["seconds.decimated"] = decimated;
   mesh.stats["proxy_faces"] = static_cast<std::int64_t>(few.surface.faces.rows());

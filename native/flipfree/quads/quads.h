@@ -1,5 +1,6 @@
 // Quads: a surface as a mesh of quads that follow a seamless map, certified.
 //
+//   divided()          proxy.h             first: no triangles much longer than quads
 //   flat_map()         flat_surface.h      the map as integers
 //   coarse_surface()   coarse.h            its cones and corners, triangulated
 //   choose_integers()  integers.h          edges in whole quads
@@ -31,8 +32,8 @@ struct QuadOptions {
   std::vector<double> sizing;
   double adaptive = 0.0;  // in [0, 1]: besides, by the surface's curvature (field/guidance.h)
   // Edges that shall be rows of quad edges (holonomy/field_aligned.h); what cannot be is counted in
-  // the stats "features_missed" of "features". Of two at less than a fifth of a quad one is let go,
-  // and counted in pieces of the map: "features_close".
+  // the stats "features_missed" of "features", in pieces (proxy.h). Of two at less than a fifth of
+  // a quad one is let go, and counted in pieces of the map: "features_close".
   IndexPairs features;
   bool with_map = false;  // QuadMesh::map as well
   int relax_rounds = 30;

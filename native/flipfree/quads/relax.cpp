@@ -69,7 +69,8 @@ class Relaxation {
     double share = 1.0;
     for (int tries = 0; tries < 4; ++tries, share *= 0.5) {
       const Vector3 way = share * kOver * (wish - place);
-      spots_[at(v)] = along_line ? slide_along(spot, way) : slide(surface_, adjacency_, spot, way);
+      spots_[at(v)] =
+          along_line ? slide_along(spot, way) : slide(surface_, adjacency_, lines_, spot, way);
       place_[at(v)] = position(surface_, spots_[at(v)]);
       if (turned_around(v) <= before) return;
     }

@@ -87,7 +87,7 @@ class QuadMesh(ReadOnly):
             input's corners carry is one gather.
         quad_parent: (q,), the input face at the middle of each quad.
         map: the integer parametrization, whose unit cells the quads are, before they were relaxed; of :func:`quads` only
-            ``with_map``, and None where 32 bits do not hold it.
+            ``with_map``, with vertices on edges longer than three sides of a quad, and None where 32 bits do not hold it.
         certificate: measured. stats: "target", seconds per stage, "count_raised" 1 where fewer quads would be no mesh,
             "proxy_faces" how many where a mesh of very many was decimated first, and the map's with the prefix "map.".
     """
@@ -149,8 +149,8 @@ def quads(
             mesh there are more.
         field: a :class:`CrossField` of this mesh; None: the smoothest, without cones of one quarter turn, along the borders.
         features: (k, 2) edges that shall be rows of quad edges: sharp ones, borders of materials. What the field forbids is
-            left, and counted: ``stats["features_missed"]`` of ``stats["features"]``; and of two at less than a fifth of a quad
-            one, ``stats["features_close"]`` pieces.
+            left, and counted: ``stats["features_missed"]`` of ``stats["features"]``, in pieces of at most three sides of a
+            quad, in which long edges are divided; and of two at less than a fifth of a quad one, ``stats["features_close"]``.
         sizing: (n,) positive: how dense quads are along a length there, relative to others; a field that is given should
             have been made for it. None: all alike. adaptive: 0 to 100, how much denser they are besides where the surface
             bends more; at 100 they are off it by about as much everywhere, as far as the map can be.
