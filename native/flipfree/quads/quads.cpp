@@ -33,7 +33,7 @@ namespace {
 constexpr double kAlignment = 0.1;
 constexpr std::int64_t kMostQuads = 10'000'000;
 // Of an edge of the surface that quads are made on, in sides of these.
-constexpr double kLongest = 3.0;
+constexpr double kLongestSides = 3.0;
 
 // A map that quads may have: along the axes at its border, without cones of one quarter turn.
 Prepared prepare_for_quads(const certify::Parametrization& map, const ExecutionContext& context) {
@@ -384,7 +384,7 @@ QuadMesh quads_of_all(const mesh::Surface& surface, const std::optional<field::G
     // A given field is one of the faces as they are.
     const auto most = given ? 0 : at(surface.faces.rows()) + static_cast<std::size_t>(2 * wanted);
     const DividedSurface fine =
-        divided(surface, options.features, kLongest * align.ragged, most, context);
+        divided(surface, options.features, kLongestSides * align.ragged, most, context);
     field::CrossField own;
     {
       const ProgressRange range(context, 0.0, 0.1);
