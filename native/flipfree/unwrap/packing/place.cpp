@@ -24,7 +24,6 @@
 #include "flipfree/mesh/cut.h"
 #include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/layout.h"
-#include "flipfree/unwrap/packing/nest/inflate.h"
 #include "flipfree/unwrap/packing/nest/nest.h"
 #include "flipfree/unwrap/packing/rectangles.h"
 
@@ -177,23 +176,46 @@ Index arrange(const std::vector<mesh::Chart>& charts, const Items& items,
 bool apart(const std::vector<mesh::Chart>& charts, const Items& items,
            const std::vector<Points2>& stored, const Points2& stays, double margin,
            const ExecutionContext& context) {
-  std::vector<Shape> shapes;
-  for (const std::vector<std::size_t>& item : items)
-    shapes.emplace_back().loops = outlines_of(charts, item, stored);
-  std::vector<Loop> fixed;
+  const double least = margin * (1.0 + 1e-12) + 1e-14;
+  distortion::Boundary outlines;
+  std::vector<Vector2> corners;
+  std::vector<Index> owner;  // per corner, or edge from there: its item; kInvalid: what stays
+  const auto add = [&](const Loop& loop, Index item) {
+    const auto first = static_cast<Index>(corners.size());
+    const auto count = static_cast<Index>(loop.size());
+    for (Index i = 0; i < count; ++i) {
+      outlines.edges.push_back({first + i, first + (i + 1) % count});
+      outlines.vertices.push_back(first + i);
+      owner.push_back(item);
+    }
+    corners.insert(corners.end(), loop.begin(), loop.end());
+  };
   Eigen::AlignedBox2d near;
-  for (const auto& item : items) near.extend(box_of(item, stored));
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    for (const Loop& loop : outlines_of(charts, items[i], stored)) add(loop, static_cast<Index>(i));
+    near.extend(box_of(items[i], stored));
+  }
   near.extend((near.min().array() - 2.0 * margin).matrix());
   near.extend((near.max().array() + 2.0 * margin).matrix());
   for (Eigen::Index i = 0; i + 2 < stays.rows(); i += 3) {
-    if (near.intersects(bounds_of(stays.middleRows(i, 3)))) fixed.push_back(triangle_of(stays, i));
+    if (near.intersects(bounds_of(stays.middleRows(i, 3)))) add(triangle_of(stays, i), kInvalid);
   }
-  const double least = margin * (1.0 + 1e-12) + 1e-14;
-  const std::vector<Contact> contacts =
-      Contacts(shapes, fixed).find(std::vector<Pose>(shapes.size()), 1.0, least, context);
-  return std::none_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
-    return (c.a != kInvalid || c.b != kInvalid) && c.gap < least;
-  });
+  Points2 places(static_cast<Eigen::Index>(corners.size()), 2);
+  for (std::size_t c = 0; c < corners.size(); ++c)
+    places.row(static_cast<Eigen::Index>(c)) = corners[c].transpose();
+  const distortion::BoundaryGrid grid(outlines, places);
+  std::vector<Index> edges;
+  for (std::size_t c = 0; c < corners.size(); ++c) {
+    if (c % 4096 == 0) context.check();
+    grid.near(corners[c], least, edges);
+    for (const Index e : edges) {
+      const auto& [from, to] = outlines.edges[at(e)];
+      if (owner[at(e)] != owner[c] &&
+          distance_to_segment(corners[c], corners[at(from)], corners[at(to)]) < least)
+        return false;
+    }
+  }
+  return true;
 }
 
 constexpr double kSameOutline = 1e-3;

@@ -4,12 +4,12 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/unwrap/packing/nest/inflate.h"
+#include "flipfree/unwrap/packing/nest/shape.h"
 
 namespace flipfree::unwrap {
 
 // kStraight: quarter turns for shapes whose outlines run along the axes (straight_axis), which look
-// askew in any other direction; any angle for the others.
+// askew in any other direction; eighths of a turn for the others.
 enum class Rotation { kFree, kStraight, kQuarters, kNone };
 
 struct NestOptions {
@@ -21,8 +21,12 @@ struct NestOptions {
   double effort = 1.0;             // at most, about seconds for some hundred shapes
 };
 
-// The layout's scale is 0 if none was found. Gaps are those of inflate(). Deterministic, the same
-// for any number of threads.
+struct Layout {
+  std::vector<Pose> poses;
+  double scale = 0.0;  // 0: none was found
+};
+
+// All gaps are at least the margin. Deterministic, the same for any number of threads.
 Layout nest(const std::vector<Shape>& shapes, const NestOptions& options,
             ExecutionContext& context);
 
