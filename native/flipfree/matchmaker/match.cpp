@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -227,8 +226,14 @@ Points2f stored(mesh::RefinedMap& map, const Constraints& constraints, const Mat
   return store();
 }
 
-certify::Parametrization match_in_time(const mesh::Surface& surface, const MatchRequest& request,
-                                       const MatchOptions& options, ExecutionContext& context) {
+// A map, and the vertices whose places are prescribed.
+struct Matched {
+  certify::Parametrization map;
+  std::vector<VertexId> held;
+};
+
+Matched match_in_time(const mesh::Surface& surface, const MatchRequest& request,
+                      const MatchOptions& options, ExecutionContext& context) {
   mesh::ValidateOptions validation;
   validation.require_disk = true;
   mesh::validate(surface, validation, context);
@@ -279,7 +284,7 @@ certify::Parametrization match_in_time(const mesh::Surface& surface, const Match
   stats["seconds_optimise"] = seconds_optimise;
   stats["seconds"] = watch.seconds();
   map.stats = std::move(stats);
-  return map;
+  return {std::move(map), held_to_the_end(found.surface, constraints)};
 }
 
 }  // namespace
@@ -287,15 +292,12 @@ certify::Parametrization match_in_time(const mesh::Surface& surface, const Match
 certify::Parametrization match(const mesh::Surface& surface, const MatchRequest& request,
                                const MatchOptions& options, ExecutionContext& context) {
   return in_time(context, options.max_seconds, kNoMapFound, kMoreTimeOr,
-                 [&] { return match_in_time(surface, request, options, context); });
+                 [&] { return match_in_time(surface, request, options, context).map; });
 }
 
 namespace {
 
 using Loop = std::vector<HalfedgeId>;
-using Edge = std::pair<VertexId, VertexId>;
-
-Edge edge(VertexId a, VertexId b) { return {std::min(a, b), std::max(a, b)}; }
 
 double loop_length(const mesh::Surface& surface, const Loop& loop) {
   double sum = 0.0;
@@ -369,8 +371,9 @@ mesh::Surface as_disk(const mesh::Surface& piece,
 
 // The map of the piece alone, with vertices in their old order and provenance in the piece's own
 // faces.
-certify::Parametrization without_fans(const certify::Parametrization& filled,
-                                      const mesh::Surface& disk, const mesh::Surface& input) {
+Matched without_fans(const Matched& matched, const mesh::Surface& disk,
+                     const mesh::Surface& input) {
+  const certify::Parametrization& filled = matched.map;
   const auto n = static_cast<VertexId>(input.vertices.rows());
   std::vector<FaceId> kept;
   std::vector<FaceId> child_at(static_cast<std::size_t>(filled.surface.vertices.rows()), kInvalid);
@@ -423,38 +426,11 @@ certify::Parametrization without_fans(const certify::Parametrization& filled,
   }
   map.cut_edges.resize(0, 2);
   map.stats = filled.stats;
-  return map;
-}
-
-// Vertices whose place the request prescribes, new ones on its lines and boundary included.
-std::vector<char> prescribed_vertices(const certify::Parametrization& map,
-                                      const mesh::Surface& input, const MatchRequest& request) {
-  std::vector<char> held(static_cast<std::size_t>(map.surface.vertices.rows()), 0);
-  for (const PinnedVertex& p : request.points) held[at(p.vertex)] = 1;
-  std::set<Edge> edges;
-  for (const PinnedLine& line : request.lines) {
-    for (const VertexId v : line.vertices) held[at(v)] = 1;
-    for (std::size_t i = 1; i < line.vertices.size(); ++i)
-      edges.insert(edge(line.vertices[i - 1], line.vertices[i]));
+  Matched result{std::move(map), {}};
+  for (const VertexId v : matched.held) {
+    if (number[at(v)] != kInvalid) result.held.push_back(number[at(v)]);
   }
-  const std::vector<VertexId>& loop = request.boundary_loop;
-  const std::set<VertexId> movable(request.movable.begin(), request.movable.end());
-  for (std::size_t i = 0; i < loop.size() && !request.boundary_uv.empty(); ++i) {
-    const VertexId next = loop[(i + 1) % loop.size()];
-    if (movable.contains(loop[i])) continue;
-    held[at(loop[i])] = 1;
-    if (!movable.contains(next)) edges.insert(edge(loop[i], next));
-  }
-  for (const VertexId v : request.movable) held[at(v)] = 0;
-  for (Eigen::Index v = input.vertices.rows(); v < map.surface.vertices.rows(); ++v) {
-    std::vector<VertexId> ends;
-    for (Index c = 0; c < 3; ++c) {
-      if (map.vertex_barycentric(v, c) != 0.0)
-        ends.push_back(input.faces(map.vertex_parent[at(v)], c));
-    }
-    if (ends.size() == 2 && edges.contains(edge(ends[0], ends[1]))) held[at(v)] = 1;
-  }
-  return held;
+  return result;
 }
 
 // The solver's ids without those of the fans, which the caller does not know.
@@ -525,10 +501,8 @@ certify::Parametrization match_valid_piece(const mesh::Surface& surface,
   const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const mesh::Topology shape = mesh::topology(surface.faces, adjacency);
   // Other shapes are refused there, by name.
-  MatchOptions untimed = options;
-  untimed.max_seconds = 0;  // the limit around holds
   if (shape.components != 1 || shape.genus() != 0 || shape.boundary_loops < 1)
-    return match(surface, request, untimed, context);
+    return match_in_time(surface, request, options, context).map;
 
   const Stopwatch watch;
   std::vector<Loop> holes = mesh::boundary_halfedge_loops(surface.faces, adjacency);
@@ -544,15 +518,17 @@ certify::Parametrization match_valid_piece(const mesh::Surface& surface,
       return std::move(*map);
   }
   const ProgressRange whole(context, begin, 1.0);
-  if (holes.empty()) return match(surface, request, untimed, context);
+  if (holes.empty()) return match_in_time(surface, request, options, context).map;
 
-  certify::Parametrization map;
+  Matched matched;
   {
     const ProgressRange range(context, 0.0, 0.7);
     const TimeLimit share(context, (1 - kShareOfStep) * context.seconds_left());
-    map = without_fans(match(disk, request, untimed, context), disk, surface);
+    matched = without_fans(match_in_time(disk, request, options, context), disk, surface);
   }
-  const std::vector<char> held = prescribed_vertices(map, surface, request);
+  certify::Parametrization& map = matched.map;
+  std::vector<char> held(static_cast<std::size_t>(map.surface.vertices.rows()), 0);
+  for (const VertexId v : matched.held) held[at(v)] = 1;
   certify::CertifyRequest extra;
   extra.require_bijective = options.bijective && request.boundary_uv.empty();
   for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
@@ -573,7 +549,7 @@ certify::Parametrization match_valid_piece(const mesh::Surface& surface,
   map.stats["energy"] = map.certificate.energy;
   map.stats["seconds"] = watch.seconds();
   context.report("done", 1.0);
-  return map;
+  return std::move(map);
 }
 
 }  // namespace

@@ -313,50 +313,45 @@ void collapse_all(PlanarMap& map, CollapseRecord& record, ExecutionContext& cont
   std::vector<Index> blocked(static_cast<Size>(n),
                              kInvalid);  // round in which the vertex was touched
   std::vector<char> removed(static_cast<Size>(n), 0);
-  std::vector<std::vector<VertexId>> by_degree;
   const Size total = alive.size();
   for (Index round = 0; !alive.empty(); ++round) {
     context.report("simplifying",
                    1.0 - static_cast<double>(alive.size()) / static_cast<double>(total));
-    by_degree.clear();
     Size sum = 0;
     for (const VertexId v : alive) sum += static_cast<Size>(map.mesh.degree(v));
     const Index bound = static_cast<Index>(sum / alive.size()) + 2;
-    for (const VertexId v : alive) {
-      const Size d = static_cast<Size>(std::min(map.mesh.degree(v), bound + 1));
-      if (by_degree.size() <= d) by_degree.resize(d + 1);
-      by_degree[d].push_back(v);
-    }
+    std::vector<VertexId> order = alive;
+    std::stable_sort(order.begin(), order.end(), [&](VertexId a, VertexId b) {
+      return map.mesh.degree(a) < map.mesh.degree(b);
+    });
     Size collapsed = 0;
     Size steps = 0;
-    for (Size d = 0; d < by_degree.size(); ++d) {
-      if (d > static_cast<Size>(bound) && collapsed > 0) break;
-      for (const VertexId v : by_degree[d]) {
-        if (blocked[static_cast<Size>(v)] == round) continue;
-        if (++steps % 256 == 0) context.check();
-        // Into the neighbour of lowest degree that the link condition allows.
-        HalfedgeId best = kInvalid;
-        const HalfedgeId first = map.mesh.outgoing(v);
-        HalfedgeId h = first;
-        do {
-          const VertexId w = map.mesh.target(h);
-          if ((best == kInvalid || map.mesh.degree(w) < map.mesh.degree(map.mesh.target(best))) &&
-              map.mesh.can_collapse(h)) {
-            best = h;
-          }
-          h = map.mesh.rotate(h);
-        } while (h != first);
-        if (best == kInvalid) continue;
-        h = first;
-        do {
-          blocked[static_cast<Size>(map.mesh.target(h))] = round;
-          h = map.mesh.rotate(h);
-        } while (h != first);
-        collapse_vertex(map, best);
-        record.push_back(best);
-        removed[static_cast<Size>(v)] = 1;
-        ++collapsed;
-      }
+    for (const VertexId v : order) {
+      if (blocked[static_cast<Size>(v)] == round) continue;
+      if (map.mesh.degree(v) > bound && collapsed > 0) break;
+      if (++steps % 256 == 0) context.check();
+      // Into the neighbour of lowest degree that the link condition allows.
+      HalfedgeId best = kInvalid;
+      const HalfedgeId first = map.mesh.outgoing(v);
+      HalfedgeId h = first;
+      do {
+        const VertexId w = map.mesh.target(h);
+        if ((best == kInvalid || map.mesh.degree(w) < map.mesh.degree(map.mesh.target(best))) &&
+            map.mesh.can_collapse(h)) {
+          best = h;
+        }
+        h = map.mesh.rotate(h);
+      } while (h != first);
+      if (best == kInvalid) continue;
+      h = first;
+      do {
+        blocked[static_cast<Size>(map.mesh.target(h))] = round;
+        h = map.mesh.rotate(h);
+      } while (h != first);
+      collapse_vertex(map, best);
+      record.push_back(best);
+      removed[static_cast<Size>(v)] = 1;
+      ++collapsed;
     }
     if (collapsed == 0) break;
     std::erase_if(alive, [&](VertexId v) { return removed[static_cast<Size>(v)] != 0; });

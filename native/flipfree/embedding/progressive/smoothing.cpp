@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 
 namespace flipfree::embedding {
@@ -105,33 +104,6 @@ double smallest_edge(const Star& star, const Vector2& p) {
   double smallest = HUGE_VAL;
   for (const Vector2& q : star.at) smallest = std::min(smallest, (q - p).squaredNorm());
   return std::sqrt(smallest);
-}
-
-// Greedy colouring in the given order; neighbours outside `vertices` have no colour and do not
-// matter.
-std::vector<std::vector<VertexId>> colour_classes(const PlanarMap& map,
-                                                  const std::vector<VertexId>& vertices) {
-  std::vector<Index> colour(static_cast<Size>(map.mesh.vertex_count()), kInvalid);
-  std::vector<std::vector<VertexId>> classes;
-  std::vector<Size> taken;  // last position in the order at which a neighbour had this colour
-  for (Size k = 0; k < vertices.size(); ++k) {
-    const HalfedgeId first = map.mesh.outgoing(vertices[k]);
-    HalfedgeId h = first;
-    do {
-      const Index c = colour[static_cast<Size>(map.mesh.target(h))];
-      if (c != kInvalid) taken[static_cast<Size>(c)] = k + 1;
-      h = map.mesh.rotate(h);
-    } while (h != first);
-    Size c = 0;
-    while (c < taken.size() && taken[c] == k + 1) ++c;
-    if (c == classes.size()) {
-      classes.emplace_back();
-      taken.push_back(0);
-    }
-    colour[static_cast<Size>(vertices[k])] = static_cast<Index>(c);
-    classes[c].push_back(vertices[k]);
-  }
-  return classes;
 }
 
 // A step that visits n places in an order in which neighbours come late: 1 for small n.
@@ -265,20 +237,14 @@ bool centre_in_kernel(PlanarMap& map, VertexId v, Star& star) {
 }
 
 void smooth_sweeps(PlanarMap& map, const std::vector<VertexId>& vertices, int sweeps,
-                   double tolerance, ExecutionContext& context) {
-  constexpr Size kGrain = 1024;
-  const std::vector<std::vector<VertexId>> classes = colour_classes(map, vertices);
+                   double tolerance, const ExecutionContext& context) {
+  constexpr Size kVisitsPerCheck = 1024;
+  Star star;
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     double largest = 0.0;
-    for (const std::vector<VertexId>& members : classes) {
-      std::vector<double> moved(chunk_count(members.size(), kGrain), 0.0);
-      parallel_for(context, members.size(), kGrain, [&](Size begin, Size end, Size chunk) {
-        Star star;
-        for (Size k = begin; k < end; ++k) {
-          moved[chunk] = std::max(moved[chunk], improve_vertex(map, members[k], star));
-        }
-      });
-      for (const double m : moved) largest = std::max(largest, m);
+    for (Size k = 0; k < vertices.size(); ++k) {
+      if (k % kVisitsPerCheck == 0) context.check();
+      largest = std::max(largest, improve_vertex(map, vertices[k], star));
     }
     if (largest <= tolerance) break;
   }

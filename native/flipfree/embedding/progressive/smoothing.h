@@ -33,10 +33,10 @@ bool star_positive(const PlanarMap& map, const Star& star, const Vector2& p);
 // its star is positive (exact).
 bool centre_in_kernel(PlanarMap& map, VertexId v, Star& scratch);
 
-// Sweeps over `vertices` (inner, stars positive): colour by colour, the vertices of one colour in
-// parallel. Stops early when no vertex moves by more than `tolerance` star sizes.
+// Sweeps over `vertices` (inner, stars positive), in their order. Stops early when no vertex moves
+// by more than `tolerance` star sizes.
 void smooth_sweeps(PlanarMap& map, const std::vector<VertexId>& vertices, int sweeps,
-                   double tolerance, ExecutionContext& context);
+                   double tolerance, const ExecutionContext& context);
 
 // Vertices of higher degree are moved by sweeps only: one step for each insertion beside a hub
 // would be quadratic.

@@ -32,46 +32,6 @@
 namespace flipfree::matchmaker {
 namespace {
 
-// A target outline as the last frame of a homotopy: a family of immersed polygons that begins with
-// a convex one.
-//
-// A triangulation of the outline by its corners alone has no inner vertex, so its triangles form a
-// tree, glued edge to edge. Any edge lengths that satisfy the triangle inequalities lay it out, and
-// positive triangles are all that an immersed disk without inner vertices asks for. Lengths that
-// satisfy the inequalities form a convex set: blending those of the same triangulation on a circle
-// with those of the target,
-//
-//   l(t) = (1 - t) l_circle + t l_target,    0 <= t <= 1,
-//
-// gives an immersed disk for every t. The disk a target bounds (several may share one outline) is
-// that of its triangulation, and inner points ride on their triangle.
-
-class OutlineHomotopy {
- public:
-  // Precondition: the domain has no inner vertices. Cost: O(n).
-  OutlineHomotopy(TargetDomain domain, const std::vector<SheetPin>& pins);
-
-  const TargetDomain& domain() const { return domain_; }
-  const std::vector<SheetPin>& pins() const { return pins_; }
-
-  // Corners of frame t, per domain vertex. Frame 1 is the target bit for bit, frame 0 a convex
-  // polygon with its corners on a circle. Frames change continuously. Cost: O(n).
-  std::vector<Vector2> corners(double t) const;
-  // Where frame t wants the mesh vertices: outline, then pins.
-  std::vector<std::pair<VertexId, Vector2>> places(double t,
-                                                   const std::vector<Vector2>& corners) const;
-
- private:
-  double length(HalfedgeId h, double t) const;
-
-  TargetDomain domain_;
-  std::vector<SheetPin> pins_;
-  std::vector<Vector3> weight_;   // per pin
-  std::vector<Vector2> circle_;   // per domain vertex
-  FaceId root_ = 0;               // in the middle of the tree; it stays in place
-  std::vector<HalfedgeId> glue_;  // per other face, parents first, the half-edge to its parent
-};
-
 using Mesh = mesh::EditableTriangulation;
 
 // The point left of a -> b at the given distances from both.
@@ -110,97 +70,130 @@ FaceId centre_of_tree(const Mesh& mesh) {
   return last;
 }
 
-OutlineHomotopy::OutlineHomotopy(TargetDomain domain, const std::vector<SheetPin>& pins)
-    : domain_(std::move(domain)), pins_(pins), circle_(domain_.point.size(), Vector2::Zero()) {
-  const Mesh& mesh = domain_.triangulation;
-  const std::size_t n = domain_.outline.size();
-  const auto point = [&](Index v) -> const Vector2& { return domain_.point[at(v)]; };
-  std::vector<double> lengths;
-  for (std::size_t i = 0; i < n; ++i)
-    lengths.push_back((point(domain_.outline[(i + 1) % n]) - point(domain_.outline[i])).norm());
-  root_ = centre_of_tree(mesh);
-  std::vector<char> seen(static_cast<std::size_t>(mesh.face_slots()), 0);
-  seen[at(root_)] = 1;
-  std::deque<FaceId> queue = {root_};
-  while (!queue.empty()) {
-    const FaceId f = queue.front();
-    queue.pop_front();
-    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-      if (mesh.is_boundary(h)) continue;
-      const HalfedgeId o = mesh.opposite(h);
-      if (seen[at(o / 3)]++ != 0) continue;
-      glue_.push_back(o);
-      queue.push_back(o / 3);
+// A target outline as the last frame of a homotopy: a family of immersed polygons that begins with
+// a convex one.
+//
+// A triangulation of the outline by its corners alone has no inner vertex, so its triangles form a
+// tree, glued edge to edge. Any edge lengths that satisfy the triangle inequalities lay it out, and
+// positive triangles are all that an immersed disk without inner vertices asks for. Lengths that
+// satisfy the inequalities form a convex set: blending those of the same triangulation on a circle
+// with those of the target,
+//
+//   l(t) = (1 - t) l_circle + t l_target,    0 <= t <= 1,
+//
+// gives an immersed disk for every t. The disk a target bounds (several may share one outline) is
+// that of its triangulation, and inner points ride on their triangle.
+
+class OutlineHomotopy {
+ public:
+  // Precondition: the domain has no inner vertices. Cost: O(n).
+  OutlineHomotopy(TargetDomain domain, const std::vector<SheetPin>& pins)
+      : domain_(std::move(domain)), pins_(pins), circle_(domain_.point.size(), Vector2::Zero()) {
+    const Mesh& mesh = domain_.triangulation;
+    const std::size_t n = domain_.outline.size();
+    const auto point = [&](Index v) -> const Vector2& { return domain_.point[at(v)]; };
+    std::vector<double> lengths;
+    for (std::size_t i = 0; i < n; ++i)
+      lengths.push_back((point(domain_.outline[(i + 1) % n]) - point(domain_.outline[i])).norm());
+    root_ = centre_of_tree(mesh);
+    std::vector<char> seen(static_cast<std::size_t>(mesh.face_slots()), 0);
+    seen[at(root_)] = 1;
+    std::deque<FaceId> queue = {root_};
+    while (!queue.empty()) {
+      const FaceId f = queue.front();
+      queue.pop_front();
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+        if (mesh.is_boundary(h)) continue;
+        const HalfedgeId o = mesh.opposite(h);
+        if (seen[at(o / 3)]++ != 0) continue;
+        glue_.push_back(o);
+        queue.push_back(o / 3);
+      }
+    }
+    // The circle, as long as the outline, is turned and moved to where the root lies in the target:
+    // frames drift little.
+    Points2 circle =
+        embedding::place_boundary(embedding::BoundaryShape::kCircle, lengths).positions;
+    double around = 0;
+    Points2 from(2, 2);
+    Points2 to(2, 2);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      around += (circle.row((row + 1) % circle.rows()) - circle.row(row)).norm();
+      for (const Index k : {0, 1}) {
+        if (mesh.source(3 * root_ + k) == domain_.outline[i]) from.row(k) = circle.row(row);
+      }
+    }
+    for (const Index k : {0, 1}) to.row(k) = point(mesh.source(3 * root_ + k)).transpose();
+    const double scale = std::accumulate(lengths.begin(), lengths.end(), 0.0) / around;
+    circle = unwrap::moved(unwrap::fit_motion(from, to, scale), circle);
+    for (std::size_t i = 0; i < n; ++i)
+      circle_[at(domain_.outline[i])] = circle.row(static_cast<Eigen::Index>(i)).transpose();
+    for (const SheetPin& p : pins_) {
+      const Mesh::Triangle t = mesh.corners(p.face);
+      weight_.push_back(barycentric(point(t[0]), point(t[1]), point(t[2]), p.pin.uv));
     }
   }
-  // The circle, as long as the outline, is turned and moved to where the root lies in the target:
-  // frames drift little.
-  Points2 circle = embedding::place_boundary(embedding::BoundaryShape::kCircle, lengths).positions;
-  double around = 0;
-  Points2 from(2, 2);
-  Points2 to(2, 2);
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    around += (circle.row((row + 1) % circle.rows()) - circle.row(row)).norm();
-    for (const Index k : {0, 1}) {
-      if (mesh.source(3 * root_ + k) == domain_.outline[i]) from.row(k) = circle.row(row);
+
+  const TargetDomain& domain() const { return domain_; }
+  const std::vector<SheetPin>& pins() const { return pins_; }
+
+  // Corners of frame t, per domain vertex. Frame 1 is the target bit for bit, frame 0 a convex
+  // polygon with its corners on a circle. Frames change continuously. Cost: O(n).
+  std::vector<Vector2> corners(double t) const {
+    if (t >= 1) return domain_.point;
+    if (t <= 0) return circle_;
+    const Mesh& mesh = domain_.triangulation;
+    std::vector<Vector2> p(domain_.point.size(), Vector2::Zero());
+    const auto at = [&](Index v) -> Vector2& { return p[static_cast<std::size_t>(v)]; };
+    const auto set_apex = [&](HalfedgeId h) {
+      at(mesh.apex(h)) = apex_of(at(mesh.source(h)), at(mesh.target(h)),
+                                 length(previous_corner(h), t), length(next_corner(h), t));
+    };
+    const HalfedgeId h = 3 * root_;
+    const Vector2& a = domain_.point[static_cast<std::size_t>(mesh.source(h))];
+    const Vector2& b = domain_.point[static_cast<std::size_t>(mesh.target(h))];
+    const Vector2 half = 0.5 * length(h, t) * (b - a).normalized();
+    at(mesh.source(h)) = 0.5 * (a + b) - half;
+    at(mesh.target(h)) = 0.5 * (a + b) + half;
+    set_apex(h);
+    for (const HalfedgeId g : glue_) set_apex(g);
+    return p;
+  }
+
+  // Where frame t wants the mesh vertices: outline, then pins.
+  std::vector<std::pair<VertexId, Vector2>> places(double t,
+                                                   const std::vector<Vector2>& corners) const {
+    std::vector<std::pair<VertexId, Vector2>> result;
+    result.reserve(domain_.outline.size() + pins_.size());
+    for (const Index v : domain_.outline) {
+      result.emplace_back(domain_.mesh_vertex[static_cast<std::size_t>(v)], corners[at(v)]);
     }
+    for (std::size_t i = 0; i < pins_.size(); ++i) {
+      const Mesh::Triangle c = domain_.triangulation.corners(pins_[i].face);
+      const Vector3& w = weight_[i];
+      const Vector2 p =
+          w[0] * corners[at(c[0])] + w[1] * corners[at(c[1])] + w[2] * corners[at(c[2])];
+      result.emplace_back(pins_[i].pin.vertex, t >= 1 ? pins_[i].pin.uv : p);
+    }
+    return result;
   }
-  for (const Index k : {0, 1}) to.row(k) = point(mesh.source(3 * root_ + k)).transpose();
-  const double scale = std::accumulate(lengths.begin(), lengths.end(), 0.0) / around;
-  circle = unwrap::moved(unwrap::fit_motion(from, to, scale), circle);
-  for (std::size_t i = 0; i < n; ++i)
-    circle_[at(domain_.outline[i])] = circle.row(static_cast<Eigen::Index>(i)).transpose();
-  for (const SheetPin& p : pins_) {
-    const Mesh::Triangle t = mesh.corners(p.face);
-    weight_.push_back(barycentric(point(t[0]), point(t[1]), point(t[2]), p.pin.uv));
-  }
-}
 
-double OutlineHomotopy::length(HalfedgeId h, double t) const {
-  const auto a = static_cast<std::size_t>(domain_.triangulation.source(h));
-  const auto b = static_cast<std::size_t>(domain_.triangulation.target(h));
-  return (1 - t) * (circle_[b] - circle_[a]).norm() +
-         t * (domain_.point[b] - domain_.point[a]).norm();
-}
-
-std::vector<Vector2> OutlineHomotopy::corners(double t) const {
-  if (t >= 1) return domain_.point;
-  if (t <= 0) return circle_;
-  const Mesh& mesh = domain_.triangulation;
-  std::vector<Vector2> p(domain_.point.size(), Vector2::Zero());
-  const auto at = [&](Index v) -> Vector2& { return p[static_cast<std::size_t>(v)]; };
-  const auto set_apex = [&](HalfedgeId h) {
-    at(mesh.apex(h)) = apex_of(at(mesh.source(h)), at(mesh.target(h)),
-                               length(previous_corner(h), t), length(next_corner(h), t));
-  };
-  const HalfedgeId h = 3 * root_;
-  const Vector2& a = domain_.point[static_cast<std::size_t>(mesh.source(h))];
-  const Vector2& b = domain_.point[static_cast<std::size_t>(mesh.target(h))];
-  const Vector2 half = 0.5 * length(h, t) * (b - a).normalized();
-  at(mesh.source(h)) = 0.5 * (a + b) - half;
-  at(mesh.target(h)) = 0.5 * (a + b) + half;
-  set_apex(h);
-  for (const HalfedgeId g : glue_) set_apex(g);
-  return p;
-}
-
-std::vector<std::pair<VertexId, Vector2>> OutlineHomotopy::places(
-    double t, const std::vector<Vector2>& corners) const {
-  std::vector<std::pair<VertexId, Vector2>> result;
-  result.reserve(domain_.outline.size() + pins_.size());
-  for (const Index v : domain_.outline) {
-    result.emplace_back(domain_.mesh_vertex[static_cast<std::size_t>(v)], corners[at(v)]);
+ private:
+  double length(HalfedgeId h, double t) const {
+    const auto a = static_cast<std::size_t>(domain_.triangulation.source(h));
+    const auto b = static_cast<std::size_t>(domain_.triangulation.target(h));
+    return (1 - t) * (circle_[b] - circle_[a]).norm() +
+           t * (domain_.point[b] - domain_.point[a]).norm();
   }
-  for (std::size_t i = 0; i < pins_.size(); ++i) {
-    const Mesh::Triangle c = domain_.triangulation.corners(pins_[i].face);
-    const Vector3& w = weight_[i];
-    const Vector2 p =
-        w[0] * corners[at(c[0])] + w[1] * corners[at(c[1])] + w[2] * corners[at(c[2])];
-    result.emplace_back(pins_[i].pin.vertex, t >= 1 ? pins_[i].pin.uv : p);
-  }
-  return result;
-}
+
+  TargetDomain domain_;
+  std::vector<SheetPin> pins_;
+  std::vector<Vector3> weight_;   // per pin
+  std::vector<Vector2> circle_;   // per domain vertex
+  FaceId root_ = 0;               // in the middle of the tree; it stays in place
+  std::vector<HalfedgeId> glue_;  // per other face, parents first, the half-edge to its parent
+};
 
 // A step goes this share of the way that is left, and no less than a hundredth of the share at the
 // end: outlines grow narrow as 1 - t does.

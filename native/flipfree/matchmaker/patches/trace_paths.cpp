@@ -34,47 +34,6 @@ struct PathEnd {
   std::vector<FaceId> sector;
 };
 
-class PathSearch {
- public:
-  // All outlive this and may change between searches. `overlay`: lays the paths over the surface.
-  // taken[v]: no path may pass through v.
-  PathSearch(const mesh::RefinedSurface& surface, const mesh::CurveOverlay& overlay,
-             const std::vector<bool>& taken);
-
-  // Steps after `from`, the last of them `to`. Paths cross free edges (unmarked, inner) and pass
-  // through free vertices. Throws InternalError if there is none. Cost: O(k log k) for k faces that
-  // are visited.
-  std::vector<PathStep> run(const PathEnd& from, const PathEnd& to,
-                            const ExecutionContext& context);
-  // Of the path that was found last.
-  double length() const { return length_; }
-
- private:
-  const Vector3& place(HalfedgeId corner) const;
-  Vector3 crossing(HalfedgeId h) const;
-  double cost(HalfedgeId h, const Vector3& here) const;
-  double mean_length() const;
-  // Nodes: vertex v, or, entering the face of h, the middle of the edge of h: a path that has
-  // crossed an edge goes on through the face beyond it. Distances are kept by stamps, so that a
-  // search costs only what it visits.
-  std::size_t vertex_node(VertexId v) const { return static_cast<std::size_t>(v); }
-  std::size_t edge_node(HalfedgeId h) const {
-    return static_cast<std::size_t>(mesh_.vertex_count() + h);
-  }
-  std::vector<PathStep> read_path(std::size_t start, std::size_t goal) const;
-
-  const mesh::RefinedSurface& surface_;
-  const mesh::EditableTriangulation& mesh_;
-  const mesh::CurveOverlay& overlay_;
-  const std::vector<bool>& taken_;
-  double crossing_cost_;
-  double length_ = 0;
-  std::vector<double> distance_;
-  std::vector<std::size_t> previous_;
-  std::vector<std::uint32_t> stamp_;
-  std::uint32_t now_ = 0;
-};
-
 using Mesh = mesh::EditableTriangulation;
 
 // What crossing an edge of the surface costs besides the way, as it adds a vertex: this share of
@@ -96,144 +55,174 @@ struct Entry {
   }
 };
 
-PathSearch::PathSearch(const mesh::RefinedSurface& surface, const mesh::CurveOverlay& overlay,
-                       const std::vector<bool>& taken)
-    : surface_(surface),
-      mesh_(surface.mesh),
-      overlay_(overlay),
-      taken_(taken),
-      crossing_cost_(kCrossingCost * mean_length()) {}
+class PathSearch {
+ public:
+  // All outlive this and may change between searches. `overlay`: lays the paths over the surface.
+  // taken[v]: no path may pass through v.
+  PathSearch(const mesh::RefinedSurface& surface, const mesh::CurveOverlay& overlay,
+             const std::vector<bool>& taken)
+      : surface_(surface),
+        mesh_(surface.mesh),
+        overlay_(overlay),
+        taken_(taken),
+        crossing_cost_(kCrossingCost * mean_length()) {}
 
-// Of an edge.
-double PathSearch::mean_length() const {
-  double sum = 0;
-  for (HalfedgeId h = 0; h < mesh_.halfedge_slots(); ++h) {
-    if (mesh_.alive(h / 3)) sum += distance(place(h), place(next_corner(h)));
+  // Steps after `from`, the last of them `to`. Paths cross free edges (unmarked, inner) and pass
+  // through free vertices. Throws InternalError if there is none. Cost: O(k log k) for k faces that
+  // are visited.
+  std::vector<PathStep> run(const PathEnd& from_end, const PathEnd& to_end,
+                            const ExecutionContext& context) {
+    const VertexId from = from_end.vertex, to = to_end.vertex;
+    const std::vector<FaceId>&from_sector = from_end.sector, &to_sector = to_end.sector;
+    const auto nodes = static_cast<std::size_t>(mesh_.vertex_count() + mesh_.halfedge_slots());
+    if (distance_.size() < nodes) {
+      distance_.resize(nodes + nodes / 4);
+      previous_.resize(distance_.size());
+      stamp_.resize(distance_.size(), 0);
+    }
+    ++now_;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+    const auto offer = [&](std::size_t node, double distance, std::size_t previous) {
+      if (stamp_[node] == now_ && distance_[node] <= distance) return;
+      stamp_[node] = now_;
+      distance_[node] = distance;
+      previous_[node] = previous;
+      queue.push({distance, node});
+    };
+    const auto in = [](const std::vector<FaceId>& faces, FaceId f) {
+      return std::find(faces.begin(), faces.end(), f) != faces.end();
+    };
+    const auto free_vertex = [&](VertexId v) { return !taken_[at(v)]; };
+    const auto free_edge = [&](HalfedgeId h) {
+      return mesh_.mark(h) == Mesh::kUnmarked && !mesh_.is_boundary(h);
+    };
+    // May a step along the edge h, into its target, end the path? Both faces beside it must be in
+    // the sector.
+    const auto ends_along = [&](HalfedgeId h) {
+      return mesh_.target(h) == to && mesh_.mark(h) == Mesh::kUnmarked && !mesh_.is_boundary(h) &&
+             in(to_sector, h / 3) && in(to_sector, mesh_.opposite(h) / 3);
+    };
+    // Arcs out of vertex v within face f, h being the half-edge of f that leaves v.
+    const auto relax_corner = [&](std::size_t node, double base, HalfedgeId h) {
+      const HalfedgeId facing = next_corner(h);
+      if (free_edge(facing)) {
+        offer(edge_node(mesh_.opposite(facing)), base + cost(facing, place(h)), node);
+      }
+    };
+    const auto relax_along = [&](std::size_t node, double base, HalfedgeId h) {
+      if (mesh_.mark(h) != Mesh::kUnmarked || mesh_.is_boundary(h)) return;
+      const VertexId w = mesh_.target(h);
+      if (free_vertex(w) || ends_along(h)) {
+        offer(vertex_node(w), base + distance(place(h), place(next_corner(h))), node);
+      }
+    };
+    const std::size_t start = vertex_node(from);
+    const std::size_t goal = vertex_node(to);
+    stamp_[start] = now_;
+    distance_[start] = 0;
+    previous_[start] = start;
+    mesh_.for_each_outgoing(from, [&](HalfedgeId h) {
+      if (!in(from_sector, h / 3)) return;
+      relax_corner(start, 0, h);
+      const HalfedgeId o = mesh_.opposite(h);
+      if (o != kInvalid && in(from_sector, o / 3)) relax_along(start, 0, h);
+    });
+    for (int visited = 0; !queue.empty(); ++visited) {
+      if (visited % kVisitsPerCheck == 0) context.check();
+      const Entry top = queue.top();
+      queue.pop();
+      if (top.distance > distance_[top.node]) continue;
+      if (top.node == goal) {
+        length_ = top.distance;
+        return read_path(start, goal);
+      }
+      if (top.node < static_cast<std::size_t>(mesh_.vertex_count())) {
+        mesh_.for_each_outgoing(static_cast<VertexId>(top.node), [&](HalfedgeId h) {
+          relax_corner(top.node, top.distance, h);
+          relax_along(top.node, top.distance, h);
+        });
+        continue;
+      }
+      const auto h =
+          static_cast<HalfedgeId>(top.node - static_cast<std::size_t>(mesh_.vertex_count()));
+      const Vector3 here = crossing(h);
+      const VertexId v = mesh_.apex(h);
+      if (free_vertex(v) || (v == to && in(to_sector, h / 3))) {
+        offer(vertex_node(v), top.distance + distance(here, place(previous_corner(h))), top.node);
+      }
+      for (const HalfedgeId side : {next_corner(h), previous_corner(h)}) {
+        if (free_edge(side))
+          offer(edge_node(mesh_.opposite(side)), top.distance + cost(side, here), top.node);
+      }
+    }
+    throw InternalError("no room for a path from vertex " + std::to_string(from) + " to vertex " +
+                        std::to_string(to));
   }
-  return sum / static_cast<double>(std::max(mesh_.halfedge_slots(), Index{1}));
-}
 
-// Where a corner lies.
-const Vector3& PathSearch::place(HalfedgeId corner) const {
-  return surface_.position[at(mesh_.source(corner))];
-}
-// Where a path crosses the edge of h.
-Vector3 PathSearch::crossing(HalfedgeId h) const {
-  return 0.5 * (place(h) + place(next_corner(h)));
-}
+  // Of the path that was found last.
+  double length() const { return length_; }
 
-// Of a step from `here` across h.
-double PathSearch::cost(HalfedgeId h, const Vector3& here) const {
-  const double way = distance(here, crossing(h));
-  if (!overlay_.on_base_edge(h)) return way;
-  return way + kCrossingShare * distance(place(h), place(next_corner(h))) + crossing_cost_;
-}
-
-std::vector<PathStep> PathSearch::run(const PathEnd& from_end, const PathEnd& to_end,
-                                      const ExecutionContext& context) {
-  const VertexId from = from_end.vertex, to = to_end.vertex;
-  const std::vector<FaceId>&from_sector = from_end.sector, &to_sector = to_end.sector;
-  const auto nodes = static_cast<std::size_t>(mesh_.vertex_count() + mesh_.halfedge_slots());
-  if (distance_.size() < nodes) {
-    distance_.resize(nodes + nodes / 4);
-    previous_.resize(distance_.size());
-    stamp_.resize(distance_.size(), 0);
+ private:
+  // Where a corner lies.
+  const Vector3& place(HalfedgeId corner) const {
+    return surface_.position[at(mesh_.source(corner))];
   }
-  ++now_;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  const auto offer = [&](std::size_t node, double distance, std::size_t previous) {
-    if (stamp_[node] == now_ && distance_[node] <= distance) return;
-    stamp_[node] = now_;
-    distance_[node] = distance;
-    previous_[node] = previous;
-    queue.push({distance, node});
-  };
-  const auto in = [](const std::vector<FaceId>& faces, FaceId f) {
-    return std::find(faces.begin(), faces.end(), f) != faces.end();
-  };
-  const auto free_vertex = [&](VertexId v) { return !taken_[at(v)]; };
-  const auto free_edge = [&](HalfedgeId h) {
-    return mesh_.mark(h) == Mesh::kUnmarked && !mesh_.is_boundary(h);
-  };
-  // May a step along the edge h, into its target, end the path? Both faces beside it must be in
-  // the sector.
-  const auto ends_along = [&](HalfedgeId h) {
-    return mesh_.target(h) == to && mesh_.mark(h) == Mesh::kUnmarked && !mesh_.is_boundary(h) &&
-           in(to_sector, h / 3) && in(to_sector, mesh_.opposite(h) / 3);
-  };
-  // Arcs out of vertex v within face f, h being the half-edge of f that leaves v.
-  const auto relax_corner = [&](std::size_t node, double base, HalfedgeId h) {
-    const HalfedgeId facing = next_corner(h);
-    if (free_edge(facing)) {
-      offer(edge_node(mesh_.opposite(facing)), base + cost(facing, place(h)), node);
-    }
-  };
-  const auto relax_along = [&](std::size_t node, double base, HalfedgeId h) {
-    if (mesh_.mark(h) != Mesh::kUnmarked || mesh_.is_boundary(h)) return;
-    const VertexId w = mesh_.target(h);
-    if (free_vertex(w) || ends_along(h)) {
-      offer(vertex_node(w), base + distance(place(h), place(next_corner(h))), node);
-    }
-  };
-  const std::size_t start = vertex_node(from);
-  const std::size_t goal = vertex_node(to);
-  stamp_[start] = now_;
-  distance_[start] = 0;
-  previous_[start] = start;
-  mesh_.for_each_outgoing(from, [&](HalfedgeId h) {
-    if (!in(from_sector, h / 3)) return;
-    relax_corner(start, 0, h);
-    const HalfedgeId o = mesh_.opposite(h);
-    if (o != kInvalid && in(from_sector, o / 3)) relax_along(start, 0, h);
-  });
-  for (int visited = 0; !queue.empty(); ++visited) {
-    if (visited % kVisitsPerCheck == 0) context.check();
-    const Entry top = queue.top();
-    queue.pop();
-    if (top.distance > distance_[top.node]) continue;
-    if (top.node == goal) {
-      length_ = top.distance;
-      return read_path(start, goal);
-    }
-    if (top.node < static_cast<std::size_t>(mesh_.vertex_count())) {
-      mesh_.for_each_outgoing(static_cast<VertexId>(top.node), [&](HalfedgeId h) {
-        relax_corner(top.node, top.distance, h);
-        relax_along(top.node, top.distance, h);
-      });
-      continue;
-    }
-    const auto h =
-        static_cast<HalfedgeId>(top.node - static_cast<std::size_t>(mesh_.vertex_count()));
-    const Vector3 here = crossing(h);
-    const VertexId v = mesh_.apex(h);
-    if (free_vertex(v) || (v == to && in(to_sector, h / 3))) {
-      offer(vertex_node(v), top.distance + distance(here, place(previous_corner(h))), top.node);
-    }
-    for (const HalfedgeId side : {next_corner(h), previous_corner(h)}) {
-      if (free_edge(side))
-        offer(edge_node(mesh_.opposite(side)), top.distance + cost(side, here), top.node);
-    }
-  }
-  throw InternalError("no room for a path from vertex " + std::to_string(from) + " to vertex " +
-                      std::to_string(to));
-}
 
-std::vector<PathStep> PathSearch::read_path(std::size_t start, std::size_t goal) const {
-  std::vector<PathStep> steps;
-  for (std::size_t node = goal; node != start; node = previous_[node]) {
-    PathStep step;
-    if (node < static_cast<std::size_t>(mesh_.vertex_count())) {
-      step.vertex = static_cast<VertexId>(node);
-    } else {
-      const auto h = static_cast<HalfedgeId>(node - static_cast<std::size_t>(mesh_.vertex_count()));
-      if (!overlay_.on_base_edge(h)) continue;  // inside a cell
-      step.edge = {mesh_.source(h), mesh_.target(h)};
-    }
-    steps.push_back(step);
+  // Where a path crosses the edge of h.
+  Vector3 crossing(HalfedgeId h) const { return 0.5 * (place(h) + place(next_corner(h))); }
+
+  // Of a step from `here` across h.
+  double cost(HalfedgeId h, const Vector3& here) const {
+    const double way = distance(here, crossing(h));
+    if (!overlay_.on_base_edge(h)) return way;
+    return way + kCrossingShare * distance(place(h), place(next_corner(h))) + crossing_cost_;
   }
-  std::reverse(steps.begin(), steps.end());
-  return steps;
-}
+
+  // Of an edge.
+  double mean_length() const {
+    double sum = 0;
+    for (HalfedgeId h = 0; h < mesh_.halfedge_slots(); ++h) {
+      if (mesh_.alive(h / 3)) sum += distance(place(h), place(next_corner(h)));
+    }
+    return sum / static_cast<double>(std::max(mesh_.halfedge_slots(), Index{1}));
+  }
+
+  // Nodes: vertex v, or, entering the face of h, the middle of the edge of h: a path that has
+  // crossed an edge goes on through the face beyond it. Distances are kept by stamps, so that a
+  // search costs only what it visits.
+  std::size_t vertex_node(VertexId v) const { return static_cast<std::size_t>(v); }
+  std::size_t edge_node(HalfedgeId h) const {
+    return static_cast<std::size_t>(mesh_.vertex_count() + h);
+  }
+  std::vector<PathStep> read_path(std::size_t start, std::size_t goal) const {
+    std::vector<PathStep> steps;
+    for (std::size_t node = goal; node != start; node = previous_[node]) {
+      PathStep step;
+      if (node < static_cast<std::size_t>(mesh_.vertex_count())) {
+        step.vertex = static_cast<VertexId>(node);
+      } else {
+        const auto h =
+            static_cast<HalfedgeId>(node - static_cast<std::size_t>(mesh_.vertex_count()));
+        if (!overlay_.on_base_edge(h)) continue;  // inside a cell
+        step.edge = {mesh_.source(h), mesh_.target(h)};
+      }
+      steps.push_back(step);
+    }
+    std::reverse(steps.begin(), steps.end());
+    return steps;
+  }
+
+  const mesh::RefinedSurface& surface_;
+  const mesh::EditableTriangulation& mesh_;
+  const mesh::CurveOverlay& overlay_;
+  const std::vector<bool>& taken_;
+  double crossing_cost_;
+  double length_ = 0;
+  std::vector<double> distance_;
+  std::vector<std::size_t> previous_;
+  std::vector<std::uint32_t> stamp_;
+  std::uint32_t now_ = 0;
+};
 
 // Vertices that paths may add: beyond, what follows takes minutes.
 constexpr Index kMostAdded = 500'000;
@@ -475,86 +464,21 @@ std::vector<bool> lay_first(Tracer& tracer, const ConvexPartition& partition, co
   return settled;
 }
 
-// Divides a tree at the edge that leaves the smallest larger part, then both parts, and so on.
-class Halving {
- public:
-  struct Arm {
-    Index edge, node;
-  };
-
-  Halving(std::vector<std::vector<Arm>> arms, std::vector<double> weight, std::vector<bool> cut)
-      : arms_(std::move(arms)), weight_(std::move(weight)), cut_(std::move(cut)) {}
-
-  // The edges of the tree that contains `root`, in the order in which they are cut.
-  void run(Index root, std::vector<Index>& order) {
-    std::vector<Index> roots = {root};
-    for (std::size_t i = 0; i < roots.size(); ++i) {
-      const Index e = halve(roots[i]);
-      if (e == kInvalid) continue;
-      order.push_back(e);
-      cut_[at(e)] = true;
-      roots.push_back(ends_[0]);
-      roots.push_back(ends_[1]);
-    }
-  }
-
- private:
-  Index halve(Index root) {
-    struct Node {
-      Index id, edge;
-      std::size_t parent;
-      double below;
-    };
-    std::vector<Node> nodes = {{root, kInvalid, 0, weight_[at(root)]}};
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      for (const Arm& arm : arms_[at(nodes[i].id)]) {
-        if (arm.edge == nodes[i].edge || cut_[at(arm.edge)]) continue;
-        nodes.push_back({arm.node, arm.edge, i, weight_[at(arm.node)]});
-      }
-    }
-    for (std::size_t i = nodes.size(); i-- > 1;) nodes[nodes[i].parent].below += nodes[i].below;
-    Index best = kInvalid;
-    double least = nodes[0].below;
-    for (std::size_t i = 1; i < nodes.size(); ++i) {
-      const double larger = std::max(nodes[i].below, nodes[0].below - nodes[i].below);
-      if (larger >= least) continue;
-      least = larger;
-      best = nodes[i].edge;
-      ends_[0] = nodes[i].id;
-      ends_[1] = nodes[nodes[i].parent].id;
-    }
-    return best;
-  }
-
-  std::vector<std::vector<Arm>> arms_;
-  std::vector<double> weight_;
-  std::vector<bool> cut_;
-  Index ends_[2] = {kInvalid, kInvalid};
-};
-
 // The partition's edges but for the outline and those that are settled. As settled ones join all
-// points to the outline, each of the rest divides one piece in two; they come so that both halves
-// have about the same number of sides, hence a piece is divided O(log n) times.
-std::vector<Index> dividing_order(const ConvexPartition& partition,
+// points to the outline, each of the rest divides one piece in two; the longest in the target come
+// first, which leave parts of about the same size.
+std::vector<Index> dividing_order(const TargetDomain& domain, const ConvexPartition& partition,
                                   const std::vector<bool>& settled) {
   std::vector<Index> order;
-  std::vector<bool> cut = settled;
-  std::vector<std::vector<Index>> beside(partition.edges.size());
-  std::vector<double> weight;
-  for (std::size_t p = 0; p < partition.polygons.size(); ++p) {
-    weight.push_back(static_cast<double>(partition.polygons[p].size()));
-    for (const auto& side : partition.polygons[p])
-      beside[at(side.edge)].push_back(static_cast<Index>(p));
+  for (std::size_t e = 0; e < settled.size(); ++e) {
+    if (!settled[e] && !partition.edges[e].boundary) order.push_back(static_cast<Index>(e));
   }
-  std::vector<std::vector<Halving::Arm>> arms(partition.polygons.size());
-  for (std::size_t e = 0; e < beside.size(); ++e) {
-    if (cut[e] || beside[e].size() != 2) continue;
-    for (std::size_t k = 0; k < 2; ++k) {
-      arms[at(beside[e][k])].push_back({static_cast<Index>(e), beside[e][1 - k]});
-    }
-  }
-  Halving halving(std::move(arms), std::move(weight), std::move(cut));
-  halving.run(0, order);
+  const auto length = [&](Index e) {
+    const auto& edge = partition.edges[at(e)];
+    return (domain.point[at(edge.a)] - domain.point[at(edge.b)]).norm();
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return length(a) > length(b); });
   return order;
 }
 
@@ -565,7 +489,7 @@ Paths trace_paths(mesh::RefinedSurface& surface, const TargetDomain& domain,
   Tracer tracer(surface, domain, partition);
   std::vector<bool> settled = lay_first(tracer, partition, given);
   grow_tree(tracer, domain, partition, settled, context);
-  const std::vector<Index> order = dividing_order(partition, settled);
+  const std::vector<Index> order = dividing_order(domain, partition, settled);
   for (std::size_t i = 0; i < order.size(); ++i) {
     context.report("tracing paths",
                    0.5 + 0.5 * static_cast<double>(i) / static_cast<double>(order.size()));
