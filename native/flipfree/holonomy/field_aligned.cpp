@@ -78,13 +78,11 @@ RefinedPieces cut_components(const mesh::Surface& input, const std::vector<Index
   return out;
 }
 
-// Cuts one component, whose face f is the surface's faces[f]; `straight`: along the field where
-// that is nearer.
+// Cuts one component, whose face f is the surface's faces[f], along the field where that works.
 seamless::CutMaker turning_cutter(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                                  const field::CrossField& field, bool straight,
-                                  seamless::Reroutings& done) {
-  std::vector<double> rotation;
-  if (straight) rotation = field::rotation_form(adjacency, field::measure_frames(surface), field);
+                                  const field::CrossField& field, seamless::Reroutings& done) {
+  const std::vector<double> rotation =
+      field::rotation_form(adjacency, field::measure_frames(surface), field);
   return [&, rotation](const mesh::Surface& component, const std::vector<Index>& cones,
                        const std::vector<FaceId>& faces, ExecutionContext& context) {
     const auto turning = [&](const intrinsic::DualLoop& strip) {
@@ -94,58 +92,12 @@ seamless::CutMaker turning_cutter(const mesh::Surface& surface, const mesh::Adja
       return field::turning_number(adjacency, field, on_surface);
     };
     std::vector<double> crossings;
-    for (std::size_t f = 0; f < faces.size() && !rotation.empty(); ++f) {
-      for (Index k = 0; k < 3; ++k)
-        crossings.push_back(-rotation[static_cast<std::size_t>(3 * faces[f] + k)]);
+    for (const FaceId f : faces) {
+      for (Index k = 0; k < 3; ++k) crossings.push_back(-rotation[at(3 * f + k)]);
     }
     return seamless::make_turning_cut(component, cones, {turning, std::move(crossings), &done},
                                       context);
   };
-}
-
-// Loops turn as they happen to (thesis 5).
-seamless::AdmissibleCut bare_cut(const mesh::Surface& component, const std::vector<Index>& cones,
-                                 const std::vector<FaceId>&, ExecutionContext& context) {
-  return seamless::make_admissible_cut(component, cones, context);
-}
-
-seamless::PennerMap without_flips(seamless::PennerMap found) {
-  if (found.map.certificate.flips64 == 0) return found;
-  throw certify::CertificateFailed("The field-aligned map", certify::in_input_faces(found.map));
-}
-
-seamless::PennerMap padded(const mesh::Surface& surface, const NeededTopology& needed,
-                           const seamless::CutMaker& cutter, const seamless::Reroutings& done,
-                           const seamless::PennerMapOptions& options, ExecutionContext& context) {
-  seamless::PennerMap found =
-      without_flips(seamless::compute_padding_map(surface, needed.cones, cutter, options, context));
-  Stats& stats = found.map.stats;
-  stats["engine"] = std::string("padding");
-  stats["reroutings.loops"] = static_cast<std::int64_t>(done.loops);
-  stats["reroutings.guided"] = static_cast<std::int64_t>(done.shortest);
-  stats["reroutings.fallback"] = static_cast<std::int64_t>(done.fallback);
-  stats["reroutings.quarters"] = static_cast<std::int64_t>(done.quarters);
-  stats["reroutings.straight"] = static_cast<std::int64_t>(done.straight);
-  return found;
-}
-
-// Along cuts that are straight along the field; where their metric is not reached, along short
-// ones.
-seamless::PennerMap rerouted(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                             const field::CrossField& field, const NeededTopology& needed,
-                             const seamless::PennerMapOptions& options, ExecutionContext& context) {
-  seamless::Reroutings done;
-  const auto along = [&](bool straight) {
-    done = {};
-    return padded(surface, needed, turning_cutter(surface, adjacency, field, straight, done), done,
-                  options, context);
-  };
-  auto first = attempt([&] { return along(true); });
-  if (first) return std::move(*first);
-  if (done.straight == 0) throw NotConverged(first.error());
-  auto second = attempt([&] { return along(false); });
-  if (!second) throw NotConverged(first.error());
-  return std::move(*second);
 }
 
 }  // namespace
@@ -155,7 +107,7 @@ RefinedPieces field_cut(const mesh::Surface& surface, const mesh::Adjacency& adj
                         seamless::Reroutings& done, ExecutionContext& context) {
   return cut_components(
       surface, cones,
-      field != nullptr ? turning_cutter(surface, adjacency, *field, true, done) : bare_cut,
+      field != nullptr ? turning_cutter(surface, adjacency, *field, done) : seamless::bare_cut,
       context);
 }
 
@@ -167,17 +119,24 @@ seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacen
   const bool open = std::find(adjacency.opposite.begin(), adjacency.opposite.end(), kInvalid) !=
                     adjacency.opposite.end();
   return seamless::by_engine(
-      which, open ? "surfaces with a boundary" : "",
+      which, open,
       [&] {
-        seamless::PennerMap found = without_flips(
-            seamless::compute_penner_map(surface, needed.cones, needed.loops, options, context));
-        found.map.stats["engine"] = std::string("penner");
-        return found;
+        return seamless::compute_penner_map(surface, needed.cones, needed.loops, options, context);
       },
       [&] {
-        return reroute || which != seamless::Engine::kPadding
-                   ? rerouted(surface, adjacency, field, needed, options, context)
-                   : padded(surface, needed, bare_cut, {}, options, context);
+        seamless::Reroutings done;
+        const bool turning = reroute || which != seamless::Engine::kPadding;
+        seamless::PennerMap found = seamless::compute_padding_map(
+            surface, needed.cones,
+            turning ? turning_cutter(surface, adjacency, field, done) : seamless::bare_cut, options,
+            context);
+        Stats& stats = found.map.stats;
+        stats["reroutings.loops"] = static_cast<std::int64_t>(done.loops);
+        stats["reroutings.guided"] = static_cast<std::int64_t>(done.shortest);
+        stats["reroutings.fallback"] = static_cast<std::int64_t>(done.fallback);
+        stats["reroutings.quarters"] = static_cast<std::int64_t>(done.quarters);
+        stats["reroutings.straight"] = static_cast<std::int64_t>(done.straight);
+        return found;
       });
 }
 
@@ -457,33 +416,27 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
   return result;
 }
 
-// An engine's map, and the same with less refinement if it has some and is to be optimised.
-struct EngineMaps {
+// An engine's map; if it is to be optimised, with as little refinement as it can do with.
+seamless::PennerMap simplified_engine_map(
+    const mesh::Surface& surface, const mesh::Adjacency& adjacency, const field::CrossField& field,
+    const NeededTopology& needed, const AlignedOptions& options, ExecutionContext& context) {
   seamless::PennerMap found;
-  std::optional<seamless::PennerMap> fewer;
-};
-
-EngineMaps engine_maps(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                       const field::CrossField& field, const NeededTopology& needed,
-                       const AlignedOptions& options, ExecutionContext& context) {
-  EngineMaps maps;
   {
     const ProgressRange range(context, 0.0, kEngineShare);
     seamless::PennerMapOptions engine = options.engine;
-    engine.metric.max_seconds = 0.0;
     engine.metric.boundary = options.boundary;
-    maps.found = engine_map(surface, adjacency, field, needed, options.which, options.reroute,
-                            engine, context);
+    found = engine_map(surface, adjacency, field, needed, options.which, options.reroute, engine,
+                       context);
   }
-  const bool added = maps.found.map.surface.vertices.rows() > surface.vertices.rows();
-  if (!options.optimise || !added) return maps;
+  const auto added = found.map.surface.vertices.rows() - surface.vertices.rows();
+  found.map.stats["engine.added_vertices"] = static_cast<std::int64_t>(added);
+  found.map.stats["energy.engine"] = found.map.certificate.energy;
+  if (!options.optimise || added == 0) return found;
   const ProgressRange range(context, kEngineShare, kTakenBackShare);
-  maps.fewer = maps.found;
   const bool aligned = options.boundary == seamless::Boundary::kAligned;
   const std::vector<char> faces(static_cast<std::size_t>(surface.faces.rows()), aligned ? 1 : 0);
-  seamless::take_back(surface, faces, options.engine.uncuttable, kCoarseSteps, maps.fewer->map,
-                      context);
-  return maps;
+  seamless::take_back(surface, faces, options.engine.uncuttable, kCoarseSteps, found.map, context);
+  return found;
 }
 
 // Edges that an aligned boundary or features would flatten: as if the surface were cut open along
@@ -518,70 +471,56 @@ std::vector<HalfedgeId> flattened_edges(const mesh::Surface& surface,
 
 // The same; what an aligned boundary or features would flatten is divided first. Padding alone
 // looks at the field, which is of the whole faces, and it knows closed surfaces only.
-EngineMaps maps_without_side_chords(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                                    const field::CrossField& field, const NeededTopology& needed,
-                                    const AlignedOptions& options, ExecutionContext& context) {
+seamless::PennerMap map_without_side_chords(
+    const mesh::Surface& surface, const mesh::Adjacency& adjacency, const field::CrossField& field,
+    const NeededTopology& needed, const AlignedOptions& options, ExecutionContext& context) {
   std::optional<seamless::DividedSides> divided;
   if (options.which != seamless::Engine::kPadding) {
     divided = seamless::divided_sides(
         surface, needed.cones, flattened_edges(surface, adjacency, field, needed, options, context),
         options.engine.uncuttable);
   }
-  if (!divided) return engine_maps(surface, adjacency, field, needed, options, context);
+  if (!divided) return simplified_engine_map(surface, adjacency, field, needed, options, context);
   const seamless::DividedSurface& pieces = divided->pieces;
   const mesh::Adjacency own = mesh::build_adjacency(pieces.surface);
   AlignedOptions of_pieces = options;
   of_pieces.engine.uncuttable = divided->uncuttable;
   of_pieces.which = seamless::Engine::kPenner;
-  EngineMaps maps;
+  seamless::PennerMap found;
   try {
-    maps = engine_maps(pieces.surface, own, field,
-                       {pieces.cones, carried_loops(surface, pieces.surface, own, pieces.provenance,
-                                                    needed.loops)},
-                       of_pieces, context);
+    found = simplified_engine_map(pieces.surface, own, field,
+                                  {pieces.cones, carried_loops(surface, pieces.surface, own,
+                                                               pieces.provenance, needed.loops)},
+                                  of_pieces, context);
   } catch (const NotConverged&) {
     // Whole faces may be possible, by padding too; features beside flattened edges are then missed.
     if (options.features.rows() > 0)
-      return engine_maps(surface, adjacency, field, needed, options, context);
+      return simplified_engine_map(surface, adjacency, field, needed, options, context);
     seamless::rethrow_placed(pieces.provenance.face, divided->place);
   } catch (...) {
     seamless::rethrow_placed(pieces.provenance.face, divided->place);
   }
-  const auto name = [&](seamless::PennerMap& found) {
-    seamless::name_input_places(surface, pieces.provenance, pieces.surface.faces, found.map);
-    found.map.stats["divided_chords"] =
-        static_cast<std::int64_t>(pieces.surface.vertices.rows() - surface.vertices.rows());
-    found.cones = needed.cones;
-    found.loops.clear();  // they are of the divided faces
-  };
-  name(maps.found);
-  if (maps.fewer) name(*maps.fewer);
-  return maps;
+  seamless::name_input_places(surface, pieces.provenance, pieces.surface.faces, found.map);
+  const auto chords = pieces.surface.vertices.rows() - surface.vertices.rows();
+  Stats& stats = found.map.stats;
+  stats["divided_chords"] = static_cast<std::int64_t>(chords);
+  stats["engine.added_vertices"] =
+      std::get<std::int64_t>(stats["engine.added_vertices"]) + static_cast<std::int64_t>(chords);
+  found.cones = needed.cones;
+  return found;
 }
 
 certify::Parametrization map_in_scale(const mesh::Surface& surface, const mesh::Surface& given,
                                       const mesh::Adjacency& adjacency,
                                       const field::CrossField& field, const NeededTopology& needed,
                                       const AlignedOptions& options, ExecutionContext& context) {
-  EngineMaps maps = maps_without_side_chords(surface, adjacency, field, needed, options, context);
-  const auto added = maps.found.map.surface.vertices.rows() - surface.vertices.rows();
-  const double engine_energy = maps.found.map.certificate.energy;
+  seamless::PennerMap found =
+      map_without_side_chords(surface, adjacency, field, needed, options, context);
   const ProgressRange range(context, kTakenBackShare, 1.0);
-  const auto follow = [&](seamless::PennerMap& found) {
-    return aligned_map(std::move(found), surface, given, adjacency, field, options, context);
-  };
-  certify::Parametrization map;
-  if (!maps.fewer) {
-    map = follow(maps.found);
-  } else if (auto first = attempt([&] { return follow(*maps.fewer); })) {
-    map = std::move(*first);
-  } else {
-    map = follow(maps.found);
-  }
+  certify::Parametrization map =
+      aligned_map(std::move(found), surface, given, adjacency, field, options, context);
   map.stats["added_vertices"] =
       static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
-  map.stats["engine.added_vertices"] = static_cast<std::int64_t>(added);
-  map.stats["energy.engine"] = engine_energy;
   return map;
 }
 

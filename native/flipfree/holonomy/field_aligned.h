@@ -28,7 +28,7 @@ namespace flipfree::holonomy {
 struct AlignedOptions {
   // kAuto: padding where penner finds no map and the surface is closed.
   seamless::Engine which = seamless::Engine::kAuto;
-  seamless::PennerMapOptions engine;  // its own boundary and max_seconds are not looked at
+  seamless::PennerMapOptions engine;  // its own boundary is not looked at
   // Where the surface is open: kAligned, its boundary runs along the axes; else (kFree, kTurning)
   // it is as near to the surface as the inside allows, and turns in all as the field does.
   seamless::Boundary boundary = seamless::Boundary::kAligned;
@@ -50,12 +50,12 @@ struct AlignedOptions {
 
 // Any number of components, with or without boundary. Result: certified; G6 on a homology basis of
 // the refined surface, and along its boundaries, with the turning numbers that the field has there.
-// What an aligned boundary would flatten is divided (divided_sides.h), counted in "divided_chords";
-// other refinement is taken back before the alignment (seamless/exact/take_back.h). Stats: those of
-// engine_map() and of align(), "angle_mean" and "angle_p95" (distortion::angles_off() by area,
-// radians), "loops_checked", "enlarged_islands" (seamless/exact/parts.h). Throws
-// InvalidInput (defects; cones of no angle; sizing), Infeasible (signatures that no map has),
-// NotConverged, Cancelled.
+// What an aligned boundary would flatten is divided (seamless/exact/parts.h), counted in
+// "divided_chords"; other refinement is taken back before the alignment
+// (seamless/exact/take_back.h). Stats: those of engine_map() and of align(), "angle_mean" and
+// "angle_p95" (distortion::angles_off() by area, radians), "loops_checked", "enlarged_islands"
+// (seamless/exact/parts.h). Throws InvalidInput (defects; cones of no angle; sizing), Infeasible
+// (signatures that no map has), NotConverged, Cancelled.
 certify::Parametrization compute_field_aligned_map(const mesh::Surface& surface,
                                                    const field::CrossField& field,
                                                    const AlignedOptions& options,

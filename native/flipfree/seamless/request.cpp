@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -19,140 +20,38 @@ namespace {
 
 // Turns with one loop the other way that are offered.
 constexpr std::size_t kSingleChanges = 4;
-// Share of the cost that a change must save, so that rounding does not decide; and changes, and
-// sweeps over all pairs, at most, far more than were ever seen.
-constexpr double kSaved = 1e-9;
-constexpr int kMostChanges = 10'000;
-constexpr int kMostSweeps = 100;
-// Multiples in a reduced basis, at most: others come from rounding of a norm that is hardly one.
-constexpr double kMostTaken = 1e6;
 
-// Another basis of the same lattice, and what is given in it.
-struct Basis {
-  Eigen::MatrixXd norm;
-  Eigen::VectorXd given;
-  Eigen::VectorXd one_by_one;  // the nearest to each of what was given in the first basis
-  Eigen::MatrixXd whole;       // its members, a row each, in whole multiples of the first ones
-
-  // b_i - r b_k in place of b_i.
-  void take_away(Eigen::Index i, Eigen::Index k, double r) {
-    norm.row(i) -= r * norm.row(k);
-    norm.col(i) -= r * norm.col(k);
-    whole.row(i) -= r * whole.row(k);
-    given[k] += r * given[i];
-    one_by_one[k] += r * one_by_one[i];
-  }
-
-  // Takes away from each what makes it shorter, as long as there is such.
-  void reduce() {
-    bool changed = true;
-    for (int sweep = 0; changed && sweep < kMostSweeps; ++sweep) {
-      changed = false;
-      for (Eigen::Index i = 0; i < given.size(); ++i) {
-        for (Eigen::Index k = 0; k < given.size(); ++k) {
-          // What lies in the middle, or is there by rounding, changes nothing.
-          if (i == k || std::abs(norm(i, k)) <= (0.5 + kSaved) * norm(k, k)) continue;
-          take_away(i, k, std::round(norm(i, k) / norm(k, k)));
-          changed = true;
-        }
-      }
-    }
-  }
-
-  std::vector<Index> turns(const Eigen::VectorXd& numbers) const {
-    const Eigen::VectorXd in_first = whole.transpose() * numbers;
-    std::vector<Index> turns;
-    for (const double x : in_first) turns.push_back(static_cast<Index>(std::lround(x)));
-    return turns;
-  }
-};
-
-// Whole numbers near to given ones in a norm, and what changing one of them costs.
-class Lattice {
+// Whole numbers near to given ones in a norm.
+class NearestNumbers {
  public:
-  Lattice(const Eigen::VectorXd& given, const Eigen::MatrixXd& norm) : given_(given), norm_(norm) {}
-
-  void set(const Eigen::VectorXd& numbers) {
-    numbers_ = numbers;
-    slope_ = 2.0 * (norm_ * (numbers_ - given_));
-    cost_ = 0.5 * slope_.dot(numbers_ - given_);
-  }
-  const Eigen::VectorXd& numbers() const { return numbers_; }
-  double cost() const { return cost_; }
-
-  // By how much one number changes best, and the cost of that.
-  int direction(Eigen::Index i) const { return slope_[i] > 0.0 ? -1 : 1; }
-  double change(Eigen::Index i) const { return norm_(i, i) - std::abs(slope_[i]); }
-
-  // Changes one number, or two, as long as that makes them nearer.
-  void descend() {
-    for (int i = 0; i < kMostChanges && step(); ++i) {
+  // Each from the last on is the nearest to what those behind it leave (Babai 1986).
+  NearestNumbers(const Eigen::VectorXd& given, const Eigen::MatrixXd& norm)
+      : numbers_(given.size()), norm_(norm) {
+    const Eigen::MatrixXd upper = Eigen::LLT<Eigen::MatrixXd>(norm).matrixU();
+    Eigen::VectorXd off = Eigen::VectorXd::Zero(given.size());
+    for (Eigen::Index i = given.size(); i-- > 0;) {
+      numbers_[i] = std::round(given[i] - upper.row(i).dot(off) / upper(i, i));
+      off[i] = numbers_[i] - given[i];
     }
+    slope_ = 2.0 * (norm * off);
+  }
+
+  const Eigen::VectorXd& numbers() const { return numbers_; }
+  // What it costs to change one number by one, the cheaper way.
+  double cost(Eigen::Index i) const { return norm_(i, i) - std::abs(slope_[i]); }
+  Eigen::VectorXd changed(Eigen::Index i) const {
+    Eigen::VectorXd numbers = numbers_;
+    numbers[i] += slope_[i] > 0.0 ? -1.0 : 1.0;
+    return numbers;
   }
 
  private:
-  bool step() {
-    const double enough = -kSaved * cost_;
-    double best = enough;
-    Eigen::Index first = -1, second = -1;
-    int a = 0, b = 0;
-    for (Eigen::Index i = 0; i < numbers_.size(); ++i) {
-      if (change(i) < best) {
-        best = change(i);
-        first = i;
-        second = -1;
-        a = direction(i);
-      }
-      for (Eigen::Index j = 0; j < i; ++j) {
-        // Either way for the one, and what is then better for the other.
-        const double product = 2.0 * norm_(i, j);
-        for (const int s : {-1, 1}) {
-          const double alone = norm_(i, i) + s * slope_[i] + norm_(j, j);
-          const double along = slope_[j] + s * product;
-          const double both = alone - std::abs(along);
-          if (both < best) {
-            best = both;
-            first = i;
-            second = j;
-            a = s;
-            b = along > 0.0 ? -1 : 1;
-          }
-        }
-      }
-    }
-    if (first < 0) return false;
-    Eigen::VectorXd changed = numbers_;
-    changed[first] += a;
-    if (second >= 0) changed[second] += b;
-    set(changed);
-    return true;
-  }
-
-  const Eigen::VectorXd& given_;
-  const Eigen::MatrixXd& norm_;
   Eigen::VectorXd numbers_, slope_;
-  double cost_ = 0.0;
+  const Eigen::MatrixXd& norm_;
 };
 
 bool is_norm(const Eigen::MatrixXd& matrix) {
   return matrix.allFinite() && Eigen::LLT<Eigen::MatrixXd>(matrix).info() == Eigen::Success;
-}
-
-// In the norm, or loop by loop if it is none.
-Basis reduced(const std::vector<double>& angles, const Eigen::MatrixXd& norm) {
-  const auto count = static_cast<Eigen::Index>(angles.size());
-  Basis first;
-  first.given = Eigen::Map<const Eigen::VectorXd>(angles.data(), count) / kQuarterTurn;
-  first.one_by_one = first.given.array().round();
-  first.whole.setIdentity(count, count);
-  first.norm = norm.selfadjointView<Eigen::Lower>();
-  if (is_norm(first.norm)) {
-    Basis basis = first;
-    basis.reduce();
-    if (is_norm(basis.norm) && (basis.whole.array().abs() < kMostTaken).all()) return basis;
-  }
-  first.norm.setIdentity(count, count);
-  return first;
 }
 
 }  // namespace
@@ -160,29 +59,25 @@ Basis reduced(const std::vector<double>& angles, const Eigen::MatrixXd& norm) {
 std::vector<std::vector<Index>> near_turns(
     const std::vector<double>& angles, const Eigen::MatrixXd& norm,
     const std::function<std::string(const std::vector<Index>&)>& why) {
-  const Basis basis = reduced(angles, norm);
-  Lattice lattice(basis.given, basis.norm);
-  lattice.set(basis.one_by_one);
-  lattice.descend();
-  const Eigen::VectorXd nearest = lattice.numbers();
-  std::vector<Eigen::Index> order;
-  for (Eigen::Index i = 0; i < nearest.size(); ++i) order.push_back(i);
+  const auto count = static_cast<Eigen::Index>(angles.size());
+  Eigen::MatrixXd own = norm.selfadjointView<Eigen::Lower>();
+  if (!is_norm(own)) own.setIdentity();
+  const NearestNumbers nearest(
+      Eigen::Map<const Eigen::VectorXd>(angles.data(), count) / kQuarterTurn, own);
+  std::vector<Eigen::Index> order(angles.size());
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
   std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
-    return lattice.change(a) < lattice.change(b);
+    return nearest.cost(a) < nearest.cost(b);
   });
   std::vector<std::vector<Index>> found;
   const auto add = [&](const Eigen::VectorXd& numbers) {
-    std::vector<Index> turns = basis.turns(numbers);
-    if (!why(turns).empty()) return;
-    if (std::find(found.begin(), found.end(), turns) == found.end())
-      found.push_back(std::move(turns));
+    std::vector<Index> turns;
+    for (const double x : numbers) turns.push_back(static_cast<Index>(x));
+    if (why(turns).empty()) found.push_back(std::move(turns));
   };
-  add(nearest);
-  for (std::size_t i = 0; i < order.size() && (i < kSingleChanges || found.empty()); ++i) {
-    Eigen::VectorXd numbers = nearest;
-    numbers[order[i]] += lattice.direction(order[i]);
-    add(numbers);
-  }
+  add(nearest.numbers());
+  for (std::size_t i = 0; i < order.size() && (i < kSingleChanges || found.empty()); ++i)
+    add(nearest.changed(order[i]));
   return found;
 }
 
@@ -265,11 +160,7 @@ void check_request(const mesh::Surface& surface, const std::vector<Index>& cones
     throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
   const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   for (std::size_t v = 0; v < cones.size(); ++v) {
-    if (cones[v] >= kNotGiven) continue;
-    throw_invalid(ErrorCode::kBadAngles,
-                  "The cone at vertex " + vertex_id(v) + " has " + std::to_string(cones[v]) +
-                      " quarter turns. Give every cone at least 1 (4 is flat).",
-                  ElementKind::kVertex, {static_cast<Index>(v)});
+    if (cones[v] < kNotGiven) throw_too_sharp(static_cast<VertexId>(v), cones[v]);
   }
   const std::vector<SurfacePart> parts =
       connected_parts(surface, adjacency, flat_inside(cones, adjacency));

@@ -52,16 +52,14 @@ std::vector<SurfacePart> connected_parts(const mesh::Surface& surface,
 // (penner/penner_newton.h). Counted loop by loop it would depend on the basis of the homology: two
 // loops that turn a third of a quarter too far, and whose difference is a short one, are nearer to
 // numbers that neither of them rounds to. The nearest whole numbers in a norm are a closest vector
-// of a lattice. It is looked for in a basis in which no loop becomes shorter in the norm by taking
-// another one away (Lagrange's reduction, of all pairs): from the nearest number of each given
-// loop, until no change of one or two loops improves it.
+// of a lattice, nearly found by rounding one number after the other (Babai 1986, "On Lovasz'
+// lattice reduction and the nearest lattice point problem").
 
 // `angles`: of n loops, radians; `norm`: n x n, symmetric and positive definite, only its lower
 // half is read: e' norm e is what it costs that loops turn by e more. If it is no norm, by rounding
-// or otherwise, loops count one by one. Returns: turns by rising cost, the cheapest found, then
-// some with one loop of the reduced basis turned otherwise. `why` says why there is no metric with
-// some turns, empty if there is one. Empty if it forbids all. Cost: O(n^3), and O(n^2) per change
-// of the first ones.
+// or otherwise, loops count one by one. Returns: the nearest turns, then some with one loop turned
+// otherwise. `why` says why there is no metric with some turns, empty if there is one. Empty if it
+// forbids all. Cost: O(n^3).
 std::vector<std::vector<Index>> near_turns(
     const std::vector<double>& angles, const Eigen::MatrixXd& norm,
     const std::function<std::string(const std::vector<Index>&)>& why);

@@ -117,21 +117,6 @@ std::vector<SeamBranch> seam_branches(const Triangles& faces, const mesh::Adjace
   return branches;
 }
 
-double largest_seam_error(const std::vector<SeamBranch>& branches, const mesh::Adjacency& adjacency,
-                          const Points2& corner_uv) {
-  double largest = 0.0;
-  for (const SeamBranch& branch : branches) {
-    const certify::Transition& t = branch.transition;
-    for (const HalfedgeId h : branch.halfedges) {
-      const TwoSides s = sides_of(adjacency, corner_uv, h);
-      const Vector2 a = s.second_source - (turned(s.source, t.quarter_turns) + t.translation);
-      const Vector2 b = s.second_target - (turned(s.target, t.quarter_turns) + t.translation);
-      largest = std::max({largest, a.norm(), b.norm()});
-    }
-  }
-  return largest;
-}
-
 void turn_to_axes(const std::vector<Index>& chart_of_face, Index charts,
                   const std::function<bool(HalfedgeId)>& counts, Points2& corner_uv) {
   std::vector<std::complex<double>> turn(at(charts), 0.0);

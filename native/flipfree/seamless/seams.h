@@ -39,12 +39,6 @@ inline Vector2 turned(const Vector2& v, Index quarters) {
   return (quarters & 2) != 0 ? Vector2(-once) : once;
 }
 
-// Largest distance, over the ends of all cut edges, between the second side and the first one after
-// its transition; in the units of uv. Zero if and only if the map is seamless as real numbers go,
-// up to the rounding of this sum.
-double largest_seam_error(const std::vector<SeamBranch>& branches, const mesh::Adjacency& adjacency,
-                          const Points2& corner_uv);
-
 // Turns each chart so that those of its edges for which `counts` is true run along the axes as well
 // as one turn can make them: the sum of length cos(4 angle) is largest. Seams stay seams up to
 // rounding, as quarter turns are the same in every direction. `chart_of_face`: numbers from 0 to

@@ -4,6 +4,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/seamless/bordered/corners.h"
 
 namespace flipfree::seamless {
 namespace {
@@ -26,12 +27,7 @@ std::vector<Index> cone_list(const std::vector<Index>& cones) {
 void check_cones(const std::vector<Index>& cones, Index genus) {
   std::int64_t sum = 0;
   for (std::size_t v = 0; v < cones.size(); ++v) {
-    if (cones[v] < 1) {
-      throw_invalid(ErrorCode::kBadAngles,
-                    "The cone at vertex " + vertex_id(v) + " has " + std::to_string(cones[v]) +
-                        " quarter turns. Give every cone at least 1 (4 is flat).",
-                    ElementKind::kVertex, {static_cast<Index>(v)});
-    }
+    if (cones[v] < 1) throw_too_sharp(static_cast<VertexId>(v), cones[v]);
     sum += 4 - cones[v];
   }
   const std::int64_t needed = 8 - 8 * std::int64_t{genus};

@@ -25,19 +25,21 @@ constexpr Index kAxes = 16;
 // What a corner costs that stands where the curve does not turn: twice this share of the curve off
 // by a quarter turn. Waves that are shorter are ridden over.
 constexpr double kCornerShare = 0.01;
-// Smoothing reaches so many typical edges to either side, at most this share of the curve.
-constexpr double kSmoothEdges = 3.0;
-constexpr double kSmoothShare = 0.03;
-// A curve that turns to and fro by so much more than when it is smoothed is jagged,
-constexpr double kJagged = 2.0;
-// unless its own edges lie along the axes but for this, quarter turns (root of the mean square).
-constexpr double kRectilinear = 0.05;
 // Directions of an edge that are tried: so many quarter turns to either side of the nearest one,
 // more if none of these leads around.
 constexpr Index kReach = 3;
 
 // Vertices between two looks at the clock.
 constexpr Index kCheckVertices = 1024;
+
+// A curve of a boundary, surface on the left; edge i leads from its vertex i to the next one.
+struct BorderCurve {
+  std::vector<double> length;
+  std::vector<double> turning;  // of the surface at vertex i, quarter turns to the left
+  double direction = 0.0;       // of edge 0, quarter turns from an axis that its part has
+  Index part = 0;    // curves of one part are aligned together: their axes are one where it is flat
+  Index wanted = 0;  // quarter turns to the left, in all
+};
 
 // A curve as the program sees it.
 struct Course {
@@ -72,61 +74,6 @@ Course own_course(const BorderCurve& curve) {
   course.wanted = curve.wanted;
   course.least = static_cast<Index>(least) - 1;
   return course;
-}
-
-// Directions as means over `reach` to either side; turning at a vertex as what these differ by.
-class Smoothing {
- public:
-  explicit Smoothing(const Course& course) : course_(course) {
-    start_.push_back(0.0);
-    sum_.push_back(0.0);
-    for (std::size_t i = 0; i < course.length.size(); ++i) {
-      start_.push_back(start_.back() + course.length[i]);
-      sum_.push_back(sum_.back() + course.length[i] * course.direction[i]);
-    }
-  }
-
-  Course smoothed(double reach) const {
-    Course smooth = course_;
-    const std::size_t n = smooth.length.size();
-    for (std::size_t i = 0; i < n; ++i) {
-      const double middle = 0.5 * (start_[i] + start_[i + 1]);
-      smooth.direction[i] = mean(middle - reach, middle + reach);
-      smooth.turning[i] =
-          mean(start_[i], start_[i] + 2.0 * reach) - mean(start_[i] - 2.0 * reach, start_[i]);
-    }
-    return smooth;
-  }
-
- private:
-  double mean(double from, double to) const {
-    return (integral(to) - integral(from)) / (to - from);
-  }
-
-  // From the start of edge 0 to the place `s`, which may be up to once around before or behind it.
-  double integral(double s) const {
-    const double around = start_.back();
-    const double rounds = std::floor(s / around);
-    const double inner = s - rounds * around;
-    auto edge = static_cast<std::size_t>(std::upper_bound(start_.begin(), start_.end(), inner) -
-                                         start_.begin());
-    edge = std::clamp<std::size_t>(edge, 1, course_.length.size()) - 1;
-    const double rest = sum_[edge] + (inner - start_[edge]) * course_.direction[edge];
-    // Each time around, directions are larger by what the curve turns.
-    const double turned = static_cast<double>(course_.wanted);
-    return rounds * sum_.back() + 0.5 * rounds * (rounds - 1.0) * turned * around +
-           rounds * turned * inner + rest;
-  }
-
-  const Course& course_;
-  std::vector<double> start_, sum_;
-};
-
-double total_turning(const Course& course) {
-  double sum = 0.0;
-  for (std::size_t i = 1; i < course.direction.size(); ++i)
-    sum += std::abs(course.direction[i] - course.direction[i - 1]);
-  return sum;
 }
 
 double corner_cost(double turning, Index turn) {
@@ -216,45 +163,23 @@ Labels cheapest(const Course& course, double axis, ExecutionContext& context) {
   }
 }
 
-// How far the curve's own directions are from those of the edges; quarter turns.
-double mean_deviation(const Course& course, double axis, const Labels& labels) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < course.length.size(); ++i) {
-    const double off = course.direction[i] - axis - static_cast<double>(labels.of_edge[i]);
-    sum += course.length[i] * off * off;
-  }
-  return std::sqrt(sum);
-}
-
-struct Choice {
-  double axis = 0.0;
-  std::vector<Labels> labels;
-};
-
-Choice choose(const std::vector<Course>& courses, const std::vector<double>& weight,
-              ExecutionContext& context) {
-  Choice best;
+// Of the courses together, for the direction of the axes that is best for all.
+std::vector<Labels> choose(const std::vector<Course>& courses, const std::vector<double>& weight,
+                           ExecutionContext& context) {
+  std::vector<Labels> best;
   double least = kInfinite;
   for (Index k = 0; k < kAxes; ++k) {
-    Choice one{static_cast<double>(k) / kAxes, {}};
+    std::vector<Labels> labels;
     double cost = 0.0;
     for (std::size_t i = 0; i < courses.size(); ++i) {
-      one.labels.push_back(cheapest(courses[i], one.axis, context));
-      cost += weight[i] * one.labels.back().cost;
+      labels.push_back(cheapest(courses[i], static_cast<double>(k) / kAxes, context));
+      cost += weight[i] * labels.back().cost;
     }
-    if (!best.labels.empty() && cost >= least) continue;
-    best = std::move(one);
+    if (!best.empty() && cost >= least) continue;
+    best = std::move(labels);
     least = cost;
   }
   return best;
-}
-
-Course without_teeth(const Course& course) {
-  std::vector<double> sorted = course.length;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const Course smooth = Smoothing(course).smoothed(std::min(kSmoothEdges * *middle, kSmoothShare));
-  return total_turning(course) > kJagged * (1.0 + total_turning(smooth)) ? smooth : course;
 }
 
 std::vector<Index> angles_of(const Labels& labels) {
@@ -278,21 +203,13 @@ void choose_in_part(const std::vector<Index>& members, const std::vector<BorderC
     own.push_back(own_course(curve));
     weight.push_back(std::accumulate(curve.length.begin(), curve.length.end(), 0.0));
   }
-  Choice choice = choose(own, weight, context);
-  std::vector<Course> smooth;
-  bool jagged = false;
-  for (std::size_t i = 0; i < own.size(); ++i) {
-    const bool straight = mean_deviation(own[i], choice.axis, choice.labels[i]) < kRectilinear;
-    smooth.push_back(straight ? own[i] : without_teeth(own[i]));
-    jagged = jagged || smooth.back().direction != own[i].direction;
-  }
-  if (jagged) choice = choose(smooth, weight, context);
-  for (std::size_t i = 0; i < possible.size(); ++i)
-    angles[at(possible[i])] = angles_of(choice.labels[i]);
+  const std::vector<Labels> labels = choose(own, weight, context);
+  for (std::size_t i = 0; i < possible.size(); ++i) angles[at(possible[i])] = angles_of(labels[i]);
 }
 
-}  // namespace
-
+// Quarter turns k of the angles at the vertices, 1 or more; sum of 2 - k as `wanted`. Empty for a
+// curve that has fewer vertices than corners to the left that it needs. Every curve has a positive
+// length. Throws Cancelled. Cost: linear, about a thousand steps a vertex.
 std::vector<std::vector<Index>> choose_corners(const std::vector<BorderCurve>& curves,
                                                ExecutionContext& context) {
   std::vector<std::vector<Index>> angles(curves.size());
@@ -302,8 +219,6 @@ std::vector<std::vector<Index>> choose_corners(const std::vector<BorderCurve>& c
   for (const auto& [part, members] : parts) choose_in_part(members, curves, angles, context);
   return angles;
 }
-
-namespace {
 
 // Sum of the curvatures inside a surface that is as good as flat, quarter turns.
 constexpr double kNearlyFlat = 0.2;
@@ -323,14 +238,6 @@ Border border_of(const mesh::Surface& surface) {
     for (const VertexId v : loop) border.on_boundary[at(v)] = 1;
   }
   return border;
-}
-
-[[noreturn]] void throw_too_sharp(Index v, Index k) {
-  throw_invalid(ErrorCode::kBadAngles,
-                "The cone at vertex " + vertex_id(v) + " has " + std::to_string(k) +
-                    " quarter turns. Give every cone at least 1 (4 is flat inside, 2 is straight "
-                    "at the boundary).",
-                ElementKind::kVertex, {v});
 }
 
 // What the boundary has to turn in all, quarter turns: 4 chi less the curvature inside.
@@ -470,6 +377,14 @@ std::vector<BorderCurve> border_curves(const mesh::Surface& surface,
 }
 
 }  // namespace
+
+void throw_too_sharp(VertexId v, Index quarter_turns) {
+  throw_invalid(ErrorCode::kBadAngles,
+                "The cone at vertex " + vertex_id(v) + " has " + std::to_string(quarter_turns) +
+                    " quarter turns. Give every cone at least 1 (4 is flat inside, 2 is straight "
+                    "at the boundary).",
+                ElementKind::kVertex, {v});
+}
 
 std::vector<Index> flat_inside(std::vector<Index> cones, const mesh::Adjacency& adjacency) {
   for (std::size_t v = 0; v < cones.size(); ++v) {

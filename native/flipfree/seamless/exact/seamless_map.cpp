@@ -115,34 +115,6 @@ void turn_along_own_edges(const IndexPairs& diagonals, certify::Parametrization&
   if (certify::flipped_faces(turned).empty()) map.uv = std::move(turned);
 }
 
-// Why the engine "padding" has nothing to say about this request; "" if it has.
-std::string not_for_padding(const mesh::Surface& surface, const SeamlessOptions& options) {
-  if (options.loops) return "loops that turn as they are told";
-  return has_boundary(surface) ? "surfaces with a boundary" : "";
-}
-
-PennerMap padded(const mesh::Surface& surface, const std::vector<Index>& cones,
-                 const PennerMapOptions& engine, ExecutionContext& context) {
-  std::vector<Index> turns = cones;
-  std::replace(turns.begin(), turns.end(), kNotGiven, Index{4});
-  const auto cut = [](const mesh::Surface& component, const std::vector<Index>& own,
-                      const std::vector<FaceId>&, ExecutionContext& inner) {
-    return make_admissible_cut(component, own, inner);
-  };
-  PennerMap found = compute_padding_map(surface, turns, cut, engine, context);
-  found.map.stats["engine"] = std::string("padding");
-  return found;
-}
-
-PennerMap find_map(const mesh::Surface& surface, const std::vector<Index>& cones,
-                   const PennerMapOptions& engine, const SeamlessOptions& options,
-                   ExecutionContext& context) {
-  return by_engine(
-      options.which, not_for_padding(surface, options),
-      [&] { return compute_penner_map(surface, cones, options.loops, engine, context); },
-      [&] { return padded(surface, cones, engine, context); });
-}
-
 bool is_aligned(Boundary boundary) {
   return boundary != Boundary::kFree && boundary != Boundary::kTurning;
 }
@@ -169,9 +141,11 @@ PennerMap engine_map(const mesh::Surface& surface, const std::vector<Index>& con
                      const SeamlessOptions& options, ExecutionContext& context) {
   const ProgressRange range(context, 0.0, kEngineShare);
   PennerMapOptions engine = options.engine;
-  engine.metric.max_seconds = 0.0;
   engine.metric.boundary = options.boundary;
-  PennerMap found = find_map(surface, cones, engine, options, context);
+  PennerMap found = by_engine(
+      options.which, has_boundary(surface),
+      [&] { return compute_penner_map(surface, cones, {}, engine, context); },
+      [&] { return compute_padding_map(surface, cones, bare_cut, engine, context); });
   // Where the boundary is aligned, it says it.
   turn_along_own_edges(options.engine.uncuttable, found.map);
   return found;
@@ -220,14 +194,10 @@ Outcome<certify::Parametrization> aligned_map(const mesh::Surface& surface,
                                               const std::vector<Index>& cones,
                                               const SeamlessOptions& options,
                                               ExecutionContext& context) {
-  try {
-    return attempt([&] {
-      const std::vector<char> none(parts.size(), 0);
-      return map_with_corners(surface, with_corners(parts, none, cones, context), options, context);
-    });
-  } catch (const Infeasible& refused) {
-    return refused.error();
-  }
+  return attempt_part([&] {
+    const std::vector<char> none(parts.size(), 0);
+    return map_with_corners(surface, with_corners(parts, none, cones, context), options, context);
+  });
 }
 
 // The parts that find no map with an aligned boundary and have no corners that somebody wants; all
@@ -280,9 +250,8 @@ certify::Parametrization map_of_open(const mesh::Surface& surface, const std::ve
 certify::Parametrization map_in_scale(const mesh::Surface& surface, const std::vector<Index>& cones,
                                       const SeamlessOptions& options, ExecutionContext& context) {
   const bool aligned = options.boundary != Boundary::kFree && has_boundary(surface);
-  // Loops that are given are those of these faces.
-  return aligned && !options.loops ? map_of_open(surface, cones, options, context)
-                                   : map_at_once(surface, cones, options, context);
+  return aligned ? map_of_open(surface, cones, options, context)
+                 : map_at_once(surface, cones, options, context);
 }
 
 certify::Parametrization seamless_map_in_time(const mesh::Surface& surface,
@@ -304,17 +273,18 @@ certify::Parametrization seamless_map_in_time(const mesh::Surface& surface,
 
 }  // namespace
 
-PennerMap by_engine(Engine which, const std::string& unsuited,
-                    const std::function<PennerMap()>& penner,
+PennerMap by_engine(Engine which, bool open, const std::function<PennerMap()>& penner,
                     const std::function<PennerMap()>& padding) {
   if (which == Engine::kPadding) {
-    if (!unsuited.empty()) {
-      throw_invalid(ErrorCode::kBadOption, "The engine \"padding\" does not know " + unsuited +
-                                               ". Take the engine \"penner\" or \"auto\".");
+    if (open) {
+      throw_invalid(
+          ErrorCode::kBadOption,
+          "The engine \"padding\" does not know surfaces with a boundary. Take the engine "
+          "\"penner\" or \"auto\".");
     }
     return padding();
   }
-  if (which == Engine::kPenner || !unsuited.empty()) return penner();
+  if (which == Engine::kPenner || open) return penner();
   auto first = attempt(penner);
   if (first) return std::move(*first);
   auto second = attempt(padding);
@@ -335,8 +305,6 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
                                     const Strips& strips, const SeamlessOptions& options,
                                     ExecutionContext& context) {
   certify::Parametrization map = std::move(found.map);
-  if (map.certificate.flips64 != 0)
-    throw certify::CertificateFailed("The seamless map", certify::in_input_faces(map));
   const mesh::Adjacency of_input = mesh::build_adjacency(surface);
   const std::vector<char> aligned =
       is_aligned(options.boundary)
@@ -387,8 +355,8 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   write_transitions(seam_branches(map.surface.faces, adjacency, cuts, places, map.uv), map);
   judge(surface, of_input, found.cones, strips, options, map, context);
   map.stats.try_emplace("engine", std::string("penner"));
-  map.stats["engine.added_vertices"] = static_cast<std::int64_t>(engine_added);
-  map.stats["energy.engine"] = engine_energy;
+  map.stats.try_emplace("engine.added_vertices", static_cast<std::int64_t>(engine_added));
+  map.stats.try_emplace("energy.engine", engine_energy);
   map.stats["energy.optimised"] = map.certificate.energy;
   map.stats["energy"] = map.certificate.energy;
   return map;

@@ -12,7 +12,6 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,19 +31,16 @@ enum class Engine {
   kPadding,  // padding/engine/padding.h: closed surfaces, loops as they come
 };
 
-// The map of the engine that is asked for, or of the first that finds one. `unsuited`: what the
-// engine "padding" knows nothing of and is there, or "". Throws InvalidInput (kBadOption) if that
+// The map of the engine that is asked for, or of the first that finds one; `open`: is there a
+// boundary, which the engine "padding" knows nothing of? Throws InvalidInput (kBadOption) if that
 // engine is asked for all the same; where both find none, what the engine "penner" says.
-PennerMap by_engine(Engine which, const std::string& unsuited,
-                    const std::function<PennerMap()>& penner,
+PennerMap by_engine(Engine which, bool open, const std::function<PennerMap()>& penner,
                     const std::function<PennerMap()>& padding);
 
 struct SeamlessOptions {
   Engine which = Engine::kAuto;
   Boundary boundary = Boundary::kAligned;
-  PennerMapOptions engine;  // its own boundary and max_seconds are not looked at
-  // By how much loops turn, as compute_penner_map() takes them; none: as is nearest.
-  std::optional<std::vector<LoopTurn>> loops;
+  PennerMapOptions engine;  // its own boundary is not looked at
   // Of finish_map() alone: edges of the engine's map inside the surface that run along the axes up
   // to rounding, and are kept there.
   std::vector<distortion::StraightEdge> straight;
@@ -60,16 +56,16 @@ struct SeamlessOptions {
 // Any genus, any number of components; `cones`: quarter turns per vertex, 4 or kNotGiven where
 // it is flat. At boundary vertices 2 is straight, kNotGiven what nobody asks for; boundaries are
 // aligned, exactly along the axes, with corners in quarter turns that are chosen if none is given
-// (boundary_cones.h), or free; kAlignedOrFree: free on connected parts that find no map with an
+// (bordered/corners.h), or free; kAlignedOrFree: free on connected parts that find no map with an
 // aligned one and have no corners given, counted in "freed_boundaries". What an aligned boundary
-// would flatten is divided (divided_sides.h), counted in "divided_chords". Result: certified with
+// would flatten is divided (parts.h), counted in "divided_chords". Result: certified with
 // G4, cut_edges along the seams' branches with their exact transitions; refined where the layout of
 // the metric needs it. Connected parts are one chart each, all at the scale of the surface, in rows
 // around the origin; but parts that no grid of 32-bit values holds at that scale, or where it finds
-// no map, are enlarged (enlarged_parts.h), counted in "enlarged_islands". Stats: those of the
+// no map, are enlarged (parts.h), counted in "enlarged_islands". Stats: those of the
 // engine and of make_exact(), "engine", "engine.added_vertices", and "energy.engine" and
 // "energy.optimised". Throws InvalidInput and Infeasible (request.h, signature.h,
-// boundary_cones.h), NotConverged, Cancelled.
+// bordered/corners.h), NotConverged, Cancelled.
 certify::Parametrization compute_seamless_map(const mesh::Surface& surface,
                                               const std::vector<Index>& cones,
                                               const SeamlessOptions& options,

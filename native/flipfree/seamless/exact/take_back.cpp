@@ -279,19 +279,15 @@ class TakingBack {
     angles_ = vertex_angles(input_, map);
     // Where little is to be done, steps on the refined surface would be for nothing.
     if (take(own_triangles(map), map)) return 1;
+    if (!improve(map)) return 0;
     int round = 0;
-    for (const Scope scope : {Scope::kNear, Scope::kWhole}) {
-      if (added(map) == 0 || !improve(map, scope)) break;
-      bool worthwhile = true;
-      for (; worthwhile && round < kTakeBackRounds && added(map) > 0; ++round) {
-        const ProgressRange range(context_, round / double{kTakeBackRounds},
-                                  (round + 1) / double{kTakeBackRounds});
-        const Index before = added(map);
-        worthwhile =
-            take(own_triangles(map), map) ||
-            (take(fewer_triangles(map), map) && added(map) <= (1.0 - kWorthwhileRound) * before);
-      }
-      if (improved_whole_) break;
+    for (bool worthwhile = true; worthwhile && round < kTakeBackRounds && added(map) > 0; ++round) {
+      const ProgressRange range(context_, round / double{kTakeBackRounds},
+                                (round + 1) / double{kTakeBackRounds});
+      const Index before = added(map);
+      worthwhile =
+          take(own_triangles(map), map) ||
+          (take(fewer_triangles(map), map) && added(map) <= (1.0 - kWorthwhileRound) * before);
     }
     return round;
   }
@@ -304,8 +300,6 @@ class TakingBack {
   }
 
  private:
-  enum class Scope { kNear, kWhole };
-
   distortion::CutMap cut_of(const certify::Parametrization& map) const {
     const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
     const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
@@ -341,7 +335,7 @@ class TakingBack {
                map))
         break;
       const double before = whole_ ? whole_->energy : 0.0;
-      if (!improve(map, Scope::kWhole)) break;
+      if (!improve_whole(cut_of(map), map)) break;
       if (before > 0.0 && whole_->energy > (1.0 - kWorthwhileRound) * before) break;
     }
     return round;
@@ -362,9 +356,7 @@ class TakingBack {
   }
 
   // False, and nothing done, if the map is too squeezed for it.
-  bool improve(certify::Parametrization& map, Scope scope) {
-    const distortion::CutMap cut = cut_of(map);
-    if (scope == Scope::kNear && improve_near(cut, map)) return true;
+  bool improve_whole(const distortion::CutMap& cut, certify::Parametrization& map) {
     try {
       whole_ = distortion::less_distorted(cut, max_iterations_, context_);
       map.uv = distortion::corners_of(cut, whole_->uv);
@@ -372,8 +364,12 @@ class TakingBack {
       if (failure.error().code == ErrorCode::kTimeLimit) throw;
       return false;
     }
-    improved_whole_ = true;
     return true;
+  }
+
+  bool improve(certify::Parametrization& map) {
+    const distortion::CutMap cut = cut_of(map);
+    return improve_near(cut, map) || improve_whole(cut, map);
   }
 
   // Where the boundary is aligned, an edge that lies the other way round changes the angles at its
@@ -423,8 +419,7 @@ class TakingBack {
 
   // The candidate, improved, if it is one with fewer vertices that winds as the map does.
   bool take(std::optional<certify::Parametrization> from, certify::Parametrization& map) {
-    if (!from || added(*from) >= added(map) || !winds_as_before(*from) ||
-        !improve(*from, Scope::kNear))
+    if (!from || added(*from) >= added(map) || !winds_as_before(*from) || !improve(*from))
       return false;
     from->stats = std::move(map.stats);
     from->certificate = std::move(map.certificate);
@@ -439,7 +434,6 @@ class TakingBack {
   ExecutionContext& context_;
   std::vector<double> angles_;                  // at the input's vertices
   std::optional<distortion::Minimized> whole_;  // if it was the last that was done to the map
-  bool improved_whole_ = false;                 // was that ever done?
 };
 
 }  // namespace

@@ -24,7 +24,7 @@ namespace flipfree::seamless {
 // `aligned`: per face of the input, does the boundary of its part run along the axes? `uncuttable`:
 // edges that a new cut avoids. Guarantee: as before, with no vertex more; better distorted or the
 // same. Vertices inside input faces: all are taken back or none, on a closed surface, and the cut
-// is another then (recut.h). Stats: "taken_back.rounds", "taken_back.vertices", "distortion.*" of
+// is another then. Stats: "taken_back.rounds", "taken_back.vertices", "distortion.*" of
 // the last optimisation. When the context's time is over it ends with what it has. Returns whether
 // the map's optimisation has converged. Throws Cancelled. Cost: a few Newton steps per round; those
 // of one optimisation where the user's own triangulation does at once.

@@ -10,9 +10,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure.h"
 #include "flipfree/conformal/engine/engine.h"
-#include "flipfree/conformal/metric.h"
 #include "flipfree/intrinsic/overlay.h"
 #include "flipfree/seamless/padding/segments.h"
 #include "flipfree/seamless/penner/penner_newton.h"
@@ -489,7 +487,6 @@ class Halver {
   std::vector<char> boundary_;      // per edge
 };
 
-constexpr double kTolerance = 1e-10;  // radians
 constexpr int kShortestSteps = 60;
 // Between angles on the way.
 constexpr Nearing kOnTheWay{kNearlyMet, 8, 10.0};
@@ -497,10 +494,6 @@ constexpr Nearing kOnTheWay{kNearlyMet, 8, 10.0};
 constexpr int kConformalSteps = 40;
 constexpr double kFirstAngleShare = 0.25;
 constexpr double kLeastAngleShare = 1.0 / 256.0;
-// Of the conformal metric, in all precisions together. Where vertices nearly coincide every step
-// takes seconds in the end, and there is none in sight.
-constexpr int kMostIterations = 150;
-
 // Metrics of one disk with prescribed angles, from its own one on.
 class DiskSolver {
  public:
@@ -557,9 +550,7 @@ class DiskSolver {
 
   // All angles from where they are nearly met.
   std::optional<ConformalMetric> finished(CarriedMetric metric) {
-    PennerNewtonOptions newton;
-    newton.tolerance = kTolerance;
-    const PennerRun run = metric.meet(targets_, Meeting::kConformal, newton, context_);
+    const PennerRun run = metric.meet(targets_, Meeting::kConformal, {}, context_);
     if (run.end != PennerEnd::kConverged) return {};
     ConformalMetric out = own_;
     metric.append_to(out, context_);
@@ -597,9 +588,8 @@ HalfTriangulation halve(const FlippedMetric& metric, const mesh::Adjacency& adja
   return Halver(metric, adjacency, context).run();
 }
 
-// `angle`: per vertex, total. By the shortest steps from the disk's own metric; where these do not
-// get there, the conformal one. On the double cover (conformal/metric). Errors: NotConverged,
-// Cancelled.
+// `angle`: per vertex, total. By the shortest steps from the disk's own metric, at once or in
+// between angles, on the double cover (conformal/metric). Errors: NotConverged, Cancelled.
 ConformalMetric compute_disk_metric(const mesh::Surface& disk, const std::vector<double>& angle,
                                     ExecutionContext& context) {
   const PennerTargets targets{angle, {}};
@@ -610,17 +600,10 @@ ConformalMetric compute_disk_metric(const mesh::Surface& disk, const std::vector
     if (solver.started() && !metric) metric = solver.stepwise();
     if (metric) return std::move(*metric);
   }
-  conformal::MetricOptions options;
-  options.max_iterations = kMostIterations;
-  auto found =
-      attempt([&] { return conformal::compute_conformal_metric(disk, angle, options, context); });
-  if (!found) {
-    throw_not_converged(found.error().code,
-                        "The metric of a piece of the surface was not reached. Merge vertices that "
-                        "nearly coincide (Merge by Distance), spread the cones further apart, or "
-                        "use the engine \"penner\".");
-  }
-  return std::move(*found);
+  throw_not_converged(ErrorCode::kLineSearchStalled,
+                      "The metric of a piece of the surface was not reached. Merge vertices that "
+                      "nearly coincide (Merge by Distance), spread the cones further apart, or "
+                      "use the engine \"penner\".");
 }
 
 std::vector<CutDisk> solve_disks(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,

@@ -3,7 +3,6 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <queue>
 #include <string>
 #include <utility>
@@ -12,7 +11,6 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/conformal/engine/engine.h"
-#include "flipfree/numeric/dense_factors.h"
 #include "flipfree/seamless/padding/disk_metric.h"
 #include "flipfree/seamless/padding/segments.h"
 #include "flipfree/seamless/penner/relaxation.h"
@@ -164,194 +162,70 @@ constexpr int kEqualBits = 160;
 // What rounding of the metric may leave where rows depend on each other: in the fourfold case
 // lengths that cannot be changed alone are equal by themselves.
 constexpr double kLeftOver = 1e-6;
-// A width below this share of the longest segment is none.
-constexpr double kNoWidth = 1e-5;
 
-double logarithm(const Wide& value) {
-  std::int64_t exponent = 0;
-  const double mantissa = value.to_double_scaled(exponent);
-  return std::log(mantissa) + std::numbers::ln2 * static_cast<double>(exponent);
+// Of a segment after padding (5.2).
+Wide padded_length(const CutSegments& segments, const std::vector<Wide>& length,
+                   const std::vector<Wide>& width, Index segment) {
+  return width[at(segments.previous(segment))] + length[at(segment)] +
+         width[at(segments.next(segment))];
 }
 
-Wide mates_length(const EqualizationRow& row, const std::vector<Wide>& length) {
-  Wide sum(0.0);
-  for (const Index mate : row.mates) sum += length[at(mate)];
-  return sum;
-}
-
-// b - A w of a row.
-Wide lacking(const EqualizationRow& row, const std::vector<Wide>& length,
-             const std::vector<Wide>& width) {
-  Wide rest = mates_length(row, length) - length[at(row.segment)];
-  for (const auto& [segment, coefficient] : row.terms)
-    rest -= Wide(static_cast<double>(coefficient)) * width[at(segment)];
-  return rest;
-}
-
-// Factors for the components' metrics, each known up to scale, by which mates become as equally
-// long as scaling alone can make them. `length`: per segment.
-std::vector<double> component_scales(const CutSegments& segments, const EqualizationSystem& system,
-                                     const std::vector<Wide>& length) {
-  const auto count = static_cast<Eigen::Index>(segments.component_count());
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(count, count);
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(count);
-  // The first component keeps its scale; rows weigh much more than what makes the rest definite.
-  constexpr double kWeight = 1e6;
-  normal(0, 0) = 1e12;
-  for (const EqualizationRow& row : system.rows) {
-    const Index a = segments.segments[at(row.segment)].component;
-    const Index b = segments.segments[at(row.mates.front())].component;
-    if (a == b) continue;
-    const double wish =
-        kWeight * (logarithm(mates_length(row, length)) - logarithm(length[at(row.segment)]));
-    normal(a, a) += kWeight;
-    normal(b, b) += kWeight;
-    normal(a, b) -= kWeight;
-    normal(b, a) -= kWeight;
-    right[a] += wish;
-    right[b] -= wish;
+// Widths w >= 0, one per segment, by which mates become equally long in the precision of the
+// lengths (in the fourfold case, where rows depend on each other, up to what the lengths miss of
+// that): a solution of small norm, then the same number added to all of them (those of the extra
+// path stay zero: Proposition 12). Throws InternalError if there is none, which no cut of padding.h
+// allows. Cost: cubic in the number of segments, small.
+std::vector<Wide> padding_widths(const AdmissibleCut& cut, const CutSegments& segments,
+                                 const std::vector<Wide>& length) {
+  const std::vector<EqualizationRow> rows = equalization_rows(segments);
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()),
+                                            static_cast<Eigen::Index>(length.size()));
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const auto add = [&](Index segment, double sign) {
+      a(static_cast<Eigen::Index>(r), segments.previous(segment)) += sign;
+      a(static_cast<Eigen::Index>(r), segments.next(segment)) += sign;
+    };
+    add(rows[r].segment, 1.0);
+    for (const Index mate : rows[r].mates) add(mate, -1.0);
   }
-  const Eigen::VectorXd logarithms = numeric::solve_symmetric(normal, right);
-  std::vector<double> scale;
-  for (Eigen::Index i = 0; i < count; ++i) scale.push_back(std::exp(logarithms[i]));
-  return scale;
-}
-
-// A with the columns of some segments only, and what is needed to solve A w = b for these.
-class Widths {
- public:
-  Widths(const EqualizationSystem& system, const std::vector<Wide>& length)
-      : system_(system),
-        length_(length),
-        a_(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(system.rows.size()), system.unknowns)) {
-    for (Eigen::Index r = 0; r < a_.rows(); ++r) {
-      for (const auto& [segment, coefficient] : system.rows[at(r)].terms)
-        a_(r, segment) += coefficient;
-    }
-    for (const Wide& l : length) largest_ = std::max(largest_, l);
-    padded_.assign(at(system.unknowns), 1);
-    for (const Index s : system.unpadded) padded_[at(s)] = 0;
+  std::vector<char> padded(length.size(), 1);
+  for (Index side = 2 * cut.extra_path; cut.extra_path != kInvalid && side < 2 * cut.extra_path + 2;
+       ++side) {
+    const Index unpadded = segments.of_side[at(side)];
+    padded[at(unpadded)] = 0;
+    a.col(unpadded).setZero();
   }
-
-  const std::vector<char>& padded() const { return padded_; }
-  const Wide& largest() const { return largest_; }
-
-  // The nearest solution to `width` that changes the segments in `use` alone, in the precision of
-  // the lengths; `left_over`: what may be missing, over the longest segment. False if there is
-  // none.
-  bool solve(const std::vector<char>& use, double left_over, std::vector<Wide>& width) const {
-    const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(columns(use));
-    Wide before = Wide(2.0 * static_cast<double>(length_.size()) + 2.0) * largest_;
-    for (;;) {
-      Wide most(0.0);
-      const std::vector<Wide> rest = lacking_all(width, most);
-      if (most <= Wide(std::ldexp(1.0, -kEqualBits)) * largest_) return true;
-      if (most > Wide(0.5) * before) return most <= Wide(left_over) * largest_;
-      before = most;
-      const Eigen::VectorXd step = solver.solve(relative(rest, most));
-      for (Index s = 0; s < system_.unknowns; ++s) {
-        if (use[at(s)]) width[at(s)] += most * Wide(step[s]);
-      }
-    }
-  }
-
-  // The non-negative solution of least norm, nearly: Dykstra's alternating projections. Over the
-  // longest segment.
-  Eigen::VectorXd least() const {
-    const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(columns(padded_));
-    Wide most(0.0);
-    const std::vector<Wide> none(at(system_.unknowns), Wide(0.0));
-    const Eigen::VectorXd b = relative(lacking_all(none, most), largest_);
-    const Eigen::MatrixXd inverse = solver.pseudoInverse();
-    Eigen::VectorXd w = Eigen::VectorXd::Zero(system_.unknowns), excess = w;
-    for (int i = 0; i < kProjections; ++i) {
-      w += inverse * (b - a_ * w);
-      const Eigen::VectorXd sum = w + excess;
-      const Eigen::VectorXd next = sum.cwiseMax(0.0);
-      excess = sum - next;
-      w = next;
-    }
-    return w;
-  }
-
- private:
-  static constexpr int kProjections = 2000;
-
-  Eigen::MatrixXd columns(const std::vector<char>& use) const {
-    Eigen::MatrixXd a = a_;
-    for (Index s = 0; s < system_.unknowns; ++s) {
-      if (!use[at(s)]) a.col(s).setZero();
-    }
-    return a;
-  }
-  std::vector<Wide> lacking_all(const std::vector<Wide>& width, Wide& most) const {
+  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(a);
+  const Wide longest = *std::max_element(length.begin(), length.end());
+  std::vector<Wide> width(padded.size(), Wide(0.0, kWideBits));
+  Wide before = Wide(2.0 * static_cast<double>(length.size()) + 2.0) * longest;
+  for (;;) {
     std::vector<Wide> rest;
-    for (const EqualizationRow& row : system_.rows) {
-      rest.push_back(lacking(row, length_, width));
+    Wide most(0.0);
+    for (const auto& [segment, mates] : rows) {
+      rest.push_back(-padded_length(segments, length, width, segment));
+      for (const Index mate : mates) rest.back() += padded_length(segments, length, width, mate);
       most = std::max(most, abs(rest.back()));
     }
-    return rest;
+    if (most <= Wide(std::ldexp(1.0, -kEqualBits)) * longest) break;
+    if (most > Wide(0.5) * before) {
+      if (most <= Wide(kLeftOver) * longest) break;
+      throw InternalError("padding: the equalization system has no solution");
+    }
+    before = most;
+    Eigen::VectorXd right(a.rows());
+    for (std::size_t r = 0; r < rows.size(); ++r)
+      right[static_cast<Eigen::Index>(r)] = numeric::ratio(rest[r], most);
+    const Eigen::VectorXd step = solver.solve(right);
+    for (std::size_t s = 0; s < width.size(); ++s) {
+      if (padded[s]) width[s] += most * Wide(step[static_cast<Eigen::Index>(s)]);
+    }
   }
-  static Eigen::VectorXd relative(const std::vector<Wide>& values, const Wide& unit) {
-    Eigen::VectorXd out(static_cast<Eigen::Index>(values.size()));
-    for (std::size_t i = 0; i < values.size(); ++i)
-      out[static_cast<Eigen::Index>(i)] = numeric::ratio(values[i], unit);
-    return out;
-  }
-
-  const EqualizationSystem& system_;
-  const std::vector<Wide>& length_;
-  Eigen::MatrixXd a_;
-  Wide largest_{0.0};
-  std::vector<char> padded_;
-};
-
-bool none_negative(const std::vector<Wide>& width) {
-  return std::all_of(width.begin(), width.end(), [](const Wide& w) { return w.sign() >= 0; });
-}
-
-// Widths w >= 0, one per segment, with A w = b in the precision of the lengths (in the fourfold
-// case, where rows depend on each other, up to what the lengths miss of that): the solution of
-// least norm, then the same number added to all of them (those of the extra path stay zero:
-// Proposition 12). Throws InternalError if A cannot be solved, which no cut from topology/ allows.
-// Cost: cubic in the number of segments, small.
-std::vector<Wide> padding_widths(const EqualizationSystem& system,
-                                 const std::vector<Wide>& length) {
-  const Widths widths(system, length);
-  const std::vector<Wide> zero(at(system.unknowns), Wide(0.0, kWideBits));
-  // Small widths first.
-  const Eigen::VectorXd least = widths.least();
-  std::vector<char> use(zero.size(), 0);
-  std::vector<Wide> width = zero;
-  for (std::size_t s = 0; s < use.size(); ++s) {
-    const double w = least[static_cast<Eigen::Index>(s)];
-    use[s] = widths.padded()[s] && w > kNoWidth;
-    if (use[s]) width[s] = Wide(w) * widths.largest();
-  }
-  if (widths.solve(use, 0.0, width) && none_negative(width)) return width;
-  // What always works: a solution, and the same number added to all.
-  width = zero;
-  if (!widths.solve(widths.padded(), kLeftOver, width))
-    throw InternalError("padding: the equalization system has no solution");
-  Wide smallest(0.0);
+  const Wide least = std::min(Wide(0.0), *std::min_element(width.begin(), width.end()));
   for (std::size_t s = 0; s < width.size(); ++s) {
-    if (widths.padded()[s]) smallest = std::min(smallest, width[s]);
-  }
-  for (std::size_t s = 0; s < width.size(); ++s) {
-    if (widths.padded()[s]) width[s] -= smallest;
+    if (padded[s]) width[s] -= least;
   }
   return width;
-}
-
-// Lengths of all segments after padding (5.2).
-std::vector<Wide> padded_lengths(const CutSegments& segments, const std::vector<Wide>& length,
-                                 const std::vector<Wide>& width) {
-  std::vector<Wide> padded;
-  for (std::size_t s = 0; s < length.size(); ++s) {
-    const auto i = static_cast<Index>(s);
-    padded.push_back(width[at(segments.previous(i))] + length[s] + width[at(segments.next(i))]);
-  }
-  return padded;
 }
 
 }  // namespace
@@ -383,9 +257,6 @@ class MeasuredSides {
     Wide sum(0.0);
     for (const Wide& l : lengths_[at(side)]) sum += l;
     return sum;
-  }
-  void scale(Index side, const Wide& factor) {
-    for (Wide& l : lengths_[at(side)]) l *= factor;
   }
 
  private:
@@ -425,18 +296,17 @@ struct Move {
 
 class Padder {
  public:
-  Padder(const AdmissibleCut& cut, const CutSegments& segments, MeasuredSides& sides,
+  Padder(const AdmissibleCut& cut, const CutSegments& segments, const MeasuredSides& sides,
          FlatSurface& flat)
       : cut_(cut), segments_(segments), sides_(sides), flat_(flat) {}
 
-  // Scales the components, and pads every segment. Returns the largest width, over the longest
-  // segment.
+  // Pads every segment. Returns the largest width, over the longest segment.
   double run(const ExecutionContext& context) {
-    const EqualizationSystem system = equalization_system(cut_, segments_);
-    scale_components(component_scales(segments_, system, segment_lengths(segments_, sides_)));
     const std::vector<Wide> length = segment_lengths(segments_, sides_);
-    width_ = padding_widths(system, length);
-    const std::vector<Wide> padded = padded_lengths(segments_, length, width_);
+    width_ = padding_widths(cut_, segments_, length);
+    std::vector<Wide> padded;
+    for (std::size_t s = 0; s < length.size(); ++s)
+      padded.push_back(padded_length(segments_, length, width_, static_cast<Index>(s)));
     final_length_.resize(2 * cut_.branches.size());
     for (std::size_t side = 0; side < final_length_.size(); ++side) {
       const Index segment = segments_.of_side[side];
@@ -455,28 +325,6 @@ class Padder {
   }
 
  private:
-  void scale_components(const std::vector<double>& scale) {
-    std::vector<char> seen(flat_.vector.size(), 0);
-    std::vector<HalfedgeId> line;
-    for (const CutSegment& segment : segments_.segments) {
-      const Wide factor(scale[at(segment.component)]);
-      for (const Index side : segment.sides) {
-        sides_.scale(side, factor);
-        line.push_back(sides_.halfedges(side).front());
-      }
-      while (!line.empty()) {
-        const HalfedgeId h = line.back();
-        line.pop_back();
-        if (seen[at(h)]) continue;
-        for (const HalfedgeId g : {h, flat_.mesh.next_of(h), flat_.mesh.previous(h)}) {
-          seen[at(g)] = 1;
-          flat_.vector[at(g)] = factor * flat_.vector[at(g)];
-          if (!flat_.fixed[at(g >> 1)]) line.push_back(g ^ 1);
-        }
-      }
-    }
-  }
-
   // How the vertices of a segment but for its end move; the corner where it begins first.
   std::vector<Move> moves_of(Index segment) const {
     std::vector<Move> moves;
@@ -522,7 +370,7 @@ class Padder {
 
   const AdmissibleCut& cut_;
   const CutSegments& segments_;
-  MeasuredSides& sides_;
+  const MeasuredSides& sides_;
   FlatSurface& flat_;
   std::vector<Wide> width_;         // per segment
   std::vector<Wide> final_length_;  // per side
@@ -592,7 +440,7 @@ PaddedMetric compute_padded_metric(const AdmissibleCut& cut, const std::vector<I
       intrinsic::build_intrinsic_mesh(vertex_count, cut.surface.faces);
   context.report("padding", 0.8);
   FlatSurface flat = assemble(disks, setup, cut, context);
-  MeasuredSides sides(cut, adjacency, setup, flat);
+  const MeasuredSides sides(cut, adjacency, setup, flat);
   out.largest_width = Padder(cut, segments, sides, flat).run(context);
   std::vector<EdgeId> seams;
   for (std::size_t e = 0; e < flat.fixed.size(); ++e) {

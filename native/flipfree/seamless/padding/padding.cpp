@@ -76,56 +76,6 @@ void name_input_places(const mesh::Surface& input, const mesh::Provenance& prove
 
 namespace {
 
-// Steps that bring the padded metric nearer to the surface's own before the first attempt to lay it
-// out, which only refines more without them, and more of them before each other one.
-constexpr int kFirstNearSteps = 4;
-constexpr int kMoreNearSteps = 12;
-
-// The metrics of one component, asked for once for each attempt to lay it out.
-class PaddedMetricSolver {
- public:
-  PaddedMetricSolver(const AdmissibleCut& cut, Stats& stats) : cut_(cut), stats_(stats) {}
-
-  PennerMetric solve(const std::vector<Index>& cones, const PennerOptions& options,
-                     ExecutionContext& context) {
-    if (cut_.branches.empty())
-      return compute_penner_metric(cut_.surface, cones, {}, options, context);
-    if (failure_) throw NotConverged(*failure_);
-    if (!padded_) pad(cones, context);
-    PennerOptions finishing = options;
-    finishing.first_attempt = 0;
-    finishing.relaxation = near_steps_;
-    near_steps_ += kMoreNearSteps;
-    PennerMetric metric =
-        finish_penner_metric(cut_.surface, cones, padded_->metric, finishing, context);
-    stats_["padding_near_steps"] = static_cast<std::int64_t>(metric.relaxed);
-    // A layout that failed asks for a metric that is nearer still.
-    if (metric.relaxed <= std::exchange(reached_, metric.relaxed)) {
-      throw_unpadded("The padded metric cannot be brought nearer to the surface's own");
-    }
-    return metric;
-  }
-
- private:
-  void pad(const std::vector<Index>& cones, ExecutionContext& context) {
-    auto padded = attempt([&] { return compute_padded_metric(cut_, cones, context); });
-    if (!padded) {
-      failure_ = padded.error();
-      throw NotConverged(*failure_);
-    }
-    padded_ = std::move(*padded);
-    stats_["padding_components"] = static_cast<std::int64_t>(padded_->components);
-    stats_["padding_width"] = padded_->largest_width;
-  }
-
-  const AdmissibleCut& cut_;
-  Stats& stats_;
-  std::optional<PaddedMetric> padded_;
-  std::optional<Error> failure_;  // why there is none; the next attempt would end alike
-  int near_steps_ = kFirstNearSteps;
-  int reached_ = -1;
-};
-
 // The pairs that are still edges of the refined surface.
 IndexPairs edges_left(const IndexPairs& pairs, const mesh::Surface& surface) {
   std::vector<std::pair<VertexId, VertexId>> edges;
@@ -185,16 +135,22 @@ PennerMap map_padded(const mesh::Surface& given, const std::vector<Index>& cones
   stats["cut_vertices"] = static_cast<std::int64_t>(cut.surface.vertices.rows() - own_count);
   std::vector<Index> all = cones;
   all.resize(static_cast<std::size_t>(cut.surface.vertices.rows()), 4);
-  PaddedMetricSolver solver(cut, stats);
   PennerMapOptions own = options;
   own.uncuttable = edges_left(options.uncuttable, cut.surface);
-  own.solver = [&](const mesh::Surface&, const std::vector<Index>& refined,
-                   const std::optional<std::vector<LoopTurn>>&, const PennerOptions& metric,
-                   ExecutionContext& inner) { return solver.solve(refined, metric, inner); };
   PennerMap result;
   try {
     const ProgressRange range(context, 0.1, 1.0);
-    result = map_component(cut.surface, all, std::nullopt, own, context);
+    PennerMetric metric;
+    if (cut.branches.empty()) {
+      metric = compute_penner_metric(cut.surface, all, {}, own.metric, context);
+    } else {
+      PaddedMetric padded = compute_padded_metric(cut, all, context);
+      stats["padding_components"] = static_cast<std::int64_t>(padded.components);
+      stats["padding_width"] = padded.largest_width;
+      metric =
+          finish_penner_metric(cut.surface, all, std::move(padded.metric), own.metric, context);
+    }
+    result = map_from_metric(cut.surface, all, std::move(metric), own, context);
   } catch (const NotConverged&) {
     std::vector<VertexId> vertices(static_cast<std::size_t>(own_count));
     std::iota(vertices.begin(), vertices.end(), VertexId{0});
@@ -202,7 +158,6 @@ PennerMap map_padded(const mesh::Surface& given, const std::vector<Index>& cones
   }
   certify::Parametrization& map = result.map;
   result.cones = cones;
-  result.loops.clear();  // they are of the refined faces
   name_input_places(surface, cut.provenance, cut.surface.faces, map);
   map.surface.vertices.rowwise() += place;
   map.surface.vertices.topRows(own_count) = given.vertices;
@@ -229,7 +184,9 @@ PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<In
                                       const std::vector<FaceId>& faces, ExecutionContext& inner) {
     return map_padded(component, own, make_cut, own_options, faces, inner);
   };
-  return map_each_component(surface, cones, std::nullopt, options, map_one, context);
+  PennerMap found = map_each_component(surface, cones, std::nullopt, options, map_one, context);
+  found.map.stats["engine"] = std::string("padding");
+  return found;
 }
 
 namespace {

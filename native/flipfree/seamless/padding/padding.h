@@ -32,10 +32,10 @@ using CutMaker =
 void name_input_places(const mesh::Surface& input, const mesh::Provenance& provenance,
                        const Triangles& refined, certify::Parametrization& map);
 
-// `cones`: quarter turns per vertex, 4 where it is flat. options.solver is not looked at. Surfaces
+// `cones`: quarter turns per vertex, 4 where it is flat. Surfaces
 // of genus 0 have their conformal metric. Stats: those of compute_penner_map(),
 // "padding_components" (pieces of the cut), "padding_width" (largest, over the longest segment),
-// "padding_near_steps", "cut_vertices" (that the cut added). Errors: as compute_penner_map(),
+// "cut_vertices" (that the cut added). Errors: as compute_penner_map(),
 // NotConverged where the cut or a piece's metric is not reached.
 PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<Index>& cones,
                               const CutMaker& make_cut, const PennerMapOptions& options,
@@ -65,6 +65,11 @@ PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<In
 // leave no room for it. Cost: O(genus #F log #F), mostly much less.
 AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
                                   ExecutionContext& context);
+
+inline AdmissibleCut bare_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
+                              const std::vector<FaceId>&, ExecutionContext& context) {
+  return make_admissible_cut(surface, cones, context);
+}
 
 // The same with loops that turn as `wished` says, which must be so for a cross field with exactly
 // these cones; also where there are no cones at all. Throws NotConverged (kBadAngles) besides where

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <map>
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
@@ -76,12 +75,6 @@ std::vector<Index> components(const BoundarySides& sides, const mesh::Adjacency&
   return of_face;
 }
 
-void add_neighbours(const CutSegments& segments, Index segment, Index sign,
-                    std::map<Index, Index>& sums) {
-  sums[segments.previous(segment)] += sign;
-  sums[segments.next(segment)] += sign;
-}
-
 }  // namespace
 
 Index CutSegments::size(Index component) const {
@@ -142,10 +135,9 @@ CutSegments cut_segments(const AdmissibleCut& cut, const mesh::Adjacency& adjace
   return result;
 }
 
-EqualizationSystem equalization_system(const AdmissibleCut& cut, const CutSegments& segments) {
-  EqualizationSystem system;
-  system.unknowns = static_cast<Index>(segments.segments.size());
-  for (Index i = 0; i < system.unknowns; ++i) {
+std::vector<EqualizationRow> equalization_rows(const CutSegments& segments) {
+  std::vector<EqualizationRow> rows;
+  for (Index i = 0; at(i) < segments.segments.size(); ++i) {
     EqualizationRow row;
     row.segment = i;
     for (const Index side : segments.segments[at(i)].sides)
@@ -159,19 +151,9 @@ EqualizationSystem equalization_system(const AdmissibleCut& cut, const CutSegmen
                            [&](Index j) { return mates_sides(j) > 1; })) {
       throw InternalError("both sides of a branch lie at flat sectors");
     }
-    std::map<Index, Index> sums;
-    add_neighbours(segments, i, 1, sums);
-    for (const Index j : row.mates) add_neighbours(segments, j, -1, sums);
-    for (const auto& [segment, coefficient] : sums) {
-      if (coefficient != 0) row.terms.emplace_back(segment, coefficient);
-    }
-    system.rows.push_back(std::move(row));
+    rows.push_back(std::move(row));
   }
-  if (cut.extra_path != kInvalid) {
-    for (const Index side : {2 * cut.extra_path, 2 * cut.extra_path + 1})
-      system.unpadded.push_back(segments.of_side[at(side)]);
-  }
-  return system;
+  return rows;
 }
 
 OpenCut open_cut(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,

@@ -72,25 +72,14 @@ std::vector<HalfedgeId> side_halfedges(const AdmissibleCut& cut, const mesh::Adj
 // branches do not join up, if a component's boundary is not one loop or has no corner. Cost: O(#F).
 CutSegments cut_segments(const AdmissibleCut& cut, const mesh::Adjacency& adjacency);
 
-// A w = b, the lengths of mates equal (5.3, 5.5): one row per segment that is not one of several
-// mates of another one.
+// One of A w = b, the lengths of mates equal after padding (5.3, 5.5): of each segment that is not
+// one of several mates of another one.
 struct EqualizationRow {
-  // length'(segment) = sum of length'(mates): in all, sum of coefficient * w over `terms` is the
-  // sum of the mates' lengths less that of the segment.
   Index segment = kInvalid;
-  std::vector<Index> mates;                    // one per side of the segment
-  std::vector<std::pair<Index, Index>> terms;  // (segment, coefficient), ascending, none zero
+  std::vector<Index> mates;  // one per side of the segment
 };
-struct EqualizationSystem {
-  Index unknowns = 0;  // widths of all segments
-  std::vector<EqualizationRow> rows;
-  // Segments that must not be padded: both of the extra path (Proposition 12), or none. Their terms
-  // are in the rows all the same.
-  std::vector<Index> unpadded;
-};
-
 // Throws InternalError if both sides of a branch lie at flat sectors (Definition 5.4 forbids it).
-EqualizationSystem equalization_system(const AdmissibleCut& cut, const CutSegments& segments);
+std::vector<EqualizationRow> equalization_rows(const CutSegments& segments);
 
 // The surface cut open along an admissible cut, and the angles that its pieces shall have there.
 

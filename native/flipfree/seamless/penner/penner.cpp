@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -16,22 +15,13 @@
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/seamless/request.h"
+#include "flipfree/seamless/seams.h"
 
 namespace flipfree::seamless {
 namespace {
 
 // Crossings where 64 bits do not hold the map; what is optimised afterwards need not be near.
 constexpr double kSpread = 0.5;
-
-// Branches, transitions and the seam error of a map whose cut_edges are known.
-void find_seams(const std::vector<VertexId>& cones, PennerMap& result) {
-  certify::Parametrization& map = result.map;
-  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
-  const mesh::EdgeFlags cut = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
-  result.branches = seam_branches(map.surface.faces, adjacency, cut, cones, map.uv);
-  result.seam_error = largest_seam_error(result.branches, adjacency, map.uv);
-  write_transitions(result.branches, map);
-}
 
 void add_penner_figures(const PennerMetric& metric, Stats& stats) {
   stats["seconds_conformal"] = metric.seconds_conformal;
@@ -54,22 +44,11 @@ void turn_boundary_to_axes(certify::Parametrization& map) {
   map.uv32 = map.uv.cast<float>();
 }
 
-// One connected component, its branches not yet found; by the first attempt, from that of the
-// options on, that finds a metric. `attempt`: which one that was, or kInvalid.
-PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Index>& cones,
-                            const std::optional<std::vector<LoopTurn>>& loops,
-                            const PennerMapOptions& options, int& attempt,
-                            ExecutionContext& context) {
-  PennerMap result;
-  PennerMetric solved;
-  attempt = kInvalid;
-  {
-    const ProgressRange range(context, 0.0, 0.7);
-    PennerOptions metric = options.metric;
-    metric.max_seconds = 0.0;  // a limit of the whole call is in force already
-    solved = options.solver(surface, cones, loops, metric, context);
-  }
-  attempt = solved.attempt;
+}  // namespace
+
+PennerMap map_from_metric(const mesh::Surface& surface, const std::vector<Index>& cones,
+                          PennerMetric solved, const PennerMapOptions& options,
+                          ExecutionContext& context) {
   std::vector<double> angles = solved.angles;
   const bool bordered = solved.metric.mesh.symmetric();
   const bool aligned = bordered && options.metric.boundary == Boundary::kAligned;
@@ -78,26 +57,16 @@ PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Inde
   }
   conformal::ConformalMapOptions of_map;
   of_map.uncuttable = options.uncuttable;
-  of_map.max_crossings = options.max_crossings;
   of_map.spread = kSpread;
-  conformal::RefinedMetric metric;
-  result.loops = solved.loops;
   Stats stats;
   add_penner_figures(solved, stats);
+  conformal::RefinedMetric metric;
   metric.metric = std::move(solved.metric);
-  conformal::ConformalMapResult mapped;
-  {
-    const ProgressRange range(context, 0.7, 1.0);
-    mapped = conformal::map_from_metric(surface, angles, std::move(metric), of_map, context);
-  }
-  result.map = std::move(mapped.map);
+  conformal::ConformalMapResult mapped =
+      conformal::map_from_metric(surface, angles, std::move(metric), of_map, context);
+  if (mapped.map.surface.faces.rows() == 0) throw NotConverged(*mapped.failure);
+  PennerMap result{std::move(mapped.map), cones};
   result.map.stats.merge(stats);
-  result.not_stored = std::move(mapped.failure);
-  const certify::Certificate& certificate = result.map.certificate;
-  if (result.map.surface.faces.rows() == 0) throw NotConverged(*result.not_stored);
-  if (certificate.flips64 != 0) {
-    throw certify::CertificateFailed("The seamless map", certify::in_input_faces(result.map));
-  }
   if (aligned) {
     turn_boundary_to_axes(result.map);
     certify::CertifyRequest request;
@@ -106,40 +75,6 @@ PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Inde
     certify::certify_map(result.map, surface, request, context);
   }
   return result;
-}
-
-}  // namespace
-
-PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& cones,
-                        const std::optional<std::vector<LoopTurn>>& loops,
-                        const PennerMapOptions& options, ExecutionContext& context) {
-  PennerMapOptions own = options;
-  if (options.metric.boundary == Boundary::kGiven) {
-    const bool given = std::find(cones.begin(), cones.end(), kNotGiven) == cones.end();
-    own.metric.boundary = given ? Boundary::kAligned : Boundary::kFree;
-  }
-  const std::vector<Index> all =
-      own.metric.boundary == Boundary::kAligned ? aligned_cones(surface, cones, context) : cones;
-  int found = kInvalid;
-  const auto map = [&] {
-    PennerMap result = attempt_component(surface, all, loops, own, found, context);
-    result.cones = all;
-    return result;
-  };
-  std::exception_ptr failure;
-  try {
-    return map();
-  } catch (const NotConverged&) {
-    failure = std::current_exception();
-  }
-  if (found != kInvalid) {
-    own.metric.first_attempt = found + 1;
-    try {
-      return map();
-    } catch (const NotConverged&) {
-    }
-  }
-  std::rethrow_exception(failure);
 }
 
 namespace {
@@ -195,11 +130,6 @@ class Merger {
       for (int k = 0; k < 2; ++k) to.cut_edges(cuts + e, k) = own[at(from.cut_edges(e, k))];
     }
     place(chart, from.uv);
-    for (LoopTurn& loop : part.loops) {
-      for (HalfedgeId& h : loop.loop) h = 3 * chart.faces[at(h / 3)] + h % 3;
-      whole_.loops.push_back(std::move(loop));
-    }
-    if (part.not_stored) whole_.not_stored = part.not_stored;
     for (const auto& [name, value] : from.stats) add_stat(name, value);
   }
 
@@ -312,26 +242,36 @@ PennerMap map_each_component(const mesh::Surface& surface, const std::vector<Ind
   const std::vector<Index> cones = flat_inside(given, adjacency);
   std::vector<FaceId> all(static_cast<std::size_t>(surface.faces.rows()));
   std::iota(all.begin(), all.end(), FaceId{0});
-  PennerMap result = in_time(
-      context, options.metric.max_seconds, "The seamless map was not reached",
-      "or spread the curvature over more vertices", [&] {
-        return mesh::face_components(adjacency).count == 1
-                   ? map_one(surface, cones, loops, options, all, context)
-                   : map_components(surface, cones, loops, options, adjacency, map_one, context);
-      });
-  find_seams(inner_cones(result.cones, surface.faces, adjacency), result);
-  result.map.stats["seam_error"] = result.seam_error;
+  PennerMap result =
+      mesh::face_components(adjacency).count == 1
+          ? map_one(surface, cones, loops, options, all, context)
+          : map_components(surface, cones, loops, options, adjacency, map_one, context);
+  if (result.map.certificate.flips64 != 0)
+    throw certify::CertificateFailed("The seamless map", certify::in_input_faces(result.map));
   return result;
 }
 
 PennerMap compute_penner_map(const mesh::Surface& surface, const std::vector<Index>& cones,
                              const std::optional<std::vector<LoopTurn>>& loops,
                              const PennerMapOptions& options, ExecutionContext& context) {
-  const ComponentMapper map_one = [](const mesh::Surface& component, const std::vector<Index>& own,
+  const ComponentMapper map_one = [](const mesh::Surface& component,
+                                     const std::vector<Index>& given,
                                      const std::optional<std::vector<LoopTurn>>& own_loops,
-                                     const PennerMapOptions& own_options,
-                                     const std::vector<FaceId>&, ExecutionContext& inner) {
-    return map_component(component, own, own_loops, own_options, inner);
+                                     PennerMapOptions own, const std::vector<FaceId>&,
+                                     ExecutionContext& inner) {
+    if (own.metric.boundary == Boundary::kGiven) {
+      const bool all = std::find(given.begin(), given.end(), kNotGiven) == given.end();
+      own.metric.boundary = all ? Boundary::kAligned : Boundary::kFree;
+    }
+    const std::vector<Index> turns =
+        own.metric.boundary == Boundary::kAligned ? aligned_cones(component, given, inner) : given;
+    PennerMetric metric;
+    {
+      const ProgressRange range(inner, 0.0, 0.7);
+      metric = compute_penner_metric(component, turns, own_loops, own.metric, inner);
+    }
+    const ProgressRange range(inner, 0.7, 1.0);
+    return map_from_metric(component, turns, std::move(metric), own, inner);
   };
   return map_each_component(surface, cones, loops, options, map_one, context);
 }

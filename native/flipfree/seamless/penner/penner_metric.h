@@ -2,9 +2,10 @@
 // seamless map (Capouellez, Zorin 2024; design: Penner coordinates without the chain rule).
 //
 // Starts from the discretely conformal metric with the same cones, so that only the loops are left;
-// then Newton's method (penner_newton.h) in double, and with more bits where that stalls. The
-// overlay of the input with the final triangulation is what the flips lead to: the metric changes
-// between them in any way, isotopy classes do not care.
+// then Newton's method (penner_newton.h), for other turns where that stalls, and relaxation
+// (relaxation.h) where the scale spans much. The overlay of the input with the final triangulation
+// is what the flips lead to: the metric changes between them in any way, isotopy classes do not
+// care.
 #pragma once
 
 #include <optional>
@@ -20,15 +21,7 @@ namespace flipfree::seamless {
 
 struct PennerOptions {
   Boundary boundary = Boundary::kAligned;
-  double tolerance = 1e-10;  // of every vertex' and loop's angle, radians
   int max_iterations = 200;  // Newton steps for one choice of turns, conformal start not counted
-  // Steps towards the input's metric (relaxation.h) after the angles are met; -1: none where the
-  // conformal metric serves, else as many as it takes.
-  int relaxation = -1;
-  // Attempts are numbered: for each choice of turns from the conformal metric, from the input's own
-  // and, if turns were given, gradually. Those before this one are left out.
-  int first_attempt = 0;
-  double max_seconds = 0.0;  // give up after so many seconds of wall time; 0 = never
 };
 
 struct PennerMetric {
@@ -36,13 +29,11 @@ struct PennerMetric {
   // The metric, its triangulation and the flips that lead there (Euclidean and Ptolemy flips of the
   // conformal start, then Ptolemy flips of this one). `u`: the conformal part of the change.
   conformal::ConformalMetric metric;
-  std::vector<LoopTurn> loops;       // on the input
-  std::vector<double> loop_error;    // target - angle, radians
-  std::vector<double> start_angles;  // of the loops, in the conformal metric
+  std::vector<LoopTurn> loops;  // on the input
   double seconds_conformal = 0.0, seconds_newton = 0.0;
   int iterations = 0;  // of Newton's method
   int relaxed = 0;     // steps of relaxation
-  int attempt = 0;     // that succeeded
+  int attempt = 0;     // the choice of turns that has a metric
 };
 
 // `cones`: quarter turns per vertex, 4 where it is flat; at the boundary as aligned_cones() returns
@@ -50,7 +41,7 @@ struct PennerMetric {
 // conformal metric is nearest to and that some metric has. Given ones must generate the homology
 // and be independent there. With a boundary: of the surface with every curve of it contracted, 2 g;
 // to these come, where it is aligned, strips from the first curve to the others.
-// Precondition: a valid, connected surface. Errors: signature.h, boundary_cones.h; InvalidInput
+// Precondition: a valid, connected surface. Errors: signature.h, bordered/corners.h; InvalidInput
 // (loops of the wrong number, or that are no closed strips), NotConverged (says
 // what was reached), Cancelled.
 PennerMetric compute_penner_metric(const mesh::Surface& surface, const std::vector<Index>& cones,

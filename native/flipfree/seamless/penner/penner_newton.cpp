@@ -217,9 +217,6 @@ constexpr int kConeIterations = 50;
 // Steps after each of which the cones were met again that leave more than half of the error are a
 // stall.
 constexpr std::size_t kPatience = 5;
-// Errors below this, in radians, are not reduced further for lack of bits.
-constexpr double kRounding = 1e-7;
-
 // A flip costs as much as it has crossings with the loops, which grow with every flip.
 void carry_further(const MetricEngine& engine, std::size_t from, intrinsic::LoopCarrier& loops,
                    const ExecutionContext& context) {
@@ -254,10 +251,8 @@ class PennerNewton {
       if (run_.iterations >= options_.max_iterations) break;
       context_.check();
       before = angles_.max_error;
-      run_.end = PennerEnd::kPrecision;
-      if (!solve()) break;
-      if (angles_.max_error > kRounding) run_.end = PennerEnd::kStalled;
-      if (no_progress() || !(restoring_ ? restored_step() : plain_step())) break;
+      run_.end = PennerEnd::kStalled;
+      if (!solve() || no_progress() || !(restoring_ ? restored_step() : plain_step())) break;
       ++run_.iterations;
       run_.error_history.push_back(angles_.max_error);
       run_.end = PennerEnd::kConverged;

@@ -106,8 +106,7 @@ inline constexpr double kNearlyMet = 1e-4;
 
 enum class PennerEnd {
   kConverged,
-  kPrecision,  // rounding decides from here on: go on with more bits
-  kStalled,    // no step lowers the error by much
+  kStalled,  // no step lowers the error by much
   kIterations,
 };
 

@@ -3,7 +3,6 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -297,12 +296,12 @@ void CarriedMetric::append_to(conformal::ConformalMetric& metric,
 namespace {
 
 // A step towards the input's metric changes no logarithm of a length by more than this, is halved
-// so many times, and meets the angles in so many; and so many may lead away.
+// so many times, and meets the angles in so many.
 constexpr double kMostNearingChange = 3.0;
 struct NearingWay {
-  int halvings, newton_steps, detours;
+  int halvings, newton_steps;
 };
-constexpr NearingWay kConformalWay{6, 20, 0}, kShortestWay{3, 10, 3};
+constexpr NearingWay kConformalWay{6, 20}, kShortestWay{3, 10};
 
 }  // namespace
 
@@ -312,38 +311,26 @@ int come_near(CarriedMetric& metric, const PennerTargets& targets, Meeting how,
   PennerNewtonOptions newton;
   newton.tolerance = options.tolerance;
   newton.max_iterations = way.newton_steps;
-  CarriedMetric now = metric.copy();
-  double distance = now.distance(), least = distance;
+  double distance = metric.distance();
   ShortestSystem system;
-  int detours = 0, steps = 0;
-  for (; steps < options.most && !(scaling_energy(now.scale(), area) <= options.enough); ++steps) {
-    const std::vector<double> direction = now.way_back(targets, system, context);
+  int steps = 0;
+  for (; steps < options.most && !(scaling_energy(metric.scale(), area) <= options.enough);
+       ++steps) {
+    const std::vector<double> direction = metric.way_back(targets, system, context);
     if (direction.empty()) break;
-    std::optional<CarriedMetric> next, detour;
     double step = std::min(1.0, kMostNearingChange / largest_of(direction));
-    for (int halving = 0; !next && halving < way.halvings; ++halving, step *= 0.5) {
+    const double before = distance;
+    for (int halving = 0; distance == before && halving < way.halvings; ++halving, step *= 0.5) {
       context.check();
-      CarriedMetric trial = now.copy();
+      CarriedMetric trial = metric.copy();
       if (!trial.stretch(direction, step, context) ||
-          trial.meet(targets, how, newton, context).end != PennerEnd::kConverged)
+          trial.meet(targets, how, newton, context).end != PennerEnd::kConverged ||
+          !(trial.distance() < before))
         continue;
-      const double reached = trial.distance();
-      if (reached < distance) {
-        next.emplace(std::move(trial));
-      } else if (!detour && std::isfinite(reached)) {
-        detour.emplace(std::move(trial));
-      }
+      distance = trial.distance();
+      metric = std::move(trial);
     }
-    if (!next) {
-      if (!detour || ++detours > way.detours) break;
-      next = std::move(detour);
-    }
-    now = std::move(*next);
-    distance = now.distance();
-    if (distance < least) {
-      least = distance;
-      metric = now.copy();
-    }
+    if (distance == before) break;
   }
   return steps;
 }

@@ -24,7 +24,7 @@ namespace flipfree::seamless {
 // The shortest change of the logarithms of edge lengths that meets the linearised equations for
 // cone and loop angles (Capouellez, Zorin 2024): d = w + J' m with J d = g, nearest to a wish w.
 //
-// Unlike penner_system.h it counts conformal changes as well: it is what keeps a metric near
+// Unlike penner_newton.h it counts conformal changes as well: it is what keeps a metric near
 // another one, and what has to be factorized is J J', with twelve neighbours a vertex.
 
 class ShortestSystem {
@@ -139,11 +139,10 @@ struct Nearing {
   double enough = 0.0;     // scaling_energy() at which there is no need for more
 };
 
-// Brings a metric nearer to the input's, step by step, each of which meets the angles again; leaves
-// the nearest one found. `area`: of the vertices, for the energy. Where by the shortest steps none
-// leads nearer in the coordinates of the current triangulation, one is taken that leads away for a
-// while: what a padded metric is far off by is not scale but shear. Returns the number of steps.
-// Precondition: the targets are met. Cost: some linear systems a step.
+// Brings a metric nearer to the input's, step by step, each of which meets the angles again; ends
+// where none leads nearer in the coordinates of the current triangulation. `area`: of the vertices,
+// for the energy. Returns the number of steps. Precondition: the targets are met. Cost: some linear
+// systems a step.
 int come_near(CarriedMetric& metric, const PennerTargets& targets, Meeting how,
               const Nearing& options, const std::vector<double>& area, ExecutionContext& context);
 
