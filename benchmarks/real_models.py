@@ -20,12 +20,11 @@ import multiprocessing
 import statistics
 import subprocess
 import sys
-import time
+import threading
 import zipfile
 import zlib
 from collections import defaultdict
-from collections.abc import Callable, Iterator
-from multiprocessing.connection import Connection, wait
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +34,10 @@ from model_files import SUFFIXES, Unreadable, read_model
 from runner import Options, Row, main, table, timed
 
 import flipfree as ff
+from flipfree.batch.child import Engine, Limits
+from flipfree.batch.plan import Item
+from flipfree.batch.run import Work, on_this_machine
+from flipfree.batch.worker import Unit, serve
 from flipfree.distortion import BOUND_ENERGY
 
 from judges.any_triangles import judge_any
@@ -56,6 +59,8 @@ PACKAGES = {
 }
 #: Faces up to which a slow judge is asked; it compares pairs of triangles.
 JUDGED_FACES = 4000
+#: JSON has no infinity.
+MOST = sys.float_info.max
 
 
 def fetch() -> None:
@@ -96,11 +101,11 @@ def mapped(vertices: Any, faces: Any, judged: bool, limit: float, seams: str) ->
             result, error = ff.unwrap(vertices, faces, stretch=STRETCH, **how), ""
         except ff.FlipfreeError as given:
             result, error = None, f"{type(given).__name__}: {given}"
-    record: dict[str, Any] = {"faces": len(faces), "seconds": cost.cpu}
+    record: dict[str, Any] = {"faces": len(faces), "cpu": cost.cpu}
     if result is None:
         return record | {"error": error}
     c = result.certificate
-    record |= {"energy": c.energy, "charts": result.stats["charts"]}
+    record |= {"energy": min(c.energy, MOST), "charts": result.stats["charts"]}
     record["mends"] = [mend.what for mend in c.mends]
     solid = sum(len(set(face)) == 3 for face in faces.tolist())
     wrong = [] if c.triangles == solid else ["not every face is mapped"]
@@ -114,74 +119,37 @@ def mapped(vertices: Any, faces: Any, judged: bool, limit: float, seams: str) ->
     return record | ({"wrong": wrong} if wrong else {})
 
 
-def outcome(path: str, judged: bool, limit: float, seams: str) -> dict[str, Any]:
-    try:
-        vertices, faces = read_model(Path(path))
-    except Unreadable as error:
-        return {"path": path, "unreadable": str(error)}
-    judged = judged and len(faces) <= JUDGED_FACES
-    return {"path": path} | mapped(vertices, faces, judged, limit, seams)
+def unit_of(settings: Mapping[str, Any]) -> Unit:
+    """In a process of its own, which may crash or hang: then the next file gets a new one."""
+
+    def unit(source: Path, _: Path | None) -> dict[str, Any]:
+        try:
+            vertices, faces = read_model(source)
+        except Unreadable as error:
+            return {"status": "certified", "unreadable": str(error)}
+        judged = draw(source) % 10 == 0 and len(faces) <= JUDGED_FACES
+        how = settings["seconds"], settings["seams"]
+        return {"status": "certified"} | mapped(vertices, faces, judged, *how)
+
+    return unit
 
 
-def work(pipe: Connection, limit: float, seams: str) -> None:
-    while task := pipe.recv():
-        pipe.send(outcome(*task, limit, seams))
-
-
-class Worker:
-    """A process that may crash or hang: then the next task gets a new one."""
-
-    def __init__(self, limit: float, seams: str) -> None:
-        self.how = limit, seams
-        self.begin()
-
-    def begin(self) -> None:
-        self.pipe, own = multiprocessing.Pipe()
-        self.process = multiprocessing.Process(target=work, args=(own, *self.how), daemon=True)
-        self.process.start()
-        own.close()
-
-    def give(self, path: str, judged: bool) -> None:
-        self.path, self.since = path, time.monotonic()
-        self.pipe.send((path, judged))
-
-    def answer(self, patience: float) -> dict[str, Any] | None:
-        """None: not yet."""
-        if self.pipe.poll():
-            try:
-                return self.pipe.recv()
-            except EOFError:
-                return self.lost("crash")
-        return self.lost("hung") if time.monotonic() - self.since > patience else None
-
-    def lost(self, why: str) -> dict[str, Any]:
-        self.process.kill()
-        self.process.join()
-        seconds = time.monotonic() - self.since
-        self.begin()
-        return {"path": self.path, "error": why, "seconds": seconds}
+def draw(path: Path | str) -> int:
+    """The same for a file in every run."""
+    return zlib.crc32(str(path).encode())
 
 
 def outcomes(paths: list[str], options: Options, seams: str) -> Iterator[dict[str, Any]]:
-    tasks = iter(sorted(paths, key=lambda path: zlib.crc32(path.encode())))
-    workers = [Worker(options.seconds, seams) for _ in range(options.jobs)]
-    busy: list[Worker] = []
-    while True:
-        for worker in [w for w in workers if w not in busy]:
-            path = next(tasks, None)
-            if path is not None:
-                worker.give(path, zlib.crc32(path.encode()) % 10 == 0)
-                busy.append(worker)
-        if not busy:
-            return
-        wait([w.pipe for w in busy], timeout=1.0)
-        for worker in list(busy):
-            record = worker.answer(3 * options.seconds + 60)
-            if record is not None:
-                busy.remove(worker)
-                if "wrong" in record or ("error" in record and not refused(record)):
-                    options.fail(json.dumps(record)[:500])
-                yield record
+    settings = {"seams": seams, "seconds": options.seconds}
+    engine = Engine([sys.executable, __file__, "--worker"], {}, settings)
+    work = Work(engine, Limits(3 * options.seconds + 60), {}, Path("/"))
+    items = [Item(Path(path), None) for path in sorted(paths, key=draw)]
+    for told in on_this_machine(options.jobs)(items, work, threading.Event()):
+        lost = {"error": told["reason"]} if told["status"] == "failed" else {}
+        record = {"path": told["input"], **told, **lost}
+        if "wrong" in record or ("error" in record and not refused(record)):
+            options.fail(json.dumps(record)[:500])
+        yield record
 
 
 MEANINGLESS = (
@@ -206,9 +174,9 @@ COLUMNS = (
 
 def row(name: str, group: list[dict[str, Any]]) -> Row:
     good = [r for r in group if "energy" in r and "wrong" not in r]
-    energies = [r["energy"] for r in good if np.isfinite(r["energy"])]
+    energies = [r["energy"] for r in good]
     charts = [r["charts"] for r in good]
-    seconds = [r["seconds"] for r in group]
+    seconds = [r.get("cpu", r.get("seconds", 0.0)) for r in group]  # of a crash those of the clock
     yield from (name, len(group), sum(r.get("faces", 0) for r in group), len(good))
     yield from (sum(map(refused, group)), sum("judged" in r for r in good))
     yield f"{statistics.median(energies):.3f}" if energies else "-"
@@ -409,6 +377,8 @@ def scans(options: Options) -> Iterator[Row]:
 if __name__ == "__main__":
     if sys.argv[1:] == ["fetch"]:
         sys.exit(fetch())
+    if sys.argv[1:] == ["--worker"]:
+        sys.exit(serve(unit_of))
     main(
         __doc__,
         share=(1, "only every so manieth file"),
