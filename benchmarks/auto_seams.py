@@ -27,6 +27,7 @@ from runner import Options, Row, data, in_blender, main, numbers, table, timed
 from scipy.spatial import cKDTree
 
 import flipfree as ff
+from flipfree.distortion import percentiles
 
 from mesh_files import read_mesh
 
@@ -68,12 +69,6 @@ def singular_values(vertices: Array, faces: Any, uv: Array) -> tuple[Array, Arra
     return np.linalg.svd(np.stack([j1, j2], -1), compute_uv=False), 0.5 * length * by
 
 
-def percentile(values: Array, weights: Array, share: float) -> float:
-    order = np.argsort(values)
-    reached = np.cumsum(weights[order]) >= share * weights.sum()
-    return float(values[order][np.argmax(reached)])
-
-
 def energy_at_best_scale(s: Array, area: Array) -> tuple[float, float]:
     """The mean, and the factor on the UVs that attains it."""
     growing, shrinking = ((area * (s**p).sum(1)).sum() / (4.0 * area.sum()) for p in (2, -2))
@@ -83,43 +78,21 @@ def energy_at_best_scale(s: Array, area: Array) -> tuple[float, float]:
 def ratios99(s: Array, area: Array) -> tuple[float, float]:
     """Of lengths and of areas, up or down: what a hundredth of the area is above."""
     grown = s.prod(1)
-    return (
-        percentile(np.maximum(s, 1.0 / s).max(1), area, 0.99),
-        percentile(np.maximum(grown, 1.0 / grown), area, 0.99),
-    )
+    either = np.maximum(s, 1.0 / s).max(1), np.maximum(grown, 1.0 / grown)
+    lengths, areas = (percentiles(values, area, (99,))[0] for values in either)
+    return lengths, areas
 
 
-def seams_and_islands(faces: Any, uv: Array) -> tuple[Any, Any]:
+def seams_and_islands(vertices: Array, faces: Any, uv: Array) -> tuple[Any, Any]:
     """Edges (vertex pairs) whose sides differ, and each face's island."""
-    halfedge = {}
-    parent = np.arange(len(faces))
-
-    def find(i: int) -> int:
-        while parent[i] != i:
-            parent[i] = parent[parent[i]]
-            i = parent[i]
-        return int(i)
-
-    seams = []
-    rows = uv.reshape(len(faces), 3, 2).tolist()
-    for f, face in enumerate(faces.tolist()):
-        for k in range(3):
-            halfedge[face[k], face[(k + 1) % 3]] = f, k
-    for (a, b), (f, k) in halfedge.items():
-        if a > b or (b, a) not in halfedge:
-            continue
-        g, j = halfedge[b, a]
-        if rows[f][k] == rows[g][(j + 1) % 3] and rows[f][(k + 1) % 3] == rows[g][j]:
-            parent[find(f)] = find(g)
-        else:
-            seams.append((a, b))
-    return np.array(seams, int).reshape(-1, 2), np.array([find(i) for i in range(len(faces))])
+    file = ff.MeshFile(vertices, faces, uv, np.arange(len(faces)))
+    return file.seams(), ff.islands(faces, uv)[0]
 
 
 def judge(vertices: Array, faces: Any, uv: Any, seconds: float) -> Figures:
     """Islands that are mirrored as a whole are judged as they look from behind."""
     uv = np.array(uv, np.float64)
-    seams, island = seams_and_islands(faces, uv)
+    seams, island = seams_and_islands(vertices, faces, uv)
     d1, d2 = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
     signed = 0.5 * (d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0])
     mirrored = np.bincount(island, signed)[island] < 0.0
@@ -252,7 +225,7 @@ def models(options: Options) -> Iterator[Row]:
 
 def hard_figures(vertices: Array, faces: Any, uv: Any) -> str:
     uv = np.array(uv, np.float64)
-    seams, island = seams_and_islands(faces, uv)
+    seams, island = seams_and_islands(vertices, faces, uv)
     cut = {frozenset(edge) for edge in seams.tolist()}
     edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1)
     border = np.array([[frozenset(e) in cut for e in face] for face in edges.tolist()])
