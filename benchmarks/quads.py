@@ -32,9 +32,9 @@ from runner import Options, Row, data, from_blender, main, numbers, table, timed
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
-from unwrap import sharp_edges
 
 import flipfree as ff
+from flipfree.separated import folds
 
 from mesh_files import MeshFile
 
@@ -288,7 +288,7 @@ def features(options: Options) -> Iterator[Row]:
     """Edges sharper than 25 degrees of parts, 40 of models that have some; the last row: of all lengths, over their extents."""
     sums = np.zeros(3)
     for name, mesh in with_sharp_edges(options):
-        sharp = sharp_edges(mesh, 40.0 if "." in name else 25.0)
+        sharp = folds(mesh.vertices, mesh.faces, np.radians(40.0 if "." in name else 25.0))
         if len(sharp) == 0:
             continue
         surface = Points(mesh.vertices, mesh.faces)

@@ -22,10 +22,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from runner import Options, Row, data, from_blender, main, numbers, peak_gigabytes, table, timed
 
 import flipfree as ff
+from flipfree.separated import folds
 
 from judges.comparison import GENERATORS, compare, map_number
 from judges.coverage import coverage, share_covered_twice
@@ -136,22 +136,6 @@ def corpus(options: Options) -> Iterator[Row]:
         yield path.name, c.triangles, s["charts"], s["added_cuts"], *figures, f"{cost.cpu:.2f}"
 
 
-def sharp_edges(mesh: MeshFile, degrees: float) -> npt.NDArray[np.int32]:
-    """(s, 2) edges between two faces whose normals differ by more than the angle; a face without area has no normal."""
-    p = mesh.vertices[mesh.faces]
-    normal = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
-    face = np.repeat(np.arange(len(mesh.faces)), 3)
-    edge = np.sort(np.stack([mesh.faces, np.roll(mesh.faces, -1, 1)], -1).reshape(-1, 2), axis=1)
-    order = np.lexsort((edge[:, 1], edge[:, 0]))
-    edge, face = edge[order], face[order]
-    twin = np.flatnonzero((edge[1:] == edge[:-1]).all(1))
-    s, t = normal[face[twin]], normal[face[twin + 1]]
-    solid = s.any(1) & t.any(1)
-    return edge[twin[solid & ((s * t).sum(1) < np.cos(np.radians(degrees)))]].astype(np.int32)
-
-
 def judged(mesh: MeshFile, seams: Any, bijective: bool) -> tuple[ff.Parametrization, float, str]:
     """The map, CPU seconds, and what the slow judge finds as solved and as stored: pairs of triangles, share covered twice."""
     with timed() as cost:
@@ -173,7 +157,7 @@ def sharp(options: Options) -> Iterator[Row]:
     for path in options.cases(models("general")):
         mesh = read_mesh(path)
         for angle in ANGLES:
-            seams = sharp_edges(mesh, angle)
+            seams = folds(mesh.vertices, mesh.faces, np.radians(angle))
             if len(seams) < LEAST_SHARP_EDGES:
                 continue
             head = path.name, f"{angle}°", len(mesh.faces), len(seams)

@@ -26,9 +26,9 @@ from match import into_hilbert, overlapping, prescribed
 from matplotlib.collections import LineCollection, PolyCollection
 from render_conformal import View, camera, rasterise, shade
 from test_pinned_seams import pins_near
-from unwrap import sharp_edges
 
 import flipfree as ff
+from flipfree.separated import folds
 
 from judges.unfoldings import TWO_HOLES, unfolding
 from mesh_files import data_folder, read_mesh
@@ -271,7 +271,7 @@ QUADS = (
 def draw_quads(panels: Any, path: str, view: View, features: bool) -> None:
     """Isolines of the integer map; the quads; the quads shaded, irregular vertices red (fewer than four) and green."""
     given = model(path)
-    sharp = sharp_edges(given, 40.0) if features else None
+    sharp = folds(given.vertices, given.faces, np.radians(40.0)) if features else None
     made = ff.quads(given.vertices, given.faces, target=1000, features=sharp, with_map=True)
     map = made.map
     assert map is not None

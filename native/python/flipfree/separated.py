@@ -162,10 +162,9 @@ def sides(faces: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return np.concatenate([faces[:, (k, (k + 1) % 3)] for k in range(3)])
 
 
-def folds(
-    vertices: FloatArray, faces: IntArray, angle: float, within: npt.NDArray[Any]
-) -> IntArray:
-    """(s, 2) edges at which the surface folds by more than that angle, radians, those of the keys ``within`` left out."""
+def folds(vertices: FloatArray, faces: IntArray, angle: float, within: Any = ()) -> IntArray:
+    """(s, 2) edges at which the surface folds by more than that angle, radians, those of the keys ``within`` left out, and
+    those of faces without area, which have no normal."""
     corner = vertices[faces]
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
@@ -174,7 +173,9 @@ def folds(
     order = np.argsort(keys, kind="stable")
     both = np.flatnonzero(keys[order][1:] == keys[order][:-1])
     left, right = order[both], order[both + 1]
-    bent = np.einsum("ij,ij->i", normal[face[left]], normal[face[right]]) < np.cos(angle)
+    one, other = normal[face[left]], normal[face[right]]
+    bent = np.einsum("ij,ij->i", one, other) < np.cos(angle)
+    bent &= one.any(axis=1) & other.any(axis=1)
     chosen = left[bent & ~np.isin(keys[left], within)]
     return np.unique(np.sort(ends[chosen], axis=1), axis=0).astype(np.int32)
 

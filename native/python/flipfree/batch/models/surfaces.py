@@ -46,7 +46,6 @@ _ENLARGED = "parts too small beside the others for 32 bits are larger than in sc
 _MORE_QUADS = "so few quads would be no mesh: there are more"
 # Edges at which a surface folds by more are sharp, where nobody says from where on.
 _SHARP = math.radians(30.0)
-_NOTHING = np.zeros(0, np.int64)
 
 
 def embed(model: Model, options: dict[str, Any]) -> Solved:
@@ -379,7 +378,7 @@ def _along_field(
     sharp = None
     if options["field"] == "edges":
         angle = math.radians(options["sharp_from"])
-        sharp = folds(clean.vertices, clean.faces, angle, _NOTHING)
+        sharp = folds(clean.vertices, clean.faces, angle)
     elif options["field"] == "flow":
         sharp = _flow(model, clean)
 
@@ -472,7 +471,7 @@ def quads(model: Model, options: dict[str, Any]) -> Solved:
     wanted = options["field"]
     followed = None
     density = _density(model, clean)
-    sharp = folds(clean.vertices, clean.faces, _SHARP, _NOTHING) if wanted == "edges" else None
+    sharp = folds(clean.vertices, clean.faces, _SHARP) if wanted == "edges" else None
     symmetry = None if options["symmetry"] == "none" else options["symmetry"]
     if wanted not in ("automatic", "edges") and symmetry is None:
         followed = ff.cross_field(
