@@ -19,20 +19,19 @@ def merge_split_vertices(mesh) -> int:
     if not len(mesh.polygons):
         return 0
     corners = compat.corner_vertices(mesh)
-    last = np.cumsum(_loop_totals(mesh)) - 1
-    following = np.arange(1, len(corners) + 1)
-    following[last] = last - _loop_totals(mesh) + 1
-    polygon = np.repeat(np.arange(len(last)), _loop_totals(mesh))
+    totals = compat.values(mesh.polygons, "loop_total", np.int32)
+    polygon = np.repeat(np.arange(len(totals)), totals)
     positions = compat.positions(mesh).astype(np.float64)
-    same = welded_along(positions, corners, corners[following], polygon)
+    same = welded_along(positions, corners, corners[compat.following(mesh)], polygon)
     moved = np.flatnonzero(same != np.arange(len(same)))
     if not len(moved):
         return 0
     has_normals = mesh.has_custom_normals
     if has_normals:
-        values = np.empty(3 * len(corners), np.float32)
-        mesh.corner_normals.foreach_get("vector", values)
-        mesh.attributes.new(_NORMALS, "FLOAT_VECTOR", "CORNER").data.foreach_set("vector", values)
+        values = compat.values(mesh.corner_normals, "vector", np.float32, 3)
+        mesh.attributes.new(_NORMALS, "FLOAT_VECTOR", "CORNER").data.foreach_set(
+            "vector", values.ravel()
+        )
     work = bmesh.new()
     try:
         work.from_mesh(mesh)
@@ -48,15 +47,7 @@ def merge_split_vertices(mesh) -> int:
     return len(moved)
 
 
-def _loop_totals(mesh) -> np.ndarray:
-    totals = np.empty(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("loop_total", totals)
-    return totals
-
-
 def _put_normals_back(mesh) -> None:
-    attribute = mesh.attributes[_NORMALS]
-    values = np.empty(3 * len(mesh.loops), np.float32)
-    attribute.data.foreach_get("vector", values)
+    values = compat.attribute(mesh, _NORMALS, "CORNER", "FLOAT_VECTOR")
     mesh.attributes.remove(mesh.attributes[_NORMALS])
-    mesh.normals_split_custom_set(values.reshape(-1, 3).tolist())
+    mesh.normals_split_custom_set(values.tolist())

@@ -12,6 +12,7 @@ import bmesh
 import bpy
 import numpy as np
 
+from .. import compat
 from . import labels, selection
 
 ATTRIBUTE = "cone_angle"
@@ -42,10 +43,8 @@ def read(ob: bpy.types.Object, mesh: bpy.types.Mesh, boundary: np.ndarray) -> di
                 if entry.group in turns and entry.weight > 0.0:
                     flat = math.pi if boundary[vertex.index] else 2 * math.pi
                     angles[vertex.index] = flat - turns[entry.group] * math.pi / 2
-    attribute = mesh.attributes.get(ATTRIBUTE)
-    if attribute is not None and attribute.domain == "POINT" and attribute.data_type == "FLOAT":
-        values = np.empty(len(mesh.vertices), np.float32)
-        attribute.data.foreach_get("value", values)
+    values = compat.attribute(mesh, ATTRIBUTE, "POINT", "FLOAT")
+    if values is not None:
         for index in np.flatnonzero(values).tolist():
             angles[index] = float(values[index])
     return angles
@@ -53,13 +52,9 @@ def read(ob: bpy.types.Object, mesh: bpy.types.Mesh, boundary: np.ndarray) -> di
 
 def boundary_vertices(mesh: bpy.types.Mesh) -> np.ndarray:
     """(n,) bool: vertices of edges with one face. Loose vertices count as inside."""
-    loop_edges = np.empty(len(mesh.loops), np.int32)
-    mesh.loops.foreach_get("edge_index", loop_edges)
-    uses = np.bincount(loop_edges, minlength=len(mesh.edges))
-    ends = np.empty((len(mesh.edges), 2), np.int32)
-    mesh.edges.foreach_get("vertices", ends.ravel())
+    uses = np.bincount(compat.corner_edges(mesh), minlength=len(mesh.edges))
     result = np.zeros(len(mesh.vertices), bool)
-    result[ends[uses == 1].ravel()] = True
+    result[compat.edge_vertices(mesh)[uses == 1].ravel()] = True
     return result
 
 
@@ -116,14 +111,10 @@ def balance_of(mesh: bpy.types.Mesh, boundary: np.ndarray, angles: dict[int, flo
 
 def _parts(mesh: bpy.types.Mesh) -> list[tuple[np.ndarray, int, int]]:
     """(vertices, number of edges, number of faces) of each connected part that has faces, by its first vertex."""
-    ends = np.empty((len(mesh.edges), 2), np.int32)
-    mesh.edges.foreach_get("vertices", ends.ravel())
+    ends = compat.edge_vertices(mesh)
     label = labels.connected_components(len(mesh.vertices), ends[:, 0], ends[:, 1])
-    first = np.empty(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("loop_start", first)
-    corners = np.empty(len(mesh.loops), np.int32)
-    mesh.loops.foreach_get("vertex_index", corners)
-    faces = np.bincount(label[corners[first]], minlength=len(label))
+    first = compat.corner_vertices(mesh)[compat.face_starts(mesh)]
+    faces = np.bincount(label[first], minlength=len(label))
     edges = np.bincount(label[ends[:, 0]], minlength=len(label))
     found = ((vertices, label[vertices[0]]) for vertices in labels.groups(label))
     return [

@@ -37,8 +37,8 @@ def read(ob, snapshot: mesh_io.Snapshot, name: str) -> np.ndarray:
     """(#St, 3) unit vectors in the planes of the triangles. Raises MeshProblem: no such attribute, or faces without a
     direction."""
     with whole_mesh(ob) as mesh:
-        attribute = mesh.attributes.get(name)
-        if attribute is None or (attribute.domain, attribute.data_type) != ("FACE", "FLOAT_VECTOR"):
+        values = compat.attribute(mesh, name, "FACE", "FLOAT_VECTOR")
+        if values is None:
             known = [
                 a.name
                 for a in mesh.attributes
@@ -48,8 +48,6 @@ def read(ob, snapshot: mesh_io.Snapshot, name: str) -> np.ndarray:
             raise mesh_io.MeshProblem(
                 f"{ob.name}: the mesh has no attribute '{name}' with a vector per face. {has}"
             )
-        values = np.empty((len(mesh.polygons), 3), np.float32)
-        attribute.data.foreach_get("vector", values.ravel())
     vectors = values[snapshot.triangle_face].astype(np.float64)
     normal = _unit(_normals(snapshot.vertices, snapshot.triangles))
     flat = vectors - normal * np.einsum("ij,ij->i", vectors, normal)[:, None]
@@ -106,8 +104,7 @@ def write(ob, faces: np.ndarray, vectors: np.ndarray, name: str = NAME) -> None:
         mesh.attributes.remove(attribute)
         attribute = None
     attribute = attribute or mesh.attributes.new(name, "FLOAT_VECTOR", "FACE")
-    values = np.zeros((len(mesh.polygons), 3), np.float32)
-    attribute.data.foreach_get("vector", values.ravel())
+    values = compat.values(attribute.data, "vector", np.float32, 3)
     values[faces] = vectors
     attribute.data.foreach_set("vector", values.ravel())
     mesh.update()
@@ -181,8 +178,7 @@ def densities(ob, snapshot: mesh_io.Snapshot, name: str) -> np.ndarray:
                 "Name one that it has, or take another density"
             )
         on_points = attribute.domain == "POINT"
-        values = np.empty(len(mesh.vertices) if on_points else len(mesh.polygons), np.float32)
-        attribute.data.foreach_get("value", values)
+        values = compat.values(attribute.data, "value", np.float32)
     values = values[snapshot.vertex_ids if on_points else snapshot.triangle_face].astype(float)
     bad = ~(np.isfinite(values) & (values > 0))
     if bad.any():

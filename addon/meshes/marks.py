@@ -11,6 +11,7 @@ import re
 import bmesh
 import numpy as np
 
+from .. import compat
 from . import labels, mesh_io
 from .selection import whole_mesh
 
@@ -97,11 +98,9 @@ def clear(ob) -> int:
 def chain_keys(ob, snapshot: mesh_io.Snapshot, kind: str) -> np.ndarray:
     """Sorted keys (labels.edge_keys) of the mesh's edges that are marked as part of a line or path."""
     with whole_mesh(ob) as mesh:
-        attribute = mesh.attributes.get(CHAINS)
-        if attribute is None or (attribute.domain, attribute.data_type) != ("EDGE", "INT"):
-            return np.zeros(0, np.int64)
-        values = np.empty(len(mesh.edges), np.int32)
-        attribute.data.foreach_get("value", values)
+        values = compat.attribute(mesh, CHAINS, "EDGE", "INT")
+    if values is None:
+        return np.zeros(0, np.int64)
     return np.sort(labels.edge_keys(snapshot.edges[values == KINDS[kind]]))
 
 
@@ -113,9 +112,7 @@ def loops(ob, snapshot: mesh_io.Snapshot) -> list[tuple[np.ndarray, int]]:
             name = _LOOP.fullmatch(attribute.name)
             if name is None or (attribute.domain, attribute.data_type) != ("FACE", "INT"):
                 continue
-            place = np.empty(len(mesh.polygons), np.int32)
-            attribute.data.foreach_get("value", place)
-            place = place[snapshot.triangle_face]
+            place = compat.values(attribute.data, "value", np.int32)[snapshot.triangle_face]
             if (place > 0).any():
                 groups = [np.flatnonzero(place == i) for i in range(1, int(place.max()) + 1)]
                 found.append((_strip(ob.name, attribute.name, snapshot, groups), int(name[1])))

@@ -9,6 +9,7 @@ custom normals.
 import bpy
 import numpy as np
 
+from .. import compat
 from . import selection
 
 _LAYER = "flipfree_normals"
@@ -19,8 +20,7 @@ def take(ob: bpy.types.Object) -> np.ndarray | None:
     with selection.whole_mesh(ob) as mesh:
         if not mesh.has_custom_normals:
             return None
-        values = np.empty((len(mesh.loops), 3), np.float32)
-        mesh.corner_normals.foreach_get("vector", values.ravel())
+        values = compat.values(mesh.corner_normals, "vector", np.float32, 3)
     return values
 
 
@@ -40,9 +40,8 @@ def restore(ob: bpy.types.Object) -> None:
         bpy.ops.object.mode_set(mode="OBJECT")
     try:
         mesh = ob.data
-        values = np.empty((len(mesh.loops), 3), np.float32)
         attribute = mesh.attributes[_LAYER]
-        attribute.data.foreach_get("vector", values.ravel())
+        values = compat.values(attribute.data, "vector", np.float32, 3)
         mesh.attributes.remove(attribute)
         length = np.linalg.norm(values, axis=1)
         values[length > 0] /= length[length > 0, None]

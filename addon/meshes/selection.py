@@ -60,9 +60,7 @@ def in_group(ob, name: str) -> np.ndarray:
 
 
 def _flags(sequence, name: str) -> np.ndarray:
-    values = np.empty(len(sequence), bool)
-    sequence.foreach_get(name, values)
-    return values
+    return compat.values(sequence, name, bool)
 
 
 def select_only(ob: bpy.types.Object, kind: str, elements: np.ndarray, *, modes=()) -> None:
@@ -102,8 +100,7 @@ def select_only(ob: bpy.types.Object, kind: str, elements: np.ndarray, *, modes=
     if kind == "face":
         loop_vertices = compat.corner_vertices(mesh)
         loop_edges = compat.corner_edges(mesh)
-        totals = np.empty(len(mesh.polygons), np.int32)
-        mesh.polygons.foreach_get("loop_total", totals)
+        totals = compat.values(mesh.polygons, "loop_total", np.int32)
         in_face = np.repeat(chosen["face"], totals)
         chosen["vertex"][loop_vertices[in_face]] = True
         chosen["edge"][loop_edges[in_face]] = True

@@ -8,6 +8,7 @@ the other, UVs turn counter-clockwise by so many quarters; 4 is a seam that only
 import bmesh
 import numpy as np
 
+from .. import compat
 from . import labels
 
 NAME = "seam_turns"
@@ -52,8 +53,7 @@ def write(ob, snapshot, cut_edges: np.ndarray, turns: np.ndarray) -> None:
         if attribute is not None:
             mesh.attributes.remove(attribute)
         attribute = mesh.attributes.new(NAME, "INT", "EDGE")
-    values = np.zeros(len(mesh.edges), np.int32)
-    attribute.data.foreach_get("value", values)
+    values = compat.values(attribute.data, "value", np.int32)
     known = np.zeros(len(mesh.vertices), bool)
     known[snapshot.vertex_ids] = True
     values[known[snapshot.edges].all(axis=1)] = 0

@@ -6,7 +6,7 @@ import numpy as np
 
 import flipfree
 
-from .. import modal
+from .. import compat, modal
 from ..meshes import mesh_io, refine
 from . import common, options
 
@@ -51,8 +51,7 @@ class TransferTask(modal.Task):
             raise mesh_io.MeshProblem(f"{ob.name}: the mesh was changed. Run the operator again")
         loops, first = np.unique(self.snapshot.triangle_loops, return_index=True)
         corners, weights = (x.reshape(-1, 3)[first] for x in (self.corners, self.weights))
-        vertex_of = np.empty(len(ob.data.loops), np.int32)
-        ob.data.loops.foreach_get("vertex_index", vertex_of)
+        vertex_of = compat.corner_vertices(ob.data)
         points, one = np.unique(vertex_of[loops], return_index=True)
         for (name, domain, kind), values in self.carried.items():
             at = np.einsum("kw,kwd->kd", weights, values[corners])
@@ -70,8 +69,7 @@ class TransferTask(modal.Task):
         if ob.data.shape_keys is None:
             ob.shape_key_add(name="Basis", from_mix=False)
         key = ob.data.shape_keys.key_blocks.get(name) or ob.shape_key_add(name=name, from_mix=False)
-        places = np.empty((len(ob.data.vertices), 3), np.float32)
-        key.data.foreach_get("co", places.ravel())
+        places = compat.values(key.data, "co", np.float32, 3)
         places[points] = self.places.reshape(-1, 3)[first][one]
         key.data.foreach_set("co", places.ravel())
         key.value = 1.0
@@ -82,8 +80,7 @@ def _put(mesh, name, kind, domain, rows, values):
     found = mesh.attributes.get(name) or mesh.attributes.new(name, kind, domain)
     if (found.data_type, found.domain) != (kind, domain):
         return
-    every = np.empty((len(found.data), values.shape[1]), np.float32)
-    found.data.foreach_get(_SUMS[kind], every.ravel())
+    every = compat.values(found.data, _SUMS[kind], np.float32, values.shape[1])
     every[rows] = values
     found.data.foreach_set(_SUMS[kind], every.ravel())
 
@@ -92,8 +89,7 @@ def carried_by(ob) -> dict:
     """{(name, domain, type): (#loops, k) values}: vertex groups but for those that mark, attributes of vertices and corners but
     for the active UV map."""
     mesh, found = ob.data, {}
-    vertex_of = np.empty(len(mesh.loops), np.int32)
-    mesh.loops.foreach_get("vertex_index", vertex_of)
+    vertex_of = compat.corner_vertices(mesh)
     marking = refine.marking_groups(ob)
     for group in ob.vertex_groups:
         if group.index not in marking:
@@ -110,8 +106,7 @@ def carried_by(ob) -> dict:
         if not known or name in left_out or name.startswith(".") or attribute.is_internal:
             continue
         size = {"FLOAT": 1, "FLOAT2": 2, "FLOAT_VECTOR": 3}.get(kind, 4)
-        values = np.empty((len(attribute.data), size), np.float32)
-        attribute.data.foreach_get(_SUMS[kind], values.ravel())
+        values = compat.values(attribute.data, _SUMS[kind], np.float32, size)
         found[name, domain, kind] = values[vertex_of] if domain == "POINT" else values
     return found
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import compat
 from ..meshes import fields
 from . import shapes
 
@@ -32,24 +33,15 @@ def draw(read, drawing: shapes.Drawing) -> None:
 
 
 def there_is(mesh) -> bool:
-    attribute = mesh.attributes.get(fields.NAME)
-    return attribute is not None and (attribute.domain, attribute.data_type) == (
-        "FACE",
-        "FLOAT_VECTOR",
-    )
+    return compat.attribute(mesh, fields.NAME, "FACE", "FLOAT_VECTOR") is not None
 
 
 def _faces(mesh) -> _Faces | None:
-    if not there_is(mesh):
+    direction = compat.attribute(mesh, fields.NAME, "FACE", "FLOAT_VECTOR")
+    if direction is None:
         return None
-    count = len(mesh.polygons)
-    centre, normal, direction = (np.zeros((count, 3), np.float32) for _ in range(3))
-    area = np.zeros(count, np.float32)
-    mesh.polygons.foreach_get("center", centre.ravel())
-    mesh.polygons.foreach_get("normal", normal.ravel())
-    mesh.polygons.foreach_get("area", area)
-    mesh.attributes[fields.NAME].data.foreach_get("vector", direction.ravel())
-    return _Faces(centre, normal, direction, area)
+    centre, normal = (compat.values(mesh.polygons, n, np.float32, 3) for n in ("center", "normal"))
+    return _Faces(centre, normal, direction, compat.values(mesh.polygons, "area", np.float32))
 
 
 def _crosses(read: _Faces) -> np.ndarray:

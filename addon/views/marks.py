@@ -115,7 +115,7 @@ def draw_seams(read, drawing: shapes.Drawing) -> None:
     of_edge[edges] = values
     at = of_edge[compat.corner_edges(read.mesh)]
     loops = np.flatnonzero(at >= 0)
-    pair = read.uv[np.column_stack([loops, _following(read.mesh)[loops]])]
+    pair = read.uv[np.column_stack([loops, compat.following(read.mesh)[loops]])]
     drawing.shapes.append(
         shapes.Shape(
             shapes.MAP,
@@ -124,17 +124,6 @@ def draw_seams(read, drawing: shapes.Drawing) -> None:
             np.repeat(table[np.clip(at[loops], 0, 4)], 2, axis=0),
         )
     )
-
-
-def _following(mesh) -> np.ndarray:
-    """(#loops,) the next loop of each one's face."""
-    count = len(mesh.polygons)
-    first, total = np.empty(count, np.int32), np.empty(count, np.int32)
-    mesh.polygons.foreach_get("loop_start", first)
-    mesh.polygons.foreach_get("loop_total", total)
-    following = np.arange(1, len(mesh.loops) + 1)
-    following[first + total - 1] = first
-    return following
 
 
 # -- pins

@@ -34,8 +34,7 @@ class Read:
     def _triangles(self) -> tuple[np.ndarray, np.ndarray]:
         mesh = self.mesh
         mesh.calc_loop_triangles()
-        loops = np.empty((len(mesh.loop_triangles), 3), np.int32)
-        mesh.loop_triangles.foreach_get("loops", loops.ravel())
+        loops = compat.values(mesh.loop_triangles, "loops", np.int32, 3)
         faces = compat.triangle_faces(mesh)
         shown = ~selection.hidden_faces(mesh)[faces]
         return loops[shown], faces[shown]
@@ -75,10 +74,8 @@ class Read:
     @cached_property
     def seam_turns(self) -> tuple[np.ndarray, np.ndarray]:
         """(k,) edges that are seams or have turns, (k,) their turns as turns.py stores them, 0 where there are none."""
-        attribute = self.mesh.attributes.get(turns.NAME)
-        values = np.zeros(len(self.mesh.edges), np.int32)
-        if attribute is not None and (attribute.domain, attribute.data_type) == ("EDGE", "INT"):
-            attribute.data.foreach_get("value", values)
+        values = compat.attribute(self.mesh, turns.NAME, "EDGE", "INT")
+        values = np.zeros(len(self.mesh.edges), np.int32) if values is None else values
         edges = np.flatnonzero(compat.seam_edges(self.mesh) | (values > 0))
         return edges, values[edges]
 

@@ -42,8 +42,7 @@ def take(name: str, mesh: bpy.types.Mesh, chosen=None, shape=None) -> Taken:
     active = mesh.uv_layers.active
     layer_name = active.name if active else ""
     mesh.calc_loop_triangles()
-    loops = np.empty((len(mesh.loop_triangles), 3), np.int32)
-    mesh.loop_triangles.foreach_get("loops", loops.ravel())
+    loops = compat.values(mesh.loop_triangles, "loops", np.int32, 3)
     starts = compat.face_starts(mesh)
     ends = np.append(starts[1:], len(mesh.loops)) - 1
     return Taken(

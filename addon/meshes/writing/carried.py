@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 from mathutils import kdtree
 
+from ... import compat
 from .. import labels
 
 # Attributes that can be mixed: type -> name and number of their values; and those that are names, which are copied.
@@ -106,8 +107,7 @@ class Carried:
             if not known or hidden or given.name == "position" or domain not in _DOMAINS:
                 continue
             key, width, *own = _MIXED.get(kind) or _NAMES[kind]
-            values = np.empty((len(given.data), width), own[0] if own else np.float32)
-            given.data.foreach_get(key, values.ravel())
+            values = compat.values(given.data, key, own[0] if own else np.float32, width)
             if domain == "FACE":
                 values = values[snapshot.triangle_face[found.quad_parent]]
             elif domain == "CORNER" and kind == "FLOAT2":
@@ -166,8 +166,7 @@ class Carried:
         for _, _, domain, values in self._attributes:
             if domain == "EDGE":
                 marked |= (values != 0).any(axis=1)
-        ends = np.empty((len(mesh.edges), 2), np.int32)
-        mesh.edges.foreach_get("vertices", ends.ravel())
+        ends = compat.edge_vertices(mesh)
         found = np.full(len(ends), -1)
         position = np.full((int(self._snapshot.edges.max(initial=0)) + 1, 3), np.nan)
         position[self._snapshot.vertex_ids] = self._own
@@ -214,8 +213,7 @@ class Carried:
     def _shape_keys(self, old):
         """(name, (n, 3) places, options, name of the key that it is relative to) of each."""
         for key in old.shape_keys.key_blocks if old.shape_keys else ():
-            places = np.empty((len(key.data), 3), np.float32)
-            key.data.foreach_get("co", places.ravel())
+            places = compat.values(key.data, "co", np.float32, 3)
             names = ("slider_min", "slider_max", "value", "mute", "interpolation", "vertex_group")
             state = {name: getattr(key, name) for name in names}
             yield (

@@ -127,8 +127,7 @@ def selected_edges(ob) -> np.ndarray:
         pairs = [[v.index for v in e.verts] for e in bm.edges if e.select and not e.hide]
         return np.array(pairs, np.int64).reshape(-1, 2)
     with selection.whole_mesh(ob) as mesh:
-        chosen = np.empty(len(mesh.edges), bool)
-        mesh.edges.foreach_get("select", chosen)
+        chosen = compat.values(mesh.edges, "select", bool)
         return compat.edge_vertices(mesh)[chosen].astype(np.int64)
 
 
