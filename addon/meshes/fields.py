@@ -54,12 +54,11 @@ def read(ob, snapshot: mesh_io.Snapshot, name: str) -> np.ndarray:
     length, whole = np.linalg.norm(flat, axis=1), np.linalg.norm(vectors, axis=1)
     bad = ~np.isfinite(whole) | ~(length > _ASKEW * whole)
     if bad.any():
-        faces = np.unique(snapshot.triangle_face[bad])
-        raise mesh_io.MeshProblem(
-            f"{ob.name}: face {faces[0]}{mesh_io.more(faces)} has no direction in its plane in the attribute '{name}'. "
-            "Give it a vector along the face, or take another source for the field",
-            "face",
-            faces,
+        raise mesh_io.at_faces(
+            snapshot,
+            bad,
+            f"has no direction in its plane in the attribute '{name}'. Give it a vector along the face, or take another source "
+            "for the field",
         )
     return flat / length[:, None]
 
@@ -182,16 +181,12 @@ def densities(ob, snapshot: mesh_io.Snapshot, name: str) -> np.ndarray:
     values = values[snapshot.vertex_ids if on_points else snapshot.triangle_face].astype(float)
     bad = ~(np.isfinite(values) & (values > 0))
     if bad.any():
-        kind, ids = (
-            ("vertex", snapshot.vertex_ids[bad])
-            if on_points
-            else ("face", np.unique(snapshot.triangle_face[bad]))
-        )
-        raise mesh_io.MeshProblem(
-            f"{ob.name}: {kind} {ids[0]}{mesh_io.more(ids)} has no positive number in the attribute '{name}'. "
-            "Give it the length in the map of a length 1 there, relative to the others",
-            kind,
-            ids,
+        problem_at = mesh_io.at_vertices if on_points else mesh_io.at_faces
+        raise problem_at(
+            snapshot,
+            bad,
+            f"has no positive number in the attribute '{name}'. Give it the length in the map of a length 1 there, relative to "
+            "the others",
         )
     if on_points:
         return values

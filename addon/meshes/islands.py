@@ -65,9 +65,7 @@ def islands_of(snapshot, cuts: np.ndarray | None = None) -> list[Island]:
 
 def problem_at(snapshot, island: Island, vertices, why: str) -> mesh_io.MeshProblem:
     """To be raised: about these vertices of the island."""
-    ids = snapshot.vertex_ids[island.submesh[vertices]]
-    text = f"{snapshot.object_name}: vertex {ids[0]}{mesh_io.more(ids)} {why}"
-    return mesh_io.MeshProblem(text, "vertex", ids)
+    return mesh_io.at_vertices(snapshot, island.submesh[vertices], why)
 
 
 def chains_of(snapshot, island: Island, marked: np.ndarray, *, what: str, ends=()) -> list:
@@ -105,7 +103,6 @@ def chains_of(snapshot, island: Island, marked: np.ndarray, *, what: str, ends=(
 def collect_pins(snapshot, found: list[Island], vertices, *, pinned=True) -> None:
     """Gives islands their pins: the pinned corners, unless not asked for, and all corners at these mesh vertices. Two places
     for one vertex are refused by name."""
-    name = snapshot.object_name
     for island in found:
         loops = snapshot.triangle_loops[island.triangles]
         mesh_vertices = snapshot.vertex_ids[island.submesh]
@@ -116,20 +113,12 @@ def collect_pins(snapshot, found: list[Island], vertices, *, pinned=True) -> Non
         for row, corner in zip(rows.tolist(), corners.tolist(), strict=True):
             vertex = int(island.faces[row, corner])
             target = tuple(map(float, snapshot.uv[loops[row, corner]]))
-            mesh_vertex = int(mesh_vertices[vertex])
             if not np.isfinite(target).all():
-                raise mesh_io.MeshProblem(
-                    f"{name}: vertex {mesh_vertex} has a pinned UV that is no number. Unpin it with Alt P",
-                    "vertex",
-                    [mesh_vertex],
-                )
+                why = "has a pinned UV that is no number. Unpin it with Alt P"
+                raise problem_at(snapshot, island, [vertex], why)
             if island.pins.setdefault(vertex, target) != target:
-                raise mesh_io.MeshProblem(
-                    f"{name}: vertex {mesh_vertex} is pinned to two places in one island. Mark a seam "
-                    "between them, or unpin one with Alt P",
-                    "vertex",
-                    [mesh_vertex],
-                )
+                why = "is pinned to two places in one island. Mark a seam between them, or unpin one with Alt P"
+                raise problem_at(snapshot, island, [vertex], why)
 
 
 @dataclass

@@ -235,6 +235,20 @@ def more(elements) -> str:
     return f" (and {len(elements) - 1} more)" if len(elements) > 1 else ""
 
 
+def at_vertices(snapshot: Snapshot, vertices, text: str) -> MeshProblem:
+    """To be raised. text: what is wrong with these vertices of the submesh, after "OBJECT: vertex 3 (and 2 more) "."""
+    return _at(snapshot, "vertex", snapshot.vertex_ids[vertices], text)
+
+
+def at_faces(snapshot: Snapshot, triangles, text: str) -> MeshProblem:
+    """The same of the faces of these triangles."""
+    return _at(snapshot, "face", np.unique(snapshot.triangle_face[triangles]), text)
+
+
+def _at(snapshot: Snapshot, kind: str, ids, text: str) -> MeshProblem:
+    return MeshProblem(f"{snapshot.object_name}: {kind} {ids[0]}{more(ids)} {text}", kind, ids)
+
+
 def split_fans(
     corners: np.ndarray, cuts: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -129,13 +129,8 @@ def pins_of(snapshot: mesh_io.Snapshot) -> dict:
     values = snapshot.corner_uv[rows, corners].astype(np.float64)
     bad = ~np.isfinite(values).all(axis=1)
     if bad.any():
-        faces = np.unique(snapshot.triangle_face[rows[bad]])
-        raise mesh_io.MeshProblem(
-            f"{snapshot.object_name}: face {faces[0]}{mesh_io.more(faces)} has a pinned UV that is no number. "
-            "Unpin it with Alt P",
-            "face",
-            faces,
-        )
+        why = "has a pinned UV that is no number. Unpin it with Alt P"
+        raise mesh_io.at_faces(snapshot, rows[bad], why)
     keys = zip(rows.tolist(), corners.tolist(), strict=True)
     return dict(zip(keys, map(tuple, values.tolist()), strict=True))
 
@@ -144,13 +139,7 @@ def refuse_nonfinite_uvs(snapshot: mesh_io.Snapshot) -> None:
     """Raises MeshProblem naming the faces with a UV that is no number."""
     bad = ~np.isfinite(snapshot.corner_uv).all(axis=(1, 2))
     if bad.any():
-        faces = np.unique(snapshot.triangle_face[bad])
-        raise mesh_io.MeshProblem(
-            f"{snapshot.object_name}: face {faces[0]}{mesh_io.more(faces)} has a UV that is no number. "
-            "Unwrap it again",
-            "face",
-            faces,
-        )
+        raise mesh_io.at_faces(snapshot, bad, "has a UV that is no number. Unwrap it again")
 
 
 def refuse_uncertified(snapshot: mesh_io.Snapshot, certificate) -> None:

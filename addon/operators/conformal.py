@@ -75,13 +75,8 @@ class ConformalTask(parts.PackedTask):
     def _refuse_bad_angles(self):
         bad = [v for v, angle in self.cone_angles.items() if not angle > 0.0]
         if bad:
-            ids = self.snapshot.vertex_ids[bad]
-            raise mesh_io.MeshProblem(
-                f"{self.snapshot.object_name}: vertex {ids[0]}{mesh_io.more(ids)} has a cone angle that is not "
-                "above zero. Give it less curvature",
-                "vertex",
-                ids,
-            )
+            why = "has a cone angle that is not above zero. Give it less curvature"
+            raise mesh_io.at_vertices(self.snapshot, bad, why)
 
     def _request(self, triangles):
         """(part, its submesh vertices, target angles or a function that starts computing them)."""

@@ -144,16 +144,12 @@ class SeamlessTask(parts.PartsTask):
             elif on_boundary or round(quarter) != 4:
                 quarters[vertex] = round(quarter)
         if bad:
-            ids = self.snapshot.vertex_ids[bad]
-            raise mesh_io.MeshProblem(
-                f"{self.snapshot.object_name}: vertex {ids[0]}{mesh_io.more(ids)} has a cone angle of "
-                f"{math.degrees(self.cone_angles[bad[0]]):.6g} degrees, and seamless maps have multiples of 90, 90 at "
-                "least. Run "
-                + SUGGEST_QUARTERS
-                + ", or take the marks away with Clear Cones or choose 'Cones: Suggested', "
+            raise mesh_io.at_vertices(
+                self.snapshot,
+                bad,
+                f"has a cone angle of {math.degrees(self.cone_angles[bad[0]]):.6g} degrees, and seamless maps have multiples of "
+                f"90, 90 at least. Run {SUGGEST_QUARTERS}, or take the marks away with Clear Cones or choose 'Cones: Suggested', "
                 "and let the cones be suggested",
-                "vertex",
-                ids,
             )
         return quarters
 
