@@ -290,25 +290,18 @@ def storing(snapshot: Snapshot, corner_uv: np.ndarray):
     return loops, values
 
 
-def write_uv(
-    ob: bpy.types.Object,
-    snapshot: Snapshot,
-    loops: np.ndarray,
-    values: np.ndarray,
-    new_seams: np.ndarray | None = None,
-) -> None:
-    """Stores UVs of these loops in the active UV map (made if there is none) and marks further edges as seams.
+def write_uv(ob, snapshot: Snapshot, loops: np.ndarray, values: np.ndarray) -> None:
+    """writing_uv(), all at once."""
+    steps.result_of(writing_uv(ob, snapshot, loops, values))
+
+
+def writing_uv(ob, snapshot, loops, values, new_seams=None):
+    """Stores UVs of these loops in the active UV map (made if there is none) and marks further edges as seams. A generator: in
+    steps, between which a window goes on; closed before its end, it leaves the mesh as it was read.
 
     values (k, 2) float32 are stored bit for bit. new_seams: ids of edges. Raises MeshProblem, with nothing changed, if the
     mesh is no longer the one that was read.
     """
-    for _ in writing_uv(ob, snapshot, loops, values, new_seams):
-        pass
-
-
-def writing_uv(ob, snapshot, loops, values, new_seams=None):
-    """write_uv() as a generator: the same in steps, between which a window goes on. Closed before its end, it leaves the mesh
-    as it was read."""
     changed = MeshProblem(
         f"{ob.name}: the mesh was changed while its map was computed. Run the operator again"
     )

@@ -21,6 +21,7 @@ from .results import (
     Mesh,
     Parametrization,
     ReadOnly,
+    all_frozen,
     frozen,
     in_unit,
     parametrization_from,
@@ -108,10 +109,7 @@ class QuadMesh(ReadOnly):
 def _quad_mesh_from(data: dict[str, Any], mesh: Mesh) -> QuadMesh:
     found_map = None if data["map"] is None else parametrization_from(data["map"], mesh)
     data = data | dict(vertices=in_unit(data["vertices"], -mesh.exponent), map=found_map)
-    for value in data.values():
-        if isinstance(value, np.ndarray):
-            frozen(value)
-    return QuadMesh(**data | dict(certificate=_certificate_from(data["certificate"])))
+    return QuadMesh(**all_frozen(data) | dict(certificate=_certificate_from(data["certificate"])))
 
 
 def _certificate_from(data: dict[str, Any]) -> QuadCertificate:

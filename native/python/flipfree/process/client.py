@@ -41,16 +41,13 @@ class SolverProcess:
         command: Sequence[str] = (sys.executable,),
         *,
         or_here: bool = False,
-        environment: Mapping[str, str] | None = None,
     ) -> None:
         """command: starts a Python of this one's version; it finds its modules where this one does.
 
         or_here: calls are solved in this process if none can be started; ``solved_here`` says then why.
-        environment: added to this process'.
         """
         self._command = list(command)
         self._or_here = or_here
-        self._environment = dict(environment or {})
         self._process: Child | None = None
         self._folder: Path | None = None
         self._ready = False
@@ -116,7 +113,7 @@ class SolverProcess:
             "path": [entry for entry in sys.path if entry and os.path.exists(entry)],
         }
         command = [*self._command, "-I", "-B", "-c", _BOOT, json.dumps(opening)]
-        self._process = Child(command, self._environment)
+        self._process = Child(command, {})
 
     def send(self, message: Message) -> None:
         assert self._process is not None
