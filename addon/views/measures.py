@@ -70,7 +70,7 @@ def angle(found: Stretch) -> np.ndarray:
 def area(found: Stretch) -> np.ndarray:
     """(t,) area in the map over area on the surface, 1 on average; inf where flipped."""
     good = found.good
-    mean = float((found.area * found.det)[good].sum()) / max(float(found.area[good].sum()), 1e-300)
+    mean = float(found.area[good] @ found.det[good]) / max(float(found.area[good].sum()), 1e-300)
     value = np.full(len(found.det), np.inf)
     value[good] = found.det[good] / mean if mean > 0 else 1.0
     value[~np.isfinite(found.det)] = np.nan
