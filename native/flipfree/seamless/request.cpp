@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/mesh/adjacency.h"
@@ -178,51 +179,21 @@ void check_request(const mesh::Surface& surface, const std::vector<Index>& cones
   }
 }
 
-namespace {
-
-// The numbers of these ids; every one once if asked for.
-std::vector<Index> numbered(const std::vector<Index>& ids, const std::vector<Index>& number,
-                            bool once) {
-  std::vector<Index> found;
-  for (const Index i : ids) {
-    if (i < 0 || static_cast<std::size_t>(i) >= number.size()) continue;
-    const Index n = number[at(i)];
-    if (!once || std::find(found.begin(), found.end(), n) == found.end()) found.push_back(n);
-  }
-  return found;
-}
-
-// `faces`, `vertices`: the caller's number of each of those that the error counts; elements beyond
-// are left out, corners become faces. Each is named once, but for the ends of edges.
-Error placed_in(Error error, const std::vector<FaceId>& faces,
-                const std::vector<VertexId>& vertices) {
-  if (error.kind == ElementKind::kCorner) {
-    for (Index& c : error.elements) c /= 3;
-    error.kind = ElementKind::kFace;
-  }
-  if (error.kind == ElementKind::kFace) {
-    error.elements = numbered(error.elements, faces, true);
-  } else if (error.kind == ElementKind::kVertex) {
-    error.elements = numbered(error.elements, vertices, true);
-  } else if (error.kind == ElementKind::kEdge) {
-    const std::vector<Index> ends = numbered(error.elements, vertices, false);
-    error.elements = ends.size() == error.elements.size() ? ends : std::vector<Index>{};
-  }
-  if (error.elements.empty()) error.kind = ElementKind::kNone;
-  return error;
-}
-
-}  // namespace
-
 void rethrow_placed(const std::vector<FaceId>& faces, const std::vector<VertexId>& vertices) {
+  const auto numbered_by = [](const std::vector<Index>& number) {
+    return [&number](Index i) { return at(i) < number.size() ? number[at(i)] : kInvalid; };
+  };
+  const auto face = numbered_by(faces);
+  const Renumbering numbers{numbered_by(vertices), face, [](Index) { return kInvalid; }};
   try {
     throw;
   } catch (const certify::CertificateFailed& failed) {
     certify::Certificate certificate = failed.certificate();
-    certificate.failed_faces = numbered(certificate.failed_faces, faces, true);
+    for (FaceId& f : certificate.failed_faces) f = face(f);
+    std::erase(certificate.failed_faces, kInvalid);
     throw certify::CertificateFailed("The seamless map", std::move(certificate));
   } catch (const NotConverged& failed) {
-    throw NotConverged(placed_in(failed.error(), faces, vertices));
+    throw NotConverged(renumbered(failed.error(), numbers));
   }
 }
 

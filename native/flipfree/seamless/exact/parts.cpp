@@ -18,7 +18,6 @@
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/bordered/corners.h"
 #include "flipfree/seamless/padding/paths.h"
-#include "flipfree/seamless/seams.h"
 
 namespace flipfree::seamless {
 
@@ -243,33 +242,7 @@ DividedSurface split_in_the_middle(const mesh::Surface& surface,
   return out;
 }
 
-using Pair = std::pair<VertexId, VertexId>;
-
-std::vector<Pair> sorted(const IndexPairs& pairs) {
-  std::vector<Pair> list;
-  for (Eigen::Index e = 0; e < pairs.rows(); ++e)
-    list.emplace_back(std::minmax(pairs(e, 0), pairs(e, 1)));
-  std::sort(list.begin(), list.end());
-  return list;
-}
-
 }  // namespace
-
-void turn_along_edges(const Triangles& faces, const mesh::Adjacency& adjacency,
-                      const std::vector<Index>& chart_of_face, Index charts,
-                      const IndexPairs& diagonals, Points2& corner_uv) {
-  const std::vector<Pair> left_out = sorted(diagonals);
-  std::vector<char> open(static_cast<std::size_t>(charts), 0);
-  for (std::size_t h = 0; h < adjacency.opposite.size(); ++h) {
-    if (adjacency.opposite[h] == kInvalid) open[at(chart_of_face[h / 3])] = 1;
-  }
-  const auto counts = [&](HalfedgeId h) {
-    const Pair edge = std::minmax(mesh::source(faces, h), mesh::target(faces, h));
-    return open[at(chart_of_face[at(h / 3)])] == 0 &&
-           !std::binary_search(left_out.begin(), left_out.end(), edge);
-  };
-  turn_to_axes(chart_of_face, charts, counts, corner_uv);
-}
 
 namespace {
 

@@ -43,15 +43,6 @@ std::vector<distortion::StraightEdge> straight_where(const std::vector<char>& al
                                                      const distortion::CutMap& cut,
                                                      const mesh::Adjacency& adjacency);
 
-// Which way up a seamless map lies: its axes along the edges of the mesh.
-
-// turn_to_axes() of every chart of a closed part by its edges, `diagonals` (vertex pairs) left out.
-// A chart with an edge on the surface's boundary stays: there the boundary decides. Cost: O(#F +
-// diagonals log diagonals).
-void turn_along_edges(const Triangles& faces, const mesh::Adjacency& adjacency,
-                      const std::vector<Index>& chart_of_face, Index charts,
-                      const IndexPairs& diagonals, Points2& corner_uv);
-
 // A surface with an aligned boundary, without the edges that this would flatten
 //, and the way back to the user's.
 

@@ -105,12 +105,29 @@ Index euler_characteristic(const mesh::Surface& surface) {
   return mesh::topology(surface.faces, mesh::build_adjacency(surface)).euler();
 }
 
-// No field says which way up: the edges do.
-void turn_along_own_edges(const IndexPairs& diagonals, certify::Parametrization& map) {
+// Turns every chart of a closed part so that the mesh's edges, its `diagonals` (vertex pairs) left
+// out, run along the axes as well as they can: no field says which way up. Where there is a
+// boundary, that says it.
+void turn_along_edges(const IndexPairs& diagonals, certify::Parametrization& map) {
+  using Pair = std::pair<VertexId, VertexId>;
+  const Triangles& faces = map.surface.faces;
   const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
   const mesh::Components parts = mesh::face_components(adjacency);
+  std::vector<Pair> left_out;
+  for (Eigen::Index e = 0; e < diagonals.rows(); ++e)
+    left_out.emplace_back(std::minmax(diagonals(e, 0), diagonals(e, 1)));
+  std::sort(left_out.begin(), left_out.end());
+  std::vector<char> open(at(parts.count), 0);
+  for (std::size_t h = 0; h < adjacency.opposite.size(); ++h) {
+    if (adjacency.opposite[h] == kInvalid) open[at(parts.of_face[h / 3])] = 1;
+  }
+  const auto counts = [&](HalfedgeId h) {
+    const Pair edge = std::minmax(mesh::source(faces, h), mesh::target(faces, h));
+    return open[at(parts.of_face[at(h / 3)])] == 0 &&
+           !std::binary_search(left_out.begin(), left_out.end(), edge);
+  };
   Points2 turned = map.uv;
-  turn_along_edges(map.surface.faces, adjacency, parts.of_face, parts.count, diagonals, turned);
+  turn_to_axes(parts.of_face, parts.count, counts, turned);
   // Rounding may fold a sliver; the map then lies as it did.
   if (certify::flipped_faces(turned).empty()) map.uv = std::move(turned);
 }
@@ -146,8 +163,7 @@ PennerMap engine_map(const mesh::Surface& surface, const std::vector<Index>& con
       options.which, has_boundary(surface),
       [&] { return compute_penner_map(surface, cones, {}, engine, context); },
       [&] { return compute_padding_map(surface, cones, bare_cut, engine, context); });
-  // Where the boundary is aligned, it says it.
-  turn_along_own_edges(options.engine.uncuttable, found.map);
+  turn_along_edges(options.engine.uncuttable, found.map);
   return found;
 }
 

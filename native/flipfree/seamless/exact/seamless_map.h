@@ -3,11 +3,11 @@
 //
 //   check_request()        seamless/request.h        refuses what no map can have
 //   compute_penner_map()   penner/penner.h           a map whose seams match up to rounding; or
-//   compute_padding_map()  padding/engine/padding.h  where that finds none
-//   turn_along_edges()     edge_directions.h         which way up
+//   compute_padding_map()  padding/padding.h         where that finds none
+//   turn_along_edges()     seamless_map.cpp          which way up
 //   take_back()            exact/take_back.h         fewer added vertices, or none
 //   make_exact()           distortion/seams/seams.h  less distortion, then exact seams
-//   spread_charts()        parts/chart_places.h      connected parts beside each other
+//   spread_charts()        exact/parts.h             connected parts beside each other
 //   certify_map()          certify/certified_map.h   decides on the stored values
 #pragma once
 
@@ -28,7 +28,7 @@ namespace flipfree::seamless {
 enum class Engine {
   kAuto,
   kPenner,   // penner/penner.h
-  kPadding,  // padding/engine/padding.h: closed surfaces, loops as they come
+  kPadding,  // padding/padding.h       : closed surfaces, loops as they come
 };
 
 // The map of the engine that is asked for, or of the first that finds one; `open`: is there a
