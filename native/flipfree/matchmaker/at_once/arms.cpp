@@ -18,7 +18,6 @@
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/distortion/valid_map.h"
-#include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/at_once/mesh_overlay.h"
 #include "flipfree/matchmaker/coarsening/relax.h"
 #include "flipfree/matchmaker/coarsening/remove_vertex.h"
@@ -283,13 +282,8 @@ class Star {
   PlaneMap plane() const {
     PlaneMap plane;
     plane.vertex = vertex_;
-    const auto count = static_cast<Eigen::Index>(vertex_.size());
-    plane.before.resize(count, 2);
-    plane.after.resize(count, 2);
-    for (Eigen::Index v = 0; v < count; ++v) {
-      plane.before.row(v) = before_[at(v)].transpose();
-      plane.after.row(v) = after_[at(v)].transpose();
-    }
+    plane.before = rows_of(before_);
+    plane.after = rows_of(after_);
     plane.faces.resize(static_cast<Eigen::Index>(faces_.size()), 3);
     for (std::size_t f = 0; f < faces_.size(); ++f)
       plane.faces.row(static_cast<Eigen::Index>(f)) << faces_[f][0], faces_[f][1], faces_[f][2];
@@ -559,17 +553,9 @@ std::optional<mesh::RefinedMap> best_map(const mesh::RefinedMap& disk,
 }  // namespace
 
 mesh::RefinedMap in_circle(const mesh::RefinedSurface& surface, ExecutionContext& context) {
-  const auto count = static_cast<double>(surface.boundary.size());
-  Points2 circle(static_cast<Eigen::Index>(surface.boundary.size()), 2);
-  for (Eigen::Index i = 0; i < circle.rows(); ++i) {
-    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / count;
-    circle.row(i) << std::cos(angle), std::sin(angle);
-  }
-  embedding::EmbedOptions options;
-  options.float32 = false;
   Stats unused;
-  const Points2 uv = embedding::embed_disk(surface.mesh.faces(), surface.mesh.vertex_count(),
-                                           surface.boundary, circle, options, context, unused);
+  const std::vector<double> even(surface.boundary.size(), 1.0);
+  const Points2 uv = onto_circle(surface, surface.boundary, even, context, unused);
   const mesh::Surface room = equal_area_metric(surface, uv, context);
   return {surface, room.vertices.leftCols(2)};
 }

@@ -91,10 +91,7 @@ class Overlay {
       }
     }
     curves.finish();
-    map.uv =
-        Points2(static_cast<Eigen::Index>(after_.size()), 2);  // a resize that fails frees twice
-    for (std::size_t v = 0; v < after_.size(); ++v)
-      map.uv.row(static_cast<Eigen::Index>(v)) = after_[v].transpose();
+    map.uv = rows_of(after_);
     return distortion::is_flip_free(mesh_.faces(), map.uv, context);
   }
 
@@ -196,9 +193,8 @@ class Overlay {
   // Where the mesh's own vertices go.
   std::vector<Vector2> follow() const {
     std::vector<Vector2> result(place_.size(), Vector2(0, 0));
-    Points2 points(own_, 2);
-    for (Eigen::Index v = 0; v < own_; ++v) points.row(v) = place_[at(v)].transpose();
-    const std::vector<FaceId> face = locate_points(points, plane_.faces, plane_.before);
+    const Points2 own = rows_of({place_.begin(), place_.begin() + own_});
+    const std::vector<FaceId> face = locate_points(own, plane_.faces, plane_.before);
     for (std::size_t v = 0; v < face.size(); ++v) {
       if (face[v] == kInvalid) continue;  // beside the boundary by rounding, and named below
       const auto corner = [&](Index k) { return plane_.faces(face[v], k); };

@@ -219,6 +219,8 @@ using EdgeSet = std::set<std::pair<VertexId, VertexId>>;
 
 class OutlineMover {
  public:
+  // Precondition: map.uv is flip-free and at the homotopy's frame 0, pins included. Edges of
+  // `uncut` are not split (lines).
   OutlineMover(mesh::RefinedMap& map, const OutlineHomotopy& homotopy,
                const std::vector<std::pair<VertexId, VertexId>>& uncut, ExecutionContext& context)
       : map_(map), homotopy_(homotopy), context_(context), chart_(to_surface(map.surface)) {
@@ -227,12 +229,22 @@ class OutlineMover {
     relax();
   }
 
-  double time() const { return time_; }
-  std::int64_t frames() const { return frames_; }
-  std::int64_t splits() const { return splits_; }
+  // True if frame 1 was reached: outline and pins bit for bit; else the map is some valid one on
+  // the way, where there is no way on. At most `added_limit` vertices are added. Stats:
+  // "outline.*". Cost: some hundred Newton steps.
+  bool run(Index added_limit, Stats& stats) {
+    const Index before = map_.surface.mesh.vertex_count();
+    const bool arrived = advance(before + added_limit);
+    stats["outline.frames"] = frames_;
+    stats["outline.refinements"] = splits_;
+    stats["outline.way"] = time_;
+    stats["outline.added_vertices"] =
+        static_cast<std::int64_t>(map_.surface.mesh.vertex_count() - before);
+    return arrived;
+  }
 
-  // True when the last frame is reached, false when there is no way on.
-  bool run(Index vertex_limit) {
+ private:
+  bool advance(Index vertex_limit) {
     double stride = 1.0;
     while (time_ < 1) {
       context_.report("moving to the outline", time_);
@@ -252,7 +264,6 @@ class OutlineMover {
     return true;
   }
 
- private:
   double reach(double share) const { return share * kStride * (1 - time_ + kRest); }
 
   bool step(double stride, std::int64_t& effort) {
@@ -364,54 +375,21 @@ class OutlineMover {
   std::int64_t splits_ = 0;
 };
 
-// The surface at frame 0, without the pins: flip-free, distortion lowered. Inner edges between
-// boundary vertices are split. Throws what embed_disk and minimize_distortion throw.
-mesh::RefinedMap first_frame(const mesh::RefinedSurface& surface, const OutlineHomotopy& homotopy,
-                             const Constraints& constraints, ExecutionContext& context,
-                             Stats& stats) {
+// The surface with its boundary on a convex outline, the pins anywhere: flip-free, distortion
+// lowered. Inner edges between boundary vertices are split, but those of `uncut`.
+mesh::RefinedMap on_outline(const mesh::RefinedSurface& surface, const Polygon& outline,
+                            const std::vector<std::pair<VertexId, VertexId>>& uncut,
+                            ExecutionContext& context, Stats& stats) {
   mesh::RefinedMap map{surface, {}};
-  split_chords(map.surface, constraints.edges);
-  const std::vector<Vector2> corners = homotopy.corners(0.0);
-  const std::vector<Index>& outline = homotopy.domain().outline;
-  std::vector<VertexId> loop;
-  Points2 polygon(static_cast<Eigen::Index>(outline.size()), 2);
-  for (std::size_t i = 0; i < outline.size(); ++i) {
-    loop.push_back(homotopy.domain().mesh_vertex[at(outline[i])]);
-    polygon.row(static_cast<Eigen::Index>(i)) = corners[at(outline[i])].transpose();
-  }
+  split_chords(map.surface, uncut);
   embedding::EmbedOptions embed;
   embed.float32 = false;
   map.uv = distortion::with_own_map([&] {
-    return embedding::embed_disk(map.surface.mesh.faces(), map.surface.mesh.vertex_count(), loop,
-                                 polygon, embed, context, stats);
+    return embedding::embed_disk(map.surface.mesh.faces(), map.surface.mesh.vertex_count(),
+                                 surface.boundary, rows_of(outline), embed, context, stats);
   });
-  distortion::MinimizeOptions minimize;
-  minimize.max_iterations = kFirstSteps;
-  minimize.fixed = loop;
-  std::sort(minimize.fixed.begin(), minimize.fixed.end());
-  if (loop.size() < static_cast<std::size_t>(map.uv.rows()))
-    map.uv = distortion::with_own_map([&] {
-      return distortion::minimize_distortion(to_surface(map.surface), map.uv, minimize, context).uv;
-    });
+  relax(map, surface.boundary, {kFirstSteps, false, nullptr}, context);
   return map;
-}
-
-// Precondition: map.uv is flip-free and at the homotopy's frame 0, pins included. Edges of `uncut`
-// are not split (lines). True if frame 1 was reached: outline and pins bit for bit; else `map` is
-// some valid map on the way. No guarantee of arrival: at most `added_limit` vertices are added.
-// Deterministic for any number of threads. Stats: "outline.*". Cost: some hundred Newton steps.
-bool move_outline(mesh::RefinedMap& map, const OutlineHomotopy& homotopy,
-                  const std::vector<std::pair<VertexId, VertexId>>& uncut, Index added_limit,
-                  ExecutionContext& context, Stats& stats) {
-  const Index before = map.surface.mesh.vertex_count();
-  OutlineMover mover(map, homotopy, uncut, context);
-  const bool arrived = mover.run(before + added_limit);
-  stats["outline.frames"] = mover.frames();
-  stats["outline.refinements"] = mover.splits();
-  stats["outline.way"] = mover.time();
-  stats["outline.added_vertices"] =
-      static_cast<std::int64_t>(map.surface.mesh.vertex_count() - before);
-  return arrived;
 }
 
 // Vertices that the homotopy to an outline may add, in units of the input's.
@@ -434,14 +412,14 @@ Constraints at_first_frame(const mesh::RefinedSurface& surface, const OutlineHom
 mesh::RefinedMap pinned_first_frame(const mesh::RefinedSurface& surface,
                                     const OutlineHomotopy& homotopy, const Constraints& constraints,
                                     ExecutionContext& context, Stats& stats) {
+  const Constraints disk = at_first_frame(surface, homotopy);
   mesh::RefinedMap map;
   {
     const ProgressRange range(context, 0.0, 0.5);
-    map = first_frame(surface, homotopy, constraints, context, stats);
+    map = on_outline(surface, disk.outline, constraints.edges, context, stats);
   }
   if (homotopy.pins().empty()) return map;
   const ProgressRange range(context, 0.5, 1.0);
-  const Constraints disk = at_first_frame(surface, homotopy);
   mesh::RefinedMap pinned = map;
   bool arrived = false;
   ended_in_time(context, [&] {
@@ -469,7 +447,8 @@ std::optional<mesh::RefinedMap> through_homotopy(const Problem& problem, Executi
   {
     const ProgressRange range(context, 0.4, 0.9);
     const Index limit = kOutlineRefinement * problem.surface.input_vertices();
-    if (!move_outline(map, homotopy, constraints.edges, limit, context, stats)) return std::nullopt;
+    OutlineMover mover(map, homotopy, constraints.edges, context);
+    if (!mover.run(limit, stats)) return std::nullopt;
   }
   const ProgressRange range(context, 0.9, 1.0);
   if (!riding && move_pins(map, constraints, true, true, context, stats) == Arrival::kBlocked)

@@ -108,6 +108,12 @@ Vector3 barycentric(const Vector2& a, const Vector2& b, const Vector2& c, const 
   return {1 - at_b - at_c, at_b, at_c};
 }
 
+Points2 rows_of(const Polygon& points) {
+  Points2 rows(static_cast<Eigen::Index>(points.size()), 2);
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) rows.row(i) = points[at(i)].transpose();
+  return rows;
+}
+
 std::vector<double> numbers_of(const Polygon& points) {
   std::vector<double> numbers;
   for (const Vector2& p : points) numbers.insert(numbers.end(), {p.x(), p.y()});

@@ -371,6 +371,18 @@ class Reader {
     return boundary != on_boundary_.end() ? result_.outline[boundary->second] : pins_.at(v);
   }
 
+  using Edge = std::pair<VertexId, VertexId>;
+  [[noreturn]] void refuse_meeting(const Edge& line, const Edge& other, const char* what,
+                                   const char* cure) const {
+    const auto& [a, b] = line;
+    const auto& [c, d] = other;
+    throw_contradiction(
+        "The line through vertices " + vertex_id(a) + ", " + vertex_id(b) + " crosses " + what +
+            " vertices " + vertex_id(c) + ", " + vertex_id(d) + cure,
+        {"segments meet", {{"segments", numbers_of({target(a), target(b), target(c), target(d)})}}},
+        {a, b, c, d});
+  }
+
   // Lines meet each other and pins in shared vertices only.
   void check_lines() const {
     if (!result_.simple_outline) return;  // they may cross on different sheets
@@ -381,14 +393,8 @@ class Reader {
       for (std::size_t j = 0; j < i; ++j) {
         if (!numeric::segments_conflict(a, b, target(edges[j].first), target(edges[j].second)))
           continue;
-        throw_contradiction(
-            "The line through vertices " + vertex_id(edges[i].first) + ", " +
-                vertex_id(edges[i].second) + " crosses the one through vertices " +
-                vertex_id(edges[j].first) + ", " + vertex_id(edges[j].second) +
-                ". Lines of the mesh that do not meet may not meet in the map.",
-            {"segments meet",
-             {{"segments", numbers_of({a, b, target(edges[j].first), target(edges[j].second)})}}},
-            {edges[i].first, edges[i].second, edges[j].first, edges[j].second});
+        refuse_meeting(edges[i], edges[j], "the one through",
+                       ". Lines of the mesh that do not meet may not meet in the map.");
       }
       for (const PinnedVertex& p : result_.pins) {
         if (!numeric::segments_conflict(a, b, p.uv, p.uv)) continue;
@@ -420,13 +426,7 @@ class Reader {
         const VertexId c = surface_.boundary[i];
         const VertexId d = surface_.boundary[(i + 1) % n];
         if ((a == c && b == d) || (a == d && b == c)) continue;
-        throw_contradiction("The line through vertices " + vertex_id(a) + ", " + vertex_id(b) +
-                                " crosses the boundary's targets at vertices " + vertex_id(c) +
-                                ", " + vertex_id(d) + ".",
-                            {"segments meet",
-                             {{"segments", numbers_of({target(a), target(b), result_.outline[i],
-                                                       result_.outline[(i + 1) % n]})}}},
-                            {a, b, c, d});
+        refuse_meeting({a, b}, {c, d}, "the boundary's targets at", ".");
       }
     }
   }

@@ -39,16 +39,9 @@ Points2 compose_through_disk(const mesh::RefinedSurface& surface, const TargetDo
         (domain.point[at(domain.outline[(i + 1) % n])] - domain.point[at(domain.outline[i])])
             .norm());
   }
-  const Points2 circle =
-      embedding::place_boundary(embedding::BoundaryShape::kCircle, lengths).positions;
+  const Points2 disk = onto_circle(surface, loop, lengths, context, stats);
   std::vector<Vector2> place(domain.point.size());
-  for (std::size_t i = 0; i < n; ++i) {
-    place[at(domain.outline[i])] = circle.row(static_cast<Eigen::Index>(i)).transpose();
-  }
-  embedding::EmbedOptions options;
-  options.float32 = false;
-  const Points2 disk = embedding::embed_disk(surface.mesh.faces(), surface.mesh.vertex_count(),
-                                             loop, circle, options, context, stats);
+  for (std::size_t i = 0; i < n; ++i) place[at(domain.outline[i])] = disk.row(loop[i]).transpose();
   // Where it lies in the disk, carried along as the disk becomes the target.
   return Carrier(surface, disk, domain, place, context).vertices(domain.point);
 }
@@ -67,9 +60,20 @@ double twice_area_of(const Shape& t) { return twice_area(t[0], t[1], t[2]); }
 
 }  // namespace
 
+Points2 onto_circle(const mesh::RefinedSurface& surface, const std::vector<VertexId>& loop,
+                    const std::vector<double>& lengths, ExecutionContext& context, Stats& stats) {
+  embedding::EmbedOptions options;
+  options.float32 = false;
+  const Points2 circle =
+      embedding::place_boundary(embedding::BoundaryShape::kCircle, lengths).positions;
+  return distortion::with_own_map([&] {
+    return embedding::embed_disk(surface.mesh.faces(), surface.mesh.vertex_count(), loop, circle,
+                                 options, context, stats);
+  });
+}
+
 mesh::Surface equal_area_metric(const mesh::RefinedSurface& surface, const Points2& uv,
-                                ExecutionContext& context,
-                                const std::vector<VertexId>& also_fixed) {
+                                ExecutionContext& context) {
   mesh::Surface flat = to_surface(surface);
   const auto count = static_cast<std::size_t>(flat.faces.rows());
   Points2 here = uv;
@@ -82,7 +86,6 @@ mesh::Surface equal_area_metric(const mesh::RefinedSurface& surface, const Point
   for (std::size_t f = 0; f < count; ++f) total += 0.5 * twice_area_of(shape(f));
   std::vector<char> fixed(surface.position.size(), 0);
   for (const VertexId v : surface.boundary) fixed[at(v)] = 1;
-  for (const VertexId v : also_fixed) fixed[at(v)] = 1;
   std::vector<Shape> shapes(count, {Vector2(0, 0), Vector2(1, 0), Vector2(0.5, 0.75)});
   distortion::Untangler untangler(flat, fixed, context);
   distortion::UntangleOptions options;
@@ -130,17 +133,10 @@ Points2 flatten(const mesh::RefinedSurface& surface, ExecutionContext& context, 
                        surface.position[at(surface.boundary[i])])
                           .norm());
   }
-  embedding::EmbedOptions options;
-  options.float32 = false;
-  const Points2 circle =
-      embedding::place_boundary(embedding::BoundaryShape::kCircle, lengths).positions;
   Points2 uv;
   {
     const ProgressRange range(context, 0.0, 0.2);
-    uv = distortion::with_own_map([&] {
-      return embedding::embed_disk(arrays.faces, static_cast<Index>(arrays.vertices.rows()),
-                                   surface.boundary, circle, options, context, stats);
-    });
+    uv = onto_circle(surface, surface.boundary, lengths, context, stats);
   }
   const ProgressRange range(context, 0.2, 0.6);
   distortion::MinimizeOptions minimize;
@@ -169,12 +165,10 @@ void lay_over(Points2& uv, const std::vector<PinnedVertex>& pins) {
 // Inner edges between boundary vertices whose straight images have no room in the target.
 void split_blind_chords(mesh::RefinedSurface& surface, const Constraints& constraints) {
   if (!is_locally_convex(constraints.outline)) return split_chords(surface, constraints.edges);
-  Points2 polygon(static_cast<Eigen::Index>(constraints.outline.size()), 2);
-  for (Eigen::Index i = 0; i < polygon.rows(); ++i)
-    polygon.row(i) = constraints.outline[at(i)].transpose();
   const Triangles faces = surface.mesh.faces();
-  for (const HalfedgeId h : embedding::chords_to_split(faces, surface.mesh.vertex_count(),
-                                                       surface.boundary, polygon, true))
+  for (const HalfedgeId h :
+       embedding::chords_to_split(faces, surface.mesh.vertex_count(), surface.boundary,
+                                  rows_of(constraints.outline), true))
     surface.split_edge(surface.mesh.find(mesh::source(faces, h), mesh::target(faces, h)));
 }
 

@@ -13,6 +13,11 @@
 
 namespace flipfree::matchmaker {
 
+// The surface in a circle on which the boundary's edges have these lengths, from `loop`'s first
+// vertex on. Stats: those of embed_disk.
+Points2 onto_circle(const mesh::RefinedSurface& surface, const std::vector<VertexId>& loop,
+                    const std::vector<double>& lengths, ExecutionContext& context, Stats& stats);
+
 // A flat metric on the surface in which every triangle has room inside a prescribed boundary.
 //
 // The surface's own metric against a boundary that it does not like leaves limbs as specks at the
@@ -22,10 +27,9 @@ namespace flipfree::matchmaker {
 //
 // Precondition: uv is flip-free. Returns the surface's live faces with flat positions (z = 0):
 // those of a flip-free map with the same boundary, whose areas are evened out as far as the shapes
-// bear it. Vertices in `also_fixed` stay where they are as well. Cost: some hundred Newton steps.
+// bear it. Cost: some hundred Newton steps.
 mesh::Surface equal_area_metric(const mesh::RefinedSurface& surface, const Points2& uv,
-                                ExecutionContext& context,
-                                const std::vector<VertexId>& also_fixed = {});
+                                ExecutionContext& context);
 
 // A flip-free position per vertex (#V x 2) with a prescribed boundary met bit for bit, inner pins
 // not yet; nothing if the search failed, which it cannot with a free boundary.
