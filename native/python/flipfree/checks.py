@@ -13,7 +13,7 @@ import numpy as np
 import numpy.ma
 import numpy.typing as npt
 
-from .errors import InvalidInput, bad_option, bad_shape
+from .errors import InvalidInput, bad_option, bad_shape, out_of_range
 from .results import FloatArray, IntArray, Mesh, in_unit
 
 Number = TypeVar("Number", int, float)
@@ -223,7 +223,7 @@ def as_indices(values: Any, name: str, columns: int | None = None) -> IntArray:
     array = _to_whole_numbers(array, name)
     limits = np.iinfo(np.int32)
     if array.min() < limits.min or array.max() > limits.max:
-        raise InvalidInput(f"{name} has an index beyond 32 bits.", code="index out of range")
+        raise out_of_range(f"{name} has an index beyond 32 bits.")
     return np.ascontiguousarray(array, dtype=np.int32)
 
 

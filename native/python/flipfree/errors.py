@@ -41,8 +41,12 @@ class InvalidInput(FlipfreeError, ValueError):
     """The input is malformed; the message names the place and the cure."""
 
 
-def bad_option(message: str) -> InvalidInput:
-    return InvalidInput(message, code="bad option")
+def bad_option(message: str, kind: str = "none", elements: Any = ()) -> InvalidInput:
+    return InvalidInput(message, code="bad option", kind=kind, elements=elements)
+
+
+def out_of_range(message: str, kind: str = "none", elements: Any = ()) -> InvalidInput:
+    return InvalidInput(message, code="index out of range", kind=kind, elements=elements)
 
 
 def bad_pins(message: str) -> InvalidInput:

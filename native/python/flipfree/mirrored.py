@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .errors import FlipfreeError, InvalidInput
+from .errors import FlipfreeError, bad_option
 from .results import FloatArray, IntArray
 
 Ints = npt.NDArray[np.int64]
@@ -97,9 +97,8 @@ def half_of(vertices: FloatArray, faces: IntArray, axis: int) -> Half:
             parent.append(f)
             weights.append(np.array([w for _, w in piece]))
     if not corners:
-        raise InvalidInput(
-            "No face lies on the positive side of the plane of symmetry. Choose another axis.",
-            code="bad option",
+        raise bad_option(
+            "No face lies on the positive side of the plane of symmetry. Choose another axis."
         )
     used, compact = np.unique(np.array(corners), return_inverse=True)
     origin, along = np.array(ends)[used], np.array(share)[used]

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .checks import as_corner_uv, as_floats, as_indices, as_places
-from .errors import InvalidInput, bad_shape
+from .errors import bad_option, bad_shape, out_of_range
 from .job import ours_only
 from .results import FloatArray, IntArray, Parametrization, Transitions
 
@@ -33,11 +33,10 @@ def map_points(found: Parametrization, faces: Any, barycentrics: Any) -> FloatAr
     )
     if (begin == end).any():
         lost = face[begin == end][0]
-        raise InvalidInput(
+        raise out_of_range(
             f"Face {lost} is not in the map. Leave its points out.",
-            code="index out of range",
-            kind="face",
-            elements=[lost],
+            "face",
+            [lost],
         )
     query = np.repeat(np.arange(len(face)), end - begin)
     place = np.arange(len(query)) - np.repeat(np.cumsum(end - begin) - end, end - begin)
@@ -64,18 +63,14 @@ def _points_of(
         raise bad_shape(f"barycentrics must have shape ({len(face)}, 3), one row for each face.")
     wrong = (face < 0) | (face >= len(found.input_faces))
     if wrong.any():
-        raise InvalidInput(
-            f"faces names face {face[wrong][0]} of {len(found.input_faces)}.",
-            code="index out of range",
-        )
+        raise out_of_range(f"faces names face {face[wrong][0]} of {len(found.input_faces)}.")
     with np.errstate(invalid="ignore"):
         wrong = ~((weights >= -_SLACK).all(axis=1) & (np.abs(weights.sum(axis=1) - 1.0) < 1e-9))
     if wrong.any():
-        raise InvalidInput(
+        raise bad_option(
             f"barycentrics must be three weights from 0 on with the sum 1, not {weights[wrong][0]}.",
-            code="bad option",
-            kind="face",
-            elements=face[wrong][:1],
+            "face",
+            face[wrong][:1],
         )
     return face, weights
 
@@ -199,12 +194,11 @@ class SurfaceMap:
         if (at < 0).any():
             lost = int(np.argmin(at))
             on_face = int(np.asarray(faces)[lost])
-            raise InvalidInput(
+            raise bad_option(
                 f"Point {lost}, on face {on_face}, lies outside the second map. Map both surfaces onto one domain, such as a "
                 "square.",
-                code="bad option",
-                kind="face",
-                elements=[on_face],
+                "face",
+                [on_face],
             )
         return at, there
 
@@ -222,9 +216,7 @@ def _map_of(name: str, given: Any) -> Parametrization:
     try:
         vertices, faces, uv = given
     except (TypeError, ValueError):
-        raise InvalidInput(
-            f"{name} must be a Parametrization, or (vertices, faces, uv).", code="bad option"
-        ) from None
+        raise bad_option(f"{name} must be a Parametrization, or (vertices, faces, uv).") from None
     from .calls.certification import certify
 
     told = certify(vertices, faces, uv)
@@ -269,10 +261,9 @@ def compose(first: Any, second: Any) -> SurfaceMap:
     for name, found in (("first", first), ("second", second)):
         told = found.certificate
         if not told.ok or told.overlaps != 0 or told.island_overlaps > 0:
-            raise InvalidInput(
+            raise bad_option(
                 f"The {name} map is not one-to-one, so that a point of the plane has several places on its surface. Take maps "
-                "without overlaps.",
-                code="bad option",
+                "without overlaps."
             )
     there, back = (
         SurfaceMap(first, second, Finder(second)),

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .. import _native, checks
-from ..errors import InvalidInput, bad_option, bad_shape
+from ..errors import InvalidInput, bad_option, bad_shape, out_of_range
 from ..job import ours_only
 from ..results import FloatArray, IntArray, Parametrization
 from ..rewriting import obj, ply
@@ -148,9 +148,8 @@ def write(
     face_array = checks.as_indices(faces, "faces", 3)
     positions = checks.as_floats(vertices, "vertices", 3)
     if face_array.size and not (0 <= face_array.min() and face_array.max() < len(positions)):
-        raise InvalidInput(
-            f"faces has an index that is none of the {counted(len(positions), 'vertex', 'vertices')}. Correct it.",
-            code="index out of range",
+        raise out_of_range(
+            f"faces has an index that is none of the {counted(len(positions), 'vertex', 'vertices')}. Correct it."
         )
     if not np.isfinite(positions).all():
         raise InvalidInput(

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import _native, checks
-from ..errors import InvalidInput, bad_option, bad_shape
+from ..errors import InvalidInput, bad_option, bad_shape, out_of_range
 from ..job import Job, Progress, ours_only, solver_call, start_job
 from ..results import (
     FloatArray,
@@ -204,9 +204,8 @@ def halfedges_of_strip(faces: IntArray, strip: Any, name: str) -> IntArray:
     """The half-edges across which a closed strip of faces is left; the first one that two faces share."""
     ids = checks.as_indices(strip, name)
     if len(ids) == 0 or ids.min() < 0 or ids.max() >= len(faces):
-        raise InvalidInput(
-            f"{name} must name faces of the mesh, which has {len(faces)}, and at least one.",
-            code="index out of range",
+        raise out_of_range(
+            f"{name} must name faces of the mesh, which has {len(faces)}, and at least one."
         )
     corners, following = faces[ids], np.roll(faces[ids], -1, axis=1)
     others, beyond = np.roll(corners, -1, axis=0), np.roll(following, -1, axis=0)
@@ -216,11 +215,10 @@ def halfedges_of_strip(faces: IntArray, strip: Any, name: str) -> IntArray:
     meets = shared.any(axis=2)
     if not meets.any(axis=1).all():
         place = int(np.flatnonzero(~meets.any(axis=1))[0])
-        raise InvalidInput(
+        raise bad_option(
             f"{name}: face {ids[place]} at place {place} shares no edge with the next one. Give a closed strip of faces.",
-            code="bad option",
-            kind="face",
-            elements=[int(ids[place])],
+            "face",
+            [int(ids[place])],
         )
     return np.asarray(3 * ids + meets.argmax(axis=1), np.int32)
 
@@ -232,9 +230,8 @@ def as_quarter_turns(
     turns = np.full(count, usual, np.int32)
     for vertex, value in checks.as_vertex_map(values, name, "quarter turns").items():
         if not 0 <= vertex < count:
-            raise InvalidInput(
-                f"{name} names vertex {checks.shown(vertex)}, which does not exist (the mesh has {count}). Leave it out.",
-                code="index out of range",
+            raise out_of_range(
+                f"{name} names vertex {checks.shown(vertex)}, which does not exist (the mesh has {count}). Leave it out."
             )
         number = checks.whole_number(value)
         if number is None or not least <= number < _MOST_TURNS:
