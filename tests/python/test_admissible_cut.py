@@ -226,37 +226,81 @@ def test_spheres_have_no_cut_and_open_surfaces_are_refused() -> None:
         ff.admissible_cut(vertices, faces, {0: 3}, field=field)
 
 
-def equations(cut: ff.AdmissibleCut) -> tuple[list[list[tuple[int, int]]], np.ndarray]:
-    """Of a cut whose nodes all have four branches: around every component its segments in order, as (branch, side), and the
-    matrix of thesis 5.2.4, a row for each branch and a column for each segment."""
+Side = tuple[int, int]  # branch, 0 along it or 1 against it
+
+
+def equations(cut: ff.AdmissibleCut) -> tuple[list[list[list[Side]]], np.ndarray]:
+    """Around every component its segments in order, each as its sides, which are joined at flat sectors; and the matrix of
+    thesis 5.2.4, a column for each segment and a row for each that is not one of several mates of another one."""
     split, origin = ff.split_fans(cut.faces, cuts=cut.cut_edges)
     side_of = {}
     for b, branch in enumerate(cut.branches):
         for u, v in zip(branch[:-1].tolist(), branch[1:].tolist(), strict=True):
             side_of |= {(u, v): (b, 0), (v, u): (b, 1)}
+    flat = {int(split[f][cut.faces[f] == v][0]) for v, f in cut.flat.tolist()}
     ends = np.stack([split, np.roll(split, -1, axis=1)], -1).reshape(-1, 2)
     named = list(map(tuple, origin[ends].tolist()))
     follow = {
         int(u): (int(v), side_of[n]) for (u, v), n in zip(ends, named, strict=True) if n in side_of
     }
-    around = []
+    around: list[list[list[Side]]] = []
     while follow:
-        first = at = next(iter(follow))
+        at = next(iter(follow))
         walk = []
         while at in follow:
-            at, side = follow.pop(at)
-            walk.append(side)
-        assert at == first
-        start = next(i for i in range(len(walk)) if walk[i] != walk[i - 1])
-        walk = walk[start:] + walk[:start]
-        around.append([s for i, s in enumerate(walk) if i == 0 or s != walk[i - 1]])
-    column = {s: i for i, s in enumerate(s for cycle in around for s in cycle)}
-    matrix = np.zeros((len(cut.branches), len(column)))
-    for cycle in around:
-        for i, (b, side) in enumerate(cycle):
-            for other in (cycle[i - 1], cycle[(i + 1) % len(cycle)]):
-                matrix[b, column[other]] += 1 - 2 * side
-    return around, matrix
+            before, (at, side) = at, follow.pop(at)
+            walk.append((before, side))
+        assert at == walk[0][0]
+        corners = [i for i, (v, s) in enumerate(walk) if s != walk[i - 1][1] and v not in flat]
+        cycle: list[list[Side]] = []
+        for i in range(corners[0], corners[0] + len(walk)):
+            side = walk[i % len(walk)][1]
+            if i % len(walk) in corners:
+                cycle.append([side])
+            elif side != cycle[-1][-1]:
+                cycle[-1].append(side)
+        around.append(cycle)
+    segments = [(c, i) for c, cycle in enumerate(around) for i in range(len(cycle))]
+    column = {s: k for k, (c, i) in enumerate(segments) for s in around[c][i]}
+    rows = []
+    for k, (c, i) in enumerate(segments):
+        mates = [column[b, 1 - side] for b, side in around[c][i]]
+        others = [len(around[segments[m][0]][segments[m][1]]) for m in mates]
+        if len(mates) == 1 and (others[0] > 1 or mates[0] < k):
+            continue
+        assert len(mates) == 1 or set(others) == {1}, "T-nodes on both sides of one branch"
+        row = np.zeros(len(segments))
+        for m, sign in [(k, 1), *((m, -1) for m in mates)]:
+            component, place = segments[m]
+            for other in (place - 1, (place + 1) % len(around[component])):
+                row[column[around[component][other][0]]] += sign
+        rows.append(row)
+    return around, np.array(rows)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_beside_t_nodes_the_path_between_them_needs_no_padding(turned: bool) -> None:
+    """Proposition 12: the other segments' columns have full row rank and the vector of ones in their kernel."""
+    mesh, t_nodes = of_genus(3), 0
+    for seed in range(6):
+        cones = scattered(mesh[0], [5] * 16 if seed % 2 else [3] * 8 + [5] * 24, seed)
+        how = {"field": turned_field(mesh, cones, seed)} if turned else {"cones": cones}
+        cut = ff.admissible_cut(*mesh, **how)
+        around, matrix = equations(cut)
+        columns = [sides for cycle in around for sides in cycle]
+        joined = {b for sides in columns if len(sides) > 1 for b, _ in sides}
+        nodes = set(cut.flat[:, 0].tolist())
+        t_nodes += len(nodes)
+        extra = [
+            b
+            for b, branch in enumerate(cut.branches)
+            if b not in joined and nodes & {int(branch[0]), int(branch[-1])}
+        ]
+        assert len(extra) == (1 if nodes else 0)
+        kept = [k for k, sides in enumerate(columns) if not {b for b, _ in sides} & set(extra)]
+        assert np.linalg.matrix_rank(matrix[:, kept]) == len(matrix)
+        assert not matrix[:, kept].sum(axis=1).any()
+    assert t_nodes > 0
 
 
 def test_a_torus_with_two_cones_has_the_equations_of_the_dissertation() -> None:
@@ -275,8 +319,8 @@ def test_a_torus_with_two_cones_has_the_equations_of_the_dissertation() -> None:
     around, matrix = equations(cut)
     assert sorted(map(len, around)) == [2, 6]
     assert np.linalg.matrix_rank(matrix) == 4 and not matrix.sum(axis=1).any()
-    six, two = sorted(around, key=len, reverse=True)
-    columns = {s: i for i, s in enumerate(s for cycle in around for s in cycle)}
+    six, two = sorted(([s for [s] in cycle] for cycle in around), key=len, reverse=True)
+    columns = {s: i for i, s in enumerate(s for cycle in around for [s] in cycle)}
     same = []
     for turn in range(6):
         for swap in (two, two[::-1]):
