@@ -15,38 +15,24 @@
 // refinement can help there.
 #pragma once
 
-#include <cmath>
+#include <array>
 #include <vector>
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/base/types.h"
-#include "flipfree/mesh/adjacency.h"
 
 namespace flipfree::intrinsic {
 // A surface made of Euclidean triangles, given by edge lengths, and straight lines on it: every
-// face is laid out in a plane of its own, and a line is continued by unfolding the next face.
+// face has a plane of its own, and a line is continued by unfolding the next face.
 //
 // Lines are computed in double. What is decided with them (where a vertex is best added) is never
 // a matter of validity.
-
-inline Vector2 rotated(const Vector2& v, double angle) {
-  const double c = std::cos(angle), s = std::sin(angle);
-  return {c * v.x() - s * v.y(), s * v.x() + c * v.y()};
-}
-
-// The corner opposite an edge of length c along the x axis, seen from the edge's first end: `b` is
-// the side at that end, `a` the one at the other. By Heron's formula in Kahan's form, so that
-// needles keep their height.
-Vector2 apex_of(double c, double a, double b);
 
 // A place in one face, in the plane of that face.
 struct FacePoint {
   FaceId face = kInvalid;
   Vector2 at = Vector2::Zero();
-};
-struct FaceRay : FacePoint {
-  Vector2 direction = Vector2::UnitX();  // of length 1
 };
 
 // A point to be added: inside a face, or on an edge.
@@ -56,22 +42,37 @@ struct AddedPoint {
   double share = 0.0;          // of the way along `edge`
 };
 
-struct FlatSurface {
+struct FlatFaces {
+  // Half-edge 3 f + k runs from corner k to corner k + 1 of face f.
+  struct Halfedge {
+    VertexId origin = kInvalid;
+    HalfedgeId opposite = kInvalid;  // kInvalid at the boundary
+    double length = 0.0;
+    double direction = 0.0;  // at its origin: angle, counter-clockwise from a fixed direction there
+    Index piece = kInvalid;  // of the boundary that it is part of; the caller's
+  };
+  std::vector<Halfedge> half;  // 3 #F
+
+  FaceId face_count() const { return static_cast<FaceId>(half.size() / 3); }
+  double length(HalfedgeId h) const { return half[at(h)].length; }
+  // The corners of a face in its plane: the first one at the origin, the second on the x axis.
+  std::array<Vector2, 3> plane(FaceId f) const;
+  Vector2 corner_at(CornerId c) const { return plane(c / 3)[at(c % 3)]; }
+  double angle(CornerId c) const;
+};
+
+struct FlatSurface : FlatFaces {
   Index vertex_count = 0;
   Triangles faces;
-  mesh::Adjacency adjacency;
-  std::vector<double> length;  // 3 #F, per half-edge
-  Points2 corner;              // 3 #F x 2: corner 0 at the origin, corner 1 on the x axis
-  std::vector<double> angle;   // 3 #F: of the corner
-  // Half-edges out of every vertex in counter-clockwise order, from adjacency.vertex_halfedge on,
-  // and the sum of the angles before each.
+  // Half-edges out of every vertex in counter-clockwise order, from the boundary on if there is
+  // one; directions are counted from the first.
   std::vector<Index> fan_begin;  // #V + 1
   std::vector<HalfedgeId> fan;
-  std::vector<double> fan_start;
   std::vector<double> total_angle;  // #V
 
-  bool on_boundary(VertexId v) const;
-  Vector2 corner_at(CornerId c) const { return corner.row(c); }
+  bool on_boundary(VertexId v) const {
+    return half[at(fan[at(fan_begin[at(v)])])].opposite == kInvalid;
+  }
   // Weights of a face's corners at a place in its plane.
   Vector3 weights(const FacePoint& p) const;
 };

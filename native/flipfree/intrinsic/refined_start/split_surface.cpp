@@ -167,7 +167,7 @@ class Splitter {
 
  private:
   HalfedgeId canonical(HalfedgeId h) const {
-    const HalfedgeId o = surface_.adjacency.opposite[at(h)];
+    const HalfedgeId o = surface_.half[at(h)].opposite;
     return o == kInvalid ? h : std::min(h, o);
   }
 
@@ -205,8 +205,7 @@ class Splitter {
       Vector3 weight = Vector3::Zero();
       weight[p.edge % 3] = 1.0 - p.share;
       weight[next_corner(p.edge) % 3] = p.share;
-      p.vertex =
-          add_vertex(p.edge / 3, weight, surface_.adjacency.opposite[at(p.edge)] == kInvalid);
+      p.vertex = add_vertex(p.edge / 3, weight, surface_.half[at(p.edge)].opposite == kInvalid);
     }
   }
 
@@ -219,8 +218,7 @@ class Splitter {
   }
 
   FaceTriangulation::Point point_at(FaceId f, const Vector2& affine) const {
-    const Vector2 a = surface_.corner_at(3 * f), b = surface_.corner_at(3 * f + 1),
-                  c = surface_.corner_at(3 * f + 2);
+    const auto [a, b, c] = surface_.plane(f);
     return {affine, a + affine.x() * (b - a) + affine.y() * (c - a)};
   }
 
@@ -282,8 +280,8 @@ class Splitter {
           const double from = share_on(v, k), to = share_on(w, k);
           if (from < 0.0 || to < 0.0) continue;
           pieces_[at(k)].push_back({from, 3 * base + c});
-          length = to - from == 1.0 ? surface_.length[at(3 * f + k)]
-                                    : (to - from) * surface_.length[at(3 * f + k)];
+          const double side = surface_.length(3 * f + k);
+          length = to - from == 1.0 ? side : (to - from) * side;
         }
       }
     }
