@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <queue>
 #include <string>
 #include <utility>
@@ -30,18 +31,6 @@ long double square_of(const Place& p, const Place& q) {
 template <typename Real>
 struct Frame {
   Real x{0.0}, y{0.0}, dx{1.0}, dy{0.0};
-
-  Frame() = default;
-  // Number by number: compilers copy 80-bit numbers 16 bytes at a time, which waits until they have
-  // left the store buffer, and frames are copied as soon as they are made.
-  Frame(const Frame& f) : x(f.x), y(f.y), dx(f.dx), dy(f.dy) {}
-  Frame& operator=(const Frame& f) {
-    x = f.x;
-    y = f.y;
-    dx = f.dx;
-    dy = f.dy;
-    return *this;
-  }
 };
 
 template <typename Real>
@@ -257,7 +246,7 @@ class FaceDeveloper {
         developer_(input, std::move(lengths), context),
         mate_(halfedges_.size(), kInvalid),
         placed_(halfedges_.size(), 0),
-        size_(sizes()) {
+        left_(faces_by_size()) {
     corner_of_.assign(input.coordinates->input().halfedge_count(), kInvalid);
     for (CornerId c = 0; c < corner_count(); ++c) corner_of_[at(halfedge(c))] = c;
     for (CornerId c = 0; c < corner_count(); ++c) {
@@ -293,29 +282,22 @@ class FaceDeveloper {
   // Is the edge of this corner placed already, from its other side?
   bool known(CornerId c) const { return !is_cut(c) && is_done(mate(c) / 3); }
 
-  // Longest final edge at the corners of every face.
-  std::vector<long double> sizes() const {
+  // The faces by their longest final edge, rising.
+  std::vector<FaceId> faces_by_size() const {
     std::vector<long double> size(halfedges_.size() / 3, 0);
     for (CornerId c = 0; c < corner_count(); ++c) {
       const HalfedgeId h = developer_.start(halfedge(c)).halfedge;
       size[at(c / 3)] = std::max(size[at(c / 3)], developer_.length(h));
     }
-    return size;
+    std::vector<FaceId> faces(size.size());
+    std::iota(faces.rbegin(), faces.rend(), 0);
+    std::stable_sort(faces.begin(), faces.end(),
+                     [&](FaceId a, FaceId b) { return size[at(a)] < size[at(b)]; });
+    return faces;
   }
 
-  // The face with the longest final edge goes first, in every chart. The faces are only sorted
-  // where there is more than one chart.
+  // The face with the longest final edge goes first, in every chart.
   FaceId largest_left() {
-    if (development_.chart_count == 0) {
-      const auto largest = std::max_element(size_.begin(), size_.end());
-      return static_cast<FaceId>(largest - size_.begin());
-    }
-    if (development_.chart_count == 1) {
-      for (FaceId f = 0; f < corner_count() / 3; ++f)
-        if (!is_done(f)) left_.push_back(f);
-      std::stable_sort(left_.begin(), left_.end(),
-                       [&](FaceId a, FaceId b) { return size_[at(a)] < size_[at(b)]; });
-    }
     while (!left_.empty() && is_done(left_.back())) left_.pop_back();
     return left_.empty() ? kInvalid : left_.back();
   }
@@ -438,9 +420,8 @@ class FaceDeveloper {
   std::vector<CornerId> corner_of_;  // half-edge of M0 -> corner
   std::vector<CornerId> mate_;       // per corner
   Development development_;
-  std::vector<char> placed_;       // corners whose place is known
-  std::vector<long double> size_;  // per face
-  std::vector<FaceId> left_;       // faces by rising size, for charts after the first
+  std::vector<char> placed_;  // corners whose place is known
+  std::vector<FaceId> left_;  // faces by rising size
   std::priority_queue<Front> queue_;
   std::vector<EdgeFrames<Real>> frames_;
   std::vector<std::size_t> unused_;  // places in `frames_`

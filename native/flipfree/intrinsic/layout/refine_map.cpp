@@ -17,7 +17,6 @@ namespace flipfree::intrinsic {
 
 namespace {
 
-// Signed angle from a to b in (-pi, pi].
 // One side of a face with all its points: place 0 is its first corner, last() its second.
 struct Side {
   const EdgePointMap& map;
@@ -33,11 +32,11 @@ struct Side {
         end(m.begin[at(m.edge_of[at(halfedge)]) + 1]) {}
 
   Index last() const { return static_cast<Index>(end - begin) + 1; }
+  std::int64_t point_at(Index place) const { return left ? begin + place - 1 : end - place; }
   Vector2 uv(Index place) const {
     if (place == 0) return map.corner_uv.row(h);
     if (place == last()) return map.corner_uv.row(next_corner(h));
-    const std::int64_t p = left ? begin + place - 1 : end - place;
-    const EdgePoint& point = map.points[static_cast<std::size_t>(p)];
+    const EdgePoint& point = map.points[at(point_at(place))];
     return left ? point.uv_left : point.uv_right;
   }
   Index place_of(std::int64_t p) const {
@@ -177,22 +176,82 @@ void set_uv(PolygonVertex& v, const Vector2& uv) {
   v.uv32 = {static_cast<float>(uv.x()), static_cast<float>(uv.y())};
 }
 
-}  // namespace
+// Which points of a map's edges are in use, and how each face is triangulated with them: what
+// refine_map() works on.
+class FaceTriangulations {
+ public:
+  using Triangle = std::array<Index, 3>;  // vertices of the input; vertex count + p is point p
 
-FaceTriangulations::FaceTriangulations(const mesh::Surface& input, const EdgePointMap& map)
-    : input_(input),
-      map_(map),
-      vertex_count_(static_cast<Index>(input.vertices.rows())),
-      active_(map.points.size(), 0),
-      slot_(static_cast<std::size_t>(input.faces.rows()), kInvalid) {}
+  // No point in use, every face whole. The arguments must outlive this.
+  FaceTriangulations(const mesh::Surface& input, const EdgePointMap& map)
+      : input_(input),
+        map_(map),
+        vertex_count_(static_cast<Index>(input.vertices.rows())),
+        active_(map.points.size(), 0),
+        slot_(static_cast<std::size_t>(input.faces.rows()), kInvalid) {}
 
-bool FaceTriangulations::has_points(FaceId f) const {
-  for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-    const Index e = map_.edge_of[at(h)];
-    if (map_.begin[at(e)] != map_.begin[at(e) + 1]) return true;
+  Index vertex_count() const { return vertex_count_; }
+  std::size_t face_count() const { return slot_.size(); }
+  bool uses(std::int64_t p) const { return active_[static_cast<std::size_t>(p)] != 0; }
+  void use(std::int64_t p, bool used) { active_[static_cast<std::size_t>(p)] = used ? 1 : 0; }
+
+  // Does any side of the face have points, in use or not?
+  bool has_points(FaceId f) const { return point_counts(f) != std::array<Index, 3>{}; }
+  // Points on each side of the face, in use or not, and where those in use and the corners lie: one
+  // place per vertex of the polygon.
+  std::array<Index, 3> point_counts(FaceId f) const {
+    std::array<Index, 3> count{};
+    for (Index k = 0; k < 3; ++k) count[at(k)] = Side(map_, 3 * f + k).last() - 1;
+    return count;
   }
-  return false;
-}
+  std::vector<SidePlace> places(FaceId f) const {
+    std::vector<SidePlace> places;
+    for (Index k = 0; k < 3; ++k) {
+      const Side side(map_, 3 * f + k);
+      places.push_back({k, 0});
+      for (Index place = 1; place < side.last(); ++place) {
+        if (uses(side.point_at(place))) places.push_back({k, place});
+      }
+    }
+    return places;
+  }
+  // The face's image as a polygon of its corners and the points in use, in a frame isometric to the
+  // surface.
+  void build_polygon(FaceId f, std::vector<PolygonVertex>& polygon) const;
+  // The face's own triangles, to be changed.
+  std::vector<Triangle>& triangles(FaceId f) {
+    if (slot_[at(f)] == kInvalid) {
+      slot_[at(f)] = static_cast<Index>(triangulations_.size());
+      triangulations_.push_back({{input_.faces(f, 0), input_.faces(f, 1), input_.faces(f, 2)}});
+    }
+    return triangulations_[at(slot_[at(f)])];
+  }
+
+  // The refined surface and its UVs; `invalid` is left empty. Cost: O(#F + points).
+  RefinedLayout write(const ExecutionContext& context) const {
+    RefinedLayout out;
+    // Vertices: the input's, then active points in order.
+    out.edge_vertex.assign(map_.points.size(), kInvalid);
+    Index count = vertex_count_;
+    for (std::size_t p = 0; p < active_.size(); ++p) {
+      if (active_[p]) out.edge_vertex[p] = count++;
+    }
+    write_points(count, out);
+    write_faces(out, context);
+    return out;
+  }
+
+ private:
+  void write_points(Index count, RefinedLayout& out) const;
+  void write_faces(RefinedLayout& out, const ExecutionContext& context) const;
+
+  const mesh::Surface& input_;
+  const EdgePointMap& map_;
+  Index vertex_count_;
+  std::vector<char> active_;  // per point
+  std::vector<Index> slot_;   // per face: its triangulation, kInvalid = the face itself
+  std::vector<std::vector<Triangle>> triangulations_;
+};
 
 void FaceTriangulations::build_polygon(FaceId f, std::vector<PolygonVertex>& polygon) const {
   polygon.clear();
@@ -214,75 +273,25 @@ void FaceTriangulations::build_polygon(FaceId f, std::vector<PolygonVertex>& pol
     v.domain = corner[at(k)];
     set_uv(v, map_.corner_uv.row(h));
     polygon.push_back(v);
-    const Index e = map_.edge_of[at(h)];
-    const bool left = map_.edge_halfedge[at(e)] == h;
-    const std::int64_t begin = map_.begin[at(e)], end = map_.begin[at(e) + 1];
-    for (std::int64_t i = 0; i < end - begin; ++i) {
-      const std::int64_t p = left ? begin + i : end - 1 - i;
-      if (!active_[at(p)]) continue;
+    const Side side(map_, h);
+    for (Index place = 1; place < side.last(); ++place) {
+      const std::int64_t p = side.point_at(place);
+      if (!uses(p)) continue;
       const EdgePoint& point = map_.points[at(p)];
-      const double from = left ? point.along.source : point.along.target;
-      const double to = left ? point.along.target : point.along.source;
+      const double from = side.left ? point.along.source : point.along.target;
+      const double to = side.left ? point.along.target : point.along.source;
       const auto& s = corner[at(k)];
       const auto& t = corner[at((k + 1) % 3)];
       v.id = vertex_count_ + static_cast<Index>(p);
       v.sides = static_cast<std::uint8_t>(1u << k);
       v.domain = {from * s[0] + to * t[0], from * s[1] + to * t[1]};
-      set_uv(v, left ? point.uv_left : point.uv_right);
+      set_uv(v, side.uv(place));
       polygon.push_back(v);
     }
   }
 }
 
-std::array<Index, 3> FaceTriangulations::point_counts(FaceId f) const {
-  std::array<Index, 3> count{};
-  for (Index k = 0; k < 3; ++k) {
-    const std::size_t e = at(map_.edge_of[at(3 * f + k)]);
-    count[at(k)] = static_cast<Index>(map_.begin[e + 1] - map_.begin[e]);
-  }
-  return count;
-}
-
-std::vector<SidePlace> FaceTriangulations::places(FaceId f) const {
-  std::vector<SidePlace> places;
-  for (Index k = 0; k < 3; ++k) {
-    const Index e = map_.edge_of[at(3 * f + k)];
-    const bool left = map_.edge_halfedge[at(e)] == 3 * f + k;
-    const std::int64_t begin = map_.begin[at(e)], end = map_.begin[at(e) + 1];
-    places.push_back({k, 0});
-    for (std::int64_t i = 0; i < end - begin; ++i) {
-      if (active_[at(left ? begin + i : end - 1 - i)])
-        places.push_back({k, static_cast<Index>(i) + 1});
-    }
-  }
-  return places;
-}
-
-std::vector<FaceTriangulations::Triangle>& FaceTriangulations::triangles(FaceId f) {
-  if (slot_[at(f)] == kInvalid) {
-    slot_[at(f)] = static_cast<Index>(triangulations_.size());
-    triangulations_.emplace_back();
-    triangulations_.back().push_back({input_.faces(f, 0), input_.faces(f, 1), input_.faces(f, 2)});
-  }
-  return triangulations_[at(slot_[at(f)])];
-}
-
-RefinedLayout FaceTriangulations::write(const ExecutionContext& context) const {
-  RefinedLayout out;
-  // Vertices: the input's, then active points in order.
-  out.edge_vertex.assign(map_.points.size(), kInvalid);
-  Index count = vertex_count_;
-  for (std::size_t p = 0; p < active_.size(); ++p) {
-    if (active_[p]) out.edge_vertex[p] = count++;
-  }
-  write_points(out);
-  write_faces(out, context);
-  return out;
-}
-
-void FaceTriangulations::write_points(RefinedLayout& out) const {
-  const Index count =
-      vertex_count_ + static_cast<Index>(std::count(active_.begin(), active_.end(), 1));
+void FaceTriangulations::write_points(Index count, RefinedLayout& out) const {
   out.surface.vertices.resize(count, 3);
   out.surface.vertices.topRows(vertex_count_) = input_.vertices;
   std::vector<mesh::SurfacePoint>& where = out.provenance.vertex;
@@ -349,8 +358,6 @@ void FaceTriangulations::write_faces(RefinedLayout& out, const ExecutionContext&
                    write_face(f, polygon);
                });
 }
-
-namespace {
 
 // Points nearer to each other or to an end than this part of their edge are not told apart: the
 // 32-bit positions that Blender stores could not hold them either.
