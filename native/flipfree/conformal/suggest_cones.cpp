@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -16,72 +17,132 @@
 #include "flipfree/base/stats.h"
 #include "flipfree/conformal/boundary_angles.h"
 #include "flipfree/conformal/metric.h"
+#include "flipfree/conformal/newton_system.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/validate.h"
 
 namespace flipfree::conformal {
 
-LinearPlacement::LinearPlacement(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient,
-                                 std::vector<char> base, ExecutionContext& context)
-    : base_(std::move(base)), laplacian_(base_) {
-  if (!laplacian_.factorize(mesh, gradient, context)) {
-    throw_not_converged(
-        ErrorCode::kFactorizationFailed,
-        "The Laplacian of the surface is not positive definite to working precision: its "
-        "triangles are too degenerate. Remesh the surface.");
-  }
-  free_ = laplacian_.solve_pinned(gradient.value, context);
-  for (double& x : free_) x = -x;
-  for (const double x : gradient.value) total_curvature += x;
-  u = free_;
-}
-
-std::vector<double> LinearPlacement::response(VertexId v, ExecutionContext& context) const {
-  std::vector<double> unit(free_.size(), 0.0);
-  unit[at(v)] = 1.0;
-  return laplacian_.solve_pinned(unit, context);
-}
-
-void LinearPlacement::add(VertexId v, ExecutionContext& context) {
-  green_.push_back(response(v, context));
-  cones.push_back(v);
-  const auto k = static_cast<Eigen::Index>(cones.size());
-  Eigen::MatrixXd a(k, k);
-  Eigen::VectorXd b(k);
-  for (Eigen::Index i = 0; i < k; ++i) {
-    const std::size_t row = at(cones[static_cast<std::size_t>(i)]);
-    b[i] = free_[row];
-    for (Eigen::Index j = 0; j < k; ++j) a(i, j) = green_[static_cast<std::size_t>(j)][row];
-  }
-  // By way of a new vector: Eigen frees before it allocates, and would free again if it gets none.
-  charge = Eigen::VectorXd(-a.ldlt().solve(b));
-  u = free_;
-  for (std::size_t j = 0; j < cones.size(); ++j) {
-    const double q = charge[static_cast<Eigen::Index>(j)];
-    for (std::size_t w = 0; w < u.size(); ++w) u[w] += q * green_[j][w];
-  }
-}
-
-VertexId LinearPlacement::extreme() const {
-  VertexId best = kInvalid;
-  double most = 0.0;
-  for (std::size_t v = 0; v < u.size(); ++v) {
-    if (base_[v] || !(std::abs(u[v]) > most)) continue;
-    if (std::find(cones.begin(), cones.end(), static_cast<VertexId>(v)) != cones.end()) continue;
-    most = std::abs(u[v]);
-    best = static_cast<VertexId>(v);
-  }
-  return best;
-}
-
-double LinearPlacement::range() const {
-  const auto [low, high] = std::minmax_element(u.begin(), u.end());
-  return std::max(*high, 0.0) - std::min(*low, 0.0);
-}
-
 namespace {
 
 using std::numbers::pi;
+
+// Cones of the linear conformal problem (the first Newton step): -L u = K - sum of charges, with
+// u = 0 at base vertices. A charge is a cone's curvature.
+class LinearPlacement {
+ public:
+  // `gradient`: evaluated at u = 0 with flat targets, so its value is the curvature K of the
+  // surface. `base`: one flag per vertex, at least one set. Throws NotConverged if the Laplacian
+  // cannot be factorized.
+  LinearPlacement(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient,
+                  std::vector<char> base, ExecutionContext& context)
+      : base_(std::move(base)), laplacian_(base_) {
+    if (!laplacian_.factorize(mesh, gradient, context)) {
+      throw_not_converged(
+          ErrorCode::kFactorizationFailed,
+          "The Laplacian of the surface is not positive definite to working precision: its "
+          "triangles are too degenerate. Remesh the surface.");
+    }
+    free_ = laplacian_.solve_pinned(gradient.value, context);
+    for (double& x : free_) x = -x;
+    for (const double x : gradient.value) total_curvature_ += x;
+    u = free_;
+  }
+
+  // Puts a cone at v, with u = 0 there, and updates u and charge.
+  void add(VertexId v, ExecutionContext& context) {
+    green_.push_back(response(v, context));
+    cones.push_back(v);
+    const auto k = static_cast<Eigen::Index>(cones.size());
+    Eigen::MatrixXd a(k, k);
+    Eigen::VectorXd b(k);
+    for (Eigen::Index i = 0; i < k; ++i) {
+      const std::size_t row = at(cones[static_cast<std::size_t>(i)]);
+      b[i] = free_[row];
+      for (Eigen::Index j = 0; j < k; ++j) a(i, j) = green_[static_cast<std::size_t>(j)][row];
+    }
+    // By way of a new vector: Eigen frees before it allocates, and would free again if it gets
+    // none.
+    charge = Eigen::VectorXd(-a.ldlt().solve(b));
+    u = free_;
+    for (std::size_t j = 0; j < cones.size(); ++j) {
+      const double q = charge[static_cast<Eigen::Index>(j)];
+      for (std::size_t w = 0; w < u.size(); ++w) u[w] += q * green_[j][w];
+    }
+  }
+  // The vertex that is neither pinned nor a cone with the largest |u|; kInvalid if u = 0.
+  VertexId extreme() const {
+    VertexId best = kInvalid;
+    double most = 0.0;
+    for (std::size_t v = 0; v < u.size(); ++v) {
+      if (base_[v] || !(std::abs(u[v]) > most)) continue;
+      if (std::find(cones.begin(), cones.end(), static_cast<VertexId>(v)) != cones.end()) continue;
+      most = std::abs(u[v]);
+      best = static_cast<VertexId>(v);
+    }
+    return best;
+  }
+  // Largest minus smallest u, the base's zero included.
+  double range() const {
+    const auto [low, high] = std::minmax_element(u.begin(), u.end());
+    return std::max(*high, 0.0) - std::min(*low, 0.0);
+  }
+  // What the base bears.
+  double base_charge() const { return total_curvature_ - charge.sum(); }
+  // Potential of a unit charge at v.
+  std::vector<double> response(VertexId v, ExecutionContext& context) const {
+    std::vector<double> unit(free_.size(), 0.0);
+    unit[at(v)] = 1.0;
+    return laplacian_.solve_pinned(unit, context);
+  }
+
+  std::vector<double> u;
+  std::vector<VertexId> cones;
+  Eigen::VectorXd charge;  // per cone
+
+ private:
+  std::vector<char> base_;
+  NewtonSystem laplacian_;
+  double total_curvature_ = 0.0;  // of the surface
+  std::vector<double> free_;
+  std::vector<std::vector<double>> green_;
+};
+
+constexpr double kRelativeSlack = 1e-9;
+
+// The surface as all steps see it.
+struct Problem {
+  const mesh::Surface& surface;
+  const SuggestConesOptions& options;
+  std::vector<bool> on_boundary;
+  std::vector<double> flat;  // target angles without cones
+  bool closed = true;
+  Index euler = 0;
+  double allowed = 0.0;  // range of u
+  Stopwatch watch = {};
+
+  // Quanta of one cone: its angle stays positive.
+  int most_steps() const {
+    return static_cast<int>(std::ceil(2 * pi / options.quantum - kRelativeSlack)) - 1;
+  }
+  bool is_limited() const { return options.max_seconds > 0.0 || options.enough_seconds > 0.0; }
+  // Seconds of a TimeLimit from where there are cones on.
+  double enough_left() const {
+    return options.enough_seconds > 0.0 ? std::max(0.0, options.enough_seconds - watch.seconds())
+                                        : limit_of(0.0);
+  }
+};
+
+// Cones whose curvatures are multiples of a quantum, such that the scale factor stays within a
+// bound: a search over integers.
+//
+// A cone of a quarter turn is felt as log(distance / mesh size) / 4 in u around it, so cones that
+// are rounded one by one leave peaks where two of opposite sign lie side by side. The search moves
+// single quanta: the vertex with the largest u gives one away, or the one with the smallest u
+// receives one, in exchange with the other extreme or a cone near by, whichever lowers the spread
+// of u most. u responds linearly (Green's functions); the true metric is computed in between, and
+// has the last word.
+using ConeSteps = std::map<VertexId, int>;  // curvature of each cone, quanta; none is zero
 
 // True metrics in a search, and of them in a row without a better one.
 constexpr int kRounds = 16;
@@ -116,14 +177,13 @@ struct Exchange {
 
 class Searcher {
  public:
-  Searcher(const LinearPlacement& linear, const ConeSearch& search, const mesh::Surface& surface,
-           ExecutionContext& context)
+  Searcher(const LinearPlacement& linear, const Problem& problem, ExecutionContext& context)
       : linear_(linear),
-        search_(search),
+        problem_(problem),
         context_(context),
-        faces_(surface.faces),
-        adjacency_(mesh::build_adjacency(surface)),
-        distance_(at(static_cast<Index>(surface.vertices.rows())), -1) {}
+        faces_(problem.surface.faces),
+        adjacency_(mesh::build_adjacency(problem.surface)),
+        distance_(problem.flat.size(), -1) {}
 
   // Exchanges until the linear model is content or none helps. False if there was none.
   bool improve(std::vector<double>& u, ConeSteps& cones) {
@@ -131,7 +191,7 @@ class Searcher {
       context_.check();
       if (responses_.size() * u.size() > kMostNumbers) responses_.clear();
       const Extremes e = extremes_of(u);
-      if (e.range <= kAim * search_.allowed) return move > 0;
+      if (e.range <= kAim * problem_.allowed) return move > 0;
       const double present = cost(u, {});
       Exchange best;
       double least = present * (1.0 - kLeastGain);
@@ -169,19 +229,20 @@ class Searcher {
     std::size_t fresh = 0;
     for (const VertexId v : {x.to, x.from}) {
       if (v == kInvalid) continue;
-      if (search_.fixed[at(v)]) return false;
+      if (problem_.on_boundary[at(v)]) return false;
       if (!cones.contains(v)) ++fresh;
     }
-    if (x.to != kInvalid && steps_at(cones, x.to) >= search_.most_steps) return false;
-    return fresh == 0 || cones.size() + fresh <= static_cast<std::size_t>(search_.max_cones);
+    if (x.to != kInvalid && steps_at(cones, x.to) >= problem_.most_steps()) return false;
+    return fresh == 0 ||
+           cones.size() + fresh <= static_cast<std::size_t>(problem_.options.max_cones);
   }
 
-  // Exchanges of both extremes with each other and with cones near them; alone, if a boundary
-  // takes the rest.
+  // Exchanges of both extremes with each other, with cones near them and with places in rings
+  // around them; alone, if a boundary takes the rest.
   std::vector<Exchange> candidates(const std::vector<double>& u, const ConeSteps& cones,
                                    const Extremes& e) {
     std::vector<Exchange> all{{e.low, e.high}};
-    if (!search_.balanced) all.insert(all.end(), {{e.low, kInvalid}, {kInvalid, e.high}});
+    if (!problem_.closed) all.insert(all.end(), {{e.low, kInvalid}, {kInvalid, e.high}});
     for (const VertexId v : near(cones, e.low)) all.push_back({e.low, v});
     for (const VertexId v : near(cones, e.high)) all.push_back({v, e.high});
     for (const VertexId v : best_in_rings(e.low, u, 1.0)) all.push_back({e.low, v});
@@ -192,7 +253,7 @@ class Searcher {
   // In every ring around v the vertex where sign * u is largest.
   std::vector<VertexId> best_in_rings(VertexId v, const std::vector<double>& u, double sign) {
     std::vector<VertexId> best;
-    if (search_.fixed[at(v)]) return best;
+    if (problem_.on_boundary[at(v)]) return best;
     std::vector<VertexId> front{v}, visited{v}, next;
     distance_[at(v)] = 0;
     std::size_t ring = 0;
@@ -205,7 +266,8 @@ class Searcher {
           distance_[at(x)] = d;
           visited.push_back(x);
           next.push_back(x);
-          if (!search_.fixed[at(x)] && (top == kInvalid || sign * u[at(x)] > sign * u[at(top)]))
+          if (!problem_.on_boundary[at(x)] &&
+              (top == kInvalid || sign * u[at(x)] > sign * u[at(top)]))
             top = x;
         });
       }
@@ -235,7 +297,7 @@ class Searcher {
 
   // Cones in order of their influence on v.
   std::vector<VertexId> near(const ConeSteps& cones, VertexId v) {
-    if (search_.fixed[at(v)]) return {};
+    if (problem_.on_boundary[at(v)]) return {};
     const std::vector<double>& g = response(v);
     std::vector<VertexId> list;
     for (const auto& [c, steps] : cones) {
@@ -255,8 +317,8 @@ class Searcher {
     const std::vector<double>* minus = x.from == kInvalid ? nullptr : &response(x.from);
     for (std::size_t v = 0; v < u.size(); ++v) {
       double value = u[v];
-      if (plus != nullptr) value += search_.quantum * (*plus)[v];
-      if (minus != nullptr) value -= search_.quantum * (*minus)[v];
+      if (plus != nullptr) value += problem_.options.quantum * (*plus)[v];
+      if (minus != nullptr) value -= problem_.options.quantum * (*minus)[v];
       visit(v, value);
     }
   }
@@ -271,7 +333,7 @@ class Searcher {
       low = std::min(low, value);
       high = std::max(high, value);
     });
-    const double middle = 0.5 * (low + high), unit = 2.0 / search_.allowed;
+    const double middle = 0.5 * (low + high), unit = 2.0 / problem_.allowed;
     double sum = 0.0;
     for (const double value : scratch_) {
       const double d = (value - middle) * unit, d2 = d * d, d4 = d2 * d2;
@@ -286,7 +348,7 @@ class Searcher {
   }
 
   const LinearPlacement& linear_;
-  const ConeSearch& search_;
+  const Problem& problem_;
   ExecutionContext& context_;
   std::unordered_map<VertexId, std::vector<double>> responses_;
   std::vector<double> scratch_;
@@ -326,53 +388,26 @@ Tree shortest_tree(const mesh::Surface& surface, const std::vector<VertexId>& po
 
 // Rounds angles (#V, of the cones given) to multiples. What rounding leaves goes to the next cone
 // on a shortest tree through all of them, leaves first.
-ConeSteps round_cones(const mesh::Surface& surface, const std::vector<double>& angles,
-                      const std::vector<VertexId>& cones, double quantum, int most_steps) {
+ConeSteps round_cones(const Problem& p, const std::vector<double>& angles,
+                      const std::vector<VertexId>& cones) {
   ConeSteps out;
   if (cones.empty()) return out;
-  const Tree tree = shortest_tree(surface, cones);
+  const Tree tree = shortest_tree(p.surface, cones);
   std::vector<double> wanted;
-  wanted.reserve(cones.size());
-  for (const VertexId v : cones) wanted.push_back((2 * pi - angles[at(v)]) / quantum);
+  for (const VertexId v : cones) wanted.push_back((2 * pi - angles[at(v)]) / p.options.quantum);
   for (std::size_t k = cones.size(); k-- > 0;) {
     const std::size_t i = tree.order[k];
     // Curvatures of a surface too degenerate to have any are no numbers of steps.
     const double steps =
         std::isfinite(wanted[i])
             ? std::clamp(std::round(wanted[i]), -kMostConeSteps,
-                         std::max(-kMostConeSteps, static_cast<double>(most_steps)))
+                         std::max(-kMostConeSteps, static_cast<double>(p.most_steps())))
             : 0.0;
     if (k > 0) wanted[tree.parent[i]] += wanted[i] - steps;
     if (steps != 0.0) out[cones[i]] = static_cast<int>(steps);
   }
   return out;
 }
-
-// Searches from `start`; `measure` computes the true metric of some cones. Ends when the range is
-// allowed, or when no exchange helps any more; the best cones measured come back.
-FoundCones search_cones(const mesh::Surface& surface, const LinearPlacement& linear,
-                        const ConeSearch& search, ConeSteps start,
-                        const std::function<TrueScale(const ConeSteps&)>& measure,
-                        ExecutionContext& context) {
-  Searcher searcher(linear, search, surface, context);
-  FoundCones best{start, std::numeric_limits<double>::infinity()};
-  int failures = 0;
-  for (int round = 0; round < kRounds && failures < kPatience; ++round) {
-    context.report("round cones", static_cast<double>(round) / kRounds);
-    TrueScale scale = measure(start);
-    if (scale.u.empty()) break;
-    ++failures;
-    if (scale.range < best.range) {
-      best = {start, scale.range};
-      failures = 0;
-    }
-    if (scale.range <= search.allowed) break;
-    if (!searcher.improve(scale.u, start)) break;
-  }
-  return best;
-}
-
-using std::numbers::pi;
 
 constexpr double kPinnedTolerance = 1e-10;
 // Metrics until the true scale factors, not only the linear ones, stay within the bound.
@@ -385,7 +420,6 @@ constexpr double kSpread = 1e-5;
 constexpr double kCheckTolerance = 1e-8;  // of the metric that only measures the scale
 constexpr double kStartAccuracy = 1e-12;
 constexpr double kFlat = 1e-9;  // radians: vertices nearer to 2 pi are no cones
-constexpr double kRelativeSlack = 1e-9;
 // Rounded cones need more of them: shares of the bound's logarithm to which the linear problem is
 // tightened, one after the other, until the rounded ones keep the bound.
 constexpr std::array<double, 3> kTighter{0.7, 0.5, 0.35};
@@ -425,25 +459,6 @@ VertexId extreme_of(const std::vector<double>& u, const std::vector<char>& pinne
   }
   return best;
 }
-
-// The surface as all steps see it.
-struct Problem {
-  const mesh::Surface& surface;
-  const SuggestConesOptions& options;
-  std::vector<bool> on_boundary;
-  std::vector<double> flat;  // target angles without cones
-  bool closed = true;
-  Index euler = 0;
-  double allowed = 0.0;  // range of u
-  Stopwatch watch = {};
-
-  bool is_limited() const { return options.max_seconds > 0.0 || options.enough_seconds > 0.0; }
-  // Seconds of a TimeLimit from where there are cones on.
-  double enough_left() const {
-    return options.enough_seconds > 0.0 ? std::max(0.0, options.enough_seconds - watch.seconds())
-                                        : limit_of(0.0);
-  }
-};
 
 Problem make_problem(const mesh::Surface& surface, const SuggestConesOptions& options,
                      const std::vector<bool>& on_boundary) {
@@ -527,32 +542,33 @@ PinnedMetric place_truly(const Problem& p, std::vector<char> pinned, std::vector
 }
 
 struct MeasuredCones {
+  ConeSteps cones;
   std::vector<double> target_angles;  // the boundary's as they come out
-  TrueScale scale;
+  std::vector<double> u;              // empty: the metric was not reached
+  double range = std::numeric_limits<double>::infinity();
 };
 
 // The true metric of cones with curvatures in quanta. A free boundary takes what they leave.
 MeasuredCones measure(const Problem& p, const ConeSteps& cones, ExecutionContext& context) {
-  MeasuredCones out;
-  out.target_angles = p.flat;
+  MeasuredCones out{cones, p.flat, {}};
   for (const auto& [v, steps] : cones) out.target_angles[at(v)] -= steps * p.options.quantum;
   if (p.closed) {
     close_gauss_bonnet(out.target_angles, p.on_boundary, p.euler, kQuantumSpread);
     MetricOptions check;
     check.tolerance = kCheckTolerance;
     check.require_convergence = false;
-    const auto reached = compute_conformal_metric(p.surface, out.target_angles, check, context);
-    if (reached.converged) out.scale = {reached.scale_factors, reached.scale_range};
+    auto reached = compute_conformal_metric(p.surface, out.target_angles, check, context);
+    if (reached.converged) out.u = std::move(reached.scale_factors);
   } else {
     const std::vector<char> boundary(p.on_boundary.begin(), p.on_boundary.end());
     auto metric =
         compute_pinned_metric(p.surface, out.target_angles, boundary, kPinnedTolerance, context);
     if (metric.error < kUsableError) {
-      out.target_angles = metric.angles;
-      out.scale.range = range_of(metric.u);
-      out.scale.u = std::move(metric.u);
+      out.target_angles = std::move(metric.angles);
+      out.u = std::move(metric.u);
     }
   }
+  if (!out.u.empty()) out.range = range_of(out.u);
   return out;
 }
 
@@ -569,28 +585,29 @@ std::vector<double> linear_angles(const Problem& p, const LinearPlacement& linea
 // is tried again from more cones than free curvatures need.
 void quantise(const Problem& p, LinearPlacement& linear, SuggestedCones& out,
               ExecutionContext& context) {
-  ConeSearch search;
-  search.quantum = p.options.quantum;
-  search.most_steps = static_cast<int>(std::ceil(2 * pi / search.quantum - kRelativeSlack)) - 1;
-  search.balanced = p.closed;
-  search.allowed = p.allowed;
-  search.max_cones = p.options.max_cones;
-  search.fixed.assign(p.on_boundary.begin(), p.on_boundary.end());
   // What was measured best: it is the result also where time is over in the search for better.
-  MeasuredCones best_measured;
-  FoundCones best{{}, std::numeric_limits<double>::infinity()};
+  MeasuredCones best;
   std::optional<TimeLimit> enough;  // from the first ones on
-  const auto scale_of = [&](const ConeSteps& cones) {
-    // Other cones may have a metric, or can take the curvature in whole quanta.
-    Outcome<MeasuredCones> measured = attempt_part([&] { return measure(p, cones, context); });
-    if (!measured) return TrueScale{};
-    TrueScale scale = measured->scale;
-    if (!scale.u.empty() && scale.range < best.range) {
-      best = {cones, scale.range};
-      best_measured = std::move(*measured);
-      if (!enough) enough.emplace(context, p.enough_left());
+  // Exchanges from some cones on, the true metric of each result measured. Ends when the range is
+  // allowed, or when no exchange helps any more.
+  const auto search = [&](ConeSteps cones) {
+    Searcher searcher(linear, p, context);
+    double least = std::numeric_limits<double>::infinity();
+    for (int round = 0, failures = 0; round < kRounds && failures < kPatience; ++round) {
+      context.report("round cones", static_cast<double>(round) / kRounds);
+      // Other cones may have a metric, or can take the curvature in whole quanta.
+      Outcome<MeasuredCones> measured = attempt_part([&] { return measure(p, cones, context); });
+      if (!measured || measured->u.empty()) return;
+      std::vector<double> u = measured->u;
+      const double range_now = measured->range;
+      failures = range_now < least ? 0 : failures + 1;
+      least = std::min(least, range_now);
+      if (range_now < best.range) {
+        best = std::move(*measured);
+        if (!enough) enough.emplace(context, p.enough_left());
+      }
+      if (range_now <= p.allowed || !searcher.improve(u, cones)) return;
     }
-    return scale;
   };
   std::vector<double> angles = out.target_angles;
   std::vector<VertexId> cones = out.cones;
@@ -599,9 +616,7 @@ void quantise(const Problem& p, LinearPlacement& linear, SuggestedCones& out,
       const double part = 0.2 / static_cast<double>(kTighter.size() + 1);
       const ProgressRange range(context, 0.8 + part * static_cast<double>(i),
                                 0.8 + part * static_cast<double>(i + 1));
-      search_cones(p.surface, linear, search,
-                   round_cones(p.surface, angles, cones, search.quantum, search.most_steps),
-                   scale_of, context);
+      search(round_cones(p, angles, cones));
       if (best.range <= p.allowed || i == kTighter.size()) break;
       cones.assign(out.cones.begin(), out.cones.begin() + (p.closed ? 1 : 0));
       cones.insert(cones.end(), linear.cones.begin(), linear.cones.end());
@@ -610,16 +625,16 @@ void quantise(const Problem& p, LinearPlacement& linear, SuggestedCones& out,
     }
   });
   enough.reset();
-  if (!in_time && (!p.is_limited() || best_measured.scale.u.empty())) throw TimeIsOver();
-  if (best_measured.scale.u.empty() && !p.closed) best_measured = measure(p, {}, context);
-  if (best_measured.scale.u.empty()) {
+  if (!in_time && (!p.is_limited() || best.u.empty())) throw TimeIsOver();
+  if (best.u.empty() && !p.closed) best = measure(p, {}, context);
+  if (best.u.empty()) {
     throw_not_converged(ErrorCode::kIterationLimit,
                         "The metric of the rounded cones was not reached. Use a finer mesh without "
                         "nearly degenerate triangles, or cones of any angle "
                         "(quarter_turns=False).");
   }
-  out.target_angles = std::move(best_measured.target_angles);
-  out.scale_ratio = ratio_of(best_measured.scale.range);
+  out.target_angles = std::move(best.target_angles);
+  out.scale_ratio = ratio_of(best.range);
   out.cones.clear();
   for (const auto& [v, steps] : best.cones) out.cones.push_back(v);
 }

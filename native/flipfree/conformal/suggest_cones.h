@@ -8,82 +8,12 @@
 // metric is computed, and cones are added at its extremes until the bound holds.
 #pragma once
 
-#include <Eigen/Core>
-#include <functional>
-#include <map>
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/conformal/boundary_angles.h"
-#include "flipfree/conformal/newton_system.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::conformal {
-
-// Cones of the linear conformal problem (the first Newton step): -L u = K - sum of charges, with
-// u = 0 at base vertices. A charge is a cone's curvature.
-
-class LinearPlacement {
- public:
-  // `gradient`: evaluated at u = 0 with flat targets, so its value is the curvature K of the
-  // surface. `base`: one flag per vertex, at least one set. Throws NotConverged if the Laplacian
-  // cannot be factorized.
-  LinearPlacement(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient,
-                  std::vector<char> base, ExecutionContext& context);
-
-  // Puts a cone at v, with u = 0 there, and updates u and charge.
-  void add(VertexId v, ExecutionContext& context);
-  // The vertex that is neither pinned nor a cone with the largest |u|; kInvalid if u = 0.
-  VertexId extreme() const;
-  // Largest minus smallest u, the base's zero included.
-  double range() const;
-  // What the base bears.
-  double base_charge() const { return total_curvature - charge.sum(); }
-  // Potential of a unit charge at v.
-  std::vector<double> response(VertexId v, ExecutionContext& context) const;
-
-  std::vector<double> u;
-  std::vector<VertexId> cones;
-  Eigen::VectorXd charge;        // per cone
-  double total_curvature = 0.0;  // of the surface
-
- private:
-  std::vector<char> base_;
-  NewtonSystem laplacian_;
-  std::vector<double> free_;
-  std::vector<std::vector<double>> green_;
-};
-
-// Cones whose curvatures are multiples of a quantum, such that the scale factor stays within a
-// bound: a search over integers.
-//
-// A cone of a quarter turn is felt as log(distance / mesh size) / 4 in u around it, so cones that
-// are rounded one by one leave peaks where two of opposite sign lie side by side. The search moves
-// single quanta: the vertex with the largest u gives one away, or the one with the smallest u
-// receives one, in exchange with the other extreme or a cone near by, whichever lowers the spread
-// of u most. u responds linearly (Green's functions); the true metric is computed in between, and
-// has the last word.
-
-using ConeSteps = std::map<VertexId, int>;  // curvature of each cone, quanta; none is zero
-
-struct ConeSearch {
-  double quantum = 0.0;
-  int most_steps = 3;     // of one cone: its angle stays positive
-  bool balanced = false;  // no boundary takes what cones lack: their sum is fixed
-  double allowed = 0.0;   // range of u
-  Index max_cones = 200;
-  std::vector<char> fixed;  // vertices that cannot be cones (the boundary)
-};
-
-struct TrueScale {
-  std::vector<double> u;  // empty: the metric was not reached
-  double range = 0.0;
-};
-
-struct FoundCones {
-  ConeSteps cones;
-  double range = 0.0;  // of the true metric
-};
 
 struct SuggestConesOptions {
   // Largest allowed ratio between the largest and the smallest scale (length) factor over all
@@ -91,7 +21,7 @@ struct SuggestConesOptions {
   double bound = 4.0;
   Index max_cones = 200;
   // Round cone curvatures to multiples of this (radians), e.g. pi / 2 for seamless maps; 0 = as
-  // they are. Rounded cones are searched for (cone_rounding.h) until the bound holds; whether it
+  // they are. Rounded cones are searched for until the bound holds; whether it
   // does, the result says.
   double quantum = 0.0;
   // No suggested cone is sharper than this total angle.
