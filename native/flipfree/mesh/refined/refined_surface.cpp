@@ -248,21 +248,24 @@ RefinedMap compacted_map(const RefinedMap& map) {
 
 namespace {
 
-std::string broken_support(const Support& support) {
+// Weights that were computed, not chosen, sum to one up to a few roundings.
+constexpr double kRounded = 4 * std::numeric_limits<double>::epsilon();
+
+// What is wrong with a support but for signs; empty if nothing is.
+std::string broken_support(const Support& support, double slack) {
   double sum = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
-    if (!(support.weight[i] >= 0.0)) return "a weight is negative";
     if (support.vertex[i] == kInvalid && support.weight[i] != 0.0) return "a weight of no vertex";
     sum += support.weight[i];
   }
-  return sum == 1.0 ? "" : "weights do not sum to one";
+  return std::abs(sum - 1.0) <= slack ? "" : "weights do not sum to one";
 }
 
-bool lies_in(const Support& support, const Triangles& faces, FaceId f) {
-  for (const VertexId v : support.vertex) {
-    if (v != kInvalid && faces(f, 0) != v && faces(f, 1) != v && faces(f, 2) != v) return false;
-  }
-  return true;
+// Are the vertices (kInvalid: none) corners of the face?
+bool are_corners(const std::array<VertexId, 3>& vertices, const Triangles& faces, FaceId f) {
+  return std::all_of(vertices.begin(), vertices.end(), [&](VertexId v) {
+    return v == kInvalid || faces(f, 0) == v || faces(f, 1) == v || faces(f, 2) == v;
+  });
 }
 
 // What is wrong with a face outside the collar; empty if nothing is.
@@ -274,25 +277,15 @@ std::string broken_face(const RefinedSurface& surface, FaceId f) {
   for (const VertexId v : corners) {
     const Support& support = surface.support[at(v)];
     if (support.empty()) return "has a corner without support";
-    if (std::string broken = broken_support(support); !broken.empty()) return broken;
-    if (!lies_in(support, surface.input->faces, parent)) return "reaches out of its parent";
+    if (*std::min_element(support.weight.begin(), support.weight.end()) < 0.0)
+      return "a weight is negative";
+    if (std::string broken = broken_support(support, 0.0); !broken.empty()) return broken;
+    if (!are_corners(support.vertex, surface.input->faces, parent))
+      return "reaches out of its parent";
   }
   return surface.orientation_in_parent(parent, corners[0], corners[1], corners[2]) > 0
              ? ""
              : "does not turn as its parent does";
-}
-
-// Weights that were computed, not chosen, sum to one up to a few roundings.
-constexpr double kRounded = 4 * std::numeric_limits<double>::epsilon();
-
-// What is wrong with the support of a map between stages; empty if nothing is.
-std::string nearly_broken_support(const Support& support) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (support.vertex[i] == kInvalid && support.weight[i] != 0.0) return "a weight of no vertex";
-    sum += support.weight[i];
-  }
-  return std::abs(sum - 1.0) <= kRounded ? "" : "weights do not sum to one";
 }
 
 std::string broken_point(const SurfacePoint& point, Index face_count) {
@@ -303,23 +296,12 @@ std::string broken_point(const SurfacePoint& point, Index face_count) {
   return {};
 }
 
-// Input vertices with a weight, sorted.
-std::array<VertexId, 3> support(const Surface& input, const SurfacePoint& point) {
-  std::array<VertexId, 3> out{kInvalid, kInvalid, kInvalid};
-  for (int k = 0; k < 3; ++k) {
-    if (point.weight[k] > 0.0) out[at(k)] = input.faces(point.face, k);
-  }
-  return out;
-}
-
 bool point_lies_in(const Surface& input, const SurfacePoint& point, FaceId face) {
-  if (point.face == face) return true;
-  for (const VertexId v : support(input, point)) {
-    if (v == kInvalid) continue;
-    if (input.faces(face, 0) != v && input.faces(face, 1) != v && input.faces(face, 2) != v)
-      return false;
+  std::array<VertexId, 3> vertices{kInvalid, kInvalid, kInvalid};
+  for (int k = 0; k < 3; ++k) {
+    if (point.weight[k] > 0.0) vertices[at(k)] = input.faces(point.face, k);
   }
-  return true;
+  return point.face == face || are_corners(vertices, input.faces, face);
 }
 
 }  // namespace
@@ -349,7 +331,7 @@ std::string find_broken_map(const RefinedSurface& surface, const Points2& uv) {
     const EditableTriangulation::Triangle t = mesh.corners(f);
     for (const VertexId v : t) {
       if (surface.in_collar(f)) break;
-      if (std::string broken = nearly_broken_support(surface.support[at(v)]); !broken.empty())
+      if (std::string broken = broken_support(surface.support[at(v)], kRounded); !broken.empty())
         return "vertex " + std::to_string(v) + ": " + broken;
     }
     if (numeric::orientation(Vector2(uv.row(t[0])), Vector2(uv.row(t[1])), Vector2(uv.row(t[2]))) <=

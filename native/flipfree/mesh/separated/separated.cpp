@@ -44,14 +44,12 @@ void check_meaning(const Surface& input, const SeparateOptions& options) {
         "Vertex " + vertex_id(v) + " has a coordinate that is NaN or infinite. Delete or move it.",
         ElementKind::kVertex, {v});
   }
-  if (options.material != nullptr &&
-      options.material->size() != static_cast<std::size_t>(input.faces.rows())) {
-    throw_invalid(ErrorCode::kBadShape, "Materials need one number per face.");
-  }
-  if (options.polygon != nullptr &&
-      options.polygon->size() != static_cast<std::size_t>(input.faces.rows())) {
-    throw_invalid(ErrorCode::kBadShape, "Polygons need one number per face.");
-  }
+  const auto per_face = [&](const std::vector<Index>* numbers, const char* what) {
+    if (numbers != nullptr && numbers->size() != static_cast<std::size_t>(input.faces.rows()))
+      throw_invalid(ErrorCode::kBadShape, std::string(what) + " need one number per face.");
+  };
+  per_face(options.material, "Materials");
+  per_face(options.polygon, "Polygons");
   if (options.corner_uv != nullptr && options.corner_uv->rows() != 3 * input.faces.rows())
     throw_invalid(ErrorCode::kBadShape, "A map needs one row per face corner.");
 }
@@ -133,11 +131,7 @@ class Separator {
             options_.corner_uv->middleRows(3 * result_.face_origin[at(f)], 3);
       }
     }
-    Mend mend{MendKind::kRepeatedCorner, ElementKind::kFace, result_.collapsed.size(), {}};
-    for (const FaceId f : result_.collapsed) {
-      if (mend.elements.size() < kMostListed) mend.elements.push_back(f);
-    }
-    add(std::move(mend));
+    list(MendKind::kRepeatedCorner, ElementKind::kFace, result_.collapsed);
   }
 
   // Half-edges of faces that are turned over, and back.
@@ -198,38 +192,36 @@ class Separator {
     return result;
   }
 
-  void add(Mend mend) {
-    if (mend.count > 0) result_.mends.push_back(std::move(mend));
+  // `elements`: of the input, two vertices for an edge.
+  void list(MendKind kind, ElementKind element, std::vector<Index> elements) {
+    if (elements.empty()) return;
+    const std::size_t count = elements.size() / (element == ElementKind::kEdge ? 2 : 1);
+    elements.resize(std::min(elements.size(), kMostListed));
+    result_.mends.push_back({kind, element, count, std::move(elements)});
+  }
+  void list_pairs(MendKind kind, const std::vector<VertexPair>& pairs) {
+    std::vector<Index> elements;
+    for (const auto& [low, high] : pairs) elements.insert(elements.end(), {low, high});
+    list(kind, ElementKind::kEdge, std::move(elements));
   }
   void list_edges(MendKind kind, const std::vector<HalfedgeId>& halfedges) {
-    Mend mend{kind, ElementKind::kEdge, halfedges.size(), {}};
-    for (const HalfedgeId h : halfedges) {
-      if (mend.elements.size() + 2 > kMostListed) break;
-      const auto [low, high] = ends(faces_, h);
-      mend.elements.push_back(low);
-      mend.elements.push_back(high);
-    }
-    add(std::move(mend));
+    std::vector<VertexPair> pairs;
+    for (const HalfedgeId h : halfedges) pairs.push_back(ends(faces_, h));
+    list_pairs(kind, pairs);
   }
   // Of the faces that are kept.
-  void list_faces(MendKind kind, const std::vector<FaceId>& faces) {
-    Mend mend{kind, ElementKind::kFace, faces.size(), {}};
-    for (const FaceId f : faces) {
-      if (mend.elements.size() >= kMostListed) break;
-      mend.elements.push_back(result_.face_origin[at(f)]);
-    }
-    add(std::move(mend));
+  void list_faces(MendKind kind, std::vector<FaceId> faces) {
+    for (FaceId& f : faces) f = result_.face_origin[at(f)];
+    list(kind, ElementKind::kFace, std::move(faces));
   }
   // Vertices with several copies for no other reason.
   void list_pinched(const std::vector<VertexId>& origin, const std::vector<char>& mended) {
-    Mend mend{MendKind::kPinchedVertex, ElementKind::kVertex, 0, {}};
+    std::vector<VertexId> pinched;
     for (std::size_t v = 1; v < origin.size(); ++v) {
       const bool first_copy = origin[v] == origin[v - 1] && (v == 1 || origin[v - 2] != origin[v]);
-      if (!first_copy || mended[at(origin[v])] != 0) continue;
-      ++mend.count;
-      if (mend.elements.size() < kMostListed) mend.elements.push_back(origin[v]);
+      if (first_copy && mended[at(origin[v])] == 0) pinched.push_back(origin[v]);
     }
-    add(std::move(mend));
+    list(MendKind::kPinchedVertex, ElementKind::kVertex, std::move(pinched));
   }
   void list_shapes() {
     std::vector<FaceId> flat;
@@ -244,15 +236,9 @@ class Separator {
       }
       if (!coincident) flat.push_back(f);
     }
-    list_faces(MendKind::kZeroAreaFace, flat);
+    list_faces(MendKind::kZeroAreaFace, std::move(flat));
     sort_unique(short_edges);
-    Mend mend{MendKind::kZeroLengthEdge, ElementKind::kEdge, short_edges.size(), {}};
-    for (const auto& [low, high] : short_edges) {
-      if (mend.elements.size() + 2 > kMostListed) break;
-      mend.elements.push_back(low);
-      mend.elements.push_back(high);
-    }
-    add(std::move(mend));
+    list_pairs(MendKind::kZeroLengthEdge, short_edges);
   }
 
   const Surface& input_;
