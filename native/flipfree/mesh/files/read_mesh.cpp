@@ -1,14 +1,9 @@
-#include <CGAL/Constrained_Delaunay_triangulation_2.h>
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Triangulation_face_base_with_info_2.h>
-#include <CGAL/Triangulation_vertex_base_with_info_2.h>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -19,6 +14,7 @@
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/files/mesh_file.h"
 #include "flipfree/mesh/files/text.h"
+#include "flipfree/mesh/refined/editable_triangulation.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::mesh {
@@ -35,14 +31,13 @@ using PolygonTriangle = std::array<Index, 3>;  // numbers of corners, in the pol
 // at one place included. Of several:
 //   - the fan around corner 0, unless it is turned over or has a triangle without a shape
 //     (kThinnest); quads as Blender splits them, by corners 0 and 2 unless that folds the quad;
-//   - up to kFewAtBest, and up to kMostAtBest where the outline touches or crosses itself, the
-//     triangles of least area in space, then the best shaped (Klincsek 1980);
-//   - above, the constrained Delaunay triangulation seen along the normal.
-// Larger outlines that touch or cross themselves lose ears until kMostAtBest are left. Corners at
-// the place of the one before them get a triangle without area. Precondition: finite coordinates.
-// Deterministic, the same for every power-of-two scale. Cost: O(n log n) as a rule, O(n^2) for
-// outlines above kMostAtBest that touch or cross themselves, where beyond kMostByEars the fan
-// stays.
+//   - of up to kFewAtBest corners the triangles of least area in space, then the best shaped
+//     (Klincsek 1980);
+//   - larger ones lose ears until so few are left, or, where the outline touches or crosses itself
+//     so that it has none, up to kMostAtBest; then diagonals are flipped until all are Delaunay.
+// Corners at the place of the one before them get a triangle without area. Precondition: finite
+// coordinates. Deterministic, the same for every power-of-two scale. Cost: O(n^2) as a rule; beyond
+// kMostByEars the fan stays.
 inline constexpr std::size_t kFewAtBest = 24;
 inline constexpr std::size_t kMostAtBest = 256;
 inline constexpr std::size_t kMostByEars = 20000;
@@ -182,136 +177,8 @@ void cheapest_triangles(const Outline& outline, const CornerNumbers& corners,
   }
 }
 
-using OutlineKernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using OutlineVertexBase = CGAL::Triangulation_vertex_base_with_info_2<CornerNumbers, OutlineKernel>;
-using OutlineFaceBase = CGAL::Constrained_triangulation_face_base_2<
-    OutlineKernel, CGAL::Triangulation_face_base_with_info_2<int, OutlineKernel>>;
-using OutlineCdt = CGAL::Constrained_Delaunay_triangulation_2<
-    OutlineKernel, CGAL::Triangulation_data_structure_2<OutlineVertexBase, OutlineFaceBase>,
-    CGAL::No_constraint_intersection_requiring_constructions_tag>;
-
-// The constrained Delaunay triangles inside an outline that does not cross itself. CornerNumbers at
-// one place are one vertex there: which of them a triangle has, the sector between its sides tells.
-class DelaunayInside {
- public:
-  explicit DelaunayInside(const Outline& outline) : outline_(outline) {}
-
-  // False, with no triangles, if the outline crosses itself or has corners on its sides.
-  bool run(OutlineTriangles& triangles) {
-    if (!insert()) return false;
-    mark_inside();
-    OutlineTriangles found;
-    for (const OutlineCdt::Face_handle f : cdt_.finite_face_handles()) {
-      if (f->info() != kInside) continue;
-      PolygonTriangle triangle{};
-      for (int k = 0; k < 3; ++k) {
-        triangle[at(k)] = corner_at(f, k);
-        if (triangle[at(k)] == kInvalid) return false;
-      }
-      std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()),
-                  triangle.end());
-      found.push_back(triangle);
-    }
-    if (!is_whole(found)) return false;
-    triangles = std::move(found);
-    return true;
-  }
-
- private:
-  static constexpr int kUnseen = -1, kOutside = 0, kInside = 1;
-
-  Index next(Index i) const { return i + 1 == static_cast<Index>(outline_.size()) ? 0 : i + 1; }
-
-  bool insert() {
-    OutlineCdt::Face_handle near;
-    for (Index i = 0; i < static_cast<Index>(outline_.size()); ++i) {
-      const Vector2& p = outline_.plane(i);
-      handle_.push_back(cdt_.insert({p.x(), p.y()}, near));
-      handle_.back()->info().push_back(i);
-      near = handle_.back()->face();
-    }
-    if (cdt_.dimension() < 2) return false;
-    try {
-      for (Index i = 0; i < static_cast<Index>(outline_.size()); ++i) {
-        const auto a = handle_[at(i)], b = handle_[at(next(i))];
-        if (a == b) return false;
-        cdt_.insert_constraint(a, b);
-        ++sides_[std::minmax(&*a, &*b)];
-      }
-    } catch (const OutlineCdt::Intersection_of_constraints_exception&) {
-      return false;
-    }
-    return true;
-  }
-
-  // From infinity, other than before behind a side, or as before where two run along each other.
-  void mark_inside() {
-    for (const OutlineCdt::Face_handle f : cdt_.all_face_handles()) f->info() = kUnseen;
-    std::vector<OutlineCdt::Face_handle> open{cdt_.infinite_face()};
-    open.back()->info() = kOutside;
-    while (!open.empty()) {
-      const OutlineCdt::Face_handle f = open.back();
-      open.pop_back();
-      for (int k = 0; k < 3; ++k) {
-        const OutlineCdt::Face_handle g = f->neighbor(k);
-        if (g->info() != kUnseen) continue;
-        g->info() = odd_side(f, k) ? 1 - f->info() : f->info();
-        open.push_back(g);
-      }
-    }
-  }
-  bool odd_side(OutlineCdt::Face_handle f, int k) const {
-    if (!f->is_constrained(k)) return false;
-    const auto found =
-        sides_.find(std::minmax(&*f->vertex(OutlineCdt::cw(k)), &*f->vertex(OutlineCdt::ccw(k))));
-    return found != sides_.end() && found->second % 2 == 1;
-  }
-
-  // The corner whose side bounds the face's sector clockwise; kInvalid if that is none, or several.
-  Index corner_at(OutlineCdt::Face_handle f, int k) const {
-    const OutlineCdt::Vertex_handle v = f->vertex(k);
-    if (v->info().size() == 1) return v->info().front();
-    const OutlineCdt::Face_handle first = f;
-    for (int i = k; !f->is_constrained(OutlineCdt::cw(i)); i = f->index(v)) {
-      f = f->neighbor(OutlineCdt::cw(i));
-      if (f == first) return kInvalid;
-    }
-    const OutlineCdt::Vertex_handle end = f->vertex(OutlineCdt::ccw(f->index(v)));
-    Index found = kInvalid;
-    for (const Index i : v->info()) {
-      if (handle_[at(next(i))] != end) continue;
-      if (found != kInvalid) return kInvalid;
-      found = i;
-    }
-    return found;
-  }
-
-  // Every side in one triangle, every other edge in two that run against each other.
-  bool is_whole(const OutlineTriangles& triangles) const {
-    if (triangles.size() + 2 != outline_.size()) return false;
-    std::vector<std::pair<Index, Index>> edges;
-    for (const PolygonTriangle& t : triangles) {
-      for (std::size_t k = 0; k < 3; ++k) edges.emplace_back(t[k], t[(k + 1) % 3]);
-    }
-    for (Index i = 0; i < static_cast<Index>(outline_.size()); ++i) edges.emplace_back(next(i), i);
-    std::sort(edges.begin(), edges.end());
-    for (std::size_t e = 0; e < edges.size(); ++e) {
-      if (e > 0 && edges[e] == edges[e - 1]) return false;
-      if (!std::binary_search(edges.begin(), edges.end(),
-                              std::pair(edges[e].second, edges[e].first)))
-        return false;
-    }
-    return true;
-  }
-
-  const Outline& outline_;
-  OutlineCdt cdt_;
-  std::vector<OutlineCdt::Vertex_handle> handle_;
-  std::map<std::pair<const OutlineCdt::Vertex*, const OutlineCdt::Vertex*>, int> sides_;
-};
-
-// Cuts corners off until kMostAtBest are left: those whose triangle lies inside, with no other
-// corner in it; where there are none, the cheapest.
+// Cuts corners off whose triangle lies inside, with no other corner in it, until kFewAtBest are
+// left. Where there are none, the cheapest are cut off until kMostAtBest are left.
 class EarCutter {
  public:
   explicit EarCutter(const Outline& outline) : outline_(outline) {
@@ -321,7 +188,7 @@ class EarCutter {
   CornerNumbers run(OutlineTriangles& triangles) {
     std::size_t i = 0;
     std::size_t failed = 0;
-    while (left_.size() > kMostAtBest) {
+    while (left_.size() > (failed < left_.size() ? kFewAtBest : kMostAtBest)) {
       i = failed < left_.size() ? i % left_.size() : cheapest();
       if (failed < left_.size() && !is_ear(i)) {
         ++failed;
@@ -368,6 +235,38 @@ class EarCutter {
   CornerNumbers left_;
 };
 
+// Flips diagonals, seen along the normal, until the triangles are Delaunay, none of them turned
+// over by that (Lawson 1977).
+void flip_to_delaunay(const Outline& outline, OutlineTriangles& triangles) {
+  Triangles faces(static_cast<Eigen::Index>(triangles.size()), 3);
+  std::vector<std::array<VertexId, 2>> edges;
+  for (std::size_t f = 0; f < triangles.size(); ++f) {
+    const auto [i, k, j] = triangles[f];
+    faces.row(static_cast<Eigen::Index>(f)) << i, k, j;
+    edges.insert(edges.end(), {{i, k}, {k, j}, {j, i}});
+  }
+  EditableTriangulation mesh(static_cast<Index>(outline.size()), faces);
+  // Roundings aside every flip lowers the lifted surface.
+  for (std::size_t left = 100 * edges.size(); !edges.empty() && left > 0;) {
+    const HalfedgeId h = mesh.find(edges.back()[0], edges.back()[1]);
+    edges.pop_back();
+    if (h == kInvalid || mesh.is_boundary(h)) continue;
+    const VertexId a = mesh.source(h), b = mesh.target(h), c = mesh.apex(h);
+    const VertexId d = mesh.apex(mesh.opposite(h));
+    if (numeric::in_circle(outline.plane(a), outline.plane(b), outline.plane(c),
+                           outline.plane(d)) <= 0 ||
+        !outline.positive(a, d, c) || !outline.positive(d, b, c))
+      continue;
+    mesh.flip_edge(h);
+    --left;
+    edges.insert(edges.end(), {{a, d}, {d, b}, {b, c}, {c, a}});
+  }
+  for (std::size_t f = 0; f < triangles.size(); ++f) {
+    PolygonTriangle& t = triangles[f] = mesh.corners(static_cast<FaceId>(f));
+    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+  }
+}
+
 // Of three corners or more, none at the place of the one before it.
 OutlineTriangles triangles_of_outline(const std::vector<Vector3>& corners) {
   const std::size_t n = corners.size();
@@ -375,13 +274,10 @@ OutlineTriangles triangles_of_outline(const std::vector<Vector3>& corners) {
   const Outline outline(corners);
   if (fan_stays(outline)) return fan_of(n);
   OutlineTriangles triangles;
-  if (n > kFewAtBest && DelaunayInside(outline).run(triangles)) {
-    std::sort(triangles.begin(), triangles.end());
-    return triangles;
-  }
   if (n > kMostByEars) return fan_of(n);
   const CornerNumbers left = EarCutter(outline).run(triangles);
   cheapest_triangles(outline, left, triangles);
+  if (n > kFewAtBest) flip_to_delaunay(outline, triangles);
   std::sort(triangles.begin(), triangles.end());
   return triangles;
 }

@@ -29,7 +29,6 @@ constexpr double kConvex = 0.1;         // two solids that touch at an edge stay
 constexpr double kFlat = 1e-6;
 constexpr double kLeastWorth = 0.05;
 
-constexpr std::size_t kMostMatchedAtBest = 8;
 constexpr std::size_t kMostCompared = 64;
 constexpr std::size_t kMostFlattest = 16;
 
@@ -56,10 +55,22 @@ class Pairer {
     crowd_ = halfedges;
     across_.clear();
     for (const HalfedgeId h : crowd_) across_.push_back(across(h));
-    if (crowd_.size() <= kMostMatchedAtBest) {
-      match_at_best();
+    std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
+    const auto consider = [&](std::size_t i, std::size_t k) {
+      const double w = i == k ? 0.0 : worth(i, k);
+      if (w > 0.0) pairs.emplace_back(-w, std::min(i, k), std::max(i, k));
+    };
+    if (crowd_.size() <= kMostCompared) {
+      for (std::size_t i = 0; i < crowd_.size(); ++i) {
+        for (std::size_t k = i + 1; k < crowd_.size(); ++k) consider(i, k);
+      }
     } else {
-      match_greedily();
+      consider_flattest(consider);
+    }
+    std::sort(pairs.begin(), pairs.end());
+    for (const auto& [w, i, k] : pairs) {
+      if (result_.mate[at(crowd_[i])] == kInvalid && result_.mate[at(crowd_[k])] == kInvalid)
+        join(crowd_[i], crowd_[k]);
     }
   }
 
@@ -119,62 +130,6 @@ class Pairer {
       sum += kSameMaterial;
     }
     return sum > kLeastWorth ? sum : 0.0;
-  }
-
-  void match_at_best() {
-    const std::size_t count = crowd_.size();
-    std::array<std::array<double, kMostMatchedAtBest>, kMostMatchedAtBest> worths{};
-    for (std::size_t i = 0; i < count; ++i) {
-      for (std::size_t k = i + 1; k < count; ++k) worths[i][k] = worth(i, k);
-    }
-    // best[set]: the best sum over the faces in the set; its lowest face is left out or paired. Of
-    // equal sums that in which lower faces are paired: of duplicates the first one at every edge,
-    // or each would keep some of their neighbours.
-    constexpr std::size_t kSets = std::size_t{1} << kMostMatchedAtBest;
-    std::array<double, kSets> best{};
-    std::array<std::size_t, kSets> partner{};  // of the lowest face; itself: left out
-    for (std::size_t set = 1; set < (std::size_t{1} << count); ++set) {
-      std::size_t low = 0;
-      while ((set >> low & 1) == 0) ++low;
-      const std::size_t rest = set & (set - 1);
-      best[set] = best[rest];
-      partner[set] = low;
-      for (std::size_t k = low + 1; k < count; ++k) {
-        if ((set >> k & 1) == 0 || worths[low][k] <= 0.0) continue;
-        const double sum = worths[low][k] + best[rest & ~(std::size_t{1} << k)];
-        if (sum > best[set] || (sum == best[set] && partner[set] == low)) {
-          best[set] = sum;
-          partner[set] = k;
-        }
-      }
-    }
-    for (std::size_t set = (std::size_t{1} << count) - 1; set != 0;) {
-      std::size_t low = 0;
-      while ((set >> low & 1) == 0) ++low;
-      const std::size_t k = partner[set];
-      if (k != low) join(crowd_[low], crowd_[k]);
-      set &= ~(std::size_t{1} << low | std::size_t{1} << k);
-    }
-  }
-
-  void match_greedily() {
-    std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
-    const auto consider = [&](std::size_t i, std::size_t k) {
-      const double w = i == k ? 0.0 : worth(i, k);
-      if (w > 0.0) pairs.emplace_back(-w, std::min(i, k), std::max(i, k));
-    };
-    if (crowd_.size() <= kMostCompared) {
-      for (std::size_t i = 0; i < crowd_.size(); ++i) {
-        for (std::size_t k = i + 1; k < crowd_.size(); ++k) consider(i, k);
-      }
-    } else {
-      consider_flattest(consider);
-    }
-    std::sort(pairs.begin(), pairs.end());
-    for (const auto& [w, i, k] : pairs) {
-      if (result_.mate[at(crowd_[i])] == kInvalid && result_.mate[at(crowd_[k])] == kInvalid)
-        join(crowd_[i], crowd_[k]);
-    }
   }
 
   // Of a large crowd, for each face only those that continue it the flattest.

@@ -43,9 +43,9 @@ bool continues_in_map(const Triangles& faces, const Points2& corner_uv, Halfedge
 EdgePairs pair_edges(const PairingInput& input, const ExecutionContext& context);
 
 // Pairs the faces at crowded edges that are no seams: triangles of one polygon, else those that run
-// in opposite directions, lie flat and share a material. The pairs of up to eight have the best
-// sum, of more they are taken best first. `turned`: #F, faces that count as turned over; empty:
-// none. Cost: O(k^2) for edges of k faces, O(k log k) beyond 64.
+// in opposite directions, lie flat and share a material. They are taken best first. `turned`: #F,
+// faces that count as turned over; empty: none. Cost: O(k^2) for edges of k faces, O(k log k)
+// beyond 64.
 void pair_crowds(const PairingInput& input, const std::vector<char>& turned, EdgePairs& pairs,
                  const ExecutionContext& context);
 
