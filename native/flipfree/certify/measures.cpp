@@ -41,6 +41,7 @@ double percentile(std::vector<std::pair<double, double>> weighted, double share)
 
 using numeric::Pair;
 
+// x - y exactly (Knuth's two-sum), and the only such pair: equal differences give equal pairs.
 Pair difference(double x, double y) {
   const double high = x - y;
   const double back = x - high;
@@ -373,36 +374,21 @@ Index quarter_turns_along(const mesh::Adjacency& adjacency, const Points2& corne
 
 namespace {
 
-// a - b as an unevaluated sum of two doubles, exact and unique (Knuth's two-sum): equal differences
-// give equal pairs.
-struct Difference {
-  double head;
-  double tail;
-  bool operator==(const Difference&) const = default;
-  Difference operator-() const { return {-head, -tail}; }
-};
-
-Difference exact_difference(double a, double b) {
-  const double head = a - b;
-  const double b_part = head - a;
-  const double a_part = head - b_part;
-  return {head, (a - a_part) + (-b - b_part)};
-}
-
 // A vector between two corners.
 struct Vector {
-  Difference x;
-  Difference y;
-  bool operator==(const Vector&) const = default;
+  Pair x;
+  Pair y;
 };
+bool equal(const Pair& a, const Pair& b) { return a.high == b.high && a.low == b.low; }
+bool equal(const Vector& a, const Vector& b) { return equal(a.x, b.x) && equal(a.y, b.y); }
 Vector vector(const Points2& uv, CornerId from, CornerId to) {
-  return {exact_difference(uv(to, 0), uv(from, 0)), exact_difference(uv(to, 1), uv(from, 1))};
+  return {difference(uv(to, 0), uv(from, 0)), difference(uv(to, 1), uv(from, 1))};
 }
-Vector turned(const Vector& a) { return {-a.y, a.x}; }
+Vector turned(const Vector& a) { return {{-a.y.high, -a.y.low}, a.x}; }
 
 double distance(const Vector& a, const Vector& b) {
-  return std::hypot((a.x.head - b.x.head) + (a.x.tail - b.x.tail),
-                    (a.y.head - b.y.head) + (a.y.tail - b.y.tail));
+  return std::hypot((a.x.high - b.x.high) + (a.x.low - b.x.low),
+                    (a.y.high - b.y.high) + (a.y.low - b.y.low));
 }
 
 // R^turns of a point.
@@ -426,9 +412,9 @@ std::vector<SeamMeasure> measure_seams(const mesh::Adjacency& adjacency,
     const Vector there = vector(corner_uv, next_corner(o), o);
     SeamMeasure best{h, 0, {}, std::numeric_limits<double>::infinity()};
     for (Index turns = 0; turns < 4; ++turns, here = turned(here)) {
-      const double off = here == there ? 0.0
-                                       : std::max(distance(here, there),
-                                                  std::numeric_limits<double>::denorm_min());
+      const double off = equal(here, there) ? 0.0
+                                            : std::max(distance(here, there),
+                                                       std::numeric_limits<double>::denorm_min());
       if (off >= best.deviation) continue;
       best.deviation = off;
       best.quarter_turns = turns;
@@ -450,37 +436,20 @@ std::vector<HalfedgeId> seam_failures(const mesh::Adjacency& adjacency, const me
   return failures;
 }
 
-namespace {
-
-// Is the direction p - o in the half-open half-plane of angles [0, pi)? Comparisons of coordinates
-// are exact.
-bool upper(const Points2& uv, CornerId o, CornerId p) {
-  return uv(p, 1) > uv(o, 1) || (uv(p, 1) == uv(o, 1) && uv(p, 0) > uv(o, 0));
-}
-
-}  // namespace
-
 std::vector<VertexId> winding_failures(const mesh::Adjacency& adjacency,
                                        const mesh::EdgeFlags& cuts, const Points2& corner_uv) {
+  const std::vector<Index> turns = quarter_turns_around(adjacency, corner_uv);
   std::vector<VertexId> failures;
-  const auto vertex_count = static_cast<VertexId>(adjacency.vertex_halfedge.size());
-  for (VertexId v = 0; v < vertex_count; ++v) {
-    const HalfedgeId start = adjacency.vertex_halfedge[static_cast<std::size_t>(v)];
-    if (start == kInvalid || adjacency.opposite[static_cast<std::size_t>(start)] == kInvalid)
-      continue;
-    // Each positively oriented corner turns counter-clockwise by less than pi, so the number of
-    // turns is the number of corners in which the direction enters the upper half-plane.
-    Index turns = 0;
+  for (std::size_t v = 0; v < turns.size(); ++v) {
+    if (turns[v] == kInvalid || turns[v] == 4) continue;
+    const HalfedgeId start = adjacency.vertex_halfedge[v];
     bool uncut = true;
     HalfedgeId h = start;
     do {
-      uncut = uncut && !cuts[static_cast<std::size_t>(h)];
-      const bool from = upper(corner_uv, h, next_corner(h));
-      const bool to = upper(corner_uv, h, previous_corner(h));
-      if (!from && to) ++turns;
+      uncut = uncut && !cuts[at(h)];
       h = mesh::rotate_ccw(adjacency, h);
     } while (h != start);  // an inner vertex: its faces close around it
-    if (uncut && turns != 1) failures.push_back(v);
+    if (uncut) failures.push_back(static_cast<VertexId>(v));
   }
   return failures;
 }

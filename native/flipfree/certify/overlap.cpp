@@ -224,66 +224,37 @@ std::int64_t count_contacts(const std::vector<Segment>& segments, std::vector<Fa
   return contacts;
 }
 
-bool lexicographically_less(const Vector2& p, const Vector2& q) {
-  return p.x() != q.x() ? p.x() < q.x() : p.y() < q.y();
-}
+using Loop = std::vector<HalfedgeId>;
 
-// The chart's boundary as loops: indices into `segments`, which are sorted by `from`.
-std::vector<std::vector<std::size_t>> loops_of(const std::vector<Segment>& segments) {
-  std::vector<std::vector<std::size_t>> loops;
-  std::vector<char> seen(segments.size(), 0);
-  for (std::size_t start = 0; start < segments.size(); ++start) {
-    if (seen[start]) continue;
-    std::vector<std::size_t>& loop = loops.emplace_back();
-    for (std::size_t i = start; !seen[i];) {
-      seen[i] = 1;
-      loop.push_back(i);
-      // Every cut vertex has one outgoing boundary half-edge: it stands for one fan of faces.
-      i = static_cast<std::size_t>(
-          std::lower_bound(segments.begin(), segments.end(), segments[i].to,
-                           [](const Segment& s, VertexId v) { return s.from < v; }) -
-          segments.begin());
-    }
-  }
-  return loops;
-}
-
-// In a simple polygon the corner at the lexicographically smallest point is convex and not flat, so
-// it turns as the polygon does.
-std::size_t extreme_corner(const std::vector<Segment>& segments,
-                           const std::vector<std::size_t>& loop) {
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < loop.size(); ++i) {
-    if (lexicographically_less(segments[loop[i]].a, segments[loop[best]].a)) best = i;
-  }
-  return best;
-}
-
-// Precondition: the segments do not meet. The outermost loop is that of the smallest point.
-std::int64_t count_turned_loops(std::vector<Segment>& segments, std::vector<FaceId>& named) {
-  std::sort(segments.begin(), segments.end(),
-            [](const Segment& s, const Segment& t) { return s.from < t.from; });
-  const std::vector<std::vector<std::size_t>> loops = loops_of(segments);
-  if (loops.size() < 2) return 0;
+// Of one chart. Precondition: its boundary does not meet itself. The outermost loop is that of the
+// smallest point.
+std::int64_t count_turned_loops(const std::vector<Loop>& loops, const Points2& corner_uv,
+                                std::vector<FaceId>& named) {
+  const auto place = [&](HalfedgeId h) -> Vector2 { return corner_uv.row(h).transpose(); };
+  const auto less = [&](HalfedgeId g, HalfedgeId h) {
+    return std::pair(corner_uv(g, 0), corner_uv(g, 1)) <
+           std::pair(corner_uv(h, 0), corner_uv(h, 1));
+  };
+  // In a simple polygon the corner at the lexicographically smallest point is convex and not flat,
+  // so it turns as the polygon does.
   std::vector<std::size_t> corner;
   std::size_t outermost = 0;
   for (std::size_t l = 0; l < loops.size(); ++l) {
-    corner.push_back(extreme_corner(segments, loops[l]));
-    if (lexicographically_less(segments[loops[l][corner[l]]].a,
-                               segments[loops[outermost][corner[outermost]]].a)) {
-      outermost = l;
-    }
+    corner.push_back(static_cast<std::size_t>(
+        std::min_element(loops[l].begin(), loops[l].end(), less) - loops[l].begin()));
+    if (less(loops[l][corner[l]], loops[outermost][corner[outermost]])) outermost = l;
   }
   std::int64_t turned = 0;
   for (std::size_t l = 0; l < loops.size(); ++l) {
-    if (l == outermost) continue;
-    const Segment& after = segments[loops[l][corner[l]]];
-    const Segment& before = segments[loops[l][(corner[l] + loops[l].size() - 1) % loops[l].size()]];
-    if (numeric::orientation(before.a, after.a, after.b) < 0) continue;
+    const Loop& loop = loops[l];
+    const HalfedgeId before = loop[(corner[l] + loop.size() - 1) % loop.size()];
+    const HalfedgeId here = loop[corner[l]];
+    const HalfedgeId after = loop[(corner[l] + 1) % loop.size()];
+    if (l == outermost || numeric::orientation(place(before), place(here), place(after)) < 0)
+      continue;
     ++turned;
-    for (const std::size_t i : loops[l]) {
-      if (named.size() < kMostElements) named.push_back(segments[i].halfedge / 3);
-    }
+    for (const HalfedgeId h : loop)
+      if (named.size() < kMostElements) named.push_back(h / 3);
   }
   return turned;
 }
@@ -294,21 +265,25 @@ Overlaps boundary_overlaps(const Triangles& faces, const mesh::Adjacency& adjace
                            const mesh::EdgeFlags& cuts, const Points2& corner_uv) {
   const mesh::Components charts = mesh::components_between(adjacency, cuts);
   const mesh::CutMesh cut_mesh = mesh::cut_along(faces, adjacency, cuts);
-  std::vector<std::vector<Segment>> boundary(static_cast<std::size_t>(charts.count));
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cuts.size()); ++h) {
-    if (adjacency.opposite[static_cast<std::size_t>(h)] != kInvalid &&
-        !cuts[static_cast<std::size_t>(h)])
-      continue;
-    const HalfedgeId n = next_corner(h);
-    boundary[static_cast<std::size_t>(charts.of_face[static_cast<std::size_t>(h / 3)])].push_back(
-        {h, cut_mesh.faces(h / 3, h % 3), cut_mesh.faces(n / 3, n % 3),
-         corner_uv.row(h).transpose(), corner_uv.row(n).transpose()});
-  }
+  const mesh::Adjacency cut_adjacency =
+      mesh::build_adjacency(static_cast<Index>(cut_mesh.vertex_origin.size()), cut_mesh.faces);
+  std::vector<std::vector<Loop>> boundary(static_cast<std::size_t>(charts.count));
+  for (Loop& loop : mesh::boundary_halfedge_loops(cut_mesh.faces, cut_adjacency))
+    boundary[at(charts.of_face[at(loop.front() / 3)])].push_back(std::move(loop));
   Overlaps overlaps;
-  for (std::vector<Segment>& segments : boundary) {
+  for (const std::vector<Loop>& loops : boundary) {
+    std::vector<Segment> segments;
+    for (const Loop& loop : loops) {
+      for (const HalfedgeId h : loop) {
+        segments.push_back({h, mesh::source(cut_mesh.faces, h), mesh::target(cut_mesh.faces, h),
+                            corner_uv.row(h).transpose(),
+                            corner_uv.row(next_corner(h)).transpose()});
+      }
+    }
     const std::int64_t contacts = count_contacts(segments, overlaps.faces);
     overlaps.contacts += contacts;
-    if (contacts == 0) overlaps.turned_loops += count_turned_loops(segments, overlaps.faces);
+    if (contacts == 0)
+      overlaps.turned_loops += count_turned_loops(loops, corner_uv, overlaps.faces);
   }
   sort_unique(overlaps.faces);
   return overlaps;
