@@ -19,7 +19,6 @@ namespace {
 
 using flipfree::ExecutionContext;
 using flipfree::Index;
-using flipfree::Points2;
 using flipfree::numeric::SparseCholesky;
 using flipfree::numeric::SparseMatrix;
 
@@ -45,21 +44,14 @@ SparseMatrix system_of_grid(Index side) {
   return matrix;
 }
 
-Points2 places_of_grid(Index side) {
-  Points2 places(side * side, 2);
-  for (Index v = 0; v < side * side; ++v) places.row(v) << v % side, v / side;
-  return places;
-}
-
 void analyze(benchmark::State& state) {
   const auto side = static_cast<Index>(state.range(0));
   const SparseMatrix matrix = system_of_grid(side);
-  const Points2 places = places_of_grid(side);
   flipfree::ExecutionContext context;
   context.threads = static_cast<int>(state.range(1));
   for (auto _ : state) {
     flipfree::numeric::SparseCholesky solver;
-    solver.analyze(matrix, context, &places);
+    solver.analyze(matrix, context);
     benchmark::DoNotOptimize(solver.factor_nonzeros());
   }
 }
@@ -67,11 +59,10 @@ void analyze(benchmark::State& state) {
 void factorize(benchmark::State& state) {
   const auto side = static_cast<Index>(state.range(0));
   const SparseMatrix matrix = system_of_grid(side);
-  const Points2 places = places_of_grid(side);
   flipfree::ExecutionContext context;
   context.threads = static_cast<int>(state.range(1));
   flipfree::numeric::SparseCholesky solver;
-  solver.analyze(matrix, context, &places);
+  solver.analyze(matrix, context);
   if (!solver.factorize(matrix, context)) state.SkipWithError("not positive definite");
   for (auto _ : state) benchmark::DoNotOptimize(solver.factorize(matrix, context));
   state.counters["flops"] = solver.factor_flops();

@@ -208,7 +208,7 @@ bool NewtonSystem::factorize(ExecutionContext& context) {
   if (!same) {
     std::vector<Index> label(at(static_cast<Index>(matrix_.cols())));
     std::iota(label.begin(), label.end(), Index{0});
-    cholesky_.analyze(matrix_, context, nullptr, order_, label);
+    cholesky_.analyze(matrix_, context, order_, label);
     analysed_outer_.assign(outer, outer + outer_count);
     analysed_inner_.assign(inner, inner + inner_count);
   }

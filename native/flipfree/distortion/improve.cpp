@@ -107,10 +107,7 @@ void place_like(const Triangles& faces, const Points2& like, double scale, bool 
     placed.row(v) << w.real(), w.imag();
   }
   if (!is_flip_free(faces, placed, context)) return;
-  if (bijective &&
-      overlaps_itself(find_boundary(static_cast<Index>(uv.rows()), faces), placed, context)) {
-    return;
-  }
+  if (bijective && overlaps_itself(faces, placed, context)) return;
   uv = std::move(placed);
 }
 
@@ -253,10 +250,7 @@ certify::Parametrization improve_clean(const mesh::Surface& surface, const Point
             corner_uv.row(3 * charts[c].faces[static_cast<std::size_t>(f)] + k);
       }
     }
-    maps[c].bijective =
-        options.keep_bijective &&
-        !overlaps_itself(find_boundary(static_cast<Index>(maps[c].uv.rows()), faces), maps[c].uv,
-                         context);
+    maps[c].bijective = options.keep_bijective && !overlaps_itself(faces, maps[c].uv, context);
   }
   assign_pins(surface, charts, options, maps);
 

@@ -42,7 +42,7 @@ double area_of(const Triangles& faces, const Points2& uv) {
 
 Untangler::Untangler(const mesh::Surface& surface, const std::vector<char>& fixed,
                      ExecutionContext& context)
-    : surface_(surface), system_(surface.faces, fixed, Points2(), {}, context) {}
+    : surface_(surface), system_(surface.faces, fixed, {}, context) {}
 
 void Untangler::build_rest(const UntangleOptions& options, double target_area) {
   const auto count = static_cast<std::size_t>(surface_.faces.rows());
@@ -99,8 +99,10 @@ double Untangler::find_step(const Points2& uv, const UntangleOptions& options, d
   const auto guards = static_cast<std::size_t>(options.guards);
   const auto of_face = [&](std::size_t f, double* gradient, double* hessian) {
     const Vector4 j = foldover_free::jacobian(rest_[f], surface_.faces, f, uv);
-    foldover_free::corner_derivatives(rest_[f], j, options.lambda, f < guards ? 0.0 : epsilon,
-                                      gradient, hessian);
+    Vector4 slope;
+    foldover_free::Matrix4 curvature;
+    foldover_free::derivatives(j, options.lambda, f < guards ? 0.0 : epsilon, slope, curvature);
+    corner_derivatives(rest_[f], slope, curvature, gradient, hessian);
     return 0.0;
   };
   system_.assemble(of_face, context);

@@ -53,21 +53,15 @@ std::vector<Index> minimum_degree(std::vector<std::uint64_t>& near,
 // where the method and its sources are).
 
 struct Subgraph : Graph {
-  // Ranks of the coordinates in the whole graph; empty without a drawing.
-  std::vector<std::array<Index, 2>> rank;
   bool ends_first = false;  // is vertex 0 at an end?
 };
 
 enum Side : char { kLeft = 0, kRight = 1, kSeparator = 2 };
 
-// Keys to sweep along: where there is a drawing x, y, x + y, x - y (as ranks); then the distance
-// from one end, and the difference of the distances from both ends.
-constexpr int kDistanceKeys = 2;
-constexpr int kAllKeys = 4 + kDistanceKeys;
+// Keys to sweep along: the distance from one end, and the difference of those from both ends.
+constexpr std::size_t kKeys = 2;
 constexpr int kBuckets = 512;
 constexpr double kLeastSide = 0.30;  // smaller side of a sweep, share of the part
-constexpr double kMostSide = 0.62;   // larger side during refinement
-constexpr int kRefinePasses = 4;
 
 // Breadth-first distances from `start`; kInvalid where it does not reach. Returns the vertices in
 // visiting order.
@@ -112,13 +106,11 @@ std::vector<char> split_components(const Subgraph& part) {
   return side;
 }
 
-template <std::size_t kKeys>
 using Buckets = std::array<std::uint16_t, kKeys>;
 
 // Spreads values over the buckets. Returns false if they are all the same.
-template <std::size_t kKeys, typename Value>
-bool fill_buckets(const Subgraph& part, int key, std::vector<Buckets<kKeys>>& buckets,
-                  Value value) {
+template <typename Value>
+bool fill_buckets(const Subgraph& part, int key, std::vector<Buckets>& buckets, Value value) {
   std::int64_t low = value(0);
   std::int64_t high = low;
   for (Index v = 1; v < part.count(); ++v) {
@@ -143,8 +135,7 @@ struct Sweep {
 
 // Tries every cut of every key: the separator is the vertices of one side with a neighbour on the
 // other.
-template <std::size_t kKeys>
-Sweep best_sweep(const Subgraph& part, const std::vector<Buckets<kKeys>>& buckets,
+Sweep best_sweep(const Subgraph& part, const std::vector<Buckets>& buckets,
                  const std::array<bool, kKeys>& usable) {
   struct Counts {
     Index mass = 0;  // vertices in this bucket
@@ -153,16 +144,16 @@ Sweep best_sweep(const Subgraph& part, const std::vector<Buckets<kKeys>>& bucket
   };
   std::vector<std::array<Counts, kKeys>> counts(kBuckets + 1);
   for (Index v = 0; v < part.count(); ++v) {
-    Buckets<kKeys> low = buckets[at(v)];
-    Buckets<kKeys> high = low;
+    Buckets low = buckets[at(v)];
+    Buckets high = low;
     for_neighbours(part, v, [&](Index u) {
-      const Buckets<kKeys>& other = buckets[at(u)];
+      const Buckets& other = buckets[at(u)];
       for (std::size_t k = 0; k < kKeys; ++k) {
         low[k] = std::min(low[k], other[k]);
         high[k] = std::max(high[k], other[k]);
       }
     });
-    const Buckets<kKeys>& own = buckets[at(v)];
+    const Buckets& own = buckets[at(v)];
     for (std::size_t k = 0; k < kKeys; ++k) {
       ++counts[own[k]][k].mass;
       ++counts[own[k] + 1u][k].left;  // in the left separator for own < cut <= high
@@ -194,138 +185,10 @@ Sweep best_sweep(const Subgraph& part, const std::vector<Buckets<kKeys>>& bucket
   return best;
 }
 
-// Moves vertices out of the separator, pulling their neighbours on the far side in, while that
-// helps; climbs over small hills and goes back to the best state seen.
-class Refinement {
- public:
-  Refinement(const Subgraph& part, std::vector<char>& side, const ExecutionContext& context)
-      : part_(part), side_(side), context_(context), locked_(at(part.count()), 0) {
-    for (const char s : side) ++weight_[at(s)];
-  }
-
-  void run() {
-    for (int pass = 0; pass < kRefinePasses && improve(); ++pass) {
-    }
-  }
-
- private:
-  struct Move {
-    Index vertex;
-    char to;
-  };
-  // Gains are at most 1; moves that cost kMostLoss and more never pay.
-  static constexpr Index kMostLoss = 6;
-
-  // Change of the separator's size, negated, when v leaves it for side `to`.
-  Index gain(Index v, char to) const {
-    Index pulled = 0;
-    for_neighbours(part_, v, [&](Index u) { pulled += side_[at(u)] == 1 - to ? 1 : 0; });
-    return 1 - pulled;
-  }
-
-  void push(Index v) {
-    Index beside[3] = {0, 0, 0};
-    for_neighbours(part_, v, [&](Index u) { ++beside[static_cast<int>(side_[at(u)])]; });
-    for (const char to : {kLeft, kRight}) {
-      const Index loss = beside[1 - to];
-      if (loss >= kMostLoss) continue;
-      moves_[at(loss)].push_back({v, to});
-      least_loss_ = std::min(least_loss_, loss);
-    }
-  }
-
-  // Takes the move with the largest gain, the last one pushed of several. False if none is left.
-  bool pop(Move& move, Index& gain) {
-    while (least_loss_ < kMostLoss && moves_[at(least_loss_)].empty()) ++least_loss_;
-    if (least_loss_ == kMostLoss) return false;
-    move = moves_[at(least_loss_)].back();
-    moves_[at(least_loss_)].pop_back();
-    gain = 1 - least_loss_;
-    return true;
-  }
-
-  void put(Index v, char to) {
-    log_.push_back({v, side_[at(v)]});
-    --weight_[at(side_[at(v)])];
-    side_[at(v)] = to;
-    ++weight_[at(to)];
-  }
-
-  // One pass; true if the separator shrank, or stayed as small with better balance.
-  bool improve() {
-    const auto imbalance = [&] { return std::abs(weight_[0] - weight_[1]); };
-    for (auto& moves : moves_) moves.clear();
-    least_loss_ = kMostLoss;
-    log_.clear();
-    std::vector<Index> touched;
-    for (Index v = 0; v < part_.count(); ++v) {
-      if (side_[at(v)] == kSeparator) push(v);
-    }
-    const Index start = weight_[kSeparator];
-    const Index start_imbalance = imbalance();
-    Index best = start;
-    Index best_imbalance = start_imbalance;
-    std::size_t best_log = 0;
-    Index idle = 0;
-    const Index patience = std::max<Index>(40, start / 3);
-    const auto most = static_cast<Index>(kMostSide * part_.count());
-    Move move{};
-    Index expected = 0;
-    while (idle < patience && pop(move, expected)) {
-      const Index v = move.vertex;
-      if (side_[at(v)] != kSeparator || locked_[at(v)] || gain(v, move.to) != expected) continue;
-      if (weight_[at(move.to)] >= most) continue;
-      context_.check();
-      locked_[at(v)] = 1;
-      touched.push_back(v);
-      put(v, move.to);
-      for_neighbours(part_, v, [&](Index u) {
-        if (side_[at(u)] == 1 - move.to) {
-          context_.check();  // of a dense row even one move is much work
-          put(u, kSeparator);
-          if (!locked_[at(u)]) push(u);
-          for_neighbours(part_, u, [&](Index w) {
-            if (side_[at(w)] == kSeparator && !locked_[at(w)] && w != u) push(w);
-          });
-        } else if (side_[at(u)] == kSeparator && !locked_[at(u)]) {
-          push(u);
-        }
-      });
-      ++idle;
-      if (weight_[kSeparator] < best ||
-          (weight_[kSeparator] == best && imbalance() < best_imbalance)) {
-        best = weight_[kSeparator];
-        best_imbalance = imbalance();
-        best_log = log_.size();
-        idle = 0;
-      }
-    }
-    while (log_.size() > best_log) {
-      const auto [v, from] = log_.back();
-      log_.pop_back();
-      --weight_[at(side_[at(v)])];
-      side_[at(v)] = from;
-      ++weight_[at(from)];
-    }
-    for (const Index v : touched) locked_[at(v)] = 0;
-    return best < start || best_imbalance < start_imbalance;
-  }
-
-  const Subgraph& part_;
-  std::vector<char>& side_;
-  const ExecutionContext& context_;
-  std::vector<char> locked_;
-  std::array<Index, 3> weight_{0, 0, 0};
-  std::array<std::vector<Move>, kMostLoss> moves_;  // by loss
-  Index least_loss_ = kMostLoss;
-  std::vector<std::pair<Index, char>> log_;
-};
-
 // Vertices by bucket.
-template <std::size_t kKeys>
-std::vector<Index> sorted_by(const std::vector<Buckets<kKeys>>& buckets, std::size_t key) {
+std::vector<Index> sorted_by(const std::vector<Buckets>& buckets, std::size_t key) {
   std::array<Index, kBuckets + 1> begin{};
-  for (const Buckets<kKeys>& b : buckets) ++begin[b[key] + 1u];
+  for (const Buckets& b : buckets) ++begin[b[key] + 1u];
   for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
   std::vector<Index> sorted(buckets.size());
   for (Index v = 0; v < static_cast<Index>(buckets.size()); ++v)
@@ -333,9 +196,13 @@ std::vector<Index> sorted_by(const std::vector<Buckets<kKeys>>& buckets, std::si
   return sorted;
 }
 
-template <std::size_t kKeys>
-std::vector<char> split(const Subgraph& part, std::vector<Index>& sorted,
-                        const ExecutionContext& context) {
+// The side of every vertex; no edge joins left and right. A graph that is not connected is split
+// into its components, without a separator. `sorted` gets the vertices from one end to the other,
+// or stays empty: so numbered, the vertices of a side have their neighbours near them, and the
+// first one is at an end. Precondition: two vertices or more. Cost: some sweeps over the edges.
+// Checks for cancel.
+std::vector<char> separate(const Subgraph& part, std::vector<Index>& sorted,
+                           const ExecutionContext& context) {
   std::vector<Index> from_one;
   std::vector<Index> from_other;
   Index one = 0;
@@ -349,20 +216,11 @@ std::vector<char> split(const Subgraph& part, std::vector<Index>& sorted,
   distances(part, seen.back(), from_other);
   context.check();
 
-  std::vector<Buckets<kKeys>> buckets(at(part.count()));
+  std::vector<Buckets> buckets(at(part.count()));
   std::array<bool, kKeys> usable{};
-  if constexpr (kKeys == kAllKeys) {
-    const auto rank = [&](Index v, int axis) -> std::int64_t { return part.rank[at(v)][at(axis)]; };
-    usable[0] = fill_buckets(part, 0, buckets, [&](Index v) { return rank(v, 0); });
-    usable[1] = fill_buckets(part, 1, buckets, [&](Index v) { return rank(v, 1); });
-    usable[2] = fill_buckets(part, 2, buckets, [&](Index v) { return rank(v, 0) + rank(v, 1); });
-    usable[3] = fill_buckets(part, 3, buckets, [&](Index v) { return rank(v, 0) - rank(v, 1); });
-    context.check();
-  }
-  constexpr int kFirst = kKeys - kDistanceKeys;
-  usable[kFirst] =
-      fill_buckets(part, kFirst, buckets, [&](Index v) -> std::int64_t { return from_one[at(v)]; });
-  usable[kFirst + 1] = fill_buckets(part, kFirst + 1, buckets, [&](Index v) -> std::int64_t {
+  usable[0] =
+      fill_buckets(part, 0, buckets, [&](Index v) -> std::int64_t { return from_one[at(v)]; });
+  usable[1] = fill_buckets(part, 1, buckets, [&](Index v) -> std::int64_t {
     return from_one[at(v)] - from_other[at(v)];
   });
   context.check();
@@ -388,19 +246,7 @@ std::vector<char> split(const Subgraph& part, std::vector<Index>& sorted,
     if (touches) separator.push_back(v);
   }
   for (const Index v : separator) side[at(v)] = kSeparator;
-  Refinement(part, side, context).run();
   return side;
-}
-
-// The side of every vertex; no edge joins left and right. A graph that is not connected is split
-// into its components, without a separator. `sorted` gets the vertices from one end to the other,
-// or stays empty: so numbered, the vertices of a side have their neighbours near them, and the
-// first one is at an end. Precondition: two vertices or more. Cost: some sweeps over the edges.
-// Checks for cancel.
-std::vector<char> separate(const Subgraph& part, std::vector<Index>& sorted,
-                           const ExecutionContext& context) {
-  return part.rank.empty() ? split<kDistanceKeys>(part, sorted, context)
-                           : split<kAllKeys>(part, sorted, context);
 }
 
 constexpr Index kLeaf = kMinimumDegreeLimit;
@@ -430,11 +276,9 @@ Part extract(const Part& part, const std::vector<char>& side, char which,
   child.outside.reserve(at(count));
   child.offset.reserve(at(count) + 1);
   child.offset.push_back(0);
-  if (!part.rank.empty()) child.rank.reserve(at(count));
   for (const Index v : sorted) {
     if (side[at(v)] != which) continue;
     child.vertices.push_back(part.vertices[at(v)]);
-    if (!part.rank.empty()) child.rank.push_back(part.rank[at(v)]);
     Index outside = part.outside[at(v)];
     for_neighbours(part, v, [&](Index u) {
       if (side[at(u)] == which) {
@@ -490,26 +334,10 @@ void dissect(Part& part, std::vector<Index>& order, DissectionTree& tree,
   }
 }
 
-std::vector<std::array<Index, 2>> ranks(Index count, const double* places,
-                                        const ExecutionContext& context) {
-  std::vector<std::array<Index, 2>> rank(at(count));
-  parallel_for(context, 2, 1, [&](std::size_t axis, std::size_t, std::size_t) {
-    std::vector<Index> order(at(count));
-    std::iota(order.begin(), order.end(), 0);
-    std::sort(order.begin(), order.end(), [&](Index a, Index b) {
-      const double x = places[2 * at(a) + axis];
-      const double y = places[2 * at(b) + axis];
-      return x != y ? x < y : a < b;
-    });
-    for (Index i = 0; i < count; ++i) rank[at(order[at(i)])][axis] = i;
-  });
-  return rank;
-}
-
 }  // namespace
 
-std::vector<Index> nested_dissection(const Graph& graph, const double* places,
-                                     const ExecutionContext& context, DissectionTree* tree) {
+std::vector<Index> nested_dissection(const Graph& graph, const ExecutionContext& context,
+                                     DissectionTree* tree) {
   std::vector<Index> order(at(graph.count()));
   DissectionTree own;
   DissectionTree& nodes = tree != nullptr ? *tree : own;
@@ -522,7 +350,6 @@ std::vector<Index> nested_dissection(const Graph& graph, const double* places,
   root.offset = graph.offset;
   root.neighbour = graph.neighbour;
   root.outside.assign(at(graph.count()), 0);
-  if (places != nullptr) root.rank = ranks(graph.count(), places, context);
 
   // All parts of a level at once. Parts below kSubtree are taken to their leaves by one task.
   constexpr Index kSubtree = 4096;
@@ -594,7 +421,7 @@ void dissect_leaf(const Graph& graph, std::vector<Index>& members, TreeNode leaf
   }
   for (const Index v : members) local[at(v)] = kInvalid;
   DissectionTree below;
-  const std::vector<Index> order = nested_dissection(part, nullptr, context, &below);
+  const std::vector<Index> order = nested_dissection(part, context, &below);
   std::vector<Index> ordered;
   ordered.reserve(order.size());
   for (const Index i : order) {
@@ -719,8 +546,7 @@ std::vector<Index> hubs_of(const Graph& graph) {
 // where a small separator is. So the others are dissected without them; then each goes as far down
 // the tree as its neighbours let it.
 std::vector<Index> dissect_without(const std::vector<Index>& hubs, const Graph& graph,
-                                   const double* places, const ExecutionContext& context,
-                                   DissectionTree& nodes) {
+                                   const ExecutionContext& context, DissectionTree& nodes) {
   std::vector<Index> local(at(graph.count()), 0), others;
   for (const Index v : hubs) local[at(v)] = kInvalid;
   for (Index v = 0; v < graph.count(); ++v) {
@@ -731,18 +557,14 @@ std::vector<Index> dissect_without(const std::vector<Index>& hubs, const Graph& 
   Graph rest;
   rest.offset.push_back(0);
   rest.neighbour.reserve(graph.neighbour.size());
-  std::vector<double> own_places;
   for (const Index v : others) {
     for_neighbours(graph, v, [&](Index u) {
       if (local[at(u)] != kInvalid) rest.neighbour.push_back(local[at(u)]);
     });
     rest.offset.push_back(static_cast<Index>(rest.neighbour.size()));
-    for (std::size_t axis = 0; places != nullptr && axis < 2; ++axis)
-      own_places.push_back(places[2 * at(v) + axis]);
   }
   DissectionTree own;
-  std::vector<Index> order =
-      nested_dissection(rest, places == nullptr ? nullptr : own_places.data(), context, &own);
+  std::vector<Index> order = nested_dissection(rest, context, &own);
   nodes.assign(at(graph.count()), TreeNode());
   for (std::size_t i = 0; i < others.size(); ++i) nodes[at(others[i])] = own[i];
   for (Index& v : order) v = others[at(v)];
@@ -752,11 +574,11 @@ std::vector<Index> dissect_without(const std::vector<Index>& hubs, const Graph& 
 
 }  // namespace
 
-std::vector<Index> hub_dissection(const Graph& graph, const double* places,
-                                  const ExecutionContext& context, DissectionTree& tree) {
+std::vector<Index> hub_dissection(const Graph& graph, const ExecutionContext& context,
+                                  DissectionTree& tree) {
   const std::vector<Index> hubs = hubs_of(graph);
-  return hubs.empty() ? nested_dissection(graph, places, context, &tree)
-                      : dissect_without(hubs, graph, places, context, tree);
+  return hubs.empty() ? nested_dissection(graph, context, &tree)
+                      : dissect_without(hubs, graph, context, tree);
 }
 
 }  // namespace flipfree::numeric

@@ -1,12 +1,10 @@
 // Fill-reducing elimination order by nested dissection of our own: unlike a library call it can be
-// cancelled, it uses all threads, and where a planar drawing is known it need not search for one.
+// cancelled, and it uses all threads.
 //
 // A part of the graph is split by a small separator that is eliminated last; its two sides
-// recursively. Separators come from sweeping several keys over the part - the drawing's coordinates
-// and diagonals, and breadth-first distances, which do not care how distorted the drawing is -,
-// taking the cheapest cut, and refining it with vertex moves (Fiduccia, Mattheyses 1982; in the
-// form for vertex separators of Hendrickson, Rothberg 1998). Parts of up to 64 vertices are ordered
-// by minimum degree.
+// recursively (George 1973). Separators are the cheapest cuts along breadth-first distances from
+// one end of the part, and along the difference of those from both. Parts of up to 64 vertices are
+// ordered by minimum degree.
 #pragma once
 
 #include <algorithm>
@@ -79,11 +77,9 @@ using DissectionTree = std::vector<TreeNode>;
 
 inline constexpr Index kMinimumDegreeLimit = 64;
 
-// Elimination position -> vertex. places: null, or x and y per vertex; any finite values are
-// correct, a good drawing is faster. tree: null, or receives the node of every vertex. Cost:
+// Elimination position -> vertex. tree: null, or receives the node of every vertex. Cost:
 // O(n log n). Checks for cancel. The same order for any number of threads.
-std::vector<Index> nested_dissection(const Graph& graph, const double* places,
-                                     const ExecutionContext& context,
+std::vector<Index> nested_dissection(const Graph& graph, const ExecutionContext& context,
                                      DissectionTree* tree = nullptr);
 
 // The tree behind an order by nested dissection, and its repair after a few edges of the graph
@@ -108,7 +104,7 @@ std::vector<Index> repair_dissection(const Graph& graph, const std::vector<Index
 // translations of a seamless map are, beside others with few.
 
 // As nested_dissection().
-std::vector<Index> hub_dissection(const Graph& graph, const double* places,
-                                  const ExecutionContext& context, DissectionTree& tree);
+std::vector<Index> hub_dissection(const Graph& graph, const ExecutionContext& context,
+                                  DissectionTree& tree);
 
 }  // namespace flipfree::numeric

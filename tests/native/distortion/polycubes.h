@@ -154,7 +154,7 @@ inline distortion::CutMap crowded() {
   distortion::CutMap map = cut_map_of(unfold(polycubes()[2], 5, 3));
   const distortion::SeamConstraints c =
       distortion::eliminate_seams(static_cast<Index>(map.surface.vertices.rows()),
-                                  map.surface.faces, map.seams, ExecutionContext());
+                                  map.surface.faces, map.seams, {}, ExecutionContext());
   Points2 nodes = distortion::nodes_of(c, map.surface.faces, map.seams, map.uv);
   for (Index n = 0; n < c.position_count(); ++n) {
     // Squares of 5 x 5 cells at multiples of 5: shrink what lies strictly inside the first one.
@@ -170,7 +170,7 @@ inline distortion::CutMap crowded() {
 inline distortion::CutMap perturbed(distortion::CutMap map, double amount, unsigned seed) {
   const ExecutionContext context;
   const distortion::SeamConstraints c = distortion::eliminate_seams(
-      static_cast<Index>(map.surface.vertices.rows()), map.surface.faces, map.seams, context);
+      static_cast<Index>(map.surface.vertices.rows()), map.surface.faces, map.seams, {}, context);
   const Points2 nodes = distortion::nodes_of(c, map.surface.faces, map.seams, map.uv);
   for (;; amount *= 0.5) {
     std::mt19937 random(seed);

@@ -31,14 +31,14 @@ Jacobian jacobian_at(const RestTriangle& rest, const Vector6& x) {
 
 Vector6 gradient_at(const RestTriangle& rest, const Vector6& x) {
   Vector6 g;
-  symmetric_dirichlet_gradient(rest, jacobian_at(rest, x), g.data());
+  symmetric_dirichlet_derivatives(rest, jacobian_at(rest, x), g.data(), nullptr);
   return g;
 }
 
 Matrix6 hessian_at(const RestTriangle& rest, const Vector6& x) {
   Vector6 g;
   double h[kHessianEntries];
-  symmetric_dirichlet_hessian(rest, jacobian_at(rest, x), g.data(), h);
+  symmetric_dirichlet_derivatives(rest, jacobian_at(rest, x), g.data(), h);
   Matrix6 full;
   for (int k = 0; k < 3; ++k) {
     const int l = (k + 1) % 3;

@@ -61,7 +61,7 @@ System random_system(const Graph& graph, Index block, std::mt19937& random) {
 Multifrontal plan(const System& system, FactorMemory memory = {}) {
   const ExecutionContext context;
   return Multifrontal(
-      analyze_supernodes(system.graph, nested_dissection(system.graph, nullptr, context), context),
+      analyze_supernodes(system.graph, nested_dissection(system.graph, context), context),
       system.block, static_cast<Index>(system.matrix.rows()), system.matrix.outerIndexPtr(),
       system.matrix.innerIndexPtr(), context, std::move(memory));
 }

@@ -10,15 +10,6 @@
 namespace flipfree::numeric::nested_dissection_test {
 namespace {
 
-std::vector<double> drawing(Index columns, Index rows) {
-  std::vector<double> places;
-  for (Index v = 0; v < columns * rows; ++v) {
-    places.push_back(v % columns);
-    places.push_back(v / columns);
-  }
-  return places;
-}
-
 // Entries of the factor below its diagonal, by the elimination game.
 std::size_t fill(const Graph& graph, const std::vector<Index>& order) {
   const auto n = static_cast<std::size_t>(graph.count());
@@ -49,7 +40,7 @@ TEST(NestedDissection, is_an_order_of_all_vertices_and_every_edge_lies_on_one_br
     const Graph graph = test::random_graph(
         count, static_cast<int>(random() % (3 * static_cast<unsigned>(count))), random);
     DissectionTree tree;
-    const std::vector<Index> order = nested_dissection(graph, nullptr, ExecutionContext(), &tree);
+    const std::vector<Index> order = nested_dissection(graph, ExecutionContext(), &tree);
     std::vector<Index> sorted = order;
     std::sort(sorted.begin(), sorted.end());
     for (Index v = 0; v < count; ++v) ASSERT_EQ(sorted[static_cast<std::size_t>(v)], v);
@@ -68,27 +59,16 @@ TEST(NestedDissection, is_an_order_of_all_vertices_and_every_edge_lies_on_one_br
   }
 }
 
-TEST(NestedDissection, threads_change_nothing_and_drawings_nothing_but_the_order) {
+TEST(NestedDissection, threads_change_nothing) {
   const Graph graph = test::lattice(90, 70);
-  std::vector<double> places = drawing(90, 70);
-  for (const bool drawn : {false, true}) {
-    std::vector<std::vector<Index>> orders;
-    for (const int threads : {1, 2, 4}) {
-      ExecutionContext context;
-      context.threads = threads;
-      orders.push_back(nested_dissection(graph, drawn ? places.data() : nullptr, context));
-    }
-    EXPECT_EQ(orders[0], orders[1]);
-    EXPECT_EQ(orders[0], orders[2]);
+  std::vector<std::vector<Index>> orders;
+  for (const int threads : {1, 2, 4}) {
+    ExecutionContext context;
+    context.threads = threads;
+    orders.push_back(nested_dissection(graph, context));
   }
-  // Drawings that say nothing, or something absurd.
-  for (const double x : {0.0, 1e308}) {
-    std::fill(places.begin(), places.end(), x);
-    places[0] = -x;
-    std::vector<Index> order = nested_dissection(graph, places.data(), ExecutionContext());
-    std::sort(order.begin(), order.end());
-    for (Index v = 0; v < graph.count(); ++v) ASSERT_EQ(order[static_cast<std::size_t>(v)], v);
-  }
+  EXPECT_EQ(orders[0], orders[1]);
+  EXPECT_EQ(orders[0], orders[2]);
 }
 
 // George 1973: a lattice of n vertices has a factor of about 31/4 n log2 n; elimination row by row
@@ -98,15 +78,11 @@ TEST(NestedDissection, fills_lattices_far_less_than_elimination_row_by_row) {
   const Graph graph = test::lattice(side, side);
   std::vector<Index> rows(static_cast<std::size_t>(side * side));
   for (std::size_t v = 0; v < rows.size(); ++v) rows[v] = static_cast<Index>(v);
-  const std::vector<double> places = drawing(side, side);
   const double by_rows = static_cast<double>(fill(graph, rows));
-  const ExecutionContext context;
-  for (const double* drawn : {static_cast<const double*>(nullptr), places.data()}) {
-    const double entries =
-        static_cast<double>(fill(graph, nested_dissection(graph, drawn, context)));
-    EXPECT_LT(entries, 0.4 * by_rows);
-    EXPECT_LT(entries, 7.75 * side * side * 12.0);
-  }
+  const double entries =
+      static_cast<double>(fill(graph, nested_dissection(graph, ExecutionContext())));
+  EXPECT_LT(entries, 0.4 * by_rows);
+  EXPECT_LT(entries, 7.75 * side * side * 12.0);
 }
 
 }  // namespace

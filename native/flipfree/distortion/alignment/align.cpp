@@ -159,20 +159,10 @@ class Aligner {
       const RestTriangle& r = rest_[f];
       const Jacobian j = jacobian_of(f, uv_);
       const Target& t = target_[f];
-      const double g[3][2] = {
-          {-r.gradient[0][0] - r.gradient[1][0], -r.gradient[0][1] - r.gradient[1][1]},
-          {r.gradient[0][0], r.gradient[0][1]},
-          {r.gradient[1][0], r.gradient[1][1]}};
       double gradient[6];
-      double hessian[kHessianEntries] = {};
-      for (int k = 0; k < 3; ++k) {
-        gradient[2 * k] = r.weight * ((j.a - t.a) * g[k][0] + (j.b - t.b) * g[k][1]);
-        gradient[2 * k + 1] = r.weight * ((j.c - t.c) * g[k][0] + (j.d - t.d) * g[k][1]);
-        const int l = (k + 1) % 3;
-        hessian[3 * k] = hessian[3 * k + 2] = r.weight * (g[k][0] * g[k][0] + g[k][1] * g[k][1]);
-        hessian[9 + 4 * k] = hessian[9 + 4 * k + 3] =
-            r.weight * (g[k][0] * g[l][0] + g[k][1] * g[l][1]);
-      }
+      double hessian[kHessianEntries];
+      corner_derivatives(r, {j.a - t.a, j.b - t.b, j.c - t.c, j.d - t.d},
+                         Eigen::Matrix4d::Identity(), gradient, hessian);
       system_.add_face(static_cast<FaceId>(f), gradient, hessian);
     }
   }

@@ -70,7 +70,7 @@ double directional_derivative(const Triangles& faces, const std::vector<RestTria
     const Jacobian j =
         jacobian(rest[f], coordinates(uv, v[0]), coordinates(uv, v[1]), coordinates(uv, v[2]));
     double gradient[6];
-    symmetric_dirichlet_gradient(rest[f], j, gradient);
+    symmetric_dirichlet_derivatives(rest[f], j, gradient, nullptr);
     for (int k = 0; k < 3; ++k) {
       const double* d = coordinates(direction, v[k]);
       sum += gradient[2 * k] * d[0] + gradient[2 * k + 1] * d[1];

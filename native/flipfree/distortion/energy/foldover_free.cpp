@@ -65,28 +65,4 @@ void derivatives(const Vector4& j, double lambda, double epsilon, Vector4& gradi
   hessian.noalias() += (value[3] * second) * second.transpose();
 }
 
-void corner_derivatives(const RestTriangle& rest, const Vector4& j, double lambda, double epsilon,
-                        double gradient[6], double hessian[kHessianEntries]) {
-  Vector4 slope;
-  Matrix4 curvature;
-  derivatives(j, lambda, epsilon, slope, curvature);
-  const auto& r = rest.gradient;
-  const Vector2 g[3] = {
-      {-r[0][0] - r[1][0], -r[0][1] - r[1][1]}, {r[0][0], r[0][1]}, {r[1][0], r[1][1]}};
-  for (int k = 0; k < 3; ++k) {
-    for (int a = 0; a < 2; ++a)
-      gradient[2 * k + a] = rest.weight * slope.segment<2>(2 * a).dot(g[k]);
-  }
-  const auto entry = [&](int k, int l, int a, int b) {
-    return rest.weight * g[k].dot(curvature.block<2, 2>(2 * a, 2 * b) * g[l]);
-  };
-  for (int k = 0; k < 3; ++k) {
-    const int l = (k + 1) % 3;
-    hessian[3 * k] = entry(k, k, 0, 0);
-    hessian[3 * k + 1] = entry(k, k, 0, 1);
-    hessian[3 * k + 2] = entry(k, k, 1, 1);
-    for (int i = 0; i < 4; ++i) hessian[9 + 4 * k + i] = entry(k, l, i / 2, i % 2);
-  }
-}
-
 }  // namespace flipfree::distortion::foldover_free

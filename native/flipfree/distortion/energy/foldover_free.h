@@ -46,9 +46,4 @@ inline double determinant(const Vector4& j) { return j[0] * j[3] - j[1] * j[2]; 
 void derivatives(const Vector4& j, double lambda, double epsilon, Vector4& gradient,
                  Matrix4& hessian);
 
-// The same with respect to the corners' UV, weighted and laid out as symmetric_dirichlet_hessian()
-// does.
-void corner_derivatives(const RestTriangle& rest, const Vector4& j, double lambda, double epsilon,
-                        double gradient[6], double hessian[kHessianEntries]);
-
 }  // namespace flipfree::distortion::foldover_free

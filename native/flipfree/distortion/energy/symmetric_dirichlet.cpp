@@ -47,69 +47,6 @@ double slope(double s) { return 0.5 * (s - 1.0 / (s * s * s)); }
 // psi'(s) / (s - 1): the curvature of the parabola about s = 1 with the slope of psi at s.
 double secant(double s) { return 0.5 * (s + 1) * (s * s + 1) / (s * s * s); }
 
-// Gradient and, if `hessian` is not null, Hessian from the spectrum.
-double evaluate(const RestTriangle& rest, const Jacobian& j, double gradient[6], double* hessian,
-                bool soft) {
-  const Spectrum s = spectrum(j);
-  const double x = 1.0 / s.s1;
-  const double y = 1.0 / s.s2;
-  const double g[3][2] = {
-      {-rest.gradient[0][0] - rest.gradient[1][0], -rest.gradient[0][1] - rest.gradient[1][1]},
-      {rest.gradient[0][0], rest.gradient[0][1]},
-      {rest.gradient[1][0], rest.gradient[1][1]}};
-  // Each eigen-matrix applied to the three barycentric gradients.
-  double p[3][2], n[3][2];
-  for (int k = 0; k < 3; ++k) {
-    p[k][0] = s.e * g[k][0] - s.h * g[k][1];
-    p[k][1] = s.h * g[k][0] + s.e * g[k][1];
-    n[k][0] = s.f * g[k][0] + s.g * g[k][1];
-    n[k][1] = s.g * g[k][0] - s.f * g[k][1];
-  }
-  const double slope1 = slope(s.s1);
-  const double slope2 = slope(s.s2);
-  const double gp = rest.weight * kHalfRoot * (slope1 + slope2);
-  const double gn = rest.weight * kHalfRoot * (slope1 - slope2);
-  for (int k = 0; k < 3; ++k) {
-    gradient[2 * k] = gp * p[k][0] + gn * n[k][0];
-    gradient[2 * k + 1] = gp * p[k][1] + gn * n[k][1];
-  }
-  if (hessian != nullptr) {
-    double curvature1 = 0.5 + 1.5 * (x * x) * (x * x);
-    double curvature2 = 0.5 + 1.5 * (y * y) * (y * y);
-    double flip_curvature = 0.5 * (1.0 + x * y * (x * x + x * y + y * y));
-    if (soft) {
-      curvature1 = secant(s.s1);
-      curvature2 = secant(s.s2);
-      flip_curvature = std::min(flip_curvature, std::max(curvature1, curvature2));
-    }
-    const double mean = rest.weight * 0.5 * (curvature1 + curvature2);
-    const double split = rest.weight * 0.5 * (curvature1 - curvature2);
-    const double twist = rest.weight * std::max(0.0, 0.5 * (1.0 - x * y * (x * x - x * y + y * y)));
-    const double flip = rest.weight * flip_curvature;
-    // T and L are P and N turned by a quarter: T g = (-p_v, p_u); L g = (-n_v, n_u) with the signs
-    // of the header.
-    const auto entry = [&](int k, int l, int a, int b) {
-      const double tk = a == 0 ? -p[k][1] : p[k][0];
-      const double tl = b == 0 ? -p[l][1] : p[l][0];
-      const double lk = a == 0 ? -n[k][1] : n[k][0];
-      const double ll = b == 0 ? -n[l][1] : n[l][0];
-      return mean * (p[k][a] * p[l][b] + n[k][a] * n[l][b]) +
-             split * (p[k][a] * n[l][b] + n[k][a] * p[l][b]) + twist * tk * tl + flip * lk * ll;
-    };
-    for (int k = 0; k < 3; ++k) {
-      hessian[3 * k] = entry(k, k, 0, 0);
-      hessian[3 * k + 1] = entry(k, k, 0, 1);
-      hessian[3 * k + 2] = entry(k, k, 1, 1);
-      const int l = (k + 1) % 3;
-      hessian[9 + 4 * k] = entry(k, l, 0, 0);
-      hessian[9 + 4 * k + 1] = entry(k, l, 0, 1);
-      hessian[9 + 4 * k + 2] = entry(k, l, 1, 0);
-      hessian[9 + 4 * k + 3] = entry(k, l, 1, 1);
-    }
-  }
-  return 0.25 * (s.s1 * s.s1 + s.s2 * s.s2 + x * x + y * y);
-}
-
 }  // namespace
 
 double positive_determinant(double a, double b, double c, double d) {
@@ -152,14 +89,53 @@ std::array<double, 2> singular_values(const Jacobian& j) {
   return {s.s1, s.s2};
 }
 
-double symmetric_dirichlet_gradient(const RestTriangle& rest, const Jacobian& j,
-                                    double gradient[6]) {
-  return evaluate(rest, j, gradient, nullptr, false);
+void corner_derivatives(const RestTriangle& rest, const Eigen::Vector4d& slope,
+                        const Eigen::Matrix4d& curvature, double gradient[6], double* hessian) {
+  const auto& r = rest.gradient;
+  const Vector2 g[3] = {
+      {-r[0][0] - r[1][0], -r[0][1] - r[1][1]}, {r[0][0], r[0][1]}, {r[1][0], r[1][1]}};
+  for (int k = 0; k < 3; ++k) {
+    for (int a = 0; a < 2; ++a)
+      gradient[2 * k + a] = rest.weight * slope.segment<2>(2 * a).dot(g[k]);
+  }
+  if (hessian == nullptr) return;
+  const auto entry = [&](int k, int l, int a, int b) {
+    return rest.weight * g[k].dot(curvature.block<2, 2>(2 * a, 2 * b) * g[l]);
+  };
+  for (int k = 0; k < 3; ++k) {
+    const int l = (k + 1) % 3;
+    hessian[3 * k] = entry(k, k, 0, 0);
+    hessian[3 * k + 1] = entry(k, k, 0, 1);
+    hessian[3 * k + 2] = entry(k, k, 1, 1);
+    for (int i = 0; i < 4; ++i) hessian[9 + 4 * k + i] = entry(k, l, i / 2, i % 2);
+  }
 }
 
-double symmetric_dirichlet_hessian(const RestTriangle& rest, const Jacobian& j, double gradient[6],
-                                   double hessian[kHessianEntries], bool soft) {
-  return evaluate(rest, j, gradient, hessian, soft);
+double symmetric_dirichlet_derivatives(const RestTriangle& rest, const Jacobian& j,
+                                       double gradient[6], double* hessian, bool soft) {
+  const Spectrum s = spectrum(j);
+  const double x = 1.0 / s.s1;
+  const double y = 1.0 / s.s2;
+  const Eigen::Vector4d p(s.e, -s.h, s.h, s.e), n(s.f, s.g, s.g, -s.f);
+  const double slope1 = slope(s.s1);
+  const double slope2 = slope(s.s2);
+  Eigen::Matrix4d curvature;
+  if (hessian != nullptr) {
+    const Eigen::Vector4d t(-s.h, -s.e, s.e, -s.h), l(-s.g, s.f, s.f, s.g);
+    const double curvature1 = soft ? secant(s.s1) : 0.5 + 1.5 * (x * x) * (x * x);
+    const double curvature2 = soft ? secant(s.s2) : 0.5 + 1.5 * (y * y) * (y * y);
+    const double twist = std::max(0.0, 0.5 * (1.0 - x * y * (x * x - x * y + y * y)));
+    double flip = 0.5 * (1.0 + x * y * (x * x + x * y + y * y));
+    if (soft) flip = std::min(flip, std::max(curvature1, curvature2));
+    // U e1 e1' V' = (P + N) / sqrt 2 and U e2 e2' V' = (P - N) / sqrt 2.
+    curvature.noalias() = (0.5 * curvature1 * (p + n)) * (p + n).transpose();
+    curvature.noalias() += (0.5 * curvature2 * (p - n)) * (p - n).transpose();
+    curvature.noalias() += (twist * t) * t.transpose();
+    curvature.noalias() += (flip * l) * l.transpose();
+  }
+  corner_derivatives(rest, kHalfRoot * ((slope1 + slope2) * p + (slope1 - slope2) * n), curvature,
+                     gradient, hessian);
+  return 0.25 * (s.s1 * s.s1 + s.s2 * s.s2 + x * x + y * y);
 }
 
 }  // namespace flipfree::distortion

@@ -16,6 +16,7 @@
 //   L = [-G  F; F  G] / (R sqrt 2)  flip
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 
 #include "flipfree/base/types.h"
@@ -48,19 +49,20 @@ double symmetric_dirichlet(const Jacobian& j);
 // Singular values (s1 >= s2).
 std::array<double, 2> singular_values(const Jacobian& j);
 
-// weight * gradient of f with respect to the three corners' UV: (u0, v0, u1, v1, u2, v2). Returns
-// f(J).
-double symmetric_dirichlet_gradient(const RestTriangle& rest, const Jacobian& j,
-                                    double gradient[6]);
-
-// The same, and the projected Hessian, weighted: blocks (0,0) (1,1) (2,2) as (uu, uv, vv) and then
-// blocks (0,1) (1,2) (2,0) as (uu, uv, vu, vv), first letter for the first corner.
-// With `soft`, the curvature of the scale modes is that of the parabola that has its minimum at an
-// isometry and the right slope (Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017, "Scalable
-// Locally Injective Mappings"), and the flip mode's is not larger: for small singular values the
-// true curvature, s^-4, allows only steps of s / 3.
+// Of a function of J = (a, b, c, d) with this slope and curvature, weighted: the gradient with
+// respect to the three corners' UV, (u0, v0, u1, v1, u2, v2), and unless `hessian` is null the
+// Hessian: blocks (0,0) (1,1) (2,2) as (uu, uv, vv) and then blocks (0,1) (1,2) (2,0) as (uu, uv,
+// vu, vv), first letter for the first corner.
 inline constexpr int kHessianEntries = 21;
-double symmetric_dirichlet_hessian(const RestTriangle& rest, const Jacobian& j, double gradient[6],
-                                   double hessian[kHessianEntries], bool soft = false);
+void corner_derivatives(const RestTriangle& rest, const Eigen::Vector4d& slope,
+                        const Eigen::Matrix4d& curvature, double gradient[6], double* hessian);
+
+// The same of f, with the Hessian made positive semi-definite. Returns f(J). With `soft`, the
+// curvature of the scale modes is that of the parabola that has its minimum at an isometry and the
+// right slope (Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017, "Scalable Locally Injective
+// Mappings"), and the flip mode's is not larger: for small singular values the true curvature,
+// s^-4, allows only steps of s / 3.
+double symmetric_dirichlet_derivatives(const RestTriangle& rest, const Jacobian& j,
+                                       double gradient[6], double* hessian, bool soft = false);
 
 }  // namespace flipfree::distortion

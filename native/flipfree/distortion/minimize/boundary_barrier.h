@@ -25,6 +25,10 @@ struct Boundary {
 };
 Boundary find_boundary(Index vertex_count, const Triangles& faces);
 
+// Exact: do two boundary edges have a point in common other than a vertex that both end in?
+bool edges_meet(const std::array<VertexId, 2>& e, const std::array<VertexId, 2>& f,
+                const Points2& uv);
+
 // Boundary edges by the square cells that they pass through; about as many cells as edges.
 class BoundaryGrid {
  public:
@@ -76,6 +80,8 @@ std::vector<std::size_t> turned_loops(const Boundary& boundary, const Points2& u
 // Exact: false if the chart is one-to-one. With flip-free triangles it is where no two boundary
 // edges meet and no loop is turned; touching counts as meeting.
 bool overlaps_itself(const Boundary& boundary, const Points2& uv, const ExecutionContext& context);
+// The same of the faces' own boundary.
+bool overlaps_itself(const Triangles& faces, const Points2& uv, const ExecutionContext& context);
 
 class BoundaryBarrier {
  public:
@@ -93,14 +99,12 @@ class BoundaryBarrier {
     double slope = 0;
     double curvature = 0;
   };
-  // How far the barrier reaches and what it weighs.
+  // UV length of a surface length 1, and the weight of each term.
   struct Reach {
-    double unit = 1;    // UV length of a surface length 1
-    double factor = 1;  // times the ordinary reach; far reach lets parts give way before they meet
-    double weight = 1;  // of each term
+    double unit = 1;
+    double weight = 1;
   };
-  // Order of the contacts: by p, then edge. Pairs that are nearer along the boundary than twice the
-  // far reach cannot help being near: they have the ordinary reach always.
+  // Order of the contacts: by p, then edge.
   std::vector<Contact> contacts(const Points2& uv, const Reach& reach) const;
   // Vertex pairs (lower first, sorted, unique) that contacts couple while no distance changes by
   // more than half of the reach, without those of contacts' own edges.
@@ -111,18 +115,10 @@ class BoundaryBarrier {
  private:
   template <typename Visit>
   void for_contacts(const Points2& uv, const Reach& reach, double wider, Visit visit) const;
-  double along_boundary(std::size_t vertex, std::size_t edge) const;
 
   Boundary boundary_;
   std::vector<double> edge_reach_;    // per boundary edge, surface lengths
   std::vector<double> vertex_reach_;  // per entry of boundary_.vertices
-  // Places along the boundary loops, in surface lengths: of each edge's first end, and of each
-  // vertex.
-  std::vector<double> edge_place_;
-  std::vector<double> vertex_place_;
-  std::vector<Index> edge_loop_;
-  std::vector<Index> vertex_loop_;
-  std::vector<double> loop_length_;
 };
 
 }  // namespace flipfree::distortion

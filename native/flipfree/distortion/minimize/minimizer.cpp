@@ -25,9 +25,6 @@ constexpr double kLongestStep = 8;
 // Below this relative size a difference of two energies is rounding (sums of 1e6 terms); slopes
 // decide instead.
 constexpr double kEnergyRounding = 1e-11;
-// This many steps in a row shorter than kCreep lead nowhere.
-constexpr double kCreep = 1e-4;
-constexpr int kMostCreeping = 6;
 // Of the progress, what the progressive steps take; what a step adds at least, of what is left;
 // where it waits for the end.
 constexpr double kProgressiveShare = 0.3;
@@ -35,10 +32,6 @@ constexpr double kLeastProgress = 0.01;
 constexpr double kMostProgress = 0.98;
 // Weight of a contact in units of a mean triangle's.
 constexpr double kBarrierWeight = 1.0;
-// Reach of the barrier while the map is far from its target, in units of the ordinary reach; it is
-// halved whenever a step promises less than the share kSettled of the energy.
-constexpr double kFarReach = 8.0;
-constexpr double kSettled = 5e-3;
 
 }  // namespace
 
@@ -162,12 +155,11 @@ double Minimizer::assemble(double scale, bool soft) {
   if (steps_ != nullptr) return steps_->assemble(working_, uv_, soft, context_);
   if (!barrier_on_) {
     if (!system_)
-      system_.emplace(faces_, fixed_, uv_, std::vector<std::array<VertexId, 2>>{}, context_,
+      system_.emplace(faces_, fixed_, std::vector<std::array<VertexId, 2>>{}, context_,
                       options_.memory, options_.labels);
     return system_->assemble(working_, uv_, soft, context_);
   }
-  reach_ = {unit(scale), soft ? kFarReach : reach_factor_,
-            kBarrierWeight / static_cast<double>(faces_.rows())};
+  reach_ = {unit(scale), kBarrierWeight / static_cast<double>(faces_.rows())};
   const auto contacts = barrier_->contacts(uv_, reach_);
   double energy = 0;
   const auto all = [&] {
@@ -175,8 +167,8 @@ double Minimizer::assemble(double scale, bool soft) {
     return add_contacts(contacts);
   };
   if (!system_ || !all()) {
-    system_.emplace(faces_, fixed_, uv_, barrier_->couplings(uv_, reach_), context_,
-                    options_.memory, options_.labels);
+    system_.emplace(faces_, fixed_, barrier_->couplings(uv_, reach_), context_, options_.memory,
+                    options_.labels);
     if (!all()) throw InternalError("a contact of the boundary barrier is missing in the pattern");
   }
   for (const auto& contact : contacts) energy += contact.value;
@@ -204,7 +196,6 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
   if (step == 0) return -slope < kEnergyRounding * energy ? Step::kConverged : Step::kStalled;
   const EnergySums sums = sum_energy(faces_, rest_.triangles, trial_, context_);
   if (progressive && !(measure(sums) < measure(sums_))) return Step::kStalled;
-  creeping_ = step < kCreep ? creeping_ + 1 : 0;
   uv_.swap(trial_);
   sums_ = sums;
   if (progressive) {
@@ -216,11 +207,6 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
   const double promise = -0.5 * slope / energy;
   first_promise_ = std::max(first_promise_, promise);
   advance(1.0, kProgressiveShare, promise, first_promise_, options_.tolerance);
-  if (barrier_on_ && reach_factor_ > 1) {
-    // Far reach keeps parts apart for longer steps; it is drawn in as the map settles.
-    if (promise < kSettled) reach_factor_ = std::max(1.0, 0.5 * reach_factor_);
-    return Step::kTaken;
-  }
   return promise <= options_.tolerance && step >= 1.0 ? Step::kConverged : Step::kTaken;
 }
 
@@ -262,7 +248,6 @@ Stop Minimizer::descend() try {
     ++done_.iterations;
     done_.progressive_iterations += progressive ? 1 : 0;
     if (step == Step::kTaken) {
-      if (!progressive && creeping_ >= kMostCreeping) return Stop::kStalled;
       if (barrier_ && !barrier_on_) {
         if (!overlaps_itself(barrier_->boundary(), uv_, context_)) {
           one_to_one_ = uv_;
@@ -270,10 +255,6 @@ Stop Minimizer::descend() try {
           return Stop::kOverlap;
         }
       }
-      continue;
-    }
-    if (!progressive && reach_factor_ > 1) {
-      reach_factor_ = 1;
       continue;
     }
     if (!progressive) return step == Step::kConverged ? Stop::kConverged : Stop::kStalled;
@@ -296,7 +277,6 @@ bool Minimizer::overlaps() {
 
 void Minimizer::hold_apart() {
   barrier_on_ = true;
-  reach_factor_ = kFarReach;
   system_.reset();
 }
 

@@ -22,7 +22,6 @@ constexpr double kMostDamping = 1e-2;
 }  // namespace
 
 NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixed,
-                           const Points2& places,
                            const std::vector<std::array<VertexId, 2>>& couplings,
                            ExecutionContext& context, numeric::EliminationMemory* memory,
                            const std::vector<Index>* labels)
@@ -42,19 +41,14 @@ NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixe
   face_hessian_.resize(kHessianEntries * static_cast<std::size_t>(faces.rows()));
   gradient_.resize(2 * vertex_of_.size());
   if (vertex_of_.empty()) return;
-  Points2 place(places.rows() == 0 ? 0 : static_cast<Eigen::Index>(vertex_of_.size()), 2);
-  for (std::size_t i = 0; places.rows() > 0 && i < vertex_of_.size(); ++i) {
-    place.row(static_cast<Eigen::Index>(i)) = places.row(vertex_of_[i]);
-  }
-  const Points2* drawing = places.rows() == 0 ? nullptr : &place;
   if (memory != nullptr) {
     std::vector<Index> label = vertex_of_;
     if (labels != nullptr) {
       for (Index& l : label) l = (*labels)[at(l)];
     }
-    cholesky_.analyze(matrix_, context, drawing, *memory, label);
+    cholesky_.analyze(matrix_, context, *memory, label);
   } else {
-    cholesky_.analyze(matrix_, context, drawing);
+    cholesky_.analyze(matrix_, context);
   }
 }
 
@@ -126,7 +120,7 @@ double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Point
     const Index* v = faces_.data() + 3 * f;
     const auto point = [&](int k) { return uv.data() + 2 * static_cast<std::ptrdiff_t>(v[k]); };
     const Jacobian j = jacobian(rest[f], point(0), point(1), point(2));
-    return rest[f].weight * symmetric_dirichlet_hessian(rest[f], j, gradient, hessian, soft);
+    return rest[f].weight * symmetric_dirichlet_derivatives(rest[f], j, gradient, hessian, soft);
   };
   return assemble(of_face, context);
 }

@@ -17,21 +17,21 @@ namespace flipfree::distortion {
 class NewtonSystem {
  public:
   // `couplings` are vertex pairs beyond the mesh's edges that add_pair() will be called for; their
-  // vertices need no face. `fixed` has one entry per vertex. `places` (#V x 2, or empty) is any
-  // rough planar drawing of the mesh; it guides the elimination ordering and nothing else.
-  // `memory`, if given, has the order of former systems by vertex, or by labels[vertex], ascending.
-  NewtonSystem(const Triangles& faces, const std::vector<char>& fixed, const Points2& places,
+  // vertices need no face. `fixed` has one entry per vertex. `memory`, if given, has the order of
+  // former systems by vertex, or by labels[vertex], ascending.
+  NewtonSystem(const Triangles& faces, const std::vector<char>& fixed,
                const std::vector<std::array<VertexId, 2>>& couplings, ExecutionContext& context,
                numeric::EliminationMemory* memory = nullptr,
                const std::vector<Index>* labels = nullptr);
 
   // Of face f: its energy, the gradient by its corners' UV and the Hessian, weighted, laid out as
-  // symmetric_dirichlet_hessian() does.
+  // corner_derivatives() does.
   using FaceEnergy = std::function<double(std::size_t f, double* gradient, double* hessian)>;
   // Gradient and Hessian of the sum over all faces, which is returned. The Hessian is positive
   // semi-definite if those of the faces are. Same bits for any number of threads.
   double assemble(const FaceEnergy& of_face, ExecutionContext& context);
-  // The same of the symmetric Dirichlet energy at `uv`. `soft`: see symmetric_dirichlet_hessian().
+  // The same of the symmetric Dirichlet energy at `uv`. `soft`: see
+  // symmetric_dirichlet_derivatives().
   double assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
                   ExecutionContext& context);
 
@@ -85,7 +85,7 @@ class StepSystem {
   virtual ~StepSystem() = default;
 
   // Gradient and projected Hessian of the energy at `uv`, as far as steps are free. `soft`: see
-  // symmetric_dirichlet_hessian(). Returns the energy. Same bits for any number of threads.
+  // symmetric_dirichlet_derivatives(). Returns the energy. Same bits for any number of threads.
   virtual double assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
                           ExecutionContext& context) = 0;
   // The Newton direction (#V x 2) among the steps that meet the constraints, zero on fixed

@@ -520,17 +520,21 @@ class Builder {
 
 }  // namespace
 
+std::pair<Index, Index> SeamConstraints::position_of(VertexId v) const {
+  for (Index t = begin[at(v)]; t < begin[at(v) + 1]; ++t) {
+    const auto& [node, factor] = terms[at(t)];
+    if (node >= position_count()) continue;
+    // The factor is a unit times the divisor.
+    return {node, factor.re > 0 ? 0 : factor.im > 0 ? 1 : factor.re < 0 ? 2 : 3};
+  }
+  return {kInvalid, 0};
+}
+
 SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
                                 const std::vector<SeamEdge>& seams,
                                 const std::vector<StraightEdge>& straight,
                                 const ExecutionContext& context) {
   return Builder(vertex_count, faces, seams, straight, context).build();
-}
-
-SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
-                                const std::vector<SeamEdge>& seams,
-                                const ExecutionContext& context) {
-  return eliminate_seams(vertex_count, faces, seams, {}, context);
 }
 
 namespace {

@@ -140,6 +140,8 @@ struct SeamConstraints {
   // integer point (2 where there are cones).
   std::int64_t translation_step = 1;
 
+  // The position node of v and the quarter turns by which v follows it; kInvalid of cones.
+  std::pair<Index, Index> position_of(VertexId v) const;
   // Is v the very position of its node?
   bool is_own_node(VertexId v) const {
     const auto first = static_cast<std::size_t>(begin[static_cast<std::size_t>(v)]);
@@ -160,11 +162,6 @@ struct SeamConstraints {
 SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
                                 const std::vector<SeamEdge>& seams,
                                 const std::vector<StraightEdge>& straight,
-                                const ExecutionContext& context);
-
-// The same with a free boundary.
-SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
-                                const std::vector<SeamEdge>& seams,
                                 const ExecutionContext& context);
 
 // From the free coordinates of a seamless map to the map, and back.

@@ -7,12 +7,10 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/base/lists.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/distortion/seams/constraints.h"
 
@@ -48,60 +46,5 @@ GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces
 std::optional<Points2> unfold_on_grid(const SeamConstraints& constraints, const Triangles& faces,
                                       const std::vector<SeamEdge>& seams, const Points2& uv,
                                       std::size_t most, ExecutionContext& context);
-
-// Opens triangles that rounding has folded, by moving free positions on the integer grid.
-
-// Integer coordinates, at most 2^23 in size, so that the whole map spans at most 2^24 and floats
-// hold it wherever it is moved on its grid. Twice areas are sums that 64 bits hold.
-using GridPoints = Eigen::Matrix<std::int64_t, Eigen::Dynamic, 2, Eigen::RowMajor>;
-
-inline constexpr std::int64_t kLargestGridNumber = std::int64_t{1} << 23;
-
-class GridRepair {
- public:
-  // `points`: of all vertices, meeting the constraints; they go on to. Translations do not change,
-  // nor do the nodes that are `held` (flags; empty: none).
-  GridRepair(const SeamConstraints& constraints, const Triangles& faces, GridPoints& points,
-             const std::vector<char>& held, const ExecutionContext& context);
-
-  // Moves positions around the folded faces, as little as it takes, so that the triangles around
-  // each get a height of one grid step; of more from round to round, so that crowds spread. Returns
-  // the faces still folded.
-  std::vector<FaceId> sweep(std::vector<FaceId> folded);
-
-  // Moves the positions of the last sweep's region to where the distortion of the map from `wide`
-  // (#V x 2, in steps, flip-free) to the grid is least, as long as that gets less. Precondition: no
-  // face is folded; none gets folded.
-  void settle(const Points2& wide);
-
-  // Vertices that share a face with the region, and all their copies; ascending.
-  std::vector<VertexId> grow(const std::vector<VertexId>& region) const;
-
- private:
-  struct Copy {
-    VertexId vertex;
-    Index turns;  // it moves by i^turns times what the node moves by
-  };
-  bool improve(Index node);
-  double score(Index node) const;
-  bool settle(Index node, const Points2& wide);
-  double distortion(Index node, const Points2& wide) const;
-  void shift(Index node, std::int64_t x, std::int64_t y);
-  bool within(Index node) const;
-  bool is_held(Index node) const { return !held_.empty() && held_[at(node)] != 0; }
-  std::vector<Index> nodes_of_faces(const std::vector<FaceId>& chosen) const;
-  std::vector<Index> grown(const std::vector<Index>& nodes) const;
-
-  const std::vector<char>& real_;  // per node: moves along its first axis only
-  const Triangles& faces_;
-  const std::vector<char>& held_;
-  GridPoints& points_;
-  const ExecutionContext& context_;
-  std::vector<Index> node_of_;  // #V: its position node, kInvalid for cones
-  Lists<Copy> copies_;          // by position node
-  Lists<CornerId> corners_;     // by vertex
-  std::vector<Index> region_;   // nodes that the sweep may have moved, ascending
-  double enough_ = 1;           // height, in steps, beyond which nothing is gained
-};
 
 }  // namespace flipfree::distortion

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/error.h"
@@ -130,9 +131,8 @@ SeamSystem::SeamSystem(const SeamConstraints& constraints, const Triangles& face
     std::fill(fixed_node.begin() + constraints.position_count(), fixed_node.end(), char{1});
   }
   nodes_ = Points2::Zero(constraints.node_count(), 2);
-  // The drawing is many sheets over each other, which guides nothing.
-  system_.emplace(plain_faces_, fixed_node, Points2(0, 2),
-                  couplings_of(constraints, faces, seam_, context), context);
+  system_.emplace(plain_faces_, fixed_node, couplings_of(constraints, faces, seam_, context),
+                  context);
 }
 
 double SeamSystem::assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
@@ -156,8 +156,8 @@ double SeamSystem::add_seam_faces(const std::vector<RestTriangle>& rest, const P
       return uv.data() + 2 * static_cast<std::ptrdiff_t>(faces_(f, k));
     };
     const RestTriangle& r = rest[at(f)];
-    energy += r.weight * symmetric_dirichlet_hessian(r, jacobian(r, point(0), point(1), point(2)),
-                                                     gradient, hessian, soft);
+    energy += r.weight * symmetric_dirichlet_derivatives(
+                             r, jacobian(r, point(0), point(1), point(2)), gradient, hessian, soft);
     add_face(f, gradient, hessian);
   }
   return energy;
@@ -209,6 +209,12 @@ double SeamSystem::solve(Points2& direction, ExecutionContext& context) {
   if (motion_.rows() > 0) nodes += motion_;
   direction = map_of(constraints_, nodes);
   return slope;
+}
+
+PartSystem part_system(const SeamConstraints& constraints, ExecutionContext& context) {
+  return [&](const Triangles& part, const std::vector<char>& held) {
+    return std::make_unique<SeamSystem>(constraints, part, held, context);
+  };
 }
 
 }  // namespace flipfree::distortion

@@ -9,6 +9,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/distortion/minimize/newton_system.h"
+#include "flipfree/distortion/point_repair.h"
 #include "flipfree/distortion/seams/constraints.h"
 
 namespace flipfree::distortion {
@@ -25,7 +26,7 @@ class SeamSystem : public StepSystem {
                   ExecutionContext& context) override;
   double solve(Points2& direction, ExecutionContext& context) override;
   // Adds to a face's part, after assemble(): gradient and Hessian in its corners' UV as
-  // symmetric_dirichlet_hessian() has them.
+  // corner_derivatives() has them.
   void add_face(FaceId f, const double gradient[6], const double hessian[kHessianEntries]);
   // From now on fixed nodes move by `motion` (per node; zero where it is not fixed) with every
   // step, and the free ones as goes best with it. Empty: they stay.
@@ -45,5 +46,8 @@ class SeamSystem : public StepSystem {
   Points2 nodes_;
   Points2 motion_;
 };
+
+// The systems of parts of a map with these constraints.
+PartSystem part_system(const SeamConstraints& constraints, ExecutionContext& context);
 
 }  // namespace flipfree::distortion

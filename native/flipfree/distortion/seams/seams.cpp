@@ -14,6 +14,7 @@
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/minimizer.h"
+#include "flipfree/distortion/point_repair.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/seams/constraints.h"
 #include "flipfree/distortion/seams/exact_grid.h"
@@ -51,128 +52,6 @@ Index mark_bad(const Triangles& faces, const RestShapes& rest, double scale, con
   return count;
 }
 
-// Per vertex of the cut surface its position node, kInvalid for cones.
-std::vector<Index> position_nodes(const SeamConstraints& constraints) {
-  std::vector<Index> node_of(constraints.divisor.size(), kInvalid);
-  for (std::size_t v = 0; v < node_of.size(); ++v) {
-    for (Index t = constraints.begin[v]; t < constraints.begin[v + 1]; ++t) {
-      const Index node = constraints.terms[at(t)].node;
-      if (node < constraints.position_count()) node_of[v] = node;
-    }
-  }
-  return node_of;
-}
-
-// One ring more, across seams.
-void grow(const Triangles& faces, const std::vector<Index>& node_of, std::size_t node_count,
-          std::vector<char>& marked) {
-  std::vector<char> wider = marked;
-  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
-    bool any = false;
-    for (int k = 0; k < 3; ++k) any = any || marked[at(faces(f, k))] != 0;
-    for (int k = 0; any && k < 3; ++k) wider[at(faces(f, k))] = 1;
-  }
-  std::vector<char> node(node_count, 0);
-  for (std::size_t v = 0; v < wider.size(); ++v) {
-    if (wider[v] != 0 && node_of[v] != kInvalid) node[at(node_of[v])] = 1;
-  }
-  for (std::size_t v = 0; v < wider.size(); ++v) {
-    if (node_of[v] != kInvalid && node[at(node_of[v])] != 0) wider[v] = 1;
-  }
-  marked.swap(wider);
-}
-
-// The constraints among some vertices of the cut surface, all translations held, and positions that
-// are not among them: what is left depends on positions alone. `number`: of each vertex among them,
-// kInvalid for others.
-SeamConstraints held_constraints(const SeamConstraints& whole,
-                                 const std::vector<VertexId>& vertices,
-                                 const std::vector<Index>& number) {
-  SeamConstraints part;
-  std::vector<Index> node_number(whole.position.size(), kInvalid);
-  for (std::size_t n = 0; n < whole.position.size(); ++n) {
-    if (number[at(whole.position[n])] == kInvalid) continue;
-    node_number[n] = part.position_count();
-    part.position.push_back(number[at(whole.position[n])]);
-    part.direction.push_back(whole.direction[n]);
-    part.real.push_back(whole.real[n]);
-  }
-  part.begin.push_back(0);
-  for (const VertexId v : vertices) {
-    for (Index t = whole.begin[at(v)]; t < whole.begin[at(v) + 1]; ++t) {
-      const NodeTerm& term = whole.terms[at(t)];
-      if (term.node < whole.position_count() && node_number[at(term.node)] != kInvalid)
-        part.terms.push_back({node_number[at(term.node)], term.factor});
-    }
-    part.begin.push_back(static_cast<Index>(part.terms.size()));
-    part.divisor.push_back(whole.divisor[at(v)]);
-  }
-  return part;
-}
-
-// The faces of which all corners are marked.
-std::vector<FaceId> marked_faces(const Triangles& faces, const std::vector<char>& marked) {
-  std::vector<FaceId> chosen;
-  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
-    bool all = true;
-    for (int k = 0; k < 3; ++k) all = all && marked[at(faces(f, k))] != 0;
-    if (all) chosen.push_back(f);
-  }
-  return chosen;
-}
-
-// Optimises the chosen faces. What other faces have of their vertices is held, and a cone is.
-void open_rings(const SeamConstraints& constraints, const Triangles& faces, const RestShapes& rest,
-                const std::vector<Index>& node_of, double scale, const std::vector<FaceId>& chosen,
-                Points2& uv, ExecutionContext& context) {
-  std::vector<VertexId> vertices;
-  std::vector<Index> number(node_of.size(), kInvalid);
-  const auto take = [&](VertexId v) {
-    if (number[at(v)] != kInvalid) return;
-    number[at(v)] = static_cast<Index>(vertices.size());
-    vertices.push_back(v);
-  };
-  Triangles part(static_cast<Eigen::Index>(chosen.size()), 3);
-  RestShapes shapes;
-  shapes.length = rest.length;
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    shapes.triangles.push_back(rest.triangles[at(chosen[i])]);
-    for (int k = 0; k < 3; ++k) {
-      take(faces(chosen[i], k));
-      part(static_cast<Eigen::Index>(i), k) = number[at(faces(chosen[i], k))];
-    }
-  }
-  // A copy elsewhere holds all others.
-  std::vector<char> held_node(constraints.position.size(), 0);
-  std::vector<char> is_chosen(static_cast<std::size_t>(faces.rows()), 0);
-  for (const FaceId f : chosen) is_chosen[at(f)] = 1;
-  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
-    for (int k = 0; is_chosen[at(f)] == 0 && k < 3; ++k) {
-      const Index node = node_of[at(faces(f, k))];
-      if (node != kInvalid) held_node[at(node)] = 1;
-    }
-  }
-  MinimizeOptions minimize;
-  minimize.max_iterations = kMostReliefSteps;
-  minimize.tolerance = kTolerance;
-  minimize.unit = 1.0 / (rest.length * scale);
-  std::vector<char> held(vertices.size(), 0);
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const Index node = node_of[at(vertices[i])];
-    if (node != kInvalid && held_node[at(node)] == 0) continue;
-    held[i] = 1;
-    minimize.fixed.push_back(static_cast<VertexId>(i));
-  }
-  Points2 places(static_cast<Eigen::Index>(vertices.size()), 2);
-  for (std::size_t i = 0; i < vertices.size(); ++i)
-    places.row(static_cast<Eigen::Index>(i)) = uv.row(vertices[i]);
-  const SeamConstraints own = held_constraints(constraints, vertices, number);
-  SeamSystem system(own, part, held, context);
-  places = Minimizer(part, std::move(shapes), nullptr, places, minimize, context, &system).run().uv;
-  for (std::size_t i = 0; i < vertices.size(); ++i)
-    uv.row(vertices[i]) = places.row(static_cast<Eigen::Index>(i));
-}
-
 // Minimises the distortion of rings around triangles of an energy beyond 18 and around the vertices
 // marked in `near` (#V, or empty), in the map's own unit, with everything else and all translations
 // held; wider rings where bad triangles are left. `uv` (#V x 2) is flip-free, and stays so. Returns
@@ -181,7 +60,11 @@ void open_rings(const SeamConstraints& constraints, const Triangles& faces, cons
 std::optional<Index> relieve(const SeamConstraints& constraints, const Triangles& faces,
                              const RestShapes& rest, const std::vector<char>& near, Points2& uv,
                              ExecutionContext& context) {
-  const std::vector<Index> node_of = position_nodes(constraints);
+  std::vector<VertexId> leader;
+  for (VertexId v = 0; v < uv.rows(); ++v) {
+    const Index node = constraints.position_of(v).first;
+    leader.push_back(node == kInvalid ? kInvalid : constraints.position[at(node)]);
+  }
   std::vector<char> marked = near;
   marked.resize(static_cast<std::size_t>(uv.rows()), 0);
   const bool asked = std::find(marked.begin(), marked.end(), char{1}) != marked.end();
@@ -192,11 +75,19 @@ std::optional<Index> relieve(const SeamConstraints& constraints, const Triangles
     const double scale = std::exp(-0.5 * sums.log_area);
     const Index bad = mark_bad(faces, rest, scale, uv, marked);
     if (bad == 0 && (first || !asked)) return first ? first : bad;
-    for (Index r = 0; r < rings; ++r) grow(faces, node_of, constraints.position.size(), marked);
+    for (Index r = 0; r < rings; ++r) grow(faces, leader, marked);
     const std::vector<FaceId> chosen = marked_faces(faces, marked);
     if (static_cast<double>(chosen.size()) > kLocalShare * static_cast<double>(faces.rows())) break;
     try {
-      open_rings(constraints, faces, rest, node_of, scale, chosen, uv, context);
+      RestShapes own{{}, rest.length};
+      for (const FaceId f : chosen) own.triangles.push_back(rest.triangles[at(f)]);
+      MinimizeOptions minimize;
+      minimize.max_iterations = kMostReliefSteps;
+      minimize.tolerance = kTolerance;
+      minimize.unit = 1.0 / (rest.length * scale);
+      uv = minimized_part(faces, chosen, std::move(own),
+                          std::vector<char>(static_cast<std::size_t>(uv.rows()), 0),
+                          part_system(constraints, context), uv, minimize, context);
     } catch (const NotConverged& failure) {
       if (failure.error().code == ErrorCode::kTimeLimit) throw;
       break;  // the whole map may still be brought on

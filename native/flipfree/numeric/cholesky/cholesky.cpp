@@ -185,35 +185,21 @@ SparseCholesky::~SparseCholesky() = default;
 SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
 SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
 
-void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& context,
-                             const Points2* places) {
+void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& context) {
   context.check();
   state_->begin();
   state_->unknowns = static_cast<Index>(matrix.cols());
   const Index block = has_pairs(matrix) ? 2 : 1;
   const Graph graph = graph_of(matrix, block);
   context.check();
-  std::vector<double> place;
-  if (places != nullptr && places->rows() > 0) {
-    // One place per vertex of the graph: the first of each pair, if they came per unknown.
-    const Eigen::Index stride = places->rows() == graph.count() ? 1 : block;
-    place.resize(2 * at(graph.count()));
-    for (Index v = 0; v < graph.count(); ++v) {
-      place[2 * at(v)] = (*places)(stride * v, 0);
-      place[2 * at(v) + 1] = (*places)(stride * v, 1);
-    }
-  }
-  state_->set_order(
-      hub_dissection(graph, place.empty() ? nullptr : place.data(), context, state_->tree), graph,
-      block, matrix, context);
+  state_->set_order(hub_dissection(graph, context, state_->tree), graph, block, matrix, context);
 }
 
 void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& context,
-                             const Points2* places, EliminationMemory& memory,
-                             const std::vector<Index>& label) {
+                             EliminationMemory& memory, const std::vector<Index>& label) {
   const Index block = has_pairs(matrix) ? 2 : 1;
   if (label.size() * at(block) != at(static_cast<Index>(matrix.cols()))) {
-    analyze(matrix, context, places);
+    analyze(matrix, context);
     return;
   }
   context.check();
@@ -229,7 +215,7 @@ void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& conte
       return;
     }
   }
-  analyze(matrix, context, places);
+  analyze(matrix, context);
   memory.keep(state_->order, state_->tree, label, factor_flops(), true);
 }
 

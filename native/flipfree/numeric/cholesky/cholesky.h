@@ -61,16 +61,13 @@ class SparseCholesky {
 
   // Orders and analyses the pattern of `matrix`, n x n, of which the lower triangle is read;
   // compressed, sorted columns. The pattern is kept until the next call. Pairs of unknowns (2 i, 2
-  // i + 1) that always occur together are found and handled as one. `places`, if given, is a rough
-  // planar drawing of the unknowns (n x 2) or of those pairs (n / 2 x 2): it speeds the ordering up
-  // and has no influence on correctness.
-  void analyze(const SparseMatrix& matrix, ExecutionContext& context,
-               const Points2* places = nullptr);
+  // i + 1) that always occur together are found and handled as one.
+  void analyze(const SparseMatrix& matrix, ExecutionContext& context);
   // As analyze(), from the order that `memory` has of a graph with nearly the same vertices, and
   // puts this one there. Vertex v of the graph (an unknown, or a pair) has the label label[v],
   // ascending; without pairs where labels are of pairs, the memory is left alone.
-  void analyze(const SparseMatrix& matrix, ExecutionContext& context, const Points2* places,
-               EliminationMemory& memory, const std::vector<Index>& label);
+  void analyze(const SparseMatrix& matrix, ExecutionContext& context, EliminationMemory& memory,
+               const std::vector<Index>& label);
 
   // Numeric factorization of a matrix with exactly the analysed pattern. False if it is not
   // positive definite to working precision (the factor is then unusable until the next success).

@@ -83,8 +83,6 @@ class Multifrontal {
     Index root = 0;
     double flops = 0;
     std::int64_t update = 0;  // where its root's update matrix goes in handed_
-    std::int64_t outside =
-        0;  // where its part of the right-hand side of later columns goes, in scalars per column
   };
   // Where the update matrices of one run live, and where each child's is.
   struct Stack;
@@ -93,7 +91,6 @@ class Multifrontal {
   Index below(Index s) const { return block_ * s_.rows_below(s); }
   void plan_entries(const Index* column, const Index* row, const ExecutionContext& context);
   void plan_tasks();
-  void plan_outside(const Task& task);
   double front_flops(Index s) const;
   std::int64_t stack_need(const std::vector<Index>& supernodes) const;
   void assemble_panel(Index s, const double* values, double* panel) const;
@@ -106,8 +103,7 @@ class Multifrontal {
   void form_update(Index s, const double* panel, double* update,
                    const ExecutionContext* parallel) const;
   void advance(double flops, ExecutionContext& context);
-  void forward(Index s, double* x, Index count, double* work, const Task* task,
-               double* outside) const;
+  void forward(Index s, double* x, Index count, double* work) const;
   void backward(Index s, double* x, Index count, double* work) const;
   void permute(double* rhs, double* x, Index count, bool back) const;
 
@@ -125,15 +121,10 @@ class Multifrontal {
   std::vector<Task> tasks_;     // by falling cost
   std::vector<Index> task_of_;  // supernode -> task whose root it is, or kInvalid
   std::vector<Index> top_;      // supernodes above all tasks, ascending
-  // Beside s_.rows, for solving: the row, or where the first inside_[s] rows end, its place among
-  // the rows of the task's root.
-  std::vector<Index> target_;
-  std::vector<Index> inside_;
   std::int64_t handed_size_ = 0;
   std::int64_t task_stack_ = 0;  // doubles
   std::int64_t top_stack_ = 0;
   std::mutex stacks_mutex_;
-  std::int64_t outside_size_ = 0;
   Index widest_below_ = 0;
   std::int64_t factor_nonzeros_ = 0;
   double total_flops_ = 0;

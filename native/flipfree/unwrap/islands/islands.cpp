@@ -200,7 +200,7 @@ ScaleField::System ScaleField::system(const std::vector<char>& open, ExecutionCo
   for (std::size_t v = 0; v < unknown.size(); ++v) {
     if (unknown[v] != kInvalid) label.push_back(static_cast<Index>(v));
   }
-  result.cholesky.analyze(matrix, context, nullptr, memory_, label);
+  result.cholesky.analyze(matrix, context, memory_, label);
   result.solvable = result.cholesky.factorize(matrix, context);
   return result;
 }

@@ -203,11 +203,7 @@ inline std::size_t longest_loop(const mesh::Surface& surface,
   return at(std::max_element(length.begin(), length.end()) - length.begin());
 }
 
-inline bool overlaps_itself(const Triangles& faces, const Points2& uv,
-                            const ExecutionContext& context) {
-  return distortion::overlaps_itself(
-      distortion::find_boundary(static_cast<Index>(uv.rows()), faces), uv, context);
-}
+using distortion::overlaps_itself;
 
 // Chosen charts, those of most faces first.
 inline std::vector<std::size_t> largest_first(const std::vector<mesh::Chart>& charts,
