@@ -42,6 +42,50 @@ Real quadruple_area(Real big, Real middle, Real small) {
   return std::sqrt(std::max(Real(0), square));
 }
 
+// A similarity without reflection: w = a z + b over complex numbers.
+struct Similarity {
+  Vector2 linear = Vector2(1.0, 0.0);  // a = linear.x + i linear.y
+  Vector2 translation = Vector2::Zero();
+  Vector2 operator()(const Vector2& p) const {
+    return {linear.x() * p.x() - linear.y() * p.y() + translation.x(),
+            linear.y() * p.x() + linear.x() * p.y() + translation.y()};
+  }
+};
+
+// Every point carried.
+inline Points2 moved(const Similarity& similarity, const Points2& uv) {
+  Points2 result(uv.rows(), 2);
+  for (Eigen::Index v = 0; v < uv.rows(); ++v)
+    result.row(v) = similarity(uv.row(v).transpose()).transpose();
+  return result;
+}
+
+// With this linear part, the one that carries the mean of the points `from` to that of `to`.
+inline Similarity about_means(const Vector2& linear, const Points2& from, const Points2& to) {
+  const Vector2 middle = from.colwise().mean().transpose();
+  const Similarity turn{linear, Vector2::Zero()};
+  return {linear, to.colwise().mean().transpose() - turn(middle)};
+}
+
+// The one that carries the points `from` to `to` best in the least-squares sense. Identity scale if
+// the points coincide.
+inline Similarity fit_similarity(const Points2& from, const Points2& to) {
+  const Points2 p = from.rowwise() - from.colwise().mean();
+  const Points2 q = to.rowwise() - to.colwise().mean();
+  const Vector2 product(p.cwiseProduct(q).sum(), p.col(0).dot(q.col(1)) - p.col(1).dot(q.col(0)));
+  const double square = p.squaredNorm();
+  return about_means(
+      square > 0.0 && product.norm() > 0.0 ? Vector2(product / square) : Vector2(1.0, 0.0), from,
+      to);
+}
+// The best of those that scale by so much.
+inline Similarity fit_motion(const Points2& from, const Points2& to, double scale = 1.0) {
+  const Vector2 linear = fit_similarity(from, to).linear;
+  const double length = linear.norm();
+  return about_means(
+      std::isnormal(length) ? Vector2(linear * (scale / length)) : Vector2(scale, 0.0), from, to);
+}
+
 // What is left of a coordinate once it is stored in 32 bits (G1), as a double again.
 //
 // Written out, `static_cast<double>(static_cast<float>(x))` is a conversion there and back that a

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -13,6 +12,7 @@
 
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/minimize.h"
@@ -24,10 +24,7 @@
 namespace flipfree::distortion {
 namespace {
 
-using Complex = std::complex<double>;
 using Targets = std::vector<std::pair<VertexId, Vector2>>;
-
-Complex point(const Points2& uv, Eigen::Index v) { return {uv(v, 0), uv(v, 1)}; }
 
 struct ChartMap {
   Points2 uv;
@@ -90,22 +87,7 @@ double common_scale(const mesh::Surface& surface, const Points2& corner_uv) {
 // stays flip-free.
 void place_like(const Triangles& faces, const Points2& like, double scale, bool bijective,
                 Points2& uv, const ExecutionContext& context) {
-  Complex from = 0;
-  Complex to = 0;
-  const auto count = static_cast<double>(uv.rows());
-  for (Eigen::Index v = 0; v < uv.rows(); ++v) {
-    from += point(uv, v) / count;
-    to += point(like, v) / count;
-  }
-  Complex turn = 0;
-  for (Eigen::Index v = 0; v < uv.rows(); ++v)
-    turn += std::conj(point(uv, v) - from) * (point(like, v) - to);
-  const Complex factor = std::abs(turn) > 0 ? scale * turn / std::abs(turn) : Complex(scale);
-  Points2 placed(uv.rows(), 2);
-  for (Eigen::Index v = 0; v < uv.rows(); ++v) {
-    const Complex w = factor * (point(uv, v) - from) + to;
-    placed.row(v) << w.real(), w.imag();
-  }
+  Points2 placed = moved(fit_motion(uv, like, scale), uv);
   if (!is_flip_free(faces, placed, context)) return;
   if (bijective && overlaps_itself(faces, placed, context)) return;
   uv = std::move(placed);
@@ -166,8 +148,8 @@ void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, doub
       if (!result.missed.empty()) {
         const VertexId v = result.missed.front();
         throw_not_converged(ErrorCode::kLineSearchStalled,
-                            "The pin at (" + std::to_string(point(given, v).real()) + ", " +
-                                std::to_string(point(given, v).imag()) + ") in the map came only " +
+                            "The pin at (" + std::to_string(given(v, 0)) + ", " +
+                                std::to_string(given(v, 1)) + ") in the map came only " +
                                 std::to_string(static_cast<int>(100 * result.fraction)) +
                                 " % of its way without flipping a triangle. Match pins instead, "
                                 "which refines the mesh.");

@@ -109,11 +109,17 @@ void BoundaryGrid::for_cells(const Vector2& a, const Vector2& b, Visit visit) co
 std::vector<std::array<Index, 2>> BoundaryGrid::conflicts(std::size_t most,
                                                           const ExecutionContext& context) const {
   std::vector<std::array<Index, 2>> found;
-  any_pair(context, [&](Index e, Index f) {
-    if (!edges_meet(boundary_.edges[at(e)], boundary_.edges[at(f)], uv_)) return false;
-    found.push_back({e, f});
-    return found.size() == most;
-  });
+  for (Index cell = 0; cell < edges_.size(); ++cell) {
+    if (cell % 4096 == 0) context.check();
+    const std::span<const Index> own = edges_[cell];
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      for (std::size_t j = i + 1; j < own.size(); ++j) {
+        if (!edges_meet(boundary_.edges[at(own[i])], boundary_.edges[at(own[j])], uv_)) continue;
+        found.push_back({own[i], own[j]});
+        if (found.size() == most) return found;
+      }
+    }
+  }
   return found;
 }
 

@@ -34,21 +34,6 @@ class BoundaryGrid {
  public:
   BoundaryGrid(const Boundary& boundary, const Points2& uv);
 
-  // Is test(edge, other) true of any two edges with a point in common, or of others tried with
-  // them?
-  template <typename Test>
-  bool any_pair(const ExecutionContext& context, const Test& test) const {
-    for (Index cell = 0; cell < edges_.size(); ++cell) {
-      if (cell % 4096 == 0) context.check();
-      const std::span<const Index> own = edges_[cell];
-      for (std::size_t i = 0; i < own.size(); ++i) {
-        for (std::size_t j = i + 1; j < own.size(); ++j)
-          if (test(own[i], own[j])) return true;
-      }
-    }
-    return false;
-  }
-
   // Exact: pairs of edges that have a point in common other than a shared vertex, not more than
   // `most`; a pair that meets in several cells comes several times.
   std::vector<std::array<Index, 2>> conflicts(std::size_t most,

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <string>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 
 namespace flipfree::distortion {
@@ -77,40 +77,21 @@ constexpr int kIdlePulls = 8;
 
 }  // namespace
 
-// Turns, scales and moves the whole map to where the targets are met best in the mean: z -> a z + b
-// in complex numbers. Only if nothing is fixed yet, and the exact tests still hold.
+// Turns, scales and moves the whole map to where the targets are met best in the mean. Only if
+// nothing is fixed yet, and the exact tests still hold.
 void Minimizer::align(const std::vector<std::pair<VertexId, Vector2>>& targets) {
-  using Complex = std::complex<double>;
-  const auto from = [&](VertexId v) { return Complex(uv_(v, 0), uv_(v, 1)); };
-  const auto to = [](const Vector2& p) { return Complex(p.x(), p.y()); };
-  Complex from_mean = 0;
-  Complex to_mean = 0;
-  const auto count = static_cast<double>(targets.size());
-  for (const auto& [v, target] : targets) {
-    from_mean += from(v) / count;
-    to_mean += to(target) / count;
+  Points2 from(static_cast<Eigen::Index>(targets.size()), 2), to = from;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    from.row(static_cast<Eigen::Index>(i)) = uv_.row(targets[i].first);
+    to.row(static_cast<Eigen::Index>(i)) = targets[i].second.transpose();
   }
-  Complex product = 0;
-  double square = 0;
-  double to_square = 0;
-  for (const auto& [v, target] : targets) {
-    product += std::conj(from(v) - from_mean) * (to(target) - to_mean);
-    square += std::norm(from(v) - from_mean);
-    to_square += std::norm(to(target) - to_mean);
-  }
-  Complex a = 1;
-  if (square > 0) {
-    a = product / square;
-    // Targets that are reflected or scattered have no direction; then only the size is taken over.
-    const double size = std::sqrt(to_square / square);
-    if (std::abs(a) < 0.2 * size) a = size;
-    if (a == 0.0) a = 1;
-  }
-  trial_.resize(uv_.rows(), 2);
-  for (Eigen::Index v = 0; v < uv_.rows(); ++v) {
-    const Complex w = a * (Complex(uv_(v, 0), uv_(v, 1)) - from_mean) + to_mean;
-    trial_.row(v) << w.real(), w.imag();
-  }
+  Similarity motion = fit_similarity(from, to);
+  // Targets that are reflected or scattered have no direction; then only the size is taken over.
+  const double size = std::sqrt((to.rowwise() - to.colwise().mean()).squaredNorm() /
+                                (from.rowwise() - from.colwise().mean()).squaredNorm());
+  if (std::isnormal(size) && motion.linear.norm() < 0.2 * size)
+    motion = about_means({size, 0.0}, from, to);
+  trial_ = moved(motion, uv_);
   if (acceptable()) uv_.swap(trial_);
 }
 

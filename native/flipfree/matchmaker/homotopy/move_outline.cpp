@@ -126,7 +126,7 @@ class OutlineHomotopy {
     }
     for (const Index k : {0, 1}) to.row(k) = point(mesh.source(3 * root_ + k)).transpose();
     const double scale = std::accumulate(lengths.begin(), lengths.end(), 0.0) / around;
-    circle = unwrap::moved(unwrap::fit_motion(from, to, scale), circle);
+    circle = moved(fit_motion(from, to, scale), circle);
     for (std::size_t i = 0; i < n; ++i)
       circle_[at(domain_.outline[i])] = circle.row(static_cast<Eigen::Index>(i)).transpose();
     for (const SheetPin& p : pins_) {

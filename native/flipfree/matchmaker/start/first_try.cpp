@@ -159,7 +159,7 @@ void lay_over(Points2& uv, const std::vector<PinnedVertex>& pins) {
   }
   const auto spread = [](const Points2& p) { return (p.rowwise() - p.colwise().mean()).norm(); };
   const double scale = spread(from) > 0 ? spread(to) / spread(from) : 1.0;
-  uv = unwrap::moved(unwrap::fit_motion(from, to, scale), uv);
+  uv = moved(fit_motion(from, to, scale), uv);
 }
 
 // Inner edges between boundary vertices whose straight images have no room in the target.

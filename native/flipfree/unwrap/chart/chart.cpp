@@ -142,18 +142,6 @@ Points2 better_start(const mesh::Surface& chart, Points2 circle, ExecutionContex
   return usable(flat) && energy_of(chart, flat) < most ? flat : circle;
 }
 
-// The best placement of the free map with respect to its pins; one pin only moves it.
-Similarity place_by_pins(const Points2& uv, const std::vector<std::pair<VertexId, Vector2>>& pins) {
-  const auto count = static_cast<Eigen::Index>(pins.size());
-  Points2 from(count, 2);
-  Points2 to(count, 2);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    from.row(i) = uv.row(pins[at(i)].first);
-    to.row(i) = pins[at(i)].second.transpose();
-  }
-  return fit_similarity(from, to);
-}
-
 // Two of the pins, which are sorted by their points, that may not be at one point: neighbours in
 // that order or, with `joined`, those of one edge. {first, second}, both kInvalid if there are
 // none. Cost: O(pins), with `joined` O(#V + #F).
@@ -357,7 +345,6 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
   }
   // The free map, put where the pins want it, is the start from which they are pulled to their
   // places.
-  uv = moved(place_by_pins(uv, options.pins), uv);
   const ProgressRange range(context, 0.6, 1.0);
   minimize.acceptable = options.acceptable;
   distortion::TargetsResult result =

@@ -77,47 +77,7 @@ void turn_to_smallest_rectangle(Points2& uv) {
   uv.rowwise() -= uv.colwise().minCoeff().eval();
 }
 
-Similarity fit_similarity(const Points2& from, const Points2& to) {
-  Similarity similarity;
-  const Eigen::RowVector2d from_mean = from.colwise().mean();
-  const Eigen::RowVector2d to_mean = to.colwise().mean();
-  double cosine = 0.0;
-  double sine = 0.0;
-  double square = 0.0;
-  for (Eigen::Index i = 0; i < from.rows(); ++i) {
-    const Vector2 p = from.row(i) - from_mean;
-    const Vector2 q = to.row(i) - to_mean;
-    cosine += p.dot(q);
-    sine += cross(p, q);
-    square += p.squaredNorm();
-  }
-  const double size = std::hypot(cosine, sine);
-  if (square > 0.0 && size > 0.0) similarity.linear = Vector2(cosine, sine) / square;
-  const Vector2 mean = from_mean;
-  similarity.translation = Vector2::Zero();
-  similarity.translation = to_mean.transpose() - similarity(mean);
-  return similarity;
-}
-
-Similarity fit_motion(const Points2& from, const Points2& to, double scale) {
-  Similarity motion = fit_similarity(from, to);
-  const double length = motion.linear.norm();
-  motion.linear =
-      std::isnormal(length) ? Vector2(motion.linear * (scale / length)) : Vector2(scale, 0.0);
-  motion.translation = Vector2::Zero();
-  const Vector2 middle = from.colwise().mean().transpose();
-  motion.translation = to.colwise().mean().transpose() - motion(middle);
-  return motion;
-}
-
 Points2 mirror_image(const Points2& uv) { return uv * Eigen::DiagonalMatrix<double, 2>(-1.0, 1.0); }
-
-Points2 moved(const Similarity& similarity, const Points2& uv) {
-  Points2 result(uv.rows(), 2);
-  for (Eigen::Index v = 0; v < uv.rows(); ++v)
-    result.row(v) = similarity(uv.row(v).transpose()).transpose();
-  return result;
-}
 
 Points2 below_each_other(const std::vector<Points2>& parts) {
   Eigen::Index rows = 0;

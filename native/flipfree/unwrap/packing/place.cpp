@@ -455,7 +455,7 @@ std::optional<std::vector<Points2>> at_former_places(const std::vector<mesh::Cha
   std::vector<Points2> result = uv;
   for (std::size_t c = 0; c < charts.size(); ++c) {
     if (!moved[c]) continue;
-    result[c] = unwrap::moved(fit_motion(uv[c], references[c], scale), uv[c]);
+    result[c] = flipfree::moved(fit_motion(uv[c], references[c], scale), uv[c]);
   }
   return result;
 }
