@@ -104,8 +104,7 @@ FoundField compute(const mesh::Surface& surface, const FieldOptions& options,
   if (options.cones && options.boundary)
     follow_boundary(surface, adjacency, own, frames, found.field, context);
   if (options.simplify || !options.cones) {
-    SimplifyOptions how;
-    if (!options.sizing.empty()) how.reach = 0.0;
+    SimplifyOptions how{options.sizing.empty() ? options.reach : 0.0};
     if (!options.simplify) how = {0.0, 1};  // only those that no map can have
     const Simplified done =
         simplify(surface, adjacency, frames, wishes.held, how, found.field, context);

@@ -32,6 +32,7 @@ struct FieldOptions {
   // Merge near cones, but where sizing is given, as these make room; spread those of one quarter
   // turn. Those of none or less, which no map can have, are spread in any case.
   bool simplify = false;
+  double reach = 0.05;  // of that merging: SimplifyOptions::reach (prescribed.h)
   // Instead of all that: the field with these cones (#V) and turns.
   std::optional<std::vector<Index>> cones;
   std::optional<std::vector<LoopTurn>> loops;
