@@ -20,11 +20,12 @@ namespace {
 constexpr double kCellsAcross = 96.0;
 constexpr double kLeastCellsToSide = 384.0;
 constexpr double kMostCellsToSide = 4096.0;
-constexpr double kFirstFill = 0.62;   // of the tile, where the search begins
-constexpr double kMostMissing = 0.3;  // share of the area, of a filling that is given up
-constexpr double kFineShare = 0.004;  // the search for a scale ends at this share of it
-constexpr double kSearched = 0.02;    // scales below this share of the bound are not looked for
-constexpr int kMostTurns = 8;         // directions of a shape
+constexpr double kFirstFill = 0.62;     // of the tile, where the search begins
+constexpr double kMostMissing = 0.3;    // share of the area, of a filling that is given up
+constexpr double kFineShare = 0.004;    // the search for a scale ends at this share of it
+constexpr double kSearched = 0.02;      // scales below this share of the bound are not looked for
+constexpr std::size_t kMostTurns = 12;  // directions of a shape
+constexpr double kMuch = 0.2;  // of all area: such shapes are tried as square as they go too
 constexpr std::size_t kManyShapes = 2000;  // shapes, of which fewer directions are tried
 constexpr std::size_t kFewShapes = 150;    // shapes, which are mended longer
 constexpr double kLongEffort = 0.5;
@@ -141,7 +142,7 @@ class Nester {
     }
     for (const Shape& s : shapes) {
       share_.push_back(area > 0.0 ? std::max(s.area / area, 1e-12) : 1.0);
-      turns_.push_back(turns_of(s));
+      turns_.push_back(turns_of(s, share_.back()));
     }
     std::iota(order_.begin(), order_.end(), std::size_t{0});
     const auto size = [&](std::size_t i) {
@@ -220,12 +221,18 @@ class Nester {
   }
 
  private:
-  std::vector<Vector2> turns_of(const Shape& shape) const {
+  std::vector<Vector2> turns_of(const Shape& shape, double share) const {
     const bool straight = options_.rotation == Rotation::kStraight;
     if (options_.rotation == Rotation::kNone) return {Vector2(1.0, 0.0)};
     if (options_.rotation == Rotation::kQuarters || (straight && shape.upright))
       return even_turns(4);
-    return even_turns(shapes_.size() > kManyShapes ? 4 : kMostTurns);
+    if (shapes_.size() > kManyShapes) return even_turns(4);
+    std::vector<Vector2> turns = even_turns(8);
+    if (share < kMuch) return turns;
+    const Vector2 t = squarest_turn(shape);
+    for (const Vector2& q : even_turns(4))
+      turns.emplace_back(t.x() * q.x() - t.y() * q.y(), t.x() * q.y() + t.y() * q.x());
+    return turns;
   }
 
   std::vector<Masks> draw(double scale, const ExecutionContext& context) const {

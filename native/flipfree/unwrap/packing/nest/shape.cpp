@@ -183,6 +183,23 @@ Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& m
   return shape;
 }
 
+Vector2 squarest_turn(const Shape& shape) {
+  constexpr int kTurns = 360;
+  double least = std::numeric_limits<double>::infinity();
+  Vector2 best(1.0, 0.0);
+  for (int i = 0; i < kTurns; ++i) {
+    const double angle = kQuarterTurn * i / kTurns;
+    const Pose pose{Vector2::Zero(), {std::cos(angle), std::sin(angle)}};
+    Eigen::AlignedBox2d box;
+    for (const Loop& loop : shape.loops)
+      for (const Vector2& p : loop) box.extend(pose(p, 1.0));
+    if (!(box.sizes().maxCoeff() < least)) continue;
+    least = box.sizes().maxCoeff();
+    best = pose.turn;
+  }
+  return best;
+}
+
 namespace {
 
 // Against rounding of what touches a cell's edge, in cells.

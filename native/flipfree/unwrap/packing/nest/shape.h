@@ -54,6 +54,9 @@ Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& m
 // plates with holes - and of round ones, which no turn makes fit better, the turn that brings most
 // of them onto the axes, by half a quarter at most; (0, 0) of others.
 Vector2 straight_axis(const std::vector<Loop>& outlines);
+// The turn by less than a quarter after which the square around the shape, sides along the axes, is
+// smallest, up to a quarter of a degree. Cost: 360 times the corners.
+Vector2 squarest_turn(const Shape& shape);
 
 // Shapes as cells of a grid, 64 to a word.
 
