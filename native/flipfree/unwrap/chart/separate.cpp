@@ -1,8 +1,8 @@
 #include "flipfree/unwrap/chart/separate.h"
 
 #include <CGAL/box_intersection_d.h>
+#include <boost/graph/adjacency_list.hpp>
 #include <boost/graph/boykov_kolmogorov_max_flow.hpp>
-#include <boost/graph/compressed_sparse_row_graph.hpp>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -12,8 +12,6 @@
 #include <map>
 #include <numeric>
 #include <queue>
-#include <set>
-#include <tuple>
 #include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
@@ -109,86 +107,53 @@ namespace {
 void join_pieces(const std::vector<double>& face_area, const std::vector<double>& edge_cost,
                  double tolerated, const mesh::Adjacency& adjacency, const mesh::Components& pieces,
                  const std::vector<FacePair>& overlapping, mesh::EdgeFlags& cut) {
-  DisjointSets joined(pieces.count);
-  const auto root = [&](Index piece) { return joined.find(piece); };
-  std::vector<std::map<Index, double>> on_top(at(pieces.count));  // area shared with each other
-  std::vector<double> own(on_top.size(), 0.0);                    // area that overlaps within
-  std::vector<double> area(on_top.size(), 0.0);
-  for (std::size_t f = 0; f < face_area.size(); ++f) area[at(pieces.of_face[f])] += face_area[f];
+  const std::vector<Index>& piece = pieces.of_face;
+  const auto across = [&](std::size_t h) { return at(adjacency.opposite[h] / 3); };
+  struct Border {
+    double cost = 0.0;    // of the cut between the two; 0: they are no neighbours
+    double shared = 0.0;  // area by which they lie on each other
+  };
+  using Borders = std::map<std::pair<Index, Index>, Border>;  // the lower piece first
+  Borders borders;
+  std::vector<double> area(at(pieces.count), 0.0);
+  std::vector<double> own(area.size(), 0.0);  // area that overlaps within
+  for (std::size_t f = 0; f < face_area.size(); ++f) area[at(piece[f])] += face_area[f];
+  for (std::size_t h = 0; h < cut.size(); ++h) {
+    if (cut[h] != 0 && piece[h / 3] < piece[across(h)])
+      borders[{piece[h / 3], piece[across(h)]}].cost += edge_cost[h];
+  }
   for (const FacePair& pair : overlapping) {
-    const Index a = pieces.of_face[at(pair.first)];
-    const Index b = pieces.of_face[at(pair.second)];
-    if (a == b) {
-      own[at(a)] += pair.area;
-      continue;
-    }
-    on_top[at(a)][b] += pair.area;
-    on_top[at(b)][a] += pair.area;
+    const auto two = std::minmax(piece[at(pair.first)], piece[at(pair.second)]);
+    (two.first == two.second ? own[at(two.first)] : borders[two].shared) += pair.area;
   }
-  const auto may_join = [&](Index a, Index b) {
-    const auto found = on_top[at(a)].find(b);
-    if (found == on_top[at(a)].end() && own[at(a)] + own[at(b)] == 0) return true;
-    const double shared = found == on_top[at(a)].end() ? 0.0 : found->second;
-    return own[at(a)] + own[at(b)] + shared <= tolerated * (area[at(a)] + area[at(b)]) &&
-           (tolerated > 0 || shared == 0);
-  };
-  std::vector<std::map<Index, double>> beside(on_top.size());  // cost of the cut to each neighbour
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
-    if (!cut[at(h)]) continue;
-    const Index a = pieces.of_face[at(h / 3)];
-    const Index b = pieces.of_face[at(adjacency.opposite[at(h)] / 3)];
-    beside[at(a)][b] += edge_cost[at(h)];
-  }
-  struct Join {
-    double cost;
-    Index a, b;
-    bool operator<(const Join& other) const {
-      return cost != other.cost ? cost < other.cost : a != other.a ? a > other.a : b > other.b;
+  DisjointSets joined(pieces.count);
+  while (true) {
+    auto best = borders.end();
+    for (auto i = borders.begin(); i != borders.end(); ++i) {
+      const auto& [a, b] = i->first;
+      const auto& [cost, shared] = i->second;
+      if (cost > (best == borders.end() ? 0.0 : best->second.cost) &&
+          own[at(a)] + own[at(b)] + shared <= tolerated * (area[at(a)] + area[at(b)]))
+        best = i;
     }
-  };
-  std::priority_queue<Join> queue;
-  const auto offer = [&](Index a, Index b) {
-    if (may_join(a, b)) queue.push({beside[at(a)].at(b), std::min(a, b), std::max(a, b)});
-  };
-  for (Index a = 0; a < pieces.count; ++a) {
-    for (const auto& [b, cost] : beside[at(a)]) {
-      if (a < b) offer(a, b);
-    }
-  }
-  while (!queue.empty()) {
-    const Join next = queue.top();
-    queue.pop();
-    // Entries of pieces that have been joined, or whose common cut has grown, are out of date.
-    if (root(next.a) != next.a || root(next.b) != next.b || !may_join(next.a, next.b) ||
-        beside[at(next.a)].at(next.b) != next.cost)
-      continue;
-    const Index a = next.a;
-    const Index b = next.b;
+    if (best == borders.end()) break;
+    const auto [a, b] = best->first;
     joined.join(b, a);
-    own[at(a)] += own[at(b)];
     area[at(a)] += area[at(b)];
-    for (const auto& [c, shared] : on_top[at(b)]) {
-      if (c == a) {
-        own[at(a)] += shared;
-        continue;
-      }
-      on_top[at(c)].erase(b);
-      on_top[at(c)][a] = on_top[at(a)][c] += shared;
+    own[at(a)] += own[at(b)] + best->second.shared;
+    Borders next;
+    for (const auto& [two, border] : borders) {
+      const Index c = two.first == b ? a : two.first;
+      const Index d = two.second == b ? a : two.second;
+      if (c == d) continue;
+      Border& sum = next[std::minmax(c, d)];
+      sum.cost += border.cost;
+      sum.shared += border.shared;
     }
-    on_top[at(a)].erase(b);
-    beside[at(a)].erase(b);
-    for (const auto& [c, cost] : beside[at(b)]) {
-      if (c == a) continue;
-      beside[at(c)].erase(b);
-      beside[at(c)][a] = beside[at(a)][c] += cost;
-    }
-    for (const auto& [c, cost] : beside[at(a)]) offer(a, c);
+    borders = std::move(next);
   }
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
-    if (!cut[at(h)]) continue;
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    if (root(pieces.of_face[at(h / 3)]) == root(pieces.of_face[at(o / 3)]))
-      cut[at(h)] = cut[at(o)] = 0;
+  for (std::size_t h = 0; h < cut.size(); ++h) {
+    if (cut[h] != 0 && joined.find(piece[h / 3]) == joined.find(piece[across(h)])) cut[h] = 0;
   }
 }
 
@@ -272,9 +237,7 @@ class Separator {
 
   // Cuts one piece between triangles that lie on top of each other; at least one pair is separated.
   void divide(const std::vector<FaceId>& faces, const std::vector<FacePair>& pairs) {
-    std::vector<Side> side = sides_by_regions(pairs);
-    if (std::find(side.begin(), side.end(), Side::kFirst) == side.end())
-      side = sides_by_distance(pairs);
+    const std::vector<Side> side = sides_by_distance(pairs);
     const std::vector<char> first = minimum_cut(faces, side);
     for (const FaceId f : faces) {
       for (Index k = 0; k < 3; ++k) {
@@ -286,49 +249,7 @@ class Separator {
     }
   }
 
-  // Connected regions of faces that lie on others get a side each such that regions on top of each
-  // other differ, as far as one breadth-first walk over them can tell. Only faces of pairs that
-  // this separates have one.
-  std::vector<Side> sides_by_regions(const std::vector<FacePair>& pairs) const {
-    std::vector<char> on_others(area_.size(), 0);
-    for (const FacePair& pair : pairs) on_others[at(pair.first)] = on_others[at(pair.second)] = 1;
-    mesh::EdgeFlags between = cut_;
-    for (std::size_t h = 0; h < between.size(); ++h) {
-      const HalfedgeId o = adjacency_.opposite[h];
-      if (o != kInvalid && (on_others[h / 3] == 0 || on_others[at(o / 3)] == 0)) between[h] = 1;
-    }
-    const std::vector<Index> region = mesh::components_between(adjacency_, between).of_face;
-    std::map<Index, std::set<Index>> against;
-    for (const FacePair& pair : pairs) {
-      const Index a = region[at(pair.first)];
-      const Index b = region[at(pair.second)];
-      if (a == b) continue;
-      against[a].insert(b);
-      against[b].insert(a);
-    }
-    std::map<Index, Side> of_region;
-    for (const auto& [seed, others] : against) {
-      if (!of_region.emplace(seed, Side::kFirst).second) continue;
-      std::vector<Index> queue{seed};
-      for (std::size_t i = 0; i < queue.size(); ++i) {
-        const Side other = of_region[queue[i]] == Side::kFirst ? Side::kSecond : Side::kFirst;
-        for (const Index b : against[queue[i]])
-          if (of_region.emplace(b, other).second) queue.push_back(b);
-      }
-    }
-    std::vector<Side> side(area_.size(), Side::kNone);
-    for (const FacePair& pair : pairs) {
-      const auto a = of_region.find(region[at(pair.first)]);
-      const auto b = of_region.find(region[at(pair.second)]);
-      if (a == of_region.end() || b == of_region.end() || a->second == b->second) continue;
-      side[at(pair.first)] = a->second;
-      side[at(pair.second)] = b->second;
-    }
-    return side;
-  }
-
-  // Where a region lies on top of itself: by the nearer of the two faces of the pair that is
-  // farthest apart.
+  // By the nearer of the two faces of the pair that is farthest apart.
   std::vector<Side> sides_by_distance(const std::vector<FacePair>& pairs) const {
     const std::vector<double> from_first = distances(pairs.front().first);
     FacePair ends = pairs.front();
@@ -381,72 +302,46 @@ class Separator {
   // Per face of the chart: is it on the first side of the least cut? Only `faces` are looked at.
   std::vector<char> minimum_cut(const std::vector<FaceId>& faces,
                                 const std::vector<Side>& side) const {
-    using Graph = boost::compressed_sparse_row_graph<boost::directedS, boost::no_property,
-                                                     boost::no_property, Index, Index>;
-    std::vector<Index> node(side.size(), kInvalid);
-    for (std::size_t i = 0; i < faces.size(); ++i) node[at(faces[i])] = static_cast<Index>(i);
-    const auto source_node = static_cast<Index>(faces.size());
-    const Index sink_node = source_node + 1;
+    using Edge =
+        boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>::edge_descriptor;
+    using OfNode =
+        boost::property<boost::vertex_color_t, boost::default_color_type,
+                        boost::property<boost::vertex_distance_t, Index,
+                                        boost::property<boost::vertex_predecessor_t, Edge>>>;
+    using OfEdge = boost::property<boost::edge_capacity_t, double,
+                                   boost::property<boost::edge_residual_capacity_t, double,
+                                                   boost::property<boost::edge_reverse_t, Edge>>>;
+    boost::adjacency_list<boost::vecS, boost::vecS, boost::directedS, OfNode, OfEdge> graph(
+        faces.size() + 2);
+    const std::size_t source = faces.size();
+    const std::size_t sink = source + 1;
+    const auto connect = [&](std::size_t from, std::size_t to, double there, double back) {
+      const Edge edge = boost::add_edge(from, to, graph).first;
+      const Edge reverse = boost::add_edge(to, from, graph).first;
+      boost::put(boost::edge_capacity, graph, edge, there);
+      boost::put(boost::edge_capacity, graph, reverse, back);
+      boost::put(boost::edge_reverse, graph, edge, reverse);
+      boost::put(boost::edge_reverse, graph, reverse, edge);
+    };
+    std::vector<std::size_t> node(side.size());
+    for (std::size_t i = 0; i < faces.size(); ++i) node[at(faces[i])] = i;
     double total = 1.0;
     for (const FaceId f : faces) {
-      for (Index k = 0; k < 3; ++k) total += cost_[at(3 * f + k)];
-    }
-    // By the nodes that they leave, each with the arc back.
-    std::vector<std::pair<Index, Index>> arcs;
-    std::vector<double> capacity;
-    std::vector<std::size_t> back;
-    const auto add = [&](Index from, Index to, double most) {
-      arcs.emplace_back(from, to);
-      capacity.push_back(most);
-      back.push_back(0);
-      return arcs.size() - 1;
-    };
-    std::vector<std::size_t> arc_across(3 * side.size()), arc_to_end(side.size());
-    for (const FaceId f : faces) {
       for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+        total += cost_[at(h)];
         const HalfedgeId o = across(h);
-        if (o != kInvalid) arc_across[at(h)] = add(node[at(f)], node[at(o / 3)], cost_[at(h)]);
-      }
-      if (side[at(f)] == Side::kFirst) arc_to_end[at(f)] = add(node[at(f)], source_node, 0.0);
-      if (side[at(f)] == Side::kSecond) arc_to_end[at(f)] = add(node[at(f)], sink_node, total);
-    }
-    for (const auto& [end, own, most] : {std::tuple(source_node, Side::kFirst, total),
-                                         std::tuple(sink_node, Side::kSecond, 0.0)}) {
-      for (const FaceId f : faces) {
-        if (side[at(f)] != own) continue;
-        const std::size_t arc = add(end, node[at(f)], most);
-        back[arc] = arc_to_end[at(f)];
-        back[arc_to_end[at(f)]] = arc;
+        if (o > h) connect(node[at(f)], node[at(o / 3)], cost_[at(h)], cost_[at(h)]);
       }
     }
     for (const FaceId f : faces) {
-      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-        if (across(h) != kInvalid) back[arc_across[at(h)]] = arc_across[at(across(h))];
-      }
+      if (side[at(f)] == Side::kFirst) connect(source, node[at(f)], total, 0.0);
+      if (side[at(f)] == Side::kSecond) connect(node[at(f)], sink, total, 0.0);
     }
-    const Graph graph(boost::edges_are_sorted, arcs.begin(), arcs.end(), sink_node + 1);
-    const std::vector<boost::graph_traits<Graph>::edge_descriptor> edge_of(
-        boost::edges(graph).first, boost::edges(graph).second);
-    std::vector<boost::graph_traits<Graph>::edge_descriptor> reverse;
-    for (const std::size_t arc : back) reverse.push_back(edge_of[arc]);
-    std::vector<double> residual(arcs.size());
-    std::vector<boost::graph_traits<Graph>::edge_descriptor> predecessor(at(sink_node + 1));
-    std::vector<boost::default_color_type> color(at(sink_node + 1));
-    std::vector<Index> distance(at(sink_node + 1));
-    const auto by_edge = boost::get(boost::edge_index, graph);
-    const auto by_node = boost::get(boost::vertex_index, graph);
-    boost::boykov_kolmogorov_max_flow(
-        graph, boost::make_iterator_property_map(capacity.begin(), by_edge),
-        boost::make_iterator_property_map(residual.begin(), by_edge),
-        boost::make_iterator_property_map(reverse.begin(), by_edge),
-        boost::make_iterator_property_map(predecessor.begin(), by_node),
-        boost::make_iterator_property_map(color.begin(), by_node),
-        boost::make_iterator_property_map(distance.begin(), by_node), by_node, source_node,
-        sink_node);
-    const auto source_color = color[at(source_node)];
+    boost::boykov_kolmogorov_max_flow(graph, source, sink);
+    const auto color_of = [&](std::size_t n) { return boost::get(boost::vertex_color, graph, n); };
     std::vector<char> first(side.size(), 0);
     for (const FaceId f : faces) {
-      const bool reached = color[at(node[at(f)])] == source_color;
+      const bool reached = color_of(node[at(f)]) == color_of(source);
       first[at(f)] = side[at(f)] == Side::kFirst || (reached && side[at(f)] != Side::kSecond);
     }
     return first;

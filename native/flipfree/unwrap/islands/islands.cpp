@@ -139,52 +139,29 @@ ScaleField::ScaleField(const mesh::Surface& surface, const mesh::Adjacency& adja
   }
 }
 
-// The Laplacian of the vertices that are not open, factorized.
-struct ScaleField::System {
-  std::vector<Index> unknown;  // per vertex
-  Index count = 0;
-  bool solvable = false;
-  numeric::SparseCholesky cholesky;
-
-  // Zero at open vertices, and everywhere if there is no solution.
-  std::vector<double> solve(const std::vector<double>& right, ExecutionContext& context) const {
-    std::vector<double> result(unknown.size(), 0.0);
-    if (!solvable) return result;
-    Eigen::VectorXd rhs(count);
-    for (std::size_t v = 0; v < unknown.size(); ++v) {
-      if (unknown[v] != kInvalid) rhs[unknown[v]] = right[v];
-    }
-    const Eigen::VectorXd u = cholesky.solve(rhs, context);
-    if (!u.allFinite()) return result;
-    for (std::size_t v = 0; v < unknown.size(); ++v) {
-      if (unknown[v] != kInvalid) result[v] = u[unknown[v]];
-    }
-    return result;
-  }
-};
-
 double ScaleField::weight(HalfedgeId h) const {
   return half_cotangent_[at(h)] + half_cotangent_[at(adjacency_.opposite[at(h)])];
 }
 
-ScaleField::System ScaleField::system(const std::vector<char>& open, ExecutionContext& context) {
-  System result;
-  std::vector<Index>& unknown = result.unknown;
-  unknown.assign(open.size(), kInvalid);
-  Index& count = result.count;
+std::vector<double> ScaleField::solve(const std::vector<char>& open, ExecutionContext& context) {
+  std::vector<double> result(open.size(), 0.0);
+  std::vector<Index> unknown(open.size(), kInvalid);
+  std::vector<Index> vertex;  // per unknown
   for (std::size_t v = 0; v < open.size(); ++v) {
-    if (!open[v] && adjacency_.vertex_halfedge[v] != kInvalid) unknown[v] = count++;
+    if (open[v] || adjacency_.vertex_halfedge[v] == kInvalid) continue;
+    unknown[v] = static_cast<Index>(vertex.size());
+    vertex.push_back(static_cast<Index>(v));
   }
+  const auto count = static_cast<Index>(vertex.size());
   if (count == 0) return result;
   // Inner vertices have closed fans, and one outgoing half-edge for each neighbour.
   std::vector<Eigen::Triplet<double, Index>> entries;
-  entries.reserve(4 * at(count));
-  for (std::size_t v = 0; v < open.size(); ++v) {
-    const Index row = unknown[v];
-    if (row == kInvalid) continue;
-    if (v % 8192 == 0) context.check();
+  entries.reserve(4 * vertex.size());
+  Eigen::VectorXd right(count);
+  for (Index row = 0; row < count; ++row) {
+    if (row % 8192 == 0) context.check();
     double diagonal = 0.0;
-    const HalfedgeId start = adjacency_.vertex_halfedge[v];
+    const HalfedgeId start = adjacency_.vertex_halfedge[at(vertex[at(row)])];
     HalfedgeId h = start;
     do {
       diagonal += weight(h);
@@ -193,45 +170,16 @@ ScaleField::System ScaleField::system(const std::vector<char>& open, ExecutionCo
       h = mesh::rotate_ccw(adjacency_, h);
     } while (h != start);
     entries.emplace_back(row, row, diagonal);
+    right[row] = defect_[at(vertex[at(row)])];
   }
   numeric::SparseMatrix matrix(count, count);
   matrix.setFromTriplets(entries.begin(), entries.end());
-  std::vector<Index> label;
-  for (std::size_t v = 0; v < unknown.size(); ++v) {
-    if (unknown[v] != kInvalid) label.push_back(static_cast<Index>(v));
-  }
-  result.cholesky.analyze(matrix, context, memory_, label);
-  result.solvable = result.cholesky.factorize(matrix, context);
-  return result;
-}
-
-std::vector<double> ScaleField::solve(const std::vector<char>& open, ExecutionContext& context) {
-  return system(open, context).solve(defect_, context);
-}
-
-ScaleField::Response ScaleField::respond(const std::vector<char>& open, const Slope& slope,
-                                         ExecutionContext& context) {
-  const System matrix = system(open, context);
-  Response result{matrix.solve(defect_, context), std::vector<double>(open.size(), 0.0)};
-  const std::vector<double> gradient = slope(result.u);
-  const std::vector<double> adjoint = matrix.solve(gradient, context);
-  for (std::size_t v = 0; v < open.size(); ++v) {
-    const HalfedgeId start = adjacency_.vertex_halfedge[v];
-    if (open[v] == 0 || start == kInvalid) continue;
-    double curvature = defect_[v];
-    double loss = gradient[v];
-    double stiffness = 0.0;
-    HalfedgeId h = start;
-    do {
-      if (adjacency_.opposite[at(h)] == kInvalid) break;
-      const std::size_t w = at(mesh::target(surface_.faces, h));
-      curvature += weight(h) * result.u[w];
-      loss += weight(h) * adjoint[w];
-      stiffness += weight(h);
-      h = mesh::rotate_ccw(adjacency_, h);
-    } while (h != start && h != kInvalid);
-    if (h == start) result.closing[v] = curvature * loss / stiffness;
-  }
+  numeric::SparseCholesky cholesky;
+  cholesky.analyze(matrix, context, memory_, vertex);
+  if (!cholesky.factorize(matrix, context)) return result;
+  const Eigen::VectorXd u = cholesky.solve(right, context);
+  const bool usable = u.allFinite();
+  for (Index row = 0; row < count && usable; ++row) result[at(vertex[at(row)])] = u[row];
   return result;
 }
 

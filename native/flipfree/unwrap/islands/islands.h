@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <functional>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -256,28 +255,12 @@ class ScaleField {
   // Both must outlive this. Cost: O(#F).
   ScaleField(const mesh::Surface& surface, const mesh::Adjacency& adjacency);
 
-  // What a vertex inside lacks of the full angle.
-  double defect(VertexId v) const { return defect_[at(v)]; }
-
   // u, #V; all zero if the system cannot be solved. open: #V flags, at least one in every
   // component; every vertex that is not open lies inside. Cost: one factorization with #V unknowns.
   std::vector<double> solve(const std::vector<char>& open, ExecutionContext& context);
 
-  // The same, and by how much about a function of u grows with every open vertex that would be open
-  // no more, each by itself: the curvature that it takes up now, times what the function loses by
-  // it (the adjoint's), over the stiffness around it. slope: u -> the function's derivatives, #V.
-  // Zero at vertices that are not open or on the surface's boundary. Cost: as solve().
-  struct Response {
-    std::vector<double> u;
-    std::vector<double> closing;
-  };
-  using Slope = std::function<std::vector<double>(const std::vector<double>&)>;
-  Response respond(const std::vector<char>& open, const Slope& slope, ExecutionContext& context);
-
  private:
-  struct System;
   double weight(HalfedgeId h) const;
-  System system(const std::vector<char>& open, ExecutionContext& context);
 
   const mesh::Surface& surface_;
   const mesh::Adjacency& adjacency_;

@@ -27,8 +27,6 @@ namespace {
 
 // A chart with so much of its area in positive faces has a size and a place.
 constexpr double kEnoughHealthy = 0.3;
-// A chart that lies on itself with less of its area is first relaxed where it does.
-constexpr double kLittleOverlap = 0.1;
 // A flipped or mirrored chart so much larger or smaller than the others has no size to keep.
 constexpr double kOddSize = 5.0;
 // Mean energy of a mirrored chart that is not worth turning over.
@@ -219,37 +217,13 @@ class ChartMender {
   }
 
   // `uv` is flip-free.
-  void part_from_itself(const Points2& before, Points2& uv) {
+  void part_from_itself(const Points2& before, const Points2& uv) {
     if (!overlaps(uv)) return;
-    std::vector<FacePair> pairs = overlapping_faces(faces_, uv, context_);
-    if (relax_overlap(pairs, uv)) {
-      result_.change = Change::kUnfolded;
-      take(uv);
-      return;
-    }
+    const std::vector<FacePair> pairs = overlapping_faces(faces_, uv, context_);
     if (options_.overlaps == SelfOverlaps::kOpen || pairs.empty() || !cut_apart(pairs, uv)) {
       result_ = {};
       flatten(before);
     }
-  }
-
-  // Where a little of the chart is drawn over the rest.
-  bool relax_overlap(const std::vector<FacePair>& pairs, Points2& uv) {
-    double over = 0.0;
-    for (const FacePair& pair : pairs) over += pair.area;
-    if (over > kLittleOverlap * uv_area(faces_, uv)) return false;
-    const std::vector<double> energies = face_energies(own_.surface(), uv, damaged_.density);
-    std::vector<char> flagged(energies.size(), 0);
-    for (const FacePair& pair : pairs)
-      flagged[at(energies[at(pair.first)] > energies[at(pair.second)] ? pair.first : pair.second)] =
-          1;
-    for (const Index rings : {0, 2}) {
-      Points2 apart = relaxed_around(damaged_, flagged, rings, uv, context_);
-      if (overlaps(apart)) continue;
-      uv = std::move(apart);
-      return true;
-    }
-    return false;
   }
 
   // The largest piece and those with pins stay, the others go to where there is room, as they are.

@@ -506,17 +506,4 @@ bool mend_in_place(const DamagedChart& chart, Points2& uv, ExecutionContext& con
   return Mender(chart, uv, context).run();
 }
 
-Points2 relaxed_around(const DamagedChart& chart, const std::vector<char>& over, Index rings,
-                       const Points2& uv, ExecutionContext& context) {
-  const std::vector<char> free = free_around(chart, over, rings);
-  Points2 result = uv;
-  for (Patch& patch : patches_of(chart, free, uv)) {
-    if (std::find(patch.fixed.begin(), patch.fixed.end(), 1) == patch.fixed.end()) continue;
-    relax_patch(patch, chart.density, context);
-    for (std::size_t v = 0; v < patch.vertices.size(); ++v)
-      result.row(patch.vertices[v]) = patch.uv.row(static_cast<Eigen::Index>(v));
-  }
-  return result;
-}
-
 }  // namespace flipfree::unwrap

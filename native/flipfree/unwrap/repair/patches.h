@@ -74,10 +74,4 @@ Damage find_damage(const DamagedChart& chart, const Points2& uv,
 // density. Cost: a few Newton solves of the parts that move.
 bool mend_in_place(const DamagedChart& chart, Points2& uv, ExecutionContext& context);
 
-// Faces that lie on others (flags `over`) are relaxed with `rings` around them, the rest held.
-// Precondition: every face is positive. The result is flip-free; whether it still overlaps is for
-// the caller to see.
-Points2 relaxed_around(const DamagedChart& chart, const std::vector<char>& over, Index rings,
-                       const Points2& uv, ExecutionContext& context);
-
 }  // namespace flipfree::unwrap

@@ -23,9 +23,7 @@ constexpr double kMeets = 1e-3;
 constexpr double kOverlaps = 1e-4;
 // Of the outlines' length along their crosses so much (of the whole length) may be lost in a join.
 constexpr double kCrossLost = 0.05;
-// Nets fill at least this share of the rectangle around them, in units of what each fills alone.
-constexpr double kLeastFill = 0.4;
-// They are not longer than this, in roots of the whole surface's area, unless they were before:
+// Nets are not longer than this, in roots of the whole surface's area, unless they were before:
 // what is longer leaves most of a texture empty.
 constexpr double kLongest = 1.8;
 // In which lengths are measured, to half a per cent.
@@ -42,11 +40,6 @@ constexpr double kStraightOutline = 0.25;
 constexpr double kStraightBevelled = 0.19;
 // Of a part that has bevels so much is flat (of made things a half or more, of scans a quarter).
 constexpr double kBevelled = 0.48;
-// A smooth region whose inner vertices have more curvature than the first (radians, sum of absolute
-// values), far above what rounding leaves, and seams longer than the second (in roots of its area)
-// where it is unfolded rigidly, is curved.
-constexpr double kCurved = 1e-3;
-constexpr double kTornApart = 4.0;
 // How deep a net that is no island of its own may lie in another that it hangs on, in roots of its
 // area: steps of so much, so many of them.
 constexpr double kDepth = 0.05;
@@ -67,16 +60,6 @@ struct Motion {
     return {turn.x() * d.x() - turn.y() * d.y(), turn.y() * d.x() + turn.x() * d.y()};
   }
   Vector2 operator()(const Vector2& p) const { return direction(p) + shift; }
-};
-
-struct Box {
-  Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
-  Vector2 high = Vector2::Constant(-std::numeric_limits<double>::infinity());
-  void add(const Vector2& p) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  double area() const { return (high - low).prod(); }
 };
 
 // Is one of a's sides, or of b's, a line beside which the other lies up to `care`? Both
@@ -132,8 +115,8 @@ struct Spans {
 
 // What must hold besides no overlap where nets are joined.
 struct Rules {
-  bool cross = false;
-  bool compact = false;
+  bool cross = false;     // most of the outline runs along one cross then, too
+  bool straight = false;  // both outlines are straight, or neither
 };
 
 // Faces of one part in nets, each with a plane of its own.
@@ -152,7 +135,6 @@ class Nets {
       members_.push_back({static_cast<Index>(members_.size())});
     }
     is_joined_.assign(3 * at_.size(), 0);
-    is_fixed_.assign(members_.size(), 0);
     bins_.resize(members_.size());
     spans_.resize(members_.size());
     for (std::size_t i = 0; i < at_.size(); ++i) {
@@ -165,7 +147,6 @@ class Nets {
 
   bool is_joined(HalfedgeId h) const { return is_joined_[at(corner(h))] != 0; }
   Index net_of(FaceId f) const { return net_[at(shapes_.place[at(f)])]; }
-  bool is_fixed(Index net) const { return is_fixed_[at(net)] != 0; }
   const std::vector<Index>& members(Index net) const { return members_[at(net)]; }
   std::size_t count() const { return members_.size(); }
   double area_of(Index net) const {
@@ -182,8 +163,7 @@ class Nets {
       if (members_[net].empty()) continue;
       Bins bins(kBins, 0.0);
       add_outline(static_cast<Index>(net), {}, bins);
-      const double own = is_fixed_[net] != 0 ? 1.0 : along(bins, cross_of(bins)) / length_of(bins);
-      sum += own * area_of(static_cast<Index>(net));
+      sum += along(bins, cross_of(bins)) / length_of(bins) * area_of(static_cast<Index>(net));
     }
     return sum / part_.area;
   }
@@ -195,7 +175,6 @@ class Nets {
     const HalfedgeId o = opposite(h);
     const Index a = net_at(h);
     const Index b = net_at(o);
-    if (is_fixed(a) || is_fixed(b)) return;
     if (a == b) {
       if (gap(h) <= kMeets * part_.size()) mark(h);
       return;
@@ -230,23 +209,6 @@ class Nets {
       }
       take(h, motion(between), net_at(h), other);
     }
-  }
-
-  // Lays the faces into one net that has no plane: nothing is joined to it but what is too small
-  // to stand alone.
-  void fix(const std::vector<FaceId>& faces, const std::vector<HalfedgeId>& edges) {
-    const Index net = net_of(faces.front());
-    for (const FaceId f : faces) {
-      const Index old = net_of(f);
-      if (old == net) continue;
-      for (const Index i : members_[at(old)]) {
-        net_[at(i)] = net;
-        members_[at(net)].push_back(i);
-      }
-      members_[at(old)].clear();
-    }
-    is_fixed_[at(net)] = 1;
-    for (const HalfedgeId h : edges) mark(h);
   }
 
   // Nets that are too small to stand alone go to a neighbour, the longest edges first where there
@@ -334,11 +296,11 @@ class Nets {
 
   template <typename Visit>
   void for_cells(const Corners& corners, Visit visit) const {
-    Box box;
-    for (const Vector2& p : corners) box.add(p);
+    Eigen::AlignedBox2d box;
+    for (const Vector2& p : corners) box.extend(p);
     const auto cell = [&](double x) { return static_cast<std::int64_t>(std::floor(x / cell_)); };
-    for (std::int64_t x = cell(box.low.x()); x <= cell(box.high.x()); ++x) {
-      for (std::int64_t y = cell(box.low.y()); y <= cell(box.high.y()); ++y) visit(x, y);
+    for (std::int64_t x = cell(box.min().x()); x <= cell(box.max().x()); ++x) {
+      for (std::int64_t y = cell(box.min().y()); y <= cell(box.max().y()); ++y) visit(x, y);
     }
   }
 
@@ -417,27 +379,6 @@ class Nets {
     return sum;
   }
 
-  Box box_of(Index net, const Motion& m) const {
-    Box box;
-    for (const Index i : members_[at(net)]) {
-      for (const Vector2& p : at_[at(i)]) box.add(m(p));
-    }
-    return box;
-  }
-
-  // Both nets are turned onto the cross of what they become.
-  bool is_compact(Index a, Index b, const Motion& m, int bin) const {
-    const double angle = -kQuarterTurn * (bin + 0.5) / kBins;
-    const Motion upright{{std::cos(angle), std::sin(angle)}, Vector2::Zero()};
-    const Motion both{upright.direction(m.turn), upright.direction(m.shift)};
-    const Box own = box_of(a, upright);
-    const Box other = box_of(b, both);
-    Box whole = own;
-    whole.add(other.low);
-    whole.add(other.high);
-    return kLeastFill * whole.area() <= 1.0001 * (own.area() + other.area());
-  }
-
   // Longer than nets may be, and than either is.
   bool is_longer(Index a, Index b, const Motion& m) const {
     const double before = std::max(spans_[at(a)].length(), spans_[at(b)].length());
@@ -462,12 +403,10 @@ class Nets {
       Bins whole = first;
       add_outline(b, m, whole);
       const double before = along(first, cross_of(first)) + along(second, cross_of(second));
-      const int bin = cross_of(whole);
       const double length = length_of(first) + length_of(second);
-      if (along(whole, bin) < before - kCrossLost * length) return;
+      if (along(whole, cross_of(whole)) < before - kCrossLost * length) return;
       // A disk hangs on no rectangle.
-      if (rules.compact && is_straight(first) != is_straight(second)) return;
-      if (rules.compact && !is_compact(a, b, m, bin)) return;
+      if (rules.straight && is_straight(first) != is_straight(second)) return;
     }
     take(h, m, a, b);
   }
@@ -501,9 +440,7 @@ class Nets {
         // The least overlap, then the longest edge.
         int depth = 0;
         const auto care = [&] { return std::max(kOverlaps * part_.size(), depth * kDepth * size); };
-        while (depth < kDepths && !is_fixed(net_at(o)) &&
-               overlaps(net_at(o), net, motion({o}), care()))
-          ++depth;
+        while (depth < kDepths && overlaps(net_at(o), net, motion({o}), care())) ++depth;
         const std::pair<int, double> own(kDepths - depth, (to(g) - from(g)).norm());
         if (!(own > most)) continue;
         most = own;
@@ -522,58 +459,11 @@ class Nets {
   std::vector<std::vector<Index>> members_;  // per net: faces of the part
   std::vector<char> is_joined_;              // 3 per face of the part
   std::vector<char> is_forced_;              // 3 per face of the part
-  std::vector<char> is_fixed_;               // per net
   std::vector<Bins> bins_;                   // per net; empty: not counted
   std::vector<Spans> spans_;                 // per net
   std::unordered_map<std::uint64_t, std::vector<Index>> cells_;
   std::size_t tried_ = 0;
 };
-
-struct CurvedRegion {
-  std::vector<FaceId> faces;
-  std::vector<HalfedgeId> edges;  // inside
-};
-
-// Smooth regions that fall to pieces where they are unfolded rigidly.
-std::vector<CurvedRegion> curved_regions(const Shapes& shapes, const MadePart& part,
-                                         const std::vector<Hinge>& order,
-                                         const ExecutionContext& context) {
-  Regions smooth(shapes, part, kSmoothAngle);
-  if (std::none_of(part.faces.begin(), part.faces.end(),
-                   [&](FaceId f) { return smooth.curvature(smooth.of(f)) > kCurved; }))
-    return {};
-  std::unordered_map<Index, double> torn;
-  Nets nets(shapes, part, context);
-  for (int round = 0; round < 2; ++round) {
-    for (const Hinge& hinge : order) {
-      if (hinge.angle < kSmoothAngle && smooth.curvature(smooth.of(hinge.h / 3)) > kCurved)
-        nets.join(hinge.h, {});
-    }
-  }
-  for (const Hinge& hinge : order) {
-    const Index region = smooth.of(hinge.h / 3);
-    if (hinge.angle < kSmoothAngle && smooth.curvature(region) > kCurved &&
-        !nets.is_joined(hinge.h))
-      torn[region] += hinge.length;
-  }
-  std::unordered_map<Index, std::size_t> number;
-  std::vector<CurvedRegion> regions;
-  for (const FaceId f : part.faces) {
-    const Index region = smooth.of(f);
-    const auto length = torn.find(region);
-    if (length == torn.end() || length->second < kTornApart * std::sqrt(smooth.area(region)))
-      continue;
-    const auto [entry, fresh] = number.try_emplace(region, regions.size());
-    if (fresh) regions.emplace_back();
-    regions[entry->second].faces.push_back(f);
-  }
-  for (const Hinge& hinge : part.hinges) {
-    const auto entry = number.find(smooth.of(hinge.h / 3));
-    if (hinge.angle < kSmoothAngle && entry != number.end())
-      regions[entry->second].edges.push_back(hinge.h);
-  }
-  return regions;
-}
 
 // Flat edges, then smooth ones, then the others, those first that are worth most.
 std::vector<Hinge> in_order(const MadePart& part) {
@@ -592,8 +482,6 @@ void flag_part(const Shapes& shapes, const MadePart& part, const std::vector<Hal
                mesh::EdgeFlags& flags, const ExecutionContext& context) {
   const std::vector<Hinge> order = in_order(part);
   Nets nets(shapes, part, context);
-  for (const CurvedRegion& region : curved_regions(shapes, part, order, context))
-    nets.fix(region.faces, region.edges);
   for (const Hinge& hinge : order) {
     if (hinge.angle < kFlatAngle) nets.join(hinge.h, {});
   }
@@ -603,15 +491,12 @@ void flag_part(const Shapes& shapes, const MadePart& part, const std::vector<Hal
       nets.join(hinge.h, {hinge.angle >= kFlatAngle, hinge.angle >= kBendAngle});
   }
   nets.gather_slivers();
-  double rigid = 0.0;
   double counted = 0.0;
   for (Index net = 0; net < static_cast<Index>(nets.count()); ++net) {
-    if (nets.is_fixed(net)) continue;
     const double area = nets.area_of(net);
-    rigid += area;
     if (area >= kNet * part.area) counted += area;
   }
-  if (counted < kHardNets * rigid || nets.straightness() < kHardOutlines) return;
+  if (counted < kHardNets * part.area || nets.straightness() < kHardOutlines) return;
   for (const Hinge& hinge : part.hinges) {
     if (nets.is_joined(hinge.h)) continue;
     flags[at(hinge.h)] = 1;

@@ -11,16 +11,14 @@ namespace flipfree::unwrap {
 
 // Flags of edges along which the surface falls into nets: faces unfolded rigidly onto the plane and
 // joined edge by edge, flat ones first, then rolled ones, then across creases, the longest edges
-// before the shorter. Two nets are joined where they do not overlap, where most of their outlines
-// runs along one cross afterwards as well, and where they fill a fair part of the rectangle around
-// them. Edges whose two sides come to lie on each other are no seams. Bevels and their corners go
-// with one side. So a cube becomes a strip of four squares and its ends, a cylinder a rectangle and
-// two caps.
+// before the shorter. Two nets are joined where they do not overlap and most of their outlines
+// runs along one cross afterwards as well. Edges whose two sides come to lie on each other are no
+// seams. Bevels and their corners go with one side. So a cube becomes a strip of four squares and
+// its ends, a cylinder a rectangle and two caps.
 //
 // Only in connected parts (between `seams`) that are hard by measure: most of the area lies in
 // flat regions, or in rolled ones, which have no curvature inside, and is in few nets afterwards.
-// In others nothing is flagged. Smooth regions with curvature inside are left whole within a hard
-// part, for a search that bounds their stretch. Faces of `is_rim` (#F or none) may overlap a
+// In others nothing is flagged. Faces of `is_rim` (#F or none) may overlap a
 // little, as those of bevels do, so that rims go whole with one side. Edges of infinite `cost` (per
 // half-edge) are no seams. Precondition: a validated surface. Cost: O(#F log #F) joins as a rule,
 // each of the smaller net's faces.

@@ -231,6 +231,7 @@ Sheet::Sheet(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
       real_(static_cast<HalfedgeId>(adjacency.opposite.size())),
       surface_(filled_but_for_longest(chart, loops_)),
       adjacency_(mesh::build_adjacency(surface_)),
+      scale_(surface_, adjacency_),
       cost_(adjacency_.opposite.size(), 0.0),
       area_(adjacency_.vertex_halfedge.size(), 0.0),
       open_(adjacency_.vertex_halfedge.size(), 0),
@@ -290,9 +291,7 @@ bool Sheet::open_anyhow(ExecutionContext& context) {
   return true;
 }
 
-std::vector<double> Sheet::scale(ExecutionContext& context) {
-  return scale_field().solve(open_, context);
-}
+std::vector<double> Sheet::scale(ExecutionContext& context) { return scale_.solve(open_, context); }
 
 double Sheet::excess(const std::vector<double>& u) const {
   double growing = 0.0;
@@ -390,17 +389,14 @@ void Sheet::slit_to(VertexId end) {
     way.edges.push_back(paths_.arrival(begin));
   }
   if (way.edges.empty()) return;
-  for (const VertexId v : way.vertices) open_vertex(v);
   way.vertices.push_back(begin);
-  mark(way, cut_);
-  ways_.push_back(std::move(way));
+  take(std::move(way));
   if (!mirror_.empty()) slit_image(ways_.back());
 }
 
 // Up to where it meets what is open: the slit itself where both cross the plane.
 void Sheet::slit_image(const Way& way) {
   Way image;
-  image.image = true;
   for (std::size_t i = 0; i < way.vertices.size(); ++i) {
     if (way.vertices[i] >= chart_.vertices.rows()) return;  // across a hole
     const VertexId v = mirror_.image[at(way.vertices[i])];
@@ -409,10 +405,7 @@ void Sheet::slit_image(const Way& way) {
     if (i == way.edges.size() || mirror_.edge[at(way.edges[i])] == kInvalid) return;
     image.edges.push_back(mirror_.edge[at(way.edges[i])]);
   }
-  if (image.edges.empty()) return;
-  for (const VertexId v : image.vertices) open_vertex(v);
-  mark(image, cut_);
-  ways_.push_back(std::move(image));
+  if (!image.edges.empty()) take(std::move(image));
 }
 
 VertexId Sheet::nearest_on_plane(VertexId v, const ExecutionContext& context) const {
@@ -430,24 +423,20 @@ VertexId Sheet::nearest_on_plane(VertexId v, const ExecutionContext& context) co
   return nearest;
 }
 
-void Sheet::mark(const Way& way, mesh::EdgeFlags& flags) const {
+void Sheet::take(Way way) {
+  for (const VertexId v : way.vertices) open_vertex(v);
   for (const HalfedgeId h : way.edges) {
     const HalfedgeId o = adjacency_.opposite[at(h)];
-    if (h < real_ && o < real_ && o != kInvalid) flags[at(h)] = flags[at(o)] = 1;
+    if (h < real_ && o < real_ && o != kInvalid) cut_[at(h)] = cut_[at(o)] = 1;
   }
-}
-
-mesh::EdgeFlags Sheet::edges(const std::vector<Way>& ways) const {
-  mesh::EdgeFlags flags(cut_.size(), 0);
-  for (const Way& way : ways) mark(way, flags);
-  return flags;
+  ways_.push_back(std::move(way));
 }
 
 // Across holes slits go on as others.
-std::vector<std::vector<VertexId>> Sheet::parts(const std::vector<Way>& ways) const {
+std::vector<std::vector<VertexId>> Sheet::made() const {
   const auto own = static_cast<VertexId>(chart_.vertices.rows());
   std::vector<std::vector<VertexId>> result;
-  for (const Way& slit : ways) {
+  for (const Way& slit : ways_) {
     const std::vector<VertexId>& way = slit.vertices;
     if (way.size() == 1) result.push_back(way);
     for (auto last = way.rbegin(); last != way.rend();) {
@@ -461,30 +450,6 @@ std::vector<std::vector<VertexId>> Sheet::parts(const std::vector<Way>& ways) co
     }
   }
   return result;
-}
-
-double Sheet::defect(VertexId v) { return scale_field().defect(v); }
-
-ScaleField& Sheet::scale_field() {
-  if (!scale_) scale_.emplace(surface_, adjacency_);
-  return *scale_;
-}
-
-ScaleField::Response Sheet::respond(const std::vector<char>& open, ExecutionContext& context) {
-  const auto slope = [&](const std::vector<double>& u) {
-    double growing = 0.0;
-    double shrinking = 0.0;
-    for (std::size_t v = 0; v < u.size(); ++v) {
-      growing += area_[v] * std::exp(2.0 * u[v]);
-      shrinking += area_[v] * std::exp(-2.0 * u[v]);
-    }
-    const double balance = std::sqrt(shrinking / growing);
-    std::vector<double> result(u.size());
-    for (std::size_t v = 0; v < u.size(); ++v)
-      result[v] = area_[v] * (balance * std::exp(2.0 * u[v]) - std::exp(-2.0 * u[v]) / balance);
-    return result;
-  };
-  return scale_field().respond(open, slope, context);
 }
 
 }  // namespace flipfree::unwrap

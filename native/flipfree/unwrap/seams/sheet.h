@@ -67,38 +67,18 @@ class Sheet {
 
   const mesh::EdgeFlags& cut() const { return cut_; }
 
-  // Along a slit, from its end to where it began, also across holes; where a closed chart was
-  // opened first is a slit of one vertex.
-  struct Way {
-    std::vector<VertexId> vertices;  // of the filled chart
-    std::vector<HalfedgeId> edges;   // between them
-    bool image = false;              // of the way before it, which it follows from its end on
-  };
-  // In the order in which they were made.
-  const std::vector<Way>& ways() const { return ways_; }
-  // Their parts on the chart, in their order.
-  std::vector<std::vector<VertexId>> parts(const std::vector<Way>& ways) const;
-  std::vector<std::vector<VertexId>> made() const { return parts(ways_); }
-  mesh::EdgeFlags edges(const std::vector<Way>& ways) const;  // of the chart
-
-  // The filled chart, and what is open of it now.
-  const mesh::Surface& surface() const { return surface_; }
-  const std::vector<char>& open() const { return open_; }
-  double cost(HalfedgeId h) const { return cost_[at(h)]; }
-  // Does a slit that ends here open a hole, or begin outside?
-  bool on_border(VertexId v) const {
-    return v >= chart_.vertices.rows() || loop_of_[at(v)] != kInvalid;
-  }
-  double defect(VertexId v);  // ScaleField::defect()
-  bool closed() const { return loops_.empty(); }
-  // The scale field for what is open in `open`, and about how much excess() grows with every vertex
-  // that would be open no more.
-  ScaleField::Response respond(const std::vector<char>& open, ExecutionContext& context);
+  // The slits' parts on the chart, each along vertices from its end to where it began, in the order
+  // in which they were made; where a closed chart was opened first is a slit of one vertex.
+  std::vector<std::vector<VertexId>> made() const;
 
  private:
   using Loops = std::vector<std::vector<HalfedgeId>>;
+  // Along a slit, also across holes.
+  struct Way {
+    std::vector<VertexId> vertices;  // of the filled chart
+    std::vector<HalfedgeId> edges;   // between them
+  };
 
-  ScaleField& scale_field();
   VertexId steepest(const std::vector<double>& u, VertexId otherwise) const;
   int edges_to(VertexId v) const;
   void open_vertex(VertexId v);
@@ -106,7 +86,7 @@ class Sheet {
   void slit_to(VertexId end);
   void slit_image(const Way& way);
   VertexId nearest_on_plane(VertexId v, const ExecutionContext& context) const;
-  void mark(const Way& way, mesh::EdgeFlags& flags) const;
+  void take(Way way);
 
   const mesh::Surface& chart_;
   const Mirror& mirror_;
@@ -114,7 +94,7 @@ class Sheet {
   HalfedgeId real_;
   mesh::Surface surface_;
   mesh::Adjacency adjacency_;
-  std::optional<ScaleField> scale_;
+  ScaleField scale_;
   std::vector<double> cost_;
   std::vector<double> area_;  // per vertex, a share of the chart's
   std::vector<char> open_;    // on the outside, or on what leads there

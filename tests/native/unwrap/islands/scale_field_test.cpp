@@ -42,33 +42,5 @@ TEST(ScaleField, grows_towards_the_far_pole_of_a_ball_as_its_stereographic_map_d
   EXPECT_NEAR(u[static_cast<std::size_t>(far)], std::log(2.0 / (1.0 - std::cos(radius))), 0.1);
 }
 
-// Closing a vertex adds a multiple of its Green's function; only the stiffness is a guess, so that
-// what is foretold has the right sign and at most the true size.
-TEST(ScaleField, foretells_what_closing_an_open_vertex_does) {
-  const mesh::Surface ball = test::sphere(24, 16);
-  const mesh::Adjacency adjacency = test::adjacency_of(ball);
-  std::vector<char> open(static_cast<std::size_t>(ball.vertices.rows()), 0);
-  for (const std::size_t v : {1U, 25U, 49U, 73U}) open[v] = 1;
-  const auto half_square = [](const std::vector<double>& u) {
-    double sum = 0.0;
-    for (const double x : u) sum += 0.5 * x * x;
-    return sum;
-  };
-  const auto itself = [](const std::vector<double>& u) { return u; };
-  ExecutionContext context;
-  ScaleField field(ball, adjacency);
-  const ScaleField::Response response = field.respond(open, itself, context);
-  EXPECT_EQ(response.u, ScaleField(ball, adjacency).solve(open, context));
-  for (const std::size_t v : {1U, 25U, 49U, 73U}) {
-    std::vector<char> less = open;
-    less[v] = 0;
-    const double grown = half_square(field.solve(less, context)) - half_square(response.u);
-    EXPECT_GT(response.closing[v], 0.0);
-    EXPECT_LT(response.closing[v], grown);
-    EXPECT_GT(response.closing[v], 0.02 * grown);
-  }
-  EXPECT_EQ(response.closing[100], 0.0);
-}
-
 }  // namespace
 }  // namespace flipfree::unwrap::scale_field_test
