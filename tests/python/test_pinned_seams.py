@@ -112,16 +112,16 @@ def test_maps_that_overlap_themselves_keep_their_sheets() -> None:
     assert moved.certificate.ok and moved.certificate.seams_exact32 == moved.certificate.seam_edges
 
 
-@pytest.mark.parametrize("make", [ball, ring])
-def test_neighbours_that_change_places_may_need_new_vertices(make: Any) -> None:
+# Around a corner of the ring's map is more than a whole turn: other disks have its outline, too.
+@pytest.mark.parametrize(("make", "seed"), [(ball, 3), *((ring, seed) for seed in range(1, 6))])
+def test_neighbours_that_change_places_may_need_new_vertices(make: Any, seed: int) -> None:
     found = make()
-    (first, _), (second, _) = pins_near(found, 2, 3).items()
+    (first, _), (second, _) = pins_near(found, 2, seed).items()
     place = {v: tuple(found.uv32()[found.faces == v][0].astype(float)) for v in (first, second)}
     moved = found.with_pins({first: place[second], second: place[first]})
     assert moved.certificate.ok and moved.certificate.pin_failures == 0
     assert moved.certificate.seams_exact32 == moved.certificate.seam_edges > 0
     assert places_on_cuts(moved) == places_on_cuts(found)
-    print(len(moved.vertices) - len(found.vertices), moved.stats.get("engine"))
     face = np.arange(len(found.input_faces))
     weights = np.random.default_rng(4).dirichlet([1.0] * 3, len(face))
     index, back, shares = moved.find_points(moved.map_points(face, weights))

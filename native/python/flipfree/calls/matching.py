@@ -338,6 +338,36 @@ def _moved_to_pins(
     return replace(moved, certificate=certificate)
 
 
+def _slits(
+    faces: IntArray, uv: FloatArray, outline: Sequence[int], pins: set[int]
+) -> dict[int, list[int]]:
+    """{inner vertex without a pin: its edge to the outline}, one at each vertex of the outline around which a map has a whole
+    turn or more. Held where they are they say which of the disks with this outline is meant: in others other vertices have it."""
+    sides = uv[faces] @ np.array([1, 1j])
+    ahead, back = (np.roll(sides, k, axis=1) - sides for k in (-1, 1))
+    angle = np.angle(back / ahead)
+    whole = np.bincount(faces.ravel(), angle.ravel(), len(uv))
+    taken = pins.union(outline)
+    found = {}
+    for v in (v for v in outline if whole[v] >= 2.0 * np.pi):
+        rows, k = np.nonzero(faces == v)
+        after = {
+            int(a): (int(b), t)
+            for a, b, t in zip(
+                faces[rows, (k + 1) % 3], faces[rows, (k + 2) % 3], angle[rows, k], strict=True
+            )
+        }
+        end, turned = next(iter(after.keys() - {b for b, _ in after.values()})), 0.0
+        while end in after:
+            end, step = after[end]
+            turned += step
+            if end not in taken and max(turned, whole[v] - turned) < 2.0 * np.pi:
+                found[end] = [end, v]
+                taken.add(end)
+                break
+    return found
+
+
 def _moved_by_match(
     found: Parametrization,
     faces: IntArray,
@@ -366,7 +396,9 @@ def _moved_by_match(
         at = places[used]
         mine = {number[v]: uv for v, uv in pins.items() if v in number}
         mine |= {v: (at[v, 0], at[v, 1]) for hole in holes for v in hole}
-        outline: dict[str, Any] = dict(boundary_loop=outer, boundary_uv=at[outer])
+        slits = _slits(part, at, outer, {*mine})
+        mine |= {v: (at[v, 0], at[v, 1]) for v in slits}
+        outline: dict[str, Any] = dict(boundary_loop=outer, boundary_uv=at[outer], paths=slits)
         with named_on_input(cut, own, used):
             matching = job_of(match)(cut.vertices[used], part, points=mine, **outline, **limits)
             pieces.append((own, used, (yield matching, 0.9)))
