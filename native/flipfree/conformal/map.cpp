@@ -15,6 +15,7 @@
 #include "flipfree/base/tolerances.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
+#include "flipfree/distortion/rounding.h"
 #include "flipfree/intrinsic/layout/layout.h"
 #include "flipfree/intrinsic/overlay.h"
 #include "flipfree/mesh/cut.h"
@@ -69,6 +70,24 @@ Error needs_refinement(const std::vector<FaceId>& faces) {
                   " faces would flip, first face " + face_id(faces[0]) +
                   ". Allow points to be added (original_triangles=\"auto\").";
   return error;
+}
+
+// A map that is valid in 64 bits, rounded to other 32-bit points than the nearest where these would
+// flip a triangle. False, and the map unchanged, if there are none.
+bool repair_rounding(certify::Parametrization& map, ExecutionContext& context) {
+  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
+  const mesh::CutMesh cut =
+      mesh::cut_along(map.surface.faces, adjacency, mesh::uv_cuts(adjacency, map.uv));
+  Points2 uv(static_cast<Eigen::Index>(cut.vertex_origin.size()), 2);
+  for (Index c = 0; c < static_cast<Index>(map.uv.rows()); ++c) {
+    uv.row(cut.faces(c / 3, c % 3)) = map.uv.row(c);
+  }
+  const Outcome<Points2f> stored =
+      attempt([&] { return distortion::round_to_storage(cut.faces, uv, {}, context, map.stats); });
+  if (!stored) return false;
+  for (Index c = 0; c < static_cast<Index>(map.uv32.rows()); ++c)
+    map.uv32.row(c) = (*stored).row(cut.faces(c / 3, c % 3));
+  return true;
 }
 
 // Largest difference, over the vertices with a prescribed angle, between that angle and the one of
@@ -205,6 +224,7 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
   context.report("certificate", 0.8);
   write_figures(*overlay, layout, map.stats);
   const auto& wanted = prescribed.request.cone_angles;
+  const bool in_64_bits = layout.map.invalid.empty();
   take_map(layout.map, map);
   if (solved.split == nullptr) {
     result.log_weight.resize(static_cast<std::size_t>(map.surface.vertices.rows()));
@@ -217,6 +237,12 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
     }
   }
   map.cut_edges = std::move(layout.cut_edges);
+  if (!layout.too_small.empty() && options.refinement != intrinsic::Refinement::kNever &&
+      in_64_bits && repair_rounding(map, context) &&
+      stored_angle_error(map, wanted) < kStoredAngleTolerance) {
+    layout.too_small.clear();
+  }
+  lap("seconds_round");
   certify::CertifyRequest request = prescribed.request;
   request.require_distortion = options.positions_are_metric;
   certify::certify_map(map, surface, request, context);

@@ -15,7 +15,6 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/conformal/newton.h"
-#include "flipfree/intrinsic/delaunay_metric.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/numeric/scalar.h"
 
@@ -84,6 +83,18 @@ std::vector<double> edge_lengths(const intrinsic::IntrinsicSetup& setup, const P
   return result;
 }
 
+Index euler_characteristic(const intrinsic::IntrinsicSetup& setup, Index vertex_count,
+                           Index face_count) {
+  const intrinsic::IntrinsicMesh& m = setup.mesh;
+  Index edges = static_cast<Index>(m.edge_count());
+  if (m.symmetric()) {
+    edges = static_cast<Index>(std::count_if(
+        m.edge_label.begin(), m.edge_label.end(),
+        [](intrinsic::EdgeLabel label) { return label != intrinsic::EdgeLabel::kTwo; }));
+  }
+  return vertex_count - edges + face_count;
+}
+
 // The engine's input without targets. `lengths`: #F x 3 (metric.h), or null: those of the vertex
 // positions. Throws InvalidInput as compute_conformal_metric(). With lengths the positions are not
 // read.
@@ -120,10 +131,7 @@ std::vector<double> checked_targets(const std::vector<double>& target, const Eng
   const intrinsic::IntrinsicSetup& setup = input.setup;
   const Index vertex_count = input.vertex_count;
   const auto face_count = static_cast<Index>(setup.input_halfedge.size() / 3);
-  // As many edges lie on the boundary as vertices.
-  const auto rim =
-      static_cast<Index>(std::count(setup.on_boundary.begin(), setup.on_boundary.end(), true));
-  const Index euler = vertex_count - (3 * face_count + rim) / 2 + face_count;
+  const Index euler = euler_characteristic(setup, vertex_count, face_count);
   if (target.size() != static_cast<std::size_t>(vertex_count)) {
     throw_invalid(ErrorCode::kBadShape, "target_angles has " + std::to_string(target.size()) +
                                             " entries for " + std::to_string(vertex_count) +
@@ -168,10 +176,12 @@ std::vector<double> checked_targets(const std::vector<double>& target, const Eng
   return spread;
 }
 
+// Flips per edge from which on a direct way is worth its search: an overlay replays a flip in some
+// 50 ns, while the search costs about a microsecond per edge.
+constexpr std::size_t kLongWay = 4;
 constexpr double kFineAngles =
     1e-13;                           // radians: what the angles of a result are known to, at least
 constexpr double kFinishing = 0.05;  // seconds
-constexpr double kLeastSeconds = 1e-3;  // what a run that has no time left is given
 
 // Sums over the rungs of the precision ladder.
 struct Totals {
@@ -206,7 +216,9 @@ bool has_lengths(const ConformalMetric& metric) {
   return std::visit(
       [](const auto& lengths) {
         using T = typename std::decay_t<decltype(lengths)>::value_type;
-        return std::all_of(lengths.begin(), lengths.end(), intrinsic::is_usable_length<T>);
+        return std::all_of(lengths.begin(), lengths.end(), [](const T& length) {
+          return numeric::ScalarTraits<T>::finite(length) && length > T(0.0);
+        });
       },
       metric.length);
 }
@@ -274,41 +286,33 @@ FaceId flattest_face(const EngineInput& input) {
                       ElementKind::kFace, {face});
 }
 
-// Saying what a metric that did not converge reached.
-[[noreturn]] void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options) {
-  const bool seconds = metric.end == NewtonEnd::kSeconds;
-  const char* cure =
-      seconds ? "Allow more seconds (max_seconds), or spread the curvature over more vertices."
-      : metric.end == NewtonEnd::kIterations
-          ? "Spread the curvature over more vertices, or remove nearly degenerate triangles."
-      : options.bits != 0 ? "Use precision=\"auto\" or more bits."
-                          : "Spread the curvature over more vertices.";
-  throw_not_converged(seconds ? ErrorCode::kTimeLimit : ErrorCode::kIterationLimit,
-                      "The conformal metric was not reached: the largest angle error is " +
-                          short_text(metric.angle_error) + " radians after " +
-                          std::to_string(metric.iterations) + " Newton steps with " +
-                          std::to_string(metric.bits) + " bits (stopped by " + name_of(metric.end) +
-                          "). " + cure);
-}
-
 // The rungs of the precision ladder: Newton in double, and from where rounding decides, with ever
 // more bits.
 class Ladder {
  public:
   Ladder(const EngineInput& input, const MetricOptions& options, ExecutionContext& context)
-      : input_(input), options_(options), context_(context) {
+      : input_(input), options_(options), context_(context), limit_(options.max_seconds) {
     newton_.tolerance = options.tolerance;
   }
 
   ConformalMetric climb() {
+    bool replayed = false;
     // In double also before a given precision: it takes most of the way at a fraction of the cost.
-    for (int bits = 53;;) {
+    int bits = 53;
+    for (;;) {
       const NewtonRun run = take_rung(bits);
-      const bool more_bits = options_.bits == 0
-                                 ? run.end == NewtonEnd::kPrecision && bits < kLargestBits
-                                 : bits != options_.bits;
+      // A long way there and back is replaced by the direct one, for the sake of what replays the
+      // flips: the same scale factors from the start again, which the uniqueness of the Delaunay
+      // triangulation allows, then Newton to remove what rounding left.
+      const bool enough_bits = options_.bits == 0 || bits == options_.bits;
+      if (enough_bits && run.end == NewtonEnd::kConverged && !replayed && is_long_way()) {
+        replayed = true;
+        continue;
+      }
+      const bool more_bits_help =
+          run.end == NewtonEnd::kPrecision && options_.bits == 0 && bits < kLargestBits;
       const bool out_of_time = run.end == NewtonEnd::kIterations || run.end == NewtonEnd::kSeconds;
-      if (out_of_time || !more_bits) return finished(run);
+      if (out_of_time || (enough_bits && !more_bits_help)) return finished(run);
       bits = options_.bits != 0 ? options_.bits
              : bits == 53       ? 128
                                 : std::min(2 * bits, kLargestBits);
@@ -320,30 +324,34 @@ class Ladder {
   // the last one stays.
   NewtonRun take_rung(int bits) {
     ++totals_.rungs;
+    const double seconds = limit_ > 0.0 ? std::max(1e-3, limit_ - watch_.seconds()) : 0.0;
     newton_.max_iterations = options_.max_iterations - result_.iterations;
     newton_.earlier_tests = totals_.exact_tests;
+    newton_.more_bits = options_.bits == 0 ? bits < kLargestBits : bits < options_.bits;
     NewtonRun run;
     run.end = NewtonEnd::kPrecision;
+    std::unique_ptr<MetricEngine> reached;  // what a replay is to improve on
     const bool in_time = ended_in_time([&] {
-      const TimeLimit limit(context_, limit_of(seconds_left()));
+      const TimeLimit limit(context_, limit_of(seconds));
       std::unique_ptr<MetricEngine> fresh = make_engine(input_, bits, context_);
       if (!fresh->started()) {
         run.reason = "start not Delaunay";
       } else if (engine_ != nullptr && !fresh->go_to(engine_->scaled_so_far(context_), context_)) {
         run.reason = "scale factors out of range";
       } else {
-        engine_ = std::move(fresh);
+        std::swap(engine_, fresh);
+        if (last_.end == NewtonEnd::kConverged) reached = std::move(fresh);
+        fresh.reset();
       }
       if (fresh != nullptr) totals_.exact_tests += fresh->exact_tests();
     });
     if (!in_time) {
-      if (!(options_.max_seconds > 0.0)) throw TimeIsOver();
+      if (!(seconds > 0.0)) throw TimeIsOver();
       run.end = NewtonEnd::kSeconds;
       run.reason = "time was over at the start";
     }
     if (run.reason[0] == '\0') {
-      newton_.max_seconds = seconds_left();
-      newton_.more_bits = options_.bits == 0 ? bits < kLargestBits : bits < options_.bits;
+      newton_.max_seconds = seconds > 0.0 ? std::max(1e-3, limit_ - watch_.seconds()) : 0.0;
       run = run_newton(*engine_, system_, newton_, descent_, context_);
       if (run.end == NewtonEnd::kConverged && !engine_->has_triangles()) {
         run.end = NewtonEnd::kPrecision;
@@ -351,18 +359,20 @@ class Ladder {
       }
       add_run(run, totals_, result_);
       totals_.exact_tests += engine_->exact_tests();
-      last_ = run;
+      if (reached != nullptr && run.end == NewtonEnd::kSeconds) {
+        engine_ = std::move(reached);
+      } else {
+        last_ = run;
+      }
     }
     if (run.end == NewtonEnd::kPrecision && totals_.rungs == 1)
       result_.stats["climbed_because"] = std::string(run.reason);
     return run;
   }
 
-  // 0: no limit.
-  double seconds_left() const {
-    return options_.max_seconds > 0.0
-               ? std::max(kLeastSeconds, options_.max_seconds - watch_.seconds())
-               : 0.0;
+  bool is_long_way() const {
+    const std::size_t direct = engine_->flips().size() - engine_->euclidean_flips();
+    return direct > kLongWay * engine_->mesh().edge_count();
   }
 
   // `run`: the last one, which may not have got as far as Newton.
@@ -373,7 +383,7 @@ class Ladder {
     if (engine_ == nullptr)
       throw_too_degenerate("The intrinsic Delaunay triangulation of the input was not reached",
                            input_, options_);
-    // Where more bits had no time, the metric of few is one as well.
+    // Where a replay had no time, the long way has led to the metric as well.
     const bool reached = last_.end == NewtonEnd::kConverged;
     finish_result(*engine_, input_, options_, reached ? last_ : run, result_, context_);
     result_.stats["seconds"] = watch_.seconds();
@@ -392,6 +402,7 @@ class Ladder {
   const MetricOptions& options_;
   ExecutionContext& context_;
   const Stopwatch watch_;
+  const double limit_;
   ConformalMetric result_;
   std::unique_ptr<MetricEngine> engine_;  // the last one that got to its place
   NewtonRun last_;                        // its run
@@ -403,12 +414,18 @@ class Ladder {
 
 }  // namespace
 
+// `input`: with targets. Errors: NotConverged as compute_conformal_metric(), Cancelled.
+ConformalMetric climb_precision_ladder(const EngineInput& input, const MetricOptions& options,
+                                       ExecutionContext& context) {
+  return Ladder(input, options, context).climb();
+}
+
 ConformalMetric compute_conformal_metric(const mesh::Surface& surface, const Points3* lengths,
                                          const std::vector<double>& target_angles,
                                          const MetricOptions& options, ExecutionContext& context) {
   EngineInput input = checked_input(surface, lengths, options);
   input.target = checked_targets(target_angles, input, options.tolerance);
-  ConformalMetric metric = Ladder(input, options, context).climb();
+  ConformalMetric metric = climb_precision_ladder(input, options, context);
   debug_check("compute_conformal_metric", [&] { return find_broken_invariant(metric); });
   return metric;
 }
@@ -419,9 +436,46 @@ ConformalMetric compute_conformal_metric(const mesh::Surface& surface,
   return compute_conformal_metric(surface, nullptr, target_angles, options, context);
 }
 
+ConformalMetric compute_conformal_metric(Index vertex_count, const Triangles& faces,
+                                         const Points3& lengths,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context) {
+  return compute_conformal_metric({Points3::Zero(vertex_count, 3), faces}, &lengths, target_angles,
+                                  options, context);
+}
+
 namespace {
 
+// The checks that all do first; `lengths` may be null. Throws as they do.
+void validate_metric_input(const mesh::Surface& surface, const Points3* lengths,
+                           const std::vector<double>& target_angles, const MetricOptions& options) {
+  checked_targets(target_angles, checked_input(surface, lengths, options), options.tolerance);
+}
+
+}  // namespace
+
+void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options) {
+  const bool seconds = metric.end == NewtonEnd::kSeconds;
+  const char* cure =
+      seconds ? "Allow more seconds (max_seconds), or spread the curvature over more vertices."
+      : metric.end == NewtonEnd::kIterations
+          ? "Spread the curvature over more vertices, or remove nearly degenerate triangles."
+      : options.bits != 0 ? "Use precision=\"auto\" or more bits."
+                          : "Spread the curvature over more vertices.";
+  throw_not_converged(seconds ? ErrorCode::kTimeLimit : ErrorCode::kIterationLimit,
+                      "The conformal metric was not reached: the largest angle error is " +
+                          short_text(metric.angle_error) + " radians after " +
+                          std::to_string(metric.iterations) + " Newton steps with " +
+                          std::to_string(metric.bits) + " bits (stopped by " + name_of(metric.end) +
+                          "). " + cure);
+}
+
+namespace {
+
+using std::numbers::pi;
+
 constexpr int kMostRefinedSteps = 150;  // of Newton's method: if it helps, it helps soon
+constexpr double kLeastSeconds = 1e-3;  // what a run that has no time left is given
 constexpr double kFirstShare = 0.6;     // of the seconds, for the first of two ways
 
 // Vertices added at most: per vertex of the input, but this many are always allowed, and never
@@ -457,7 +511,7 @@ std::unique_ptr<intrinsic::SplitSurface> refine_start(const mesh::Surface& surfa
 std::vector<double> refined_targets(const std::vector<double>& target_angles,
                                     const intrinsic::SplitSurface& split) {
   std::vector<double> targets = target_angles;
-  for (const char boundary : split.added_on_boundary) targets.push_back(boundary ? kPi : 2 * kPi);
+  for (const char boundary : split.added_on_boundary) targets.push_back(boundary ? pi : 2 * pi);
   return targets;
 }
 
@@ -478,9 +532,8 @@ RefinedMetric from_refined_start(const mesh::Surface& surface, const Points3* le
   share.max_seconds = kFirstShare * options.max_seconds;
   share.max_iterations = std::min(options.max_iterations, kMostRefinedSteps);
   share.require_convergence = false;
-  result.metric =
-      compute_conformal_metric({Points3::Zero(split.vertex_count, 3), split.faces}, &split.lengths,
-                               refined_targets(target_angles, split), share, context);
+  result.metric = compute_conformal_metric(split.vertex_count, split.faces, split.lengths,
+                                           refined_targets(target_angles, split), share, context);
   result.metric.added = split.added;
   for (const auto& [name, value] : stats) result.metric.stats[name] = value;
   return result;
@@ -497,7 +550,7 @@ RefinedMetric compute_refined_metric(const mesh::Surface& surface, const Points3
     MetricOptions plain = options;
     std::optional<double> reached;
     if (refine) {
-      checked_targets(target_angles, checked_input(surface, lengths, options), options.tolerance);
+      validate_metric_input(surface, lengths, target_angles, options);
       context.report("refined start", 0.0);
       // Where not even its start is possible the plain way is left.
       Outcome<RefinedMetric> refined = attempt(

@@ -40,12 +40,22 @@ struct MetricOptions {
 ConformalMetric compute_conformal_metric(const mesh::Surface& surface,
                                          const std::vector<double>& target_angles,
                                          const MetricOptions& options, ExecutionContext& context);
-// The same for given lengths, where `lengths` is not null: lengths(f, k) belongs to the edge from
-// corner k to k + 1 of face f; both sides of an edge must agree and every face must satisfy the
-// strict triangle inequality. Vertex positions are not read then.
+// The same for given lengths: lengths(f, k) belongs to the edge from corner k to k + 1 of face f;
+// both sides of an edge must agree and every face must satisfy the strict triangle inequality.
+ConformalMetric compute_conformal_metric(Index vertex_count, const Triangles& faces,
+                                         const Points3& lengths,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context);
+
+// Either: `lengths` may be null.
 ConformalMetric compute_conformal_metric(const mesh::Surface& surface, const Points3* lengths,
                                          const std::vector<double>& target_angles,
                                          const MetricOptions& options, ExecutionContext& context);
+
+// Newton's method in double, and from where rounding decides, with ever more bits.
+
+// NotConverged, saying what a metric that did not converge reached.
+[[noreturn]] void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options);
 
 // The conformal metric from a refined start: points are added so that the intrinsic Delaunay
 // triangulation has no needles (delaunay_refinement.h), then the metric of the refined surface is

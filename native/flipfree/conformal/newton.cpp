@@ -12,8 +12,8 @@ namespace flipfree::conformal {
 
 namespace {
 
-constexpr double kAlpha = 0.1;                  // Armijo-like constant of Algorithm 3
-constexpr double kSmallestRelaxedStep = 1e-10;  // of the first one
+constexpr double kAlpha = 0.1;       // Armijo-like constant of Algorithm 3
+constexpr double kNormStep = 1e-10;  // below this step the norm decrease is no longer asked for
 constexpr double kSmallestStep = 1e-16;
 // Accuracy of angles with more bits than a double has, and the error of the gradient below which
 // the coarse one is not good enough.
@@ -36,11 +36,6 @@ constexpr double kLessError = 0.3;  // of the error before a relaxed step: leavi
 // An error at the start beyond kFar radians goes by relaxed steps from the beginning (kRelaxed).
 // Measured with single cones on g-tori (docs/benchmarks.md).
 constexpr double kFar = 200.0;
-// A step changes no difference of scale factors by more than this (4.6.1: "the range of the
-// coefficients"): it keeps factors representable and the flips of one trial few. In a line search
-// in double, which relaxes afterwards, more.
-constexpr double kMostStepRange = 10.0;
-constexpr double kMostQuickStepRange = 40.0;
 // Delaunay tests in full precision, per edge and anyway, after which more lead nowhere: among
 // needles thinner than scale factors can be told apart every vertex that is relaxed takes all the
 // moves that it may, and Newton steps creep. They cost nearly all of the time.
@@ -131,31 +126,40 @@ class Ray {
   FineVector part_;
 };
 
-// Algorithm 3, LineSearch, without its demand that the norm of the gradient falls: it decided no
-// step. The midpoint of the Armijo-like condition is only evaluated when the full step has passed
-// the minimum along the ray: otherwise the full step is taken by the first test of the loop anyway.
-// A step that halves the norm of the gradient is taken unseen: near needles the projected gradient
-// is a difference of far larger numbers. On return the engine stands at the step taken and `trial`
-// is the gradient there. False if no step can be told from rounding.
-bool line_search(Ray& ray, double first_step, const std::vector<double>& d, double slope,
-                 const Gradient& start, Gradient& trial, const Deadline& deadline,
+// Algorithm 3, LineSearch. The midpoint of the Armijo-like condition is only evaluated when the
+// full step has passed the minimum along the ray: otherwise the full step is taken by the first
+// test of the loop anyway. A step that halves the norm of the gradient is taken unseen: near
+// needles the projected gradient is a difference of far larger numbers. On return the engine stands
+// at the step taken and `trial` is the gradient there. False if no step can be told from rounding.
+bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<double>& d,
+                 double slope, const Gradient& start, Gradient& trial, const Deadline& deadline,
                  ExecutionContext& context) {
-  bool known = false;  // trial belongs to `step` already
-  for (double step = first_step; step >= kSmallestStep * first_step; step *= 0.5) {
-    const bool first = step == first_step;
-    if (std::exchange(known, false) || ray.move(step, trial, context)) {
-      if (first && norm(trial.value) <= kMuchLess * norm(start.value)) return true;
-      const double projected = dot(d, trial.value);
-      if (projected <= 0.0) return true;
-      if (first && ray.move(0.5 * step, trial, context)) {
-        if (0.5 * (projected + dot(d, trial.value)) <= kAlpha * slope)
+  const double start_norm = norm(start.value);
+  double step = first_step;
+  double descending = 0.0;  // largest step seen at which the energy still descends
+  bool known = false;       // trial belongs to `step` already
+  for (bool first = true;; first = false) {
+    const bool moved = known || ray.move(step, trial, context);
+    known = false;
+    if (moved && first && norm(trial.value) <= kMuchLess * start_norm) return true;
+    const double projected = moved ? dot(d, trial.value) : std::numeric_limits<double>::infinity();
+    if (projected <= 0.0) {
+      if (!ask_norm || norm(trial.value) < start_norm) return true;
+      if (descending == 0.0) descending = step;
+    } else if (first && moved) {
+      if (ray.move(0.5 * step, trial, context)) {
+        if (0.5 * (projected + dot(d, trial.value)) <= kAlpha * slope) {
           return ray.move(step, trial, context);
+        }
         known = true;
       }
     }
+    step *= 0.5;
     if (deadline.over()) return false;
+    if (descending > 0.0 && step < kNormStep * first_step)
+      return ray.move(descending, trial, context);
+    if (step < kSmallestStep * first_step) return false;
   }
-  return false;
 }
 
 // Where a run ends that has not arrived.
@@ -216,7 +220,7 @@ Found relaxed_step(MetricEngine& engine, const FineVector& direction, double fir
   const Relaxation how{std::min(kThorough.error, kLessError * start.max_error), kThorough.sweeps};
   const Energy before = engine.energy(context);
   engine.remember();
-  for (double step = first_step; step > kSmallestRelaxedStep * first_step; step *= 0.5) {
+  for (double step = first_step; step > kNormStep * first_step; step *= 0.5) {
     Ray ray(engine, direction, options, run);
     if (ray.move(step, trial, context) && relax(engine, ray, how, trial, limits, context)) {
       const Energy after = engine.energy(context);
@@ -257,6 +261,7 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
   if (descent == Descent::kUnknown) {
     descent = gradient.max_error > kFar ? Descent::kRelaxed : Descent::kLineSearch;
   }
+  bool hard = false;  // the norm decrease, a heuristic, is no longer asked for
   const double start_error = std::max(gradient.max_error, options.tolerance);
   for (;;) {
     run.error = gradient.max_error;
@@ -292,7 +297,7 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
     double range = 0.0;
     for (const double x : direction.high) range = std::max(range, 2.0 * std::abs(x));
     const bool quick = engine.bits() == 53 && descent == Descent::kLineSearch;
-    const double most = quick ? kMostQuickStepRange : kMostStepRange;
+    const double most = quick ? options.max_quick_step_range : options.max_step_range;
     const double first_step = range > most ? most / range : 1.0;
     Found found = Found::kStep;
     if (descent == Descent::kRelaxed) {
@@ -304,11 +309,12 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
     if (descent == Descent::kLineSearch || (found == Found::kNone && engine.bits() > 53)) {
       found = Found::kStep;
       Ray ray(engine, direction, options, run);
-      if (!line_search(ray, first_step, direction.high, system.slope(), gradient, trial,
+      if (!line_search(ray, first_step, !hard, direction.high, system.slope(), gradient, trial,
                        limits.deadline, context)) {
         found = limits.time_is_over() ? Found::kDeadline : Found::kNone;
       } else {
         const bool cut = ray.step() < kShortStep;
+        hard = hard || cut;
         const Relaxation& how = cut ? kThorough : kQuick;
         if (cut || (quick && (ray.step() < 1.0 || trial.max_error > how.error))) {
           ++run.relaxed_iterations;

@@ -19,6 +19,10 @@ struct NewtonOptions {
   // system must have the same.
   const std::vector<char>* pinned = nullptr;
   std::size_t earlier_tests = 0;  // Delaunay tests in full precision of the rungs before
+  // A step changes no difference of scale factors by more than this (4.6.1: "the range of the
+  // coefficients"): it keeps factors representable and the flips of one trial few.
+  double max_step_range = 10.0;
+  double max_quick_step_range = 40.0;  // of a line search in double, which relaxes afterwards
 };
 
 // How steps are found: by the line search of Algorithm 3, or, where the start is far away or a line

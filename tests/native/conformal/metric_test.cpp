@@ -243,9 +243,8 @@ TEST(ConformalMetric, symmetric_run_equals_the_run_on_the_doubled_closed_surface
     }
   }
   ExecutionContext context;
-  const mesh::Surface cover{Points3::Zero(static_cast<Index>(doubled.size()), 3), faces};
-  const ConformalMetric full =
-      compute_conformal_metric(cover, &lengths, doubled, MetricOptions{}, context);
+  const ConformalMetric full = compute_conformal_metric(static_cast<Index>(doubled.size()), faces,
+                                                        lengths, doubled, MetricOptions{}, context);
   std::vector<double> first(full.scale_factors.begin(), full.scale_factors.begin() + n);
   expect_equal_up_to_constant(half.scale_factors, first, 1e-7);
   for (std::size_t v = at(n); v < doubled.size(); ++v) {

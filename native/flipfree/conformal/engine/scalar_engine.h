@@ -206,6 +206,8 @@ class ScalarEngine final : public MetricEngine {
   static constexpr double kEnergyRoundings = 16.0;
   // Relative size of the sum of two half-cotangents from which on it is computed in full.
   static constexpr double kCancelled = 1e-3;
+  // Half-cotangents below which they are: doubles know them to 1e-16.
+  static constexpr double kRight = 1e-10;
   std::size_t unknown_at(HalfedgeId h) const {
     return at(mesh().unknown[at(mesh().origin[at(h)])]);
   }
@@ -282,6 +284,7 @@ class ScalarEngine final : public MetricEngine {
   void evaluate_exactly(Gradient& out, ExecutionContext& context);
   void spread_remainder();
   void repair_weights(Gradient& out) const;
+  void repair_right_angle(std::size_t h, Gradient& out) const;
   T half_tangent_square(HalfedgeId h) const;
   static void finish_gradient(Gradient& out);
 

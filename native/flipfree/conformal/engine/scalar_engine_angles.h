@@ -170,12 +170,18 @@ Energy ScalarEngine<T>::energy(ExecutionContext& context) const {
 // The half-cotangents of the two angles opposite an edge are huge and opposite where the angles
 // are nearly 0 and nearly pi. With t = tan(angle / 2) their sum is a quarter of
 // (t1 + t2) (1 - t1 t2) / (t1 t2); where it cancels in double, 1 - (t1 t2)^2 is computed in full.
+// So is 1 - t^2 where both angles are so nearly right that doubles see nothing of a weight that may
+// be all that holds a vertex.
 template <typename T>
 inline void ScalarEngine<T>::repair_weights(Gradient& out) const {
   if constexpr (!Traits::kIsDouble) {
     for (std::size_t h = 0; h < out.half_cotangent.size(); h += 2) {
       const double a = out.half_cotangent[h];
       const double b = out.half_cotangent[h + 1];
+      if (std::abs(a) + std::abs(b) < kRight) {
+        for (const std::size_t k : {h, h + 1}) repair_right_angle(k, out);
+        continue;
+      }
       if (!(std::abs(a + b) < kCancelled * (std::abs(a) + std::abs(b)))) continue;
       const double weight = face_weight(at(mesh().face[h]));
       if (weight != face_weight(at(mesh().face[h + 1]))) continue;
@@ -189,6 +195,18 @@ inline void ScalarEngine<T>::repair_weights(Gradient& out) const {
       out.half_cotangent[h + 1] = 0.0;
     }
   }
+}
+
+template <typename T>
+inline void ScalarEngine<T>::repair_right_angle(std::size_t h, Gradient& out) const {
+  const double weight = face_weight(at(mesh().face[h]));
+  const bool diagonal =
+      mesh().label_of_edge(static_cast<EdgeId>(h >> 1)) == intrinsic::EdgeLabel::kDiagonal;
+  if (weight == 0.0 || diagonal) return;
+  const T square = half_tangent_square(static_cast<HalfedgeId>(h));
+  if (!(square > T(0.0))) return;
+  out.half_cotangent[h] =
+      0.25 * weight * Traits::to_double(T(1.0) - square) / std::sqrt(Traits::to_double(square));
 }
 
 // tan^2 of half the angle opposite h.
