@@ -162,7 +162,7 @@ def test_the_scene_says_the_margin_and_the_texture_of_all_operators(call, scene)
     ob = mapped_cube() if call != "cut_stretched" else stretched_cube()
     assert getattr(bpy.ops.uv, f"flipfree_{call}")() == {"FINISHED"}
     gap = narrowest(islands(ob), 0.1).distance * 512
-    assert 16.0 <= gap < 17.0
+    assert 16.0 <= gap < 16.0 + 512 / 384  # a cell of the coarsest grid that islands are packed on
     pack(margin_pixels=4.0)
     assert 4.0 <= narrowest(islands(ob), 0.1).distance * 512 < 5.0
 

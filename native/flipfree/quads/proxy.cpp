@@ -36,6 +36,7 @@ std::vector<char> rim_of(const std::vector<Quad>& quads, std::size_t vertices) {
 
 DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features, double longest,
                        std::size_t most, const ExecutionContext& context) {
+  const std::size_t most_given = most;
   mesh::RefinedSurface refined = seamless::unrefined(surface);
   std::priority_queue<std::tuple<double, VertexId, VertexId>> edges;
   const auto offer = [&](VertexId a, VertexId b) {
@@ -56,17 +57,23 @@ DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features,
     refined.mesh.for_each_outgoing(
         middle, [&](HalfedgeId spoke) { offer(middle, refined.mesh.target(spoke)); });
   }
-  DividedSurface made{mesh::to_surface(refined), mesh::provenance_of(refined), {}};
+  DividedSurface made{mesh::to_surface(refined), mesh::provenance_of(refined), {}, {}};
   const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const mesh::Adjacency own = mesh::build_adjacency(made.surface);
   const mesh::EdgeFlags wanted = mesh::flag_edges(surface.faces, adjacency, features);
   std::vector<std::pair<VertexId, VertexId>> pieces;
   for (HalfedgeId h = 0; at(h) < own.opposite.size(); ++h) {
+    // Slivers so thin that middles of their sides are one point stay, with all others.
+    const VertexId a = mesh::source(made.surface.faces, h);
+    const VertexId b = mesh::target(made.surface.faces, h);
+    if (most_given > 0 && made.surface.vertices.row(a) == made.surface.vertices.row(b))
+      return divided(surface, features, longest, 0, context);
     if (own.opposite[at(h)] < h) continue;  // the border as well
     const HalfedgeId side =
         holonomy::input_halfedge({made.surface, own, made.provenance.face}, surface, adjacency, h);
-    if (side != kInvalid && wanted[at(side)] != 0)
-      pieces.emplace_back(mesh::source(made.surface.faces, h), mesh::target(made.surface.faces, h));
+    if (side == kInvalid || wanted[at(side)] == 0) continue;
+    pieces.emplace_back(a, b);
+    made.whole.push_back(std::max(side, adjacency.opposite[at(side)]));
   }
   made.features.resize(static_cast<Eigen::Index>(pieces.size()), 2);
   for (std::size_t i = 0; i < pieces.size(); ++i)

@@ -15,7 +15,8 @@ namespace flipfree::quads {
 struct DividedSurface {
   mesh::Surface surface;  // the input's vertices first
   mesh::Provenance provenance;
-  IndexPairs features;  // the input's that lie inside, in pieces
+  IndexPairs features;            // the input's that lie inside, in pieces
+  std::vector<HalfedgeId> whole;  // of the input, per piece: one of the edge that it is of
 };
 
 // The surface with vertices on the middles of its edges, the longest first, until none is longer

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -368,6 +369,7 @@ std::vector<double> sizing_of(const DividedSurface& fine, const mesh::Surface& s
   sizing.resize(at(fine.surface.vertices.rows()), 1.0);
   for (std::size_t v = 0; v < sizing.size(); ++v) {
     const mesh::SurfacePoint& point = fine.provenance.vertex[v];
+    if (point.face == kInvalid) continue;  // of no face
     double own = 0.0;
     for (int k = 0; k < 3; ++k)
       own += point.weight[k] * std::log(options.sizing[at(surface.faces(point.face, k))]);
@@ -400,10 +402,20 @@ QuadMesh quads_of_all(const mesh::Surface& surface, const std::optional<field::G
     align.features = fine.features;
     map = holonomy::compute_field_aligned_map(fine.surface, own, align, context);
     seamless::name_input_places(surface, fine.provenance, fine.surface.faces, map);
-    stats["features"] = static_cast<std::int64_t>(fine.features.rows());
+    std::set<std::pair<VertexId, VertexId>> pieces;
+    for (const auto& [a, b] : map.certificate.features_missed) pieces.insert(std::minmax(a, b));
+    std::set<HalfedgeId> missed;
+    for (std::size_t i = 0; i < fine.whole.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      const std::pair<VertexId, VertexId> ends =
+          std::minmax(fine.features(row, 0), fine.features(row, 1));
+      if (pieces.contains(ends)) missed.insert(fine.whole[i]);
+    }
+    stats["features"] =
+        static_cast<std::int64_t>(std::set(fine.whole.begin(), fine.whole.end()).size());
+    stats["features_missed"] = static_cast<std::int64_t>(missed.size());
   }
   for (const auto& [name, value] : map.stats) stats["map." + name] = value;
-  stats["features_missed"] = static_cast<std::int64_t>(map.certificate.features_missed.size());
   stats["seconds.map"] = watch.seconds();
   watch.restart();
   const ProgressRange range(context, 0.6, 1.0);
