@@ -265,10 +265,19 @@ def test_a_poor_map_is_a_warning_in_the_words_of_the_command_line():
 
 def test_a_map_with_flips_is_refused_by_check():
     vertices, faces = surfaces.bumpy_grid(8)[:2]
-    ff.write("turned.obj", (vertices, faces, vertices[faces][:, :, :2] * [-1.0, 1.0]))
-    record = run("check", "turned.obj")
+    points = vertices[:, :2].copy()
+    points[len(points) // 2] += 3.0 * np.ptp(points)
+    ff.write("folded.obj", (vertices, faces, points[faces]))
+    record = run("check", "folded.obj")
     assert record["status"] == "refused" and record["reason"] == "certificate failed"
-    assert record["certificate"]["flips32"] == len(faces) and not record["certificate"]["ok"]
+    assert record["certificate"]["flips32"] > 0 and not record["certificate"]["ok"]
+
+
+def test_mirrored_islands_are_told_by_check():
+    vertices, faces = surfaces.bumpy_grid(8)[:2]
+    ff.write("turned.obj", (vertices, faces, vertices[faces][:, :, :2] * [-1.0, 1.0]))
+    found = run("check", "turned.obj")["certificate"]
+    assert found["mirrored_islands"] == 1 and found["flips32"] == 0 and found["ok"]
 
 
 def test_a_limit_of_time_is_that_of_the_model_and_errors_name_it():
