@@ -194,12 +194,44 @@ BoundaryBarrier::BoundaryBarrier(const mesh::Surface& chart)
       own = std::min(own, reach);
     }
   }
+
+  // Walk every loop once.
+  const auto at = [&](VertexId v) {
+    return static_cast<std::size_t>(
+        std::lower_bound(boundary_.vertices.begin(), boundary_.vertices.end(), v) -
+        boundary_.vertices.begin());
+  };
+  std::vector<std::size_t> leaving(boundary_.vertices.size());
+  for (std::size_t e = 0; e < boundary_.edges.size(); ++e) leaving[at(boundary_.edges[e][0])] = e;
+  edge_place_.resize(boundary_.edges.size());
+  vertex_place_.resize(boundary_.vertices.size());
+  edge_loop_.assign(boundary_.edges.size(), kInvalid);
+  vertex_loop_.assign(boundary_.vertices.size(), kInvalid);
+  for (std::size_t start = 0; start < boundary_.edges.size(); ++start) {
+    if (edge_loop_[start] != kInvalid) continue;
+    double length = 0;
+    for (std::size_t e = start; edge_loop_[e] == kInvalid; e = leaving[at(boundary_.edges[e][1])]) {
+      const auto& [a, b] = boundary_.edges[e];
+      edge_loop_[e] = vertex_loop_[at(a)] = static_cast<Index>(loop_length_.size());
+      edge_place_[e] = vertex_place_[at(a)] = length;
+      length += (chart.vertices.row(a) - chart.vertices.row(b)).norm();
+    }
+    loop_length_.push_back(length);
+  }
+}
+
+// Surface length along the boundary between a vertex and an edge's first end; infinite between
+// different loops.
+double BoundaryBarrier::along_boundary(std::size_t vertex, std::size_t edge) const {
+  if (vertex_loop_[vertex] != edge_loop_[edge]) return std::numeric_limits<double>::infinity();
+  const double apart = std::abs(vertex_place_[vertex] - edge_place_[edge]);
+  return std::min(apart, loop_length_[static_cast<std::size_t>(edge_loop_[edge])] - apart);
 }
 
 template <typename Visit>
 void BoundaryBarrier::for_contacts(const Points2& uv, const Reach& reach, double wider,
                                    Visit visit) const {
-  const double reach_scale = wider * reach.unit;
+  const double reach_scale = wider * reach.factor * reach.unit;
   const BoundaryGrid grid(boundary_, uv);
   std::vector<Index> near;
   for (std::size_t i = 0; i < boundary_.vertices.size(); ++i) {
@@ -209,8 +241,12 @@ void BoundaryBarrier::for_contacts(const Points2& uv, const Reach& reach, double
     for (const Index e : near) {
       const auto& [a, b] = boundary_.edges[static_cast<std::size_t>(e)];
       if (a == p || b == p) continue;
-      const double h =
-          reach_scale * std::min(vertex_reach_[i], edge_reach_[static_cast<std::size_t>(e)]);
+      const double ordinary =
+          wider * reach.unit * std::min(vertex_reach_[i], edge_reach_[static_cast<std::size_t>(e)]);
+      const double far = reach.factor * ordinary;
+      const bool neighbours =
+          along_boundary(i, static_cast<std::size_t>(e)) * reach.unit < 2 * far / wider;
+      const double h = neighbours ? ordinary : far;
       const Vector2 start = uv.row(a).transpose();
       const Vector2 along = uv.row(b).transpose() - start;
       const double square = along.squaredNorm();

@@ -84,12 +84,14 @@ class BoundaryBarrier {
     double slope = 0;
     double curvature = 0;
   };
-  // UV length of a surface length 1, and the weight of each term.
+  // How far the barrier reaches and what it weighs.
   struct Reach {
-    double unit = 1;
-    double weight = 1;
+    double unit = 1;    // UV length of a surface length 1
+    double factor = 1;  // times the ordinary reach; far reach lets parts give way before they meet
+    double weight = 1;  // of each term
   };
-  // Order of the contacts: by p, then edge.
+  // Order of the contacts: by p, then edge. Pairs that are nearer along the boundary than twice the
+  // far reach cannot help being near: they have the ordinary reach always.
   std::vector<Contact> contacts(const Points2& uv, const Reach& reach) const;
   // Vertex pairs (lower first, sorted, unique) that contacts couple while no distance changes by
   // more than half of the reach, without those of contacts' own edges.
@@ -100,10 +102,18 @@ class BoundaryBarrier {
  private:
   template <typename Visit>
   void for_contacts(const Points2& uv, const Reach& reach, double wider, Visit visit) const;
+  double along_boundary(std::size_t vertex, std::size_t edge) const;
 
   Boundary boundary_;
   std::vector<double> edge_reach_;    // per boundary edge, surface lengths
   std::vector<double> vertex_reach_;  // per entry of boundary_.vertices
+  // Places along the boundary loops, in surface lengths: of each edge's first end, and of each
+  // vertex.
+  std::vector<double> edge_place_;
+  std::vector<double> vertex_place_;
+  std::vector<Index> edge_loop_;
+  std::vector<Index> vertex_loop_;
+  std::vector<double> loop_length_;
 };
 
 }  // namespace flipfree::distortion

@@ -32,6 +32,10 @@ constexpr double kLeastProgress = 0.01;
 constexpr double kMostProgress = 0.98;
 // Weight of a contact in units of a mean triangle's.
 constexpr double kBarrierWeight = 1.0;
+// Reach of the barrier while the map is far from its target, in units of the ordinary reach; it is
+// halved whenever a step promises less than the share kSettled of the energy.
+constexpr double kFarReach = 8.0;
+constexpr double kSettled = 5e-3;
 
 }  // namespace
 
@@ -159,7 +163,8 @@ double Minimizer::assemble(double scale, bool soft) {
                       options_.memory, options_.labels);
     return system_->assemble(working_, uv_, soft, context_);
   }
-  reach_ = {unit(scale), kBarrierWeight / static_cast<double>(faces_.rows())};
+  reach_ = {unit(scale), soft ? kFarReach : reach_factor_,
+            kBarrierWeight / static_cast<double>(faces_.rows())};
   const auto contacts = barrier_->contacts(uv_, reach_);
   double energy = 0;
   const auto all = [&] {
@@ -207,6 +212,11 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
   const double promise = -0.5 * slope / energy;
   first_promise_ = std::max(first_promise_, promise);
   advance(1.0, kProgressiveShare, promise, first_promise_, options_.tolerance);
+  if (barrier_on_ && reach_factor_ > 1) {
+    // Far reach keeps parts apart for longer steps; it is drawn in as the map settles.
+    if (promise < kSettled) reach_factor_ = std::max(1.0, 0.5 * reach_factor_);
+    return Step::kTaken;
+  }
   return promise <= options_.tolerance && step >= 1.0 ? Step::kConverged : Step::kTaken;
 }
 
@@ -257,6 +267,10 @@ Stop Minimizer::descend() try {
       }
       continue;
     }
+    if (!progressive && reach_factor_ > 1) {
+      reach_factor_ = 1;
+      continue;
+    }
     if (!progressive) return step == Step::kConverged ? Stop::kConverged : Stop::kStalled;
     progressive = false;
   }
@@ -277,6 +291,7 @@ bool Minimizer::overlaps() {
 
 void Minimizer::hold_apart() {
   barrier_on_ = true;
+  reach_factor_ = kFarReach;
   system_.reset();
 }
 

@@ -98,7 +98,8 @@ class Minimizer {
   std::optional<BoundaryBarrier> barrier_;  // bijective maps only
   bool barrier_on_ = false;
   BoundaryBarrier::Reach reach_;  // of the current step
-  double frozen_scale_ = 0;       // with the barrier on, the scale no longer changes between steps
+  double reach_factor_ = 1;
+  double frozen_scale_ = 0;  // with the barrier on, the scale no longer changes between steps
   Points2 one_to_one_;  // last map of the run without barrier whose boundary did not meet itself
   Minimized done_;
   double progress_ = 0;
