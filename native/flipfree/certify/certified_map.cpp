@@ -68,8 +68,14 @@ Certificate in_input_faces(const Parametrization& map) {
     f = map.parent_face[static_cast<std::size_t>(f)];
   }
   sort_unique(certificate.failed_faces);
-  if (refined) certificate.failures.emplace_back("(Numbers are those of the refined mesh)");
+  if (refined) note_refined_numbers(certificate);
   return certificate;
+}
+
+void note_refined_numbers(Certificate& certificate) {
+  const std::string note = "(Numbers are those of the refined mesh)";
+  std::vector<std::string>& failures = certificate.failures;
+  if (failures.empty() || failures.back() != note) failures.push_back(note);
 }
 
 void require_certificate(const Parametrization& map, const char* what) {

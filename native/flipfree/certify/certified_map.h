@@ -31,6 +31,8 @@ class CertificateFailed : public NotConverged {
 // The map's certificate with failed_faces as faces of the input, as the caller never sees a refined
 // mesh that failed. A sentence says so if the failures' texts number other faces.
 Certificate in_input_faces(const Parametrization& map);
+// That sentence, once.
+void note_refined_numbers(Certificate& certificate);
 
 // Throws CertificateFailed unless map.certificate.ok; `what` names the operation, e.g. "The
 // unwrap".

@@ -5,10 +5,11 @@
 namespace flipfree::mesh {
 
 ShortestPaths::ShortestPaths(const Triangles& faces, const Adjacency& adjacency,
-                             const std::vector<double>& length)
+                             const std::vector<double>& length, double longest)
     : faces_(faces),
       adjacency_(adjacency),
       length_(length),
+      longest_(longest),
       distance_(adjacency.vertex_halfedge.size(), kUnreached),
       arrival_(adjacency.vertex_halfedge.size(), kInvalid) {}
 
@@ -56,7 +57,7 @@ void ShortestPaths::grow(const ExecutionContext& context) {
 
 void ShortestPaths::relax(VertexId from, VertexId to, HalfedgeId h) {
   const double through = distance(from) + length_[at(h)];
-  if (!(through < distance(to))) return;
+  if (!(through < distance(to)) || through > longest_) return;
   distance_[at(to)] = through;
   arrival_[at(to)] = h;
   queue_.push(through, to);

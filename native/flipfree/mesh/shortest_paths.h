@@ -18,9 +18,10 @@ class ShortestPaths {
   static constexpr double kUnreached = std::numeric_limits<double>::infinity();
 
   // `length`: one per half-edge, >= 0, the same for both half-edges of an edge; infinite for edges
-  // that no path may use. All three must outlive this.
+  // that no path may use. All three must outlive this. Vertices to which the shortest path is
+  // longer than `longest` are not reached.
   ShortestPaths(const Triangles& faces, const Adjacency& adjacency,
-                const std::vector<double>& length);
+                const std::vector<double>& length, double longest = kUnreached);
 
   void add_source(VertexId v);
   // Brings all distances up to date with the sources. Adding sources after a call costs only what
@@ -66,6 +67,7 @@ class ShortestPaths {
   const Triangles& faces_;
   const Adjacency& adjacency_;
   const std::vector<double>& length_;
+  double longest_;
   std::vector<double> distance_;
   std::vector<HalfedgeId> arrival_;
   Queue queue_;

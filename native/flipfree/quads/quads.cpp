@@ -24,6 +24,7 @@
 #include "flipfree/quads/relax.h"
 #include "flipfree/quads/transfer.h"
 #include "flipfree/seamless/padding/padding.h"
+#include "flipfree/seamless/request.h"
 
 namespace flipfree::quads {
 
@@ -378,6 +379,19 @@ std::vector<double> sizing_of(const DividedSurface& fine, const mesh::Surface& s
   return sizing;
 }
 
+// Of every vertex the one of the input that it is, or the nearest corner of the face that it is in.
+std::vector<VertexId> vertices_of_input(const DividedSurface& fine, const mesh::Surface& surface) {
+  std::vector<VertexId> vertices;
+  for (const mesh::SurfacePoint& point : fine.provenance.vertex) {
+    const auto v = static_cast<VertexId>(vertices.size());
+    Eigen::Index nearest = 0;
+    point.weight.maxCoeff(&nearest);
+    const bool known = v < surface.vertices.rows() || point.face == kInvalid;
+    vertices.push_back(known ? v : surface.faces(point.face, nearest));
+  }
+  return vertices;
+}
+
 QuadMesh quads_of_all(const mesh::Surface& surface, const std::optional<field::GivenField>& given,
                       const QuadOptions& options, ExecutionContext& context) {
   Stopwatch watch;
@@ -391,16 +405,20 @@ QuadMesh quads_of_all(const mesh::Surface& surface, const std::optional<field::G
     const auto most = given ? 0 : at(surface.faces.rows()) + static_cast<std::size_t>(2 * wanted);
     const DividedSurface fine =
         divided(surface, options.features, kLongestSides * align.ragged, most, context);
-    field::CrossField own;
-    {
-      const ProgressRange range(context, 0.0, 0.1);
-      align.sizing = sizing_of(fine, surface, options);
-      own = given ? field::read_field(surface, *given, context)
-                  : own_field(fine.surface, fine.features, align.sizing, context);
-    }
-    const ProgressRange range(context, 0.1, 0.6);
+    align.sizing = sizing_of(fine, surface, options);
     align.features = fine.features;
-    map = holonomy::compute_field_aligned_map(fine.surface, own, align, context);
+    try {
+      field::CrossField own;
+      {
+        const ProgressRange range(context, 0.0, 0.1);
+        own = given ? field::read_field(surface, *given, context)
+                    : own_field(fine.surface, fine.features, align.sizing, context);
+      }
+      const ProgressRange range(context, 0.1, 0.6);
+      map = holonomy::compute_field_aligned_map(fine.surface, own, align, context);
+    } catch (...) {
+      seamless::rethrow_placed(fine.provenance.face, vertices_of_input(fine, surface));
+    }
     seamless::name_input_places(surface, fine.provenance, fine.surface.faces, map);
     std::set<std::pair<VertexId, VertexId>> pieces;
     for (const auto& [a, b] : map.certificate.features_missed) pieces.insert(std::minmax(a, b));

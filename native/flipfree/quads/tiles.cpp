@@ -106,7 +106,6 @@ certify::Parametrization fit_in_time(certify::Parametrization map, const TileOpt
     throw_not_converged(ErrorCode::kIterationLimit,
                         "No map with whole tiles was found without a flip. Ask for smaller tiles, "
                         "or take a map with fewer cones.");
-  whole->uv32 = whole->uv.cast<float>();
   if (options.prefer_translations) shorten_turned_seams(*whole, context);
   const double tiles = tiles_of(whole->uv);
   context.report("certifying", 0.9);

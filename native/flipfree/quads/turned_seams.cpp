@@ -5,11 +5,13 @@
 
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/shortest_paths.h"
-#include "flipfree/quads/flat_surface.h"
+#include "flipfree/seamless/seams.h"
 
 namespace flipfree::quads {
 
 namespace {
+
+using seamless::turned;
 
 class TurnedSeams {
  public:
@@ -17,14 +19,23 @@ class TurnedSeams {
       : map_(map),
         faces_(map.surface.faces),
         adjacency_(mesh::build_adjacency(map.surface)),
-        turn_(flat_map(map).surface.turn) {
+        turn_(adjacency_.opposite.size(), 0) {
+    const auto along = [&](HalfedgeId h) -> Vector2 {
+      return map.uv.row(next_corner(h)) - map.uv.row(h);
+    };
     for (HalfedgeId h = 0; at(h) < turn_.size(); ++h) {
+      const HalfedgeId o = adjacency_.opposite[at(h)];
+      Index& turn = turn_[at(h)];
+      while (o != kInvalid && turn < 4 && along(o) != -turned(along(h), turn)) ++turn;
+      is_seamless_ = is_seamless_ && turn < 4;
       length_.push_back((map.surface.vertices.row(mesh::source(faces_, h)) -
                          map.surface.vertices.row(mesh::target(faces_, h)))
                             .norm());
       price(h);
     }
   }
+
+  bool is_seamless() const { return is_seamless_; }
 
   // Whether any branch was moved.
   bool descend(const ExecutionContext& context) {
@@ -87,10 +98,10 @@ class TurnedSeams {
       gain += length_[at(h)];
       prices[at(h)] = prices[at(adjacency_.opposite[at(h)])] = mesh::ShortestPaths::kUnreached;
     }
-    mesh::ShortestPaths paths(faces_, adjacency_, prices);
+    mesh::ShortestPaths paths(faces_, adjacency_, prices, (1.0 - 1e-9) * gain);
     paths.add_source(end);
     paths.grow(context);
-    if (!(paths.distance(start) < (1.0 - 1e-9) * gain)) return false;
+    if (paths.distance(start) == mesh::ShortestPaths::kUnreached) return false;
     // From the branch's end back to its start: what lies between is on the left.
     std::vector<HalfedgeId> curve = branch;
     for (VertexId v = start; v != end; v = paths.before(v)) {
@@ -163,6 +174,7 @@ class TurnedSeams {
   certify::Parametrization& map_;
   const Triangles& faces_;
   const mesh::Adjacency adjacency_;
+  bool is_seamless_ = true;
   std::vector<Index> turn_;     // per half-edge: from its face to the neighbour, 0 to 3
   std::vector<double> length_;  // on the surface
   std::vector<double> price_;
@@ -172,7 +184,7 @@ class TurnedSeams {
 
 void shorten_turned_seams(certify::Parametrization& map, const ExecutionContext& context) {
   TurnedSeams seams(map);
-  while (seams.descend(context)) context.check();
+  while (seams.is_seamless() && seams.descend(context)) context.check();
 }
 
 }  // namespace flipfree::quads

@@ -8,12 +8,13 @@
 namespace flipfree::quads {
 
 // Moves seams so that those across which the map turns are shorter: a branch of them, between two
-// vertices where others meet it or end, goes where another path does with less length that has no
-// turn yet, as long as there is one. What lies between the two paths is turned and moved until the
-// old one is no seam at all. Exact: UVs change by quarter turns and the seams' own translations;
-// what stored values could not hold stays. The map is the same as a seamless one: same triangles,
-// same cones, same isolines. A descent to paths of which no single one can be made shorter, not to
-// the shortest of all. Precondition: seamless as stored. Cost: a search for shortest paths for
+// vertices where others meet it or end, goes along the path with the least length that has no turn
+// yet, if it is shorter so and the two paths part the surface. What lies between them is turned and
+// moved until the old one is no seam at all. Exact: UVs change by quarter turns and the seams' own
+// translations; what stored values could not hold stays. The map is the same as a seamless one:
+// same triangles, same cones, same isolines. A descent by single branches, not to the shortest
+// seams of all; branches round handles stay. A map that is not seamless in 64 bits stays as it is,
+// for its certificate to say so. Cost: a search for shortest paths, no longer than the branch, for
 // every branch, some times. Throws Cancelled, TimeIsOver.
 void shorten_turned_seams(certify::Parametrization& map, const ExecutionContext& context);
 

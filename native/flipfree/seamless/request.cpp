@@ -189,11 +189,20 @@ void rethrow_placed(const std::vector<FaceId>& faces, const std::vector<VertexId
     throw;
   } catch (const certify::CertificateFailed& failed) {
     certify::Certificate certificate = failed.certificate();
-    for (FaceId& f : certificate.failed_faces) f = face(f);
+    bool refined = false;
+    for (FaceId& f : certificate.failed_faces) {
+      refined = refined || face(f) != f;
+      f = face(f);
+    }
     std::erase(certificate.failed_faces, kInvalid);
+    if (refined) certify::note_refined_numbers(certificate);
     throw certify::CertificateFailed("The seamless map", std::move(certificate));
   } catch (const NotConverged& failed) {
     throw NotConverged(renumbered(failed.error(), numbers));
+  } catch (const InvalidInput& failed) {
+    throw InvalidInput(renumbered(failed.error(), numbers));
+  } catch (const Infeasible& failed) {
+    throw Infeasible(renumbered(failed.error(), numbers));
   }
 }
 

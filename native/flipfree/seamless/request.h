@@ -41,7 +41,7 @@ std::vector<SurfacePart> connected_parts(const mesh::Surface& surface,
 // Errors of a part, or of a refined map, with the places of the caller's mesh.
 
 // To be called in a catch block: throws the exception at hand again, NotConverged (a failed
-// certificate too) with its places; others as they are.
+// certificate too), InvalidInput and Infeasible with its places; others as they are.
 [[noreturn]] void rethrow_placed(const std::vector<FaceId>& faces,
                                  const std::vector<VertexId>& vertices);
 

@@ -257,7 +257,7 @@ void flip_to_delaunay(const Outline& outline, OutlineTriangles& triangles) {
                            outline.plane(d)) <= 0 ||
         !outline.positive(a, d, c) || !outline.positive(d, b, c))
       continue;
-    mesh.flip_edge(h);
+    mesh.flip_edge(h);  // h parts the outline between c and d, so that they have no edge yet
     --left;
     edges.insert(edges.end(), {{a, d}, {d, b}, {b, c}, {c, a}});
   }
