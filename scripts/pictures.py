@@ -30,7 +30,7 @@ from test_pinned_seams import pins_near
 import flipfree as ff
 from flipfree.separated import folds
 
-from judges.unfoldings import TWO_HOLES, unfolding
+from judges.unfoldings import SHAPES, unfolding
 from mesh_files import data_folder, read_mesh
 from surfaces import bumpy_grid, cylinder, torus
 
@@ -327,7 +327,7 @@ PICTURES: dict[str, Drawing] = {
         )
     },
     "seamless_frame": on_surface(
-        of_mesh(ff.seamless, lambda: unfolding(TWO_HOLES, 6, 1)), View(25, 52), 0.25
+        of_mesh(ff.seamless, lambda: unfolding(SHAPES["two holes"], 6, 1)), View(25, 52), 0.25
     ),
     "seamless_eight": on_surface(
         of_mesh(ff.seamless, lambda: model("fields/eight.obj")), View(20, 30)

@@ -343,8 +343,8 @@ def _slits(
 ) -> dict[int, list[int]]:
     """{inner vertex without a pin: its edge to the outline}, one at each vertex of the outline around which a map has a whole
     turn or more. Held where they are they say which of the disks with this outline is meant: in others other vertices have it."""
-    sides = uv[faces] @ np.array([1, 1j])
-    ahead, back = (np.roll(sides, k, axis=1) - sides for k in (-1, 1))
+    places = uv[faces] @ np.array([1, 1j])
+    ahead, back = (np.roll(places, k, axis=1) - places for k in (-1, 1))
     angle = np.angle(back / ahead)
     whole = np.bincount(faces.ravel(), angle.ravel(), len(uv))
     taken = pins.union(outline)
