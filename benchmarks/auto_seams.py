@@ -30,6 +30,7 @@ import flipfree as ff
 from flipfree.distortion import percentiles
 
 from mesh_files import read_mesh
+from surfaces import areas_of
 
 Array = npt.NDArray[np.float64]
 Model = tuple[str, Array, Any]
@@ -89,6 +90,11 @@ def seams_and_islands(vertices: Array, faces: Any, uv: Array) -> tuple[Any, Any]
     return file.seams(), ff.islands(faces, uv)[0]
 
 
+def seam_length(vertices: Array, seams: Any, area: Array) -> float:
+    """Over the square root of the surface's area."""
+    return float(np.linalg.norm(np.diff(vertices[seams], axis=1), axis=2).sum() / area.sum() ** 0.5)
+
+
 def judge(vertices: Array, faces: Any, uv: Any, seconds: float) -> Figures:
     """Islands that are mirrored as a whole are judged as they look from behind."""
     uv = np.array(uv, np.float64)
@@ -112,7 +118,7 @@ def judge(vertices: Array, faces: Any, uv: Any, seconds: float) -> Figures:
     return Figures(
         len(faces),
         len(np.unique(island)),
-        float(np.linalg.norm(np.subtract(*vertices[seams.T]), axis=1).sum() / np.sqrt(area.sum())),
+        seam_length(vertices, seams, area),
         energy,
         max(energy for energy, _ in own),
         length99,
@@ -161,11 +167,6 @@ def smart_maps(program: str, models: list[Model]) -> Iterator[tuple[Any, float]]
             yield found["uv"], float(found["seconds"][1])
 
 
-def by_smart_project(program: str, models: list[Model]) -> Iterator[Figures]:
-    for (_, vertices, faces), found in zip(models, smart_maps(program, models), strict=True):
-        yield judge(vertices, faces, *found)
-
-
 def chosen(options: Options) -> list[Model]:
     paths = options.cases(sorted((data() / "seams").glob("*.obj")))
     meshes = [(path.stem, read_mesh(path)) for path in paths]
@@ -201,7 +202,8 @@ def peers(options: Options) -> Iterator[Row]:
     for stretch in numbers(options.stretch):
         yield summary(f"ours, {stretch:g}", [ours(model, stretch, options) for model in found])
     if options.blender:
-        yield summary("Smart UV Project", list(by_smart_project(options.blender, found)))
+        maps = zip(found, smart_maps(options.blender, found), strict=True)
+        yield summary("Smart UV Project", [judge(*model[1:], *map) for model, map in maps])
     try:
         import xatlas as _  # noqa: F401
     except ImportError:
@@ -233,13 +235,11 @@ def hard_figures(vertices: Array, faces: Any, uv: Any) -> str:
     angle = np.degrees(np.arctan2(sides[:, 1], sides[:, 0])) % 90.0
     length = np.linalg.norm(sides, axis=1)
     upright = 100.0 * length[np.minimum(angle, 90.0 - angle) < 1.0].sum() / length.sum()
-    a, b = (vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2))
-    area = 0.5 * np.linalg.norm(np.cross(a, b), axis=1)
+    area = areas_of(vertices, faces)
     own = np.bincount(np.unique(island, return_inverse=True)[1], area)
-    seam = np.linalg.norm(np.subtract(*vertices[seams.T]), axis=1).sum() / np.sqrt(area.sum())
     found = ff.certify(vertices, faces, uv)
     slivers = (own < 0.002 * area.sum()).sum()
-    figures = f"{len(own)}, {found.energy:.4f}, {upright:.0f} %, {seam:.1f}, {slivers}"
+    figures = f"{len(own)}, {found.energy:.4f}, {upright:.0f} %, {seam_length(vertices, seams, area):.1f}, {slivers}"
     return f"{figures}, {without_image(vertices, seams)}"
 
 

@@ -44,58 +44,60 @@ SparseMatrix system_of_grid(Index side) {
   return matrix;
 }
 
-void analyze(benchmark::State& state) {
-  const auto side = static_cast<Index>(state.range(0));
-  const SparseMatrix matrix = system_of_grid(side);
-  flipfree::ExecutionContext context;
-  context.threads = static_cast<int>(state.range(1));
-  for (auto _ : state) {
-    flipfree::numeric::SparseCholesky solver;
+// The system and the threads that a benchmark's arguments name.
+struct Case {
+  SparseMatrix matrix;
+  ExecutionContext context;
+  SparseCholesky solver;
+
+  explicit Case(const benchmark::State& state)
+      : matrix(system_of_grid(static_cast<Index>(state.range(0)))) {
+    context.threads = static_cast<int>(state.range(1));
+  }
+  void factorize(benchmark::State& state) {
     solver.analyze(matrix, context);
+    if (!solver.factorize(matrix, context)) state.SkipWithError("not positive definite");
+  }
+};
+
+void analyze(benchmark::State& state) {
+  Case given(state);
+  for (auto _ : state) {
+    SparseCholesky solver;
+    solver.analyze(given.matrix, given.context);
     benchmark::DoNotOptimize(solver.factor_nonzeros());
   }
 }
 
 void factorize(benchmark::State& state) {
-  const auto side = static_cast<Index>(state.range(0));
-  const SparseMatrix matrix = system_of_grid(side);
-  flipfree::ExecutionContext context;
-  context.threads = static_cast<int>(state.range(1));
-  flipfree::numeric::SparseCholesky solver;
-  solver.analyze(matrix, context);
-  if (!solver.factorize(matrix, context)) state.SkipWithError("not positive definite");
-  for (auto _ : state) benchmark::DoNotOptimize(solver.factorize(matrix, context));
-  state.counters["flops"] = solver.factor_flops();
-  state.counters["nonzeros"] = static_cast<double>(solver.factor_nonzeros());
+  Case given(state);
+  given.factorize(state);
+  for (auto _ : state)
+    benchmark::DoNotOptimize(given.solver.factorize(given.matrix, given.context));
+  state.counters["flops"] = given.solver.factor_flops();
+  state.counters["nonzeros"] = static_cast<double>(given.solver.factor_nonzeros());
 }
 
 void solve(benchmark::State& state) {
-  const auto side = static_cast<Index>(state.range(0));
-  const SparseMatrix matrix = system_of_grid(side);
-  flipfree::ExecutionContext context;
-  context.threads = static_cast<int>(state.range(1));
-  flipfree::numeric::SparseCholesky solver;
-  solver.analyze(matrix, context);
-  if (!solver.factorize(matrix, context)) state.SkipWithError("not positive definite");
-  const Eigen::VectorXd rhs = Eigen::VectorXd::Ones(matrix.rows());
-  for (auto _ : state) benchmark::DoNotOptimize(solver.solve(rhs, context));
+  Case given(state);
+  given.factorize(state);
+  const Eigen::VectorXd rhs = Eigen::VectorXd::Ones(given.matrix.rows());
+  for (auto _ : state) benchmark::DoNotOptimize(given.solver.solve(rhs, given.context));
 }
 
-BENCHMARK(analyze)
-    ->ArgsProduct({{71, 224, 708}, {1, 2}})
-    ->Unit(benchmark::kMillisecond)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime();
-BENCHMARK(factorize)
-    ->ArgsProduct({{71, 224, 708}, {1, 2}})
-    ->Unit(benchmark::kMillisecond)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime();
-BENCHMARK(solve)
-    ->ArgsProduct({{71, 224, 708}, {1, 2}})
-    ->Unit(benchmark::kMillisecond)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime();
+const std::vector<std::int64_t> kSides{71, 224, 708};
+
+void timed(benchmark::internal::Benchmark* benchmark) {
+  benchmark->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
+}
+
+void on_threads(benchmark::internal::Benchmark* benchmark) {
+  benchmark->ArgsProduct({kSides, {1, 2}});
+}
+
+BENCHMARK(analyze)->Apply(on_threads)->Apply(timed);
+BENCHMARK(factorize)->Apply(on_threads)->Apply(timed);
+BENCHMARK(solve)->Apply(on_threads)->Apply(timed);
 
 #if FLIPFREE_HAVE_CHOLMOD
 
@@ -154,20 +156,8 @@ void cholmod_metis_factorize(benchmark::State& state) {
   state.counters["nonzeros"] = solver.common.lnz;
 }
 
-BENCHMARK(cholmod_metis_analyze)
-    ->Args({71})
-    ->Args({224})
-    ->Args({708})
-    ->Unit(benchmark::kMillisecond)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime();
-BENCHMARK(cholmod_metis_factorize)
-    ->Args({71})
-    ->Args({224})
-    ->Args({708})
-    ->Unit(benchmark::kMillisecond)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime();
+BENCHMARK(cholmod_metis_analyze)->ArgsProduct({kSides})->Apply(timed);
+BENCHMARK(cholmod_metis_factorize)->ArgsProduct({kSides})->Apply(timed);
 
 #endif
 

@@ -32,7 +32,7 @@ import flipfree as ff
 from flipfree.results import FLIP_TYPES
 
 from mesh_files import read_mesh
-from surfaces import Mesh, prism, strip_of_needles
+from surfaces import Mesh, open_edges, prism, strip_of_needles
 
 Array = npt.NDArray[np.float64]
 Case = tuple[str, Mesh, Array]
@@ -193,10 +193,7 @@ def every_angle(mesh: Mesh, seed: int) -> Array:
 
 def rim_angles(mesh: Mesh, spread: float, seed: int) -> Array:
     """Flat inside; geodesic curvature within +-spread on the boundary, all angles > 0.01."""
-    f = mesh[1]
-    half = np.sort(np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]]), axis=1)
-    edges, uses = np.unique(half, axis=0, return_counts=True)
-    rim = np.unique(edges[uses == 1])
+    rim = np.unique(open_edges(mesh[1]))
     target = np.full(len(mesh[0]), 2 * np.pi)
     chance = np.random.default_rng(seed)
     while True:
@@ -228,14 +225,8 @@ def random(options: Options) -> Iterator[Row]:
             options.fail(f"{name}: {len(found) - good} above 1e-10")
         steps, seconds = [m.iterations for m, _ in found], [s for _, s in found]
         bits = ", ".join(f"{k}: {n}" for k, n in sorted(Counter(m.bits for m, _ in found).items()))
-        yield (
-            name,
-            len(found),
-            good,
-            f"{min(steps)}, {np.mean(steps):.1f}, {max(steps)}",
-            f"{np.mean(seconds):.3f}, {max(seconds):.3f}",
-            bits,
-        )
+        counts = f"{min(steps)}, {np.mean(steps):.1f}, {max(steps)}"
+        yield name, len(found), good, counts, f"{np.mean(seconds):.3f}, {max(seconds):.3f}", bits
 
 
 @table(

@@ -26,7 +26,7 @@ from runner import Options, Row, main, numbers, table
 import flipfree as ff
 
 from mesh_files import data_folder, read_mesh
-from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
+from surfaces import bumpy_grid, cylinder, euler, octahedron_sphere, torus
 
 Case = tuple[str, npt.NDArray[np.float64], npt.NDArray[np.int32]]
 LARGEST_FACES = 200_000  # of the data folder
@@ -59,9 +59,7 @@ def corpus() -> Iterator[Case]:
 
 
 def is_disk(case: Case) -> bool:
-    loop = boundary_loop_or_none(case[2])
-    edges = 3 * len(case[2]) / 2 + len(loop) / 2
-    return len(loop) > 0 and len(np.unique(case[2])) - edges + len(case[2]) == 1
+    return len(boundary_loop_or_none(case[2])) > 0 and euler(case[2]) == 1
 
 
 def is_closed(case: Case) -> bool:

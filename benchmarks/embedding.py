@@ -21,6 +21,7 @@ from runner import Options, Row, data, main, table, timed
 import flipfree as ff
 
 from mesh_files import read_mesh
+from surfaces import euler, open_edges
 
 #: Name -> authors' progressive embedding, foldover-free maps, thesis table 3.1; None: no figure.
 THEIRS = {
@@ -114,11 +115,8 @@ def spheres() -> Iterator[Any]:
     paths = {path.stem: path for path in sorted(data().glob("*/*.o[bf][jf]"))}
     for name, path in paths.items():
         mesh = read_mesh(path)
-        sides = np.sort(np.stack([mesh.faces, np.roll(mesh.faces, -1, axis=1)], -1), axis=-1)
-        edges, uses = np.unique(sides.reshape(-1, 2), axis=0, return_counts=True)
-        euler = len(np.unique(mesh.faces)) - len(edges) + len(mesh.faces)
-        sphere = (uses == 2).all() and euler == 2 and len(mesh.faces) < 20000
-        if sphere and not ff.separate(mesh.vertices, mesh.faces).mends:
+        sphere = len(open_edges(mesh.faces)) == 0 and euler(mesh.faces) == 2
+        if sphere and len(mesh.faces) < 20000 and not ff.separate(mesh.vertices, mesh.faces).mends:
             yield name, mesh
 
 

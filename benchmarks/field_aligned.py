@@ -26,6 +26,7 @@ import flipfree as ff
 
 from judges import fields, holonomy
 from mesh_files import read_mesh
+from surfaces import euler, open_edges
 
 Mesh = tuple[str, npt.NDArray[np.float64], npt.NDArray[np.int32]]
 Case = tuple[Mesh, ff.CrossField | None]  # None: the smoothest
@@ -46,7 +47,7 @@ def with_fields() -> Iterator[Case]:
 
 
 def has_boundary(faces: npt.NDArray[np.int32]) -> bool:
-    return bool((holonomy.opposite_halfedges(faces) < 0).any())
+    return len(open_edges(faces)) > 0
 
 
 def models(*patterns: str, open_ones: bool = False) -> Iterator[Mesh]:
@@ -62,7 +63,7 @@ def closed() -> Iterator[Mesh]:
 
 def genus_of(mesh: Mesh) -> int:
     """Of a closed connected one; of several components less one each."""
-    return 1 - (len(mesh[1]) - len(mesh[2]) // 2) // 2
+    return 1 - euler(mesh[2]) // 2
 
 
 def agrees(mesh: Mesh, field: ff.CrossField, map: ff.Parametrization) -> bool:
@@ -155,10 +156,7 @@ def cuts(options: Options) -> Iterator[Row]:
                     options.fail(f"{mesh[0]}: {error}")
                 continue
         bare = drawn_cut(mesh, field, False)
-        done = (
-            *(s[name] for name in ("loops", "quarters", "guided", "fallback")),
-            s["added_vertices"],
-        )
+        done = [s[k] for k in ("loops", "quarters", "guided", "fallback", "added_vertices")]
         ratio = f"{s['length'] / bare['length']:.2f}", f"{cost.cpu:.2f}"
         yield mesh[0], genus_of(mesh), len(mesh[2]), *done, bare["added_vertices"], *ratio
 

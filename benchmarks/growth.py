@@ -2,7 +2,7 @@
 
     growth.py calls [--faces 2000] [--only TEXT] [--seconds 120]
 
-Long ribbons, flat spirals, combs, stars, fans around one vertex, thousands of parts, and a bumpy sheet for comparison: CPU
+Long ribbons, flat spirals, combs, fans around one vertex, thousands of parts, and a bumpy sheet for comparison: CPU
 seconds at n, 2n and 4n faces, and the exponent between the first and the last (1: linear). Exit status 1 if one is above 1.2. A
 call that ends in an error is timed as well; its code stands beside. Costs below 0.05 s at 4n are those of the call itself: no
 exponent. A row whose call came close to --seconds is not measured further.
@@ -32,9 +32,7 @@ Shape = tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.flo
 
 
 def lattice(columns: int, rows: int) -> npt.NDArray[np.int32]:
-    index = np.arange((columns + 1) * (rows + 1)).reshape(rows + 1, columns + 1)
-    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
-    return np.stack([a, b, c, a, c, d], -1).reshape(-1, 3).astype(np.int32)
+    return bumpy_grid(columns, rows)[1]
 
 
 def plane(points: Any, faces: npt.NDArray[np.int32]) -> Shape:
@@ -83,26 +81,6 @@ def comb(faces: int) -> Shape:
     return plane(points, np.vstack(every))
 
 
-def star(faces: int) -> Shape:
-    """Thin arms of 20 cells around a disk."""
-    arms = faces // 42
-    angle = 2 * np.pi * np.arange(arms) / arms
-    ring = arms / 6.0
-    points = [(ring * np.cos(t), ring * np.sin(t)) for t in angle] + [(0.0, 0.0)]
-    every = [(i, (i + 1) % arms, arms) for i in range(arms)]
-    for i in range(arms):
-        a, b = (i + 1) % arms, i
-        middle = angle[i] + np.pi / arms
-        out = np.array([np.cos(middle), np.sin(middle)])
-        p, q = np.array(points[a]), np.array(points[b])
-        for k in range(1, 21):
-            d, e = len(points), len(points) + 1
-            points += [tuple(p + k * out), tuple(q + k * out)]
-            every += [(a, b, e), (a, e, d)]
-            a, b = d, e
-    return plane(points, np.array(every, np.int32))
-
-
 def fan(faces: int) -> Shape:
     """All around one vertex, not quite flat."""
     angle = 2 * np.pi * np.arange(faces) / faces
@@ -145,7 +123,6 @@ SHAPES: dict[str, Callable[[int], Shape]] = {
     "ribbon": ribbon,
     "spiral": spiral,
     "comb": comb,
-    "star": star,
     "fan": fan,
     "parts": parts,
     "sheet": sheet,

@@ -26,7 +26,7 @@ import flipfree as ff
 
 from immersed_curves import PINS, curve
 from mesh_files import cut_corners, cut_pieces, read_mesh
-from surfaces import Mesh, bumpy_grid, disk_of_rings
+from surfaces import Mesh, bumpy_grid, disk_of_rings, euler, open_edges
 
 Array = npt.NDArray[Any]
 Pins = dict[int, tuple[float, float]]
@@ -124,10 +124,7 @@ def constraints(options: Options) -> Iterator[Row]:
 
 def is_disk(vertices: Array, faces: Array) -> bool:
     """One piece, one boundary loop, no handle, nothing to be cured: `match` takes it as it is."""
-    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    _, uses = np.unique(edges, axis=0, return_counts=True)
-    euler = len(np.unique(faces)) - len(uses) + len(faces)
-    if euler != 1 or uses.max() != 2 or not (uses == 1).any():
+    if euler(faces) != 1 or len(open_edges(faces)) == 0:
         return False
     try:
         ff.match(vertices, faces, points={int(faces[0, 0]): (0.0, 0.0)}, optimise=False)
@@ -228,12 +225,8 @@ def into_hilbert(path: str, order: int, seeds: int) -> Iterator[Case]:
         places = cells + chance.uniform(-0.15, 0.15, (3, 2))
         points = pinned(chance.choice(inner, 3, replace=False), places)
         target = {"boundary_loop": loop, "boundary_uv": hilbert_outline(order, len(loop))}
-        yield (
-            f"{Path(path).stem}, order {order}, {seed}",
-            vertices,
-            faces,
-            target | {"points": points},
-        )
+        name = f"{Path(path).stem}, order {order}, {seed}"
+        yield name, vertices, faces, target | {"points": points}
 
 
 @table(COLUMNS)
@@ -270,18 +263,9 @@ def blender(options: Options) -> Iterator[Row]:
         errors = [
             np.abs(uv[given[1] == v].astype(float) - place).max() for v, place in points.items()
         ]
-        spent = [f"{s:.2f}" for s in seconds]
-        more = len(given[0]) - len(vertices)
-        return (
-            *case.split("_"),
-            method,
-            c.flips32,
-            c.overlaps,
-            f"{max(errors):.0e}",
-            c.energy,
-            *spent,
-            more,
-        )
+        figures = c.flips32, c.overlaps, f"{max(errors):.0e}", c.energy
+        yield from (*case.split("_"), method, *figures, *[f"{s:.2f}" for s in seconds])
+        yield len(given[0]) - len(vertices)
 
     for case in options.cases(f"{share}_{seed}" for share in ("0.02", "0.2") for seed in (1, 2, 3)):
         ids = np.array([np.flatnonzero(origin == v)[0] for v in found[f"{case}_pins"]])

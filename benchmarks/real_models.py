@@ -2,7 +2,6 @@
 
     real_models.py fetch                          Debian's packages, unpacked below build/corpora (some 2 GB of downloads)
     real_models.py files [--share 1] [--jobs 2]   every file of these packages is one mesh, unwrapped on one thread
-    real_models.py seams --above 2                the files whose energy was above in the last run, with automatic seams
     real_models.py generated [--meshes 10000] [--seed 0]      tests/python/broken_meshes.py
     real_models.py scans [--meshes 10000] [--seed 0]          scans and imports with what is wrong with such, by the defaults
 
@@ -10,7 +9,7 @@ scans: rough surfaces of 1000 to 17 000 triangles, mapped without an option; nam
 
 One file in ten, of up to 4000 faces, is judged by `judges.any_triangles`, which shares no code with ours, on the 64-bit and on the
 32-bit values; all of the generated ones are. Exit status 1 at a refusal other than of coordinates that are not finite, indices out of
-range and no faces, and at a crash, a face that is not mapped, a flip, a point covered twice, an energy above the bound of the seams.
+range and no faces, and at a crash, a face that is not mapped, a flip, a point covered twice.
 """
 
 from __future__ import annotations
@@ -45,8 +44,6 @@ from mesh_files import ROOT
 from surfaces import bumpy_grid, octahedron_sphere, torus
 
 CORPORA = ROOT / "build" / "corpora"
-OUTCOMES = CORPORA / "outcomes.jsonl"
-STRETCH = 1.25
 
 #: Package -> what is taken out of it, and out of archives inside it.
 PACKAGES = {
@@ -93,12 +90,12 @@ def fetch() -> None:
                 archive.unlink()
 
 
-def mapped(vertices: Any, faces: Any, judged: bool, limit: float, seams: str) -> dict[str, Any]:
+def mapped(vertices: Any, faces: Any, judged: bool, limit: float) -> dict[str, Any]:
     """What became of a mesh."""
     with timed() as cost:
         try:
-            how = {"max_seconds": limit, "threads": 1, "seams": seams}
-            result, error = ff.unwrap(vertices, faces, stretch=STRETCH, **how), ""
+            how = {"max_seconds": limit, "threads": 1, "seams": "given"}
+            result, error = ff.unwrap(vertices, faces, **how), ""
         except ff.FlipfreeError as given:
             result, error = None, f"{type(given).__name__}: {given}"
     record: dict[str, Any] = {"faces": len(faces), "cpu": cost.cpu}
@@ -110,8 +107,6 @@ def mapped(vertices: Any, faces: Any, judged: bool, limit: float, seams: str) ->
     solid = sum(len(set(face)) == 3 for face in faces.tolist())
     wrong = [] if c.triangles == solid else ["not every face is mapped"]
     wrong += [] if c.ok and c.flips64 == c.flips32 == 0 else ["not certified"]
-    if seams == "auto" and c.energy > 0.5 * (STRETCH + 1.0 / STRETCH) + 1e-5:
-        wrong.append(f"energy {c.energy}")
     if judged:
         record["judged"] = True
         wrong += judge_any(faces, result.uv32()) + judge_any(faces, result.uv)
@@ -128,8 +123,7 @@ def unit_of(settings: Mapping[str, Any]) -> Unit:
         except Unreadable as error:
             return {"status": "certified", "unreadable": str(error)}
         judged = draw(source) % 10 == 0 and len(faces) <= JUDGED_FACES
-        how = settings["seconds"], settings["seams"]
-        return {"status": "certified"} | mapped(vertices, faces, judged, *how)
+        return {"status": "certified"} | mapped(vertices, faces, judged, settings["seconds"])
 
     return unit
 
@@ -139,9 +133,8 @@ def draw(path: Path | str) -> int:
     return zlib.crc32(str(path).encode())
 
 
-def outcomes(paths: list[str], options: Options, seams: str) -> Iterator[dict[str, Any]]:
-    settings = {"seams": seams, "seconds": options.seconds}
-    engine = Engine([sys.executable, __file__, "--worker"], {}, settings)
+def outcomes(paths: list[str], options: Options) -> Iterator[dict[str, Any]]:
+    engine = Engine([sys.executable, __file__, "--worker"], {}, {"seconds": options.seconds})
     work = Work(engine, Limits(3 * options.seconds + 60), {}, Path("/"))
     items = [Item(Path(path), None) for path in sorted(paths, key=draw)]
     for told in on_this_machine(options.jobs)(items, work, threading.Event()):
@@ -188,12 +181,7 @@ def row(name: str, group: list[dict[str, Any]]) -> Row:
 def files(options: Options) -> Iterator[Row]:
     found = sorted(p for p in (CORPORA / "files").rglob("*") if p.suffix.lower() in SUFFIXES)
     chosen = [str(p) for p in options.cases(found[:: options.share])]
-    records = []
-    with OUTCOMES.open("w") as out:
-        for record in outcomes(chosen, options, "given"):
-            records.append(record)
-            print(json.dumps(record), file=out, flush=True)
-    tried = [r for r in records if "unreadable" not in r]
+    tried = [r for r in outcomes(chosen, options) if "unreadable" not in r]
     kinds: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for r in tried:
         for kind in r.get("mends", ["without a map"]) or ["clean"]:
@@ -204,16 +192,9 @@ def files(options: Options) -> Iterator[Row]:
         yield row("all", tried)
 
 
-@table(COLUMNS)
-def seams(options: Options) -> Iterator[Row]:
-    before = [json.loads(line) for line in OUTCOMES.read_text().splitlines()]
-    bent = [r["path"] for r in before if r.get("energy", 0.0) > options.above]
-    yield row("automatic seams", list(outcomes(list(options.cases(bent)), options, "auto")))
-
-
 def made_and_mapped(seed: int) -> tuple[str, dict[str, Any]]:
     kind, (vertices, faces) = broken_mesh(seed)
-    return kind, mapped(vertices, np.asarray(faces), True, 60.0, "given")
+    return kind, mapped(vertices, np.asarray(faces), True, 60.0)
 
 
 def by_kind(
@@ -383,7 +364,6 @@ if __name__ == "__main__":
         __doc__,
         share=(1, "only every so manieth file"),
         jobs=(2, ""),
-        above=(2.0, "of seams: least energy before"),
         meshes=(10_000, "of generated and scans"),
         seed=(0, "of generated and scans"),
     )

@@ -102,18 +102,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
-    verbs = parser.add_subparsers(dest="verb", required=True)
-    writer = verbs.add_parser("write")
-    writer.add_argument("file", type=Path)
-    writer.add_argument("--only", default="", help="cases with this text in their names")
-    writer.add_argument("--faces", type=int, default=5000)
-    comparer = verbs.add_parser("compare")
-    comparer.add_argument("before", type=Path)
-    comparer.add_argument("after", type=Path)
-    arguments = parser.parse_args()
-    if arguments.verb == "write":
-        return write(arguments.file, arguments.only, arguments.faces)
-    return compare(arguments.before, arguments.after)
+    parser.add_argument("verb", choices=("write", "compare"))
+    parser.add_argument("files", type=Path, nargs="+")
+    parser.add_argument("--only", default="", help="cases with this text in their names")
+    parser.add_argument("--faces", type=int, default=5000)
+    given = parser.parse_args()
+    if given.verb == "compare":
+        return compare(*given.files)
+    return write(*given.files, given.only, given.faces)
 
 
 if __name__ == "__main__":

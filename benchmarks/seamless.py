@@ -26,6 +26,7 @@ import flipfree as ff
 
 from judges import holonomy
 from mesh_files import read_mesh
+from surfaces import euler, open_edges
 
 ENGINES = ("penner", "padding", "auto")
 MOST_OVER = 5.0  # per cent
@@ -42,7 +43,7 @@ class Case:
     @property
     def genus(self) -> int:
         """Of a closed connected surface."""
-        return 1 - (len(np.unique(self.faces)) - len(self.faces) // 2) // 2
+        return 1 - euler(self.faces) // 2
 
     def head(self) -> list[Any]:
         return [self.name, len(self.faces), self.genus, len(self.cones)]
@@ -70,7 +71,7 @@ def with_cones(name: str, vertices: Any, faces: Any, most: int = 200) -> Case:
 def closed_models() -> Iterator[Case]:
     for path in sorted([*data().glob("general/*.o??"), *data().glob("embedding/*.obj")]):
         mesh = read_mesh(path)
-        if (holonomy.opposite_halfedges(mesh.faces) < 0).any():
+        if len(open_edges(mesh.faces)) > 0:
             continue
         try:
             yield with_cones(path.stem, mesh.vertices, mesh.faces)
@@ -188,14 +189,8 @@ def exact(options: Options) -> Iterator[Row]:
         errors = f"{judged.loop_error:.1e}", f"{judged.vertex_error:.1e}"
         seams = c.seam_edges, f"{c.seams_exact64} / {c.seams_exact32}"
         energies = given.certificate.energy, c.energy, found.stats["distortion.iterations"]
-        yield (
-            *case.head(),
-            *errors,
-            *seams,
-            *energies,
-            f"{cost.cpu:.2f}",
-            f"{second.cpu - cost.cpu:.2f}",
-        )
+        spent = f"{cost.cpu:.2f}", f"{second.cpu - cost.cpu:.2f}"
+        yield *case.head(), *errors, *seams, *energies, *spent
 
 
 if __name__ == "__main__":

@@ -1,22 +1,19 @@
-"""ff.unwrap: a million triangles, Blender beside it, the corpus, sharp edges, and the judges of overlap.
+"""ff.unwrap: a million triangles, Blender beside it, the corpus, sharp edges.
 
     unwrap.py scale [--triangles 100000,1000000]      one chart: seconds, memory, progress, and how fast it cancels
     unwrap.py blender --blender PROGRAM               every method of Blender's own on subdivided monkeys, in one run
     unwrap.py corpus                                  every mesh of embedding/ and general/
     unwrap.py sharp                                   general/ cut at sharp edges, without and with overlaps allowed
-    unwrap.py overlap [--maps 20000]                  the certificate beside a slow judge (tests/judges), maps at random
 
 Energy: mean symmetric Dirichlet as stored, 1 is isometric. scale: each size in a process of its own; the longest of six cancels.
 sharp: edges at which faces turn by more than the angle, 30 at least; exit status 1 if the judge finds an overlap in a certified
-map, or the energy is above 1.2 times that of the map with overlaps plus 0.05. overlap: maps with positive triangles that wind once
-around inner vertices; a disagreement is printed as judges.comparison.map_number(...), and is the exit status.
+map, or the energy is above 1.2 times that of the map with overlaps plus 0.05.
 """
 
 from __future__ import annotations
 
 import multiprocessing
 import time
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -27,7 +24,6 @@ from runner import Options, Row, data, from_blender, main, numbers, peak_gigabyt
 import flipfree as ff
 from flipfree.separated import folds
 
-from judges.comparison import GENERATORS, compare, map_number
 from judges.coverage import coverage, share_covered_twice
 from mesh_files import MeshFile, read_mesh
 from surfaces import Mesh, bumpy_grid
@@ -37,7 +33,6 @@ CANCELS = 6
 ANGLES = (60, 40, 25)
 LEAST_SHARP_EDGES = 30
 SAMPLES = 20_000
-BATCH = 50
 
 
 def sheet(triangles: int) -> Mesh:
@@ -177,47 +172,9 @@ def sharp(options: Options) -> Iterator[Row]:
             yield *head, *cuts, *figures, free_twice, twice
 
 
-def compared(task: tuple[str, int, int]) -> tuple[str, Counter[str], list[str]]:
-    generator, first, last = task
-    counts: Counter[str] = Counter()
-    said = []
-    for number in range(first, last):
-        verdict = compare(map_number(generator, 1, number))
-        counts["maps"] += 1
-        counts["qualified"] += verdict.qualified
-        counts["twice"] += verdict.covered_twice
-        counts["touching"] += verdict.touching and not verdict.covered_twice
-        counts["refused"] += verdict.refused
-        counts["islands"] += verdict.islands > 0
-        counts["disagreements"] += bool(verdict.disagreements)
-        if verdict.disagreements:
-            said.append(f'("{generator}", 1, {number}): {"; ".join(verdict.disagreements)}')
-    return generator, counts, said
-
-
-@table(
-    "generator | maps | qualified | covered twice (judge) | only touching (judge)"
-    " | overlaps > 0 (certificate) | islands overlap (judge) | disagreements"
-)
-def overlap(options: Options) -> Iterator[Row]:
-    chosen = list(options.cases(GENERATORS))
-    each = -(-options.maps // len(chosen))
-    tasks = [(g, n, min(each, n + BATCH)) for g in chosen for n in range(0, each, BATCH)]
-    total: dict[str, Counter[str]] = {generator: Counter() for generator in chosen}
-    with multiprocessing.get_context("spawn").Pool(2) as pool:
-        for generator, counts, said in pool.imap(compared, tasks):
-            total[generator] += counts
-            for sentence in said:
-                options.fail(sentence)
-    names = "maps", "qualified", "twice", "touching", "refused", "islands", "disagreements"
-    for name, counts in [*total.items(), ("all", sum(total.values(), Counter()))]:
-        yield name, *[counts[key] for key in names]
-
-
 if __name__ == "__main__":
     main(
         __doc__,
         triangles=("100000,1000000", "of scale"),
         levels=("3,4", "of subdivision: 63k and 252k triangles"),
-        maps=(20_000, "of overlap"),
     )
