@@ -8,6 +8,7 @@ errors        what the user is told                command_line   blender -b -c 
 solver        the package flipfree (a wheel)       ui/*     the table of operators, menus, sidebar
 fields/*      field-aligned maps                views/*  what is drawn over models and UVs
 aspect        the shape of the active image         texture  its size, and padding, per scene
+properties    options and what they are, in one text
 live/*        maps that follow pins while these are moved
 preferences   what holds for all operators      certificates, watch   what was found of which map, and whether it holds
 """
@@ -19,7 +20,12 @@ from .live import live_pins
 from .ui import menus, sidebar, tools
 from .views import controls
 
-_CLASSES = (*preferences.CLASSES, *tools.classes(), *menus.CLASSES, *sidebar.CLASSES)
+_CLASSES = (
+    *preferences.CLASSES,
+    *(tool.cls for tool in tools.all_tools()),
+    *menus.CLASSES,
+    *sidebar.CLASSES,
+)
 
 
 def register():

@@ -23,11 +23,28 @@ def values(sequence, name: str, dtype, *shape: int) -> np.ndarray:
     return found
 
 
-_TYPES = {
+#: Types of attributes whose values can be mixed -> their property, and the shape of a value.
+SUMS = {
     "FLOAT": ("value", np.float32),
+    "FLOAT2": ("vector", np.float32, 2),
     "FLOAT_VECTOR": ("vector", np.float32, 3),
-    "INT": ("value", np.int32),
+    "FLOAT_COLOR": ("color", np.float32, 4),
+    "BYTE_COLOR": ("color", np.float32, 4),
 }
+#: Those whose values are names for something, which have no mean.
+NAMES = {
+    "INT": ("value", np.int32),
+    "INT8": ("value", np.int8),
+    "BOOLEAN": ("value", bool),
+    "INT32_2D": ("value", np.int32, 2),
+    "QUATERNION": ("value", np.float32, 4),
+}
+TYPES = SUMS | NAMES
+
+
+def rows(data, kind: str) -> np.ndarray:
+    """(#elements, width) of an attribute's data, of one of TYPES."""
+    return values(data, *TYPES[kind]).reshape(len(data), *(TYPES[kind][2:] or (1,)))
 
 
 def attribute(mesh: bpy.types.Mesh, name: str, domain: str, kind: str) -> np.ndarray | None:
@@ -35,7 +52,16 @@ def attribute(mesh: bpy.types.Mesh, name: str, domain: str, kind: str) -> np.nda
     found = mesh.attributes.get(name)
     if found is None or (found.domain, found.data_type) != (domain, kind):
         return None
-    return values(found.data, *_TYPES[kind])
+    return values(found.data, *TYPES[kind])
+
+
+def made_attribute(mesh: bpy.types.Mesh, name: str, domain: str, kind: str) -> bpy.types.Attribute:
+    """Of this domain and type, in place of another one of that name."""
+    found = mesh.attributes.get(name)
+    if found is not None and (found.domain, found.data_type) != (domain, kind):
+        mesh.attributes.remove(found)
+        found = None
+    return found or mesh.attributes.new(name, kind, domain)
 
 
 def face_materials(mesh: bpy.types.Mesh) -> np.ndarray:
@@ -46,7 +72,9 @@ def face_materials(mesh: bpy.types.Mesh) -> np.ndarray:
 
 
 def uv_values(mesh: bpy.types.Mesh, layer_name: str) -> np.ndarray:
-    """(#loops, 2) float32. `layer.data` has the same values fifty times slower."""
+    """(#loops, 2) float32, zeros for "". `layer.data` has the same values fifty times slower."""
+    if not layer_name:
+        return np.zeros((len(mesh.loops), 2), np.float32)
     return values(mesh.uv_layers[layer_name].uv, "vector", np.float32, 2)
 
 
@@ -55,13 +83,6 @@ def set_uv_values(mesh: bpy.types.Mesh, layer_name: str, values: np.ndarray) -> 
     undo steps, so that undo would not bring the old UVs back."""
     values = np.ascontiguousarray(values, dtype=np.float32)
     mesh.attributes[layer_name].data.foreach_set("vector", values.ravel())
-
-
-def _bool_attribute(mesh: bpy.types.Mesh, name: str, size: int) -> np.ndarray | None:
-    found = mesh.attributes.get(name)
-    if found is None or len(found.data) != size:
-        return None
-    return values(found.data, "value", bool)
 
 
 def _values(mesh: bpy.types.Mesh, attribute: str, key: str, dtype, *shape: int) -> np.ndarray:
@@ -111,7 +132,7 @@ def triangle_faces(mesh: bpy.types.Mesh) -> np.ndarray:
 
 def pinned_loops(mesh: bpy.types.Mesh, layer_name: str) -> np.ndarray:
     """(#loops,) bool. `uv_layer.pin` does not exist before `pin_ensure()` in 5.2; the attribute is there in both."""
-    pinned = _bool_attribute(mesh, f".pn.{layer_name}", len(mesh.loops))
+    pinned = attribute(mesh, f".pn.{layer_name}", "CORNER", "BOOLEAN")
     return np.zeros(len(mesh.loops), dtype=bool) if pinned is None else pinned
 
 
@@ -122,10 +143,10 @@ def uv_selected_faces(mesh: bpy.types.Mesh, layer_name: str) -> np.ndarray:
     face flag (`.uv_select_face`). Where neither exists nothing was ever deselected.
     """
     faces = len(mesh.polygons)
-    chosen = _bool_attribute(mesh, ".uv_select_face", faces)
+    chosen = attribute(mesh, ".uv_select_face", "FACE", "BOOLEAN")
     if chosen is not None:
         return chosen
-    corners = _bool_attribute(mesh, f".vs.{layer_name}", len(mesh.loops))
+    corners = attribute(mesh, f".vs.{layer_name}", "CORNER", "BOOLEAN")
     if corners is None:
         return np.ones(faces, dtype=bool)
     return np.logical_and.reduceat(corners, face_starts(mesh)) if faces else np.zeros(0, dtype=bool)
@@ -172,7 +193,7 @@ def set_seam_edges(mesh: bpy.types.Mesh, mask: np.ndarray) -> None:
 
 def sharp_edges(mesh: bpy.types.Mesh) -> np.ndarray:
     """(#edges,) bool: marked as sharp. The attribute is there only if some edge is."""
-    sharp = _bool_attribute(mesh, "sharp_edge", len(mesh.edges))
+    sharp = attribute(mesh, "sharp_edge", "EDGE", "BOOLEAN")
     return np.zeros(len(mesh.edges), dtype=bool) if sharp is None else sharp
 
 

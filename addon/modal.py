@@ -19,9 +19,18 @@ import bpy
 from . import certificates, errors, mends
 from .meshes import mesh_io
 from .runs import steps
-from .runs.run import MOMENT, Pause, Run, StagedTask, Task, close_all, live_runs
+from .runs.run import MOMENT, Judged, Pause, Run, StagedTask, Task, close_all, live_runs
 
-__all__ = ["Pause", "Run", "SolverOperator", "StagedTask", "Task", "close_all", "live_runs"]
+__all__ = [
+    "Judged",
+    "Pause",
+    "Run",
+    "SolverOperator",
+    "StagedTask",
+    "Task",
+    "close_all",
+    "live_runs",
+]
 
 
 def paused(steps):
@@ -32,6 +41,14 @@ def paused(steps):
         except StopIteration as end:
             return end.value
         yield Pause()
+
+
+def doubles(snapshot):
+    """The snapshot's UVs at corners (#St, 3, 2) as float64, in stages."""
+    yield Pause()
+    uv = snapshot.corner_uv
+    yield Pause()
+    return (yield from paused(steps.doubles(uv)))
 
 
 _INTERVAL = 0.1  # seconds between looks at the solver
@@ -60,10 +77,12 @@ def _moment(work, seconds: float) -> tuple[bool, object]:
 
 
 class SolverOperator:
-    """Mixin for bpy.types.Operator: subclasses give `make_run(context)` and `summary(tasks)`."""
+    """Mixin for bpy.types.Operator. Subclasses give, besides `make_run(context)`, of tasks that were written: `summary(tasks)`,
+    the report line; `between(tasks)`, what their results have to do with each other, as its end; `advice(tasks)`, what to do
+    where a result is valid but not good, as the report is a warning then; and `hint(tasks)`, what would do better although all
+    is well.
+    """
 
-    # Name in the status bar, e.g. "Unwrap".
-    verb = "Solve"
     # What is left to read before there is a run (_start); None once it is read.
     _beginning = None
     _run = None
@@ -75,22 +94,6 @@ class SolverOperator:
         """One task per object; raises MeshProblem if the selection cannot be worked on. May be a generator that returns the run,
         for what takes longer than a window should stand still."""
         raise NotImplementedError
-
-    def summary(self, tasks: list[Task]) -> str:
-        """The report line for tasks that were written."""
-        raise NotImplementedError
-
-    def between(self, tasks: list[Task]) -> str:
-        """What the tasks' results have to do with each other, as the end of the summary."""
-        return ""
-
-    def hint(self, tasks: list[Task]) -> str:
-        """What would do better, although all is well; "" if nothing is known."""
-        return ""
-
-    def advice(self, tasks: list[Task]) -> str:
-        """What to do where a result is valid but not good; the report is a warning then. "" if all is well."""
-        return ""
 
     # -- blocking: scripts, redo panel, background
     # ---------------------------------------------------------
@@ -197,7 +200,9 @@ class SolverOperator:
             hint = "stopping ..."
         elif self._run.accepted:
             hint = "[Esc] cancel  taking the map as it is ..."
-        context.workspace.status_text_set(f"{self.verb}  {100 * fraction:.0f} %   {text}   {hint}")
+        context.workspace.status_text_set(
+            f"{self.bl_label}  {100 * fraction:.0f} %   {text}   {hint}"
+        )
 
     def _stop_showing(self, context):
         context.window_manager.event_timer_remove(self._timer)
@@ -231,7 +236,7 @@ class SolverOperator:
             return self._refused(run.failures)
         mends.remember(run.done)
         yield
-        yield from certificates.remember(run.done, self.verb)
+        yield from certificates.remember(run.done, self.bl_label)
         text = f"{self.summary(run.done)}{self.between(run.done)}, {seconds:.2f} s"
         yield
         if run.ended_early:

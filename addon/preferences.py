@@ -3,64 +3,45 @@
 
 import bpy
 
+from .properties import choice, real, whole
+
 # When the solver gets a process of its own.
-SEPARATE = (
-    ("never", "Never", "Always solve inside Blender: a solver that is killed takes Blender along"),
-    (
-        "above",
-        "Large Meshes",
-        "Only where that many triangles are solved; a process takes a moment to start",
-    ),
-    ("always", "Always", "However small the mesh is"),
-)
+SEPARATE = {
+    "never": "Never: Always solve inside Blender: a solver that is killed takes Blender along",
+    "above": "Large Meshes: Only where that many triangles are solved; a process takes a moment to start",
+    "always": "Always: However small the mesh is",
+}
 
 
 class FlipfreePreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
 
-    threads: bpy.props.IntProperty(
-        name="Threads",
-        description="How many threads the solver uses; 0: one for each core. Results are the same for every number",
-        default=0,
-        min=0,
-        max=1024,
+    threads: whole(
+        "Threads: How many threads the solver uses; 0: one for each core. Results are the same for every number",
+        (0, 0, 1024),
         soft_max=64,
     )
-    max_seconds: bpy.props.FloatProperty(
-        name="Time Limit",
-        description=(
-            "Most seconds of the clock for each call of the solver; 0 is no limit. Maps that can be used by then are kept, "
-            "and where there is none, nothing is changed"
-        ),
-        default=0.0,
-        min=0.0,
+    max_seconds: real(
+        "Time Limit: Most seconds of the clock for each call of the solver; 0 is no limit. Maps that can be used by then are "
+        "kept, and where there is none, nothing is changed",
+        (0.0, 0.0),
         soft_max=3600.0,
         precision=1,
     )
-    precision: bpy.props.IntProperty(
-        name="Precision",
-        description=(
-            "Bits of the numbers in which conformal maps are computed where their own option is 0: 53 to 4096; 0: as many as it "
-            "takes"
-        ),
-        default=0,
-        min=0,
-        max=4096,
+    precision: whole(
+        "Precision: Bits of the numbers in which conformal maps are computed where their own option is 0: 53 to 4096; 0: as "
+        "many as it takes",
+        (0, 0, 4096),
     )
-    separate: bpy.props.EnumProperty(
-        name="Separate Process",
-        description=(
-            "Solve in a process of its own: if it crashes, or the system ends it because memory runs out, Blender and the mesh "
-            "stay as they are. Results are the same"
-        ),
-        items=SEPARATE,
+    separate: choice(
+        "Separate Process: Solve in a process of its own: if it crashes, or the system ends it because memory runs out, Blender "
+        "and the mesh stay as they are. Results are the same",
+        SEPARATE,
         default="above",
     )
-    separate_from: bpy.props.IntProperty(
-        name="From Triangles",
-        description="Meshes of so many triangles together are solved in a process of their own",
-        default=100_000,
-        min=1,
+    separate_from: whole(
+        "From Triangles: Meshes of so many triangles together are solved in a process of their own",
+        (100_000, 1),
         soft_max=10_000_000,
     )
 

@@ -23,7 +23,7 @@ _REPAIRED = {
 
 def of_task(task, line: str, advice: str) -> dict:
     """Certificates of several parts are added up: counts are sums (-1: not measured), energies the worst part's."""
-    certificates = [judged.certificate for judged in task.judged]
+    certificates = task.certificates
     record = {
         "object": task.snapshot.object_name,
         "ok": all(c.ok for c in certificates),

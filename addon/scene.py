@@ -27,6 +27,11 @@ def uneven(ob: bpy.types.Object | None) -> bool:
     return bool(sizes[0] - sizes[-1] > _UNEVEN * sizes[0])
 
 
+def normals(corners: np.ndarray) -> np.ndarray:
+    """(k, 3) of triangles (k, 3, 3): twice the area long."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
 def placed_vertices(
     vertices: np.ndarray, triangles: np.ndarray, ob: bpy.types.Object | None
 ) -> np.ndarray:
@@ -34,6 +39,5 @@ def placed_vertices(
     points = placed(vertices, ob)
     if np.linalg.det(matrix(ob)) != 0.0 and np.isfinite(points).all():
         return points  # what has an area has one there
-    corners = points[triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return points if np.isfinite(normals).all() and normals.any() else vertices
+    found = normals(points[triangles])
+    return points if np.isfinite(found).all() and found.any() else vertices

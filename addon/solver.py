@@ -88,12 +88,15 @@ def _on(name: str, *given: str, **taken: str):
 _POLYGONS = {"uncuttable": "diagonals", "materials": "materials", "polygons": "triangle_face"}
 
 auto_seams = _on("auto_seams", "triangles", **_POLYGONS)
+boundary_angles = _on("boundary_angles", "triangles")
 _conformal = _on("conformal", "triangles", cuts="cuts", uncuttable="diagonals")
 cross_field = _on("cross_field", "triangles")
 embed = _on("embed", "faces")
 field_aligned = _on("field_aligned", "triangles", uncuttable="diagonals")
 quads = _on("quads", "triangles")
 rectify = _on("rectify", "triangles", "corner_uv", cuts="cuts", polygons="triangle_face")
+# Of the snapshot's own map.
+repair = _on("repair", "triangles", "corner_uv", cuts="cuts", uncuttable="diagonals")
 seamless = _on("seamless", "triangles", uncuttable="diagonals")
 suggest_cones = _on("suggest_cones", "triangles")
 _admissible_cut = _on("admissible_cut", "triangles")
@@ -123,34 +126,8 @@ def improve(mesh, *, pins, bijective=True, max_seconds=0.0, **options):
     )
 
 
-def repair(snapshot, *, pins, **options):
-    """Mends the snapshot's own map."""
-    return jobs.repair(
-        snapshot.vertices,
-        snapshot.triangles,
-        snapshot.corner_uv,
-        cuts=snapshot.cuts,
-        uncuttable=snapshot.diagonals,
-        pins=pins or None,
-        threads=threads(),
-        **options,
-    )
-
-
 def pack(vertices, faces, uv, *, effort=QUICK_PACKING, **options):
     return jobs.pack(vertices, faces, uv, effort=effort, threads=threads(), **options)
-
-
-def boundary_angles(snapshot, *, boundary, cones, corners):
-    """corners: boundary vertices, for a straight boundary."""
-    return jobs.boundary_angles(
-        snapshot.vertices,
-        snapshot.triangles,
-        boundary,
-        cones=cones,
-        corners=corners if boundary == "straight" else None,
-        threads=threads(),
-    )
 
 
 def conformal(snapshot, angles, refined_start, precision):

@@ -3,6 +3,8 @@
 
 import bpy
 
+from .properties import real, whole
+
 SIZE, MARGIN = 1024, 4.0
 # Pixels of padding for a texture of so many to a side: what is left of them after eight mip levels is one.
 _PRESETS = {size: size / 256.0 for size in (512, 1024, 2048, 4096, 8192)}
@@ -55,18 +57,13 @@ def _set_preset(scene, index: int) -> None:
 
 def register() -> None:
     properties = bpy.types.Scene
-    properties.flipfree_texture_size = bpy.props.IntProperty(
-        name="Texture Size",
-        description="Pixels of the texture's longer side, by which margins and texel densities are measured",
-        default=SIZE,
-        min=16,
-        max=65536,
+    properties.flipfree_texture_size = whole(
+        "Texture Size: Pixels of the texture's longer side, by which margins and texel densities are measured",
+        (SIZE, 16, 65536),
     )
-    properties.flipfree_margin_pixels = bpy.props.FloatProperty(
-        name="Margin",
-        description="Least gap between packed islands in pixels of the texture; half of it to the tile's border",
-        default=MARGIN,
-        min=0.0,
+    properties.flipfree_margin_pixels = real(
+        "Margin: Least gap between packed islands in pixels of the texture; half of it to the tile's border",
+        (MARGIN, 0.0),
         soft_max=64.0,
         precision=1,
     )

@@ -151,7 +151,7 @@ class UV_OT_flipfree_checker(bpy.types.Operator):
     )
     bl_options = {"REGISTER", "UNDO"}
 
-    pattern: options.choice("Pattern", "What is shown", patterns.PATTERNS)
+    pattern: options.choice("Pattern: What is shown", patterns.PATTERNS)
 
     @classmethod
     def poll(cls, context):
@@ -176,27 +176,20 @@ class UV_OT_flipfree_checker(bpy.types.Operator):
         return {"FINISHED"} if shown else {"CANCELLED"}
 
 
-class UV_OT_flipfree_remove_checker(bpy.types.Operator):
+class UV_OT_flipfree_remove_checker(common.PlainOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_remove_checker"
     bl_label = "Remove Checker"
     bl_description = "Take the test pattern away from all objects, and everything that came with it"
-    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context):
-        if not any(is_checked(ob) for ob in bpy.data.objects) and not shows_textures():
-            cls.poll_message_set("No object shows a checker")
-            return False
-        return True
+        there_is = any(is_checked(ob) for ob in bpy.data.objects) or shows_textures()
+        return common.allowed(cls, there_is, "No object shows a checker")
 
-    def execute(self, context):
+    def work(self, context):
         checked = [ob for ob in bpy.data.objects if is_checked(ob)]
         for ob in checked:
             remove(ob)
         forget_unused()
         show_as_before()
-        self.report({"INFO"}, f"Checker removed from {common.plural(len(checked), 'object')}")
-        return {"FINISHED"}
-
-
-CLASSES = (UV_OT_flipfree_checker, UV_OT_flipfree_remove_checker)
+        return f"Checker removed from {common.plural(len(checked), 'object')}"

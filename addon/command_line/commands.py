@@ -136,16 +136,9 @@ def _add_aspect(parser) -> None:
     )
 
 
-def _table() -> dict[str, type[MapOperator]]:
-    operators = {cls.bl_idname: cls for cls in tools.classes() if hasattr(cls, "bl_idname")}
-    return {
-        word: operators[tool.operator]
-        for tool in tools.all_tools()
-        for word in tool.command.split()
-    }
-
-
-COMMANDS = _table()
+COMMANDS: dict[str, type[MapOperator]] = {
+    word: tool.cls for tool in tools.all_tools() for word in tool.command.split()
+}
 
 
 def add_to(commands) -> None:

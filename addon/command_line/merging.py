@@ -10,8 +10,7 @@ import numpy as np
 from flipfree.batch.models.model import welded_along
 
 from .. import compat
-
-_NORMALS = "flipfree_normals"
+from ..meshes import normals
 
 
 def merge_split_vertices(mesh) -> int:
@@ -29,9 +28,8 @@ def merge_split_vertices(mesh) -> int:
     has_normals = mesh.has_custom_normals
     if has_normals:
         values = compat.values(mesh.corner_normals, "vector", np.float32, 3)
-        mesh.attributes.new(_NORMALS, "FLOAT_VECTOR", "CORNER").data.foreach_set(
-            "vector", values.ravel()
-        )
+        stored = mesh.attributes.new(normals.LAYER, "FLOAT_VECTOR", "CORNER")
+        stored.data.foreach_set("vector", values.ravel())
     work = bmesh.new()
     try:
         work.from_mesh(mesh)
@@ -43,11 +41,5 @@ def merge_split_vertices(mesh) -> int:
         work.free()
     mesh.update()
     if has_normals:
-        _put_normals_back(mesh)
+        normals.give(mesh)
     return len(moved)
-
-
-def _put_normals_back(mesh) -> None:
-    values = compat.attribute(mesh, _NORMALS, "CORNER", "FLOAT_VECTOR")
-    mesh.attributes.remove(mesh.attributes[_NORMALS])
-    mesh.normals_split_custom_set(values.tolist())

@@ -194,38 +194,26 @@ class AlongField:
     """Options of operators whose maps follow a field."""
 
     curvature: options.real(
-        "Curvature",
-        "How much curvature counts against smoothness; 0 not at all",
-        0.5,
-        0.0,
-        max=1.0,
+        "Curvature: How much curvature counts against smoothness; 0 not at all",
+        (0.5, 0.0, 1.0),
         subtype="FACTOR",
     )
     sharp_angle: options.real(
-        "Sharp from",
-        "Edges at which the surface folds by more are followed, where none is marked as sharp",
-        sources.SHARP,
-        0.0,
-        max=math.pi,
+        "Sharp from: Edges at which the surface folds by more are followed, where none is marked as sharp",
+        (sources.SHARP, 0.0, math.pi),
         subtype="ANGLE",
     )
-    boundary: options.choice("Boundary", "Where the surface is open", BOUNDARIES)
+    boundary: options.choice("Boundary: Where the surface is open", BOUNDARIES)
 
 
 class Densities:
     """Options of operators that make some places denser than others."""
 
-    density: options.choice("Density", "How large the map is, relative to the surface", DENSITIES)
-    density_name: bpy.props.StringProperty(
-        name="From",
-        description="Vertex group, or attribute, with the density",
-    )
+    density: options.choice("Density: How large the map is, relative to the surface", DENSITIES)
+    density_name: options.words("From: Vertex group, or attribute, with the density")
     density_ratio: options.real(
-        "Ratio",
-        "How many times longer the map is where the vertex group has its full weight than where it has none",
-        2.0,
-        0.1,
-        max=10.0,
+        "Ratio: How many times longer the map is where the vertex group has its full weight than where it has none",
+        (2.0, 0.1, 10.0),
     )
 
     def draw_option(self, layout, context, name):
@@ -237,12 +225,11 @@ class Densities:
         else:
             layout.prop_search(self, name, ob.data, "attributes")
 
-    def has_effect(self, name):
-        needs = {
+    def needs(self):
+        return {
             "density_name": self.density != "uniform",
             "density_ratio": self.density == "painted",
         }
-        return needs.get(name, True)
 
 
 class UV_OT_flipfree_field_aligned(AlongField, Densities, options.MapOperator, bpy.types.Operator):
@@ -252,7 +239,6 @@ class UV_OT_flipfree_field_aligned(AlongField, Densities, options.MapOperator, b
         "Compute four directions in every face that follow the surface, and a seamless map whose lines follow them: "
         "textures run along the form. The cut is marked as seams"
     )
-    verb = "Field-Aligned Map"
     option_names = (
         "field_from curvature sharp_angle edge_weight attribute field_file merge_cones density "
         "density_name density_ratio boundary optimise fit mark_cuts mark_cones write_field "
@@ -260,59 +246,49 @@ class UV_OT_flipfree_field_aligned(AlongField, Densities, options.MapOperator, b
     ).split()
     advanced = ("engine", "reroute")
 
-    field_from: options.choice("Field", "What the lines of the map run along", FIELDS)
+    field_from: options.choice("Field: What the lines of the map run along", FIELDS)
     edge_weight: options.real(
-        "Weight",
-        "How much edges count against smoothness; 1: they are followed exactly",
-        1.0,
-        0.01,
-        max=1.0,
+        "Weight: How much edges count against smoothness; 1: they are followed exactly",
+        (1.0, 0.01, 1.0),
         subtype="FACTOR",
     )
-    attribute: bpy.props.StringProperty(
-        name="Attribute",
-        description="Attribute of faces with a vector each: one of the field's four directions, in object coordinates",
+    attribute: options.words(
+        "Attribute: Attribute of faces with a vector each: one of the field's four directions, in object coordinates",
         default=fields.NAME,
     )
-    field_file: bpy.props.StringProperty(
-        name="File",
-        description="With the field or the signature of the whole mesh, whose triangles and vertices it counts",
+    field_file: options.words(
+        "File: With the field or the signature of the whole mesh, whose triangles and vertices it counts",
         subtype="FILE_PATH",
     )
     merge_cones: options.flag(
-        "Merge Near Cones",
-        "Near cones that bend opposite ways are merged: fewer seams, and a field that turns a little more. Off, "
-        "densities are met more nearly: what makes room for them are pairs of such cones",
+        "Merge Near Cones: Near cones that bend opposite ways are merged: fewer seams, and a field that turns a little more. "
+        "Off, densities are met more nearly: what makes room for them are pairs of such cones",
         on=True,
     )
-    optimise: options.flag(
-        "Optimise", "Bring the map to the field; the seams keep matching", on=True
-    )
+    optimise: options.flag("Optimise: Bring the map to the field; the seams keep matching", on=True)
     fit: options.fit_unit_square()
     mark_cuts: options.mark_cuts(", with their quarter turns in the attribute `seam_turns`")
     mark_cones: options.flag(
-        "Mark Cones",
-        "Put the field's cones into the groups `Cone +1`, `Cone -1`, ... in place of those that are marked there; for "
-        "the other maps with cones, and for drawing them",
+        "Mark Cones: Put the field's cones into the groups `Cone +1`, `Cone -1`, ... in place of those that are marked there; "
+        "for the other maps with cones, and for drawing them",
         on=True,
     )
     write_field: options.flag(
-        "Write Field",
-        f"Store a direction per face in the attribute `{fields.NAME}`; for other tools, and for drawing it over the model",
+        f"Write Field: Store a direction per face in the attribute `{fields.NAME}`; for other tools, and for drawing it over "
+        "the model",
         on=True,
     )
 
     meet_pins: options.meet_pins()
     engine: options.engine()
     reroute: options.flag(
-        "Reroute",
-        "Padding: branches of the cut are led around cones until all loops turn as the field does. Off: they turn as they "
-        "happen to, with the field's cones alone",
+        "Reroute: Padding: branches of the cut are led around cones until all loops turn as the field does. Off: they turn as "
+        "they happen to, with the field's cones alone",
         on=True,
     )
 
-    def has_effect(self, name):
-        needs = {
+    def needs(self):
+        return super().needs() | {
             "field_file": self.field_from in {"file", "signature"},
             "curvature": self.field_from == "curvature",
             "sharp_angle": self.field_from == "edges",
@@ -320,10 +296,6 @@ class UV_OT_flipfree_field_aligned(AlongField, Densities, options.MapOperator, b
             "attribute": self.field_from == "attribute",
             "merge_cones": self.field_from not in {"attribute", "cones", "file", "signature"},
         }
-        return needs.get(name, super().has_effect(name))
 
     make_task = staticmethod(make_task)
     summary = staticmethod(summary)
-
-
-CLASSES = (UV_OT_flipfree_field_aligned,)

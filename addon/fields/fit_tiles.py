@@ -32,7 +32,10 @@ class FitTilesTask(field_aligned.FieldAlignedTask):
         own, snapshot = self.snapshot.vertices, self.snapshot
         ob = bpy.data.objects[snapshot.object_name]
         in_scene = scene.placed_vertices(own, snapshot.triangles, ob)
-        area, outside = (_area(points[snapshot.triangles]) for points in (own, in_scene))
+        area, outside = (
+            float(np.linalg.norm(scene.normals(points[snapshot.triangles]), axis=1).sum() / 2)
+            for points in (own, in_scene)
+        )
         unit = math.sqrt(outside / area) if area > 0.0 else 1.0
         return (
             self.tile_size / unit if self.tile_size else math.sqrt(area / self.tile_count)
@@ -68,12 +71,6 @@ class FitTilesTask(field_aligned.FieldAlignedTask):
         self.figures = made.stats
         self.size, self.asked = made.stats["tile"] * unit, side * unit
         return made
-
-
-def _area(corners: np.ndarray) -> float:
-    return float(
-        np.linalg.norm(np.cross(*(corners[:, k] - corners[:, 0] for k in (1, 2))), axis=1).sum() / 2
-    )
 
 
 def make_task(snapshot, *, field_from="curvature", **options) -> FitTilesTask:
@@ -112,39 +109,35 @@ class UV_OT_flipfree_fit_tiles(field_aligned.AlongField, options.MapOperator, bp
         "Map a surface so that textures that repeat run on through its seams: seams, cones and corners lie on whole tiles, "
         "each of UV length 1"
     )
-    verb = "Fit Tiles"
     option_names = (
         "tile_count tile_size field_from curvature sharp_angle boundary prefer_translations mark_cuts"
     ).split()
 
     tile_count: options.whole(
-        "Tiles", "About how many tiles cover each object", 100, 1, max=100_000_000
+        "Tiles: About how many tiles cover each object", (100, 1, 100_000_000)
     )
     tile_size: options.real(
-        "Tile Size",
-        "How long the side of a tile is in the scene; 0: as the number of tiles makes it",
-        0.0,
-        0.0,
+        "Tile Size: How long the side of a tile is in the scene; 0: as the number of tiles makes it",
+        (0.0, 0.0),
         subtype="DISTANCE",
     )
     field_from: options.choice(
-        "Along", "The map that is fitted: a new one along a field, or the active UV map", SOURCES
+        "Along: The map that is fitted: a new one along a field, or the active UV map", SOURCES
     )
     prefer_translations: options.flag(
-        "Few Turned Seams",
-        "Seams are moved so that those across which the texture turns are short. Off: they stay where the map has them",
+        "Few Turned Seams: Seams are moved so that those across which the texture turns are short. Off: they stay where the "
+        "map has them",
         on=True,
     )
     mark_cuts: options.mark_cuts(", with their quarter turns in the attribute `seam_turns`")
 
-    def has_effect(self, name):
-        needs = {
+    def needs(self):
+        return {
             "tile_count": not self.tile_size,
             "curvature": self.field_from == "curvature",
             "sharp_angle": self.field_from == "edges",
             "boundary": self.field_from != "map",
         }
-        return needs.get(name, True)
 
     def advice(self, tasks):
         less = min(task.size / task.asked for task in tasks)
@@ -156,6 +149,3 @@ class UV_OT_flipfree_fit_tiles(field_aligned.AlongField, options.MapOperator, bp
 
     make_task = staticmethod(make_task)
     summary = staticmethod(summary)
-
-
-CLASSES = (UV_OT_flipfree_fit_tiles,)

@@ -67,7 +67,7 @@ def look(
     elif field_from == "attribute":
         given.field = flipfree.CrossField(fields.read(ob, snapshot, attribute))
     elif field_from == "cones":
-        given.cones, _ = cone_sums.marked(ob, snapshot)
+        given.cones, _ = cone_sums.marked(snapshot)
         given.loops = marks.loops(ob, snapshot)
     elif field_from == "file":
         given.field = _in_file(snapshot, field_file, flipfree.CrossField.read)

@@ -138,13 +138,8 @@ class Followed:
         places, at = np.unique(self.base[loops[rows, corners]], axis=0, return_index=True)
         if len(places) == 1:  # the island goes with it, as it is
             start += targets[at[0]] - start[rows[at[0]], corners[at[0]]]
-        pins = dict(
-            zip(
-                zip(rows.tolist(), corners.tolist(), strict=True),
-                map(tuple, targets.tolist()),
-                strict=True,
-            )
-        )
+        keys = zip(rows.tolist(), corners.tolist(), strict=True)
+        pins = dict(zip(keys, map(tuple, targets.tolist()), strict=True))
         with processes.within(self.process):
             try:
                 job = solver.improve(

@@ -211,6 +211,3 @@ def close() -> None:
         _current.pop().close()
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
-
-
-CLASSES = (UV_OT_flipfree_live_pins,)

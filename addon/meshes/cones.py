@@ -132,11 +132,6 @@ def _remove_all(ob: bpy.types.Object, vertices: list[int]) -> None:
             attribute.data[vertex].value = 0.0
 
 
-def _group(ob: bpy.types.Object, quarter_turns: int) -> bpy.types.VertexGroup:
-    name = group_name(quarter_turns)
-    return ob.vertex_groups.get(name) or ob.vertex_groups.new(name=name)
-
-
 def mark_selected(ob: bpy.types.Object, quarter_turns: int) -> int:
     """In edit mode: the selected vertices become cones of so many quarter turns, or none for 0. Returns their number."""
     bm = bmesh.from_edit_mesh(ob.data)
@@ -149,7 +144,9 @@ def mark_selected(ob: bpy.types.Object, quarter_turns: int) -> int:
 
 def add(ob: bpy.types.Object, curvature: dict[int, int]) -> None:
     """These vertices become cones of so many quarter turns of curvature, in either mode; other marks stay."""
-    indices = {quarter: _group(ob, quarter).index for quarter in sorted(set(curvature.values()))}
+    groups = ob.vertex_groups
+    names = {quarter: group_name(quarter) for quarter in sorted(set(curvature.values()))}
+    indices = {q: (groups.get(n) or groups.new(name=n)).index for q, n in names.items()}
     if ob.mode != "EDIT":
         for vertex, quarter in curvature.items():
             ob.vertex_groups[indices[quarter]].add([vertex], 1.0, "REPLACE")
@@ -197,26 +194,15 @@ def clear(ob: bpy.types.Object) -> int:
 
 def write(ob: bpy.types.Object, angles: dict[int, tuple[float, bool]], *, as_groups: bool) -> None:
     """Replaces the object's cones by these: {vertex: (angle, on the boundary)}, in either mode."""
-    editing = ob.mode == "EDIT"
-    if editing:
-        bpy.ops.object.mode_set(mode="OBJECT")
-    try:
-        _remove_all(ob, list(range(len(ob.data.vertices))))
+    flat = {v: math.pi if on_boundary else 2 * math.pi for v, (_, on_boundary) in angles.items()}
+    turns = {v: round((flat[v] - angle) / (math.pi / 2)) for v, (angle, _) in angles.items()}
+    with selection.in_object_mode(ob) as mesh:
+        replace(ob, list(range(len(mesh.vertices))), {})
         if as_groups:
-            for vertex, (angle, on_boundary) in angles.items():
-                flat = math.pi if on_boundary else 2 * math.pi
-                turns = round((flat - angle) / (math.pi / 2))
-                if turns:
-                    _group(ob, turns).add([vertex], 1.0, "REPLACE")
+            add(ob, {vertex: turn for vertex, turn in turns.items() if turn})
         else:
-            mesh = ob.data
-            if mesh.attributes.get(ATTRIBUTE) is None:
-                mesh.attributes.new(ATTRIBUTE, "FLOAT", "POINT")
             values = np.zeros(len(mesh.vertices), np.float32)
-            for vertex, (angle, _) in angles.items():
-                values[vertex] = angle
-            mesh.attributes[ATTRIBUTE].data.foreach_set("value", values)
-        ob.data.update()
-    finally:
-        if editing:
-            bpy.ops.object.mode_set(mode="EDIT")
+            values[list(angles)] = [angle for angle, _ in angles.values()]
+            made = compat.made_attribute(mesh, ATTRIBUTE, "POINT", "FLOAT")
+            made.data.foreach_set("value", values)
+        mesh.update()

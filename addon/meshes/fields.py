@@ -10,19 +10,13 @@ import numpy as np
 
 from flipfree import separated
 
-from .. import compat
+from .. import compat, scene
 from . import labels, mesh_io
-from .selection import whole_mesh
+from .selection import weights, whole_mesh
 
 NAME = "flipfree_field"
 # Shorter, relative to its length, a vector's part in the plane of its face says nothing.
 _ASKEW = 1e-3
-
-
-def _normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """(m, 3): twice the area long."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    return np.cross(b - a, c - a)
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
@@ -49,7 +43,7 @@ def read(ob, snapshot: mesh_io.Snapshot, name: str) -> np.ndarray:
                 f"{ob.name}: the mesh has no attribute '{name}' with a vector per face. {has}"
             )
     vectors = values[snapshot.triangle_face].astype(np.float64)
-    normal = _unit(_normals(snapshot.vertices, snapshot.triangles))
+    normal = _unit(scene.normals(snapshot.vertices[snapshot.triangles]))
     flat = vectors - normal * np.einsum("ij,ij->i", vectors, normal)[:, None]
     length, whole = np.linalg.norm(flat, axis=1), np.linalg.norm(vectors, axis=1)
     bad = ~np.isfinite(whole) | ~(length > _ASKEW * whole)
@@ -66,7 +60,7 @@ def read(ob, snapshot: mesh_io.Snapshot, name: str) -> np.ndarray:
 def of_faces(snapshot: mesh_io.Snapshot, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Directions (#St, 3) of the triangles -> mesh faces (k,), float32 vector (k, 3) of each: the mean of its triangles'
     crosses by area, in the frame of the largest of them."""
-    normal = _normals(snapshot.vertices, snapshot.triangles)
+    normal = scene.normals(snapshot.vertices[snapshot.triangles])
     area = np.linalg.norm(normal, axis=1)
     order = np.lexsort((area, snapshot.triangle_face))
     last = np.append(np.diff(snapshot.triangle_face[order]) != 0, True)
@@ -95,14 +89,7 @@ def write(ob, faces: np.ndarray, vectors: np.ndarray, name: str = NAME) -> None:
         bmesh.update_edit_mesh(ob.data, loop_triangles=False, destructive=False)
         return
     mesh = ob.data
-    attribute = mesh.attributes.get(name)
-    if attribute is not None and (attribute.domain, attribute.data_type) != (
-        "FACE",
-        "FLOAT_VECTOR",
-    ):
-        mesh.attributes.remove(attribute)
-        attribute = None
-    attribute = attribute or mesh.attributes.new(name, "FLOAT_VECTOR", "FACE")
+    attribute = compat.made_attribute(mesh, name, "FACE", "FLOAT_VECTOR")
     values = compat.values(attribute.data, "vector", np.float32, 3)
     values[faces] = vectors
     attribute.data.foreach_set("vector", values.ravel())
@@ -154,13 +141,8 @@ def painted(
             f"{ob.name}: there is no vertex group '{group_name}' to take {what} from. Paint one in Weight Paint mode, "
             "or name another"
         )
-    weights = np.zeros(int(snapshot.vertex_ids.max()) + 1)
     with whole_mesh(ob) as mesh:
-        for vertex in mesh.vertices[: len(weights)]:
-            for entry in vertex.groups:
-                if entry.group == group.index:
-                    weights[vertex.index] = entry.weight
-    return ratio ** weights[snapshot.vertex_ids]
+        return ratio ** weights(mesh, group)[0, snapshot.vertex_ids]
 
 
 def densities(ob, snapshot: mesh_io.Snapshot, name: str) -> np.ndarray:
@@ -190,7 +172,8 @@ def densities(ob, snapshot: mesh_io.Snapshot, name: str) -> np.ndarray:
         )
     if on_points:
         return values
-    area = np.repeat(np.linalg.norm(_normals(snapshot.vertices, snapshot.triangles), axis=1), 3)
+    normals = scene.normals(snapshot.vertices[snapshot.triangles])
+    area = np.repeat(np.linalg.norm(normals, axis=1), 3)
     at, count = snapshot.triangles.ravel(), len(snapshot.vertices)
     logs = np.bincount(at, area * np.repeat(np.log(values), 3), count)
     return np.exp(logs / np.maximum(np.bincount(at, area, count), 1e-300))

@@ -39,15 +39,12 @@ class Island:
         return float(np.linalg.norm(points - np.roll(points, -1, axis=0), axis=1).sum())
 
     def genus(self, loops: int) -> int:
-        ends = np.concatenate([self.faces[:, e] for e in _SIDES])
-        edges = len(np.unique(np.sort(ends, axis=1), axis=0))
-        euler = len(self.vertices) - edges + len(self.faces)
+        euler = len(self.vertices) - len(self.edges()) + len(self.faces)
         return (2 - loops - euler) // 2
 
     def edges(self) -> np.ndarray:
         """(e, 2) island vertices, lower first, each once."""
-        ends = np.concatenate([self.faces[:, e] for e in _SIDES])
-        return np.unique(np.sort(ends, axis=1), axis=0)
+        return labels.edges_of(self.faces)[0]
 
 
 def seam_islands(snapshot) -> np.ndarray:
@@ -142,11 +139,10 @@ class Combined:
     cut_edges: np.ndarray
     uv: np.ndarray  # (m', 3, 2) float64
     stored: np.ndarray  # (m', 3, 2) float32
-    seam_triangles: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     # triangles of the snapshot that were split because of a vertex across a seam
-    split_cuts: bool = (
-        False  # cuts along diagonals of faces split these, although UVs are not torn there
-    )
+    seam_triangles: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    # cuts along diagonals of faces split these, although UVs are not torn there
+    split_cuts: bool = False
 
     def uv32(self) -> np.ndarray:
         return self.stored
@@ -154,17 +150,9 @@ class Combined:
 
 def placed(found, uv: np.ndarray, **more) -> Combined:
     """A solver's map of a whole snapshot, with other UVs (m', 3, 2)."""
-    return Combined(
-        vertices=found.vertices,
-        faces=found.faces,
-        parent_face=found.parent_face,
-        vertex_parent=found.vertex_parent,
-        vertex_barycentric=found.vertex_barycentric,
-        cut_edges=found.cut_edges,
-        uv=uv,
-        stored=uv.astype(np.float32),
-        **more,
-    )
+    names = "vertices faces parent_face vertex_parent vertex_barycentric cut_edges".split()
+    kept = {name: getattr(found, name) for name in names}
+    return Combined(**kept, uv=uv, stored=uv.astype(np.float32), **more)
 
 
 def combine(snapshot, pieces: list[Piece], cut_edges: np.ndarray | None = None) -> Combined:
@@ -230,14 +218,8 @@ def close_seams(snapshot, combined) -> None:
     near = np.isin(combined.parent_face, np.unique(np.concatenate(list(beside.values()))))
     children: dict[int, list] = {}
     for child in np.flatnonzero(near).tolist():
-        corners = list(
-            zip(
-                combined.faces[child].tolist(),
-                combined.uv[child],
-                combined.stored[child],
-                strict=True,
-            )
-        )
+        own = combined.faces[child].tolist(), combined.uv[child], combined.stored[child]
+        corners = list(zip(*own, strict=True))
         children.setdefault(int(combined.parent_face[child]), []).append(corners)
     touched = set()
     for (i, j), found in points.items():

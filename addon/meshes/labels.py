@@ -53,6 +53,12 @@ def nearly_joined(triangles: np.ndarray, uv: np.ndarray) -> int:
     return flipfree.islands(triangles, uv)[1]
 
 
+def edges_of(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(e, 2) edges, lower vertex first, and (e,) how many triangles have each."""
+    ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2)
+    return np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
+
+
 def members(keys: np.ndarray, among: np.ndarray) -> np.ndarray:
     """np.isin for int64, without hashing or stable sorts: (len(keys),) bool."""
     if not len(among):

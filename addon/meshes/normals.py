@@ -12,7 +12,7 @@ import numpy as np
 from .. import compat
 from . import selection
 
-_LAYER = "flipfree_normals"
+LAYER = "flipfree_normals"
 
 
 def take(ob: bpy.types.Object) -> np.ndarray | None:
@@ -26,7 +26,7 @@ def take(ob: bpy.types.Object) -> np.ndarray | None:
 
 def put_into(bm, normals: np.ndarray) -> None:
     """As a layer of corners; this makes references to elements stale."""
-    layer = bm.loops.layers.float_vector.new(_LAYER)
+    layer = bm.loops.layers.float_vector.new(LAYER)
     row = iter(normals.tolist())
     for face in bm.faces:
         for loop in face.loops:
@@ -35,17 +35,14 @@ def put_into(bm, normals: np.ndarray) -> None:
 
 def restore(ob: bpy.types.Object) -> None:
     """What `put_into` stored, as the mesh's custom normals; leaves Edit Mode for a moment."""
-    editing = ob.mode == "EDIT"
-    if editing:
-        bpy.ops.object.mode_set(mode="OBJECT")
-    try:
-        mesh = ob.data
-        attribute = mesh.attributes[_LAYER]
-        values = compat.values(attribute.data, "vector", np.float32, 3)
-        mesh.attributes.remove(attribute)
-        length = np.linalg.norm(values, axis=1)
-        values[length > 0] /= length[length > 0, None]
-        mesh.normals_split_custom_set(values.tolist())
-    finally:
-        if editing:
-            bpy.ops.object.mode_set(mode="EDIT")
+    with selection.in_object_mode(ob) as mesh:
+        give(mesh)
+
+
+def give(mesh: bpy.types.Mesh) -> None:
+    """What the attribute LAYER of corners has, as custom normals; the attribute goes."""
+    values = compat.attribute(mesh, LAYER, "CORNER", "FLOAT_VECTOR")
+    mesh.attributes.remove(mesh.attributes[LAYER])
+    length = np.linalg.norm(values, axis=1)
+    values[length > 0] /= length[length > 0, None]
+    mesh.normals_split_custom_set(values.tolist())

@@ -39,6 +39,30 @@ def whole_mesh(ob):
         bpy.data.meshes.remove(mesh)
 
 
+@contextmanager
+def in_object_mode(ob):
+    """The object's mesh outside Edit Mode, to be written to."""
+    editing = ob.mode == "EDIT"
+    if editing:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    try:
+        yield ob.data
+    finally:
+        if editing:
+            bpy.ops.object.mode_set(mode="EDIT")
+
+
+def weights(mesh, *groups) -> np.ndarray:
+    """(#groups, #vertices) float64 of a mesh outside edit mode, 0 where a vertex is not in a group."""
+    rows = {group.index: row for row, group in enumerate(groups)}
+    found = np.zeros((len(groups), len(mesh.vertices)))
+    for vertex in mesh.vertices if groups else ():
+        for entry in vertex.groups:
+            if entry.group in rows:
+                found[rows[entry.group], vertex.index] = entry.weight
+    return found
+
+
 def vertices(ob) -> np.ndarray:
     """Ids of the selected vertices."""
     with whole_mesh(ob) as mesh:
@@ -51,16 +75,14 @@ def in_group(ob, name: str) -> np.ndarray:
     if group is None:
         return np.zeros(0, np.int64)
     with whole_mesh(ob) as mesh:
-        found = [
-            v.index
-            for v in mesh.vertices
-            if any(g.group == group.index and g.weight > 0.0 for g in v.groups)
-        ]
-    return np.array(found, np.int64)
+        return np.flatnonzero(weights(mesh, group)[0])
 
 
 def _flags(sequence, name: str) -> np.ndarray:
     return compat.values(sequence, name, bool)
+
+
+_MODES = {"vertex": "VERT", "edge": "EDGE", "face": "FACE"}
 
 
 def select_only(ob: bpy.types.Object, kind: str, elements: np.ndarray, *, modes=()) -> None:
@@ -72,12 +94,8 @@ def select_only(ob: bpy.types.Object, kind: str, elements: np.ndarray, *, modes=
     modes = set(modes) or {kind}
     if ob.mode == "EDIT":
         bm = bmesh.from_edit_mesh(mesh)
-        bm.select_mode = {
-            {"vertex": "VERT", "edge": "EDGE", "face": "FACE"}[mode] for mode in modes
-        }
-        bpy.context.tool_settings.mesh_select_mode = [
-            name in modes for name in ("vertex", "edge", "face")
-        ]
+        bm.select_mode = {_MODES[mode] for mode in modes}
+        bpy.context.tool_settings.mesh_select_mode = [name in modes for name in _MODES]
         for sequence in (bm.verts, bm.edges, bm.faces):
             for element in sequence:
                 element.select = False

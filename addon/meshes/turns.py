@@ -48,11 +48,7 @@ def write(ob, snapshot, cut_edges: np.ndarray, turns: np.ndarray) -> None:
         bmesh.update_edit_mesh(ob.data, loop_triangles=False, destructive=False)
         return
     mesh = ob.data
-    attribute = mesh.attributes.get(NAME)
-    if attribute is None or attribute.domain != "EDGE" or attribute.data_type != "INT":
-        if attribute is not None:
-            mesh.attributes.remove(attribute)
-        attribute = mesh.attributes.new(NAME, "INT", "EDGE")
+    attribute = compat.made_attribute(mesh, NAME, "EDGE", "INT")
     values = compat.values(attribute.data, "value", np.int32)
     known = np.zeros(len(mesh.vertices), bool)
     known[snapshot.vertex_ids] = True

@@ -8,7 +8,6 @@ from flipfree.distortion import LEVELS
 
 from .. import modal, solver
 from ..meshes import labels, selection
-from ..runs import steps
 from . import common, options
 
 _MOST_NAMED = 3  # islands in a report
@@ -17,19 +16,10 @@ _MOST_NAMED = 3  # islands in a report
 class CheckTask(modal.StagedTask):
     stacked_ok = False
     aspect = 1.0
-    certificate = None
     _label = None  # island of each triangle
 
-    @property
-    def judged(self):
-        return [common.Judged(self.certificate, self.snapshot.triangle_face)]
-
-    @property
-    def islands(self) -> int:
-        return len(np.unique(self._label))
-
     def island_count(self) -> int:
-        return self.islands
+        return len(np.unique(self._label))
 
     def stored_map(self):
         return self.snapshot.vertices, self.snapshot.triangles, self.snapshot.corner_uv
@@ -37,11 +27,8 @@ class CheckTask(modal.StagedTask):
     def stages(self):
         common.refuse_nonfinite_uvs(self.snapshot)
         yield modal.Pause()
-        uv = self.snapshot.corner_uv
-        yield modal.Pause()
-        self._label = labels.island_labels(self.snapshot.triangles, uv)
-        yield modal.Pause()
-        uv = yield from modal.paused(steps.doubles(uv))
+        self._label = labels.island_labels(self.snapshot.triangles, self.snapshot.corner_uv)
+        uv = yield from modal.doubles(self.snapshot)
         self.certificate = yield solver.certify(
             self.snapshot,
             uv,
@@ -74,7 +61,7 @@ class CheckTask(modal.StagedTask):
 
 def summary(tasks: list[CheckTask]) -> str:
     """The report line, without the time."""
-    text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
+    text = common.figures(tasks)
     wrong = sum(len(t.failed_faces()) for t in tasks)
     verdict = f"{common.plural(wrong, 'face')} wrong, now selected" if wrong else "Nothing wrong"
     level = max(t.certificate.level for t in tasks)
@@ -97,22 +84,6 @@ def summary(tasks: list[CheckTask]) -> str:
     return f"{verdict}: {text}{common.texture_text(tasks[0].aspect)}"
 
 
-def advice(tasks: list[CheckTask]) -> str:
-    """What to do about what is wrong or poor; "" if nothing is."""
-    texts = []
-    if any(len(t.stacked()) for t in tasks):
-        texts.append("Pack the islands, or allow stacked ones in the redo panel")
-    if any(t.certificate.flips32 > 0 or t.certificate.overlaps > 0 for t in tasks):
-        texts.append(
-            "Repair Flips mends them and leaves the rest of the map as it is, Auto Unwrap makes a new one"
-        )
-    elif not texts and any(len(t.failed_faces()) for t in tasks):
-        texts.append("Unwrap it anew")
-    elif not texts and not all(t.certificate.ok for t in tasks):
-        texts.append("Give the mesh's faces an area: Mesh > Clean Up > Degenerate Dissolve")
-    return ". ".join([*texts, *filter(None, [common.advice(tasks)])])
-
-
 class UV_OT_flipfree_check(
     options.MeasureAspect, options.UseModifiers, options.MapOperator, bpy.types.Operator
 ):
@@ -122,25 +93,33 @@ class UV_OT_flipfree_check(
         "Check the UV map with exact arithmetic: count flipped and overlapping faces and islands, measure distortion, and select "
         "the faces that are wrong"
     )
-    verb = "Check"
     needs_uv = True
     writes = False
 
     stacked_ok: options.flag(
-        "Allow Stacked Islands",
-        "Islands that lie on each other are counted, but not wrong: for parts that share a texture on purpose",
+        "Allow Stacked Islands: Islands that lie on each other are counted, but not wrong: for parts that share a texture on "
+        "purpose"
     )
 
     make_task = staticmethod(CheckTask)
     summary = staticmethod(summary)
 
-    def advice(self, tasks):
-        return advice(tasks)
+    def advice(self, tasks: list[CheckTask]) -> str:
+        """What to do about what is wrong or poor; "" if nothing is."""
+        texts = []
+        if any(len(t.stacked()) for t in tasks):
+            texts.append("Pack the islands, or allow stacked ones in the redo panel")
+        if any(t.certificate.flips32 > 0 or t.certificate.overlaps > 0 for t in tasks):
+            texts.append(
+                "Repair Flips mends them and leaves the rest of the map as it is, Auto Unwrap makes a new one"
+            )
+        elif not texts and any(len(t.failed_faces()) for t in tasks):
+            texts.append("Unwrap it anew")
+        elif not texts and not all(t.certificate.ok for t in tasks):
+            texts.append("Give the mesh's faces an area: Mesh > Clean Up > Degenerate Dissolve")
+        return ". ".join([*texts, *filter(None, [common.advice(tasks)])])
 
     def hint(self, tasks):
         mirrored = any(task.certificate.mirrored_islands for task in tasks)
         cure = "Select Faces by Map shows what is mirrored, Repair Flips turns it over"
         return ". ".join(filter(None, [super().hint(tasks), cure * mirrored]))
-
-
-CLASSES = (UV_OT_flipfree_check,)

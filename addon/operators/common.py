@@ -2,7 +2,6 @@
 """What the operators share: which objects they work on, and the numbers they report."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,14 +10,6 @@ from flipfree import results, texts
 from .. import errors, scene, watch
 from ..meshes import mesh_io
 from ..runs import steps
-
-
-@dataclass
-class Judged:
-    """A certificate, and the mesh face of each triangle of its map as the mesh was read."""
-
-    certificate: object
-    faces: np.ndarray
 
 
 def meshes(context) -> list:
@@ -69,6 +60,22 @@ def poll(cls, context, *, needs_uv: bool = False) -> bool:
         return False
     mapped = not needs_uv or any(ob.data.uv_layers.active for ob in objects)
     return allowed(cls, mapped, "The mesh has no UV map yet: unwrap it first")
+
+
+class PlainOperator:
+    """Mixin for operators that solve nothing. Subclasses have `work(context)`, which returns the line to report; what it raises
+    as MeshProblem is reported, with nothing changed."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        try:
+            text = self.work(context)
+        except mesh_io.MeshProblem as problem:
+            errors.complain(self, str(problem))
+            return {"CANCELLED"}
+        self.report({"INFO"}, text)
+        return {"FINISHED"}
 
 
 def read_meshes(context, *, use_modifiers=False):
@@ -156,11 +163,13 @@ def plural(count: int, noun: str, many: str = "") -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {many or noun + 's'}"
 
 
-def figures(certificates, islands: int, island_overlaps: int | None = None) -> str:
+def figures(tasks, island_overlaps: int | None = None) -> str:
     """The numbers of a report line: islands, flips, overlaps, distortion (1 = none).
 
     island_overlaps: pairs of islands on each other, where the certificates are those of parts and do not know.
     """
+    certificates = [c for task in tasks for c in task.certificates]
+    islands = sum(task.island_count() for task in tasks)
     flips = sum(max(c.flips32, 0) for c in certificates)
     triangles = sum(c.triangles for c in certificates)
     known = [c for c in certificates if math.isfinite(c.energy) and c.energy >= 0]
@@ -221,7 +230,7 @@ def own_overlaps(task) -> int:
     """Pairs of islands on each other within one object."""
     if hasattr(task, "island_overlaps"):  # of the parts together
         return max(task.island_overlaps, 0)
-    return sum(max(judged.certificate.island_overlaps, 0) for judged in task.judged)
+    return sum(max(c.island_overlaps, 0) for c in task.certificates)
 
 
 def between_text(tasks) -> str:
@@ -274,7 +283,7 @@ def advice(tasks) -> str:
 
 
 def _about_turned(tasks) -> str:
-    turned = sum(judged.certificate.turned for task in tasks for judged in task.judged)
+    turned = sum(c.turned for task in tasks for c in task.certificates)
     cure = "Recalculate normals (Mesh > Normals > Recalculate Outside)"
     return f"{texts.turned_over(turned)}. {cure}" if turned else ""
 
@@ -308,18 +317,16 @@ def _about_scale(tasks) -> str:
 
 
 def needles_hint(tasks) -> str:
-    return texts.needles_named(
-        sum(judged.certificate.needles for task in tasks for judged in task.judged)
-    )
+    return texts.needles_named(sum(c.needles for task in tasks for c in task.certificates))
 
 
 def _about_poor(tasks) -> str:
-    poor = [task for task in tasks if any(judged.certificate.poor for judged in task.judged)]
+    poor = [task for task in tasks if any(c.poor for c in task.certificates)]
     if not poor:
         return ""
     cure = getattr(poor[0], "poor_cure", MORE_SEAMS)
     found = poor_islands(tasks)
-    share = by_area([judged.certificate for task in tasks for judged in task.judged], "stretched")
+    share = by_area([c for task in tasks for c in task.certificates], "stretched")
     text = texts.above_bound(share or 0.0)
     if not found:
         return f"{text[0].upper()}{text[1:]}. {cure}"

@@ -3,15 +3,16 @@
 
 import math
 
+import bpy
 import numpy as np
 
-from ..meshes import cones, mesh_io, selection
+from ..meshes import cones, labels, mesh_io, selection
 from . import common
 
 
-def marked(ob, snapshot) -> tuple[dict[int, float], np.ndarray]:
+def marked(snapshot) -> tuple[dict[int, float], np.ndarray]:
     """({submesh vertex: angle}, (#Sv,) bool boundary of the submesh). A mesh vertex with several fans marks each."""
-    boundary = submesh_boundary(snapshot)
+    boundary, ob = submesh_boundary(snapshot), bpy.data.objects[snapshot.object_name]
     with selection.whole_mesh(ob) as mesh:
         whole = np.zeros(len(mesh.vertices), bool)
         whole[snapshot.vertex_ids[boundary]] = True
@@ -20,27 +21,17 @@ def marked(ob, snapshot) -> tuple[dict[int, float], np.ndarray]:
     return found, boundary
 
 
-def _ends(triangles: np.ndarray) -> np.ndarray:
-    """(3 m, 2) vertices of every side of every triangle, lower first."""
-    return np.sort(np.concatenate([triangles[:, e] for e in ((0, 1), (1, 2), (2, 0))]), axis=1)
-
-
-def boundary_edges(snapshot) -> np.ndarray:
-    """(b, 2) submesh vertices of the edges with one triangle."""
-    edges, uses = np.unique(_ends(snapshot.triangles), axis=0, return_counts=True)
-    return edges[uses == 1]
-
-
 def submesh_boundary(snapshot) -> np.ndarray:
     """(#Sv,) bool: vertices on edges with one triangle."""
     result = np.zeros(len(snapshot.vertices), bool)
-    result[boundary_edges(snapshot).ravel()] = True
+    edges, uses = labels.edges_of(snapshot.triangles)
+    result[edges[uses == 1]] = True
     return result
 
 
 def curvature_left(part, angles: np.ndarray, boundary: np.ndarray) -> float:
     """2 pi chi minus the curvature of these total angles, which Gauss-Bonnet wants to be zero; radians."""
-    edges = len(np.unique(_ends(part.triangles), axis=0))
+    edges = len(labels.edges_of(part.triangles)[0])
     euler = len(part.vertices) - edges + len(part.triangles)
     return 2 * math.pi * euler - float(np.sum(np.where(boundary, math.pi, 2 * math.pi) - angles))
 

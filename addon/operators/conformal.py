@@ -7,7 +7,7 @@ import math
 import bpy
 import numpy as np
 
-from .. import errors, modal, solver
+from .. import modal, solver
 from ..meshes import cones, islands, labels, mesh_io, separated
 from . import common, cone_sums, options, parts
 
@@ -50,17 +50,12 @@ class ConformalTask(parts.PackedTask):
         self._refuse_bad_angles()
         components = labels.groups(labels.face_components(self.snapshot.triangles))
         requests = [self._request(triangles) for triangles in components]
-        cone_sums.refuse_unbalanced(
-            self.snapshot,
-            [
-                (
-                    triangles,
-                    cone_sums.curvature_left(part, angles, cone_sums.submesh_boundary(part)),
-                )
-                for triangles, (part, _, angles) in zip(components, requests, strict=True)
-                if not callable(angles)
-            ],
-        )
+        lefts = []
+        for triangles, (part, _, angles) in zip(components, requests, strict=True):
+            if not callable(angles):
+                boundary = cone_sums.submesh_boundary(part)
+                lefts.append((triangles, cone_sums.curvature_left(part, angles, boundary)))
+        cone_sums.refuse_unbalanced(self.snapshot, lefts)
         pieces = []
         for triangles, (part, used, angles) in zip(components, requests, strict=True):
             self.solving = used, triangles
@@ -97,10 +92,9 @@ class ConformalTask(parts.PackedTask):
                 "face",
                 np.unique(self.snapshot.triangle_face[triangles]),
             )
-        start = functools.partial(
-            solver.boundary_angles, part, boundary=self.boundary, cones=inner, corners=corners
-        )
-        return part, used, start
+        corners = corners if self.boundary == "straight" else None
+        start = functools.partial(solver.boundary_angles, part, self.boundary)
+        return part, used, functools.partial(start, cones=inner, corners=corners)
 
 
 def target_angles(part, cones: dict[int, float], boundary: np.ndarray) -> np.ndarray:
@@ -117,8 +111,7 @@ def target_angles(part, cones: dict[int, float], boundary: np.ndarray) -> np.nda
 
 def make_task(snapshot, **options) -> ConformalTask:
     snapshot = separated.separated(snapshot)
-    marked, boundary = cone_sums.marked(bpy.data.objects[snapshot.object_name], snapshot)
-    return ConformalTask(snapshot, marked, boundary, **options)
+    return ConformalTask(snapshot, *cone_sums.marked(snapshot), **options)
 
 
 def summary(tasks: list[ConformalTask]) -> str:
@@ -136,32 +129,26 @@ class UV_OT_flipfree_conformal(
         "Map without shear, with exactly the marked cone angles. Triangles that would flip are subdivided, "
         "the cut is marked as seams"
     )
-    verb = "Conformal Map"
     joint_layout = True
 
-    boundary: options.choice("Boundary", "", BOUNDARIES)
+    boundary: options.choice("Boundary", BOUNDARIES)
     refined_start: options.choice(
-        "Refined Start",
-        "Add vertices while the metric is computed, so that needle-shaped triangles do no harm",
+        "Refined Start: Add vertices while the metric is computed, so that needle-shaped triangles do no harm",
         REFINED_STARTS,
     )
     precision: options.whole(
-        "Precision",
-        "Bits of the numbers in which the metric is computed, 53 to 4096; 0: as in the preferences",
-        0,
-        0,
-        max=4096,
+        "Precision: Bits of the numbers in which the metric is computed, 53 to 4096; 0: as in the preferences",
+        (0, 0, 4096),
     )
     mark_cuts: options.mark_cuts()
     pack: options.flag(
-        "Pack Islands",
-        "Pack the islands into the unit square. Islands of one connected part turn and scale together, so that "
+        "Pack Islands: Pack the islands into the unit square. Islands of one connected part turn and scale together, so that "
         "quarter turns across seams stay quarter turns",
         on=True,
     )
     scale_true: options.flag(
-        "Average Islands Scale",
-        "Separate parts get the size of their surface when they are packed. Off: the size the metric has",
+        "Average Islands Scale: Separate parts get the size of their surface when they are packed. Off: the size the metric "
+        "has",
         on=True,
     )
 
@@ -172,20 +159,17 @@ class UV_OT_flipfree_conformal(
 class SuggestTask(modal.StagedTask):
     """Each connected part of the faces by itself."""
 
-    def __init__(self, snapshot, *, bound, quarter_turns):
-        super().__init__(snapshot)
-        self.bound = bound
-        self.quarter_turns = quarter_turns
+    bound, quarter_turns = 4.0, False
+    scale_ratio, bound_holds = 1.0, True
+
+    def __init__(self, snapshot, **options):
+        super().__init__(snapshot, **options)
         self.cones = {}  # {submesh vertex: angle}
-        self.scale_ratio = 1.0
-        self.bound_holds = True
 
     def stages(self):
         for triangles in labels.groups(labels.face_components(self.snapshot.triangles)):
             part, used = self.snapshot.part(triangles)
-            found = yield solver.suggest_cones(
-                part, bound=self.bound, quarter_turns=self.quarter_turns
-            )
+            found = yield solver.suggest_cones(part, **self.values("bound quarter_turns"))
             self.cones.update({int(used[v]): float(found[v]) for v in found.cones.tolist()})
             self.scale_ratio = max(self.scale_ratio, found.scale_ratio)
             self.bound_holds = self.bound_holds and found.bound_holds
@@ -204,11 +188,10 @@ class UV_OT_flipfree_suggest_cones(options.UseModifiers, options.MapOperator, bp
     bl_idname = "uv.flipfree_suggest_cones"
     bl_label = "Suggest Cones"
     bl_description = "Place cones one by one where a conformal map would scale most, until scales differ no more than the bound"
-    verb = "Suggest Cones"
 
     bound: options.scale_bound(4.0)
     quarter_turns: options.flag(
-        "Quarter Turns", "Angles in multiples of 90 degrees, as seamless maps want them"
+        "Quarter Turns: Angles in multiples of 90 degrees, as seamless maps want them"
     )
 
     @staticmethod
@@ -223,18 +206,14 @@ class UV_OT_flipfree_suggest_cones(options.UseModifiers, options.MapOperator, bp
         return f"{common.plural(count, 'cone')}, scales differ by {ratio:.3g}{missed}"
 
 
-class MESH_OT_flipfree_mark_cone(bpy.types.Operator):
+class MESH_OT_flipfree_mark_cone(common.PlainOperator, bpy.types.Operator):
     bl_idname = "mesh.flipfree_mark_cone"
     bl_label = "Mark Cone"
     bl_description = "Make the selected vertices cones of so many quarter turns (0 removes them) and say what is still missing"
-    bl_options = {"REGISTER", "UNDO"}
 
     quarter_turns: options.whole(
-        "Quarter Turns",
-        "Curvature in quarter turns: 1 is the corner of a cube, -1 a saddle",
-        1,
-        -40,
-        max=3,
+        "Quarter Turns: Curvature in quarter turns: 1 is the corner of a cube, -1 a saddle",
+        (1, -40, 3),
     )
 
     @classmethod
@@ -243,39 +222,24 @@ class MESH_OT_flipfree_mark_cone(bpy.types.Operator):
             cls, context.mode == "EDIT_MESH", "Works in Edit Mode, on selected vertices"
         )
 
-    def execute(self, context):
+    def work(self, context):
         ob = context.edit_object
         marked = cones.mark_selected(ob, self.quarter_turns)
         if not marked:
-            errors.complain(self, f"{ob.name}: no vertices are selected")
-            return {"CANCELLED"}
-        self.report({"INFO"}, f"{common.plural(marked, 'cone')} marked. {cones.balance(ob)}")
-        return {"FINISHED"}
+            raise mesh_io.MeshProblem(f"{ob.name}: no vertices are selected")
+        return f"{common.plural(marked, 'cone')} marked. {cones.balance(ob)}"
 
 
-class UV_OT_flipfree_clear_cones(bpy.types.Operator):
+class UV_OT_flipfree_clear_cones(common.PlainOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_clear_cones"
     bl_label = "Clear Cones"
     bl_description = (
         "Take away all marks of cones, those of the groups `Cone +1`, `Cone -1`, ... and those of the attribute `cone_angle`: of "
         "the selected objects, in Edit Mode of the selected vertices"
     )
-    bl_options = {"REGISTER", "UNDO"}
 
-    @classmethod
-    def poll(cls, context):
-        return common.poll(cls, context)
+    poll = classmethod(common.poll)
 
-    def execute(self, context):
+    def work(self, context):
         count = sum(cones.clear(ob) for ob in common.meshes(context))
-        text = f"{common.plural(count, 'cone')} cleared" if count else "No cone is marked there"
-        self.report({"INFO"}, text)
-        return {"FINISHED"}
-
-
-CLASSES = (
-    UV_OT_flipfree_conformal,
-    UV_OT_flipfree_suggest_cones,
-    UV_OT_flipfree_clear_cones,
-    MESH_OT_flipfree_mark_cone,
-)
+        return f"{common.plural(count, 'cone')} cleared" if count else "No cone is marked there"

@@ -65,8 +65,8 @@ class CutTask(seamless.SeamlessTask):
 
 def make_task(snapshot, **options) -> CutTask:
     snapshot = separated.separated(snapshot)
-    ob = bpy.data.objects[snapshot.object_name]
-    return CutTask(snapshot, *cone_sums.marked(ob, snapshot), marks.loops(ob, snapshot), **options)
+    loops = marks.loops(bpy.data.objects[snapshot.object_name], snapshot)
+    return CutTask(snapshot, *cone_sums.marked(snapshot), loops, **options)
 
 
 class UV_OT_flipfree_cut(options.UseModifiers, options.MapOperator, bpy.types.Operator):
@@ -76,10 +76,9 @@ class UV_OT_flipfree_cut(options.UseModifiers, options.MapOperator, bpy.types.Op
         "Mark seams that cut a closed surface into disks with right-angled corners, as many as the marked cones ask for. UVs "
         "stay as they are; edges are split where the seams need room"
     )
-    verb = "Admissible Cut"
 
-    follow: options.choice("For", "What a map along these seams shall have", FOLLOWED)
-    select_corners: options.flag("Select Corners", "Select the vertices at which seams meet")
+    follow: options.choice("For: What a map along these seams shall have", FOLLOWED)
+    select_corners: options.flag("Select Corners: Select the vertices at which seams meet")
 
     make_task = staticmethod(make_task)
 
@@ -92,6 +91,3 @@ class UV_OT_flipfree_cut(options.UseModifiers, options.MapOperator, bpy.types.Op
             f"{common.plural(branches, 'branch', 'branches')}, {common.plural(corners, 'corner')}, "
             f"{common.plural(disks, 'disk')}, {parts.added(tasks)}"
         )
-
-
-CLASSES = (UV_OT_flipfree_cut,)

@@ -110,28 +110,22 @@ class UV_OT_flipfree_embed(
         "Map every island onto a circle, a square, a triangle or a convex polygon of your own, without a flip, however crooked "
         "the island is. Edges that such a boundary flattens are split"
     )
-    verb = "Embed in Polygon"
     joint_layout = True
     advanced = ("method",)
 
     boundary: options.choice(
-        "Boundary", "The convex polygon that islands are mapped onto", BOUNDARIES
+        "Boundary: The convex polygon that islands are mapped onto", BOUNDARIES
     )
-    method: options.choice("Method", "How the inside gets its place", METHODS)
-    optimise: options.flag("Optimise", "Lower the distortion, with the boundary held")
+    method: options.choice("Method: How the inside gets its place", METHODS)
+    optimise: options.flag("Optimise: Lower the distortion, with the boundary held")
     pack: options.flag(
-        "Pack Islands",
-        "Pack the islands into the unit square, in the size of their surface. Off: all lie around the origin",
+        "Pack Islands: Pack the islands into the unit square, in the size of their surface. Off: all lie around the origin",
         on=True,
     )
 
-    def has_effect(self, name):
+    def needs(self):
         packs = self.pack and self.boundary not in _OWN
-        shown = {"pack": self.boundary not in _OWN, "margin_pixels": packs, "texture_size": packs}
-        return shown.get(name, True)
+        return {"pack": self.boundary not in _OWN, "margin_pixels": packs, "texture_size": packs}
 
     make_task = staticmethod(make_task)
     summary = staticmethod(parts.packed_summary)
-
-
-CLASSES = (UV_OT_flipfree_embed,)

@@ -104,8 +104,7 @@ def _density(maps: list, ob) -> float | None:
     surface = plane = 0.0
     for found in maps:
         at, uv = scene.placed(found.vertices, ob)[found.faces], found.uv
-        normals = np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0])
-        surface += float(np.linalg.norm(normals, axis=1).sum())
+        surface += float(np.linalg.norm(scene.normals(at), axis=1).sum())
         sides = np.stack([uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]], axis=-1)
         plane += float(np.abs(np.linalg.det(sides)).sum())
     density = np.sqrt(plane / surface) if surface > 0.0 else 0.0
@@ -160,13 +159,8 @@ class JointLayout(modal.StagedTask):
         )
         stored = packed.uv32()
         yield modal.Pause()
-        stats = {
-            name: packed.stats[name]
-            for name in (
-                *("kept_places", "tile", "tiles", "fill", "stacked", "margin_met"),
-                "enlarged_islands",
-            )
-        }
+        names = "kept_places tile tiles fill stacked margin_met enlarged_islands".split()
+        stats = {name: packed.stats[name] for name in names}
         mirrored = np.zeros(len(triangles), np.int32)
         mirrored[packed.certificate.mirrored_faces] = 1
         for i, task in enumerate(tasks):

@@ -3,7 +3,6 @@
 
 import bpy
 
-from .. import errors
 from ..meshes import marks, mesh_io
 from . import common, options
 
@@ -17,22 +16,18 @@ KINDS = {
 }
 
 
-class MESH_OT_flipfree_mark(bpy.types.Operator):
+class MESH_OT_flipfree_mark(common.PlainOperator, bpy.types.Operator):
     bl_idname = "mesh.flipfree_mark"
     bl_label = "Mark Line, Path or Loop"
     bl_description = (
         "Mark selected edges as a line or path for Match Pins, or a ring of selected faces as a loop along which a field "
         "turns"
     )
-    bl_options = {"REGISTER", "UNDO"}
 
-    kind: options.choice("As", "What the selection is marked as", KINDS)
-    quarter_turns: bpy.props.IntProperty(
-        name="Quarter Turns",
-        description="To the left, along the ring from its first face towards that one's neighbour with the smaller number",
-        default=0,
-        min=-400,
-        max=400,
+    kind: options.choice("As: What the selection is marked as", KINDS)
+    quarter_turns: options.whole(
+        "Quarter Turns: To the left, along the ring from its first face towards that one's neighbour with the smaller number",
+        (0, -400, 400),
     )
 
     @classmethod
@@ -47,23 +42,15 @@ class MESH_OT_flipfree_mark(bpy.types.Operator):
         if self.kind == "loop":
             self.layout.prop(self, "quarter_turns")
 
-    def execute(self, context):
+    def work(self, context):
         ob = context.edit_object
-        try:
-            if self.kind == "loop":
-                text = f"A loop of {common.plural(marks.mark_loop(ob, self.quarter_turns), 'face')} marked"
-            elif self.kind == "none":
-                text = f"{common.plural(marks.clear(ob), 'mark')} cleared"
-            else:
-                count = marks.mark_chain(ob, self.kind)
-                if not count:
-                    raise mesh_io.MeshProblem(f"{ob.name}: no edges are selected")
-                text = f"{common.plural(count, 'edge')} marked as a {self.kind}"
-        except mesh_io.MeshProblem as problem:
-            errors.complain(self, str(problem))
-            return {"CANCELLED"}
-        self.report({"INFO"}, text)
-        return {"FINISHED"}
-
-
-CLASSES = (MESH_OT_flipfree_mark,)
+        if self.kind == "loop":
+            return (
+                f"A loop of {common.plural(marks.mark_loop(ob, self.quarter_turns), 'face')} marked"
+            )
+        if self.kind == "none":
+            return f"{common.plural(marks.clear(ob), 'mark')} cleared"
+        count = marks.mark_chain(ob, self.kind)
+        if not count:
+            raise mesh_io.MeshProblem(f"{ob.name}: no edges are selected")
+        return f"{common.plural(count, 'edge')} marked as a {self.kind}"

@@ -305,9 +305,7 @@ class MatchTask(parts.PartsTask):
 
 def summary(tasks: list[MatchTask]) -> str:
     """The report line, without the time."""
-    certificates = [c for task in tasks for c in task.certificates]
-    between = sum(task.island_overlaps for task in tasks)
-    text = common.figures(certificates, sum(task.charts for task in tasks), between)
+    text = common.figures(tasks, sum(task.island_overlaps for task in tasks))
     hurried = sum(task.hurried for task in tasks)
     if hurried:
         text += f", {common.plural(hurried, 'island')} stopped at the time limit"
@@ -339,29 +337,25 @@ class UV_OT_flipfree_match(
         "Map every island with pins so that pinned UVs keep their place exactly and nothing folds; "
         "triangles are subdivided only where no other way is left"
     )
-    verb = "Match Pins"
     needs_uv = True
     option_names = (
         "bijective may_add straight_lines cut_open rest correct_aspect max_seconds use_modifiers"
     ).split()
 
     may_add: options.flag(
-        "May Add Vertices",
-        "Triangles are subdivided where the pins leave no other way. Off: the mesh stays as it is, and pins that "
-        "cannot be met then are refused",
+        "May Add Vertices: Triangles are subdivided where the pins leave no other way. Off: the mesh stays as it is, and pins "
+        "that cannot be met then are refused",
         on=True,
     )
     straight_lines: options.flag(
-        "Straight Lines",
-        "Marked lines run straight from pin to pin, and edges between two pinned vertices stay straight, even where "
-        "triangles beside them are subdivided",
+        "Straight Lines: Marked lines run straight from pin to pin, and edges between two pinned vertices stay straight, even "
+        "where triangles beside them are subdivided",
         on=True,
     )
     cut_open: options.flag(
-        "Cut Open",
-        "Pinned islands that are closed or have handles are cut open, and the cuts marked as seams",
+        "Cut Open: Pinned islands that are closed or have handles are cut open, and the cuts marked as seams"
     )
-    rest: options.choice("Other Islands", "", REST)
+    rest: options.choice("Other Islands", REST)
 
     make_task = staticmethod(make_task)
     summary = staticmethod(summary)
@@ -389,6 +383,3 @@ def refuse_island(snapshot, island, what: str):
 def group_vertices(ob) -> np.ndarray:
     """Mesh vertices of the group `Pins`."""
     return selection.in_group(ob, GROUP)
-
-
-CLASSES = (UV_OT_flipfree_match,)

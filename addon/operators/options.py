@@ -11,86 +11,52 @@ these classes. `tests/blender/test_registration.py` looks at every operator's pr
 import inspect
 import itertools
 
-import bpy
-
 from flipfree.distortion import STRETCH_BOUND
 
 from .. import aspect, modal, texture
 from ..meshes import mesh_io
+from ..properties import choice, flag, real, whole
+from ..properties import words as words
 from . import common, layout
 
 
-def flag(name: str, description: str, *, on: bool = False):
-    return bpy.props.BoolProperty(name=name, description=description, default=on)
-
-
-def choice(name: str, description: str, items: dict[str, str], *, default: str = ""):
-    """items: {identifier: "Name: what it is"}. default: without it the first one."""
-    rows = [(key, *text.partition(": ")[::2]) for key, text in items.items()]
-    return bpy.props.EnumProperty(
-        name=name, description=description, items=rows, default=default or rows[0][0]
-    )
-
-
-def real(name: str, description: str, default: float, least: float, **more):
-    """more: as of Blender's properties: max, soft_max, precision, subtype."""
-    return bpy.props.FloatProperty(
-        name=name, description=description, default=default, min=least, **more
-    )
-
-
-def whole(name: str, description: str, default: int, least: int, **more):
-    return bpy.props.IntProperty(
-        name=name, description=description, default=default, min=least, **more
-    )
-
-
 class NoOverlaps:
-    bijective: flag("No Overlaps", "No island may overlap itself", on=True)
+    bijective: flag("No Overlaps: No island may overlap itself", on=True)
 
 
 class KeepPins:
-    use_pins: flag("Keep Pins", "Pinned UVs keep their place exactly", on=True)
+    use_pins: flag("Keep Pins: Pinned UVs keep their place exactly", on=True)
 
 
 class UseModifiers:
     use_modifiers: flag(
-        "Use Modifiers",
-        "Work on the surface as modifiers and shape keys deform it in the viewport. Only with such that leave the faces as "
-        "they are: subdivision, mirror and the like are refused",
+        "Use Modifiers: Work on the surface as modifiers and shape keys deform it in the viewport. Only with such that leave "
+        "the faces as they are: subdivision, mirror and the like are refused"
     )
 
 
 class Stretch:
     stretch: real(
-        "Stretch",
-        "Of automatic seams: lengths may change by about this factor. Lower is more seams: 1.1 is hardly any "
-        "stretch, 1.25 suits most textures, 2 is few cuts",
-        STRETCH_BOUND,
-        1.01,
+        "Stretch: Of automatic seams: lengths may change by about this factor. Lower is more seams: 1.1 is hardly any stretch, "
+        "1.25 suits most textures, 2 is few cuts",
+        (STRETCH_BOUND, 1.01, 100.0),
         soft_max=3.0,
-        max=100.0,
         precision=2,
     )
 
 
 class TextureSize:
     texture_size: whole(
-        "Texture Size",
-        "Pixels of the texture's longer side. At first that of the scene, in the sidebar",
-        texture.SIZE,
-        16,
-        max=65536,
+        "Texture Size: Pixels of the texture's longer side. At first that of the scene, in the sidebar",
+        (texture.SIZE, 16, 65536),
     )
 
 
 class Margin(TextureSize):
     margin_pixels: real(
-        "Margin",
-        "Least gap between packed islands, in pixels of the texture; half of it to the tile's border. At first that of the "
-        "scene, in the sidebar",
-        texture.MARGIN,
-        0.0,
+        "Margin: Least gap between packed islands, in pixels of the texture; half of it to the tile's border. At first that of "
+        "the scene, in the sidebar",
+        (texture.MARGIN, 0.0),
         soft_max=64.0,
         precision=1,
     )
@@ -98,52 +64,46 @@ class Margin(TextureSize):
 
 class CorrectAspect:
     correct_aspect: flag(
-        "Correct Aspect",
-        "Islands keep their shape on the active image, which may be wider than high: that of the UV editor the operator is "
-        "called from, or else of the active material. Without an image textures are squares",
+        "Correct Aspect: Islands keep their shape on the active image, which may be wider than high: that of the UV editor the "
+        "operator is called from, or else of the active material. Without an image textures are squares",
         on=True,
     )
 
 
 class MeasureAspect:
     correct_aspect: flag(
-        "Correct Aspect",
-        "Measured on the active image, which may be wider than high: that of the UV editor the operator is called from, or "
-        "else of the active material. Off: in the unit square",
+        "Correct Aspect: Measured on the active image, which may be wider than high: that of the UV editor the operator is "
+        "called from, or else of the active material. Off: in the unit square",
         on=True,
     )
 
 
 class Placement(Margin):
     keep_placement: flag(
-        "Keep Placement",
-        "Islands go back to where they were, all at one scale, if then none overlaps another and none leaves the "
-        "unit square. Otherwise, and by default, they are packed together. Islands with pins always stay",
+        "Keep Placement: Islands go back to where they were, all at one scale, if then none overlaps another and none leaves "
+        "the unit square. Otherwise, and by default, they are packed together. Islands with pins always stay"
     )
 
 
 class Packing(Margin):
     pack: flag(
-        "Pack Islands",
-        "Pack the islands of all objects into the unit square, at one scale. Otherwise they keep their place, "
-        "size and direction. Islands with pins always stay",
+        "Pack Islands: Pack the islands of all objects into the unit square, at one scale. Otherwise they keep their place, "
+        "size and direction. Islands with pins always stay"
     )
 
 
 def scale_bound(default: float):
     return real(
-        "Scale Bound",
-        "Of suggested cones: the largest scale is at most so many times the smallest one. Lower is more cones",
-        default,
-        1.01,
+        "Scale Bound: Of suggested cones: the largest scale is at most so many times the smallest one. Lower is more cones",
+        (default, 1.01),
         soft_max=100.0,
     )
 
 
 def mark_cuts(attribute: str = ""):
     """attribute: what else is written with the marks."""
-    text = "Mark the edges along which the map is cut" + attribute
-    return flag("Mark Cuts as Seams", text, on=True)
+    text = "Mark Cuts as Seams: Mark the edges along which the map is cut"
+    return flag(text + attribute, on=True)
 
 
 ENGINES = {
@@ -155,23 +115,22 @@ ENGINES = {
 
 
 def engine():
-    return choice("Method", "How the map is found", ENGINES)
+    return choice("Method: How the map is found", ENGINES)
 
 
 def meet_pins():
-    text = (
-        "Pinned UVs, and those of the group `Pins`, keep their place exactly, as far as they are inside the map that is found "
-        "without them: its cuts and boundaries stay. Sharp edges are followed then, but are no lines of the map"
+    return flag(
+        "Meet Pins: Pinned UVs, and those of the group `Pins`, keep their place exactly, as far as they are inside the map that "
+        "is found without them: its cuts and boundaries stay. Sharp edges are followed then, but are no lines of the map"
     )
-    return flag("Meet Pins", text)
 
 
 def fit_unit_square():
-    text = (
-        "Scale the map by a power of two, which keeps the seams exact, so that it fits the unit square. Off: one UV "
-        "unit is one unit of the object, so that several objects have one scale"
+    return flag(
+        "Fit Unit Square: Scale the map by a power of two, which keeps the seams exact, so that it fits the unit square. Off: "
+        "one UV unit is one unit of the object, so that several objects have one scale",
+        on=True,
     )
-    return flag("Fit Unit Square", text, on=True)
 
 
 # Seconds of the clock per island, where an operator does not ask.
@@ -180,11 +139,9 @@ MAX_SECONDS = 300.0
 
 class TimeLimit:
     max_seconds: real(
-        "Time Limit",
-        "Most seconds per island. A map that was found by then is kept, however much it could still be "
-        "improved; if there is none, nothing is changed. 0 is no limit",
-        MAX_SECONDS,
-        0.0,
+        "Time Limit: Most seconds per island. A map that was found by then is kept, however much it could still be improved; "
+        "if there is none, nothing is changed. 0 is no limit",
+        (MAX_SECONDS, 0.0),
         soft_max=3600.0,
         precision=1,
     )
@@ -227,9 +184,9 @@ class MapOperator(modal.SolverOperator):
     def poll(cls, context):
         return common.poll(cls, context, needs_uv=cls.needs_uv)
 
-    def has_effect(self, name: str) -> bool:
-        """Whether an option changes anything, given the others; it is drawn only then."""
-        return True
+    def needs(self) -> dict[str, bool]:
+        """Options that change something under a condition only -> whether it holds; they are drawn only then."""
+        return {}
 
     def draw_option(self, layout, context, name: str):
         layout.prop(self, name)
@@ -237,16 +194,19 @@ class MapOperator(modal.SolverOperator):
     def draw(self, context):
         self.layout.use_property_split = True
         self.layout.use_property_decorate = False
-        for name in self.option_names:
-            if name not in self.advanced and self.has_effect(name):
+        needs = self.needs()
+        shown = [name for name in self.option_names if needs.get(name, True)]
+        for name in shown:
+            if name not in self.advanced:
                 self.draw_option(self.layout, context, name)
         if not self.advanced:
             return
         header, body = self.layout.panel(f"{type(self).__name__}_advanced", default_closed=True)
         header.label(text="Advanced")
         if body is not None:
-            for name in filter(self.has_effect, self.advanced):
-                self.draw_option(body, context, name)
+            for name in self.advanced:
+                if name in shown:
+                    self.draw_option(body, context, name)
 
     def values(self, context) -> dict:
         """The options by the names that tasks have for them."""

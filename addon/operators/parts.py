@@ -21,11 +21,11 @@ class PartsTask(modal.StagedTask):
 
     flattens = True
     mark_cuts = True  # edges along which the result is cut become seams
+    judged = ()
 
     def __init__(self, snapshot, **options):
         super().__init__(snapshot, **options)
         self.result = None
-        self.certificates = []
         self.judged = []
         self.island_overlaps = 0
         self.new_vertices = 0
@@ -44,8 +44,7 @@ class PartsTask(modal.StagedTask):
         """Keeps a certificate for the report; the first one lists what the whole mesh was separated for."""
         if self.snapshot.clean is not None and not self.judged:
             certificate = replace(certificate, mends=self.snapshot.clean.mends)
-        self.certificates.append(certificate)
-        self.judged.append(common.Judged(certificate, faces))
+        self.judged.append(modal.Judged(certificate, faces))
 
     def surface(self):
         """(vertices, triangles) of the map."""
@@ -63,6 +62,9 @@ class PartsTask(modal.StagedTask):
 
     def stored_map(self):
         return *self.surface(), self.result.uv32()
+
+    def island_count(self) -> int:
+        return labels.count_islands(self.result.faces, self.result.uv32())
 
     def look_at_islands(self):
         """Last stage: counts the islands that lie on each other in the map as it will be stored."""
@@ -103,9 +105,8 @@ class PackedTask(PartsTask):
     `pack_options`."""
 
     packs = True
-    packs_alone = (
-        True  # where no other object takes part; otherwise all are laid out together (layout.py)
-    )
+    # Where no other object takes part; otherwise all are laid out together (layout.py).
+    packs_alone = True
     keep_placement = False
     aspect = 1.0
     margin = 0.0
@@ -147,13 +148,9 @@ class PackedTask(PartsTask):
                 result.vertices, result.faces[rows], result.uv32()[rows], bijective=True
             )
             stored = {name: getattr(found, name) for name in AS_STORED}
-            certificate = replace(self.certificates[i], **stored)
+            certificate = replace(self.judged[i].certificate, **stored)
             faces = self.snapshot.triangle_face[result.parent_face[rows]]
-            self.certificates[i] = certificate
-            self.judged[i] = common.Judged(certificate, faces)
-
-    def island_count(self) -> int:
-        return labels.count_islands(self.result.faces, self.result.uv32())
+            self.judged[i] = modal.Judged(certificate, faces)
 
 
 def added(tasks: list[PartsTask]) -> str:
@@ -164,7 +161,5 @@ def added(tasks: list[PartsTask]) -> str:
 
 def packed_summary(tasks: list[PackedTask], more: str = "") -> str:
     """The report line, without the time. more: said after the figures of the map."""
-    count = sum(t.island_count() for t in tasks)
-    between = sum(t.island_overlaps for t in tasks)
-    text = common.figures([c for t in tasks for c in t.certificates], count, between)
+    text = common.figures(tasks, sum(t.island_overlaps for t in tasks))
     return f"{text}{more}, {added(tasks)}"

@@ -32,28 +32,14 @@ class QuadsTask(modal.StagedTask):
         "time limit reached": "Allow more time in the preferences, or ask for fewer Quads",
     }
 
-    def __init__(
-        self,
-        snapshot,
-        own,
-        *,
-        target=2000,
-        edge_length=0.0,
-        field_from="automatic",
-        symmetry="none",
-        adaptive=0.0,
-        replace=True,
-        **density,
-    ):
-        """density: as sources.look() has it."""
-        super().__init__(snapshot)
+    target, edge_length, field_from, adaptive = 2000, 0.0, "automatic", 0.0
+    symmetry, replace = None, True
+
+    def __init__(self, snapshot, own, **options):
+        """options: those of density as sources.look() has them."""
+        self.density = {k: options.pop(k) for k in list(options) if k.startswith("density")}
+        super().__init__(snapshot, **options)
         self.own = own
-        self.size = {"edge_length": edge_length} if edge_length else {"target": target}
-        self.field_from = field_from
-        self.symmetry = None if symmetry == "none" else symmetry
-        self.adaptive = adaptive
-        self.replace = replace
-        self.density = density
 
     def stages(self):
         name = self.snapshot.object_name
@@ -81,7 +67,7 @@ class QuadsTask(modal.StagedTask):
             features=features,
             sizing=given.sizing,
             **self.values("adaptive symmetry"),
-            **self.size,
+            **self.values("edge_length" if self.edge_length else "target"),
         )
 
     def write(self, ob):
@@ -125,7 +111,8 @@ def make_task(snapshot, *, symmetry="none", **options) -> QuadsTask:
     else:  # about the object's own plane
         placed = snapshot.vertices * np.abs(ob.matrix_world.to_scale())
     whole = dataclasses.replace(snapshot, vertices=placed)
-    return QuadsTask(whole, snapshot.vertices, symmetry=symmetry, **options)
+    axis = None if symmetry == "none" else symmetry
+    return QuadsTask(whole, snapshot.vertices, symmetry=axis, **options)
 
 
 def summary(tasks: list[QuadsTask]) -> str:
@@ -156,40 +143,30 @@ class UV_OT_flipfree_quads(field_aligned.Densities, options.MapOperator, bpy.typ
         "Make a mesh of quads of the surface, with its topology, whose edges follow a field. Materials, UV maps, vertex groups, "
         "shape keys, attributes and marks of edges are carried over"
     )
-    verb = "Quad Remesh"
     option_names = (
         "target edge_length field_from adaptive density density_name density_ratio symmetry replace"
     ).split()
 
-    target: options.whole(
-        "Quads", "About how many quads each object becomes", 2000, 1, max=10_000_000
-    )
+    target: options.whole("Quads: About how many quads each object becomes", (2000, 1, 10_000_000))
     edge_length: options.real(
-        "Edge Length",
-        "How long the sides of quads are in the scene; 0: as their number makes them",
-        0.0,
-        0.0,
+        "Edge Length: How long the sides of quads are in the scene; 0: as their number makes them",
+        (0.0, 0.0),
         subtype="DISTANCE",
     )
-    field_from: options.choice("Field", "What the edges of quads run along", FIELDS)
+    field_from: options.choice("Field: What the edges of quads run along", FIELDS)
     adaptive: options.real(
-        "Adaptive",
-        "How much denser quads are where the surface bends more; at 100 they are off it by about as much everywhere. There are "
-        "more irregular vertices then",
-        0.0,
-        0.0,
-        max=100.0,
+        "Adaptive: How much denser quads are where the surface bends more; at 100 they are off it by about as much everywhere. "
+        "There are more irregular vertices then",
+        (0.0, 0.0, 100.0),
         subtype="PERCENTAGE",
     )
     symmetry: options.choice(
-        "Symmetry",
-        "The half on the positive side of this axis of the object becomes quads, along a field of its own and, with that Field, "
-        "sharp edges; and is mirrored",
+        "Symmetry: The half on the positive side of this axis of the object becomes quads, along a field of its own and, with "
+        "that Field, sharp edges; and is mirrored",
         SYMMETRIES,
     )
     replace: options.flag(
-        "Replace",
-        "The quads take the place of the object's mesh. Off: they are a new object, and the old one is hidden",
+        "Replace: The quads take the place of the object's mesh. Off: they are a new object, and the old one is hidden"
     )
 
     make_task = staticmethod(make_task)
@@ -201,12 +178,9 @@ class UV_OT_flipfree_quads(field_aligned.Densities, options.MapOperator, bpy.typ
             cls, context.mode == "OBJECT", "Works in Object Mode"
         ) and super().poll(context)
 
-    def has_effect(self, name):
-        return super().has_effect(name) and (name != "target" or not self.edge_length)
+    def needs(self):
+        return super().needs() | {"target": not self.edge_length}
 
     def advice(self, tasks):
         raised = any(task.result.stats.get("count_raised") for task in tasks)
         return "So few quads would be no mesh: there are more" if raised else ""
-
-
-CLASSES = (UV_OT_flipfree_quads,)

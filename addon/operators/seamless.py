@@ -171,9 +171,6 @@ class SeamlessTask(parts.PartsTask):
             lefts.append((triangles, cone_sums.curvature_left(part, angles, flat)))
         cone_sums.refuse_unbalanced(self.snapshot, lefts, SUGGEST_QUARTERS)
 
-    def island_count(self) -> int:
-        return labels.count_islands(self.result.faces, self.result.uv32())
-
     def mark(self, ob):
         """Writes beside the map what the mesh's own vertices and faces shall bear."""
         if self.mark_cones and self.suggested:
@@ -200,8 +197,7 @@ class SeamlessTask(parts.PartsTask):
 
 def make_task(snapshot, **options) -> SeamlessTask:
     snapshot = separated.separated(snapshot)
-    marked, boundary = cone_sums.marked(bpy.data.objects[snapshot.object_name], snapshot)
-    return SeamlessTask(snapshot, marked, boundary, **options)
+    return SeamlessTask(snapshot, *cone_sums.marked(snapshot), **options)
 
 
 def summary(tasks: list[SeamlessTask]) -> str:
@@ -236,30 +232,25 @@ class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):
         "Map a surface so that across every seam the map only turns by quarters and moves: textures with fourfold "
         "symmetry keep their direction and size. The cut is marked as seams"
     )
-    verb = "Seamless Map"
     advanced = ("engine",)
 
     cones_from: options.choice(
-        "Cones", "Where the map's angles around a vertex are no full turn", CONES
+        "Cones: Where the map's angles around a vertex are no full turn", CONES
     )
     bound: options.scale_bound(2.0)
-    boundary: options.choice("Boundary", "Where the surface is open", BOUNDARIES)
-    optimise: options.flag("Optimise", "Lower the distortion; the seams keep matching", on=True)
+    boundary: options.choice("Boundary: Where the surface is open", BOUNDARIES)
+    optimise: options.flag("Optimise: Lower the distortion; the seams keep matching", on=True)
     fit: options.fit_unit_square()
     mark_cuts: options.mark_cuts(", with their quarter turns in the attribute `seam_turns`")
     mark_cones: options.flag(
-        "Mark Suggested Cones",
-        "Put suggested cones into the groups `Cone +1`, `Cone -1`, ...: the next run takes the same ones",
+        "Mark Suggested Cones: Put suggested cones into the groups `Cone +1`, `Cone -1`, ...: the next run takes the same ones",
         on=True,
     )
     meet_pins: options.meet_pins()
     engine: options.engine()
 
-    def has_effect(self, name):
-        return name != "bound" or self.cones_from != "marked"
+    def needs(self):
+        return {"bound": self.cones_from != "marked"}
 
     make_task = staticmethod(make_task)
     summary = staticmethod(summary)
-
-
-CLASSES = (UV_OT_flipfree_seamless,)

@@ -8,7 +8,7 @@ from flipfree.distortion import STRETCH_BOUND
 
 from .. import compat, errors, mends, modal, solver
 from ..aspect import sides
-from ..meshes import labels, selection
+from ..meshes import labels, mesh_io, selection
 from ..views import faults, measures
 from . import common, options
 
@@ -39,11 +39,9 @@ def show(context, places: list) -> None:
         selection.select_only(ob, kind, ids, modes=kinds)
 
 
-class _SelectPlaces:
+class _SelectPlaces(common.PlainOperator):
     """Selects what a run left behind. Subclasses have `there_are()` and `places()`: [(object, kind, ids)]; `nothing`: why there
     is nothing to select; `changed`, `again`: which mesh there is no longer, and what to do."""
-
-    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context):
@@ -52,21 +50,18 @@ class _SelectPlaces:
             return False
         return common.allowed(cls, cls.there_are(), cls.nothing)
 
-    def execute(self, context):
+    def work(self, context):
         found = self.places()
         if context.mode == "EDIT_MESH":
             editing = set(context.objects_in_mode)
             found = [place for place in found if place[0] in editing]
         if not found:
-            errors.complain(
-                self,
-                f"The mesh is no longer the one that {self.changed}, or not the one in Edit Mode. {self.again}",
+            raise mesh_io.MeshProblem(
+                f"The mesh is no longer the one that {self.changed}, or not the one in Edit Mode. {self.again}"
             )
-            return {"CANCELLED"}
         show(context, found)
         counts = [common.plural(len(ids), kind, _MANY[kind]) for _, kind, ids in found]
-        self.report({"INFO"}, f"{', '.join(counts)} selected")
-        return {"FINISHED"}
+        return f"{', '.join(counts)} selected"
 
 
 class UV_OT_flipfree_select_failed(_SelectPlaces, bpy.types.Operator):
@@ -140,7 +135,6 @@ class UV_OT_flipfree_select_poor(options.MeasureAspect, options.MapOperator, bpy
         f"Select the islands of the UV map that are stretched beyond {STRETCH_BOUND}: more seams there give a better map. "
         "At most the hundred worst"
     )
-    verb = "Select Stretched Islands"
     needs_uv = True
 
     def make_run(self, context):
@@ -225,22 +219,18 @@ class UV_OT_flipfree_select_faces(options.MeasureAspect, options.MapOperator, bp
     bl_idname = "uv.flipfree_select_faces"
     bl_label = "Select Faces by Map"
     bl_description = "Select faces that are flipped, without area, overlapping or most distorted in the UV map, or their islands"
-    verb = "Select Faces"
     needs_uv = True
 
-    what: options.choice("Faces", "Which faces are selected", WHAT)
+    what: options.choice("Faces: Which faces are selected", WHAT)
     share: options.real(
-        "Share",
-        "How much of the surface is selected: the worst faces that make up so many per cent of its area",
-        5.0,
-        0.0,
-        max=100.0,
+        "Share: How much of the surface is selected: the worst faces that make up so many per cent of its area",
+        (5.0, 0.0, 100.0),
         subtype="PERCENTAGE",
     )
-    islands: options.flag("Whole Islands", "Select all faces of the islands that have such faces")
+    islands: options.flag("Whole Islands: Select all faces of the islands that have such faces")
 
-    def has_effect(self, name):
-        return name not in ("share", "correct_aspect") or self.what in _BY_MEASURE
+    def needs(self):
+        return dict.fromkeys(("share", "correct_aspect"), self.what in _BY_MEASURE)
 
     def make_run(self, context):
         values = self.values(context)
@@ -252,11 +242,3 @@ class UV_OT_flipfree_select_faces(options.MeasureAspect, options.MapOperator, bp
         return (
             f"{name}: {common.plural(count, 'face')}, now selected" if count else f"{name}: no face"
         )
-
-
-CLASSES = (
-    UV_OT_flipfree_select_failed,
-    UV_OT_flipfree_select_mends,
-    UV_OT_flipfree_select_poor,
-    UV_OT_flipfree_select_faces,
-)

@@ -7,14 +7,8 @@ import numpy as np
 import flipfree
 
 from .. import compat, modal
-from ..meshes import mesh_io, refine
+from ..meshes import mesh_io, refine, selection
 from . import common, options
-
-# Types of attributes whose values are sums -> their property. Names for something have no mean.
-_SUMS = {
-    **{"FLOAT": "value", "FLOAT2": "vector", "FLOAT_VECTOR": "vector"},
-    **{"FLOAT_COLOR": "color", "BYTE_COLOR": "color"},
-}
 
 
 class TransferTask(modal.Task):
@@ -80,9 +74,9 @@ def _put(mesh, name, kind, domain, rows, values):
     found = mesh.attributes.get(name) or mesh.attributes.new(name, kind, domain)
     if (found.data_type, found.domain) != (kind, domain):
         return
-    every = compat.values(found.data, _SUMS[kind], np.float32, values.shape[1])
+    every = compat.rows(found.data, kind)
     every[rows] = values
-    found.data.foreach_set(_SUMS[kind], every.ravel())
+    found.data.foreach_set(compat.SUMS[kind][0], every.ravel())
 
 
 def carried_by(ob) -> dict:
@@ -91,22 +85,16 @@ def carried_by(ob) -> dict:
     mesh, found = ob.data, {}
     vertex_of = compat.corner_vertices(mesh)
     marking = refine.marking_groups(ob)
-    for group in ob.vertex_groups:
-        if group.index not in marking:
-            weights = np.zeros(len(mesh.vertices), np.float32)
-            for v in mesh.vertices:
-                for g in v.groups:
-                    if g.group == group.index:
-                        weights[v.index] = g.weight
-            found[group.name, "GROUP", ""] = weights[vertex_of, None]
+    groups = [group for group in ob.vertex_groups if group.index not in marking]
+    for group, weights in zip(groups, selection.weights(mesh, *groups), strict=True):
+        found[group.name, "GROUP", ""] = weights[vertex_of, None]
     left_out = {"position", mesh.uv_layers.active.name}
     for attribute in mesh.attributes:
         kind, domain, name = attribute.data_type, attribute.domain, attribute.name
-        known = kind in _SUMS and domain in {"POINT", "CORNER"}
+        known = kind in compat.SUMS and domain in {"POINT", "CORNER"}
         if not known or name in left_out or name.startswith(".") or attribute.is_internal:
             continue
-        size = {"FLOAT": 1, "FLOAT2": 2, "FLOAT_VECTOR": 3}.get(kind, 4)
-        values = compat.values(attribute.data, _SUMS[kind], np.float32, size)
+        values = compat.rows(attribute.data, kind)
         found[name, domain, kind] = values[vertex_of] if domain == "POINT" else values
     return found
 
@@ -127,13 +115,10 @@ class UV_OT_flipfree_transfer(options.MapOperator, bpy.types.Operator):
         "Each selected object gets what the active one has at the same place of its UV map: its shape, as a shape key, its "
         "vertex groups, colours and other UV maps. Both maps cover one shape, each point once, such as those of Embed in Polygon"
     )
-    verb = "Transfer"
     needs_uv = True
 
-    source: bpy.props.StringProperty(
-        name="From", description="Object that is taken from; empty: the active one"
-    )
-    shape: options.flag("Shape Key", "Take the shape, as a shape key of the object's name", on=True)
+    source: options.words("From: Object that is taken from; empty: the active one")
+    shape: options.flag("Shape Key: Take the shape, as a shape key of the object's name", on=True)
 
     @classmethod
     def poll(cls, context):
@@ -162,6 +147,3 @@ class UV_OT_flipfree_transfer(options.MapOperator, bpy.types.Operator):
         layers = len(tasks[0].carried)
         count = common.plural(sum(len(t.snapshot.vertices) for t in tasks), "vertex", "vertices")
         return f"{count} like {tasks[0].source.object_name}, {common.plural(layers, 'layer')} carried over"
-
-
-CLASSES = (UV_OT_flipfree_transfer,)

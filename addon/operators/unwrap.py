@@ -27,6 +27,7 @@ class MapTask(modal.StagedTask):
     keep_placement = False
     aspect = 1.0  # width over height of the texture
     margin = 0.0  # between islands, in widths of the texture
+    mark_seams = False
 
     def __init__(self, snapshot: mesh_io.Snapshot, **options):
         super().__init__(snapshot, **options)
@@ -111,27 +112,24 @@ class MapTask(modal.StagedTask):
 
     @property
     def certificate(self):
-        return self.result.certificate
-
-    @property
-    def judged(self) -> list[common.Judged]:
-        return [common.Judged(self.certificate, self.snapshot.triangle_face)]
-
-    @property
-    def islands(self) -> int:
-        return int(self.result.stats["charts"])
+        return self.result and self.result.certificate
 
     def island_count(self) -> int:
-        return self.islands
+        return int(self.result.stats["charts"])
 
     def writing(self, ob):
         seams = self.new_seams()
         yield
         yield from mesh_io.writing_uv(ob, self.snapshot, self._loops, self._values, seams)
 
+    def automatic_cuts(self) -> np.ndarray:
+        """Edges that the solver cut although they are no seams."""
+        cut = mesh_io.edge_ids(self.snapshot, self.result.cut_edges)
+        return cut[~self.snapshot.seams[cut]]
+
     def new_seams(self) -> np.ndarray | None:
         """Edges to be marked as seams."""
-        return None
+        return self.automatic_cuts() if self.mark_seams else None
 
 
 class UnwrapTask(MapTask):
@@ -140,7 +138,7 @@ class UnwrapTask(MapTask):
 
     seams, stretch = SEAMS, STRETCH_BOUND
     bijective = may_add_cuts = cut_extremities = use_pins = True
-    mark_seams = select_cuts = False
+    select_cuts = False
 
     def __init__(self, snapshot, **options):
         super().__init__(snapshot, **options)
@@ -195,14 +193,6 @@ class UnwrapTask(MapTask):
             return "A lower 'Stretch' cuts there, or mark seams yourself"
         return common.MORE_SEAMS
 
-    def automatic_cuts(self) -> np.ndarray:
-        """Edges that the solver cut although they are no seams."""
-        cut = mesh_io.edge_ids(self.snapshot, self.result.cut_edges)
-        return cut[~self.snapshot.seams[cut]]
-
-    def new_seams(self):
-        return self.automatic_cuts() if self.mark_seams else None
-
     def writing(self, ob):
         yield from super().writing(ob)
         if self.select_cuts:
@@ -211,8 +201,7 @@ class UnwrapTask(MapTask):
 
 def summary_of_maps(tasks: list[MapTask], more: str = "") -> str:
     """The report line, without the time. more: said after the figures of the map."""
-    text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
-    return text + more + layout_notes(tasks)
+    return common.figures(tasks) + more + layout_notes(tasks)
 
 
 def summary(tasks: list[UnwrapTask]) -> str:
@@ -260,7 +249,6 @@ class UV_OT_flipfree_unwrap(
         "Unwrap so that no face is flipped, with low distortion, along marked seams and more where these leave too much stretch; "
         "pinned UVs stay exactly where they are"
     )
-    verb = "Auto Unwrap"
     option_names = (
         "seams stretch bijective may_add_cuts cut_extremities use_pins mark_seams select_cuts "
         "keep_placement margin_pixels texture_size correct_aspect use_modifiers"
@@ -272,8 +260,7 @@ class UV_OT_flipfree_unwrap(
     joint_layout = True
 
     seams: options.choice(
-        "Seams",
-        "Where islands end. On meshes with pinned UVs no seams are looked for, unless Keep Pins is off",
+        "Seams: Where islands end. On meshes with pinned UVs no seams are looked for, unless Keep Pins is off",
         {
             "auto": "Automatic: Along the edges that are marked as seams, and where an island is closed, has handles or would be "
             "stretched more than allowed, also along short seams that are found",
@@ -282,27 +269,22 @@ class UV_OT_flipfree_unwrap(
         default=SEAMS,
     )
     may_add_cuts: options.flag(
-        "May Add Cuts",
-        "An island that would lie on top of itself, and could only be kept from it by crushing it, is cut further. "
-        "Off: it is crushed. Without effect on islands with pins, or where overlaps are allowed",
+        "May Add Cuts: An island that would lie on top of itself, and could only be kept from it by crushing it, is cut "
+        "further. Off: it is crushed. Without effect on islands with pins, or where overlaps are allowed",
         on=True,
     )
     cut_extremities: options.flag(
-        "Cut to Extremities",
-        "Closed parts without seams are cut open automatically: also along legs, fingers and whatever else "
+        "Cut to Extremities: Closed parts without seams are cut open automatically: also along legs, fingers and whatever else "
         "would shrink many times. Off: one short cut. Without effect where UVs are pinned",
         on=True,
     )
     mark_seams: options.flag(
-        "Mark Cuts as Seams", "Mark the edges that were cut automatically as seams"
+        "Mark Cuts as Seams: Mark the edges that were cut automatically as seams"
     )
-    select_cuts: options.flag("Select Added Cuts", "Select the edges that were cut automatically")
+    select_cuts: options.flag("Select Added Cuts: Select the edges that were cut automatically")
 
-    def has_effect(self, name):
-        return name not in ({"stretch"} if self.seams == "given" else {"cut_extremities"})
+    def needs(self):
+        return {"stretch": self.seams != "given", "cut_extremities": self.seams == "given"}
 
     make_task = staticmethod(UnwrapTask)
     summary = staticmethod(summary)
-
-
-CLASSES = (UV_OT_flipfree_unwrap,)

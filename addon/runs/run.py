@@ -7,8 +7,10 @@ no Python thread exists.
 
 import time
 import weakref
+from dataclasses import dataclass
 
 import bpy
+import numpy as np
 
 import flipfree
 
@@ -22,6 +24,14 @@ live_runs: "weakref.WeakSet[Run]" = weakref.WeakSet()
 MOMENT = 0.03
 
 
+@dataclass
+class Judged:
+    """A certificate, and the mesh face of each triangle of its map as the mesh was read."""
+
+    certificate: object
+    faces: np.ndarray
+
+
 class Task:
     """The work for one object. Subclasses hold plain arrays and names, never Blender data."""
 
@@ -31,8 +41,8 @@ class Task:
     flattens = False
     # watch.uid of the object that its result was written to.
     object_uid: int | None = None
-    # Certificates of what it made, with the mesh faces they speak of (operators.common.Judged).
-    judged = ()
+    # Of what it made, where that is one map on the mesh's own triangles.
+    certificate = None
     # Pairs of islands on each other, of different objects of the run; -1: nobody looked.
     object_overlaps = -1
     # Of the task's progress, what its present job makes.
@@ -48,6 +58,16 @@ class Task:
         for name, value in options.items():
             getattr(type(self), name)  # none that no subclass knows
             setattr(self, name, value)
+
+    @property
+    def judged(self) -> list[Judged]:
+        """Certificates of what it made, with the mesh faces they speak of."""
+        found = self.certificate
+        return [] if found is None else [Judged(found, self.snapshot.triangle_face)]
+
+    @property
+    def certificates(self) -> list:
+        return [judged.certificate for judged in self.judged]
 
     def values(self, names: str) -> dict:
         """Its options of these names, which blanks part, for a call that has them too."""

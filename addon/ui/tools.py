@@ -29,13 +29,18 @@ from ..views import controls
 
 @dataclass(frozen=True)
 class Tool:
-    """module: its CLASSES has the operator. icon: one that all Blenders from 4.2 on have. command: of `blender -c flipfree`,
+    """module: has the operator's class. icon: one that all Blenders from 4.2 on have. command: of `blender -c flipfree`,
     where there is one; several words are the same."""
 
     module: ModuleType
     operator: str
     icon: str
     command: str = ""
+
+    @property
+    def cls(self) -> type:
+        own = vars(self.module).values()
+        return next(one for one in own if getattr(one, "bl_idname", "") == self.operator)
 
 
 class Section:
@@ -116,9 +121,3 @@ SECTIONS = (
 
 def all_tools() -> list[Tool]:
     return [tool for section in SECTIONS for tool in section.tools]
-
-
-def classes() -> list[type]:
-    """What the modules of the table want registered, each module once."""
-    modules = dict.fromkeys(tool.module for tool in all_tools())
-    return [cls for module in modules for cls in module.CLASSES]

@@ -127,11 +127,7 @@ def draw_panel(layout, context) -> None:
 
 
 def _set_faces(_manager, index: int) -> None:
-    chosen = _FACES[index]
-    if chosen == "none":
-        switch(state.current.faces, False)
-    else:
-        switch(chosen, True)
+    switch(_FACES[index] if index else state.current.faces, bool(index))
 
 
 def _asks(name: str):
@@ -163,9 +159,6 @@ def _properties() -> dict:
             set=_switches(name),
         )
     return found
-
-
-CLASSES = (UV_OT_flipfree_show, UV_OT_flipfree_hide_all, VIEW3D_OT_flipfree_show_field)
 
 
 def register() -> None:

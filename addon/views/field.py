@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The field over the model: a cross on each face that has a direction in the attribute `flipfree_field`."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from .. import compat
@@ -14,47 +12,35 @@ COLOUR = (0.05, 0.25, 0.75, 1.0)
 _ARM, _WIDTH, _LIFT = 0.38, 0.035, 0.04
 
 
-@dataclass
-class _Faces:
-    """(k, 3) of the faces with a direction; area (k,)."""
-
-    centre: np.ndarray
-    normal: np.ndarray
-    direction: np.ndarray
-    area: np.ndarray
-
-
 def draw(read, drawing: shapes.Drawing) -> None:
-    found = _faces(read.mesh)
-    if found is None:
+    direction = _directions(read.mesh)
+    if direction is None:
         drawing.notes.append((COLOUR, f"no field in the attribute {fields.NAME}"))
         return
-    drawing.shapes.append(shapes.Shape(shapes.SURFACE, "TRIS", _crosses(found), COLOUR))
+    drawing.shapes.append(
+        shapes.Shape(shapes.SURFACE, "TRIS", _crosses(read.mesh, direction), COLOUR)
+    )
 
 
 def there_is(mesh) -> bool:
-    return compat.attribute(mesh, fields.NAME, "FACE", "FLOAT_VECTOR") is not None
+    return _directions(mesh) is not None
 
 
-def _faces(mesh) -> _Faces | None:
-    direction = compat.attribute(mesh, fields.NAME, "FACE", "FLOAT_VECTOR")
-    if direction is None:
-        return None
-    centre, normal = (compat.values(mesh.polygons, n, np.float32, 3) for n in ("center", "normal"))
-    return _Faces(centre, normal, direction, compat.values(mesh.polygons, "area", np.float32))
+def _directions(mesh) -> np.ndarray | None:
+    return compat.attribute(mesh, fields.NAME, "FACE", "FLOAT_VECTOR")
 
 
-def _crosses(read: _Faces) -> np.ndarray:
+def _crosses(mesh, direction: np.ndarray) -> np.ndarray:
     """Two thin rectangles on each face that has a direction."""
-    along = (
-        read.direction - read.normal * np.einsum("ij,ij->i", read.direction, read.normal)[:, None]
-    )
+    centre, normal = (compat.values(mesh.polygons, n, np.float32, 3) for n in ("center", "normal"))
+    area = compat.values(mesh.polygons, "area", np.float32)
+    along = direction - normal * np.einsum("ij,ij->i", direction, normal)[:, None]
     length = np.linalg.norm(along, axis=1)
-    good = (length > 1e-6) & np.isfinite(length) & (read.area > 0)
+    good = (length > 1e-6) & np.isfinite(length) & (area > 0)
     x = along[good] / length[good, None]
-    y = np.cross(read.normal[good], x)
-    unit = np.sqrt(read.area[good])[:, None]
-    middle = read.centre[good] + _LIFT * unit * read.normal[good]
+    y = np.cross(normal[good], x)
+    unit = np.sqrt(area[good])[:, None]
+    middle = centre[good] + _LIFT * unit * normal[good]
     parts = []
     for a, b in ((x, y), (y, x)):
         arm, side = _ARM * unit * a, _WIDTH * unit * b

@@ -57,8 +57,6 @@ class Read:
     @cached_property
     def uv(self) -> np.ndarray:
         """(#loops, 2) float32, of the active UV map; zeros without one."""
-        if not self.layer:
-            return np.zeros((len(self.mesh.loops), 2), np.float32)
         return compat.uv_values(self.mesh, self.layer)
 
     @cached_property

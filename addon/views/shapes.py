@@ -39,9 +39,8 @@ class Drawing:
 
     shapes: list[Shape] = field(default_factory=list)
     marks: list[Mark] = field(default_factory=list)
-    notes: list[tuple[tuple, str]] = field(
-        default_factory=list
-    )  # (colour of a square before it, text)
+    # (colour of a square before it, text)
+    notes: list[tuple[tuple, str]] = field(default_factory=list)
     values: np.ndarray | None = None
     weights: np.ndarray | None = None
     face_values: np.ndarray | None = None

@@ -183,7 +183,7 @@ def test_without_a_process_it_is_solved_in_blender_or_refused(part, wanted, monk
     )
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     assert shapes.exact_flips(ob) == 0 and shapes.everything(ob) != before
-    assert said == [operator.verb]
+    assert said == [operator.bl_label]
     run = solved(ob)
     assert "/nowhere/python" in run.solved_here
 

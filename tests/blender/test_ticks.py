@@ -175,7 +175,8 @@ class Operator:
         self.said = []
         driver = part("modal").SolverOperator()
         driver._run, driver._timer = run, "timer"
-        driver.summary = lambda tasks: "all is well"
+        driver.bl_label, driver.summary = "Unwrap", lambda tasks: "all is well"
+        driver.between = driver.advice = driver.hint = lambda tasks: ""
         driver.report = lambda kind, text: self.said.append((kind, text))
         self.driver = driver
         self.context = SimpleNamespace(

@@ -58,12 +58,8 @@ def take(name: str, mesh: bpy.types.Mesh, chosen=None, shape=None) -> Taken:
         edges=compat.edge_vertices(mesh),
         seams=compat.seam_edges(mesh),
         materials=compat.face_materials(mesh),
-        uv=compat.uv_values(mesh, layer_name)
-        if layer_name
-        else np.zeros((len(mesh.loops), 2), np.float32),
-        pinned=compat.pinned_loops(mesh, layer_name)
-        if layer_name
-        else np.zeros(len(mesh.loops), bool),
+        uv=compat.uv_values(mesh, layer_name),
+        pinned=compat.pinned_loops(mesh, layer_name),
         chosen=chosen,
     )
 

@@ -8,23 +8,8 @@ import numpy as np
 from mathutils import kdtree
 
 from ... import compat
-from .. import labels
+from .. import labels, selection
 
-# Attributes that can be mixed: type -> name and number of their values; and those that are names, which are copied.
-_MIXED = {
-    "FLOAT": ("value", 1),
-    "FLOAT2": ("vector", 2),
-    "FLOAT_VECTOR": ("vector", 3),
-    "FLOAT_COLOR": ("color", 4),
-    "BYTE_COLOR": ("color", 4),
-}
-_NAMES = {
-    "INT": ("value", 1, np.int32),
-    "INT8": ("value", 1, np.int8),
-    "BOOLEAN": ("value", 1, bool),
-    "INT32_2D": ("value", 2, np.int32),
-    "QUATERNION": ("value", 4, np.float32),
-}
 # Hidden ones that users have made, unlike places and selections.
 _HIDDEN = (".uv_seam", ".sculpt_face_set", ".sculpt_mask")
 # A side of a face runs along an edge within this share of its own length.
@@ -67,8 +52,7 @@ class Carried:
             if domain == "EDGE":
                 values = np.where(along[:, None] >= 0, values[along], np.zeros_like(values[:1]))
             made = mesh.attributes.get(name) or mesh.attributes.new(name, kind, domain)
-            key = (_MIXED.get(kind) or _NAMES[kind])[0]
-            made.data.foreach_set(key, np.ascontiguousarray(values).ravel())
+            made.data.foreach_set(compat.TYPES[kind][0], np.ascontiguousarray(values).ravel())
         for layers, state in (
             (mesh.uv_layers, self._uv_state),
             (mesh.color_attributes, self._colours),
@@ -102,19 +86,22 @@ class Carried:
         nearest = found.barycentric.argmax(axis=1)[:, None]
         for given in old.attributes:
             kind, domain = given.data_type, given.domain
-            known = kind in _MIXED or kind in _NAMES
             hidden = given.name.startswith(".") and given.name not in _HIDDEN
-            if not known or hidden or given.name == "position" or domain not in _DOMAINS:
+            if (
+                kind not in compat.TYPES
+                or hidden
+                or given.name == "position"
+                or domain not in _DOMAINS
+            ):
                 continue
-            key, width, *own = _MIXED.get(kind) or _NAMES[kind]
-            values = compat.values(given.data, key, own[0] if own else np.float32, width)
+            values = compat.rows(given.data, kind)
             if domain == "FACE":
                 values = values[snapshot.triangle_face[found.quad_parent]]
             elif domain == "CORNER" and kind == "FLOAT2":
                 values = self._of_islands(values)
             elif domain != "EDGE":
                 corners = self._vertices if domain == "POINT" else loops
-                if kind in _MIXED:
+                if kind in compat.SUMS:
                     values = self.mixed(values[corners]).astype(np.float32)
                 else:
                     values = values[np.take_along_axis(corners, nearest, axis=1)[:, 0]]
@@ -203,11 +190,8 @@ class Carried:
 
     def _weights(self, ob):
         """(name, (n,) weights of the new vertices) of the vertex groups."""
-        weights = np.zeros((len(ob.vertex_groups), len(ob.data.vertices)), np.float32)
-        for vertex in ob.data.vertices if len(weights) else ():
-            for element in vertex.groups:
-                weights[element.group, vertex.index] = element.weight
-        for group, row in zip(ob.vertex_groups, weights, strict=True):
+        rows = selection.weights(ob.data, *ob.vertex_groups)
+        for group, row in zip(ob.vertex_groups, rows, strict=True):
             yield group.name, self.mixed(row[self._vertices])
 
     def _shape_keys(self, old):

@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 
-from ... import aspect, errors, scene, texture
+from ... import aspect, scene, texture
 from ...meshes import labels, mesh_io
 from ...views import measures
 from .. import common, options
@@ -33,7 +33,9 @@ def of_areas(surface: np.ndarray, uv: np.ndarray, pixels: float) -> float:
     return pixels * (plane / total) ** 0.5 if total > 0 else 0.0
 
 
-class UV_OT_flipfree_get_density(options.TextureSize, options.MeasureAspect, bpy.types.Operator):
+class UV_OT_flipfree_get_density(
+    common.PlainOperator, options.TextureSize, options.MeasureAspect, bpy.types.Operator
+):
     bl_idname = "uv.flipfree_get_density"
     bl_label = "Get Texel Density"
     bl_description = (
@@ -46,31 +48,24 @@ class UV_OT_flipfree_get_density(options.TextureSize, options.MeasureAspect, bpy
     def poll(cls, context):
         return common.poll(cls, context, needs_uv=True)
 
-    def execute(self, context):
-        try:
-            snapshots, failures = common.read_meshes(context)
-        except mesh_io.MeshProblem as problem:
-            errors.complain(self, str(problem))
-            return {"CANCELLED"}
+    def work(self, context):
+        snapshots, failures = common.read_meshes(context)
         texture.take(self)
         ratio = aspect.active(context) if self.correct_aspect else 1.0
         pixels = pixels_of(self.texture_size, ratio)
         found = self._islands([s for s in snapshots if s.layer_name], pixels)
         if not found:
             text = str(failures[0]) if failures else "There is no face with an area and a UV map"
-            errors.complain(self, text)
-            return {"CANCELLED"}
+            raise mesh_io.MeshProblem(text)
         surface = sum(area for area, _ in found)
         # Areas add up, lengths do not: the mean of squares.
         mean = (sum(area * d**2 for area, d in found) / surface) ** 0.5
         each = [d for _, d in found]
         _last.update(density=mean, texture_size=self.texture_size)
-        self.report(
-            {"INFO"},
+        return (
             f"{mean:.4g} px per unit, {common.plural(len(each), 'island')} of {min(each):.4g} to {max(each):.4g}, "
-            f"for a texture of {self.texture_size} pixels",
+            f"for a texture of {self.texture_size} pixels"
         )
-        return {"FINISHED"}
 
     def _islands(self, snapshots, pixels: float) -> list[tuple[float, float]]:
         """(area in the scene, density) of each island with an area."""
@@ -122,21 +117,18 @@ class UV_OT_flipfree_set_density(
         "Scale islands about their centres until they have so many pixels of the texture per unit of the scene. They may overlap "
         "or leave the tile then: Pack Islands without Same Density keeps the sizes"
     )
-    verb = "Set Texel Density"
     needs_uv = True
     option_names = "density texture_size together use_pins correct_aspect".split()
 
     density: options.real(
-        "Density",
-        "Pixels of the texture per unit of the scene",
-        512.0,
-        1e-6,
+        "Density: Pixels of the texture per unit of the scene",
+        (512.0, 1e-6),
         soft_max=8192.0,
         precision=2,
     )
     together: options.flag(
-        "Keep Proportions",
-        "All islands of an object are scaled alike, and only their average is met. Otherwise each of them meets it",
+        "Keep Proportions: All islands of an object are scaled alike, and only their average is met. Otherwise each of them "
+        "meets it"
     )
 
     def invoke(self, context, event):
@@ -149,6 +141,3 @@ class UV_OT_flipfree_set_density(
     def summary(self, tasks):
         scaled = common.plural(sum(t.moved for t in tasks), "island")
         return f"{scaled} at {self.density:.4g} px per unit: {moved.notes(tasks)}"
-
-
-CLASSES = (UV_OT_flipfree_get_density, UV_OT_flipfree_set_density)

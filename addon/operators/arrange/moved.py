@@ -15,16 +15,11 @@ class MovedTask(modal.StagedTask):
 
     use_pins = True
     aspect = 1.0
-    certificate = None
     moved = stayed = _count = 0  # islands; those with pins stay
 
     def place(self, triangles: np.ndarray, uv: np.ndarray) -> np.ndarray | None:
         """New UVs (k, 3, 2) of an island: its triangles (k,), and their UVs in float64. None: it stays."""
         raise NotImplementedError
-
-    @property
-    def judged(self):
-        return [common.Judged(self.certificate, self.snapshot.triangle_face)]
 
     def island_count(self) -> int:
         return self._count
@@ -75,7 +70,7 @@ class MovedTask(modal.StagedTask):
 
 def notes(tasks: list[MovedTask]) -> str:
     stayed = sum(task.stayed for task in tasks)
-    figures = common.figures([t.certificate for t in tasks], sum(t.island_count() for t in tasks))
+    figures = common.figures(tasks)
     return figures + (f", {common.plural(stayed, 'island')} with pins left" if stayed else "")
 
 

@@ -137,14 +137,13 @@ class UV_OT_flipfree_orient(
     bl_idname = "uv.flipfree_orient"
     bl_label = "Orient Islands"
     bl_description = "Turn islands about their centres so that they lie along u and v"
-    verb = "Orient Islands"
     needs_uv = True
 
-    by: options.choice("By", "What lies along the axis", BY)
-    axis: options.choice("Axis", "Along which the longest side lies", AXES, default="v")
+    by: options.choice("By: What lies along the axis", BY)
+    axis: options.choice("Axis: Along which the longest side lies", AXES, default="v")
 
-    def has_effect(self, name):
-        return name != "axis" or self.by == "box"
+    def needs(self):
+        return {"axis": self.by == "box"}
 
     def make_run(self, context):
         if self.by == "edge":
@@ -166,6 +165,3 @@ class UV_OT_flipfree_orient(
         return (
             f"{common.plural(sum(t.moved for t in tasks), 'island')} turned: {moved.notes(tasks)}"
         )
-
-
-CLASSES = (UV_OT_flipfree_orient,)

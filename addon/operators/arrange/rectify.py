@@ -44,12 +44,8 @@ class UV_OT_flipfree_rectify(
         "Islands of quads become straight strips and grids, rows and columns as wide as their edges are on the model, packed; "
         "tubes and rings are cut open. Islands with pins stay"
     )
-    verb = "Rectify"
     needs_uv = True
     joint_layout = True
 
     make_task = staticmethod(RectifyTask)
     summary = staticmethod(unwrap.summary_of_maps)
-
-
-CLASSES = (UV_OT_flipfree_rectify,)

@@ -5,7 +5,6 @@ import bpy
 
 from ... import modal, solver
 from ...meshes import labels
-from ...runs import steps
 from .. import common, options
 from ..unwrap import MapTask, layout_notes
 
@@ -26,10 +25,7 @@ class ImproveTask(MapTask):
     def stages(self):
         snapshot = self.snapshot
         pins = self.pins()
-        yield modal.Pause()
-        uv = snapshot.corner_uv
-        yield modal.Pause()
-        uv = yield from modal.paused(steps.doubles(uv))
+        uv = yield from modal.doubles(snapshot)
         result = yield solver.improve(
             (snapshot.vertices, snapshot.triangles, uv),
             pins=pins,
@@ -37,25 +33,17 @@ class ImproveTask(MapTask):
         )
         yield from self.take(result)
 
-    @property
-    def islands(self) -> int:
+    def island_count(self) -> int:
         return labels.count_islands(self.snapshot.triangles, self.result.uv32())
 
 
 def summary(tasks: list[ImproveTask]) -> str:
     """The report line, without the time."""
-    text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
+    text = common.figures(tasks)
     repaired = sum(int(t.result.stats.get("flips_before", 0)) for t in tasks)
     if repaired:
         text += f", {common.plural(repaired, 'flip')} repaired"
     return text + layout_notes(tasks)
-
-
-def hint(tasks: list[ImproveTask]) -> str:
-    """Islands stay at their places but change their outlines, and may come to lie on each other."""
-    if tasks[0].packs or not any(t.certificate.island_overlaps > 0 for t in tasks):
-        return ""
-    return "'Pack Islands' keeps islands apart"
 
 
 class UV_OT_flipfree_improve(
@@ -73,23 +61,18 @@ class UV_OT_flipfree_improve(
         "Lower the distortion of a UV map without making flips; islands and pins stay. Flips that it has are "
         "repaired first"
     )
-    verb = "Improve"
     needs_uv = True
     joint_layout = True
 
     iterations: options.whole(
-        "Iterations",
-        "At most so many steps for each island; it ends earlier when nothing is left to gain",
-        200,
-        1,
-        max=10000,
+        "Iterations: At most so many steps for each island; it ends earlier when nothing is left to gain",
+        (200, 1, 10000),
     )
 
     make_task = staticmethod(ImproveTask)
     summary = staticmethod(summary)
 
     def hint(self, tasks):
-        return hint(tasks)
-
-
-CLASSES = (UV_OT_flipfree_improve,)
+        """Islands stay at their places but change their outlines, and may come to lie on each other."""
+        meet = not tasks[0].packs and any(t.certificate.island_overlaps > 0 for t in tasks)
+        return "'Pack Islands' keeps islands apart" if meet else ""

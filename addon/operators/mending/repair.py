@@ -5,7 +5,6 @@ import bpy
 import numpy as np
 
 from ... import solver
-from ...meshes import mesh_io
 from .. import common, options
 from ..unwrap import MapTask, left_tiles_text
 
@@ -26,21 +25,18 @@ class RepairTask(MapTask):
 
     overlaps, stretched = "cut", "keep"
     use_pins = True
-    disjoint = mark_seams = False
+    disjoint = False
 
     def stages(self):
         result = yield solver.repair(
             self.snapshot,
-            pins=self.pins(),
+            pins=self.pins() or None,
             **self.values("overlaps stretched disjoint margin aspect"),
         )
         yield from self.take(result)
 
     def new_seams(self):
-        if not self.mark_seams or not self.result.stats["added_cuts"]:
-            return None
-        cut = mesh_io.edge_ids(self.snapshot, self.result.cut_edges)
-        return cut[~self.snapshot.seams[cut]]
+        return super().new_seams() if self.result.stats["added_cuts"] else None
 
     def stays(self) -> bool:
         """Nothing had to be mended."""
@@ -85,7 +81,7 @@ def summary(tasks: list[RepairTask]) -> str:
     ]
     corners = sum(3 * len(t.snapshot.triangles) for t in tasks)
     kept = 100.0 * total(tasks, "corners_kept") / max(corners, 1)
-    text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
+    text = common.figures(tasks)
     stretched = total(tasks, "stretched_charts")
     if stretched:
         why = " by their pins" if tasks[0].stretched == "improve" else ""
@@ -98,12 +94,6 @@ def summary(tasks: list[RepairTask]) -> str:
     # Rounded down: 100 % are all of them.
     became.append(f"{int(kept)} % of the UVs as before")
     return f"{text}; before: {', '.join(before)}; {', '.join(became)}"
-
-
-def hint(tasks: list[RepairTask]) -> str:
-    if tasks[0].stretched == "improve" or not total(tasks, "stretched_charts"):
-        return ""
-    return "'Stretched Islands: Improve' lowers their distortion"
 
 
 class UV_OT_flipfree_repair(
@@ -120,35 +110,28 @@ class UV_OT_flipfree_repair(
         "Mend flipped, collapsed and overlapping faces of a UV map with as little change as possible; "
         "what is right stays exactly as it is"
     )
-    verb = "Repair Flips"
     needs_uv = True
 
     overlaps: options.choice(
-        "Overlapping Islands",
-        "What becomes of an island that lies on itself though none of its faces is flipped",
+        "Overlapping Islands: What becomes of an island that lies on itself though none of its faces is flipped",
         OVERLAPS,
     )
     stretched: options.choice(
-        "Stretched Islands",
-        "What becomes of islands without a flip whose mean distortion is more than a tenth above that of an unwrap of "
-        "them",
+        "Stretched Islands: What becomes of islands without a flip whose mean distortion is more than a tenth above that of an "
+        "unwrap of them",
         STRETCHED,
     )
     disjoint: options.flag(
-        "Move Islands Apart",
-        "Islands that lie on larger ones are put where there is room. Off: islands that share their place on purpose "
-        "stay. Islands with pins always stay",
+        "Move Islands Apart: Islands that lie on larger ones are put where there is room. Off: islands that share their place "
+        "on purpose stay. Islands with pins always stay"
     )
     mark_seams: options.flag(
-        "Mark Cuts as Seams",
-        "Mark the edges along which the map is cut as seams, where islands had to be cut",
+        "Mark Cuts as Seams: Mark the edges along which the map is cut as seams, where islands had to be cut"
     )
 
     make_task = staticmethod(RepairTask)
     summary = staticmethod(summary)
 
     def hint(self, tasks):
-        return hint(tasks)
-
-
-CLASSES = (UV_OT_flipfree_repair,)
+        kept = tasks[0].stretched != "improve" and total(tasks, "stretched_charts")
+        return "'Stretched Islands: Improve' lowers their distortion" if kept else ""

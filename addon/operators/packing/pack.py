@@ -8,7 +8,6 @@ import numpy as np
 
 from ... import modal, solver
 from ...meshes import labels
-from ...runs import steps
 from .. import common, options
 from ..arrange import moved
 from ..unwrap import MapTask, summary_of_maps
@@ -82,17 +81,13 @@ class PackTask(MapTask):
         """(#St,) the name of the group that each triangle's island is packed with, if there are groups."""
         return self._groups
 
-    @property
-    def islands(self) -> int:
+    def island_count(self) -> int:
         return labels.count_islands(self.snapshot.triangles, self.result.uv32())
 
     def stages(self):
         snapshot = self.snapshot
         common.refuse_nonfinite_uvs(snapshot)
-        yield modal.Pause()
-        uv = snapshot.corner_uv
-        yield modal.Pause()
-        uv = yield from modal.paused(steps.doubles(uv))
+        uv = yield from modal.doubles(snapshot)
         yield modal.Pause()
         if moved.areas(uv).min() <= _SURELY * np.abs(uv).max() ** 2:
             yield modal.Pause()
@@ -136,7 +131,6 @@ class UV_OT_flipfree_pack(
         "Nest the islands of all objects into one tile, true outlines, holes used, with an exact least gap in pixels; "
         "islands with pins and faces that are not selected stay and are kept clear of"
     )
-    verb = "Pack Islands"
     needs_uv = True
     joint_layout = True
     option_names = (
@@ -145,60 +139,47 @@ class UV_OT_flipfree_pack(
     ).split()
     advanced = ("correct_aspect", "tile", "tiles", "effort")
 
-    rotation: options.choice("Rotation", "How islands may be turned", ROTATIONS)
+    rotation: options.choice("Rotation: How islands may be turned", ROTATIONS)
     same_density: options.flag(
-        "Same Density",
-        "All islands get the same area per area of the surface. Otherwise they keep their relative sizes",
+        "Same Density: All islands get the same area per area of the surface. Otherwise they keep their relative sizes",
         on=True,
     )
     stack_similar: options.flag(
-        "Stack Similar", "Islands of equal outline lie on top of each other and share their pixels"
+        "Stack Similar: Islands of equal outline lie on top of each other and share their pixels"
     )
     stack_mirrored: options.flag(
-        "Mirrored Too",
-        "Mirror images of islands lie on these as well, mirrored: their UVs are flipped, which the report and Check say",
+        "Mirrored Too: Mirror images of islands lie on these as well, mirrored: their UVs are flipped, which the report and "
+        "Check say"
     )
     group_by: options.choice(
-        "Group By", "What has a layout of its own; groups go by the alphabet", GROUPS
+        "Group By: What has a layout of its own; groups go by the alphabet", GROUPS
     )
     share_tile: options.flag(
-        "Same Tile",
-        "All groups go into the first tile, on top of each other, as each has a texture of its own. Otherwise each has the next "
-        "UDIM tile",
+        "Same Tile: All groups go into the first tile, on top of each other, as each has a texture of its own. Otherwise each "
+        "has the next UDIM tile"
     )
     tile: options.whole(
-        "First Tile",
-        "UDIM tile to pack into. The next one that has room, if others leave none there",
-        1001,
-        1001,
-        max=1100,
+        "First Tile: UDIM tile to pack into. The next one that has room, if others leave none there",
+        (1001, 1001, 1100),
     )
     tiles: options.whole(
-        "Tile Count",
-        "How many UDIM tiles, from that one on, islands are spread over: all at one scale",
-        1,
-        1,
-        max=100,
+        "Tile Count: How many UDIM tiles, from that one on, islands are spread over: all at one scale",
+        (1, 1, 100),
     )
     effort: options.real(
-        "Effort",
-        "How long to search for a denser layout: 1 is about a second for 300 islands, 0 puts boxes side by side",
-        1.0,
-        0.0,
+        "Effort: How long to search for a denser layout: 1 is about a second for 300 islands, 0 puts boxes side by side",
+        (1.0, 0.0, 1000.0),
         soft_max=20.0,
-        max=1000.0,
         precision=1,
     )
 
-    def has_effect(self, name):
+    def needs(self):
         grouped = self.group_by != "none"
         one_tile = self.share_tile if grouped else self.tiles == 1
-        shown = {"correct_aspect": one_tile, "tiles": not grouped, "share_tile": grouped}
-        shown["stack_mirrored"] = self.stack_similar
-        return shown.get(name, True)
+        return {
+            **{"correct_aspect": one_tile, "tiles": not grouped, "share_tile": grouped},
+            "stack_mirrored": self.stack_similar,
+        }
 
     make_task = staticmethod(PackTask)
     summary = staticmethod(summary)
-
-
-CLASSES = (UV_OT_flipfree_pack,)

@@ -6,6 +6,8 @@ import math
 import bpy
 import numpy as np
 
+from flipfree.distortion import STRETCH_BOUND
+
 from ... import modal, solver
 from ...meshes import fields, mesh_io, seams
 from .. import common, options
@@ -33,27 +35,17 @@ def edge_weights(snapshot, avoid: str, seek: str):
 
 
 class AutoSeamsTask(modal.Task):
-    def __init__(
-        self,
-        snapshot,
-        *,
-        stretch,
-        keep_seams,
-        sharp_edges,
-        sharp_angle,
-        avoid_group="",
-        seek_group="",
-    ):
-        super().__init__(snapshot)
-        self.problem = self.weights = None
+    stretch, keep_seams, sharp_edges, sharp_angle = STRETCH_BOUND, True, False, 0.0
+    avoid_group = seek_group = ""
+    problem = weights = None
+    found = np.zeros(0, np.int64)
+
+    def __init__(self, snapshot, **options):
+        super().__init__(snapshot, **options)
         try:
-            self.weights = edge_weights(snapshot, avoid_group, seek_group)
+            self.weights = edge_weights(snapshot, self.avoid_group, self.seek_group)
         except mesh_io.MeshProblem as problem:  # of this object: others go on
             self.problem = problem
-        self.stretch = stretch
-        self.keep_seams = keep_seams
-        self.sharp_angle = sharp_angle if sharp_edges else None
-        self.found = np.zeros(0, np.int64)
 
     def start(self):
         if self.problem is not None:
@@ -62,7 +54,7 @@ class AutoSeamsTask(modal.Task):
             self.snapshot,
             cuts=self.snapshot.cuts if self.keep_seams else None,
             stretch=self.stretch,
-            sharp_angle=self.sharp_angle,
+            sharp_angle=self.sharp_angle if self.sharp_edges else None,
             weights=self.weights,
         )
 
@@ -90,32 +82,25 @@ class UV_OT_flipfree_auto_seams(
         "Mark short seams along which the mesh can be unwrapped with no more stretch than allowed, in few islands. "
         "UVs stay as they are"
     )
-    verb = "Auto Seams"
     option_names = (
         "stretch keep_seams sharp_edges sharp_angle avoid_group seek_group use_modifiers"
     ).split()
 
     keep_seams: options.flag(
-        "Keep Seams",
-        "Seams that are marked already stay, and only what is missing is added. Off: they are cleared first",
+        "Keep Seams: Seams that are marked already stay, and only what is missing is added. Off: they are cleared first",
         on=True,
     )
-    sharp_edges: options.flag("Cut Sharp Edges", "All edges sharper than the angle become seams")
+    sharp_edges: options.flag("Cut Sharp Edges: All edges sharper than the angle become seams")
     sharp_angle: options.real(
-        "Angle",
-        "Between the faces of an edge, from which on it counts as sharp",
-        math.radians(60.0),
-        math.radians(1.0),
-        max=math.pi,
+        "Angle: Between the faces of an edge, from which on it counts as sharp",
+        (math.radians(60.0), math.radians(1.0), math.pi),
         subtype="ANGLE",
     )
-    avoid_group: bpy.props.StringProperty(
-        name="No Seams in",
-        description="Vertex group: where it is painted, seams are avoided; a seam costs up to 100 times its length there",
+    avoid_group: options.words(
+        "No Seams in: Vertex group: where it is painted, seams are avoided; a seam costs up to 100 times its length there"
     )
-    seek_group: bpy.props.StringProperty(
-        name="Seams in",
-        description="Vertex group: where it is painted, seams are sought; a seam costs down to a hundredth of its length there",
+    seek_group: options.words(
+        "Seams in: Vertex group: where it is painted, seams are sought; a seam costs down to a hundredth of its length there"
     )
 
     def draw_option(self, layout, context, name):
@@ -125,14 +110,11 @@ class UV_OT_flipfree_auto_seams(
         else:
             super().draw_option(layout, context, name)
 
-    def has_effect(self, name):
-        return name != "sharp_angle" or self.sharp_edges
+    def needs(self):
+        return {"sharp_angle": self.sharp_edges}
 
     make_task = staticmethod(AutoSeamsTask)
 
     @staticmethod
     def summary(tasks):
         return f"{common.plural(sum(t.added() for t in tasks), 'edge')} marked as seams"
-
-
-CLASSES = (UV_OT_flipfree_auto_seams,)

@@ -70,9 +70,6 @@ class CutStretchedTask(unwrap.MapTask):
     def automatic_cuts(self):
         return self._cuts[~self.snapshot.seams[self._cuts]]
 
-    def new_seams(self):
-        return self.automatic_cuts() if self.mark_seams else None
-
 
 class UV_OT_flipfree_cut_stretched(
     options.Stretch,
@@ -88,14 +85,10 @@ class UV_OT_flipfree_cut_stretched(
         f"Unwrap the islands that are stretched beyond {STRETCH_BOUND} again, along seams that are found where they need them, "
         "and pack them with the others at one scale. Islands with pins stay"
     )
-    verb = "Cut Where Stretched"
     needs_uv = True
     joint_layout = True
 
-    mark_seams: options.flag("Mark Cuts as Seams", "Mark the edges that were cut as seams", on=True)
+    mark_seams: options.flag("Mark Cuts as Seams: Mark the edges that were cut as seams", on=True)
 
     make_task = staticmethod(CutStretchedTask)
     summary = staticmethod(unwrap.summary)
-
-
-CLASSES = (UV_OT_flipfree_cut_stretched,)
