@@ -227,8 +227,8 @@ def test_what_is_no_clean_surface_is_separated_first() -> None:
     turned = faces.copy()
     turned[::3] = turned[::3, ::-1]
     broken = np.concatenate([turned, [[0, 0, 1]]]).astype(np.int32)
-    mesh = ff.quads(one, broken, target=54, with_map=True)
-    assert mesh.certificate.ok and len(mesh.quads) == 54 and mesh.stats["separated"] > 0
+    mesh = ff.quads(one, broken, target=24, with_map=True)
+    assert mesh.certificate.ok and len(mesh.quads) == 24 and mesh.stats["separated"] > 0
     places = (one[broken[mesh.parent_face]] * mesh.barycentric[..., None]).sum(1)
     np.testing.assert_allclose(places, mesh.vertices, atol=1e-9)
     assert mesh.map is not None and len(mesh.map.faces) == len(broken)
@@ -295,11 +295,12 @@ def test_adaptive_quads_are_denser_where_it_bends_more() -> None:
     check(ff.quads(mesh.vertices, mesh.faces, target=2000, adaptive=50), mesh.vertices, mesh.faces)
 
 
-def test_of_features_nearer_than_a_fifth_of_a_quad_one_is_let_go() -> None:
+def test_of_features_nearer_than_a_tenth_of_a_quad_one_is_let_go() -> None:
     vertices, faces, _ = maps.box((20, 20, 20), (20, 20, 20))
-    # A narrow strip round the top: two rows of edges, a twentieth of the side apart.
+    # A narrow strip round the top: two rows of edges, a fortieth of the side apart.
     top = np.isclose(vertices[:, 2], 20)
     below = np.isclose(vertices[:, 2], 19)
+    vertices[below, 2] = 19.5
     edges = edges_of(faces)
     rim = np.isclose(vertices[:, :2], 0).any(axis=1) | np.isclose(vertices[:, :2], 20).any(axis=1)
     straight = np.isclose(vertices[edges[:, 0]], vertices[edges[:, 1]]).sum(axis=1) == 2

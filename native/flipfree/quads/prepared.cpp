@@ -84,7 +84,7 @@ std::vector<HalfedgeId> pieces_of(const Prepared& p, const std::vector<char>& fe
 }  // namespace
 
 std::vector<HalfedgeId> close_features(const Prepared& p, const Scales& scales, double wanted) {
-  constexpr double kClose = 0.2;
+  constexpr double kClose = 0.1;
   const FlatSurface& coarse = p.coarse.flat;
   // Sides that face the end of another feature that runs the same way, from there.
   struct Side {

@@ -32,7 +32,7 @@ struct Scales {
 // map.
 Scales scales_of(const Prepared& p, const certify::Parametrization& map);
 
-// Half-edges of the map, of features that run beside another one at less than a fifth of a quad
+// Half-edges of the map, of features that run beside another one at less than a tenth of a quad
 // where there are `wanted` quads: of each such pair those of the shorter line between two vertices
 // of the coarse surface. Kept, they would be a whole quad apart, and shear what is around.
 std::vector<HalfedgeId> close_features(const Prepared& p, const Scales& scales, double wanted);

@@ -37,8 +37,9 @@ constexpr double kAlignment = 0.1;
 // teeth of gears and steps of stairs go.
 constexpr double kReach = 0.055;
 constexpr std::int64_t kMostQuads = 10'000'000;
-// Of an edge of the surface that quads are made on, in sides of these.
-constexpr double kLongestSides = 3.0;
+// Of an edge of the surface that quads are made on, in sides of these. With 3.0 the cones around a
+// hole find no vertex but the next ring of its rim, where whole numbers cannot tell them from it.
+constexpr double kLongestSides = 1.5;
 
 // A map that quads may have: along the axes at its border, without cones of one quarter turn.
 Prepared prepare_for_quads(const certify::Parametrization& map, const ExecutionContext& context) {

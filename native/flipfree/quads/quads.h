@@ -32,7 +32,7 @@ struct QuadOptions {
   std::vector<double> sizing;
   double adaptive = 0.0;  // in [0, 1]: besides, by the surface's curvature (field/guidance.h)
   // Edges that shall be rows of quad edges (holonomy/field_aligned.h); what cannot be is counted in
-  // the stats "features_missed" of "features". Of two at less than a fifth of
+  // the stats "features_missed" of "features". Of two at less than a tenth of
   // a quad one is let go, and counted in pieces of the map: "features_close".
   IndexPairs features;
   bool with_map = false;  // QuadMesh::map as well

@@ -60,9 +60,18 @@ class Relaxation {
   }
 
   void move(VertexId v, bool along_line) {
+    // Along a line, which holds narrow quads as narrow as they are, these have more to say: the
+    // same way shears them more.
     Vector3 wish = Vector3::Zero();
-    for (Index i = first_[at(v)]; i < first_[at(v) + 1]; ++i) wish += wished(use_[at(i)]);
-    wish /= static_cast<double>(first_[at(v) + 1] - first_[at(v)]);
+    double sum = 0.0;
+    for (Index i = first_[at(v)]; i < first_[at(v) + 1]; ++i) {
+      const double weight = along_line ? 1.0 / area(use_[at(i)] / 4) : 1.0;
+      if (!std::isfinite(weight)) continue;  // it has no sides: it wishes nothing
+      wish += weight * wished(use_[at(i)]);
+      sum += weight;
+    }
+    if (!(sum > 0.0)) return;
+    wish /= sum;
     const Spot spot = spots_[at(v)];
     const Vector3 place = place_[at(v)];
     const int before = turned_around(v);
@@ -133,6 +142,13 @@ class Relaxation {
     for (std::size_t k = 0; k < 4; ++k)
       sum += 0.25 * (place_[at(quad[(k + 1) % 4])] - place_[at(quad[k])]).norm();
     return sum;
+  }
+  // Of the rectangle with the quad's mean sides, times four.
+  double area(Index q) const {
+    std::array<double, 4> length;
+    for (std::size_t k = 0; k < 4; ++k)
+      length[k] = (place_[at(quads_[at(q)][(k + 1) % 4])] - place_[at(quads_[at(q)][k])]).norm();
+    return (length[0] + length[2]) * (length[1] + length[3]);
   }
   // The farthest first.
   std::vector<Missed> missed_of(const std::vector<VertexId>& vertices,

@@ -196,8 +196,9 @@ class Aligner {
     add_features();
     Points2 direction;
     const double slope = system_.solve(direction, context_);
-    if (!(slope < 0.0)) return slope == 0.0 ? "converged" : "stalled";
     const double now = energy(uv_);
+    // From an optimum rounding leads nowhere, in half steps until the limit.
+    if (!(slope < -kEnergyRounding * now)) return slope <= 0.0 ? "converged" : "stalled";
     const double most =
         std::min(1.0, kShareOfFlip * step_to_first_flip(faces_, uv_, direction, context_));
     Points2 trial;

@@ -22,9 +22,6 @@ constexpr double kGoodEnergy = 1.5;
 constexpr double kFastStep = 0.8;
 // Longest one, in full steps, with MinimizeOptions::lengthen.
 constexpr double kLongestStep = 8;
-// Below this relative size a difference of two energies is rounding (sums of 1e6 terms); slopes
-// decide instead.
-constexpr double kEnergyRounding = 1e-11;
 // Of the progress, what the progressive steps take; what a step adds at least, of what is left;
 // where it waits for the end.
 constexpr double kProgressiveShare = 0.3;

@@ -20,6 +20,9 @@ namespace flipfree::distortion {
 // dominates the next step. benchmarks/unwrap.py scale measures it.
 inline constexpr double kShareOfFlip = 0.9;
 inline constexpr double kSufficientDecrease = 1e-4;  // Armijo's constant
+// Below this relative size a difference of two energies is rounding (sums of 1e6 terms); slopes
+// decide instead.
+inline constexpr double kEnergyRounding = 1e-11;
 
 // Shorter shares of a step lead nowhere.
 inline constexpr double kShortestStep = 1e-12;
