@@ -14,7 +14,7 @@ import pytest
 import flipfree as ff
 
 from hostile_values import FUNCTIONS, arguments_of
-from surfaces import bumpy_grid, octahedron_sphere, torus
+from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
 
 DOCS = Path(__file__).resolve().parent.parent.parent / "docs" / "errors.md"
 
@@ -308,6 +308,20 @@ BAD_OPTIONS: list[tuple[str, dict[str, Any], str]] = [
     ("embed", {"initial_uv": np.zeros((3, 2))}, "one finite position per vertex"),
     ("embed", {"boundary_loop": [0, 1, 99]}, "vertex 99"),
     ("embed", {"boundary_loop": [0, 1, 2]}, "boundary loop"),
+    *(
+        ("embed", {"boundary": OCTAGON, "boundary_loop": [0, 1, 2, 5, *loop]}, words)
+        for loop, words in (
+            ((8, 7, 1, 3), "passes vertex 1 twice"),
+            ((7, 8, 6, 3), "edge from vertex . to . is not in the boundary loop"),
+        )
+    ),
+    *(
+        ("embed", {"vertices": mesh[0], "faces": mesh[1]}, f"{said}. Cut it open")
+        for mesh, said in (
+            ((torus(6, 5)[0], torus(6, 5)[1][:-1]), "1 boundary loops and genus 1"),
+            (cylinder(6, 2), "2 boundary loops and genus 0"),
+        )
+    ),
     ("embed", {"tolerance": -1.0}, "tolerance"),
     ("embed", dict(zip(("vertices", "faces"), octahedron_sphere(0), strict=True)), "boundary"),
     ("conformal", {"tolerance": 0.0}, "tolerance"),

@@ -206,6 +206,10 @@ def test_rotations_that_are_no_field_are_refused() -> None:
     wrong[5, 1] += 0.1
     with pytest.raises(ff.InvalidInput, match="edge 1 of face 5|opposite"):
         ff.CrossField.from_rotation(vertices, faces, wrong)
+    opposite = int(holonomy.opposite_halfedges(faces)[16])
+    wrong[divmod(opposite, 3)] -= 0.1
+    with pytest.raises(ff.InvalidInput, match="not that of a cross field"):
+        ff.CrossField.from_rotation(vertices, faces, wrong)
     with pytest.raises(ff.InvalidInput, match="rotation must have shape"):
         ff.CrossField.from_rotation(vertices, faces, rotation[:3])
     again = ff.CrossField.from_rotation(vertices, faces, rotation)
@@ -231,6 +235,12 @@ def test_a_field_is_of_its_mesh() -> None:
     field = ff.cross_field(vertices, faces)
     with pytest.raises(ff.InvalidInput, match="directions, but the mesh has"):
         ff.signature(*octahedron_sphere(2), field)
+    across = field.directions.copy()
+    corners = vertices[faces[[2, 3]]]
+    across[[2, 3]] = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    with pytest.raises(ff.InvalidInput, match="no direction in the plane") as caught:
+        ff.signature(vertices, faces, ff.CrossField(across))
+    assert caught.value.elements == [2, 3]
     with pytest.raises(ff.InvalidInput, match="must be a CrossField"):
         ff.signature(vertices, faces, field.directions)  # type: ignore[arg-type]
     with pytest.raises(ff.InvalidInput, match="matching has 2 rows"):

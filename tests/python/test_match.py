@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -125,6 +128,65 @@ def test_whole_boundary_with_collinear_samples() -> None:
     assert result.certificate.ok
     assert_pins_met(result, {v: tuple(t) for v, t in zip(loop, target, strict=True)})
     assert result.certificate.overlaps == 0
+
+
+Request = dict[str, Any]
+
+
+def held(vertices: np.ndarray, side: int, lobes: float = 0.0, size: float = 0.0) -> Request:
+    """The boundary of a grid as it is; with a size on a circle, or an outline of two lobes."""
+    loop = boundary_of_grid(side, side)
+    turn = 2 * np.pi * np.arange(len(loop)) / len(loop)
+    radius = size * (1 + lobes * np.cos(2 * turn + np.pi))
+    round_ = np.stack([radius * np.cos(turn), radius * np.sin(turn)], 1)
+    return {"boundary_loop": loop, "boundary_uv": round_ if size else vertices[loop, :2]}
+
+
+def stirred(vertices: np.ndarray, side: int) -> Request:
+    """Thirty inner vertices about the centre of a circle on which the boundary is held."""
+    loop = boundary_of_grid(side, side)
+    random = np.random.default_rng(7)
+    inner = np.setdiff1d(np.arange(len(vertices)), loop)
+    ids = random.choice(inner, 30, replace=False)
+    p = 3.0 * (vertices[ids, :2] - 0.5)
+    turn = np.exp(3.0j * np.exp(-(p**2).sum(1)))
+    moved = 0.8 * ((p @ [1.0, 1.0j]) * turn + 0.2 * (random.random((30, 2)) @ [1.0, 1.0j]))
+    rim = vertices[loop, :2] - 0.5
+    points = dict(zip(ids.tolist(), zip(moved.real, moved.imag, strict=True), strict=True))
+    rim *= 2.0 / np.linalg.norm(rim, axis=1)[:, None]
+    return {"boundary_loop": loop, "boundary_uv": rim, "points": points}
+
+
+IN_CIRCLE = {"points": {11 * 5 + 3: (0.4, 0.1), 11 * 5 + 8: (-0.4, 0.0)}}
+IN_LEAF = {"points": {11 * 5 + 3: (0.4, 0.1), 11 * 5 + 7: (-0.3, 0.0), 11 * 3 + 5: (0.0, 0.3)}}
+
+
+@pytest.mark.parametrize(
+    ("side", "request_of", "engine", "most"),
+    [
+        (22, lambda v, n: {"points": exchanged_pins(n, v)}, "arms", 1.3),
+        (22, lambda v, n: held(v, n) | {"points": exchanged_pins(n, v)}, "auto", 2.0),
+        (10, lambda v, n: held(v, n, size=1.0) | IN_CIRCLE, "auto", 1.0),
+        (10, lambda v, n: held(v, n, size=1.0) | IN_CIRCLE, "matchmaker", np.inf),
+        (10, lambda v, n: held(v, n, 0.4, 1.0), "first try", 1.0),
+        (10, lambda v, n: held(v, n, 0.4, 1.0), "outline", 1.0),
+        (10, lambda v, n: held(v, n, 0.4, 1.0), "matchmaker", 1.0),
+        (10, lambda v, n: held(v, n, 0.4, 1.0) | IN_LEAF, "auto", 2.0),
+        (10, lambda v, n: held(v, n, 0.4, 1.0) | IN_LEAF, "matchmaker", np.inf),
+        (24, stirred, "auto", 3.0),
+    ],
+)
+def test_outlines_and_pins_are_met_by_every_engine_for_few_added_vertices(
+    side: int, request_of: Callable[[np.ndarray, int], Request], engine: str, most: float
+) -> None:
+    vertices, faces = bumpy_grid(side, side, 0.15, 3)
+    wanted = request_of(vertices, side)
+    result = ff.match(vertices, faces, **wanted, engine=engine)
+    assert result.certificate.ok
+    assert np.array_equal(result.vertices[: len(vertices)], vertices)
+    rim = zip(wanted.get("boundary_loop", ()), wanted.get("boundary_uv", ()), strict=True)
+    assert_pins_met(result, dict(rim) | wanted.get("points", {}))
+    assert len(result.vertices) <= most * len(vertices)
 
 
 def test_pins_that_are_one_point_as_stored_are_named() -> None:

@@ -56,29 +56,6 @@ mesh::Surface ramp(Index length, Index width, double turns) {
   return surface;
 }
 
-// The ramp as a narrow straight strip.
-Points2 straightened() {
-  Points2 uv = plan(test::grid(120, 6));
-  uv.col(1) *= 0.05;
-  return uv;
-}
-
-TEST(Minimize, BijectiveMapsDoNotMeetThemselvesWhereFreeOnesDo) {
-  const mesh::Surface surface = ramp(120, 6, 1.6);
-  const Points2 start = straightened();
-  const auto boundary = find_boundary(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  ExecutionContext context;
-  MinimizeOptions options;
-  const Points2 overlapping = minimize_distortion(surface, start, options, context).uv;
-  ASSERT_TRUE(overlaps_itself(boundary, overlapping, context));
-  options.bijective = true;
-  const Minimized held = minimize_distortion(surface, start, options, context);
-  EXPECT_EQ(held.barrier, true);
-  EXPECT_TRUE(is_flip_free(surface.faces, held.uv, context));
-  EXPECT_FALSE(overlaps_itself(boundary, held.uv, context));
-  EXPECT_LT(held.energy, 1.5);
-}
-
 TEST(Minimize, AnOverlappingStartIsRefusedWhenTheMapIsToBeBijective) {
   const mesh::Surface surface = ramp(120, 6, 1.6);
   // The plan of the ramp covers part of the ring twice, without a flip.
@@ -99,52 +76,6 @@ TEST(Minimize, AnOverlappingStartIsRefusedWhenTheMapIsToBeBijective) {
 }
 
 using Targets = std::vector<std::pair<VertexId, Vector2>>;
-
-// The boundary of a grid bent into half a ring.
-Targets half_ring(const mesh::Surface& grid) {
-  Targets targets;
-  for (VertexId v = 0; v < grid.vertices.rows(); ++v) {
-    const double x = grid.vertices(v, 0), y = grid.vertices(v, 1);
-    if (x != 0 && y != 0 && x != 1 && y != 1) continue;
-    const double angle = 3.0 * x, radius = 1.0 - 0.5 * y;
-    targets.emplace_back(v, Vector2(-radius * std::cos(angle), -radius * std::sin(angle)));
-  }
-  return targets;
-}
-
-TEST(Minimize, TargetsAreMetBitForBitByFlipFreeMaps) {
-  const struct {
-    mesh::Surface surface;
-    Targets targets;
-    bool bijective;
-  } cases[] = {
-      {test::bumpy_grid(30, 30, 0.2, 2),
-       {{31 * 5 + 5, {0.1, 0.3}}, {31 * 15 + 15, {1.0 / 3.0, 0.7}}, {31 * 25 + 20, {0.9, 0.8}}},
-       false},
-      // Two that turn the map around.
-      {test::bumpy_grid(20, 20, 0.2, 2),
-       {{21 * 10 + 2, {0.9, 0.5}}, {21 * 10 + 18, {0.1, 0.5}}},
-       false},
-      {test::grid(20, 20), half_ring(test::grid(20, 20)), false},
-      // The ends of a strip are brought side by side: it bends into a hairpin.
-      {test::grid(60, 4), {{2 * 61, {0.2, 0.0}}, {2 * 61 + 60, {0.2, 0.9}}}, true},
-  };
-  for (const auto& c : cases) {
-    MinimizeOptions options;
-    options.bijective = c.bijective;
-    ExecutionContext context;
-    const TargetsResult result =
-        minimize_with_targets(c.surface, plan(c.surface), c.targets, options, context);
-    EXPECT_TRUE(is_flip_free(c.surface.faces, result.uv, context));
-    EXPECT_EQ(result.fraction, 1.0);
-    EXPECT_TRUE(result.missed.empty());
-    for (const auto& [v, target] : c.targets) EXPECT_EQ(result.uv.row(v).transpose(), target);
-    if (c.bijective) {
-      const auto boundary = find_boundary(static_cast<Index>(result.uv.rows()), c.surface.faces);
-      EXPECT_FALSE(overlaps_itself(boundary, result.uv, context));
-    }
-  }
-}
 
 TEST(Minimize, UnreachableTargetsAreNamedAndBadOnesRefused) {
   const mesh::Surface surface = test::grid(10, 10);

@@ -14,62 +14,6 @@
 namespace flipfree::embedding::embed_surface_test {
 namespace {
 
-Error refusal(const Triangles& faces, Index vertices, const std::vector<VertexId>& loop,
-              const Points2& boundary) {
-  try {
-    require_disk_with_boundary(faces, vertices, loop, boundary);
-  } catch (const InvalidInput& e) {
-    return e.error();
-  }
-  return {};
-}
-
-struct Case {
-  test::Disk disk = test::make_disk(test::grid(4, 3), BoundaryShape::kCircle);
-  Error refusal() const {
-    return embed_surface_test::refusal(disk.surface.faces, disk.vertex_count(), disk.loop,
-                                       disk.boundary);
-  }
-};
-
-TEST(EmbedSurface, wrong_loops_are_named) {
-  Case c;
-  c.disk.boundary.conservativeResize(5, 2);
-  EXPECT_EQ(c.refusal().code, ErrorCode::kBadBoundary);
-  c = {};
-  c.disk.loop[3] = 99;
-  EXPECT_EQ(c.refusal().code, ErrorCode::kIndexOutOfRange);
-  EXPECT_TRUE(c.refusal().elements.empty()) << "no vertex is to be shown";
-  c = {};
-  c.disk.loop[3] = c.disk.loop[1];
-  EXPECT_EQ(c.refusal().code, ErrorCode::kBadBoundary);
-  EXPECT_EQ(c.refusal().elements, std::vector<Index>{c.disk.loop[1]});
-  c = {};
-  std::swap(c.disk.loop[4], c.disk.loop[5]);
-  EXPECT_EQ(c.refusal().code, ErrorCode::kBadBoundary);
-  EXPECT_EQ(c.refusal().kind, ElementKind::kEdge);
-  c = {};
-  std::reverse(c.disk.loop.begin(), c.disk.loop.end());
-  EXPECT_EQ(c.refusal().code, ErrorCode::kBadBoundary) << "the surface on the right";
-}
-
-TEST(EmbedSurface, other_topologies_are_refused) {
-  // With one boundary loop each, or the loop of one of them.
-  mesh::Surface handle = test::torus(6, 5);
-  handle.faces.conservativeResize(handle.faces.rows() - 1, 3);
-  const test::Disk holed = test::make_disk(handle, BoundaryShape::kTriangle);
-  EXPECT_EQ(refusal(holed.surface.faces, 30, holed.loop, holed.boundary).code,
-            ErrorCode::kNotADisk);
-  const test::Disk tube = test::make_disk(test::cylinder(6, 2), BoundaryShape::kCircle);
-  EXPECT_EQ(refusal(tube.surface.faces, 18, tube.loop, tube.boundary).code,
-            ErrorCode::kBadBoundary);
-  // A disk beside a torus: their Euler characteristics add up to that of a disk.
-  const test::Disk disk = Case().disk;
-  const mesh::Surface both = test::beside(disk.surface, test::torus(6, 5));
-  EXPECT_EQ(refusal(both.faces, disk.vertex_count() + 30, disk.loop, disk.boundary).code,
-            ErrorCode::kNotADisk);
-}
-
 // Strips without inner vertices: the circle has room for all their edges, evenly spaced points do
 // not, and the cure that is named works.
 TEST(EmbedSurface, long_strips_are_embedded_without_new_vertices) {

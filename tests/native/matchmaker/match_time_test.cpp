@@ -7,7 +7,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/matchmaker/match.h"
-#include "matchmaker/requests.h"
+#include "support/shapes.h"
 
 namespace flipfree::matchmaker::match_time_test {
 namespace {
@@ -21,6 +21,21 @@ struct Outcome {
   std::int64_t given_up = 0;  // ways that ran out of their share
 };
 
+// Certified, and every pinned vertex bit for bit where it shall be, in 64 and in 32 bits.
+void expect_met(const certify::Parametrization& map, const MatchRequest& request) {
+  EXPECT_TRUE(map.certificate.ok);
+  const auto expect_at = [&](VertexId v, const Vector2& uv) {
+    for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
+      if (map.surface.faces.data()[c] != v) continue;
+      EXPECT_EQ(map.uv.row(c).transpose(), uv) << v;
+      EXPECT_EQ(map.uv32.row(c).transpose(), uv.cast<float>()) << v;
+    }
+  };
+  for (const PinnedVertex& p : request.points) expect_at(p.vertex, p.uv);
+  for (std::size_t i = 0; i < request.boundary_loop.size(); ++i)
+    expect_at(request.boundary_loop[i], request.boundary_uv[i]);
+}
+
 Outcome match_for(const mesh::Surface& surface, const MatchRequest& request, MatchOptions options,
                   double looks) {
   ExecutionContext context;
@@ -33,7 +48,7 @@ Outcome match_for(const mesh::Surface& surface, const MatchRequest& request, Mat
     outcome.found = true;
     if (map.stats.contains("ways_out_of_time"))
       outcome.given_up = std::get<std::int64_t>(map.stats.at("ways_out_of_time"));
-    test::expect_met(map, request);
+    expect_met(map, request);
   } catch (const NotConverged& error) {
     EXPECT_EQ(error.error().code, ErrorCode::kTimeLimit) << error.what();
     EXPECT_NE(std::string(error.what()).find("Allow more time"), std::string::npos);

@@ -94,7 +94,6 @@ GridMap finish(const SeamConstraints& constraints, const Triangles& faces,
   GridMap map;
   map.step = step;
   map.uv = points;
-  map.transition.resize(static_cast<Eigen::Index>(seams.size()), 2);
   const auto corner = [&](CornerId c) -> GaussianInteger {
     const VertexId v = faces(c / 3, c % 3);
     return {std::llround(points(v, 0) / step), std::llround(points(v, 1) / step)};
@@ -110,8 +109,6 @@ GridMap finish(const SeamConstraints& constraints, const Triangles& faces,
     if (branch == e) of_branch[e] = t;
     if (!(t == again) || !(t == constraints.branch_unit[e] * of_branch[branch]))
       throw InternalError("seams: the sides of a seam edge do not match on the grid");
-    map.transition.row(static_cast<Eigen::Index>(e)) << static_cast<double>(t.re) * step,
-        static_cast<double>(t.im) * step;
   }
   return map;
 }

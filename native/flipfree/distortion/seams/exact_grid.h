@@ -17,9 +17,8 @@
 namespace flipfree::distortion {
 
 struct GridMap {
-  Points2 uv;          // #V of the cut surface; every value is a float
-  double step = 0;     // of the grid, a power of two
-  Points2 transition;  // per seam edge: translation from h's side to o's, exact
+  Points2 uv;       // #V of the cut surface; every value is a float
+  double step = 0;  // of the grid, a power of two
 };
 
 // `uv` is flip-free by the exact test and meets the constraints up to rounding; `seams` are those

@@ -211,10 +211,6 @@ ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionCon
   out.uv = grid.uv;
   out.uv32 = grid.uv.cast<float>();
   out.step = grid.step;
-  for (std::size_t e = 0; e < map.seams.size(); ++e) {
-    out.transitions.push_back({map.seams[e].quarter_turns,
-                               grid.transition.row(static_cast<Eigen::Index>(e)).transpose()});
-  }
   return out;
 }
 

@@ -33,8 +33,6 @@ struct ExactMap {
   Points2 uv;       // #V x 2 of the cut surface
   Points2f uv32;    // the same numbers; without a grid: rounded ones
   double step = 0;  // all coordinates are multiples, a power of two; 0 without a grid
-  std::vector<certify::Transition> transitions;  // per seam edge: from h's side to o's, exact; none
-                                                 // without a grid
   Stats stats;
 };
 
