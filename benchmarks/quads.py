@@ -223,6 +223,10 @@ def peers(options: Options) -> Iterator[Row]:
         yield (*head, f"{cpu}; {figures[:, 4].max():.1f}", *(ratios or [""] * 6))
 
 
+def off_count(made: ff.QuadMesh, target: int) -> bool:
+    return abs(made.certificate.quads / target - 1) > 0.05
+
+
 @table(
     "folder | target | models | certified | refused | within | raised | with turned quads; turned of all | off % median; largest | "
     "CPU s median; largest"
@@ -241,15 +245,18 @@ def certified(options: Options) -> Iterator[Row]:
                         )
                     meshes.append(made)
                     costs.append(cost.cpu)
+                    told = str(made.certificate) if off_count(made, target) else ""
                 except ff.FlipfreeError as error:
-                    print(f"{path.name}, {target}: {error}", file=sys.stderr, flush=True)
+                    told = str(error)
+                if told:
+                    print(f"{path.name}, {target}: {told}", file=sys.stderr, flush=True)
             told = [made.certificate for made in meshes]
             off = [100 * c.hausdorff for c in told]
             turned = [len(c.turned) for c in told]
             share = 100 * sum(turned) / sum(c.quads for c in told)
             yield (
                 *(folder, target, len(paths), sum(c.ok for c in told), len(paths) - len(told)),
-                sum(abs(c.quads / target - 1) <= 0.05 for c in told),
+                sum(not off_count(made, target) for made in meshes),
                 sum(made.stats["count_raised"] for made in meshes),
                 f"{np.count_nonzero(turned)}; {share:.2g} %",
                 f"{median(off)}; {max(off):.2f}",

@@ -183,4 +183,4 @@ class UV_OT_flipfree_quads(field_aligned.Densities, options.MapOperator, bpy.typ
 
     def advice(self, tasks):
         raised = any(task.result.stats.get("count_raised") for task in tasks)
-        return "So few quads would be no mesh: there are more" if raised else ""
+        return "Whole numbers leave no mesh of so few quads: there are more" if raised else ""

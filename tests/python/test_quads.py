@@ -407,17 +407,19 @@ def test_many_triangles_are_taken_as_few() -> None:
         assert row.sum() > 4 and set(beside.tolist()) == {0, 2}
 
 
-def test_handles_stay() -> None:
-    folder = data_folder() / "fields"
-    for name, genus in (("eight766.obj", 2), ("gtorus004_fine.obj", 4)):
-        given = read_mesh(folder / name)
-        vertices, faces = given.vertices, given.faces
-        for target in (100, 1000):
-            mesh = ff.quads(vertices, faces, target=target)
-            check(mesh, vertices, faces)
+def test_handles_stay_and_counts_are_met() -> None:
+    for name, genus, targets in (
+        ("fields/eight766.obj", 2, (100, 1000)),
+        ("fields/gtorus004_fine.obj", 4, (100, 1000)),
+        ("embedding/tube_n16_L200.obj", 0, (2000,)),  # 8 coarse triangles, 140 long and 5 wide
+    ):
+        given = read_mesh(data_folder() / name)
+        for target in targets:
+            mesh = ff.quads(given.vertices, given.faces, target=target)
+            check(mesh, given.vertices, given.faces)
             assert mesh.certificate.genus == genus
-            if target == 1000:
-                assert 950 <= len(mesh.quads) <= 1050
+            assert abs(len(mesh.quads) - target) <= 0.05 * target or mesh.stats["count_raised"] == 1
+            assert target == 100 or mesh.stats["count_raised"] == 0
 
 
 def test_so_few_that_quads_would_meet_themselves_are_raised() -> None:

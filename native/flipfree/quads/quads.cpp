@@ -120,8 +120,9 @@ std::optional<Attempt> attempt_at(CoarseSurface coarse, const Prepared& p, const
   return attempt_with(std::move(coarse), context);
 }
 
-// As near to `target` quads as a few scales come, then by lengths that give way; more where so few
-// are no mesh.
+// As near to `target` quads as a few scales come, then by lengths that give way, from there and
+// anew: of a tube of few coarse triangles one or the other ends far off. More where so few are no
+// mesh.
 Attempt nearest_attempt(const Prepared& p, const Scales& scales, double target,
                         ExecutionContext& context, Stats& stats) {
   constexpr double kNear = 0.05;
@@ -149,13 +150,17 @@ Attempt nearest_attempt(const Prepared& p, const Scales& scales, double target,
     if (count == 0.0) break;
     wanted *= target / count;
   }
-  if (!is_near()) offer(target, target);
-  stats["count_raised"] = static_cast<std::int64_t>(best ? 0 : 1);
+  CoarseSurface anew = p.coarse;
+  for (int from = 0; from < 2; ++from) {
+    if (!is_near()) offer(target, target);
+    std::swap(latest, anew);
+  }
   for (int i = 1; i <= kMostRaised && !best; ++i) offer(target * std::pow(1.5, i), 0.0);
   if (!best)
     throw_not_converged(ErrorCode::kIterationLimit,
                         "No whole numbers were found for the edges between the map's cones. Ask "
                         "for more quads, or simplify the field.");
+  stats["count_raised"] = static_cast<std::int64_t>(best->count() > (1.0 + kNear) * target ? 1 : 0);
   stats["scales_tried"] = tries;
   return *std::move(best);
 }

@@ -50,7 +50,7 @@ struct QuadMesh {
   std::optional<certify::Parametrization> map;
   QuadCertificate certificate;
   Stats stats;  // "target"; "proxy_faces"; "coarse_faces", "kept_vertices" (flat ones that stayed),
-                // "count_raised" (1 where fewer quads would not make a mesh), and the map's
+                // "count_raised" (1 where whole numbers leave no mesh of so few), and the map's
 };
 
 // Quads of a surface that follow a field; none: the smoothest, simplified. Every cone

@@ -89,7 +89,7 @@ class QuadMesh(ReadOnly):
         quad_parent: (q,), the input face at the middle of each quad.
         map: the integer parametrization, whose unit cells the quads are, before they were relaxed; of :func:`quads` only
             ``with_map``, with vertices on edges longer than three sides of a quad, and None where 32 bits do not hold it.
-        certificate: measured. stats: "target", seconds per stage, "count_raised" 1 where fewer quads would be no mesh,
+        certificate: measured. stats: "target", seconds per stage, "count_raised" 1 where whole numbers leave no mesh of so few,
             "proxy_faces" how many where a mesh of very many was decimated first, and the map's with the prefix "map.".
     """
 

@@ -43,7 +43,7 @@ BOUND = 2.0
 
 _FREE = "a boundary is free, as no map was found with one along the axes"
 _ENLARGED = "parts too small beside the others for 32 bits are larger than in scale"
-_MORE_QUADS = "so few quads would be no mesh: there are more"
+_MORE_QUADS = "whole numbers leave no mesh of so few quads: there are more"
 # Edges at which a surface folds by more are sharp, where nobody says from where on.
 _SHARP = math.radians(30.0)
 
