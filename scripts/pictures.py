@@ -32,7 +32,7 @@ from flipfree.separated import folds
 
 from judges.unfoldings import SHAPES, unfolding
 from mesh_files import data_folder, read_mesh
-from surfaces import bumpy_grid, cylinder, torus
+from surfaces import areas_of, bumpy_grid, cylinder, torus
 
 LIGHT, DARK = np.array([0.93, 0.90, 0.82]), np.array([0.33, 0.42, 0.52])
 RED, GREEN, BLUE = "#d4261c", "#1f9d3a", "#1030c0"
@@ -56,7 +56,19 @@ def checker(uv: np.ndarray, size: float) -> np.ndarray:
     return LIGHT * (1 - odd) + DARK * odd
 
 
-def draw_surface(panel: Any, map: ff.Parametrization, view: View, size: float) -> None:
+def bricks(uv: np.ndarray, size: float) -> np.ndarray:
+    """As checker(): four rows of two bricks, dark at their lower left, so that mirrored and turned ones are told apart."""
+    row = np.floor(4 * uv[..., 1] / size)
+    along, up = (2 * uv[..., 0] / size + row % 2 / 2), 4 * uv[..., 1] / size - row
+    x = along % 1
+    shade = 1.0 - 0.12 * ((2 * np.floor(along) + row) % 4) - 0.35 * ((x < 0.3) & (up < 0.55))
+    joint = (x < 0.06) | (up < 0.12)
+    return np.where(joint[..., None], LIGHT, shade[..., None] * np.array([0.82, 0.42, 0.30]))
+
+
+def draw_surface(
+    panel: Any, map: ff.Parametrization, view: View, size: float, texture: Any = checker
+) -> None:
     cones = map.certificate.quarter_cones
     ends = map.vertices[map.cut_edges]
     pieces = np.linspace(ends[:, 0], ends[:, 1], 9).transpose(1, 0, 2).reshape(-1, 3)
@@ -65,7 +77,7 @@ def draw_surface(panel: Any, map: ff.Parametrization, view: View, size: float) -
     n, m = len(map.vertices), len(map.vertices) + len(pieces)
     face, weights, depth = rasterise(screen[:n], map.faces)
     light = shade(map.vertices, map.faces, view)[face][..., None]
-    colour = checker((weights[..., None] * map.uv[face]).sum(2), size)
+    colour = texture((weights[..., None] * map.uv[face]).sum(2), size)
     panel.imshow(np.where(face[..., None] < 0, 1.0, colour * light))
     x, y = (np.clip(np.rint(screen[:, k]).astype(int), 0, len(depth) - 1) for k in (0, 1))
     seen = screen[:, 2] > depth[y, x] - 0.01 * np.ptp(screen[:n, 2])
@@ -314,7 +326,42 @@ def quad_sheet(path: Path) -> None:
     saved(path, figure, panels)
 
 
+#: Models of fields/ and hard/ whose edges have some length.
+TILES = (
+    "fertility_input cup_input_simple_10000 holes3_libigl rocker-arm2500 elephant crate flange house "
+    "1146164 eight766 gtorus004_fine bumpy barrel bolt bracket chair gear eight torus mug pipe stairs"
+).split()
+
+
+def tile_sheet(names: list[str]) -> Drawing:
+    """200 tiles of bricks as Fit Tiles makes them by itself; red: seams that turn them, the only ones where they may break."""
+
+    def draw(path: Path) -> None:
+        figure, panels = plt.subplots(2, 4, figsize=(20, 10))
+        for panel, name in zip(panels.ravel(), names, strict=False):
+            found = min(data().glob(f"[fh]*/{name}.o[bf][jf]"))
+            given = read_mesh(found)
+            grown = given.vertices * (800.0 / np.ptp(given.vertices, axis=0).max())
+            field = ff.cross_field(grown, given.faces, alignment=0.5, simplify=True)
+            map = ff.field_aligned(grown, given.faces, field=field)
+            tile = float(np.sqrt(areas_of(grown, given.faces).sum() / 200))
+            map = ff.fit_tiles(map, tile=tile, prefer_translations=True)
+            told = map.certificate
+            turned = map.cut_edges[map.transitions.quarter_turns != 0]
+            marked = bare(map.vertices, map.faces, turned, told.quarter_cones, map.uv)
+            draw_surface(panel, marked, View(30, 25, "zy"[found.match("fields/*")]), 1.0, bricks)
+            whole = "" if told.ok and told.tile_failures == 0 else "NOT "
+            panel.set_title(f"{name}: {map.stats['tiles']:.0f} tiles, {whole}certified")
+        saved(path, figure, panels)
+
+    return draw
+
+
 PICTURES: dict[str, Drawing] = {
+    **{
+        name: tile_sheet(TILES[8 * k :][:8])
+        for k, name in enumerate(("tiles", "tiles_2", "tiles_3"))
+    },
     "operators": operators,
     "quads": quad_sheet,
     "auto_seams_hard": hard_surfaces,
