@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace flipfree::conformal {
 
@@ -206,9 +205,7 @@ bool NewtonSystem::factorize(ExecutionContext& context) {
                     std::equal(analysed_outer_.begin(), analysed_outer_.end(), outer) &&
                     std::equal(analysed_inner_.begin(), analysed_inner_.end(), inner);
   if (!same) {
-    std::vector<Index> label(at(static_cast<Index>(matrix_.cols())));
-    std::iota(label.begin(), label.end(), Index{0});
-    cholesky_.analyze(matrix_, context, order_, label);
+    cholesky_.analyze(matrix_, context);
     analysed_outer_.assign(outer, outer + outer_count);
     analysed_inner_.assign(inner, inner + inner_count);
   }

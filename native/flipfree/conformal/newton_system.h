@@ -81,7 +81,6 @@ class NewtonSystem {
   bool use_accurate_ = false;
   bool factor_kept_ = false;  // cholesky_ holds the factor of an earlier matrix
   double slope_ = 0.0;
-  numeric::EliminationMemory order_;
 };
 
 }  // namespace flipfree::conformal

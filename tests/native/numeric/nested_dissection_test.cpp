@@ -32,30 +32,17 @@ std::size_t fill(const Graph& graph, const std::vector<Index>& order) {
   return entries;
 }
 
-TEST(NestedDissection, is_an_order_of_all_vertices_and_every_edge_lies_on_one_branch) {
+TEST(NestedDissection, is_an_order_of_all_vertices) {
   std::mt19937 random(1);
   for (int i = 0; i < 60; ++i) {
     const Index count = 1 + static_cast<Index>(random() % 700);
     // From scattered vertices to a dense graph.
     const Graph graph = test::random_graph(
         count, static_cast<int>(random() % (3 * static_cast<unsigned>(count))), random);
-    DissectionTree tree;
-    const std::vector<Index> order = nested_dissection(graph, ExecutionContext(), &tree);
+    const std::vector<Index> order = nested_dissection(graph, ExecutionContext());
     std::vector<Index> sorted = order;
     std::sort(sorted.begin(), sorted.end());
     for (Index v = 0; v < count; ++v) ASSERT_EQ(sorted[static_cast<std::size_t>(v)], v);
-    ASSERT_EQ(tree.size(), sorted.size());
-    for (Index v = 0; v < count; ++v) {
-      for_neighbours(graph, v, [&](Index u) {
-        EXPECT_TRUE(
-            on_one_branch(tree[static_cast<std::size_t>(v)], tree[static_cast<std::size_t>(u)]));
-      });
-    }
-    // The order is the postorder of the tree.
-    for (std::size_t k = 0; k + 1 < order.size(); ++k) {
-      EXPECT_LE(tree[static_cast<std::size_t>(order[k])].key(),
-                tree[static_cast<std::size_t>(order[k + 1])].key());
-    }
   }
 }
 

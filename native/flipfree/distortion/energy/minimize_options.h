@@ -5,7 +5,6 @@
 
 #include "flipfree/base/stats.h"
 #include "flipfree/base/types.h"
-#include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::distortion {
 
@@ -32,10 +31,6 @@ struct MinimizeOptions {
   bool lengthen = false;
   // Rounds of pulling that minimize_with_targets() may spend on the way.
   int max_pulls = 200;
-  // Elimination orders of former calls by vertex, for meshes that differ little; null: none.
-  numeric::EliminationMemory* memory = nullptr;
-  // What the memory knows each vertex by (#V, ascending); null: its id.
-  const std::vector<Index>* labels = nullptr;
   // UV length of a surface length 1 at which the energy is measured, for charts that are a part of
   // another; 0: whatever is best for the chart. Needs fixed vertices; not with `bijective`.
   double unit = 0;

@@ -155,9 +155,7 @@ bool Minimizer::add_contacts(const std::vector<BoundaryBarrier::Contact>& contac
 double Minimizer::assemble(double scale, bool soft) {
   if (steps_ != nullptr) return steps_->assemble(working_, uv_, soft, context_);
   if (!barrier_on_) {
-    if (!system_)
-      system_.emplace(faces_, fixed_, std::vector<std::array<VertexId, 2>>{}, context_,
-                      options_.memory, options_.labels);
+    if (!system_) system_.emplace(faces_, fixed_, std::vector<std::array<VertexId, 2>>{}, context_);
     return system_->assemble(working_, uv_, soft, context_);
   }
   reach_ = {unit(scale), soft ? kFarReach : reach_factor_,
@@ -169,8 +167,7 @@ double Minimizer::assemble(double scale, bool soft) {
     return add_contacts(contacts);
   };
   if (!system_ || !all()) {
-    system_.emplace(faces_, fixed_, barrier_->couplings(uv_, reach_), context_, options_.memory,
-                    options_.labels);
+    system_.emplace(faces_, fixed_, barrier_->couplings(uv_, reach_), context_);
     if (!all()) throw InternalError("a contact of the boundary barrier is missing in the pattern");
   }
   for (const auto& contact : contacts) energy += contact.value;

@@ -23,8 +23,7 @@ constexpr double kMostDamping = 1e-2;
 
 NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixed,
                            const std::vector<std::array<VertexId, 2>>& couplings,
-                           ExecutionContext& context, numeric::EliminationMemory* memory,
-                           const std::vector<Index>* labels)
+                           ExecutionContext& context)
     : faces_(faces), number_of_(fixed.size(), kInvalid) {
   std::vector<char> used(fixed.size(), 0);
   for (Eigen::Index i = 0; i < faces.size(); ++i) used[at(faces.data()[i])] = 1;
@@ -40,16 +39,7 @@ NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixe
   face_gradient_.resize(6 * static_cast<std::size_t>(faces.rows()));
   face_hessian_.resize(kHessianEntries * static_cast<std::size_t>(faces.rows()));
   gradient_.resize(2 * vertex_of_.size());
-  if (vertex_of_.empty()) return;
-  if (memory != nullptr) {
-    std::vector<Index> label = vertex_of_;
-    if (labels != nullptr) {
-      for (Index& l : label) l = (*labels)[at(l)];
-    }
-    cholesky_.analyze(matrix_, context, *memory, label);
-  } else {
-    cholesky_.analyze(matrix_, context);
-  }
+  if (!vertex_of_.empty()) cholesky_.analyze(matrix_, context);
 }
 
 void NewtonSystem::build_pattern(const Triangles& faces,

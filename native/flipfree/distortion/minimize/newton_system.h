@@ -17,12 +17,9 @@ namespace flipfree::distortion {
 class NewtonSystem {
  public:
   // `couplings` are vertex pairs beyond the mesh's edges that add_pair() will be called for; their
-  // vertices need no face. `fixed` has one entry per vertex. `memory`, if given, has the order of
-  // former systems by vertex, or by labels[vertex], ascending.
+  // vertices need no face. `fixed` has one entry per vertex.
   NewtonSystem(const Triangles& faces, const std::vector<char>& fixed,
-               const std::vector<std::array<VertexId, 2>>& couplings, ExecutionContext& context,
-               numeric::EliminationMemory* memory = nullptr,
-               const std::vector<Index>* labels = nullptr);
+               const std::vector<std::array<VertexId, 2>>& couplings, ExecutionContext& context);
 
   // Of face f: its energy, the gradient by its corners' UV and the Hessian, weighted, laid out as
   // corner_derivatives() does.

@@ -85,12 +85,12 @@ void simplify_one_way(Triangles& faces, Points2& from, Points2& to, Index held,
   std::vector<VertexId> fixed(static_cast<std::size_t>(keep));
   std::iota(fixed.begin(), fixed.end(), 0);
   thin_out(map, fixed, keep, context);
-  relax(map, fixed, {kStepsAfterPass, true, nullptr}, context);
+  relax(map, fixed, {kStepsAfterPass, true}, context);
   UntangleRemovalOptions untangling;
   untangling.iterations = kThoroughIterations;
   if (remove_by_untangling(map, fixed, keep, context, untangling) > 0)
     map = mesh::compacted_map(map);
-  relax(map, fixed, {kStepsAfterPass, true, nullptr}, context);
+  relax(map, fixed, {kStepsAfterPass, true}, context);
   const Eigen::Index count = map.uv.rows() - kFrame;
   faces = map.surface.mesh.faces().array() - kFrame;
   to = map.uv.bottomRows(count);
@@ -328,7 +328,7 @@ std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, ExecutionCo
   std::vector<VertexId> fixed(at(held));
   std::iota(fixed.begin(), fixed.end(), 0);
   for (int round = 0; round < kThinnings; ++round) {
-    relax(map, fixed, {kStepsOfThinning, true, nullptr}, context);
+    relax(map, fixed, {kStepsOfThinning, true}, context);
     thin_out(map, fixed, map.surface.input_vertices(), context);
   }
   PlaneMap plane;
@@ -343,7 +343,7 @@ std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, ExecutionCo
   before.vertices = Points3::Zero(plane.before.rows(), 3);
   before.vertices.leftCols(2) = plane.before;
   map = {mesh::make_refined_surface(before), plane.after};
-  relax(map, fixed, {kStepsOfOverlay, true, nullptr}, context);
+  relax(map, fixed, {kStepsOfOverlay, true}, context);
   plane.after = std::move(map.uv);
   if (!distortion::is_flip_free(plane.faces, plane.before, context) ||
       !distortion::is_flip_free(plane.faces, plane.after, context))

@@ -12,7 +12,6 @@
 #include "flipfree/matchmaker/coarsening/relax.h"
 #include "flipfree/matchmaker/coarsening/remove_vertex.h"
 #include "flipfree/mesh/refined/refined_surface.h"
-#include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::matchmaker {
 namespace {
@@ -100,11 +99,10 @@ bool make_room_for_wholes(mesh::RefinedMap& map, const std::vector<VertexId>& he
 }
 
 // `held`: vertices that do not move. Precondition: map.uv is flip-free, inner vertices wind once.
-// Guarantee: so it is afterwards, vertices below `keep` are there still. `order`: elimination
-// orders by vertex of the map. Cost: at most six times some thirty-five Newton steps near split
-// faces.
+// Guarantee: so it is afterwards, vertices below `keep` are there still. Cost: at most six times
+// some thirty-five Newton steps near split faces.
 void unfold_wholes(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-                   ExecutionContext& context, numeric::EliminationMemory& order) {
+                   ExecutionContext& context) {
   for (int round = 0; round < kUnfoldingRounds && map.surface.mesh.vertex_count() > keep; ++round) {
     const Points2 valid = map.uv;
     const Index there = map.surface.mesh.vertex_count();
@@ -115,8 +113,7 @@ void unfold_wholes(mesh::RefinedMap& map, const std::vector<VertexId>& held, Ind
       if (map.surface.mesh.vertex_count() == there) map.uv = valid;
       return;
     }
-    if (!relax_near_added(map, seeds, keep, held, {kStepsAfterUnfolding, false, &order}, context))
-      return;
+    if (!relax_near_added(map, seeds, keep, held, {kStepsAfterUnfolding, false}, context)) return;
   }
 }
 
@@ -139,7 +136,7 @@ class Coarsener {
  public:
   Coarsener(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
             ExecutionContext& context)
-      : map_(map), held_(held), keep_(keep), context_(context), order_(keep) {}
+      : map_(map), held_(held), keep_(keep), context_(context) {}
 
   void run(const CoarsenOptions& options) {
     {
@@ -160,7 +157,7 @@ class Coarsener {
   // Near these and what is added still. False when the map is too squeezed; what is removed is
   // removed.
   bool relaxed(const std::vector<VertexId>& seeds, int steps) {
-    return relax_near_added(map_, seeds, keep_, held_, {steps, true, &order_}, context_);
+    return relax_near_added(map_, seeds, keep_, held_, {steps, true}, context_);
   }
 
   void remove_plainly() {
@@ -179,7 +176,7 @@ class Coarsener {
   void unfold() {
     for (int i = 0; i < kUnfoldings && added() > 0; ++i) {
       relaxed(beside(), kStepsOfUnfolding);
-      unfold_wholes(map_, held_, keep_, context_, order_);
+      unfold_wholes(map_, held_, keep_, context_);
     }
   }
 
@@ -207,7 +204,6 @@ class Coarsener {
   const std::vector<VertexId>& held_;
   Index keep_;
   ExecutionContext& context_;
-  numeric::EliminationMemory order_;
 };
 
 }  // namespace

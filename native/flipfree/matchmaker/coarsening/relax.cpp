@@ -47,7 +47,6 @@ distortion::MinimizeOptions minimize_options(const RelaxOptions& options) {
   distortion::MinimizeOptions minimize;
   minimize.max_iterations = options.steps;
   minimize.lengthen = options.lengthen;
-  minimize.memory = options.memory;
   return minimize;
 }
 
@@ -176,7 +175,6 @@ bool relax_near(mesh::RefinedMap& map, const std::vector<VertexId>& seeds, int r
   std::vector<VertexId> held = fixed;
   std::sort(held.begin(), held.end());
   distortion::MinimizeOptions near = minimize_options(options);
-  near.labels = &patch.vertices;
   near.unit = best_unit(map, context);
   for (std::size_t i = 0; i < patch.vertices.size(); ++i) {
     const VertexId v = patch.vertices[i];

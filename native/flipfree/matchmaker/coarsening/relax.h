@@ -7,7 +7,6 @@
 #include "flipfree/base/context.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/mesh/refined/refined_surface.h"
-#include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::matchmaker {
 
@@ -37,8 +36,7 @@ bool winds_more(const mesh::RefinedMap& map, const std::vector<VertexId>& vertic
 
 struct RelaxOptions {
   int steps = 5;
-  bool lengthen = false;                         // MinimizeOptions::lengthen
-  numeric::EliminationMemory* memory = nullptr;  // MinimizeOptions::memory, by vertex
+  bool lengthen = false;  // MinimizeOptions::lengthen
 };
 
 // Some Newton steps with these vertices where they are. False if the map is too squeezed for the

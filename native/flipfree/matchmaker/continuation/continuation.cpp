@@ -34,12 +34,10 @@ constexpr int kStepsPerPin = 30;
 // True if all of these arrive, which then are held; otherwise the map is as before.
 bool pull(mesh::RefinedMap& map, const std::vector<PinnedVertex>& pins, int steps, int pulls,
           std::vector<VertexId>& held, ExecutionContext& context) {
-  numeric::EliminationMemory order(map.surface.mesh.vertex_count());
   distortion::MinimizeOptions options;
   options.max_iterations = steps;
   options.max_pulls = pulls;
   options.fixed = held;
-  options.memory = &order;
   std::vector<std::pair<VertexId, Vector2>> targets;
   for (const PinnedVertex& p : pins) targets.emplace_back(p.vertex, p.uv);
   // Too squeezed for the Newton system: blocked, like any other.
@@ -201,14 +199,14 @@ std::optional<mesh::RefinedMap> coarse_to_fine(const mesh::RefinedSurface& surfa
   coarse.uv = *start;
   if (move_pins(coarse, there, true, true, context, stats) == Arrival::kBlocked)
     return std::nullopt;
-  relax(coarse, held_vertices(coarse.surface, there), {kCoarseSteps, true, nullptr}, context);
+  relax(coarse, held_vertices(coarse.surface, there), {kCoarseSteps, true}, context);
   const bool outline = !constraints.free_boundary();
   const bool refined = coarse.surface.mesh.vertex_count() > count;
   mesh::RefinedMap fine{surface, {}};
   if (!refined) {
     fine.uv = way_back(whole, few, coarse.uv, outline, context);
     if (fine.uv.rows() == 0) return std::nullopt;
-    relax(fine, held, {kWholeSteps, true, nullptr}, context);
+    relax(fine, held, {kWholeSteps, true}, context);
   } else {
     // A plane in which both triangulations cover the same domain once.
     if (outline && !constraints.simple_outline) return std::nullopt;

@@ -271,7 +271,6 @@ class OutlineMover {
     const double next = 1 - time_ < 1.3 * by ? 1.0 : time_ + by;
     distortion::MinimizeOptions options;
     options.max_iterations = kSettleSteps;
-    options.memory = &order_;
     std::vector<std::pair<VertexId, Vector2>> moving;
     for (const auto& [v, place] : homotopy_.places(next, homotopy_.corners(next))) {
       if (map_.uv.row(v) == place.transpose()) {
@@ -298,7 +297,7 @@ class OutlineMover {
   // Lowers the energy with outline and pins held.
   void relax() {
     const ProgressRange quiet(context_, time_, time_);
-    matchmaker::relax(map_, held_, {kStepsAfterRefining, false, &order_}, context_);
+    matchmaker::relax(map_, held_, {kStepsAfterRefining, false}, context_);
   }
 
   // The triangles that fold first when every vertex rides on the homotopy.
@@ -369,7 +368,6 @@ class OutlineMover {
   mesh::Surface chart_;
   EdgeSet uncut_;
   std::vector<VertexId> held_;
-  numeric::EliminationMemory order_;
   double time_ = 0;
   std::int64_t frames_ = 0;
   std::int64_t splits_ = 0;
@@ -388,7 +386,7 @@ mesh::RefinedMap on_outline(const mesh::RefinedSurface& surface, const Polygon& 
     return embedding::embed_disk(map.surface.mesh.faces(), map.surface.mesh.vertex_count(),
                                  surface.boundary, rows_of(outline), embed, context, stats);
   });
-  relax(map, surface.boundary, {kFirstSteps, false, nullptr}, context);
+  relax(map, surface.boundary, {kFirstSteps, false}, context);
   return map;
 }
 

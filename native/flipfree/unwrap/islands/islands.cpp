@@ -175,7 +175,7 @@ std::vector<double> ScaleField::solve(const std::vector<char>& open, ExecutionCo
   numeric::SparseMatrix matrix(count, count);
   matrix.setFromTriplets(entries.begin(), entries.end());
   numeric::SparseCholesky cholesky;
-  cholesky.analyze(matrix, context, memory_, vertex);
+  cholesky.analyze(matrix, context);
   if (!cholesky.factorize(matrix, context)) return result;
   const Eigen::VectorXd u = cholesky.solve(right, context);
   const bool usable = u.allFinite();

@@ -266,7 +266,6 @@ class ScaleField {
   const mesh::Adjacency& adjacency_;
   std::vector<double> half_cotangent_;  // of the angle opposite to each half-edge, clamped
   std::vector<double> defect_;          // per vertex: 2 pi minus its corner angles
-  numeric::EliminationMemory memory_;   // few vertices come or go between one call and the next
 };
 
 // Where a surface has to give way: the hills of its scale field, and what a seam to each of them is
