@@ -488,10 +488,11 @@ seamless::PennerMap map_without_side_chords(
   of_pieces.which = seamless::Engine::kPenner;
   seamless::PennerMap found;
   try {
-    found = simplified_engine_map(pieces.surface, own, field,
-                                  {pieces.cones, carried_loops(surface, pieces.surface, own,
-                                                               pieces.provenance, needed.loops)},
-                                  of_pieces, context);
+    NeededTopology of_needed{pieces.cones, {}, {}};
+    of_needed.loops = turned_loops({pieces.surface, own, pieces.provenance.face}, pieces.cones,
+                                   surface, adjacency, field, needed.border,
+                                   options.boundary == seamless::Boundary::kAligned, context);
+    found = simplified_engine_map(pieces.surface, own, field, of_needed, of_pieces, context);
   } catch (const NotConverged&) {
     // Whole faces may be possible, by padding too; features beside flattened edges are then missed.
     if (options.features.rows() > 0)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "flipfree/field/turning.h"
@@ -22,11 +23,7 @@ class Border {
  public:
   Border(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
          const field::CrossField& field, double ragged)
-      : surface_(surface),
-        faces_(surface.faces),
-        adjacency_(adjacency),
-        field_(field),
-        ragged_(ragged) {
+      : surface_(surface), faces_(surface.faces), adjacency_(adjacency), ragged_(ragged) {
     const field::Frames frames = field::measure_frames(surface);
     quarter_.assign(adjacency.opposite.size(), 0);
     angle_.assign(adjacency.vertex_halfedge.size(), 0.0);
@@ -86,19 +83,7 @@ class Border {
     }
   }
 
-  // From the first edge of a strip between boundaries to its last one.
-  Index turn_between(const intrinsic::DualLoop& strip) const {
-    Index turns = quarter_[at(strip.front())] - quarter_[at(strip.back())];
-    HalfedgeId entered = strip.front();
-    for (std::size_t i = 1; i < strip.size(); ++i) {
-      turns += field::turn_at_corner(entered, strip[i]);
-      if (i + 1 == strip.size()) break;
-      turns += field_.matching[at(strip[i])];
-      entered = adjacency_.opposite[at(strip[i])];
-    }
-    return turns;
-  }
-
+  std::vector<Index>& quarters() { return quarter_; }
   std::vector<Index>& cones() { return cones_; }
 
  private:
@@ -117,21 +102,24 @@ class Border {
   const mesh::Surface& surface_;
   const Triangles& faces_;
   const mesh::Adjacency& adjacency_;
-  const field::CrossField& field_;
   double ragged_;
   std::vector<Index> quarter_;
   std::vector<Index> cones_;
   std::vector<double> angle_;  // #V: of the surface, in quarter turns
 };
 
-// The loops of one component, in half-edges of the whole.
-std::vector<intrinsic::LoopTurn> loops_of(const mesh::Chart& chart, bool aligned,
-                                          const ExecutionContext& context) {
-  auto loops = seamless::loops_to_turn(chart.surface, aligned, context);
-  for (auto& loop : loops) {
-    for (HalfedgeId& h : loop.loop) h = 3 * chart.faces[at(h / 3)] + h % 3;
+// From the first edge of a strip between boundaries to its last one.
+Index turn_between(const mesh::Adjacency& adjacency, const field::CrossField& field,
+                   const std::vector<Index>& border, const DualLoop& strip) {
+  Index turns = border[at(strip.front())] - border[at(strip.back())];
+  HalfedgeId entered = strip.front();
+  for (std::size_t i = 1; i < strip.size(); ++i) {
+    turns += field::turn_at_corner(entered, strip[i]);
+    if (i + 1 == strip.size()) break;
+    turns += field.matching[at(strip[i])];
+    entered = adjacency.opposite[at(strip[i])];
   }
-  return loops;
+  return turns;
 }
 
 }  // namespace
@@ -145,90 +133,13 @@ NeededTopology needed_topology(const mesh::Surface& surface, const mesh::Adjacen
     border.give_angles();
   }
   NeededTopology needed;
-  for (const mesh::Chart& chart : seamless::connected_parts(surface, adjacency, border.cones())) {
-    for (intrinsic::LoopTurn& loop : loops_of(chart, aligned, context)) {
-      loop.quarter_turns = loop.between_boundaries
-                               ? border.turn_between(loop.loop)
-                               : field::turning_number(adjacency, field, loop.loop);
-      needed.loops.push_back(std::move(loop));
-    }
-  }
   needed.cones = std::move(border.cones());
+  needed.border = std::move(border.quarters());
+  std::vector<FaceId> own(static_cast<std::size_t>(surface.faces.rows()));
+  std::iota(own.begin(), own.end(), FaceId{0});
+  needed.loops = turned_loops({surface, adjacency, own}, needed.cones, surface, adjacency, field,
+                              needed.border, aligned, context);
   return needed;
-}
-
-namespace {
-
-class Carrier {
- public:
-  Carrier(const mesh::Surface& surface, const mesh::Surface& divided,
-          const mesh::Adjacency& adjacency, const mesh::Provenance& provenance)
-      : adjacency_(adjacency),
-        parent_(provenance.face),
-        piece_(static_cast<std::size_t>(3 * surface.faces.rows()), kInvalid) {
-    const auto own = static_cast<Index>(surface.vertices.rows());
-    for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
-      const VertexId from = mesh::source(divided.faces, h), to = mesh::target(divided.faces, h);
-      const HalfedgeId o = adjacency.opposite[at(h)];
-      const FaceId parent = parent_[at(h / 3)];
-      if (from >= own || (o != kInvalid && parent_[at(o / 3)] == parent)) continue;
-      for (HalfedgeId side = 3 * parent; side < 3 * parent + 3; ++side) {
-        // A vertex on the middle of the side, or its end.
-        if (mesh::source(surface.faces, side) == from &&
-            (to >= own || mesh::target(surface.faces, side) == to))
-          piece_[at(side)] = h;
-      }
-    }
-  }
-
-  LoopTurn carried(const LoopTurn& loop) const {
-    LoopTurn out{{}, loop.quarter_turns, loop.between_boundaries};
-    const std::size_t n = loop.loop.size();
-    for (std::size_t i = 0; i < n; ++i) {
-      const HalfedgeId h = piece_[at(loop.loop[i])];
-      if (loop.between_boundaries && i == 0) {
-        out.loop.push_back(h);
-        continue;
-      }
-      const HalfedgeId last = piece_[at(loop.loop[(i + n - 1) % n])];
-      // The strip between boundaries lies beside its first half-edge, a loop beyond each.
-      const bool beside = loop.between_boundaries && i == 1;
-      const FaceId from = (beside ? last : adjacency_.opposite[at(last)]) / 3;
-      walk(from, h / 3, kInvalid, out.loop);
-      out.loop.push_back(h);
-    }
-    return out;
-  }
-
- private:
-  // Through the pieces of one face.
-  bool walk(FaceId from, FaceId to, FaceId came, intrinsic::DualLoop& way) const {
-    if (from == to) return true;
-    for (HalfedgeId h = 3 * from; h < 3 * from + 3; ++h) {
-      const HalfedgeId o = adjacency_.opposite[at(h)];
-      if (o == kInvalid || o / 3 == came || parent_[at(o / 3)] != parent_[at(from)]) continue;
-      way.push_back(h);
-      if (walk(o / 3, to, from, way)) return true;
-      way.pop_back();
-    }
-    return false;
-  }
-
-  const mesh::Adjacency& adjacency_;
-  const std::vector<FaceId>& parent_;
-  std::vector<HalfedgeId> piece_;  // per half-edge of the input: the piece of it at its source
-};
-
-}  // namespace
-
-std::vector<LoopTurn> carried_loops(const mesh::Surface& surface, const mesh::Surface& divided,
-                                    const mesh::Adjacency& adjacency,
-                                    const mesh::Provenance& provenance,
-                                    const std::vector<LoopTurn>& loops) {
-  const Carrier carrier(surface, divided, adjacency, provenance);
-  std::vector<LoopTurn> out;
-  for (const LoopTurn& loop : loops) out.push_back(carrier.carried(loop));
-  return out;
 }
 
 namespace {
@@ -246,7 +157,8 @@ double off_side(const mesh::Surface& s, HalfedgeId side, const Vector3& p) {
 HalfedgeId input_halfedge(const Refined& refined, const mesh::Surface& input,
                           const mesh::Adjacency& input_adjacency, HalfedgeId h) {
   const HalfedgeId o = refined.adjacency.opposite[at(h)];
-  const FaceId from = refined.parent_face[at(h / 3)], to = refined.parent_face[at(o / 3)];
+  const FaceId from = refined.parent_face[at(h / 3)];
+  const FaceId to = o == kInvalid ? kInvalid : refined.parent_face[at(o / 3)];
   if (from == to) return kInvalid;
   const Vector3 a = refined.surface.vertices.row(mesh::source(refined.surface.faces, h));
   const Vector3 b = refined.surface.vertices.row(mesh::target(refined.surface.faces, h));
@@ -254,7 +166,7 @@ HalfedgeId input_halfedge(const Refined& refined, const mesh::Surface& input,
   double least = std::numeric_limits<double>::infinity();
   for (HalfedgeId side = 3 * from; side < 3 * from + 3; ++side) {
     const HalfedgeId beyond = input_adjacency.opposite[at(side)];
-    if (beyond == kInvalid || beyond / 3 != to) continue;
+    if (beyond == kInvalid ? to != kInvalid : beyond / 3 != to) continue;
     // Two faces may share two sides.
     const double off = off_side(input, side, 0.5 * (a + b));
     if (best != kInvalid && !(off < least)) continue;
@@ -265,14 +177,36 @@ HalfedgeId input_halfedge(const Refined& refined, const mesh::Surface& input,
 }
 
 DualLoop projected(const Refined& refined, const mesh::Surface& input,
-                   const mesh::Adjacency& input_adjacency, const DualLoop& loop) {
+                   const mesh::Adjacency& input_adjacency, const DualLoop& loop, bool closed) {
   DualLoop strip;
   for (const HalfedgeId h : loop) {
     const HalfedgeId side = input_halfedge(refined, input, input_adjacency, h);
     if (side != kInvalid) intrinsic::go_across(strip, side, input_adjacency.opposite);
   }
-  intrinsic::close_strip(strip, input_adjacency.opposite);
+  if (closed) intrinsic::close_strip(strip, input_adjacency.opposite);
   return strip;
+}
+
+std::vector<intrinsic::LoopTurn> turned_loops(
+    const Refined& refined, const std::vector<Index>& cones, const mesh::Surface& input,
+    const mesh::Adjacency& input_adjacency, const field::CrossField& field,
+    const std::vector<Index>& border, bool aligned, const ExecutionContext& context) {
+  std::vector<intrinsic::LoopTurn> loops;
+  for (const mesh::Chart& chart :
+       seamless::connected_parts(refined.surface, refined.adjacency, cones)) {
+    for (auto& loop : seamless::loops_to_turn(chart.surface, aligned, context)) {
+      for (HalfedgeId& h : loop.loop) h = 3 * chart.faces[at(h / 3)] + h % 3;
+      const DualLoop strip =
+          &refined.surface == &input
+              ? loop.loop
+              : projected(refined, input, input_adjacency, loop.loop, !loop.between_boundaries);
+      loop.quarter_turns = loop.between_boundaries
+                               ? turn_between(input_adjacency, field, border, strip)
+                               : field::turning_number(input_adjacency, field, strip);
+      loops.push_back(std::move(loop));
+    }
+  }
+  return loops;
 }
 
 }  // namespace flipfree::holonomy

@@ -8,7 +8,6 @@
 #include "flipfree/field/cross_field.h"
 #include "flipfree/intrinsic/loops.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::holonomy {
@@ -21,6 +20,9 @@ struct NeededTopology {
   // As compute_penner_metric() takes them: of each component a homology basis, with its boundaries
   // contracted, and where these are aligned strips from one to each other one.
   std::vector<intrinsic::LoopTurn> loops;
+  // Per half-edge at a boundary: which of the field's directions it runs along, counted from that
+  // of its face, in quarter turns.
+  std::vector<Index> border;
 };
 
 // `ragged`: such pairs are evened out at the ends of edges that are shorter even where the surface
@@ -30,20 +32,8 @@ NeededTopology needed_topology(const mesh::Surface& surface, const mesh::Adjacen
                                const ExecutionContext& context);
 
 // Loops of a refined surface as loops of the surface that it refines: for judging a map by loops
-// that its maker has not seen.
-
-// Loops of a surface as loops of the same surface with some of its edges divided.
-
-using intrinsic::LoopTurn;
-
-// The same loops up to homotopy beside all vertices, so that they turn alike in every metric that
-// is flat at the new ones; no face is passed twice that was not before. Precondition: new vertices
-// of `divided` lie inside edges of the input that are not on its boundary, one on each at most, and
-// the pieces of a face are joined as in a tree (split_in_the_middle()). Cost: O(#F + loops).
-std::vector<LoopTurn> carried_loops(const mesh::Surface& surface, const mesh::Surface& divided,
-                                    const mesh::Adjacency& adjacency,
-                                    const mesh::Provenance& provenance,
-                                    const std::vector<LoopTurn>& loops);
+// that its maker has not seen, and for asking for turns on a surface with some of its edges
+// divided.
 
 using intrinsic::DualLoop;
 
@@ -55,13 +45,22 @@ struct Refined {
 };
 
 // The half-edge 3 f + k of the input's face f = parent_face[h / 3] across which half-edge h of the
-// refinement leaves it; kInvalid if it stays inside. Cost: O(1).
+// refinement leaves it, at the boundary too; kInvalid if it stays inside. Cost: O(1).
 HalfedgeId input_halfedge(const Refined& refined, const mesh::Surface& input,
                           const mesh::Adjacency& input_adjacency, HalfedgeId h);
 
 // The loop's homotopy class beside all vertices of the input, as a strip of its faces that does not
-// turn back; empty if it shrinks to a point in a face. Cost: O(loop).
+// turn back; empty if it shrinks to a point in a face. `closed`: false for a strip between
+// boundaries. Cost: O(loop).
 DualLoop projected(const Refined& refined, const mesh::Surface& input,
-                   const mesh::Adjacency& input_adjacency, const DualLoop& loop);
+                   const mesh::Adjacency& input_adjacency, const DualLoop& loop,
+                   bool closed = true);
+
+// NeededTopology::loops on a refinement. `cones`: of the refinement, quarter turns; `border`: of
+// the input. Cost: O(#F log #F).
+std::vector<intrinsic::LoopTurn> turned_loops(
+    const Refined& refined, const std::vector<Index>& cones, const mesh::Surface& input,
+    const mesh::Adjacency& input_adjacency, const field::CrossField& field,
+    const std::vector<Index>& border, bool aligned, const ExecutionContext& context);
 
 }  // namespace flipfree::holonomy
