@@ -11,7 +11,7 @@ TEST(RefinedSurfaceInvariants, HoldThroughSplitsAndFailWhereAWeightOrAParentIsWr
   const Surface input = test::grid(3, 3);
   RefinedSurface surface = make_refined_surface(input);
   surface.split_edge(0);
-  surface.split_edge(5, 0.25);
+  surface.split_edge(5);
   ASSERT_EQ(find_broken_invariant(surface), "");
   RefinedSurface broken = surface;
   broken.support.back().weight[0] += 0x1p-52;

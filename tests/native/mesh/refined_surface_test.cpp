@@ -86,7 +86,7 @@ void expect_subdivides(const RefinedSurface& refined) {
   for (const Rational& area : covered) EXPECT_EQ(area, 1);
 }
 
-// Splits at random: edges at shares, edges and faces at rounded points.
+// Splits at random: edges at midpoints, faces at rounded points.
 void refine(RefinedSurface& refined, int steps, std::mt19937& random) {
   const auto support = [&](VertexId v) { return refined.support[static_cast<std::size_t>(v)]; };
   for (int i = 0; i < steps; ++i) {
@@ -98,10 +98,9 @@ void refine(RefinedSurface& refined, int steps, std::mt19937& random) {
     const double wanted = (1.0 + static_cast<double>(random() % 15)) / 16.0;
     VertexId added = kInvalid;
     if (refined.in_collar(f) || random() % 3 != 0) {
-      const double share = refined.exact_share(h, wanted);
-      const Vector3 expected = (1 - share) * refined.position[static_cast<std::size_t>(a)] +
-                               share * refined.position[static_cast<std::size_t>(b)];
-      added = refined.split_edge(h, share);
+      const Vector3 expected = 0.5 * (refined.position[static_cast<std::size_t>(a)] +
+                                      refined.position[static_cast<std::size_t>(b)]);
+      added = refined.split_edge(h);
       EXPECT_LT((refined.position[static_cast<std::size_t>(added)] - expected).norm(), 1e-13);
     } else {
       const auto [p, q, r] = refined.mesh.corners(f);

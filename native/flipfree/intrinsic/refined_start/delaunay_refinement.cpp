@@ -235,10 +235,6 @@ class SignpostTriangulation : public FlatFaces {
   void flip(HalfedgeId h);
   // Moves half-edges to other places; what lies opposite stays so.
   void move(std::span<const HalfedgeId> from, std::span<const HalfedgeId> to);
-  void link(HalfedgeId a, HalfedgeId b) {
-    half[at(a)].opposite = b;
-    half[at(b)].opposite = a;
-  }
   FaceId add_face() {
     half.resize(half.size() + 3);
     return face_count() - 1;

@@ -54,26 +54,15 @@ Support rounded_between(const Support& a, const Support& b, double share) {
   return result;
 }
 
-double RefinedSurface::exact_share(HalfedgeId h, double share) const {
-  if (share * 16 != std::floor(share * 16)) return 0.5;
-  for (const VertexId v : {mesh.source(h), mesh.target(h)}) {
-    for (const double w : support[at(v)].weight) {
-      const double scaled = std::ldexp(w, 36);
-      if (scaled != std::floor(scaled)) return 0.5;
-    }
-  }
-  return share;
-}
-
-VertexId RefinedSurface::split_edge(HalfedgeId h, double share) {
+VertexId RefinedSurface::split_edge(HalfedgeId h) {
   const auto a = static_cast<std::size_t>(mesh.source(h));
   const auto b = static_cast<std::size_t>(mesh.target(h));
   const bool on_input = !support[a].empty() && !support[b].empty();
   // Rounded where weights have no bits to spare: they sum to one exactly.
-  if (on_input) return split_edge(h, rounded_between(support[a], support[b], share));
+  if (on_input) return split_edge(h, rounded_between(support[a], support[b], 0.5));
   const VertexId s = mesh.split_edge(h);
   support.emplace_back();
-  position.emplace_back((1 - share) * position[a] + share * position[b]);
+  position.emplace_back(0.5 * position[a] + 0.5 * position[b]);
   return s;
 }
 

@@ -2,7 +2,7 @@
 // (guarantee G7).
 //
 // Vertices 0 .. input_vertices - 1 are the user's. The weights of vertices added by splits are
-// multiples of 2^-52 that sum to one exactly (midpoints, at sixteenths, or rounded to them);
+// multiples of 2^-52 that sum to one exactly (midpoints, or rounded to them);
 // whether faces keep their orientation within their parent is therefore decided exactly. A collar,
 // if there is one, is a ring of triangles glued around the boundary that only exists during the
 // solve: it makes the boundary free to lie anywhere inside a box. Its faces have no parent
@@ -47,12 +47,7 @@ struct RefinedSurface {
 
   // Splits at the midpoint. The edge's two ends must have supports within one input face, or lie in
   // the collar.
-  VertexId split_edge(HalfedgeId h) { return split_edge(h, 0.5); }
-  // Splits at the given share from source to target; `share` comes from exact_share().
-  VertexId split_edge(HalfedgeId h, double share);
-  // The share itself if it is a multiple of 1/16 and weights there are exact in double with bits to
-  // spare, else 1/2.
-  double exact_share(HalfedgeId h, double share) const;
+  VertexId split_edge(HalfedgeId h);
   // Splits at the point `where` of the edge or of the face, usually found by rounded_between().
   // Whether the new faces keep their orientation in their parents is for the caller to check
   // beforehand.

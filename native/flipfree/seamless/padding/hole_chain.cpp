@@ -32,80 +32,64 @@ constexpr Index partner_of(Index hole) { return hole ^ 1; }
 class Holes {
  public:
   // `loops`: vertices in order, drawn. Their edges must not be split while this is used.
-  Holes(const Canvas& canvas, Loops loops);
+  Holes(const Canvas& canvas, Loops loops)
+      : canvas_(canvas),
+        loops_(std::move(loops)),
+        where_(at(canvas.vertex_count()), {kInvalid, kInvalid}) {
+    for (std::size_t l = 0; l < loops_.size(); ++l) {
+      for (std::size_t i = 0; i < loops_[l].size(); ++i)
+        where_[at(loops_[l][i])] = {static_cast<Index>(l), static_cast<Index>(i)};
+    }
+  }
 
   Index count() const { return 2 * static_cast<Index>(loops_.size()); }
   // Sectors of a vertex of the loop on the hole's side, counter-clockwise: one, and one more per
   // connector that ends there.
-  std::vector<HalfedgeId> sectors_at(Index hole, VertexId v) const;
+  std::vector<HalfedgeId> sectors_at(Index hole, VertexId v) const {
+    const Index ahead = hole % 2 == 0 ? 1 : -1;
+    const HalfedgeId first = canvas_.mesh().find(v, neighbour(v, ahead));
+    const HalfedgeId last = canvas_.mesh().find(v, neighbour(v, -ahead));
+    std::vector<HalfedgeId> sectors;
+    for (HalfedgeId h = first; h != last; h = canvas_.mesh().rotate_ccw(h)) {
+      if (canvas_.is_drawn(h)) sectors.push_back(h);
+    }
+    return sectors;
+  }
   // Those of all vertices of the loop that no connector has reached from either side.
-  std::vector<HalfedgeId> open_sectors(Index hole) const;
+  std::vector<HalfedgeId> open_sectors(Index hole) const {
+    std::vector<HalfedgeId> sectors;
+    for (const VertexId v : loops_[at(hole / 2)]) {
+      if (is_open(v)) sectors.push_back(sectors_at(hole, v).front());
+    }
+    return sectors;
+  }
   // Is this sector, of a vertex of the loop, on the hole's side?
-  bool has(Index hole, HalfedgeId sector) const;
+  bool has(Index hole, HalfedgeId sector) const {
+    const VertexId v = canvas_.mesh().source(sector);
+    if (loop_of(v) != hole / 2) return false;
+    const std::vector<HalfedgeId> sectors = sectors_at(hole, v);
+    return std::find(sectors.begin(), sectors.end(), sector) != sectors.end();
+  }
   // The hole on whose side this sector of a loop's vertex is.
-  Index hole_of(HalfedgeId sector) const;
+  Index hole_of(HalfedgeId sector) const {
+    const Index left = 2 * loop_of(canvas_.mesh().source(sector));
+    return has(left, sector) ? left : partner_of(left);
+  }
   const Loops& loops() const { return loops_; }
   bool is_open(VertexId v) const { return canvas_.drawn_around(v).size() == 2; }
-  Index loop_of(VertexId v) const;
+  Index loop_of(VertexId v) const { return at(v) < where_.size() ? where_[at(v)][0] : kInvalid; }
 
  private:
-  VertexId neighbour(VertexId v, Index step) const;
+  VertexId neighbour(VertexId v, Index step) const {
+    const std::vector<VertexId>& loop = loops_[at(where_[at(v)][0])];
+    const auto n = static_cast<Index>(loop.size());
+    return loop[at((where_[at(v)][1] + step + n) % n)];
+  }
 
   const Canvas& canvas_;
   Loops loops_;
   std::vector<std::array<Index, 2>> where_;  // per vertex when this was made: loop, number in it
 };
-
-Holes::Holes(const Canvas& canvas, Loops loops)
-    : canvas_(canvas),
-      loops_(std::move(loops)),
-      where_(at(canvas.vertex_count()), {kInvalid, kInvalid}) {
-  for (std::size_t l = 0; l < loops_.size(); ++l) {
-    for (std::size_t i = 0; i < loops_[l].size(); ++i)
-      where_[at(loops_[l][i])] = {static_cast<Index>(l), static_cast<Index>(i)};
-  }
-}
-
-Index Holes::loop_of(VertexId v) const {
-  return at(v) < where_.size() ? where_[at(v)][0] : kInvalid;
-}
-
-VertexId Holes::neighbour(VertexId v, Index step) const {
-  const std::vector<VertexId>& loop = loops_[at(where_[at(v)][0])];
-  const auto n = static_cast<Index>(loop.size());
-  return loop[at((where_[at(v)][1] + step + n) % n)];
-}
-
-std::vector<HalfedgeId> Holes::sectors_at(Index hole, VertexId v) const {
-  const Index ahead = hole % 2 == 0 ? 1 : -1;
-  const HalfedgeId first = canvas_.mesh().find(v, neighbour(v, ahead));
-  const HalfedgeId last = canvas_.mesh().find(v, neighbour(v, -ahead));
-  std::vector<HalfedgeId> sectors;
-  for (HalfedgeId h = first; h != last; h = canvas_.mesh().rotate_ccw(h)) {
-    if (canvas_.is_drawn(h)) sectors.push_back(h);
-  }
-  return sectors;
-}
-
-std::vector<HalfedgeId> Holes::open_sectors(Index hole) const {
-  std::vector<HalfedgeId> sectors;
-  for (const VertexId v : loops_[at(hole / 2)]) {
-    if (is_open(v)) sectors.push_back(sectors_at(hole, v).front());
-  }
-  return sectors;
-}
-
-bool Holes::has(Index hole, HalfedgeId sector) const {
-  const VertexId v = canvas_.mesh().source(sector);
-  if (loop_of(v) != hole / 2) return false;
-  const std::vector<HalfedgeId> sectors = sectors_at(hole, v);
-  return std::find(sectors.begin(), sectors.end(), sector) != sectors.end();
-}
-
-Index Holes::hole_of(HalfedgeId sector) const {
-  const Index left = 2 * loop_of(canvas_.mesh().source(sector));
-  return has(left, sector) ? left : partner_of(left);
-}
 
 // From hole to hole; symmetric, infinite where nothing is known.
 using Costs = std::vector<std::vector<double>>;
@@ -259,10 +243,44 @@ std::vector<Index> hole_tour(const Costs& cost, bool odd_couple, const Execution
 // turned evenly all along.
 class HoleFrames {
  public:
-  HoleFrames(const TurnMeter& meter, const Loops& loops);
+  HoleFrames(const TurnMeter& meter, const Loops& loops)
+      : meter_(meter), places_(2 * loops.size()) {
+    const Canvas& canvas = meter.canvas();
+    for (std::size_t hole = 0; hole < places_.size(); ++hole) {
+      std::vector<VertexId> loop = loops[hole / 2];
+      if (hole % 2 == 1) std::reverse(loop.begin(), loop.end());
+      const std::size_t n = loop.size();
+      std::vector<HalfedgeId> edge;
+      for (std::size_t i = 0; i < n; ++i)
+        edge.push_back(canvas.mesh().find(loop[i], loop[(i + 1) % n]));
+      // Where each edge heads, from where the first does, and where it begins.
+      std::vector<double> heading = {0.0}, start = {0.0};
+      for (std::size_t i = 1; i < n; ++i) {
+        heading.push_back(heading.back() + meter.turn(edge[i - 1], edge[i]));
+        start.push_back(start.back() + canvas.length(edge[i - 1]));
+      }
+      const double length = start.back() + canvas.length(edge.back());
+      const double slope = (heading.back() + meter.turn(edge.back(), edge.front())) / length;
+      double mean = 0.0;
+      for (std::size_t i = 0; i < n; ++i) {
+        const double own = canvas.length(edge[i]);
+        mean += (heading[i] - slope * (start[i] + 0.5 * own)) * own / length;
+      }
+      for (std::size_t i = 0; i < n; ++i) {
+        const double offset = heading[i] - (mean + slope * start[i]) - TurnMeter::kQuarter;
+        places_[hole][loop[i]] = {loop[(i + 1) % n], offset};
+      }
+    }
+  }
 
   // How far to the left of that a half-edge heads which leaves the hole's loop on the hole's side.
-  double deviation(Index hole, HalfedgeId departure) const;
+  double deviation(Index hole, HalfedgeId departure) const {
+    const Canvas& canvas = meter_.canvas();
+    const VertexId v = canvas.mesh().source(departure);
+    const Place& place = places_[at(hole)].at(v);
+    const HalfedgeId along = canvas.mesh().find(v, place.next);
+    return place.offset + meter_.angle_between(along, departure);
+  }
 
  private:
   const TurnMeter& meter_;
@@ -272,44 +290,6 @@ class HoleFrames {
   };
   std::vector<std::map<VertexId, Place>> places_;  // per hole, by vertex
 };
-
-HoleFrames::HoleFrames(const TurnMeter& meter, const Loops& loops)
-    : meter_(meter), places_(2 * loops.size()) {
-  const Canvas& canvas = meter.canvas();
-  for (std::size_t hole = 0; hole < places_.size(); ++hole) {
-    std::vector<VertexId> loop = loops[hole / 2];
-    if (hole % 2 == 1) std::reverse(loop.begin(), loop.end());
-    const std::size_t n = loop.size();
-    std::vector<HalfedgeId> edge;
-    for (std::size_t i = 0; i < n; ++i)
-      edge.push_back(canvas.mesh().find(loop[i], loop[(i + 1) % n]));
-    // Where each edge heads, from where the first does, and where it begins.
-    std::vector<double> heading = {0.0}, start = {0.0};
-    for (std::size_t i = 1; i < n; ++i) {
-      heading.push_back(heading.back() + meter.turn(edge[i - 1], edge[i]));
-      start.push_back(start.back() + canvas.length(edge[i - 1]));
-    }
-    const double length = start.back() + canvas.length(edge.back());
-    const double slope = (heading.back() + meter.turn(edge.back(), edge.front())) / length;
-    double mean = 0.0;
-    for (std::size_t i = 0; i < n; ++i) {
-      const double own = canvas.length(edge[i]);
-      mean += (heading[i] - slope * (start[i] + 0.5 * own)) * own / length;
-    }
-    for (std::size_t i = 0; i < n; ++i) {
-      const double offset = heading[i] - (mean + slope * start[i]) - TurnMeter::kQuarter;
-      places_[hole][loop[i]] = {loop[(i + 1) % n], offset};
-    }
-  }
-}
-
-double HoleFrames::deviation(Index hole, HalfedgeId departure) const {
-  const Canvas& canvas = meter_.canvas();
-  const VertexId v = canvas.mesh().source(departure);
-  const Place& place = places_[at(hole)].at(v);
-  const HalfedgeId along = canvas.mesh().find(v, place.next);
-  return place.offset + meter_.angle_between(along, departure);
-}
 
 // Sheets of a quarter turn, so many of them on either side at first and then, where no way is
 // found, and ways that are looked at per vertex and sheet.

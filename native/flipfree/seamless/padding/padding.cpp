@@ -332,6 +332,17 @@ std::vector<JoinedSectors> joinable_sectors(const Canvas& canvas,
   if (joinable.empty()) throw InternalError("no pattern of the cut fits the cones");
   return joinable;
 }
+
+// The shortest path between places that are allowed; false if the search finds none.
+bool draw_shortest(Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& from,
+                   const std::vector<Index>& to,
+                   const std::function<bool(const PathEnds&)>& allowed,
+                   const ExecutionContext& context) {
+  const auto path = shortest_separating_path(canvas, boundary, from, to, allowed, context);
+  if (path) canvas.draw(path->halfedges, Curve::kExtra);
+  return path.has_value();
+}
+
 // From one T-node to the other one, within the disk, between some of these sectors: the shortest
 // path, false if the search finds none, or one around chosen cones, which there always is.
 
@@ -344,14 +355,11 @@ bool draw_shortest_joining_path(Canvas& canvas, const std::vector<JoinedSectors>
     to.push_back(boundary.place[at(t)]);
   }
   const auto allowed = [&](const PathEnds& ends) {
-    for (std::size_t i = 0; i < from.size(); ++i) {
-      if (from[i] == ends.from && to[i] == ends.to) return true;
-    }
-    return false;
+    const JoinedSectors joined = {boundary.halfedges[at(ends.from)],
+                                  boundary.halfedges[at(ends.to)]};
+    return std::find(sectors.begin(), sectors.end(), joined) != sectors.end();
   };
-  const auto path = shortest_separating_path(canvas, boundary, from, to, allowed, context);
-  if (path) canvas.draw(path->halfedges, Curve::kExtra);
-  return path.has_value();
+  return draw_shortest(canvas, boundary, from, to, allowed, context);
 }
 
 void draw_fenced_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors,
@@ -374,10 +382,8 @@ bool draw_shortest_extra_path(Canvas& canvas, const ExecutionContext& context) {
   for (Index i = 0; i < boundary.size(); ++i) {
     if (boundary.corner[at(i)] == 0) anywhere.push_back(i);
   }
-  const auto path = shortest_separating_path(canvas, boundary, places_on_holes(canvas, boundary),
-                                             anywhere, allowed, context);
-  if (path) canvas.draw(path->halfedges, Curve::kExtra);
-  return path.has_value();
+  return draw_shortest(canvas, boundary, places_on_holes(canvas, boundary), anywhere, allowed,
+                       context);
 }
 
 void draw_fenced_extra_path(Canvas& canvas, const std::vector<Index>& cones, Index genus,

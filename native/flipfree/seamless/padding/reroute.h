@@ -122,7 +122,6 @@ struct Reroutings {
   Index quarters = 0;  // by how many quarter turns the loops were off, all together
   Index straight = 0;  // cuts whose chain was drawn straight along the field
 
-  Index rerouted() const { return shortest + fallback; }
   Reroutings& operator+=(const Reroutings& other);
 };
 
