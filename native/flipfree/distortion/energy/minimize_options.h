@@ -13,6 +13,9 @@ struct MinimizeOptions {
   // Stop when a full Newton step promises to lower the energy by less than this share of it. The
   // step is still taken.
   double tolerance = 1e-4;
+  // A map of at most this energy (mean, 1: isometric) is good enough: what hinders steps there is
+  // not worked off.
+  double enough = 0;
   // Vertices that keep their initial UV bit for bit.
   std::vector<VertexId> fixed;
   // The chart's boundary may not touch itself. Precondition: it does not in the initial map.

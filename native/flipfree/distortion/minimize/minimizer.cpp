@@ -22,6 +22,9 @@ constexpr double kGoodEnergy = 1.5;
 constexpr double kFastStep = 0.8;
 // Longest one, in full steps, with MinimizeOptions::lengthen.
 constexpr double kLongestStep = 8;
+// A step that gains less than this share of the tolerance is hindered, by contacts or by triangles
+// that are drawn out, and so is the next: a map that is good enough ends there.
+constexpr double kLeastGain = 0.1;
 // Of the progress, what the progressive steps take; what a step adds at least, of what is left;
 // where it waits for the end.
 constexpr double kProgressiveShare = 0.3;
@@ -197,13 +200,15 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
   if (progressive && !(measure(sums) < measure(sums_))) return Step::kStalled;
   uv_.swap(trial_);
   sums_ = sums;
+  const double promise = -0.5 * slope / energy;
+  const bool hindered =
+      measure(sums_) <= options_.enough && step * promise <= kLeastGain * options_.tolerance;
   if (progressive) {
     // The worst triangle on its way to where true rest shapes take over.
     first_worst_ = std::max(first_worst_, worst(sums_));
     advance(kProgressiveShare, 0.0, worst(sums_), first_worst_, 10 * kProgressiveBound);
-    return Step::kTaken;
+    return hindered ? Step::kConverged : Step::kTaken;
   }
-  const double promise = -0.5 * slope / energy;
   first_promise_ = std::max(first_promise_, promise);
   advance(1.0, kProgressiveShare, promise, first_promise_, options_.tolerance);
   if (barrier_on_ && reach_factor_ > 1) {
@@ -211,7 +216,8 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
     if (promise < kSettled) reach_factor_ = std::max(1.0, 0.5 * reach_factor_);
     return Step::kTaken;
   }
-  return promise <= options_.tolerance && step >= 1.0 ? Step::kConverged : Step::kTaken;
+  return hindered || (promise <= options_.tolerance && step >= 1.0) ? Step::kConverged
+                                                                    : Step::kTaken;
 }
 
 // A figure on its way from its largest value to its goal, by orders of magnitude, moves the

@@ -27,6 +27,7 @@
 #include "flipfree/embedding/embed.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut_graph.h"
+#include "flipfree/mesh/decimated/decimated.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/unwrap/chart/separate.h"
 #include "flipfree/unwrap/islands/islands.h"
@@ -198,6 +199,7 @@ distortion::MinimizeOptions minimize_options(const FlattenOptions& options) {
   minimize.tolerance = options.tolerance;
   minimize.bijective = options.bijective;
   minimize.acceptable = options.acceptable;
+  if (std::isfinite(options.most_energy)) minimize.enough = options.most_energy;
   return minimize;
 }
 
@@ -276,14 +278,21 @@ void keep_storable(const mesh::Surface& chart, const distortion::MinimizeOptions
   }
 }
 
-// Of a chart without pins, from a map that does not overlap, as far as time allows. A piece of one
-// that was cut is near its optimum: the last map before it would overlap is good.
-void lower_distortion(const mesh::Surface& chart, const FlattenOptions& options, bool is_piece,
+// How near to its optimum the map of a chart is.
+enum class Start {
+  kFar,
+  kNear,   // the last map before it would overlap is one to hold apart
+  kPiece,  // of a chart that was cut: the last map before it would overlap is good
+};
+
+// Of a chart without pins, from a map that does not overlap, as far as time allows.
+void lower_distortion(const mesh::Surface& chart, const FlattenOptions& options, Start start,
                       FlatChart& flat, ExecutionContext& context, Stats& stats) {
+  const bool is_piece = start == Start::kPiece;
   Points2 free;
   distortion::MinimizeOptions minimize = minimize_options(options);
   minimize.overlapping = &free;
-  minimize.ends_at_overlap = is_piece;
+  minimize.ends_at_overlap = is_piece || (start == Start::kNear && !options.may_add_cuts);
   improve_in_time(context, stats, [&] {
     {
       const ProgressRange range(context, 0.0, is_piece ? 1.0 : 0.5);
@@ -303,9 +312,38 @@ FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, const FlattenOpt
   if (overlaps_itself(piece.faces, uv, context))
     return flatten_chart(piece, options, context, stats);
   FlatChart flat{std::move(uv), {}};
-  lower_distortion(piece, options, true, flat, context, stats);
+  lower_distortion(piece, options, Start::kPiece, flat, context, stats);
   keep_storable(piece, minimize_options(options), flat.uv, context, stats);
   return flat;
+}
+
+// A chart of more triangles is laid flat by the share of them first; energies then need not be
+// exact.
+constexpr Eigen::Index kMany = 24000;
+constexpr Index kTimesFewer = 8;
+constexpr double kFewerTolerance = 1e-3;
+
+// A large chart by fewer of its triangles, which lie flat and do not overlap if that is asked;
+// empty where there is no way back.
+Points2 by_fewer(const mesh::Surface& chart, const FlattenOptions& options,
+                 ExecutionContext& context) {
+  if (chart.faces.rows() <= kMany) return {};
+  const auto count = static_cast<Index>(chart.faces.rows());
+  const mesh::Decimated few = mesh::decimate(chart, count / kTimesFewer, context);
+  if (few.surface.faces.rows() > count / 2) return {};
+  FlattenOptions coarse = options;
+  coarse.may_add_cuts = false;
+  coarse.acceptable = false;
+  coarse.tolerance = std::max(options.tolerance, kFewerTolerance);
+  Stats ignored;
+  const Points2 flat = flatten_chart(few.surface, coarse, context, ignored).uv;
+  // A boundary that need not be the same curve draws fewer triangles out.
+  for (const bool keep_boundary : {false, true}) {
+    Points2 uv = mesh::prolong(chart, few, flat, keep_boundary, context);
+    if (uv.rows() > 0 && !(options.bijective && overlaps_itself(chart.faces, uv, context)))
+      return uv;
+  }
+  return {};
 }
 
 }  // namespace
@@ -314,6 +352,19 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
                         ExecutionContext& context, Stats& stats) {
   reject_coincident_pins(chart, options.bijective, options.pins, context);
   FlatChart flat;
+  if (options.pins.empty()) {
+    {
+      const ProgressRange range(context, 0.0, 0.3);
+      flat.uv = by_fewer(chart, options, context);
+    }
+    if (flat.uv.rows() > 0) {
+      const ProgressRange range(context, 0.3, 1.0);
+      lower_distortion(chart, options, Start::kNear, flat, context, stats);
+      if (flat.cut.empty())
+        keep_storable(chart, minimize_options(options), flat.uv, context, stats);
+      return flat;
+    }
+  }
   {
     const ProgressRange range(context, 0.0, 0.2);
     flat.uv = embed_on_circle(chart, context, stats);
@@ -325,7 +376,7 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
       improve_in_time(context, stats, [&] { flat.uv = better_start(chart, flat.uv, context); });
     }
     const ProgressRange range(context, 0.3, 1.0);
-    lower_distortion(chart, options, false, flat, context, stats);
+    lower_distortion(chart, options, Start::kFar, flat, context, stats);
     if (flat.cut.empty()) keep_storable(chart, minimize_options(options), flat.uv, context, stats);
     return flat;
   }

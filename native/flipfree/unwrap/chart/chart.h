@@ -24,7 +24,8 @@ struct FlattenOptions {
   // Share of a piece's area by which it may still overlap itself after a cut, to be held apart
   // next.
   double tolerated_overlap = 0.0;
-  // With may_add_cuts: a chart is held apart at this energy at most, and cut otherwise.
+  // Good enough. With may_add_cuts: a chart is held apart at this energy at most, and cut
+  // otherwise.
   double most_energy = std::numeric_limits<double>::infinity();
   int held_steps = 100;        // of holding apart, before a cut is the better way
   mesh::EdgeFlags uncuttable;  // of the chart's half-edges, may be empty; see separating_cut()

@@ -106,6 +106,29 @@ mesh::Surface slit_surface(const mesh::Surface& chart, const mesh::Adjacency& ad
   return slit;
 }
 
+// A chart, not on itself if that is asked, with an energy of at most that of `most_energy` if that
+// can be; else what it is cut along to be divided, with the map that overlaps.
+struct Apart {
+  Points2 corner_uv;
+  Stretch stretch;
+  mesh::EdgeFlags cut;  // empty where it is not divided
+};
+
+// slit: the chart with some corners separated.
+Apart lay_flat(const mesh::Surface& chart, const mesh::Surface& slit, FlattenOptions options,
+               ExecutionContext& context) {
+  options.held_steps = kHeldTrialSteps;
+  options.tolerated_overlap = kTolerated;
+  options.acceptable = false;
+  Stats ignored;
+  FlatChart flat = flatten_chart(slit, options, context, ignored);
+  Apart apart;
+  apart.corner_uv = by_corner(slit.faces, flat.uv);
+  apart.stretch = stretch_of(chart, apart.corner_uv);
+  apart.cut = std::move(flat.cut);
+  return apart;
+}
+
 // The least distorted map of a chart while slits are added to it.
 class TrialMap {
  public:
@@ -143,30 +166,14 @@ class TrialMap {
     return unwrap::overlaps_itself(slit_.faces, uv_, context);
   }
 
-  // The same chart, not on itself, with an energy of at most that of `most` if that can be; else
-  // what it is cut along to be divided, with the map that overlaps.
-  struct Apart {
-    Points2 corner_uv;
-    Stretch stretch;
-    mesh::EdgeFlags cut;  // empty where it is not divided
-  };
   // Precondition: there is a map.
   Apart hold_apart(const Stretch& most, bool may_add_cuts, const mesh::EdgeFlags& uncuttable,
                    ExecutionContext& context) const {
     FlattenOptions options;
     options.may_add_cuts = may_add_cuts;
     options.most_energy = most.energy;
-    options.held_steps = kHeldTrialSteps;
-    options.tolerated_overlap = kTolerated;
     options.uncuttable = uncuttable;
-    options.acceptable = false;
-    Stats ignored;
-    FlatChart flat = flatten_chart(slit_, options, context, ignored);
-    Apart apart;
-    apart.corner_uv = by_corner(slit_.faces, flat.uv);
-    apart.stretch = stretch_of(chart_, apart.corner_uv);
-    apart.cut = std::move(flat.cut);
-    return apart;
+    return lay_flat(chart_, slit_, options, context);
   }
 
  private:
@@ -285,7 +292,7 @@ class SlitSearch {
     const Stretch most = {
         stretch.energy <= options_.bound.energy ? options_.bound.energy : kInfinite,
         options_.bound.ratio};
-    TrialMap::Apart held = map_.hold_apart(most, options_.may_add_cuts, uncuttable_, context_);
+    Apart held = map_.hold_apart(most, options_.may_add_cuts, uncuttable_, context_);
     if (held.cut.empty()) {
       if (held.stretch.within(options_.bound)) {
         take({sheet_.cut(), std::move(held.corner_uv)}, slit);
@@ -426,7 +433,7 @@ class SlitCarrier {
         // What the few need not be divided for may need some more slits, rather than to be divided.
         const bool may_divide =
             options_.may_add_cuts && (found.divided || round + 1 == kCarryingRounds);
-        const Stretch stretch = lay_flat(std::move(cut), may_divide, best);
+        const Stretch stretch = lay_flat_along(std::move(cut), may_divide, best);
         if (stretch.within(options_.bound) || search.exhausted()) break;
         aim.energy = tighter(aim.energy, stretch.energy, options_.bound.energy);
         aim.ratio = tighter(aim.ratio, stretch.ratio, options_.bound.ratio);
@@ -441,14 +448,15 @@ class SlitCarrier {
 
  private:
   // The map of the chart with this cut, held apart or divided where it would lie on itself.
-  Stretch lay_flat(mesh::EdgeFlags cut, bool may_divide, Slits& slits) {
-    TrialMap map(chart_);
-    const Stretch stretch = map.relax(adjacency_, cut, kTrialTolerance, context_);
-    slits = {std::move(cut), map.corner_uv()};
-    if (!options_.bijective || !map.overlaps_itself(context_)) return stretch;
-    TrialMap::Apart apart = map.hold_apart(options_.bound, may_divide, uncuttable_, context_);
-    slits.corner_uv = std::move(apart.corner_uv);
-    slits.divided = !apart.cut.empty();
+  Stretch lay_flat_along(mesh::EdgeFlags cut, bool may_divide, Slits& slits) {
+    FlattenOptions options;
+    options.bijective = options_.bijective;
+    options.may_add_cuts = may_divide;
+    options.most_energy = options_.bound.energy;
+    options.uncuttable = uncuttable_;
+    options.tolerance = kTrialTolerance;
+    Apart apart = lay_flat(chart_, slit_surface(chart_, adjacency_, cut), options, context_);
+    slits = {std::move(cut), std::move(apart.corner_uv), !apart.cut.empty()};
     for (std::size_t h = 0; h < apart.cut.size(); ++h) slits.cut[h] |= apart.cut[h];
     return apart.stretch;
   }
