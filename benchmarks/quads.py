@@ -37,6 +37,7 @@ import flipfree as ff
 from flipfree.separated import folds
 
 from mesh_files import MeshFile
+from surfaces import areas_of
 
 POINTS = 400_000
 
@@ -342,11 +343,11 @@ def tiles(options: Options) -> Iterator[Row]:
     """Maps along each model's smoothest field, closed or with the border along the axes, then ff.fit_tiles, of few turns too."""
     ratios = []
     for path in models_of(options):
-        mesh = ff.read(path)
+        given = ff.read(path)
+        mesh = ff.separate(given.vertices, given.faces)  # edges of length zero are mended
         for target in targets_of(options):
             try:
-                area = np.linalg.norm(Points(mesh.vertices, mesh.faces).normal, axis=1).sum() / 2
-                tile = float(np.sqrt(area / target))
+                tile = float(np.sqrt(areas_of(mesh.vertices, mesh.faces).sum() / target))
                 with timed() as cost:
                     map = ff.field_aligned(mesh.vertices, mesh.faces, max_seconds=options.seconds)
                     made = ff.fit_tiles(map, tile=tile, max_seconds=options.seconds)
