@@ -273,7 +273,7 @@ QUADS = (
     ("fields/rocker-arm2500.obj", View(110, 20, "y"), False),
     ("general/horse_quad.obj", View(60, 10, "y"), False),
     ("seams/bunny.obj", View(20, 20, "y"), False),
-    ("seams/planck1.obj", View(20, 10, "y"), False),
+    ("seams/planck1.obj", View(200, 10, "y"), False),
     ("hard/gear.obj", View(30, 40), True),
     ("hard/mug.obj", View(20, 25, "y"), True),
     ("hard/flange.obj", View(30, 40), True),
