@@ -19,7 +19,6 @@ SHAPES: dict[str, list[Cell]] = {
     "ring": plate(1),
     "two holes": plate(2),
 }
-GENUS = {"cube": 0, "bar": 0, "ring": 1, "two holes": 2}
 
 
 @dataclass(frozen=True)

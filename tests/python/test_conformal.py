@@ -132,14 +132,26 @@ def test_seconds_that_are_over_end_metric_and_map(refinement: str) -> None:
 
 
 # gtorus050 needs the line search where the energy, known in double only, cannot tell a step any more.
-@pytest.mark.parametrize("name", ["gtorus013", "gtorus050"])
-def test_a_single_cone_on_a_high_genus_surface(name: str) -> None:
-    mesh = DATA / "conformal" / f"{name}.obj"
-    angles = DATA / "conformal" / f"{name}_singlecone_Th_hat"
-    if not mesh.exists():
-        pytest.skip(f"{mesh} is missing (set FLIPFREE_DATA)")
-    given = ff.read(mesh)
-    metric = ff.conformal_metric(given.vertices, given.faces, np.loadtxt(angles), iterations=60)
+@pytest.mark.parametrize(
+    ("name", "angles", "iterations"),
+    [
+        *(
+            (name, "_singlecone", 60)
+            for name in ("gtorus006", "gtorus013", "gtorus022", "gtorus050")
+        ),
+        *((name, "", 40) for name in ("aircraft", "1146164_cut", "eight766_cut")),
+        *(("sphere1k_random", kind, 40) for kind in ("_cluster10", "_huge20pi", "_tiny1e-2")),
+        ("disk5k", "_bndrand95", 40),
+        ("genus2_3bnd", "_flatbnd_quartercones", 40),
+    ],
+)
+def test_pairs_of_the_shared_data_are_met(name: str, angles: str, iterations: int) -> None:
+    folder = DATA / "conformal"
+    if not (folder / f"{name}.obj").exists():
+        pytest.skip(f"{folder / name}.obj is missing (set FLIPFREE_DATA)")
+    given = ff.read(folder / f"{name}.obj")
+    target = np.loadtxt(folder / f"{name}{angles}_Th_hat")
+    metric = ff.conformal_metric(given.vertices, given.faces, target, iterations=iterations)
     assert metric.angle_error <= 1e-10
 
 

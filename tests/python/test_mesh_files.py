@@ -15,6 +15,35 @@ from hostile_values import VALUES
 from surfaces import bumpy_grid
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+PLY = "ply\nformat ascii 1.0\n"
+XYZ = "property float x\nproperty float y\nproperty float z\n"
+CORNERS = "element face {}\nproperty list int int vertex_indices\nend_header\n"
+REFUSED = [
+    (
+        "obj",
+        "Line 5",
+        *(SQUARE + line for line in ("f 1 2 0\n", "f 1 2 -5\n", "f /1 2 3\n", "v 1 2\n")),
+    ),
+    ("obj", "Line 5", *(SQUARE + f"v 1 2 {number}\n" for number in ("nan", "1,5", "1e400"))),
+    ("off", "End of the file", "", "OFF\n3 1 0\n0 0 0\n"),
+    ("off", "Line 1", "OFF BINARY\n3 1 0\n", "4OFF\n3 1 0\n"),
+    ("off", "Line 2", "OFF\n-3 1 0\n"),
+    ("off", "Line 4", "OFF\n1 1 0\n0 0 0\n3 0 0 1\n"),
+    ("ply", "Line 1", "plx\n"),
+    ("ply", "Line 2", "ply\nend_header\n"),
+    ("ply", "Line 3", PLY + "property float x\n", PLY + "element vertex -1\n"),
+    ("ply", "End of the file", PLY),
+    ("ply", "Header", f"{PLY}element vertex 1\n{XYZ}end_header\n0 0 0\n"),
+    ("ply", "Face 0", f"{PLY}element vertex 1\n{XYZ}{CORNERS.format(1)}0 0 0\n3 0 0 1\n"),
+    # Four thousand millions of what is not there.
+    (
+        "ply",
+        "Vertex 1",
+        f"{PLY}element vertex {4 * 10**9}\n{XYZ}{CORNERS.format(4 * 10**9)}1 2 3\n",
+    ),
+    ("stl", "Start of the file", " " * 80 + "\0\x28\x6b\xee"),
+    ("stl", "End of the file", "solid\nfacet\nouter loop\nvertex 0 0 0\n"),
+]
 
 
 @pytest.fixture(scope="module")
@@ -97,6 +126,57 @@ def test_what_cannot_be_read_is_refused_by_name(tmp_path: Path) -> None:
         assert caught.value.code == code
     with pytest.raises(ff.InvalidInput, match="is not a file"):
         ff.read("/dev/zero")
+
+
+@pytest.mark.parametrize(("ending", "place", "contents"), [(e, p, c) for e, p, *c in REFUSED])
+def test_refusals_name_the_place(
+    tmp_path: Path, ending: str, place: str, contents: list[str]
+) -> None:
+    path = tmp_path / f"mesh.{ending}"
+    for content in contents:
+        path.write_bytes(content.encode("latin-1"))
+        with pytest.raises(ff.InvalidInput, match=rf"mesh.{ending}: {place}: .{{10,}}") as caught:
+            ff.read(path)
+        assert caught.value.code == "malformed file"
+
+
+def test_what_other_programs_write_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "mesh.obj"
+    path.write_bytes(
+        b"\xef\xbb\xbf# comment\r\nmtllib /dev/zero\r\no a\r\nv +0.5 0 0 1 0 0\r\nv 1e0 0 0\r\nv 1 1 0\r\n"
+        b"vt 0.25\r\nvt 0.1 0.2 0\r\nvt .5 .75\r\nvn 0 0 1\r\nusemtl b\r\ns 1\r\n"
+        b"f -3/-3/1 -2/-2/1 \\\r\n -1/-1/1\r\nl 1 2\r\nf 1//1 2//1 3//1 # end\r\n"
+    )
+    mesh = ff.read(path)
+    assert mesh.faces.tolist() == [[0, 1, 2]] * 2 and mesh.vertices[0, 0] == 0.5
+    uv = np.array([[0.25, 0], [0.1, 0.2], [0.5, 0.75]], np.float32)
+    assert np.array_equal(mesh.uv, [uv, np.full((3, 2), np.nan)], equal_nan=True)
+    path = tmp_path / "mesh.off"
+    numbers = "3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    coloured = "STCOFF # a\n3 1 0\n\n0 0 0 9 9 9 1 0.5 0.25\n1 0 0 9 9 9 1 1 0 # b\n0 1 0 9 9 9 1 0 1\n3 0 1 2 255 0 0\n"
+    for content in (numbers, "OFF " + numbers, coloured):
+        path.write_text(content)
+        mesh = ff.read(path)
+        assert mesh.faces.tolist() == [[0, 1, 2]] and mesh.uv is None
+
+
+def test_stl_is_read_as_text_and_binary(tmp_path: Path) -> None:
+    path = tmp_path / "mesh.stl"
+    facet = "facet normal 0 0 1\n outer loop\n  vertex {}\n  vertex {}\n  vertex {}\n endloop\nendfacet\n"
+    places = (("0 0 0", "1 0 0", "0 1 0"), ("1 0 0", "1 1 0", "0 1 0"), ("1 0 0", "1 0 0", "0 1 0"))
+    text = " solid vertex 1\n" + "".join(facet.format(*corners) for corners in places)
+    path.write_text(text + "endsolid\n\n")
+    mesh = ff.read(path)
+    assert len(mesh.vertices) == 4
+    assert len(mesh.faces) == 2  # the third has two corners in one place
+    ff.write(path, mesh)
+    binary = path.read_bytes()
+    assert len(binary) == 84 + 2 * 50
+    assert np.array_equal(ff.read(path).faces, mesh.faces)
+    for content in (binary[:150], text.encode()):
+        path.write_bytes(content)
+        with pytest.raises(ff.InvalidInput):
+            ff.read(path)
 
 
 def test_what_cannot_be_written_is_refused_and_the_old_file_stays(tmp_path: Path) -> None:

@@ -7,7 +7,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numbers>
 #include <numeric>
 #include <random>
@@ -251,37 +250,6 @@ TEST(ConformalMetric, symmetric_run_equals_the_run_on_the_doubled_closed_surface
     EXPECT_NEAR(full.scale_factors[v], full.scale_factors[at(setup.mesh.unknown[v])], 1e-7);
   }
 }
-
-// The pairs of the shared data folder that take well under a second each, hard ones included.
-class SharedPairs : public testing::TestWithParam<std::pair<const char*, const char*>> {};
-
-TEST_P(SharedPairs, reach_the_tolerance_within_their_iterations) {
-  const auto [mesh, angles] = GetParam();
-  const auto mesh_path = test::shared_data(std::string("conformal/") + mesh + ".obj");
-  const auto angle_path = test::shared_data(std::string("conformal/") + angles + "_Th_hat");
-  if (!mesh_path || !angle_path)
-    GTEST_SKIP() << "conformal/" << angles << " is not in FLIPFREE_DATA";
-  const mesh::Surface s = test::read_mesh(*mesh_path);
-  std::ifstream file(*angle_path);
-  std::vector<double> target;
-  for (double value = 0.0; file >> value;) target.push_back(value);
-  const ConformalMetric m = solve(s, target);
-  EXPECT_LE(m.angle_error, 1e-10);
-  EXPECT_EQ(intrinsic::find_broken_invariant(m.mesh), "");
-  EXPECT_LE(m.iterations, std::string(angles).find("singlecone") == std::string::npos ? 40 : 80);
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    Conformal, SharedPairs,
-    testing::Values(std::pair{"aircraft", "aircraft"}, std::pair{"1146164_cut", "1146164_cut"},
-                    std::pair{"eight766_cut", "eight766_cut"},
-                    std::pair{"disk5k", "disk5k_bndrand95"},
-                    std::pair{"genus2_3bnd", "genus2_3bnd_flatbnd_quartercones"},
-                    std::pair{"gtorus006", "gtorus006_singlecone"},
-                    std::pair{"gtorus022", "gtorus022_singlecone"},
-                    std::pair{"sphere1k_random", "sphere1k_random_cluster10"},
-                    std::pair{"sphere1k_random", "sphere1k_random_huge20pi"},
-                    std::pair{"sphere1k_random", "sphere1k_random_tiny1e-2"}));
 
 // Four points nearly on a line, joined by needles that doubles cannot flip: lengths of a needle
 // miss the triangle inequality by rounding.

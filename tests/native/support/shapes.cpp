@@ -3,18 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <numbers>
 #include <random>
-#include <stdexcept>
 #include <utility>
 #include <vector>
-
-#include "flipfree/mesh/files/mesh_file.h"
 
 namespace flipfree::test {
 namespace {
@@ -234,42 +227,6 @@ mesh::Surface beside(const mesh::Surface& first, const mesh::Surface& second) {
   both.faces.resize(first.faces.rows() + second.faces.rows(), 3);
   both.faces << first.faces, second.faces.array() + static_cast<Index>(first.vertices.rows());
   return both;
-}
-
-mesh::Surface faces_where(const mesh::Surface& surface, const std::function<bool(FaceId)>& wanted) {
-  mesh::Surface part{Points3(surface.vertices.rows(), 3), Triangles(surface.faces.rows(), 3)};
-  std::vector<VertexId> number(static_cast<std::size_t>(surface.vertices.rows()), kInvalid);
-  Eigen::Index faces = 0;
-  for (FaceId f = 0; f < surface.faces.rows(); ++f) {
-    if (wanted(f)) part.faces.row(faces++) = surface.faces.row(f);
-  }
-  part.faces.conservativeResize(faces, 3);
-  for (const VertexId v : part.faces.reshaped()) number[static_cast<std::size_t>(v)] = 0;
-  VertexId count = 0;
-  for (std::size_t v = 0; v < number.size(); ++v) {
-    if (number[v] == kInvalid) continue;
-    part.vertices.row(count) = surface.vertices.row(static_cast<Eigen::Index>(v));
-    number[v] = count++;
-  }
-  part.vertices.conservativeResize(count, 3);
-  for (VertexId& v : part.faces.reshaped()) v = number[static_cast<std::size_t>(v)];
-  return part;
-}
-
-std::optional<std::string> shared_data(const std::string& relative) {
-  const char* root = std::getenv("FLIPFREE_DATA");
-  if (root == nullptr) return std::nullopt;
-  const std::filesystem::path path = std::filesystem::path(root) / relative;
-  if (!std::filesystem::exists(path)) return std::nullopt;
-  return path.string();
-}
-
-mesh::Surface read_mesh(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw std::runtime_error("cannot read " + path);
-  const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  mesh::MeshFile file = mesh::read_mesh(bytes, mesh::format_of(path));
-  return {std::move(file.vertices), std::move(file.faces)};
 }
 
 }  // namespace flipfree::test

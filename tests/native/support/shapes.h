@@ -1,10 +1,6 @@
 // Meshes that tests generate, each small enough to reason about or scalable by an argument.
 #pragma once
 
-#include <functional>
-#include <optional>
-#include <string>
-
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::test {
@@ -39,13 +35,4 @@ mesh::Surface stacked(Index vertices, Stacking stacking, unsigned seed = 1);
 
 // Both in one surface, the second moved aside by 20 along each axis.
 mesh::Surface beside(const mesh::Surface& first, const mesh::Surface& second);
-// The faces that are wanted, with their vertices alone, numbered anew in their order.
-mesh::Surface faces_where(const mesh::Surface& surface, const std::function<bool(FaceId)>& wanted);
-
-// Path of a file in the shared data folder (environment variable FLIPFREE_DATA), or nothing when it
-// is not there.
-std::optional<std::string> shared_data(const std::string& relative);
-// Triangles of an .obj, .ply, .off or .stl file; polygons are fanned.
-mesh::Surface read_mesh(const std::string& path);
-
 }  // namespace flipfree::test
