@@ -8,7 +8,7 @@ import pytest
 
 import flipfree as ff
 
-from surfaces import edges_of, torus
+from surfaces import edges_of, prism, torus
 
 
 def sharp_edges(vertices: np.ndarray, faces: np.ndarray, degrees: float = 30.0) -> np.ndarray:
@@ -135,6 +135,20 @@ def test_faces_that_features_would_flatten_are_divided() -> None:
     found = check(vertices, faces, rims)
     assert len(found.certificate.features_missed) == 0
     assert 0 < len(found.vertices) - len(vertices) <= 2 * (n - 3)
+
+
+def test_edges_between_features_make_room_for_cones() -> None:
+    """Caps fanned from one vertex of the rim have no vertex inside, where their cones could lie."""
+    vertices, faces = prism(16, 2.0)
+    rims = sharp_edges(vertices, faces, 40.0)
+    assert len(rims) == 32
+    found = check(vertices, faces, rims)
+    assert len(found.certificate.features_missed) == 0
+    assert found.stats["divided_between"] > 0
+    # A field that is given is one of the faces as they are.
+    field = ff.cross_field(vertices, faces, sharp_edges=rims, simplify=True)
+    given = ff.field_aligned(vertices, faces, features=rims, field=field)
+    assert len(given.certificate.features_missed) > 0
 
 
 def test_details_do_not_turn_the_field_of_what_they_lie_on() -> None:

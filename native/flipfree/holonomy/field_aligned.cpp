@@ -553,4 +553,113 @@ certify::Parametrization compute_field_aligned_map(const mesh::Surface& surface,
                  [&] { return map_in_time(surface, field, options, context); });
 }
 
+std::vector<double> carried_sizing(const mesh::Surface& surface, const mesh::Provenance& provenance,
+                                   const std::vector<double>& sizing) {
+  std::vector<double> carried;
+  for (const mesh::SurfacePoint& point : provenance.vertex) {
+    double sum = 0.0;
+    for (int k = 0; k < 3 && point.face != kInvalid; ++k)
+      if (point.weight[k] > 0.0)
+        sum += point.weight[k] * std::log(sizing[at(surface.faces(point.face, k))]);
+    carried.push_back(std::exp(sum));
+  }
+  return carried;
+}
+
+namespace {
+
+// Edges inside between two features, from one to the other or with one beside either face; longest
+// first. An aligned boundary is one as well.
+std::vector<HalfedgeId> edges_between(const mesh::Surface& surface, const AlignedOptions& options) {
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::EdgeFlags features = mesh::flag_edges(surface.faces, adjacency, options.features);
+  const bool aligned = options.boundary == seamless::Boundary::kAligned;
+  std::vector<char> vertex_on(at(surface.vertices.rows()), 0), face_on(at(surface.faces.rows()), 0);
+  for (HalfedgeId h = 0; at(h) < features.size(); ++h) {
+    if (features[at(h)] == 0 && !(aligned && adjacency.opposite[at(h)] == kInvalid)) continue;
+    face_on[at(h / 3)] = 1;
+    vertex_on[at(mesh::source(surface.faces, h))] = vertex_on[at(mesh::target(surface.faces, h))] =
+        1;
+  }
+  std::vector<std::pair<double, HalfedgeId>> found;
+  for (HalfedgeId h = 0; at(h) < features.size(); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    const VertexId a = mesh::source(surface.faces, h), b = mesh::target(surface.faces, h);
+    if (o < h || features[at(h)] != 0) continue;  // the boundary as well
+    if ((vertex_on[at(a)] == 0 || vertex_on[at(b)] == 0) &&
+        (face_on[at(h / 3)] == 0 || face_on[at(o / 3)] == 0))
+      continue;
+    found.emplace_back(-(surface.vertices.row(a) - surface.vertices.row(b)).norm(), h);
+  }
+  std::sort(found.begin(), found.end());
+  std::vector<HalfedgeId> edges;
+  for (const auto& [length, h] : found) edges.push_back(h);
+  return edges;
+}
+
+double missed_length(const certify::Parametrization& map) {
+  double sum = 0.0;
+  for (const auto& [a, b] : map.certificate.features_missed)
+    sum += (map.surface.vertices.row(a) - map.surface.vertices.row(b)).norm();
+  return sum;
+}
+
+}  // namespace
+
+certify::Parametrization compute_map_along_features(const mesh::Surface& surface,
+                                                    const field::FieldOptions& made,
+                                                    const AlignedOptions& options,
+                                                    ExecutionContext& context) {
+  constexpr double kFieldShare = 0.2, kFirstShare = 0.5;
+  const auto solve = [&](const mesh::Surface& own, const field::FieldOptions& field,
+                         const AlignedOptions& align) {
+    field::CrossField found;
+    {
+      const ProgressRange range(context, 0.0, kFieldShare);
+      found = field::compute_cross_field(own, field, context).field;
+    }
+    const ProgressRange range(context, kFieldShare, 1.0);
+    return compute_field_aligned_map(own, found, align, context);
+  };
+  const bool once = options.features.rows() == 0 || made.cones;
+  certify::Parametrization whole;
+  {
+    const ProgressRange range(context, 0.0, once ? 1.0 : kFirstShare);
+    whole = solve(surface, made, options);
+  }
+  if (once || whole.certificate.features_missed.empty()) return whole;
+  const ProgressRange range(context, kFirstShare, 1.0);
+  try {
+    const std::optional<seamless::DividedSides> divided =
+        seamless::divided_sides(surface, std::vector<Index>(at(surface.vertices.rows()), 4),
+                                edges_between(surface, options), options.engine.uncuttable);
+    if (!divided) return whole;
+    const seamless::DividedSurface& pieces = divided->pieces;
+    field::FieldOptions field = made;
+    AlignedOptions align = options;
+    align.engine.uncuttable = divided->uncuttable;
+    if (!made.sizing.empty())
+      field.sizing = align.sizing = carried_sizing(surface, pieces.provenance, made.sizing);
+    certify::Parametrization map = solve(pieces.surface, field, align);
+    seamless::name_input_places(surface, pieces.provenance, pieces.surface.faces, map);
+    map.stats["divided_between"] =
+        static_cast<std::int64_t>(pieces.surface.vertices.rows() - surface.vertices.rows());
+    map.stats["added_vertices"] =
+        static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
+    // What was judged is a map of the pieces: that these lie on the surface is left.
+    certify::Parametrization placed = map;
+    certify::CertifyRequest places;
+    places.measure_overlaps = false;
+    certify::certify_map(placed, surface, places, context);
+    const bool better = placed.certificate.ok && missed_length(map) < missed_length(whole);
+    return better ? map : whole;
+  } catch (const Cancelled&) {
+    throw;
+  } catch (const InternalError&) {
+    throw;
+  } catch (const Exception&) {
+    return whole;  // the pieces have no such map, or not in time
+  }
+}
+
 }  // namespace flipfree::holonomy

@@ -13,6 +13,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
+#include "flipfree/field/compute.h"
 #include "flipfree/field/cross_field.h"
 #include "flipfree/holonomy/needed_topology.h"
 #include "flipfree/mesh/adjacency.h"
@@ -60,6 +61,19 @@ certify::Parametrization compute_field_aligned_map(const mesh::Surface& surface,
                                                    const field::CrossField& field,
                                                    const AlignedOptions& options,
                                                    ExecutionContext& context);
+
+// The same along the field that `made` says. If that misses features, once more, with vertices on
+// edges between them that leave a field no room for cones and a map none to bend: the map that
+// misses less of their length. Stats: "divided_between" (those vertices, where they are kept).
+// Throws as compute_cross_field() too.
+certify::Parametrization compute_map_along_features(const mesh::Surface& surface,
+                                                    const field::FieldOptions& made,
+                                                    const AlignedOptions& options,
+                                                    ExecutionContext& context);
+
+// Sizing at the vertices of a refinement: that of the corners around, in between.
+std::vector<double> carried_sizing(const mesh::Surface& surface, const mesh::Provenance& provenance,
+                                   const std::vector<double>& sizing);
 
 // A cross field as one direction per face of a map that has the field's cones and turns: chosen so
 // that across every edge that is not cut the directions go together. Then they are what the map can

@@ -373,15 +373,10 @@ std::vector<double> sizing_of(const DividedSurface& fine, const mesh::Surface& s
     sizing = field::curvature_sizing(fine.surface, mesh::build_adjacency(fine.surface),
                                      options.adaptive);
   if (options.sizing.empty()) return sizing;
-  sizing.resize(at(fine.surface.vertices.rows()), 1.0);
-  for (std::size_t v = 0; v < sizing.size(); ++v) {
-    const mesh::SurfacePoint& point = fine.provenance.vertex[v];
-    if (point.face == kInvalid) continue;  // of no face
-    double own = 0.0;
-    for (int k = 0; k < 3; ++k)
-      own += point.weight[k] * std::log(options.sizing[at(surface.faces(point.face, k))]);
-    sizing[v] *= std::exp(own);
-  }
+  const std::vector<double> asked =
+      holonomy::carried_sizing(surface, fine.provenance, options.sizing);
+  sizing.resize(asked.size(), 1.0);
+  for (std::size_t v = 0; v < sizing.size(); ++v) sizing[v] *= asked[v];
   return sizing;
 }
 

@@ -93,14 +93,9 @@ certify::Parametrization follow(const mesh::Surface& surface,
                                 const holonomy::AlignedOptions& options,
                                 ExecutionContext& context) {
   const auto find = [&] {
-    field::CrossField own;
-    {
-      const ProgressRange range(context, 0.0, 0.2);
-      own = given ? field::read_field(surface, to_field(*given), context)
-                  : field::compute_cross_field(surface, made, context).field;
-    }
-    const ProgressRange range(context, 0.2, 1.0);
-    return holonomy::compute_field_aligned_map(surface, own, options, context);
+    if (!given) return holonomy::compute_map_along_features(surface, made, options, context);
+    return holonomy::compute_field_aligned_map(
+        surface, field::read_field(surface, to_field(*given), context), options, context);
   };
   return in_time(context, options.max_seconds, "The field-aligned map was not reached",
                  "or simplify the field", find);

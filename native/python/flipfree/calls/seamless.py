@@ -421,7 +421,8 @@ def field_aligned(
             that is given should have been made for it (:func:`cross_field`); the one that is made here is.
         features: (k, 2) edges that shall be isolines exactly as stored (G8): sharp ones, borders of materials. The field that
             is made here runs along them; one that is given should (:func:`cross_field`, ``sharp_edges``). What the field or
-            other features forbid is left as it is and named: ``certificate.features_missed``.
+            other features forbid is left as it is and named: ``certificate.features_missed``. Where the field that is
+            made here misses some, edges between features are halved if that misses less: ``stats["divided_between"]``.
         engine: "penner" changes lengths of edges until all angles fit; "padding" cuts into disks, along branches that are
             led around cones until all loops turn as the field does (closed surfaces only); "auto" takes padding where
             penner finds no map.
