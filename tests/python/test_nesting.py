@@ -86,6 +86,15 @@ def test_small_islands_go_into_holes() -> None:
     assert np.linalg.norm(middle[0] - middle[1]) < 0.1
 
 
+@pytest.mark.parametrize("rotation", ["free", "none"])
+def test_islands_grow_until_the_gap_is_no_wider_than_asked_for(rotation: str) -> None:
+    layout = drawn("blobs", 7, seed=1)
+    packed = pack(layout, margin=2 / 1024, effort=1.0, rotation=rotation)
+    assert 2 <= 1024 * gaps.narrowest(islands(layout, packed), 5 / 1024).distance < 2.3
+    if rotation == "free":  # 0.768 by cells alone, 2.7 of these pixels wide, in eight directions
+        assert packed.stats["fill"] > 0.78
+
+
 @pytest.mark.parametrize("rotation", ["quarters", "none"])
 def test_rotations_are_restricted(rotation: str) -> None:
     layout = drawn("mixed", 30, seed=8)

@@ -137,10 +137,13 @@ Index arrange(const std::vector<mesh::Chart>& charts, const Items& items,
     nesting.scale = options.scale > 0.0 ? options.scale * unit : 0.0;
     nesting.least_scale = 0.7;
     nesting.effort = options.effort;
-    Points2 fixed;
     if (options.obstacles != nullptr) {
-      fixed = options.obstacles->rowwise() - tile.transpose();
-      nesting.fixed = &fixed;
+      const Points2 fixed = options.obstacles->rowwise() - tile.transpose();
+      const Eigen::AlignedBox2d near(Vector2(-1.0, -1.0), Vector2(2.0, 2.0));
+      for (Eigen::Index i = 0; i + 2 < fixed.rows(); i += 3) {
+        if (near.intersects(bounds_of(fixed.middleRows(i, 3))))
+          nesting.fixed.push_back(triangle_of(fixed, i));
+      }
     }
     const double smooth = std::max(kSmooth * nesting.margin, kLeastSmooth);
     std::vector<Shape> shapes;

@@ -30,7 +30,9 @@ constexpr std::size_t kManyShapes = 2000;  // shapes, of which fewer directions 
 constexpr std::size_t kFewShapes = 150;    // shapes, which are mended longer
 constexpr double kLongEffort = 0.5;
 constexpr double kLongerForFew = 2.0;  // with that effort, as it is half a second still
-constexpr double kMendWords = 6e7;     // per unit of effort, for some hundred shapes
+constexpr double kMendWords = 3e7;     // per unit of effort, for some hundred shapes
+constexpr double kPushes = 9e7;        // per unit of effort
+constexpr double kPushesOfMany = 2e7;
 // Tries in a row to mend a filling that gain nothing, until it is given up.
 constexpr std::size_t kLeastTries = 16;
 constexpr std::size_t kTriesPerShape = 2;  // more
@@ -108,17 +110,11 @@ std::vector<Vector2> even_turns(int count) {
   return turns;
 }
 
-Tile tile_of(const Points2* triangles, int cells, double radius) {
+Tile tile_of(const std::vector<Loop>& fixed, int cells, double radius) {
   Tile tile(cells);
-  if (triangles == nullptr) return tile;
+  if (fixed.empty()) return tile;
   std::vector<Word> taken(at(cells) * at(tile.words()), 0);
-  const Eigen::AlignedBox2d near(Vector2(-1.0, -1.0), Vector2(2.0, 2.0));
-  for (Eigen::Index i = 0; i + 2 < triangles->rows(); i += 3) {
-    const Loop loop = triangle_of(*triangles, i);
-    Eigen::AlignedBox2d box;
-    for (const Vector2& p : loop) box.extend(p);
-    if (near.intersects(box)) draw_loop(loop, cells, radius * cells, tile.words(), taken);
-  }
+  for (const Loop& loop : fixed) draw_loop(loop, cells, radius * cells, tile.words(), taken);
   return {cells, taken};
 }
 
@@ -411,13 +407,15 @@ Layout nest(const std::vector<Shape>& shapes, const NestOptions& options,
     const double longer = few && options.effort >= kLongEffort ? kLongerForFew : 1.0;
     const double more =
         few ? 1.6 : std::clamp(static_cast<double>(shapes.size()) / 500.0, 0.5, 2.0);
-    std::array<Filling, 2> grown;
+    std::array<Layout, 2> grown;
     parallel_for(context, grown.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
       const ExecutionContext part(&context, 1);
-      grown[i] =
+      const Filling mended =
           nester.grow(best, 100 * (i + 1), options.effort * longer * more * kMendWords, part);
+      grown[i] = inflate(shapes, options, nester.layout_of(mended, part),
+                         options.effort * (few ? kPushes : kPushesOfMany), part);
     });
-    best = std::move(grown[grown[1].scale > grown[0].scale ? 1 : 0]);
+    return grown[grown[1].scale > grown[0].scale ? 1 : 0];
   }
   return nester.layout_of(best, context);
 }
