@@ -212,6 +212,9 @@ def test_every_component_has_its_share() -> None:
     mesh = ff.quads(both, np.concatenate([faces, faces + len(one)]), target=6 * 5 * 9)
     assert mesh.certificate.ok and mesh.certificate.components == 2
     assert Counter((mesh.vertices[mesh.quads[:, 0], 0] > 2.0).tolist()) == {False: 54, True: 216}
+    both = np.concatenate([one, [[5, 5, 5], [5.1, 5, 5], [5, 5.1, 5]]])  # less than a quad
+    mesh = ff.quads(both, np.concatenate([faces, [len(one) + np.arange(3)]]), target=54)
+    assert mesh.certificate.components == 2 and mesh.certificate.borders == 1
 
 
 @pytest.mark.parametrize("size", [1e-6, 1e6, 1e-200])

@@ -39,12 +39,17 @@ DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features,
   const std::size_t most_given = most;
   mesh::RefinedSurface refined = seamless::unrefined(surface);
   std::priority_queue<std::tuple<double, VertexId, VertexId>> edges;
-  const auto offer = [&](VertexId a, VertexId b) {
+  const auto offer = [&](VertexId a, VertexId b, bool anyway = false) {
     const double length = (refined.position[at(a)] - refined.position[at(b)]).norm();
-    if (length > longest) edges.emplace(length, a, b);
+    if (anyway || length > longest) edges.emplace(length, a, b);
   };
-  for (HalfedgeId h = 0; h < refined.mesh.halfedge_slots(); ++h)
-    offer(refined.mesh.source(h), refined.mesh.target(h));
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
+    const auto sides = adjacency.opposite.begin() + (h - h % 3);
+    // A face without neighbours has three corners, and no map four then.
+    const bool alone = std::all_of(sides, sides + 3, [](HalfedgeId o) { return o == kInvalid; });
+    offer(mesh::source(surface.faces, h), mesh::target(surface.faces, h), alone);
+  }
   while (!edges.empty() && most > 0) {
     const auto [length, a, b] = edges.top();
     edges.pop();
@@ -58,7 +63,6 @@ DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features,
         middle, [&](HalfedgeId spoke) { offer(middle, refined.mesh.target(spoke)); });
   }
   DividedSurface made{mesh::to_surface(refined), mesh::provenance_of(refined), {}, {}};
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const mesh::Adjacency own = mesh::build_adjacency(made.surface);
   const mesh::EdgeFlags wanted = mesh::flag_edges(surface.faces, adjacency, features);
   std::vector<std::pair<VertexId, VertexId>> pieces;
