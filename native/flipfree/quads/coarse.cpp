@@ -329,8 +329,9 @@ class Remover {
     }
     for (Index k = 0; k < 3; ++k) set_side(3 * f + k, sides[at(k)]);
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      // Corners at both ends of a loop are one vertex.
       HalfedgeId& first = leaving_[at(flat().source[at(h)])];
-      if (flat().source[at(first)] != flat().source[at(h)]) first = kInvalid;
+      if (first != kInvalid && flat().source[at(first)] != flat().source[at(h)]) first = kInvalid;
     }
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) set_leaving(h);
     make_delaunay({3 * f, 3 * f + 1, 3 * f + 2});
