@@ -37,9 +37,10 @@ constexpr double kAlignment = 0.1;
 // teeth of gears and steps of stairs go.
 constexpr double kReach = 0.055;
 constexpr std::int64_t kMostQuads = 10'000'000;
-// Of an edge of the surface that quads are made on, in sides of these. With 3.0 the cones around a
-// hole find no vertex but the next ring of its rim, where whole numbers cannot tell them from it.
-constexpr double kLongestSides = 1.5;
+// Of an edge of the surface that quads are made on, in sides of these. With features a quad's
+// diagonal: else cones around a hole find no vertex but the next ring of its rim, where whole
+// numbers cannot tell them from it. Without, corners come nearer to tips on long edges.
+constexpr double kLongestSides = 3.0, kLongestBesideFeatures = 1.42;
 
 // A map that quads may have: along the axes at its border, without cones of one quarter turn.
 Prepared prepare_for_quads(const certify::Parametrization& map, const ExecutionContext& context) {
@@ -404,8 +405,10 @@ QuadMesh quads_of_all(const mesh::Surface& surface, const std::optional<field::G
     align.ragged = std::sqrt(area / wanted);
     // A given field is one of the faces as they are.
     const auto most = given ? 0 : at(surface.faces.rows()) + static_cast<std::size_t>(2 * wanted);
-    const DividedSurface fine =
-        divided(surface, options.features, kLongestSides * align.ragged, most, context);
+    const DividedSurface fine = divided(
+        surface, options.features,
+        (options.features.rows() > 0 ? kLongestBesideFeatures : kLongestSides) * align.ragged, most,
+        context);
     align.sizing = sizing_of(fine, surface, options);
     align.features = fine.features;
     try {

@@ -65,7 +65,7 @@ class Relaxation {
     Vector3 wish = Vector3::Zero();
     double sum = 0.0;
     for (Index i = first_[at(v)]; i < first_[at(v) + 1]; ++i) {
-      const double weight = along_line ? 1.0 / area(use_[at(i)] / 4) : 1.0;
+      const double weight = along_line ? 1.0 / std::sqrt(area(use_[at(i)] / 4)) : 1.0;
       if (!std::isfinite(weight)) continue;  // it has no sides: it wishes nothing
       wish += weight * wished(use_[at(i)]);
       sum += weight;

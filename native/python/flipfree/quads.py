@@ -148,7 +148,7 @@ def quads(
         field: a :class:`CrossField` of this mesh; None: the smoothest, without cones of one quarter turn, along the borders.
         features: (k, 2) edges that shall be rows of quad edges: sharp ones, borders of materials. What the field forbids is
             left, in part or whole, and counted: ``stats["features_missed"]`` of ``stats["features"]``; and of two at less
-            than a tenth of a quad one, ``stats["features_close"]``, in pieces of at most 1.5 sides of a quad.
+            than a tenth of a quad one, ``stats["features_close"]``, in pieces of at most 1.42 sides of a quad.
         sizing: (n,) positive: how dense quads are along a length there, relative to others; a field that is given should
             have been made for it. None: all alike. adaptive: 0 to 100, how much denser they are besides where the surface
             bends more; at 100 they are off it by about as much everywhere, as far as the map can be.
