@@ -113,9 +113,6 @@ struct IntrinsicMesh : FlipMesh {
   }
   // For half-edges of perpendicular edges: does it run from copy 1 to copy 2?
   bool leaves_one(HalfedgeId h) const { return (starts_in_two[at(h >> 1)] != 0) == ((h & 1) != 0); }
-  FaceLabel label_of_face(FaceId f) const {
-    return face_label.empty() ? FaceLabel::kOne : face_label[at(f)];
-  }
 };
 
 // The mesh of a user's surface and where its corners went.

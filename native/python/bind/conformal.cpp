@@ -32,8 +32,7 @@ void add_triangulation(const conformal::ConformalMetric& metric, py::dict& d) {
         using Traits = numeric::ScalarTraits<typename std::decay_t<decltype(length)>::value_type>;
         for (std::size_t f = 0; f < mesh.face_count(); ++f) {
           HalfedgeId h = mesh.face_halfedge[f];
-          if (!mesh.face_label.empty())
-            label[f] = static_cast<std::int8_t>(mesh.face_label[f]);
+          if (!mesh.face_label.empty()) label[f] = static_cast<std::int8_t>(mesh.face_label[f]);
           for (int k = 0; k < 3; ++k, h = mesh.next[at(h)]) {
             const auto row = static_cast<Eigen::Index>(f);
             faces(row, k) = mesh.unknown[at(mesh.origin[at(h)])];
