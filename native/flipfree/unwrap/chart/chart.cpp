@@ -337,6 +337,7 @@ Points2 by_fewer(const mesh::Surface& chart, const FlattenOptions& options,
   coarse.tolerance = std::max(options.tolerance, kFewerTolerance);
   Stats ignored;
   const Points2 flat = flatten_chart(few.surface, coarse, context, ignored).uv;
+  const Grace prolonging(context);
   // A boundary that need not be the same curve draws fewer triangles out.
   for (const bool keep_boundary : {false, true}) {
     Points2 uv = mesh::prolong(chart, few, flat, keep_boundary, context);
