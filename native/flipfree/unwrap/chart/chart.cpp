@@ -336,7 +336,12 @@ Points2 by_fewer(const mesh::Surface& chart, const FlattenOptions& options,
   coarse.acceptable = false;
   coarse.tolerance = std::max(options.tolerance, kFewerTolerance);
   Stats ignored;
-  const Points2 flat = flatten_chart(few.surface, coarse, context, ignored).uv;
+  Points2 flat;
+  try {
+    flat = flatten_chart(few.surface, coarse, context, ignored).uv;
+  } catch (const NotConverged&) {
+    return {};  // The whole chart may have a map although few of its triangles have none.
+  }
   const Grace prolonging(context);
   // A boundary that need not be the same curve draws fewer triangles out.
   for (const bool keep_boundary : {false, true}) {
