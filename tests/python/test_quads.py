@@ -452,3 +452,10 @@ def test_what_is_not_there_is_said() -> None:
     for options in ({}, dict(target=5, edge_length=1.0), dict(target=0), dict(edge_length=-1.0)):
         with pytest.raises(ff.InvalidInput, match="target|edge_length"):
             ff.quads(vertices, faces, **options)
+
+
+def test_a_face_that_is_a_line_but_for_rounding_is_refused_at_once() -> None:
+    line = np.array([[0, 0, 0], [1, 0, 0], [1, 1e-17, 0]])
+    with pytest.raises(ff.InvalidInput) as error:
+        ff.quads(line, [[0, 1, 2]], target=10_000, max_seconds=5.0)
+    assert error.value.elements

@@ -36,6 +36,7 @@ std::vector<char> rim_of(const std::vector<Quad>& quads, std::size_t vertices) {
 
 DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features, double longest,
                        std::size_t most, const ExecutionContext& context) {
+  constexpr double kLine = 1e-15;  // height over length of a face
   const std::size_t most_given = most;
   mesh::RefinedSurface refined = seamless::unrefined(surface);
   std::priority_queue<std::tuple<double, VertexId, VertexId>> edges;
@@ -45,10 +46,17 @@ DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features,
   };
   const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
+    const VertexId a = mesh::source(surface.faces, h), b = mesh::target(surface.faces, h);
+    // A line but for rounding stays one however often it is divided.
+    const VertexId c = mesh::source(surface.faces, previous_corner(h));
+    const Vector3 along = surface.vertices.row(b) - surface.vertices.row(a);
+    const Vector3 other = surface.vertices.row(c) - surface.vertices.row(a);
+    const double size = std::max(along.norm(), other.norm());
+    if (!((along / size).cross(other / size).norm() > kLine)) continue;
     const auto sides = adjacency.opposite.begin() + (h - h % 3);
     // A face without neighbours has three corners, and no map four then.
     const bool alone = std::all_of(sides, sides + 3, [](HalfedgeId o) { return o == kInvalid; });
-    offer(mesh::source(surface.faces, h), mesh::target(surface.faces, h), alone);
+    offer(a, b, alone);
   }
   while (!edges.empty() && most > 0) {
     const auto [length, a, b] = edges.top();
