@@ -22,7 +22,8 @@ struct DividedSurface {
 // The surface with vertices on the middles of its edges, the longest first, until none is longer
 // than `longest`: a field has no room for cones, and a map none to bend, on long faces between
 // features. A face without neighbours gets them on all sides: a map needs a fourth corner. Faces
-// that are lines but for rounding offer none. At most `most` times. Throws Cancelled, TimeIsOver. Cost: O(#F log #F).
+// that are lines but for rounding offer none. At most `most` times. Throws Cancelled, TimeIsOver.
+// Cost: O(#F log #F).
 DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features, double longest,
                        std::size_t most, const ExecutionContext& context);
 
