@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -39,13 +40,22 @@ class NewMap:
 
 @dataclass(frozen=True, eq=False)
 class OnPolygons:
-    """Attributes:
-    corner_uv: (c, 2) of every corner of the file's polygons; NaN where a polygon has no map, or is in pieces.
-    pieces: faces of the map that take the place of a polygon, where that was refined or is torn by the map.
+    """What is written instead of the file's polygons.
+
+    Attributes:
+        vertices, uv: (c,), (c, 2) of corners, one face after the other; NaN where there is no map. Those of the file's polygons
+            come first, then triangles of the map that take the place of one that was refined or is torn by the map.
+        faces: of each polygon the corners, from and to, of the faces that it becomes.
+        count: how many faces there are then.
     """
 
-    corner_uv: Float32Array
-    pieces: dict[int, list[int]]
+    vertices: IntArray
+    uv: Float32Array
+    faces: list[list[tuple[int, int]]]
+
+    @property
+    def count(self) -> int:
+        return sum(map(len, self.faces))
 
 
 def on_polygons(corners: IntArray, begin: IntArray, new: NewMap) -> OnPolygons:
@@ -60,22 +70,28 @@ def on_polygons(corners: IntArray, begin: IntArray, new: NewMap) -> OnPolygons:
     is_whole[new.polygons[torn.any(axis=1)]] = False
     for polygon in np.unique(new.polygons[~single.all(axis=1)]).tolist():
         own = slice(begin[polygon], begin[polygon + 1])
-        found = _along_sides(
-            corners[own].tolist(), np.flatnonzero(new.polygons == polygon), new, uv
-        )
+        triangles = np.flatnonzero(new.polygons == polygon)
+        found = _along_sides(corners[own].tolist(), triangles, new, uv)
         if found is None:
             is_whole[polygon] = False
         else:
             corner_uv[own] = found
-    in_pieces = ~is_whole
-    corner_uv[np.repeat(in_pieces, np.diff(begin))] = np.nan
-    pieces: dict[int, list[int]] = {}
+    corner_uv[np.repeat(~is_whole, np.diff(begin))] = np.nan
+    faces = [[(a, b)] for a, b in pairwise(begin.tolist())]
     of_face = new.polygons[new.parent]
-    rows = np.flatnonzero(in_pieces[of_face])
-    for row in rows[np.argsort(of_face[rows], kind="stable")].tolist():
-        if len(set(new.faces[row].tolist())) == 3:
-            pieces.setdefault(int(of_face[row]), []).append(row)
-    return OnPolygons(corner_uv, pieces)
+    sides = new.faces != np.roll(new.faces, 1, axis=1)
+    rows = np.flatnonzero(~is_whole[of_face] & sides.all(axis=1))
+    rows = rows[np.argsort(of_face[rows], kind="stable")]
+    for polygon in of_face[rows].tolist():
+        faces[polygon] = []
+    for at, polygon in enumerate(of_face[rows].tolist()):
+        first = len(corners) + 3 * at
+        faces[polygon].append((first, first + 3))
+    return OnPolygons(
+        np.concatenate([corners, new.faces[rows].ravel()]),
+        np.concatenate([corner_uv, new.uv[rows].reshape(-1, 2)]),
+        faces,
+    )
 
 
 def _on_triangles(new: NewMap) -> tuple[Float32Array, npt.NDArray[np.bool_]]:
