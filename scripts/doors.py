@@ -90,14 +90,14 @@ def _public() -> set[str]:
 
 
 def _package_commands() -> set[str]:
-    tree = ast.parse((PACKAGE / "batch" / "models" / "unit.py").read_text())
-    (table,) = (
-        node.value
-        for node in tree.body
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "COMMANDS"
-    )
-    assert isinstance(table, ast.Dict)
-    return {ast.literal_eval(key) for key in table.keys if key is not None}
+    """Functions that are declared as commands."""
+    return {
+        node.name
+        for path in (PACKAGE / "batch" / "models").glob("*.py")
+        for node in ast.parse(path.read_text()).body
+        if isinstance(node, ast.FunctionDef)
+        and any(ast.unparse(one).startswith("command(") for one in node.decorator_list)
+    }
 
 
 def _tools() -> dict[str, str]:

@@ -8,9 +8,22 @@ from typing import Any
 
 import flipfree as ff
 
-from .model import Model, Solved, taken
+from ...distortion import STRETCH_BOUND
+from .model import ASPECT, MARGIN, OVERLAPS, Model, Solved, command, taken
 
 
+@command(
+    f"""islands onto the plane, packed
+--seams auto|given  auto: also where islands are closed, have handles, or would be stretched more than --stretch; given: no more
+    than it takes to open them
+--stretch={STRETCH_BOUND}  of automatic seams: lengths change by about this factor at most
+--keep-charts  cut where the file's charts end
+{OVERLAPS}
+--no-new-cuts  crush islands that would lie on top of themselves rather than cut them
+--short-cuts  do not cut closed parts along legs and fingers
+{MARGIN}{ASPECT}""",
+    cure="--seams auto and a lower --stretch cut it further",
+)
 def unwrap(model: Model, options: dict[str, Any]) -> Solved:
     found = model.call(
         ff.unwrap,
@@ -20,41 +33,35 @@ def unwrap(model: Model, options: dict[str, Any]) -> Solved:
         **taken(options, "seams stretch bijective may_add_cuts cut_extremities margin"),
         effort=0.2 if options["aspect"] == 1.0 else 0.0,
     )
-    if options["aspect"] != 1.0:
-        found = _packed(model, found, options)
+    if options["aspect"] != 1.0:  # as the texture shows the islands
+        how = taken(options, "margin keep_bijective aspect")
+        uv = found.uv / [options["aspect"], 1.0]
+        packed = model.call(ff.pack, uv, scale_true=True, effort=0.2, **how)
+        told = replace(packed.certificate, mends=found.certificate.mends)
+        stats = {**found.stats, "fill": packed.stats["fill"]}
+        found = found.at(packed, certificate=told, stats=stats)
     return Solved(found.certificate, found, figures={"islands": int(found.stats["charts"])})
 
 
-def _packed(model: Model, found: ff.Parametrization, options: dict[str, Any]) -> ff.Parametrization:
-    """The islands of an unwrap, as the texture shows them."""
-    packed = model.call(
-        ff.pack,
-        found.uv / [options["aspect"], 1.0],
-        scale_true=True,
-        effort=0.2,  # as unwrap itself packs
-        **taken(options, "margin keep_bijective aspect"),
-    )
-    return found.at(
-        packed,
-        certificate=replace(packed.certificate, mends=found.certificate.mends),
-        stats={**found.stats, "fill": packed.stats["fill"]},
-    )
-
-
+@command(f"less distortion\n{OVERLAPS}--iterations=200  most steps per island{ASPECT}")
 def improve(model: Model, options: dict[str, Any]) -> Solved:
     mesh = model.vertices, model.faces, model.uv()
     found = ff.improve(mesh, **taken(options, "keep_bijective iterations aspect"), **model.limits)
     return Solved(found.certificate, found)
 
 
+@command(
+    f"""flips mended
+--overlaps cut|open|keep  what becomes of islands on themselves
+--stretched keep|improve  what becomes of islands drawn out much more than an unwrap of them is
+{MARGIN}
+--move-apart  islands that lie on larger ones are put where there is room
+{ASPECT}"""
+)
 def repair(model: Model, options: dict[str, Any]) -> Solved:
-    found = model.call(
-        ff.repair,
-        model.uv(whole=False),
-        uncuttable=model.diagonals,
-        disjoint=options["move_apart"],
-        **taken(options, "overlaps stretched margin aspect"),
-    )
+    how = taken(options, "overlaps stretched margin aspect") | {"uncuttable": model.diagonals}
+    uv = model.uv(whole=False)
+    found = model.call(ff.repair, uv, disjoint=options["move_apart"], **how)
     told = {
         "islands": "charts",
         "stretched_islands": "stretched_charts",
@@ -65,37 +72,39 @@ def repair(model: Model, options: dict[str, Any]) -> Solved:
     return Solved(found.certificate, found, figures=figures)
 
 
+@command(
+    f"""islands nested into a tile
+{MARGIN}
+--rotation straight|free|quarters|none
+--tile=1001  UDIM tile to pack into
+--tiles=1  UDIM tiles to spread islands over
+--effort=1  of the search
+--keep-sizes  islands keep their sizes relative to each other, not one texel density
+--stack-similar  islands of equal outline lie on top of each other
+--stack-mirrored  with it, mirror images too, mirrored
+{ASPECT}"""
+)
 def pack(model: Model, options: dict[str, Any]) -> Solved:
     names = "scale_true margin rotation stack_similar stack_mirrored tile tiles effort aspect"
     found = model.call(ff.pack, model.uv(), **taken(options, names))
-    warnings = []
-    if not found.stats.get("margin_met", 1):
-        warnings.append(
-            f"The gap of {options['margin_pixels']:g} pixels (--margin-pixels) is not met everywhere."
-        )
+    gap = f"The gap of {options['margin_pixels']:g} pixels (--margin-pixels) is not met everywhere."
+    warnings = [] if found.stats.get("margin_met", 1) else [gap]
     return Solved(found.certificate, found, warnings, {"fill": float(found.stats["fill"])})
 
 
+@command(f"islands of quads as straight strips and grids\n{MARGIN}{ASPECT}")
 def rectify(model: Model, options: dict[str, Any]) -> Solved:
     uv = None if model.file.uv is None else model.uv()
-    found = model.call(
-        ff.rectify, uv, polygons=model.file.polygons, **taken(options, "margin aspect")
-    )
+    how = taken(options, "margin aspect")
+    found = model.call(ff.rectify, uv, polygons=model.file.polygons, **how)
     return Solved(found.certificate, found, figures={"islands": int(found.stats["charts"])})
 
 
+@command(
+    f"the certificate of a map\n--allow-stacked  islands may lie on each other{ASPECT}",
+    writes=False,
+)
 def check(model: Model, options: dict[str, Any]) -> Solved:
     how = taken(options, "disjoint aspect")
     certificate = model.call(ff.certify, model.uv(), bijective=True, mirrored="islands", **how)
     return Solved(certificate)
-
-
-def with_aspect_of_pins(
-    model: Model, met: ff.Parametrization, held: Any, options: dict[str, Any]
-) -> ff.Parametrization:
-    """A map that met pins, with its shape on the texture as far as the held ones leave it open."""
-    found = ff.improve(
-        met, pins=held, repair=False, **taken(options, "keep_bijective aspect"), **model.limits
-    )
-    measured = met.certificate.provenance_failures
-    return met.at(found, certificate=replace(found.certificate, provenance_failures=measured))

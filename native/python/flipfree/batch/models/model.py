@@ -1,10 +1,11 @@
-"""A file's mesh as the commands want it, and a command's map as it is written."""
+"""A file's mesh as the commands want it, what lies beside it about its pins, and a command's map as it is written."""
 
 from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ...calls.mesh_files import MeshFile, read
-from ...errors import InvalidInput, bad_option
+from ...errors import InvalidInput, bad_option, bad_pins
 from ...results import Certificate, FloatArray, IntArray, Parametrization
 from ...separated import SeparatedSurface, edge_keys, separate
 from ..results import beside
@@ -51,9 +52,12 @@ class Model:
     def vertices(self) -> FloatArray:
         return self.file.vertices
 
-    def call(self, solver: Callable[..., Result], *arguments: Any, **options: Any) -> Result:
-        """Of a function of the package, for this mesh."""
-        return solver(self.vertices, self.faces, *arguments, **options, **self.limits)
+    def call(
+        self, solver: Callable[..., Result], *arguments: Any, on: Any = None, **options: Any
+    ) -> Result:
+        """Of a function of the package, for this mesh. on: or for what else has vertices and faces."""
+        mesh = self if on is None else on
+        return solver(mesh.vertices, mesh.faces, *arguments, **options, **self.limits)
 
     @cached_property
     def diagonals(self) -> IntArray:
@@ -82,9 +86,9 @@ class Model:
             )
         return uv
 
-    def clean(self, seams: IntArray | None = None) -> SeparatedSurface:
+    def clean(self) -> SeparatedSurface:
         """For solvers that want an oriented, manifold surface; ``on_input`` leads back."""
-        return separate(self.vertices, self.faces, seams=seams, polygons=self.file.polygons)
+        return separate(self.vertices, self.faces, polygons=self.file.polygons)
 
     def told(self, kind: str) -> dict[str, Any] | None:
         """What the file with this model's pins or cones says; None if there is none."""
@@ -98,6 +102,84 @@ class Model:
         if not isinstance(found, dict):
             raise bad_option(f"{path} must hold one object {{...}}. Correct it.")
         return found
+
+
+def refuse_unknown(clean: SeparatedSurface, vertices: Any) -> None:
+    """Of the input, in a file beside it."""
+    lost = set(vertices).difference(clean.vertex_origin.tolist())
+    if lost:
+        raise bad_pins(
+            f"Vertex {min(lost)} is no face's (numbers from 0, the first of those in one place). "
+            "Correct the file beside the model."
+        )
+
+
+@dataclass
+class Pins:
+    """What a file beside a model says about pins.
+
+    Attributes:
+        points: {vertex: place}. lines: (vertices, polyline). outline: {vertex: place} of whole boundaries, in order.
+        paths: from vertices of the outline the way to one. movable: of the outline.
+    """
+
+    points: dict[int, tuple[float, float]]
+    lines: list[tuple[list[int], FloatArray]]
+    outline: dict[int, tuple[float, float]]
+    paths: dict[int, list[int]]
+    movable: list[int]
+
+    def renumbered(self, number: Mapping[int, int]) -> Pins:
+        """Those of vertices that have a number, by these."""
+        return Pins(
+            {number[v]: uv for v, uv in self.points.items() if v in number},
+            [([number[v] for v in vs], uv) for vs, uv in self.lines if vs[0] in number],
+            {number[v]: uv for v, uv in self.outline.items() if v in number},
+            {number[v]: [number[w] for w in ws] for v, ws in self.paths.items() if v in number},
+            [number[v] for v in self.movable if v in number],
+        )
+
+
+@contextmanager
+def _written_as(example: str) -> Iterator[None]:
+    try:
+        yield
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError):
+        raise bad_pins(f"{example}. Correct the file with the pins.") from None
+
+
+def pins_of(model: Model, clean: SeparatedSurface) -> Pins:
+    """In the numbers of the clean surface: points at all copies of a vertex, the rest at its first one."""
+    told = model.told("pins")
+    if told is None:
+        raise bad_pins(
+            f"{model.source.name}.pins.json is missing: the pins, such as "
+            '{"points": {"0": [0.0, 0.5]}, "lines": [{"vertices": [3, 4], "uv": [[0, 0], [1, 0]]}]}.'
+        )
+    with _written_as('points must be {"vertex": [u, v], ...}'):
+        points = {int(v): (float(uv[0]), float(uv[1])) for v, uv in told.get("points", {}).items()}
+    with _written_as('lines must be [{"vertices": [...], "uv": [[u, v], ...]}, ...]'):
+        lines = [
+            (list(map(int, line["vertices"])), np.array(line["uv"], float).reshape(-1, 2))
+            for line in told.get("lines", [])
+        ]
+    with _written_as(
+        'outline must be {"vertices": [...], "uv": [[u, v], ...]}, one place for each, paths {"vertex": [...]}, and '
+        "movable [vertices]"
+    ):
+        outline = told.get("outline", {"vertices": [], "uv": []})
+        places = np.array(outline["uv"], float).reshape(-1, 2).tolist()
+        loop = dict(zip(map(int, outline["vertices"]), map(tuple, places), strict=True))
+        paths = {int(v): list(map(int, path)) for v, path in told.get("paths", {}).items()}
+        movable = list(map(int, told.get("movable", [])))
+    if any(len(vertices) < 2 for vertices, _ in lines):
+        raise bad_pins("A line needs two vertices at least. Correct it.")
+    several = [vertices for vertices, _ in lines] + list(paths.values())
+    refuse_unknown(clean, [*points, *loop, *paths, *movable, *(v for vs in several for v in vs)])
+    origin = clean.vertex_origin.tolist()
+    first = {v: copy for copy, v in reversed([*enumerate(origin)])}
+    found = Pins(points, lines, loop, paths, movable).renumbered(first)
+    return replace(found, points=clean.copies(points))
 
 
 @dataclass
@@ -117,6 +199,48 @@ class Solved:
 
 #: What is made of a model with these options (arguments).
 Solve = Callable[[Model, dict[str, Any]], Solved]
+
+
+@dataclass(frozen=True)
+class Command:
+    """usage: options beside those of all commands, for numbers.add_options; ``writes``: there is an output; ``cure``: what to do
+    about a map above the stretch bound."""
+
+    text: str
+    solve: Solve
+    usage: str
+    writes: bool
+    cure: str
+
+
+COMMANDS: dict[str, Command] = {}
+
+#: Options of several commands.
+ASPECT = """
+--aspect=1  of the texture, if it is no square: 2, 16:9, 2048x1024
+"""
+MARGIN = """
+--margin-pixels=4  least gap between islands, of the texture
+--texture-size=1024  pixels to a side
+"""
+OVERLAPS = """
+--allow-overlaps  islands may overlap themselves
+"""
+
+
+def command(
+    usage: str, *, writes: bool = True, cure: str = "unwrap it, which finds seams"
+) -> Callable[[Solve], Solve]:
+    """What ``python -m flipfree NAME`` makes of a model, NAME that of the function. usage: what that is, and from the second line
+    on its own options."""
+
+    def declared(solve: Solve) -> Solve:
+        text, _, options = usage.partition("\n")
+        COMMANDS[solve.__name__] = Command(text, solve, options, writes, cure)
+        return solve
+
+    return declared
+
 
 #: Arguments of calls -> options that say the contrary.
 _CONTRARY = {

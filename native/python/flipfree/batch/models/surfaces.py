@@ -16,6 +16,7 @@ import numpy as np
 import flipfree as ff
 
 from ...calls.matching import edges_between_pins, held_by_pins
+from ...checks import shown
 from ...errors import bad_option, bad_pins
 from ...results import FloatArray, IntArray
 from ...separated import (
@@ -29,9 +30,19 @@ from ...separated import (
 )
 from ...texts import counted
 from ..results import beside, field_files
-from .any_mesh import with_aspect_of_pins
-from .model import Model, Solved, arguments, read_model, taken
-from .pins import lines_told, outline_told, pins_of, points_told, refuse_split_cuts, refuse_unknown
+from .model import (
+    ASPECT,
+    MARGIN,
+    OVERLAPS,
+    Model,
+    Solved,
+    arguments,
+    command,
+    pins_of,
+    read_model,
+    refuse_unknown,
+    taken,
+)
 
 #: As seams are where nobody asks for more than it takes to open a part.
 _AS_GIVEN: dict[str, Any] = dict(
@@ -47,11 +58,41 @@ _MORE_QUADS = "whole numbers leave no mesh of so few quads: there are more"
 # Edges at which a surface folds by more are sharp, where nobody says from where on.
 _SHARP = math.radians(30.0)
 
+_ALIGNED = """
+--boundary aligned_or_free|aligned|free
+"""
+_SEAMLESS = f"""{_ALIGNED}
+--no-optimise  leave the distortion as the engine does
+--meet-pins  points of the file with the pins keep their place; cuts and boundaries stay as without them
+--surface-scale  one UV unit is one unit of the model; otherwise the map fits the unit square
+--engine auto|penner|padding
+"""
+_ALONG = """
+--curvature=0.5  its weight, 0 to 1
+--sharp-from=30  degrees, for edges
+"""
 
+
+def _judged(model: Model, clean: ff.SeparatedSurface, found: Any, **how: Any) -> Solved:
+    """A map of the clean surface, judged as a whole, as one of the input."""
+    told = ff.certify(found.vertices, found.faces, found.uv, threads=model.threads, **how)
+    whole = clean.on_input(replace(found, certificate=told))
+    return Solved(whole.certificate, whole)
+
+
+@command(
+    f"""disks onto a convex polygon
+--boundary circle|square|triangle|pinned  pinned: straight between boundary points of the file with the pins
+--method ladder|progressive|tutte
+--optimise  lower the distortion, with the boundary held
+--no-pack  all parts lie around the origin
+{MARGIN}""",
+    cure="--optimise, or a boundary more like the part's own",
+)
 def embed(model: Model, options: dict[str, Any]) -> Solved:
     own = options["boundary"] == "pinned"
     clean = model.clean()
-    points = points_told(model, clean, pins_of(model)) if own else {}
+    points = pins_of(model, clean).points if own else {}
 
     def solve(vertices: FloatArray, faces: IntArray, used: IntArray) -> ff.Parametrization:
         how = taken(options, "boundary method optimise")
@@ -63,17 +104,14 @@ def embed(model: Model, options: dict[str, Any]) -> Solved:
     found = each_part(clean, solve)
     if not (own or options["no_pack"]):
         found = _packed(model, found, options, together=False)
-    whole = clean.on_input(found)
-    judged = ff.certify(found.vertices, found.faces, found.uv, pins=points, threads=model.threads)
-    return Solved(replace(judged, mends=clean.mends), whole)
+    return _judged(model, clean, found, pins=points)
 
 
 def _packed(
     model: Model, found: ff.Parametrization, options: dict[str, Any], *, together: bool
 ) -> ff.Parametrization:
-    how = taken(options, "margin") | model.limits
-    mesh = found.vertices, found.faces, found.uv
-    return found.at(ff.pack(*mesh, together=together, scale_true=True, **how))
+    how = taken(options, "margin") | dict(together=together, scale_true=True)
+    return found.at(model.call(ff.pack, found.uv, on=found, **how))
 
 
 def _cut_open(
@@ -91,31 +129,50 @@ def _cut_open(
         cuts.append(used[opened.cut_edges].astype(np.int32))
     every = np.concatenate(cuts)
     faces, origin = ff.split_fans(clean.faces, cuts=every)
-    cut = replace(
-        clean,
-        vertices=clean.vertices[origin],
-        faces=faces,
-        vertex_origin=clean.vertex_origin[origin],
-    )
+    vertices, vertex_origin = clean.vertices[origin], clean.vertex_origin[origin]
+    cut = replace(clean, vertices=vertices, faces=faces, vertex_origin=vertex_origin)
     return cut, clean.vertex_origin[every]
 
 
+def _refuse_split_cuts(
+    clean: ff.SeparatedSurface, found: ff.Parametrization, cuts: IntArray
+) -> None:
+    """The two sides of a cut are mapped each by itself, so that a vertex added on one is missing on the other."""
+    added = slice(len(clean.vertices), None)
+    weights = found.vertex_barycentric[added]
+    corners = clean.vertex_origin[clean.faces[found.vertex_parent[added]]]
+    on_edge = (weights == 0.0).any(axis=1)
+    ends = corners[on_edge][weights[on_edge] != 0.0].reshape(-1, 2)
+    split = ends[np.isin(edge_keys(ends), edge_keys(cuts))]
+    if len(split):
+        raise bad_pins(
+            f"The pins cannot be met without splitting the cut edge {shown(split[0].tolist())} on one side only. Move pins away "
+            "from it, or cut the part elsewhere yourself."
+        )
+
+
+@command(
+    f"""pins met exactly
+{OVERLAPS}
+--no-new-vertices  refuse pins that cannot be met by the mesh as it is
+--bend-lines  edges between two pins need not stay straight
+--cut-open  cut parts with pins that are closed or have handles
+--unwrap-rest  unwrap parts without pins, beside the others
+{ASPECT}""",
+    cure="move pins nearer to where their surroundings are",
+)
 def match(model: Model, options: dict[str, Any]) -> Solved:
-    told = pins_of(model)
     clean, cuts = model.clean(), np.zeros((0, 2), np.int32)
+    pins = pins_of(model, clean)
     if options["cut_open"]:
-        clean, cuts = _cut_open(model, clean, points_told(model, clean, told))
-    points, lines = points_told(model, clean, told), lines_told(model, clean, told)
-    outline, paths, movable = outline_told(model, clean, told)
+        clean, cuts = _cut_open(model, clean, pins.points)
+        pins = pins_of(model, clean)
     diagonals = edge_keys(clean.edges(model.diagonals))
     held: list[int] = []  # vertices of parts with pins
 
     def solve(vertices: FloatArray, faces: IntArray, used: IntArray) -> ff.Parametrization:
-        number = {v: i for i, v in enumerate(used.tolist())}
-        own = {number[v]: uv for v, uv in points.items() if v in number}
-        own_lines = [([number[v] for v in vs], uv) for vs, uv in lines if vs[0] in number]
-        own_loop = [number[v] for v in outline if v in number]
-        if not own and not own_lines and not own_loop:
+        own = pins.renumbered({v: i for i, v in enumerate(used.tolist())})
+        if not (own.points or own.lines or own.outline):
             if options["unwrap_rest"]:
                 rest = ff.unwrap(vertices, faces, **_AS_GIVEN, **model.limits)
                 return replace(rest, uv=rest.uv / [options["aspect"], 1.0])
@@ -125,27 +182,25 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
             )
         held.extend(used.tolist())
         if not options["bend_lines"]:
-            place = own | {number[v]: uv for v, uv in outline.items() if v in number}
+            place = own.points | own.outline
             edges = np.unique(np.sort(sides(faces), axis=1), axis=0)
             edges = edges[~np.isin(edge_keys(used[edges]), diagonals)]
-            told_sides = {frozenset(side) for vs, _ in own_lines for side in pairwise(vs)}
-            own_lines += [
+            told_sides = {frozenset(side) for vs, _ in own.lines for side in pairwise(vs)}
+            own.lines += [
                 ([a, b], np.array([place[a], place[b]]))
-                for a, b in edges_between_pins(faces, edges, list(place), own_loop)
+                for a, b in edges_between_pins(faces, edges, list(place), list(own.outline))
                 if {a, b} not in told_sides
             ]
         met = ff.match(
             vertices,
             faces,
-            points=own,
-            lines=own_lines,
-            boundary_loop=own_loop or None,
-            boundary_uv=[outline[v] for v in outline if v in number] if own_loop else None,
-            paths={
-                number[v]: [number[w] for w in path] for v, path in paths.items() if v in number
-            },
-            movable=[number[v] for v in movable if v in number],
-            bijective=options["bijective"] and not own_loop,
+            points=own.points,
+            lines=own.lines,
+            boundary_loop=list(own.outline) or None,
+            boundary_uv=list(own.outline.values()) or None,
+            paths=own.paths,
+            movable=own.movable,
+            bijective=options["bijective"] and not own.outline,
             **model.limits,
         )
         added = len(met.vertices) - len(vertices)
@@ -157,37 +212,32 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
         if options["aspect"] == 1.0:
             return met
         pinned = np.zeros(len(vertices), bool)
-        pinned[[*own, *own_loop, *(v for vs, _ in own_lines for v in vs)]] = True
-        pinned[[number[v] for v in movable if v in number]] = False
-        return with_aspect_of_pins(model, met, held_by_pins(met, faces, pinned), options)
+        pinned[[*own.points, *own.outline, *(v for vs, _ in own.lines for v in vs)]] = True
+        pinned[own.movable] = False
+        # With its shape on the texture as far as the held ones leave it open.
+        how = taken(options, "keep_bijective aspect") | model.limits
+        shaped = ff.improve(met, pins=held_by_pins(met, faces, pinned), repair=False, **how)
+        measured = met.certificate.provenance_failures
+        told = replace(shaped.certificate, provenance_failures=measured)
+        return met.at(shaped, certificate=told)
 
     found = each_part(clean, solve)
-    refuse_split_cuts(clean, found, cuts)
+    _refuse_split_cuts(clean, found, cuts)
     if len(held) < len(clean.vertices):
         of_held = np.isin(clean.faces[found.parent_face, 0], held)
-        beside_held = ff.pack(
-            found.vertices,
-            found.faces,
-            found.uv,
-            unmoved=np.flatnonzero(np.repeat(of_held, 3)).astype(np.int32),
-            scale_true=True,
-            **taken(options, "keep_bijective aspect"),
-            **model.limits,
-        )
-        found = found.at(beside_held)
-    whole = clean.on_input(found)
-    judged = ff.certify(
-        found.vertices,
-        found.faces,
-        found.uv,
-        pins={**points, **{v: uv for v, uv in outline.items() if v not in movable}},
-        bijective=options["bijective"] and not outline,
-        aspect=options["aspect"],
-        threads=model.threads,
-    )
-    return Solved(replace(judged, mends=clean.mends), whole)
+        unmoved = np.flatnonzero(np.repeat(of_held, 3)).astype(np.int32)
+        how = taken(options, "keep_bijective aspect") | dict(unmoved=unmoved, scale_true=True)
+        found = found.at(model.call(ff.pack, found.uv, on=found, **how))
+    kept = {v: uv for v, uv in pins.outline.items() if v not in pins.movable}
+    bijective = options["bijective"] and not pins.outline
+    how = dict(pins=pins.points | kept, bijective=bijective, aspect=options["aspect"])
+    return _judged(model, clean, found, **how)
 
 
+@command(
+    """one surface in the shape of another, through their maps
+--source=''  model whose shape is taken, at the same places of its map"""
+)
 def transfer(model: Model, options: dict[str, Any]) -> Solved:
     """The file's mesh with every vertex on the other surface (thesis 3.4.1)."""
     if not options["source"]:
@@ -201,9 +251,20 @@ def transfer(model: Model, options: dict[str, Any]) -> Solved:
     return Solved(there.first.certificate, replace(model.file, vertices=vertices))
 
 
+@command(
+    f"""maps without shear
+--cones auto|suggested|none  auto: of the file beside the model, else suggested for closed parts
+--boundary free|straight|circle
+--refined-start auto|on|off  metric of a surface without needles
+--bound=4  of the scale, for suggested cones
+--precision=auto  bits of the metric's numbers, 53 to 4096, or auto
+{MARGIN}""",
+    cure="more cones even it out: --cones suggested with a lower --bound",
+)
 def conformal(model: Model, options: dict[str, Any]) -> Solved:
     clean = model.clean()
-    cones = clean.copies(_cones(model)) if options["cones"] == "auto" else {}
+    cones = _cones(model, clean) if options["cones"] == "auto" else {}
+    precision, refined = options["precision"] or "auto", options["refined_start"]
 
     def solve(vertices: FloatArray, faces: IntArray, used: IntArray) -> ff.Parametrization:
         own = {i: cones[v] for i, v in enumerate(used.tolist()) if v in cones}
@@ -215,17 +276,10 @@ def conformal(model: Model, options: dict[str, Any]) -> Solved:
             angles = np.full(len(vertices), 2 * math.pi)
             angles[list(own)] = list(own.values())
         else:
-            angles = ff.boundary_angles(
-                vertices, faces, options["boundary"], cones=own, **model.limits
-            )
-        return ff.conformal(
-            vertices,
-            faces,
-            angles,
-            precision=options["precision"] or "auto",
-            intrinsic_refinement=options["refined_start"],
-            **model.limits,
-        )
+            shape = options["boundary"]
+            angles = ff.boundary_angles(vertices, faces, shape, cones=own, **model.limits)
+        how = dict(precision=precision, intrinsic_refinement=refined) | model.limits
+        return ff.conformal(vertices, faces, angles, **how)
 
     found = each_part(clean, solve)
     whole = clean.on_input(_packed(model, found, options, together=True))
@@ -249,6 +303,11 @@ def _suggested(
     return found, ratio, holds
 
 
+@command(
+    """suggested cones, into a file beside the output
+--bound=4  of the scale
+--quarter-turns  angles in multiples of 90 degrees"""
+)
 def cones(model: Model, options: dict[str, Any]) -> Solved:
     clean = model.clean()
     found, ratio, holds = _suggested(model, clean, options["bound"], options["quarter_turns"])
@@ -258,17 +317,20 @@ def cones(model: Model, options: dict[str, Any]) -> Solved:
     return Solved(None, model.file, warnings, figures, {"cones": told})
 
 
+@command(
+    """closed surfaces cut into disks with right angles
+--follow cones|field  those of the file beside the model; or also the turns of the smoothest field with these, or of a signature
+    there"""
+)
 def cut(model: Model, options: dict[str, Any]) -> Solved:
     clean = model.clean()
-    quarters = _quarters(clean, clean.copies(_cones(model)))
+    quarters = _quarters(clean, _cones(model, clean))
     field = None
     if options["follow"] == "field":
         path = beside(model.source, "signature")
         wanted = ff.Signature.read(path) if path.exists() else ff.Signature(quarters, [])
-        field = ff.cross_field(clean.vertices, clean.faces, signature=wanted, **model.limits)
-    found = ff.admissible_cut(
-        clean.vertices, clean.faces, None if field else quarters, field=field, **model.limits
-    )
+        field = model.call(ff.cross_field, on=clean, signature=wanted)
+    found = model.call(ff.admissible_cut, None if field else quarters, on=clean, field=field)
     told = {
         "branches": [branch.tolist() for branch in found.branches],
         "corners": found.corners.tolist(),
@@ -278,8 +340,8 @@ def cut(model: Model, options: dict[str, Any]) -> Solved:
     return Solved(None, (found.vertices, found.faces), [], figures, {"cut": told})
 
 
-def _numbers_at(model: Model, kind: str, what: str) -> dict[int, float]:
-    """{vertex: number} of the file of that kind beside the model."""
+def _numbers_at(model: Model, clean: ff.SeparatedSurface, kind: str, what: str) -> dict[int, float]:
+    """{vertex: number} of the file of that kind beside the model, at all copies of the vertices."""
     try:
         numbers_at = {int(v): float(number) for v, number in (model.told(kind) or {}).items()}
     except (TypeError, ValueError):
@@ -287,21 +349,14 @@ def _numbers_at(model: Model, kind: str, what: str) -> dict[int, float]:
             f'The file with the {kind} must hold {{"vertex": {what}, ...}}. Correct it.',
             code="bad angles" if kind == "cones" else "bad option",
         ) from None
-    refuse_unknown(model, numbers_at)
-    return numbers_at
+    refuse_unknown(clean, numbers_at)
+    return clean.copies(numbers_at)
 
 
-def _cones(model: Model) -> dict[int, float]:
+def _cones(model: Model, clean: ff.SeparatedSurface) -> dict[int, float]:
     """{vertex: angle} of the file beside the model, which has degrees."""
-    return {v: math.radians(angle) for v, angle in _numbers_at(model, "cones", "degrees").items()}
-
-
-def _density(model: Model, clean: ff.SeparatedSurface) -> FloatArray | None:
-    """Per vertex, 1 where the file beside the model says nothing; None where there is none."""
-    told = clean.copies(_numbers_at(model, "density", "number"))
-    density = np.ones(len(clean.vertices))
-    density[list(told)] = list(told.values())
-    return density if told else None
+    told = _numbers_at(model, clean, "cones", "degrees")
+    return {v: math.radians(angle) for v, angle in told.items()}
 
 
 def _is_closed(faces: IntArray) -> bool:
@@ -310,21 +365,21 @@ def _is_closed(faces: IntArray) -> bool:
     )
 
 
+@command(
+    f"""seams match by quarters
+--cones auto|suggested  auto: of the file beside the model, else suggested
+--bound={BOUND}  of the scale, for suggested cones
+{_SEAMLESS}""",
+    cure="more cones, in the file beside the model, even it out",
+)
 def seamless(model: Model, options: dict[str, Any]) -> Solved:
     clean = model.clean()
-    cones = clean.copies(_cones(model)) if options["cones"] == "auto" else {}
-    quarters = _quarters(clean, cones)
+    quarters = _quarters(clean, _cones(model, clean) if options["cones"] == "auto" else {})
     if not quarters and options["bound"] != BOUND:
         suggested, _, _ = _suggested(model, clean, options["bound"], True)
         quarters = {v: round(angle / 90.0) for v, angle in suggested.items()}
-    found = ff.seamless(
-        clean.vertices,
-        clean.faces,
-        quarters or None,
-        **taken(options, "engine boundary optimise"),
-        uncuttable=clean.edges(model.diagonals),
-        **model.limits,
-    )
+    how = taken(options, "engine boundary optimise") | {"uncuttable": clean.edges(model.diagonals)}
+    found = model.call(ff.seamless, quarters or None, on=clean, **how)
     freed = bool(found.stats.get("freed_boundaries", 0))
     return _placed(model, clean, found, options, freed)
 
@@ -344,87 +399,73 @@ def _placed(
     model: Model, clean: ff.SeparatedSurface, found: ff.Parametrization, options: Any, freed: bool
 ) -> Solved:
     """In the unit square unless it is to stay; judged again as it is written then."""
-    certificate = found.certificate
-    cones = {int(v): int(k) for v, k in certificate.quarter_cones}
-    enlarged = bool(found.stats.get("enlarged_islands", 0))
-    points = points_told(model, clean, pins_of(model)) if options["meet_pins"] else {}
+    cones = dict(found.certificate.quarter_cones.tolist())
+    warnings = [_FREE] * freed + [_ENLARGED] * bool(found.stats.get("enlarged_islands", 0))
+    points = pins_of(model, clean).points if options["meet_pins"] else {}
     if not options["surface_scale"]:
-        uv = in_unit_square(found.uv64)
-        stored = uv.astype(np.float32)
+        stored = in_unit_square(found.uv64).astype(np.float32)
+        uv = stored.astype(np.float64)
         found = replace(found, uv=uv, uv64=uv, _uv32=stored)
-    if points:
-        found = found.with_pins(points, **model.limits)
-        certificate = found.certificate
-    elif not options["surface_scale"]:
-        certificate = ff.certify(
-            found.vertices,
-            found.faces,
-            stored.astype(np.float64),
-            seamless=True,
-            cones={v: k * math.pi / 2 for v, k in cones.items()},
-            threads=model.threads,
-        )
-    whole = clean.on_input(replace(found, certificate=certificate))
-    warnings = [_FREE] * freed + [_ENLARGED] * enlarged
-    return Solved(whole.certificate, whole, warnings, {"cones": len(cones)})
+    if points or options["surface_scale"]:
+        found = found.with_pins(points, **model.limits) if points else found
+        whole = clean.on_input(found)
+        solved = Solved(whole.certificate, whole)
+    else:
+        angles = {v: k * math.pi / 2 for v, k in cones.items()}
+        solved = _judged(model, clean, found, seamless=True, cones=angles)
+    return replace(solved, warnings=warnings, figures={"cones": len(cones)})
 
 
 def _along_field(
     model: Model, clean: ff.SeparatedSurface, options: dict[str, Any]
 ) -> tuple[ff.Parametrization, bool, Any]:
     """(map, whether its boundary is free though it was to be aligned, edges that shall be lines of it)."""
-    field_told = options["field"] in ("cones", "file", "signature")
+    wanted = options["field"]
+    field_told = wanted in ("cones", "file", "signature")
     told = _told_field(model, clean, options) if field_told else None
     sharp = None
-    if options["field"] == "edges":
-        angle = math.radians(options["sharp_from"])
-        sharp = folds(clean.vertices, clean.faces, angle)
-    elif options["field"] == "flow":
+    if wanted == "edges":
+        sharp = folds(clean.vertices, clean.faces, math.radians(options["sharp_from"]))
+    elif wanted == "flow":
         sharp = _flow(model, clean)
-
     exact = options["edge_weight"] == 1.0 and options["optimise"] and not options["meet_pins"]
-    features = sharp if options["field"] == "edges" and exact else None
+    features = sharp if wanted == "edges" and exact else None
+    made: dict[str, Any] = dict(
+        sharp_edges=sharp,
+        edge_weight=options["edge_weight"],
+        alignment=min(options["curvature"], 0.99) if wanted == "curvature" else 0.0,
+        signature=told,
+        simplify=not (options["keep_near_cones"] or field_told),
+    )
+    how = taken(options, "engine reroute optimise") | {"uncuttable": clean.edges(model.diagonals)}
 
     def follow(aligned: bool) -> ff.Parametrization:
-        direction = (
-            told
-            if isinstance(told, ff.CrossField)
-            else ff.cross_field(
-                clean.vertices,
-                clean.faces,
-                sharp_edges=sharp,
-                edge_weight=options["edge_weight"],
-                alignment=min(options["curvature"], 0.99)
-                if options["field"] == "curvature"
-                else 0.0,
-                boundary=aligned,
-                signature=told,
-                simplify=not (options["keep_near_cones"] or field_told),
-                **model.limits,
-            )
-        )
-        return ff.field_aligned(
-            clean.vertices,
-            clean.faces,
-            field=direction,
-            boundary="aligned" if aligned else "free",
-            **taken(options, "engine reroute optimise"),
-            features=features,
-            uncuttable=clean.edges(model.diagonals),
-            **model.limits,
-        )
+        direction = told
+        if not isinstance(told, ff.CrossField):
+            direction = model.call(ff.cross_field, on=clean, boundary=aligned, **made)
+        how["boundary"] = "aligned" if aligned else "free"
+        return model.call(ff.field_aligned, on=clean, field=direction, features=features, **how)
 
-    freed = False
     try:
-        found = follow(options["boundary"] != "free")
+        return follow(options["boundary"] != "free"), False, features
     except (ff.InvalidInput, ff.Infeasible, ff.NotConverged):
         if options["boundary"] != "aligned_or_free" or _is_closed(clean.faces):
             raise
-        freed = True
-        found = follow(False)
-    return found, freed, features
+    return follow(False), True, features
 
 
+@command(
+    f"""seamless, along a field
+--field curvature|smooth|edges|flow|cones|file|signature  what the map's lines run along: edges at which the surface folds, the
+    flow of quads; a field in a file beside the model (.rawfield, .ffield, .rotation); its cones, or its signature, of such a file
+--field-file=''  with field or signature, instead of that beside the model
+{_ALONG}
+--edge-weight=1  of edges, 0.01 to 1
+--keep-near-cones  that bend opposite ways
+--no-reroute  of padding: loops turn as they happen to
+{_SEAMLESS}""",
+    cure="a finer mesh or another field follows the surface better",
+)
 def field(model: Model, options: dict[str, Any]) -> Solved:
     clean = model.clean()
     found, freed, features = _along_field(model, clean, options)
@@ -443,6 +484,15 @@ _OF_FIELD: dict[str, Any] = {
 }
 
 
+@command(
+    f"""textures that repeat run on through seams
+--tile-count=100  about how many cover the model
+--tile-size=0  length of a tile's side, instead
+--field curvature|smooth|edges|flow|map  what its lines run along; map: the file's own UVs, seamless, are fitted
+--no-prefer-translations  seams that turn stay, however long
+{_ALONG}{_ALIGNED}""",
+    cure="more tiles, or a finer mesh, follow the surface better",
+)
 def tiles(model: Model, options: dict[str, Any]) -> Solved:
     clean = model.clean()
     options = arguments(options | _OF_FIELD)
@@ -453,59 +503,57 @@ def tiles(model: Model, options: dict[str, Any]) -> Solved:
         given: Any = (clean.vertices, clean.faces, clean.corners(model.uv()))
     else:
         given, freed, features = _along_field(model, clean, options)
-    corner = clean.vertices[clean.faces]
-    twice = np.linalg.norm(
-        np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
-    )
-    side = options["tile_size"] or math.sqrt(0.5 * float(twice.sum()) / options["tile_count"])
+    a, b, c = clean.vertices[clean.faces].swapaxes(0, 1)
+    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    side = options["tile_size"] or math.sqrt(area / options["tile_count"])
     how = taken(options, "prefer_translations") | model.limits
     found = ff.fit_tiles(given, tile=side, features=features, **how)
     solved = _placed(model, clean, found, options, freed)
-    told = ("tile", "tiles", "seams", "seams_quarter", "seams_half", "seams_matched")
-    solved.figures.update({name: found.stats[name] for name in told})
+    told = "tile tiles seams seams_quarter seams_half seams_matched"
+    solved.figures.update(taken(found.stats, told))
     return solved
 
 
+@command(
+    """a mesh of quads
+--target=2000  about how many quads
+--edge-length=0  of their sides, instead
+--field automatic|curvature|smooth|edges|flow  what the edges of quads run along
+--adaptive=0  0 to 100, how much denser quads are where the surface bends more
+--symmetry none|x|y|z  the half on the positive side of the axis becomes quads and is mirrored, along a field of its own or edges
+"""
+)
 def quads(model: Model, options: dict[str, Any]) -> Solved:
     clean = model.clean()
-    wanted = options["field"]
-    followed = None
-    density = _density(model, clean)
+    wanted, symmetry = options["field"], options["symmetry"]
+    told_density = _numbers_at(model, clean, "density", "number")
+    density = np.ones(len(clean.vertices)) if told_density else None
+    if density is not None:
+        density[list(told_density)] = list(told_density.values())
     sharp = folds(clean.vertices, clean.faces, _SHARP) if wanted == "edges" else None
-    symmetry = None if options["symmetry"] == "none" else options["symmetry"]
-    if wanted not in ("automatic", "edges") and symmetry is None:
-        followed = ff.cross_field(
-            clean.vertices,
-            clean.faces,
-            sharp_edges=_flow(model, clean) if wanted == "flow" else None,
-            alignment=0.5 if wanted == "curvature" else 0.0,
-            sizing=density,
-            simplify=True,
-            **model.limits,
-        )
+    followed = None
+    if wanted not in ("automatic", "edges") and symmetry == "none":
+        flow = _flow(model, clean) if wanted == "flow" else None
+        alignment = 0.5 if wanted == "curvature" else 0.0
+        how: dict[str, Any] = dict(sharp_edges=flow, alignment=alignment, sizing=density)
+        followed = model.call(ff.cross_field, on=clean, simplify=True, **how)
     length = options["edge_length"] or None
-    found = ff.quads(
-        clean.vertices,
-        clean.faces,
+    found = model.call(
+        ff.quads,
+        on=clean,
         target=None if length else options["target"],
         edge_length=length,
         field=followed,
         features=sharp,
         adaptive=options["adaptive"],
         sizing=density,
-        symmetry=symmetry,
-        **model.limits,
+        symmetry=None if symmetry == "none" else symmetry,
     )
-    count = len(found.quads)
+    count, told = len(found.quads), found.certificate
     halves = np.array([[0, 1, 2], [0, 2, 3]])
-    file = ff.MeshFile(
-        found.vertices,
-        found.quads[:, halves].reshape(-1, 3).astype(np.int32),
-        None,
-        np.repeat(np.arange(count, dtype=np.int32), 2),
-        (4 * np.arange(count)[:, None, None] + halves).reshape(-1, 3).astype(np.int32),
-    )
-    told = found.certificate
+    faces = found.quads[:, halves].reshape(-1, 3).astype(np.int32)
+    polygons = np.repeat(np.arange(count, dtype=np.int32), 2)
+    corners = (4 * np.arange(count)[:, None, None] + halves).reshape(-1, 3).astype(np.int32)
     figures = {
         "quads": count,
         "irregular": len(told.irregular),
@@ -516,6 +564,7 @@ def quads(model: Model, options: dict[str, Any]) -> Solved:
         figures["sharp_edges"] = len(sharp)
         figures["sharp_edges_missed"] = found.stats["features_missed"]
     warnings = [_MORE_QUADS] * bool(found.stats.get("count_raised", 0))
+    file = ff.MeshFile(found.vertices, faces, None, polygons, corners)
     return Solved(None, file, warnings, figures)
 
 
@@ -524,7 +573,7 @@ def _told_field(
 ) -> ff.CrossField | ff.Signature:
     """The field, or what it shall have, of files beside the model or that the command line names."""
     if options["field"] == "cones":
-        return ff.Signature(_quarters(clean, clean.copies(_cones(model))), [])
+        return ff.Signature(_quarters(clean, _cones(model, clean)), [])
     if clean.mends:
         raise bad_option(
             f"{model.source} is no clean surface ({clean.mends[0].what}), and the file is about its own triangles. Clean it."
