@@ -120,7 +120,7 @@ def _labels() -> dict[str, str]:
 def _bound() -> set[str]:
     """Solvers of the compiled module."""
     text = "".join(path.read_text() for path in (ROOT / "native" / "python" / "bind").glob("*.cpp"))
-    return set(re.findall(r'def_(?:job|call)\(module, "(\w+)"', text))
+    return set(re.findall(r'def_job\(module, "(\w+)"', text))
 
 
 def missing() -> list[str]:

@@ -11,6 +11,8 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -18,21 +20,23 @@
 #include "flipfree/base/stats.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/conformal/map.h"
+#include "flipfree/field/compute.h"
 #include "flipfree/intrinsic/loops.h"
+#include "flipfree/quads/quads.h"
 
 namespace flipfree::python {
 
-// "vertex", "edge", ...
-const char* kind_name(ElementKind kind);
-
 // What flipfree/results.py makes its dataclasses of. Large arrays are taken out of the map: of a
 // million faces a copy is felt by who works in a window meanwhile.
+pybind11::object to_python(const Error& error);
 pybind11::object to_python(const Stats& stats);
 pybind11::object to_python(const mesh::Mend& mend);
 pybind11::object to_python(const certify::Certificate& certificate);
 pybind11::object to_python(certify::Parametrization&& map);
 pybind11::object to_python(const conformal::ConformalMetric& metric);
 pybind11::object to_python(conformal::ConformalMapResult&& result);
+pybind11::object to_python(quads::QuadCertificate&& certificate);
+pybind11::object to_python(quads::QuadMesh&& mesh);
 
 }  // namespace flipfree::python
 
@@ -80,6 +84,21 @@ struct type_caster<std::vector<flipfree::certify::CornerPin>> {
   }
 };
 
+// (directions, rotation, quarters), each of which may be empty.
+template <>
+struct type_caster<flipfree::field::GivenField> {
+  PYBIND11_TYPE_CASTER(flipfree::field::GivenField, const_name("tuple"));
+
+  bool load(handle source, bool) {
+    std::tie(value.directions, value.rotation, value.quarters) = source.cast<
+        std::tuple<flipfree::Points3, std::vector<double>, std::vector<flipfree::Index>>>();
+    return true;
+  }
+  static handle cast(const flipfree::field::GivenField& field, return_value_policy, handle) {
+    return pybind11::make_tuple(field.directions, field.rotation, field.quarters).release();
+  }
+};
+
 // (half-edges, quarter turns).
 template <>
 struct type_caster<flipfree::intrinsic::LoopTurn> {
@@ -105,15 +124,14 @@ struct ResultCaster {
 };
 template <>
 struct type_caster<flipfree::Stats> : ResultCaster {};
-template <>
-struct type_caster<flipfree::mesh::Mend> : ResultCaster {};
-template <>
-struct type_caster<flipfree::certify::Certificate> : ResultCaster {};
-template <>
-struct type_caster<flipfree::certify::Parametrization> : ResultCaster {};
-template <>
-struct type_caster<flipfree::conformal::ConformalMetric> : ResultCaster {};
-template <>
-struct type_caster<flipfree::conformal::ConformalMapResult> : ResultCaster {};
+template <typename Result, typename... Results>
+constexpr bool is_one_of = (std::is_same_v<Result, Results> || ...);
+template <typename Result>
+struct type_caster<
+    Result, std::enable_if_t<is_one_of<
+                Result, flipfree::Error, flipfree::mesh::Mend, flipfree::certify::Certificate,
+                flipfree::certify::Parametrization, flipfree::conformal::ConformalMetric,
+                flipfree::conformal::ConformalMapResult, flipfree::quads::QuadCertificate,
+                flipfree::quads::QuadMesh>>> : ResultCaster {};
 
 }  // namespace pybind11::detail

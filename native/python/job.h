@@ -9,12 +9,13 @@
 #include <memory>
 #include <new>
 #include <string>
-#include <string_view>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include "casters.h"
 #include "flipfree/base/context.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::python {
@@ -96,16 +97,20 @@ class OptionReader {
   // One of `choices`, by its name. Throws InvalidInput if it is none.
   template <typename Value>
   void choice(const char* name, Value& member,
-              std::initializer_list<std::pair<std::string_view, Value>> choices) {
-    std::string given;
+              std::initializer_list<std::pair<const char*, Value>> choices) {
+    py::object given;
     if (!(*this)(name, given)) return;
+    std::string words;
     for (const auto& [word, value] : choices) {
-      if (word == given) {
-        member = value;
-        return;
-      }
+      words += (words.empty() ? "" : ", ") + std::string(word);
+      if (!py::isinstance<py::str>(given)) continue;
+      if (PyUnicode_CompareWithASCIIString(given.ptr(), word) != 0) continue;
+      member = value;
+      return;
     }
-    throw_invalid(ErrorCode::kBadOption, std::string(name) + " cannot be \"" + given + "\".");
+    const auto shown = py::module_::import("flipfree.checks").attr("shown")(given);
+    throw_invalid(ErrorCode::kBadOption, std::string(name) + " must be one of " + words + ", not " +
+                                             shown.cast<std::string>() + ".");
   }
   // Throws InvalidInput if an option was not read, which the call does not have.
   void end() const {
@@ -119,6 +124,18 @@ class OptionReader {
   py::dict given_;
   std::size_t read_ = 0;
 };
+
+// FLIPFREE_READ(read, options, cuts, pins) reads options.cuts and options.pins by these names.
+#define FLIPFREE_READ(read, options, ...) \
+  FLIPFREE_REPEATED(FLIPFREE_REPEATED(FLIPFREE_READ_FIRST(read, options, __VA_ARGS__)))
+#define FLIPFREE_READ_FIRST(read, options, member, ...) \
+  read(#member, options.member);                        \
+  __VA_OPT__(FLIPFREE_READ_REST FLIPFREE_NONE(read, options, __VA_ARGS__))
+#define FLIPFREE_READ_REST() FLIPFREE_READ_FIRST
+#define FLIPFREE_NONE ()
+#define FLIPFREE_REPEATED(...) FLIPFREE_AGAIN(FLIPFREE_AGAIN(FLIPFREE_AGAIN(__VA_ARGS__)))
+#define FLIPFREE_AGAIN(...) FLIPFREE_ONCE(FLIPFREE_ONCE(FLIPFREE_ONCE(__VA_ARGS__)))
+#define FLIPFREE_ONCE(...) __VA_ARGS__
 
 // `prepare(read)` reads the options, on the Python thread, and returns `solve(surface, context)`,
 // whose result goes to Python as pybind11 or casters.h know how.
@@ -140,16 +157,34 @@ void def_job(py::module_& module, const char* name, Prepare prepare) {
              });
 }
 
-// The same of `solve(surface, options, context)`, whose options `read_options` reads.
-template <typename Options, typename Result>
-void def_call(py::module_& module, const char* name, Options (*read_options)(OptionReader&),
-              Result (*solve)(const mesh::Surface&, const Options&, ExecutionContext&)) {
-  def_job(module, name, [read_options, solve](OptionReader& read) {
-    return [options = read_options(read), solve](const mesh::Surface& surface,
-                                                 ExecutionContext& context) {
-      return solve(surface, options, context);
+// The same under the option "max_seconds", as in_time() has it.
+template <typename Prepare>
+void def_job(py::module_& module, const char* name, const char* what, const char* cure,
+             Prepare prepare) {
+  def_job(module, name, [what, cure, prepare](OptionReader& read) {
+    const auto max_seconds = read.value<double>("max_seconds");
+    return [=, solve = prepare(read)](const auto& surface, auto& context) mutable {
+      return in_time(context, max_seconds, what, cure, [&] { return solve(surface, context); });
     };
   });
+}
+
+// What reads one option.
+template <typename Value>
+auto option(const char* name) {
+  return [name](OptionReader& read) { return read.value<Value>(name); };
+}
+
+// For def_job: `solve(surface, values..., context)` of what the readers find.
+template <typename Solve, typename... Readers>
+auto prepared(Solve solve, Readers... readers) {
+  return [=](OptionReader& read) {
+    return [solve, values = std::tuple{readers(read)...}](const mesh::Surface& surface,
+                                                          ExecutionContext& context) {
+      return std::apply([&](const auto&... value) { return solve(surface, value..., context); },
+                        values);
+    };
+  };
 }
 
 // The calls, each in a file of its own, called by module.cpp.

@@ -12,17 +12,16 @@ using namespace pybind11::literals;
 
 namespace {
 
+// "vertex", "edge", ...
+const char* kind_name(ElementKind kind) {
+  constexpr std::array kNames = {"none", "vertex", "edge", "face", "corner"};
+  return kNames.at(static_cast<std::size_t>(kind));
+}
+
 // Raises flipfree.errors.<name>.
 void raise(const char* name, const Error& error, const py::object& certificate = py::none()) {
-  py::dict witness;
-  if (!error.witness.rule.empty()) witness["rule"] = error.witness.rule;
-  for (const auto& [key, numbers] : error.witness.numbers) {
-    witness[py::str(key)] = py::list(py::cast(numbers));
-  }
   const py::object type = py::module_::import("flipfree.errors").attr(name);
-  const py::object instance = type(rendered(error.message), "code"_a = describe(error.code),
-                                   "kind"_a = kind_name(error.kind), "elements"_a = error.elements,
-                                   "certificate"_a = certificate, "witness"_a = witness);
+  const py::object instance = type("certificate"_a = certificate, **to_python(error));
   PyErr_SetObject(type.ptr(), instance.ptr());
 }
 
@@ -57,9 +56,15 @@ py::tuple transitions_of(const Transitions& transitions) {
 
 }  // namespace
 
-const char* kind_name(ElementKind kind) {
-  constexpr std::array kNames = {"none", "vertex", "edge", "face", "corner"};
-  return kNames.at(static_cast<std::size_t>(kind));
+py::object to_python(const Error& error) {
+  py::dict witness;
+  if (!error.witness.rule.empty()) witness["rule"] = error.witness.rule;
+  for (const auto& [key, numbers] : error.witness.numbers) {
+    witness[py::str(key)] = py::list(py::cast(numbers));
+  }
+  return py::dict("message"_a = rendered(error.message), "code"_a = describe(error.code),
+                  "kind"_a = kind_name(error.kind), "elements"_a = error.elements,
+                  "witness"_a = witness);
 }
 
 py::object to_python(const Stats& stats) {

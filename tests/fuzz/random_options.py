@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 import flipfree as ff
-from flipfree.calls.matching import ENGINES
-from flipfree.calls.seamless import BOUNDARIES
-from flipfree.calls.seamless import ENGINES as SEAMLESS_ENGINES
 
 from hostile_values import FUNCTIONS, VALUES
 from random_meshes import Mesh
 
 Random = np.random.Generator
+ENGINES = ("auto", "first try", "outline", "arms", "matchmaker")
+SEAMLESS_ENGINES = ("auto", "penner", "padding")
+BOUNDARIES = ("aligned", "aligned_or_free", "free")
 HOSTILE = list(VALUES.values())
 
 

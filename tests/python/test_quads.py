@@ -10,6 +10,7 @@ import pytest
 
 import flipfree as ff
 from flipfree.mirrored import half_of
+from flipfree.separated import named_on_input
 
 from judges.quads import Extraction, fingerprint
 from mesh_files import data_folder, read_mesh
@@ -260,7 +261,8 @@ def test_errors_of_halves_name_what_was_given() -> None:
         ("vertex", len(half.vertices) - 1, half.origin[:, 0]),
         ("face", len(half.faces) - 1, half.parent),
     ):
-        with pytest.raises(ff.InvalidInput) as found, half.named_on_input():
+        by_input = named_on_input(half.origin[:, 0], half.parent)
+        with pytest.raises(ff.InvalidInput) as found, by_input:
             raise ff.InvalidInput("", kind=kind, elements=[0, last])
         assert found.value.elements == [origin[0], origin[last]]
 

@@ -80,23 +80,17 @@ py::object to_python(const conformal::ConformalMetric& metric) {
   return d;
 }
 
-// {map, figures, error, metric}: error is None or what flipfree.errors take, with the metric; the
-// map is valid only without one.
+// {map, log_weight, figures, error, metric}: error is None or what flipfree.errors take, with the
+// metric; the map is valid only without one.
 py::object to_python(conformal::ConformalMapResult&& result) {
   const conformal::ConformalMetric& metric = result.metric;
-  py::dict d(
+  const bool failed = result.failure.has_value();
+  return py::dict(
       "map"_a = std::move(result.map), "log_weight"_a = std::move(result.log_weight),
-      "error"_a = py::none(), "metric"_a = py::none(),
+      "error"_a = result.failure, "metric"_a = failed ? to_python(metric) : py::none(),
       "figures"_a = py::dict("angle_error"_a = metric.angle_error,
                              "scale_range"_a = metric.scale_range, "flips"_a = metric.flips.size(),
                              "iterations"_a = metric.iterations, "bits"_a = metric.bits));
-  if (const auto& failure = result.failure) {
-    d["error"] =
-        py::dict("message"_a = rendered(failure->message), "code"_a = describe(failure->code),
-                 "kind"_a = kind_name(failure->kind), "elements"_a = failure->elements);
-    d["metric"] = to_python(metric);
-  }
-  return d;
 }
 
 namespace {
@@ -106,20 +100,19 @@ struct Request {
   std::vector<double> target_angles;
   std::optional<Points3> lengths;
 
-  explicit Request(OptionReader& read) {
-    read("target_angles", target_angles);
-    read("lengths", lengths);
-  }
   const Points3* own_lengths() const { return lengths ? &*lengths : nullptr; }
 };
 
+Request read_metric_request(OptionReader& read) {
+  Request request;
+  FLIPFREE_READ(read, request, target_angles, lengths);
+  return request;
+}
+
 conformal::MetricOptions read_metric(OptionReader& read) {
   conformal::MetricOptions options;
-  read("tolerance", options.tolerance);
-  read("bits", options.bits);
+  FLIPFREE_READ(read, options, tolerance, bits, max_seconds, require_convergence);
   read("iterations", options.max_iterations);
-  read("max_seconds", options.max_seconds);
-  read("require_convergence", options.require_convergence);
   return options;
 }
 
@@ -132,8 +125,7 @@ bool read_refinement(OptionReader& read) {
 conformal::ConformalMapOptions read_map(OptionReader& read) {
   using intrinsic::Refinement;
   conformal::ConformalMapOptions options;
-  read("cuts", options.cuts);
-  read("uncuttable", options.uncuttable);
+  FLIPFREE_READ(read, options, cuts, uncuttable);
   read.choice(
       "refinement", options.refinement,
       {{"auto", Refinement::kAuto}, {"never", Refinement::kNever}, {"full", Refinement::kFull}});
@@ -144,53 +136,44 @@ conformal::ConformalMapOptions read_map(OptionReader& read) {
 
 conformal::SuggestConesOptions read_cones(OptionReader& read) {
   conformal::SuggestConesOptions options;
-  read("bound", options.bound);
-  read("max_cones", options.max_cones);
-  read("quantum", options.quantum);
-  read("least_angle", options.least_angle);
-  read("max_seconds", options.max_seconds);
+  FLIPFREE_READ(read, options, bound, max_cones, quantum, least_angle, max_seconds);
   return options;
 }
 
 conformal::BoundaryAnglesOptions read_boundary(OptionReader& read) {
   using conformal::BoundaryGoal;
   conformal::BoundaryAnglesOptions options;
-  read.choice("shape", options.shape,
+  read.choice("boundary", options.shape,
               {{"free", BoundaryGoal::kFree},
                {"straight", BoundaryGoal::kStraight},
                {"circle", BoundaryGoal::kCircle}});
-  read("cones", options.cones);
-  read("corners", options.corners);
-  read("max_seconds", options.max_seconds);
+  FLIPFREE_READ(read, options, cones, corners, max_seconds);
   return options;
 }
 
 }  // namespace
 
 void bind_conformal(py::module_& module) {
-  def_job(module, "conformal_metric", [](OptionReader& read) {
-    return [request = Request(read), options = read_metric(read),
-            refinement = read_refinement(read)](const mesh::Surface& surface,
-                                                ExecutionContext& context) {
-      return conformal::compute_refined_metric(surface, request.own_lengths(),
-                                               request.target_angles, options, refinement, context)
-          .metric;
-    };
-  });
-  def_job(module, "conformal", [](OptionReader& read) {
-    return [request = Request(read), options = read_map(read)](const mesh::Surface& surface,
-                                                               ExecutionContext& context) {
-      return conformal::conformal_map(surface, request.own_lengths(), request.target_angles,
-                                      options, context);
-    };
-  });
-  def_job(module, "suggest_cones", [](OptionReader& read) {
-    return [options = read_cones(read)](const mesh::Surface& surface, ExecutionContext& context) {
-      const conformal::SuggestedCones found = conformal::suggest_cones(surface, options, context);
-      return std::tuple(found.target_angles, found.cones, found.scale_ratio, found.bound_holds);
-    };
-  });
-  def_call(module, "boundary_angles", read_boundary, &conformal::boundary_angles);
+  const auto metric = [](const auto& surface, const Request& request, const auto& options,
+                         bool refined, auto& context) {
+    return conformal::compute_refined_metric(surface, request.own_lengths(), request.target_angles,
+                                             options, refined, context)
+        .metric;
+  };
+  def_job(module, "conformal_metric",
+          prepared(metric, read_metric_request, read_metric, read_refinement));
+  const auto map = [](const auto& surface, const Request& request, const auto& options,
+                      auto& context) {
+    return conformal::conformal_map(surface, request.own_lengths(), request.target_angles, options,
+                                    context);
+  };
+  def_job(module, "conformal", prepared(map, read_metric_request, read_map));
+  const auto suggest = [](const auto& surface, const auto& options, auto& context) {
+    const conformal::SuggestedCones found = conformal::suggest_cones(surface, options, context);
+    return std::tuple(found.target_angles, found.cones, found.scale_ratio, found.bound_holds);
+  };
+  def_job(module, "suggest_cones", prepared(suggest, read_cones));
+  def_job(module, "boundary_angles", prepared(&conformal::boundary_angles, read_boundary));
 }
 
 }  // namespace flipfree::python

@@ -4,7 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/base/failure.h"
 #include "flipfree/distortion/improve.h"
 #include "flipfree/embedding/embed_surface.h"
 #include "flipfree/matchmaker/match.h"
@@ -20,9 +19,8 @@ namespace {
 
 unwrap::UnwrapOptions read_unwrap(OptionReader& read) {
   unwrap::UnwrapOptions options;
-  read("cuts", options.cuts);
-  read("uncuttable", options.uncuttable);
-  read("pins", options.pins);
+  FLIPFREE_READ(read, options, cuts, uncuttable, pins, bijective, may_add_cuts, cut_extremities,
+                tolerance, margin, effort, max_seconds);
   read("materials", options.material);
   read("polygons", options.polygon);
   read("find_seams", options.seams.find);
@@ -30,14 +28,7 @@ unwrap::UnwrapOptions read_unwrap(OptionReader& read) {
   read("sharp_angle", options.seams.sharp_angle);
   read("weighted", options.seams.weighted);
   read("weights", options.seams.weights);
-  read("bijective", options.bijective);
-  read("may_add_cuts", options.may_add_cuts);
-  read("cut_extremities", options.cut_extremities);
   read("iterations", options.max_iterations);
-  read("tolerance", options.tolerance);
-  read("margin", options.margin);
-  read("effort", options.effort);
-  read("max_seconds", options.max_seconds);
   return options;
 }
 
@@ -51,12 +42,8 @@ unwrap::RectifyOptions read_rectify(OptionReader& read) {
 
 distortion::ImproveOptions read_improve(OptionReader& read) {
   distortion::ImproveOptions options;
-  read("pins", options.pins);
-  read("keep_bijective", options.keep_bijective);
+  FLIPFREE_READ(read, options, pins, keep_bijective, tolerance, max_seconds, aspect);
   read("iterations", options.max_iterations);
-  read("tolerance", options.tolerance);
-  read("max_seconds", options.max_seconds);
-  read("aspect", options.aspect);
   return options;
 }
 
@@ -64,46 +51,28 @@ unwrap::RepairOptions read_repair(OptionReader& read) {
   using unwrap::SelfOverlaps;
   using unwrap::StretchedIslands;
   unwrap::RepairOptions options;
-  read("cuts", options.cuts);
-  read("uncuttable", options.uncuttable);
-  read("pins", options.pins);
+  FLIPFREE_READ(read, options, cuts, uncuttable, pins, disjoint, margin, tolerance, max_seconds,
+                aspect);
   read.choice(
       "overlaps", options.overlaps,
       {{"cut", SelfOverlaps::kCut}, {"open", SelfOverlaps::kOpen}, {"keep", SelfOverlaps::kKeep}});
   read.choice("stretched", options.stretched,
               {{"keep", StretchedIslands::kCount}, {"improve", StretchedIslands::kImprove}});
-  read("disjoint", options.disjoint);
-  read("margin", options.margin);
   read("iterations", options.max_iterations);
-  read("tolerance", options.tolerance);
-  read("max_seconds", options.max_seconds);
-  read("aspect", options.aspect);
   return options;
 }
 
 unwrap::PackOptions read_pack(OptionReader& read) {
   using unwrap::Rotation;
   unwrap::PackOptions options;
-  read("margin", options.margin);
-  read("together", options.together);
-  read("scale_true", options.scale_true);
-  read("keep_bijective", options.keep_bijective);
-  read("unmoved", options.unmoved);
-  read("obstacles", options.obstacles);
-  read("groups", options.groups);
-  read("layouts", options.layouts);
-  read("share_tile", options.share_tile);
+  FLIPFREE_READ(read, options, margin, together, scale_true, keep_bijective, unmoved, obstacles,
+                groups, layouts, share_tile, stack_mirrored, effort, first_tile, tiles, density);
   read.choice("rotation", options.rotation,
               {{"none", Rotation::kNone},
                {"quarters", Rotation::kQuarters},
                {"straight", Rotation::kStraight},
                {"free", Rotation::kFree}});
   read("stack_similar", options.stack);
-  read("stack_mirrored", options.stack_mirrored);
-  read("effort", options.effort);
-  read("first_tile", options.first_tile);
-  read("tiles", options.tiles);
-  read("density", options.density);
   return options;
 }
 
@@ -111,22 +80,17 @@ embedding::EmbedSurfaceOptions read_embed(OptionReader& read) {
   using embedding::BoundaryShape;
   using embedding::EmbedMethod;
   embedding::EmbedSurfaceOptions options;
-  read.choice("shape", options.shape,
+  read.choice("boundary", options.shape,
               {{"circle", BoundaryShape::kCircle},
                {"square", BoundaryShape::kSquare},
                {"triangle", BoundaryShape::kTriangle}});
-  read("polygon", options.polygon);
-  read("loop", options.loop);
-  read("initial", options.initial);
+  FLIPFREE_READ(read, options, polygon, loop, initial, start_from_tutte, optimise, tolerance,
+                max_seconds);
   read.choice("method", options.method,
               {{"ladder", EmbedMethod::kLadder},
                {"progressive", EmbedMethod::kProgressive},
                {"tutte", EmbedMethod::kTutte}});
-  read("start_from_tutte", options.start_from_tutte);
-  read("optimise", options.optimise);
   read("iterations", options.max_iterations);
-  read("tolerance", options.tolerance);
-  read("max_seconds", options.max_seconds);
   return options;
 }
 
@@ -139,20 +103,15 @@ matchmaker::MatchRequest read_request(OptionReader& read) {
   for (auto& [vertices, polyline] : read.value<std::vector<Line>>("lines")) {
     request.lines.push_back({vertices, polyline});
   }
-  read("boundary_loop", request.boundary_loop);
-  read("boundary_uv", request.boundary_uv);
-  read("paths", request.paths);
-  read("movable", request.movable);
+  FLIPFREE_READ(read, request, boundary_loop, boundary_uv, paths, movable);
   return request;
 }
 
 matchmaker::MatchOptions read_match(OptionReader& read) {
   using matchmaker::MatchEngine;
   matchmaker::MatchOptions options;
-  read("optimise", options.optimise);
-  read("bijective", options.bijective);
+  FLIPFREE_READ(read, options, optimise, bijective, max_seconds);
   read("iterations", options.max_iterations);
-  read("max_seconds", options.max_seconds);
   read.choice("engine", options.engine,
               {{"auto", MatchEngine::kAuto},
                {"first try", MatchEngine::kFirstTry},
@@ -165,45 +124,34 @@ matchmaker::MatchOptions read_match(OptionReader& read) {
 }  // namespace
 
 void bind_maps(py::module_& module) {
-  def_call(module, "embed", read_embed, &embedding::embed_surface);
-  def_job(module, "match", [](OptionReader& read) {
-    return [request = read_request(read), options = read_match(read)](const mesh::Surface& surface,
-                                                                      ExecutionContext& context) {
-      return matchmaker::match_piece(surface, request, options, context);
-    };
-  });
-  def_job(module, "unwrap", [](OptionReader& read) {
-    return [places = read.value<std::optional<Points2>>("place_like"), options = read_unwrap(read)](
-               const mesh::Surface& surface, ExecutionContext& context) mutable {
-      options.place_like = places ? &*places : nullptr;
-      return unwrap::unwrap(surface, options, context);
-    };
-  });
-  def_call(module, "auto_seams", read_unwrap, &unwrap::find_seams);
-  def_call(module, "rectify", read_rectify, &unwrap::rectify);
-  def_job(module, "improve", [](OptionReader& read) {
-    return [uv = read.value<Points2>("uv"), repair = read.value<bool>("repair"),
-            options = read_improve(read)](const mesh::Surface& surface, ExecutionContext& context) {
-      return repair ? unwrap::improve_any(surface, uv, options, context)
-                    : distortion::improve(surface, uv, options, context);
-    };
-  });
-  def_job(module, "repair", [](OptionReader& read) {
-    return [uv = read.value<Points2>("uv"), options = read_repair(read)](
-               const mesh::Surface& surface, ExecutionContext& context) {
-      return unwrap::repair(surface, uv, options, context);
-    };
-  });
-  def_job(module, "pack", [](OptionReader& read) {
-    return [uv = read.value<Points2>("uv"), max_seconds = read.value<double>("max_seconds"),
-            places = read.value<std::optional<Points2>>("place_like"), options = read_pack(read)](
-               const mesh::Surface& surface, ExecutionContext& context) mutable {
-      options.place_like = places ? &*places : nullptr;
-      return in_time(context, max_seconds, "The charts were not packed",
-                     "or pack fewer faces at once",
-                     [&] { return unwrap::pack(surface, uv, options, context); });
-    };
-  });
+  using Places = std::optional<Points2>;
+  const auto uv = option<Points2>("uv");
+  const auto place_like = option<Places>("place_like");
+  def_job(module, "embed", prepared(&embedding::embed_surface, read_embed));
+  def_job(module, "match", prepared(&matchmaker::match_piece, read_request, read_match));
+  const auto unwrap_like = [](const auto& surface, const Places& places,
+                              unwrap::UnwrapOptions options, auto& context) {
+    options.place_like = places ? &*places : nullptr;
+    return unwrap::unwrap(surface, options, context);
+  };
+  def_job(module, "unwrap", prepared(unwrap_like, place_like, read_unwrap));
+  def_job(module, "auto_seams", prepared(&unwrap::find_seams, read_unwrap));
+  def_job(module, "rectify", "The islands were not straightened",
+          "or straighten fewer faces at once", prepared(&unwrap::rectify, read_rectify));
+  const auto improve = [](const auto& surface, const Points2& corner_uv, bool repair,
+                          const auto& options, auto& context) {
+    return repair ? unwrap::improve_any(surface, corner_uv, options, context)
+                  : distortion::improve(surface, corner_uv, options, context);
+  };
+  def_job(module, "improve", prepared(improve, uv, option<bool>("repair"), read_improve));
+  def_job(module, "repair", prepared(&unwrap::repair, uv, read_repair));
+  const auto pack_like = [](const auto& surface, const Points2& corner_uv, const Places& places,
+                            unwrap::PackOptions options, auto& context) {
+    options.place_like = places ? &*places : nullptr;
+    return unwrap::pack(surface, corner_uv, options, context);
+  };
+  def_job(module, "pack", "The charts were not packed", "or pack fewer faces at once",
+          prepared(pack_like, uv, place_like, read_pack));
 }
 
 }  // namespace flipfree::python

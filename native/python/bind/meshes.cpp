@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/base/failure.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/separated_map.h"
@@ -63,40 +62,32 @@ using Parent = std::tuple<Points3, Triangles, std::vector<FaceId>, std::vector<F
 
 auto read_certify(OptionReader& read) {
   certify::CertifyRequest request;
-  const double max_seconds = read.value<double>("max_seconds");
-  read("mirrored", request.mirrored);
-  read("find_mirrored", request.find_mirrored);
-  read("pins", request.pins);
+  FLIPFREE_READ(read, request, mirrored, find_mirrored, pins, aspect, features);
   read("cones", request.cone_angles);
   request.require_cones = read("loops", request.loops);
   read("bijective", request.require_bijective);
   read("disjoint", request.require_disjoint);
   read("seamless", request.require_seamless);
-  read("aspect", request.aspect);
-  read("features", request.features);
-  return [request, max_seconds, uv = read.value<Points2>("uv"),
-          parent = read.value<std::optional<Parent>>("parent")](const mesh::Surface& surface,
-                                                                ExecutionContext& context) mutable {
-    return in_time(context, max_seconds, "The map was not judged", "or certify fewer faces at once",
-                   [&] {
-                     const Points2f stored = uv.cast<float>();
-                     if (!parent) {
-                       request.surface = &surface;
-                       request.uv = &uv;
-                       request.uv32 = &stored;
-                       return certify::certify_any(request, context);
-                     }
-                     mesh::validate(surface, {.reject_zero_area = false}, context);
-                     certify::Parametrization map;
-                     map.surface = surface;
-                     map.uv = uv;
-                     map.uv32 = stored;
-                     mesh::Surface input;
-                     std::tie(input.vertices, input.faces, map.parent_face, map.vertex_parent,
-                              map.vertex_barycentric) = *parent;
-                     certify::certify_map(map, input, request, context);
-                     return map.certificate;
-                   });
+  return [request, uv = read.value<Points2>("uv"),
+          parent = read.value<std::optional<Parent>>("parent")](const auto& surface,
+                                                                auto& context) mutable {
+    const Points2f stored = uv.cast<float>();
+    if (!parent) {
+      request.surface = &surface;
+      request.uv = &uv;
+      request.uv32 = &stored;
+      return certify::certify_any(request, context);
+    }
+    mesh::validate(surface, {.reject_zero_area = false}, context);
+    certify::Parametrization map;
+    map.surface = surface;
+    map.uv = uv;
+    map.uv32 = stored;
+    mesh::Surface input;
+    std::tie(input.vertices, input.faces, map.parent_face, map.vertex_parent,
+             map.vertex_barycentric) = *parent;
+    certify::certify_map(map, input, request, context);
+    return map.certificate;
   };
 }
 
@@ -109,7 +100,8 @@ void bind_meshes(py::module_& module) {
   module.def("separate", &separate, without_gil);
   module.def("read_mesh", &read_mesh, without_gil);
   module.def("write_mesh", &write_mesh, without_gil);
-  def_job(module, "certify", read_certify);
+  def_job(module, "certify", "The map was not judged", "or certify fewer faces at once",
+          read_certify);
 }
 
 }  // namespace flipfree::python

@@ -22,18 +22,6 @@ namespace {
 
 using field::GivenField;
 
-// (directions, rotation, quarters), each of which may be empty.
-using FieldArrays = std::tuple<Points3, std::vector<double>, std::vector<Index>>;
-
-GivenField to_field(const FieldArrays& arrays) {
-  const auto& [directions, rotation, quarters] = arrays;
-  return {directions, rotation, quarters};
-}
-
-FieldArrays to_arrays(const GivenField& given) {
-  return {given.directions, given.rotation, given.quarters};
-}
-
 void read_ways(OptionReader& read, seamless::Engine& engine, seamless::Boundary& boundary) {
   using seamless::Boundary;
   using seamless::Engine;
@@ -52,24 +40,14 @@ seamless::SeamlessOptions read_seamless(OptionReader& read) {
   read("uncuttable", options.engine.uncuttable);
   if (read("max_iterations", options.max_iterations))
     options.engine.metric.max_iterations = options.max_iterations;
-  read("optimise", options.optimise);
-  read("exact", options.exact);
-  read("max_seconds", options.max_seconds);
+  FLIPFREE_READ(read, options, optimise, exact, max_seconds);
   return options;
 }
 
 field::FieldOptions read_field(OptionReader& read) {
   field::FieldOptions options;
-  read("alignment", options.alignment);
-  read("edges", options.edges);
-  read("let_go", options.let_go);
-  read("boundary", options.boundary);
-  read("edge_weight", options.edge_weight);
-  read("simplify", options.simplify);
-  read("sizing", options.sizing);
-  read("cones", options.cones);
-  read("loops", options.loops);
-  read("max_seconds", options.max_seconds);
+  FLIPFREE_READ(read, options, alignment, edges, let_go, boundary, edge_weight, simplify, sizing,
+                cones, loops, max_seconds);
   return options;
 }
 
@@ -78,24 +56,19 @@ holonomy::AlignedOptions read_aligned(OptionReader& read) {
   read_ways(read, options.which, options.boundary);
   read("uncuttable", options.engine.uncuttable);
   read("iterations", options.engine.metric.max_iterations);
-  read("sizing", options.sizing);
-  read("optimise", options.optimise);
-  read("features", options.features);
-  read("exact", options.exact);
-  read("reroute", options.reroute);
-  read("max_seconds", options.max_seconds);
+  FLIPFREE_READ(read, options, sizing, optimise, features, exact, reroute, max_seconds);
   return options;
 }
 
 certify::Parametrization follow(const mesh::Surface& surface,
-                                const std::optional<FieldArrays>& given,
+                                const std::optional<GivenField>& given,
                                 const field::FieldOptions& made,
                                 const holonomy::AlignedOptions& options,
                                 ExecutionContext& context) {
   const auto find = [&] {
     if (!given) return holonomy::compute_map_along_features(surface, made, options, context);
-    return holonomy::compute_field_aligned_map(
-        surface, field::read_field(surface, to_field(*given), context), options, context);
+    return holonomy::compute_field_aligned_map(surface, field::read_field(surface, *given, context),
+                                               options, context);
   };
   return in_time(context, options.max_seconds, "The field-aligned map was not reached",
                  "or simplify the field", find);
@@ -163,14 +136,14 @@ FoundCut described(holonomy::RefinedPieces&& pieces, Stats stats) {
 // With the cones given, or with those of a field and turning as it does (thesis 5.2.1, 6.5).
 FoundCut admissible_cut(const mesh::Surface& surface,
                         const std::optional<std::vector<Index>>& cones,
-                        const std::optional<FieldArrays>& given, bool reroute,
+                        const std::optional<GivenField>& given, bool reroute,
                         ExecutionContext& context) {
   mesh::validate(surface, {}, context);
   const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   require_closed(adjacency);
   std::optional<field::CrossField> own;
   if (given) {
-    own = field::read_field(surface, to_field(*given), context);
+    own = field::read_field(surface, *given, context);
   } else {
     seamless::check_request(surface, *cones, context);
   }
@@ -189,57 +162,41 @@ FoundCut admissible_cut(const mesh::Surface& surface,
 }  // namespace
 
 void bind_seamless(py::module_& module) {
-  def_job(module, "seamless", [](OptionReader& read) {
-    return
-        [cones = read.value<std::optional<std::vector<Index>>>("cones"),
-         options = read_seamless(read)](const mesh::Surface& surface, ExecutionContext& context) {
-          return cones ? seamless::compute_seamless_map(surface, *cones, options, context)
-                       : seamless::map_with_suggested_cones(surface, options, context);
-        };
-  });
-  def_job(module, "field_aligned", [](OptionReader& read) {
-    OptionReader read_made(read.value<py::dict>("made"));
-    const field::FieldOptions made = read_field(read_made);
-    read_made.end();
-    return [given = read.value<std::optional<FieldArrays>>("field"), made,
-            options = read_aligned(read)](const mesh::Surface& surface, ExecutionContext& context) {
-      return follow(surface, given, made, options, context);
-    };
-  });
-  def_job(module, "admissible_cut", [](OptionReader& read) {
-    return [cones = read.value<std::optional<std::vector<Index>>>("cones"),
-            given = read.value<std::optional<FieldArrays>>("field"),
-            reroute = read.value<bool>("reroute"), max_seconds = read.value<double>("max_seconds")](
-               const mesh::Surface& surface, ExecutionContext& context) {
-      return in_time(context, max_seconds, "The cut was not found", "or ask for fewer cones",
-                     [&] { return admissible_cut(surface, cones, given, reroute, context); });
-    };
-  });
-  def_job(module, "cross_field", [](OptionReader& read) {
-    return [options = read_field(read)](const mesh::Surface& surface, ExecutionContext& context) {
-      field::FoundField found = field::compute_cross_field(surface, options, context);
-      return std::tuple(to_arrays(field::describe(surface, found.field)), std::move(found.stats));
-    };
-  });
-  def_job(module, "field_signature", [](OptionReader& read) {
-    return [given = to_field(read.value<FieldArrays>("field")),
-            max_seconds = read.value<double>("max_seconds")](const mesh::Surface& surface,
-                                                             ExecutionContext& context) {
-      const field::Signature found =
-          in_time(context, max_seconds, "The signature was not reached",
-                  "or ask for that of fewer faces", [&] {
-                    return field::read_signature(
-                        surface, field::read_field(surface, given, context), context);
-                  });
-      return std::tuple(found.cones, found.loops);
-    };
-  });
+  using Cones = std::optional<std::vector<Index>>;
+  const auto cones = option<Cones>("cones");
+  const auto given_field = option<std::optional<GivenField>>("field");
+  const auto seamless_map = [](const auto& surface, const Cones& given, const auto& options,
+                               auto& context) {
+    return given ? seamless::compute_seamless_map(surface, *given, options, context)
+                 : seamless::map_with_suggested_cones(surface, options, context);
+  };
+  def_job(module, "seamless", prepared(seamless_map, cones, read_seamless));
+  const auto read_made = [](OptionReader& read) {
+    OptionReader made(read.value<py::dict>("made"));
+    const field::FieldOptions options = read_field(made);
+    made.end();
+    return options;
+  };
+  def_job(module, "field_aligned", prepared(&follow, given_field, read_made, read_aligned));
+  def_job(module, "admissible_cut", "The cut was not found", "or ask for fewer cones",
+          prepared(&admissible_cut, cones, given_field, option<bool>("reroute")));
+  const auto make_field = [](const auto& surface, const auto& options, auto& context) {
+    field::FoundField found = field::compute_cross_field(surface, options, context);
+    return std::tuple(field::describe(surface, found.field), std::move(found.stats));
+  };
+  def_job(module, "cross_field", prepared(make_field, read_field));
+  const auto signature_of = [](const auto& surface, const GivenField& given, auto& context) {
+    const field::Signature found =
+        field::read_signature(surface, field::read_field(surface, given, context), context);
+    return std::tuple(found.cones, found.loops);
+  };
+  def_job(module, "field_signature", "The signature was not reached",
+          "or ask for that of fewer faces", prepared(signature_of, option<GivenField>("field")));
   module.def(
       "read_field",
-      [](const Points3& vertices, const Triangles& faces, const FieldArrays& arrays) {
+      [](const Points3& vertices, const Triangles& faces, const GivenField& given) {
         const mesh::Surface surface{vertices, faces};
-        return to_arrays(field::describe(
-            surface, field::read_field(surface, to_field(arrays), ExecutionContext())));
+        return field::describe(surface, field::read_field(surface, given, ExecutionContext()));
       },
       py::call_guard<py::gil_scoped_release>());
 }

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+import operator
 import os
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import islice
-from operator import index
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 import numpy.ma
 import numpy.typing as npt
 
-from .errors import InvalidInput, bad_option, bad_shape, out_of_range
-from .results import FloatArray, IntArray, Mesh, in_unit
+from .errors import InvalidInput, bad_option, bad_pins, bad_shape, out_of_range
+from .results import FloatArray, IntArray, Mesh, Parametrization, in_unit
 
 Number = TypeVar("Number", int, float)
 
@@ -57,7 +57,7 @@ def whole_number(value: Any) -> int | None:
     if isinstance(value, (bool, np.bool_, np.ndarray)):
         return None
     try:
-        return index(value)
+        return operator.index(value)
     except Exception:  # whatever the object's own conversion raises
         return None
 
@@ -72,23 +72,52 @@ def real_number(value: Any) -> float | None:
         return None
 
 
-def as_count(value: Any, name: str, least: int = 0, most: int = LARGEST_COUNT) -> int:
-    """``value`` as a whole number from ``least`` to ``most``."""
-    count = whole_number(value)
-    if count is None:
-        must = f"a whole number, not {shown(value)}"
-    elif count < least:
-        must = f"at least {least}, not {shown(count)}"
-    elif count > most:
-        must = f"at most {most}, not {shown(count)}"
-    else:
-        return count
-    raise bad_option(f"{name} must be {must}.")
+class Within(Generic[Number]):
+    """Checks that something is a number within bounds; words: what that is, for a complaint."""
+
+    def __init__(
+        self, kind: Callable[[Any], Number | None], noun: str, bounds: Mapping[str, float]
+    ) -> None:
+        """bounds: "from", "to", "above", "below", of which the last two are excluded themselves."""
+        told = (f" {word} {bound:.10g}" for word, bound in bounds.items() if np.isfinite(bound))
+        self.words = noun + "".join(told)
+        self._kind: Callable[[Any], Number | None] = kind
+        self._bounds = bounds
+
+    def number(self, value: Any) -> Number | None:
+        """None where it is none of these."""
+        number = self._kind(value)
+        fits = number is not None and all(
+            _FITS[word](number, bound) for word, bound in self._bounds.items()
+        )
+        return number if fits else None
+
+    def __call__(self, value: Any, name: str) -> Number:
+        number = self.number(value)
+        if number is None:
+            raise bad_option(f"{name} must be {self.words}, not {shown(value)}.")
+        return number
+
+
+_FITS = {"from": operator.ge, "to": operator.le, "above": operator.gt, "below": operator.lt}
+
+
+def real(noun: str = "a finite number", **bounds: float) -> Within[float]:
+    """bounds: ``least``, ``most``, ``above``, ``below``."""
+    named = {{"least": "from", "most": "to"}.get(word, word): at for word, at in bounds.items()}
+    return Within(real_number, noun, {"above": -np.inf, "below": np.inf} | named)
+
+
+def whole(least: int = 0, most: int = LARGEST_COUNT, noun: str = "a whole number") -> Within[int]:
+    return Within(whole_number, noun, {"from": least, "to": most})
+
+
+as_positive = real(above=0.0)
 
 
 def as_threads(value: Any) -> int:
     """``value`` as the number of threads of a call; None and 0 are one for each core that this process may use."""
-    count = 0 if value is None else as_count(value, "threads", 0, MOST_THREADS)
+    count = 0 if value is None else whole(0, MOST_THREADS)(value, "threads")
     return count or min(usable_cores(), MOST_THREADS)
 
 
@@ -99,35 +128,16 @@ def usable_cores() -> int:
         return os.cpu_count() or 1
 
 
-def as_number(
-    value: Any, name: str, must: str = "", fits: Callable[[float], bool] = np.isfinite
-) -> float:
-    """``value`` as a finite float that ``fits``; ``must`` says in the complaint what that is."""
-    number = real_number(value)
-    if number is None:
-        must = "must be a number"
-    elif not np.isfinite(number):
-        must = "must be a finite number"
-    elif fits(number):
-        return number
-    raise bad_option(f"{name} {must}, not {shown(value)}.")
-
-
-as_positive = partial(as_number, must="must be positive", fits=lambda x: x > 0.0)
-
-
 def as_seconds(value: Any, name: str) -> float:
     """``value`` as a limit in seconds; None and 0 are none, which is 0."""
-    return as_number(
-        0.0 if value is None else value, name, "must not be negative", lambda x: x >= 0.0
-    )
+    return real(least=0.0)(0.0 if value is None else value, name)
 
 
-def as_flag(value: Any, name: str) -> bool:
-    """``value`` if it is true or false; words such as "no" are refused instead of taken as true."""
+def as_flag(value: Any, name: str, otherwise: str = "") -> bool:
+    """``value`` if it is true or false; words such as "no" are refused instead of taken as true. otherwise: as of as_choice."""
     if isinstance(value, (bool, np.bool_)) or (type(value) is int and value in (0, 1)):
         return bool(value)
-    raise bad_option(f"{name} must be True or False, not {shown(value)}.")
+    raise bad_option(f"{name} must be True or False{otherwise}, not {shown(value)}.")
 
 
 def as_choice(value: Any, name: str, choices: Sequence[str], otherwise: str = "") -> str:
@@ -139,8 +149,8 @@ def as_choice(value: Any, name: str, choices: Sequence[str], otherwise: str = ""
     raise bad_option(f"{name} must be one of {', '.join(choices)}{otherwise}, not {shown(value)}.")
 
 
-def _as_array(values: Any, name: str, of: str) -> npt.NDArray[Any]:
-    """``values`` as an array whose elements are integers, floats or objects; ``of`` says what they should be."""
+def _as_array(values: Any, name: str, of: str, convert: Callable[[Any], Any]) -> npt.NDArray[Any]:
+    """``values`` as an array of integers or floats; ``of`` says what its elements should be, convert makes one of an object."""
     try:
         array = np.asarray(values)
     except Exception as error:  # whatever the object's own conversion raises
@@ -156,7 +166,15 @@ def _as_array(values: Any, name: str, of: str) -> npt.NDArray[Any]:
         raise bad_shape(
             f"{name} has {array.shape[0]} rows, more than 32-bit indices can count. Split the mesh."
         )
-    return array
+    if array.dtype.kind != "O":
+        return array
+    found = [convert(value) for value in array.flat]
+    if None in found:
+        odd = next(value for value in array.flat if convert(value) is None)
+        raise _not_an_array(name, of, f"it has {shown(odd)}")
+    beyond = 2**62  # of 32 bits, either way
+    fit = [max(min(n, beyond), -beyond) if isinstance(n, int) else n for n in found]
+    return np.array(fit).reshape(array.shape)
 
 
 def _not_an_array(name: str, of: str, reason: str) -> InvalidInput:
@@ -167,60 +185,31 @@ def _shaped(array: npt.NDArray[Any], name: str, columns: int | None) -> npt.NDAr
     if array.size == 0 and (array.ndim == 1 or array.shape[0] == 0):
         array = array.reshape((0,) if columns is None else (0, columns))
     wanted = "(n,)" if columns is None else f"(n, {columns})"
-    fits = array.ndim == 1 if columns is None else array.ndim == 2 and array.shape[1] == columns
-    if not fits:
+    if array.ndim != 1 + (columns is not None) or array.shape[1:] not in ((), (columns,)):
         raise bad_shape(f"{name} must have shape {wanted}, not {array.shape}.")
     return array
 
 
-def _to_floats(array: npt.NDArray[Any], name: str) -> FloatArray:
-    if array.size == 0:
-        return np.zeros(array.shape)
-    if array.dtype.kind == "O":
-        return np.array(_each(array, name, "numbers", real_number)).reshape(array.shape)
-    with np.errstate(
-        all="ignore"
-    ):  # longer floats may become infinite: refused where they are used
+def _to_floats(array: npt.NDArray[Any]) -> FloatArray:
+    with np.errstate(all="ignore"):  # longer floats may become infinite: refused where used
         return np.ascontiguousarray(array, dtype=np.float64)
 
 
 def as_floats(values: Any, name: str, columns: int | None = None) -> FloatArray:
     """``values`` as a C-contiguous float64 array of shape (n, columns), or (n,) without columns."""
-    return _to_floats(_shaped(_as_array(values, name, "numbers"), name, columns), name)
-
-
-def _to_whole_numbers(array: npt.NDArray[Any], name: str) -> npt.NDArray[Any]:
-    if array.dtype.kind == "f":
-        if not np.isfinite(array).all():
-            raise _not_an_array(name, "whole numbers", "it has NaN or infinite numbers")
-        if (array != np.trunc(array)).any():
-            raise _not_an_array(name, "whole numbers", "it has fractions")
-    if array.dtype.kind != "O":
-        return array
-    whole = _each(array, name, "whole numbers", whole_number)
-    beyond = 2**62  # either way, of 32 bits
-    return np.array([max(min(n, beyond), -beyond) for n in whole], np.int64).reshape(array.shape)
-
-
-def _each(
-    array: npt.NDArray[Any], name: str, of: str, convert: Callable[[Any], Number | None]
-) -> list[Number]:
-    """The objects of an array as numbers."""
-    numbers = []
-    for value in array.flat:
-        number = convert(value)
-        if number is None:
-            raise _not_an_array(name, of, f"it has {shown(value)}")
-        numbers.append(number)
-    return numbers
+    return _to_floats(_shaped(_as_array(values, name, "numbers", real_number), name, columns))
 
 
 def as_indices(values: Any, name: str, columns: int | None = None) -> IntArray:
     """``values`` as a C-contiguous int32 array; fractions and values out of range are refused."""
-    array = _shaped(_as_array(values, name, "whole numbers"), name, columns)
+    of = "whole numbers"
+    array = _shaped(_as_array(values, name, of, whole_number), name, columns)
     if array.size == 0:
         return np.zeros(array.shape, np.int32)
-    array = _to_whole_numbers(array, name)
+    if array.dtype.kind == "f" and not np.isfinite(array).all():
+        raise _not_an_array(name, of, "it has NaN or infinite numbers")
+    if array.dtype.kind == "f" and (array != np.trunc(array)).any():
+        raise _not_an_array(name, of, "it has fractions")
     limits = np.iinfo(np.int32)
     if array.min() < limits.min or array.max() > limits.max:
         raise out_of_range(f"{name} has an index beyond 32 bits.")
@@ -243,15 +232,18 @@ def as_face_numbers(values: Any, name: str, face_count: int) -> IntArray:
 
 
 def as_corner_uv(values: Any, name: str, face_count: int | None = None) -> FloatArray:
-    """``values`` of shape (faces, 3, 2) as (3 faces, 2); of any number of triangles, None is none."""
-    free = face_count is None
-    array = _as_array([] if free and values is None else values, name, "numbers")
-    if free and array.size == 0:
+    """``values`` of shape (faces, 3, 2) as (3 faces, 2); of any number of triangles without ``face_count``."""
+    array = _as_array(values, name, "numbers", real_number)
+    if face_count is None and array.size == 0:
         return np.zeros((0, 2))
     if array.ndim != 3 or array.shape[1:] != (3, 2) or face_count not in (None, len(array)):
-        wanted = "(n, 3, 2)" if free else f"({face_count}, 3, 2), one UV per face corner"
+        wanted = (
+            f"({face_count}, 3, 2), one UV per face corner"
+            if face_count is not None
+            else "(n, 3, 2)"
+        )
         raise bad_shape(f"{name} must have shape {wanted}, not {array.shape}.")
-    return _to_floats(array, name).reshape(-1, 2)
+    return _to_floats(array).reshape(-1, 2)
 
 
 def as_mesh(vertices: Any, faces: Any, of: str = "", exponent: int | None = None) -> Mesh:
@@ -269,6 +261,17 @@ def as_mesh(vertices: Any, faces: Any, of: str = "", exponent: int | None = None
         scaled = scaled.copy()
         scaled[loose] = 0.0
     return Mesh(given, scaled, triangles, exponent)
+
+
+def as_map(given: Any, name: str) -> tuple[Any, Any, Any]:
+    """Vertices, faces and UVs of a map. name: of what takes it."""
+    if isinstance(given, Parametrization):
+        return given.vertices, given.faces, given.uv
+    try:
+        vertices, faces, uv = given
+    except Exception:  # it has another number of parts, or none
+        raise bad_shape(f"{name} takes a Parametrization or (vertices, faces, uv).") from None
+    return vertices, faces, uv
 
 
 def as_lengths(values: Any) -> tuple[FloatArray, int]:
@@ -334,11 +337,23 @@ def as_vertex_map(values: Any, name: str, meaning: str) -> dict[int, Any]:
     return result
 
 
+def as_vertex_places(values: Any, name: str) -> dict[int, FloatArray]:
+    """{vertex: (u, v)}, (2,) each."""
+    found = {}
+    for vertex, value in as_vertex_map(values, name, "(u, v)").items():
+        own = f"{name}[{shown(vertex)}]"
+        found[vertex] = as_floats(value, own)
+        if found[vertex].shape != (2,):
+            raise bad_shape(f"{own} must be two numbers (u, v).")
+        refuse_beyond_storage(found[vertex], own)
+    return found
+
+
 def as_angles(values: Any) -> list[tuple[int, float]]:
     """Cones {vertex: angle} as pairs."""
     cones = as_vertex_map(values, "cones", "angle")
     as_indices(list(cones), "cones")
-    return [(v, as_number(angle, f"cones[{v}]")) for v, angle in cones.items()]
+    return [(v, real()(angle, f"cones[{v}]")) for v, angle in cones.items()]
 
 
 def as_list(values: Any, name: str, of: str) -> list[Any]:
@@ -352,34 +367,114 @@ def as_list(values: Any, name: str, of: str) -> list[Any]:
     return result
 
 
-_FLAGS = (
-    "bijective cut_extremities disjoint exact keep_bijective may_add_cuts optimise repair require_convergence "
-    "reroute scale_true seamless share_tile simplify stack_mirrored stack_similar tiled together"
-).split()
+Pins = Mapping[Any, tuple[float, float]]
 
-#: Options that mean the same wherever a call has them: how they are checked.
+
+def pins_to_corners(pins: Pins | None, faces: IntArray) -> tuple[IntArray, FloatArray]:
+    """{vertex or (face, corner): (u, v)} as corner ids 3 f + k and their targets; a vertex pins all its corners."""
+    targets: list[tuple[int, FloatArray]] = []
+    by_vertex: dict[int, FloatArray] = {}
+    for key, value in as_items(pins, "pins", "{vertex or (face, corner): (u, v)}", "bad pins"):
+        name = f"pins[{shown(key)}]"
+        place = as_floats(value, name)
+        if place.shape != (2,) or not np.isfinite(place).all():
+            raise bad_pins(f"{name} must be two finite numbers (u, v).")
+        refuse_beyond_storage(place, name)
+        is_pair = isinstance(key, tuple) and len(key) == 2
+        face, corner = map(whole_number, key if is_pair else (0, key))
+        if face is None or corner is None:
+            raise bad_pins(
+                f"pins has the key {shown(key)}, which is neither a vertex nor a pair (face, corner)."
+            )
+        if not is_pair:
+            by_vertex[corner] = place
+        elif 0 <= face < len(faces) and 0 <= corner < 3:
+            targets.append((3 * face + corner, place))
+        else:
+            raise bad_pins(
+                f"pins names corner {shown(corner)} of face {shown(face)}, which does not exist."
+            )
+    flat = faces.reshape(-1)
+    missing = by_vertex.keys() - set(np.unique(flat).tolist() if by_vertex else ())
+    if missing:
+        largest = int(flat.max(initial=-1))  # beyond it, nobody here knows whether they exist
+        lost = [v for v in sorted(missing) if 0 <= v <= largest][:1000]
+        text = f"pins names vertex {shown(min(missing))}, which belongs to no face."
+        raise InvalidInput(text, code="bad pins", kind="vertex", elements=lost)
+    pinned = np.flatnonzero(np.isin(flat, list(by_vertex))).tolist() if by_vertex else ()
+    targets += [(corner, by_vertex[int(flat[corner])]) for corner in pinned]
+    corners, places = [corner for corner, _ in targets], [place for _, place in targets]
+    return as_indices(corners, "pins"), as_floats(places, "pins", 2)
+
+
+def as_sizing(value: Any, count: int) -> FloatArray:
+    """One number per vertex."""
+    sizes = as_floats(value, "sizing")
+    if len(sizes) == 0 or len(sizes) != count:
+        raise bad_shape(f"sizing must have shape ({count},), one number per vertex.")
+    return sizes
+
+
+#: Options that mean the same wherever a call has them: how they are checked. Words that are choices go on as they are: the
+#: compiled module knows them.
 OPTIONS: dict[str, Callable[[Any, str], Any]] = {
-    **dict.fromkeys(_FLAGS, as_flag),
-    **dict.fromkeys(("cuts", "features", "uncuttable"), partial(as_optional_indices, columns=2)),
-    **dict.fromkeys(("corners", "groups", "layouts", "movable", "unmoved"), as_optional_indices),
-    "aspect": partial(
-        as_number,
-        must=f"is the texture's width over its height, in [1/{MOST_ASPECT:g}, {MOST_ASPECT:g}]",
-        fits=lambda x: 1.0 / MOST_ASPECT <= x <= MOST_ASPECT,
-    ),
-    "effort": partial(as_number, must="must lie in [0, 1000]", fits=lambda x: 0.0 <= x <= 1000.0),
-    "iterations": as_count,
-    "margin": partial(as_number, must="must lie in [0, 0.5)", fits=lambda x: 0.0 <= x < 0.5),
-    "max_cones": partial(as_count, least=1),
-    "max_iterations": partial(as_count, least=1),
-    "max_seconds": as_seconds,
-    "stretch": partial(
-        as_number, must="must be above 1 and at most 100", fits=lambda x: 1.0 < x <= 100.0
-    ),
-    "tolerance": as_positive,
+    name: check
+    for check, names in (
+        (as_flag, "bijective cut_extremities disjoint exact keep_bijective may_add_cuts optimise"),
+        (as_flag, "prefer_translations repair require_convergence reroute scale_true seamless"),
+        (as_flag, "share_tile simplify stack_mirrored stack_similar tiled together with_map"),
+        (partial(as_indices, columns=2), "cuts features uncuttable"),
+        (as_indices, "corners groups layouts movable unmoved"),
+        (lambda word, _name: word, "boundary engine intrinsic_refinement method overlaps"),
+        (lambda word, _name: word, "rotation stretched"),
+        (
+            real("the texture's width over its height", least=1.0 / MOST_ASPECT, most=MOST_ASPECT),
+            "aspect",
+        ),
+        (real(), "alignment edge_weight"),
+        (real(above=1.0), "bound"),
+        (real(least=0.0, most=1000.0), "effort"),
+        (real(above=0.0, below=2.0 * np.pi), "least_angle"),
+        (real(least=0.0, below=0.5), "margin"),
+        (real(above=0.0, most=np.pi), "sharp_angle"),
+        (real(above=1.0, most=100.0), "stretch"),
+        (as_positive, "tolerance"),
+        (whole(), "iterations"),
+        (whole(1), "max_cones max_iterations"),
+        (whole(1, 100), "tiles"),
+        (as_corner_uv, "obstacles"),
+    )
+    for name in names.split()
 }
 
+#: The same of those that belong to a mesh.
+OF_MESH: dict[str, Callable[[Any, str, Mesh], Any]] = {
+    **dict.fromkeys(
+        ("materials", "mirrored", "polygons"),
+        lambda value, name, mesh: as_face_numbers(value, name, len(mesh.faces)),
+    ),
+    **dict.fromkeys(
+        ("place_like", "uv"), lambda value, name, mesh: as_corner_uv(value, name, len(mesh.faces))
+    ),
+    "pins": lambda value, _name, mesh: pins_to_corners(value, mesh.faces),
+    "sizing": lambda value, _name, mesh: as_sizing(value, len(mesh.given)),
+}
 
-def checked(given: Mapping[str, Any], names: str) -> dict[str, Any]:
-    """The options with these names, which blanks part, of a call's arguments."""
-    return {name: OPTIONS[name](given[name], name) for name in names.split()}
+#: Those that may be None, which the compiled module knows as none at all.
+_OPTIONAL = set(
+    "corners cuts features groups layouts materials mirrored movable obstacles place_like polygons sharp_angle sizing uncuttable "
+    "unmoved".split()
+)
+
+
+def checked(given: Mapping[str, Any], names: str = "") -> dict[str, Any]:
+    """A call's options, of its local variables, one of which is their mesh: those with these names, which blanks part, or all
+    that are known here."""
+    found = {}
+    for name in names.split() or [name for name in (*OF_MESH, *OPTIONS) if name in given]:
+        value = given[name]
+        if value is None and name in _OPTIONAL:
+            continue
+        of_mesh = OF_MESH.get(name)
+        found[name] = of_mesh(value, name, given["mesh"]) if of_mesh else OPTIONS[name](value, name)
+    return found

@@ -73,5 +73,15 @@ class NotConverged(FlipfreeError):
     metric: ConformalMetric | None = None
 
 
+def require(certificate: Any, what: str, cure: str = "") -> None:
+    """Raises NotConverged, which says what did not pass and what then to do, if a certificate is not ok."""
+    if not certificate.ok:
+        raise NotConverged(
+            f"{what}: {'; '.join(certificate.failures)}. {cure}".rstrip(),
+            code="certificate failed",
+            certificate=certificate if isinstance(certificate, Certificate) else None,
+        )
+
+
 class Cancelled(FlipfreeError):
     """The caller's progress function returned False, or the job was cancelled."""

@@ -12,15 +12,25 @@ import inspect
 import time
 from collections.abc import Callable, Generator
 from functools import partial, wraps
-from typing import Any, Generic, NoReturn, ParamSpec, TypeVar, cast
+from typing import Any, Generic, NoReturn, ParamSpec, TypedDict, TypeVar, cast
 
-from .checks import as_threads, real_number, shown
+from .checks import as_seconds, as_threads, real_number, shown
 from .errors import Cancelled, FlipfreeError, NotConverged, bad_option
 from .results import Mesh
 
 Result = TypeVar("Result")
 Arguments = ParamSpec("Arguments")
 Progress = Callable[[str, float], bool | None]
+
+
+class Limits(TypedDict, total=False):
+    """What every call of a solver has: seconds of the clock, None or 0 being no limit; how many threads, None being all cores;
+    what is told where it stands, which the function that starts a job does not have."""
+
+    max_seconds: float | None
+    threads: int | None
+    progress: Progress | None
+
 
 #: Seconds between two calls of a progress function.
 POLL_SECONDS = 0.05
@@ -114,11 +124,12 @@ def start_job(
     call: Callable[..., Any],
     mesh: Mesh,
     options: dict[str, Any],
-    threads: Any,
+    limits: Limits,
     convert: Callable[[Any, Mesh], Result],
 ) -> Job[Result]:
     """The job of a call of the compiled module, whose result ``convert`` makes of what it returns and the mesh."""
-    native = call(mesh.scaled, mesh.faces, options, as_threads(threads))
+    options = options | {"max_seconds": as_seconds(limits.get("max_seconds"), "max_seconds")}
+    native = call(mesh.scaled, mesh.faces, options, as_threads(limits.get("threads")))
     return Job(native, lambda data: convert(data, mesh))
 
 
@@ -131,7 +142,7 @@ class StagedJob(Job[Result]):
 
     def __init__(self, stages: Stages[Result]) -> None:
         self._stages = stages
-        self._cancelled = False
+        self._cancelled = self._accepted = False
         self._ended: Callable[[], Result] | None = None
         self._begin, self._current, self._end = 0.0, *next(stages)
 
@@ -159,6 +170,8 @@ class StagedJob(Job[Result]):
             self._ended = partial(_raise_ours, error)
         if self._cancelled:
             self._current.cancel()
+        if self._accepted:
+            self._current.accept()
 
     def progress(self) -> tuple[str, float]:
         if self._ended is not None:
@@ -171,6 +184,7 @@ class StagedJob(Job[Result]):
         self._current.cancel()
 
     def accept(self) -> None:
+        self._accepted = True
         self._current.accept()
 
     def _result(self) -> Result:
@@ -218,13 +232,19 @@ def run(job: Job[Result], progress: Progress | None = None) -> Result:
 def solver_call(declared: Callable[Arguments, Job[Result]]) -> Callable[Arguments, Result]:
     """The blocking function of a declaration that starts a job: same arguments, the job's result.
 
-    ``declared`` has the parameter ``progress``, which belongs to the blocking function alone: it is left out when the job is
-    started. Arguments that are missing or unknown are Python's own TypeError; nothing else leaves but the package's exceptions.
+    ``declared`` takes ``**limits``, which both functions have one by one. Arguments that are missing or unknown are Python's own
+    TypeError; nothing else leaves but the package's exceptions.
     """
     signature = inspect.signature(declared)
+    own = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
+    *limits, progress = (
+        inspect.Parameter(
+            name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind.__forward_arg__
+        )
+        for name, kind in Limits.__annotations__.items()
+    )
+    job_signature = signature.replace(parameters=[*own, *limits])
     result = str(signature.return_annotation).removeprefix("Job[").removesuffix("]")
-    parameters = [p for name, p in signature.parameters.items() if name != "progress"]
-    job_signature = signature.replace(parameters=parameters)
     guarded = cast("Callable[..., Job[Result]]", ours_only(declared))
 
     @wraps(declared)
@@ -238,9 +258,10 @@ def solver_call(declared: Callable[Arguments, Job[Result]]) -> Callable[Argument
 
     start.__doc__ = f"As :func:`flipfree.{declared.__name__}`, at once, on a thread."
     start.__dict__["__signature__"] = job_signature
-    blocking.__dict__.update(
-        __signature__=signature.replace(return_annotation=result), _start_job=start
+    blocking.__dict__["__signature__"] = signature.replace(
+        parameters=[*own, *limits, progress], return_annotation=result
     )
+    blocking.__dict__["_start_job"] = start
     return cast("Callable[Arguments, Result]", blocking)
 
 

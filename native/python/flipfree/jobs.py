@@ -3,7 +3,7 @@
 For user interfaces: poll ``job.wait(0.0)`` and ``job.progress()``, offer ``job.cancel()``, collect ``job.result()``.
 """
 
-from .calls import certification, cuts, improving, matching, rectifying, unwrapping
+from .calls import certification, cuts, improving, matching, unwrapping
 from .calls import conformal as angles
 from .calls import seamless as seamless_maps
 from .job import Job as Job
@@ -27,7 +27,7 @@ match = job_of(matching.match)
 pack = job_of(unwrapping.pack)
 quads = job_of(_quads)
 quads_from_map = job_of(_quads_from_map)
-rectify = job_of(rectifying.rectify)
+rectify = job_of(improving.rectify)
 repair = job_of(improving.repair)
 seamless = job_of(seamless_maps.seamless)
 signature = job_of(seamless_maps.signature)

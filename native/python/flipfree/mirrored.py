@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from .errors import FlipfreeError, bad_option
+from .errors import bad_option
 from .results import FloatArray, IntArray
+from .separated import edge_keys, edges_on
 
 Ints = npt.NDArray[np.int64]
 
 #: Vertices this near to the plane, as a share of the extent, are on it.
 _ON = 1e-6
-#: Corners as another mirrored face has them: turned over.
-_BACK = [0, 2, 1]
 
 
 class Half(NamedTuple):
@@ -39,82 +36,54 @@ class Half(NamedTuple):
         a, b = (values[self.origin[:, k]] for k in (0, 1))
         return a + self.share * (b - a)
 
-    @contextmanager
-    def named_on_input(self) -> Iterator[None]:
-        """Errors that name what is the half's name what is the input's."""
-        try:
-            yield
-        except FlipfreeError as error:
-            ids = np.array(error.elements, np.int64)
-            known = self.parent if error.kind == "face" else self.origin[:, 0]
-            error.elements = known[ids].tolist() if (ids < len(known)).all() else []
-            raise
-
     def edges(self, pairs: IntArray) -> IntArray:
         """What is left of edges of the input."""
-        sides = np.concatenate([self.faces[:, [k, (k + 1) % 3]] for k in range(3)]).astype(np.int64)
-        ends = np.sort(self.origin[sides].reshape(-1, 4), axis=1)
-        size = int(self.origin.max(initial=0)) + 1
-        wanted = np.sort(np.asarray(pairs, np.int64).reshape(-1, 2), axis=1)
-        two = ((ends == ends[:, :1]) | (ends == ends[:, 3:])).all(axis=1) & (
-            ends[:, 0] < ends[:, 3]
-        )
-        on = two & np.isin(ends[:, 0] * size + ends[:, 3], wanted[:, 0] * size + wanted[:, 1])
-        return np.unique(np.sort(sides[on], axis=1), axis=0).astype(np.int32)
+        return edges_on(self.faces, self.origin, pairs)
+
+    def on_faces(self, faces: Any, weights: FloatArray) -> tuple[Ints, FloatArray]:
+        """Points in faces of the half as such in faces of the input."""
+        return self.parent[faces], np.einsum("vk,vkj->vj", weights, self.weights[faces])
 
 
 def half_of(vertices: FloatArray, faces: IntArray, axis: int) -> Half:
     """Faces across the plane are divided there."""
-    place = vertices[:, axis]
+    place, count = vertices[:, axis], len(vertices)
     near = _ON * float(np.ptp(vertices, axis=0).max(initial=0.0))
     side = np.where(np.abs(place) <= near, 0.0, np.sign(place))
     sides = side[faces]
-    whole = (sides >= 0).all(axis=1) & (sides > 0).any(axis=1)
-    corners: list[Any] = faces[whole].tolist()
-    parent = np.flatnonzero(whole).tolist()
-    weights = [np.eye(3)] * len(parent)
-    ends = [(v, v) for v in range(len(vertices))]
-    share = [0.0] * len(vertices)
-    divided: dict[tuple[int, int], int] = {}
-    for f in np.flatnonzero((sides > 0).any(axis=1) & (sides < 0).any(axis=1)).tolist():
-        polygon: list[tuple[int, Any]] = []
-        for k in range(3):
-            a, b = int(faces[f, k]), int(faces[f, (k + 1) % 3])
-            if side[a] >= 0:
-                polygon.append((a, np.eye(3)[k]))
-            if side[a] * side[b] < 0:
-                low, high = min(a, b), max(a, b)
-                if (low, high) not in divided:
-                    divided[low, high] = len(ends)
-                    ends.append((low, high))
-                    share.append(float(place[low] / (place[low] - place[high])))
-                new = divided[low, high]
-                t = share[new] if a == low else 1.0 - share[new]
-                polygon.append((new, (1.0 - t) * np.eye(3)[k] + t * np.eye(3)[(k + 1) % 3]))
-        for i in range(1, len(polygon) - 1):
-            piece = [polygon[0], polygon[i], polygon[i + 1]]
-            corners.append([v for v, _ in piece])
-            parent.append(f)
-            weights.append(np.array([w for _, w in piece]))
-    if not corners:
+    whole = np.flatnonzero((sides >= 0).all(axis=1) & (sides > 0).any(axis=1))
+    across = np.flatnonzero((sides > 0).any(axis=1) & (sides < 0).any(axis=1))
+    if not len(whole) + len(across):
         raise bad_option(
             "No face lies on the positive side of the plane of symmetry. Choose another axis."
         )
-    used, compact = np.unique(np.array(corners), return_inverse=True)
-    origin, along = np.array(ends)[used], np.array(share)[used]
-    points = vertices[origin[:, 0]] + along[:, None] * (
-        vertices[origin[:, 1]] - vertices[origin[:, 0]]
-    )
-    on = (along > 0) | (side[origin[:, 0]] == 0)
-    points[on, axis] = 0.0
-    return Half(
-        points,
-        compact.reshape(-1, 3).astype(np.int32),
-        origin,
-        along,
-        np.array(parent),
-        np.array(weights),
-    )
+    before, after = faces[across], np.roll(faces[across], -1, axis=1)
+    divided = side[before] * side[after] < 0
+    ends = np.sort(np.stack([before, after], -1)[divided], axis=1)
+    _, first, number = np.unique(edge_keys(ends), return_index=True, return_inverse=True)
+    ends = np.concatenate([np.arange(count).repeat(2).reshape(-1, 2), ends[np.sort(first)]])
+    low, high = place[ends].T
+    share = np.append(np.zeros(count), low[count:] / (low[count:] - high[count:]))
+    # Corners in turn with what divides the sides behind them; -1 where there is none.
+    corner = np.full((len(across), 6), -1)
+    corner[:, ::2] = np.where(side[before] >= 0, before, -1)
+    corner[:, 1::2][divided] = count + np.argsort(np.argsort(first))[number]
+    along = share[corner[:, 1::2], None]
+    along = np.where((before < after)[..., None], along, 1.0 - along)
+    weights = np.tile(np.eye(3), (len(across), 2, 1)).reshape(-1, 2, 3, 3).swapaxes(1, 2)
+    weights[:, :, 1] += along * (np.roll(np.eye(3), 1, axis=1) - np.eye(3))
+    # What is left has three or four corners.
+    fan = np.argsort(corner < 0, axis=1, kind="stable")[:, [[0, 1, 2], [0, 2, 3]]]
+    row, k = np.nonzero(corner[np.arange(len(across))[:, None, None], fan].min(axis=2) >= 0)
+    at = row[:, None], fan[row, k]
+    own = np.concatenate([np.tile(np.eye(3), (len(whole), 1, 1)), weights.reshape(-1, 6, 3)[at]])
+    used, compact = np.unique(np.concatenate([faces[whole], corner[at]]), return_inverse=True)
+    origin, along = ends[used], share[used]
+    points = vertices[origin[:, 0]]
+    points += along[:, None] * (vertices[origin[:, 1]] - points)
+    points[(along > 0) | (side[origin[:, 0]] == 0), axis] = 0.0
+    numbers = compact.reshape(-1, 3).astype(np.int32)
+    return Half(points, numbers, origin, along, np.append(whole, across[row]), own)
 
 
 def on_plane(vertices: FloatArray, polygons: Any, axis: int) -> npt.NDArray[np.bool_]:
@@ -140,45 +109,3 @@ def doubled(vertices: FloatArray, polygons: Any, axis: int) -> tuple[FloatArray,
     back = np.roll(twin[polygons][:, ::-1], 1, axis=1)
     both = np.concatenate([polygons, back]).astype(polygons.dtype)
     return np.concatenate([points, other]), both, ~on
-
-
-def on_other_side(
-    vertices: FloatArray,
-    faces: IntArray,
-    axis: int,
-    parent: Ints,
-    weights: FloatArray,
-    points: FloatArray,
-) -> tuple[Ints, FloatArray]:
-    """(faces, weights) of points that mirror those at (parent, weights): in the nearest of the faces around the vertices that
-    mirror the parent's; where there are no such vertices, the same ones."""
-    grid = 10 * _ON * max(float(np.ptp(vertices, axis=0).max(initial=0.0)), 1e-300)
-    mirrored = vertices.copy()
-    mirrored[:, axis] *= -1.0
-    keys, others = (np.rint(p / grid).astype(np.int64) for p in (vertices, mirrored))
-    number = {key: v for v, key in enumerate(map(tuple, keys.tolist()))}
-    twin = np.array([number.get(key, -1) for key in map(tuple, others.tolist())], np.int64)
-    order = np.argsort(faces.ravel(), kind="stable")
-    count = np.bincount(faces.ravel(), minlength=len(vertices))
-    first = np.cumsum(count) - count
-    # Every point with every face around every twin.
-    around = twin[faces[parent]]
-    many = np.where(around >= 0, count[around], 0).ravel()
-    row = np.repeat(np.arange(len(many)), many)
-    step = np.arange(len(row)) - np.repeat(np.cumsum(many) - many, many)
-    face, point = order[first[around.ravel()[row]] + step] // 3, row // 3
-    corner = vertices[faces[face]]
-    a, b, p = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0], points[point] - corner[:, 0]
-    aa, ab, bb, ap, bp = (
-        np.einsum("ij,ij->i", *pair) for pair in ((a, a), (a, b), (b, b), (a, p), (b, p))
-    )
-    area = np.maximum(aa * bb - ab * ab, 1e-300)
-    share = np.stack([(bb * ap - ab * bp) / area, (aa * bp - ab * ap) / area], axis=1)
-    found = np.maximum(np.column_stack([1.0 - share.sum(axis=1), share]), 0.0)
-    found /= found.sum(axis=1, keepdims=True)
-    off = np.linalg.norm(np.einsum("ik,ikj->ij", found, corner) - points[point], axis=1)
-    best = np.lexsort((face, off, point))
-    best = best[np.append(True, point[best][1:] != point[best][:-1])[: len(best)]]
-    parent, weights = parent.copy(), weights.copy()
-    parent[point[best]], weights[point[best]] = face[best], found[best]
-    return parent, weights

@@ -6,16 +6,16 @@ on every piece, or projective where the result has ``log_weight``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from .checks import as_corner_uv, as_floats, as_indices, as_places
+from .checks import as_corner_uv, as_floats, as_indices, as_map, as_places
 from .errors import bad_option, bad_shape, out_of_range
 from .job import ours_only
-from .results import FloatArray, IntArray, Parametrization, Transitions
+from .results import FloatArray, IntArray, Parametrization, Transitions, frozen
 
 #: What weights may be below zero by rounding.
 _SLACK = 1e-12
@@ -33,11 +33,7 @@ def map_points(found: Parametrization, faces: Any, barycentrics: Any) -> FloatAr
     )
     if (begin == end).any():
         lost = face[begin == end][0]
-        raise out_of_range(
-            f"Face {lost} is not in the map. Leave its points out.",
-            "face",
-            [lost],
-        )
+        raise out_of_range(f"Face {lost} is not in the map. Leave its points out.", "face", [lost])
     query = np.repeat(np.arange(len(face)), end - begin)
     place = np.arange(len(query)) - np.repeat(np.cumsum(end - begin) - end, end - begin)
     piece = order[place]
@@ -83,6 +79,36 @@ def corners_in_parents(found: Parametrization, piece: npt.NDArray[Any]) -> Float
     same = (named[..., None] == wanted[:, None, None]).astype(np.float64)
     weights: FloatArray = np.einsum("qcj,qcjk->qck", found.vertex_barycentric[vertex], same)
     return weights
+
+
+def on_input(
+    found: Parametrization, piece: npt.NDArray[Any], weights: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """Points in faces of the result as such in the input's faces."""
+    places = np.einsum("qc,qck->qk", weights, corners_in_parents(found, piece))
+    return found.parent_face[piece], places
+
+
+def of_pieces(given: Parametrization, made: Parametrization) -> Parametrization:
+    """A map of pieces of the other's faces, as one of its input."""
+    new = slice(len(given.vertices), None)
+    parent, added = on_input(given, made.vertex_parent[new], made.vertex_barycentric[new])
+    return replace(
+        made,
+        parent_face=frozen(given.parent_face[made.parent_face]),
+        vertex_parent=frozen(np.concatenate([given.vertex_parent, parent])),
+        vertex_barycentric=frozen(np.concatenate([given.vertex_barycentric, added])),
+        input_faces=given.input_faces,
+    )
+
+
+def split_edges(found: Parametrization, old: int, faces: IntArray) -> IntArray:
+    """(k, 2) edges with vertices that a map has added to the first ``old``, as ends in these faces, which parents count."""
+    weights = found.vertex_barycentric[old:]
+    on_edge = (weights == 0.0).any(axis=1)
+    ends = faces[found.vertex_parent[old:][on_edge]]
+    found_ends: IntArray = ends[weights[on_edge] != 0.0].reshape(-1, 2)
+    return found_ends
 
 
 def _shares(corner: FloatArray, point: FloatArray) -> FloatArray:
@@ -156,9 +182,8 @@ class Finder:
         first = np.lexsort((-shares.min(axis=1, initial=np.inf), query))
         shares = np.maximum(shares, 0.0)
         shares = _normalised(_normalised(shares) / _projective(self.map, piece))
-        weights = np.einsum("qc,qck->qk", shares, corners_in_parents(self.map, piece))
-        faces = self.map.parent_face[piece].astype(np.int32)
-        return query[first].astype(np.int32), faces[first], weights[first]
+        faces, weights = on_input(self.map, piece, shares)
+        return query[first].astype(np.int32), faces[first].astype(np.int32), weights[first]
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,10 +238,7 @@ class SurfaceMap:
 def _map_of(name: str, given: Any) -> Parametrization:
     if isinstance(given, Parametrization):
         return given
-    try:
-        vertices, faces, uv = given
-    except (TypeError, ValueError):
-        raise bad_option(f"{name} must be a Parametrization, or (vertices, faces, uv).") from None
+    vertices, faces, uv = as_map(given, name)
     from .calls.certification import certify
 
     told = certify(vertices, faces, uv)

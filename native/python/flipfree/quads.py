@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from . import _native, checks
 from .calls.certification import with_tiles
-from .calls.seamless import arrays_of, as_sizing
-from .errors import NotConverged, bad_option, bad_shape
-from .job import Job, Progress, StagedJob, Stages, job_of, solver_call, start_job
-from .mirrored import doubled, half_of, on_other_side
-from .points import corners_in_parents
+from .calls.seamless import arrays_of
+from .errors import bad_option, require
+from .job import Job, Limits, StagedJob, Stages, job_of, solver_call, start_job
+from .mirrored import Half, doubled, half_of
+from .points import of_pieces
 from .results import (
     FloatArray,
     IntArray,
@@ -26,7 +25,7 @@ from .results import (
     in_unit,
     parametrization_from,
 )
-from .separated import SeparatedSurface, named_on_input, separate
+from .separated import SeparatedSurface, edges_on, named_on_input, separate, turned_over
 from .texts import counted
 
 #: More are refused.
@@ -133,9 +132,7 @@ def quads(
     adaptive: float = 0.0,
     symmetry: str | None = None,
     with_map: bool = False,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[QuadMesh]:
     """A mesh of quads of the surface that follows a cross field, with the surface's topology.
 
@@ -154,7 +151,7 @@ def quads(
             bends more; at 100 they are off it by about as much everywhere, as far as the map can be.
         symmetry: "x", "y" or "z": the half on the positive side of that axis becomes quads, with a row of edges on the plane
             through the origin, and is mirrored bit for bit. Where the mesh is not alike on both sides, the mirrored half lies off
-            it, and has the faces of the other half for parents. No field, and no ``map``.
+            it, and has the faces nearest to it for parents. No field, and no ``map``.
         with_map: the result's ``map`` as well.
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
         threads: None is all cores; the result has the same bits for every number.
@@ -171,38 +168,34 @@ def quads(
             "Give either target, how many quads, or edge_length, how long their sides are."
         )
     mesh = checks.as_mesh(vertices, faces)
-    if symmetry is not None:
-        return _mirrored_quads(
-            mesh,
-            checks.as_choice(symmetry, "symmetry", ("x", "y", "z")),
-            dict(target=target, edge_length=edge_length, field=field, features=features)
-            | dict(sizing=sizing, adaptive=adaptive, max_seconds=max_seconds, threads=threads),
-        )
-    options: dict[str, Any] = dict(
-        max_seconds=checks.as_seconds(max_seconds, "max_seconds"),
-        with_map=checks.as_flag(with_map, "with_map"),
-        adaptive=0.01
-        * checks.as_number(adaptive, "adaptive", "must be 0 to 100", lambda n: 0 <= n <= 100),
-    )
+    options = checks.checked(locals(), "with_map")
+    options["adaptive"] = 0.01 * checks.real(least=0.0, most=100.0)(adaptive, "adaptive")
     if target is not None:
-        options["target"] = checks.as_number(
-            target,
-            "target",
-            f"must be positive and at most {MOST_QUADS}",
-            lambda count: 0.0 < count <= MOST_QUADS,
-        )
+        options["target"] = checks.real(above=0.0, most=MOST_QUADS)(target, "target")
     edges = checks.as_optional_indices(features, "features", 2)
-    sizes = None if sizing is None else as_sizing(sizing, len(mesh.scaled))
-    clean = None
-    if field is None:
-        clean = separate(mesh.given, mesh.faces)
-        if clean.mends:
-            mesh = checks.as_mesh(clean.vertices, clean.faces)
-            if features is not None:
-                edges = clean.edges(edges)
-            sizes = None if sizes is None else sizes[clean.vertex_origin]
-    else:
+    sizes = checks.checked(locals(), "sizing").get("sizing")
+    clean = None if field is not None else separate(mesh.given, mesh.faces)
+    if symmetry is not None:
+        axis = "xyz".index(checks.as_choice(symmetry, "symmetry", ("x", "y", "z")))
+        if clean is None:
+            raise bad_option(
+                "A field cannot be given together with symmetry: the half gets one of its own."
+            )
+        half = half_of(mesh.given, mesh.faces, axis)
+        how = dict(
+            target=None if target is None else 0.5 * options["target"],
+            edge_length=edge_length,
+            features=None if features is None else half.edges(edges),
+            sizing=None if sizes is None else half.of_vertices(sizes),
+            adaptive=adaptive,
+        )
+        return StagedJob(_mirrored(mesh, half, axis, how, limits))
+    if clean is None:
         options["field"] = arrays_of(field, mesh.faces)
+    elif clean.mends:
+        mesh = checks.as_mesh(clean.vertices, clean.faces)
+        edges = clean.edges(edges)
+        sizes = None if sizes is None else sizes[clean.vertex_origin]
     if target is None:
         length = checks.as_positive(edge_length, "edge_length")
         options["edge_length"] = float(np.ldexp(length, -mesh.exponent))
@@ -211,133 +204,81 @@ def quads(
     if sizes is not None:
         options["sizing"] = sizes
 
-    job = start_job(_native.quads, mesh, options, threads, _quad_mesh_from)
+    job = start_job(_native.quads, mesh, options, limits, _quad_mesh_from)
     return StagedJob(_on_input(job, clean)) if clean is not None and clean.mends else job
-
-
-def _names_of(clean: SeparatedSurface) -> AbstractContextManager[None]:
-    faces, vertices = (
-        np.arange(len(part), dtype=np.int32) for part in (clean.faces, clean.vertices)
-    )
-    return named_on_input(clean, faces, vertices)
 
 
 def _on_input(job: Job[QuadMesh], clean: SeparatedSurface) -> Stages[QuadMesh]:
     """Of a separated surface, as those of the mesh that it was."""
-    with _names_of(clean):
+    with named_on_input(clean.vertex_origin, clean.face_origin):
         found: QuadMesh = yield job, 1.0
-    turned = clean.turned[found.parent_face]
-    weights = np.where(turned[:, None], found.barycentric[:, [0, 2, 1]], found.barycentric)
+    parent, weights = clean.on_faces(found.parent_face, found.barycentric)
     found.stats["separated"] = sum(mend.count for mend in clean.mends)
     return replace(
         found,
-        parent_face=frozen(clean.face_origin[found.parent_face]),
+        parent_face=frozen(parent),
         quad_parent=frozen(clean.face_origin[found.quad_parent]),
         barycentric=frozen(weights),
         map=None if found.map is None else clean.on_input(found.map),
     )
 
 
-def _mirrored_quads(mesh: Mesh, symmetry: str, options: dict[str, Any]) -> Job[QuadMesh]:
+def _mirrored(
+    mesh: Mesh, half: Half, axis: int, how: dict[str, Any], limits: Limits
+) -> Stages[QuadMesh]:
     """Quads of one half, and what the two halves are together."""
-    axis = "xyz".index(symmetry)
-    if options.pop("field") is not None:
-        raise bad_option(
-            "A field cannot be given together with symmetry: the half gets one of its own."
-        )
-    separate(mesh.given, mesh.faces)  # refuses what has no meaning
-    half = half_of(mesh.given, mesh.faces, axis)
-    if options["target"] is not None:
-        options["target"] = 0.5 * checks.as_number(
-            options["target"],
-            "target",
-            f"must be positive and at most {MOST_QUADS}",
-            lambda n: 0 < n <= MOST_QUADS,
-        )
-    if options["features"] is not None:
-        options["features"] = half.edges(
-            checks.as_optional_indices(options["features"], "features", 2)
-        )
-    if options["sizing"] is not None:
-        options["sizing"] = half.of_vertices(as_sizing(options["sizing"], len(mesh.given)))
     clean = separate(half.vertices, half.faces)
-    if clean.mends and options["features"] is not None:
-        options["features"] = clean.edges(options["features"])
-    if clean.mends and options["sizing"] is not None:
-        options["sizing"] = options["sizing"][clean.vertex_origin]
-    threads, first = options["threads"], len(clean.faces)
+    if clean.mends and how["features"] is not None:
+        how["features"] = clean.edges(how["features"])
+    if clean.mends and how["sizing"] is not None:
+        how["sizing"] = how["sizing"][clean.vertex_origin]
+    with (
+        named_on_input(half.origin[:, 0], half.parent),
+        named_on_input(clean.vertex_origin, clean.face_origin),
+    ):
+        found: QuadMesh = yield job_of(quads)(clean.vertices, clean.faces, **how, **limits), 0.9
+    places, corners, paired = doubled(found.vertices, found.quads, axis)
+    surface = checks.as_mesh(*doubled(clean.vertices, clean.faces, axis)[:2])
+    first = len(clean.faces)
+    parents = np.concatenate([found.parent_face, first + found.parent_face[paired]])
+    of_quads = np.concatenate([found.quad_parent, first + found.quad_parent])
+    # Corner 0 of a mirrored polygon is that of its twin, the others follow backwards.
+    weights = np.concatenate([found.barycentric, found.barycentric[paired][:, [0, 2, 1]]])
+    judged = dict(
+        vertices=in_unit(places, surface.exponent),
+        quads=np.ascontiguousarray(corners.ravel()),
+        parent_face=parents.astype(np.int32),
+        barycentric=weights,
+        quad_parent=of_quads.astype(np.int32),
+    )
+    judging = start_job(_native.certify_quads, surface, judged, limits, lambda data, _: data)
+    certificate = _certificate_from((yield judging, 1.0))
+    require(certificate, "The two halves are no mesh together", "Ask for more quads.")
 
-    def stages() -> Stages[QuadMesh]:
-        with (
-            half.named_on_input(),
-            _names_of(clean),
-        ):
-            found: QuadMesh = yield job_of(quads)(clean.vertices, clean.faces, **options), 0.9
-        places, corners, paired = doubled(found.vertices, found.quads, axis)
-        surface = checks.as_mesh(*doubled(clean.vertices, clean.faces, axis)[:2])
-        parents = np.concatenate([found.parent_face, first + found.parent_face[paired]])
-        # Corner 0 of a mirrored polygon is that of its twin, the others follow backwards.
-        weights = np.concatenate([found.barycentric, found.barycentric[paired][:, [0, 2, 1]]])
-        made = replace(
-            found,
-            vertices=frozen(places),
-            quads=frozen(corners),
-            parent_face=parents.astype(np.int32),
-            barycentric=weights,
-            quad_parent=np.concatenate([found.quad_parent, first + found.quad_parent]).astype(
-                np.int32
-            ),
-        )
-        judged = dict(
-            vertices=in_unit(places, surface.exponent),
-            quads=np.ascontiguousarray(corners.ravel()),
-            parent_face=made.parent_face,
-            barycentric=weights,
-            quad_parent=made.quad_parent,
-        )
-        judging = start_job(_native.certify_quads, surface, judged, threads, lambda data, _: data)
-        certificate = _certificate_from((yield judging, 1.0))
-        if not certificate.ok:
-            raise NotConverged(
-                f"The two halves are no mesh together: {certificate.failures[0]}. Ask for more quads.",
-                code="certificate failed",
-            )
+    def on_input(face: Any, weights: Any, points: Any) -> tuple[Any, Any]:
+        other = face >= first
+        own = clean.on_faces(face % first, turned_over(weights, other))
+        parent, weights = half.on_faces(*own)
+        there = in_unit(points[other], mesh.exponent)
+        parent[other], weights[other] = _native.nearest(mesh.scaled, mesh.faces, there)
+        return frozen(parent.astype(np.int32)), frozen(weights)
 
-        def on_input(face: Any, weights: Any, points: Any) -> tuple[Any, Any]:
-            other, own = face >= len(clean.faces), face % len(clean.faces)
-            weights = np.where(
-                (other != clean.turned[own])[:, None], weights[:, [0, 2, 1]], weights
-            )
-            piece = clean.face_origin[own]
-            parent = half.parent[piece]
-            weights = np.einsum("vk,vkj->vj", weights, half.weights[piece])
-            parent[other], weights[other] = on_other_side(
-                mesh.given, mesh.faces, axis, parent[other], weights[other], points[other]
-            )
-            return frozen(parent.astype(np.int32)), frozen(weights)
-
-        parent, weights = on_input(made.parent_face, made.barycentric, made.vertices)
-        middle = made.vertices[made.quads].mean(axis=1)
-        of_quads, _ = on_input(made.quad_parent, np.full((len(middle), 3), 1.0 / 3.0), middle)
-        return replace(
-            made,
-            parent_face=parent,
-            barycentric=weights,
-            quad_parent=of_quads,
-            certificate=certificate,
-        )
-
-    return StagedJob(stages())
+    parents, weights = on_input(parents, weights, places)
+    middle = places[corners].mean(axis=1)
+    of_quads, _ = on_input(of_quads, np.full((len(middle), 3), 1.0 / 3.0), middle)
+    return replace(
+        found,
+        vertices=frozen(places),
+        quads=frozen(corners),
+        parent_face=parents,
+        barycentric=weights,
+        quad_parent=of_quads,
+        certificate=certificate,
+    )
 
 
 @solver_call
-def quads_from_map(
-    parametrization: Parametrization,
-    *,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
-) -> Job[QuadMesh]:
+def quads_from_map(parametrization: Parametrization, **limits: Unpack[Limits]) -> Job[QuadMesh]:
     """The unit cells of a seamless map, in which cones and corners are whole numbers apart, as a mesh of quads.
 
     Args:
@@ -356,15 +297,12 @@ def quads_from_map(
             f"parametrization must be a Parametrization, not {checks.shown(parametrization)}. Make one by field_aligned()."
         )
     mesh = checks.as_mesh(parametrization.vertices, parametrization.faces)
-    options = dict(
-        uv32=parametrization.uv32().reshape(-1, 2),
-        max_seconds=checks.as_seconds(max_seconds, "max_seconds"),
-    )
+    options = dict(uv32=parametrization.uv32().reshape(-1, 2))
 
     def convert(data: dict[str, Any], given: Mesh) -> QuadMesh:
         return replace(_quad_mesh_from(data, given), map=parametrization)
 
-    return start_job(_native.quads_from_map, mesh, options, threads, convert)
+    return start_job(_native.quads_from_map, mesh, options, limits, convert)
 
 
 @solver_call
@@ -374,9 +312,7 @@ def fit_tiles(
     tile: float,
     features: Any = None,
     prefer_translations: bool = False,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[Parametrization]:
     """A seamless map at a scale at which a texture that repeats runs on through its seams: UV length 1 is the side of a tile,
     and transitions, cones, corners, borders and features along the axes are whole numbers, as stored (G9).
@@ -405,76 +341,33 @@ def fit_tiles(
         InvalidInput (not seamless as stored; names an edge), NotConverged, Cancelled.
     """
     given = map_or_arrays if isinstance(map_or_arrays, Parametrization) else None
-    if given is not None:
-        vertices, faces, uv = given.vertices, given.faces, given.uv32()
-    else:
-        try:
-            vertices, faces, uv = map_or_arrays
-        except Exception:  # it has another number of parts, or none
-            raise bad_shape("fit_tiles takes a Parametrization or (vertices, faces, uv).") from None
+    vertices, faces, uv = checks.as_map(map_or_arrays, "fit_tiles")
     mesh = checks.as_mesh(vertices, faces)
-    corner_uv = checks.as_corner_uv(uv, "uv", len(mesh.faces))
-    checks.refuse_beyond_storage(corner_uv, "uv")
+    options = checks.checked(locals(), "uv prefer_translations")
+    checks.refuse_beyond_storage(options["uv"], "uv")
     edges = checks.as_optional_indices(features, "features", 2)
     if given is not None:
         edges = _parts_of(given, edges)
-    options = dict(
-        uv32=corner_uv.astype(np.float32),
-        tile=float(np.ldexp(checks.as_positive(tile, "tile"), -mesh.exponent)),
-        features=edges,
-        prefer_translations=checks.as_flag(prefer_translations, "prefer_translations"),
-        max_seconds=checks.as_seconds(max_seconds, "max_seconds"),
-    )
+    side = float(np.ldexp(checks.as_positive(tile, "tile"), -mesh.exponent))
+    options |= dict(uv32=options.pop("uv").astype(np.float32), tile=side, features=edges)
 
     def convert(data: dict[str, Any], scaled: Mesh) -> Parametrization:
         found = parametrization_from(data, scaled)
         pieces = _parts_of(found, edges)
         certificate = with_tiles(found.certificate, found.faces, found.uv32(), pieces)
-        if not certificate.ok:
-            raise NotConverged(
-                "Fitting tiles did not pass its certificate, so nothing is returned. "
-                + ". ".join(certificate.failures),
-                code="certificate failed",
-                certificate=certificate,
-            )
+        require(certificate, "Fitting tiles did not pass its certificate, so nothing is returned")
         found.stats["tile"] = float(np.ldexp(found.stats["tile"], scaled.exponent))
         made = replace(found, certificate=certificate)
-        return made if given is None else _on_its_input(given, made)
+        return made if given is None else of_pieces(given, made)
 
-    return start_job(_native.fit_tiles, mesh, options, threads, convert)
-
-
-def _on_its_input(given: Parametrization, made: Parametrization) -> Parametrization:
-    """A map of pieces of the other's faces, as one of its input."""
-    new = slice(len(given.vertices), None)
-    parent = made.vertex_parent[new]
-    weights = made.vertex_barycentric[new]
-    added = np.einsum("vc,vck->vk", weights, corners_in_parents(given, parent))
-    return replace(
-        made,
-        parent_face=frozen(given.parent_face[made.parent_face]),
-        vertex_parent=frozen(np.concatenate([given.vertex_parent, given.parent_face[parent]])),
-        vertex_barycentric=frozen(np.concatenate([given.vertex_barycentric, added])),
-        input_faces=given.input_faces,
-    )
+    return start_job(_native.fit_tiles, mesh, options, limits, convert)
 
 
 def _parts_of(given: Parametrization, edges: IntArray) -> IntArray:
     """(k, 2) edges of the map's faces that lie on these edges of its input."""
     weights = given.vertex_barycentric > 1e-12
-    corners = given.input_faces[given.vertex_parent].astype(np.int64)
-    low = np.where(weights, corners, np.iinfo(np.int64).max).min(axis=1)
-    high = np.where(weights, corners, -1).max(axis=1)
-    inside = weights.sum(axis=1) > 2
-    ends = np.sort(np.concatenate([given.faces[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
-    ends = np.unique(ends, axis=0)
-    both_low, both_high = low[ends].min(axis=1), high[ends].max(axis=1)
-    # Every vertex that one of the two depends on is one of the edge's ends.
-    fits = ~inside[ends].any(axis=1) & (both_low < both_high)
-    for values in (low, high):
-        found = values[ends]
-        fits &= ((found == both_low[:, None]) | (found == both_high[:, None])).all(axis=1)
-    wanted = np.sort(np.asarray(edges, np.int64).reshape(-1, 2), axis=1)
-    size = int(given.input_faces.max(initial=0)) + 1
-    on = fits & np.isin(both_low * size + both_high, wanted[:, 0] * size + wanted[:, 1])
-    return np.ascontiguousarray(ends[on].astype(np.int32))
+    corners = given.input_faces[given.vertex_parent]
+    low = np.where(weights, corners, np.iinfo(np.int32).max).min(axis=1)
+    ends = np.stack([low, np.where(weights, corners, -1).max(axis=1)], axis=1)
+    ends[weights.sum(axis=1) > 2] = -1
+    return edges_on(given.faces, ends, edges)

@@ -173,26 +173,23 @@ class Certificate:
         return sum(mend.count for mend in self.mends if mend.what == TURNED)
 
     def __str__(self) -> str:
-        overlaps = str(self.overlaps)
+        overlaps = f"overlaps {self.overlaps}"
         if self.overlaps < 0:
             because = " where a map has flips" if max(self.flips64, self.flips32) > 0 else ""
-            overlaps = f"of islands with themselves not counted{because}"
-        if self.island_overlaps > 0:
-            overlaps += f", islands on top of each other {counted(self.island_overlaps, 'pair')}"
-        seams = (
-            ""
-            if self.seam_edges < 0
-            else f", exact seam edges {self.seams_exact32}/{self.seam_edges}"
-            + (f" (off by up to {self.seam_deviation:.3g})" if self.seam_deviation > 0 else "")
-        )
-        lines = [
-            f"certificate {'ok' if self.ok else 'FAILED'}: {counted(self.triangles, 'triangle')}, "
-            f"flips {self.flips64} (64-bit) {self.flips32} (32-bit), "
-            + (f"{counted(self.turned, 'face')} turned over, " if self.turned else "")
-            + (f"{mirrored(self.mirrored_islands)}, " if self.mirrored_islands else "")
-            + f"overlaps {overlaps}, "
-            f"energy {self.energy:.6g} (worst triangle {self.max_energy:.4g}){seams}"
-        ]
+            overlaps = f"overlaps of islands with themselves not counted{because}"
+        on_top = counted(self.island_overlaps, "pair")
+        off = f" (off by up to {self.seam_deviation:.3g})" if self.seam_deviation > 0 else ""
+        parts = {
+            f"certificate {'ok' if self.ok else 'FAILED'}: {counted(self.triangles, 'triangle')}": True,
+            f"flips {self.flips64} (64-bit) {self.flips32} (32-bit)": True,
+            f"{counted(self.turned, 'face')} turned over": self.turned,
+            mirrored(self.mirrored_islands): self.mirrored_islands,
+            overlaps: True,
+            f"islands on top of each other {on_top}": self.island_overlaps > 0,
+            f"energy {self.energy:.6g} (worst triangle {self.max_energy:.4g})": True,
+            f"exact seam edges {self.seams_exact32}/{self.seam_edges}{off}": self.seam_edges >= 0,
+        }
+        lines = [", ".join(part for part, is_told in parts.items() if is_told)]
         if self.poor:
             lines.append(f"  {LEVELS[self.level]}: {above_bound(self.stretched)}")
         if self.needles:

@@ -68,7 +68,13 @@ class SeparatedSurface:
             raise bad_shape(
                 f"values must have shape ({len(self.input_faces)}, 3, ...), one for each corner of the input."
             )
-        return _turned(given[self.face_origin], self.turned)
+        return turned_over(given[self.face_origin], self.turned)
+
+    def on_faces(
+        self, faces: npt.NDArray[Any], weights: FloatArray
+    ) -> tuple[npt.NDArray[Any], FloatArray]:
+        """Points in faces of this surface as such in faces of the input."""
+        return self.face_origin[faces], turned_over(weights, self.turned[faces])
 
     def on_input(self, result: Parametrization) -> Parametrization:
         """A solver's result on this surface as a map of the input, whose vertices come first, whether it added vertices or not.
@@ -112,7 +118,7 @@ class SeparatedSurface:
         order = np.argsort(parent_face, kind="stable")
 
         def of_corners(values: npt.NDArray[Any], others: npt.NDArray[Any]) -> npt.NDArray[Any]:
-            mine = _turned(values, swapped)
+            mine = turned_over(values, swapped)
             both: npt.NDArray[Any] = np.concatenate([mine, others.astype(values.dtype)])[order]
             return both
 
@@ -123,18 +129,15 @@ class SeparatedSurface:
         vertices = result.vertices[old:].copy()
         vertices[moved] = np.einsum("vk,vkd->vd", weights[moved], corners[moved])
         first_parent, first_weights = np.full(given, -1, np.int32), np.zeros((given, 3))
-        first_parent[self.vertex_origin] = self.face_origin[result.vertex_parent[:old]]
-        first_weights[self.vertex_origin] = _turned(
-            result.vertex_barycentric[:old], self.turned[result.vertex_parent[:old]]
-        )
+        parents, places = self.on_faces(result.vertex_parent, result.vertex_barycentric)
+        first_parent[self.vertex_origin] = parents[:old]
+        first_weights[self.vertex_origin] = places[:old]
         arrays = {
             "vertices": np.concatenate([self.input_vertices, vertices]),
             "faces": of_corners(number[result.faces], self.input_faces[self.collapsed]),
             "parent_face": parent_face[order],
-            "vertex_parent": np.concatenate([first_parent, self.face_origin[new_parent]]),
-            "vertex_barycentric": np.concatenate(
-                [first_weights, _turned(weights, self.turned[new_parent])]
-            ),
+            "vertex_parent": np.concatenate([first_parent, parents[old:]]),
+            "vertex_barycentric": np.concatenate([first_weights, places[old:]]),
             "cut_edges": number[result.cut_edges],
             "numbers": number,
         }
@@ -160,6 +163,17 @@ def edge_keys(pairs: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
 def sides(faces: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """(3 m, 2) from each corner to the next: all first sides, all second ones, all third ones."""
     return np.concatenate([faces[:, (k, (k + 1) % 3)] for k in range(3)])
+
+
+def edges_on(faces: IntArray, ends: npt.NDArray[Any], pairs: npt.NDArray[Any]) -> IntArray:
+    """(k, 2) sides of faces that lie on these edges (s, 2) of another mesh. ends: (n, 2) the vertices there between which each
+    vertex lies, one of them twice where it is that one, -1 where it lies on no edge."""
+    side = np.unique(np.sort(sides(faces), axis=1), axis=0)
+    four = np.sort(ends[side].reshape(-1, 4), axis=1)
+    low, high = four[:, :1], four[:, 3:]
+    fits = ((four == low) | (four == high)).all(axis=1) & ((low >= 0) & (low < high))[:, 0]
+    fits &= np.isin(edge_keys(four[:, [0, 3]]), edge_keys(pairs))
+    return np.ascontiguousarray(side[fits].astype(np.int32))
 
 
 def folds(vertices: FloatArray, faces: IntArray, angle: float, within: Any = ()) -> IntArray:
@@ -209,7 +223,7 @@ def boundary_loops(faces: IntArray) -> list[list[int]]:
     return loops
 
 
-def _turned(values: npt.NDArray[Any], turned: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:
+def turned_over(values: npt.NDArray[Any], turned: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:
     """(m, 3, ...) with the second and third of each of these rows in the other order."""
     result = values.copy()
     result[turned, 1], result[turned, 2] = values[turned, 2], values[turned, 1]
@@ -307,7 +321,7 @@ def each_part(clean: SeparatedSurface, solve: SolvePart) -> Parametrization:
     the first part's that is not ok, or the first one's: judge the whole again."""
     pieces = []
     for own, used, faces in parts_of(clean):
-        with named_on_input(clean, own, used):
+        with named_on_input(clean.vertex_origin[used], clean.face_origin[own]):
             pieces.append((own, used, solve(clean.vertices[used], faces, used)))
     return combined(clean, pieces)
 
@@ -322,24 +336,17 @@ def parts_of(clean: SeparatedSurface) -> Iterator[tuple[IntArray, IntArray, IntA
 
 
 @contextmanager
-def named_on_input(clean: SeparatedSurface, own: IntArray, used: IntArray) -> Iterator[None]:
-    """Errors that name what is a part's name what is the input's."""
+def named_on_input(vertices: npt.NDArray[Any], faces: npt.NDArray[Any]) -> Iterator[None]:
+    """Errors that name what is a part's name what is the input's, which has these numbers for its vertices and faces."""
     try:
         yield
     except FlipfreeError as error:
-        error.kind, error.elements = _on_input(clean, used, own, error)
+        ids = np.array(error.elements, np.int64)
+        numbers = {"vertex": vertices, "edge": vertices, "face": faces}.get(error.kind, ids[:0])
+        if (ids >= len(numbers)).any():
+            error.kind, ids = "none", ids[:0]
+        error.elements = numbers[ids].tolist()
         raise
-
-
-def _on_input(
-    clean: SeparatedSurface, used: IntArray, own: IntArray, error: FlipfreeError
-) -> tuple[str, list[int]]:
-    ids = np.array(error.elements, np.int64)
-    if error.kind in ("vertex", "edge") and (ids < len(used)).all():
-        return error.kind, clean.vertex_origin[used[ids]].tolist()
-    if error.kind == "face" and (ids < len(own)).all():
-        return error.kind, clean.face_origin[own[ids]].tolist()
-    return "none", []
 
 
 #: (faces, vertices of the whole, map of these)

@@ -91,12 +91,8 @@ def with_lists(words: list[str], inside: tuple[Path, ...] = ()) -> list[str]:
 
 def is_one_file(given: argparse.Namespace) -> bool:
     """IN OUT: two names, and nothing that says where outputs go."""
-    return (
-        hasattr(given, "out")
-        and given.out is None
-        and given.suffix is None
-        and len(given.inputs) == 2
-    )
+    has_outputs = hasattr(given, "out") and given.out is None and given.suffix is None
+    return has_outputs and len(given.inputs) == 2
 
 
 def options_of(given: argparse.Namespace) -> dict[str, Any]:
@@ -152,8 +148,8 @@ def main(
             return 0
         address = getattr(given, "dask", None)
         runner = on_dask(address) if address else on_this_machine(given.jobs)
-        with results_in(file, kept, left) as results:
-            return run(items, left, work, runner, results, progress, keep_going=given.keep_going)
+        with results_in(file, kept, left) as add:
+            return run(items, left, work, runner, add, progress, keep_going=given.keep_going)
     except PlanError as error:
         print(f"flipfree: {error}", file=sys.stderr)
         return 2

@@ -9,8 +9,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
+from .. import checks
 from ..calls.conformal import LEAST_BITS, MOST_BITS
-from ..checks import LARGEST_COUNT, MOST_ASPECT
+from ..checks import LARGEST_COUNT, MOST_ASPECT, Within
 from ..quads import MOST_QUADS
 from .plan import PlanError
 
@@ -18,42 +19,24 @@ Number = TypeVar("Number", int, float)
 
 
 def real(
-    least: float = -math.inf,
-    most: float = math.inf,
-    *,
-    above: float = -math.inf,
-    below: float = math.inf,
+    least: float = -math.inf, most: float = math.inf, **bounds: float
 ) -> Callable[[str], float]:
-    """For argparse: a finite number within the bounds, of which ``above`` and ``below`` are excluded themselves."""
-    return _number(
-        float,
-        lambda value: least <= value <= most and above < value < below,
-        "a number",
-        {"from": least, "above": above, "to": most, "below": below},
-    )
+    """For argparse: a number as of checks.real."""
+    return _of_text(checks.real("a number", least=least, most=most, **bounds), float)
 
 
 def whole(least: int, most: int = LARGEST_COUNT) -> Callable[[str], int]:
     """For argparse: a whole number within the bounds."""
-    bounds = {"from": least, "to": math.inf if most == LARGEST_COUNT else most}
-    return _number(int, lambda value: least <= value <= most, "a whole number", bounds)
+    return _of_text(checks.whole(least, most), int)
 
 
-def _number(
-    kind: Callable[[str], Number],
-    fits: Callable[[Number], bool],
-    words: str,
-    bounds: dict[str, float],
-) -> Callable[[str], Number]:
-    for word, bound in bounds.items():
-        words += f" {word} {bound:g}" if math.isfinite(bound) else ""
-
+def _of_text(within: Within[Number], kind: Callable[[str], Number]) -> Callable[[str], Number]:
     def number(text: str) -> Number:
         with contextlib.suppress(ValueError):
-            value = kind(text)
-            if fits(value):
+            value = within.number(kind(text))
+            if value is not None:
                 return value
-        raise argparse.ArgumentTypeError(f"must be {words}, not {text!r}")
+        raise argparse.ArgumentTypeError(f"must be {within.words}, not {text!r}")
 
     return number
 

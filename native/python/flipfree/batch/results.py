@@ -82,41 +82,22 @@ def still_holds(record: Record, item: Item, wanted: Mapping[str, Any], content: 
     return same and written
 
 
-class Results:
-    """Lines are appended and flushed one by one. No path: nothing is kept."""
-
-    def __init__(self, path: Path | None, kept: Iterable[Record] = ()) -> None:
-        """Begins the file anew with the lines ``kept``; the old one is replaced as a whole."""
-        self._file: BinaryIO | None = None
-        if path is None:
-            return
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_name(f".{path.name}.{os.getpid()}.part")
-        part.write_bytes(b"".join(map(_line, kept)))
-        busy = f"{path}: another run writes to this file. Give another one with --json."
-        try:
-            part.replace(path)
-        except PermissionError as error:  # Windows replaces no open file
-            part.unlink()
-            raise (PlanError(busy) if os.name == "nt" else error) from error
-        self._file = path.open("ab", buffering=0)
-        if not _locked(self._file):
-            self._file.close()
-            raise PlanError(busy)
-
-    def add(self, record: Record) -> None:
-        if self._file is None:
-            return
-        try:
-            self._file.write(_line(record))
-        except OSError as error:  # the disk is full: no result would be kept
-            raise PlanError(
-                f"{self._file.name}: the results cannot be written: {error.strerror}."
-            ) from error
-
-    def close(self) -> None:
-        if self._file is not None:
-            self._file.close()
+def begun(path: Path, kept: Iterable[Record]) -> BinaryIO:
+    """The file with the lines ``kept``, which replaces the old one as a whole; others are appended and there at once."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    part.write_bytes(b"".join(map(line_of, kept)))
+    busy = PlanError(f"{path}: another run writes to this file. Give another one with --json.")
+    try:
+        part.replace(path)
+    except PermissionError as error:  # Windows replaces no open file
+        part.unlink()
+        raise (busy if os.name == "nt" else error) from error
+    file = path.open("ab", buffering=0)
+    if not _locked(file):
+        file.close()
+        raise busy
+    return file
 
 
 def in_use(path: Path) -> bool:
@@ -141,7 +122,7 @@ def _locked(file: BinaryIO) -> bool:
     return True
 
 
-def _line(record: Record) -> bytes:
+def line_of(record: Record) -> bytes:
     """Bytes of names that are no UTF-8 are surrogates here, and so written as JSON has them: as \\udce9."""
     text = json.dumps(record, allow_nan=False, ensure_ascii=False)
     return text.encode(errors="backslashreplace") + b"\n"

@@ -8,7 +8,6 @@ from __future__ import annotations
 import asyncio
 import collections
 import contextlib
-import queue
 import tempfile
 import threading
 import time
@@ -21,7 +20,7 @@ from typing import Any, TextIO
 from ..texts import counted
 from .child import Child, Engine, Limits, NotStarted
 from .plan import OTHER_KIND, Item, PlanError, listed
-from .results import STATUSES, Record, Results, hash_of, in_use, load, still_holds
+from .results import STATUSES, Record, begun, hash_of, in_use, line_of, load, still_holds
 
 #: Reason of a record: the model is solved, and the place for its output fails, as it would for the next one.
 NOT_WRITTEN = "output cannot be written"
@@ -62,14 +61,9 @@ def solve_item(child: Child, item: Item, work: Work) -> Record | None:
     target = None if item.target is None else str(work.root / item.target)
     content = hash_of(source)
     if item.refusal:
-        answer: Record | None = {
-            "status": "refused",
-            "reason": OTHER_KIND,
-            "message": item.refusal,
-            "seconds": 0.0,
-        }
-    else:
-        answer = child.solve({"source": str(source), "target": target})
+        refused = {"status": "refused", "reason": OTHER_KIND, "message": item.refusal}
+        return record_of(item, work, content, refused | {"seconds": 0.0})
+    answer = child.solve({"source": str(source), "target": target})
     return None if answer is None else record_of(item, work, content, answer)
 
 
@@ -93,21 +87,17 @@ def on_this_machine(jobs: int) -> Runner:
     """That many models at a time, each in a child process."""
 
     def runner(items: Sequence[Item], work: Work, stop: threading.Event) -> Records:
-        children = [Child(work.engine, work.limits, stop) for _ in range(min(jobs, len(items)))]
-        idle: queue.SimpleQueue[Child] = queue.SimpleQueue()
-        for child in children:
-            idle.put(child)
+        here = threading.local()
+        children: list[Child] = []
 
-        def solve(item: Item) -> Record | None:
-            child = idle.get()
-            try:
-                return solve_item(child, item, work)
-            finally:
-                idle.put(child)
+        def begin() -> None:
+            here.child = Child(work.engine, work.limits, stop)
+            children.append(here.child)
 
-        pool = ThreadPoolExecutor(max(len(children), 1))
+        pool = ThreadPoolExecutor(max(min(jobs, len(items)), 1), initializer=begin)
+        solved = [pool.submit(lambda one: solve_item(here.child, one, work), one) for one in items]
         try:
-            for future in as_completed([pool.submit(solve, item) for item in items]):
+            for future in as_completed(solved):
                 record = future.result()
                 if record is not None:
                     yield record
@@ -195,7 +185,7 @@ def run(
     left: Sequence[Item],
     work: Work,
     runner: Runner,
-    results: Results,
+    add: Callable[[Record], None],
     progress: Progress,
     *,
     keep_going: bool,
@@ -209,7 +199,7 @@ def run(
     records = runner(left, work, stop)
     try:
         for record in records:
-            results.add(record)
+            add(record)
             progress.ended(record)
             bad = record["status"] in ("refused", "failed")
             if record["reason"] == NOT_WRITTEN or (bad and not keep_going):
@@ -226,17 +216,26 @@ def run(
 @contextlib.contextmanager
 def results_in(
     file: Path | None, kept: Sequence[Record], left: Sequence[Item]
-) -> Iterator[Results]:
-    """The file of results, which begins anew with the lines ``kept``; the folders of all outputs are there. Raises PlanError."""
+) -> Iterator[Callable[[Record], None]]:
+    """What adds a line to the file of results, which begins anew with the lines ``kept``; the folders of all outputs are there.
+    Raises PlanError."""
     _make_folders(left, file)
+    if file is None:
+        yield lambda _record: None
+        return
     try:
-        results = Results(file, kept)
+        stream = begun(file, kept)
     except OSError as error:
         raise _no_results(file, error) from error
-    try:
-        yield results
-    finally:
-        results.close()
+
+    def add(record: Record) -> None:
+        try:
+            stream.write(line_of(record))
+        except OSError as error:  # the disk is full: no result would be kept
+            raise _no_results(file, error) from error
+
+    with stream:
+        yield add
 
 
 def sorted_out(
@@ -260,11 +259,8 @@ def sorted_out(
     for item in items:
         name = item.source.as_posix()
         record = last.get(name)
-        if record is None or (retry and record["status"] == "failed"):
-            holds = False
-        else:
-            holds = still_holds(record, item, work.said, hash_of(item.source))
-        if not holds:
+        failed = retry and record is not None and record["status"] == "failed"
+        if failed or not (record and still_holds(record, item, work.said, hash_of(item.source))):
             left.append(item)
             last.pop(name, None)
     return list(last.values()), left
@@ -286,12 +282,13 @@ def _make_folders(items: Sequence[Item], file: Path | None) -> None:
         except OSError as error:
             if file is not None and folder == file.parent:
                 raise _no_results(file, error) from error
+            why = error.strerror or error
             raise PlanError(
-                f"{folder}: no files can be made there: {error.strerror or error}. Give another --out."
+                f"{folder}: no files can be made there: {why}. Give another --out."
             ) from error
 
 
-def _no_results(file: Path | None, error: OSError) -> PlanError:
+def _no_results(file: Path, error: OSError) -> PlanError:
     return PlanError(f"{file}: the results cannot be written there: {error.strerror or error}.")
 
 

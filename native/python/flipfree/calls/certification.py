@@ -4,60 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
-from .. import _native, checks
-from ..errors import InvalidInput, bad_option, bad_pins
-from ..job import Job, Progress, solver_call, start_job
-from ..results import Certificate, FloatArray, IntArray, Mesh, certificate_from
+from .. import _native
+from ..checks import Pins, as_angles, as_choice, as_floats, as_indices, as_mesh, checked
+from ..errors import bad_option
+from ..job import Job, Limits, solver_call, start_job
+from ..results import Certificate, IntArray, Mesh, certificate_from
 from ..texts import counted
 from .seamless import Signature, as_signature
-
-Pins = Mapping[Any, tuple[float, float]]
-
-
-def pins_to_corners(pins: Pins | None, faces: IntArray) -> tuple[IntArray, FloatArray]:
-    """{vertex or (face, corner): (u, v)} as corner ids 3 f + k and their targets; a vertex pins all its corners."""
-    targets: list[tuple[int, FloatArray]] = []
-    by_vertex: dict[int, FloatArray] = {}
-    for key, value in checks.as_items(
-        pins, "pins", "{vertex or (face, corner): (u, v)}", "bad pins"
-    ):
-        name = f"pins[{checks.shown(key)}]"
-        place = checks.as_floats(value, name)
-        if place.shape != (2,) or not np.isfinite(place).all():
-            raise bad_pins(f"{name} must be two finite numbers (u, v).")
-        checks.refuse_beyond_storage(place, name)
-        is_pair = isinstance(key, tuple) and len(key) == 2
-        face, corner = map(checks.whole_number, key if is_pair else (0, key))
-        if face is None or corner is None:
-            raise bad_pins(
-                f"pins has the key {checks.shown(key)}, which is neither a vertex nor a pair (face, corner)."
-            )
-        if not is_pair:
-            by_vertex[corner] = place
-        elif 0 <= face < len(faces) and 0 <= corner < 3:
-            targets.append((3 * face + corner, place))
-        else:
-            raise bad_pins(
-                f"pins names corner {checks.shown(corner)} of face {checks.shown(face)}, which does not exist."
-            )
-    flat = faces.reshape(-1)
-    missing = by_vertex.keys() - set(np.unique(flat).tolist() if by_vertex else ())
-    if missing:
-        largest = int(flat.max(initial=-1))  # beyond it, nobody here knows whether they exist
-        raise InvalidInput(
-            f"pins names vertex {checks.shown(min(missing))}, which belongs to no face.",
-            code="bad pins",
-            kind="vertex",
-            elements=[v for v in sorted(missing) if 0 <= v <= largest][:1000],
-        )
-    pinned = np.flatnonzero(np.isin(flat, list(by_vertex))).tolist() if by_vertex else ()
-    targets += [(corner, by_vertex[int(flat[corner])]) for corner in pinned]
-    corners, places = [corner for corner, _ in targets], [place for _, place in targets]
-    return checks.as_indices(corners, "pins"), checks.as_floats(places, "pins", 2)
 
 
 @solver_call
@@ -77,9 +34,7 @@ def certify(
     disjoint: bool = False,
     mirrored: Any = None,
     aspect: float = 1.0,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[Certificate]:
     """Measures a map with exact predicates, on the given values and on their rounding to 32 bits.
 
@@ -112,13 +67,11 @@ def certify(
     Raises:
         InvalidInput (a mesh that is none, arrays of the wrong shape), NotConverged (time is over), Cancelled.
     """
-    mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(
-        locals(), "tiled seamless features bijective disjoint aspect max_seconds"
-    )
+    mesh = as_mesh(vertices, faces)
+    options = checked(locals(), "uv pins tiled seamless features bijective disjoint aspect")
     is_tiled = options.pop("tiled")
     options["seamless"] = options["seamless"] or is_tiled
-    angles = checks.as_angles(cones)
+    angles = as_angles(cones)
     if signature is not None:
         if cones is not None:
             raise bad_option(
@@ -133,30 +86,31 @@ def certify(
                 "parent must be (vertices, faces, parent_face, vertex_parent, vertex_barycentric): "
                 "the input mesh and the map's provenance arrays."
             )
-        whole = checks.as_mesh(parent[0], parent[1], "parent ", mesh.exponent)
+        whole = as_mesh(parent[0], parent[1], "parent ", mesh.exponent)
         options["parent"] = (
             whole.scaled,
             whole.faces,
-            checks.as_indices(parent[2], "parent_face"),
-            checks.as_indices(parent[3], "vertex_parent"),
-            checks.as_floats(parent[4], "vertex_barycentric", 3),
+            as_indices(parent[2], "parent_face"),
+            as_indices(parent[3], "vertex_parent"),
+            as_floats(parent[4], "vertex_barycentric", 3),
         )
     if isinstance(mirrored, str):
-        options["find_mirrored"] = checks.as_choice(mirrored, "mirrored", ("islands",)) == "islands"
+        options["find_mirrored"] = bool(as_choice(mirrored, "mirrored", ("islands",)))
     else:
-        options["mirrored"] = checks.as_face_numbers(mirrored, "mirrored", len(mesh.faces))
-    corner_uv = checks.as_corner_uv(uv, "uv", len(mesh.faces))
-    options |= dict(uv=corner_uv, cones=angles, pins=pins_to_corners(pins, mesh.faces))
+        options |= checked(locals(), "mirrored")
+    options["cones"] = angles
     with np.errstate(over="ignore"):
-        stored = corner_uv.astype(np.float32)
+        stored = options["uv"].astype(np.float32)
 
     def convert(data: dict[str, Any], given: Mesh) -> Certificate:
         found = certificate_from(data, given, stored, options["aspect"])
         if not is_tiled:
             return found
-        return with_tiles(found, given.faces, stored, options["features"] if parent is None else ())
+        return with_tiles(
+            found, given.faces, stored, options.get("features", ()) if parent is None else ()
+        )
 
-    return start_job(_native.certify, mesh, options, threads, convert)
+    return start_job(_native.certify, mesh, options, limits, convert)
 
 
 def with_tiles(found: Certificate, faces: IntArray, stored: Any, features: Any = ()) -> Certificate:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from functools import partial
+from typing import Any, Unpack
 
 import numpy as np
 
 from .. import _native, checks
-from ..errors import InvalidInput, NotConverged, bad_option
-from ..job import Job, Progress, solver_call, start_job
+from ..errors import NotConverged
+from ..job import Job, Limits, solver_call, start_job
 from ..results import (
     ConformalMetric,
     FloatArray,
@@ -25,32 +26,22 @@ from ..results import (
 #: What ``precision`` may be.
 LEAST_BITS, MOST_BITS = 53, 4096
 
-#: What ``intrinsic_refinement`` may be.
-REFINEMENT_CHOICES = ("auto", "on", "off")
-
 
 def precision_bits(precision: int | str) -> int:
     """What the compiled module takes: mantissa bits, 0 for "auto"."""
     if isinstance(precision, str) and precision == "auto":
         return 0
-    try:
-        return checks.as_count(precision, "precision", LEAST_BITS, MOST_BITS)
-    except InvalidInput:
-        raise bad_option(
-            f"precision must be 'auto' or {LEAST_BITS} to {MOST_BITS} mantissa bits, not {checks.shown(precision)}."
-        ) from None
+    bits = checks.whole(LEAST_BITS, MOST_BITS, "'auto' or mantissa bits, a whole number")
+    return bits(precision, "precision")
 
 
-def _of_angles(given: Mapping[str, Any], mesh: Mesh, names: str) -> tuple[dict[str, Any], int]:
+def _of_angles(given: Mapping[str, Any], mesh: Mesh) -> tuple[dict[str, Any], int]:
     """What metric and map have in common: their options, and the exponent of the metric's unit."""
-    options, exponent = checks.checked(given, f"tolerance max_seconds {names}"), mesh.exponent
+    options, exponent = checks.checked(given), mesh.exponent
     if given["lengths"] is not None:
         options["lengths"], exponent = checks.as_lengths(given["lengths"])
     options |= dict(
         bits=precision_bits(given["precision"]),
-        intrinsic_refinement=checks.as_choice(
-            given["intrinsic_refinement"], "intrinsic_refinement", REFINEMENT_CHOICES
-        ),
         target_angles=checks.as_floats(given["target_angles"], "target_angles"),
     )
     return options, exponent
@@ -66,11 +57,9 @@ def conformal_metric(
     precision: int | str = "auto",
     lengths: Any = None,
     iterations: int = 500,
-    max_seconds: float | None = None,
     require_convergence: bool = True,
     intrinsic_refinement: str = "auto",
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[ConformalMetric]:
     """The metric with exactly these angles that is discretely conformally equivalent to the surface.
 
@@ -99,14 +88,12 @@ def conformal_metric(
         remainder. NotConverged: says what was reached. Cancelled.
     """
     mesh = checks.as_mesh(vertices, faces)
-    options, exponent = _of_angles(locals(), mesh, "iterations require_convergence")
-    return start_job(
-        _native.conformal_metric,
-        mesh,
-        options,
-        threads,
-        lambda data, _mesh: metric_from(data, exponent),
-    )
+    options, exponent = _of_angles(locals(), mesh)
+
+    def convert(data: dict[str, Any], _mesh: Mesh) -> ConformalMetric:
+        return metric_from(data, exponent)
+
+    return start_job(_native.conformal_metric, mesh, options, limits, convert)
 
 
 def _result_from(data: dict[str, Any], mesh: Mesh, metric_exponent: int) -> Parametrization:
@@ -135,12 +122,10 @@ def conformal(
     uncuttable: Any = None,
     tolerance: float = 1e-10,
     precision: int | str = "auto",
-    max_seconds: float | None = None,
     lengths: Any = None,
     original_triangles: bool | str = "auto",
     intrinsic_refinement: str = "auto",
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[Parametrization]:
     """The conformal map with exactly these angles, as a locally injective, certified map.
 
@@ -171,30 +156,15 @@ def conformal(
         InvalidInput, Infeasible, Cancelled; NotConverged if the metric was not reached, or if 32-bit UVs cannot
         hold the map (then ``error.metric`` has the metric, ``error.parametrization`` the best map).
     """
-    if isinstance(original_triangles, str) and original_triangles == "auto":
-        refinement = "auto"
-    else:
-        try:
-            refinement = (
-                "never" if checks.as_flag(original_triangles, "original_triangles") else "full"
-            )
-        except InvalidInput:
-            raise bad_option(
-                f"original_triangles must be 'auto', True or False, not {checks.shown(original_triangles)}."
-            ) from None
+    refinement = "auto"
+    if not (isinstance(original_triangles, str) and original_triangles == "auto"):
+        never = checks.as_flag(original_triangles, "original_triangles", ", or 'auto'")
+        refinement = "never" if never else "full"
     mesh = checks.as_mesh(vertices, faces)
-    options, exponent = _of_angles(locals(), mesh, "cuts uncuttable")
+    options, exponent = _of_angles(locals(), mesh)
     options["refinement"] = refinement
-    return start_job(
-        _native.conformal,
-        mesh,
-        options,
-        threads,
-        lambda data, _mesh: _result_from(data, mesh, exponent),
-    )
-
-
-BOUNDARIES = ("free", "straight", "circle")
+    convert = partial(_result_from, metric_exponent=exponent)
+    return start_job(_native.conformal, mesh, options, limits, convert)
 
 
 class SuggestedAngles(np.ndarray):
@@ -241,9 +211,7 @@ def suggest_cones(
     max_cones: int = 200,
     quarter_turns: bool = False,
     least_angle: float = np.pi / 6,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[SuggestedAngles]:
     """Cones that keep the scale distortion of the conformal map within a bound, as (n,) target angles.
 
@@ -266,18 +234,9 @@ def suggest_cones(
         InvalidInput, NotConverged (no positive angles with so few cones), Cancelled.
     """
     mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals(), "max_cones max_seconds")
-    options |= dict(
-        bound=checks.as_number(bound, "bound", "must be larger than 1", lambda x: x > 1.0),
-        least_angle=checks.as_number(
-            least_angle,
-            "least_angle",
-            "must lie in (0, 2 pi)",
-            lambda x: 0.0 < x < 2 * np.pi,
-        ),
-        quantum=np.pi / 2 if checks.as_flag(quarter_turns, "quarter_turns") else 0.0,
-    )
-    return start_job(_native.suggest_cones, mesh, options, threads, _suggestion)
+    options = checks.checked(locals())
+    options["quantum"] = np.pi / 2 if checks.as_flag(quarter_turns, "quarter_turns") else 0.0
+    return start_job(_native.suggest_cones, mesh, options, limits, _suggestion)
 
 
 @solver_call
@@ -288,9 +247,7 @@ def boundary_angles(
     *,
     cones: Mapping[int, float] | None = None,
     corners: Any = None,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[FloatArray]:
     """(n,) target angles that are flat inside except at ``cones``, for a boundary of this shape.
 
@@ -308,8 +265,5 @@ def boundary_angles(
         InvalidInput, Infeasible (Gauss-Bonnet; names the remainder), NotConverged, Cancelled.
     """
     mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals(), "corners max_seconds")
-    options |= dict(
-        shape=checks.as_choice(boundary, "boundary", BOUNDARIES), cones=checks.as_angles(cones)
-    )
-    return start_job(_native.boundary_angles, mesh, options, threads, lambda data, _mesh: data)
+    options = checks.checked(locals()) | dict(cones=checks.as_angles(cones))
+    return start_job(_native.boundary_angles, mesh, options, limits, lambda data, _mesh: data)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from .. import _native
 from ..checks import as_mesh, checked
 from ..errors import bad_option
-from ..job import Job, Progress, solver_call, start_job
+from ..job import Job, Limits, solver_call, start_job
 from ..results import FloatArray, IntArray, Mesh, ReadOnly, frozen
 from ..texts import counted
 from .seamless import CrossField, arrays_of, as_quarter_turns
@@ -80,9 +80,7 @@ def admissible_cut(
     *,
     field: CrossField | None = None,
     reroute: bool = True,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[AdmissibleCut]:
     """The cut that the engine "padding" of ``seamless`` and ``field_aligned`` starts from.
 
@@ -105,9 +103,9 @@ def admissible_cut(
             "Both cones and field are given. Give one of them: a field has cones of its own."
         )
     mesh = as_mesh(vertices, faces)
-    options = checked(locals(), "reroute max_seconds")
+    options = checked(locals(), "reroute")
     if field is not None:
         options["field"] = arrays_of(field, mesh.faces)
     else:
         options["cones"] = as_quarter_turns(cones, "cones", len(mesh.scaled), 4, 1)
-    return start_job(_native.admissible_cut, mesh, options, threads, _cut_from)
+    return start_job(_native.admissible_cut, mesh, options, limits, _cut_from)

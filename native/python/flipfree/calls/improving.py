@@ -1,19 +1,20 @@
-"""Improve and repair: less distortion, or no flips, for an existing map, whose islands stay in their UDIM tiles."""
+"""Improve and repair: less distortion, or no flips, for an existing map, whose islands stay in their UDIM tiles. Rectify: islands
+of quads onto grids, whose rows and columns are straight and as wide as they are on the surface."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _native
-from ..checks import as_choice, as_corner_uv, as_mesh, checked, refuse_beyond_storage
-from ..errors import FlipfreeError, bad_shape
-from ..job import Job, Progress, StagedJob, Stages, job_of, solver_call, start_job
+from ..checks import Pins, as_map, as_mesh, checked, refuse_beyond_storage
+from ..errors import FlipfreeError
+from ..job import Job, Limits, StagedJob, Stages, job_of, solver_call, start_job
 from ..results import (
     Certificate,
     FloatArray,
@@ -23,7 +24,7 @@ from ..results import (
     parametrization_from,
 )
 from ..separated import islands
-from .certification import Pins, certify, pins_to_corners
+from .certification import certify
 from .unwrapping import pack
 
 #: Islands brought back end this far inside, so that 32 bits do not put them out again.
@@ -40,9 +41,7 @@ def improve(
     iterations: int = 200,
     tolerance: float = 1e-4,
     aspect: float = 1.0,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[Parametrization]:
     """Lowers the distortion of a map; every step keeps every triangle open.
 
@@ -66,39 +65,25 @@ def improve(
     Raises:
         InvalidInput (without ``repair`` also for a map with flipped triangles, which are named), NotConverged, Cancelled.
     """
-    if isinstance(map_or_arrays, Parametrization):
-        given = map_or_arrays
-        vertices, faces, uv = given.vertices, given.faces, given.uv
-    else:
-        try:
-            vertices, faces, uv = map_or_arrays
-        except Exception:  # it has another number of parts, or none
-            raise bad_shape("improve takes a Parametrization or (vertices, faces, uv).") from None
+    vertices, faces, uv = as_map(map_or_arrays, "improve")
     mesh = as_mesh(vertices, faces)
-    pinned = pins_to_corners(pins, mesh.faces)
-    corner_uv = as_corner_uv(uv, "uv", len(mesh.faces))
-    refuse_beyond_storage(corner_uv, "uv")
-    options = checked(locals(), "keep_bijective repair iterations tolerance aspect max_seconds")
+    options = checked(locals())
+    refuse_beyond_storage(options["uv"], "uv")
     aspect, bijective = options["aspect"], options["keep_bijective"]
-    options |= dict(pins=pinned, uv=corner_uv)
     convert = partial(parametrization_from, aspect=aspect)
-    job = start_job(_native.improve, mesh, options, threads, convert)
+    job = start_job(_native.improve, mesh, options, limits, convert)
 
-    def bring(found: Parametrization, seen: Strays) -> Second:
+    def bring(found: Parametrization, seen: Strays) -> Stages[Parametrization]:
         uv = moved_back(found, seen)
         if uv is None:
-            return None, None
-        return uv, job_of(certify)(
-            found.vertices,
-            found.faces,
-            uv.astype(np.float32),
-            pins=pins,
-            bijective=bijective and found.certificate.overlaps == 0,
-            aspect=aspect,
-            threads=threads,
-        )
+            return found
+        stored = uv.astype(np.float32)
+        how: dict[str, Any] = dict(pins=pins, aspect=aspect, **limits)
+        how["bijective"] = bijective and found.certificate.overlaps == 0
+        judging = job_of(certify)(found.vertices, found.faces, stored, **how)
+        return _at(found, uv, stored, (yield judging, 1.0))
 
-    return _kept_in_tiles(job, corner_uv, pinned[0], bring)
+    return _kept_in_tiles(job, options["uv"], options["pins"][0], bring)
 
 
 @solver_call
@@ -117,9 +102,7 @@ def repair(
     iterations: int = 200,
     tolerance: float = 1e-4,
     aspect: float = 1.0,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[Parametrization]:
     """Mends a map with flipped, collapsed or overlapping faces, and changes as little of it as that takes.
 
@@ -156,43 +139,89 @@ def repair(
         InvalidInput, NotConverged (also for pins that no map on these triangles was found for), Cancelled.
     """
     mesh = as_mesh(vertices, faces)
-    pinned = pins_to_corners(pins, mesh.faces)
-    corner_uv = as_corner_uv(uv, "uv", len(mesh.faces))
-    options = checked(locals(), "cuts uncuttable disjoint margin iterations tolerance aspect")
-    options |= checked(locals(), "max_seconds")
+    options = checked(locals())
     margin, aspect = options["margin"], options["aspect"]
-    options |= dict(
-        overlaps=as_choice(overlaps, "overlaps", ("cut", "open", "keep")),
-        stretched=as_choice(stretched, "stretched", ("keep", "improve")),
-        pins=pinned,
-        uv=corner_uv,
-    )
     convert = partial(parametrization_from, aspect=aspect)
-    job = start_job(_native.repair, mesh, options, threads, convert)
+    job = start_job(_native.repair, mesh, options, limits, convert)
     if aspect != 1.0:  # packing is of squares
         return job
 
-    def bring(found: Parametrization, seen: Strays) -> Second:
+    def bring(found: Parametrization, seen: Strays) -> Stages[Parametrization]:
         """A place beside all others of their tile, at a smaller scale if need be. Of several tiles that have lost islands,
         the first one's."""
         free = seen.stray & ~seen.held & ((seen.tile >= 0) & (seen.tile < 10)).all(axis=1)
         if not free.any():
-            return None, None
+            return found
         tile = seen.tile[np.flatnonzero(free)[0]]
         moves = (free & (seen.tile == tile).all(axis=1))[seen.island]
-        return None, job_of(pack)(
-            found.vertices,
-            found.faces,
-            found.uv,
-            unmoved=3 * np.flatnonzero(~moves).astype(np.int32),
-            margin=margin,
-            scale_true=True,
-            tile=1001 + int(tile[0] + 10 * tile[1]),
-            effort=0.2,
-            threads=threads,
-        )
+        unmoved = 3 * np.flatnonzero(~moves).astype(np.int32)
+        how: dict[str, Any] = dict(unmoved=unmoved, tile=1001 + int(tile[0] + 10 * tile[1]))
+        how |= dict(margin=margin, scale_true=True, effort=0.2, **limits)
+        packing = job_of(pack)(found.vertices, found.faces, found.uv, **how)
+        packed: Parametrization = yield packing, 1.0
+        moved = _at(found, packed.uv, packed.uv32(), packed.certificate)
+        kept = (moved.uv == options["uv"].reshape(-1, 3, 2)).all(axis=2).sum()
+        return replace(moved, stats={**moved.stats, "corners_kept": int(kept)})
 
-    return _kept_in_tiles(job, corner_uv, pinned[0], bring)
+    return _kept_in_tiles(job, options["uv"], options["pins"][0], bring)
+
+
+@solver_call
+def rectify(
+    vertices: Any,
+    faces: Any,
+    uv: Any = None,
+    *,
+    polygons: Any = None,
+    cuts: Any = None,
+    margin: float = 0.005,
+    aspect: float = 1.0,
+    **limits: Unpack[Limits],
+) -> Job[Parametrization]:
+    """Islands of quads as straight strips and grids, packed: every row and every column of faces has one width, the mean of its
+    edges. Islands that close up, such as tubes and rings, are cut along one row. O(m log m).
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), consistently oriented. uv: (m, 3, 2), one per face corner: islands end where it
+            differs on the two sides of an edge, but for those that are grids without their seams, such as tubes, which get a
+            straight one. None: at cuts and boundaries alone.
+        polygons: (m,) whole numbers: the two triangles of a quad have the same one. Triangles that are alone are taken as quads
+            in pairs, across what is the longest side of both.
+        cuts: (s, 2) vertex pairs: seams, where islands end as well.
+        margin: space between islands, in units of the unit square.
+        aspect: width over height of the texture that the unit square shows; widths are those in its pixels.
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
+        threads: None is all cores; the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Returns:
+        A certified map; its energy says what straightening costs.
+
+    Raises:
+        InvalidInput (codes "no quad"; "no grid": where three or five quads meet inside, or an island lies on itself; a face of
+        each place is named), NotConverged, Cancelled.
+    """
+    mesh = as_mesh(vertices, faces)
+    finding = checked(locals(), "cuts polygons" if uv is None else "cuts polygons uv")
+    options = checked(locals(), "margin aspect")
+
+    def stages() -> Stages[Parametrization]:
+        job = start_job(_native.rectify, mesh, finding, limits, lambda data, _mesh: data)
+        straight = yield job, 0.3
+        placed = job_of(pack)(
+            vertices,
+            faces,
+            straight.reshape(-1, 3, 2) / [options["aspect"], 1.0],
+            rotation="quarters",
+            scale_true=True,
+            effort=0.2,
+            **options,
+            **limits,
+        )
+        found: Parametrization = yield placed, 1.0
+        return found
+
+    return StagedJob(stages())
 
 
 @dataclass(frozen=True)
@@ -256,47 +285,33 @@ def moved_back(found: Parametrization, seen: Strays) -> FloatArray | None:
     return np.asarray(uv, np.float64)
 
 
-#: UVs that are certified meanwhile, if it is that; the second job.
-Second = tuple[FloatArray | None, Job[Any] | None]
-
-
 def _kept_in_tiles(
     first: Job[Parametrization],
     before: FloatArray,
     pinned: IntArray,
-    bring: Callable[[Parametrization, Strays], Second],
+    bring: Callable[[Parametrization, Strays], Stages[Parametrization]],
 ) -> Job[Parametrization]:
-    """A job, and where its map has left tiles a second one that brings it back: a certificate, or a packing.
-    ``stats["left_tiles"]``: islands that have left theirs all the same, as their pins or what else is there leave no room."""
+    """A job, and where its map has left tiles what brings it back. ``stats["left_tiles"]``: islands that have left theirs all the
+    same, as their pins or what else is there leave no room."""
 
     def stages() -> Stages[Parametrization]:
         found: Parametrization = yield first, 0.9
-        uv, second = bring(found, strays(found, before, pinned))
-        if second is not None:
-            try:
-                found = _brought_back(found, uv, (yield second, 1.0))
-                if "corners_kept" in found.stats:
-                    kept = (found.uv == before.reshape(-1, 3, 2)).all(axis=2).sum()
-                    found = replace(found, stats={**found.stats, "corners_kept": int(kept)})
-            except FlipfreeError as error:
-                if error.code == "cancelled":
-                    raise
+        try:
+            found = yield from bring(found, strays(found, before, pinned))
+        except FlipfreeError as error:
+            if error.code == "cancelled":
+                raise
         left = int(np.count_nonzero(strays(found, before, pinned).stray))
         return replace(found, stats={**found.stats, "left_tiles": left})
 
     return StagedJob(stages())
 
 
-def _brought_back(
-    found: Parametrization, uv: FloatArray | None, brought: Certificate | Parametrization
+def _at(
+    found: Parametrization, uv: FloatArray, stored: Any, judged: Certificate
 ) -> Parametrization:
-    if isinstance(brought, Parametrization):
-        uv, stored, judged = brought.uv, brought.uv32(), brought.certificate
-    else:
-        assert uv is not None
-        stored, judged = uv.astype(np.float32), brought
+    """The map with other UVs, if these passed."""
     if not judged.ok:
         return found
     judged = replace(judged, mends=found.certificate.mends)
-    uv = frozen(uv)
-    return replace(found, uv=uv, uv64=uv, _uv32=frozen(stored), certificate=judged)
+    return replace(found, uv=frozen(uv), uv64=uv, _uv32=frozen(stored), certificate=judged)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _native, checks
-from ..errors import Infeasible, InvalidInput, NotConverged, bad_option, bad_shape
-from ..job import Job, Progress, StagedJob, Stages, job_of, solver_call, start_job
-from ..points import corners_in_parents
-from ..results import FloatArray, IntArray, Mesh, Parametrization, frozen, parametrization_from
+from ..errors import Infeasible, InvalidInput, NotConverged, bad_option, bad_shape, require
+from ..job import Job, Limits, StagedJob, Stages, job_of, solver_call, start_job
+from ..points import of_pieces, split_edges
+from ..results import FloatArray, IntArray, Mesh, Parametrization, parametrization_from
 from ..separated import (
     SeparatedSurface,
     boundary_loops,
@@ -30,19 +30,13 @@ from .improving import improve
 Points = Mapping[int, tuple[float, float]]
 Lines = Sequence[tuple[Sequence[int], Any]]
 
-#: What ``engine`` of match may be: all in turn, or one of them alone (for tests and benchmarks).
-ENGINES = ("auto", "first try", "outline", "arms", "matchmaker")
-
 SHAPES = ("circle", "square", "triangle", "corners")
 
 
 def _on_polygon(mesh: Mesh, corners: Any) -> tuple[IntArray, FloatArray]:
     """The boundary's vertices in order, the surface on the left, and their places: corners {vertex: (u, v)} where they are
     given, the others on straight sides between these, by length."""
-    given = {
-        v: _place(uv, f"corners[{v}]")
-        for v, uv in checks.as_vertex_map(corners, "corners", "(u, v)").items()
-    }
+    given = checks.as_vertex_places(corners, "corners")
     if len(given) < 3:
         raise InvalidInput(
             "corners must name three vertices of the boundary at least.", code="bad boundary"
@@ -87,9 +81,7 @@ def embed(
     optimise: bool = False,
     iterations: int = 200,
     tolerance: float = 1e-4,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[Parametrization]:
     """A disk onto a convex polygon without flips, in 64 bits and as stored in 32.
 
@@ -120,7 +112,7 @@ def embed(
         InvalidInput, Infeasible (the polygon has no room in these numbers), NotConverged, Cancelled.
     """
     mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals(), "optimise iterations tolerance max_seconds")
+    options = checks.checked(locals(), "optimise iterations tolerance method")
     loop = checks.as_optional_indices(boundary_loop, "boundary_loop")
     if corners is not None and not (isinstance(boundary, str) and boundary == "corners"):
         raise bad_option(
@@ -131,39 +123,27 @@ def embed(
         if shape == "corners":
             loop, options["polygon"] = _on_polygon(mesh, corners)
         else:
-            options["shape"] = shape
+            options["boundary"] = shape
     else:
         options["polygon"] = checks.as_places(boundary, "boundary")
     if initial_uv is not None:
         options["initial"] = checks.as_floats(initial_uv, "initial_uv", 2)
     options |= dict(
         loop=loop,
-        method=checks.as_choice(method, "method", ("ladder", "progressive", "tutte")),
         start_from_tutte=checks.as_choice(start, "start", ("tutte", "nothing")) == "tutte",
     )
-    return start_job(_native.embed, mesh, options, threads, parametrization_from)
+    return start_job(_native.embed, mesh, options, limits, parametrization_from)
 
 
 def _lines(lines: Lines | None) -> list[tuple[IntArray, FloatArray]]:
-    result = []
-    for i, line in enumerate(
-        checks.as_list(lines, "lines", "a list of pairs (vertices, polyline)")
-    ):
-        pair = checks.as_list(line, f"lines[{i}]", "a pair (vertices, polyline)")
+    of, result = "a pair (vertices, polyline)", []
+    for i, line in enumerate(checks.as_list(lines, "lines", f"a list, each {of}")):
+        name = f"lines[{i}]"
+        pair = checks.as_list(line, name, of)
         if len(pair) != 2:
-            raise bad_shape(f"lines[{i}] must be a pair (vertices, polyline).")
-        result.append(
-            (checks.as_indices(pair[0], f"lines[{i}]"), checks.as_places(pair[1], f"lines[{i}]"))
-        )
+            raise bad_shape(f"{name} must be {of}.")
+        result.append((checks.as_indices(pair[0], name), checks.as_places(pair[1], name)))
     return result
-
-
-def _place(value: Any, name: str) -> FloatArray:
-    place = checks.as_floats(value, name)
-    if place.shape != (2,):
-        raise bad_shape(f"{name} must be two numbers (u, v).")
-    checks.refuse_beyond_storage(place, name)
-    return place
 
 
 @solver_call
@@ -181,9 +161,7 @@ def match(
     bijective: bool = False,
     iterations: int = 200,
     engine: str = "auto",
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[Parametrization]:
     """Maps a disk, or a piece with holes, so that every constraint is met bit for bit and no triangle folds.
 
@@ -215,8 +193,7 @@ def match(
         Infeasible: contradictory constraints, or a boundary that no disk has, with the reason and the vertices.
         InvalidInput, NotConverged, Cancelled.
     """
-    pins = checks.as_vertex_map(points, "points", "(u, v)")
-    targets = [_place(value, f"points[{checks.shown(v)}]") for v, value in pins.items()]
+    targets = checks.as_vertex_places(points, "points")
     chains = []
     for vertex, path in checks.as_vertex_map(paths, "paths", "[vertices to the boundary]").items():
         chain = checks.as_indices(path, f"paths[{checks.shown(vertex)}]")
@@ -226,16 +203,18 @@ def match(
     if boundary_uv is None and boundary_loop is not None:
         raise InvalidInput("boundary_loop is given without boundary_uv.", code="bad boundary")
     mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals(), "optimise bijective iterations movable max_seconds")
+    options = checks.checked(locals())
     options |= dict(
-        points=(checks.as_indices(list(pins), "points"), checks.as_floats(targets, "points", 2)),
+        points=(
+            checks.as_indices(list(targets), "points"),
+            np.array([*targets.values()]).reshape(-1, 2),
+        ),
         lines=_lines(lines),
         boundary_loop=checks.as_optional_indices(boundary_loop, "boundary_loop"),
         boundary_uv=checks.as_places([] if boundary_uv is None else boundary_uv, "boundary_uv"),
         paths=chains,
-        engine=checks.as_choice(engine, "engine", ENGINES),
     )
-    return start_job(_native.match, mesh, options, threads, parametrization_from)
+    return start_job(_native.match, mesh, options, limits, parametrization_from)
 
 
 def held_by_pins(
@@ -270,24 +249,16 @@ def edges_between_pins(
 
 @solver_call
 def with_pins(
-    found: Parametrization,
-    points: Points,
-    *,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    found: Parametrization, points: Points, **limits: Unpack[Limits]
 ) -> Job[Parametrization]:
     """See :meth:`Parametrization.with_pins`."""
-    return StagedJob(_moved_to_pins(found, points, dict(max_seconds=max_seconds, threads=threads)))
+    return StagedJob(_moved_to_pins(found, points, limits))
 
 
 def _moved_to_pins(
-    found: Parametrization, points: Points, limits: dict[str, Any]
+    found: Parametrization, points: Points, limits: Limits
 ) -> Stages[Parametrization]:
-    pins = {}
-    for v, uv in checks.as_vertex_map(points, "points", "(u, v)").items():
-        place = _place(uv, f"points[{checks.shown(v)}]")
-        pins[v] = (float(place[0]), float(place[1]))
+    pins = {v: (u, w) for v, (u, w) in checks.as_vertex_places(points, "points").items()}
     faces, origin = split_fans(found.faces, cuts=found.cut_edges)
     stored = np.empty((len(origin), 2))
     stored[faces] = found.uv32()
@@ -319,22 +290,10 @@ def _moved_to_pins(
         moved = yield from _moved_by_match(found, faces, origin, stored, inside, limits)
     turned = bool(len(found.transitions.quarter_turns))
     cones = {v: k * np.pi / 2 for v, k in found.certificate.quarter_cones.tolist() if k != 4}
-    judging = job_of(certify)(
-        moved.vertices,
-        moved.faces,
-        moved.uv,
-        pins=pins,
-        cones=cones if turned else None,
-        seamless=turned,
-        threads=limits["threads"],
-    )
+    how: dict[str, Any] = dict(pins=pins, cones=cones if turned else None, seamless=turned)
+    judging = job_of(certify)(moved.vertices, moved.faces, moved.uv, **how, **limits)
     certificate = yield judging, 1.0
-    if not certificate.ok:
-        raise NotConverged(
-            "The pins are met, but the map is not valid: " + "; ".join(certificate.failures),
-            code="certificate failed",
-            certificate=certificate,
-        )
+    require(certificate, "The pins are met, but the map is not valid")
     return replace(moved, certificate=certificate)
 
 
@@ -374,7 +333,7 @@ def _moved_by_match(
     origin: IntArray,
     places: FloatArray,
     pins: Mapping[int, tuple[float, float]],
-    limits: dict[str, Any],
+    limits: Limits,
 ) -> Stages[Parametrization]:
     """The same with vertices added; faces, places and pins of the surface that is cut."""
     cut = SeparatedSurface(
@@ -399,14 +358,11 @@ def _moved_by_match(
         slits = _slits(part, at, outer, {*mine})
         mine |= {v: (at[v, 0], at[v, 1]) for v in slits}
         outline: dict[str, Any] = dict(boundary_loop=outer, boundary_uv=at[outer], paths=slits)
-        with named_on_input(cut, own, used):
+        with named_on_input(cut.vertex_origin[used], own):
             matching = job_of(match)(cut.vertices[used], part, points=mine, **outline, **limits)
             pieces.append((own, used, (yield matching, 0.9)))
     moved = cut.on_input(combined(cut, pieces))
-    new, parent = slice(len(found.vertices), None), moved.vertex_parent[len(found.vertices) :]
-    weights = moved.vertex_barycentric[new]
-    on_edge = (weights == 0.0).any(axis=1)
-    split = found.faces[parent[on_edge]][weights[on_edge] != 0.0].reshape(-1, 2)
+    split = split_edges(moved, len(found.vertices), found.faces)
     rim = np.concatenate(
         [np.column_stack([loop, np.roll(loop, -1)]) for loop in boundary_loops(faces)]
     )
@@ -419,13 +375,5 @@ def _moved_by_match(
             kind="edge",
             elements=split[0],
         )
-    weights = np.einsum("vc,vck->vk", weights, corners_in_parents(found, parent))
-    return replace(
-        moved,
-        parent_face=frozen(found.parent_face[moved.parent_face]),
-        vertex_parent=frozen(np.concatenate([found.vertex_parent, found.parent_face[parent]])),
-        vertex_barycentric=frozen(np.concatenate([found.vertex_barycentric, weights])),
-        cut_edges=found.cut_edges,
-        transitions=found.transitions,
-        input_faces=found.input_faces,
-    )
+    whole = of_pieces(found, moved)
+    return replace(whole, cut_edges=found.cut_edges, transitions=found.transitions)

@@ -158,18 +158,17 @@ def write(
         )
     corner_uv = np.zeros((0, 2)) if uv is None else checks.as_corner_uv(uv, "uv", len(face_array))
     checks.refuse_beyond_storage(corner_uv, "uv")
+    polygons = checks.as_face_numbers(polygons, "polygons", len(face_array))
+    own_corners = checks.as_optional_indices(corners, "corners", 3)
+    if corners is not None and len(own_corners) != len(face_array):
+        raise bad_shape("corners must have one row per face.")
     if keep is not None:
         content = _kept(as_path(keep), file, mesh, positions, face_array, corner_uv)
     else:
         with _named(file):
-            content = _native.write_mesh(
-                os.fsencode(file),
-                positions,
-                face_array,
-                polygons,
-                corners,
-                corner_uv.astype(np.float32),
-            )
+            stored = corner_uv.astype(np.float32)
+            mesh_arrays = positions, face_array, polygons, own_corners, stored
+            content = _native.write_mesh(os.fsencode(file), *mesh_arrays)
     _replace(file, content)
 
 
@@ -236,25 +235,18 @@ def _own_vertices(faces: IntArray, parents: IntArray, vertices: FloatArray) -> I
     return found
 
 
-def _parts(mesh: Any) -> tuple[Any, Any, Any, Any, Any]:
-    """Vertices, faces, uv or None, polygons (m,) and corners (m, 3), or none of both."""
-    none = (np.zeros(0, np.int32), np.zeros((0, 3), np.int32))
-    if isinstance(mesh, Parametrization):
-        return mesh.vertices, mesh.faces, mesh.uv32(), *none
+def _parts(mesh: Any) -> list[Any]:
+    """Vertices, faces, uv, polygons (m,) and corners (m, 3), None where there are none."""
     if isinstance(mesh, MeshFile):
-        polygons = checks.as_indices(mesh.polygons, "polygons")
-        if len(polygons) != len(mesh.faces):
-            raise bad_shape("polygons must have one entry per face.")
-        corners = none[1] if mesh.corners is None else checks.as_indices(mesh.corners, "corners", 3)
-        if mesh.corners is not None and len(corners) != len(mesh.faces):
-            raise bad_shape("corners must have one row per face.")
-        return mesh.vertices, mesh.faces, mesh.uv, polygons, corners
+        return [mesh.vertices, mesh.faces, mesh.uv, mesh.polygons, mesh.corners]
+    if isinstance(mesh, Parametrization):
+        mesh = mesh.vertices, mesh.faces, mesh.uv32()
     try:
         parts = list(islice(iter(mesh), 4))
     except Exception:  # it has no parts
         parts = []
     if len(parts) in (2, 3):
-        return parts[0], parts[1], parts[2] if len(parts) == 3 else None, *none
+        return [*parts, None, None, None][:5]
     raise bad_shape(
         "write takes a Parametrization, a MeshFile, (vertices, faces) or (vertices, faces, uv)."
     )

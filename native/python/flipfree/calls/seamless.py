@@ -8,13 +8,13 @@ import gzip
 import json
 import os
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
 from .. import _native, checks
 from ..errors import InvalidInput, bad_option, bad_shape, out_of_range
-from ..job import Job, Progress, ours_only, solver_call, start_job
+from ..job import Job, Limits, ours_only, solver_call, start_job
 from ..results import (
     FloatArray,
     IntArray,
@@ -26,10 +26,6 @@ from ..results import (
 )
 from ..texts import counted
 from .mesh_files import MALFORMED, as_path, no_access
-
-ENGINES = ("auto", "penner", "padding")
-BOUNDARIES = ("aligned", "aligned_or_free", "free")
-FIELD_BOUNDARIES = ("aligned", "free")
 
 #: Quarter turns are whole numbers below this, either way.
 _MOST_TURNS = 2**20
@@ -150,7 +146,8 @@ class Signature:
         except OSError as error:
             raise no_access(place, "read", error) from None
         except (AttributeError, KeyError, TypeError, ValueError) as error:
-            raise _malformed(place, f"it holds no signature: {error!r}.") from None
+            why = f"{place}: it holds no signature: {error!r}."
+            raise InvalidInput(why, code=MALFORMED) from None
         return Signature(cones, loops)
 
     @ours_only
@@ -247,14 +244,6 @@ def as_quarter_turns(
     return turns
 
 
-def as_sizing(value: Any, count: int) -> FloatArray:
-    """One number per vertex."""
-    sizes = checks.as_floats(value, "sizing")
-    if len(sizes) == 0 or len(sizes) != count:
-        raise bad_shape(f"sizing must have shape ({count},), one number per vertex.")
-    return sizes
-
-
 def as_signature(value: Any, mesh: Mesh) -> tuple[IntArray, Any]:
     """A :class:`Signature` as cones (n,) and loops of half-edges with their turns, None without any."""
     if not isinstance(value, Signature):
@@ -278,14 +267,12 @@ def as_signature(value: Any, mesh: Mesh) -> tuple[IntArray, Any]:
     return cones, loops or None
 
 
-def _of_field(mesh: Mesh, signature: Any, sizing: Any) -> dict[str, Any]:
+def _of_signature(signature: Any, mesh: Mesh) -> dict[str, Any]:
     """The options of a field that is made."""
-    options: dict[str, Any] = {}
-    if sizing is not None:
-        options["sizing"] = as_sizing(sizing, len(mesh.scaled))
-    if signature is not None:
-        options["cones"], options["loops"] = as_signature(signature, mesh)
-    return options
+    if signature is None:
+        return {}
+    cones, loops = as_signature(signature, mesh)
+    return {"cones": cones, "loops": loops}
 
 
 @solver_call
@@ -300,9 +287,7 @@ def cross_field(
     signature: Signature | None = None,
     sizing: Any = None,
     simplify: bool = False,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[CrossField]:
     """The smoothest cross field, following what it is asked to follow; or the smoothest with a given signature.
 
@@ -332,17 +317,15 @@ def cross_field(
         InvalidInput, Infeasible (cones that do not add up), NotConverged, Cancelled.
     """
     mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals(), "simplify max_seconds")
+    options = checks.checked(locals(), "simplify alignment edge_weight sizing")
     options |= dict(
         let_go=options["simplify"],
-        alignment=checks.as_number(alignment, "alignment"),
         edges=checks.as_optional_indices(sharp_edges, "sharp_edges", 2),
         boundary=checks.as_flag(boundary, "boundary"),
-        edge_weight=checks.as_number(edge_weight, "edge_weight"),
-        **_of_field(mesh, signature, sizing),
+        **_of_signature(signature, mesh),
     )
     return start_job(
-        _native.cross_field, mesh, options, threads, lambda data, _mesh: _field_from(*data)
+        _native.cross_field, mesh, options, limits, lambda data, _mesh: _field_from(*data)
     )
 
 
@@ -357,13 +340,7 @@ def _regular(faces: IntArray, count: int) -> IntArray:
 
 @solver_call
 def signature(
-    vertices: Any,
-    faces: Any,
-    field: CrossField,
-    *,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    vertices: Any, faces: Any, field: CrossField, **limits: Unpack[Limits]
 ) -> Job[Signature]:
     """The cones of a cross field, and how much it turns along the loops of a homology basis: exact, in whole quarters.
 
@@ -377,8 +354,8 @@ def signature(
         InvalidInput, NotConverged, Cancelled.
     """
     mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals(), "max_seconds") | dict(field=arrays_of(field, mesh.faces))
-    return start_job(_native.field_signature, mesh, options, threads, _signature_from)
+    options = dict(field=arrays_of(field, mesh.faces))
+    return start_job(_native.field_signature, mesh, options, limits, _signature_from)
 
 
 def _signature_from(data: tuple[IntArray, list[tuple[IntArray, int]]], mesh: Mesh) -> Signature:
@@ -406,9 +383,7 @@ def field_aligned(
     reroute: bool = True,
     uncuttable: Any = None,
     iterations: int = 200,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[Parametrization]:
     """A seamless map with exactly the cones and turning numbers of a cross field, that follows it.
 
@@ -446,30 +421,25 @@ def field_aligned(
     Raises:
         InvalidInput, Infeasible (signatures that no map has), NotConverged, Cancelled.
     """
-    open_boundary = checks.as_choice(boundary, "boundary", FIELD_BOUNDARIES)
+    checks.as_choice(boundary, "boundary", ("aligned", "free"))
     if field is not None and signature is not None:
         raise bad_option(
             "Both field and signature are given. Give one of them: a field has a signature of its own."
         )
     mesh = checks.as_mesh(vertices, faces)
-    made = _of_field(mesh, signature, sizing)
-    options = checks.checked(locals(), "uncuttable optimise features exact reroute max_seconds")
+    options = checks.checked(locals())
+    options["iterations"] = checks.whole(1)(iterations, "iterations")
+    made = checks.checked(locals(), "sizing") | _of_signature(signature, mesh)
+    made["boundary"] = boundary == "aligned"
     if features is not None:
         if not options["optimise"]:
             raise bad_option("features need the map to follow the field. Set optimise=True.")
         if signature is None:
             made |= dict(edges=options["features"], let_go=True)
-    options |= dict(
-        engine=checks.as_choice(engine, "engine", ENGINES),
-        iterations=checks.as_count(iterations, "iterations", 1),
-        boundary=open_boundary,
-        made=made | dict(boundary=open_boundary == "aligned"),
-    )
-    if sizing is not None:
-        options["sizing"] = made["sizing"]
+    options["made"] = made
     if field is not None:
         options["field"] = arrays_of(field, mesh.faces)
-    return start_job(_native.field_aligned, mesh, options, threads, parametrization_from)
+    return start_job(_native.field_aligned, mesh, options, limits, parametrization_from)
 
 
 @solver_call
@@ -484,9 +454,7 @@ def seamless(
     exact: bool = True,
     uncuttable: Any = None,
     max_iterations: int = 200,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[Parametrization]:
     """A seamless map of a surface with these cones: its seams match exactly, in 64 and in 32 bits.
 
@@ -530,18 +498,10 @@ def seamless(
         surface of this genus has), NotConverged, Cancelled.
     """
     mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals(), "optimise exact uncuttable max_iterations max_seconds")
-    options |= dict(
-        engine=checks.as_choice(engine, "engine", ENGINES),
-        boundary=checks.as_choice(boundary, "boundary", BOUNDARIES),
-    )
+    options = checks.checked(locals())
     if cones is not None:
         options["cones"] = as_quarter_turns(cones, "cones", len(mesh.scaled), 0, 1)
-    return start_job(_native.seamless, mesh, options, threads, parametrization_from)
-
-
-def _malformed(path: Any, what: str) -> InvalidInput:
-    return InvalidInput(f"{path}: {what}", code=MALFORMED)
+    return start_job(_native.seamless, mesh, options, limits, parametrization_from)
 
 
 def read_field_file(path: Any, vertices: FloatArray, faces: IntArray) -> FieldArrays:
@@ -552,86 +512,78 @@ def read_field_file(path: Any, vertices: FloatArray, faces: IntArray) -> FieldAr
     except (OSError, EOFError) as error:
         raise no_access(place, "read", error) from None
     text = raw.decode("latin-1")
-    kind = place.suffix.lower()
-    if kind == ".rawfield":
-        return _read_rawfield(place, text, faces)
-    if kind == ".ffield":
-        return _read_ffield(place, text, vertices, faces)
-    numbers = _numbers(place, text.split())
-    if len(numbers) != faces.size:
-        raise _malformed(
-            place,
-            f"{counted(len(numbers), 'number')} instead of {faces.size}, one for each half-edge.",
-        )
-    return FieldArrays(rotation=numbers)
-
-
-def _numbers(path: Any, words: list[str]) -> FloatArray:
     try:
-        numbers = np.array(words, np.float64)
+        match place.suffix.lower():
+            case ".rawfield":
+                return _read_rawfield(text, faces)
+            case ".ffield":
+                return _read_ffield(text, vertices, faces)
+        numbers, count = _numbers(text.split()), faces.size
+        found = counted(len(numbers), "number")
+        _need(len(numbers) == count, f"{found} instead of {count}, one for each half-edge.")
+        return FieldArrays(rotation=numbers)
     except ValueError as error:
-        raise _malformed(path, f"not a number: {error}.") from None
-    if not np.isfinite(numbers).all():
-        raise _malformed(path, "it has numbers that are not finite.")
+        raise InvalidInput(f"{place}: {error}", code=MALFORMED) from None
+
+
+def _need(holds: Any, what: str) -> None:
+    """Of a file's content."""
+    if not holds:
+        raise ValueError(what)
+
+
+def _numbers(words: list[str]) -> FloatArray:
+    numbers = np.array(words, np.float64)
+    _need(np.isfinite(numbers).all(), "it has numbers that are not finite.")
     return numbers
 
 
-def _read_rawfield(path: Any, text: str, faces: IntArray) -> FieldArrays:
-    numbers = _numbers(path, text.split())
-    if len(numbers) < 2 or numbers[0] != 4:
-        raise _malformed(path, "it does not begin with 4, the number of vectors of a cross.")
-    if numbers[1] != len(faces) or len(numbers) != 2 + 12 * len(faces):
-        raise _malformed(
-            path,
-            f"it has {counted(len(numbers) - 2, 'number')} for a count of faces of {numbers[1]:g}; "
-            f"the mesh has {len(faces)}, which take 12 each.",
-        )
+def _read_rawfield(text: str, faces: IntArray) -> FieldArrays:
+    numbers = _numbers(text.split())
+    begins = len(numbers) > 1 and numbers[0] == 4
+    _need(begins, "it does not begin with 4, the number of vectors of a cross.")
+    _need(
+        numbers[1] == len(faces) and len(numbers) == 2 + 12 * len(faces),
+        f"it has {counted(len(numbers) - 2, 'number')} for a count of faces of {numbers[1]:g}; "
+        f"the mesh has {len(faces)}, which take 12 each.",
+    )
     return FieldArrays(directions=numbers[2:].reshape(-1, 4, 3)[:, 0].copy())
 
 
-def _read_ffield(path: Any, text: str, vertices: FloatArray, faces: IntArray) -> FieldArrays:
+def _read_ffield(text: str, vertices: FloatArray, faces: IntArray) -> FieldArrays:
     lines = [line.split() for line in text.splitlines() if line.strip()]
     names = {line[0]: i for i, line in reversed(list(enumerate(lines)))}
-    if "crossfield_angles" not in names:
-        raise _malformed(path, "it has no crossfield_angles.")
+    _need("crossfield_angles" in names, "it has no crossfield_angles.")
     row = names["crossfield_angles"] + 1
-    angles = _numbers(path, lines[row] if row < len(lines) else [])
-    if len(angles) != len(faces):
-        raise _malformed(
-            path, f"{counted(len(angles), 'angle')} for {counted(len(faces), 'face')}."
-        )
+    angles = _numbers(lines[row] if row < len(lines) else [])
+    of_faces = f"for {counted(len(faces), 'face')}."
+    _need(len(angles) == len(faces), f"{counted(len(angles), 'angle')} {of_faces}")
     directions = _turned(vertices, faces, angles)
-    for name, sign in (("MI_matchings", 1), ("matchings", -1)):
+    signs = {"MI_matchings": 1, "matchings": -1}
+    for name, sign in signs.items():
         for found in (name, name + "_and_sharp"):
-            if found in names:
-                jumps = _period_jumps(path, lines[names[found] + 1 :], faces)
-                if (jumps == UNSET).any():
-                    return FieldArrays(directions=directions)
-                return FieldArrays(directions=directions, quarters=_quarters(sign * jumps))
-    return FieldArrays(directions=directions)
+            if found not in names:
+                continue
+            rows = [line[:6] for line in lines[names[found] + 1 :][: len(faces)]]
+            few = f"{counted(len(rows), 'line')} of matchings {of_faces}"
+            _need(len(rows) == len(faces), few)
+            short = any(len(line) < 6 for line in rows)
+            _need(not short, "a line of matchings has fewer than 6 numbers.")
+            jumps = _period_jumps(_numbers([word for line in rows for word in line]), faces)
+            if (jumps == UNSET).any():
+                return FieldArrays(directions)
+            # A period jump p makes the rotation (angle here) + (frames) - (angle there) + p pi / 2.
+            return FieldArrays(directions, quarters=np.asarray(-sign * jumps % 4, np.int32).ravel())
+    return FieldArrays(directions)
 
 
-def _quarters(jumps: IntArray) -> IntArray:
-    # A period jump p makes the rotation (angle here) + (frames) - (angle there) + p pi / 2.
-    return np.asarray(-jumps % 4, np.int32).ravel()
-
-
-def _period_jumps(path: Any, lines: list[list[str]], faces: IntArray) -> IntArray:
-    if len(lines) < len(faces):
-        raise _malformed(
-            path, f"{counted(len(lines), 'line')} of matchings for {counted(len(faces), 'face')}."
-        )
-    rows = [line[:6] for line in lines[: len(faces)]]
-    if any(len(line) < 6 for line in rows):
-        raise _malformed(path, "a line of matchings has fewer than 6 numbers.")
-    table = _numbers(path, [word for line in rows for word in line]).reshape(-1, 6)
-    jumps = np.full(faces.shape, UNSET, np.int32)
+def _period_jumps(numbers: FloatArray, faces: IntArray) -> IntArray:
+    table, jumps = numbers.reshape(-1, 6), np.full(faces.shape, UNSET, np.int32)
     for k in range(3):
         # The half-edge that ends at the vertex with this id.
         ends = np.roll(faces, -1, axis=1) == table[:, k, None]
-        if not (ends.sum(axis=1) == 1).all():
-            place = int(np.flatnonzero(ends.sum(axis=1) != 1)[0])
-            raise _malformed(path, f"the matchings of face {place} are of other vertices.")
+        wrong = np.flatnonzero(ends.sum(axis=1) != 1)[:1].tolist()
+        _need(not wrong, f"the matchings of face {wrong} are of other vertices.")
         jumps[ends] = table[:, 3 + k]
     return jumps
 

@@ -8,15 +8,15 @@ obstacle. The way back to UVs is one factor for u or v, a rounding, and a certif
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from .. import _native, checks
+from ..checks import Pins
 from ..distortion import STRETCH_BOUND
-from ..errors import NotConverged, bad_option, bad_shape
-from ..job import Job, Progress, StagedJob, Stages, job_of, solver_call, start_job
+from ..errors import NotConverged, bad_option, bad_shape, require
+from ..job import Job, Limits, StagedJob, Stages, job_of, solver_call, start_job
 from ..results import (
     Certificate,
     FloatArray,
@@ -27,7 +27,7 @@ from ..results import (
     parametrization_from,
 )
 from ..texts import counted
-from .certification import Pins, certify, pins_to_corners
+from .certification import certify
 
 #: Where islands end unless a caller says otherwise.
 SEAMS = "auto"
@@ -53,9 +53,7 @@ def unwrap(
     margin: float = 0.005,
     effort: float = 0.2,
     place_like: Any = None,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[Parametrization]:
     """One flip-free chart per seam island, free boundary, low distortion, on the given triangulation.
 
@@ -102,14 +100,10 @@ def unwrap(
         InvalidInput, Infeasible, NotConverged, Cancelled.
     """
     mesh = checks.as_mesh(vertices, faces)
-    pinned = pins_to_corners(pins, mesh.faces)
-    options = _options(locals(), mesh, "bijective may_add_cuts cut_extremities margin effort")
-    options |= checks.checked(locals(), "iterations tolerance")
+    options = _options(locals())
     find = checks.as_choice(seams, "seams", ("given", "auto")) == "auto"
-    options |= dict(pins=pinned, find_seams=find and not len(pinned[0]))
-    if place_like is not None:
-        options["place_like"] = checks.as_corner_uv(place_like, "place_like", len(mesh.faces))
-    return start_job(_native.unwrap, mesh, options, threads, parametrization_from)
+    options["find_seams"] = find and not len(options["pins"][0])
+    return start_job(_native.unwrap, mesh, options, limits, parametrization_from)
 
 
 @solver_call
@@ -124,9 +118,7 @@ def auto_seams(
     uncuttable: Any = None,
     materials: Any = None,
     polygons: Any = None,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[IntArray]:
     """Seams for ``unwrap``: short, few islands, and no more distortion than was asked for, as (k, 2) vertex pairs.
 
@@ -155,23 +147,17 @@ def auto_seams(
         InvalidInput, NotConverged, Cancelled.
     """
     mesh = checks.as_mesh(vertices, faces)
-    options = _options(locals(), mesh)
-    if sharp_angle is not None:
-        options["sharp_angle"] = checks.as_number(
-            sharp_angle, "sharp_angle", "must lie in (0, pi]", lambda x: 0.0 < x <= np.pi
-        )
-    options |= dict(find_seams=True, **_as_weights(weights))
-    return start_job(_native.auto_seams, mesh, options, threads, lambda data, _mesh: data)
+    options = _options(locals()) | dict(find_seams=True, **_as_weights(weights))
+    return start_job(_native.auto_seams, mesh, options, limits, lambda data, _mesh: data)
 
 
-def _options(given: dict[str, Any], mesh: Mesh, names: str = "") -> dict[str, Any]:
-    """Those that unwrap and auto_seams have in common, and those with these names."""
-    options = checks.checked(given, f"cuts uncuttable stretch max_seconds {names}")
-    for name in ("materials", "polygons"):
-        options[name] = checks.as_face_numbers(given[name], name, len(mesh.faces))
-    if given["polygons"] is not None:
-        inside = _edges_inside(options["polygons"], mesh.faces)
-        options["uncuttable"] = np.concatenate([options["uncuttable"], inside])
+def _options(given: dict[str, Any]) -> dict[str, Any]:
+    """Those of unwrap and auto_seams."""
+    options = checks.checked(given)
+    if "polygons" in options:
+        inside = _edges_inside(options["polygons"], given["mesh"].faces)
+        given_edges = options.get("uncuttable", inside[:0])
+        options["uncuttable"] = np.concatenate([given_edges, inside])
     return options
 
 
@@ -254,9 +240,7 @@ def pack(
     obstacles: Any = None,
     density: float | None = None,
     place_like: Any = None,
-    max_seconds: float | None = None,
-    threads: int | None = None,
-    progress: Progress | None = None,
+    **limits: Unpack[Limits],
 ) -> Job[Parametrization]:
     """Moves the charts of a flip-free map into the unit square, as ``unwrap`` does; only turns, shifts and scales.
 
@@ -313,65 +297,46 @@ def pack(
         InvalidInput (also for a map with flipped triangles, which are named), NotConverged, Cancelled.
     """
     mesh = checks.as_mesh(vertices, faces)
-    corner_uv = checks.as_corner_uv(uv, "uv", len(mesh.faces))
-    size = checks.as_count(texture_size, "texture_size", least=1)
+    size = checks.whole(1)(texture_size, "texture_size")
     if margin_pixels is not None:
-        margin = (
-            checks.as_number(
-                margin_pixels,
-                "margin_pixels",
-                f"must be at least 0 and below half of the {size} pixels of texture_size",
-                lambda x: 0.0 <= x < size / 2,
-            )
-            / size
-        )
-    options = checks.checked(locals(), "margin groups layouts share_tile stack_similar effort")
-    options |= checks.checked(
-        locals(), "keep_bijective unmoved aspect max_seconds together scale_true"
-    )
-    options |= checks.checked(locals(), "stack_mirrored")
-    first = checks.as_count(tile, "tile", least=1001, most=1100) - 1001
-    options |= dict(
-        rotation=checks.as_choice(rotation, "rotation", ("free", "straight", "quarters", "none")),
-        tiles=checks.as_count(tiles, "tiles", least=1, most=100),
-        first_tile=first,
-        obstacles=checks.as_corner_uv(obstacles, "obstacles"),
-        uv=corner_uv,
-    )
+        in_pixels = checks.real(f"of {size} pixels of texture_size", least=0.0, below=size / 2)
+        margin = in_pixels(margin_pixels, "margin_pixels") / size
+    options = checks.checked(locals())
+    corner_uv, keep_clear_of = options["uv"], options.get("obstacles", np.zeros((0, 2)))
+    first = checks.whole(1001, 1100)(tile, "tile") - 1001
+    options["first_tile"] = first
     if density is not None:
         options["density"] = _times_power(checks.as_positive(density, "density"), mesh.exponent)
-    if place_like is not None:
-        options["place_like"] = checks.as_corner_uv(place_like, "place_like", len(mesh.faces))
     texture = Texture(options.pop("aspect"), first % 10, first // 10)
-    if texture.aspect == 1.0:
-        job = start_job(_native.pack, mesh, options, threads, _packed_from)
-        return job if density is None else _OfDensity(job, float(density))
-    if options["tiles"] > 1 or not (layouts is None or options["share_tile"]):
-        raise bad_option(
-            "Charts are spread over several tiles only where these are squares. Pack into one tile, or leave aspect out."
-        )
-    for name in {"uv", "obstacles", "place_like"} & set(options):
-        options[name] = texture.in_pixels(options[name])
-    options["obstacles"] = np.concatenate([options["obstacles"], texture.beside()])
-    options["first_tile"] = 0
-    judge = partial(
-        job_of(certify),
-        vertices,
-        faces,
-        disjoint=not (len(options["unmoved"]) or stack_similar or groups is not None)
-        and layouts is None,
-        threads=threads,
-    )
-
-    job = start_job(_native.pack, mesh, options, threads, _packed_from)
-    job = job if density is None else _OfDensity(job, float(density))
+    if texture.aspect != 1.0:
+        if options["tiles"] > 1 or not (layouts is None or options["share_tile"]):
+            raise bad_option(
+                "Charts are spread over several tiles only where these are squares. Pack into one tile, or leave aspect out."
+            )
+        for name in {"uv", "place_like"} & set(options):
+            options[name] = texture.in_pixels(options[name])
+        options["obstacles"] = np.concatenate([texture.in_pixels(keep_clear_of), texture.beside()])
+        options["first_tile"] = 0
+    job = start_job(_native.pack, mesh, options, limits, _packed_from)
 
     def stages() -> Stages[Parametrization]:
-        packed = yield job, 0.8
+        try:
+            packed: Parametrization = yield job, 1.0 if texture.aspect == 1.0 else 0.8
+        except NotConverged as error:
+            if density is not None and error.code == "rounding to 32 bits flips triangles":
+                error.args = (
+                    f"{str(error).partition('. ')[0]}. The density asked for is {float(density):g}: give a larger one, "
+                    "or none, which makes the charts as large as there is room for.",
+                )
+            raise
+        if texture.aspect == 1.0:
+            return packed
         found = _in_uv(packed, corner_uv.reshape(-1, 3, 2), texture)
         mirrored = np.zeros(len(found.faces), np.int32)
         mirrored[packed.certificate.mirrored_faces] = 1
-        return _judged(found, (yield judge(found.uv, mirrored=mirrored), 1.0))
+        alone = not (len(options.get("unmoved", ())) or stack_similar or groups is not None)
+        how: dict[str, Any] = dict(mirrored=mirrored, disjoint=alone and layouts is None, **limits)
+        return _judged(found, (yield job_of(certify)(vertices, faces, found.uv, **how), 1.0))
 
     return StagedJob(stages())
 
@@ -390,34 +355,11 @@ def _in_uv(packed: Parametrization, before: FloatArray, texture: Texture) -> Par
 
 
 def _judged(packed: Parametrization, found: Certificate) -> Parametrization:
-    if not found.ok:
-        raise NotConverged(
-            f"The packed map failed its check: {'; '.join(found.failures)}. Leave aspect out, or pack fewer faces at once.",
-            code="certificate failed",
-            certificate=found,
-        )
+    cure = "Leave aspect out, or pack fewer faces at once."
+    require(found, "The packed map failed its check", cure)
     # Distortion is that of the texture on the surface.
     seen = {name: getattr(packed.certificate, name) for name in DISTORTION}
     return replace(packed, certificate=replace(found, **seen))
-
-
-class _OfDensity(Job[Parametrization]):
-    """Charts that 32 bits cannot store at the density asked for are told so, not to be smaller."""
-
-    def __init__(self, job: Job[Parametrization], density: float) -> None:
-        super().__init__(job, lambda packed: packed)
-        self._density = density
-
-    def _result(self) -> Parametrization:
-        try:
-            return super()._result()
-        except NotConverged as error:
-            if error.code == "rounding to 32 bits flips triangles":
-                error.args = (
-                    f"{str(error).partition('. ')[0]}. The density asked for is {self._density:g}: give a larger one, "
-                    "or none, which makes the charts as large as there is room for.",
-                )
-            raise
 
 
 def _packed_from(data: dict[str, Any], mesh: Mesh) -> Parametrization:

@@ -14,13 +14,14 @@ import shutil
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from .. import jobs
 from ..errors import Cancelled, FlipfreeError, NotConverged
-from ..job import LONGEST_WAIT, Job
+from ..job import LONGEST_WAIT, Job, StagedJob, Stages
 from .pipes import Child, Message, how_ended, read_object, was_killed, write_object
 
 #: Codes of errors that the process itself meets, see docs/errors.md.
@@ -64,28 +65,32 @@ class SolverProcess:
         """Starts ``flipfree.jobs.<name>`` there. What it raises at once here, the job's ``result`` raises."""
         if self._job is not None and not self._job.ended:
             self.close()  # whoever started it has let go of it
+        here: Callable[[], Job[Any]] = partial(getattr(jobs, name), *arguments, **options)
         if self.solved_here:
-            return self.here(name, arguments, options)
+            return here()
         self._calls += 1
         try:
-            self._open()
-            assert self._folder is not None
-            write_object(self._folder / f"call-{self._calls}", (name, arguments, options))
+            folder = self._open()
+            write_object(folder / f"call-{self._calls}", (name, arguments, options))
         except OSError as error:
             self.close()
             why = f"{self._command[0]}: {error.strerror or error}"  # the system names no command
-            if self._or_here:
-                self.solved_here = why
-                return self.here(name, arguments, options)
-            raise not_started(why) from error
+            if not self._or_here:
+                raise not_started(why) from error
+            self.solved_here = why
+            return here()
         self.send({"call": self._calls})
-        self._job = ProcessJob(self, self._calls, (name, arguments, options))
-        return self._job
+        self._job = ProcessJob(self, self._calls)
+        return StagedJob(self._there_or(here, self._job)) if self._or_here else self._job
 
-    def here(self, name: str, arguments: Sequence[Any], options: Mapping[str, Any]) -> Job[Any]:
-        """The same call in this process."""
-        job: Job[Any] = getattr(jobs, name)(*arguments, **options)
-        return job
+    def _there_or(self, here: Callable[[], Job[Any]], job: Job[Any]) -> Stages[Any]:
+        try:
+            return (yield job, 1.0)
+        except NotConverged as error:
+            if error.code != NOT_STARTED:
+                raise
+            self.solved_here = str(error)
+        return (yield here(), 1.0)
 
     def close(self) -> None:
         """Ends the process, whatever it is doing, and removes its files. What is mapped from them stays."""
@@ -100,10 +105,10 @@ class SolverProcess:
     def __del__(self) -> None:
         self.close()
 
-    def _open(self) -> None:
-        """Raises OSError."""
-        if self._process is not None and self._process.poll() is None:
-            return
+    def _open(self) -> Path:
+        """The folder of calls and answers. Raises OSError."""
+        if self._process is not None and self._folder is not None and self._process.poll() is None:
+            return self._folder
         self.close()
         self._folder = folder = Path(tempfile.mkdtemp(prefix="flipfree-"))
         self._ready = False
@@ -114,6 +119,7 @@ class SolverProcess:
         }
         command = [*self._command, "-I", "-B", "-c", _BOOT, json.dumps(opening)]
         self._process = Child(command, {})
+        return folder
 
     def send(self, message: Message) -> None:
         assert self._process is not None
@@ -150,29 +156,15 @@ class SolverProcess:
             how += ", perhaps because memory ran out"
         return _ended(f"{how}. {said}")
 
-    def falls_back(self, error: FlipfreeError) -> bool:
-        """Whether calls are solved in this process from now on, because of this error."""
-        if self._or_here and error.code == NOT_STARTED:
-            self.solved_here = str(error)
-        return bool(self.solved_here)
-
 
 class ProcessJob(Job[Any]):
     """A call that is being solved in another process."""
 
-    def __init__(
-        self,
-        process: SolverProcess,
-        number: int,
-        call: tuple[str, Sequence[Any], Mapping[str, Any]],
-    ) -> None:
+    def __init__(self, process: SolverProcess, number: int) -> None:
         self._process = process
         self._number = number
-        self._call = call
         self._progress = ("starting a process", 0.0)
         self._answer: tuple[str, Any] | None = None
-        self._here: Job[Any] | None = None  # the same call, where no process could be started
-        self._accepted = False
 
     @property
     def ended(self) -> bool:
@@ -181,11 +173,12 @@ class ProcessJob(Job[Any]):
     def wait(self, seconds: float) -> bool:
         """Waits up to ``seconds``; True when the call has ended, well or badly, or its process has."""
         end = time.monotonic() + min(max(seconds, 0.0), LONGEST_WAIT)
-        while self._answer is None and self._here is None:
+        while self._answer is None:
             left = end - time.monotonic()
             messages = self._process.receive(max(left, 0.0))
             if messages is None:
-                self._lost(self._process.death())
+                self._answer = ("error", self._process.death())
+                self._process.close()
                 break
             for message in messages:
                 if "progress" in message:
@@ -193,52 +186,28 @@ class ProcessJob(Job[Any]):
                     self._progress = (stage, fraction)
                 if message.get("answer") == self._number:
                     self._answer = self._process.answer(self._number)
-            if self._answer is None and left <= 0.0:
-                return False
-        if self._here is not None:
-            return self._here.wait(max(end - time.monotonic(), 0.0))
-        return True
-
-    def _lost(self, error: FlipfreeError) -> None:
-        """Its process is no longer there."""
-        self._process.close()
-        if not self._process.falls_back(error):
-            self._answer = ("error", error)
-            return
-        name, arguments, options = self._call
-        try:
-            self._here = self._process.here(name, arguments, options)
-        except FlipfreeError as refused:
-            self._answer = ("error", refused)
-            return
-        if self._accepted:
-            self._here.accept()
+            if left <= 0.0:
+                break
+        return self.ended
 
     def progress(self) -> tuple[str, float]:
         """(stage, fraction) as last heard of; the fraction never falls."""
-        return self._progress if self._here is None else self._here.progress()
+        return self._progress
 
     def accept(self) -> None:
         """Takes the map as it is, as ``Job.accept`` does."""
-        self._accepted = True
-        if self._here is not None:
-            self._here.accept()
-        elif self._answer is None:
+        if not self.ended:
             self._process.send({"accept": True})
 
     def cancel(self) -> None:
         """Ends the process at once. Then ``result`` raises Cancelled."""
-        if self._here is not None:
-            self._here.cancel()
-        elif self._answer is None:
+        if not self.ended:
             self._process.close()
             self._answer = ("error", Cancelled("Cancelled by the caller.", code="cancelled"))
 
     def _result(self) -> Any:
         while not self.wait(LONGEST_WAIT):
             pass
-        if self._here is not None:
-            return self._here.result()
         assert self._answer is not None
         kind, value = self._answer
         if kind == "error":

@@ -1,4 +1,4 @@
-"""Children that are talked to: in lines of JSON through pipes, with arrays in files, and not for longer than their parent lives.
+"""Children that are talked to: in lines of JSON through pipes, with objects in files, and not for longer than their parent lives.
 
 In a program that may not be Python's own: Blender leaves SIGPIPE at what ends a process.
 """
@@ -9,12 +9,10 @@ import collections
 import contextlib
 import ctypes
 import json
-import mmap
 import os
 import pickle
 import select
 import signal
-import struct
 import subprocess
 import sys
 import time
@@ -31,7 +29,6 @@ Message = Mapping[str, Any]
 _MARK = b"@flipfree "
 _AT_ONCE = 1 << 16  # bytes
 _KEPT_LINES = 12
-_ALIGNED = 64
 _PR_SET_PDEATHSIG = 1
 
 
@@ -181,43 +178,12 @@ def _is_ancestor(pid: int) -> bool:
 
 
 def write_object(path: Path, value: object) -> None:
-    """A Python object, its arrays beside it as they lie in memory: reading one copies nothing.
-
-    count of arrays, their sizes (64-bit numbers) | the rest, pickled | each array, at a multiple of 64 bytes
-
-    Raises OSError if there is no room.
-    """
-    buffers: list[pickle.PickleBuffer] = []
-    rest = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
-    arrays = [buffer.raw() for buffer in buffers]
-    sizes = [len(rest), *(array.nbytes for array in arrays)]
+    """A Python object; its arrays go from and to memory as they lie there. Raises OSError if there is no room."""
     with path.open("wb") as file:
-        file.write(struct.pack(f"<Q{len(sizes)}Q", len(sizes), *sizes))
-        file.write(rest)
-        for array in arrays:
-            file.seek(_aligned(file.tell()))
-            file.write(array)
+        pickle.dump(value, file, protocol=5)
 
 
 def read_object(path: Path) -> Any:
-    """Only of files that this user's own processes have written: whoever writes them decides what happens here. Arrays can be
-    written to, which changes no file."""
+    """Only of files that this user's own processes have written: whoever writes them decides what happens here."""
     with path.open("rb") as file:
-        if os.name == "nt":  # which removes no file that is mapped
-            data = memoryview(bytearray(file.read()))
-        else:
-            data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_COPY))
-    (count,) = struct.unpack_from("<Q", data)
-    sizes = struct.unpack_from(f"<{count}Q", data, 8)
-    at = 8 + 8 * count
-    rest, at = data[at : at + sizes[0]], at + sizes[0]
-    arrays = []
-    for size in sizes[1:]:
-        at = _aligned(at)
-        arrays.append(data[at : at + size])
-        at += size
-    return pickle.loads(rest, buffers=arrays)
-
-
-def _aligned(place: int) -> int:
-    return -(-place // _ALIGNED) * _ALIGNED
+        return pickle.load(file)

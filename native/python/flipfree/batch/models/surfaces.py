@@ -18,6 +18,7 @@ import flipfree as ff
 from ...calls.matching import edges_between_pins, held_by_pins
 from ...checks import shown
 from ...errors import bad_option, bad_pins
+from ...points import split_edges
 from ...results import FloatArray, IntArray
 from ...separated import (
     each_part,
@@ -138,11 +139,7 @@ def _refuse_split_cuts(
     clean: ff.SeparatedSurface, found: ff.Parametrization, cuts: IntArray
 ) -> None:
     """The two sides of a cut are mapped each by itself, so that a vertex added on one is missing on the other."""
-    added = slice(len(clean.vertices), None)
-    weights = found.vertex_barycentric[added]
-    corners = clean.vertex_origin[clean.faces[found.vertex_parent[added]]]
-    on_edge = (weights == 0.0).any(axis=1)
-    ends = corners[on_edge][weights[on_edge] != 0.0].reshape(-1, 2)
+    ends = split_edges(found, len(clean.vertices), clean.vertex_origin[clean.faces])
     split = ends[np.isin(edge_keys(ends), edge_keys(cuts))]
     if len(split):
         raise bad_pins(
