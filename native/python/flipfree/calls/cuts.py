@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Unpack
 
 import numpy as np
@@ -11,7 +11,7 @@ from .. import _native
 from ..checks import as_mesh, checked
 from ..errors import bad_option
 from ..job import Job, Limits, solver_call, start_job
-from ..results import FloatArray, IntArray, Mesh, ReadOnly, frozen
+from ..results import FloatArray, IntArray, Mesh, ReadOnly, all_frozen, frozen
 from ..texts import counted
 from .seamless import CrossField, arrays_of, as_quarter_turns
 
@@ -58,18 +58,13 @@ class AdmissibleCut(ReadOnly):
 
 
 def _cut_from(data: Any, mesh: Mesh) -> AdmissibleCut:
-    vertices, faces, parent, vertex_parent, weights, branches, corners, flat, stats = data
-    return AdmissibleCut(
-        vertices=frozen(mesh.restored(vertices)),
-        faces=frozen(faces),
-        parent_face=frozen(parent),
-        vertex_parent=frozen(vertex_parent),
-        vertex_barycentric=frozen(weights),
-        branches=[frozen(path) for path in branches],
-        corners=frozen(np.array(corners, np.int32).reshape(-1, 2)),
-        flat=frozen(np.array(flat, np.int32).reshape(-1, 2)),
-        stats=dict(stats),
-    )
+    names = (field.name for field in fields(AdmissibleCut))
+    found = dict(zip(names, data, strict=True))
+    found["vertices"] = mesh.restored(found["vertices"])
+    found["branches"] = [frozen(path) for path in found["branches"]]
+    for name in ("corners", "flat"):
+        found[name] = np.array(found[name], np.int32).reshape(-1, 2)
+    return AdmissibleCut(**all_frozen(found))
 
 
 @solver_call

@@ -11,11 +11,10 @@ import signal
 import sys
 import threading
 from pathlib import Path
-from typing import Any
 
 from .. import jobs
-from ..errors import FlipfreeError, NotConverged
-from ..job import POLL_SECONDS, Job
+from ..errors import FlipfreeError
+from ..job import POLL_SECONDS, ours_only
 from .pipes import Message, die_with, read_object, say, write_object
 
 _NICER = 5
@@ -52,29 +51,18 @@ def _leave(folder: Path) -> None:
 
 def _answer(message: Message, folder: Path, messages: queue.SimpleQueue[Message]) -> None:
     number, target = message["call"], folder / f"answer-{message['call']}"
-    answer: tuple[str, object]
     try:
-        name, arguments, options = read_object(folder / f"call-{number}")
-        answer = ("result", _solve(getattr(jobs, name)(*arguments, **options), messages))
+        _solved(folder / f"call-{number}", target, messages)
     except FlipfreeError as error:
-        answer = ("error", error)
-    except Exception as error:
-        answer = ("error", _internal(error))
-    try:
-        write_object(target, answer)
-    except Exception as error:  # no room for it
-        write_object(target, ("error", _internal(error)))
+        write_object(target, ("error", error))
     say({"answer": number})
 
 
-def _internal(error: Exception) -> NotConverged:
-    return NotConverged(
-        f"The solver's process met an error of its own: {type(error).__name__}: {error}. Please report this mesh.",
-        code="internal error",
-    )
-
-
-def _solve(job: Job[Any], messages: queue.SimpleQueue[Message]) -> object:
+@ours_only
+def _solved(call: Path, target: Path, messages: queue.SimpleQueue[Message]) -> None:
+    """Writes what a call returns."""
+    name, arguments, options = read_object(call)
+    job = getattr(jobs, name)(*arguments, **options)
     told = None
     while not job.wait(POLL_SECONDS):
         now = job.progress()
@@ -84,7 +72,7 @@ def _solve(job: Job[Any], messages: queue.SimpleQueue[Message]) -> object:
         while not messages.empty():
             if "accept" in messages.get():
                 job.accept()
-    return job.result()
+    write_object(target, ("result", job.result()))
 
 
 def _stand_back() -> None:
