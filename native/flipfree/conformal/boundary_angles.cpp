@@ -41,11 +41,9 @@ PinnedMetric compute_pinned_metric(const mesh::Surface& surface, const std::vect
   NewtonOptions newton;
   newton.tolerance = tolerance;
   newton.max_iterations = kMaxIterations;
-  newton.more_bits = false;
   newton.pinned = &pinned;
   NewtonSystem system(pinned);
-  Descent descent = Descent::kUnknown;
-  const NewtonRun run = run_newton(*engine, system, newton, descent, context);
+  const NewtonRun run = run_newton(*engine, system, newton, context);
   result.error = run.error;
   result.iterations = run.iterations;
   result.converged = run.end == NewtonEnd::kConverged;

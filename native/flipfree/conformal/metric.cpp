@@ -183,34 +183,6 @@ constexpr double kFineAngles =
     1e-13;                           // radians: what the angles of a result are known to, at least
 constexpr double kFinishing = 0.05;  // seconds
 
-// Sums over the rungs of the precision ladder.
-struct Totals {
-  std::size_t exact_tests = 0;
-  int rungs = 0;
-  int evaluations = 0;
-  int relaxed = 0;
-};
-
-// Adds a run and its errors; the first of them repeats the last of the rung before.
-void add_run(const NewtonRun& run, Totals& totals, ConformalMetric& result) {
-  result.iterations += run.iterations;
-  totals.evaluations += run.evaluations;
-  totals.relaxed += run.relaxed_iterations;
-  // Errors of angles that were no numbers are none.
-  bool repeated = !result.error_history.empty();
-  for (const double error : run.error_history) {
-    if (!repeated && std::isfinite(error)) result.error_history.push_back(error);
-    repeated = false;
-  }
-}
-
-void write_stats(const Totals& totals, Stats& stats) {
-  stats["precision_rungs"] = static_cast<std::int64_t>(totals.rungs);
-  stats["evaluations"] = static_cast<std::int64_t>(totals.evaluations);
-  stats["relaxed_iterations"] = static_cast<std::int64_t>(totals.relaxed);
-  stats["intrinsic_refinement"] = static_cast<std::int64_t>(0);
-}
-
 // Whether all lengths are in the range of numbers, which few bits may leave.
 bool has_lengths(const ConformalMetric& metric) {
   return std::visit(
@@ -323,11 +295,10 @@ class Ladder {
   // A fresh engine where the last one stands, and Newton from there. Where it does not get there,
   // the last one stays.
   NewtonRun take_rung(int bits) {
-    ++totals_.rungs;
+    ++rungs_;
     const double seconds = limit_ > 0.0 ? std::max(1e-3, limit_ - watch_.seconds()) : 0.0;
     newton_.max_iterations = options_.max_iterations - result_.iterations;
-    newton_.earlier_tests = totals_.exact_tests;
-    newton_.more_bits = options_.bits == 0 ? bits < kLargestBits : bits < options_.bits;
+    newton_.earlier_tests = exact_tests_;
     NewtonRun run;
     run.end = NewtonEnd::kPrecision;
     std::unique_ptr<MetricEngine> reached;  // what a replay is to improve on
@@ -343,7 +314,7 @@ class Ladder {
         if (last_.end == NewtonEnd::kConverged) reached = std::move(fresh);
         fresh.reset();
       }
-      if (fresh != nullptr) totals_.exact_tests += fresh->exact_tests();
+      if (fresh != nullptr) exact_tests_ += fresh->exact_tests();
     });
     if (!in_time) {
       if (!(seconds > 0.0)) throw TimeIsOver();
@@ -352,22 +323,35 @@ class Ladder {
     }
     if (run.reason[0] == '\0') {
       newton_.max_seconds = seconds > 0.0 ? std::max(1e-3, limit_ - watch_.seconds()) : 0.0;
-      run = run_newton(*engine_, system_, newton_, descent_, context_);
+      run = run_newton(*engine_, system_, newton_, context_);
       if (run.end == NewtonEnd::kConverged && !engine_->has_triangles()) {
         run.end = NewtonEnd::kPrecision;
         run.reason = "a triangle's sides have lost it";
       }
-      add_run(run, totals_, result_);
-      totals_.exact_tests += engine_->exact_tests();
+      add(run);
+      exact_tests_ += engine_->exact_tests();
       if (reached != nullptr && run.end == NewtonEnd::kSeconds) {
         engine_ = std::move(reached);
       } else {
         last_ = run;
       }
     }
-    if (run.end == NewtonEnd::kPrecision && totals_.rungs == 1)
+    if (run.end == NewtonEnd::kPrecision && rungs_ == 1)
       result_.stats["climbed_because"] = std::string(run.reason);
     return run;
+  }
+
+  // The first of its errors repeats the last of the rung before; those of angles that were no
+  // numbers are none.
+  void add(const NewtonRun& run) {
+    result_.iterations += run.iterations;
+    evaluations_ += run.evaluations;
+    relaxed_ += run.relaxed_iterations;
+    bool repeated = !result_.error_history.empty();
+    for (const double error : run.error_history) {
+      if (!repeated && std::isfinite(error)) result_.error_history.push_back(error);
+      repeated = false;
+    }
   }
 
   bool is_long_way() const {
@@ -387,7 +371,10 @@ class Ladder {
     const bool reached = last_.end == NewtonEnd::kConverged;
     finish_result(*engine_, input_, options_, reached ? last_ : run, result_, context_);
     result_.stats["seconds"] = watch_.seconds();
-    write_stats(totals_, result_.stats);
+    result_.stats["precision_rungs"] = std::int64_t{rungs_};
+    result_.stats["evaluations"] = std::int64_t{evaluations_};
+    result_.stats["relaxed_iterations"] = std::int64_t{relaxed_};
+    result_.stats["intrinsic_refinement"] = std::int64_t{0};
     if (!std::isfinite(result_.angle_error) || !has_lengths(result_)) {
       if (run.end == NewtonEnd::kSeconds)
         throw_out_of_time("No metric with angles in the range of numbers was reached",
@@ -408,51 +395,23 @@ class Ladder {
   NewtonRun last_;                        // its run
   NewtonSystem system_;
   NewtonOptions newton_;
-  Descent descent_ = Descent::kUnknown;
-  Totals totals_;
+  // Sums over the rungs.
+  std::size_t exact_tests_ = 0;
+  int rungs_ = 0, evaluations_ = 0, relaxed_ = 0;
 };
 
 }  // namespace
 
-// `input`: with targets. Errors: NotConverged as compute_conformal_metric(), Cancelled.
-ConformalMetric climb_precision_ladder(const EngineInput& input, const MetricOptions& options,
-                                       ExecutionContext& context) {
-  return Ladder(input, options, context).climb();
-}
-
-ConformalMetric compute_conformal_metric(const mesh::Surface& surface, const Points3* lengths,
+ConformalMetric compute_conformal_metric(const mesh::Surface& surface,
                                          const std::vector<double>& target_angles,
-                                         const MetricOptions& options, ExecutionContext& context) {
+                                         const MetricOptions& options, ExecutionContext& context,
+                                         const Points3* lengths) {
   EngineInput input = checked_input(surface, lengths, options);
   input.target = checked_targets(target_angles, input, options.tolerance);
-  ConformalMetric metric = climb_precision_ladder(input, options, context);
+  ConformalMetric metric = Ladder(input, options, context).climb();
   debug_check("compute_conformal_metric", [&] { return find_broken_invariant(metric); });
   return metric;
 }
-
-ConformalMetric compute_conformal_metric(const mesh::Surface& surface,
-                                         const std::vector<double>& target_angles,
-                                         const MetricOptions& options, ExecutionContext& context) {
-  return compute_conformal_metric(surface, nullptr, target_angles, options, context);
-}
-
-ConformalMetric compute_conformal_metric(Index vertex_count, const Triangles& faces,
-                                         const Points3& lengths,
-                                         const std::vector<double>& target_angles,
-                                         const MetricOptions& options, ExecutionContext& context) {
-  return compute_conformal_metric({Points3::Zero(vertex_count, 3), faces}, &lengths, target_angles,
-                                  options, context);
-}
-
-namespace {
-
-// The checks that all do first; `lengths` may be null. Throws as they do.
-void validate_metric_input(const mesh::Surface& surface, const Points3* lengths,
-                           const std::vector<double>& target_angles, const MetricOptions& options) {
-  checked_targets(target_angles, checked_input(surface, lengths, options), options.tolerance);
-}
-
-}  // namespace
 
 void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options) {
   const bool seconds = metric.end == NewtonEnd::kSeconds;
@@ -532,8 +491,9 @@ RefinedMetric from_refined_start(const mesh::Surface& surface, const Points3* le
   share.max_seconds = kFirstShare * options.max_seconds;
   share.max_iterations = std::min(options.max_iterations, kMostRefinedSteps);
   share.require_convergence = false;
-  result.metric = compute_conformal_metric(split.vertex_count, split.faces, split.lengths,
-                                           refined_targets(target_angles, split), share, context);
+  result.metric = compute_conformal_metric({Points3::Zero(split.vertex_count, 3), split.faces},
+                                           refined_targets(target_angles, split), share, context,
+                                           &split.lengths);
   result.metric.added = split.added;
   for (const auto& [name, value] : stats) result.metric.stats[name] = value;
   return result;
@@ -550,7 +510,7 @@ RefinedMetric compute_refined_metric(const mesh::Surface& surface, const Points3
     MetricOptions plain = options;
     std::optional<double> reached;
     if (refine) {
-      validate_metric_input(surface, lengths, target_angles, options);
+      checked_targets(target_angles, checked_input(surface, lengths, options), options.tolerance);
       context.report("refined start", 0.0);
       // Where not even its start is possible the plain way is left.
       Outcome<RefinedMetric> refined = attempt(
@@ -561,7 +521,7 @@ RefinedMetric compute_refined_metric(const mesh::Surface& surface, const Points3
         plain.max_seconds = std::max(kLeastSeconds, options.max_seconds - watch.seconds());
     }
     RefinedMetric result;
-    result.metric = compute_conformal_metric(surface, lengths, target_angles, plain, context);
+    result.metric = compute_conformal_metric(surface, target_angles, plain, context, lengths);
     if (reached) result.metric.stats["refined_start_error"] = *reached;
     return result;
   };

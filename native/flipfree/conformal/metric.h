@@ -37,20 +37,13 @@ struct MetricOptions {
 // curvature. Errors: InvalidInput (mesh not valid, connected and free of isolated vertices; angles
 // not positive or not finite), Infeasible/kGaussBonnet (names the remainder), NotConverged (says
 // what was reached), Cancelled.
+// `lengths`: null, or those to start from instead of the positions', which are not read then:
+// lengths(f, k) belongs to the edge from corner k to k + 1 of face f; both sides of an edge must
+// agree and every face must satisfy the strict triangle inequality.
 ConformalMetric compute_conformal_metric(const mesh::Surface& surface,
                                          const std::vector<double>& target_angles,
-                                         const MetricOptions& options, ExecutionContext& context);
-// The same for given lengths: lengths(f, k) belongs to the edge from corner k to k + 1 of face f;
-// both sides of an edge must agree and every face must satisfy the strict triangle inequality.
-ConformalMetric compute_conformal_metric(Index vertex_count, const Triangles& faces,
-                                         const Points3& lengths,
-                                         const std::vector<double>& target_angles,
-                                         const MetricOptions& options, ExecutionContext& context);
-
-// Either: `lengths` may be null.
-ConformalMetric compute_conformal_metric(const mesh::Surface& surface, const Points3* lengths,
-                                         const std::vector<double>& target_angles,
-                                         const MetricOptions& options, ExecutionContext& context);
+                                         const MetricOptions& options, ExecutionContext& context,
+                                         const Points3* lengths = nullptr);
 
 // Newton's method in double, and from where rounding decides, with ever more bits.
 

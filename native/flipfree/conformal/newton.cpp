@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -15,6 +16,10 @@ namespace {
 constexpr double kAlpha = 0.1;       // Armijo-like constant of Algorithm 3
 constexpr double kNormStep = 1e-10;  // below this step the norm decrease is no longer asked for
 constexpr double kSmallestStep = 1e-16;
+// A step changes no difference of scale factors by more than this (4.6.1: "the range of the
+// coefficients"): it keeps factors representable and the flips of one trial few. In double, where
+// steps are followed by relaxation, by the second.
+constexpr double kStepRange = 10.0, kQuickStepRange = 40.0;
 // Accuracy of angles with more bits than a double has, and the error of the gradient below which
 // the coarse one is not good enough.
 constexpr double kCoarse = 1e-9;
@@ -32,18 +37,11 @@ struct Relaxation {
 constexpr double kShortStep = 0.3;
 constexpr Relaxation kThorough{0.03, 8};
 constexpr Relaxation kQuick{0.1, 1};
-constexpr double kLessError = 0.3;  // of the error before a relaxed step: leaving less is thorough
-// An error at the start beyond kFar radians goes by relaxed steps from the beginning (kRelaxed).
-// Measured with single cones on g-tori (docs/benchmarks.md).
-constexpr double kFar = 200.0;
 // Delaunay tests in full precision, per edge and anyway, after which more lead nowhere: among
 // needles thinner than scale factors can be told apart every vertex that is relaxed takes all the
 // moves that it may, and Newton steps creep. They cost nearly all of the time.
 constexpr std::size_t kTestsPerEdge = 2000;
 constexpr std::size_t kTestsAnyway = 20'000;
-// Relaxed steps need angles that are known to less than what relaxation leaves.
-constexpr double kMostNoise = 0.01;
-
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
@@ -59,16 +57,6 @@ double norm(const std::vector<double>& a) {
   for (const double x : a) sum += (x / largest) * (x / largest);
   return largest * std::sqrt(sum);
 }
-
-class Deadline {
- public:
-  explicit Deadline(double seconds) : seconds_(seconds) {}
-  bool over() const { return seconds_ > 0.0 && watch_.seconds() > seconds_; }
-
- private:
-  Stopwatch watch_;
-  double seconds_;
-};
 
 // The engine on the ray u + step d.
 class Ray {
@@ -132,8 +120,7 @@ class Ray {
 // needles the projected gradient is a difference of far larger numbers. On return the engine stands
 // at the step taken and `trial` is the gradient there. False if no step can be told from rounding.
 bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<double>& d,
-                 double slope, const Gradient& start, Gradient& trial, const Deadline& deadline,
-                 ExecutionContext& context) {
+                 double slope, const Gradient& start, Gradient& trial, ExecutionContext& context) {
   const double start_norm = norm(start.value);
   double step = first_step;
   double descending = 0.0;  // largest step seen at which the energy still descends
@@ -155,28 +142,10 @@ bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<d
       }
     }
     step *= 0.5;
-    if (deadline.over()) return false;
     if (descending > 0.0 && step < kNormStep * first_step)
       return ray.move(descending, trial, context);
     if (step < kSmallestStep * first_step) return false;
   }
-}
-
-// Where a run ends that has not arrived.
-struct Limits {
-  Deadline deadline;
-  std::size_t most_tests;  // of the engine
-
-  bool time_is_over() const { return deadline.over(); }
-  bool are_reached(const MetricEngine& engine) const {
-    return time_is_over() || is_worn_out(engine);
-  }
-  bool is_worn_out(const MetricEngine& engine) const { return engine.exact_tests() > most_tests; }
-};
-
-Limits limits_of(const MetricEngine& engine, const NewtonOptions& options) {
-  const std::size_t most = kTestsAnyway + kTestsPerEdge * engine.mesh().edge_count();
-  return {Deadline(options.max_seconds), most - std::min(most, options.earlier_tests)};
 }
 
 // Thesis 4.6.4 describes the stalls: where triangles are nearly degenerate, a few stiff unknowns -
@@ -187,67 +156,32 @@ Limits limits_of(const MetricEngine& engine, const NewtonOptions& options) {
 // vertex whose scale is far too small is joined to hundreds of others, and each of their flips
 // would pass by it.
 bool relax(MetricEngine& engine, Ray& ray, const Relaxation& how, Gradient& gradient,
-           const Limits& limits, ExecutionContext& context) {
+           const std::function<bool()>& worn_out, ExecutionContext& context) {
   std::vector<VertexId> list;
   for (int sweep = 0; sweep < how.sweeps; ++sweep) {
     list.clear();
     for (std::size_t v = 0; v < gradient.value.size(); ++v) {
       if (std::abs(gradient.value[v]) > how.error) list.push_back(static_cast<VertexId>(v));
     }
-    if (list.empty() || limits.are_reached(engine)) break;
+    if (list.empty() || worn_out()) break;
     std::stable_sort(list.begin(), list.end(), [&](VertexId a, VertexId b) {
       return std::abs(gradient.value[static_cast<std::size_t>(a)]) >
              std::abs(gradient.value[static_cast<std::size_t>(b)]);
     });
-    const auto stop = [&] { return limits.are_reached(engine); };
-    if (!engine.relax(list, 0.1 * how.error, stop, context)) return false;
+    if (!engine.relax(list, 0.1 * how.error, worn_out, context)) return false;
     ray.evaluate(gradient, context);
     if (!std::isfinite(gradient.max_error)) return false;
   }
   return true;
 }
 
-// Steps of Descent::kRelaxed: along the ray as far as the bound on steps allows, then relaxation,
-// which repairs what one step length for all has spoiled; taken if the energy has become less.
-// Where the difference drowns in rounding, the norm of the gradient decides. Otherwise half the
-// step, from the same start.
-enum class Found { kStep, kNone, kDeadline };
-
-Found relaxed_step(MetricEngine& engine, const FineVector& direction, double first_step,
-                   const NewtonOptions& options, const Gradient& start, Gradient& trial,
-                   const Limits& limits, NewtonRun& run, ExecutionContext& context) {
-  const double start_norm = norm(start.value);
-  const Relaxation how{std::min(kThorough.error, kLessError * start.max_error), kThorough.sweeps};
-  const Energy before = engine.energy(context);
-  engine.remember();
-  for (double step = first_step; step > kNormStep * first_step; step *= 0.5) {
-    Ray ray(engine, direction, options, run);
-    if (ray.move(step, trial, context) && relax(engine, ray, how, trial, limits, context)) {
-      const Energy after = engine.energy(context);
-      const double change = after.value - before.value;
-      const double noise = before.noise + after.noise;
-      const bool undecided = std::abs(change) <= noise;
-      const double bound = engine.bits() > 53 ? start_norm : kMuchLess * start_norm;
-      if (change < -noise || (undecided && norm(trial.value) < bound)) return Found::kStep;
-      // By convexity the energy has become less if it still falls along the way done.
-      if (undecided && engine.bits() > 53 && dot(engine.moved(), trial.value) < 0.0)
-        return Found::kStep;
-      // In double, whose kinks are rounded off, creeping on would only cost time.
-      if (undecided && engine.bits() <= 53) {
-        engine.go_back();
-        return Found::kNone;
-      }
-    }
-    engine.go_back();
-    if (limits.time_is_over()) return Found::kDeadline;
-  }
-  return Found::kNone;
-}
-
 // Algorithm 3.
 void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
-             Descent& descent, NewtonRun& run, ExecutionContext& context) {
-  const Limits limits = limits_of(engine, options);
+             NewtonRun& run, ExecutionContext& context) {
+  const std::size_t most = kTestsAnyway + kTestsPerEdge * engine.mesh().edge_count();
+  const std::size_t most_tests = most - std::min(most, options.earlier_tests);
+  const auto worn_out = [&] { return engine.exact_tests() > most_tests; };
+  // Where time ends in the middle of a step, the engine goes back to where that began.
   const bool limited = options.max_seconds > 0.0;
   if (limited) engine.remember();
   Gradient gradient;
@@ -258,9 +192,6 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
     here.evaluate(gradient, context);
   }
   run.error_history.push_back(gradient.max_error);
-  if (descent == Descent::kUnknown) {
-    descent = gradient.max_error > kFar ? Descent::kRelaxed : Descent::kLineSearch;
-  }
   bool hard = false;  // the norm decrease, a heuristic, is no longer asked for
   const double start_error = std::max(gradient.max_error, options.tolerance);
   for (;;) {
@@ -270,12 +201,8 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
       run.end = NewtonEnd::kConverged;
       return;
     }
-    if (run.iterations >= options.max_iterations || limits.is_worn_out(engine)) {
+    if (run.iterations >= options.max_iterations || worn_out()) {
       run.end = NewtonEnd::kIterations;
-      return;
-    }
-    if (limits.time_is_over()) {
-      run.end = NewtonEnd::kSeconds;
       return;
     }
     // Most of the way is measured in digits of the error.
@@ -285,8 +212,7 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
     context.report("conformal metric", fraction);
     const ProgressRange still(context, fraction, fraction);  // factorizations report as well
     run.end = NewtonEnd::kPrecision;
-    if (gradient.noise > 0.1 * run.error ||
-        (options.more_bits && descent == Descent::kRelaxed && gradient.noise > kMostNoise)) {
+    if (gradient.noise > 0.1 * run.error) {
       run.reason = "gradient below its noise";
       return;
     }
@@ -296,42 +222,23 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
     }
     double range = 0.0;
     for (const double x : direction.high) range = std::max(range, 2.0 * std::abs(x));
-    const bool quick = engine.bits() == 53 && descent == Descent::kLineSearch;
-    const double most = quick ? options.max_quick_step_range : options.max_step_range;
-    const double first_step = range > most ? most / range : 1.0;
-    Found found = Found::kStep;
-    if (descent == Descent::kRelaxed) {
-      found = relaxed_step(engine, direction, first_step, options, gradient, trial, limits, run,
-                           context);
-      ++run.relaxed_iterations;
-    }
-    // The energy is known in double only, whatever the bits; the slope along a ray is not.
-    if (descent == Descent::kLineSearch || (found == Found::kNone && engine.bits() > 53)) {
-      found = Found::kStep;
-      Ray ray(engine, direction, options, run);
-      if (!line_search(ray, first_step, !hard, direction.high, system.slope(), gradient, trial,
-                       limits.deadline, context)) {
-        found = limits.time_is_over() ? Found::kDeadline : Found::kNone;
-      } else {
-        const bool cut = ray.step() < kShortStep;
-        hard = hard || cut;
-        const Relaxation& how = cut ? kThorough : kQuick;
-        if (cut || (quick && (ray.step() < 1.0 || trial.max_error > how.error))) {
-          ++run.relaxed_iterations;
-          if (!relax(engine, ray, how, trial, limits, context)) {
-            run.reason = "relaxation left the range of numbers";
-            return;
-          }
-        }
-      }
-    }
-    if (found != Found::kStep) {
-      if (found == Found::kDeadline) {
-        run.end = NewtonEnd::kSeconds;
-        engine.go_back();
-      }
+    const bool quick = engine.bits() == 53;
+    const double first_step = std::min(1.0, (quick ? kQuickStepRange : kStepRange) / range);
+    Ray ray(engine, direction, options, run);
+    if (!line_search(ray, first_step, !hard, direction.high, system.slope(), gradient, trial,
+                     context)) {
       run.reason = "no step along the direction";
       return;
+    }
+    const bool cut = ray.step() < kShortStep;
+    hard = hard || cut;
+    const Relaxation& how = cut ? kThorough : kQuick;
+    if (cut || (quick && (ray.step() < 1.0 || trial.max_error > how.error))) {
+      ++run.relaxed_iterations;
+      if (!relax(engine, ray, how, trial, worn_out, context)) {
+        run.reason = "relaxation left the range of numbers";
+        return;
+      }
     }
     if (limited) engine.remember();
     std::swap(gradient, trial);
@@ -343,11 +250,11 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
 }  // namespace
 
 NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
-                     Descent& descent, ExecutionContext& context) {
+                     ExecutionContext& context) {
   NewtonRun run;
   const bool in_time = ended_in_time([&] {
     const TimeLimit limit(context, limit_of(options.max_seconds));
-    iterate(engine, system, options, descent, run, context);
+    iterate(engine, system, options, run, context);
   });
   if (!in_time) {
     if (!(options.max_seconds > 0.0)) throw TimeIsOver();

@@ -12,15 +12,6 @@ constexpr int kRefinementRounds = 3;  // of refinement, Cholesky
 constexpr double kNegligible = 1e-6;  // of the gradient: what dropping low parts may change
 constexpr int kAccurateRounds = 8;    // with the accurate factorization
 constexpr int kLeastBits = 256;       // of its direction
-// Below kNear radians of error the last factor serves as a preconditioner, for up to
-// kOldFactorRounds rounds: a solve costs a tenth of an analysis and factorization. The residual
-// must fall to the part kInexact * error of the error, kLoosest of it at most: Newton's next error
-// goes with the square of this one as well.
-constexpr double kNear = 0.3;
-constexpr int kOldFactorRounds = 12;
-constexpr double kInexact = 0.1;
-constexpr double kLoosest = 1e-2;
-
 void add(FineVector& d, std::size_t i, double x) {
   const double sum = d.high[i] + x;
   const double part = sum - d.high[i];
@@ -217,8 +208,7 @@ bool NewtonSystem::factorize(const intrinsic::IntrinsicMesh& mesh, const Gradien
   if (!collect_couplings(mesh, gradient)) return false;
   const Index last = row_count(gradient.value.size()) - 1;
   build_matrix(last);
-  factor_kept_ = last == 0 || factorize(context);
-  return factor_kept_;
+  return last == 0 || factorize(context);
 }
 
 Eigen::MatrixXd NewtonSystem::solve_columns(const Eigen::Ref<const Eigen::MatrixXd>& columns,
@@ -241,62 +231,13 @@ std::vector<double> NewtonSystem::solve_pinned(const std::vector<double>& b,
   return found;
 }
 
-// The factor of an earlier step as preconditioner: near the end the Hessian changes little from
-// step to step, and a flip, which happens where its edge has next to no weight, hardly more.
-bool NewtonSystem::by_old_factor(const std::vector<double>& g, double goal, FineVector& d,
-                                 ExecutionContext& context) {
-  const std::size_t n = g.size();
-  const auto last = static_cast<Eigen::Index>(n - 1);
-  clear(d, n);
-  std::vector<double> r(n), p(n, 0.0), q(n);
-  const double start = residual(g, d, r);
-  r.back() = 0.0;
-  Eigen::VectorXd z(last);
-  double before = 0.0;
-  for (int round = 0; round < kOldFactorRounds; ++round) {
-    std::copy(r.begin(), r.end() - 1, z.data());
-    z = cholesky_.solve(z, context);
-    double product = 0.0;
-    for (Eigen::Index i = 0; i < last; ++i) product += z[i] * r[at(static_cast<Index>(i))];
-    if (!(product > 0.0)) return false;
-    const double beta = round == 0 ? 0.0 : product / before;
-    for (Eigen::Index i = 0; i < last; ++i) {
-      const std::size_t k = at(static_cast<Index>(i));
-      p[k] = z[i] + beta * p[k];
-    }
-    before = product;
-    std::fill(q.begin(), q.end(), 0.0);
-    double curvature = 0.0;
-    for (const numeric::Coupling& c : couplings_) {
-      const double difference = p[at(c.low)] - p[at(c.high)];
-      const double flow = c.weight * difference;
-      q[at(c.low)] += flow;
-      q[at(c.high)] -= flow;
-      curvature += flow * difference;
-    }
-    if (!(curvature > 0.0)) return false;
-    const double alpha = product / curvature;
-    for (std::size_t i = 0; i + 1 < n; ++i) {
-      d.high[i] += alpha * p[i];
-      r[i] -= alpha * q[i];
-    }
-    const double left = largest_of(r);
-    if (left <= 0.5 * goal) return residual(g, d, r) <= goal;
-    // Is the pace such that the goal is met in time?
-    const double share = static_cast<double>(round + 1) / kOldFactorRounds;
-    if (round >= 2 && left > 10.0 * start * std::pow(0.5 * goal / start, share)) return false;
-  }
-  return false;
-}
-
 // Residual left; infinite if the matrix is not positive definite to working precision.
-double NewtonSystem::by_new_factor(const std::vector<double>& g, double goal, FineVector& d,
-                                   ExecutionContext& context) {
+double NewtonSystem::by_cholesky(const std::vector<double>& g, double goal, FineVector& d,
+                                 ExecutionContext& context) {
   double residual_left = std::numeric_limits<double>::infinity();
   const auto last = static_cast<Eigen::Index>(g.size() - 1);
   build_matrix(static_cast<Index>(last));
-  factor_kept_ = factorize(context);
-  if (!factor_kept_) return residual_left;
+  if (!factorize(context)) return residual_left;
   clear(d, g.size());
   std::vector<double> r(g.size());
   Eigen::VectorXd rhs(last);
@@ -367,17 +308,8 @@ bool NewtonSystem::solve(const intrinsic::IntrinsicMesh& mesh, const Gradient& g
   // Cholesky first; where it fails or leaves a residual, the factorization that is accurate entry
   // by entry.
   double residual_left = std::numeric_limits<double>::infinity();
-  bool near = false;
-  if (!use_accurate_) {
-    const double goal = std::min(kInexact * error, kLoosest) * error;
-    near = factor_kept_ && error < kNear && by_old_factor(g, goal, d, context);
-    if (near) {
-      residual_left = goal;
-    } else {
-      residual_left = by_new_factor(g, 1e-10 * error, d, context);
-    }
-  }
-  if (!near && !(residual_left <= 1e-8 * error)) {
+  if (!use_accurate_) residual_left = by_cholesky(g, 1e-10 * error, d, context);
+  if (!(residual_left <= 1e-8 * error)) {
     use_accurate_ = true;
     residual_left = by_accurate_factor(g, error, bits, d, context);
   }

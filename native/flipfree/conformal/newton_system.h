@@ -53,10 +53,8 @@ class NewtonSystem {
   template <typename T>
   void by_unknowns(std::vector<T>& values) const;
   bool factorize(ExecutionContext& context);
-  bool by_old_factor(const std::vector<double>& g, double goal, FineVector& d,
+  double by_cholesky(const std::vector<double>& g, double goal, FineVector& d,
                      ExecutionContext& context);
-  double by_new_factor(const std::vector<double>& g, double goal, FineVector& d,
-                       ExecutionContext& context);
   double by_accurate_factor(const std::vector<double>& g, double error, int bits, FineVector& d,
                             ExecutionContext& context);
   // False if a weight is not a finite number.
@@ -79,7 +77,6 @@ class NewtonSystem {
   numeric::SparseCholesky cholesky_;
   numeric::LaplacianFactor accurate_;
   bool use_accurate_ = false;
-  bool factor_kept_ = false;  // cholesky_ holds the factor of an earlier matrix
   double slope_ = 0.0;
 };
 

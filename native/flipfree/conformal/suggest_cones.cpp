@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -151,11 +152,11 @@ constexpr int kPatience = 3;
 constexpr int kMovesPerRound = 12;
 // Cones near an extreme that it may exchange a quantum with.
 constexpr std::size_t kPartners = 16;
+// So is the place of the opposite extreme in each of so many rings around it, which begin at 1, 2,
+// 4, ... edges.
+constexpr unsigned kRings = 7;
 // The linear model aims below the bound, the true metric being a little different.
 constexpr double kAim = 0.95;
-// An extreme may also exchange with the place of the opposite extreme in rings around it that begin
-// at these numbers of edges.
-constexpr std::array<int, 7> kRings{1, 2, 4, 8, 16, 32, 64};
 constexpr std::size_t kMostNumbers = 32'000'000;  // of responses kept: 256 MB
 constexpr double kLeastGain = 1e-3;               // of the cost, relative
 constexpr double kMostConeSteps = 1e6;            // of negative curvature at one cone
@@ -181,9 +182,7 @@ class Searcher {
       : linear_(linear),
         problem_(problem),
         context_(context),
-        faces_(problem.surface.faces),
-        adjacency_(mesh::build_adjacency(problem.surface)),
-        distance_(problem.flat.size(), -1) {}
+        adjacency_(mesh::build_adjacency(problem.surface)) {}
 
   // Exchanges until the linear model is content or none helps. False if there was none.
   bool improve(std::vector<double>& u, ConeSteps& cones) {
@@ -251,48 +250,34 @@ class Searcher {
   }
 
   // In every ring around v the vertex where sign * u is largest.
-  std::vector<VertexId> best_in_rings(VertexId v, const std::vector<double>& u, double sign) {
-    std::vector<VertexId> best;
+  std::vector<VertexId> best_in_rings(VertexId v, const std::vector<double>& u, double sign) const {
+    std::vector<VertexId> best, front{v};
     if (problem_.on_boundary[at(v)]) return best;
-    std::vector<VertexId> front{v}, visited{v}, next;
-    distance_[at(v)] = 0;
-    std::size_t ring = 0;
-    VertexId top = kInvalid;
-    for (int d = 1; d < 2 * kRings.back() && !front.empty(); ++d) {
-      next.clear();
+    std::vector<char> seen(u.size(), 0);
+    seen[at(v)] = 1;
+    const auto visit = [&](VertexId w, std::vector<VertexId>& next) {
+      if (std::exchange(seen[at(w)], 1) != 0) return;
+      next.push_back(w);
+      if (!problem_.on_boundary[at(w)] &&
+          (best.back() == kInvalid || sign * u[at(w)] > sign * u[at(best.back())]))
+        best.back() = w;
+    };
+    for (unsigned distance = 1; distance < 1u << kRings && !front.empty(); ++distance) {
+      if (std::has_single_bit(distance)) best.push_back(kInvalid);
+      std::vector<VertexId> next;
       for (const VertexId w : front) {
-        visit_neighbours(w, [&](VertexId x) {
-          if (distance_[at(x)] >= 0) return;
-          distance_[at(x)] = d;
-          visited.push_back(x);
-          next.push_back(x);
-          if (!problem_.on_boundary[at(x)] &&
-              (top == kInvalid || sign * u[at(x)] > sign * u[at(top)]))
-            top = x;
-        });
+        HalfedgeId h = adjacency_.vertex_halfedge[at(w)];
+        const HalfedgeId first = h;
+        do {
+          visit(mesh::target(problem_.surface.faces, h), next);
+          visit(mesh::source(problem_.surface.faces, previous_corner(h)), next);
+          h = mesh::rotate_ccw(adjacency_, h);
+        } while (h != kInvalid && h != first);
       }
-      std::swap(front, next);
-      const bool last = ring + 1 == kRings.size() || front.empty();
-      if (last ? front.empty() : d + 1 == kRings[ring + 1]) {
-        if (top != kInvalid) best.push_back(top);
-        top = kInvalid;
-        ++ring;
-      }
+      front = std::move(next);
     }
-    if (top != kInvalid) best.push_back(top);
-    for (const VertexId w : visited) distance_[at(w)] = -1;
+    std::erase(best, kInvalid);
     return best;
-  }
-  template <typename Visit>
-  void visit_neighbours(VertexId v, const Visit& visit) const {
-    const HalfedgeId first = adjacency_.vertex_halfedge[at(v)];
-    HalfedgeId h = first;
-    do {
-      visit(mesh::target(faces_, h));
-      const HalfedgeId before = previous_corner(h);
-      h = adjacency_.opposite[at(before)];
-      if (h == kInvalid) visit(mesh::source(faces_, before));
-    } while (h != kInvalid && h != first);
   }
 
   // Cones in order of their influence on v.
@@ -352,9 +337,7 @@ class Searcher {
   ExecutionContext& context_;
   std::unordered_map<VertexId, std::vector<double>> responses_;
   std::vector<double> scratch_;
-  const Triangles& faces_;
-  mesh::Adjacency adjacency_;
-  std::vector<int> distance_;  // #V: scratch, -1 outside best_in_rings
+  const mesh::Adjacency adjacency_;
 };
 
 // Prim's algorithm: the order in which points are reached, and the one that each hangs on.

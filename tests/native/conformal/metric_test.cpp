@@ -242,8 +242,9 @@ TEST(ConformalMetric, symmetric_run_equals_the_run_on_the_doubled_closed_surface
     }
   }
   ExecutionContext context;
-  const ConformalMetric full = compute_conformal_metric(static_cast<Index>(doubled.size()), faces,
-                                                        lengths, doubled, MetricOptions{}, context);
+  const ConformalMetric full =
+      compute_conformal_metric({Points3::Zero(static_cast<Index>(doubled.size()), 3), faces},
+                               doubled, MetricOptions{}, context, &lengths);
   std::vector<double> first(full.scale_factors.begin(), full.scale_factors.begin() + n);
   expect_equal_up_to_constant(half.scale_factors, first, 1e-7);
   for (std::size_t v = at(n); v < doubled.size(); ++v) {

@@ -15,7 +15,6 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/intrinsic/delaunay_metric.h"
 #include "flipfree/intrinsic/flip_lengths.h"
-#include "flipfree/numeric/lobachevsky.h"
 #include "flipfree/numeric/scalar.h"
 
 namespace flipfree::conformal {
@@ -185,45 +184,10 @@ class ScalarEngine final : public MetricEngine {
                  [&](std::size_t begin, std::size_t end, std::size_t) {
                    HalfedgeId h[3];
                    for (std::size_t f = begin; f < end; ++f) {
-                     const intrinsic::TriangleShape shape = metric_.shape(f, kEnergyAccuracy, h);
+                     const intrinsic::TriangleShape shape = metric_.shape(f, kTangentAccuracy, h);
                      for (int k = 0; k < 3; ++k) tangent[at(h[k])] = shape.half_tangent(k);
                    }
                  });
-  }
-
-  // Sum over triangles of 2 f - pi (x1 + x2 + x3) plus target * u, with x the logarithms of the
-  // lengths and f = sum of angle * x + Lobachevsky(angle). The edges' own term makes the sum
-  // continuous across flips: on a co-circular edge it cancels what the two opposite angles add.
-  Energy energy(ExecutionContext& context) const override {
-    const std::vector<T>& length = metric_.lengths();
-    std::vector<double> logarithm(length.size());
-    for (std::size_t e = 0; e < length.size(); ++e) {
-      if (e % intrinsic::ChecksPer<double>::kLogarithms ==
-          intrinsic::ChecksPer<double>::kLogarithms - 1)
-        context.check();
-      logarithm[e] = logarithm_of(length[e]);
-    }
-    Energy sum;
-    const auto add = [&sum](double term) {
-      sum.value += term;
-      sum.noise += kEnergyRoundings * std::numeric_limits<double>::epsilon() * std::abs(term);
-    };
-    visit_all_faces(kEnergyAccuracy, context, [&](const Shape& face) {
-      double half[3];
-      half[face.widest] = 0.5 * kPi;
-      for (int k = 0; k < 3; ++k) {
-        if (k == face.widest) continue;
-        half[k] = std::atan(face.shape.half_tangent(k));
-        half[face.widest] -= half[k];
-      }
-      for (int k = 0; k < 3; ++k) {
-        add(face.weight * ((4.0 * half[k] - kPi) * logarithm[at(face.h[k] >> 1)]));
-        add(face.weight * 2.0 * numeric::lobachevsky(2.0 * half[k]));
-      }
-    });
-    for (std::size_t v = 0; v < target_.size(); ++v)
-      add(target_[v] * 2.0 * logarithm_of(factor_product_[v]));
-    return sum;
   }
 
   bool relax(const std::vector<VertexId>& unknowns, double accuracy,
@@ -253,15 +217,6 @@ class ScalarEngine final : public MetricEngine {
     metric_.go_back();
     factor_product_ = remembered_product_;
     in_range_ = true;
-  }
-
-  std::vector<double> moved() const override {
-    std::vector<double> change(factor_product_.size());
-    for (std::size_t v = 0; v < change.size(); ++v) {
-      const T& before = remembered_product_[v];
-      change[v] = 2.0 * std::log1p(numeric::ratio(factor_product_[v] - before, before));
-    }
-    return change;
   }
 
   void finish(ConformalMetric& result, bool in_full,
@@ -317,10 +272,8 @@ class ScalarEngine final : public MetricEngine {
   static constexpr double kRelaxMove = 2.0;
   static constexpr std::size_t kRelaxFlips = 4;
   static constexpr int kRelaxSteps = 150;
-  static constexpr double kStarAccuracy = 1e-6;     // of angles in relaxation
-  static constexpr double kEnergyAccuracy = 1e-14;  // of angles in the energy
-  // Roundings in the sum of the energy's terms, against the estimate of one per term.
-  static constexpr double kEnergyRoundings = 16.0;
+  static constexpr double kStarAccuracy = 1e-6;      // of angles in relaxation
+  static constexpr double kTangentAccuracy = 1e-14;  // of those whose tangents are asked for
   // Relative size of the sum of two half-cotangents from which on it is computed in full.
   static constexpr double kCancelled = 1e-3;
   // Half-cotangents below which they are: doubles know them to 1e-16.

@@ -205,6 +205,9 @@ namespace {
 // reach.
 constexpr double kArmijo = 1e-4;
 constexpr double kSmallestRestoredStep = 1e-4;
+// A step changes no logarithm of an edge by more than this beside the conformal part, and no
+// difference of scale factors by more than that.
+constexpr double kMostStretch = 2.0, kMostScaleRange = 10.0;
 // Below the tolerance iterations go on while each gains this much: the last step of a quadratically
 // converging iteration costs little and brings the angles to rounding.
 constexpr double kWorthwhileGain = 0.1;
@@ -272,8 +275,8 @@ class PennerNewton {
   }
 
   double first_step() const {
-    return std::min({1.0, options_.max_stretch / std::max(direction_.most_stretch, 1e-300),
-                     options_.max_scale_range / std::max(direction_.scale_range, 1e-300)});
+    return std::min({1.0, kMostStretch / std::max(direction_.most_stretch, 1e-300),
+                     kMostScaleRange / std::max(direction_.scale_range, 1e-300)});
   }
 
   // Changes the engine by `step` times the direction. False if it could not follow.
@@ -304,9 +307,7 @@ class PennerNewton {
     conformal::NewtonOptions newton;
     newton.tolerance = std::max(0.1 * options_.tolerance, kCones * loop_error);
     newton.max_iterations = kConeIterations;
-    newton.more_bits = engine.bits() == 53;
-    conformal::Descent descent = conformal::Descent::kLineSearch;
-    return run_newton(engine, system_.laplacian(), newton, descent, context_).end ==
+    return run_newton(engine, system_.laplacian(), newton, context_).end ==
            conformal::NewtonEnd::kConverged;
   }
 
