@@ -23,7 +23,6 @@
 #include "flipfree/quads/proxy.h"
 #include "flipfree/quads/relax.h"
 #include "flipfree/quads/transfer.h"
-#include "flipfree/seamless/padding/padding.h"
 #include "flipfree/seamless/request.h"
 
 namespace flipfree::quads {

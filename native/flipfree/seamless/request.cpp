@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -18,9 +19,6 @@
 
 namespace flipfree::seamless {
 namespace {
-
-// Turns with one loop the other way that are offered.
-constexpr std::size_t kSingleChanges = 4;
 
 // Whole numbers near to given ones in a norm.
 class NearestNumbers {
@@ -57,7 +55,7 @@ bool is_norm(const Eigen::MatrixXd& matrix) {
 
 }  // namespace
 
-std::vector<std::vector<Index>> near_turns(
+std::optional<std::vector<Index>> near_turns(
     const std::vector<double>& angles, const Eigen::MatrixXd& norm,
     const std::function<std::string(const std::vector<Index>&)>& why) {
   const auto count = static_cast<Eigen::Index>(angles.size());
@@ -70,34 +68,30 @@ std::vector<std::vector<Index>> near_turns(
   std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
     return nearest.cost(a) < nearest.cost(b);
   });
-  std::vector<std::vector<Index>> found;
-  const auto add = [&](const Eigen::VectorXd& numbers) {
+  for (std::size_t i = 0; i <= order.size(); ++i) {
     std::vector<Index> turns;
-    for (const double x : numbers) turns.push_back(static_cast<Index>(x));
-    if (why(turns).empty()) found.push_back(std::move(turns));
-  };
-  add(nearest.numbers());
-  for (std::size_t i = 0; i < order.size() && (i < kSingleChanges || found.empty()); ++i)
-    add(nearest.changed(order[i]));
-  return found;
+    for (const double x : i == 0 ? nearest.numbers() : nearest.changed(order[i - 1]))
+      turns.push_back(static_cast<Index>(x));
+    if (why(turns).empty()) return turns;
+  }
+  return std::nullopt;
 }
 
-std::vector<std::vector<Index>> near_turns(const std::vector<Index>& cones, Index genus,
-                                           const std::vector<double>& angles,
-                                           const Eigen::MatrixXd& norm) {
+std::vector<Index> near_turns(const std::vector<Index>& cones, Index genus,
+                              const std::vector<double>& angles, const Eigen::MatrixXd& norm) {
   std::vector<Index> any;
-  auto found = near_turns(angles, norm, [&](const std::vector<Index>& turns) {
+  const auto found = near_turns(angles, norm, [&](const std::vector<Index>& turns) {
     if (any.empty()) any = turns;
     return why_impossible(cones, genus, turns);
   });
-  if (found.empty()) {
+  if (!found) {
     const std::string why = why_impossible(cones, genus, any);
     Witness witness{"empty stratum", {{"genus", {static_cast<double>(genus)}}, {"cones", {}}}};
     for (const Index k : cone_list(cones)) witness.numbers[1].second.push_back(k);
     throw_infeasible(ErrorCode::kBadAngles, why + " Move one of the cones' angles to a third one.",
                      std::move(witness));
   }
-  return found;
+  return *found;
 }
 
 namespace {
@@ -204,6 +198,49 @@ void rethrow_placed(const std::vector<FaceId>& faces, const std::vector<VertexId
   } catch (const Infeasible& failed) {
     throw Infeasible(renumbered(failed.error(), numbers));
   }
+}
+
+namespace {
+
+// Weights of vertex v of the refined surface for the corners of a face of the input that it lies
+// in.
+Vector3 weights_in(const mesh::Surface& input, const mesh::Provenance& provenance, VertexId v,
+                   FaceId face) {
+  const mesh::SurfacePoint& point = provenance.vertex[at(v)];
+  if (point.face == face) return point.weight;
+  Vector3 weight = Vector3::Zero();
+  for (int k = 0; k < 3; ++k) {
+    if (point.weight[k] == 0.0) continue;
+    bool found = false;
+    for (int j = 0; j < 3; ++j) {
+      if (input.faces(face, j) != input.faces(point.face, k)) continue;
+      weight[j] = point.weight[k];
+      found = true;
+    }
+    if (!found) {
+      throw InternalError("refined pieces: vertex " + std::to_string(v) + " lies outside face " +
+                          std::to_string(face));
+    }
+  }
+  return weight;
+}
+
+}  // namespace
+
+void name_input_places(const mesh::Surface& input, const mesh::Provenance& provenance,
+                       const Triangles& refined, certify::Parametrization& map) {
+  for (std::size_t v = 0; v < map.vertex_parent.size(); ++v) {
+    const FaceId fine = map.vertex_parent[v];
+    const FaceId face = provenance.face[at(fine)];
+    Vector3 weight = Vector3::Zero();
+    for (Index k = 0; k < 3; ++k) {
+      const double share = map.vertex_barycentric(static_cast<Eigen::Index>(v), k);
+      if (share != 0.0) weight += share * weights_in(input, provenance, refined(fine, k), face);
+    }
+    map.vertex_parent[v] = face;
+    map.vertex_barycentric.row(static_cast<Eigen::Index>(v)) = weight;
+  }
+  for (FaceId& parent : map.parent_face) parent = provenance.face[at(parent)];
 }
 
 }  // namespace flipfree::seamless

@@ -4,14 +4,17 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/types.h"
+#include "flipfree/certify/parametrization.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::seamless {
@@ -45,6 +48,11 @@ std::vector<SurfacePart> connected_parts(const mesh::Surface& surface,
 [[noreturn]] void rethrow_placed(const std::vector<FaceId>& faces,
                                  const std::vector<VertexId>& vertices);
 
+// A map of a surface that was refined into these faces as one of the input: its provenance is put
+// together. The certificate is left as it is.
+void name_input_places(const mesh::Surface& input, const mesh::Provenance& provenance,
+                       const Triangles& refined, certify::Parametrization& map);
+
 // Which quarter turns loops are given that nobody gave any: those of some metric that are nearest
 // to the loop angles of another one.
 //
@@ -57,17 +65,16 @@ std::vector<SurfacePart> connected_parts(const mesh::Surface& surface,
 
 // `angles`: of n loops, radians; `norm`: n x n, symmetric and positive definite, only its lower
 // half is read: e' norm e is what it costs that loops turn by e more. If it is no norm, by rounding
-// or otherwise, loops count one by one. Returns: the nearest turns, then some with one loop turned
-// otherwise. `why` says why there is no metric with some turns, empty if there is one. Empty if it
-// forbids all. Cost: O(n^3).
-std::vector<std::vector<Index>> near_turns(
+// or otherwise, loops count one by one. Returns: the nearest turns, or, where `why` says why there
+// is no metric with them (empty if there is one), the nearest with one loop turned otherwise;
+// nullopt if it forbids all. Cost: O(n^3).
+std::optional<std::vector<Index>> near_turns(
     const std::vector<double>& angles, const Eigen::MatrixXd& norm,
     const std::function<std::string(const std::vector<Index>&)>& why);
 
 // The same on a closed surface with `cones` (quarter turns of every vertex). Throws Infeasible
 // (kBadAngles) if there are none: cones 3 and 5 on a torus.
-std::vector<std::vector<Index>> near_turns(const std::vector<Index>& cones, Index genus,
-                                           const std::vector<double>& angles,
-                                           const Eigen::MatrixXd& norm);
+std::vector<Index> near_turns(const std::vector<Index>& cones, Index genus,
+                              const std::vector<double>& angles, const Eigen::MatrixXd& norm);
 
 }  // namespace flipfree::seamless

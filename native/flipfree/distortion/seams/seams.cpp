@@ -52,29 +52,26 @@ Index mark_bad(const Triangles& faces, const RestShapes& rest, double scale, con
   return count;
 }
 
-// Minimises the distortion of rings around triangles of an energy beyond 18 and around the vertices
-// marked in `near` (#V, or empty), in the map's own unit, with everything else and all translations
-// held; wider rings where bad triangles are left. `uv` (#V x 2) is flip-free, and stays so. Returns
-// the number of bad triangles there were; nullopt, with nothing done, where the rings are no small
-// part of the map. Cost: that of the rings' optimisation, and O(#V) for each of its steps.
-std::optional<Index> relieve(const SeamConstraints& constraints, const Triangles& faces,
-                             const RestShapes& rest, const std::vector<char>& near, Points2& uv,
-                             ExecutionContext& context) {
+// Minimises the distortion of rings around triangles of an energy beyond 18, in the map's own unit,
+// with everything else and all translations held; wider rings where bad triangles are left. `uv`
+// (#V x 2) is flip-free, and stays so. Returns the number of bad triangles there were; 0, with
+// nothing done, where the rings are no small part of the map. Cost: that of the rings'
+// optimisation, and O(#V) for each of its steps.
+Index relieve(const SeamConstraints& constraints, const Triangles& faces, const RestShapes& rest,
+              Points2& uv, ExecutionContext& context) {
   std::vector<VertexId> leader;
   for (VertexId v = 0; v < uv.rows(); ++v) {
     const Index node = constraints.position_of(v).first;
     leader.push_back(node == kInvalid ? kInvalid : constraints.position[at(node)]);
   }
-  std::vector<char> marked = near;
-  marked.resize(static_cast<std::size_t>(uv.rows()), 0);
-  const bool asked = std::find(marked.begin(), marked.end(), char{1}) != marked.end();
-  std::optional<Index> first;
+  std::vector<char> marked(static_cast<std::size_t>(uv.rows()), 0);
+  Index first = 0;
   for (Index rings = kFirstReliefRings; rings <= kMostRings; rings *= 2) {
     // The scale at which the logarithms of areas average to zero: few triangles do not move it.
     const EnergySums sums = sum_energy(faces, rest.triangles, uv, context);
     const double scale = std::exp(-0.5 * sums.log_area);
     const Index bad = mark_bad(faces, rest, scale, uv, marked);
-    if (bad == 0 && (first || !asked)) return first ? first : bad;
+    if (bad == 0) break;
     for (Index r = 0; r < rings; ++r) grow(faces, leader, marked);
     const std::vector<FaceId> chosen = marked_faces(faces, marked);
     if (static_cast<double>(chosen.size()) > kLocalShare * static_cast<double>(faces.rows())) break;
@@ -92,7 +89,7 @@ std::optional<Index> relieve(const SeamConstraints& constraints, const Triangles
       if (failure.error().code == ErrorCode::kTimeLimit) throw;
       break;  // the whole map may still be brought on
     }
-    if (!first) first = bad;
+    if (first == 0) first = bad;
     std::fill(marked.begin(), marked.end(), char{0});
   }
   return first;
@@ -131,12 +128,12 @@ Minimized optimised(const CutMap& map, const SeamConstraints& constraints,
                     const MinimizeOptions& minimize, ExecutionContext& context) {
   RestShapes rest = build_rest_shapes(map.surface, context);
   Points2 uv = map.uv;
-  const auto relieved = relieve(constraints, map.surface.faces, rest, {}, uv, context);
+  const Index relieved = relieve(constraints, map.surface.faces, rest, uv, context);
   const std::vector<char> free(static_cast<std::size_t>(map.uv.rows()), 0);
   SeamSystem system(constraints, map.surface.faces, free, context);
   Minimizer minimizer(map.surface.faces, std::move(rest), nullptr, uv, minimize, context, &system);
   Minimized descent = minimizer.run();
-  descent.relieved = relieved.value_or(0);
+  descent.relieved = relieved;
   return descent;
 }
 
@@ -150,17 +147,6 @@ Minimized less_distorted(const CutMap& map, int max_iterations, ExecutionContext
   minimize.keep_last = true;
   check_start(map.surface, map.uv, minimize, context);
   return optimised(map, constraints_of(map, context), minimize, context);
-}
-
-std::optional<Points2> less_distorted_near(const CutMap& map, const std::vector<char>& near,
-                                           ExecutionContext& context) {
-  check_input(map);
-  check_start(map.surface, map.uv, {}, context);
-  Points2 uv = map.uv;
-  const RestShapes rest = build_rest_shapes(map.surface, context);
-  if (!relieve(constraints_of(map, context), map.surface.faces, rest, near, uv, context))
-    return std::nullopt;
-  return uv;
 }
 
 std::optional<Points2> opened_on_grid(const CutMap& map, std::size_t most,

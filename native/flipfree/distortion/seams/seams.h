@@ -53,12 +53,6 @@ ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionCon
 // NotConverged, TimeIsOver, Cancelled.
 Minimized less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context);
 
-// The optimisation around the vertices marked in `near` (#V of the cut surface) and around
-// triangles that are far worse than the others, everything else held; nullopt if that is no small
-// part of the map. Precondition as make_exact(). Throws InvalidInput, TimeIsOver, Cancelled.
-std::optional<Points2> less_distorted_near(const CutMap& map, const std::vector<char>& near,
-                                           ExecutionContext& context);
-
 // A map that flips at most `most` triangles with these opened, if moving vertices on a grid of 24
 // bits can do it (exact_grid.h); it meets its seams as before. How often it winds around a vertex
 // is for the caller to check.

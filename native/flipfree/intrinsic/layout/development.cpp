@@ -8,7 +8,9 @@
 #include <numeric>
 #include <queue>
 #include <string>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
@@ -16,6 +18,16 @@
 
 namespace flipfree::intrinsic {
 namespace {
+
+// The overlay of a triangulation M0 with the final one, T.
+struct TracedMesh {
+  const OverlayCoordinates& coordinates;
+  const OverlayTrace& trace;
+  const OverlayPositions& positions;
+  const std::vector<HalfedgeId>& halfedge_of_corner;  // 3 #F: of M0, corner k to k + 1
+  std::vector<Index> curve_of_edge;  // #E of M0: curve that traces it, kInvalid = none
+  std::vector<char> cut;             // #E of M0: is it a cut or boundary?
+};
 
 // Longest edge over shortest up to which double is enough: a thousand roundings of the largest
 // place are then 1e-7 of the shortest edge. And fourth powers of lengths must be representable.
@@ -48,7 +60,7 @@ class CurveDeveloper {
   CurveDeveloper(const TracedMesh& input, std::vector<Real> lengths,
                  const ExecutionContext& context)
       : input_(input),
-        mesh_(input.coordinates->current()),
+        mesh_(input.coordinates.current()),
         lengths_(std::move(lengths)),
         angles_(mesh_.halfedge_count()) {
     parallel_for(context, angles_.size(), 4096,
@@ -60,7 +72,7 @@ class CurveDeveloper {
 
   using F = Frame<Real>;
 
-  const CurveStart& start(HalfedgeId g) const { return input_.trace->start[at(g)]; }
+  const CurveStart& start(HalfedgeId g) const { return input_.trace.start[at(g)]; }
   Place place(const F& f) const { return {numeric::widen(f.x), numeric::widen(f.y)}; }
   long double length(HalfedgeId h) const { return numeric::widen(lengths_[at(h >> 1)]); }
 
@@ -120,8 +132,8 @@ class CurveDeveloper {
   F follow(F frame, HalfedgeId g, const Visit& visit) const {
     const CurveStart& s = start(g);
     HalfedgeId h = s.halfedge;
-    const auto curve = static_cast<std::size_t>((*input_.curve_of_edge)[at(g >> 1)]);
-    const OverlayTrace& trace = *input_.trace;
+    const auto curve = static_cast<std::size_t>(input_.curve_of_edge[at(g >> 1)]);
+    const OverlayTrace& trace = input_.trace;
     const bool forward = trace.curves[curve] == g;
     const std::int64_t begin = trace.begin[curve], end = trace.begin[curve + 1];
     for (std::int64_t i = 0; i < end - begin; ++i) {
@@ -137,7 +149,7 @@ class CurveDeveloper {
         to_next(frame, h);
         h = mesh_.next_of(h);
       }
-      const Between& between = input_.positions->on_edge[id];
+      const Between& between = input_.positions.on_edge[id];
       const Real t(forward ? between.target : between.source);
       const Real& l = lengths_[at(h >> 1)];
       visit(id, Place{numeric::widen(frame.x + frame.dx * l * t),
@@ -161,12 +173,12 @@ class CurveDeveloper {
   double offset(HalfedgeId g) const {
     const CurveStart& s = start(g);
     if (s.shared()) return 0.0;
-    const auto curve = static_cast<std::size_t>((*input_.curve_of_edge)[at(g >> 1)]);
-    const OverlayTrace& trace = *input_.trace;
+    const auto curve = static_cast<std::size_t>(input_.curve_of_edge[at(g >> 1)]);
+    const OverlayTrace& trace = input_.trace;
     const bool forward = trace.curves[curve] == g;
     const auto id =
         static_cast<std::size_t>(forward ? trace.begin[curve] : trace.begin[curve + 1] - 1);
-    const Between& between = input_.positions->on_edge[id];
+    const Between& between = input_.positions.on_edge[id];
     // The opposite side runs from the target of h; seen against the curve its ends are swapped.
     const long double near = forward ? between.source : between.target;
     const long double far = forward ? between.target : between.source;
@@ -242,18 +254,18 @@ class FaceDeveloper {
  public:
   FaceDeveloper(const TracedMesh& input, std::vector<Real> lengths, const ExecutionContext& context)
       : input_(input),
-        halfedges_(*input.halfedge_of_corner),
+        halfedges_(input.halfedge_of_corner),
         developer_(input, std::move(lengths), context),
         mate_(halfedges_.size(), kInvalid),
         placed_(halfedges_.size(), 0),
         left_(faces_by_size()) {
-    corner_of_.assign(input.coordinates->input().halfedge_count(), kInvalid);
+    corner_of_.assign(input.coordinates.input().halfedge_count(), kInvalid);
     for (CornerId c = 0; c < corner_count(); ++c) corner_of_[at(halfedge(c))] = c;
     for (CornerId c = 0; c < corner_count(); ++c) {
-      if ((*input.cut)[at(halfedge(c) >> 1)] == 0) mate_[at(c)] = corner_of_[at(opposite(c))];
+      if (input.cut[at(halfedge(c) >> 1)] == 0) mate_[at(c)] = corner_of_[at(opposite(c))];
     }
     development_.corner.resize(halfedges_.size());
-    development_.crossing.resize(input.trace->crossings.size());
+    development_.crossing.resize(input.trace.crossings.size());
     development_.chart_of_face.assign(halfedges_.size() / 3, kInvalid);
   }
 
@@ -366,8 +378,8 @@ class FaceDeveloper {
     if (developer_.start(along).shared()) {
       to = developer_.along_shared(from, along);
     } else {
-      const auto curve = static_cast<std::size_t>((*input_.curve_of_edge)[at(g >> 1)]);
-      const std::size_t side = input_.trace->curves[curve] == g ? 0 : 1;
+      const auto curve = static_cast<std::size_t>(input_.curve_of_edge[at(g >> 1)]);
+      const std::size_t side = input_.trace.curves[curve] == g ? 0 : 1;
       to = developer_.follow(from, along, [&](std::size_t id, const Place& p) {
         development_.crossing[id][side] = p;
         if (!cut) development_.crossing[id][1 - side] = p;
@@ -396,7 +408,7 @@ class FaceDeveloper {
   void measure_angles(const ExecutionContext& context) {
     development_.corner_angle.assign(halfedges_.size(), 0.0);
     std::vector<FaceId> faces;  // with crossings
-    const OverlayTrace& trace = *input_.trace;
+    const OverlayTrace& trace = input_.trace;
     for (std::size_t curve = 0; curve < trace.curves.size(); ++curve) {
       if (trace.begin[curve + 1] == trace.begin[curve]) continue;
       const HalfedgeId g = trace.curves[curve];
@@ -431,41 +443,26 @@ class FaceDeveloper {
   Index done_ = 0;
 };
 
-template <typename Real>
-Development run_developer(const TracedMesh& input, std::vector<Real> lengths,
-                          const ExecutionContext& context) {
-  return FaceDeveloper<Real>(input, std::move(lengths), context).run(context);
-}
-
-}  // namespace
-
 // Doubles are developed in double where lengths differ little, else in 80 bits, since the shortest
 // edges must not drown in the rounding of places far away.
-template <>
-Development develop<double>(const TracedMesh& input, const std::vector<double>& lengths,
-                            const ExecutionContext& context) {
-  const auto [least, most] = std::minmax_element(lengths.begin(), lengths.end());
-  const double low = *least, high = *most;
-  const bool mild = high < kMildRatio * low && high < kLargestMild && low > 1 / kLargestMild;
-  if (mild) return run_developer(input, lengths, context);
-  return run_developer(input, std::vector<long double>(lengths.begin(), lengths.end()), context);
+Development develop_traced(const TracedMesh& input, const Scalars& lengths,
+                           const ExecutionContext& context) {
+  return std::visit(
+      [&]<typename Real>(const std::vector<Real>& all) {
+        if constexpr (std::is_same_v<Real, double>) {
+          const auto [low, high] = std::minmax_element(all.begin(), all.end());
+          const bool mild =
+              *high < kMildRatio * *low && *high<kLargestMild&& * low> 1 / kLargestMild;
+          if (!mild) {
+            return FaceDeveloper<long double>(
+                       input, std::vector<long double>(all.begin(), all.end()), context)
+                .run(context);
+          }
+        }
+        return FaceDeveloper<Real>(input, all, context).run(context);
+      },
+      lengths);
 }
-template <typename Real>
-Development develop(const TracedMesh& input, const std::vector<Real>& lengths,
-                    const ExecutionContext& context) {
-  return run_developer(input, lengths, context);
-}
-template Development develop<numeric::BigFloat<4>>(const TracedMesh&,
-                                                   const std::vector<numeric::BigFloat<4>>&,
-                                                   const ExecutionContext&);
-template Development develop<numeric::BigFloat<16>>(const TracedMesh&,
-                                                    const std::vector<numeric::BigFloat<16>>&,
-                                                    const ExecutionContext&);
-template Development develop<numeric::BigFloat<64>>(const TracedMesh&,
-                                                    const std::vector<numeric::BigFloat<64>>&,
-                                                    const ExecutionContext&);
-
-namespace {
 
 // The developed angle at a corner; in faces without crossings it is that of their three places.
 double corner_angle(const Development& development, CornerId c) {
@@ -479,8 +476,8 @@ double corner_angle(const Development& development, CornerId c) {
 // Appends the points of one input edge: `h` is its half-edge.
 class ChainWriter {
  public:
-  ChainWriter(const FineDevelopment& fine, const SplitSurface& split, InputDevelopment& out)
-      : fine_(fine), split_(split), out_(out) {}
+  ChainWriter(const MetricOverlay& fine, const Development& development, InputDevelopment& out)
+      : fine_(fine), split_(*fine.split), development_(development), out_(out) {}
 
   void write(HalfedgeId h) {
     const Index begin = split_.piece_begin[at(h)], end = split_.piece_begin[at(h) + 1];
@@ -494,29 +491,31 @@ class ChainWriter {
 
  private:
   void write_crossings(HalfedgeId g, double from, double to) {
-    const Index e = fine_.edges->of_corner[at(g)];
-    const bool forward = fine_.edges->halfedge[at(e)] == g;
-    const std::int64_t begin = fine_.trace->begin[at(e)], end = fine_.trace->begin[at(e) + 1];
+    const Index e = fine_.edges.of_corner[at(g)];
+    const bool forward = fine_.edges.halfedge[at(e)] == g;
+    const std::int64_t begin = fine_.overlay.trace.begin[at(e)],
+                       end = fine_.overlay.trace.begin[at(e) + 1];
     for (std::int64_t i = 0; i < end - begin; ++i) {
       const auto id = static_cast<std::size_t>(forward ? begin + i : end - 1 - i);
-      const Between& own = fine_.positions->on_curve[id];
+      const Between& own = fine_.overlay.positions.on_curve[id];
       const double s = forward ? own.source : own.target, t = forward ? own.target : own.source;
       out_.along.push_back({s * (1.0 - from) + t * (1.0 - to), s * from + t * to});
-      const std::array<Place, 2>& sides = fine_.development->crossing[id];
+      const std::array<Place, 2>& sides = development_.crossing[id];
       out_.development.crossing.push_back({sides[forward ? 0 : 1], sides[forward ? 1 : 0]});
     }
   }
   // The vertex at the end of piece g.
   void write_vertex(HalfedgeId g, double share) {
-    const HalfedgeId o = fine_.adjacency->opposite[at(g)];
-    const Place left = fine_.development->corner[at(next_corner(g))];
-    const Place right = o == kInvalid ? left : fine_.development->corner[at(o)];
+    const HalfedgeId o = fine_.adjacency.opposite[at(g)];
+    const Place left = development_.corner[at(next_corner(g))];
+    const Place right = o == kInvalid ? left : development_.corner[at(o)];
     out_.along.push_back({1.0 - share, share});
     out_.development.crossing.push_back({left, right});
   }
 
-  const FineDevelopment& fine_;
+  const MetricOverlay& fine_;
   const SplitSurface& split_;
+  const Development& development_;
   InputDevelopment& out_;
 };
 
@@ -537,36 +536,70 @@ InputEdges number_edges(const mesh::Adjacency& adjacency) {
   return edges;
 }
 
-InputDevelopment own_development(Development development, const OverlayTrace& trace,
-                                 const OverlayPositions& positions) {
-  return {std::move(development), trace.begin, positions.on_curve};
-}
+namespace {
 
-InputDevelopment composed_development(const FineDevelopment& fine, const SplitSurface& split,
-                                      const InputEdges& edges) {
+// The layout of the input from that of the surface it was split into.
+InputDevelopment composed(const MetricOverlay& overlaid, const Development& fine,
+                          const InputEdges& edges) {
+  const SplitSurface& split = *overlaid.split;
   const auto corner_count = static_cast<CornerId>(split.corner_begin.size()) - 1;
   InputDevelopment out;
   Development& development = out.development;
-  development.chart_count = fine.development->chart_count;
-  development.closing_error = fine.development->closing_error;
+  development.chart_count = fine.chart_count;
+  development.closing_error = fine.closing_error;
   development.chart_of_face.resize(at(corner_count / 3));
   development.corner.resize(at(corner_count));
   development.corner_angle.assign(at(corner_count), 0.0);
   for (CornerId c = 0; c < corner_count; ++c) {
     for (Index i = split.corner_begin[at(c)]; i < split.corner_begin[at(c) + 1]; ++i) {
       const CornerId own = split.corner[at(i)];
-      development.corner[at(c)] = fine.development->corner[at(own)];
-      development.corner_angle[at(c)] += corner_angle(*fine.development, own);
-      development.chart_of_face[at(c / 3)] = fine.development->chart_of_face[at(own / 3)];
+      development.corner[at(c)] = fine.corner[at(own)];
+      development.corner_angle[at(c)] += corner_angle(fine, own);
+      development.chart_of_face[at(c / 3)] = fine.chart_of_face[at(own / 3)];
     }
   }
-  ChainWriter writer(fine, split, out);
+  ChainWriter writer(overlaid, fine, out);
   out.begin.push_back(0);
   for (const HalfedgeId h : edges.halfedge) {
     writer.write(h);
     out.begin.push_back(static_cast<std::int64_t>(out.along.size()));
   }
   return out;
+}
+
+// The cuts on the triangulation that the metric was computed on.
+mesh::EdgeFlags on_pieces(const mesh::EdgeFlags& cuts, const SplitSurface& split) {
+  mesh::EdgeFlags flags(static_cast<std::size_t>(3 * split.faces.rows()), false);
+  for (std::size_t h = 0; h < cuts.size(); ++h) {
+    for (Index i = split.piece_begin[h]; cuts[h] && i < split.piece_begin[h + 1]; ++i)
+      flags[at(split.piece[at(i)])] = true;
+  }
+  return flags;
+}
+
+}  // namespace
+
+InputDevelopment develop(const MetricOverlay& overlaid, const InputEdges& edges,
+                         const mesh::EdgeFlags& cuts, const ExecutionContext& context) {
+  const FlippedMetric& metric = *overlaid.metric;
+  const Overlay& overlay = overlaid.overlay;
+  const bool split = overlaid.split != nullptr;
+  const mesh::EdgeFlags own_cuts = split ? on_pieces(cuts, *overlaid.split) : cuts;
+  TracedMesh input{overlay.coordinates,
+                   overlay.trace,
+                   overlay.positions,
+                   metric.input_halfedge,
+                   std::vector<Index>(metric.initial.edge_count(), kInvalid),
+                   std::vector<char>(metric.initial.edge_count(), 0)};
+  for (std::size_t e = 0; e < overlaid.edges.halfedge.size(); ++e) {
+    const HalfedgeId h = overlaid.edges.halfedge[e];
+    const EdgeId own = FlipMesh::edge(metric.input_halfedge[at(h)]);
+    input.curve_of_edge[at(own)] = static_cast<Index>(e);
+    input.cut[at(own)] = overlaid.adjacency.opposite[at(h)] == kInvalid || own_cuts[at(h)];
+  }
+  Development own = develop_traced(input, metric.length, context);
+  if (split) return composed(overlaid, own, edges);
+  return {std::move(own), overlay.trace.begin, overlay.positions.on_curve};
 }
 
 }  // namespace flipfree::intrinsic

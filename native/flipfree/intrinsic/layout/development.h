@@ -16,9 +16,11 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/intrinsic/flipped_metric.h"
 #include "flipfree/intrinsic/overlay.h"
 #include "flipfree/intrinsic/refined_start/split_surface.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut.h"
 
 namespace flipfree::intrinsic {
 
@@ -26,18 +28,6 @@ namespace flipfree::intrinsic {
 struct Place {
   long double x = 0;
   long double y = 0;
-};
-
-// The overlay of the user's triangulation M0 with the final one, T.
-struct TracedMesh {
-  const OverlayCoordinates* coordinates = nullptr;
-  const OverlayTrace* trace = nullptr;
-  const OverlayPositions* positions = nullptr;
-  const std::vector<HalfedgeId>* halfedge_of_corner =
-      nullptr;  // 3 #F: half-edge of M0, corner k to k + 1
-  const std::vector<Index>* curve_of_edge =
-      nullptr;                             // #E of M0: curve that traces it, kInvalid = none
-  const std::vector<char>* cut = nullptr;  // #E of M0: is it a cut or boundary?
 };
 
 struct Development {
@@ -52,13 +42,6 @@ struct Development {
   // well the flat metric closes.
   double closing_error = 0.0;
 };
-
-// `lengths`: per edge of T. Real: double (in 80 bits where lengths
-// differ much) or BigFloat. Cost: O(#F +
-// crossings).
-template <typename Real>
-Development develop(const TracedMesh& input, const std::vector<Real>& lengths,
-                    const ExecutionContext& context);
 
 // The development of the input: places of its corners, and of points along its edges.
 //
@@ -80,20 +63,19 @@ struct InputDevelopment {
   std::vector<Between> along;       // per point: between the ends of its edge, on the input
 };
 
-// The layout of the triangulation that was traced, as it is.
-InputDevelopment own_development(Development development, const OverlayTrace& trace,
-                                 const OverlayPositions& positions);
-
-// A triangulation that was traced, and how it was laid out.
-struct FineDevelopment {
-  const Development* development = nullptr;
-  const OverlayTrace* trace = nullptr;
-  const OverlayPositions* positions = nullptr;
-  const InputEdges* edges = nullptr;
-  const mesh::Adjacency* adjacency = nullptr;
+// A metric with its overlay.
+struct MetricOverlay {
+  const FlippedMetric* metric = nullptr;
+  const SplitSurface* split = nullptr;  // the refined start that the metric was computed on, if any
+  // Of the triangulation that the metric was computed on.
+  mesh::Adjacency adjacency;
+  InputEdges edges;
+  Overlay overlay;  // of all its edges
 };
-// The layout of the input from that of the surface it was split into.
-InputDevelopment composed_development(const FineDevelopment& fine, const SplitSurface& split,
-                                      const InputEdges& edges);
+
+// Along `cuts` (flags of the input's half-edges) neighbours part. `edges`: of the input. Cost: O(#F
+// + crossings).
+InputDevelopment develop(const MetricOverlay& overlaid, const InputEdges& edges,
+                         const mesh::EdgeFlags& cuts, const ExecutionContext& context);
 
 }  // namespace flipfree::intrinsic

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <utility>
-#include <variant>
 
 #include "flipfree/base/stats.h"
 #include "flipfree/intrinsic/layout/development.h"
@@ -99,47 +98,6 @@ ChartPlacement place_charts(const Development& development, const mesh::Adjacenc
   }
   placement.scale = 1 / std::max(width, y + shelf);
   return placement;
-}
-
-// The cuts on the triangulation that the metric was computed on.
-mesh::EdgeFlags on_pieces(const mesh::EdgeFlags& cuts, const SplitSurface& split) {
-  mesh::EdgeFlags flags(static_cast<std::size_t>(3 * split.faces.rows()), false);
-  for (std::size_t h = 0; h < cuts.size(); ++h) {
-    for (Index i = split.piece_begin[h]; cuts[h] && i < split.piece_begin[h + 1]; ++i)
-      flags[at(split.piece[at(i)])] = true;
-  }
-  return flags;
-}
-
-Development develop_own(const MetricOverlay& overlaid, const mesh::EdgeFlags& cuts,
-                        const ExecutionContext& context) {
-  const FlippedMetric& metric = *overlaid.metric;
-  std::vector<Index> curve_of_edge(metric.initial.edge_count(), kInvalid);
-  std::vector<char> cut(metric.initial.edge_count(), 0);
-  for (std::size_t e = 0; e < overlaid.edges.halfedge.size(); ++e) {
-    const HalfedgeId h = overlaid.edges.halfedge[e];
-    const EdgeId own = FlipMesh::edge(metric.input_halfedge[at(h)]);
-    curve_of_edge[at(own)] = static_cast<Index>(e);
-    cut[at(own)] = overlaid.adjacency.opposite[at(h)] == kInvalid || cuts[at(h)];
-  }
-  const Overlay& overlay = overlaid.overlay;
-  const TracedMesh input{&overlay.coordinates,   &overlay.trace, &overlay.positions,
-                         &metric.input_halfedge, &curve_of_edge, &cut};
-  return std::visit([&](const auto& lengths) { return develop(input, lengths, context); },
-                    metric.length);
-}
-
-// The development seen from the input's corners and edges.
-InputDevelopment develop_input(const MetricOverlay& overlaid, const InputEdges& edges,
-                               const mesh::EdgeFlags& cuts, const ExecutionContext& context) {
-  const SplitSurface* split = overlaid.split;
-  const Overlay& overlay = overlaid.overlay;
-  Development own =
-      develop_own(overlaid, split != nullptr ? on_pieces(cuts, *split) : cuts, context);
-  return split == nullptr ? own_development(std::move(own), overlay.trace, overlay.positions)
-                          : composed_development({&own, &overlay.trace, &overlay.positions,
-                                                  &overlaid.edges, &overlaid.adjacency},
-                                                 *split, edges);
 }
 
 EdgePointMap to_edge_points(const InputDevelopment& developed, const ChartPlacement& placement,
@@ -249,7 +207,7 @@ MetricLayout lay_out_metric(const mesh::Surface& surface, const mesh::Adjacency&
   Stopwatch watch;
   context.report("layout", 0.0);
   const InputEdges edges = number_edges(adjacency);
-  const InputDevelopment developed = develop_input(overlaid, edges, cuts, context);
+  const InputDevelopment developed = develop(overlaid, edges, cuts, context);
   out.chart_count = developed.development.chart_count;
   out.closing_error = developed.development.closing_error;
   out.seconds_layout = watch.seconds();

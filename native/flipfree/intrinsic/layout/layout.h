@@ -25,17 +25,8 @@ namespace flipfree::intrinsic {
 
 inline constexpr std::int64_t kMaxCrossings = 20'000'000;
 
-// A metric with its overlay.
-struct MetricOverlay {
-  const FlippedMetric* metric = nullptr;
-  const SplitSurface* split = nullptr;  // the refined start that the metric was computed on, if any
-  // Of the triangulation that the metric was computed on.
-  mesh::Adjacency adjacency;
-  InputEdges edges;
-  Overlay overlay;  // of all its edges
-};
-// `adjacency`: of the input. `metric` and `split` must outlive the result.
-// Errors, cost: build_overlay().
+// A metric with its overlay. `adjacency`: of the input. `metric` and `split` must outlive the
+// result. Errors, cost: build_overlay().
 MetricOverlay overlay_metric(const FlippedMetric& metric, const SplitSurface* split,
                              const mesh::Adjacency& adjacency, std::int64_t max_crossings,
                              const ExecutionContext& context);

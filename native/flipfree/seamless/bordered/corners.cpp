@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -34,47 +34,18 @@ constexpr Index kCheckVertices = 1024;
 
 // A curve of a boundary, surface on the left; edge i leads from its vertex i to the next one.
 struct BorderCurve {
-  std::vector<double> length;
-  std::vector<double> turning;  // of the surface at vertex i, quarter turns to the left
-  double direction = 0.0;       // of edge 0, quarter turns from an axis that its part has
-  Index part = 0;    // curves of one part are aligned together: their axes are one where it is flat
-  Index wanted = 0;  // quarter turns to the left, in all
-};
-
-// A curve as the program sees it.
-struct Course {
-  std::vector<double> direction;  // of the edges, quarter turns
+  std::vector<double> direction;  // of the edges, quarter turns from an axis
   std::vector<double> turning;    // at vertex i, from edge i - 1 to edge i
   std::vector<double> length;     // of the edges; the sum is 1
-  Index wanted = 0;
-  Index least = 0;  // most negative turn at a vertex that is tried
+  double whole = 0.0;             // length of the curve
+  Index wanted = 0;               // quarter turns to the left, in all
+  Index least = 0;                // most negative turn at a vertex that is tried
 };
 
 struct Labels {
   double cost = kInfinite;
   std::vector<Index> of_edge;
 };
-
-// Turning that the curve lacks is spread along it.
-Course own_course(const BorderCurve& curve) {
-  Course course;
-  const std::size_t n = curve.length.size();
-  const double total = std::accumulate(curve.length.begin(), curve.length.end(), 0.0);
-  const double turning = std::accumulate(curve.turning.begin(), curve.turning.end(), 0.0);
-  double least = 0.0;
-  for (std::size_t i = 0; i < n; ++i) course.length.push_back(curve.length[i] / total);
-  for (std::size_t i = 0; i < n; ++i) {
-    const double near = 0.5 * (course.length[(i + n - 1) % n] + course.length[i]);
-    course.turning.push_back(curve.turning[i] +
-                             near * (static_cast<double>(curve.wanted) - turning));
-    course.direction.push_back(i == 0 ? curve.direction
-                                      : course.direction[i - 1] + course.turning[i]);
-    least = std::min(least, std::floor(course.turning[i]));
-  }
-  course.wanted = curve.wanted;
-  course.least = static_cast<Index>(least) - 1;
-  return course;
-}
 
 double corner_cost(double turning, Index turn) {
   if (turn == 0) return 0.0;
@@ -85,8 +56,8 @@ double corner_cost(double turning, Index turn) {
 // The cheapest directions of the edges for one direction of the axes.
 class Program {
  public:
-  Program(const Course& course, double axis, Index reach, ExecutionContext& context)
-      : course_(course), axis_(axis), reach_(reach), width_(2 * reach + 1), context_(context) {}
+  Program(const BorderCurve& curve, double axis, Index reach, ExecutionContext& context)
+      : curve_(curve), axis_(axis), reach_(reach), width_(2 * reach + 1), context_(context) {}
 
   Labels run() {
     Labels best;
@@ -98,15 +69,15 @@ class Program {
   }
 
  private:
-  Index size() const { return static_cast<Index>(course_.length.size()); }
-  double relative(Index i) const { return course_.direction[at(i)] - axis_; }
+  Index size() const { return static_cast<Index>(curve_.length.size()); }
+  double relative(Index i) const { return curve_.direction[at(i)] - axis_; }
   // The direction in the middle of those that are tried for edge i, i up to size().
   Index middle(Index i) const {
-    return i == size() ? middle(0) + course_.wanted : static_cast<Index>(std::lround(relative(i)));
+    return i == size() ? middle(0) + curve_.wanted : static_cast<Index>(std::lround(relative(i)));
   }
   double edge_cost(Index i, Index label) const {
     const double off = relative(i) - (middle(i) + label - reach_);
-    return course_.length[at(i)] * off * off;
+    return curve_.length[at(i)] * off * off;
   }
 
   // Cost of the cheapest way around on which edge 0 has the given label.
@@ -119,8 +90,8 @@ class Program {
       if (i % kCheckVertices == 0) context_.check();
       std::fill(next.begin(), next.end(), kInfinite);
       const Index rise = middle(i) - middle(i - 1);
-      const double turning = course_.turning[at(i % n)];
-      for (Index turn = course_.least; turn <= 1; ++turn) {
+      const double turning = curve_.turning[at(i % n)];
+      for (Index turn = curve_.least; turn <= 1; ++turn) {
         const double corner = corner_cost(turning, turn);
         for (Index a = 0; a < width_; ++a) {
           const Index b = a + turn - rise;
@@ -147,76 +118,47 @@ class Program {
     return labels;
   }
 
-  const Course& course_;
+  const BorderCurve& curve_;
   double axis_;
   Index reach_, width_;
   ExecutionContext& context_;
   std::vector<Index> from_;  // per vertex and label after it: the label before it
 };
 
-Labels cheapest(const Course& course, double axis, ExecutionContext& context) {
-  const Index most = course.wanted + static_cast<Index>(course.length.size());
+Labels cheapest(const BorderCurve& curve, double axis, ExecutionContext& context) {
+  const Index most = curve.wanted + static_cast<Index>(curve.length.size());
   for (Index reach = kReach;; reach *= 2) {
-    Labels found = Program(course, axis, reach, context).run();
+    Labels found = Program(curve, axis, reach, context).run();
     context.check();
     if (found.cost < kInfinite || reach > 4 * std::abs(most)) return found;
   }
 }
 
-// Of the courses together, for the direction of the axes that is best for all.
-std::vector<Labels> choose(const std::vector<Course>& courses, const std::vector<double>& weight,
-                           ExecutionContext& context) {
+// Of curves together, for the direction of the axes that is best for all: per curve the quarter
+// turns k of the angles at its vertices, 1 or more; the sum of 2 - k is what is wanted. Cost:
+// linear, about a thousand steps a vertex.
+std::vector<std::vector<Index>> choose_corners(std::span<const BorderCurve> curves,
+                                               ExecutionContext& context) {
   std::vector<Labels> best;
   double least = kInfinite;
-  for (Index k = 0; k < kAxes; ++k) {
+  for (Index axis = 0; axis < kAxes; ++axis) {
     std::vector<Labels> labels;
     double cost = 0.0;
-    for (std::size_t i = 0; i < courses.size(); ++i) {
-      labels.push_back(cheapest(courses[i], static_cast<double>(k) / kAxes, context));
-      cost += weight[i] * labels.back().cost;
+    for (const BorderCurve& curve : curves) {
+      labels.push_back(cheapest(curve, static_cast<double>(axis) / kAxes, context));
+      cost += curve.whole * labels.back().cost;
     }
     if (!best.empty() && cost >= least) continue;
     best = std::move(labels);
     least = cost;
   }
-  return best;
-}
-
-std::vector<Index> angles_of(const Labels& labels) {
-  std::vector<Index> k;
-  const std::size_t n = labels.of_edge.size() - 1;
-  for (std::size_t i = 0; i < n; ++i)
-    k.push_back(2 - (labels.of_edge[i == 0 ? n : i] - labels.of_edge[i == 0 ? n - 1 : i - 1]));
-  return k;
-}
-
-// The curves of one part.
-void choose_in_part(const std::vector<Index>& members, const std::vector<BorderCurve>& curves,
-                    std::vector<std::vector<Index>>& angles, ExecutionContext& context) {
-  std::vector<Course> own;
-  std::vector<double> weight;
-  std::vector<Index> possible;
-  for (const Index i : members) {
-    const BorderCurve& curve = curves[at(i)];
-    if (curve.wanted > static_cast<Index>(curve.length.size())) continue;
-    possible.push_back(i);
-    own.push_back(own_course(curve));
-    weight.push_back(std::accumulate(curve.length.begin(), curve.length.end(), 0.0));
+  std::vector<std::vector<Index>> angles;
+  for (const Labels& labels : best) {
+    std::vector<Index>& k = angles.emplace_back();
+    const std::size_t n = labels.of_edge.size() - 1;
+    for (std::size_t i = 0; i < n; ++i)
+      k.push_back(2 - (labels.of_edge[i == 0 ? n : i] - labels.of_edge[i == 0 ? n - 1 : i - 1]));
   }
-  const std::vector<Labels> labels = choose(own, weight, context);
-  for (std::size_t i = 0; i < possible.size(); ++i) angles[at(possible[i])] = angles_of(labels[i]);
-}
-
-// Quarter turns k of the angles at the vertices, 1 or more; sum of 2 - k as `wanted`. Empty for a
-// curve that has fewer vertices than corners to the left that it needs. Every curve has a positive
-// length. Throws Cancelled. Cost: linear, about a thousand steps a vertex.
-std::vector<std::vector<Index>> choose_corners(const std::vector<BorderCurve>& curves,
-                                               ExecutionContext& context) {
-  std::vector<std::vector<Index>> angles(curves.size());
-  std::map<Index, std::vector<Index>> parts;
-  for (std::size_t i = 0; i < curves.size(); ++i)
-    parts[curves[i].part].push_back(static_cast<Index>(i));
-  for (const auto& [part, members] : parts) choose_in_part(members, curves, angles, context);
   return angles;
 }
 
@@ -330,23 +272,35 @@ bool is_flat_inside(const Border& border, const std::vector<double>& angles,
   return curved < kNearlyFlat;
 }
 
-// Curves of the boundary, as long and as bent as they are, that turn as they are wanted to.
+// Curves of the boundary, as bent as they are but for what each lacks of the turning that is
+// wanted, which is spread along it.
 std::vector<BorderCurve> border_curves(const mesh::Surface& surface,
                                        const std::vector<double>& angles,
-                                       const std::vector<Index>& wanted, bool flat) {
+                                       const std::vector<Index>& wanted) {
   const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const std::vector<double> direction = unfolded_directions(surface, adjacency);
   std::vector<BorderCurve> curves;
   for (const auto& loop : mesh::boundary_halfedge_loops(surface.faces, adjacency)) {
     BorderCurve curve;
-    curve.direction = direction[at(loop.front())];
-    curve.part = flat ? 0 : static_cast<Index>(curves.size());
     curve.wanted = wanted[curves.size()];
+    const std::size_t n = loop.size();
     for (const HalfedgeId h : loop) {
       const VertexId from = mesh::source(surface.faces, h), to = mesh::target(surface.faces, h);
       curve.length.push_back((surface.vertices.row(from) - surface.vertices.row(to)).stableNorm());
       curve.turning.push_back(2.0 - angles[at(from)]);
     }
+    curve.whole = std::accumulate(curve.length.begin(), curve.length.end(), 0.0);
+    const double lacking = static_cast<double>(curve.wanted) -
+                           std::accumulate(curve.turning.begin(), curve.turning.end(), 0.0);
+    for (double& length : curve.length) length /= curve.whole;
+    double least = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      curve.turning[i] += 0.5 * (curve.length[(i + n - 1) % n] + curve.length[i]) * lacking;
+      curve.direction.push_back(i == 0 ? direction[at(loop.front())]
+                                       : curve.direction.back() + curve.turning[i]);
+      least = std::min(least, std::floor(curve.turning[i]));
+    }
+    curve.least = static_cast<Index>(least) - 1;
     curves.push_back(std::move(curve));
   }
   return curves;
@@ -421,11 +375,19 @@ std::vector<Index> aligned_cones(const mesh::Surface& surface, const std::vector
     for (const VertexId v : loop) turning.back() += 2.0 - angles[at(v)];
   }
   const std::vector<Index> wanted = whole_with_sum(turning, needed);
-  const bool flat = is_flat_inside(border, angles, cones);
-  const auto corners = choose_corners(border_curves(own.surface(), angles, wanted, flat), context);
-  for (std::size_t i = 0; i < border.loops.size(); ++i) {
-    if (corners[i].empty()) throw_too_few(border.loops[i].size(), wanted[i]);
-    for (std::size_t j = 0; j < corners[i].size(); ++j) all[at(border.loops[i][j])] = corners[i][j];
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    if (wanted[i] > static_cast<Index>(border.loops[i].size()))
+      throw_too_few(border.loops[i].size(), wanted[i]);
+  }
+  const std::vector<BorderCurve> curves = border_curves(own.surface(), angles, wanted);
+  // Where it is flat, the axes of one curve are those of all.
+  const std::size_t together = is_flat_inside(border, angles, cones) ? curves.size() : 1;
+  for (std::size_t i = 0; i < curves.size(); i += together) {
+    const auto corners = choose_corners(std::span(curves).subspan(i, together), context);
+    for (std::size_t c = 0; c < together; ++c) {
+      for (std::size_t j = 0; j < corners[c].size(); ++j)
+        all[at(border.loops[i + c][j])] = corners[c][j];
+    }
   }
   return all;
 }

@@ -330,13 +330,12 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   const auto engine_added = map.surface.vertices.rows() - surface.vertices.rows();
   // Strips are named by the faces that the engine's map has.
   const bool taken = options.optimise && engine_added > 0 && strips.empty();
-  bool settled = false;
   if (taken) {
     const ProgressRange range(context, 0.0, kTakenBackShare);
     const TimeLimit limit(context, seconds_to_search(context.seconds_left(),
                                                      static_cast<Index>(map.surface.faces.rows())));
-    settled = take_back(surface, aligned, options.engine.uncuttable,
-                        std::min(kCoarseSteps, options.max_iterations), map, context);
+    take_back(surface, aligned, options.engine.uncuttable,
+              std::min(kCoarseSteps, options.max_iterations), map, context);
   }
   const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
   const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
@@ -344,7 +343,7 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   cut.straight = straight_where(aligned, map.parent_face, cut, adjacency);
   cut.straight.insert(cut.straight.end(), options.straight.begin(), options.straight.end());
   distortion::ExactOptions exact_options;
-  exact_options.optimise = options.optimise && !settled;
+  exact_options.optimise = options.optimise;
   exact_options.max_iterations = options.max_iterations;
   exact_options.exact = options.exact;
   const ProgressRange finishing(context, taken ? kTakenBackShare : 0.0, 1.0);

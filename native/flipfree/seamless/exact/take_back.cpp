@@ -1,11 +1,13 @@
 #include "flipfree/seamless/exact/take_back.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,138 +29,20 @@ namespace flipfree::seamless {
 namespace {
 
 constexpr int kTakeBackRounds = 6;
-// A round that takes back a smaller share of the added vertices is the last.
+// A round that lowers the energy by a smaller share is the last.
 constexpr double kWorthwhileRound = 0.05;
-// The user's own triangulation is tried if it flips fewer faces than this share.
+// The user's own triangulation is taken if it flips fewer faces than this share.
 constexpr double kFewFlips = 0.02;
 
-// The input, and what of it is cut.
-struct Input {
-  Input(const mesh::Surface& whole, mesh::Adjacency around)
-      : surface(whole), adjacency(std::move(around)), edges(intrinsic::number_edges(adjacency)) {}
-
-  const mesh::Surface& surface;
-  mesh::Adjacency adjacency;
-  intrinsic::InputEdges edges;
-  std::vector<char> cut;  // per edge
-};
-
-// Where the added vertices of a map lie: on which edge, and where along its half-edge.
-struct EdgePlace {
-  Index edge = kInvalid;
-  intrinsic::Between along;
-};
-
-std::optional<std::vector<EdgePlace>> edge_places(const Input& input,
-                                                  const certify::Parametrization& map) {
-  const auto own = static_cast<Index>(input.surface.vertices.rows());
-  std::vector<EdgePlace> places;
-  for (Index v = own; v < static_cast<Index>(map.surface.vertices.rows()); ++v) {
-    const FaceId f = map.vertex_parent[at(v)];
-    EdgePlace place;
-    for (int k = 0; k < 3; ++k) {
-      if (map.vertex_barycentric(v, k) != 0.0) continue;
-      const HalfedgeId h = 3 * f + (k + 1) % 3;
-      const double source = map.vertex_barycentric(v, (k + 1) % 3);
-      const double target = map.vertex_barycentric(v, (k + 2) % 3);
-      place.edge = input.edges.of_corner[at(h)];
-      const bool along = input.edges.halfedge[at(place.edge)] == h;
-      place.along = along ? intrinsic::Between{source, target} : intrinsic::Between{target, source};
-    }
-    if (place.edge == kInvalid) return std::nullopt;
-    places.push_back(place);
-  }
-  return places;
-}
-
-// Which edges of the input the cut of the map runs along.
-void find_cut(const certify::Parametrization& map, const std::vector<EdgePlace>& places,
-              Input& input) {
-  const auto own = static_cast<Index>(input.surface.vertices.rows());
-  input.cut.assign(input.edges.halfedge.size(), 0);
-  std::vector<std::array<Index, 2>> whole;
-  for (Eigen::Index e = 0; e < map.cut_edges.rows(); ++e) {
-    const Index a = map.cut_edges(e, 0), b = map.cut_edges(e, 1);
-    if (std::max(a, b) >= own) {
-      input.cut[at(places[at(std::max(a, b) - own)].edge)] = 1;
-    } else {
-      whole.push_back({a, b});
-    }
-  }
-  IndexPairs pairs(static_cast<Eigen::Index>(whole.size()), 2);
-  for (std::size_t i = 0; i < whole.size(); ++i)
-    pairs.row(static_cast<Eigen::Index>(i)) << whole[i][0], whole[i][1];
-  const mesh::EdgeFlags flags = mesh::flag_edges(input.surface.faces, input.adjacency, pairs);
-  for (std::size_t e = 0; e < input.cut.size(); ++e) {
-    if (flags[at(input.edges.halfedge[e])] != 0) input.cut[e] = 1;
-  }
-}
-
-// The map as one that is known at the input's corners and at points along its edges.
-intrinsic::EdgePointMap edge_point_map(const Input& input, const certify::Parametrization& map,
-                                       const std::vector<EdgePlace>& places) {
-  const auto own = static_cast<Index>(input.surface.vertices.rows());
-  const Triangles& faces = input.surface.faces;
-  intrinsic::EdgePointMap out;
-  out.corner_uv = Points2::Zero(3 * faces.rows(), 2);
-  out.corner_angle.assign(static_cast<std::size_t>(3 * faces.rows()), 0.0);
-  out.edge_halfedge = input.edges.halfedge;
-  out.edge_of = input.edges.of_corner;
-  out.begin.assign(input.edges.halfedge.size() + 1, 0);
-  for (const EdgePlace& place : places) ++out.begin[at(place.edge) + 1];
-  for (std::size_t e = 1; e < out.begin.size(); ++e) out.begin[e] += out.begin[e - 1];
-  std::vector<Index> order(places.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<Index>(i);
-  std::sort(order.begin(), order.end(), [&](Index a, Index b) {
-    const EdgePlace &p = places[at(a)], &q = places[at(b)];
-    return p.edge != q.edge ? p.edge < q.edge : p.along.target < q.along.target;
-  });
-  std::vector<std::int64_t> point_of(places.size());
-  out.points.resize(places.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    point_of[at(order[i])] = static_cast<std::int64_t>(i);
-    out.points[i].along = places[at(order[i])].along;
-  }
-  for (CornerId c = 0; c < static_cast<CornerId>(map.uv.rows()); ++c) {
-    const FaceId parent = map.parent_face[at(c / 3)];
-    const VertexId v = map.surface.faces(c / 3, c % 3);
-    if (v >= own) {
-      intrinsic::EdgePoint& point = out.points[at(point_of[at(v - own)])];
-      const HalfedgeId h = out.edge_halfedge[at(places[at(v - own)].edge)];
-      if (h / 3 == parent) point.uv_left = map.uv.row(c);
-      if (h / 3 != parent || input.adjacency.opposite[at(h)] == kInvalid)
-        point.uv_right = map.uv.row(c);
-      continue;
-    }
-    int k = 0;
-    while (faces(parent, k) != v) ++k;
-    const Vector2 p = map.uv.row(c);
-    const Vector2 a = map.uv.row(next_corner(c)).transpose() - p;
-    const Vector2 b = map.uv.row(previous_corner(c)).transpose() - p;
-    out.corner_uv.row(3 * parent + k) = p.transpose();
-    out.corner_angle[at(3 * parent + k)] += turn(a, b);
-  }
-  return out;
-}
-
-// The map on the triangulation that was chosen.
-certify::Parametrization written(const Input& input, const intrinsic::EdgePointMap& points,
-                                 intrinsic::RefinedLayout layout) {
-  certify::Parametrization map;
-  map.cut_edges = intrinsic::edges_on(input.surface.faces, points, input.cut, layout);
-  conformal::take_map(layout, map);
-  return map;
-}
-
-// Total angles at the input's vertices.
-std::vector<double> vertex_angles(const Input& input, const certify::Parametrization& map) {
+// Total angles at the first `count` vertices, those of the input.
+std::vector<double> vertex_angles(Eigen::Index count, const certify::Parametrization& map) {
   std::vector<double> angle(static_cast<std::size_t>(map.surface.vertices.rows()), 0.0);
   for (CornerId c = 0; c < static_cast<CornerId>(map.uv.rows()); ++c) {
     const Vector2 p = map.uv.row(c);
     angle[at(map.surface.faces(c / 3, c % 3))] += turn(
         map.uv.row(next_corner(c)).transpose() - p, map.uv.row(previous_corner(c)).transpose() - p);
   }
-  angle.resize(static_cast<std::size_t>(input.surface.vertices.rows()));
+  angle.resize(static_cast<std::size_t>(count));
   return angle;
 }
 
@@ -204,7 +88,7 @@ std::vector<Motion> laid_out(const mesh::Adjacency& adjacency, Joined joined, Li
     for (std::size_t i = 0; i < queue.size(); ++i) {
       for (HalfedgeId h = 3 * queue[i]; h < 3 * queue[i] + 3; ++h) {
         const HalfedgeId o = adjacency.opposite[at(h)];
-        if (!joined(h, o) || known[at(o / 3)] != 0) continue;
+        if (o == kInvalid || !joined(h, o) || known[at(o / 3)] != 0) continue;
         known[at(o / 3)] = 1;
         motion[at(o / 3)] = motion[at(h / 3)].after(link(h, o));
         queue.push_back(o / 3);
@@ -214,7 +98,7 @@ std::vector<Motion> laid_out(const mesh::Adjacency& adjacency, Joined joined, Li
   return motion;
 }
 
-// `map`: of `input`, a closed surface, seamless up to rounding, with cut_edges and provenance.
+// `map`: of `input`, seamless up to rounding, with cut_edges and provenance.
 // `cones`: vertices of the input that the new cut must reach. `avoided`: see mesh::cut_to_disks().
 // Result: the input's own triangles, corners where `map` has them but for one motion per component,
 // seams that match up to rounding; faces that the map bends may be flipped. No certificate. Cost:
@@ -245,7 +129,7 @@ certify::Parametrization on_own_triangles(const mesh::Surface& input,
     // Of the half-edges from v with the parent on their left, the one with another on its right
     // runs along the parent's own.
     const HalfedgeId o = refined.opposite[at(c)];
-    if (map.parent_face[at(o / 3)] == parent) continue;
+    if (o == kInvalid || map.parent_face[at(o / 3)] == parent) continue;
     link[at(3 * parent + k)] =
         to_parent[at(c / 3)].after(across(map.uv, c, o)).after(to_parent[at(o / 3)].inverse());
   }
@@ -263,40 +147,39 @@ certify::Parametrization on_own_triangles(const mesh::Surface& input,
 
 class TakingBack {
  public:
-  TakingBack(const mesh::Surface& surface, const std::vector<char>& aligned,
-             const IndexPairs& uncuttable, int max_iterations, ExecutionContext& context)
-      : input_(surface,
-               mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces)),
+  TakingBack(const mesh::Surface& input, const std::vector<char>& aligned, int max_iterations,
+             ExecutionContext& context)
+      : input_(input),
+        adjacency_(mesh::build_adjacency(input)),
         aligned_(aligned),
-        uncuttable_(uncuttable),
         max_iterations_(max_iterations),
         context_(context) {}
 
-  int run(certify::Parametrization& map) {
-    const auto places = edge_places(input_, map);
-    if (!places) return recut(map);
-    find_cut(map, *places, input_);
-    angles_ = vertex_angles(input_, map);
-    // Where little is to be done, steps on the refined surface would be for nothing.
-    if (take(own_triangles(map), map)) return 1;
-    if (!improve(map)) return 0;
-    int round = 0;
-    for (bool worthwhile = true; worthwhile && round < kTakeBackRounds && added(map) > 0; ++round) {
-      const ProgressRange range(context_, round / double{kTakeBackRounds},
-                                (round + 1) / double{kTakeBackRounds});
-      const Index before = added(map);
-      worthwhile =
-          take(own_triangles(map), map) ||
-          (take(fewer_triangles(map), map) && added(map) <= (1.0 - kWorthwhileRound) * before);
+  // The map is whole after every round. Returns their number.
+  int run(const IndexPairs& uncuttable, certify::Parametrization& map) {
+    angles_ = vertex_angles(input_.vertices.rows(), map);
+    std::vector<VertexId> cones;
+    for (std::size_t v = 0; v < angles_.size(); ++v) {
+      if (std::lround(angles_[v] / (0.5 * std::numbers::pi)) != 4)
+        cones.push_back(static_cast<VertexId>(v));
     }
-    return round;
-  }
-
-  // The optimisation of the whole map; nothing if it has changed since, or was not done.
-  const std::optional<distortion::Minimized>& whole() const { return whole_; }
-
-  Index added(const certify::Parametrization& map) const {
-    return static_cast<Index>(map.surface.vertices.rows() - input_.surface.vertices.rows());
+    const mesh::EdgeFlags avoided = uncuttable.rows() == 0
+                                        ? mesh::EdgeFlags{}
+                                        : mesh::flag_edges(input_.faces, adjacency_, uncuttable);
+    double before = std::numeric_limits<double>::infinity();
+    for (int round = 1; round <= kTakeBackRounds; ++round) {
+      const ProgressRange range(context_, (round - 1) / double{kTakeBackRounds},
+                                round / double{kTakeBackRounds});
+      if (take(on_own_triangles(input_, adjacency_, cones, avoided, map, context_), map))
+        return round;
+      const std::optional<double> energy = improve(map);
+      if (!energy || *energy > (1.0 - kWorthwhileRound) * before || round == kTakeBackRounds) {
+        thin_out(map);
+        return round;
+      }
+      before = *energy;
+    }
+    return 0;
   }
 
  private:
@@ -308,132 +191,87 @@ class TakingBack {
     return cut;
   }
 
-  // Where added vertices lie inside the input's faces, cuts may run there too: its own triangles
-  // are cut anew, or the map stays refined and is improved as it is.
-  int recut(certify::Parametrization& map) {
-    angles_ = vertex_angles(input_, map);
-    const bool closed =
-        std::find(input_.adjacency.opposite.begin(), input_.adjacency.opposite.end(), kInvalid) ==
-        input_.adjacency.opposite.end();
-    if (!closed) return 0;
-    std::vector<VertexId> cones;
-    for (std::size_t v = 0; v < angles_.size(); ++v) {
-      if (std::lround(angles_[v] / (0.5 * std::numbers::pi)) != 4)
-        cones.push_back(static_cast<VertexId>(v));
-    }
-    const mesh::EdgeFlags avoided =
-        uncuttable_.rows() == 0
-            ? mesh::EdgeFlags{}
-            : mesh::flag_edges(input_.surface.faces, input_.adjacency, uncuttable_);
-    int round = 0;
-    while (round < kTakeBackRounds) {
-      const ProgressRange range(context_, round / double{kTakeBackRounds},
-                                (round + 1) / double{kTakeBackRounds});
-      ++round;
-      if (take(opened(on_own_triangles(input_.surface, input_.adjacency, cones, avoided, map,
-                                       context_)),
-               map))
-        break;
-      const double before = whole_ ? whole_->energy : 0.0;
-      if (!improve_whole(cut_of(map), map)) break;
-      if (before > 0.0 && whole_->energy > (1.0 - kWorthwhileRound) * before) break;
-    }
-    return round;
-  }
-
-  // Around what was added and what is bad, where that is little.
-  bool improve_near(const distortion::CutMap& cut, certify::Parametrization& map) {
-    std::vector<char> near(static_cast<std::size_t>(cut.uv.rows()), 0);
-    for (CornerId c = 0; c < static_cast<CornerId>(map.uv.rows()); ++c) {
-      if (map.surface.faces(c / 3, c % 3) >= input_.surface.vertices.rows())
-        near[at(cut.surface.faces(c / 3, c % 3))] = 1;
-    }
-    const auto better = distortion::less_distorted_near(cut, near, context_);
-    if (!better) return false;
-    map.uv = distortion::corners_of(cut, *better);
-    whole_.reset();
-    return true;
-  }
-
-  // False, and nothing done, if the map is too squeezed for it.
-  bool improve_whole(const distortion::CutMap& cut, certify::Parametrization& map) {
+  // Its energy; none, and nothing done, if the map is too squeezed for it.
+  std::optional<double> improve(certify::Parametrization& map) {
     try {
-      whole_ = distortion::less_distorted(cut, max_iterations_, context_);
-      map.uv = distortion::corners_of(cut, whole_->uv);
+      const distortion::CutMap cut = cut_of(map);
+      const distortion::Minimized better =
+          distortion::less_distorted(cut, max_iterations_, context_);
+      map.uv = distortion::corners_of(cut, better.uv);
+      return better.energy;
     } catch (const NotConverged& failure) {
       if (failure.error().code == ErrorCode::kTimeLimit) throw;
-      return false;
+      return std::nullopt;
     }
-    return true;
-  }
-
-  bool improve(certify::Parametrization& map) {
-    const distortion::CutMap cut = cut_of(map);
-    return improve_near(cut, map) || improve_whole(cut, map);
   }
 
   // Where the boundary is aligned, an edge that lies the other way round changes the angles at its
   // ends by half a turn.
   bool winds_as_before(const certify::Parametrization& map) const {
-    const std::vector<double> angles = vertex_angles(input_, map);
+    const std::vector<double> angles = vertex_angles(input_.vertices.rows(), map);
     for (std::size_t v = 0; v < angles.size(); ++v) {
-      const bool aligned = aligned_[at(input_.adjacency.vertex_halfedge[v] / 3)] != 0;
+      const bool aligned = aligned_[at(adjacency_.vertex_halfedge[v] / 3)] != 0;
       const double most = aligned ? 0.25 * std::numbers::pi : std::numbers::pi;
       if (!(std::abs(angles[v] - angles_[v]) < most)) return false;
     }
     return true;
   }
 
-  // On as few triangles as the map's values allow.
-  std::optional<certify::Parametrization> fewer_triangles(const certify::Parametrization& map) {
-    const intrinsic::EdgePointMap points = edge_point_map(input_, map, *edge_places(input_, map));
-    intrinsic::RefinedLayout layout =
-        intrinsic::refine_map(input_.surface, input_.adjacency, points,
-                              intrinsic::Refinement::kAuto, intrinsic::Storage::k64And32, context_);
-    if (!layout.invalid.empty()) return std::nullopt;
-    return written(input_, points, std::move(layout));
-  }
-
-  // On the input's own triangles, if these flip nowhere, or so little that it can be opened.
-  std::optional<certify::Parametrization> own_triangles(const certify::Parametrization& map) {
-    intrinsic::EdgePointMap points = edge_point_map(input_, map, *edge_places(input_, map));
-    points.points.clear();
-    std::fill(points.begin.begin(), points.begin.end(), 0);
-    certify::Parametrization own =
-        written(input_, points,
-                intrinsic::refine_map(input_.surface, input_.adjacency, points,
-                                      intrinsic::Refinement::kNever, intrinsic::Storage::k64Only,
-                                      context_));
-    return opened(std::move(own));
-  }
-
-  // A map on the input's own triangles, if it flips nowhere, or so little that it can be opened.
-  std::optional<certify::Parametrization> opened(certify::Parametrization own) {
+  // The map on the input's own triangles, if it flips nowhere, or so little that it can be opened,
+  // and winds as it did.
+  bool take(certify::Parametrization own, certify::Parametrization& map) {
     const distortion::CutMap cut = cut_of(own);
     const auto most = static_cast<std::size_t>(kFewFlips * static_cast<double>(own.uv.rows() / 3));
     const auto uv = distortion::opened_on_grid(cut, most, context_);
-    if (!uv) return std::nullopt;
+    if (!uv) return false;
     own.uv = distortion::corners_of(cut, *uv);
-    return own;
+    return replace(map, std::move(own));
   }
 
-  // The candidate, improved, if it is one with fewer vertices that winds as the map does.
-  bool take(std::optional<certify::Parametrization> from, certify::Parametrization& map) {
-    if (!from || added(*from) >= added(map) || !winds_as_before(*from) || !improve(*from))
-      return false;
-    from->stats = std::move(map.stats);
-    from->certificate = std::move(map.certificate);
-    map = std::move(*from);
+  // On as few triangles as the map's values allow, cut where it is.
+  void thin_out(certify::Parametrization& map) {
+    const auto points = edge_point_map(input_, adjacency_, map);
+    if (!points) return;
+    intrinsic::RefinedLayout layout =
+        intrinsic::refine_map(input_, adjacency_, *points, intrinsic::Refinement::kAuto,
+                              intrinsic::Storage::k64And32, context_);
+    if (!layout.invalid.empty()) return;
+    std::vector<char> cut(points->edge_halfedge.size(), 0);  // per edge of the input
+    std::set<std::pair<VertexId, VertexId>> whole;
+    for (Eigen::Index e = 0; e < map.cut_edges.rows(); ++e) {
+      const auto [a, v] = std::minmax(map.cut_edges(e, 0), map.cut_edges(e, 1));
+      whole.emplace(a, v);
+      for (int k = 0; v >= input_.vertices.rows() && k < 3; ++k) {
+        if (map.vertex_barycentric(v, k) == 0.0)
+          cut[at(points->edge_of[at(3 * map.vertex_parent[at(v)] + (k + 1) % 3)])] = 1;
+      }
+    }
+    for (std::size_t e = 0; e < cut.size(); ++e) {
+      const HalfedgeId h = points->edge_halfedge[e];
+      if (whole.contains(std::minmax(mesh::source(input_.faces, h), mesh::target(input_.faces, h))))
+        cut[e] = 1;
+    }
+    certify::Parametrization fewer;
+    fewer.cut_edges = intrinsic::edges_on(input_.faces, *points, cut, layout);
+    conformal::take_map(layout, fewer);
+    if (fewer.surface.vertices.rows() < map.surface.vertices.rows()) replace(map, std::move(fewer));
+  }
+
+  // By one that winds as it did; false, and nothing done, if it does not.
+  bool replace(certify::Parametrization& map, certify::Parametrization by) const {
+    if (!winds_as_before(by)) return false;
+    by.stats = std::move(map.stats);
+    by.certificate = std::move(map.certificate);
+    map = std::move(by);
     return true;
   }
 
-  Input input_;
+  const mesh::Surface& input_;
+  const mesh::Adjacency adjacency_;
   const std::vector<char>& aligned_;  // per face
-  const IndexPairs& uncuttable_;
   int max_iterations_;
   ExecutionContext& context_;
-  std::vector<double> angles_;                  // at the input's vertices
-  std::optional<distortion::Minimized> whole_;  // if it was the last that was done to the map
+  std::vector<double> angles_;  // at the input's vertices
 };
 
 }  // namespace
@@ -441,27 +279,83 @@ class TakingBack {
 std::optional<intrinsic::EdgePointMap> edge_point_map(const mesh::Surface& input,
                                                       const mesh::Adjacency& adjacency,
                                                       const certify::Parametrization& map) {
-  const Input whole(input, adjacency);
-  const auto places = edge_places(whole, map);
-  if (!places) return std::nullopt;
-  return edge_point_map(whole, map, *places);
+  const auto own = static_cast<Index>(input.vertices.rows());
+  const intrinsic::InputEdges edges = intrinsic::number_edges(adjacency);
+  // Where the added vertices lie: on which edge, and where along its half-edge.
+  struct Place {
+    Index edge = kInvalid;
+    intrinsic::Between along;
+  };
+  std::vector<Place> places;
+  for (Index v = own; v < static_cast<Index>(map.surface.vertices.rows()); ++v) {
+    Place& place = places.emplace_back();
+    for (int k = 0; k < 3; ++k) {
+      if (map.vertex_barycentric(v, k) != 0.0) continue;
+      const HalfedgeId h = 3 * map.vertex_parent[at(v)] + (k + 1) % 3;
+      const double source = map.vertex_barycentric(v, (k + 1) % 3);
+      const double target = map.vertex_barycentric(v, (k + 2) % 3);
+      place.edge = edges.of_corner[at(h)];
+      const bool along = edges.halfedge[at(place.edge)] == h;
+      place.along = along ? intrinsic::Between{source, target} : intrinsic::Between{target, source};
+    }
+    if (place.edge == kInvalid) return std::nullopt;
+  }
+  intrinsic::EdgePointMap out;
+  out.corner_uv = Points2::Zero(3 * input.faces.rows(), 2);
+  out.corner_angle.assign(static_cast<std::size_t>(3 * input.faces.rows()), 0.0);
+  out.edge_halfedge = edges.halfedge;
+  out.edge_of = edges.of_corner;
+  out.begin.assign(edges.halfedge.size() + 1, 0);
+  for (const Place& place : places) ++out.begin[at(place.edge) + 1];
+  std::partial_sum(out.begin.begin(), out.begin.end(), out.begin.begin());
+  std::vector<std::size_t> order(places.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const Place &p = places[a], &q = places[b];
+    return p.edge != q.edge ? p.edge < q.edge : p.along.target < q.along.target;
+  });
+  std::vector<std::size_t> point_of(places.size());
+  out.points.resize(places.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    point_of[order[i]] = i;
+    out.points[i].along = places[order[i]].along;
+  }
+  for (CornerId c = 0; c < static_cast<CornerId>(map.uv.rows()); ++c) {
+    const FaceId parent = map.parent_face[at(c / 3)];
+    const VertexId v = map.surface.faces(c / 3, c % 3);
+    if (v >= own) {
+      intrinsic::EdgePoint& point = out.points[point_of[at(v - own)]];
+      const HalfedgeId h = out.edge_halfedge[at(places[at(v - own)].edge)];
+      if (h / 3 == parent) point.uv_left = map.uv.row(c);
+      if (h / 3 != parent || adjacency.opposite[at(h)] == kInvalid) point.uv_right = map.uv.row(c);
+      continue;
+    }
+    int k = 0;
+    while (input.faces(parent, k) != v) ++k;
+    const Vector2 p = map.uv.row(c);
+    const Vector2 a = map.uv.row(next_corner(c)).transpose() - p;
+    const Vector2 b = map.uv.row(previous_corner(c)).transpose() - p;
+    out.corner_uv.row(3 * parent + k) = p.transpose();
+    out.corner_angle[at(3 * parent + k)] += turn(a, b);
+  }
+  return out;
 }
 
-bool take_back(const mesh::Surface& input, const std::vector<char>& aligned,
+void take_back(const mesh::Surface& input, const std::vector<char>& aligned,
                const IndexPairs& uncuttable, int max_iterations, certify::Parametrization& map,
                ExecutionContext& context) {
-  TakingBack work(input, aligned, uncuttable, max_iterations, context);
-  const Index before = work.added(map);
-  if (before == 0) return false;
+  const auto added = [&] {
+    return static_cast<std::int64_t>(map.surface.vertices.rows() - input.vertices.rows());
+  };
+  const std::int64_t before = added();
+  if (before == 0) return;
   context.report("taking refinement back", 0.0);
   std::int64_t rounds = 0;
-  ended_in_time([&] { rounds = work.run(map); });  // the map is whole after every step
+  TakingBack work(input, aligned, max_iterations, context);
+  ended_in_time([&] { rounds = work.run(uncuttable, map); });
   map.stats["taken_back.rounds"] = rounds;
-  map.stats["taken_back.vertices"] = static_cast<std::int64_t>(before - work.added(map));
-  map.stats["added_vertices"] = static_cast<std::int64_t>(work.added(map));
-  if (!work.whole()) return false;
-  report(*work.whole(), map.stats);
-  return work.whole()->stop == distortion::Stop::kConverged;
+  map.stats["taken_back.vertices"] = before - added();
+  map.stats["added_vertices"] = added();
 }
 
 }  // namespace flipfree::seamless

@@ -609,17 +609,14 @@ ConformalMetric compute_disk_metric(const mesh::Surface& disk, const std::vector
 std::vector<CutDisk> solve_disks(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
                                  const CutSegments& segments, const std::vector<Index>& cones,
                                  ExecutionContext& context) {
-  const OpenCut open = open_cut(cut, adjacency, segments, cones);
-  std::vector<mesh::Chart> charts = mesh::split_into_charts(cut.surface.vertices, open.mesh);
-  std::vector<CutDisk> disks(charts.size());
-  for (std::size_t i = 0; i < charts.size(); ++i) {
-    const ProgressRange range(context, i, charts.size());
-    std::vector<double> own;
-    for (const VertexId v : charts[i].vertices) own.push_back(open.angle[at(v)]);
-    const conformal::ConformalMetric metric = compute_disk_metric(charts[i].surface, own, context);
-    const mesh::Adjacency of_chart = mesh::build_adjacency(charts[i].surface);
-    disks[i].half = halve(metric, of_chart, context);
-    disks[i].chart = std::move(charts[i]);
+  std::vector<CutPiece> pieces = cut_pieces(cut, adjacency, segments, cones);
+  std::vector<CutDisk> disks(pieces.size());
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    auto& [chart, angle] = pieces[i];
+    const ProgressRange range(context, i, pieces.size());
+    const conformal::ConformalMetric metric = compute_disk_metric(chart.surface, angle, context);
+    disks[i].half = halve(metric, mesh::build_adjacency(chart.surface), context);
+    disks[i].chart = std::move(chart);
   }
   return disks;
 }

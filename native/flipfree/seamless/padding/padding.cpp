@@ -33,49 +33,6 @@ namespace flipfree::seamless {
 
 namespace {
 
-// Weights of vertex v of the refined surface for the corners of a face of the input that it lies
-// in.
-Vector3 weights_in(const mesh::Surface& input, const mesh::Provenance& provenance, VertexId v,
-                   FaceId face) {
-  const mesh::SurfacePoint& point = provenance.vertex[at(v)];
-  if (point.face == face) return point.weight;
-  Vector3 weight = Vector3::Zero();
-  for (int k = 0; k < 3; ++k) {
-    if (point.weight[k] == 0.0) continue;
-    bool found = false;
-    for (int j = 0; j < 3; ++j) {
-      if (input.faces(face, j) != input.faces(point.face, k)) continue;
-      weight[j] = point.weight[k];
-      found = true;
-    }
-    if (!found) {
-      throw InternalError("refined pieces: vertex " + std::to_string(v) + " lies outside face " +
-                          std::to_string(face));
-    }
-  }
-  return weight;
-}
-
-}  // namespace
-
-void name_input_places(const mesh::Surface& input, const mesh::Provenance& provenance,
-                       const Triangles& refined, certify::Parametrization& map) {
-  for (std::size_t v = 0; v < map.vertex_parent.size(); ++v) {
-    const FaceId fine = map.vertex_parent[v];
-    const FaceId face = provenance.face[at(fine)];
-    Vector3 weight = Vector3::Zero();
-    for (Index k = 0; k < 3; ++k) {
-      const double share = map.vertex_barycentric(static_cast<Eigen::Index>(v), k);
-      if (share != 0.0) weight += share * weights_in(input, provenance, refined(fine, k), face);
-    }
-    map.vertex_parent[v] = face;
-    map.vertex_barycentric.row(static_cast<Eigen::Index>(v)) = weight;
-  }
-  for (FaceId& parent : map.parent_face) parent = provenance.face[at(parent)];
-}
-
-namespace {
-
 // The pairs that are still edges of the refined surface.
 IndexPairs edges_left(const IndexPairs& pairs, const mesh::Surface& surface) {
   std::vector<std::pair<VertexId, VertexId>> edges;
@@ -304,17 +261,8 @@ Pattern pattern_for(const std::vector<Index>& cones, Index genus) {
       {"empty stratum", {{"genus", {1.0}}, {"cones", {3.0, 5.0}}}});
 }
 
-// Are all cones even, and such that a twisted chain along which some loop turns by an odd number of
-// quarters can be joined: with half of all corners, but for one more or less of two, on a side?
-bool can_be_twisted(const std::vector<Index>& cones, Index genus) {
-  // 4 genus - 2 corners of 8 genus; the other cones fit the others.
-  return genus > 0 &&
-         std::none_of(cones.begin(), cones.end(), [](Index k) { return k % 2 != 0; }) &&
-         cones_with_excess(cones, 4 * genus - 6);
-}
 // All between which a path can leave parts that fit the cones. Preconditions:
-// draw_chain_with_t_nodes() or draw_twisted_chain(), then divide_branches(); pattern_for() is
-// kTwoTNodes, or can_be_twisted().
+// draw_chain_with_t_nodes(), then divide_branches(); pattern_for() is kTwoTNodes.
 
 std::vector<JoinedSectors> joinable_sectors(const Canvas& canvas,
                                             const std::array<VertexId, 2>& t_nodes,
@@ -333,21 +281,20 @@ std::vector<JoinedSectors> joinable_sectors(const Canvas& canvas,
   return joinable;
 }
 
-// The shortest path between places that are allowed; false if the search finds none.
+// Draws the shortest path between places that are allowed; false if the search finds none.
 bool draw_shortest(Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& from,
                    const std::vector<Index>& to,
                    const std::function<bool(const PathEnds&)>& allowed,
                    const ExecutionContext& context) {
   const auto path = shortest_separating_path(canvas, boundary, from, to, allowed, context);
-  if (path) canvas.draw(path->halfedges, Curve::kExtra);
-  return path.has_value();
+  if (!path.empty()) canvas.draw(path, Curve::kExtra);
+  return !path.empty();
 }
 
 // From one T-node to the other one, within the disk, between some of these sectors: the shortest
-// path, false if the search finds none, or one around chosen cones, which there always is.
-
-bool draw_shortest_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors,
-                                const ExecutionContext& context) {
+// path, or, where the search finds none, one around chosen cones, which there always is.
+void draw_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors,
+                       const std::vector<Index>& cones, const ExecutionContext& context) {
   const DiskBoundary boundary = disk_boundary(canvas);
   std::vector<Index> from, to;
   for (const auto& [f, t] : sectors) {
@@ -359,14 +306,8 @@ bool draw_shortest_joining_path(Canvas& canvas, const std::vector<JoinedSectors>
                                   boundary.halfedges[at(ends.to)]};
     return std::find(sectors.begin(), sectors.end(), joined) != sectors.end();
   };
-  return draw_shortest(canvas, boundary, from, to, allowed, context);
-}
-
-void draw_fenced_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors,
-                              const std::vector<Index>& cones, const ExecutionContext& context) {
-  const DiskBoundary boundary = disk_boundary(canvas);
-  const PathEnds ends{boundary.place[at(sectors.front()[0])],
-                      boundary.place[at(sectors.front()[1])]};
+  if (draw_shortest(canvas, boundary, from, to, allowed, context)) return;
+  const PathEnds ends{from.front(), to.front()};
   const auto inside = cones_with_excess(cones, left_corners(boundary, ends) - kFlat);
   if (!inside) throw InternalError("cones that do not fit between the sectors");
   canvas.draw(fenced_path(canvas, boundary, ends, *inside, context), Curve::kExtra);
@@ -375,31 +316,27 @@ void draw_fenced_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& 
 // From a hole to anywhere on the boundary, but if it is to the facing side of the same branch to
 // the same vertex: with two T-nodes, or one node. The shortest one, or one around a single cone,
 // likewise. Preconditions: draw_hole_chain(), then divide_branches(); pattern_for() is kExtraPath.
-bool draw_shortest_extra_path(Canvas& canvas, const ExecutionContext& context) {
+void draw_extra_path(Canvas& canvas, const std::vector<Index>& cones, Index genus,
+                     const ExecutionContext& context) {
   const DiskBoundary boundary = disk_boundary(canvas);
   const auto allowed = [&](const PathEnds& ends) { return can_be_t_nodes(canvas, boundary, ends); };
+  const std::vector<Index> from = places_on_holes(canvas, boundary);
   std::vector<Index> anywhere;
   for (Index i = 0; i < boundary.size(); ++i) {
     if (boundary.corner[at(i)] == 0) anywhere.push_back(i);
   }
-  return draw_shortest(canvas, boundary, places_on_holes(canvas, boundary), anywhere, allowed,
-                       context);
-}
-
-void draw_fenced_extra_path(Canvas& canvas, const std::vector<Index>& cones, Index genus,
-                            const ExecutionContext& context) {
-  const DiskBoundary boundary = disk_boundary(canvas);
+  if (draw_shortest(canvas, boundary, from, anywhere, allowed, context)) return;
   // The cone with the fewest corners around it.
   VertexId cone = kInvalid;
   for (VertexId v = 0; v < static_cast<VertexId>(cones.size()); ++v) {
     if (fits_alone(cones[at(v)], genus) && (cone == kInvalid || cones[at(v)] < cones[at(cone)]))
       cone = v;
   }
-  for (const Index f : places_on_holes(canvas, boundary)) {
-    for (Index t = 0; t < boundary.size(); ++t) {
+  for (const Index f : from) {
+    for (const Index t : anywhere) {
       const PathEnds ends{f, t};
-      if (f == t || !can_be_t_nodes(canvas, boundary, ends) ||
-          left_corners(boundary, ends) != cones[at(cone)] || !has_room_for_fences(boundary, ends))
+      if (f == t || !allowed(ends) || left_corners(boundary, ends) != cones[at(cone)] ||
+          !has_room_for_fences(boundary, ends))
         continue;
       canvas.draw(fenced_path(canvas, boundary, ends, {cone}, context), Curve::kExtra);
       return;
@@ -408,19 +345,15 @@ void draw_fenced_extra_path(Canvas& canvas, const std::vector<Index>& cones, Ind
   throw InternalError("no place on the cut is right for the extra path");
 }
 
-// Sectors beside the holes where a loop can begin and end. Preconditions: as above.
-std::vector<HalfedgeId> sectors_on_holes(const Canvas& canvas) {
-  const DiskBoundary boundary = disk_boundary(canvas);
-  std::vector<HalfedgeId> sectors;
-  for (const Index place : places_on_holes(canvas, boundary))
-    sectors.push_back(boundary.halfedges[at(place)]);
-  return sectors;
-}
-
-// From one of these sectors around the nearest cone with k = 1 and back. pattern_for() is kLoop.
-void draw_loop_around_cone(Canvas& canvas, const std::vector<HalfedgeId>& sectors,
+// From one of these sectors, or any beside a hole where there are none, around the nearest cone
+// with k = 1 and back. Preconditions: as above, but pattern_for() is kLoop.
+void draw_loop_around_cone(Canvas& canvas, std::vector<HalfedgeId> sectors,
                            const std::vector<Index>& cones, const ExecutionContext& context) {
   const DiskBoundary boundary = disk_boundary(canvas);
+  if (sectors.empty()) {
+    for (const Index place : places_on_holes(canvas, boundary))
+      sectors.push_back(boundary.halfedges[at(place)]);
+  }
   const auto is_end = [&](VertexId v) { return at(v) < cones.size() && cones[at(v)] == 1; };
   const std::vector<HalfedgeId> path = free_path(canvas, {sectors, {}}, {nullptr, is_end}, context);
   if (path.empty()) throw InternalError("no way from the cut to a cone");
@@ -438,24 +371,17 @@ constexpr double kFarOff = 100.0;
 constexpr double kConesPrices[] = {0.7, 1.5, 3.0};
 constexpr double kFieldPrice = 2.0;
 
-// What the curves are led by; null: nothing.
-struct Lead {
-  const WishedTurns* wished = nullptr;
-  const std::vector<double>* crossings = nullptr;
-  double quarter_price = 0.0;
-};
-
-// Draws the cut for one pattern after the other.
+// Draws the cut for one pattern after the other. `wished`: null, or how its loops are to turn.
 class Drawer {
  public:
   Drawer(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
-         const Lead& lead, const ExecutionContext& context)
+         const WishedTurns* wished, const ChainGuide& guide, const ExecutionContext& context)
       : canvas_(canvas),
         input_(input),
         input_adjacency_(mesh::build_adjacency(input)),
         cones_(cones),
-        wished_(lead.wished),
-        guide_{nullptr, lead.crossings, lead.quarter_price},
+        wished_(wished),
+        guide_(guide),
         context_(context) {
     if (wished_ != nullptr) {
       guide_.turning = [this](const std::vector<VertexId>& cycle) {
@@ -465,20 +391,6 @@ class Drawer {
   }
 
   void draw(Pattern pattern, Index genus) {
-    if (wished_ != nullptr && can_be_twisted(cones_, genus)) {
-      ChainGuide short_ones = guide_;
-      short_ones.crossings = nullptr;
-      draw_hole_chain(canvas_, genus, context_, short_ones);
-      divide();
-      const std::vector<Index> odd =
-          odd_branches(canvas_, input_adjacency_, graph_, wished_->turning);
-      if (!odd.empty()) {
-        const std::vector<VertexId> first = draw_loop_across(canvas_, graph_, odd, context_);
-        join(draw_twisted_chain(canvas_, first, genus, context_, guide_));
-        return;
-      }
-      canvas_.erase_all();
-    }
     if (pattern == Pattern::kTwoTNodes) {
       join(draw_chain_with_t_nodes(canvas_, genus, context_, guide_));
       return;
@@ -490,8 +402,7 @@ class Drawer {
       return;
     }
     if (wished_ != nullptr) end_as({Ending{}});
-    if (pattern == Pattern::kExtraPath && !draw_shortest_extra_path(canvas_, context_))
-      draw_fenced_extra_path(canvas_, cones_, genus, context_);
+    if (pattern == Pattern::kExtraPath) draw_extra_path(canvas_, cones_, genus, context_);
   }
 
  private:
@@ -515,19 +426,17 @@ class Drawer {
       sectors = {{leaving(canvas_, graph_, ending.divided[0]),
                   leaving(canvas_, graph_, ending.divided[1])}};
     }
-    if (!draw_shortest_joining_path(canvas_, sectors, context_))
-      draw_fenced_joining_path(canvas_, sectors, cones_, context_);
+    draw_joining_path(canvas_, sectors, cones_, context_);
   }
 
   void close_loop() {
-    std::vector<HalfedgeId> sectors = sectors_on_holes(canvas_);
+    std::vector<HalfedgeId> sectors;
     if (wished_ != nullptr) {
       std::vector<Ending> endings;
       for (Index end = 0; at(end) < graph_.next_end.size(); ++end) {
         if (graph_.branch_of(end).kind == Curve::kLoop) endings.push_back({{}, end});
       }
       const std::vector<VertexId> bent = graph_.walked_from(endings[end_as(endings)].bent);
-      sectors.clear();
       for (std::size_t i = 1; i + 1 < bent.size(); ++i)
         sectors.push_back(canvas_.mesh().find(bent[i], bent[i + 1]));
     }
@@ -568,12 +477,14 @@ Index genus_of(const mesh::Surface& surface) {
 }
 
 AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& cones, Index genus,
-                       const Lead& lead, const ExecutionContext& context) {
+                       const WishedTurns* wished, const ChainGuide& guide,
+                       const ExecutionContext& context) {
   const Pattern pattern = pattern_for(cones, genus);
   // A sphere is not cut: its cones may be neighbours.
   Canvas canvas(surface, pattern == Pattern::kNone ? std::vector<Index>(cones.size(), 4) : cones);
   AdmissibleCut cut;
-  if (pattern != Pattern::kNone) Drawer(canvas, surface, cones, lead, context).draw(pattern, genus);
+  if (pattern != Pattern::kNone)
+    Drawer(canvas, surface, cones, wished, guide, context).draw(pattern, genus);
   cut.surface = to_surface(canvas.refined());
   cut.provenance = provenance_of(canvas.refined());
   if (pattern != Pattern::kNone) read_branches(canvas, cut);
@@ -599,14 +510,14 @@ AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vecto
     const auto range = attempt([&] { return scale_range(cut, cones, context); });
     return range ? *range : std::numeric_limits<double>::infinity();
   };
-  AdmissibleCut best = draw_cut(scaled.surface(), cones, genus, {}, context);
+  AdmissibleCut best = draw_cut(scaled.surface(), cones, genus, nullptr, {}, context);
   double least = range_of(best);
   const bool far_off = least >= kFarOff;
   for (std::size_t i = 0; far_off && i < std::size(kConesPrices); ++i) {
     auto led = attempt([&] {
       const std::vector<double> crossings = flat_crossings(scaled.surface(), cones, context);
-      return draw_cut(scaled.surface(), cones, genus, {nullptr, &crossings, kConesPrices[i]},
-                      context);
+      return draw_cut(scaled.surface(), cones, genus, nullptr,
+                      {nullptr, &crossings, kConesPrices[i]}, context);
     });
     const double range = led ? range_of(*led) : least;
     if (range >= least) continue;
@@ -627,7 +538,8 @@ AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<I
     own.done = &done;
     done = {};
     done.straight = crossings == nullptr ? 0 : 1;
-    return draw_cut(scaled.surface(), cones, genus, {&own, crossings, kFieldPrice}, context);
+    return draw_cut(scaled.surface(), cones, genus, &own, {nullptr, crossings, kFieldPrice},
+                    context);
   };
   const auto along = genus == 0 || wished.crossings.empty() ? nullptr : &wished.crossings;
   auto drawn = attempt([&] { return draw(along); });

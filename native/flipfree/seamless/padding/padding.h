@@ -27,11 +27,6 @@ using CutMaker =
     std::function<AdmissibleCut(const mesh::Surface& surface, const std::vector<Index>& cones,
                                 const std::vector<FaceId>& faces, ExecutionContext& context)>;
 
-// A map of a surface that was refined into these faces as one of the input: its provenance is put
-// together. The certificate is left as it is.
-void name_input_places(const mesh::Surface& input, const mesh::Provenance& provenance,
-                       const Triangles& refined, certify::Parametrization& map);
-
 // `cones`: quarter turns per vertex, 4 where it is flat. Surfaces
 // of genus 0 have their conformal metric. Stats: those of compute_penner_map(),
 // "padding_components" (pieces of the cut), "padding_width" (largest, over the longest segment),

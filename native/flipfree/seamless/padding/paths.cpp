@@ -92,14 +92,6 @@ void Canvas::erase(const std::vector<HalfedgeId>& path) {
   }
 }
 
-void Canvas::erase_all() {
-  std::vector<HalfedgeId> drawn;
-  for (HalfedgeId h = 0; h < mesh().halfedge_slots(); ++h) {
-    if (is_drawn(h)) drawn.push_back(h);
-  }
-  erase(drawn);
-}
-
 std::vector<VertexId> Canvas::divide(const std::vector<HalfedgeId>& chain, std::size_t edges) {
   std::vector<std::pair<VertexId, VertexId>> ends;
   for (const HalfedgeId h : chain) ends.emplace_back(mesh().source(h), mesh().target(h));
@@ -328,15 +320,14 @@ void SheetSearch::cross(HalfedgeId h, Index before, Index from, double gathered,
 }
 
 void SheetSearch::run(const Leave& leave, const std::function<void(const Way&)>& arrive,
-                      const std::function<double()>& limit, std::size_t most,
-                      const ExecutionContext& context) {
+                      const double& limit, std::size_t most, const ExecutionContext& context) {
   const auto call = [&] {
     for (const Way& arrival : arrivals_) arrive(arrival);
     arrivals_.clear();
   };
   call();
   constexpr int kWaysPerCheck = 512;
-  for (int step = 1; !queue_.empty() && queue_.front().first < limit(); ++step) {
+  for (int step = 1; !queue_.empty() && queue_.front().first < limit; ++step) {
     if (step % kWaysPerCheck == 0) context.check();
     if (ways_.size() > most * at(canvas_.vertex_count())) break;
     std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
@@ -370,10 +361,10 @@ constexpr std::int64_t kMostExcess = 1 << 24;
 // Is a path between these places one that is looked for, with cones of this excess on its left?
 using Fits = std::function<bool(const PathEnds& ends, Index enclosed)>;
 
-std::optional<SeparatingPath> shortest_on_cover(const Canvas& canvas, const DiskBoundary& boundary,
-                                                const std::vector<Index>& from,
-                                                const std::vector<Index>& to, const Fits& fits,
-                                                std::size_t most, const ExecutionContext& context) {
+std::vector<HalfedgeId> shortest_on_cover(const Canvas& canvas, const DiskBoundary& boundary,
+                                          const std::vector<Index>& from,
+                                          const std::vector<Index>& to, const Fits& fits,
+                                          std::size_t most, const ExecutionContext& context) {
   const mesh::EditableTriangulation& mesh = canvas.mesh();
   const std::vector<Index> crossed = excess_crossed(canvas, boundary);
   std::vector<Index> along = {
@@ -397,7 +388,7 @@ std::optional<SeparatingPath> shortest_on_cover(const Canvas& canvas, const Disk
       search.start(h, place, share(place) + crossed[at(h)]);
     });
   }
-  std::optional<SeparatingPath> best;
+  std::vector<HalfedgeId> best;
   double least = FreeDistances::kUnreached;
   const auto leave = [&](HalfedgeId arrival, const SheetSearch::Visit& visit) {
     mesh.for_each_outgoing(mesh.target(arrival), [&](HalfedgeId h) { visit(h, crossed[at(h)]); });
@@ -413,16 +404,15 @@ std::optional<SeparatingPath> shortest_on_cover(const Canvas& canvas, const Disk
     if (ends.from < ends.to) enclosed += along.back();
     if (!fits(ends, enclosed)) return;
     least = way.length;
-    best = {ends, left_corners(boundary, ends), search.path(way)};
+    best = search.path(way);
   };
-  search.run(
-      leave, arrive, [&] { return least; }, most, context);
+  search.run(leave, arrive, least, most, context);
   return best;
 }
 
 }  // namespace
 
-std::optional<SeparatingPath> shortest_separating_path(
+std::vector<HalfedgeId> shortest_separating_path(
     const Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& from,
     const std::vector<Index>& to, const std::function<bool(const PathEnds&)>& allowed,
     const ExecutionContext& context) {
@@ -433,10 +423,9 @@ std::optional<SeparatingPath> shortest_separating_path(
   return shortest_on_cover(canvas, boundary, from, to, fits, kMostSeparating, context);
 }
 
-std::optional<SeparatingPath> shortest_enclosing_path(const Canvas& canvas,
-                                                      const DiskBoundary& boundary,
-                                                      const PathEnds& ends, Index excess,
-                                                      const ExecutionContext& context) {
+std::vector<HalfedgeId> shortest_enclosing_path(const Canvas& canvas, const DiskBoundary& boundary,
+                                                const PathEnds& ends, Index excess,
+                                                const ExecutionContext& context) {
   const Fits fits = [&](const PathEnds&, Index enclosed) { return enclosed == excess; };
   return shortest_on_cover(canvas, boundary, {ends.from}, {ends.to}, fits, kMostEnclosing, context);
 }
@@ -530,10 +519,10 @@ std::vector<HalfedgeId> fenced_loop(Canvas& canvas, const DiskBoundary& boundary
 namespace {
 
 // Dijkstra's algorithm through free vertices. arrive(h, distance): of half-edges to vertices that
-// are not free; ends at `limit()`.
-template <typename Arrive, typename Limit>
+// are not free; ends at `limit`, which it may lower.
+template <typename Arrive>
 FreeDistances search_free(const Canvas& canvas, const std::vector<HalfedgeId>& first, VertexId root,
-                          const Arrive& arrive, const Limit& limit,
+                          const Arrive& arrive, const double& limit,
                           const ExecutionContext& context) {
   using Entry = std::pair<double, VertexId>;
   const mesh::EditableTriangulation& mesh = canvas.mesh();
@@ -557,7 +546,7 @@ FreeDistances search_free(const Canvas& canvas, const std::vector<HalfedgeId>& f
     queue.push({0.0, root});
   }
   std::vector<char> done(found.distance.size(), 0);
-  for (int step = 1; !queue.empty() && queue.top().first < limit(); ++step) {
+  for (int step = 1; !queue.empty() && queue.top().first < limit; ++step) {
     if (step % kFreeStepsPerCheck == 0) context.check();
     const auto [distance, v] = queue.top();
     queue.pop();
@@ -574,8 +563,7 @@ FreeDistances search_free(const Canvas& canvas, const std::vector<HalfedgeId>& f
 FreeDistances free_distances(const Canvas& canvas, const std::vector<HalfedgeId>& first,
                              VertexId root, const ExecutionContext& context) {
   return search_free(
-      canvas, first, root, [](HalfedgeId, double) {}, [] { return FreeDistances::kUnreached; },
-      context);
+      canvas, first, root, [](HalfedgeId, double) {}, FreeDistances::kUnreached, context);
 }
 
 std::vector<HalfedgeId> free_path(const Canvas& canvas, const WayStart& from, const WayEnd& to,
@@ -605,7 +593,7 @@ std::vector<HalfedgeId> free_path(const Canvas& canvas, const WayStart& from, co
         least = distance;
         last = h;
       },
-      [&] { return least; }, context);
+      least, context);
   std::vector<HalfedgeId> path;
   for (HalfedgeId h = last; h != kInvalid; h = found.arrival[at(canvas.mesh().source(h))])
     path.push_back(h);

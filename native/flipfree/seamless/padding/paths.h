@@ -81,8 +81,6 @@ class Canvas {
   void draw(const std::vector<HalfedgeId>& path, Curve kind);
   // Undraws edges; vertices that no drawn edge is left at are free again. The refinement stays.
   void erase(const std::vector<HalfedgeId>& path);
-  // Undraws all. The refinement stays.
-  void erase_all();
   // Splits edges of a chain of drawn half-edges until it has `edges`; returns its vertices.
   std::vector<VertexId> divide(const std::vector<HalfedgeId>& chain, std::size_t edges);
   // Puts a free vertex on an edge that is not drawn.
@@ -160,11 +158,11 @@ class SheetSearch {
   void start(HalfedgeId departure, Index from, double gathered) {
     cross(departure, kInvalid, from, gathered, 0.0);
   }
-  // Calls arrive(way) for all ways onto curves, and goes on as long as `limit()` is more than the
-  // shortest way that has not been gone on from will be; at most `most` ways per vertex. Cost: O(n
-  // log n) for n of them.
-  void run(const Leave& leave, const std::function<void(const Way&)>& arrive,
-           const std::function<double()>& limit, std::size_t most, const ExecutionContext& context);
+  // Calls arrive(way), which may lower `limit`, for all ways onto curves, and goes on as long as
+  // that is more than the shortest way that has not been gone on from will be; at most `most` ways
+  // per vertex. Cost: O(n log n) for n of them.
+  void run(const Leave& leave, const std::function<void(const Way&)>& arrive, const double& limit,
+           std::size_t most, const ExecutionContext& context);
   std::vector<HalfedgeId> path(const Way& way) const;
 
  private:
@@ -193,30 +191,24 @@ struct PathEnds {
   Index from = kInvalid;
   Index to = kInvalid;
 };
-struct SeparatingPath {
-  PathEnds ends;
-  Index corners = 0;  // of the part on its left
-  std::vector<HalfedgeId> halfedges;
-};
 
 // Corners of the left part.
 inline Index left_corners(const DiskBoundary& boundary, const PathEnds& ends) {
   return boundary.corners_between(ends.to, ends.from) + 2;
 }
 
-// From one place to another one, with cones of this excess on its left in all; nothing if the
+// From one place to another one, with cones of this excess on its left in all; empty if the
 // search ends without one, likewise.
-std::optional<SeparatingPath> shortest_enclosing_path(const Canvas& canvas,
-                                                      const DiskBoundary& boundary,
-                                                      const PathEnds& ends, Index excess,
-                                                      const ExecutionContext& context);
+std::vector<HalfedgeId> shortest_enclosing_path(const Canvas& canvas, const DiskBoundary& boundary,
+                                                const PathEnds& ends, Index excess,
+                                                const ExecutionContext& context);
 
 // From one of the places `from` to one of the places `to` for which `allowed(ends)` is true, such
-// that the left part has 4 + sum of (k - 4) corners over its cones, not a multiple of four. Nothing
+// that the left part has 4 + sum of (k - 4) corners over its cones, not a multiple of four. Empty
 // if the search ends without one, which does not prove that there is none: of paths on the same
 // sheet that meet in a vertex only the shorter one goes on, if it does not meet itself, and at most
 // a fixed multiple of #V are looked at. Cost: O(n log n) for n of them.
-std::optional<SeparatingPath> shortest_separating_path(
+std::vector<HalfedgeId> shortest_separating_path(
     const Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& from,
     const std::vector<Index>& to, const std::function<bool(const PathEnds&)>& allowed,
     const ExecutionContext& context);

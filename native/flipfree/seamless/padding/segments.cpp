@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 
@@ -57,29 +56,7 @@ class BoundarySides {
   std::vector<Index> side_;  // per half-edge
 };
 
-std::vector<Index> components(const BoundarySides& sides, const mesh::Adjacency& adjacency,
-                              Index& component_count) {
-  const auto face_count = static_cast<Index>(adjacency.opposite.size() / 3);
-  DisjointSets sets(face_count);
-  for (HalfedgeId h = 0; h < 3 * face_count; ++h) {
-    if (!sides.on_branch(h)) sets.join(h / 3, adjacency.opposite[at(h)] / 3);
-  }
-  std::vector<Index> number(at(face_count), kInvalid);
-  std::vector<Index> of_face(at(face_count));
-  component_count = 0;
-  for (FaceId f = 0; f < face_count; ++f) {
-    Index& n = number[at(sets.find(f))];
-    if (n == kInvalid) n = component_count++;
-    of_face[at(f)] = n;
-  }
-  return of_face;
-}
-
 }  // namespace
-
-Index CutSegments::size(Index component) const {
-  return first[at(component) + 1] - first[at(component)];
-}
 
 Index CutSegments::next(Index segment) const {
   const Index component = segments[at(segment)].component;
@@ -103,22 +80,21 @@ std::vector<HalfedgeId> side_halfedges(const AdmissibleCut& cut, const mesh::Adj
 CutSegments cut_segments(const AdmissibleCut& cut, const mesh::Adjacency& adjacency) {
   const BoundarySides sides(cut, adjacency);
   CutSegments result;
-  Index component_count = 0;
-  result.component_of_face = components(sides, adjacency, component_count);
-  result.of_side.assign(at(sides.count()), kInvalid);
-  if (cut.branches.empty()) {
-    result.first.assign(at(component_count) + 1, 0);
-    return result;
+  mesh::Adjacency apart = adjacency;
+  for (HalfedgeId h = 0; at(h) < apart.opposite.size(); ++h) {
+    if (sides.on_branch(h)) apart.opposite[at(h)] = kInvalid;
   }
+  const mesh::Components components = mesh::face_components(apart);
+  result.of_side.assign(at(sides.count()), kInvalid);
   std::vector<char> flat(at(sides.count()), 0);  // is there a flat sector before the side
   for (Index s = 0; s < sides.count(); ++s) {
     flat[at(s)] = std::count(cut.flat_sectors.begin(), cut.flat_sectors.end(), sides.first(s)) > 0;
   }
-  std::vector<Index> start(at(component_count), kInvalid);
+  std::vector<Index> start(at(components.count), kInvalid);
   for (Index s = sides.count() - 1; s >= 0; --s) {
-    if (flat[at(s)] == 0) start[at(result.component_of_face[at(sides.first(s) / 3)])] = s;
+    if (flat[at(s)] == 0) start[at(components.of_face[at(sides.first(s) / 3)])] = s;
   }
-  for (Index c = 0; c < component_count; ++c) {
+  for (Index c = 0; c < components.count; ++c) {
     result.first.push_back(static_cast<Index>(result.segments.size()));
     if (start[at(c)] == kInvalid) throw InternalError("a component of the cut has no corner");
     Index s = start[at(c)];
@@ -156,25 +132,29 @@ std::vector<EqualizationRow> equalization_rows(const CutSegments& segments) {
   return rows;
 }
 
-OpenCut open_cut(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
-                 const CutSegments& segments, const std::vector<Index>& cones) {
+std::vector<CutPiece> cut_pieces(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
+                                 const CutSegments& segments, const std::vector<Index>& cones) {
   mesh::EdgeFlags flags(adjacency.opposite.size(), 0);
   for (const auto& branch : cut.branches) {
     for (const HalfedgeId h : branch) flags[at(h)] = flags[at(adjacency.opposite[at(h)])] = 1;
   }
-  OpenCut open{mesh::cut_along(cut.surface.faces, adjacency, flags), {}};
-  open.angle.resize(open.mesh.vertex_origin.size());
-  for (std::size_t v = 0; v < open.angle.size(); ++v)
-    open.angle[v] = cones[at(open.mesh.vertex_origin[v])] * kQuarterTurn;
-  for (std::size_t h = 0; h < flags.size(); ++h) {
-    const auto c = static_cast<HalfedgeId>(h);
-    if (flags[h]) open.angle[at(open.mesh.faces(c / 3, c % 3))] = 2.0 * kQuarterTurn;
+  const mesh::CutMesh open = mesh::cut_along(cut.surface.faces, adjacency, flags);
+  std::vector<double> angle;
+  for (const VertexId v : open.vertex_origin) angle.push_back(cones[at(v)] * kQuarterTurn);
+  const auto set = [&](HalfedgeId h, double quarters) {
+    angle[at(open.faces(h / 3, h % 3))] = quarters * kQuarterTurn;
+  };
+  for (HalfedgeId h = 0; at(h) < flags.size(); ++h) {
+    if (flags[at(h)]) set(h, 2.0);
   }
-  for (const CutSegment& segment : segments.segments) {
-    const HalfedgeId h = side_halfedges(cut, adjacency, segment.sides.front()).front();
-    open.angle[at(open.mesh.faces(h / 3, h % 3))] = kQuarterTurn;
+  for (const CutSegment& segment : segments.segments)
+    set(side_halfedges(cut, adjacency, segment.sides.front()).front(), 1.0);
+  std::vector<CutPiece> pieces;
+  for (mesh::Chart& chart : mesh::split_into_charts(cut.surface.vertices, open)) {
+    CutPiece& piece = pieces.emplace_back(CutPiece{std::move(chart), {}});
+    for (const VertexId v : piece.chart.vertices) piece.angle.push_back(angle[at(v)]);
   }
-  return open;
+  return pieces;
 }
 
 }  // namespace flipfree::seamless

@@ -51,14 +51,11 @@ struct CutSegment {
 };
 
 struct CutSegments {
-  std::vector<CutSegment> segments;      // component by component, counter-clockwise
-  std::vector<Index> first;              // per component its first segment, and their number
-  std::vector<Index> of_side;            // 2 #branches: the segment
-  std::vector<Index> component_of_face;  // #F; components are numbered by their smallest face
+  std::vector<CutSegment> segments;  // component by component, counter-clockwise
+  std::vector<Index> first;          // per component its first segment, and their number
+  std::vector<Index> of_side;        // 2 #branches: the segment
 
   Index component_count() const { return static_cast<Index>(first.size()) - 1; }
-  // Segments, and so corners, of a component.
-  Index size(Index component) const;
   // The neighbours along the boundary; of the only segment of a component itself.
   Index next(Index segment) const;
   Index previous(Index segment) const;
@@ -68,8 +65,9 @@ struct CutSegments {
 std::vector<HalfedgeId> side_halfedges(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
                                        Index side);
 
-// `adjacency`: of cut.surface. No branches: one component without segments. Throws InternalError if
-// branches do not join up, if a component's boundary is not one loop or has no corner. Cost: O(#F).
+// `adjacency`: of cut.surface. Components are numbered by their smallest face. Throws InternalError
+// if branches do not join up, if a component's boundary is not one loop or has no corner. Cost:
+// O(#F).
 CutSegments cut_segments(const AdmissibleCut& cut, const mesh::Adjacency& adjacency);
 
 // One of A w = b, the lengths of mates equal after padding (5.3, 5.5): of each segment that is not
@@ -81,16 +79,15 @@ struct EqualizationRow {
 // Throws InternalError if both sides of a branch lie at flat sectors (Definition 5.4 forbids it).
 std::vector<EqualizationRow> equalization_rows(const CutSegments& segments);
 
-// The surface cut open along an admissible cut, and the angles that its pieces shall have there.
-
-struct OpenCut {
-  mesh::CutMesh mesh;
+// A piece of the surface cut along an admissible cut, and the angles that it shall have.
+struct CutPiece {
+  mesh::Chart chart;
   std::vector<double> angle;  // per vertex of it, total, radians: cones, straight sides, corners
 };
 
-// `adjacency`, `segments`: of the cut. `cones`: quarter turns per vertex of cut.surface. Cost:
-// O(#F).
-OpenCut open_cut(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
-                 const CutSegments& segments, const std::vector<Index>& cones);
+// The components in order. `adjacency`, `segments`: of the cut. `cones`: quarter turns per vertex
+// of cut.surface. Cost: O(#F).
+std::vector<CutPiece> cut_pieces(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
+                                 const CutSegments& segments, const std::vector<Index>& cones);
 
 }  // namespace flipfree::seamless

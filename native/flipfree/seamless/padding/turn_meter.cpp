@@ -83,11 +83,9 @@ double scale_range(const AdmissibleCut& cut, std::vector<Index> cones, Execution
   const auto count = static_cast<Index>(cut.surface.vertices.rows());
   cones.resize(at(count), 4);
   const mesh::Adjacency adjacency = mesh::build_adjacency(count, cut.surface.faces);
-  const OpenCut open = open_cut(cut, adjacency, cut_segments(cut, adjacency), cones);
   double range = 0.0;
-  for (const mesh::Chart& chart : mesh::split_into_charts(cut.surface.vertices, open.mesh)) {
-    std::vector<double> angle;
-    for (const VertexId v : chart.vertices) angle.push_back(open.angle[at(v)]);
+  for (const auto& [chart, angle] :
+       cut_pieces(cut, adjacency, cut_segments(cut, adjacency), cones)) {
     const std::vector<double> u = linear_scale(chart.surface, angle, context).u;
     const auto [low, high] = std::minmax_element(u.begin(), u.end());
     range = std::max(range, *high - *low);

@@ -26,7 +26,6 @@ constexpr double kSpread = 0.5;
 void add_penner_figures(const PennerMetric& metric, Stats& stats) {
   stats["seconds_conformal"] = metric.seconds_conformal;
   stats["seconds_newton"] = metric.seconds_newton;
-  stats["attempt"] = static_cast<std::int64_t>(metric.attempt);
   stats["relaxed"] = static_cast<std::int64_t>(metric.relaxed);
   stats["iterations"] = static_cast<std::int64_t>(metric.iterations);
   stats["flips"] = static_cast<std::int64_t>(metric.metric.flips.size());

@@ -7,7 +7,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include "flipfree/base/failure.h"
@@ -160,23 +159,23 @@ class PennerSolver {
     Eigen::MatrixXd norm;
     const PennerAngles angles = measured(result.metric, loops, turns_given ? nullptr : &norm);
     if (turns_given) {
-      turns_.emplace_back();
-      for (const LoopTurn& loop : result.loops) turns_.front().push_back(loop.quarter_turns);
+      for (const LoopTurn& loop : result.loops) turns_.push_back(loop.quarter_turns);
     } else {
       std::vector<double> own;
       for (std::size_t i = 0; i < result.loops.size(); ++i)
         own.push_back(-angles.loops[i] / whole_turns(result.loops[i], 1));
       turns_ = turns_near(result.loops, own, std::move(norm));
-      if (finishing_) turns_.resize(1);
     }
-    aim_at(turns_.front(), result);
+    for (std::size_t i = 0; i < turns_.size(); ++i) {
+      result.loops[i].quarter_turns = turns_[i];
+      targets_.loop_angle[i] = whole_turns(result.loops[i], turns_[i]) * kQuarterTurn;
+    }
     result.seconds_conformal = watch.seconds();
   }
 
   // `angles`: of the loops, radians.
-  std::vector<std::vector<Index>> turns_near(const std::vector<LoopTurn>& loops,
-                                             const std::vector<double>& angles,
-                                             Eigen::MatrixXd norm) const {
+  std::vector<Index> turns_near(const std::vector<LoopTurn>& loops,
+                                const std::vector<double>& angles, Eigen::MatrixXd norm) const {
     // Strips between boundaries turn twice on the double cover.
     for (std::size_t i = 0; i < loops.size(); ++i) {
       const double turns = whole_turns(loops[i], 1);
@@ -192,8 +191,8 @@ class PennerSolver {
       }
       return said;
     };
-    auto turns = near_turns(angles, norm, why);
-    if (turns.empty()) {
+    const auto turns = near_turns(angles, norm, why);
+    if (!turns) {
       throw_infeasible(
           ErrorCode::kBadAngles,
           "No flat surface has these corners. Of its double, two copies glued along "
@@ -203,34 +202,20 @@ class PennerSolver {
            {{"genus", {static_cast<double>(genus_)}},
             {"boundary corners", {static_cast<double>(cones_of_double(cones_, setup_).size())}}}});
     }
-    return turns;
+    return *turns;
   }
 
-  void aim_at(const std::vector<Index>& turns, PennerMetric& result) {
-    for (std::size_t i = 0; i < turns.size(); ++i) {
-      result.loops[i].quarter_turns = turns[i];
-      targets_.loop_angle[i] = whole_turns(result.loops[i], turns[i]) * kQuarterTurn;
-    }
-  }
-
-  // By Newton's method, for the nearest turns first: metrics of some have handles that are pinched.
+  // By Newton's method.
   void reach_turns(PennerMetric& result, intrinsic::LoopCarrier& loops) {
     const Stopwatch watch;
-    const std::pair<PennerMetric, intrinsic::LoopCarrier> start(result, loops);
     PennerNewtonOptions newton;
     newton.max_iterations = options_.max_iterations;
-    int iterations = 0;
-    for (std::size_t i = 0; i < turns_.size() && last_.end != PennerEnd::kConverged; ++i) {
-      std::tie(result, loops) = start;
-      result.attempt = static_cast<int>(i);
-      aim_at(turns_[i], result);
-      const EngineInput input = start_of(result.metric, targets_.vertex_angle);
-      auto engine = make_engine(input, result.metric.bits, context_);
-      carry_through(engine->flips(), loops, context_);
-      last_ = run_penner(engine, loops, targets_, newton, context_);
-      result.iterations = iterations += last_.iterations;
-      append(*engine, result.metric, context_);
-    }
+    const EngineInput input = start_of(result.metric, targets_.vertex_angle);
+    auto engine = make_engine(input, result.metric.bits, context_);
+    carry_through(engine->flips(), loops, context_);
+    last_ = run_penner(engine, loops, targets_, newton, context_);
+    result.iterations = last_.iterations;
+    append(*engine, result.metric, context_);
     result.seconds_newton = watch.seconds();
     if (last_.end != PennerEnd::kConverged)
       throw_not_reached(result.iterations, result.metric.bits);
@@ -285,7 +270,7 @@ class PennerSolver {
   bool free_ = false;       // is its boundary
   bool finishing_ = false;  // a metric that was given
   PennerTargets targets_;
-  std::vector<std::vector<Index>> turns_;  // to be tried
+  std::vector<Index> turns_;  // of the loops, quarters
   PennerRun last_;
 };
 

@@ -33,7 +33,6 @@ struct PennerMetric {
   double seconds_conformal = 0.0, seconds_newton = 0.0;
   int iterations = 0;  // of Newton's method
   int relaxed = 0;     // steps of relaxation
-  int attempt = 0;     // the choice of turns that has a metric
 };
 
 // `cones`: quarter turns per vertex, 4 where it is flat; at the boundary as aligned_cones() returns

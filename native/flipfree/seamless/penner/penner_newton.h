@@ -113,10 +113,6 @@ enum class PennerEnd {
 struct PennerNewtonOptions {
   double tolerance = 1e-10;  // of every angle, radians
   int max_iterations = 100;
-  // A step changes no logarithm of an edge by more than this beside the conformal part, and no
-  // difference of scale factors by more than that.
-  double max_stretch = 2.0;
-  double max_scale_range = 10.0;
 };
 
 struct PennerRun {
