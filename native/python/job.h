@@ -60,16 +60,10 @@ class Job {
   std::pair<std::string, double> progress() const {
     return {context_.stage(), context_.fraction()};
   }
-  // Waits for the end; the result, which is taken, or what the solver threw.
-  py::object result() {
-    while (!wait(kLongest)) {
-    }
-    return result_.get()();
-  }
+  // Of work that has ended: the result, which is taken, or what the solver threw.
+  py::object result() { return result_.get()(); }
 
  private:
-  static constexpr double kLongest = 1e6;
-
   ExecutionContext context_;
   std::shared_future<Result> result_;
 };

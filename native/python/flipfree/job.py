@@ -110,6 +110,8 @@ class Job(Generic[Result]):
                 "The result of this job was already collected. Keep it, it is not held here."
             )
         try:
+            while not self.wait(LONGEST_WAIT):
+                pass
             result = self._result()
         except Exception as error:
             _raise_ours(error)
@@ -188,8 +190,6 @@ class StagedJob(Job[Result]):
         self._current.accept()
 
     def _result(self) -> Result:
-        while not self.wait(LONGEST_WAIT):
-            pass
         assert self._ended is not None
         return self._ended()
 

@@ -135,9 +135,8 @@ class Child:
 
 def _death(process: pipes.Child, peak: float) -> Record:
     status = process.wait()
-    how = pipes.how_ended(status)
-    if pipes.was_killed(status):
-        how += ", perhaps because the machine ran out of memory: fewer --jobs, or --memory, keep it from that"
+    killed = ", perhaps because the machine ran out of memory: fewer --jobs, or --memory, keep it from that"
+    how = pipes.how_ended(status, killed)
     said = f" Last it said: {process.said[-1]}" if process.said else ""
     return _lost("crash", f"its process {how}.{said}", peak)
 

@@ -208,17 +208,9 @@ def rectify(
     def stages() -> Stages[Parametrization]:
         job = start_job(_native.rectify, mesh, finding, limits, lambda data, _mesh: data)
         straight = yield job, 0.3
-        placed = job_of(pack)(
-            vertices,
-            faces,
-            straight.reshape(-1, 3, 2) / [options["aspect"], 1.0],
-            rotation="quarters",
-            scale_true=True,
-            effort=0.2,
-            **options,
-            **limits,
-        )
-        found: Parametrization = yield placed, 1.0
+        placed = straight.reshape(-1, 3, 2) / [options["aspect"], 1.0]
+        how = options | dict(rotation="quarters", scale_true=True, effort=0.2)
+        found: Parametrization = yield job_of(pack)(vertices, faces, placed, **how, **limits), 1.0
         return found
 
     return StagedJob(stages())
@@ -262,9 +254,8 @@ def _boxes(
 ) -> tuple[FloatArray, FloatArray]:
     low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
     with np.errstate(invalid="ignore"):  # of places that are no numbers: no tile has them
-        for axis in range(2):
-            np.minimum.at(low[:, axis], island, uv[:, :, axis].min(axis=1))
-            np.maximum.at(high[:, axis], island, uv[:, :, axis].max(axis=1))
+        np.minimum.at(low, island, uv.min(axis=1))
+        np.maximum.at(high, island, uv.max(axis=1))
     return low, high
 
 

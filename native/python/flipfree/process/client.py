@@ -22,7 +22,7 @@ from typing import Any
 from .. import jobs
 from ..errors import Cancelled, FlipfreeError, NotConverged
 from ..job import LONGEST_WAIT, Job, StagedJob, Stages
-from .pipes import Child, Message, how_ended, read_object, was_killed, write_object
+from .pipes import Child, Message, how_ended, read_object, write_object
 
 #: Codes of errors that the process itself meets, see docs/errors.md.
 NOT_STARTED = "solver process not started"
@@ -38,10 +38,7 @@ class SolverProcess:
     """Starts with its first call, and again with the first one after it has ended. One call at a time."""
 
     def __init__(
-        self,
-        command: Sequence[str] = (sys.executable,),
-        *,
-        or_here: bool = False,
+        self, command: Sequence[str] = (sys.executable,), *, or_here: bool = False
     ) -> None:
         """command: starts a Python of this one's version; it finds its modules where this one does.
 
@@ -151,9 +148,7 @@ class SolverProcess:
         said = next(reversed(self._process.said), "")
         if not self._ready:
             return not_started(said or f"it ended with status {status}")
-        how = how_ended(status)
-        if was_killed(status):
-            how += ", perhaps because memory ran out"
+        how = how_ended(status, ", perhaps because memory ran out")
         return _ended(f"{how}. {said}")
 
 
@@ -206,8 +201,6 @@ class ProcessJob(Job[Any]):
             self._answer = ("error", Cancelled("Cancelled by the caller.", code="cancelled"))
 
     def _result(self) -> Any:
-        while not self.wait(LONGEST_WAIT):
-            pass
         assert self._answer is not None
         kind, value = self._answer
         if kind == "error":

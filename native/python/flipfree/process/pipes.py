@@ -102,18 +102,13 @@ def say(message: Message) -> None:
         data = data[os.write(1, data) :]
 
 
-def how_ended(status: int) -> str:
-    """A process with this status, in words."""
+def how_ended(status: int, if_killed: str) -> str:
+    """A process with this status, in words; and in which, where it was killed, perhaps because memory ran out."""
     if status < 0:
-        return f"was ended by signal {-status} ({signal.Signals(-status).name})"
-    if status >= 1 << 31:  # Windows' own words for a crash
-        return f"ended with status {status:#x}"
-    return f"ended with status {status}"
-
-
-def was_killed(status: int) -> bool:
-    """Perhaps because memory ran out."""
-    return os.name == "posix" and status == -signal.SIGKILL
+        killed = if_killed if status == -signal.SIGKILL else ""
+        return f"was ended by signal {-status} ({signal.Signals(-status).name}){killed}"
+    # Windows' own words for a crash are large.
+    return f"ended with status {status if status < 1 << 31 else hex(status)}"
 
 
 def send(stream: IO[bytes], data: bytes) -> bool:
