@@ -29,32 +29,15 @@ constexpr double kEvenness = 1e-3;
 // smaller share are the last ones.
 constexpr double kRound = 0.4;
 constexpr double kWorthwhile = 0.01;
-// How many neighbours are tried as the one to go into, the cheapest first.
-constexpr std::size_t kTried = 3;
 constexpr std::size_t kGrain = 4096;
 
-// Sum of squared distances from planes, weighted by areas.
-struct Quadric {
-  std::array<double, 10> a{};
+// Sum of squared distances from planes (n, d), weighted by areas: p -> (p, 1) Q (p, 1)^T.
+using Quadric = Eigen::Matrix4d;
 
-  void add(const Vector3& n, double d, double weight) {
-    const std::array<double, 4> p = {n.x(), n.y(), n.z(), d};
-    std::size_t k = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-      for (std::size_t j = i; j < 4; ++j) a[k++] += weight * p[i] * p[j];
-    }
-  }
-  void add(const Quadric& other) {
-    for (std::size_t i = 0; i < a.size(); ++i) a[i] += other.a[i];
-  }
-  double at_point(const Vector3& p) const {
-    const double x = p.x();
-    const double y = p.y();
-    const double z = p.z();
-    return x * (a[0] * x + 2.0 * (a[1] * y + a[2] * z + a[3])) +
-           y * (a[4] * y + 2.0 * (a[5] * z + a[6])) + z * (a[7] * z + 2.0 * a[8]) + a[9];
-  }
-};
+void add_plane(Quadric& quadric, const Vector3& n, double d, double weight) {
+  const Eigen::Vector4d plane(n.x(), n.y(), n.z(), d);
+  quadric += weight * plane * plane.transpose();
+}
 
 double shape(const Vector2& a, const Vector2& b, const Vector2& c) {
   const Vector2 e = b - a;
@@ -69,7 +52,7 @@ class Decimator {
       : surface_(surface),
         mesh_(static_cast<Index>(surface.vertices.rows()), surface.faces),
         faces_(static_cast<Index>(surface.faces.rows())),
-        quadric_(at(mesh_.vertex_count())),
+        quadric_(at(mesh_.vertex_count()), Quadric::Zero()),
         choices_(at(mesh_.vertex_count())),
         held_(at(mesh_.vertex_count()), 0) {
     for (const VertexId v : held) held_[at(v)] = 1;
@@ -80,13 +63,13 @@ class Decimator {
       const double size = doubled.norm();
       if (!(size > 0.0)) continue;
       const Vector3 n = doubled / size;
-      quadric_[at(mesh_.source(h))].add(n, -n.dot(p), 0.5 * size);
+      add_plane(quadric_[at(mesh_.source(h))], n, -n.dot(p), 0.5 * size);
       if (!mesh_.is_boundary(h)) continue;
       // The line of the boundary stays: a plane through it, upright on the face.
       const Vector3 side = n.cross(along).normalized();
       const double weight = along.squaredNorm();
-      quadric_[at(mesh_.source(h))].add(side, -side.dot(p), weight);
-      quadric_[at(mesh_.target(h))].add(side, -side.dot(p), weight);
+      for (const VertexId v : {mesh_.source(h), mesh_.target(h)})
+        add_plane(quadric_[at(v)], side, -side.dot(p), weight);
     }
   }
 
@@ -100,7 +83,7 @@ class Decimator {
       std::vector<std::pair<double, VertexId>> order;
       order.reserve(left.size());
       for (const VertexId v : left) {
-        if (choices_[at(v)].count > 0 && held_[at(v)] == 0)
+        if (choices_[at(v)].into != kInvalid && held_[at(v)] == 0)
           order.emplace_back(choices_[at(v)].cost, v);
       }
       const auto most = std::min(
@@ -149,11 +132,10 @@ class Decimator {
   }
 
  private:
-  // Where a vertex may go, the cheapest first.
+  // The neighbour that a vertex goes into at the least cost, if it may go at all.
   struct Choice {
-    double cost = 0.0;
-    std::array<VertexId, kTried> into{};
-    Index count = 0;
+    double cost = std::numeric_limits<double>::infinity();
+    VertexId into = kInvalid;
   };
 
   Vector3 place(VertexId v) const { return surface_.vertices.row(v).transpose(); }
@@ -169,27 +151,15 @@ class Decimator {
 
   Choice choice(VertexId v) const {
     Choice best;
-    std::array<double, kTried> costs{};
     const Vector3 p = place(v);
     double area = 0.0;
     const auto offer = [&](VertexId w) {
       const Vector3 q = place(w);
-      double cost = quadric_[at(v)].at_point(q) + quadric_[at(w)].at_point(q);
+      const Eigen::Vector4d place(q.x(), q.y(), q.z(), 1.0);
+      double cost = place.dot((quadric_[at(v)] + quadric_[at(w)]) * place);
       // Long ways cost more: where all is flat, vertices go to the nearest one.
       cost = std::max(cost, 0.0) + 1e-2 * kEvenness * (q - p).squaredNorm() * (q - p).squaredNorm();
-      std::size_t i = at(best.count);
-      if (i == kTried && cost >= costs[kTried - 1]) return;
-      if (i < kTried) {
-        ++best.count;
-      } else {
-        --i;
-      }
-      for (; i > 0 && cost < costs[i - 1]; --i) {
-        costs[i] = costs[i - 1];
-        best.into[i] = best.into[i - 1];
-      }
-      costs[i] = cost;
-      best.into[i] = w;
+      if (cost < best.cost) best = {cost, w};
     };
     const HalfedgeId first = mesh_.outgoing(v);
     const bool boundary = mesh_.is_boundary(first);
@@ -204,7 +174,7 @@ class Decimator {
       offer(mesh_.target(first));
       offer(mesh_.apex(last));
     }
-    best.cost = costs[0] + kEvenness * area * area;
+    best.cost += kEvenness * area * area;
     return best;
   }
 
@@ -223,14 +193,9 @@ class Decimator {
     // The only face of a neighbour would lie on the line that the vertex comes back to.
     if (boundary && (is_ear(ring_.front()) || is_ear(ring_.back()))) return false;
     flatten(v, boundary);
-    const Choice& choice = choices_[at(v)];
-    for (Index i = 0; i < choice.count; ++i) {
-      const auto found = std::find(ring_.begin(), ring_.end(), choice.into[at(i)]);
-      if (found != ring_.end() &&
-          go_into(v, static_cast<std::size_t>(found - ring_.begin()), boundary))
-        return true;
-    }
-    return false;
+    const auto found = std::find(ring_.begin(), ring_.end(), choices_[at(v)].into);
+    return found != ring_.end() &&
+           go_into(v, static_cast<std::size_t>(found - ring_.begin()), boundary);
   }
 
   bool is_ear(VertexId v) const {
@@ -322,7 +287,7 @@ class Decimator {
     rings_.insert(rings_.end(), ring_.begin(), ring_.end());
     const std::vector<FaceId> parents(triangles_.size(), kInvalid);
     mesh_.replace(star_, triangles_, parents);
-    quadric_[at(w)].add(quadric_[at(v)]);
+    quadric_[at(w)] += quadric_[at(v)];
     faces_ -= static_cast<Index>(star_.size() - triangles_.size());
     return true;
   }

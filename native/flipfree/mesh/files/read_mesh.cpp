@@ -305,36 +305,24 @@ std::vector<PolygonTriangle> triangles_of_polygon(const std::vector<Vector3>& co
   return triangles;
 }
 
-FilePolygons polygons_of(std::string_view bytes, Format format) {
-  switch (format) {
-    case Format::kObj:
-      return read_obj(bytes);
-    case Format::kPly:
-      return read_ply(bytes);
-    case Format::kOff:
-      return read_off(bytes);
-    case Format::kStl:
-      return read_stl(bytes);
-  }
-  throw InternalError("A format without a reader.");
-}
+struct FileType {
+  std::string_view ending;
+  Format format;
+  FilePolygons (*read)(std::string_view bytes);
+};
+constexpr std::array<FileType, 4> kFileTypes{{{".obj", Format::kObj, read_obj},
+                                              {".ply", Format::kPly, read_ply},
+                                              {".off", Format::kOff, read_off},
+                                              {".stl", Format::kStl, read_stl}}};
 
 }  // namespace
 
 Format format_of(std::string_view path) {
-  struct Named {
-    std::string_view ending;
-    Format format;
-  };
-  static constexpr std::array<Named, 4> kFormats{{{".obj", Format::kObj},
-                                                  {".ply", Format::kPly},
-                                                  {".off", Format::kOff},
-                                                  {".stl", Format::kStl}}};
   std::string ending(path.substr(std::min(path.rfind('.'), path.size())));
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  for (const Named& named : kFormats)
-    if (ending == named.ending) return named.format;
+  for (const FileType& type : kFileTypes)
+    if (ending == type.ending) return type.format;
   refuse("Ending of the path", "it is none of .obj, .ply, .off and .stl", "Use one of them");
 }
 
@@ -356,7 +344,9 @@ void drop_partial_uv(FilePolygons& polygons) {
 }  // namespace
 
 MeshFile read_mesh(std::string_view bytes, Format format) {
-  FilePolygons polygons = polygons_of(bytes, format);
+  const auto* type = std::find_if(kFileTypes.begin(), kFileTypes.end(),
+                                  [&](const FileType& t) { return t.format == format; });
+  FilePolygons polygons = type->read(bytes);
   drop_partial_uv(polygons);
   if (std::all_of(polygons.uv.begin(), polygons.uv.end(), [](float t) { return std::isnan(t); }))
     polygons.uv.clear();

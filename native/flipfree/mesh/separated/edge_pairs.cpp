@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -29,8 +28,8 @@ constexpr double kConvex = 0.1;         // two solids that touch at an edge stay
 constexpr double kFlat = 1e-6;
 constexpr double kLeastWorth = 0.05;
 
-constexpr std::size_t kMostCompared = 64;
-constexpr std::size_t kMostFlattest = 16;
+// Edges of more faces than this are left open.
+constexpr std::size_t kMostCompared = 256;
 
 class Pairer {
  public:
@@ -41,31 +40,27 @@ class Pairer {
   void pair(std::span<const HalfedgeId> edge) {
     if (edge.size() == 2) {
       if (duplicates(edge[0], edge[1])) {
-        result_.loose.push_back({{edge.begin(), edge.end()}});
+        result_.loose.emplace_back(edge.begin(), edge.end());
       } else {
         join(edge[0], edge[1]);
       }
     } else if (edge.size() > 2) {
-      result_.crowded.push_back({{edge.begin(), edge.end()}});
+      result_.crowded.emplace_back(edge.begin(), edge.end());
     }
     if (edge.size() > 1) append_duplicates(input_.faces, edge, result_.duplicate);
   }
 
   void pair_crowd(const std::vector<HalfedgeId>& halfedges) {
+    if (halfedges.size() > kMostCompared) return;
     crowd_ = halfedges;
     across_.clear();
     for (const HalfedgeId h : crowd_) across_.push_back(across(h));
     std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
-    const auto consider = [&](std::size_t i, std::size_t k) {
-      const double w = i == k ? 0.0 : worth(i, k);
-      if (w > 0.0) pairs.emplace_back(-w, std::min(i, k), std::max(i, k));
-    };
-    if (crowd_.size() <= kMostCompared) {
-      for (std::size_t i = 0; i < crowd_.size(); ++i) {
-        for (std::size_t k = i + 1; k < crowd_.size(); ++k) consider(i, k);
+    for (std::size_t i = 0; i < crowd_.size(); ++i) {
+      for (std::size_t k = i + 1; k < crowd_.size(); ++k) {
+        const double w = worth(i, k);
+        if (w > 0.0) pairs.emplace_back(-w, i, k);
       }
-    } else {
-      consider_flattest(consider);
     }
     std::sort(pairs.begin(), pairs.end());
     for (const auto& [w, i, k] : pairs) {
@@ -132,32 +127,6 @@ class Pairer {
     return sum > kLeastWorth ? sum : 0.0;
   }
 
-  // Of a large crowd, for each face only those that continue it the flattest.
-  template <typename Consider>
-  void consider_flattest(const Consider& consider) const {
-    Vector3 along = Vector3::Zero();
-    for (std::size_t i = 1; i < across_.size() && along.isZero(); ++i) {
-      along = across_[0].cross(across_[i]);
-    }
-    along.stableNormalize();
-    const Vector3 aside = along.cross(across_[0]);
-    std::vector<std::pair<double, std::size_t>> angles;
-    for (std::size_t i = 0; i < across_.size(); ++i)
-      angles.emplace_back(std::atan2(across_[i].dot(aside), across_[i].dot(across_[0])), i);
-    std::sort(angles.begin(), angles.end());
-    for (std::size_t i = 0; i < angles.size(); ++i) {
-      const double facing =
-          angles[i].first + (angles[i].first > 0 ? -std::numbers::pi : std::numbers::pi);
-      const auto first = static_cast<std::size_t>(
-          std::lower_bound(angles.begin(), angles.end(), std::pair(facing, std::size_t{0})) -
-          angles.begin());
-      for (std::size_t d = 0; d < kMostFlattest; ++d) {
-        const std::size_t k = (first + angles.size() + d - kMostFlattest / 2) % angles.size();
-        consider(angles[i].second, angles[k].second);
-      }
-    }
-  }
-
   const PairingInput& input_;
   const std::vector<char>& turned_;
   EdgePairs& result_;
@@ -209,8 +178,8 @@ void pair_crowds(const PairingInput& input, const std::vector<char>& turned, Edg
   Pairer pairer(input, turned, pairs);
   for (std::size_t i = 0; i < pairs.crowded.size(); ++i) {
     if (i % kCheckEvery == 0) context.check();
-    const std::vector<HalfedgeId>& halfedges = pairs.crowded[i].halfedges;
-    if (input.at_seam[at(halfedges.front())] == 0) pairer.pair_crowd(halfedges);
+    const EdgeUse& edge = pairs.crowded[i];
+    if (input.at_seam[at(edge.front())] == 0) pairer.pair_crowd(edge);
   }
 }
 

@@ -9,10 +9,8 @@
 
 namespace flipfree::mesh {
 
-// The half-edges along one pair of vertices, in both directions.
-struct EdgeUse {
-  std::vector<HalfedgeId> halfedges;  // ascending
-};
+// The half-edges along one pair of vertices, in both directions, ascending.
+using EdgeUse = std::vector<HalfedgeId>;
 
 struct EdgePairs {
   std::vector<HalfedgeId> mate;   // 3 #F: half-edge of the face that continues; kInvalid: border
@@ -44,8 +42,8 @@ EdgePairs pair_edges(const PairingInput& input, const ExecutionContext& context)
 
 // Pairs the faces at crowded edges that are no seams: triangles of one polygon, else those that run
 // in opposite directions, lie flat and share a material. They are taken best first. `turned`: #F,
-// faces that count as turned over; empty: none. Cost: O(k^2) for edges of k faces, O(k log k)
-// beyond 64.
+// faces that count as turned over; empty: none. Edges of more than 256 faces are left open. Cost:
+// O(k^2) for edges of k faces.
 void pair_crowds(const PairingInput& input, const std::vector<char>& turned, EdgePairs& pairs,
                  const ExecutionContext& context);
 

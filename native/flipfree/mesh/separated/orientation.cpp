@@ -113,7 +113,7 @@ class Orienter {
   void list(const std::vector<HalfedgeId>& opposed, Orientation& result) const {
     std::vector<char> crowded(mate_.size(), 0);
     for (const EdgeUse& use : pairs_.crowded) {
-      for (const HalfedgeId h : use.halfedges) crowded[at(h)] = 1;
+      for (const HalfedgeId h : use) crowded[at(h)] = 1;
     }
     // Every face twice, once a side: f and count + f.
     const auto count = static_cast<Index>(faces_.rows());
@@ -140,7 +140,7 @@ class Orienter {
     }
     for (const auto* uses : {&pairs_.crowded, &pairs_.loose}) {
       for (const EdgeUse& use : *uses) {
-        for (const HalfedgeId h : use.halfedges) joined.join(h / 3, use.halfedges.front() / 3);
+        for (const HalfedgeId h : use) joined.join(h / 3, use.front() / 3);
       }
     }
     std::vector<char> twisted(side_.size(), 0);
@@ -149,7 +149,7 @@ class Orienter {
       if (o > h && same_direction(h, o)) twisted[at(joined.find(h / 3))] = 1;
     }
     for (const auto* uses : {&pairs_.crowded, &pairs_.loose}) {
-      for (const EdgeUse& use : *uses) twisted[at(joined.find(use.halfedges.front() / 3))] = 1;
+      for (const EdgeUse& use : *uses) twisted[at(joined.find(use.front() / 3))] = 1;
     }
     contradicted_.assign(side_.size(), 0);
     for (FaceId f = 0; f < faces_.rows(); ++f) contradicted_[at(f)] = twisted[at(joined.find(f))];

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/random.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/face_area.h"
@@ -98,9 +99,8 @@ class Separator {
       if (orientation.turned[at(f)] != 0) turned.push_back(f);
     }
     list_faces(MendKind::kTurnedFace, turned);
-    std::vector<std::vector<HalfedgeId>> doubtful;
-    for (const EdgeUse& edge : pairs.crowded) doubtful.push_back(edge.halfedges);
-    for (const EdgeUse& edge : pairs.loose) doubtful.push_back(edge.halfedges);
+    std::vector<EdgeUse> doubtful = pairs.crowded;
+    doubtful.insert(doubtful.end(), pairs.loose.begin(), pairs.loose.end());
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(paired.size()); ++h) {
       if (paired[at(h)] > h && pairs.mate[at(h)] == kInvalid)
         doubtful.push_back({h, paired[at(h)]});
@@ -188,7 +188,7 @@ class Separator {
 
   static std::vector<HalfedgeId> firsts(const std::vector<EdgeUse>& edges) {
     std::vector<HalfedgeId> result;
-    for (const EdgeUse& edge : edges) result.push_back(edge.halfedges.front());
+    for (const EdgeUse& edge : edges) result.push_back(edge.front());
     return result;
   }
 
@@ -317,20 +317,12 @@ SeparatedSurface separate(const Surface& input, const SeparateOptions& options,
 
 namespace {
 
-// Scrambled bits of a number (the finaliser of splitmix64, Steele et al. 2014).
-std::uint64_t scrambled(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15ULL;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
-  return x ^ (x >> 31);
-}
-
 // Each coordinate between -1 and 1, but not within a quarter of zero, so that none is lost.
 Vector3 direction_of(VertexId v, std::uint64_t round) {
   Vector3 direction;
   for (Index k = 0; k < 3; ++k) {
-    const std::uint64_t bits = scrambled(3 * (static_cast<std::uint64_t>(v) + (round << 32)) +
-                                         static_cast<std::uint64_t>(k));
+    const std::uint64_t seed = static_cast<std::uint64_t>(v) + (round << 32);
+    const std::uint64_t bits = Random(3 * seed + static_cast<std::uint64_t>(k)).next();
     const double share = static_cast<double>(bits >> 12) * 0x1p-52;
     direction[k] = (bits & 1) != 0 ? 0.25 + 0.75 * share : -0.25 - 0.75 * share;
   }

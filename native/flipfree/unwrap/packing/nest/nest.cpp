@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "flipfree/base/parallel.h"
+#include "flipfree/base/random.h"
 #include "flipfree/unwrap/packing/nest/shape.h"
 
 namespace flipfree::unwrap {
@@ -81,23 +82,6 @@ Choice best_place(const Masks& masks, const Tile& tile, const Rule& rule, Lowest
   }
   return best;
 }
-
-// The same numbers on every system (splitmix64).
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  std::uint64_t next() {
-    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15U);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9U;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebU;
-    return z ^ (z >> 31);
-  }
-  std::size_t below(std::size_t n) { return static_cast<std::size_t>(next() % n); }
-  double unit() { return static_cast<double>(next() >> 11) * 0x1p-53; }
-
- private:
-  std::uint64_t state_;
-};
 
 std::vector<Vector2> even_turns(int count) {
   std::vector<Vector2> turns;
