@@ -1,8 +1,8 @@
 #include "flipfree/certify/certify.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <iterator>
 #include <numbers>
 
 #include "flipfree/base/error.h"
@@ -18,111 +18,94 @@
 namespace flipfree::certify {
 namespace {
 
-// CertifyRequest::mirrored, with what is found; may be empty.
-std::vector<Index> all_mirrored(const CertifyRequest& request, const Points2f& uv32) {
+// CertifyRequest::mirrored, with what is found; empty where no face is.
+std::vector<Index> all_mirrored(const CertifyRequest& request, const Points2& stored) {
   std::vector<Index> mirrored = request.mirrored;
-  if (!request.find_mirrored || flipped_faces(uv32).empty()) return mirrored;
-  mirrored.resize(at(uv32.rows() / 3), 0);
-  const mesh::Adjacency adjacency = mesh::build_adjacency(*request.surface);
-  const mesh::Components charts =
-      mesh::components_between(adjacency, mesh::uv_cuts(adjacency, uv32.cast<double>()));
-  std::vector<char> negative(at(charts.count), 1);
-  const Points2f image = uv32 * Eigen::DiagonalMatrix<float, 2>(-1.0F, 1.0F);
-  for (const FaceId f : flipped_faces(image)) negative[at(charts.of_face[at(f)])] = 0;
-  for (std::size_t f = 0; f < mirrored.size(); ++f)
-    if (negative[at(charts.of_face[f])] != 0) mirrored[f] = 1;
-  return mirrored;
+  if (request.find_mirrored && !flipped_faces(stored).empty()) {
+    mirrored.resize(at(stored.rows() / 3), 0);
+    const mesh::Adjacency adjacency = mesh::build_adjacency(*request.surface);
+    const mesh::Components charts =
+        mesh::components_between(adjacency, mesh::uv_cuts(adjacency, stored));
+    std::vector<char> negative(at(charts.count), 1);
+    const Points2 image = stored * Eigen::DiagonalMatrix<double, 2>(-1.0, 1.0);
+    for (const FaceId f : flipped_faces(image)) negative[at(charts.of_face[at(f)])] = 0;
+    for (std::size_t f = 0; f < mirrored.size(); ++f)
+      if (negative[at(charts.of_face[f])] != 0) mirrored[f] = 1;
+  }
+  const bool any = std::any_of(mirrored.begin(), mirrored.end(), [](Index m) { return m != 0; });
+  return any ? mirrored : std::vector<Index>();
 }
 
-// A copy with u negated on these faces.
-template <typename Points>
-Points mirror_images(const Points& uv, const std::vector<Index>& mirrored) {
-  Points image = uv;
+// The map as it was solved, or as it is stored, and what is measured of it.
+struct Form {
+  Points2 given;  // decides what is joined and lies on what
+  Points2 uv;     // with u negated where the map is mirrored: is judged
+  mesh::EdgeFlags cuts{};
+  std::vector<FaceId> flips{};
+  std::vector<VertexId> winding{};
+  Overlaps overlaps{};
+  IslandOverlaps islands{};
+  std::vector<Index> quarters{};  // per vertex, where seamless: see quarter_turns_around()
+  EnergyFigures energy{};
+};
+
+Form make_form(const Points2& given, const std::vector<Index>& mirrored) {
+  Form form{given, given};
   for (std::size_t f = 0; f < mirrored.size(); ++f)
-    if (mirrored[f] != 0) image.col(0).segment(static_cast<Eigen::Index>(3 * f), 3) *= -1;
-  return image;
+    if (mirrored[f] != 0) form.uv.col(0).segment(static_cast<Eigen::Index>(3 * f), 3) *= -1;
+  return form;
 }
 
 struct Certifier {
   const CertifyRequest& request;
   const mesh::Surface& surface;
-  const std::vector<Index>& mirrored;  // see CertifyRequest
-  const Points2& given;                // the map, which decides what is joined and lies on what
-  const Points2f& given32;
-  const Points2& uv;  // its mirror_images(), which are judged
-  const Points2f& uv32;
-  Points2 stored{};  // uv32 as doubles, exact
+  std::vector<Index> mirrored;  // see CertifyRequest
+  std::array<Form, 2> forms;    // as solved, as stored
   mesh::Adjacency adjacency{};
-  mesh::EdgeFlags cuts{};    // of the 64-bit map
-  mesh::EdgeFlags cuts32{};  // of the stored one
   Certificate certificate{};
-  // What takes time, measured on all threads; judged below, in a fixed order.
-  std::vector<FaceId> flips64{};
-  std::vector<FaceId> flips32{};
-  std::vector<VertexId> winding64{};
-  std::vector<VertexId> winding32{};
-  Overlaps overlaps64{};
-  Overlaps overlaps32{};
-  IslandOverlaps islands64{};
-  IslandOverlaps islands32{};
   std::vector<double> angle_sum{};  // per vertex, if angles are prescribed
-  // Per vertex, where the map is seamless: see quarter_turns_around().
-  std::vector<Index> quarters64{};
-  std::vector<Index> quarters32{};
   ProvenanceReport provenance{};
-  EnergyFigures energy64{};
-  EnergyFigures energy32{};
 
+  bool flip_free() const { return forms[0].flips.empty() && forms[1].flips.empty(); }
+
+  // What takes time, on all threads; judged below, in a fixed order.
   void measure(const ExecutionContext& context) {
     parallel_for(context, 6, 1, [&](std::size_t task, std::size_t, std::size_t) {
-      if (task == 0) {
-        adjacency = mesh::build_adjacency(surface);
-        cuts = mesh::uv_cuts(adjacency, given);
-      } else if (task == 1) {
-        flips64 = flipped_faces(uv);
-      } else if (task == 2) {
-        flips32 = flipped_faces(uv32);
-        stored = uv32.cast<double>();
-      } else if (task == 3) {
-        energy64 = symmetric_dirichlet(surface, uv, request.aspect);
+      Form& form = forms[task % 2];
+      if (task < 2) {
+        form.flips = flipped_faces(form.uv);
+      } else if (task < 4) {
+        form.energy = symmetric_dirichlet(surface, form.uv, request.aspect);
       } else if (task == 4) {
-        energy32 = symmetric_dirichlet(surface, uv32.cast<double>(), request.aspect);
+        adjacency = mesh::build_adjacency(surface);
       } else if (request.parent != nullptr) {
-        provenance = check_provenance(surface, {request.parent, request.parent_face,
-                                                request.vertex_parent, request.vertex_barycentric});
+        provenance = check_provenance(surface, provenance_of_request());
       }
     });
-    const Points2 mirrored_stored = mirrored.empty() ? Points2() : given32.cast<double>();
-    const Points2& given_stored = mirrored.empty() ? stored : mirrored_stored;
-    cuts32 = mesh::uv_cuts(adjacency, given_stored);
+    for (Form& form : forms) form.cuts = mesh::uv_cuts(adjacency, form.given);
     if (!mirrored.empty()) judge_mirrored();
-    const bool flip_free = flips64.empty() && flips32.empty();
     parallel_for(context, 7, 1, [&](std::size_t task, std::size_t, std::size_t) {
-      if (task == 0) {
+      Form& form = forms[task % 2];
+      if (task == 6) {
         if (judges_cones()) add_angles();
-        return;
-      }
-      const bool as_stored = task % 2 == 0;
-      const Points2& values = as_stored ? stored : uv;
-      const mesh::EdgeFlags& own_cuts = as_stored ? cuts32 : cuts;
-      if (task > 4) {
+      } else if (task < 2) {
         if (overlaps_count())
-          (as_stored ? islands32 : islands64) = island_overlaps(
-              mesh::components_between(adjacency, own_cuts), as_stored ? given_stored : given);
-      } else if (!flip_free) {
-        return;
-      } else if (task > 2) {
-        if (overlaps_count())
-          (as_stored ? overlaps32 : overlaps64) =
-              boundary_overlaps(surface.faces, adjacency, own_cuts, values);
-      } else {
-        (as_stored ? winding32 : winding64) = winding_failures(adjacency, own_cuts, values);
+          form.islands =
+              island_overlaps(mesh::components_between(adjacency, form.cuts), form.given);
+      } else if (flip_free() && task < 4) {
+        form.winding = winding_failures(adjacency, form.cuts, form.uv);
+      } else if (flip_free() && overlaps_count()) {
+        form.overlaps = boundary_overlaps(surface.faces, adjacency, form.cuts, form.uv);
       }
     });
   }
 
+  Provenance provenance_of_request() const {
+    return {request.parent, request.parent_face, request.vertex_parent, request.vertex_barycentric};
+  }
+
   void judge_mirrored() {
-    const mesh::Components charts = mesh::components_between(adjacency, cuts32);
+    const mesh::Components charts = mesh::components_between(adjacency, forms[1].cuts);
     std::vector<Index> islands;
     for (FaceId f = 0; at(f) < mirrored.size(); ++f) {
       if (mirrored[at(f)] == 0) continue;
@@ -131,14 +114,13 @@ struct Certifier {
     }
     sort_unique(islands);
     certificate.mirrored_islands = static_cast<std::int64_t>(islands.size());
-    for (const bool as_stored : {false, true}) {
-      std::vector<FaceId>& flips = as_stored ? flips32 : flips64;
+    for (Form& form : forms) {
       for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
         const HalfedgeId o = adjacency.opposite[at(h)];
-        if (o == kInvalid || (as_stored ? cuts32 : cuts)[at(h)] != 0) continue;
-        if (mirrored[at(h / 3)] != 0 && mirrored[at(o / 3)] == 0) flips.push_back(h / 3);
+        if (o == kInvalid || form.cuts[at(h)] != 0) continue;
+        if (mirrored[at(h / 3)] != 0 && mirrored[at(o / 3)] == 0) form.flips.push_back(h / 3);
       }
-      sort_unique(flips);
+      sort_unique(form.flips);
     }
   }
 
@@ -148,9 +130,14 @@ struct Certifier {
   }
 
   void add_angles() {
-    angle_sum.assign(static_cast<std::size_t>(surface.vertices.rows()), 0.0);
-    for (CornerId c = 0; c < uv.rows(); ++c)
-      angle_sum[static_cast<std::size_t>(surface.faces(c / 3, c % 3))] += corner_angle(c);
+    angle_sum.assign(adjacency.vertex_halfedge.size(), 0.0);
+    const Points2& uv = forms[0].uv;
+    for (CornerId c = 0; c < uv.rows(); ++c) {
+      const Vector2 p = uv.row(c);
+      angle_sum[at(surface.faces(c / 3, c % 3))] +=
+          turn(Vector2(uv.row(next_corner(c)).transpose() - p),
+               Vector2(uv.row(previous_corner(c)).transpose() - p));
+    }
   }
 
   void fail(const std::string& sentence, const std::vector<FaceId>& faces) {
@@ -166,24 +153,22 @@ struct Certifier {
   }
 
   void check_flips() {
-    certificate.flips64 = static_cast<std::int64_t>(flips64.size());
-    certificate.flips32 = static_cast<std::int64_t>(flips32.size());
-    if (!flips64.empty()) {
-      fail("G1: " + counted(flips64.size(), "triangle is", "triangles are") +
-               " flipped or degenerate in 64-bit UVs, first face " + face_id(flips64[0]),
-           flips64);
-    }
-    if (!flips32.empty()) {
-      fail("G1: " + counted(flips32.size(), "triangle is", "triangles are") +
-               " flipped or degenerate in the stored 32-bit UVs, first face " + face_id(flips32[0]),
-           flips32);
+    certificate.flips64 = static_cast<std::int64_t>(forms[0].flips.size());
+    certificate.flips32 = static_cast<std::int64_t>(forms[1].flips.size());
+    for (const Form& form : forms) {
+      if (form.flips.empty()) continue;
+      fail("G1: " + counted(form.flips.size(), "triangle is", "triangles are") +
+               " flipped or degenerate in " +
+               (&form == &forms[0] ? "64-bit UVs" : "the stored 32-bit UVs") + ", first face " +
+               face_id(form.flips[0]),
+           form.flips);
     }
   }
 
   void check_winding() {
-    std::vector<VertexId> bad;
-    std::set_union(winding64.begin(), winding64.end(), winding32.begin(), winding32.end(),
-                   std::back_inserter(bad));
+    std::vector<VertexId> bad = forms[0].winding;
+    bad.insert(bad.end(), forms[1].winding.begin(), forms[1].winding.end());
+    sort_unique(bad);
     // A vertex with a prescribed angle is judged by G5 instead.
     std::vector<VertexId> prescribed;
     for (const auto& [v, angle] : request.cone_angles) prescribed.push_back(v);
@@ -203,9 +188,8 @@ struct Certifier {
     std::int64_t missed = 0;
     CornerId first = kInvalid;
     for (const CornerPin& pin : request.pins) {
-      const bool met = given(pin.corner, 0) == pin.uv.x() && given(pin.corner, 1) == pin.uv.y() &&
-                       given32(pin.corner, 0) == static_cast<float>(pin.uv.x()) &&
-                       given32(pin.corner, 1) == static_cast<float>(pin.uv.y());
+      const bool met = forms[0].given.row(pin.corner).transpose() == pin.uv &&
+                       forms[1].given.row(pin.corner).transpose() == as_stored(pin.uv);
       if (!met && missed++ == 0) first = pin.corner;
     }
     certificate.pin_failures = missed;
@@ -218,8 +202,8 @@ struct Certifier {
   }
 
   void check_seams() {
-    const auto seams64 = measure_seams(adjacency, cuts, uv);
-    const auto bad32 = seam_failures(adjacency, cuts32, stored);
+    const auto seams64 = measure_seams(adjacency, forms[0].cuts, forms[0].uv);
+    const auto bad32 = seam_failures(adjacency, forms[1].cuts, forms[1].uv);
     std::vector<HalfedgeId> bad;
     certificate.seam_deviation = 0;
     for (const SeamMeasure& seam : seams64) {
@@ -245,23 +229,22 @@ struct Certifier {
                vertex_id(mesh::target(surface.faces, bad[0])),
            {bad[0] / 3});
     }
-    if (bad.empty() && flips64.empty() && flips32.empty()) {
-      quarters64 = quarter_turns_around(adjacency, uv);
-      quarters32 = quarter_turns_around(adjacency, stored);
-      for (std::size_t v = 0; v < quarters64.size(); ++v) {
-        if (quarters64[v] != kInvalid && quarters64[v] != 4)
-          certificate.quarter_cones.emplace_back(static_cast<VertexId>(v), quarters64[v]);
-      }
-      check_loops();
+    if (!bad.empty() || !flip_free()) return;
+    for (Form& form : forms) form.quarters = quarter_turns_around(adjacency, form.uv);
+    for (std::size_t v = 0; v < forms[0].quarters.size(); ++v) {
+      const Index turns = forms[0].quarters[v];
+      if (turns != kInvalid && turns != 4)
+        certificate.quarter_cones.emplace_back(static_cast<VertexId>(v), turns);
     }
+    check_loops();
   }
 
   void check_loops() {
     if (request.loops.empty()) return;
     certificate.holonomy_failures = 0;
     for (const auto& [loop, turns] : request.loops) {
-      if (quarter_turns_along(adjacency, uv, loop) == turns &&
-          quarter_turns_along(adjacency, stored, loop) == turns)
+      if (quarter_turns_along(adjacency, forms[0].uv, loop) == turns &&
+          quarter_turns_along(adjacency, forms[1].uv, loop) == turns)
         continue;
       if (certificate.holonomy_failures++ > 0) continue;
       const bool exists = !loop.empty() && loop[0] >= 0 && loop[0] / 3 < surface.faces.rows();
@@ -271,20 +254,14 @@ struct Certifier {
     }
   }
 
-  double corner_angle(CornerId c) const {
-    const Vector2 p = uv.row(c);
-    const Vector2 a = uv.row(next_corner(c)).transpose() - p;
-    const Vector2 b = uv.row(previous_corner(c)).transpose() - p;
-    return turn(a, b);
-  }
-
   // Of a seamless map, angles at interior vertices are whole numbers of quarter turns.
   bool has_angle(std::size_t v, double target) const {
-    const bool exact = v < quarters64.size() && quarters64[v] != kInvalid;
+    const std::vector<Index>&solved = forms[0].quarters, &stored = forms[1].quarters;
+    const bool exact = v < solved.size() && solved[v] != kInvalid;
     if (!exact) return std::abs(angle_sum[v] - target) <= kConeAngleTolerance;
     const double quarters = std::round(target / (0.5 * std::numbers::pi));
     return std::abs(target - quarters * 0.5 * std::numbers::pi) <= kConeAngleTolerance &&
-           quarters == quarters64[v] && quarters == quarters32[v];
+           quarters == solved[v] && quarters == stored[v];
   }
 
   // G5: prescribed angles are there; an interior vertex without one has 2 pi.
@@ -301,7 +278,6 @@ struct Certifier {
       target_angle[static_cast<std::size_t>(v)] = angle;
       judged[static_cast<std::size_t>(v)] = 1;
     }
-    const std::vector<double>& sum = angle_sum;
     std::int64_t wrong = 0;
     VertexId first = kInvalid;
     for (std::size_t v = 0; v < vertex_count; ++v) {
@@ -313,16 +289,16 @@ struct Certifier {
       const HalfedgeId there = adjacency.vertex_halfedge[static_cast<std::size_t>(first)];
       fail("G5: " + counted(static_cast<std::size_t>(wrong), "vertex has", "vertices have") +
                " another total angle than prescribed, first vertex " + vertex_id(first) + " with " +
-               std::to_string(sum[static_cast<std::size_t>(first)]) + " instead of " +
-               std::to_string(target_angle[static_cast<std::size_t>(first)]),
+               std::to_string(angle_sum[at(first)]) + " instead of " +
+               std::to_string(target_angle[at(first)]),
            std::vector<FaceId>(there == kInvalid ? 0 : 1, there / 3));
     }
   }
 
   void check_overlaps() {
     if (!overlaps_count()) return;
-    const Overlaps& shown = overlaps64.places() > 0 ? overlaps64 : overlaps32;
-    certificate.overlaps = std::max(overlaps64.places(), overlaps32.places());
+    const Overlaps& shown = forms[forms[0].overlaps.places() > 0 ? 0 : 1].overlaps;
+    certificate.overlaps = std::max(forms[0].overlaps.places(), forms[1].overlaps.places());
     if (certificate.overlaps == 0 || !request.require_bijective) return;
     const std::string first = ", first at face " + face_id(shown.faces[0]);
     if (shown.contacts > 0) {
@@ -339,7 +315,8 @@ struct Certifier {
 
   void check_islands() {
     if (!overlaps_count()) return;
-    const IslandOverlaps& shown = islands64.pairs > islands32.pairs ? islands64 : islands32;
+    const bool solved = forms[0].islands.pairs > forms[1].islands.pairs;
+    const IslandOverlaps& shown = forms[solved ? 0 : 1].islands;
     certificate.island_overlaps = shown.pairs;
     certificate.island_overlap_faces = shown.faces;
     if (shown.pairs > 0 && request.require_disjoint) {
@@ -351,7 +328,7 @@ struct Certifier {
   }
 
   void judge_distortion() {
-    const EnergyFigures energy = worse_of(energy64, energy32);
+    const EnergyFigures energy = worse_of(forms[0].energy, forms[1].energy);
     const bool finite = std::isfinite(energy.mean) && std::isfinite(energy.maximum);
     if (!finite && !request.require_distortion) {
       certificate.energy = certificate.max_energy = certificate.energy_p99 = -1.0;
@@ -374,12 +351,10 @@ struct Certifier {
 
   void check_features() {
     if (request.features.rows() == 0) return;
-    const Provenance parent{request.parent, request.parent_face, request.vertex_parent,
-                            request.vertex_barycentric};
     std::vector<Index> missed;
-    for (const Points2* values : {&uv, static_cast<const Points2*>(&stored)}) {
+    for (const Form& form : forms) {
       const std::vector<Index> own =
-          missed_features(request.features, surface, adjacency, parent, *values);
+          missed_features(request.features, surface, adjacency, provenance_of_request(), form.uv);
       missed.insert(missed.end(), own.begin(), own.end());
     }
     sort_unique(missed);
@@ -434,27 +409,18 @@ void check_shapes(const CertifyRequest& request) {
 
 Certificate certify(const CertifyRequest& request, const ExecutionContext& context) {
   check_shapes(request);
-  const Points2f rounded =
-      request.uv32 != nullptr ? Points2f() : Points2f(request.uv->cast<float>());
-  const mesh::Surface& surface = *request.surface;
-  const Points2f& uv32 = request.uv32 != nullptr ? *request.uv32 : rounded;
-  std::vector<Index> mirrored = all_mirrored(request, uv32);
-  const bool any = std::any_of(mirrored.begin(), mirrored.end(), [](Index m) { return m != 0; });
-  if (!any) mirrored.clear();
-  const Points2 image = any ? mirror_images(*request.uv, mirrored) : Points2();
-  const Points2f image32 = any ? mirror_images(uv32, mirrored) : Points2f();
+  const Points2 stored = request.uv32 != nullptr ? Points2(request.uv32->cast<double>())
+                                                 : Points2(as_stored(*request.uv));
+  const std::vector<Index> mirrored = all_mirrored(request, stored);
   Certifier certifier{request,
-                      surface,
+                      *request.surface,
                       mirrored,
-                      *request.uv,
-                      uv32,
-                      any ? image : *request.uv,
-                      any ? image32 : uv32};
-  certifier.certificate.triangles = surface.faces.rows();
+                      {make_form(*request.uv, mirrored), make_form(stored, mirrored)}};
+  certifier.certificate.triangles = request.surface->faces.rows();
   certifier.measure(context);
   certifier.check_flips();
   context.check();
-  if (certifier.certificate.flips64 == 0 && certifier.certificate.flips32 == 0) {
+  if (certifier.flip_free()) {
     certifier.check_winding();
     certifier.check_overlaps();
     certifier.check_features();

@@ -4,6 +4,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <boost/geometry/geometries/box.hpp>
+#include <boost/geometry/geometries/point_xy.hpp>
+#include <boost/geometry/index/rtree.hpp>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -62,76 +65,43 @@ bool interiors_meet(const Triangle& p, const Triangle& q) {
   return share_area(p.box, q.box) && !separated_by_side(p, q) && !separated_by_side(q, p);
 }
 
-// The triangles of one chart in a tree of boxes, halved at the median of the longer side.
-class Tree {
- public:
-  explicit Tree(std::vector<Triangle> triangles) : triangles_(std::move(triangles)) {
-    nodes_.reserve(triangles_.size());
-    build(0, triangles_.size());
-  }
+// The triangles of one chart, and a tree of their boxes.
+namespace bg = boost::geometry;
+using Corner = bg::model::d2::point_xy<double>;
+using Entry = std::pair<bg::model::box<Corner>, std::size_t>;
 
-  std::optional<std::pair<FaceId, FaceId>> meets(const Tree& other) const {
-    return meets(0, other, 0);
-  }
+bg::model::box<Corner> tree_box(const Box& box) {
+  return {{box.min().x(), box.min().y()}, {box.max().x(), box.max().y()}};
+}
 
- private:
-  static constexpr std::size_t kLeaf = 4;
-  struct Node {
-    Box box;
-    std::size_t begin, end;
-    std::size_t left = 0, right = 0;  // 0: a leaf
-  };
+struct ChartTriangles {
+  std::vector<Triangle> triangles;
+  bg::index::rtree<Entry, bg::index::quadratic<8>> tree;
 
-  std::size_t build(std::size_t begin, std::size_t end) {
-    const std::size_t at = nodes_.size();
-    nodes_.push_back({{}, begin, end});
-    for (std::size_t i = begin; i < end; ++i) nodes_[at].box.extend(triangles_[i].box);
-    if (end - begin <= kLeaf) return at;
-    const Vector2 extent = nodes_[at].box.sizes();
-    const int axis = extent.x() >= extent.y() ? 0 : 1;
-    const std::size_t middle = begin + (end - begin) / 2;
-    const auto place = [&](std::size_t i) {
-      return triangles_.begin() + static_cast<std::ptrdiff_t>(i);
-    };
-    std::nth_element(place(begin), place(middle), place(end),
-                     [&](const Triangle& p, const Triangle& q) {
-                       const double x = p.box.min()[axis] + p.box.max()[axis];
-                       const double y = q.box.min()[axis] + q.box.max()[axis];
-                       return x != y ? x < y : p.face < q.face;
-                     });
-    const std::size_t left = build(begin, middle);
-    const std::size_t right = build(middle, end);
-    nodes_[at].left = left;
-    nodes_[at].right = right;
-    return at;
-  }
-
-  std::optional<std::pair<FaceId, FaceId>> meets(std::size_t own, const Tree& other,
-                                                 std::size_t its) const {
-    const Node& p = nodes_[own];
-    const Node& q = other.nodes_[its];
-    if (!share_area(p.box, q.box)) return std::nullopt;
-    if (p.left == 0 && q.left == 0) {
-      for (std::size_t i = p.begin; i < p.end; ++i) {
-        for (std::size_t j = q.begin; j < q.end; ++j) {
-          if (interiors_meet(triangles_[i], other.triangles_[j]))
-            return std::pair{triangles_[i].face, other.triangles_[j].face};
-        }
-      }
-      return std::nullopt;
+  ChartTriangles(const std::vector<FaceId>& faces, const Points2& corner_uv) {
+    std::vector<Entry> entries;
+    for (const FaceId f : faces) {
+      const std::optional<Triangle> t = triangle_of(corner_uv, f);
+      if (!t) continue;
+      entries.emplace_back(tree_box(t->box), triangles.size());
+      triangles.push_back(*t);
     }
-    const bool split_own = q.left == 0 || (p.left != 0 && p.end - p.begin >= q.end - q.begin);
-    if (split_own) {
-      const auto found = meets(p.left, other, its);
-      return found ? found : meets(p.right, other, its);
-    }
-    const auto found = meets(own, other, q.left);
-    return found ? found : meets(own, other, q.right);
+    tree = decltype(tree)(entries);  // packed, unlike what grows
   }
-
-  std::vector<Triangle> triangles_;
-  std::vector<Node> nodes_;
 };
+
+// Two triangles that share area, one of either chart.
+std::optional<std::pair<FaceId, FaceId>> meeting(const ChartTriangles& a, const ChartTriangles& b) {
+  if (a.triangles.size() > b.triangles.size()) return meeting(b, a);
+  for (const Triangle& t : a.triangles) {
+    for (auto found = b.tree.qbegin(bg::index::intersects(tree_box(t.box))); found != b.tree.qend();
+         ++found) {
+      const Triangle& other = b.triangles[found->second];
+      if (interiors_meet(t, other)) return std::pair{t.face, other.face};
+    }
+  }
+  return std::nullopt;
+}
 
 }  // namespace
 
@@ -149,17 +119,10 @@ IslandOverlaps island_overlaps(const mesh::Components& charts, const Points2& co
       if (p.allFinite()) bounds[c].extend(p);
     }
   }
-  std::vector<std::optional<Tree>> trees(count);
-  const auto tree = [&](std::size_t c) -> const Tree& {
-    if (!trees[c]) {
-      std::vector<Triangle> triangles;
-      triangles.reserve(faces[c].size());
-      for (const FaceId f : faces[c]) {
-        if (auto t = triangle_of(corner_uv, f)) triangles.push_back(*t);
-      }
-      trees[c].emplace(std::move(triangles));
-    }
-    return *trees[c];
+  std::vector<std::optional<ChartTriangles>> charts_with_trees(count);
+  const auto of_chart = [&](std::size_t c) -> const ChartTriangles& {
+    if (!charts_with_trees[c]) charts_with_trees[c].emplace(faces[c], corner_uv);
+    return *charts_with_trees[c];
   };
   using Bounds = CGAL::Box_intersection_d::Box_with_handle_d<double, 2, const Box*>;
   std::vector<Bounds> boxes;
@@ -170,10 +133,8 @@ IslandOverlaps island_overlaps(const mesh::Components& charts, const Points2& co
       boxes.begin(), boxes.end(), [&](const Bounds& first, const Bounds& second) {
         if (result.pairs >= IslandOverlaps::kMostPairs) return;
         if (!share_area(*first.handle(), *second.handle())) return;
-        auto a = static_cast<std::size_t>(first.handle() - bounds.data());
-        auto b = static_cast<std::size_t>(second.handle() - bounds.data());
-        if (a > b) std::swap(a, b);
-        const auto found = tree(a).meets(tree(b));
+        const auto found = meeting(of_chart(at(first.handle() - bounds.data())),
+                                   of_chart(at(second.handle() - bounds.data())));
         if (!found) return;
         ++result.pairs;
         result.faces.push_back(found->first);

@@ -87,12 +87,13 @@ SortedCones sorted_cones(const mesh::SeparatedSurface& separated,
     for (; copy != origin.end() && *copy == v; ++copy)
       result.moved.emplace_back(static_cast<VertexId>(copy - origin.begin()), angle);
   }
+  sort_unique(result.unused);
   return result;
 }
 
 struct SortedLoops {
   std::vector<std::pair<std::vector<HalfedgeId>, Index>> moved;  // of the separated surface
-  std::vector<FaceId> collapsed;  // the first face of each that faces without a triangle are in
+  std::size_t collapsed = 0;  // so many pass faces without a triangle
 };
 
 // What turns to the left on faces that were turned over turns to the right on the surface.
@@ -114,7 +115,7 @@ SortedLoops sorted_loops(const mesh::SeparatedSurface& separated, std::size_t in
       const bool turned = separated.turned[at(moved.front() / 3)] != 0;
       result.moved.emplace_back(std::move(moved), turned ? -turns : turns);
     } else {
-      result.collapsed.push_back(loop.empty() ? kInvalid : loop.front() / 3);
+      ++result.collapsed;
     }
   }
   return result;
@@ -157,6 +158,15 @@ Certificate in_input_terms(const mesh::SeparatedSurface& separated, Certificate 
   return certificate;
 }
 
+// What is missed beside the separated surface: "<figure>: <count> of <what>".
+void add_failures(const char* figure, std::size_t count, const std::string& what,
+                  std::int64_t& counted, Certificate& certificate) {
+  counted = std::max<std::int64_t>(counted, 0) + static_cast<std::int64_t>(count);
+  if (count == 0) return;
+  certificate.ok = false;
+  certificate.failures.push_back(figure + (": " + std::to_string(count)) + " of " + what);
+}
+
 // G3 at corners of faces without a triangle, which no chart has.
 void judge_collapsed_pins(const std::vector<CornerPin>& pins, const CertifyRequest& request,
                           Certificate& certificate) {
@@ -169,42 +179,14 @@ void judge_collapsed_pins(const std::vector<CornerPin>& pins, const CertifyReque
     if (!met) missed.push_back(pin.corner / 3);
   }
   if (pins.empty()) return;
-  certificate.pin_failures = std::max<std::int64_t>(certificate.pin_failures, 0) +
-                             static_cast<std::int64_t>(missed.size());
-  if (missed.empty()) return;
-  certificate.ok = false;
-  certificate.failures.push_back("G3: " + std::to_string(missed.size()) +
-                                 " of the pins of faces that use a vertex twice are not met bit "
-                                 "for bit, first at face " +
-                                 face_id(missed.front()));
+  const std::string first = missed.empty() ? "" : face_id(missed.front());
+  add_failures(
+      "G3", missed.size(),
+      "the pins of faces that use a vertex twice are not met bit for bit, first at face " + first,
+      certificate.pin_failures, certificate);
   for (const FaceId f : missed) {
     if (certificate.failed_faces.size() < kMostElements) certificate.failed_faces.push_back(f);
   }
-}
-
-// G5 where there is no face to have an angle.
-void judge_unused_cones(std::vector<VertexId> unused, Certificate& certificate) {
-  if (unused.empty()) return;
-  sort_unique(unused);
-  certificate.cone_failures = std::max<std::int64_t>(certificate.cone_failures, 0) +
-                              static_cast<std::int64_t>(unused.size());
-  certificate.ok = false;
-  certificate.failures.push_back("G5: " + std::to_string(unused.size()) +
-                                 " of the vertices with a prescribed angle are used by no face "
-                                 "with a triangle, first vertex " +
-                                 vertex_id(unused.front()));
-}
-
-// G6 of loops through such faces: they are no strips. As others they are judged where G4 holds.
-void judge_collapsed_loops(const std::vector<FaceId>& first_faces, Certificate& certificate) {
-  const bool judged =
-      certificate.seam_failures == 0 && certificate.flips64 == 0 && certificate.flips32 == 0;
-  if (first_faces.empty() || !judged) return;
-  certificate.holonomy_failures = std::max<std::int64_t>(certificate.holonomy_failures, 0) +
-                                  static_cast<std::int64_t>(first_faces.size());
-  certificate.ok = false;
-  certificate.failures.push_back("G6: " + std::to_string(first_faces.size()) +
-                                 " of the loops pass faces that use a vertex twice");
 }
 
 // All edges of the separated surface on the input's.
@@ -256,8 +238,17 @@ Certificate judge(const mesh::SeparatedSurface& separated, const CertifyRequest&
   Certificate result = in_input_terms(separated, certify(own, context));
   if (result.feature_edges >= 0) result.feature_edges = request.features.rows();
   judge_collapsed_pins(pins.collapsed, request, result);
-  judge_unused_cones(std::move(cones.unused), result);
-  judge_collapsed_loops(loops.collapsed, result);
+  if (!cones.unused.empty())
+    add_failures("G5", cones.unused.size(),
+                 "the vertices with a prescribed angle are used by no face with a triangle, first "
+                 "vertex " +
+                     vertex_id(cones.unused.front()),
+                 result.cone_failures, result);
+  // Loops through such faces are no strips. As others they are judged where G4 holds.
+  if (loops.collapsed > 0 && result.seam_failures == 0 && result.flips64 == 0 &&
+      result.flips32 == 0)
+    add_failures("G6", loops.collapsed, "the loops pass faces that use a vertex twice",
+                 result.holonomy_failures, result);
   result.mends = separated.mends;
   return result;
 }
