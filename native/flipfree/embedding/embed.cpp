@@ -123,73 +123,67 @@ Size count_bad(const PlanarMap& map) {
   return bad;
 }
 
-class Ladder {
- public:
-  Ladder(Embedding& result, Index vertex_count, const std::vector<VertexId>& loop,
-         const Points2& boundary, const EmbedOptions& options, ExecutionContext& context,
-         Stats& stats)
-      : result_(result),
-        vertex_count_(vertex_count),
-        loop_(loop),
-        boundary_(boundary),
-        options_(options),
-        context_(context),
-        stats_(stats) {}
+struct Ladder {
+  Embedding& result;
+  Index vertex_count;
+  const std::vector<VertexId>& loop;
+  const Points2& boundary;
+  const EmbedOptions& options;
+  ExecutionContext& context;
+  Stats& stats;
+  double done = 0.0;  // how far the progress bar is
 
   void climb() {
-    if (options_.method == EmbedMethod::kProgressive) {
-      progressive(options_.initial != nullptr || options_.start_from_tutte);
+    if (options.method == EmbedMethod::kProgressive) {
+      progressive(options.initial != nullptr || options.start_from_tutte);
       return;
     }
-    if (first_map_holds() || options_.method == EmbedMethod::kTutte) return;
-    progressive(options_.initial != nullptr);
+    if (first_map_holds() || options.method == EmbedMethod::kTutte) return;
+    progressive(options.initial != nullptr);
   }
 
- private:
   PlanarMap start_map(const Points2& uv) {
-    context_.check();
-    PlanarMap map = make_planar_map(result_.faces, loop_, uv, options_.float32);
-    context_.check();
+    context.check();
+    PlanarMap map = make_planar_map(result.faces, loop, uv, options.float32);
+    context.check();
     require_positive_fixed_faces(map);
     return map;
   }
 
   // The initial map if there is one, else Tutte's: is it certified?
   bool first_map_holds() {
-    const bool tutte = options_.method == EmbedMethod::kTutte || options_.initial == nullptr;
+    const bool tutte = options.method == EmbedMethod::kTutte || options.initial == nullptr;
     const Stopwatch watch;
     const Points2 uv = tutte ? tutte_map() : initial_map();
-    stats_["seconds_tutte"] = watch.seconds();
+    stats["seconds_tutte"] = watch.seconds();
     const PlanarMap map = start_map(uv);
     const Size bad = count_bad(map);
-    stats_["tutte_flips"] = static_cast<std::int64_t>(bad);
-    done_ = kFirstShare;
-    result_.rung = tutte ? Rung::kTutte : Rung::kInitial;
-    result_.uv = options_.method == EmbedMethod::kTutte ? uv : map.uv;
+    stats["tutte_flips"] = static_cast<std::int64_t>(bad);
+    done = kFirstShare;
+    result.rung = tutte ? Rung::kTutte : Rung::kInitial;
+    result.uv = options.method == EmbedMethod::kTutte ? uv : map.uv;
     return bad == 0;
   }
 
   // Progressive embedding, from a map or from nothing; from nothing where the map leads nowhere.
   void progressive(bool from_map) {
-    const ProgressRange range(context_, done_, 1.0);
+    const ProgressRange range(context, done, 1.0);
     if (from_map) {
       const Outcome<bool> valid = attempt_part([&] {
-        PlanarMap map = start_map(options_.initial != nullptr ? initial_map() : tutte_map());
-        stats_["tutte_flips"] = static_cast<std::int64_t>(count_bad(map));
-        return finish(map, thorough(ProgressiveStart::kInitial));
+        PlanarMap map = start_map(options.initial != nullptr ? initial_map() : tutte_map());
+        stats["tutte_flips"] = static_cast<std::int64_t>(count_bad(map));
+        return finish(map, ProgressiveStart::kInitial);
       });
       if (valid && *valid) return;
-      if (!valid) stats_["restarts"] = std::int64_t{1};
+      if (!valid) stats["restarts"] = std::int64_t{1};
     }
-    const auto from_nothing = [&](const ProgressiveOptions& options) {
+    const Outcome<bool> valid = attempt([&] {
       PlanarMap map = start_map(boundary_only());
-      return finish(map, options);
-    };
-    Outcome<bool> valid =
-        attempt([&] { return from_nothing({.start = ProgressiveStart::kNothing}); });
+      return finish(map, ProgressiveStart::kNothing);
+    });
     if (!valid) {
       require_room_for_all();
-      valid = from_nothing(thorough(ProgressiveStart::kNothing));
+      throw NotConverged(valid.error());
     }
     if (!*valid) {
       throw_not_converged(ErrorCode::kCertificateFailed,
@@ -201,8 +195,8 @@ class Ladder {
   // the parts holds fewer grid points than it has inner vertices.
   void require_room_for_all() {
     const PlanarMap map = start_map(boundary_only());
-    const Triangles& faces = result_.faces;
-    const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count_, faces);
+    const Triangles& faces = result.faces;
+    const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, faces);
     const auto halfedges = static_cast<HalfedgeId>(faces.size());
     const auto fixed = [&](HalfedgeId h) {
       return map.mesh.is_boundary(mesh::source(faces, h)) &&
@@ -220,7 +214,7 @@ class Ladder {
         inner[parts.find(h / 3)].insert(mesh::source(faces, h));
     }
     for (const auto& [part, vertices] : inner) {
-      context_.check();
+      context.check();
       const std::map<VertexId, VertexId>& next = outline.at(part);
       Star ring;
       VertexId v = next.begin()->first;
@@ -239,56 +233,47 @@ class Ladder {
     for (const Vector2& p : ring.at) polygon.insert(polygon.end(), {p.x(), p.y()});
     throw_infeasible(ErrorCode::kNoRoomInPolygon,
                      "The polygon holds " + std::to_string(room.points) + " points with " +
-                         (options_.float32 ? "32-bit" : "64-bit") + " coordinates where " +
+                         (options.float32 ? "32-bit" : "64-bit") + " coordinates where " +
                          std::to_string(needed) + " inner vertices need one each. Make it wider " +
                          narrowest_extent(ring) + ", or move it to the origin.",
                      {"too few points",
                       {{"polygon", polygon},
                        {"points", {static_cast<double>(room.points)}},
                        {"needed", {static_cast<double>(needed)}},
-                       {"bits", {options_.float32 ? 32.0 : 64.0}}}});
+                       {"bits", {options.float32 ? 32.0 : 64.0}}}});
   }
 
-  bool finish(PlanarMap& map, const ProgressiveOptions& options) {
-    progressive_embedding(map, options, context_, stats_);
+  bool finish(PlanarMap& map, ProgressiveStart start) {
+    progressive_embedding(map, start, context);
     if (count_bad(map) > 0) return false;
-    result_.uv = map.uv;
-    result_.rung = Rung::kProgressive;
+    result.uv = map.uv;
+    result.rung = Rung::kProgressive;
     return true;
   }
 
   Points2 boundary_only() const {
-    Points2 uv = Points2::Zero(vertex_count_, 2);
-    for (Size i = 0; i < loop_.size(); ++i) uv.row(loop_[i]) = boundary_.row(static_cast<Index>(i));
+    Points2 uv = Points2::Zero(vertex_count, 2);
+    for (Size i = 0; i < loop.size(); ++i) uv.row(loop[i]) = boundary.row(static_cast<Index>(i));
     return uv;
   }
 
   Points2 tutte_map() {
-    const bool alone = options_.method == EmbedMethod::kTutte;
-    const ProgressRange range(context_, 0.0, alone ? 1.0 : kFirstShare);
-    return tutte_uniform(result_.faces, vertex_count_, loop_, boundary_, context_);
+    const bool alone = options.method == EmbedMethod::kTutte;
+    const ProgressRange range(context, 0.0, alone ? 1.0 : kFirstShare);
+    return tutte_uniform(result.faces, vertex_count, loop, boundary, context);
   }
 
   Points2 initial_map() const {
-    const Index given = static_cast<Index>(options_.initial->rows());
-    Points2 uv = Points2::Zero(vertex_count_, 2);
-    uv.topRows(given) = *options_.initial;
-    for (Size i = 0; i < loop_.size(); ++i) uv.row(loop_[i]) = boundary_.row(static_cast<Index>(i));
-    for (Size k = 0; k < result_.halved.size(); ++k) {
-      const auto& [a, b] = result_.halved[k];
+    const Index given = static_cast<Index>(options.initial->rows());
+    Points2 uv = Points2::Zero(vertex_count, 2);
+    uv.topRows(given) = *options.initial;
+    for (Size i = 0; i < loop.size(); ++i) uv.row(loop[i]) = boundary.row(static_cast<Index>(i));
+    for (Size k = 0; k < result.halved.size(); ++k) {
+      const auto& [a, b] = result.halved[k];
       uv.row(given + static_cast<Index>(k)) = 0.5 * uv.row(a) + 0.5 * uv.row(b);
     }
     return uv;
   }
-
-  Embedding& result_;
-  Index vertex_count_;
-  const std::vector<VertexId>& loop_;
-  const Points2& boundary_;
-  const EmbedOptions& options_;
-  ExecutionContext& context_;
-  Stats& stats_;
-  double done_ = 0.0;  // how far the progress bar is
 };
 
 }  // namespace
@@ -318,7 +303,7 @@ Embedding embed_disk_refined(const Triangles& faces, Index vertex_count,
   stats["added_vertices"] = static_cast<std::int64_t>(result.halved.size());
   context.check();
   const Index total = vertex_count + static_cast<Index>(result.halved.size());
-  Ladder(result, total, loop, boundary, options, context, stats).climb();
+  Ladder{result, total, loop, boundary, options, context, stats}.climb();
   report(result.rung, stats);
   stats["seconds_embedding"] = watch.seconds();
   context.report("embedding", 1.0);

@@ -16,11 +16,10 @@
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/measures.h"
 #include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/valid_map.h"
 #include "flipfree/embedding/disk/disk.h"
 #include "flipfree/embedding/embed.h"
-#include "flipfree/embedding/progressive/planar_map.h"
-#include "flipfree/embedding/progressive/progressive.h"
 #include "flipfree/embedding/tutte/tutte.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/refined/refined_surface.h"
@@ -151,8 +150,9 @@ Boundary placed_boundary(const mesh::Surface& surface, const EmbedSurfaceOptions
   return boundary;
 }
 
-Points2 corner_uv(const Triangles& faces, const Points2& uv) {
-  Points2 corners(faces.size(), 2);
+template <typename Points>
+Points corner_uv(const Triangles& faces, const Points& uv) {
+  Points corners(faces.size(), 2);
   for (CornerId c = 0; c < faces.size(); ++c) corners.row(c) = uv.row(faces.data()[c]);
   return corners;
 }
@@ -171,36 +171,11 @@ certify::CertifyRequest boundary_pins(const Triangles& faces, const Boundary& bo
   return request;
 }
 
-}  // namespace
-
-bool make_storable(const Triangles& faces, const std::vector<VertexId>& loop, Points2& uv,
-                   ExecutionContext& context, Stats& stats) {
-  PlanarMap map = make_planar_map(faces, loop, uv, true);
-  Size flips = 0;
-  for (FaceId f = 0; f < faces.rows(); ++f) flips += !map.positive(f);
-  stats["rounding_flips"] = static_cast<std::int64_t>(flips);
-  if (flips > 0) {
-    // Only what flips is repaired; small triangles are the optimiser's choice.
-    map.invalid_energy = HUGE_VAL;
-    const Outcome<bool> repaired = attempt_part([&] {
-      progressive_embedding(map, thorough(ProgressiveStart::kRepair), context, stats);
-      return true;
-    });
-    if (!repaired) return false;
-    for (FaceId f = 0; f < faces.rows(); ++f) {
-      if (!map.positive(f)) return false;
-    }
-  }
-  uv = map.uv;
-  return true;
-}
-
-namespace {
-
 // Lowers the distortion of `uv` with the boundary where it is, as far as time allows.
 void lower_distortion(const mesh::Surface& surface, const Boundary& boundary,
                       const EmbedSurfaceOptions& options, EmbedOptions embed, Rung rung,
-                      certify::Parametrization& map, Points2& uv, ExecutionContext& context) {
+                      certify::Parametrization& map, Points2& uv, Points2f& stored,
+                      ExecutionContext& context) {
   const auto n = static_cast<Index>(surface.vertices.rows());
   double energy = certify::symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, uv)).mean;
   if (!(energy < kPoorStart) && options.method == EmbedMethod::kLadder &&
@@ -219,6 +194,7 @@ void lower_distortion(const mesh::Surface& surface, const Boundary& boundary,
     if (other_energy < energy) {
       energy = other_energy;
       uv = other;
+      stored = other.cast<float>();
       report(Rung::kProgressive, map.stats);
     }
   }
@@ -231,12 +207,17 @@ void lower_distortion(const mesh::Surface& surface, const Boundary& boundary,
   distortion::Minimized descent = distortion::with_own_map(
       [&] { return distortion::minimize_distortion(map.surface, uv, minimize, context); });
   report(descent, map.stats);
-  Points2 better = std::move(descent.uv);
-  // Where floats are coarse, their grid can take more than the optimisation gave.
-  if (make_storable(map.surface.faces, boundary.loop, better, context, map.stats) &&
-      certify::symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, better)).mean <=
-          energy) {
-    uv = better;
+  // Where floats are coarse, rounding to them can take more than the optimisation gave.
+  const Triangles& faces = map.surface.faces;
+  Outcome<Points2f> rounded = attempt([&] {
+    return distortion::round_to_storage(faces, descent.uv, {.fixed = boundary.loop}, context,
+                                        map.stats);
+  });
+  if (rounded &&
+      certify::symmetric_dirichlet(map.surface, corner_uv(faces, Points2(rounded->cast<double>())))
+              .mean <= energy) {
+    uv = std::move(descent.uv);
+    stored = std::move(*rounded);
   } else {
     map.stats["optimisation_dropped"] = std::int64_t{1};
   }
@@ -306,15 +287,16 @@ certify::Parametrization embed_within(const mesh::Surface& surface,
   for (const auto& [a, b] : embedding.halved) refined.split_edge(refined.mesh.find(a, b));
   certify::set_refinement(map, refined);
   Points2 uv = embedding.uv;
+  Points2f stored = uv.cast<float>();
   if (options.optimise && options.method != EmbedMethod::kTutte) {
     const MapInHand embedded(context);
     improve_in_time(context, map.stats, [&] {
-      lower_distortion(surface, boundary, options, embed, embedding.rung, map, uv, context);
+      lower_distortion(surface, boundary, options, embed, embedding.rung, map, uv, stored, context);
     });
   }
   const Grace finishing(context);
   map.uv = corner_uv(map.surface.faces, uv);
-  map.uv32 = map.uv.cast<float>();
+  map.uv32 = corner_uv(map.surface.faces, stored);
   context.check();
   certify::certify_map(map, surface, boundary_pins(map.surface.faces, boundary), context);
   map.stats["seconds"] = watch.seconds();

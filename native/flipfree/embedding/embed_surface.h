@@ -40,10 +40,4 @@ certify::Parametrization embed_surface(const mesh::Surface& surface,
                                        const EmbedSurfaceOptions& options,
                                        ExecutionContext& context);
 
-// Inner vertices of a flip-free map in double moved to 32-bit floats, such that it is flip-free as
-// stored too: rounded to nearest, and where that flips, repaired by progressive embedding. False if
-// the repair failed; uv is then unchanged. Precondition: every face is positive in double.
-bool make_storable(const Triangles& faces, const std::vector<VertexId>& loop, Points2& uv,
-                   ExecutionContext& context, Stats& stats);
-
 }  // namespace flipfree::embedding

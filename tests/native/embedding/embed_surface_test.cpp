@@ -2,14 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <string>
 
 #include "embedding/disks.h"
 #include "flipfree/base/error.h"
-#include "flipfree/base/plane.h"
-#include "flipfree/distortion/energy/energy.h"
-#include "flipfree/embedding/tutte/tutte.h"
 
 namespace flipfree::embedding::embed_surface_test {
 namespace {
@@ -35,27 +31,6 @@ TEST(EmbedSurface, long_strips_are_embedded_without_new_vertices) {
       EXPECT_EQ(e.error().kind, ElementKind::kEdge);
     }
   }
-}
-
-// Triangles a few steps of the floats wide.
-TEST(MakeStorable, repairs_what_rounding_would_flip_and_leaves_the_boundary) {
-  const test::Disk disk = test::make_disk(test::grid(14, 14), BoundaryShape::kSquare);
-  ExecutionContext context;
-  Points2 uv =
-      tutte_uniform(disk.surface.faces, disk.vertex_count(), disk.loop, disk.boundary, context);
-  // Drawn together around a corner, where the floats stay as coarse.
-  for (VertexId v = 0; v < uv.rows(); ++v) {
-    if (std::find(disk.loop.begin(), disk.loop.end(), v) != disk.loop.end()) continue;
-    uv.row(v) = Eigen::RowVector2d(0.7, 0.6) + 3e-7 * uv.row(v);
-  }
-  EXPECT_TRUE(distortion::is_flip_free(disk.surface.faces, uv, context));
-  ASSERT_FALSE(distortion::is_flip_free(disk.surface.faces, as_stored(uv), context));
-  const Points2 before = uv;
-  Stats stats;
-  ASSERT_TRUE(make_storable(disk.surface.faces, disk.loop, uv, context, stats));
-  EXPECT_TRUE(distortion::is_flip_free(disk.surface.faces, uv, context));
-  EXPECT_TRUE(distortion::is_flip_free(disk.surface.faces, as_stored(uv), context));
-  for (const VertexId v : disk.loop) EXPECT_EQ(uv.row(v), before.row(v));
 }
 
 }  // namespace

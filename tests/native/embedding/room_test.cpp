@@ -28,7 +28,7 @@ Ring ring_of(const Points2& places) {
   Points2 uv(n + 1, 2);
   uv << places, places.row(0);
   Ring ring{make_planar_map(faces, loop, uv, true), {}};
-  gather_star(ring.map, n, ring.star);
+  gather_star(ring.map, ring.map.mesh.outgoing(n), ring.star);
   return ring;
 }
 

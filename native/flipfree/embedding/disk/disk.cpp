@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <numbers>
 #include <numeric>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include "flipfree/base/error.h"
@@ -48,23 +46,6 @@ bool winds_once(const Points2& p) {
   return passes == 1;
 }
 
-// Integers held in doubles: all stay far below 2^53.
-struct LatticeVector {
-  double x = 0.0;
-  double y = 0.0;
-};
-
-// The vector with the smallest coordinates whose slope y / x lies in the open interval (low, high),
-// 0 <= low < high: walk down the Stern-Brocot tree by continued fractions.
-LatticeVector simplest_slope(double low, double high) {
-  const double whole = std::floor(low);
-  if (whole + 1 < high) return {1.0, whole + 1};
-  // Both slopes lie in [whole, whole + 1]: strip the whole part and take reciprocals.
-  const double new_high = low > whole ? 1 / (low - whole) : 1e300;
-  const LatticeVector inner = simplest_slope(1 / (high - whole), new_high);
-  return {inner.y, inner.x + whole * inner.y};
-}
-
 Points2 exact_circle_points(const std::vector<double>& fractions) {
   const Index n = static_cast<Index>(fractions.size());
   Points2 points(n, 2);
@@ -80,71 +61,12 @@ Points2 circle_points(const std::vector<double>& fractions) {
   return as_stored(exact_circle_points(fractions));
 }
 
-// Strictly convex polygon of `count` >= 3 points near the unit circle whose coordinates are
-// multiples of 2^-24, all edges of nearly equal length. Works up to at least 100 000 points (Jarnik
-// 1925: a convex lattice polygon in a square of N has at most c N^(2/3) vertices); beyond that
-// returns an empty matrix.
-Points2 lattice_circle(Index count) {
-  // A quarter of the edges as integer vectors with strictly increasing direction, repeated by
-  // quarter turns, closes by itself. Dropping points keeps strict convexity, so counts that are no
-  // multiple of 4 are no problem. Edge i is a multiple of the shortest integer vector with a
-  // direction in the i-th part of the quarter.
-  const Index quarter = std::max<Index>(1, (count + 3) / 4);
-  const double step = kPi / 2 / quarter;
-  std::vector<LatticeVector> edges(static_cast<std::size_t>(quarter));
-  for (Index i = 0; i < quarter; ++i) {
-    const double low = std::tan(step * i);
-    const double high = i + 1 == quarter ? 1e300 : std::tan(step * (i + 1));
-    edges[static_cast<std::size_t>(i)] = simplest_slope(low, high);
-  }
-  double radius = 0x1.fp22;  // in units of 2^-23
-  double perimeter = 0.0;
-  const auto scaled = [&](const LatticeVector& v, double length) {
-    return std::max(1.0, std::round(length / std::hypot(v.x, v.y)));
-  };
-  for (const LatticeVector& v : edges) perimeter += std::hypot(v.x, v.y) * scaled(v, step * radius);
-  radius *=
-      std::min(1.0, step * quarter * radius / perimeter);  // rounding up must not leave the grid
-  for (LatticeVector& v : edges) {
-    const double factor = scaled(v, step * radius);
-    v = {v.x * factor, v.y * factor};
-  }
-  double qx = 0;
-  double qy = 0;
-  for (const auto& [x, y] : edges) {
-    qx += x;
-    qy += y;
-  }
-  // First point P with the quarter turn of P equal to P + (qx, qy); in units of 2^-24, edges
-  // doubled to stay integer.
-  double x = qy - qx;
-  double y = -(qx + qy);
-  Points2 all(4 * quarter, 2);
-  for (Index i = 0; i < 4 * quarter; ++i) {
-    all(i, 0) = x * 0x1p-24;
-    all(i, 1) = y * 0x1p-24;
-    auto [ex, ey] = edges[static_cast<std::size_t>(i % quarter)];
-    for (Index turn = 0; turn < i / quarter; ++turn) std::tie(ex, ey) = std::pair(-ey, +ex);
-    x += 2 * ex;
-    y += 2 * ey;
-  }
-  Points2 points(count, 2);
-  for (Index i = 0; i < count; ++i) {
-    points.row(i) =
-        all.row(static_cast<Index>(static_cast<std::int64_t>(i) * (4 * quarter) / count));
-  }
-  if (points != as_stored(points) || !is_strictly_convex(points)) return {};
-  return points;
-}
-
 Points2 place_circle(const std::vector<double>& lengths) {
   for (const double share : {0.02, 0.1, 0.3, 0.6}) {
     Points2 points = circle_points(raised(lengths, share));
     if (is_strictly_convex(points)) return points;
   }
-  Points2 points = lattice_circle(static_cast<Index>(lengths.size()));
-  if (points.rows() > 0) return points;
-  return exact_circle_points(raised(lengths, 0.02));  // more points than the grid has corners
+  return exact_circle_points(raised(lengths, 0.02));
 }
 
 // Index of the point in each corner of a polygon with equal sides: nearest by arc length, at least

@@ -11,9 +11,9 @@ namespace flipfree::embedding {
 // polygon.
 //
 // Polygons that are ours to choose are chosen so that they survive storage: every coordinate is a
-// 32-bit float (held in a double), neighbouring points are distinct, and the circle is strictly
-// convex by exact test, also with 100 000 points; beyond what the grid of 32-bit numbers has
-// corners for, its points are 64-bit numbers. Positions run counter-clockwise, the surface on the
+// 32-bit float (held in a double) and neighbouring points are distinct. The circle is strictly
+// convex by exact test; where 32-bit numbers hold no such points near where they belong (beyond
+// some thousand), they are 64-bit numbers. Positions run counter-clockwise, the surface on the
 // left.
 
 enum class BoundaryShape { kCircle, kSquare, kTriangle };

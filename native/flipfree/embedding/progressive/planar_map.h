@@ -53,6 +53,16 @@ class PlanarMesh {
   HalfedgeId rotate(HalfedgeId h) const { return opposite(previous_corner(h)); }
   // An outgoing half-edge; for a boundary vertex the first of its fan.
   HalfedgeId outgoing(VertexId v) const { return outgoing_[static_cast<std::size_t>(v)]; }
+  // visit(h) for the half-edges that leave v, counter-clockwise, from `first` on.
+  template <typename Visit>
+  void for_each_outgoing(HalfedgeId first, const Visit& visit) const {
+    HalfedgeId h = first;
+    do {
+      const HalfedgeId next = rotate(h);
+      visit(h);
+      h = next;
+    } while (h != first && h != kInvalid);
+  }
   bool is_boundary(VertexId v) const { return boundary_[static_cast<std::size_t>(v)] != 0; }
   bool is_alive(FaceId f) const { return alive_[static_cast<std::size_t>(f)] != 0; }
   // Number of neighbours.
@@ -137,15 +147,11 @@ inline double triangle_energy(const Vector2& a, const Vector2& b, const Vector2&
   return s / (std::sqrt(3.0) * d0) * (1 + ratio * ratio);
 }
 
-inline double face_energy(const PlanarMap& map, FaceId f) {
-  return triangle_energy(map.at(map.mesh.source(3 * f)), map.at(map.mesh.source(3 * f + 1)),
-                         map.at(map.mesh.source(3 * f + 2)),
-                         map.unit * map.share[static_cast<std::size_t>(f)]);
-}
-
 // Thesis 3.2.2: neither flipped (exact, as given and as stored) nor worse than invalid_energy.
 inline bool is_valid_face(const PlanarMap& map, FaceId f) {
-  return map.positive(f) && face_energy(map, f) < map.invalid_energy;
+  const auto corner = [&](Index k) { return map.at(map.mesh.source(3 * f + k)); };
+  return map.positive(f) && triangle_energy(corner(0), corner(1), corner(2),
+                                            map.unit * map.share[at(f)]) < map.invalid_energy;
 }
 
 // Map of a whole disk: positions copied, inner ones snapped, all shares 1.

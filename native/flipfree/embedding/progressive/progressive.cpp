@@ -95,13 +95,10 @@ void collapse_vertex(PlanarMap& map, HalfedgeId h) {
   const HalfedgeId g = map.mesh.opposite(h);
   const double vanishing = share(map, h) + share(map, g);
   double total = 0.0;
-  HalfedgeId k = h;
-  do {
-    total += share(map, k);
-    k = map.mesh.rotate(k);
-  } while (k != h);
+  map.mesh.for_each_outgoing(h, [&](HalfedgeId k) { total += share(map, k); });
   const double factor = total / (total - vanishing);
-  for (k = map.mesh.rotate(h); k / 3 != g / 3; k = map.mesh.rotate(k)) share(map, k) *= factor;
+  for (HalfedgeId k = map.mesh.rotate(h); k / 3 != g / 3; k = map.mesh.rotate(k))
+    share(map, k) *= factor;
   map.mesh.collapse(h);
 }
 
@@ -243,12 +240,9 @@ class Simplifier {
       centre_in_kernel(map_, v0, star_);
     }
     // Its star may be invalid now, or stuck faces in it may have become collapsible.
-    const HalfedgeId first = map_.mesh.outgoing(v0);
-    HalfedgeId h = first;
-    do {
-      if (state_[static_cast<Size>(h / 3)] == kStuck || !is_valid_face(map_, h / 3)) enqueue(h / 3);
-      h = map_.mesh.rotate(h);
-    } while (h != first);
+    map_.mesh.for_each_outgoing(map_.mesh.outgoing(v0), [&](HalfedgeId h) {
+      if (state_[at(h / 3)] == kStuck || !is_valid_face(map_, h / 3)) enqueue(h / 3);
+    });
     return true;
   }
 
@@ -333,21 +327,15 @@ void collapse_all(PlanarMap& map, CollapseRecord& record, ExecutionContext& cont
       // Into the neighbour of lowest degree that the link condition allows.
       HalfedgeId best = kInvalid;
       const HalfedgeId first = map.mesh.outgoing(v);
-      HalfedgeId h = first;
-      do {
+      map.mesh.for_each_outgoing(first, [&](HalfedgeId h) {
         const VertexId w = map.mesh.target(h);
         if ((best == kInvalid || map.mesh.degree(w) < map.mesh.degree(map.mesh.target(best))) &&
-            map.mesh.can_collapse(h)) {
+            map.mesh.can_collapse(h))
           best = h;
-        }
-        h = map.mesh.rotate(h);
-      } while (h != first);
+      });
       if (best == kInvalid) continue;
-      h = first;
-      do {
-        blocked[static_cast<Size>(map.mesh.target(h))] = round;
-        h = map.mesh.rotate(h);
-      } while (h != first);
+      map.mesh.for_each_outgoing(first,
+                                 [&](HalfedgeId h) { blocked[at(map.mesh.target(h))] = round; });
       collapse_vertex(map, best);
       record.push_back(best);
       removed[static_cast<Size>(v)] = 1;
@@ -361,11 +349,6 @@ void collapse_all(PlanarMap& map, CollapseRecord& record, ExecutionContext& cont
 }
 
 // Phase 2 of progressive embedding: put one vertex back (thesis 3.2.2, Algorithm 2, Lemma 3.11).
-
-// Scratch of insert_vertex, reused between calls.
-struct InsertScratch {
-  Star star;  // of the vertex that is to be placed
-};
 
 constexpr double kStep = 0.8;   // thesis 3.2.2
 constexpr int kMaxSteps = 75;   // thesis 3.2.2
@@ -388,24 +371,10 @@ double worst_energy(const Star& star, const Vector2& p) {
 }
 
 // Places `mover`, one end of the edge of the half-edge g = (mover -> stayer), whose ends both lie
-// at p0 = the stayer's position.
-bool place_mover(PlanarMap& map, HalfedgeId g, InsertScratch& scratch) {
-  const VertexId mover = map.mesh.source(g);
-  const VertexId stayer = map.mesh.target(g);
-  const Vector2 p0 = map.at(stayer);
-  // Ring of the mover in counter-clockwise order, starting with the stayer.
-  Star& star = scratch.star;
-  star.ring.clear();
-  star.at.clear();
-  star.target.clear();
-  HalfedgeId h = g;
-  do {
-    const VertexId w = map.mesh.target(h);
-    star.ring.push_back(w);
-    star.at.push_back(w == stayer ? p0 : map.at(w));
-    star.target.push_back(2 * map.unit * map.share[static_cast<Size>(h / 3)]);
-    h = map.mesh.rotate(h);
-  } while (h != g);
+// at p0 = the stayer's position. `star`: reused between calls.
+bool place_mover(PlanarMap& map, HalfedgeId g, Star& star) {
+  const Vector2 p0 = map.at(map.mesh.target(g));
+  gather_star(map, g, star);  // from the stayer on
 
   // Goals: inner vertices of the fan and midpoints of its edges; its ends lie on the border of the
   // sector.
@@ -454,7 +423,7 @@ bool place_mover(PlanarMap& map, HalfedgeId g, InsertScratch& scratch) {
     try_goal(k % 2 == 0 ? Vector2((star.at[i] + star.at[i + 1]) / 2) : star.at[i + 1]);
   }
   if (!(best_energy < HUGE_VAL)) return false;
-  map.move(mover, best);
+  map.move(map.mesh.source(g), best);
   return true;
 }
 
@@ -467,7 +436,7 @@ bool place_mover(PlanarMap& map, HalfedgeId g, InsertScratch& scratch) {
 // False if there is none: connectivity and positions are then as before the call.
 // Precondition: the star of v0 is positive. Guarantee: the stars of both vertices are positive on
 // success.
-bool insert_vertex(PlanarMap& map, HalfedgeId h, InsertScratch& scratch) {
+bool insert_vertex(PlanarMap& map, HalfedgeId h, Star& star) {
   const VertexId m = map.mesh.source(h);
   const HalfedgeId g = map.mesh.opposite(h);
   const VertexId v0 = map.mesh.target(h);
@@ -478,8 +447,8 @@ bool insert_vertex(PlanarMap& map, HalfedgeId h, InsertScratch& scratch) {
   map.move(m, p0);
   // m's fan runs from a counter-clockwise to b.
   const bool m_moves = angle < std::numbers::pi;
-  if (place_mover(map, m_moves ? h : g, scratch)) return true;
-  if (place_mover(map, m_moves ? g : h, scratch)) return true;
+  if (place_mover(map, m_moves ? h : g, star) || place_mover(map, m_moves ? g : h, star))
+    return true;
   map.move(v0, p0);
   map.move(m, before);
   collapse_vertex(map, h);
@@ -487,61 +456,55 @@ bool insert_vertex(PlanarMap& map, HalfedgeId h, InsertScratch& scratch) {
 }
 
 constexpr int kMaxRetries = 4;
-constexpr double kLeastInvalidEnergy = 1e2;
+// How much is smoothed.
+struct Effort {
+  // Whole-mesh sweeps, run each time the mesh has grown by `growth`, and at the end.
+  int sweeps;
+  double growth;
+  int final_sweeps;
+  // Around each insertion: at most this many Newton steps per edge of the new vertex (thesis: 10
+  // iterations over the whole mesh); a vertex that moved less than `settled` star sizes does not
+  // wake its neighbours.
+  Size local_steps;
+  double settled;
+};
+constexpr Effort kOrdinaryEffort{2, 1.5, 5, 2, 0.3};
+// From starts that are far from a good map.
+constexpr Effort kThoroughEffort{3, 1.25, 10, 10, 0.1};
 
 // Inner vertices within `rings` edges of v.
-std::vector<VertexId> neighbourhood(const PlanarMap& map, VertexId v, int rings,
-                                    std::vector<Index>& mark, Index stamp) {
+std::vector<VertexId> neighbourhood(const PlanarMap& map, VertexId v, int rings) {
   std::vector<VertexId> found{v};
-  mark[static_cast<Size>(v)] = stamp;
-  Size begin = 0;
   for (int ring = 0; ring < rings; ++ring) {
-    const Size end = found.size();
-    for (; begin < end; ++begin) {
-      const HalfedgeId first = map.mesh.outgoing(found[begin]);
-      HalfedgeId h = first;
-      do {
-        const VertexId w = map.mesh.target(h);
-        if (!map.mesh.is_boundary(w) && mark[static_cast<Size>(w)] != stamp) {
-          mark[static_cast<Size>(w)] = stamp;
-          found.push_back(w);
-        }
-        h = map.mesh.rotate(h);
-      } while (h != first);
+    for (Size i = found.size(); i-- > 0;) {
+      map.mesh.for_each_outgoing(map.mesh.outgoing(found[i]), [&](HalfedgeId h) {
+        if (!map.mesh.is_boundary(map.mesh.target(h))) found.push_back(map.mesh.target(h));
+      });
     }
+    sort_unique(found);
   }
   return found;
 }
 
 }  // namespace
 
-void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
-                           ExecutionContext& context, Stats& stats) {
-  Stopwatch watch;
+void progressive_embedding(PlanarMap& map, ProgressiveStart start, ExecutionContext& context) {
+  const Effort& effort = start == ProgressiveStart::kInitial ? kThoroughEffort : kOrdinaryEffort;
   CollapseRecord record;
-  if (options.start == ProgressiveStart::kNothing) {
+  if (start == ProgressiveStart::kNothing) {
     const ProgressRange range(context, 0.0, 0.2);
     collapse_all(map, record, context);
   } else {
     collapse_invalid(map, record, context);
   }
-  stats["collapses"] = static_cast<std::int64_t>(record.size());
-  stats["seconds_simplify"] = watch.seconds();
-  watch.restart();
 
   std::vector<VertexId> alive = vertices_left(map, record);
   const Size total = record.size();
-  const bool local_only = options.start == ProgressiveStart::kRepair;
-  if (!local_only) smooth_sweeps(map, alive, options.final_sweeps, options.settled / 10, context);
-  Size next_sweep = static_cast<Size>(static_cast<double>(alive.size()) * options.growth) + 1;
+  smooth_sweeps(map, alive, effort.final_sweeps, effort.settled / 10, context);
+  Size next_sweep = static_cast<Size>(static_cast<double>(alive.size()) * effort.growth) + 1;
 
-  InsertScratch scratch;
+  Star star;
   SmoothingQueue queue(map.mesh.vertex_count());
-  std::vector<Index> mark(static_cast<Size>(map.mesh.vertex_count()), kInvalid);
-  Index stamp = 0;
-  std::int64_t retries = 0;
-  std::int64_t recollapses = 0;
-  bool from_nothing = options.start == ProgressiveStart::kNothing;
   while (!record.empty()) {
     const HalfedgeId h = record.back();
     const VertexId v0 = map.mesh.target(h);
@@ -550,57 +513,31 @@ void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
                      0.2 + 0.7 * std::max(0.0, 1.0 - static_cast<double>(record.size()) /
                                                          static_cast<double>(total)));
     }
-    bool inserted = insert_vertex(map, h, scratch);
+    bool inserted = insert_vertex(map, h, star);
     for (int attempt = 0; !inserted && attempt < kMaxRetries; ++attempt) {
       // Algorithm 2, line 11: improve the quality and try again, over ever more rings.
-      ++retries;
-      const std::vector<VertexId> around = neighbourhood(map, v0, 2 + 2 * attempt, mark, stamp++);
-      smooth_sweeps(map, around, 50, 1e-3, context);
-      inserted = insert_vertex(map, h, scratch);
+      smooth_sweeps(map, neighbourhood(map, v0, 2 + 2 * attempt), 50, 1e-3, context);
+      inserted = insert_vertex(map, h, star);
     }
     if (!inserted) {
-      // The surroundings are too small for the grid, and smoothing opens them too slowly. Collapse
-      // what is small, smooth the coarser map, where that is cheap, and come back to this insertion
-      // later: the record is a stack.
-      if (from_nothing) {
-        throw_not_converged(ErrorCode::kIterationLimit,
-                            "Vertex " + vertex_id(map.mesh.source(h)) +
-                                " found no valid position beside vertex " + vertex_id(v0) + ".",
-                            ElementKind::kVertex, {map.mesh.source(h), v0});
-      }
-      const Size before = record.size();
-      if (map.invalid_energy > kLeastInvalidEnergy) {
-        map.invalid_energy =
-            std::max(kLeastInvalidEnergy, std::min(map.invalid_energy, kInvalidEnergyDouble) / 1e4);
-        collapse_invalid(map, record, context);
-      } else {
-        collapse_all(map, record, context);
-        from_nothing = true;
-      }
-      recollapses += static_cast<std::int64_t>(record.size() - before);
-      alive = vertices_left(map, record);
-      smooth_sweeps(map, alive, options.final_sweeps, 1e-3, context);
-      next_sweep = static_cast<Size>(static_cast<double>(alive.size()) * options.growth) + 1;
-      continue;
+      throw_not_converged(ErrorCode::kIterationLimit,
+                          "Vertex " + vertex_id(map.mesh.source(h)) +
+                              " found no valid position beside vertex " + vertex_id(v0) + ".",
+                          ElementKind::kVertex, {map.mesh.source(h), v0});
     }
     record.pop_back();
     const VertexId m = map.mesh.source(h);
     alive.push_back(m);
     queue.push_star(map, m);
     queue.push_star(map, v0);
-    queue.run(map,
-              static_cast<Size>(options.local_steps) *
-                  static_cast<Size>(std::min<Index>(16, map.mesh.degree(m))),
-              options.settled);
-    if (!local_only && alive.size() >= next_sweep) {
-      smooth_sweeps(map, alive, options.sweeps, options.settled / 10, context);
-      next_sweep = static_cast<Size>(static_cast<double>(alive.size()) * options.growth) + 1;
+    queue.run(map, effort.local_steps * static_cast<Size>(std::min<Index>(16, map.mesh.degree(m))),
+              effort.settled);
+    if (alive.size() >= next_sweep) {
+      smooth_sweeps(map, alive, effort.sweeps, effort.settled / 10, context);
+      next_sweep = static_cast<Size>(static_cast<double>(alive.size()) * effort.growth) + 1;
     }
   }
-  if (!local_only) smooth_sweeps(map, alive, options.final_sweeps, options.settled / 10, context);
-  stats["insertion_retries"] = retries;
-  stats["recollapses"] = recollapses;
-  stats["seconds_insert"] = watch.seconds();
+  smooth_sweeps(map, alive, effort.final_sweeps, effort.settled / 10, context);
 }
 
 }  // namespace flipfree::embedding

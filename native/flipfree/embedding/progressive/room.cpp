@@ -126,32 +126,21 @@ class RoomFinder {
     if (inside.empty()) return;
     if (slope == 0.0) {
       if (!positive(inside.low)) inside.high = inside.low - 1;
-    } else if (slope > 0.0) {
-      // First admissible value.
-      if (!positive(inside.high)) {
-        inside.low = inside.high + 1;
-        return;
-      }
-      std::int64_t bad = inside.low - 1;
-      std::int64_t good = inside.high;
-      while (count({bad, good}) > 2) {
-        const std::int64_t middle = between(bad, good);
-        (positive(middle) ? good : bad) = middle;
-      }
-      inside.low = good;
-    } else {
-      if (!positive(inside.low)) {
-        inside.high = inside.low - 1;
-        return;
-      }
-      std::int64_t good = inside.low;
-      std::int64_t bad = inside.high + 1;
-      while (count({good, bad}) > 2) {
-        const std::int64_t middle = between(good, bad);
-        (positive(middle) ? good : bad) = middle;
-      }
-      inside.high = good;
+      return;
     }
+    // The last admissible value on the side where they end.
+    const bool rises = slope > 0.0;
+    std::int64_t good = rises ? inside.high : inside.low;
+    std::int64_t bad = rises ? inside.low - 1 : inside.high + 1;
+    if (!positive(good)) {
+      inside.high = inside.low - 1;
+      return;
+    }
+    while (count({std::min(good, bad), std::max(good, bad)}) > 2) {
+      const std::int64_t middle = between(std::min(good, bad), std::max(good, bad));
+      (positive(middle) ? good : bad) = middle;
+    }
+    (rises ? inside.low : inside.high) = good;
   }
 
   const PlanarMap& map_;

@@ -116,19 +116,15 @@ Size far_stride(Size n) {
 
 }  // namespace
 
-void gather_star(const PlanarMap& map, VertexId v, Star& star) {
+void gather_star(const PlanarMap& map, HalfedgeId first, Star& star) {
   star.ring.clear();
   star.at.clear();
   star.target.clear();
-  const HalfedgeId first = map.mesh.outgoing(v);
-  HalfedgeId h = first;
-  do {
-    const VertexId w = map.mesh.target(h);
-    star.ring.push_back(w);
-    star.at.push_back(map.at(w));
-    star.target.push_back(2 * map.unit * map.share[static_cast<Size>(h / 3)]);
-    h = map.mesh.rotate(h);
-  } while (h != first);
+  map.mesh.for_each_outgoing(first, [&](HalfedgeId h) {
+    star.ring.push_back(map.mesh.target(h));
+    star.at.push_back(map.at(star.ring.back()));
+    star.target.push_back(2 * map.unit * map.share[at(h / 3)]);
+  });
 }
 
 bool star_positive(const PlanarMap& map, const Star& star, const Vector2& p) {
@@ -150,7 +146,7 @@ namespace {
 // One safeguarded Newton step for v, whose star must be positive. Returns how far v went in units
 // of its star's smallest edge (0: converged or stuck).
 double improve_vertex(PlanarMap& map, VertexId v, Star& star) {
-  gather_star(map, v, star);
+  gather_star(map, map.mesh.outgoing(v), star);
   const Vector2 p = map.at(v);
   const Quadratic e = expand(star, p);
   if (!std::isfinite(e.value)) return centre_in_kernel(map, v, star) ? 1.0 : 0.0;
@@ -172,7 +168,7 @@ double improve_vertex(PlanarMap& map, VertexId v, Star& star) {
 }  // namespace
 
 bool centre_in_kernel(PlanarMap& map, VertexId v, Star& star) {
-  gather_star(map, v, star);
+  gather_star(map, map.mesh.outgoing(v), star);
   if (star.ring.size() > kSmallRing) {
     // Clipping is quadratic; the ring of a hub often is convex, or star-shaped around its mean.
     Vector2 mean = Vector2::Zero();
@@ -253,12 +249,8 @@ void smooth_sweeps(PlanarMap& map, const std::vector<VertexId>& vertices, int sw
 void SmoothingQueue::push_star(const PlanarMap& map, VertexId v) {
   if (map.mesh.degree(v) > kMaxQueuedDegree) return;
   push(map, v);
-  const HalfedgeId first = map.mesh.outgoing(v);
-  HalfedgeId h = first;
-  do {
-    push(map, map.mesh.target(h));
-    h = map.mesh.rotate(h);
-  } while (h != first && h != kInvalid);
+  map.mesh.for_each_outgoing(map.mesh.outgoing(v),
+                             [&](HalfedgeId h) { push(map, map.mesh.target(h)); });
 }
 
 void SmoothingQueue::run(PlanarMap& map, std::size_t steps, double tolerance) {

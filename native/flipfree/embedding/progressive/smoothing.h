@@ -22,7 +22,8 @@ struct Star {
   std::vector<Vector2> at;
   std::vector<double> target;  // twice the target area D0 of triangle i
 };
-void gather_star(const PlanarMap& map, VertexId v, Star& star);
+// The ring begins with the target of `first`.
+void gather_star(const PlanarMap& map, HalfedgeId first, Star& star);
 
 // Is every triangle of the star with its centre v at p positive (exact, as given and as stored)? v
 // itself is not read.
