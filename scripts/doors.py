@@ -25,7 +25,7 @@ PACKAGE = ROOT / "native" / "python" / "flipfree"
 #: package, or of its results | operator without "uv.flipfree_" | of both command lines, or of Blender's and of Python's
 _ROWS = """
 [disk onto a convex polygon](method/pins.md#embedding) | 3.2 | embedding/embed_surface embed_surface | embed | embed | embed
-[pins, lines, outlines](method/pins.md) | 3.3 | matchmaker/match match_piece | match | match | match
+[pins, lines, outlines](method/pins.md) | 3.3 | matchmaker/match match | match | match | match
 [one surface onto another](match-pins.md#transfer) | 3.4.1 | python/flipfree/points.py compose | compose | transfer | transfer
 conformal metric | 4.3, 4.4 | conformal/metric compute_refined_metric | conformal_metric | conformal | conformal
 [conformal map](method/conformal.md) | 4.5 | conformal/map conformal_map | conformal | conformal | conformal

@@ -62,8 +62,7 @@ void fuzz_pins(Bytes bytes) {
   options.max_seconds = 10.0;
   ExecutionContext context;
   certify::Parametrization map;
-  if (!allowed([&] { map = matchmaker::match_piece(surface, request, options, context); },
-               &surface))
+  if (!allowed([&] { map = matchmaker::match(surface, request, options, context); }, &surface))
     return;
 
   require(map.certificate.ok, "a map without a certificate");

@@ -80,7 +80,7 @@ bool homotopy_applies(const Problem& problem) {
          (!constraints.edges.empty() || sharp_turning(constraints.outline) < kMostTurning);
 }
 
-std::optional<Solution> by_matchmaker(const Problem& problem, double, ExecutionContext& context,
+std::optional<Solution> by_matchmaker(const Problem& problem, ExecutionContext& context,
                                       Stats& stats) {
   return Solution{guaranteed(problem.surface, problem.constraints, problem.constraints.one_to_one,
                              context, stats),
@@ -101,25 +101,23 @@ bool lines_are_whole(const mesh::RefinedSurface& surface, const Constraints& con
 }
 
 struct Way {
-  std::optional<Solution> (*run)(const Problem&, double share, ExecutionContext&, Stats&);
+  std::optional<Solution> (*run)(const Problem&, ExecutionContext&, Stats&);
   double progress;  // of the bar, against the others
-  bool named;       // is asked for alone
 };
 
 // Those for this problem, in the order in which they are tried: all that apply, or the one that is
 // asked for by name. Where that is not for such problems, the guarantee.
 std::vector<Way> ways_for(const Problem& problem) {
   const MatchEngine engine = problem.options.engine;
+  const bool all = engine == MatchEngine::kAuto;
   std::vector<Way> ways;
-  if (continuation_applies(problem))
-    ways.push_back(
-        {by_continuation, 6, engine == MatchEngine::kFirstTry || engine == MatchEngine::kArms});
-  if (homotopy_applies(problem)) ways.push_back({by_homotopy, 10, engine == MatchEngine::kOutline});
-  ways.push_back({by_matchmaker, 0.5, engine == MatchEngine::kMatchmaker});
-  if (engine == MatchEngine::kAuto) return ways;
-  const auto named =
-      std::find_if(ways.begin(), ways.end() - 1, [](const Way& way) { return way.named; });
-  return {*named};
+  if (continuation_applies(problem) &&
+      (all || engine == MatchEngine::kFirstTry || engine == MatchEngine::kArms))
+    ways.push_back({by_continuation, 6});
+  if (homotopy_applies(problem) && (all || engine == MatchEngine::kOutline))
+    ways.push_back({by_homotopy, 10});
+  if (all || ways.empty()) ways.push_back({by_matchmaker, 0.5});
+  return ways;
 }
 
 [[noreturn]] void refuse_problem(MatchEngine engine) {
@@ -150,10 +148,12 @@ Solution solve(const Problem& problem, ExecutionContext& context, Stats& stats) 
   std::int64_t out_of_time = 0;
   for (const Way& way : ways) {
     const ProgressRange range(context, done / all, (done + way.progress) / all);
-    const double share = ways.size() == 1 ? 1.0 : kShareOfWay;
     std::optional<Solution> solution;
-    const bool in_time =
-        ended_in_time(context, [&] { solution = way.run(problem, share, context, stats); });
+    const bool in_time = ended_in_time(context, [&] {
+      const TimeLimit limit(context,
+                            (&way == &ways.back() ? 1.0 : kShareOfWay) * context.seconds_left());
+      solution = way.run(problem, context, stats);
+    });
     if (!in_time) stats["ways_out_of_time"] = ++out_of_time;
     if (solution && lines_are_whole(solution->map.surface, problem.constraints)) {
       debug_check("solve", [&] { return find_broken(solution->map); });
@@ -225,77 +225,6 @@ Points2f stored(mesh::RefinedMap& map, const Constraints& constraints, const Mat
   lower_distortion(map, constraints, options, bijective, context, stats);
   return store();
 }
-
-// A map, and the vertices whose places are prescribed.
-struct Matched {
-  certify::Parametrization map;
-  std::vector<VertexId> held;
-};
-
-Matched match_in_time(const mesh::Surface& surface, const MatchRequest& request,
-                      const MatchOptions& options, ExecutionContext& context) {
-  mesh::ValidateOptions validation;
-  validation.require_disk = true;
-  mesh::validate(surface, validation, context);
-  Stats stats;
-  stats["time_limit_reached"] = std::int64_t{0};
-  const Stopwatch watch;
-  mesh::RefinedSurface refined = mesh::make_refined_surface(surface);
-  Constraints constraints = read_constraints(
-      refined, request, options.bijective ? SelfOverlaps::kRefused : SelfOverlaps::kAllowed);
-  constraints.one_to_one = options.bijective && constraints.free_boundary();
-  // A boundary that moves away from a simple outline stays simple.
-  const bool bijective =
-      constraints.one_to_one || (!constraints.movable.empty() && constraints.simple_outline);
-
-  Solution solution;
-  {
-    const ProgressRange range(context, 0.0, 0.85);
-    solution = solve({refined, constraints, options}, context, stats);
-  }
-  mesh::RefinedMap& found = solution.map;
-  const double seconds_map = watch.seconds();
-  if (bijective && overlaps(found.surface, found.uv)) {
-    throw_not_converged(ErrorCode::kLineSearchStalled,
-                        "All pins can be met without a flip, but the piece then overlaps "
-                        "itself. Allow overlaps, or move a pin.");
-  }
-  if (options.optimise) {
-    const ProgressRange range(context, 0.85, 0.95);
-    const double left = context.seconds_left();
-    const TimeLimit limit(context, left - std::min(0.5 * left, seconds_to_store(found.surface)));
-    const MapInHand valid(context);
-    lower_distortion(found, constraints, options, bijective, context, stats);
-  }
-  const double seconds_optimise = watch.seconds() - seconds_map;
-
-  const ProgressRange range(context, 0.95, 1.0);
-  const Points2f uv32 = stored(found, constraints, options, bijective, context, stats);
-  const Grace finishing(context);
-  certify::Parametrization map = to_parametrization(found, uv32);
-  certify::certify_map(map, surface, certify_request(found.surface, constraints, map, bijective),
-                       context);
-  certify::require_certificate(map, "The match");
-  stats["engine"] = solution.engine;
-  stats["added_vertices"] =
-      static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
-  stats["energy"] = map.certificate.energy;
-  stats["seconds_map"] = seconds_map;
-  stats["seconds_optimise"] = seconds_optimise;
-  stats["seconds"] = watch.seconds();
-  map.stats = std::move(stats);
-  return {std::move(map), held_to_the_end(found.surface, constraints)};
-}
-
-}  // namespace
-
-certify::Parametrization match(const mesh::Surface& surface, const MatchRequest& request,
-                               const MatchOptions& options, ExecutionContext& context) {
-  return in_time(context, options.max_seconds, kNoMapFound, kMoreTimeOr,
-                 [&] { return match_in_time(surface, request, options, context).map; });
-}
-
-namespace {
 
 using Loop = std::vector<HalfedgeId>;
 
@@ -369,68 +298,18 @@ mesh::Surface as_disk(const mesh::Surface& piece,
   return disk;
 }
 
-// The map of the piece alone, with vertices in their old order and provenance in the piece's own
-// faces.
-Matched without_fans(const Matched& matched, const mesh::Surface& disk,
-                     const mesh::Surface& input) {
-  const certify::Parametrization& filled = matched.map;
-  const auto n = static_cast<VertexId>(input.vertices.rows());
-  std::vector<FaceId> kept;
-  std::vector<FaceId> child_at(static_cast<std::size_t>(filled.surface.vertices.rows()), kInvalid);
-  for (FaceId f = 0; f < filled.surface.faces.rows(); ++f) {
-    if (filled.parent_face[at(f)] >= input.faces.rows()) continue;
-    kept.push_back(f);
-    for (Index k = 0; k < 3; ++k) child_at[at(filled.surface.faces(f, k))] = f;
+// Takes the fans away again: what is left is a map of the piece.
+void remove_fans(mesh::RefinedMap& map, Points2f& uv32, const mesh::Surface& piece) {
+  mesh::EditableTriangulation& mesh = map.surface.mesh;
+  for (FaceId f = 0; f < mesh.face_slots(); ++f) {
+    if (mesh.alive(f) && mesh.parent(f) >= static_cast<FaceId>(piece.faces.rows()))
+      mesh.set_parent(f, kInvalid);  // as a collar's
   }
-  std::vector<VertexId> number(child_at.size(), kInvalid);
+  map.surface.input = &piece;
   std::vector<VertexId> old;
-  for (VertexId v = 0; v < static_cast<VertexId>(child_at.size()); ++v) {
-    if (v >= n && child_at[at(v)] == kInvalid) continue;
-    number[at(v)] = static_cast<VertexId>(old.size());
-    old.push_back(v);
-  }
-
-  certify::Parametrization map;
-  map.surface.vertices.resize(static_cast<Eigen::Index>(old.size()), 3);
-  map.vertex_parent.assign(old.size(), kInvalid);
-  map.vertex_barycentric = Points3::Zero(static_cast<Eigen::Index>(old.size()), 3);
-  for (std::size_t i = 0; i < old.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    map.surface.vertices.row(row) = filled.surface.vertices.row(old[i]);
-    const FaceId child = child_at[at(old[i])];
-    if (child == kInvalid) continue;  // an isolated vertex of the input
-    // A vertex on a hole's rim may have its weights in the fan: the corners they belong to are the
-    // rim's.
-    const FaceId home = filled.parent_face[at(child)];
-    const FaceId from = filled.vertex_parent[at(old[i])];
-    map.vertex_parent[i] = home;
-    for (Index c = 0; c < 3; ++c) {
-      for (Index d = 0; d < 3; ++d) {
-        if (disk.faces(from, d) == input.faces(home, c))
-          map.vertex_barycentric(row, c) = filled.vertex_barycentric(old[i], d);
-      }
-    }
-  }
-  const auto count = static_cast<Eigen::Index>(kept.size());
-  map.surface.faces.resize(count, 3);
-  map.uv.resize(3 * count, 2);
-  map.uv32.resize(3 * count, 2);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const FaceId f = kept[at(i)];
-    map.parent_face.push_back(filled.parent_face[at(f)]);
-    for (Index k = 0; k < 3; ++k) {
-      map.surface.faces(i, k) = number[at(filled.surface.faces(f, k))];
-      map.uv.row(3 * i + k) = filled.uv.row(3 * f + k);
-      map.uv32.row(3 * i + k) = filled.uv32.row(3 * f + k);
-    }
-  }
-  map.cut_edges.resize(0, 2);
-  map.stats = filled.stats;
-  Matched result{std::move(map), {}};
-  for (const VertexId v : matched.held) {
-    if (number[at(v)] != kInvalid) result.held.push_back(number[at(v)]);
-  }
-  return result;
+  map.surface = mesh::compacted(map.surface, old);
+  map.uv = Points2(map.uv(old, Eigen::all));
+  uv32 = Points2f(uv32(old, Eigen::all));
 }
 
 // The solver's ids without those of the fans, which the caller does not know.
@@ -453,18 +332,6 @@ void release_holes(certify::Parametrization& map, const certify::CertifyRequest&
     map.uv32 = std::move(better.uv32);
     map.stats["hole_energy_before"] = better.stats["energy_before"];
   });
-}
-
-// What cannot be met whatever is done is refused before any work. Returns the vertices of the piece
-// with fixed places, lines included; nothing if lines need vertices that the piece does not have.
-std::optional<std::vector<PinnedVertex>> pinned_vertices(const mesh::Surface& disk,
-                                                         const MatchRequest& request,
-                                                         const MatchOptions& options) {
-  mesh::RefinedSurface refined = mesh::make_refined_surface(disk);
-  Constraints constraints = read_constraints(
-      refined, request, options.bijective ? SelfOverlaps::kRefused : SelfOverlaps::kAllowed);
-  if (refined.mesh.vertex_count() > static_cast<Index>(disk.vertices.rows())) return std::nullopt;
-  return std::move(constraints.pins);
 }
 
 // Pins that shall not make the piece overlap itself: continuation of the unwrap under its boundary
@@ -495,71 +362,120 @@ std::optional<certify::Parametrization> unwrapped(const mesh::Surface& surface,
   return found;
 }
 
-certify::Parametrization match_valid_piece(const mesh::Surface& surface,
-                                           const MatchRequest& request, const MatchOptions& options,
-                                           ExecutionContext& context) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
-  const mesh::Topology shape = mesh::topology(surface.faces, adjacency);
-  // Other shapes are refused there, by name.
-  if (shape.components != 1 || shape.genus() != 0 || shape.boundary_loops < 1)
-    return match_in_time(surface, request, options, context).map;
+// A map of the disk that meets the constraints, as solved and as stored.
+struct Matched {
+  Solution solution;
+  Points2f uv32;
+};
 
+Matched match_disk(const Problem& problem, bool bijective, ExecutionContext& context,
+                   Stats& stats) {
+  const Constraints& constraints = problem.constraints;
+  const MatchOptions& options = problem.options;
   const Stopwatch watch;
-  std::vector<Loop> holes = mesh::boundary_halfedge_loops(surface.faces, adjacency);
-  holes.erase(holes.begin() + static_cast<std::ptrdiff_t>(outer_loop(surface, holes, request)));
-  const mesh::Surface disk = holes.empty() ? surface : as_disk(surface, holes);
-  const std::optional<std::vector<PinnedVertex>> pins = pinned_vertices(disk, request, options);
+  Matched matched;
+  {
+    const ProgressRange range(context, 0.0, 0.85);
+    matched.solution = solve(problem, context, stats);
+  }
+  mesh::RefinedMap& found = matched.solution.map;
+  stats["seconds_map"] = watch.seconds();
+  if (bijective && overlaps(found.surface, found.uv)) {
+    throw_not_converged(ErrorCode::kLineSearchStalled,
+                        "All pins can be met without a flip, but the piece then overlaps "
+                        "itself. Allow overlaps, or move a pin.");
+  }
+  const Stopwatch after;
+  if (options.optimise) {
+    const ProgressRange range(context, 0.85, 0.95);
+    const double left = context.seconds_left();
+    const TimeLimit limit(context, left - std::min(0.5 * left, seconds_to_store(found.surface)));
+    const MapInHand valid(context);
+    lower_distortion(found, constraints, options, bijective, context, stats);
+  }
+  stats["seconds_optimise"] = after.seconds();
+  const ProgressRange range(context, 0.95, 1.0);
+  matched.uv32 = stored(found, constraints, options, bijective, context, stats);
+  return matched;
+}
+
+// All loops but the outer one, of a piece that is a disk with holes; else none.
+std::vector<Loop> holes_of(const mesh::Surface& piece, const MatchRequest& request) {
+  const mesh::Adjacency adjacency = mesh::build_adjacency(piece);
+  const mesh::Topology shape = mesh::topology(piece.faces, adjacency);
+  if (shape.components != 1 || shape.genus() != 0 || shape.boundary_loops < 1) return {};
+  std::vector<Loop> holes = mesh::boundary_halfedge_loops(piece.faces, adjacency);
+  holes.erase(holes.begin() + static_cast<std::ptrdiff_t>(outer_loop(piece, holes, request)));
+  return holes;
+}
+
+certify::Parametrization match_in_time(const mesh::Surface& piece, const MatchRequest& request,
+                                       const MatchOptions& options, ExecutionContext& context) {
+  const Stopwatch watch;
+  const std::vector<Loop> holes = holes_of(piece, request);
+  const mesh::Surface disk = holes.empty() ? piece : as_disk(piece, holes);
+  mesh::ValidateOptions validation;
+  validation.require_disk = true;  // refuses other shapes by name
+  mesh::validate(disk, validation, context);
+  mesh::RefinedSurface refined = mesh::make_refined_surface(disk);
+  Constraints constraints = read_constraints(
+      refined, request, options.bijective ? SelfOverlaps::kRefused : SelfOverlaps::kAllowed);
+  constraints.one_to_one = options.bijective && constraints.free_boundary();
+  // A boundary that moves away from a simple outline stays simple.
+  const bool bijective =
+      constraints.one_to_one || (!constraints.movable.empty() && constraints.simple_outline);
+
   double begin = 0.0;
-  if (pins && !pins->empty() && request.boundary_uv.empty() && options.bijective &&
-      options.optimise && options.engine != MatchEngine::kMatchmaker) {
+  const bool lines_add = refined.mesh.vertex_count() > refined.input_vertices();
+  if (constraints.one_to_one && !constraints.pins.empty() && !lines_add && options.optimise &&
+      options.engine != MatchEngine::kMatchmaker) {
     begin = 0.3;
     const ProgressRange range(context, 0.0, begin);
-    if (std::optional<certify::Parametrization> map = unwrapped(surface, *pins, options, context))
+    if (std::optional<certify::Parametrization> map =
+            unwrapped(piece, constraints.pins, options, context))
       return std::move(*map);
   }
   const ProgressRange whole(context, begin, 1.0);
-  if (holes.empty()) return match_in_time(surface, request, options, context).map;
-
+  Stats stats;
+  stats["time_limit_reached"] = std::int64_t{0};
   Matched matched;
   {
-    const ProgressRange range(context, 0.0, 0.7);
-    const TimeLimit share(context, (1 - kShareOfStep) * context.seconds_left());
-    matched = without_fans(match_in_time(disk, request, options, context), disk, surface);
+    const ProgressRange range(context, 0.0, holes.empty() ? 1.0 : 0.7);
+    const double share = holes.empty() ? 1.0 : 1.0 - kShareOfStep;
+    const TimeLimit limit(context, share * context.seconds_left());
+    matched = match_disk({refined, constraints, options}, bijective, context, stats);
   }
-  certify::Parametrization& map = matched.map;
-  std::vector<char> held(static_cast<std::size_t>(map.surface.vertices.rows()), 0);
-  for (const VertexId v : matched.held) held[at(v)] = 1;
-  certify::CertifyRequest extra;
-  extra.require_bijective = options.bijective && request.boundary_uv.empty();
-  for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
-    if (held[at(map.surface.faces.data()[c])] != 0)
-      extra.pins.push_back({c, map.uv.row(c).transpose()});
-  }
-  if (options.optimise) {
+  mesh::RefinedMap& found = matched.solution.map;
+  if (!holes.empty()) remove_fans(found, matched.uv32, piece);
+  certify::Parametrization map = to_parametrization(found, matched.uv32);
+  map.stats = std::move(stats);
+  const certify::CertifyRequest extra = certify_request(found.surface, constraints, map, bijective);
+  if (!holes.empty() && options.optimise) {
     const ProgressRange range(context, 0.7, 0.95);
     release_holes(map, extra, options, context);
   }
   const Grace finishing(context);
   context.report("certifying", 0.95);
-  certify::certify_map(map, surface, extra, context);
+  certify::certify_map(map, piece, extra, context);
   certify::require_certificate(map, "The match");
-  map.stats["holes"] = static_cast<std::int64_t>(holes.size());
+  map.stats["engine"] = matched.solution.engine;
+  if (!holes.empty()) map.stats["holes"] = static_cast<std::int64_t>(holes.size());
   map.stats["added_vertices"] =
-      static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
+      static_cast<std::int64_t>(map.surface.vertices.rows() - piece.vertices.rows());
   map.stats["energy"] = map.certificate.energy;
   map.stats["seconds"] = watch.seconds();
   context.report("done", 1.0);
-  return std::move(map);
+  return map;
 }
 
 }  // namespace
 
-certify::Parametrization match_piece(const mesh::Surface& surface, const MatchRequest& request,
-                                     const MatchOptions& options, ExecutionContext& context) {
+certify::Parametrization match(const mesh::Surface& surface, const MatchRequest& request,
+                               const MatchOptions& options, ExecutionContext& context) {
   return in_time(context, options.max_seconds, kNoMapFound, kMoreTimeOr, [&] {
     mesh::validate(surface, {}, context);
     return with_errors([&](const Error& error) { return of_input(error, surface); },
-                       [&] { return match_valid_piece(surface, request, options, context); });
+                       [&] { return match_in_time(surface, request, options, context); });
   });
 }
 

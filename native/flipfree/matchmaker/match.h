@@ -12,15 +12,26 @@
 
 namespace flipfree::matchmaker {
 
-// surface: a disk. Guarantee: the certificate of the result holds: no flips in 64 and 32 bits (G1),
-// corners wind once (G2), constraints are met bit for bit in 64 bits and, rounded, in 32 (G3), the
-// mesh subdivides the input (G7). Throws InvalidInput, Infeasible (see request.h,
-// outline_target.h), NotConverged (kTimeLimit: no map was found in max_seconds), Cancelled. Stats:
-// "engine" (what made the map: "first try", "continuation", "planned", "arms", "coarse to fine",
-// "homotopy", "unwrapped", "matchmaker"),
-// "added_vertices", "energy", "seconds_*", "first_try.*", "matchmaker.*", "distortion.*",
-// "rounding.*", "time_limit_reached" (1: the map might have become better, or have fewer vertices,
-// with more time). Deterministic for any number of threads as long as no limit of time is reached.
+// surface: a disk, or a connected piece of genus 0 with more than one boundary loop. Guarantee: the
+// certificate of the result holds: no flips in 64 and 32 bits (G1), corners wind once (G2),
+// constraints are met bit for bit in 64 bits and, rounded, in 32 (G3), the mesh subdivides the
+// input (G7). Throws InvalidInput, Infeasible (see request.h, outline_target.h), NotConverged
+// (kTimeLimit: no map was found in max_seconds), Cancelled. Stats: "engine" (what made the map:
+// "first try", "continuation", "planned", "arms", "coarse to fine", "homotopy", "unwrapped",
+// "matchmaker"), "added_vertices", "energy", "seconds_*", // "distortion.*", "rounding.*",
+// "time_limit_reached" (1: the map might have become better, or have fewer vertices, with more
+// time). Deterministic for any number of threads as long as no limit of time is reached.
+//
+// Of several boundary loops a prescribed boundary is that of the one which request.boundary_loop
+// names (it must); with a free boundary the longest counts as the outer one. The others are holes
+// (stats "holes"), a monkey's eyes or a T-shirt's sleeves: free, but for the pins and lines on
+// them.
+//
+//   fill every hole with a fan -> match the disk -> take the fans away -> lower the distortion
+//
+// A flip-free map of the filled disk is one of the piece; the fans' own shape is of no interest and
+// may be refined at no cost. What they did to the distortion is undone by improve(), which lets
+// holes deform as they like.
 certify::Parametrization match(const mesh::Surface& surface, const MatchRequest& request,
                                const MatchOptions& options, ExecutionContext& context);
 
@@ -28,21 +39,5 @@ certify::Parametrization match(const mesh::Surface& surface, const MatchRequest&
 constexpr const char* kNoMapFound = "No map that meets all constraints was found";
 constexpr const char* kMoreTimeOr =
     "pin fewer vertices, or move pins nearer to where their surroundings are";
-
-// Hard constraints on pieces with holes: a monkey's face has eyes, a T-shirt has sleeves.
-//
-//   fill every hole with a fan -> match (knows disks) -> take the fans away -> lower the distortion
-//
-// A flip-free map of the filled disk is one of the piece; the fans' own shape is of no interest and
-// may be refined at no cost. What they did to the distortion is undone by improve(), which lets
-// holes deform as they like.
-
-// As match(), also for connected pieces of genus 0 with more than one boundary loop. A prescribed
-// boundary is that of the loop which request.boundary_loop names (it must, as there are several);
-// with a free boundary the longest loop counts as the outer one. The other loops are holes: free,
-// but for the pins and lines on them. Everything else, disks included, goes to match(). Guarantee,
-// errors and stats as there, and "holes".
-certify::Parametrization match_piece(const mesh::Surface& surface, const MatchRequest& request,
-                                     const MatchOptions& options, ExecutionContext& context);
 
 }  // namespace flipfree::matchmaker

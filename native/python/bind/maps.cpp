@@ -128,7 +128,7 @@ void bind_maps(py::module_& module) {
   const auto uv = option<Points2>("uv");
   const auto place_like = option<Places>("place_like");
   def_job(module, "embed", prepared(&embedding::embed_surface, read_embed));
-  def_job(module, "match", prepared(&matchmaker::match_piece, read_request, read_match));
+  def_job(module, "match", prepared(&matchmaker::match, read_request, read_match));
   const auto unwrap_like = [](const auto& surface, const Places& places,
                               unwrap::UnwrapOptions options, auto& context) {
     options.place_like = places ? &*places : nullptr;

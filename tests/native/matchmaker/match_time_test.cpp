@@ -44,7 +44,7 @@ Outcome match_for(const mesh::Surface& surface, const MatchRequest& request, Mat
   context.clock = [&] { return kTick * (outcome.looks += 1); };
   options.max_seconds = kTick * looks;
   try {
-    const certify::Parametrization map = match_piece(surface, request, options, context);
+    const certify::Parametrization map = match(surface, request, options, context);
     outcome.found = true;
     if (map.stats.contains("ways_out_of_time"))
       outcome.given_up = std::get<std::int64_t>(map.stats.at("ways_out_of_time"));
@@ -66,7 +66,7 @@ TEST(MatchTime, AcceptedBeforeThereIsAMapReturnsTheFirstOne) {
     options.bijective = bijective;
     ExecutionContext context;
     context.accept();
-    const certify::Parametrization map = match_piece(surface, request, options, context);
+    const certify::Parametrization map = match(surface, request, options, context);
     EXPECT_TRUE(map.certificate.ok);
     EXPECT_EQ(std::get<std::int64_t>(map.stats.at("time_limit_reached")), 1);
   }

@@ -490,11 +490,8 @@ void relax_star(Candidate& candidate, const std::vector<char>& pinned, Execution
     if (w != kInvalid && w < static_cast<VertexId>(pinned.size()) && pinned[at(w)] != 0)
       options.fixed.push_back(static_cast<VertexId>(v));
   }
-  // Too squeezed for the Newton system: others will be better.
-  Outcome<distortion::TargetsResult> rest = attempt([&] {
-    return distortion::with_own_map(
-        [&] { return distortion::minimize_with_targets(flat, plane.after, {}, options, context); });
-  });
+  std::optional<distortion::TargetsResult> rest =
+      reach_targets(flat, plane.after, {}, options, context);
   candidate.cost = rest ? rest->energy : std::numeric_limits<double>::infinity();
   if (rest) plane.after = std::move(rest->uv);
 }
@@ -532,8 +529,8 @@ std::vector<Candidate> best_stars(const mesh::RefinedMap& disk, const Constraint
 // The map by the star that adds fewest vertices.
 std::optional<mesh::RefinedMap> best_map(const mesh::RefinedMap& disk,
                                          const std::vector<Candidate>& stars,
-                                         const Constraints& constraints, ExecutionContext& context,
-                                         Stats& stats) {
+                                         const Constraints& constraints,
+                                         ExecutionContext& context) {
   std::optional<mesh::RefinedMap> best;
   for (const Candidate& c : stars) {
     mesh::RefinedMap map = disk;
@@ -544,24 +541,20 @@ std::optional<mesh::RefinedMap> best_map(const mesh::RefinedMap& disk,
     if (!best || map.surface.mesh.vertex_count() < best->surface.mesh.vertex_count())
       best = std::move(map);
   }
-  if (best)
-    stats["arms.lifted"] = static_cast<std::int64_t>(best->surface.mesh.vertex_count() -
-                                                     disk.surface.mesh.vertex_count());
   return best;
 }
 
 }  // namespace
 
 mesh::RefinedMap in_circle(const mesh::RefinedSurface& surface, ExecutionContext& context) {
-  Stats unused;
   const std::vector<double> even(surface.boundary.size(), 1.0);
-  const Points2 uv = onto_circle(surface, surface.boundary, even, context, unused);
+  const Points2 uv = onto_circle(surface, surface.boundary, even, context);
   const mesh::Surface room = equal_area_metric(surface, uv, context);
   return {surface, room.vertices.leftCols(2)};
 }
 
 bool move_with_arms(mesh::RefinedMap& map, const Constraints& constraints,
-                    ExecutionContext& context, Stats& stats) {
+                    ExecutionContext& context) {
   if (!constraints.free_boundary() || constraints.one_to_one || !constraints.edges.empty() ||
       constraints.pins.size() < kFewestPins)
     return false;
@@ -576,7 +569,7 @@ bool move_with_arms(mesh::RefinedMap& map, const Constraints& constraints,
     stars = best_stars(disk, constraints, context);
   }
   const ProgressRange range(context, 0.2, 1.0);
-  std::optional<mesh::RefinedMap> best = best_map(disk, stars, constraints, context, stats);
+  std::optional<mesh::RefinedMap> best = best_map(disk, stars, constraints, context);
   if (!best) return false;
   map = std::move(*best);
   return true;

@@ -12,7 +12,6 @@
 #pragma once
 
 #include "flipfree/base/context.h"
-#include "flipfree/base/stats.h"
 #include "flipfree/matchmaker/request/request.h"
 #include "flipfree/mesh/refined/refined_surface.h"
 
@@ -26,8 +25,8 @@ mesh::RefinedMap in_circle(const mesh::RefinedSurface& surface, ExecutionContext
 // boundary. What map.uv was does not matter. False, and the map unchanged, where the boundary is
 // prescribed or the map must be one-to-one, with lines, with fewer than three pins, or where
 // doubles are not enough. Cost: an embedding into a circle, some hundred Newton steps, and O(log)
-// per crossing of the surface's edges with the star's. Stats: "arms.*".
+// per crossing of the surface's edges with the star's.
 bool move_with_arms(mesh::RefinedMap& map, const Constraints& constraints,
-                    ExecutionContext& context, Stats& stats);
+                    ExecutionContext& context);
 
 }  // namespace flipfree::matchmaker

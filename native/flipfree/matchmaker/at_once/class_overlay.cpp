@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -11,20 +12,317 @@
 #include <utility>
 #include <vector>
 
+#include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/base/random.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/untangle.h"
+#include "flipfree/intrinsic/intrinsic_mesh.h"
+#include "flipfree/intrinsic/overlay.h"
 #include "flipfree/matchmaker/at_once/mesh_overlay.h"
-#include "flipfree/matchmaker/at_once/plan_motion.h"
 #include "flipfree/matchmaker/coarsening/relax.h"
 #include "flipfree/matchmaker/coarsening/remove_vertex.h"
 #include "flipfree/matchmaker/request/polygon.h"
 #include "flipfree/matchmaker/start/first_try.h"
+#include "flipfree/matchmaker/target/target_domain.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/refined/curve_overlay.h"
+#include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
 namespace {
+
+// On which side pins pass each other on their way, all together: the choice that decides how far a
+// map inside a prescribed boundary is drawn out.
+//
+// Brought home one after another, thirty pins wind around each other so often that the edges
+// between their sources cross those between their targets 10^4 to 10^5 times; 1600 is enough. As
+// MovingPins tells the number for any motion in a fraction of a millisecond, motions are simply
+// tried: all pins go along straight lines to a place on the way, then to their targets, and these
+// places are found by simulated annealing (Kirkpatrick, Gelatt, Vecchi 1983).
+
+// Steps that a straight move may be cut into.
+constexpr int kMostSteps = 2000;
+constexpr double kLeastStep = 1e-9;
+// Rounding errors of the determinant below, in units of the rim's size to the fourth power: its
+// terms are 12 at most then, and errors less than 1.2e-15 of their sum (Shewchuk 1997).
+constexpr double kDoubt = 1.5e-14;
+
+// The Delaunay triangulation of pins strictly inside a strictly convex polygon, all distinct. Its
+// vertices: pins first, then the rim's.
+Triangles triangulate_pins(const Polygon& rim, const std::vector<Vector2>& pins) {
+  // There the rim comes first.
+  const auto count = static_cast<Index>(rim.size() + pins.size());
+  Triangles faces = triangulate_embedded(rim, pins, {}).triangulation.faces();
+  for (VertexId& v : faces.reshaped()) v = (v + static_cast<Index>(pins.size())) % count;
+  return faces;
+}
+
+// The triangulation of the pins, closed by a vertex beyond the rim.
+intrinsic::FlipMesh closed_triangulation(const Polygon& rim, const std::vector<Vector2>& pins) {
+  const Triangles inside = triangulate_pins(rim, pins);
+  const auto first = static_cast<Index>(pins.size());
+  const auto corners = static_cast<Index>(rim.size());
+  Triangles faces(inside.rows() + corners, 3);
+  faces.topRows(inside.rows()) = inside;
+  for (Index i = 0; i < corners; ++i)
+    faces.row(inside.rows() + i) << first + (i + 1) % corners, first + i, first + corners;
+  return intrinsic::build_intrinsic_mesh(first + corners + 1, faces).mesh;
+}
+
+// Pins that move inside a fixed convex polygon, and what becomes of arcs between them: the isotopy
+// class of a map, without the map.
+//
+// A homeomorphism of the polygon that takes pins from their sources to their targets is known up to
+// isotopy by the images of the edges of a triangulation of the sources (the arcs). These are known
+// by how often they cross each edge of a triangulation of the places where the pins are now: normal
+// coordinates (intrinsic/overlay.h). When pins move, the triangulation is kept
+// Delaunay by flips. A pin that makes a loop around another one and comes home changes
+// the class; where everything lies is as before. All that costs microseconds, so thousands of
+// classes can be tried.
+
+class MovingPins {
+ public:
+  // Preconditions: those of triangulate_pins(), whose edges are the arcs.
+  MovingPins(const Polygon& rim, const std::vector<Vector2>& pins);
+
+  const Vector2& place(VertexId v) const { return place_[at(v)]; }
+  // The arcs, and the triangulation of the places. One vertex more than have places lies beyond the
+  // rim and closes the sphere; edges that bound() holds do not change.
+  const intrinsic::OverlayCoordinates& arcs() const { return arcs_; }
+  bool bound(HalfedgeId h) const;
+  // How often arcs cross edges, all told.
+  std::int64_t complexity() const { return complexity_; }
+
+  // Moves a pin along a straight line; false if it comes so near another one that doubles cannot
+  // tell on which side it passes. Then it has stopped on the way.
+  bool move(VertexId pin, const Vector2& to);
+
+ private:
+  const intrinsic::FlipMesh& mesh() const { return arcs_.current(); }
+  VertexId apex(HalfedgeId h) const { return mesh().origin_of(mesh().previous(h)); }
+  void flip(HalfedgeId h);
+  bool star_is_positive(VertexId v, const Vector2& p) const;
+  bool is_delaunay(HalfedgeId h) const;
+  void make_delaunay();
+
+  std::int64_t complexity_ = 0;
+  double doubt_ = 0;  // below this, rounding may decide on which side of a circle a place is
+  std::vector<Vector2> place_;
+  intrinsic::OverlayCoordinates arcs_;
+  std::vector<HalfedgeId> leaving_;  // per vertex one out of it
+  std::vector<HalfedgeId> open_;     // edges that may not be Delaunay
+};
+
+MovingPins::MovingPins(const Polygon& rim, const std::vector<Vector2>& pins)
+    : place_(pins), arcs_(closed_triangulation(rim, pins)) {
+  place_.insert(place_.end(), rim.begin(), rim.end());
+  Vector2 low = rim.front();
+  Vector2 high = rim.front();
+  for (const Vector2& p : rim) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  doubt_ = kDoubt * std::pow((high - low).maxCoeff(), 4);
+  leaving_.resize(place_.size() + 1);
+  for (std::size_t h = 0; h < mesh().halfedge_count(); ++h)
+    leaving_[at(mesh().origin[h])] = static_cast<HalfedgeId>(h);
+}
+
+bool MovingPins::bound(HalfedgeId h) const {
+  const auto beyond = static_cast<VertexId>(place_.size());
+  return mesh().origin_of(h) == beyond || mesh().target(h) == beyond || apex(h) == beyond ||
+         apex(mesh().opposite(h)) == beyond;
+}
+
+void MovingPins::flip(HalfedgeId h) {
+  const HalfedgeId o = mesh().opposite(h);
+  leaving_[at(mesh().origin_of(h))] = mesh().next_of(o);
+  leaving_[at(mesh().origin_of(o))] = mesh().next_of(h);
+  complexity_ -= arcs_.crossings(h);
+  arcs_.flip(h);
+  complexity_ += arcs_.crossings(h);
+}
+
+// Is the far corner across an inner edge outside the circle of the face, or on it?
+bool MovingPins::is_delaunay(HalfedgeId h) const {
+  const Vector2& u = place(mesh().origin_of(h));
+  const Vector2& v = place(mesh().target(h));
+  const Vector2& p = place(apex(h));
+  const Vector2& q = place(apex(mesh().opposite(h)));
+  const Vector2 a = u - q;
+  const Vector2 b = v - q;
+  const Vector2 c = p - q;
+  const double det =
+      a.squaredNorm() * cross(b, c) + b.squaredNorm() * cross(c, a) + c.squaredNorm() * cross(a, b);
+  return std::abs(det) > doubt_ ? det < 0 : numeric::in_circle(u, v, p, q) <= 0;
+}
+
+void MovingPins::make_delaunay() {
+  while (!open_.empty()) {
+    const HalfedgeId h = open_.back();
+    open_.pop_back();
+    if (bound(h) || is_delaunay(h)) continue;
+    flip(h);
+    for (const HalfedgeId side : {h, mesh().opposite(h)}) {
+      open_.push_back(mesh().next_of(side));
+      open_.push_back(mesh().previous(side));
+    }
+  }
+}
+
+bool MovingPins::star_is_positive(VertexId v, const Vector2& p) const {
+  const HalfedgeId first = leaving_[at(v)];
+  HalfedgeId h = first;
+  do {
+    if (numeric::orientation(p, place(mesh().target(h)), place(apex(h))) <= 0) return false;
+    h = mesh().rotate_ccw(h);
+  } while (h != first);
+  return true;
+}
+
+bool MovingPins::move(VertexId pin, const Vector2& to) {
+  double step = 1.0;  // share of what is left
+  for (int i = 0; i < kMostSteps; ++i) {
+    const Vector2 from = place(pin);
+    const Vector2 next_place = step == 1.0 ? to : Vector2(from + step * (to - from));
+    if (!star_is_positive(pin, next_place)) {
+      step *= 0.5;
+      if (step < kLeastStep) return false;
+      continue;
+    }
+    place_[at(pin)] = next_place;
+    const HalfedgeId first = leaving_[at(pin)];
+    HalfedgeId h = first;
+    do {
+      open_.push_back(h);
+      open_.push_back(mesh().next_of(h));
+      h = mesh().rotate_ccw(h);
+    } while (h != first);
+    make_delaunay();
+    if (step == 1.0) return true;
+    step = std::min(1.0, 4.0 * step);
+  }
+  return false;
+}
+
+struct PinMove {
+  VertexId pin;  // its place in the list of sources
+  Vector2 to;    // straight
+};
+
+// Independent searches, and trials per pin in each.
+constexpr std::size_t kSearches = 4;
+constexpr int kTrialsPerPin = 350;
+// Temperature at the beginning, in units of the logarithm of the complexity; it falls evenly to
+// zero.
+constexpr double kTemperature = 0.02;
+// The farthest that a place on the way is shifted, in units of the rim's size; most are shifted
+// less.
+constexpr double kFarthest = 0.75;
+constexpr double kNearest = 0.005;
+
+class Search {
+ public:
+  Search(const Polygon& rim, const std::vector<Vector2>& from, const std::vector<Vector2>& to,
+         std::uint64_t seed)
+      : rim_(rim), to_(to), random_(seed), before_(from.size(), MovingPins(rim, from)) {
+    for (std::size_t i = 0; i < from.size(); ++i) way_.push_back(0.5 * (from[i] + to[i]));
+    first_ = from.size();
+    for (const Vector2& a : rim) size_ = std::max(size_, (a - rim[0]).norm());
+  }
+
+  void run(ExecutionContext& context) {
+    double now = travel(0);
+    const int trials = kTrialsPerPin * static_cast<int>(to_.size());
+    for (int trial = 0; trial < trials; ++trial) {
+      if (trial % 64 == 0) context.check();
+      const std::size_t i = random_.below(to_.size());
+      const double reach = size_ * (kNearest + kFarthest * std::pow(random_.unit(), 2));
+      const Vector2 shift(2 * random_.unit() - 1, 2 * random_.unit() - 1);
+      const double luck = random_.unit();
+      const Vector2 old = way_[i];
+      const Vector2 place = old + reach * shift;
+      if (locate_in_polygon(rim_, place) <= 0) continue;
+      way_[i] = place;
+      const double next = travel(i);
+      const double heat = kTemperature * (1.0 - static_cast<double>(trial) / trials);
+      if (next <= now || next - now < -heat * std::log(luck)) {
+        now = next;
+        first_ = std::min(first_, i);
+        for (std::size_t k = i + 1; k < to_.size(); ++k) {
+          before_[k] = before_[k - 1];
+          before_[k].move(static_cast<VertexId>(k - 1), way_[k - 1]);
+        }
+      } else {
+        way_[i] = old;
+      }
+    }
+  }
+
+  // Infinite if no motion was found.
+  double cost() const { return best_; }
+  std::vector<PinMove> motion() const {
+    std::vector<PinMove> moves;
+    for (const std::vector<Vector2>* places : {&std::as_const(best_way_), &to_}) {
+      for (std::size_t i = 0; i < to_.size(); ++i)
+        moves.push_back({static_cast<VertexId>(i), (*places)[i]});
+    }
+    return moves;
+  }
+
+ private:
+  // The less, the better; infinite if pins, from i on setting out anew, get stuck.
+  double travel(std::size_t i) {
+    pins_ = before_[i];
+    const auto count = static_cast<VertexId>(to_.size());
+    bool free = true;
+    for (auto k = static_cast<VertexId>(i); free && k < count; ++k)
+      free = pins_.move(k, way_[at(k)]);
+    for (VertexId k = 0; free && k < count; ++k) free = pins_.move(k, to_[at(k)]);
+    if (!free) return std::numeric_limits<double>::infinity();
+    const double cost = std::log(1.0 + static_cast<double>(pins_.complexity()));
+    if (cost < best_ && std::min(i, first_) == 0) {
+      best_ = cost;
+      best_way_ = way_;
+    }
+    return cost;
+  }
+
+  const Polygon& rim_;
+  const std::vector<Vector2>& to_;
+  Random random_;
+  double size_ = 0;
+  std::vector<Vector2> way_;
+  std::vector<MovingPins> before_;  // as pin i sets out to its place on the way
+  std::size_t first_ = 0;           // in before_, pins before this one have not set out yet
+  MovingPins pins_ = before_[0];
+  double best_ = std::numeric_limits<double>::infinity();
+  std::vector<Vector2> best_way_;
+};
+
+// A motion from `from` to `to` inside the rim, one move after another, with few crossings. Empty if
+// none was found that doubles can follow. Preconditions: the rim is strictly convex, sources and
+// targets are strictly inside, each distinct. The same for any number of threads. Cost: about 2 s
+// for thirty pins, growing with the square of their number.
+std::vector<PinMove> plan_motion(const Polygon& rim, const std::vector<Vector2>& from,
+                                 const std::vector<Vector2>& to, ExecutionContext& context) {
+  struct Found {
+    double cost = std::numeric_limits<double>::infinity();
+    std::vector<PinMove> moves;
+  };
+  std::vector<Found> found(kSearches);
+  parallel_for(context, kSearches, 1, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Search search(rim, from, to, i);
+      search.run(context);
+      if (std::isfinite(search.cost())) found[i] = {search.cost(), search.motion()};
+    }
+  });
+  return std::min_element(found.begin(), found.end(),
+                          [](const Found& a, const Found& b) { return a.cost < b.cost; })
+      ->moves;
+}
 
 // Turns, both planes in each, and Newton steps after each pass.
 constexpr int kTurns = 3;
@@ -85,12 +383,9 @@ void simplify_one_way(Triangles& faces, Points2& from, Points2& to, Index held,
   std::vector<VertexId> fixed(static_cast<std::size_t>(keep));
   std::iota(fixed.begin(), fixed.end(), 0);
   thin_out(map, fixed, keep, context);
-  relax(map, fixed, {kStepsAfterPass, true}, context);
-  UntangleRemovalOptions untangling;
-  untangling.iterations = kThoroughIterations;
-  if (remove_by_untangling(map, fixed, keep, context, untangling) > 0)
-    map = mesh::compacted_map(map);
-  relax(map, fixed, {kStepsAfterPass, true}, context);
+  relax(map, fixed, kStepsAfterPass, context);
+  if (remove_by_untangling(map, fixed, keep, 2, context) > 0) map = mesh::compacted_map(map);
+  relax(map, fixed, kStepsAfterPass, context);
   const Eigen::Index count = map.uv.rows() - kFrame;
   faces = map.surface.mesh.faces().array() - kFrame;
   to = map.uv.bottomRows(count);
@@ -328,7 +623,7 @@ std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, ExecutionCo
   std::vector<VertexId> fixed(at(held));
   std::iota(fixed.begin(), fixed.end(), 0);
   for (int round = 0; round < kThinnings; ++round) {
-    relax(map, fixed, {kStepsOfThinning, true}, context);
+    relax(map, fixed, kStepsOfThinning, context);
     thin_out(map, fixed, map.surface.input_vertices(), context);
   }
   PlaneMap plane;
@@ -343,7 +638,7 @@ std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, ExecutionCo
   before.vertices = Points3::Zero(plane.before.rows(), 3);
   before.vertices.leftCols(2) = plane.before;
   map = {mesh::make_refined_surface(before), plane.after};
-  relax(map, fixed, {kStepsOfOverlay, true}, context);
+  relax(map, fixed, kStepsOfOverlay, context);
   plane.after = std::move(map.uv);
   if (!distortion::is_flip_free(plane.faces, plane.before, context) ||
       !distortion::is_flip_free(plane.faces, plane.after, context))
@@ -353,8 +648,7 @@ std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, ExecutionCo
 
 }  // namespace
 
-bool place_pins(mesh::RefinedMap& map, const Constraints& constraints, ExecutionContext& context,
-                Stats& stats) {
+bool place_pins(mesh::RefinedMap& map, const Constraints& constraints, ExecutionContext& context) {
   if (constraints.pins.empty() || constraints.pins.size() > kMostPins ||
       constraints.free_boundary() || !constraints.edges.empty() ||
       !is_locally_convex(constraints.outline))
@@ -379,7 +673,6 @@ bool place_pins(mesh::RefinedMap& map, const Constraints& constraints, Execution
   const mesh::Surface base = sources(constraints.outline, ring, from);
   MovingPins pins(ring.polygon, from);
   for (const PinMove& move : moves) pins.move(move.pin, move.to);
-  stats["plan.complexity"] = pins.complexity();
   const auto outline = static_cast<Index>(constraints.outline.size());
   if (!distortion::is_flip_free(base.faces, base.vertices.leftCols(2), context)) return false;
   std::optional<mesh::RefinedMap> fine = overlay(base, pins, outline, context);
@@ -390,10 +683,7 @@ bool place_pins(mesh::RefinedMap& map, const Constraints& constraints, Execution
   std::copy(map.surface.boundary.begin(), map.surface.boundary.end(), plane->vertex.begin());
   for (std::size_t i = 0; i < from.size(); ++i)
     plane->vertex[at(outline) + i] = constraints.pins[i].vertex;
-  const Index count = map.surface.mesh.vertex_count();
-  if (!follow_by(map, *plane, context)) return false;
-  stats["plan.lifted"] = static_cast<std::int64_t>(map.surface.mesh.vertex_count() - count);
-  return true;
+  return follow_by(map, *plane, context);
 }
 
 }  // namespace flipfree::matchmaker

@@ -22,40 +22,23 @@ std::pair<Vector2, Vector2> box_of(const Vector2& a, const Vector2& b, const Vec
   return {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
 }
 
-// For each point the face that holds it, kInvalid if none does. Cost: O(#points + #faces) if both
-// are spread evenly.
+// For each point the first face that holds it, kInvalid if none does. Cost: O(#points #faces)
+// comparisons.
 std::vector<FaceId> locate_points(const Points2& points, const Triangles& faces,
                                   const Points2& place) {
-  const auto count = static_cast<std::size_t>(points.rows());
-  if (count == 0) return {};
-  const auto side = static_cast<Index>(std::ceil(std::sqrt(static_cast<double>(count))));
-  const Vector2 low = points.colwise().minCoeff().transpose();
-  const Vector2 high = points.colwise().maxCoeff().transpose();
-  const auto cell = [&](const Vector2& p, int axis) {
-    const double share = (p[axis] - low[axis]) / std::max(high[axis] - low[axis], 1e-300);
-    return std::clamp(static_cast<Index>(std::clamp(share, 0.0, 1.0) * side), Index{0}, side - 1);
-  };
-  std::vector<std::vector<Index>> bucket(at(side * side));
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vector2 p = points.row(static_cast<Eigen::Index>(i)).transpose();
-    bucket[at(cell(p, 1) * side + cell(p, 0))].push_back(static_cast<Index>(i));
-  }
-  std::vector<FaceId> result(count, kInvalid);
+  std::vector<FaceId> result(static_cast<std::size_t>(points.rows()), kInvalid);
   for (FaceId f = 0; f < faces.rows(); ++f) {
     const auto corner = [&](Index k) -> Vector2 { return place.row(faces(f, k)).transpose(); };
-    const Vector2 a = corner(0);
-    const Vector2 b = corner(1);
-    const Vector2 c = corner(2);
-    const auto [least, most] = box_of(a, b, c);
-    for (Index y = cell(least, 1); y <= cell(most, 1); ++y) {
-      for (Index x = cell(least, 0); x <= cell(most, 0); ++x) {
-        for (const Index i : bucket[at(y * side + x)]) {
-          const Vector2 p = points.row(i).transpose();
-          if (result[at(i)] == kInvalid && numeric::orientation(a, b, p) >= 0 &&
-              numeric::orientation(b, c, p) >= 0 && numeric::orientation(c, a, p) >= 0)
-            result[at(i)] = f;
-        }
-      }
+    const Vector2 a = corner(0), b = corner(1), c = corner(2);
+    const auto [low, high] = box_of(a, b, c);
+    for (Eigen::Index i = 0; i < points.rows(); ++i) {
+      const double x = points(i, 0), y = points(i, 1);
+      if (x < low.x() || x > high.x() || y < low.y() || y > high.y() || result[at(i)] != kInvalid)
+        continue;
+      const Vector2 p(x, y);
+      if (numeric::orientation(a, b, p) >= 0 && numeric::orientation(b, c, p) >= 0 &&
+          numeric::orientation(c, a, p) >= 0)
+        result[at(i)] = f;
     }
   }
   return result;

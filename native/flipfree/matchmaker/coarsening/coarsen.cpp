@@ -113,7 +113,7 @@ void unfold_wholes(mesh::RefinedMap& map, const std::vector<VertexId>& held, Ind
       if (map.surface.mesh.vertex_count() == there) map.uv = valid;
       return;
     }
-    if (!relax_near_added(map, seeds, keep, held, {kStepsAfterUnfolding, false}, context)) return;
+    if (!relax_near_added(map, seeds, keep, held, kStepsAfterUnfolding, context)) return;
   }
 }
 
@@ -157,7 +157,7 @@ class Coarsener {
   // Near these and what is added still. False when the map is too squeezed; what is removed is
   // removed.
   bool relaxed(const std::vector<VertexId>& seeds, int steps) {
-    return relax_near_added(map_, seeds, keep_, held_, {steps, true}, context_);
+    return relax_near_added(map_, seeds, keep_, held_, steps, context_);
   }
 
   void remove_plainly() {
@@ -181,22 +181,19 @@ class Coarsener {
   }
 
   void untangle() {
-    UntangleRemovalOptions options;
-    options.rings = 1;
-    options.iterations = kThoroughIterations;
+    int rings = 1;
     for (int round = 0; round < kUntanglingRounds && added() > 0; ++round) {
       const double share = 1.0 / kUntanglingRounds;
       const ProgressRange range(context_, round * share, (round + 1) * share);
       const Index before = added();
       const std::vector<VertexId> seeds = beside();
-      remove_by_untangling(map_, held_, keep_, context_, options);
+      remove_by_untangling(map_, held_, keep_, rings, context_);
       map_ = mesh::compacted_map(map_);
       relaxed(seeds, kStepsOfUntangling);
       thin_out(map_, held_, keep_, context_);
-      const auto size = static_cast<std::size_t>(options.rings);
-      if (kWorthwhileUntangling[size - 1] * (before - added()) >= before) continue;
-      if (size == kWorthwhileUntangling.size()) return;
-      ++options.rings;
+      if (kWorthwhileUntangling[at(rings - 1)] * (before - added()) >= before) continue;
+      if (at(rings) == kWorthwhileUntangling.size()) return;
+      ++rings;
     }
   }
 

@@ -12,7 +12,6 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
-#include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/valid_map.h"
 #include "flipfree/matchmaker/start/first_try.h"
 
@@ -43,10 +42,10 @@ bool minimize(const mesh::Surface& surface, const distortion::MinimizeOptions& o
   return static_cast<bool>(better);
 }
 
-distortion::MinimizeOptions minimize_options(const RelaxOptions& options) {
+distortion::MinimizeOptions minimize_options(int steps) {
   distortion::MinimizeOptions minimize;
-  minimize.max_iterations = options.steps;
-  minimize.lengthen = options.lengthen;
+  minimize.max_iterations = steps;
+  minimize.lengthen = true;
   return minimize;
 }
 
@@ -149,32 +148,49 @@ double best_unit(const mesh::RefinedMap& map, const ExecutionContext& context) {
   return 1.0 / (length * (far ? std::exp(-0.5 * sums.log_area) : sums.best_scale()));
 }
 
-bool relax(mesh::RefinedMap& map, const std::vector<VertexId>& fixed, const RelaxOptions& options,
+std::optional<distortion::TargetsResult> reach_targets(const mesh::Surface& surface,
+                                                       const Points2& uv,
+                                                       const VertexTargets& targets,
+                                                       const distortion::MinimizeOptions& options,
+                                                       ExecutionContext& context) {
+  Outcome<distortion::TargetsResult> result = attempt([&] {
+    return distortion::with_own_map(
+        [&] { return distortion::minimize_with_targets(surface, uv, targets, options, context); });
+  });
+  if (!result || !result->missed.empty()) return std::nullopt;
+  return std::move(*result);
+}
+
+bool relax(mesh::RefinedMap& map, const std::vector<VertexId>& fixed, int steps,
            ExecutionContext& context) {
-  distortion::MinimizeOptions whole = minimize_options(options);
+  distortion::MinimizeOptions whole = minimize_options(steps);
   whole.fixed = fixed;
   return minimize(to_surface(map.surface), whole, map.uv, context);
 }
 
-namespace {
+std::vector<VertexId> beside_added(const Mesh& mesh, Index keep) {
+  std::vector<VertexId> vertices;
+  for (VertexId v = keep; v < mesh.vertex_count(); ++v) vertices.push_back(v);
+  vertices = vertices_near(mesh, std::move(vertices), 1);
+  std::erase_if(vertices, [&](VertexId v) { return v >= keep; });
+  return vertices;
+}
 
-// The same for the vertices within `rings` edges of the seeds alone, at the scale that is the best
-// for the whole map. Cost: a few sweeps over the map, Newton steps of the neighbourhood.
-bool relax_near(mesh::RefinedMap& map, const std::vector<VertexId>& seeds, int rings,
-                const std::vector<VertexId>& fixed, const RelaxOptions& options,
-                ExecutionContext& context) {
-  const mesh::EditableTriangulation& mesh = map.surface.mesh;
-  const std::vector<VertexId> free = vertices_near(mesh, seeds, rings);
+bool relax_near_added(mesh::RefinedMap& map, std::vector<VertexId> seeds, Index keep,
+                      const std::vector<VertexId>& fixed, int steps, ExecutionContext& context) {
+  const Mesh& mesh = map.surface.mesh;
+  for (VertexId v = keep; v < mesh.vertex_count(); ++v) seeds.push_back(v);
+  const std::vector<VertexId> free = vertices_near(mesh, std::move(seeds), kRingsAroundAdded);
   if (static_cast<double>(free.size()) >=
       kMostNeighbourhoodShare * static_cast<double>(mesh.vertex_count()))
-    return relax(map, fixed, options, context);
-  std::vector<mesh::EditableTriangulation::Triangle> triangles;
+    return relax(map, fixed, steps, context);
+  std::vector<Mesh::Triangle> triangles;
   for (const FaceId f : faces_at(mesh, free)) triangles.push_back(mesh.corners(f));
   if (triangles.empty()) return true;
   Patch patch = make_patch(map, triangles);
   std::vector<VertexId> held = fixed;
   std::sort(held.begin(), held.end());
-  distortion::MinimizeOptions near = minimize_options(options);
+  distortion::MinimizeOptions near = minimize_options(steps);
   near.unit = best_unit(map, context);
   for (std::size_t i = 0; i < patch.vertices.size(); ++i) {
     const VertexId v = patch.vertices[i];
@@ -186,23 +202,6 @@ bool relax_near(mesh::RefinedMap& map, const std::vector<VertexId>& seeds, int r
   for (std::size_t i = 0; i < patch.vertices.size(); ++i)
     map.uv.row(patch.vertices[i]) = patch.uv.row(static_cast<Eigen::Index>(i));
   return true;
-}
-
-}  // namespace
-
-std::vector<VertexId> beside_added(const Mesh& mesh, Index keep) {
-  std::vector<VertexId> vertices;
-  for (VertexId v = keep; v < mesh.vertex_count(); ++v) vertices.push_back(v);
-  vertices = vertices_near(mesh, std::move(vertices), 1);
-  std::erase_if(vertices, [&](VertexId v) { return v >= keep; });
-  return vertices;
-}
-
-bool relax_near_added(mesh::RefinedMap& map, std::vector<VertexId> seeds, Index keep,
-                      const std::vector<VertexId>& fixed, const RelaxOptions& options,
-                      ExecutionContext& context) {
-  for (VertexId v = keep; v < map.surface.mesh.vertex_count(); ++v) seeds.push_back(v);
-  return relax_near(map, seeds, kRingsAroundAdded, fixed, options, context);
 }
 
 }  // namespace flipfree::matchmaker

@@ -2,10 +2,13 @@
 // what has changed, as a mesh of its own.
 #pragma once
 
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
 #include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/mesh/refined/refined_surface.h"
 
 namespace flipfree::matchmaker {
@@ -34,23 +37,28 @@ Patch make_patch(const mesh::RefinedMap& map,
 bool winds_more(const mesh::RefinedMap& map, const std::vector<VertexId>& vertices,
                 const Triangles& faces, const Points2& uv, const std::vector<FaceId>& replaced);
 
-struct RelaxOptions {
-  int steps = 5;
-  bool lengthen = false;  // MinimizeOptions::lengthen
-};
+// distortion::minimize_with_targets(); nothing where a target is missed, or the map is too squeezed
+// for the Newton system: the way there is blocked.
+using VertexTargets = std::vector<std::pair<VertexId, Vector2>>;
+std::optional<distortion::TargetsResult> reach_targets(const mesh::Surface& surface,
+                                                       const Points2& uv,
+                                                       const VertexTargets& targets,
+                                                       const distortion::MinimizeOptions& options,
+                                                       ExecutionContext& context);
 
 // Some Newton steps with these vertices where they are. False if the map is too squeezed for the
 // Newton system; it is then as before, and valid.
-bool relax(mesh::RefinedMap& map, const std::vector<VertexId>& fixed, const RelaxOptions& options,
+bool relax(mesh::RefinedMap& map, const std::vector<VertexId>& fixed, int steps,
            ExecutionContext& context);
 
 // The vertices below `keep` that are neighbours of others, which were added.
 std::vector<VertexId> beside_added(const mesh::EditableTriangulation& mesh, Index keep);
 
-// Relaxes the map near these and near what is added still, which may be all of it.
+// Relaxes the map near these and near what is added still, which may be all of it, at the scale
+// that is the best for all of it. Cost: a few sweeps over the map, Newton steps of the
+// neighbourhood.
 bool relax_near_added(mesh::RefinedMap& map, std::vector<VertexId> seeds, Index keep,
-                      const std::vector<VertexId>& fixed, const RelaxOptions& options,
-                      ExecutionContext& context);
+                      const std::vector<VertexId>& fixed, int steps, ExecutionContext& context);
 
 // The map's energy against the surface at rest, whose area is length^2.
 struct Energy {

@@ -246,10 +246,11 @@ Index thin_out(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index k
 }
 
 Index remove_by_untangling(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-                           ExecutionContext& context, const UntangleRemovalOptions& options) {
+                           int rings, ExecutionContext& context) {
+  constexpr int kIterations = 80;
   constexpr int kPatience = 10;
   distortion::UntangleOptions untangling;
-  untangling.max_iterations = options.iterations;
+  untangling.max_iterations = kIterations;
   untangling.patience = kPatience;
   untangling.extra_iterations = 1;
   Mesh& mesh = map.surface.mesh;
@@ -262,7 +263,7 @@ Index remove_by_untangling(mesh::RefinedMap& map, const std::vector<VertexId>& h
     StarFilling filling;
     if (stays[at(v)] != 0 || !remover.fill(v, true, filling)) continue;
     std::sort(filling.star.begin(), filling.star.end());
-    std::vector<VertexId> near = vertices_near(mesh, {v}, options.rings);
+    std::vector<VertexId> near = vertices_near(mesh, {v}, rings);
     near.erase(std::lower_bound(near.begin(), near.end(), v));
     const std::vector<FaceId> faces = faces_at(mesh, near);
     std::vector<Mesh::Triangle> triangles = filling.triangles;

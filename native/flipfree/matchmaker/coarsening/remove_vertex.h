@@ -26,20 +26,13 @@ Index thin_out(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index k
 // What remove_vertex.h leaves behind are local minima: no vertex can go as the others lie, although
 // most can when their neighbours make room.
 
-// Newton steps per vertex where a vertex less is worth twice the usual time.
-inline constexpr int kThoroughIterations = 80;
-
-struct UntangleRemovalOptions {
-  int rings = 2;        // vertices within so many edges of the one that is removed may move
-  int iterations = 40;  // Newton steps per vertex at the most
-};
-
-// One pass over the vertices from `keep` on that are not held, the last first. The boundary does
+// One pass over the vertices from `keep` on that are not held, the last first. Vertices within
+// `rings` edges of the one that is removed may move. The boundary does
 // not move, nor do `held` vertices. The map stays valid, also as stored, and interior vertices go
 // on winding once. Returns the number removed; vertices stay as isolated ones until compacted.
 // Cost: some twenty Newton steps on fifty triangles per vertex, half a millisecond; with one ring a
 // third of it.
 Index remove_by_untangling(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-                           ExecutionContext& context, const UntangleRemovalOptions& options = {});
+                           int rings, ExecutionContext& context);
 
 }  // namespace flipfree::matchmaker

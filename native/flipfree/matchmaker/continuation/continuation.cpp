@@ -38,16 +38,11 @@ bool pull(mesh::RefinedMap& map, const std::vector<PinnedVertex>& pins, int step
   options.max_iterations = steps;
   options.max_pulls = pulls;
   options.fixed = held;
-  std::vector<std::pair<VertexId, Vector2>> targets;
+  VertexTargets targets;
   for (const PinnedVertex& p : pins) targets.emplace_back(p.vertex, p.uv);
-  // Too squeezed for the Newton system: blocked, like any other.
-  Outcome<distortion::TargetsResult> result = attempt([&] {
-    return distortion::with_own_map([&] {
-      return distortion::minimize_with_targets(to_surface(map.surface), map.uv, targets, options,
-                                               context);
-    });
-  });
-  if (!result || !result->missed.empty()) return false;
+  std::optional<distortion::TargetsResult> result =
+      reach_targets(to_surface(map.surface), map.uv, targets, options, context);
+  if (!result) return false;
   map.uv = std::move(result->uv);
   for (const PinnedVertex& p : pins) held.push_back(p.vertex);
   return true;
@@ -68,36 +63,30 @@ bool pull_one_by_one(mesh::RefinedMap& map, std::vector<PinnedVertex> pins,
 
 }  // namespace
 
-Arrival move_pins(mesh::RefinedMap& map, const Constraints& constraints, bool together, bool refine,
-                  ExecutionContext& context, Stats& stats) {
-  if (constraints.pins.empty()) return Arrival::kNoPins;
+const char* move_pins(mesh::RefinedMap& map, const Constraints& constraints, bool together,
+                      bool refine, ExecutionContext& context, Stats& stats) {
+  if (constraints.pins.empty()) return "first try";
   if (together) {
     const ProgressRange range(context, 0.0, 0.2);
     std::vector<VertexId> fixed;
     if (!constraints.free_boundary()) fixed = map.surface.boundary;
     if (pull(map, constraints.pins, kSteps, kPulls, fixed, context) ||
         (!refine && pull_one_by_one(map, constraints.pins, fixed, context)))
-      return Arrival::kTogether;
+      return "continuation";
   }
-  if (!refine) return Arrival::kBlocked;
+  if (!refine) return nullptr;
   const Index keep = map.surface.mesh.vertex_count();
-  Arrival move = Arrival::kBlocked;
+  bool planned = false;
   {
     const ProgressRange range(context, 0.2, 0.6);
-    if (place_pins(map, constraints, context, stats)) {
-      move = Arrival::kPlanned;
-    } else if (move_with_arms(map, constraints, context, stats)) {
-      move = Arrival::kArms;
-    } else {
-      return move;
-    }
+    planned = place_pins(map, constraints, context);
+    if (!planned && !move_with_arms(map, constraints, context)) return nullptr;
   }
   // All pins are met: the rest may end anywhere.
   const ProgressRange range(context, 0.6, 1.0);
   const std::vector<VertexId> held = held_vertices(map.surface, constraints);
-  coarsen(map, held, keep, {.most_untangled = kAllUntangled, .unfold = move == Arrival::kArms},
-          context, stats);
-  return move;
+  coarsen(map, held, keep, {.most_untangled = kAllUntangled, .unfold = !planned}, context, stats);
+  return planned ? "planned" : "arms";
 }
 
 namespace {
@@ -115,36 +104,6 @@ void lay_on(mesh::RefinedSurface& surface, const mesh::Surface& other) {
   surface.input = &other;
   for (std::size_t v = 0; v < surface.position.size(); ++v)
     surface.position[v] = surface.place(surface.support[v]);
-}
-
-const char* engine_of(Arrival move) {
-  switch (move) {
-    case Arrival::kPlanned:
-      return "planned";
-    case Arrival::kArms:
-      return "arms";
-    case Arrival::kTogether:
-      return "continuation";
-    case Arrival::kNoPins:
-    case Arrival::kBlocked:
-      break;
-  }
-  return "first try";
-}
-
-// The constraints of a surface for a decimated one that has all their vertices.
-Constraints restricted(const Constraints& constraints, const mesh::RefinedSurface& whole,
-                       const mesh::Decimated& few, const mesh::RefinedSurface& coarse) {
-  const auto id = [&](VertexId v) { return few.into[at(v)]; };
-  Constraints result = constraints;
-  for (PinnedVertex& p : result.pins) p.vertex = id(p.vertex);
-  if (constraints.free_boundary()) return result;
-  std::vector<Vector2> target(few.origin.size(), Vector2::Zero());
-  for (std::size_t i = 0; i < constraints.outline.size(); ++i)
-    target[at(id(whole.boundary[i]))] = constraints.outline[i];
-  for (std::size_t i = 0; i < coarse.boundary.size(); ++i)
-    result.outline[i] = target[at(coarse.boundary[i])];
-  return result;
 }
 
 // The map of a decimated surface as one of the whole; empty where 64 bits are too coarse for it.
@@ -193,20 +152,21 @@ std::optional<mesh::RefinedMap> coarse_to_fine(const mesh::RefinedSurface& surfa
   const mesh::Decimated few = mesh::decimate(whole, kCoarseTriangles, context, stay);
   mesh::RefinedMap coarse{mesh::make_refined_surface(few.surface), {}};
   const Index count = coarse.surface.mesh.vertex_count();
-  const Constraints there = restricted(constraints, surface, few, coarse.surface);
-  std::optional<Points2> start = first_try(coarse.surface, there, context, stats);
+  // The boundary has all its vertices still, in the same order.
+  Constraints there = constraints;
+  for (PinnedVertex& p : there.pins) p.vertex = few.into[at(p.vertex)];
+  std::optional<Points2> start = first_try(coarse.surface, there, context);
   if (!start || coarse.surface.mesh.vertex_count() > count) return std::nullopt;
   coarse.uv = *start;
-  if (move_pins(coarse, there, true, true, context, stats) == Arrival::kBlocked)
-    return std::nullopt;
-  relax(coarse, held_vertices(coarse.surface, there), {kCoarseSteps, true}, context);
+  if (move_pins(coarse, there, true, true, context, stats) == nullptr) return std::nullopt;
+  relax(coarse, held_vertices(coarse.surface, there), kCoarseSteps, context);
   const bool outline = !constraints.free_boundary();
   const bool refined = coarse.surface.mesh.vertex_count() > count;
   mesh::RefinedMap fine{surface, {}};
   if (!refined) {
     fine.uv = way_back(whole, few, coarse.uv, outline, context);
     if (fine.uv.rows() == 0) return std::nullopt;
-    relax(fine, held, {kWholeSteps, true}, context);
+    relax(fine, held, kWholeSteps, context);
   } else {
     // A plane in which both triangulations cover the same domain once.
     if (outline && !constraints.simple_outline) return std::nullopt;
@@ -221,8 +181,7 @@ std::optional<mesh::RefinedMap> coarse_to_fine(const mesh::RefinedSurface& surfa
   return fine;
 }
 
-// A map that meets all pins, and how they arrived; nothing if they do not. In the end it lies on
-// the surface itself.
+// As by_continuation(), for maps that may overlap themselves.
 std::optional<Solution> move_there(const Problem& problem, ExecutionContext& context,
                                    Stats& stats) {
   const Constraints& constraints = problem.constraints;
@@ -238,7 +197,7 @@ std::optional<Solution> move_there(const Problem& problem, ExecutionContext& con
   std::optional<Points2> start;
   {
     const ProgressRange range(context, 0.4, 0.5);
-    start = first_try(map.surface, constraints, context, stats);
+    start = first_try(map.surface, constraints, context);
   }
   if (!start) return std::nullopt;
   map.uv = std::move(*start);
@@ -252,27 +211,22 @@ std::optional<Solution> move_there(const Problem& problem, ExecutionContext& con
     lay_on(map.surface, *room);
   }
   const ProgressRange range(context, 0.5, 1.0);
-  const Arrival move = move_pins(map, constraints, together, refine, context, stats);
-  if (move == Arrival::kBlocked) return std::nullopt;
+  const char* engine = move_pins(map, constraints, together, refine, context, stats);
+  if (engine == nullptr) return std::nullopt;
   if (room) lay_on(map.surface, *problem.surface.input);
   // Edges that were split before there was a map need not be, all of them.
   thin_out(map, held_vertices(map.surface, constraints), problem.surface.mesh.vertex_count(),
            context);
-  return Solution{std::move(map), engine_of(move)};
+  return Solution{std::move(map), engine};
 }
 
 }  // namespace
 
-std::optional<Solution> by_continuation(const Problem& problem, double share,
-                                        ExecutionContext& context, Stats& stats) {
-  std::optional<Solution> solution;
-  {
-    const TimeLimit limit(context, share * context.seconds_left());
-    solution = move_there(problem, context, stats);
-  }
-  if (!solution) return std::nullopt;
-  const mesh::RefinedMap& map = solution->map;
-  if (problem.options.bijective && overlaps(map.surface, map.uv)) return std::nullopt;
+std::optional<Solution> by_continuation(const Problem& problem, ExecutionContext& context,
+                                        Stats& stats) {
+  std::optional<Solution> solution = move_there(problem, context, stats);
+  if (solution && problem.options.bijective && overlaps(solution->map.surface, solution->map.uv))
+    return std::nullopt;
   return solution;
 }
 

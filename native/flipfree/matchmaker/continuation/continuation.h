@@ -23,20 +23,18 @@ namespace flipfree::matchmaker {
 // together (class_overlay.h), and where the boundary is free and the map may overlap itself, every
 // pin gets an arm of its own (arms.h); then refinement is taken back (coarsen.h).
 
-// How pins arrived.
-enum class Arrival { kBlocked, kNoPins, kTogether, kPlanned, kArms };
-
 // Precondition: map.uv is flip-free, a prescribed boundary is at its targets. Pins that have
 // arrived are at their targets bit for bit; otherwise the map is a valid one on the way.
 // `together`: by continuation, which adds no vertex; `refine`: by a plan or arms, where they are
-// for such pins. Stats: "plan.*", "arms.*", "time_limit_reached".
-Arrival move_pins(mesh::RefinedMap& map, const Constraints& constraints, bool together, bool refine,
-                  ExecutionContext& context, Stats& stats);
+// for such pins. Returns how they arrived ("first try" where there are none), null if they did not.
+// Stats: "time_limit_reached".
+const char* move_pins(mesh::RefinedMap& map, const Constraints& constraints, bool together,
+                      bool refine, ExecutionContext& context, Stats& stats);
 
-// Nothing if there is no such map, or a pin does not arrive. `share`: of the time that is left.
-// Stats: "first_try.*", "continuation.coarsest" (vertices of the coarse level that all pins arrived
-// on, if there is one), "plan.*", "arms.*".
-std::optional<Solution> by_continuation(const Problem& problem, double share,
-                                        ExecutionContext& context, Stats& stats);
+// Nothing if there is no such map, or a pin does not arrive. In the end the map lies on the surface
+// itself. Stats: "continuation.coarsest" (vertices of the coarse level that all pins arrived on, if
+// there is one), "time_limit_reached".
+std::optional<Solution> by_continuation(const Problem& problem, ExecutionContext& context,
+                                        Stats& stats);
 
 }  // namespace flipfree::matchmaker

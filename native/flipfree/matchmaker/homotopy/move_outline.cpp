@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -43,31 +44,18 @@ Vector2 apex_of(const Vector2& a, const Vector2& b, double from_a, double from_b
          (0.5 * quadruple_area(base, from_a, from_b) / base) * Vector2(-u.y(), u.x());
 }
 
-// The last face left when leaves are peeled off the tree of faces round by round.
-FaceId centre_of_tree(const Mesh& mesh) {
-  const auto count = static_cast<std::size_t>(mesh.face_slots());
-  std::vector<int> degree(count, 0);
-  std::vector<char> gone(count, 0);
-  std::deque<FaceId> leaves;
-  FaceId last = 0;
+FaceId largest_face(const TargetDomain& domain) {
+  const Mesh& mesh = domain.triangulation;
+  FaceId largest = 0;
+  double most = 0.0;
   for (FaceId f = 0; f < mesh.face_slots(); ++f) {
     if (!mesh.alive(f)) continue;
-    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) degree[at(f)] += mesh.is_boundary(h) ? 0 : 1;
-    if (degree[at(f)] <= 1) leaves.push_back(f);
+    const Mesh::Triangle t = mesh.corners(f);
+    const double area =
+        twice_area(domain.point[at(t[0])], domain.point[at(t[1])], domain.point[at(t[2])]);
+    if (area > most) std::tie(most, largest) = std::pair(area, f);
   }
-  while (!leaves.empty()) {
-    const FaceId f = leaves.front();
-    leaves.pop_front();
-    if (gone[at(f)] != 0) continue;
-    gone[at(f)] = 1;
-    last = f;
-    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-      if (mesh.is_boundary(h)) continue;
-      const FaceId g = mesh.opposite(h) / 3;
-      if (gone[at(g)] == 0 && --degree[at(g)] <= 1) leaves.push_back(g);
-    }
-  }
-  return last;
+  return largest;
 }
 
 // A target outline as the last frame of a homotopy: a family of immersed polygons that begins with
@@ -95,7 +83,7 @@ class OutlineHomotopy {
     std::vector<double> lengths;
     for (std::size_t i = 0; i < n; ++i)
       lengths.push_back((point(domain_.outline[(i + 1) % n]) - point(domain_.outline[i])).norm());
-    root_ = centre_of_tree(mesh);
+    root_ = largest_face(domain_);
     std::vector<char> seen(static_cast<std::size_t>(mesh.face_slots()), 0);
     seen[at(root_)] = 1;
     std::deque<FaceId> queue = {root_};
@@ -191,7 +179,7 @@ class OutlineHomotopy {
   std::vector<SheetPin> pins_;
   std::vector<Vector3> weight_;   // per pin
   std::vector<Vector2> circle_;   // per domain vertex
-  FaceId root_ = 0;               // in the middle of the tree; it stays in place
+  FaceId root_ = 0;               // stays in place
   std::vector<HalfedgeId> glue_;  // per other face, parents first, the half-edge to its parent
 };
 
@@ -230,21 +218,10 @@ class OutlineMover {
   }
 
   // True if frame 1 was reached: outline and pins bit for bit; else the map is some valid one on
-  // the way, where there is no way on. At most `added_limit` vertices are added. Stats:
-  // "outline.*". Cost: some hundred Newton steps.
-  bool run(Index added_limit, Stats& stats) {
-    const Index before = map_.surface.mesh.vertex_count();
-    const bool arrived = advance(before + added_limit);
-    stats["outline.frames"] = frames_;
-    stats["outline.refinements"] = splits_;
-    stats["outline.way"] = time_;
-    stats["outline.added_vertices"] =
-        static_cast<std::int64_t>(map_.surface.mesh.vertex_count() - before);
-    return arrived;
-  }
-
- private:
-  bool advance(Index vertex_limit) {
+  // the way, where there is no way on. At most `added_limit` vertices are added. Cost: some
+  // hundred Newton steps.
+  bool run(Index added_limit) {
+    const Index vertex_limit = map_.surface.mesh.vertex_count() + added_limit;
     double stride = 1.0;
     while (time_ < 1) {
       context_.report("moving to the outline", time_);
@@ -264,6 +241,7 @@ class OutlineMover {
     return true;
   }
 
+ private:
   double reach(double share) const { return share * kStride * (1 - time_ + kRest); }
 
   bool step(double stride, std::int64_t& effort) {
@@ -271,7 +249,7 @@ class OutlineMover {
     const double next = 1 - time_ < 1.3 * by ? 1.0 : time_ + by;
     distortion::MinimizeOptions options;
     options.max_iterations = kSettleSteps;
-    std::vector<std::pair<VertexId, Vector2>> moving;
+    VertexTargets moving;
     for (const auto& [v, place] : homotopy_.places(next, homotopy_.corners(next))) {
       if (map_.uv.row(v) == place.transpose()) {
         options.fixed.push_back(v);
@@ -280,15 +258,10 @@ class OutlineMover {
       }
     }
     const ProgressRange quiet(context_, time_, time_);
-    // Too squeezed for the Newton system: blocked, like any other.
-    Outcome<distortion::TargetsResult> result = attempt([&] {
-      return distortion::with_own_map([&] {
-        return distortion::minimize_with_targets(chart_, map_.uv, moving, options, context_);
-      });
-    });
+    std::optional<distortion::TargetsResult> result =
+        reach_targets(chart_, map_.uv, moving, options, context_);
     if (!result) return false;
     effort = result->factorizations;
-    if (!result->missed.empty()) return false;
     map_.uv = std::move(result->uv);
     time_ = next;
     return true;
@@ -297,7 +270,7 @@ class OutlineMover {
   // Lowers the energy with outline and pins held.
   void relax() {
     const ProgressRange quiet(context_, time_, time_);
-    matchmaker::relax(map_, held_, {kStepsAfterRefining, false}, context_);
+    matchmaker::relax(map_, held_, kStepsAfterRefining, context_);
   }
 
   // The triangles that fold first when every vertex rides on the homotopy.
@@ -348,7 +321,6 @@ class OutlineMover {
     }
     map_.uv.conservativeResize(surface.mesh.vertex_count(), 2);
     if (surface.mesh.vertex_count() == before) return;
-    ++splits_;
     chart_ = to_surface(surface);
     relax();  // or the next step finds it blocked
   }
@@ -370,23 +342,23 @@ class OutlineMover {
   std::vector<VertexId> held_;
   double time_ = 0;
   std::int64_t frames_ = 0;
-  std::int64_t splits_ = 0;
 };
 
 // The surface with its boundary on a convex outline, the pins anywhere: flip-free, distortion
 // lowered. Inner edges between boundary vertices are split, but those of `uncut`.
 mesh::RefinedMap on_outline(const mesh::RefinedSurface& surface, const Polygon& outline,
                             const std::vector<std::pair<VertexId, VertexId>>& uncut,
-                            ExecutionContext& context, Stats& stats) {
+                            ExecutionContext& context) {
   mesh::RefinedMap map{surface, {}};
+  Stats unused;
   split_chords(map.surface, uncut);
   embedding::EmbedOptions embed;
   embed.float32 = false;
   map.uv = distortion::with_own_map([&] {
     return embedding::embed_disk(map.surface.mesh.faces(), map.surface.mesh.vertex_count(),
-                                 surface.boundary, rows_of(outline), embed, context, stats);
+                                 surface.boundary, rows_of(outline), embed, context, unused);
   });
-  relax(map, surface.boundary, {kFirstSteps, false}, context);
+  relax(map, surface.boundary, kFirstSteps, context);
   return map;
 }
 
@@ -414,7 +386,7 @@ mesh::RefinedMap pinned_first_frame(const mesh::RefinedSurface& surface,
   mesh::RefinedMap map;
   {
     const ProgressRange range(context, 0.0, 0.5);
-    map = on_outline(surface, disk.outline, constraints.edges, context, stats);
+    map = on_outline(surface, disk.outline, constraints.edges, context);
   }
   if (homotopy.pins().empty()) return map;
   const ProgressRange range(context, 0.5, 1.0);
@@ -422,8 +394,7 @@ mesh::RefinedMap pinned_first_frame(const mesh::RefinedSurface& surface,
   bool arrived = false;
   ended_in_time(context, [&] {
     const TimeLimit share(context, kShareOfWay * context.seconds_left());
-    arrived = move_pins(pinned, disk, true, constraints.edges.empty(), context, stats) !=
-              Arrival::kBlocked;
+    arrived = move_pins(pinned, disk, true, constraints.edges.empty(), context, stats) != nullptr;
   });
   if (arrived) return pinned;
   return guaranteed(map.surface, disk, false, context, stats);
@@ -446,32 +417,25 @@ std::optional<mesh::RefinedMap> through_homotopy(const Problem& problem, Executi
     const ProgressRange range(context, 0.4, 0.9);
     const Index limit = kOutlineRefinement * problem.surface.input_vertices();
     OutlineMover mover(map, homotopy, constraints.edges, context);
-    if (!mover.run(limit, stats)) return std::nullopt;
+    if (!mover.run(limit)) return std::nullopt;
   }
   const ProgressRange range(context, 0.9, 1.0);
-  if (!riding && move_pins(map, constraints, true, true, context, stats) == Arrival::kBlocked)
+  if (!riding && move_pins(map, constraints, true, true, context, stats) == nullptr)
     return std::nullopt;
   return map;
 }
 
 }  // namespace
 
-std::optional<Solution> by_homotopy(const Problem& problem, double share, ExecutionContext& context,
+std::optional<Solution> by_homotopy(const Problem& problem, ExecutionContext& context,
                                     Stats& stats) {
   // Too squeezed for the Newton system on the way: blocked.
-  Outcome<std::optional<mesh::RefinedMap>> way = attempt([&] {
-    const TimeLimit limit(context, share * context.seconds_left());
-    return through_homotopy(problem, context, stats);
-  });
-  if (!way) stats["outline.failure"] = way.error().message;
+  Outcome<std::optional<mesh::RefinedMap>> way =
+      attempt([&] { return through_homotopy(problem, context, stats); });
   if (!way || !*way) return std::nullopt;
   mesh::RefinedMap map = std::move(**way);
-  const Index keep = problem.surface.mesh.vertex_count();
-  if (map.surface.mesh.vertex_count() > keep) {
-    const TimeLimit limit(context, (1 - kShareOfStep) * context.seconds_left());
-    coarsen(map, held_vertices(map.surface, problem.constraints), keep, {.most_untangled = 0},
-            context, stats);
-  }
+  coarsen(map, held_vertices(map.surface, problem.constraints), problem.surface.mesh.vertex_count(),
+          {.most_untangled = 0}, context, stats);
   return Solution{std::move(map), "homotopy"};
 }
 

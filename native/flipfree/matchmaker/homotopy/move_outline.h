@@ -23,10 +23,9 @@ namespace flipfree::matchmaker {
 // The way to an outline that winds: a map onto a convex polygon, the first frame of a homotopy
 // (outline_homotopy.h), and from there to the last.
 
-// Precondition: a prescribed boundary. `share`: of the time that is left, for all but taking
-// refinement back. Nothing if the way is blocked; why, is in the stats "outline.failure". Stats:
-// "outline.*".
-std::optional<Solution> by_homotopy(const Problem& problem, double share, ExecutionContext& context,
+// Precondition: a prescribed boundary. Nothing if the way is blocked. Stats:
+// "time_limit_reached".
+std::optional<Solution> by_homotopy(const Problem& problem, ExecutionContext& context,
                                     Stats& stats);
 
 }  // namespace flipfree::matchmaker

@@ -84,7 +84,7 @@ class PatchEmbedder {
         partition_(partition),
         paths_(paths) {}
 
-  Points2 run(ExecutionContext& context, Stats& stats) {
+  Points2 run(ExecutionContext& context) {
     std::vector<SurfacePatch> patches;
     for (const auto& polygon : partition_.polygons) {
       context.check();
@@ -97,7 +97,7 @@ class PatchEmbedder {
       context.report("embedding patches",
                      static_cast<double>(i) / static_cast<double>(patches.size()));
       flood(patches[i]);
-      embed(patches[i], context, stats);
+      embed(patches[i], context);
     }
     return uv_;
   }
@@ -225,7 +225,7 @@ class PatchEmbedder {
     std::sort(patch.faces.begin(), patch.faces.end());
   }
 
-  void embed(const SurfacePatch& patch, ExecutionContext& context, Stats& stats) {
+  void embed(const SurfacePatch& patch, ExecutionContext& context) {
     std::vector<VertexId> vertices;
     Triangles faces(static_cast<Eigen::Index>(patch.faces.size()), 3);
     for (std::size_t f = 0; f < patch.faces.size(); ++f) {
@@ -245,13 +245,13 @@ class PatchEmbedder {
       disk.loop.push_back(local_[at(patch.loop[i])]);
       disk.boundary.row(static_cast<Eigen::Index>(i)) = uv_.row(patch.loop[i]);
     }
-    if (disk.vertices.size() > disk.loop.size()) fill(disk, context, stats);
+    if (disk.vertices.size() > disk.loop.size()) fill(disk, context);
     for (const VertexId v : disk.vertices) local_[at(v)] = kInvalid;
   }
 
   // Places the inner vertices of a patch; in the coordinates in which it will be judged where
   // rounding folds what was made in others.
-  void fill(const Disk& disk, ExecutionContext& context, Stats& stats) {
+  void fill(const Disk& disk, ExecutionContext& context) {
     const Frame plain{Vector2::Zero(), Eigen::Matrix2d::Identity(), Eigen::Matrix2d::Identity()};
     for (const Frame& frame : {round_frame(disk.boundary), plain}) {
       const Points2 boundary =
@@ -261,8 +261,9 @@ class PatchEmbedder {
         return distortion::with_own_map([&] {
           embedding::EmbedOptions options;
           options.float32 = false;
+          Stats unused;
           return embedding::embed_disk(disk.faces, static_cast<Index>(disk.vertices.size()),
-                                       disk.loop, boundary, options, context, stats);
+                                       disk.loop, boundary, options, context, unused);
         });
       });
       if (!round) continue;
@@ -295,8 +296,8 @@ class PatchEmbedder {
 // Guarantee: every face is positively oriented by exact test. Throws what embed_disk throws.
 Points2 embed_patches(mesh::RefinedSurface& surface, const TargetDomain& domain,
                       const ConvexPartition& partition, const Paths& paths,
-                      ExecutionContext& context, Stats& stats) {
-  Points2 uv = PatchEmbedder(surface, domain, partition, paths).run(context, stats);
+                      ExecutionContext& context) {
+  Points2 uv = PatchEmbedder(surface, domain, partition, paths).run(context);
   if (!distortion::is_flip_free(surface.mesh.faces(), uv, context)) refuse_thin();
   return uv;
 }
@@ -325,10 +326,10 @@ Paths given_paths(const Target& target, const ConvexPartition& partition) {
 
 // Guarantee: the result exists for every target that full_target() accepts, up to the resolution of
 // 64-bit coordinates (NotConverged if a piece of the target is thinner). With a free boundary the
-// map is one-to-one. It is refined generously and distorted. Stats: "matchmaker.*". Precondition:
+// map is one-to-one. It is refined generously and distorted. Precondition:
 // at least one pin, or a prescribed boundary.
 mesh::RefinedMap run_matchmaker(const mesh::RefinedSurface& surface, const Constraints& constraints,
-                                ExecutionContext& context, Stats& stats) {
+                                ExecutionContext& context) {
   mesh::RefinedSurface work = constraints.free_boundary() ? mesh::with_collar(surface) : surface;
   const Target target = full_target(work, constraints, context);
   const ConvexPartition partition = merge_convex(target.domain);
@@ -338,14 +339,8 @@ mesh::RefinedMap run_matchmaker(const mesh::RefinedSurface& surface, const Const
     paths = trace_paths(work, target.domain, partition, given_paths(target, partition), context);
   }
   const ProgressRange range(context, 0.5, 1.0);
-  const Points2 uv = embed_patches(work, target.domain, partition, paths, context, stats);
-  // Without collar and unused vertices.
-  mesh::RefinedMap map = mesh::compacted_map({std::move(work), uv});
-  stats["matchmaker.polygons"] = static_cast<std::int64_t>(partition.polygons.size());
-  stats["matchmaker.paths"] = static_cast<std::int64_t>(partition.edges.size());
-  stats["matchmaker.added_vertices"] =
-      static_cast<std::int64_t>(map.surface.mesh.vertex_count() - map.surface.input_vertices());
-  return map;
+  const Points2 uv = embed_patches(work, target.domain, partition, paths, context);
+  return mesh::compacted_map({std::move(work), uv});  // without collar and unused vertices
 }
 
 }  // namespace
@@ -355,7 +350,7 @@ mesh::RefinedMap guaranteed(const mesh::RefinedSurface& surface, const Constrain
   mesh::RefinedMap fine;
   {
     const ProgressRange range(context, 0.0, 0.3);
-    fine = run_matchmaker(surface, constraints, context, stats);
+    fine = run_matchmaker(surface, constraints, context);
   }
   const ProgressRange range(context, 0.3, 1.0);
   return made_usable(std::move(fine), surface, constraints, bijective, context, stats);

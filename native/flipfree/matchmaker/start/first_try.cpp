@@ -29,7 +29,7 @@ namespace {
 // composition is one-to-one; its values at the vertices, joined linearly, may have flips where
 // triangles are large against the target's: a start for untangle.h, nothing more.
 Points2 compose_through_disk(const mesh::RefinedSurface& surface, const TargetDomain& domain,
-                             ExecutionContext& context, Stats& stats) {
+                             ExecutionContext& context) {
   const std::size_t n = domain.outline.size();
   std::vector<VertexId> loop;
   std::vector<double> lengths;
@@ -39,7 +39,7 @@ Points2 compose_through_disk(const mesh::RefinedSurface& surface, const TargetDo
         (domain.point[at(domain.outline[(i + 1) % n])] - domain.point[at(domain.outline[i])])
             .norm());
   }
-  const Points2 disk = onto_circle(surface, loop, lengths, context, stats);
+  const Points2 disk = onto_circle(surface, loop, lengths, context);
   std::vector<Vector2> place(domain.point.size());
   for (std::size_t i = 0; i < n; ++i) place[at(domain.outline[i])] = disk.row(loop[i]).transpose();
   // Where it lies in the disk, carried along as the disk becomes the target.
@@ -61,14 +61,15 @@ double twice_area_of(const Shape& t) { return twice_area(t[0], t[1], t[2]); }
 }  // namespace
 
 Points2 onto_circle(const mesh::RefinedSurface& surface, const std::vector<VertexId>& loop,
-                    const std::vector<double>& lengths, ExecutionContext& context, Stats& stats) {
+                    const std::vector<double>& lengths, ExecutionContext& context) {
   embedding::EmbedOptions options;
   options.float32 = false;
+  Stats unused;
   const Points2 circle =
       embedding::place_boundary(embedding::BoundaryShape::kCircle, lengths).positions;
   return distortion::with_own_map([&] {
     return embedding::embed_disk(surface.mesh.faces(), surface.mesh.vertex_count(), loop, circle,
-                                 options, context, stats);
+                                 options, context, unused);
   });
 }
 
@@ -124,7 +125,7 @@ void hold(const mesh::RefinedSurface& surface, const Constraints& constraints, P
 }
 
 // The surface's own flattening, free boundary, least distortion.
-Points2 flatten(const mesh::RefinedSurface& surface, ExecutionContext& context, Stats& stats) {
+Points2 flatten(const mesh::RefinedSurface& surface, ExecutionContext& context) {
   const mesh::Surface arrays = to_surface(surface);
   std::vector<double> lengths;
   const std::size_t n = surface.boundary.size();
@@ -136,14 +137,13 @@ Points2 flatten(const mesh::RefinedSurface& surface, ExecutionContext& context, 
   Points2 uv;
   {
     const ProgressRange range(context, 0.0, 0.2);
-    uv = onto_circle(surface, surface.boundary, lengths, context, stats);
+    uv = onto_circle(surface, surface.boundary, lengths, context);
   }
   const ProgressRange range(context, 0.2, 0.6);
   distortion::MinimizeOptions minimize;
   minimize.max_iterations = 60;
   distortion::Minimized flat = distortion::with_own_map(
       [&] { return distortion::minimize_distortion(arrays, uv, minimize, context); });
-  report(flat, stats);
   return std::move(flat.uv);
 }
 
@@ -217,23 +217,19 @@ namespace {
 // simple outline they cannot, see outline_target.h.)
 std::optional<Points2> untangle_from(const mesh::RefinedSurface& surface,
                                      const Constraints& constraints, const Points2& start,
-                                     ExecutionContext& context, Stats& stats) {
+                                     ExecutionContext& context) {
   const mesh::Surface arrays = to_surface(surface);
   std::vector<char> fixed(surface.position.size(), 0);
   for (const VertexId v : held_vertices(surface, constraints)) fixed[at(v)] = 1;
   Points2 begin = start;
   hold(surface, constraints, begin);
   distortion::Untangler untangler(arrays, fixed, context);
-  std::int64_t iterations = 0;
   // A fast schedule first; where it gets stuck in a fold, a slow one often does not.
   for (const double pace : {0.4, 0.15}) {
     distortion::UntangleOptions options;
     options.pace = pace;
     if (!constraints.free_boundary()) options.target_area = outline_area(constraints.outline);
     distortion::UntangleResult result = untangler.run(begin, options, context);
-    iterations += result.iterations;
-    stats["first_try.iterations"] = iterations;
-    stats["first_try.flips"] = static_cast<std::int64_t>(result.flips);
     if (result.flips == 0) return std::move(result.uv);
   }
   return std::nullopt;
@@ -242,9 +238,9 @@ std::optional<Points2> untangle_from(const mesh::RefinedSurface& surface,
 }  // namespace
 
 std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraints& constraints,
-                                 ExecutionContext& context, Stats& stats) {
+                                 ExecutionContext& context) {
   if (constraints.free_boundary()) {
-    Points2 uv = flatten(surface, context, stats);
+    Points2 uv = flatten(surface, context);
     lay_over(uv, constraints.pins);
     if (distortion::is_flip_free(surface.mesh.faces(), uv, context)) return uv;
     return std::nullopt;  // needles that lose their area when turned; MatchMaker++ starts from
@@ -253,12 +249,11 @@ std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraint
   split_blind_chords(surface, constraints);
   const Constraints boundary_only = outline_alone(constraints);
   const Target target = full_target(surface, boundary_only, context);
-  const Points2 start = compose_through_disk(surface, target.domain, context, stats);
+  const Points2 start = compose_through_disk(surface, target.domain, context);
   const auto folded =
       static_cast<double>(distortion::flipped_faces(surface.mesh.faces(), start, context).size());
-  stats["first_try.folded"] = static_cast<std::int64_t>(folded);
   if (folded > kMostFolded * static_cast<double>(surface.mesh.faces().rows())) return std::nullopt;
-  return untangle_from(surface, boundary_only, start, context, stats);
+  return untangle_from(surface, boundary_only, start, context);
 }
 
 }  // namespace flipfree::matchmaker

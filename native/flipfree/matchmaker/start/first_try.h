@@ -7,16 +7,15 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/base/stats.h"
 #include "flipfree/matchmaker/target/outline_target.h"
 #include "flipfree/mesh/refined/refined_surface.h"
 
 namespace flipfree::matchmaker {
 
 // The surface in a circle on which the boundary's edges have these lengths, from `loop`'s first
-// vertex on. Stats: those of embed_disk.
+// vertex on.
 Points2 onto_circle(const mesh::RefinedSurface& surface, const std::vector<VertexId>& loop,
-                    const std::vector<double>& lengths, ExecutionContext& context, Stats& stats);
+                    const std::vector<double>& lengths, ExecutionContext& context);
 
 // A flat metric on the surface in which every triangle has room inside a prescribed boundary.
 //
@@ -37,9 +36,8 @@ mesh::Surface equal_area_metric(const mesh::RefinedSurface& surface, const Point
 // Free boundary: the surface's own flattening, laid over the pins by the best similarity.
 // Prescribed boundary: composed through the common disk, untangled; inner edges between boundary
 // vertices are split first, in `surface`, unless the outline is convex and has room for them.
-// Stats: "first_try.*".
 std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraints& constraints,
-                                 ExecutionContext& context, Stats& stats);
+                                 ExecutionContext& context);
 
 // Splits every inner edge between boundary vertices but those of `uncut` (lines): whether its ends
 // see each other may differ between outlines.
