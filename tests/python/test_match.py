@@ -391,3 +391,11 @@ def test_an_outline_that_winds_is_met(
     assert_pins_met(result, {v: tuple(t) for v, t in zip(loop, target, strict=True)})
     if engine == "outline":
         assert result.certificate.energy < 500 and len(result.faces) <= 2 * len(faces)
+
+
+def test_coarse_level_of_a_long_boundary() -> None:
+    vertices, faces = bumpy_grid(520, 16)  # 1072 boundary vertices
+    vertices[:, 0] *= 4.0
+    points = {v: (vertices[v, 0] + 0.05, vertices[v, 1]) for v in (2000, 7000)}
+    result = ff.match(vertices, faces, points=points)
+    assert result.certificate.ok and result.stats["engine"] == "coarse to fine"

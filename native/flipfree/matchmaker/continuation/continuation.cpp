@@ -91,8 +91,8 @@ const char* move_pins(mesh::RefinedMap& map, const Constraints& constraints, boo
 
 namespace {
 
-// Surfaces with more vertices than kSmall have a coarse level of about so many triangles: on fewer,
-// pins are in each other's way.
+// Surfaces with more vertices than kSmall have a coarse level of at least so many triangles: on
+// fewer, pins are in each other's way.
 constexpr Index kSmall = 4000;
 constexpr Index kCoarseTriangles = 4000;
 // Newton steps that bring the coarse map to rest, and the whole one.
@@ -148,8 +148,9 @@ std::optional<mesh::RefinedMap> coarse_to_fine(const mesh::RefinedSurface& surfa
   const std::vector<VertexId> held = stay;
   stay.insert(stay.end(), surface.boundary.begin(), surface.boundary.end());
   // Half of a coarse level's vertices at least are there to move.
-  if (4 * static_cast<Index>(stay.size()) > kCoarseTriangles) return std::nullopt;
-  const mesh::Decimated few = mesh::decimate(whole, kCoarseTriangles, context, stay);
+  const Index triangles = std::max(kCoarseTriangles, 4 * static_cast<Index>(stay.size()));
+  if (2 * triangles > static_cast<Index>(whole.faces.rows())) return std::nullopt;
+  const mesh::Decimated few = mesh::decimate(whole, triangles, context, stay);
   mesh::RefinedMap coarse{mesh::make_refined_surface(few.surface), {}};
   const Index count = coarse.surface.mesh.vertex_count();
   // The boundary has all its vertices still, in the same order.
