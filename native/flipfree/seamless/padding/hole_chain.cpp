@@ -373,16 +373,16 @@ std::vector<VertexId> crossing_cycle(const TurnMeter& meter, const std::vector<V
   return cycle;
 }
 
-// Exchanges each loop that turns by an eighth and more for the cheapest cycle that crosses it, if
-// that one costs less. The loops stay disjoint, and no sum of them
+// Exchanges each loop that turns by an eighth and more, the first ones aside, for the cheapest
+// cycle that crosses it, if that one costs less. The loops stay disjoint, and no sum of them
 // bounds: no other one crosses what the new one does.
 void straighten_loops(Canvas& canvas, const TurnMeter& meter, const TurningPrice& price,
-                      Loops& loops, const ExecutionContext& context) {
+                      std::size_t first, Loops& loops, const ExecutionContext& context) {
   // What crosses a new loop runs beside the old one: perhaps on the other side of a cone.
   std::vector<char> is_new(loops.size(), 0);
   bool changed = true;
   for (int round = 0; std::exchange(changed, false) && round < kStraighteningRounds; ++round) {
-    for (std::size_t i = 0; i < loops.size(); ++i) {
+    for (std::size_t i = first; i < loops.size(); ++i) {
       const double turn = meter.turn(loops[i]);
       if (std::exchange(is_new[i], 0) == 0 && std::abs(turn) < kStraight) continue;
       const double now = price.cost(canvas.length(canvas.edges_of(loops[i])), turn);
@@ -505,18 +505,22 @@ struct Ends {
 // Loops, drawn, and the connectors between their holes.
 class Chain {
  public:
-  Chain(Canvas& canvas, Index genus, const ChainGuide& guide, const ExecutionContext& context)
+  // `first`: the loop whose holes the chain begins and ends with, which is drawn already; or empty.
+  Chain(Canvas& canvas, const std::vector<VertexId>& first, Index genus, const ChainGuide& guide,
+        const ExecutionContext& context)
       : canvas_(canvas),
         context_(context),
-        holes_(canvas, draw_loops(canvas, genus, guide, context)) {
+        holes_(canvas, draw_loops(canvas, first, genus, guide, context)) {
     if (guide.crossings != nullptr) ways_.emplace(canvas, holes_, guide, context);
   }
 
   const Holes& holes() const { return holes_; }
-  std::vector<Index> order(bool odd_couple) const {
-    Costs cost = ways_ ? ways_->costs() : hole_neighbours(canvas_, holes_, context_);
-    complete(cost, ways_ ? kDetour : 1.0, context_);
-    return ways_ ? hole_tour(cost, odd_couple, context_) : hole_order(0, cost, odd_couple);
+  // `from_first`: the first hole is 0.
+  std::vector<Index> order(bool odd_couple, bool from_first) const {
+    const bool turning = ways_ && !from_first;
+    Costs cost = turning ? ways_->costs() : hole_neighbours(canvas_, holes_, context_);
+    complete(cost, turning ? kDetour : 1.0, context_);
+    return turning ? hole_tour(cost, odd_couple, context_) : hole_order(0, cost, odd_couple);
   }
 
   // A way that turns little, or the shortest one, from one of the sectors to `hole`, to a vertex
@@ -550,13 +554,14 @@ class Chain {
   }
 
  private:
-  static Loops draw_loops(Canvas& canvas, Index genus, const ChainGuide& guide,
-                          const ExecutionContext& context) {
-    Loops loops = draw_short_loops(canvas, genus, guide.turning, context);
+  static Loops draw_loops(Canvas& canvas, const std::vector<VertexId>& first, Index genus,
+                          const ChainGuide& guide, const ExecutionContext& context) {
+    const Loops drawn = first.empty() ? Loops{} : Loops{first};
+    Loops loops = draw_short_loops(canvas, genus, drawn, guide.turning, context);
     if (guide.crossings != nullptr) {
       const TurnMeter meter(canvas, *guide.crossings);
       const TurningPrice price{guide.quarter_price * mean_length(canvas, loops)};
-      straighten_loops(canvas, meter, price, loops, context);
+      straighten_loops(canvas, meter, price, drawn.size(), loops, context);
     }
     return loops;
   }
@@ -595,10 +600,12 @@ std::array<VertexId, 2> draw_askew_connector(Chain& chain) {
   return {from, to};
 }
 
-// Connectors from hole to hole.
-void string_up(Chain& chain, const std::vector<Index>& order) {
+// Connectors from hole to hole. `twisted`: the last one ends elsewhere than the first one began.
+// Returns where these two places are.
+std::array<VertexId, 2> string_up(Chain& chain, const std::vector<Index>& order, bool twisted) {
   const Holes& holes = chain.holes();
   std::vector<Visit> visits(order.size() / 2);
+  VertexId end = kInvalid;
   for (std::size_t i = 0; i + 1 < order.size(); ++i) {
     const Index here = order[i];
     const Index next = order[i + 1];
@@ -614,9 +621,10 @@ void string_up(Chain& chain, const std::vector<Index>& order) {
     const std::vector<HalfedgeId> from =
         back ? holes.sectors_at(here, leaving.come) : holes.open_sectors(here);
     // Also the last connector, to the partner of the first hole, ends where the first one began.
-    const bool met = reaching.hole == partner_of(next);
+    const bool met = reaching.hole == partner_of(next) && !(twisted && next == order.back());
     const Ends ends = chain.draw(
         from, next, [&](VertexId v) { return met ? v == reaching.go : holes.is_open(v); });
+    end = ends.to;
     if (!back) {
       leaving.hole = here;
       leaving.go = ends.from;
@@ -626,20 +634,29 @@ void string_up(Chain& chain, const std::vector<Index>& order) {
       reaching.come = ends.to;
     }
   }
+  return {visits[at(order.front() / 2)].go, end};
 }
 
 }  // namespace
 
 void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context,
                      const ChainGuide& guide) {
-  Chain chain(canvas, genus, guide, context);
-  string_up(chain, chain.order(genus > 2));
+  Chain chain(canvas, {}, genus, guide, context);
+  string_up(chain, chain.order(genus > 2, false), false);
+}
+
+std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<VertexId>& first,
+                                           Index genus, const ExecutionContext& context,
+                                           const ChainGuide& guide) {
+  Chain chain(canvas, first, genus, guide, context);
+  return genus == 1 ? draw_askew_connector(chain)
+                    : string_up(chain, chain.order(false, true), true);
 }
 
 std::array<VertexId, 2> draw_chain_with_t_nodes(Canvas& canvas, Index genus,
                                                 const ExecutionContext& context,
                                                 const ChainGuide& guide) {
-  Chain chain(canvas, genus, guide, context);
+  Chain chain(canvas, {}, genus, guide, context);
   if (genus == 1) return draw_askew_connector(chain);
   const Holes& holes = chain.holes();
   const auto is_open = [&](VertexId v) { return holes.is_open(v); };

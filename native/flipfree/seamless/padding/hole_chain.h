@@ -42,6 +42,18 @@ struct ChainGuide {
 void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context,
                      const ChainGuide& guide = {});
 
+// The same with two T-nodes, which a further path can join: the first connector leaves the hole on
+// the left of `first`, and the last one reaches its partner elsewhere. `first`: a loop that is
+// drawn already, its vertices in order, and nothing else is; it does not separate. Returns the
+// T-nodes.
+//
+// Joined from a corner to a corner with half of all other corners between them, all nodes have
+// right angles, and a loop turns by an odd number of quarters if and only if it crosses `first` an
+// odd number of times (two of the nine ways to join them; the others, where parts fit: otherwise).
+std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<VertexId>& first,
+                                           Index genus, const ExecutionContext& context,
+                                           const ChainGuide& guide = {});
+
 // For genus 1 and 2: the same with two T-nodes, which a further path can join.
 //
 //   genus 1: the connector reaches its hole at another place than it left the partner;

@@ -261,8 +261,17 @@ Pattern pattern_for(const std::vector<Index>& cones, Index genus) {
       {"empty stratum", {{"genus", {1.0}}, {"cones", {3.0, 5.0}}}});
 }
 
+// Are all cones even, and such that a twisted chain along which some loop turns by an odd number of
+// quarters can be joined: with half of all corners, but for one more or less of two, on a side?
+bool can_be_twisted(const std::vector<Index>& cones, Index genus) {
+  // 4 genus - 2 corners of 8 genus; the other cones fit the others.
+  return genus > 0 &&
+         std::none_of(cones.begin(), cones.end(), [](Index k) { return k % 2 != 0; }) &&
+         cones_with_excess(cones, 4 * genus - 6);
+}
 // All between which a path can leave parts that fit the cones. Preconditions:
-// draw_chain_with_t_nodes(), then divide_branches(); pattern_for() is kTwoTNodes.
+// draw_chain_with_t_nodes() or draw_twisted_chain(), then divide_branches(); pattern_for() is
+// kTwoTNodes, or can_be_twisted().
 
 std::vector<JoinedSectors> joinable_sectors(const Canvas& canvas,
                                             const std::array<VertexId, 2>& t_nodes,
@@ -391,6 +400,20 @@ class Drawer {
   }
 
   void draw(Pattern pattern, Index genus) {
+    if (wished_ != nullptr && can_be_twisted(cones_, genus)) {
+      ChainGuide short_ones = guide_;
+      short_ones.crossings = nullptr;
+      draw_hole_chain(canvas_, genus, context_, short_ones);
+      divide();
+      const std::vector<Index> odd =
+          odd_branches(canvas_, input_adjacency_, graph_, wished_->turning);
+      if (!odd.empty()) {
+        const std::vector<VertexId> first = draw_loop_across(canvas_, graph_, odd, context_);
+        join(draw_twisted_chain(canvas_, first, genus, context_, guide_));
+        return;
+      }
+      canvas_.erase_all();
+    }
     if (pattern == Pattern::kTwoTNodes) {
       join(draw_chain_with_t_nodes(canvas_, genus, context_, guide_));
       return;

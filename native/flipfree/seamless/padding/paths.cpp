@@ -92,6 +92,14 @@ void Canvas::erase(const std::vector<HalfedgeId>& path) {
   }
 }
 
+void Canvas::erase_all() {
+  std::vector<HalfedgeId> drawn;
+  for (HalfedgeId h = 0; h < mesh().halfedge_slots(); ++h) {
+    if (is_drawn(h)) drawn.push_back(h);
+  }
+  erase(drawn);
+}
+
 std::vector<VertexId> Canvas::divide(const std::vector<HalfedgeId>& chain, std::size_t edges) {
   std::vector<std::pair<VertexId, VertexId>> ends;
   for (const HalfedgeId h : chain) ends.emplace_back(mesh().source(h), mesh().target(h));

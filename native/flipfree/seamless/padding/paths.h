@@ -81,6 +81,8 @@ class Canvas {
   void draw(const std::vector<HalfedgeId>& path, Curve kind);
   // Undraws edges; vertices that no drawn edge is left at are free again. The refinement stays.
   void erase(const std::vector<HalfedgeId>& path);
+  // Undraws all. The refinement stays.
+  void erase_all();
   // Splits edges of a chain of drawn half-edges until it has `edges`; returns its vertices.
   std::vector<VertexId> divide(const std::vector<HalfedgeId>& chain, std::size_t edges);
   // Puts a free vertex on an edge that is not drawn.

@@ -138,9 +138,9 @@ Loops round_of_loops(const Canvas& canvas, std::size_t most, const CycleTurns& w
 
 }  // namespace
 
-Loops draw_short_loops(Canvas& canvas, Index genus, const CycleTurns& wished,
+Loops draw_short_loops(Canvas& canvas, Index genus, Loops drawn, const CycleTurns& wished,
                        const ExecutionContext& context) {
-  Loops loops;
+  Loops loops = std::move(drawn);
   while (loops.size() < at(genus)) {
     for (std::vector<VertexId>& loop :
          round_of_loops(canvas, at(genus) - loops.size(), wished, context)) {
