@@ -1,11 +1,10 @@
 // Graphs for tests of elimination orders.
 #pragma once
 
-#include <random>
 #include <set>
 #include <utility>
 
-#include "flipfree/numeric/nested_dissection.h"
+#include "flipfree/numeric/cholesky/symbolic_cholesky.h"
 
 namespace flipfree::test {
 
@@ -36,17 +35,6 @@ inline numeric::Graph lattice(Index columns, Index rows) {
     }
   }
   return graph_of(columns * rows, edges);
-}
-
-// So many edges between any two of the vertices, or fewer.
-inline numeric::Graph random_graph(Index count, int edges, std::mt19937& random) {
-  std::set<std::pair<Index, Index>> pairs;
-  for (int e = 0; e < edges; ++e) {
-    const auto a = static_cast<Index>(random() % static_cast<unsigned>(count));
-    const auto b = static_cast<Index>(random() % static_cast<unsigned>(count));
-    if (a != b) pairs.emplace(std::min(a, b), std::max(a, b));
-  }
-  return graph_of(count, pairs);
 }
 
 }  // namespace flipfree::test

@@ -7,7 +7,6 @@
 #include "flipfree/base/error.h"
 #include "flipfree/numeric/cholesky/multifrontal.h"
 #include "flipfree/numeric/cholesky/symbolic_cholesky.h"
-#include "flipfree/numeric/nested_dissection.h"
 
 namespace flipfree::numeric {
 
@@ -95,9 +94,9 @@ void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& conte
   const Index block = has_pairs(matrix) ? 2 : 1;
   const Graph graph = graph_of(matrix, block);
   context.check();
-  state_->numeric.emplace(analyze_supernodes(graph, nested_dissection(graph, context), context),
-                          block, state_->unknowns, matrix.outerIndexPtr(), matrix.innerIndexPtr(),
-                          context, std::move(state_->memory));
+  state_->numeric.emplace(analyze_supernodes(graph, context), block, state_->unknowns,
+                          matrix.outerIndexPtr(), matrix.innerIndexPtr(), context,
+                          std::move(state_->memory));
 }
 
 bool SparseCholesky::factorize(const SparseMatrix& matrix, ExecutionContext& context) {

@@ -1,9 +1,9 @@
 // Sparse Cholesky factorization that keeps its symbolic analysis. Symmetric positive definite
 // matrices only.
 //
-// Nested dissection, supernodes, multifrontal numeric phase: nested_dissection.h,
-// symbolic_cholesky.h, multifrontal.h. Of our own, because no library call can be cancelled within
-// its largest front or ordering, and because the bits must not depend on the number of threads.
+// Approximate minimum degree, supernodes, multifrontal numeric phase: symbolic_cholesky.h,
+// multifrontal.h. Of our own, because no library call can be cancelled within its largest front,
+// and because the bits must not depend on the number of threads.
 #pragma once
 
 #include <Eigen/Core>

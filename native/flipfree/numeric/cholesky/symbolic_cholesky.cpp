@@ -1,5 +1,8 @@
 #include "flipfree/numeric/cholesky/symbolic_cholesky.h"
 
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
+
 #include <algorithm>
 #include <numeric>
 #include <utility>
@@ -79,46 +82,21 @@ std::vector<Index> postorder(const std::vector<Index>& parent) {
   return post;
 }
 
-// Entries per column of the factor, diagonal included. Columns are postordered. Row i of the factor
-// is a subtree of the elimination tree, pruned from i: it is counted by its leaves, minus the least
-// common ancestors of consecutive leaves.
+// Entries per column of the factor, diagonal included. Row i of the factor is the paths in the
+// elimination tree from its entries to i. Cost: O(entries of the factor).
 std::vector<Index> column_counts(const Graph& graph, const std::vector<Index>& order,
                                  const std::vector<Index>& position,
                                  const std::vector<Index>& parent) {
-  const Index count = graph.count();
-  std::vector<Index> first(at(count));  // first descendant
-  for (Index j = 0; j < count; ++j) first[at(j)] = j;
-  for (Index j = 0; j < count; ++j) {
-    if (parent[at(j)] != kInvalid) {
-      Index& up = first[at(parent[at(j)])];
-      up = std::min(up, first[at(j)]);
-    }
-  }
-  std::vector<Index> counts(at(count), 0);
-  std::vector<Index> last_first(at(count), kInvalid);
-  std::vector<Index> last_leaf(at(count), kInvalid);
-  std::vector<Index> set(at(count));
-  std::iota(set.begin(), set.end(), 0);
-  const auto representative = [&](Index j) {
-    Index root = j;
-    while (set[at(root)] != root) root = set[at(root)];
-    while (set[at(j)] != root) j = std::exchange(set[at(j)], root);
-    return root;
-  };
-  for (Index j = 0; j < count; ++j) {
-    if (first[at(j)] == j) ++counts[at(j)];
-    if (parent[at(j)] != kInvalid) --counts[at(parent[at(j)])];
-    for_adjacent(graph, order, position, j, [&](Index i) {
-      if (i < j || first[at(j)] <= last_first[at(i)]) return;
-      last_first[at(i)] = first[at(j)];
-      ++counts[at(j)];
-      if (last_leaf[at(i)] != kInvalid) --counts[at(representative(last_leaf[at(i)]))];
-      last_leaf[at(i)] = j;
+  std::vector<Index> counts(parent.size(), 1);
+  std::vector<Index> row(parent.size(), kInvalid);  // the last one in which the column was met
+  for (Index i = 0; i < graph.count(); ++i) {
+    row[at(i)] = i;
+    for_adjacent(graph, order, position, i, [&](Index j) {
+      for (; j < i && row[at(j)] != i; j = parent[at(j)]) {
+        row[at(j)] = i;
+        ++counts[at(j)];
+      }
     });
-    if (parent[at(j)] != kInvalid) set[at(j)] = parent[at(j)];
-  }
-  for (Index j = 0; j < count; ++j) {
-    if (parent[at(j)] != kInvalid) counts[at(parent[at(j)])] += counts[at(j)];
   }
   return counts;
 }
@@ -235,11 +213,27 @@ void find_relative(Supernodes& s) {
   }
 }
 
+// Elimination position -> vertex.
+std::vector<Index> minimum_degree(const Graph& graph) {
+  std::vector<Eigen::Triplet<char, Index>> entries;
+  for (Index v = 0; v < graph.count(); ++v) {
+    entries.emplace_back(v, v, 1);  // a vertex without is taken for one with very many neighbours
+    for (Index i = graph.offset[at(v)]; i < graph.offset[at(v) + 1]; ++i)
+      entries.emplace_back(graph.neighbour[at(i)], v, 1);
+  }
+  Eigen::SparseMatrix<char, Eigen::ColMajor, Index> pattern(graph.count(), graph.count());
+  pattern.setFromTriplets(entries.begin(), entries.end());
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> order;
+  Eigen::AMDOrdering<Index>()(pattern, order);
+  return {order.indices().data(), order.indices().data() + graph.count()};
+}
+
 }  // namespace
 
-Supernodes analyze_supernodes(const Graph& graph, const std::vector<Index>& order,
-                              const ExecutionContext& context) {
+Supernodes analyze_supernodes(const Graph& graph, const ExecutionContext& context) {
   Supernodes s;
+  const std::vector<Index> order = minimum_degree(graph);
+  context.check();
   const std::vector<Index> tree = elimination_tree(graph, order, inverse(order));
   context.check();
   const std::vector<Index> post = postorder(tree);

@@ -1,5 +1,5 @@
-// Symbolic analysis of a sparse Cholesky factorization: elimination tree, supernodes and their row
-// structures.
+// Symbolic analysis of a sparse Cholesky factorization: an order that fills little, elimination
+// tree, supernodes and their row structures.
 //
 // Based on: Liu 1990, "The role of elimination trees in sparse factorization"; Gilbert, Ng, Peyton
 // 1994 (column counts in nearly linear time); Ashcraft, Grimes 1989 (relaxed supernodes).
@@ -17,9 +17,16 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/numeric/nested_dissection.h"
 
 namespace flipfree::numeric {
+
+// Symmetric graph without loops: neighbours of v are neighbour[offset[v] .. offset[v + 1]).
+struct Graph {
+  std::vector<Index> offset;  // count + 1
+  std::vector<Index> neighbour;
+
+  Index count() const { return static_cast<Index>(offset.size()) - 1; }
+};
 
 struct Supernodes {
   std::vector<Index> order;     // column of the factor -> vertex of the graph (postordered)
@@ -41,9 +48,9 @@ struct Supernodes {
   }
 };
 
-// order: any elimination order (position -> vertex); what comes back uses an equivalent one. Cost:
-// nearly linear in the graph and the row structures.
-Supernodes analyze_supernodes(const Graph& graph, const std::vector<Index>& order,
-                              const ExecutionContext& context);
+// The order is that of approximate minimum degree (Amestoy, Davis, Duff 1996), by Eigen, which
+// cannot be cancelled: 0.3 s of 320 000 vertices. Cost: nearly linear in the graph, and O(entries
+// of the factor).
+Supernodes analyze_supernodes(const Graph& graph, const ExecutionContext& context);
 
 }  // namespace flipfree::numeric
