@@ -19,8 +19,6 @@ namespace {
 constexpr int kMostSweeps = 6;                 // over single points, before the region is opened
 constexpr int kFirstRings = 2;                 // around the vertices at fault
 constexpr std::size_t kMostConflicts = 10000;  // of boundary edges, looked at in a sweep
-constexpr int kMostSettling = 4;               // rounds
-constexpr int kNear = 2;                       // grains around where a vertex is in 64 bits
 // Height of a triangle, in grains, beyond which nothing is gained at first.
 constexpr double kFirstHeight = 4.0;
 // Of two places that are as good the nearer one; little beside the height that is won.
@@ -30,6 +28,20 @@ constexpr double kFarthest = 4.0;
 
 // What is wrong at a vertex, then how low the lowest triangle is: the greater one is better.
 using Score = std::pair<int, double>;
+
+// One ring of faces more around the marked vertices (#V), and all that move with these.
+void grow(const Triangles& faces, const std::vector<VertexId>& leader, std::vector<char>& marked) {
+  std::vector<char> wider = marked;
+  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+    const bool any = marked[at(faces(f, 0))] || marked[at(faces(f, 1))] || marked[at(faces(f, 2))];
+    for (int k = 0; any && k < 3; ++k) wider[at(faces(f, k))] = 1;
+  }
+  for (std::size_t v = 0; v < wider.size(); ++v)
+    if (wider[v] != 0 && leader[v] != kInvalid) wider[at(leader[v])] = 1;
+  for (std::size_t v = 0; v < wider.size(); ++v)
+    if (leader[v] != kInvalid && wider[at(leader[v])] != 0) wider[v] = 1;
+  marked.swap(wider);
+}
 
 class Repair {
  public:
@@ -88,7 +100,12 @@ class Repair {
         const VertexId leader = rules_.leader[at(v)];
         marked_[at(leader == kInvalid ? v : leader)] = 1;
       }
-      const bool any = for_marked([&](VertexId v) { return improve(v); });
+      bool any = false;
+      for (std::size_t v = 0; v < marked_.size(); ++v) {
+        if (marked_[v] == 0 || copies_[static_cast<VertexId>(v)].empty()) continue;
+        context_.check();
+        any = improve(static_cast<VertexId>(v)) || any;
+      }
       faulty = faults();
       if (any && round % 2 == 0) continue;
       const std::vector<char> before = marked_;
@@ -98,32 +115,7 @@ class Repair {
     return faulty;
   }
 
-  // Moves the vertices of the last sweep's region to where the distortion of the map from `wide`
-  // is least near by, as long as that gets less. Precondition: none is at fault; none gets to be.
-  void settle(const Points2& wide) {
-    grow(faces_, rules_.leader, marked_);
-    for (int round = 0; round < kMostSettling; ++round) {
-      if (!for_marked([&](VertexId v) { return settle(v, wide); })) break;
-    }
-  }
-
  private:
-  // The leaders in the region, ascending: is move(v) true of any?
-  template <typename Move>
-  bool for_marked(const Move& move) {
-    bool any = false;
-    for (std::size_t v = 0; v < marked_.size(); ++v) {
-      if (marked_[v] == 0 || copies_[static_cast<VertexId>(v)].empty()) continue;
-      context_.check();
-      any = move(static_cast<VertexId>(v)) || any;
-    }
-    return any;
-  }
-
-  double grain_at(VertexId v) const {
-    if (rules_.grain > 0) return rules_.grain;
-    return points_.row(v).cwiseAbs().maxCoeff() * std::numeric_limits<float>::epsilon();
-  }
   Vector2 snapped(VertexId v, const Vector2& p) const {
     Vector2 to = rules_.grain > 0 ? Vector2(rules_.grain * (p / rules_.grain).array().round())
                                   : as_stored(p);
@@ -152,52 +144,12 @@ class Repair {
     return ((turns % 4) + 4) % 4 < 2 ? half : Vector2(-half);
   }
 
-  // Of the points around where v is in 64 bits, and its own, the best; true if it moved.
-  bool settle(VertexId v, const Points2& wide) {
-    const double grain = grain_at(v);
-    // Edges at v reach as far as its neighbours, and meet what lies anywhere along them.
-    find_near(v, star(v).second + (points_.row(v) - wide.row(v)).cwiseAbs().maxCoeff() +
-                     (kNear + 1) * grain);
-    double least = distortion(v, wide);
-    const Vector2 start = points_.row(v).transpose();
-    Vector2 place = start;
-    for (int dx = -kNear; dx <= kNear; ++dx) {
-      for (int dy = -kNear; dy <= kNear; ++dy) {
-        const bool within = move(v, snapped(v, wide.row(v).transpose() + grain * Vector2(dx, dy)));
-        const double now = within ? distortion(v, wide) : least;
-        if (!(now < least) || conflicts(v) > 0) continue;
-        least = now;
-        place = points_.row(v).transpose();
-      }
-    }
-    move(v, place);
-    return place != start;
-  }
-
-  // Symmetric Dirichlet energy, times area, of the faces around v as a map from `wide`; infinite if
-  // one is folded.
-  double distortion(VertexId v, const Points2& wide) const {
-    double sum = 0;
-    for_faces(v, [&](FaceId f, const Vector2& a, const Vector2& b, const Vector2& c) {
-      const Vector2 u = b - a, w = c - a;
-      const Vector2 p = (wide.row(faces_(f, 1)) - wide.row(faces_(f, 0))).transpose();
-      const Vector2 q = (wide.row(faces_(f, 2)) - wide.row(faces_(f, 0))).transpose();
-      const double before = std::abs(cross(p, q)), area = std::abs(cross(u, w));
-      // (u w) = J (p q): |J|^2 is the squared length of both rows of (u w) adj(p q) over that of
-      // `before`.
-      const double stretch =
-          (u * q.y() - w * p.y()).squaredNorm() + (w * p.x() - u * q.x()).squaredNorm();
-      sum += numeric::orientation(a, b, c) > 0 && area > 0
-                 ? stretch / before + stretch * before / (area * area)
-                 : std::numeric_limits<double>::infinity();
-    });
-    return sum;
-  }
-
   // Tries other points for v; true if it moved.
   bool improve(VertexId v) {
     const Vector2 start = points_.row(v).transpose();
-    const double grain = grain_at(v);
+    const double grain = rules_.grain > 0 ? rules_.grain
+                                          : points_.row(v).cwiseAbs().maxCoeff() *
+                                                std::numeric_limits<float>::epsilon();
     const double high_enough = enough_ * grain;
     const auto [centre, radius] = star(v);
     if (!std::isfinite(radius)) return false;  // a neighbour lies beyond the range of floats
@@ -344,53 +296,30 @@ void require_finite(const Triangles& faces, const PointRules& rules, const Point
 
 }  // namespace
 
-void grow(const Triangles& faces, const std::vector<VertexId>& leader, std::vector<char>& marked) {
-  std::vector<char> wider = marked;
-  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
-    const bool any = marked[at(faces(f, 0))] || marked[at(faces(f, 1))] || marked[at(faces(f, 2))];
-    for (int k = 0; any && k < 3; ++k) wider[at(faces(f, k))] = 1;
-  }
-  for (std::size_t v = 0; v < wider.size(); ++v)
-    if (wider[v] != 0 && leader[v] != kInvalid) wider[at(leader[v])] = 1;
-  for (std::size_t v = 0; v < wider.size(); ++v)
-    if (leader[v] != kInvalid && wider[at(leader[v])] != 0) wider[v] = 1;
-  marked.swap(wider);
-}
-
-std::vector<FaceId> marked_faces(const Triangles& faces, const std::vector<char>& marked) {
-  std::vector<FaceId> chosen;
-  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f)
-    if (marked[at(faces(f, 0))] && marked[at(faces(f, 1))] && marked[at(faces(f, 2))])
-      chosen.push_back(f);
-  return chosen;
-}
-
-Points2 minimized_part(const Triangles& faces, const std::vector<FaceId>& chosen, RestShapes rest,
-                       std::vector<char> held, const PartSystem& system_of, const Points2& uv,
-                       MinimizeOptions options, ExecutionContext& context) {
-  std::vector<char> is_chosen(at(static_cast<Index>(faces.rows())), 0);
-  for (const FaceId f : chosen) is_chosen[at(f)] = 1;
-  for (CornerId c = 0; c < static_cast<CornerId>(faces.size()); ++c)
-    if (!is_chosen[at(c / 3)]) held[at(faces.data()[c])] = 1;
-  const Triangles part = faces(chosen, Eigen::all);
-  for (std::size_t v = 0; v < held.size(); ++v)
-    if (held[v]) options.fixed.push_back(static_cast<VertexId>(v));
-  const auto system = system_of ? system_of(part, held) : nullptr;
-  if (!system && options.fixed.empty()) {
-    options.fixed.push_back(part(0, 0));  // keeps the place and the unit
-  }
-  return Minimizer(part, std::move(rest), nullptr, uv, options, context, system.get()).run().uv;
-}
-
 void open_crowd(const Triangles& faces, const std::vector<char>& marked, std::vector<char> held,
                 const PartSystem& system_of, Points2& uv, ExecutionContext& context) {
-  const std::vector<FaceId> chosen = marked_faces(faces, marked);
+  std::vector<FaceId> chosen;
+  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+    if (marked[at(faces(f, 0))] && marked[at(faces(f, 1))] && marked[at(faces(f, 2))]) {
+      chosen.push_back(f);
+    } else {
+      for (int k = 0; k < 3; ++k) held[at(faces(f, k))] = 1;
+    }
+  }
   if (chosen.empty()) return;
   MinimizeOptions minimize;
   minimize.max_iterations = 60;
   minimize.tolerance = 1e-2;
-  uv = minimized_part(faces, chosen, equilateral_rest_shapes(chosen.size()), std::move(held),
-                      system_of, uv, minimize, context);
+  for (std::size_t v = 0; v < held.size(); ++v)
+    if (held[v]) minimize.fixed.push_back(static_cast<VertexId>(v));
+  const Triangles part = faces(chosen, Eigen::all);
+  const auto system = system_of ? system_of(part, held) : nullptr;
+  // Something keeps the place and the unit.
+  if (!system && minimize.fixed.empty()) minimize.fixed.push_back(part(0, 0));
+  uv = Minimizer(part, equilateral_rest_shapes(chosen.size()), nullptr, uv, minimize, context,
+                 system.get())
+           .run()
+           .uv;
 }
 
 RepairedPoints round_and_repair(const Triangles& faces, const PointRules& rules, Points2& wide,
@@ -427,10 +356,6 @@ RepairedPoints round_and_repair(const Triangles& faces, const PointRules& rules,
     left = repair.sweep(seeds);
     if (!left.empty() && everything) give_up(rules, repair.bad_faces(), left);
   }
-  // Loops as small as a grain can turn inside out without an edge that meets another.
-  const Points2 mended = out.points;
-  repair.settle(wide);
-  if (!repair.faults().empty()) out.points = mended;
   for (Eigen::Index v = 0; v < wide.rows(); ++v)
     out.moved[at(v)] = out.points.row(v) != nearest.row(v) ? 1 : 0;
   return out;

@@ -30,24 +30,10 @@ struct PointRules {
   std::string where;       // "when ... avoid it.", with the cure: ends the text of a failure
 };
 
-// One ring of faces more around the marked vertices (#V), and all that move with these.
-void grow(const Triangles& faces, const std::vector<VertexId>& leader, std::vector<char>& marked);
-
-// The faces of which all vertices are marked (#V), ascending.
-std::vector<FaceId> marked_faces(const Triangles& faces, const std::vector<char>& marked);
-
 // Finds the steps of a part of a map, some faces with the numbers of its vertices, of which those
 // `held` (#V) stay.
 using PartSystem = std::function<std::unique_ptr<StepSystem>(const Triangles& part,
                                                              const std::vector<char>& held)>;
-
-// The distortion of `chosen` faces minimised with everything else held: vertices of other faces,
-// and those marked in `held` (#V). `rest`: of the chosen faces; `system_of`: null where the map
-// meets no constraints. Returns the whole map. Cost: that of their optimisation, and O(#V) for each
-// of its steps. Throws as Minimizer::run().
-Points2 minimized_part(const Triangles& faces, const std::vector<FaceId>& chosen, RestShapes rest,
-                       std::vector<char> held, const PartSystem& system_of, const Points2& uv,
-                       MinimizeOptions options, ExecutionContext& context);
 
 // Opens crowded triangles, those of which all vertices are marked (#V), towards equilateral ones of
 // one size. A valid map all the time, so that a cluster of any depth can be opened, unlike by moves
@@ -71,10 +57,9 @@ struct RepairedPoints {
 
 // `wide` (#V x 2) is flip-free, and does not meet its boundary if the rules ask for it. Single
 // points at fault are moved, no further than it takes; where that does not do, their surroundings
-// are opened in 64 bits, over a region that grows as far as it must, and all is rounded anew. At
-// last what was moved goes where the distortion against `wide` is least. Guarantee: every triangle
-// is positively oriented, exactly. Throws NotConverged (kRoundingFlips) naming the faces. Cost:
-// O(#F), plus the repairs.
+// are opened in 64 bits, over a region that grows as far as it must, and all is rounded anew.
+// Guarantee: every triangle is positively oriented, exactly. Throws NotConverged (kRoundingFlips)
+// naming the faces. Cost: O(#F), plus the repairs.
 RepairedPoints round_and_repair(const Triangles& faces, const PointRules& rules, Points2& wide,
                                 const RoundPoints& round, const OpenRegion& open,
                                 const ExecutionContext& context);

@@ -58,7 +58,6 @@ struct Minimized {
   int progressive_iterations = 0;
   int factorizations = 0;  // Newton systems that were solved
   bool barrier = false;    // did the boundary have to be held apart?
-  Index relieved = 0;      // triangles that were opened before it (seams.cpp)
 };
 
 // The figures as "distortion.*".

@@ -182,39 +182,21 @@ constexpr double kReach = 0.3;
 
 BoundaryBarrier::BoundaryBarrier(const mesh::Surface& chart)
     : boundary_(find_boundary(static_cast<Index>(chart.vertices.rows()), chart.faces)) {
-  vertex_reach_.assign(boundary_.vertices.size(), std::numeric_limits<double>::infinity());
-  edge_reach_.reserve(boundary_.edges.size());
-  for (const auto& e : boundary_.edges) {
-    const double reach = kReach * (chart.vertices.row(e[0]) - chart.vertices.row(e[1])).norm();
-    edge_reach_.push_back(reach);
-    for (const VertexId v : e) {
-      const auto at = std::lower_bound(boundary_.vertices.begin(), boundary_.vertices.end(), v) -
-                      boundary_.vertices.begin();
-      double& own = vertex_reach_[static_cast<std::size_t>(at)];
-      own = std::min(own, reach);
-    }
-  }
-
-  // Walk every loop once.
-  const auto at = [&](VertexId v) {
-    return static_cast<std::size_t>(
-        std::lower_bound(boundary_.vertices.begin(), boundary_.vertices.end(), v) -
-        boundary_.vertices.begin());
-  };
-  std::vector<std::size_t> leaving(boundary_.vertices.size());
-  for (std::size_t e = 0; e < boundary_.edges.size(); ++e) leaving[at(boundary_.edges[e][0])] = e;
-  edge_place_.resize(boundary_.edges.size());
-  vertex_place_.resize(boundary_.vertices.size());
-  edge_loop_.assign(boundary_.edges.size(), kInvalid);
-  vertex_loop_.assign(boundary_.vertices.size(), kInvalid);
-  for (std::size_t start = 0; start < boundary_.edges.size(); ++start) {
-    if (edge_loop_[start] != kInvalid) continue;
+  boundary_.edges.clear();
+  boundary_.vertices.clear();
+  for (const std::vector<VertexId>& loop : boundary_.loops) {
     double length = 0;
-    for (std::size_t e = start; edge_loop_[e] == kInvalid; e = leaving[at(boundary_.edges[e][1])]) {
-      const auto& [a, b] = boundary_.edges[e];
-      edge_loop_[e] = vertex_loop_[at(a)] = static_cast<Index>(loop_length_.size());
-      edge_place_[e] = vertex_place_[at(a)] = length;
-      length += (chart.vertices.row(a) - chart.vertices.row(b)).norm();
+    double before = (chart.vertices.row(loop.back()) - chart.vertices.row(loop.front())).norm();
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const VertexId a = loop[i];
+      const VertexId b = loop[(i + 1) % loop.size()];
+      const double own = (chart.vertices.row(a) - chart.vertices.row(b)).norm();
+      boundary_.edges.push_back({a, b});
+      boundary_.vertices.push_back(a);
+      stations_.push_back({kReach * own, kReach * std::min(own, before), length,
+                           static_cast<Index>(loop_length_.size())});
+      length += own;
+      before = own;
     }
     loop_length_.push_back(length);
   }
@@ -222,10 +204,10 @@ BoundaryBarrier::BoundaryBarrier(const mesh::Surface& chart)
 
 // Surface length along the boundary between a vertex and an edge's first end; infinite between
 // different loops.
-double BoundaryBarrier::along_boundary(std::size_t vertex, std::size_t edge) const {
-  if (vertex_loop_[vertex] != edge_loop_[edge]) return std::numeric_limits<double>::infinity();
-  const double apart = std::abs(vertex_place_[vertex] - edge_place_[edge]);
-  return std::min(apart, loop_length_[static_cast<std::size_t>(edge_loop_[edge])] - apart);
+double BoundaryBarrier::along_boundary(const Station& vertex, const Station& edge) const {
+  if (vertex.loop != edge.loop) return std::numeric_limits<double>::infinity();
+  const double apart = std::abs(vertex.place - edge.place);
+  return std::min(apart, loop_length_[static_cast<std::size_t>(edge.loop)] - apart);
 }
 
 template <typename Visit>
@@ -237,15 +219,15 @@ void BoundaryBarrier::for_contacts(const Points2& uv, const Reach& reach, double
   for (std::size_t i = 0; i < boundary_.vertices.size(); ++i) {
     const VertexId p = boundary_.vertices[i];
     const Vector2 point = uv.row(p).transpose();
-    grid.near(point, reach_scale * vertex_reach_[i], near);
+    grid.near(point, reach_scale * stations_[i].of_vertex, near);
     for (const Index e : near) {
-      const auto& [a, b] = boundary_.edges[static_cast<std::size_t>(e)];
+      const auto& [a, b] = boundary_.edges[at(e)];
       if (a == p || b == p) continue;
       const double ordinary =
-          wider * reach.unit * std::min(vertex_reach_[i], edge_reach_[static_cast<std::size_t>(e)]);
+          wider * reach.unit * std::min(stations_[i].of_vertex, stations_[at(e)].of_edge);
       const double far = reach.factor * ordinary;
       const bool neighbours =
-          along_boundary(i, static_cast<std::size_t>(e)) * reach.unit < 2 * far / wider;
+          along_boundary(stations_[i], stations_[at(e)]) * reach.unit < 2 * far / wider;
       const double h = neighbours ? ordinary : far;
       const Vector2 start = uv.row(a).transpose();
       const Vector2 along = uv.row(b).transpose() - start;

@@ -102,17 +102,18 @@ class BoundaryBarrier {
  private:
   template <typename Visit>
   void for_contacts(const Points2& uv, const Reach& reach, double wider, Visit visit) const;
-  double along_boundary(std::size_t vertex, std::size_t edge) const;
+  // Of a boundary vertex, and of the edge that leaves it.
+  struct Station {
+    double of_edge = 0;    // reach, in surface lengths
+    double of_vertex = 0;  // the lesser of its two edges'
+    double place = 0;      // along its loop, in surface lengths
+    Index loop = kInvalid;
+  };
 
-  Boundary boundary_;
-  std::vector<double> edge_reach_;    // per boundary edge, surface lengths
-  std::vector<double> vertex_reach_;  // per entry of boundary_.vertices
-  // Places along the boundary loops, in surface lengths: of each edge's first end, and of each
-  // vertex.
-  std::vector<double> edge_place_;
-  std::vector<double> vertex_place_;
-  std::vector<Index> edge_loop_;
-  std::vector<Index> vertex_loop_;
+  double along_boundary(const Station& vertex, const Station& edge) const;
+
+  Boundary boundary_;  // its vertices, and the edges that leave them, loop by loop
+  std::vector<Station> stations_;
   std::vector<double> loop_length_;
 };
 

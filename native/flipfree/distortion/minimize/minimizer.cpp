@@ -329,7 +329,6 @@ void report(const Minimized& descent, Stats& stats) {
                                  "time limit", "overlap", "not factorized"};
   const auto count = [&](const char* name, std::int64_t value) { stats[name] = value; };
   count("distortion.barrier", descent.barrier);
-  count("distortion.relieved", descent.relieved);
   count("distortion.iterations", descent.iterations);
   count("distortion.progressive_iterations", descent.progressive_iterations);
   count("distortion.factorizations", descent.factorizations);

@@ -61,12 +61,24 @@ std::vector<StraightEdge> straight_boundary(const CutMap& map, const mesh::Adjac
 
 namespace {
 
-// Both ends of every seam edge. Throws InvalidInput (kBadOption, kIndexOutOfRange) for half-edges
-// or vertices that do not exist.
-std::vector<Arc> list_arcs(Index vertex_count, const Triangles& faces,
-                           const std::vector<SeamEdge>& seams) {
-  std::vector<Arc> arcs;
-  arcs.reserve(2 * seams.size());
+using numeric::GaussianInteger;
+using numeric::LinearForm;
+using numeric::quarter_turn;
+
+// Finer grids for translations than this leave too few of 24 bits.
+constexpr std::int64_t kMostEliminationSteps = 4096;
+
+// Vertex `to` is where a seam edge takes this one: to = i^turns from + unit times its translation.
+struct Arc {
+  VertexId to = kInvalid;
+  Index turns = 0;
+  Index edge = kInvalid;
+  GaussianInteger unit;
+};
+
+// Both ends of every seam edge, seen from either side, by vertex. Throws InvalidInput (kBadOption,
+// kIndexOutOfRange) for half-edges or vertices that do not exist.
+Lists<Arc> arcs_of(Index vertex_count, const Triangles& faces, const std::vector<SeamEdge>& seams) {
   const auto corners = static_cast<HalfedgeId>(3 * faces.rows());
   for (std::size_t e = 0; e < seams.size(); ++e) {
     const auto& [h, o, r] = seams[e];
@@ -76,80 +88,24 @@ std::vector<Arc> list_arcs(Index vertex_count, const Triangles& faces,
                         " names half-edges that do not exist, or one twice. Name the two sides of "
                         "a cut edge.");
     }
-    const auto edge = static_cast<Index>(e);
-    arcs.push_back({mesh::source(faces, h), mesh::target(faces, o), r, edge});
-    arcs.push_back({mesh::target(faces, h), mesh::source(faces, o), r, edge});
-  }
-  for (const Arc& a : arcs) {
-    if (a.from < 0 || a.to < 0 || a.from >= vertex_count || a.to >= vertex_count) {
+    for (const HalfedgeId c : {h, next_corner(h), o, next_corner(o)}) {
+      if (const VertexId v = mesh::source(faces, c); v >= 0 && v < vertex_count) continue;
       throw_invalid(ErrorCode::kIndexOutOfRange,
                     "A face at a seam edge names a vertex that does not exist. Correct the faces.",
-                    ElementKind::kFace, {seams[at(a.edge)].h / 3});
+                    ElementKind::kFace, {h / 3});
     }
   }
-  return arcs;
+  return Lists<Arc>(at(vertex_count), [&](const auto& add) {
+    for (std::size_t e = 0; e < seams.size(); ++e) {
+      const auto& [h, o, r] = seams[e];
+      for (const auto& [from, to] : {std::pair(mesh::source(faces, h), mesh::target(faces, o)),
+                                     std::pair(mesh::target(faces, h), mesh::source(faces, o))}) {
+        add(from, Arc{to, r, static_cast<Index>(e), {1, 0}});
+        add(to, Arc{from, -r, static_cast<Index>(e), -quarter_turn(-r)});
+      }
+    }
+  });
 }
-
-}  // namespace
-
-using numeric::GaussianInteger;
-using numeric::LinearForm;
-
-namespace {
-
-GaussianInteger conjugate(const GaussianInteger& a) { return {a.re, -a.im}; }
-
-}  // namespace
-
-Branches::Branches(std::size_t count) : parent_(count), unit_(count, {1, 0}) {
-  std::iota(parent_.begin(), parent_.end(), Index{0});
-}
-
-std::pair<Index, GaussianInteger> Branches::root(Index e) {
-  GaussianInteger unit{1, 0};
-  Index top = e;
-  while (parent_[at(top)] != top) {
-    unit = unit * unit_[at(top)];
-    top = parent_[at(top)];
-  }
-  // Path compression.
-  GaussianInteger rest = unit;
-  while (parent_[at(e)] != top && e != top) {
-    const Index next = parent_[at(e)];
-    const GaussianInteger own = unit_[at(e)];
-    parent_[at(e)] = top;
-    unit_[at(e)] = rest;
-    rest = rest * conjugate(own);
-    e = next;
-  }
-  return {top, unit};
-}
-
-LinearForm Branches::join(Index e, const GaussianInteger& unit, Index f) {
-  const auto [p, a] = root(e);
-  const auto [q, b] = root(f);
-  if (p == q) {
-    LinearForm form{{p, a}, {p, -(unit * b)}};
-    numeric::normalise(form);
-    return form;
-  }
-  // a t_p = unit b t_q; the lower number stays the root.
-  if (p > q) {
-    parent_[at(p)] = q;
-    unit_[at(p)] = conjugate(a) * unit * b;
-  } else {
-    parent_[at(q)] = p;
-    unit_[at(q)] = conjugate(unit * b) * a;
-  }
-  return {};
-}
-
-namespace {
-
-using numeric::quarter_turn;
-
-// Finer grids for translations than this leave too few of 24 bits.
-constexpr std::int64_t kMostEliminationSteps = 4096;
 
 // A vertex of the cut surface before the elimination: (i^turns z + shift) / divisor, z the position
 // of the first copy, or nothing if that is a cone's.
@@ -170,6 +126,20 @@ struct Edge {
   LinearForm across;    // over real unknowns
   bool corner = false;  // of two lines: `along` is no free coordinate
   LinearForm along;
+};
+
+// The lines on which straight edges lie: those that meet in one direction at a vertex of the cut
+// surface.
+
+struct LineSide {
+  Index line = kInvalid;
+  Index direction = 0;  // in which the edge runs on it
+};
+
+struct StraightLines {
+  std::vector<std::vector<LineSide>> sides;  // per cut vertex: of the straight edges at it
+  // Per line: its vertices, with the direction in which it runs; some twice.
+  std::vector<std::vector<std::pair<VertexId, Index>>> vertices;
 };
 
 // Cost: O(#V).
@@ -213,16 +183,13 @@ class Builder {
       : context_(context),
         vertex_count_(vertex_count),
         seam_count_(static_cast<Index>(seams.size())),
-        arcs_(list_arcs(vertex_count, faces, seams)),
-        branches_(seams.size()),
+        at_(arcs_of(vertex_count, faces, seams)),
         copies_(at(vertex_count)),
         cones_(at(vertex_count)),
         real_(!straight.empty()),
         lines_(straight_lines(vertex_count, faces, straight)) {}
 
   SeamConstraints build() {
-    index_arcs();
-    join_chains();
     for (VertexId v = 0; v < vertex_count_; ++v) {
       if (v % 65536 == 0) context_.check();
       if (copies_[at(v)].first == kInvalid) go_around(v);
@@ -249,41 +216,15 @@ class Builder {
     return std::move(*form);
   }
 
-  void index_arcs() {
-    at_ = Lists<DirectedArc>(at(vertex_count_), [&](const auto& add) {
-      for (const Arc& a : arcs_) {
-        add(a.from, DirectedArc{a.to, a.turns, a.edge, {1, 0}});
-        add(a.to, DirectedArc{a.from, -a.turns, a.edge, -quarter_turn(-a.turns)});
-      }
-    });
-  }
-
-  // Two copies that two seam edges relate by the same turn: the edges have one translation.
-  void join_chains() {
-    for (VertexId v = 0; v < vertex_count_; ++v) {
-      if (at_[v].size() != 2) continue;
-      const DirectedArc& a = at_[v].front();
-      const DirectedArc& b = at_[v].back();
-      const bool pair =
-          a.to == b.to && v < a.to && (a.turns - b.turns) % 4 == 0 && at_[a.to].size() == 2;
-      if (!pair) continue;
-      // a.unit t_a = b.unit t_b
-      const GaussianInteger inverse{a.unit.re, -a.unit.im};
-      LinearForm form = branches_.join(a.edge, inverse * b.unit, b.edge);
-      if (!form.empty()) rows_.push_back(std::move(form));
-    }
-  }
-
   // The copies of one vertex of the surface, from the first one.
   void go_around(VertexId first) {
     copies_[at(first)].first = first;
     std::vector<VertexId> queue{first};
     for (std::size_t i = 0; i < queue.size(); ++i) {
       const VertexId v = queue[i];
-      for (const DirectedArc& arc : at_[v]) {
+      for (const Arc& arc : at_[v]) {
         context_.check();
-        const auto [root, unit] = branches_.root(arc.edge);
-        const LinearForm own{{root, arc.unit * unit}};
+        const LinearForm own{{arc.edge, arc.unit}};
         const Copy& from = copies_[at(v)];
         const Index turns = from.turns + arc.turns;
         LinearForm shift = checked(sum(own, quarter_turn(arc.turns), from.shift));
@@ -443,26 +384,22 @@ class Builder {
       out.real.push_back(on_line ? 1 : 0);
     }
     std::vector<Index> node_of(at(unknowns), kInvalid);
-    const auto add = [&](Index unknown, Index place, ShiftSource::Part part) {
-      if (!solved.free[at(unknown)]) return;
-      node_of[at(unknown)] = out.node_count();
-      out.translation.push_back({place, part});
-      out.real.push_back(part == ShiftSource::Part::kWhole ? 0 : 1);
-    };
-    for (Index e = 0; e < seam_count_; ++e) {
-      const auto [root, unit] = branches_.root(e);
-      out.branch.push_back(root);
-      out.branch_unit.push_back(unit);
-      if (root != e) continue;
-      if (!real_) {
-        add(e, e, ShiftSource::Part::kWhole);
-        continue;
-      }
-      add(2 * e, e, ShiftSource::Part::kReal);
-      add(2 * e + 1, e, ShiftSource::Part::kImaginary);
+    for (Index u = 0; u < unknowns; ++u) {
+      if (!solved.free[at(u)]) continue;
+      node_of[at(u)] = out.node_count();
+      out.translation.push_back({{}, real_ && u >= first_line() ? u - first_line() : kInvalid});
+      out.real.push_back(real_ ? 1 : 0);
     }
-    for (Index line = 0; line < static_cast<Index>(lines_.vertices.size()); ++line)
-      add(first_line() + line, line, ShiftSource::Part::kLine);
+    // Edges whose translation is that of a node, but for a unit, tell it.
+    const Index parts = real_ ? 2 : 1;
+    for (Index u = 0; u < parts * seam_count_; ++u) {
+      const auto& [form, divisor] = solved.value[at(u)];
+      if (form.size() != 1 || divisor != 1 || !form[0].factor.is_unit()) continue;
+      Index turns = u % parts;
+      while (!(quarter_turn(turns - u % parts) == form[0].factor)) ++turns;
+      const Index node = node_of[at(form[0].unknown)] - out.position_count();
+      out.translation[at(node)].edges.emplace_back(u / parts, turns);
+    }
     out.lines = lines_.vertices;
     return node_of;
   }
@@ -507,11 +444,9 @@ class Builder {
   const ExecutionContext& context_;
   Index vertex_count_;
   Index seam_count_;
-  std::vector<Arc> arcs_;
-  Branches branches_;
+  Lists<Arc> at_;  // by vertex
   std::vector<Copy> copies_;
   std::vector<Cone> cones_;  // by first copy
-  Lists<DirectedArc> at_;    // by vertex
   std::vector<LinearForm> rows_;
   bool real_;  // are the unknowns
   StraightLines lines_;
@@ -558,31 +493,29 @@ Points2 nodes_of(const SeamConstraints& constraints, const Triangles& faces,
     nodes.row(n) = turned_back(constraints.position[at(n)], constraints.direction[at(n)]);
     if (constraints.real[at(n)]) nodes(n, 1) = 0;
   }
-  std::vector<Vector2> sum(seams.size(), Vector2::Zero());
-  std::vector<double> count(seams.size(), 0.0);
-  for (std::size_t e = 0; e < seams.size(); ++e) {
+  const auto shift_across = [&](Index e) -> Vector2 {
     const auto point = [&](CornerId c) -> Vector2 {
       return uv.row(mesh::source(faces, c)).transpose();
     };
-    const auto& [h, o, r] = seams[e];
+    const auto& [h, o, r] = seams[at(e)];
     const GaussianInteger turn = quarter_turn(r);
-    const Vector2 own = 0.5 * (point(next_corner(o)) - product(turn, point(h)) + point(o) -
-                               product(turn, point(next_corner(h))));
-    const GaussianInteger unit = constraints.branch_unit[e];
-    const std::size_t branch = at(constraints.branch[e]);
-    sum[branch] += product({unit.re, -unit.im}, own);
-    count[branch] += 1;
-  }
+    return 0.5 * (point(next_corner(o)) - product(turn, point(h)) + point(o) -
+                  product(turn, point(next_corner(h))));
+  };
   for (std::size_t t = 0; t < constraints.translation.size(); ++t) {
-    const auto& [place, part] = constraints.translation[t];
-    auto node = nodes.row(constraints.position_count() + static_cast<Index>(t));
-    const std::size_t i = at(place);
-    if (part == ShiftSource::Part::kWhole) node = (sum[i] / count[i]).transpose();
-    if (part == ShiftSource::Part::kReal) node.x() = sum[i].x() / count[i];
-    if (part == ShiftSource::Part::kImaginary) node.x() = sum[i].y() / count[i];
-    if (part != ShiftSource::Part::kLine) continue;
-    for (const auto& [v, direction] : constraints.lines[i])
-      node.x() += turned_back(v, direction).y() / static_cast<double>(constraints.lines[i].size());
+    const auto& [edges, line] = constraints.translation[t];
+    const Index n = constraints.position_count() + static_cast<Index>(t);
+    Vector2 sum = Vector2::Zero();
+    double count = static_cast<double>(edges.size());
+    if (line == kInvalid) {
+      for (const auto& [e, turns] : edges) sum += product(quarter_turn(-turns), shift_across(e));
+    } else {
+      count = static_cast<double>(constraints.lines[at(line)].size());
+      for (const auto& [v, direction] : constraints.lines[at(line)])
+        sum.x() += turned_back(v, direction).y();
+    }
+    nodes.row(n) = (sum / count).transpose();
+    if (constraints.real[at(n)]) nodes(n, 1) = 0;
   }
   return nodes;
 }

@@ -2,13 +2,12 @@
 // follow from them without error.
 //
 // Points of the plane are complex numbers, a quarter turn is i. Across every cut edge the two
-// copies of an end point are b = i^r a + t, with one t per branch (a chain of cut edges that
-// nothing else joins). Going around a vertex of the surface, its copies are i^k z + (sum of units
-// times t); coming back, either the turn is whole, and a sum of units times t must be zero; or it
-// is not, and z = (such a sum) / (1 - i^s): a cone. The sums that must be zero are few, one per
-// joint of the cut graph, sparse, and eliminated exactly (numeric/exact_elimination.h). What
-// remains free are the position of one copy of each other vertex, and some of the translations: the
-// nodes.
+// copies of an end point are b = i^r a + t, with one t per cut edge. Going around a vertex of the
+// surface, its copies are i^k z + (sum of units times t); coming back, either the turn is whole,
+// and a sum of units times t must be zero; or it is not, and z = (such a sum) / (1 - i^s): a cone.
+// The sums that must be zero are sparse, most of them of two edges that follow each other, and
+// eliminated exactly (numeric/exact_elimination.h). What remains free are the position of one copy
+// of each other vertex, and some of the translations: the nodes.
 //
 // Every vertex of the cut surface is then (sum of Gaussian integers times nodes) / divisor: one
 // node with factor 1 almost everywhere, a position and one or a few translations on the far side of
@@ -67,51 +66,16 @@ CutMap cut_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
 // The boundary edges of `surface` with the directions that are nearest to the map, in order.
 std::vector<StraightEdge> straight_boundary(const CutMap& map, const mesh::Adjacency& adjacency);
 
-// What seam edges say of the vertices of the cut surface.
-
-// to = i^turns from + (unit of the edge) times its translation.
-struct Arc {
-  VertexId from = kInvalid;
-  VertexId to = kInvalid;
-  Index turns = 0;
-  Index edge = kInvalid;
-};
-// The same from the other end: from = i^-turns to - i^-turns t.
-struct DirectedArc {
-  VertexId to = kInvalid;
-  Index turns = 0;
-  Index edge = kInvalid;
-  numeric::GaussianInteger unit;
-};
-
-// Seam edges with one translation: disjoint sets with a quarter turn between each edge and the root
-// of its branch.
-
-class Branches {
- public:
-  explicit Branches(std::size_t count);
-
-  // The lowest edge of e's branch, and the unit: t of e = unit times t of that one.
-  std::pair<Index, numeric::GaussianInteger> root(Index e);
-  // t of e = unit times t of f. If they have one root already: what must be zero for that; else
-  // empty.
-  numeric::LinearForm join(Index e, const numeric::GaussianInteger& unit, Index f);
-
- private:
-  std::vector<Index> parent_;
-  std::vector<numeric::GaussianInteger> unit_;
-};
-
 struct NodeTerm {
   Index node = kInvalid;
   numeric::GaussianInteger factor;
 };
 
-// What a node of a translation is read off a map by.
+// What a node of a translation is read off a map by: the mean of i^-turns times the translation
+// across each of these seam edges, h's side to o's, for real nodes its first coordinate; or a line.
 struct ShiftSource {
-  enum class Part : std::uint8_t { kWhole, kReal, kImaginary, kLine };
-  Index place = kInvalid;  // seam edge: h's side to o's; or, for kLine, a line
-  Part part = Part::kWhole;
+  std::vector<std::pair<Index, Index>> edges;  // seam edge, turns
+  Index line = kInvalid;
 };
 
 struct SeamConstraints {
@@ -126,11 +90,6 @@ struct SeamConstraints {
   std::vector<std::vector<std::pair<VertexId, Index>>> lines;
   Index position_count() const { return static_cast<Index>(position.size()); }
   Index node_count() const { return static_cast<Index>(position.size() + translation.size()); }
-
-  // Per seam edge: the edge that stands for its branch, and the unit by which the translation of
-  // that one is to be multiplied to get its own.
-  std::vector<Index> branch;
-  std::vector<numeric::GaussianInteger> branch_unit;
 
   // Per cut vertex: terms begin[v] to begin[v + 1], to be divided by divisor[v].
   std::vector<Index> begin;
@@ -157,8 +116,8 @@ struct SeamConstraints {
 // `vertex_count` and `faces` of the cut surface. Throws InvalidInput (kBadOption) naming the faces
 // at a seam edge whose ends do not pair up, NotConverged (kFactorizationFailed) if translations
 // depend on each other through numbers beyond 64 bits or grids finer than 2^12 steps.
-// Cost: O(#seams log #seams) plus the elimination, with one row per joint, two per end of a seam at
-// a straight boundary and one per crossing of a seam with straight edges or cone on them.
+// Cost: that of the elimination, with one row per vertex of the seams, two per end of a seam at a
+// straight boundary and one per crossing of a seam with straight edges or cone on them.
 SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
                                 const std::vector<SeamEdge>& seams,
                                 const std::vector<StraightEdge>& straight,
@@ -172,19 +131,5 @@ Points2 nodes_of(const SeamConstraints& constraints, const Triangles& faces,
                  const std::vector<SeamEdge>& seams, const Points2& uv);
 // The map of given nodes, in floating point.
 Points2 map_of(const SeamConstraints& constraints, const Points2& nodes);
-
-// The lines on which straight edges lie: those that meet in one direction at a vertex of the cut
-// surface.
-
-struct LineSide {
-  Index line = kInvalid;
-  Index direction = 0;  // in which the edge runs on it
-};
-
-struct StraightLines {
-  std::vector<std::vector<LineSide>> sides;  // per cut vertex: of the straight edges at it
-  // Per line: its vertices, with the direction in which it runs; some twice.
-  std::vector<std::vector<std::pair<VertexId, Index>>> vertices;
-};
 
 }  // namespace flipfree::distortion

@@ -89,8 +89,8 @@ Points2 rounded_map(const SeamConstraints& constraints, const Points2& nodes, do
   return points * step;
 }
 
-GridMap finish(const SeamConstraints& constraints, const Triangles& faces,
-               const std::vector<SeamEdge>& seams, const Points2& points, double step) {
+GridMap finish(const Triangles& faces, const std::vector<SeamEdge>& seams, const Points2& points,
+               double step) {
   GridMap map;
   map.step = step;
   map.uv = points;
@@ -98,16 +98,10 @@ GridMap finish(const SeamConstraints& constraints, const Triangles& faces,
     const VertexId v = faces(c / 3, c % 3);
     return {std::llround(points(v, 0) / step), std::llround(points(v, 1) / step)};
   };
-  std::vector<GaussianInteger> of_branch(seams.size());
-  for (std::size_t e = 0; e < seams.size(); ++e) {
-    const auto& [h, o, r] = seams[e];
+  for (const auto& [h, o, r] : seams) {
     const GaussianInteger turn = numeric::quarter_turn(r);
-    const GaussianInteger t = corner(next_corner(o)) + -(turn * corner(h));
-    const GaussianInteger again = corner(o) + -(turn * corner(next_corner(h)));
-    // The lowest edge of a branch stands for it, so that its translation is known here.
-    const std::size_t branch = at(constraints.branch[e]);
-    if (branch == e) of_branch[e] = t;
-    if (!(t == again) || !(t == constraints.branch_unit[e] * of_branch[branch]))
+    if (!(corner(next_corner(o)) + -(turn * corner(h)) ==
+          corner(o) + -(turn * corner(next_corner(h)))))
       throw InternalError("seams: the sides of a seam edge do not match on the grid");
   }
   return map;
@@ -156,8 +150,10 @@ GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces
     if (everything && unit > 0.0)  // opened, it has another scale
       throw_not_converged(ErrorCode::kRoundingFlips, rules.where);
     const double before = half_extent(map);
-    open_crowd(faces, marked, std::vector<char>(marked.size(), 0),
-               part_system(constraints, context), map, context);
+    const auto system_of = [&](const Triangles& part, const std::vector<char>& held_too) {
+      return std::make_unique<SeamSystem>(constraints, part, held_too, context);
+    };
+    open_crowd(faces, marked, std::vector<char>(marked.size(), 0), system_of, map, context);
     // A map opened as a whole comes back in the unit of the equilateral triangles.
     if (everything)
       map *= std::ldexp(1.0, static_cast<int>(std::lround(std::log2(before / half_extent(map)))));
@@ -175,7 +171,7 @@ GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces
   stats["rounding.folded"] = std::int64_t{rounded.folded};
   stats["rounding.opened"] = std::int64_t{rounded.opened};
   stats["rounding.step"] = rules.grain;
-  return finish(constraints, faces, seams, rounded.points, rules.grain);
+  return finish(faces, seams, rounded.points, rules.grain);
 }
 
 std::optional<Points2> unfold_on_grid(const SeamConstraints& constraints, const Triangles& faces,

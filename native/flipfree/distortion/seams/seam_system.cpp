@@ -211,10 +211,4 @@ double SeamSystem::solve(Points2& direction, ExecutionContext& context) {
   return slope;
 }
 
-PartSystem part_system(const SeamConstraints& constraints, ExecutionContext& context) {
-  return [&](const Triangles& part, const std::vector<char>& held) {
-    return std::make_unique<SeamSystem>(constraints, part, held, context);
-  };
-}
-
 }  // namespace flipfree::distortion

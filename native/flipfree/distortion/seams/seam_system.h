@@ -47,7 +47,4 @@ class SeamSystem : public StepSystem {
   Points2 motion_;
 };
 
-// The systems of parts of a map with these constraints.
-PartSystem part_system(const SeamConstraints& constraints, ExecutionContext& context);
-
 }  // namespace flipfree::distortion

@@ -23,78 +23,6 @@
 namespace flipfree::distortion {
 namespace {
 
-// Opens the few triangles of a seamless map that are far worse than all others, each within its
-// surroundings: as long as there is one, steps of the whole map would be for it alone.
-
-// A triangle of more than this energy is bad. Below, steps of the whole map see true rest shapes:
-// two triangles together make for the bound by which the minimiser decides (minimizer.cpp).
-constexpr double kBad = 4 * kProgressiveBound;
-constexpr Index kFirstReliefRings = 4;
-constexpr Index kMostRings = 16;
-// Share of the triangles that the rings may have together: beyond, the whole map is as quick.
-constexpr double kLocalShare = 0.05;
-constexpr int kMostReliefSteps = 50;
-constexpr double kTolerance = 1e-2;
-
-// Faces of `uv` beyond the bound at `scale`, marked among the vertices.
-Index mark_bad(const Triangles& faces, const RestShapes& rest, double scale, const Points2& uv,
-               std::vector<char>& marked) {
-  // Lengths divided by `scale` are the same as a map multiplied by it.
-  Index count = 0;
-  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
-    Vector2 p[3];
-    for (int k = 0; k < 3; ++k) p[k] = scale * uv.row(faces(f, k)).transpose();
-    const Jacobian j = jacobian(rest.triangles[at(f)], p[0].data(), p[1].data(), p[2].data());
-    if (symmetric_dirichlet(j) <= kBad) continue;
-    for (int k = 0; k < 3; ++k) marked[at(faces(f, k))] = 1;
-    ++count;
-  }
-  return count;
-}
-
-// Minimises the distortion of rings around triangles of an energy beyond 18, in the map's own unit,
-// with everything else and all translations held; wider rings where bad triangles are left. `uv`
-// (#V x 2) is flip-free, and stays so. Returns the number of bad triangles there were; 0, with
-// nothing done, where the rings are no small part of the map. Cost: that of the rings'
-// optimisation, and O(#V) for each of its steps.
-Index relieve(const SeamConstraints& constraints, const Triangles& faces, const RestShapes& rest,
-              Points2& uv, ExecutionContext& context) {
-  std::vector<VertexId> leader;
-  for (VertexId v = 0; v < uv.rows(); ++v) {
-    const Index node = constraints.position_of(v).first;
-    leader.push_back(node == kInvalid ? kInvalid : constraints.position[at(node)]);
-  }
-  std::vector<char> marked(static_cast<std::size_t>(uv.rows()), 0);
-  Index first = 0;
-  for (Index rings = kFirstReliefRings; rings <= kMostRings; rings *= 2) {
-    // The scale at which the logarithms of areas average to zero: few triangles do not move it.
-    const EnergySums sums = sum_energy(faces, rest.triangles, uv, context);
-    const double scale = std::exp(-0.5 * sums.log_area);
-    const Index bad = mark_bad(faces, rest, scale, uv, marked);
-    if (bad == 0) break;
-    for (Index r = 0; r < rings; ++r) grow(faces, leader, marked);
-    const std::vector<FaceId> chosen = marked_faces(faces, marked);
-    if (static_cast<double>(chosen.size()) > kLocalShare * static_cast<double>(faces.rows())) break;
-    try {
-      RestShapes own{{}, rest.length};
-      for (const FaceId f : chosen) own.triangles.push_back(rest.triangles[at(f)]);
-      MinimizeOptions minimize;
-      minimize.max_iterations = kMostReliefSteps;
-      minimize.tolerance = kTolerance;
-      minimize.unit = 1.0 / (rest.length * scale);
-      uv = minimized_part(faces, chosen, std::move(own),
-                          std::vector<char>(static_cast<std::size_t>(uv.rows()), 0),
-                          part_system(constraints, context), uv, minimize, context);
-    } catch (const NotConverged& failure) {
-      if (failure.error().code == ErrorCode::kTimeLimit) throw;
-      break;  // the whole map may still be brought on
-    }
-    if (first == 0) first = bad;
-    std::fill(marked.begin(), marked.end(), char{0});
-  }
-  return first;
-}
-
 // Largest distance between the map and the nearest nodes' map, as a share of its extent.
 double misfit(const CutMap& map, const SeamConstraints& constraints) {
   const Points2 nearest =
@@ -127,14 +55,10 @@ SeamConstraints constraints_of(const CutMap& map, const ExecutionContext& contex
 Minimized optimised(const CutMap& map, const SeamConstraints& constraints,
                     const MinimizeOptions& minimize, ExecutionContext& context) {
   RestShapes rest = build_rest_shapes(map.surface, context);
-  Points2 uv = map.uv;
-  const Index relieved = relieve(constraints, map.surface.faces, rest, uv, context);
   const std::vector<char> free(static_cast<std::size_t>(map.uv.rows()), 0);
   SeamSystem system(constraints, map.surface.faces, free, context);
-  Minimizer minimizer(map.surface.faces, std::move(rest), nullptr, uv, minimize, context, &system);
-  Minimized descent = minimizer.run();
-  descent.relieved = relieved;
-  return descent;
+  return Minimizer(map.surface.faces, std::move(rest), nullptr, map.uv, minimize, context, &system)
+      .run();
 }
 
 }  // namespace

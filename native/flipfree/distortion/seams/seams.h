@@ -2,7 +2,6 @@
 // constraints, then exact (design: G4).
 //
 //   eliminate_seams()      which coordinates are free                  constraints.h
-//   relieve()              the few worst triangles first               seams.cpp
 //   Minimizer, SeamSystem  less distortion in the free coordinates     seam_system.h
 //   round_to_grid()        exact transitions in 64 and in 32 bits      exact_grid.h
 #pragma once
@@ -41,7 +40,7 @@ struct ExactMap {
 // is what optimisation and rounding change in addition. Guarantee: flip-free, and every seam edge
 // exact, in 64 and in 32 bits; edges of a branch share one translation. Optimised, the map is in
 // the surface's own unit (best global scale 1), centred; else as large as it was, centred. stats:
-// "distortion.*" (minimize.h), "distortion.relieved", "rounding.*" (exact_grid.h),
+// "distortion.*" (minimize.h), "rounding.*" (exact_grid.h),
 // "seams.nodes", "seams.translations", "seams.step" (grid of the translations in steps of the
 // other's), "seams.misfit" (largest distance of the initial map from its seams, as a share of its
 // extent), "time_limit_reached". Throws InvalidInput, NotConverged (kRoundingFlips,
