@@ -1,9 +1,12 @@
-// The triangle that is nearest to a point: triangles in boxes in boxes.
+// The triangle that is nearest to a point, by Eigen's tree of boxes.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <vector>
+
+#include <Eigen/Geometry>
+#include <unsupported/Eigen/BVH>
 
 #include "flipfree/base/types.h"
 
@@ -11,9 +14,13 @@ namespace flipfree::quads {
 
 class BoxTree {
  public:
-  // Cost: O(#T log #T).
-  explicit BoxTree(std::vector<std::array<Vector3, 3>> triangles);
+  // Cost: O(#T log^2 #T).
+  explicit BoxTree(const std::vector<std::array<Vector3, 3>>& triangles);
 
+  struct Triangle {
+    std::array<Vector3, 3> corners;
+    std::size_t number = 0;
+  };
   struct Nearest {
     double distance = 0.0;  // infinite where there are no triangles
     std::size_t triangle = 0;
@@ -22,19 +29,8 @@ class BoxTree {
   Nearest nearest(const Vector3& p) const;
 
  private:
-  struct Node {
-    Vector3 low, high;
-    std::size_t begin, end;  // of the order, in leaves
-    std::size_t second;      // child; the first one is the next node. 0: a leaf
-  };
-
-  std::size_t build(std::size_t begin, std::size_t end);
-  double to_box(std::size_t node, const Vector3& p) const;
-  void search(std::size_t n, const Vector3& p, Nearest& best) const;
-
-  std::vector<std::array<Vector3, 3>> triangles_;
-  std::vector<std::size_t> order_;
-  std::vector<Node> nodes_;
+  bool empty_ = true;
+  Eigen::KdBVH<double, 3, Triangle> tree_;
 };
 
 }  // namespace flipfree::quads

@@ -22,9 +22,8 @@ using CornerKey = std::tuple<Index, std::int64_t, std::int64_t>;
 class Walker {
  public:
   Walker(const CoarseSurface& coarse, const ExecutionContext& context)
-      : flat_(coarse.flat), context_(context) {
-    edge_ = coarse.integer;
-    for (Gauss& e : edge_) e = e + e;
+      : flat_(coarse), context_(context) {
+    for (Side& side : flat_.sides) side.edge = side.integer + side.integer;
   }
 
   Cells run() {
@@ -46,12 +45,10 @@ class Walker {
   }
 
  private:
-  Gauss origin(HalfedgeId h) const { return quads::origin(edge_, h); }
+  Gauss origin(HalfedgeId h) const { return quads::origin(flat_, h); }
   // Positive to the left of the half-edge.
-  std::int64_t side(HalfedgeId h, Gauss p) const { return cross(edge_[at(h)], p - origin(h)); }
-  bool owns(HalfedgeId h) const {
-    return flat_.opposite[at(h)] == kInvalid || h < flat_.opposite[at(h)];
-  }
+  std::int64_t side(HalfedgeId h, Gauss p) const { return cross(flat_[h].edge, p - origin(h)); }
+  bool owns(HalfedgeId h) const { return flat_[h].opposite == kInvalid || h < flat_[h].opposite; }
 
   // Odd places of a face; of those on an edge the ones of the face whose half-edge is smaller.
   template <typename Visit>
@@ -65,7 +62,7 @@ class Walker {
       std::int64_t from = std::numeric_limits<std::int64_t>::min(), to = -(from + 1);
       for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
         // dx (y - y0) - dy (x - x0) >= 0, or > 0 where the edge is the neighbour's.
-        const Gauss d = edge_[at(h)], o = origin(h);
+        const Gauss d = flat_[h].edge, o = origin(h);
         const std::int64_t most = d.x * (y - o.y) + d.y * o.x - (owns(h) ? 0 : 1);  // >= dy x
         if (d.y > 0)
           to = std::min(to, floor_of(most, d.y));
@@ -80,7 +77,7 @@ class Walker {
   }
 
   Place walk(Place from, Gauss end) const {
-    const Place found = quads::walk(flat_, edge_, from, end, [](HalfedgeId, Gauss, Gauss) {});
+    const Place found = quads::walk(flat_, from, end, [](HalfedgeId, Gauss, Gauss) {});
     if (found.face == kInvalid) throw InternalError("quads: a cell leaves the surface");
     return found;
   }
@@ -90,15 +87,15 @@ class Walker {
     for (HalfedgeId h = 3 * place.face; h < 3 * place.face + 3; ++h) {
       if (!(place.at == origin(h))) continue;
       carrier = {h, {}, true, false};
-      return numbered(-1 - flat_.source[at(h)], {}, carrier, cells);
+      return numbered(-1 - flat_[h].source, {}, carrier, cells);
     }
     for (HalfedgeId h = 3 * place.face; h < 3 * place.face + 3; ++h) {
       if (side(h, place.at) != 0) continue;
       Gauss along = place.at - origin(h);
       carrier.halfedge = h;
       if (!owns(h)) {
-        carrier.halfedge = flat_.opposite[at(h)];
-        along = turned(along, flat_.turn[at(h)]) + edge_[at(carrier.halfedge)];
+        carrier.halfedge = flat_[h].opposite;
+        along = turned(along, flat_[h].turn) + flat_[carrier.halfedge].edge;
       }
       carrier.on_edge = true;
       carrier.doubled = along;
@@ -115,9 +112,8 @@ class Walker {
     return found->second;
   }
 
-  const FlatSurface& flat_;
+  FlatSurface flat_;  // with edges that are twice the integers
   const ExecutionContext& context_;
-  std::vector<Gauss> edge_;  // doubled
   std::map<CornerKey, VertexId> number_;
 };
 

@@ -1,7 +1,7 @@
 #include "flipfree/quads/coarse.h"
 
 #include <algorithm>
-#include <tuple>
+#include <array>
 #include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
@@ -11,16 +11,24 @@ namespace flipfree::quads {
 
 namespace {
 
+// With the other half-edge of the edge.
+void set_side(FlatSurface& surface, HalfedgeId h, const Side& side) {
+  surface[h] = side;
+  surface[h].turn = side.opposite == kInvalid ? 0 : side.turn & 3;
+  if (side.opposite == kInvalid) return;
+  surface[side.opposite].opposite = h;
+  surface[side.opposite].turn = -side.turn & 3;
+}
+
 class Remover {
  public:
-  Remover(const FlatSurface& map, const std::vector<Index>& quarters, std::vector<char> feature,
-          const ExecutionContext& context)
+  Remover(const FlatSurface& map, const std::vector<Index>& quarters,
+          const std::vector<char>& feature, const ExecutionContext& context)
       : map_(map), quarters_(quarters), context_(context) {
-    coarse_.flat = map;
-    coarse_.feature = std::move(feature);
+    coarse_.sides = map.sides;
     for (HalfedgeId h = 0; h < map.halfedges(); ++h) {
-      coarse_.start.push_back(h);
-      coarse_.start_turn.push_back(0);
+      coarse_[h].start = h;
+      coarse_[h].feature = feature[at(h)];
     }
     leaving_ = leaving(map, quarters.size());
   }
@@ -43,19 +51,15 @@ class Remover {
   }
 
  private:
-  FlatSurface& flat() { return coarse_.flat; }
-  bool on_border(VertexId v) const {
-    return coarse_.flat.opposite[at(leaving_[at(v)])] == kInvalid;
-  }
+  bool on_border(VertexId v) const { return coarse_[leaving_[at(v)]].opposite == kInvalid; }
 
   // The features' half-edges that leave v, each with its direction in the chart of the first.
   std::vector<Gauss> features_at(VertexId v) const {
     std::vector<Gauss> directions;
     Index turn = 0;
-    around(coarse_.flat, leaving_[at(v)], [&](HalfedgeId h) {
-      if (coarse_.feature[at(h)] != 0)
-        directions.push_back(turned(coarse_.flat.edge[at(h)], -turn));
-      turn += coarse_.flat.turn[at(previous_corner(h))];
+    around(coarse_, leaving_[at(v)], [&](HalfedgeId h) {
+      if (coarse_[h].feature != 0) directions.push_back(turned(coarse_[h].edge, -turn));
+      turn += coarse_[previous_corner(h)].turn;
       return true;
     });
     return directions;
@@ -73,11 +77,11 @@ class Remover {
     DisjointSets parts(static_cast<Index>(count)), borders(static_cast<Index>(count)),
         lines(static_cast<Index>(count));
     // Of the coarse surface: flips have moved its half-edges, flags of features with them.
-    for (HalfedgeId h = 0; h < flat().halfedges(); ++h) {
-      const VertexId a = flat().source[at(h)], b = flat().target(h);
+    for (HalfedgeId h = 0; h < coarse_.halfedges(); ++h) {
+      const VertexId a = coarse_[h].source, b = coarse_.target(h);
       parts.join(a, b);
-      if (flat().opposite[at(h)] == kInvalid) borders.join(a, b);
-      if (coarse_.feature[at(h)] != 0) lines.join(a, b);
+      if (coarse_[h].opposite == kInvalid) borders.join(a, b);
+      if (coarse_[h].feature != 0) lines.join(a, b);
     }
     std::vector<char> part_held(count, 0), border_held(count, 0), line_held(count, 0);
     std::vector<char> on_line(count, 0);
@@ -115,7 +119,7 @@ class Remover {
   }
 
   void flip_at(HalfedgeId h) {
-    const HalfedgeId o = flat().opposite[at(h)];
+    const HalfedgeId o = coarse_[h].opposite;
     const FaceId f = h / 3, g = o / 3;
     flip_coarse(coarse_, map_, h);
     for (const FaceId face : {f, g})
@@ -124,25 +128,25 @@ class Remover {
 
   // Half-edge e is a candidate for what leaves its vertex: border half-edges are, for good.
   void set_leaving(HalfedgeId e) {
-    HalfedgeId& first = leaving_[at(flat().source[at(e)])];
-    const bool border = flat().opposite[at(e)] == kInvalid;
-    if (border || first == kInvalid || flat().source[at(first)] != flat().source[at(e)] ||
-        flat().opposite[at(first)] != kInvalid)
+    HalfedgeId& first = leaving_[at(coarse_[e].source)];
+    const bool border = coarse_[e].opposite == kInvalid;
+    if (border || first == kInvalid || coarse_[first].source != coarse_[e].source ||
+        coarse_[first].opposite != kInvalid)
       first = e;
   }
 
   void make_delaunay(std::vector<HalfedgeId> stack) {
     // Flips end by themselves in exact arithmetic; rounding could make a few go round.
-    std::size_t most = 100 * stack.size() + 100 * flat().source.size();
+    std::size_t most = 100 * stack.size() + 100 * coarse_.sides.size();
     while (!stack.empty() && most-- > 0) {
       if (most % 1024 == 0) context_.check();
       const HalfedgeId h = stack.back();
       stack.pop_back();
-      const HalfedgeId o = flat().opposite[at(h)];
-      if (flat().source[at(h)] == kInvalid || o == kInvalid || o / 3 == h / 3 ||
-          coarse_.feature[at(h)] != 0 || is_delaunay(flat(), flat().edge, h))
+      const HalfedgeId o = coarse_[h].opposite;
+      if (coarse_[h].source == kInvalid || o == kInvalid || o / 3 == h / 3 ||
+          coarse_[h].feature != 0 || is_delaunay(coarse_, h))
         continue;
-      const Diamond d = diamond(flat(), flat().edge, h);
+      const Diamond d = diamond(coarse_, h);
       if (d.at_source() <= 0 || d.at_target() <= 0 || !fits(d.diagonal)) continue;
       flip_at(h);
       for (const HalfedgeId e : {3 * (h / 3), 3 * (h / 3) + 1, 3 * (o / 3) + 1, 3 * (o / 3) + 2})
@@ -159,16 +163,16 @@ class Remover {
   Choice choose(VertexId v) {
     Choice best;
     double longest = -1.0;
-    around(flat(), leaving_[at(v)], [&](HalfedgeId h) {
-      const HalfedgeId o = flat().opposite[at(h)];
-      if (flat().target(h) == v) best.loop = true;
-      if (o == kInvalid || coarse_.feature[at(h)] != 0) return true;
+    around(coarse_, leaving_[at(v)], [&](HalfedgeId h) {
+      const HalfedgeId o = coarse_[h].opposite;
+      if (coarse_.target(h) == v) best.loop = true;
+      if (o == kInvalid || coarse_[h].feature != 0) return true;
       ++best.inner;
       if (o / 3 == h / 3) return true;
-      const Diamond d = diamond(flat(), flat().edge, h);
-      const double length = as_vector(flat().edge[at(h)]).squaredNorm();
+      const Diamond d = diamond(coarse_, h);
+      const double length = as_vector(coarse_[h].edge).squaredNorm();
       // Loops first: they are what forbids the end.
-      const double wish = flat().target(h) == v ? 1e30 + length : length;
+      const double wish = coarse_.target(h) == v ? 1e30 + length : length;
       if (d.at_source() >= 0 && d.at_target() > 0 && fits(d.diagonal) && wish > longest) {
         longest = wish;
         best.halfedge = h;
@@ -176,38 +180,6 @@ class Remover {
       return true;
     });
     return best;
-  }
-
-  // All that is known of a half-edge.
-  struct Side {
-    VertexId source;
-    HalfedgeId opposite;
-    Index turn;
-    Gauss edge;
-    CornerId start;
-    Index start_turn;
-    char feature;
-  };
-  // As it is in a chart that is turned by so many quarters.
-  Side side_of(HalfedgeId h, Index by = 0) const {
-    const std::size_t i = at(h);
-    return {coarse_.flat.source[i],    coarse_.flat.opposite[i],
-            coarse_.flat.turn[i] - by, turned(coarse_.flat.edge[i], by),
-            coarse_.start[i],          (coarse_.start_turn[i] - by) & 3,
-            coarse_.feature[i]};
-  }
-  void set_side(HalfedgeId h, const Side& side) {
-    const std::size_t i = at(h);
-    flat().source[i] = side.source;
-    flat().opposite[i] = side.opposite;
-    flat().turn[i] = side.opposite == kInvalid ? 0 : side.turn & 3;
-    flat().edge[i] = side.edge;
-    coarse_.start[i] = side.start;
-    coarse_.start_turn[i] = side.start_turn;
-    coarse_.feature[i] = side.feature;
-    if (side.opposite == kInvalid) return;
-    flat().opposite[at(side.opposite)] = h;
-    flat().turn[at(side.opposite)] = -side.turn & 3;
   }
 
   // The faces around a vertex as they are, to be put back: half-edges, and those that leave their
@@ -219,16 +191,16 @@ class Remover {
   };
   std::vector<Kept> star_of(VertexId v) {
     std::vector<Kept> star;
-    around(flat(), leaving_[at(v)], [&](HalfedgeId spoke) {
+    around(coarse_, leaving_[at(v)], [&](HalfedgeId spoke) {
       for (HalfedgeId h = 3 * (spoke / 3); h < 3 * (spoke / 3) + 3; ++h)
-        star.push_back({h, side_of(h), leaving_[at(flat().source[at(h)])]});
+        star.push_back({h, coarse_[h], leaving_[at(coarse_[h].source)]});
       return true;
     });
     return star;
   }
   void restore(const std::vector<Kept>& star) {
     for (const Kept& kept : star) {
-      set_side(kept.halfedge, kept.side);
+      set_side(coarse_, kept.halfedge, kept.side);
       leaving_[at(kept.side.source)] = kept.first;
     }
   }
@@ -252,17 +224,17 @@ class Remover {
   }
 
   void kill(FaceId f) {
-    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) flat().source[at(h)] = kInvalid;
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) coarse_[h].source = kInvalid;
   }
 
   // Takes the last triangle of a straight border vertex, which has no area, away.
   bool drop(VertexId v) {
     const HalfedgeId out = leaving_[at(v)];
     const HalfedgeId facing = next_corner(out);
-    const HalfedgeId o = flat().opposite[at(facing)];
+    const HalfedgeId o = coarse_[facing].opposite;
     if (o == kInvalid || o / 3 == out / 3) return false;
-    flat().opposite[at(o)] = kInvalid;
-    flat().turn[at(o)] = 0;
+    coarse_[o].opposite = kInvalid;
+    coarse_[o].turn = 0;
     kill(out / 3);
     leaving_[at(v)] = kInvalid;
     set_leaving(o);
@@ -274,26 +246,25 @@ class Remover {
   // face it become one.
   bool join(VertexId v) {
     const HalfedgeId out = leaving_[at(v)];
-    const HalfedgeId back = flat().opposite[at(previous_corner(out))];
-    const HalfedgeId one = flat().opposite[at(next_corner(out))];
-    const HalfedgeId other = flat().opposite[at(next_corner(back))];
+    const HalfedgeId back = coarse_[previous_corner(out)].opposite;
+    const HalfedgeId one = coarse_[next_corner(out)].opposite;
+    const HalfedgeId other = coarse_[next_corner(back)].opposite;
     const FaceId f = out / 3, g = back / 3;
     if (f == g || one == kInvalid || other == kInvalid || one / 3 == f || one / 3 == g ||
         other / 3 == f || other / 3 == g)
       return false;
-    const Index turn =
-        flat().turn[at(one)] + flat().turn[at(out)] + flat().turn[at(next_corner(back))];
-    flat().opposite[at(one)] = other;
-    flat().opposite[at(other)] = one;
-    flat().turn[at(one)] = turn & 3;
-    flat().turn[at(other)] = -turn & 3;
-    coarse_.feature[at(one)] = coarse_.feature[at(other)] = 1;
+    const Index turn = coarse_[one].turn + coarse_[out].turn + coarse_[next_corner(back)].turn;
+    coarse_[one].opposite = other;
+    coarse_[other].opposite = one;
+    coarse_[one].turn = turn & 3;
+    coarse_[other].turn = -turn & 3;
+    coarse_[one].feature = coarse_[other].feature = 1;
     kill(f);
     kill(g);
     leaving_[at(v)] = kInvalid;
     for (const HalfedgeId h : {one, other}) {
-      HalfedgeId& first = leaving_[at(flat().source[at(h)])];
-      if (flat().source[at(first)] == kInvalid) first = h;
+      HalfedgeId& first = leaving_[at(coarse_[h].source)];
+      if (coarse_[first].source == kInvalid) first = h;
     }
     make_delaunay(
         {next_corner(one), previous_corner(one), next_corner(other), previous_corner(other)});
@@ -303,7 +274,7 @@ class Remover {
   // Makes one triangle of the three around v, in the first one's chart and place.
   bool merge(VertexId v) {
     std::vector<HalfedgeId> spokes;
-    around(flat(), leaving_[at(v)], [&](HalfedgeId h) {
+    around(coarse_, leaving_[at(v)], [&](HalfedgeId h) {
       spokes.push_back(h);
       return true;
     });
@@ -313,9 +284,9 @@ class Remover {
     std::vector<Index> turns;  // from the chart of the spoke's face to the first one's
     Index by = 0;
     for (const HalfedgeId spoke : spokes) {
-      sides.push_back(side_of(next_corner(spoke), by));
+      sides.push_back(turned(coarse_[next_corner(spoke)], by));
       turns.push_back(by);
-      by -= flat().turn[at(previous_corner(spoke))];
+      by -= coarse_[previous_corner(spoke)].turn;
     }
     for (const HalfedgeId spoke : spokes) kill(spoke / 3);
     leaving_[at(v)] = kInvalid;
@@ -327,11 +298,11 @@ class Remover {
         break;
       }
     }
-    for (Index k = 0; k < 3; ++k) set_side(3 * f + k, sides[at(k)]);
+    for (Index k = 0; k < 3; ++k) set_side(coarse_, 3 * f + k, sides[at(k)]);
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
       // Corners at both ends of a loop are one vertex.
-      HalfedgeId& first = leaving_[at(flat().source[at(h)])];
-      if (first != kInvalid && flat().source[at(first)] != flat().source[at(h)]) first = kInvalid;
+      HalfedgeId& first = leaving_[at(coarse_[h].source)];
+      if (first != kInvalid && coarse_[first].source != coarse_[h].source) first = kInvalid;
     }
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) set_leaving(h);
     make_delaunay({3 * f, 3 * f + 1, 3 * f + 2});
@@ -339,23 +310,13 @@ class Remover {
   }
 
   void compact() {
-    std::vector<HalfedgeId> now(flat().source.size(), kInvalid);
+    std::vector<HalfedgeId> now(coarse_.sides.size(), kInvalid);
     HalfedgeId next = 0;
-    for (std::size_t h = 0; h < now.size(); ++h)
-      if (flat().source[h] != kInvalid) now[h] = next++;
-    CoarseSurface kept;
-    for (std::size_t h = 0; h < now.size(); ++h) {
-      if (now[h] == kInvalid) continue;
-      const HalfedgeId o = flat().opposite[h];
-      kept.flat.source.push_back(flat().source[h]);
-      kept.flat.opposite.push_back(o == kInvalid ? kInvalid : now[at(o)]);
-      kept.flat.turn.push_back(flat().turn[h]);
-      kept.flat.edge.push_back(flat().edge[h]);
-      kept.start.push_back(coarse_.start[h]);
-      kept.start_turn.push_back(coarse_.start_turn[h]);
-      kept.feature.push_back(coarse_.feature[h]);
-    }
-    coarse_ = std::move(kept);
+    for (HalfedgeId h = 0; h < coarse_.halfedges(); ++h)
+      if (coarse_[h].source != kInvalid) now[at(h)] = next++;
+    std::erase_if(coarse_.sides, [](const Side& side) { return side.source == kInvalid; });
+    for (Side& side : coarse_.sides)
+      if (side.opposite != kInvalid) side.opposite = now[at(side.opposite)];
   }
 
   const FlatSurface& map_;
@@ -368,8 +329,8 @@ class Remover {
 }  // namespace
 
 CoarseSurface coarse_surface(const FlatSurface& map, const std::vector<Index>& quarters,
-                             std::vector<char> feature, const ExecutionContext& context) {
-  return Remover(map, quarters, std::move(feature), context).run();
+                             const std::vector<char>& feature, const ExecutionContext& context) {
+  return Remover(map, quarters, feature, context).run();
 }
 
 std::pair<CornerId, Index> sector_of(const FlatSurface& map, CornerId first, Gauss direction) {
@@ -378,68 +339,77 @@ std::pair<CornerId, Index> sector_of(const FlatSurface& map, CornerId first, Gau
   while (true) {
     const HalfedgeId last = previous_corner(c);
     const Gauss d = turned(direction, turn);
-    const HalfedgeId across = map.opposite[at(last)];
-    if (across == kInvalid || cross(d, -map.edge[at(last)]) > 0) return {c, turn};
-    turn += map.turn[at(last)];
+    const HalfedgeId across = map[last].opposite;
+    if (across == kInvalid || cross(d, -map[last].edge) > 0) return {c, turn};
+    turn += map[last].turn;
     c = across;
   }
 }
 
 void flip_coarse(CoarseSurface& coarse, const FlatSurface& map, HalfedgeId h) {
-  const HalfedgeId o = coarse.flat.opposite[at(h)];
-  const bool with_integers = !coarse.integer.empty();
-  const Diamond whole = with_integers ? diamond(coarse.flat, coarse.integer, h) : Diamond{};
-  const std::array<Moved, 4> moved = flip(coarse.flat, h);
-  std::array<std::pair<CornerId, Index>, 4> start;
-  std::array<char, 4> feature{};
-  std::array<Gauss, 4> integer;
+  // Of the four half-edges around the edge: where each was, where it is then, and by how many
+  // quarters its chart turns.
+  struct Moved {
+    HalfedgeId from, to;
+    Index turn;
+  };
+  const HalfedgeId o = coarse[h].opposite;
+  const FaceId f = h / 3, g = o / 3;
+  const HalfedgeId back = 3 * f + 2, forth = 3 * g;
+  const Index turn = coarse[o].turn;
+  Side diagonal;
+  diagonal.source = coarse[previous_corner(h)].source;
+  diagonal.opposite = back;
+  diagonal.edge = diamond(coarse, h).diagonal;
+  diagonal.integer = diamond(coarse, h, &Side::integer).diagonal;
+  Side reverse = turned(diagonal, 2);
+  reverse.source = coarse[previous_corner(o)].source;
+  reverse.opposite = forth;
+  const std::array<Moved, 4> moved = {
+      Moved{previous_corner(h), 3 * f, 0}, Moved{next_corner(o), 3 * f + 1, turn},
+      Moved{previous_corner(o), 3 * g + 1, turn}, Moved{next_corner(h), 3 * g + 2, 0}};
+  std::array<Side, 4> sides;
   for (std::size_t i = 0; i < 4; ++i) {
-    const std::size_t from = at(moved[i].from);
-    start[i] = {coarse.start[from], (coarse.start_turn[from] - moved[i].turn) & 3};
-    feature[i] = coarse.feature[from];
-    if (with_integers) integer[i] = turned(coarse.integer[from], moved[i].turn);
+    sides[i] = turned(coarse[moved[i].from], moved[i].turn);
+    for (const Moved& other : moved) {
+      if (other.from != sides[i].opposite) continue;
+      sides[i].opposite = other.to;
+      sides[i].turn += other.turn;
+      break;
+    }
   }
-  for (std::size_t i = 0; i < 4; ++i) {
-    const std::size_t to = at(moved[i].to);
-    std::tie(coarse.start[to], coarse.start_turn[to]) = start[i];
-    coarse.feature[to] = feature[i];
-    if (with_integers) coarse.integer[to] = integer[i];
-  }
-  const HalfedgeId back = 3 * (h / 3) + 2, forth = 3 * (o / 3);
-  coarse.feature[at(back)] = coarse.feature[at(forth)] = 0;
-  if (with_integers) {
-    coarse.integer[at(back)] = -whole.diagonal;
-    coarse.integer[at(forth)] = whole.diagonal;
-  }
+  for (std::size_t i = 0; i < 4; ++i) set_side(coarse, moved[i].to, sides[i]);
+  coarse[forth] = diagonal;
+  coarse[back] = reverse;
+  coarse[back].turn = coarse[forth].turn = 0;
   // Each leaves its vertex counter-clockwise of the half-edge that follows it in the other face.
   const auto direct = [&](HalfedgeId e, HalfedgeId before) {
-    const Index turn = coarse.start_turn[at(before)];
-    const auto [corner, more] =
-        sector_of(map, coarse.start[at(before)], turned(coarse.flat.edge[at(e)], turn));
-    coarse.start[at(e)] = corner;
-    coarse.start_turn[at(e)] = (turn + more) & 3;
+    const Index turn = coarse[before].start_turn;
+    const auto [corner, more] = sector_of(map, coarse[before].start, turned(coarse[e].edge, turn));
+    coarse[e].start = corner;
+    coarse[e].start_turn = (turn + more) & 3;
   };
-  direct(forth, 3 * (h / 3));
-  direct(back, 3 * (o / 3) + 1);
+  direct(forth, 3 * f);
+  direct(back, 3 * g + 1);
 }
 
-bool is_delaunay(const FlatSurface& surface, const std::vector<Gauss>& edge, HalfedgeId h) {
+bool is_delaunay(const FlatSurface& surface, HalfedgeId h, Gauss Side::*of) {
   // The angles at the two apexes have a sum of at most half a turn.
   const auto apex = [&](HalfedgeId e) {
-    const Vector2 a = as_vector(edge[at(previous_corner(e))]),
-                  b = -as_vector(edge[at(next_corner(e))]);
+    const Vector2 a = as_vector(surface[previous_corner(e)].*of),
+                  b = -as_vector(surface[next_corner(e)].*of);
     const double size = a.norm() * b.norm();
     return Vector2(a.dot(b) / size, flipfree::cross(a, b) / size);
   };
-  const Vector2 here = apex(h), there = apex(surface.opposite[at(h)]);
+  const Vector2 here = apex(h), there = apex(surface[h].opposite);
   return here.x() * there.y() + here.y() * there.x() > -1e-12;
 }
 
 std::vector<HalfedgeId> leaving(const FlatSurface& surface, std::size_t vertices) {
   std::vector<HalfedgeId> first(vertices, kInvalid);
   for (HalfedgeId h = 0; h < surface.halfedges(); ++h) {
-    HalfedgeId& of_vertex = first[at(surface.source[at(h)])];
-    if (of_vertex == kInvalid || surface.opposite[at(h)] == kInvalid) of_vertex = h;
+    HalfedgeId& of_vertex = first[at(surface[h].source)];
+    if (of_vertex == kInvalid || surface[h].opposite == kInvalid) of_vertex = h;
   }
   return first;
 }

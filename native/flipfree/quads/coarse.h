@@ -20,18 +20,13 @@
 
 namespace flipfree::quads {
 
-struct CoarseSurface {
-  FlatSurface flat;  // edges in the map's integers; areas positive
-  // Where each half-edge leaves its vertex on the map: in this corner's sector, which begins at the
-  // corner's half-edge and ends before the next one, as the vector i^start_turn[h] edge[h].
-  std::vector<CornerId> start;
-  std::vector<Index> start_turn;
-  // 1: part of a feature, along an axis of the map: never flipped, and stays along it.
-  std::vector<char> feature;
-  // The same edges, in quads: what integers.h chooses. Empty before.
-  std::vector<Gauss> integer;
-
-  Index faces() const { return flat.halfedges() / 3; }
+// Areas by `edge`, in the map's integers, are positive. Each half-edge leaves its vertex on the map
+// in the sector of the corner `start`, which begins at the corner's half-edge and ends before the
+// next one, as the vector i^start_turn edge. `feature`: 1 of parts of features, along an axis of
+// the map: never flipped, and stays along it. `integer`: the same edge in quads, as integers.h
+// chooses.
+struct CoarseSurface : FlatSurface {
+  bool has_integers = false;
 };
 
 // Vertices that are kept: cones, corners, ends, bends and crossings of features, one of every
@@ -39,20 +34,21 @@ struct CoarseSurface {
 // taken out. `quarters`: quarters_around() of the map. `feature`: per half-edge. Throws Cancelled,
 // TimeIsOver. Cost: about O(#F).
 CoarseSurface coarse_surface(const FlatSurface& map, const std::vector<Index>& quarters,
-                             std::vector<char> feature, const ExecutionContext& context);
+                             const std::vector<char>& feature, const ExecutionContext& context);
 
 // The corner whose sector holds a direction that lies counter-clockwise of the half-edge of `first`
 // by less than half a turn, given in the chart of `first`'s face; and how many quarters its chart
 // is turned.
 std::pair<CornerId, Index> sector_of(const FlatSurface& surface, CornerId first, Gauss direction);
 
-// Flips an edge together with directions and integers. Preconditions as of flip(); both areas are
-// positive by the edges.
+// Replaces the edge of h by the other diagonal, in the charts of the two faces; its half-edges are
+// 3 f + 2 (from b to a), f the face of h, and three times its neighbour (from a to b).
+// Preconditions: two faces; both areas are positive by the edges.
 void flip_coarse(CoarseSurface& coarse, const FlatSurface& map, HalfedgeId h);
 
 // Whether the flip makes the edge Delaunay in the metric of these vectors, and by more than
 // rounding.
-bool is_delaunay(const FlatSurface& surface, const std::vector<Gauss>& edge, HalfedgeId h);
+bool is_delaunay(const FlatSurface& surface, HalfedgeId h, Gauss Side::*of = &Side::edge);
 
 // Per vertex of the map one half-edge of the coarse surface that leaves it, on the border the one
 // from which around() sees all; kInvalid where it was taken out.

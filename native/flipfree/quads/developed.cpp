@@ -16,8 +16,7 @@ Developed::Developed(const FlatSurface& map, const CoarseSurface& coarse,
       from_(at(map.halfedges())),
       moved_(at(map.halfedges())),
       bends_(at(map.halfedges())) {
-  for (const Gauss q : coarse.integer) whole_.push_back(as_vector(q));
-  for (HalfedgeId e = 0; e < coarse.flat.halfedges(); ++e) depart_from_corner(e);
+  for (HalfedgeId e = 0; e < coarse.halfedges(); ++e) depart_from_corner(e);
   for (std::size_t i = 0; i < queue_.size(); ++i) {
     if (i % 1024 == 0) context.check();
     cross(queue_[i]);
@@ -36,55 +35,58 @@ void Developed::set(HalfedgeId h, Place place, Index turn) {
 
 // The map's half-edges at the vertex of e, counter-clockwise of e by less than half a turn.
 void Developed::depart_from_corner(HalfedgeId e) {
-  CornerId c = coarse_.start[at(e)];
-  Index turn = coarse_.start_turn[at(e)];  // from e's chart to that of c
-  Gauss way = turned(coarse_.flat.edge[at(e)], turn);
-  if (quads::cross(way, map_.edge[at(c)]) == 0)
-    set(c, {e / 3, origin(coarse_.flat.edge, e)}, -turn);
+  CornerId c = coarse_[e].start;
+  Index turn = coarse_[e].start_turn;  // from e's chart to that of c
+  Gauss way = turned(coarse_[e].edge, turn);
+  if (quads::cross(way, map_[c].edge) == 0) set(c, {e / 3, origin(coarse_, e)}, -turn);
   while (true) {
     const HalfedgeId last = previous_corner(c);
-    const Gauss next = -map_.edge[at(last)];
-    if (quads::cross(way, next) <= 0 || map_.opposite[at(last)] == kInvalid) return;
-    const auto [corner, more] = sector_of(coarse_.flat, e, turned(next, -turn));
-    turn += map_.turn[at(last)];
-    way = turned(way, map_.turn[at(last)]);
-    c = map_.opposite[at(last)];
-    set(c, {corner / 3, origin(coarse_.flat.edge, corner)}, more - turn);
+    const Gauss next = -map_[last].edge;
+    if (quads::cross(way, next) <= 0 || map_[last].opposite == kInvalid) return;
+    const auto [corner, more] = sector_of(coarse_, e, turned(next, -turn));
+    turn += map_[last].turn;
+    way = turned(way, map_[last].turn);
+    c = map_[last].opposite;
+    set(c, {corner / 3, origin(coarse_, corner)}, more - turn);
   }
 }
 
 // The affine image of a place, in whole numbers from the first corner of its face.
 Vector2 Developed::image(const Place& place) const {
   const std::size_t h = at(3 * place.face);
-  const Gauss first = coarse_.flat.edge[h], second = first + coarse_.flat.edge[h + 1];
+  const Gauss first = coarse_.sides[h].edge, second = first + coarse_.sides[h + 1].edge;
   const auto area = static_cast<double>(quads::cross(first, second));
-  return static_cast<double>(quads::cross(place.at, second)) / area * whole_[h] +
-         static_cast<double>(quads::cross(first, place.at)) / area * (whole_[h] + whole_[h + 1]);
+  return static_cast<double>(quads::cross(place.at, second)) / area *
+             as_vector(coarse_.sides[h].integer) +
+         static_cast<double>(quads::cross(first, place.at)) / area *
+             (as_vector(coarse_.sides[h].integer) + as_vector(coarse_.sides[h + 1].integer));
 }
 
 void Developed::cross(HalfedgeId h) {
   const Departure from = from_[at(h)];
   Vector2 start = image(from.place);
   Index turn = from.turn;
-  const Gauss end = from.place.at + turned(map_.edge[at(h)], from.turn);
+  const Gauss end = from.place.at + turned(map_[h].edge, from.turn);
   // One side of each edge says where it is crossed.
-  const bool bends = map_.opposite[at(h)] == kInvalid || h < map_.opposite[at(h)];
+  const bool bends = map_[h].opposite == kInvalid || h < map_[h].opposite;
   const auto crossed = [&](HalfedgeId out, Gauss a, Gauss b) {
-    const HalfedgeId o = coarse_.flat.opposite[at(out)];
-    const Index by = coarse_.flat.turn[at(out)];
-    const Gauss place = origin(coarse_.flat.edge, out), edge = coarse_.flat.edge[at(out)];
+    const HalfedgeId o = coarse_[out].opposite;
+    const Index by = coarse_[out].turn;
+    const Gauss place = origin(coarse_, out), edge = coarse_[out].edge;
     const std::int64_t before = quads::cross(place - a, edge), all = quads::cross(b - a, edge);
     // Not where it begins or ends on the coarse edge.
     if (bends && before != 0 && before != all) {
       const auto area = static_cast<double>(all);
       const double share = static_cast<double>(quads::cross(a - place, b - a)) / area;
-      const Vector2 bend = origin(whole_, out) - start - share * whole_[at(out)];
+      const Vector2 bend = as_vector(origin(coarse_, out, &Side::integer)) - start -
+                           share * as_vector(coarse_[out].integer);
       bends_[at(h)].push_back({static_cast<double>(before) / area, turned(bend, -turn)});
     }
-    start = origin(whole_, next_corner(o)) + turned(Vector2(start - origin(whole_, out)), by);
+    start = as_vector(origin(coarse_, next_corner(o), &Side::integer)) +
+            turned(Vector2(start - as_vector(origin(coarse_, out, &Side::integer))), by);
     turn += by;
   };
-  const Place to = walk(coarse_.flat, coarse_.flat.edge, from.place, end, crossed);
+  const Place to = walk(coarse_, from.place, end, crossed);
   if (to.face == kInvalid) throw InternalError("quads: an edge of the map leaves the surface");
   moved_[at(h)] = turned(Vector2(image(to) - start), -turn);
   spread(next_corner(h), to, turn);
@@ -97,33 +99,33 @@ void Developed::spread(HalfedgeId first, const Place& place, Index turn) {
   Index ccw = turn, cw = turn;
   for (HalfedgeId h = first;;) {
     const HalfedgeId last = previous_corner(h);
-    h = map_.opposite[at(last)];
+    h = map_[last].opposite;
     if (h == first) return;
     if (h == kInvalid) break;
-    ccw -= map_.turn[at(last)];
+    ccw -= map_[last].turn;
     set(h, place, ccw);
   }
-  for (HalfedgeId h = first; map_.opposite[at(h)] != kInvalid;) {
-    cw -= map_.turn[at(h)];
-    h = next_corner(map_.opposite[at(h)]);
+  for (HalfedgeId h = first; map_[h].opposite != kInvalid;) {
+    cw -= map_[h].turn;
+    h = next_corner(map_[h].opposite);
     set(h, place, cw);
   }
 }
 
 // From the half-edge's source as far as it is straight.
 Vector2 Developed::first_piece(HalfedgeId h) const {
-  const HalfedgeId o = map_.opposite[at(h)];
+  const HalfedgeId o = map_[h].opposite;
   if (!bends_[at(h)].empty()) return bends_[at(h)].front().place;
   if (o == kInvalid || bends_[at(o)].empty()) return moved_[at(h)];
-  return turned(Vector2(bends_[at(o)].back().place - moved_[at(o)]), map_.turn[at(o)]);
+  return turned(Vector2(bends_[at(o)].back().place - moved_[at(o)]), map_[o].turn);
 }
 
 // From its target, backwards.
 Vector2 Developed::last_piece(HalfedgeId h) const {
-  const HalfedgeId o = map_.opposite[at(h)];
+  const HalfedgeId o = map_[h].opposite;
   if (!bends_[at(h)].empty()) return bends_[at(h)].back().place - moved_[at(h)];
   if (o == kInvalid || bends_[at(o)].empty()) return -moved_[at(h)];
-  return turned(bends_[at(o)].front().place, map_.turn[at(o)]);
+  return turned(bends_[at(o)].front().place, map_[o].turn);
 }
 
 intrinsic::EdgePointMap Developed::points(const Points2& corner_uv,
@@ -133,12 +135,12 @@ intrinsic::EdgePointMap Developed::points(const Points2& corner_uv,
   intrinsic::InputEdges edges = intrinsic::number_edges(adjacency);
   points.begin.push_back(0);
   for (const HalfedgeId h : edges.halfedge) {
-    const HalfedgeId o = map_.opposite[at(h)];
+    const HalfedgeId o = map_[h].opposite;
     for (const Bend& bend : bends_[at(h)]) {
       const Vector2 left = corner_uv.row(h).transpose() + bend.place;
       Vector2 right = left;
       if (o != kInvalid)
-        right = corner_uv.row(next_corner(o)).transpose() + turned(bend.place, map_.turn[at(h)]);
+        right = corner_uv.row(next_corner(o)).transpose() + turned(bend.place, map_[h].turn);
       points.points.push_back({{1.0 - bend.along, bend.along}, left, right});
     }
     points.begin.push_back(static_cast<std::int64_t>(points.points.size()));
@@ -147,13 +149,10 @@ intrinsic::EdgePointMap Developed::points(const Points2& corner_uv,
   points.edge_of = std::move(edges.of_corner);
   // Angles, as parts between coarse edges: of each it is known that it is less than half a turn.
   std::vector<std::vector<HalfedgeId>> coarse_at(at(map_.halfedges()));
-  for (HalfedgeId e = 0; e < coarse_.flat.halfedges(); ++e)
-    coarse_at[at(coarse_.start[at(e)])].push_back(e);
+  for (HalfedgeId e = 0; e < coarse_.halfedges(); ++e) coarse_at[at(coarse_[e].start)].push_back(e);
   for (CornerId c = 0; c < map_.halfedges(); ++c) {
     std::vector<HalfedgeId>& between = coarse_at[at(c)];
-    const auto old = [&](HalfedgeId e) {
-      return turned(coarse_.flat.edge[at(e)], coarse_.start_turn[at(e)]);
-    };
+    const auto old = [&](HalfedgeId e) { return turned(coarse_[e].edge, coarse_[e].start_turn); };
     std::sort(between.begin(), between.end(),
               [&](HalfedgeId a, HalfedgeId b) { return quads::cross(old(a), old(b)) > 0; });
     Vector2 last = first_piece(c);
@@ -163,7 +162,8 @@ intrinsic::EdgePointMap Developed::points(const Points2& corner_uv,
       angle += part < -1e-9 ? part + 2.0 * std::numbers::pi : part;
       last = next;
     };
-    for (const HalfedgeId e : between) add(turned(whole_[at(e)], coarse_.start_turn[at(e)]));
+    for (const HalfedgeId e : between)
+      add(turned(as_vector(coarse_[e].integer), coarse_[e].start_turn));
     add(last_piece(previous_corner(c)));
     points.corner_angle.push_back(angle);
   }

@@ -50,7 +50,6 @@ class Developed {
 
   const FlatSurface& map_;
   const CoarseSurface& coarse_;
-  std::vector<Vector2> whole_;  // the coarse surface's integers
   std::vector<Departure> from_;
   std::vector<Vector2> moved_;
   std::vector<std::vector<Bend>> bends_;

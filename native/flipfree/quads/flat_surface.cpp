@@ -52,16 +52,16 @@ FlatMap flat_map(const certify::Parametrization& map) {
   FlatMap flat;
   flat.unit = unit;
   FlatSurface& s = flat.surface;
-  s.opposite = adjacency.opposite;
-  const std::size_t count = s.opposite.size();
-  s.turn.assign(count, 0);
+  const std::size_t count = adjacency.opposite.size();
   for (HalfedgeId h = 0; at(h) < count; ++h) {
     const auto on_grid = [&](CornerId c, int k) {
       return static_cast<std::int64_t>(std::ldexp(static_cast<double>(uv(c, k)), -exponent));
     };
     const HalfedgeId n = next_corner(h);
-    s.source.push_back(mesh::source(faces, h));
-    s.edge.push_back({on_grid(n, 0) - on_grid(h, 0), on_grid(n, 1) - on_grid(h, 1)});
+    Side& side = s.sides.emplace_back();
+    side.source = mesh::source(faces, h);
+    side.opposite = adjacency.opposite[at(h)];
+    side.edge = {on_grid(n, 0) - on_grid(h, 0), on_grid(n, 1) - on_grid(h, 1)};
   }
   for (FaceId f = 0; 3 * at(f) < count; ++f) {
     if (s.twice_area(f) <= 0)
@@ -69,19 +69,19 @@ FlatMap flat_map(const certify::Parametrization& map) {
              ElementKind::kFace, {f});
   }
   for (HalfedgeId h = 0; at(h) < count; ++h) {
-    const HalfedgeId o = s.opposite[at(h)];
-    const Gauss e = s.edge[at(h)];
+    const HalfedgeId o = s[h].opposite;
+    const Gauss e = s[h].edge;
     if (o == kInvalid) {
       if (e.x != 0 && e.y != 0) flat.oblique.push_back(h);
       continue;
     }
     Index turn = 0;
-    while (turn < 4 && !(s.edge[at(o)] == -turned(e, turn))) ++turn;
+    while (turn < 4 && !(s[o].edge == -turned(e, turn))) ++turn;
     if (turn == 4)
-      refuse("Edge " + vertex_id(s.source[at(h)]) + "-" + vertex_id(s.target(h)) +
+      refuse("Edge " + vertex_id(s[h].source) + "-" + vertex_id(s.target(h)) +
                  " does not match across its seam. Give a map that is seamless as stored.",
-             ElementKind::kEdge, {s.source[at(h)], s.target(h)});
-    s.turn[at(h)] = turn;
+             ElementKind::kEdge, {s[h].source, s.target(h)});
+    s[h].turn = turn;
   }
   return flat;
 }
@@ -89,8 +89,8 @@ FlatMap flat_map(const certify::Parametrization& map) {
 std::vector<Index> quarters_around(const FlatSurface& surface, std::size_t vertices) {
   std::vector<double> angle(vertices, 0.0);
   for (HalfedgeId h = 0; h < surface.halfedges(); ++h) {
-    const Gauss a = surface.edge[at(h)], b = -surface.edge[at(previous_corner(h))];
-    angle[at(surface.source[at(h)])] +=
+    const Gauss a = surface[h].edge, b = -surface[previous_corner(h)].edge;
+    angle[at(surface[h].source)] +=
         std::atan2(static_cast<double>(cross(a, b)), static_cast<double>(dot(a, b)));
   }
   std::vector<Index> quarters;
@@ -99,64 +99,13 @@ std::vector<Index> quarters_around(const FlatSurface& surface, std::size_t verti
   return quarters;
 }
 
-Diamond diamond(const FlatSurface& surface, const std::vector<Gauss>& edge, HalfedgeId h) {
-  const HalfedgeId o = surface.opposite[at(h)];
+Diamond diamond(const FlatSurface& surface, HalfedgeId h, Gauss Side::*of) {
+  const HalfedgeId o = surface[h].opposite;
   Diamond d;
-  d.before = edge[at(previous_corner(h))];
-  d.diagonal = d.before + turned(edge[at(next_corner(o))], surface.turn[at(o)]);
-  d.across = d.before + edge[at(h)];
+  d.before = surface[previous_corner(h)].*of;
+  d.diagonal = d.before + turned(surface[next_corner(o)].*of, surface[o].turn);
+  d.across = d.before + surface[h].*of;
   return d;
-}
-
-std::array<Moved, 4> flip(FlatSurface& s, HalfedgeId h) {
-  const HalfedgeId o = s.opposite[at(h)];
-  const FaceId f = h / 3, g = o / 3;
-  const Index turn = s.turn[at(o)];
-  const Diamond d = diamond(s, s.edge, h);
-  const VertexId a = s.source[at(previous_corner(h))], b = s.source[at(previous_corner(o))];
-  const std::array<Moved, 4> moved = {
-      Moved{previous_corner(h), 3 * f, 0}, Moved{next_corner(o), 3 * f + 1, turn},
-      Moved{previous_corner(o), 3 * g + 1, turn}, Moved{next_corner(h), 3 * g + 2, 0}};
-  struct Side {
-    VertexId source;
-    HalfedgeId opposite;
-    Index turn;
-    Gauss edge;
-  };
-  std::array<Side, 4> side;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const HalfedgeId from = moved[i].from;
-    HalfedgeId across = s.opposite[at(from)];
-    // Vectors of the side turn with its chart, and those of its neighbour if that moves as well.
-    Index by = s.turn[at(from)] - moved[i].turn;
-    for (const Moved& other : moved) {
-      if (other.from != across) continue;
-      across = other.to;
-      by += other.turn;
-      break;
-    }
-    side[i] = {s.source[at(from)], across, across == kInvalid ? 0 : by & 3,
-               turned(s.edge[at(from)], moved[i].turn)};
-  }
-  for (std::size_t i = 0; i < 4; ++i) {
-    const std::size_t to = at(moved[i].to);
-    s.source[to] = side[i].source;
-    s.opposite[to] = side[i].opposite;
-    s.turn[to] = side[i].turn;
-    s.edge[to] = side[i].edge;
-    if (side[i].opposite == kInvalid) continue;
-    s.opposite[at(side[i].opposite)] = moved[i].to;
-    s.turn[at(side[i].opposite)] = -side[i].turn & 3;
-  }
-  const std::size_t back = at(3 * f + 2), forth = at(3 * g);
-  s.source[back] = b;
-  s.source[forth] = a;
-  s.edge[back] = -d.diagonal;
-  s.edge[forth] = d.diagonal;
-  s.opposite[back] = static_cast<HalfedgeId>(forth);
-  s.opposite[forth] = static_cast<HalfedgeId>(back);
-  s.turn[back] = s.turn[forth] = 0;
-  return moved;
 }
 
 }  // namespace flipfree::quads

@@ -1,13 +1,13 @@
 // Flat surfaces with cones, in integers: triangles whose edges are Gaussian integers, and quarter
 // turns between their charts.
 //
-// Every face has a chart of its own. Half-edge h = 3 f + k (mesh/adjacency.h) is the vector
-// edge[h] in the chart of f, and the vectors of a face sum up to zero. Across an edge vectors turn
-// by quarters:
+// Every face has a chart of its own. Half-edge h = 3 f + k (mesh/adjacency.h) is the vector `edge`
+// in the chart of f, and the vectors of a face sum up to zero. Across an edge vectors turn by
+// quarters:
 //
-//        edge[opposite[h]] = -i^turn[h] edge[h]
+//        edge of the opposite half-edge = -i^turn edge
 //
-// so that i^turn[h] takes vectors from the chart of h's face to that of its neighbour. A map whose
+// so that i^turn takes vectors from the chart of h's face to that of its neighbour. A map whose
 // seams are exact as stored is such a surface without a rounding: its coordinates are multiples of
 // a power of two.
 #pragma once
@@ -43,15 +43,38 @@ constexpr bool fits(Gauss a) {
   return a.x < kLongest && a.x > -kLongest && a.y < kLongest && a.y > -kLongest;
 }
 
-struct FlatSurface {
-  std::vector<VertexId> source;      // 3 #F
-  std::vector<HalfedgeId> opposite;  // 3 #F; kInvalid on the border
-  std::vector<Index> turn;           // 3 #F, 0 to 3; 0 on the border
-  std::vector<Gauss> edge;           // 3 #F
+struct Side {
+  VertexId source = kInvalid;
+  HalfedgeId opposite = kInvalid;  // on the border
+  Index turn = 0;                  // 0 to 3; 0 on the border
+  Gauss edge;
+  // Of a coarse surface (coarse.h).
+  CornerId start = kInvalid;
+  Index start_turn = 0;
+  char feature = 0;
+  Gauss integer;
+};
 
-  Index halfedges() const { return static_cast<Index>(source.size()); }
-  VertexId target(HalfedgeId h) const { return source[at(next_corner(h))]; }
-  std::int64_t twice_area(FaceId f) const { return cross(edge[at(3 * f)], edge[at(3 * f + 1)]); }
+// The same in a chart that is turned by so many quarters; its neighbour's stays.
+inline Side turned(Side side, Index by) {
+  side.turn -= by;
+  side.start_turn = (side.start_turn - by) & 3;
+  side.edge = turned(side.edge, by);
+  side.integer = turned(side.integer, by);
+  return side;
+}
+
+struct FlatSurface {
+  std::vector<Side> sides;  // 3 #F: half-edges
+
+  Side& operator[](HalfedgeId h) { return sides[at(h)]; }
+  const Side& operator[](HalfedgeId h) const { return sides[at(h)]; }
+  Index halfedges() const { return static_cast<Index>(sides.size()); }
+  Index faces() const { return halfedges() / 3; }
+  VertexId target(HalfedgeId h) const { return sides[at(next_corner(h))].source; }
+  std::int64_t twice_area(FaceId f) const {
+    return cross(sides[at(3 * f)].edge, sides[at(3 * f + 1)].edge);
+  }
 };
 
 // The map as a flat surface on its own triangles, and the power of two that its integers are
@@ -80,19 +103,7 @@ struct Diamond {
   std::int64_t at_source() const { return cross(before, diagonal); }  // twice the area of (a, s, b)
   std::int64_t at_target() const { return cross(diagonal, across); }
 };
-Diamond diamond(const FlatSurface& surface, const std::vector<Gauss>& edge, HalfedgeId h);
-
-// Of the four half-edges around a flipped edge: where each was, where it is now, and by how many
-// quarters its chart turned.
-struct Moved {
-  HalfedgeId from = kInvalid;
-  HalfedgeId to = kInvalid;
-  Index turn = 0;
-};
-// Replaces the edge of h by the other diagonal; its half-edges are 3 f + 2 (from b to a), f the
-// face of h, and three times its neighbour (from a to b). Preconditions: two faces; the diamond was
-// looked at.
-std::array<Moved, 4> flip(FlatSurface& surface, HalfedgeId h);
+Diamond diamond(const FlatSurface& surface, HalfedgeId h, Gauss Side::*of = &Side::edge);
 
 // A place in the chart of a face, whose first corner is the origin.
 struct Place {
@@ -100,44 +111,40 @@ struct Place {
   Gauss at;
 };
 
-// Where the half-edge begins in the chart of its face, by the vectors of `edge`.
-template <typename Vector>
-Vector origin(const std::vector<Vector>& edge, HalfedgeId h) {
-  const std::size_t first = at(h - h % 3);
-  Vector place = edge[first];
-  if (h % 3 == 0) place = place - edge[first];
-  if (h % 3 == 2) place = place + edge[first + 1];
-  return place;
+// Where the half-edge begins in the chart of its face.
+inline Gauss origin(const FlatSurface& surface, HalfedgeId h, Gauss Side::*of = &Side::edge) {
+  const HalfedgeId first = h - h % 3;
+  return h % 3 == 0   ? Gauss{}
+         : h % 3 == 1 ? surface[first].*of
+                      : surface[first].*of + surface[first + 1].*of;
 }
 
-// Straight from a place in a face to another one of its chart, through as many faces as it takes,
-// by the vectors of `edge`; neither the way nor its end passes a vertex on the way. The end in the
-// chart of a face that holds it; face kInvalid where the way leaves the surface. Calls crossed(h,
-// from, end) for the half-edges that are left across, in order, with the way in the chart of h.
+// Straight from a place in a face to another one of its chart, through as many faces as it takes;
+// neither the way nor its end passes a vertex on the way. The end in the chart of a face that holds
+// it; face kInvalid where the way leaves the surface. Calls crossed(h, from, end) for the
+// half-edges that are left across, in order, with the way in the chart of h.
 template <typename Crossed>
-Place walk(const FlatSurface& surface, const std::vector<Gauss>& edge, Place from, Gauss end,
-           const Crossed& crossed) {
+Place walk(const FlatSurface& surface, Place from, Gauss end, const Crossed& crossed) {
   Place here{from.face, end};
   Gauss start = from.at;
   HalfedgeId came = kInvalid;
   for (Index steps = 0; steps < 16 * surface.halfedges() + 64; ++steps) {
     HalfedgeId out = kInvalid;
     for (HalfedgeId h = 3 * here.face; h < 3 * here.face + 3; ++h) {
-      const Gauss place = origin(edge, h);
-      if (h == came || cross(edge[at(h)], here.at - place) >= 0) continue;
+      const Gauss place = origin(surface, h);
+      if (h == came || cross(surface[h].edge, here.at - place) >= 0) continue;
       // It leaves across h if h's ends lie on the two sides of the way.
       const Gauss way = here.at - start;
-      const Gauss a = place - start, b = a + edge[at(h)];
+      const Gauss a = place - start, b = a + surface[h].edge;
       if (cross(way, a) <= 0 && cross(way, b) >= 0) out = h;
     }
     if (out == kInvalid) return here;
-    const HalfedgeId o = surface.opposite[at(out)];
+    const HalfedgeId o = surface[out].opposite;
     if (o == kInvalid) break;
     crossed(out, start, here.at);
-    const Gauss target =
-        origin(edge, next_corner(o));  // where out begins, in the neighbour's chart
+    const Gauss target = origin(surface, next_corner(o));  // out's beginning, over there
     const auto carried = [&](Gauss p) {
-      return target + turned(p - origin(edge, out), surface.turn[at(out)]);
+      return target + turned(p - origin(surface, out), surface[out].turn);
     };
     here = {o / 3, carried(here.at)};
     start = carried(start);
@@ -152,7 +159,7 @@ template <typename Visit>
 void around(const FlatSurface& surface, HalfedgeId first, const Visit& visit) {
   for (HalfedgeId h = first; h != kInvalid;) {
     if (!visit(h)) return;
-    h = surface.opposite[at(previous_corner(h))];
+    h = surface[previous_corner(h)].opposite;
     if (h == first) return;
   }
 }

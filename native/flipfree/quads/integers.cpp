@@ -38,16 +38,16 @@ class Descent {
 
   // Every edge by itself, then closed.
   bool round() {
-    const Index count = flat().halfedges();
-    coarse_.integer.assign(at(count), Gauss{});
+    const Index count = coarse_.halfedges();
+    coarse_.has_integers = true;
     for (HalfedgeId h = 0; h < count; ++h) {
-      const HalfedgeId o = flat().opposite[at(h)];
+      const HalfedgeId o = coarse_[h].opposite;
       if (o != kInvalid && o < h) {
-        coarse_.integer[at(h)] = -turned(coarse_.integer[at(o)], flat().turn[at(o)]);
+        coarse_[h].integer = -turned(coarse_[o].integer, coarse_[o].turn);
         continue;
       }
       const Vector2 v = wish(h);
-      coarse_.integer[at(h)] = {std::llround(v.x()), std::llround(v.y())};
+      coarse_[h].integer = {std::llround(v.x()), std::llround(v.y())};
     }
     return close();
   }
@@ -72,33 +72,31 @@ class Descent {
   bool is_valid() const {
     for (FaceId f = 0; f < coarse_.faces(); ++f)
       if (area(f) <= 0) return false;
-    for (HalfedgeId h = 0; h < flat().halfedges(); ++h)
-      if (is_reversed(h, coarse_.integer[at(h)])) return false;
+    for (HalfedgeId h = 0; h < coarse_.halfedges(); ++h)
+      if (is_reversed(h, coarse_[h].integer)) return false;
     std::vector<double> angle(quarters_.size(), 0.0);
-    for (HalfedgeId h = 0; h < flat().halfedges(); ++h)
-      angle[at(flat().source[at(h)])] += corner_angle(h);
-    for (HalfedgeId h = 0; h < flat().halfedges(); ++h) {
-      const VertexId v = flat().source[at(h)];
+    for (HalfedgeId h = 0; h < coarse_.halfedges(); ++h)
+      angle[at(coarse_[h].source)] += corner_angle(h);
+    for (HalfedgeId h = 0; h < coarse_.halfedges(); ++h) {
+      const VertexId v = coarse_[h].source;
       if (std::lround(angle[at(v)] / kQuarterTurn) != quarters_[at(v)]) return false;
     }
     return true;
   }
 
  private:
-  const FlatSurface& flat() const { return coarse_.flat; }
   Vector2 wish(HalfedgeId h) const {
-    return scale_[at(component_[at(h / 3)])] * as_vector(flat().edge[at(h)]);
+    return scale_[at(component_[at(h / 3)])] * as_vector(coarse_[h].edge);
   }
   std::int64_t area(FaceId f) const {
-    return cross(coarse_.integer[at(3 * f)], coarse_.integer[at(3 * f + 1)]);
+    return cross(coarse_[3 * f].integer, coarse_[3 * f + 1].integer);
   }
   double corner_angle(HalfedgeId h) const {
-    return turn(as_vector(coarse_.integer[at(h)]),
-                as_vector(-coarse_.integer[at(previous_corner(h))]));
+    return turn(as_vector(coarse_[h].integer), as_vector(-coarse_[previous_corner(h)].integer));
   }
   bool has_its_angle(VertexId v) const {
     double angle = 0.0;
-    around(flat(), leaving_[at(v)], [&](HalfedgeId h) {
+    around(coarse_, leaving_[at(v)], [&](HalfedgeId h) {
       angle += corner_angle(h);
       return true;
     });
@@ -106,14 +104,14 @@ class Descent {
   }
   // Edges of borders and features have an axis to keep; features their direction on it as well.
   bool has_axis(HalfedgeId h) const {
-    return flat().opposite[at(h)] == kInvalid || coarse_.feature[at(h)] != 0;
+    return coarse_[h].opposite == kInvalid || coarse_[h].feature != 0;
   }
   bool is_reversed(HalfedgeId h, Gauss q) const {
-    return coarse_.feature[at(h)] != 0 && dot(flat().edge[at(h)], q) <= 0;
+    return coarse_[h].feature != 0 && dot(coarse_[h].edge, q) <= 0;
   }
   // Whether a unit may be added to such an edge: along its axis.
   bool along(HalfedgeId h, Index direction) const {
-    return (flat().edge[at(h)].y == 0) == (direction % 2 == 0);
+    return (coarse_[h].edge.y == 0) == (direction % 2 == 0);
   }
 
   // Symmetric Dirichlet energy of the triangle's change of shape, by area in quads; 1 per quad
@@ -123,8 +121,8 @@ class Descent {
     double reversed = 0.0;
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
       if (is_reversed(h, q[at(h % 3)]))
-        reversed += kNoArea * (1.0 - static_cast<double>(dot(flat().edge[at(h)], q[at(h % 3)])) /
-                                         as_vector(flat().edge[at(h)]).norm());
+        reversed += kNoArea * (1.0 - static_cast<double>(dot(coarse_[h].edge, q[at(h % 3)])) /
+                                         as_vector(coarse_[h].edge).norm());
     }
     const Vector2 a = wish(3 * f), b = wish(3 * f + 1);
     const double before = flipfree::cross(a, b);
@@ -138,8 +136,7 @@ class Descent {
     return 0.125 * stretch * (1.0 + ratio * ratio) + reversed;
   }
   std::array<Gauss, 3> integers_of(FaceId f) const {
-    return {coarse_.integer[at(3 * f)], coarse_.integer[at(3 * f + 1)],
-            coarse_.integer[at(3 * f + 2)]};
+    return {coarse_[3 * f].integer, coarse_[3 * f + 1].integer, coarse_[3 * f + 2].integer};
   }
   double energy(FaceId f) const { return energy(f, integers_of(f)); }
 
@@ -162,7 +159,7 @@ class Descent {
 
   // What a unit more costs on the edge, in squared distance from the wish; not negative.
   double price(HalfedgeId h, Gauss unit) const {
-    const Vector2 off = as_vector(coarse_.integer[at(h)]) - wish(h);
+    const Vector2 off = as_vector(coarse_[h].integer) - wish(h);
     return std::max(0.01, 1.0 + 2.0 * off.dot(as_vector(unit)));
   }
 
@@ -172,7 +169,7 @@ class Descent {
     const Index unit =
         std::abs(left.x) >= std::abs(left.y) ? (left.x > 0 ? 0 : 2) : (left.y > 0 ? 1 : 3);
     rest[at(f)] = left - kUnits[at(unit)];
-    const std::size_t nodes = 4 * at(flat().halfedges());
+    const std::size_t nodes = 4 * at(coarse_.halfedges());
     std::vector<double> distance(nodes, kInfinite);
     std::vector<Index> before(nodes, kInvalid);
     using Entry = std::pair<double, Index>;
@@ -191,9 +188,9 @@ class Descent {
       const auto [sum, node] = queue.top();
       queue.pop();
       if (sum > distance[at(node)]) continue;
-      const HalfedgeId h = node / 4, o = flat().opposite[at(h)];
+      const HalfedgeId h = node / 4, o = coarse_[h].opposite;
       // The neighbour's sum has changed by -i^turn times the unit.
-      const Index d = (node % 4 + (o == kInvalid ? 0 : flat().turn[at(h)])) % 4;
+      const Index d = (node % 4 + (o == kInvalid ? 0 : coarse_[h].turn)) % 4;
       if (o == kInvalid || dot(rest[at(o / 3)], kUnits[at(d)]) > 0) {
         if (o != kInvalid) rest[at(o / 3)] = rest[at(o / 3)] - kUnits[at(d)];
         for (Index n = node; n != kInvalid; n = before[at(n)]) add(n / 4, n % 4);
@@ -206,10 +203,10 @@ class Descent {
 
   // Adds the unit to the half-edge, and what goes with it to the other side.
   void add(HalfedgeId h, Index d) {
-    const HalfedgeId o = flat().opposite[at(h)];
-    coarse_.integer[at(h)] = coarse_.integer[at(h)] + kUnits[at(d)];
+    const HalfedgeId o = coarse_[h].opposite;
+    coarse_[h].integer = coarse_[h].integer + kUnits[at(d)];
     if (o != kInvalid)
-      coarse_.integer[at(o)] = coarse_.integer[at(o)] - kUnits[at((d + flat().turn[at(h)]) % 4)];
+      coarse_[o].integer = coarse_[o].integer - kUnits[at((d + coarse_[h].turn) % 4)];
   }
 
   // Steps of closed dual paths: through a face, in across half-edge `in` (which loses the unit d),
@@ -257,7 +254,7 @@ class Descent {
     for (FaceId f = 0; f < coarse_.faces(); ++f) price_face(f);
   }
 
-  Index outside() const { return 4 * flat().halfedges(); }
+  Index outside() const { return 4 * coarse_.halfedges(); }
   void activate(Index node) {
     if (is_active_[at(node)] == 0) active_.push_back(node);
     is_active_[at(node)] = 1;
@@ -279,10 +276,10 @@ class Descent {
   // the distances are at first, some can be lowered as long as there is one: once it is applied,
   // they stay, and only nodes from where steps have another price are looked at again.
   void cancel_cycles() {
-    cost_.assign(8 * at(flat().halfedges()), kInfinite);
+    cost_.assign(8 * at(coarse_.halfedges()), kInfinite);
     price_all();
     blocked_.clear();
-    leaving_ = leaving(flat(), quarters_.size());
+    leaving_ = leaving(coarse_, quarters_.size());
     const std::size_t nodes = at(outside()) + 1;
     seen_.assign(nodes, 0);
     pass_ = 0;
@@ -310,17 +307,17 @@ class Descent {
 
   void relax_from(Index node) {
     if (node == outside()) {
-      for (HalfedgeId in = 0; in < flat().halfedges(); ++in) {
-        if (flat().opposite[at(in)] != kInvalid) continue;
+      for (HalfedgeId in = 0; in < coarse_.halfedges(); ++in) {
+        if (coarse_[in].opposite != kInvalid) continue;
         for (Index d = 0; d < 4; ++d)
           for (Index which = 0; which < 2; ++which) relax(node, {in, d, which});
       }
       return;
     }
-    const HalfedgeId h = node / 4, o = flat().opposite[at(h)];
+    const HalfedgeId h = node / 4, o = coarse_[h].opposite;
     const Index d = node % 4;
     if (o != kInvalid) {
-      const Index turned_d = (d + flat().turn[at(h)]) % 4;
+      const Index turned_d = (d + coarse_[h].turn) % 4;
       for (Index which = 0; which < 2; ++which) relax(node, {o, turned_d, which});
     } else if (along(h, d) && distance_[at(node)] < distance_[at(outside())]) {
       lower(outside(), distance_[at(node)], node, 0);
@@ -363,7 +360,7 @@ class Descent {
   void reprice(FaceId f) {
     price_face(f);
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-      const HalfedgeId o = flat().opposite[at(h)];
+      const HalfedgeId o = coarse_[h].opposite;
       for (Index d = 0; d < 4; ++d) {
         before_[at(4 * h + d)] = kInvalid;
         activate(o == kInvalid ? outside() : 4 * o + d);
@@ -380,7 +377,7 @@ class Descent {
     once.erase(std::unique(once.begin(), once.end()), once.end());
     std::vector<VertexId> vertices;
     for (const FaceId f : once)
-      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) vertices.push_back(flat().source[at(h)]);
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) vertices.push_back(coarse_[h].source);
     std::sort(vertices.begin(), vertices.end());
     vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
     const auto doubled = [&] {
@@ -401,9 +398,9 @@ class Descent {
         const Step step{static_cast<HalfedgeId>(index / 8), static_cast<Index>(index % 8 / 2),
                         static_cast<Index>(index % 2)};
         const Gauss unit = forth ? kUnits[at(step.d)] : -kUnits[at(step.d)];
-        Gauss& in = coarse_.integer[at(step.in)];
+        Gauss& in = coarse_[step.in].integer;
         in = in - unit;
-        Gauss& out = coarse_.integer[at(step.out())];
+        Gauss& out = coarse_[step.out()].integer;
         out = out + unit;
       }
     };
@@ -444,18 +441,18 @@ class Descent {
   // if that gives both one. True if any was.
   bool flip_to_delaunay() {
     bool any = false;
-    std::size_t most = 20 * at(flat().halfedges()) + 100;
+    std::size_t most = 20 * at(coarse_.halfedges()) + 100;
     for (bool changed = true; changed && most > 0;) {
       changed = false;
-      for (HalfedgeId h = 0; h < flat().halfedges() && most > 0; ++h) {
-        const HalfedgeId o = flat().opposite[at(h)];
-        if (o == kInvalid || o / 3 == h / 3 || coarse_.feature[at(h)] != 0 ||
+      for (HalfedgeId h = 0; h < coarse_.halfedges() && most > 0; ++h) {
+        const HalfedgeId o = coarse_[h].opposite;
+        if (o == kInvalid || o / 3 == h / 3 || coarse_[h].feature != 0 ||
             component_[at(h / 3)] != component_[at(o / 3)])
           continue;
         const bool positive = area(h / 3) > 0 && area(o / 3) > 0;
-        if (positive && is_delaunay(flat(), coarse_.integer, h)) continue;
-        const Diamond real = diamond(flat(), flat().edge, h);
-        const Diamond whole = diamond(flat(), coarse_.integer, h);
+        if (positive && is_delaunay(coarse_, h, &Side::integer)) continue;
+        const Diamond real = diamond(coarse_, h);
+        const Diamond whole = diamond(coarse_, h, &Side::integer);
         if (real.at_source() <= 0 || real.at_target() <= 0 || whole.at_source() <= 0 ||
             whole.at_target() <= 0 || !fits(real.diagonal) || !fits(whole.diagonal))
           continue;
@@ -497,7 +494,7 @@ bool choose_integers(CoarseSurface& coarse, const FlatSurface& map,
   constexpr int kRounds = 8, kFewRounds = 2;
   // So many times twice as large, where rounding leaves a triangle without area.
   constexpr int kMostSteps = 12;
-  if (!coarse.integer.empty()) {
+  if (coarse.has_integers) {
     Descent descent(coarse, map, quarters, component, scale, count, context);
     if (descent.is_valid()) {
       descent.descend(kRounds);
@@ -530,7 +527,7 @@ bool choose_integers(CoarseSurface& coarse, const FlatSurface& map,
 std::int64_t twice_area_in_quads(const CoarseSurface& coarse) {
   std::int64_t sum = 0;
   for (FaceId f = 0; f < coarse.faces(); ++f)
-    sum += cross(coarse.integer[at(3 * f)], coarse.integer[at(3 * f + 1)]);
+    sum += cross(coarse[3 * f].integer, coarse[3 * f + 1].integer);
   return sum;
 }
 

@@ -22,7 +22,7 @@
 
 namespace flipfree::quads {
 
-// Chooses coarse.integer for a surface in which a length 1 of component c is scale[c] quads;
+// Chooses the integers of a surface in which a length 1 of component c is scale[c] quads;
 // `component`: per face. `count`: how many quads there shall be, for whose sake lengths give way
 // where that costs least; 0: as many as come out. Valid integers that are there already, of about
 // that scale, are what it begins at; else it rounds. Flips

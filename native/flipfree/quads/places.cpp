@@ -29,9 +29,9 @@ class Straight {
     // Into the sector that holds the vector.
     while (true) {
       const HalfedgeId last = previous_corner(corner_);
-      const HalfedgeId across = map_.opposite[at(last)];
-      if (across == kInvalid || flipfree::cross(way_, as_vector(-map_.edge[at(last)])) > 0.0) break;
-      way_ = turned(way_, map_.turn[at(last)]);
+      const HalfedgeId across = map_[last].opposite;
+      if (across == kInvalid || flipfree::cross(way_, as_vector(-map_[last].edge)) > 0.0) break;
+      way_ = turned(way_, map_[last].turn);
       corner_ = across;
     }
   }
@@ -40,15 +40,15 @@ class Straight {
     HalfedgeId out = next_corner(corner_);
     // In the chart of the first face, with the vertex at the origin: the ends of `out`, and by how
     // many quarters vectors of its face are turned to get there.
-    Vector2 right = as_vector(map_.edge[at(corner_)]);
-    Vector2 left = right + as_vector(map_.edge[at(out)]);
+    Vector2 right = as_vector(map_[corner_].edge);
+    Vector2 left = right + as_vector(map_[out].edge);
     Vector2 third = Vector2::Zero();
     Index turn = 0;
     while (flipfree::cross(left - right, way_ - right) < 0.0) {
-      const HalfedgeId o = map_.opposite[at(out)];
+      const HalfedgeId o = map_[out].opposite;
       if (o == kInvalid) break;
-      turn += map_.turn[at(o)];
-      const Vector2 apex = right + turned(as_vector(map_.edge[at(next_corner(o))]), turn);
+      turn += map_[o].turn;
+      const Vector2 apex = right + turned(as_vector(map_[next_corner(o)].edge), turn);
       if (flipfree::cross(way_, apex) > 0.0) {
         out = next_corner(o);
         third = left;
@@ -75,19 +75,18 @@ class Straight {
 Spot spot_of(const Carrier& carrier, const CoarseSurface& coarse, const FlatSurface& map) {
   const HalfedgeId h = carrier.halfedge;
   const auto walk = [&](HalfedgeId from, const Vector2& way) {
-    return Straight(map, coarse.start[at(from)], turned(way, coarse.start_turn[at(from)])).end();
+    return Straight(map, coarse[from].start, turned(way, coarse[from].start_turn)).end();
   };
   if (carrier.at_vertex) {
-    Spot spot{coarse.start[at(h)] / 3, Vector3::Zero()};
-    spot.weight[coarse.start[at(h)] % 3] = 1.0;
+    Spot spot{coarse[h].start / 3, Vector3::Zero()};
+    spot.weight[coarse[h].start % 3] = 1.0;
     return spot;
   }
   if (carrier.on_edge) {
-    const Vector2 place = as_vector(carrier.doubled), whole = as_vector(coarse.integer[at(h)]);
-    return walk(h,
-                0.5 * place.dot(whole) / whole.squaredNorm() * as_vector(coarse.flat.edge[at(h)]));
+    const Vector2 place = as_vector(carrier.doubled), whole = as_vector(coarse[h].integer);
+    return walk(h, 0.5 * place.dot(whole) / whole.squaredNorm() * as_vector(coarse[h].edge));
   }
-  const Gauss first = coarse.integer[at(h)], second = first + coarse.integer[at(h + 1)];
+  const Gauss first = coarse[h].integer, second = first + coarse[h + 1].integer;
   const Gauss q = first + first, r = second + second;
   const auto area = static_cast<double>(cross(q, r));
   const std::array<double, 3> share = {
@@ -97,9 +96,8 @@ Spot spot_of(const Carrier& carrier, const CoarseSurface& coarse, const FlatSurf
   // From the nearest corner, to the two others.
   const auto k = static_cast<Index>(std::max_element(share.begin(), share.end()) - share.begin());
   const HalfedgeId from = h + k;
-  return walk(from,
-              share[at((k + 1) % 3)] * as_vector(coarse.flat.edge[at(from)]) -
-                  share[at((k + 2) % 3)] * as_vector(coarse.flat.edge[at(previous_corner(from))]));
+  return walk(from, share[at((k + 1) % 3)] * as_vector(coarse[from].edge) -
+                        share[at((k + 2) % 3)] * as_vector(coarse[previous_corner(from)].edge));
 }
 
 }  // namespace

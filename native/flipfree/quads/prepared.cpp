@@ -17,8 +17,8 @@ Prepared prepare(FlatMap flat, const certify::Parametrization& map,
   p.quarters = quarters_around(p.flat.surface, at(map.surface.vertices.rows()));
   std::vector<char> feature(at(p.flat.surface.halfedges()), 0);
   for (const HalfedgeId h : map.features) {
-    const Gauss e = p.flat.surface.edge[at(h)];
-    const HalfedgeId o = p.flat.surface.opposite[at(h)];
+    const Gauss e = p.flat.surface[h].edge;
+    const HalfedgeId o = p.flat.surface[h].opposite;
     if (o == kInvalid || (e.x != 0 && e.y != 0)) continue;
     feature[at(h)] = feature[at(o)] = 1;
     p.features.insert(p.features.end(), {h, o});
@@ -30,7 +30,7 @@ Prepared prepare(FlatMap flat, const certify::Parametrization& map,
 Scales scales_of(const Prepared& p, const certify::Parametrization& map) {
   const FlatSurface& flat = p.flat.surface;
   DisjointSets parts(static_cast<Index>(p.quarters.size()));
-  for (HalfedgeId h = 0; h < flat.halfedges(); ++h) parts.join(flat.source[at(h)], flat.target(h));
+  for (HalfedgeId h = 0; h < flat.halfedges(); ++h) parts.join(flat[h].source, flat.target(h));
   std::vector<Index> number(p.quarters.size(), kInvalid);
   std::vector<double> on_surface, in_map;
   Scales scales;
@@ -48,7 +48,7 @@ Scales scales_of(const Prepared& p, const certify::Parametrization& map) {
     const Vector3 b = map.surface.vertices.row(map.surface.faces(f, 1));
     const Vector3 c = map.surface.vertices.row(map.surface.faces(f, 2));
     const double area = 0.5 * (b - a).cross(c - a).norm();
-    const std::size_t n = part(flat.source[at(3 * f)]);
+    const std::size_t n = part(flat[3 * f].source);
     on_surface[n] += area;
     in_map[n] += 0.5 * static_cast<double>(flat.twice_area(f));
     scales.area += area;
@@ -56,7 +56,7 @@ Scales scales_of(const Prepared& p, const certify::Parametrization& map) {
   for (std::size_t n = 0; n < in_map.size(); ++n)
     scales.scale.push_back(std::sqrt(on_surface[n] / scales.area / in_map[n]));
   for (FaceId f = 0; f < p.coarse.faces(); ++f)
-    scales.component.push_back(static_cast<Index>(part(p.coarse.flat.source[at(3 * f)])));
+    scales.component.push_back(static_cast<Index>(part(p.coarse[3 * f].source)));
   return scales;
 }
 
@@ -67,11 +67,11 @@ std::vector<HalfedgeId> pieces_of(const Prepared& p, const std::vector<char>& fe
                                   const std::vector<HalfedgeId>& kept, HalfedgeId edge) {
   const FlatSurface& flat = p.flat.surface;
   std::vector<HalfedgeId> pieces;
-  HalfedgeId next = p.coarse.start[at(edge)];
+  HalfedgeId next = p.coarse[edge].start;
   while (next != kInvalid && feature[at(next)] != 0) {
     pieces.push_back(next);
-    const HalfedgeId back = flat.opposite[at(next)];
-    if (kept[at(flat.source[at(back)])] != kInvalid) break;
+    const HalfedgeId back = flat[next].opposite;
+    if (kept[at(flat[back].source)] != kInvalid) break;
     next = kInvalid;
     around(flat, back, [&](HalfedgeId h) {
       if (h != back && feature[at(h)] != 0) next = h;
@@ -85,43 +85,43 @@ std::vector<HalfedgeId> pieces_of(const Prepared& p, const std::vector<char>& fe
 
 std::vector<HalfedgeId> close_features(const Prepared& p, const Scales& scales, double wanted) {
   constexpr double kClose = 0.1;
-  const FlatSurface& coarse = p.coarse.flat;
+  const FlatSurface& coarse = p.coarse;
   // Sides that face the end of another feature that runs the same way, from there.
-  struct Side {
+  struct Facing {
     double length;
     HalfedgeId edge, beside;
   };
-  std::vector<Side> sides;
+  std::vector<Facing> sides;
   for (HalfedgeId h = 0; h < coarse.halfedges(); ++h) {
-    if (p.coarse.feature[at(h)] == 0) continue;
+    if (p.coarse[h].feature == 0) continue;
     const double scale = scales.scale[at(scales.component[at(h / 3)])] * std::sqrt(wanted);
-    const double length = as_vector(coarse.edge[at(h)]).norm();
+    const double length = as_vector(coarse[h].edge).norm();
     const auto height = static_cast<double>(coarse.twice_area(h / 3)) / length;
     if (!(scale * height < kClose)) continue;
     const HalfedgeId apex = previous_corner(h);
     Index turn = 0;
     HalfedgeId beside = kInvalid;
     around(coarse, apex, [&](HalfedgeId e) {
-      const Gauss there = turned(coarse.edge[at(e)], -turn);
-      if (p.coarse.feature[at(e)] != 0 && cross(there, coarse.edge[at(h)]) == 0) beside = e;
-      turn += coarse.turn[at(previous_corner(e))];
+      const Gauss there = turned(coarse[e].edge, -turn);
+      if (p.coarse[e].feature != 0 && cross(there, coarse[h].edge) == 0) beside = e;
+      turn += coarse[previous_corner(e)].turn;
       return beside == kInvalid;
     });
     if (beside != kInvalid) sides.push_back({scale * length, h, beside});
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+  std::sort(sides.begin(), sides.end(), [](const Facing& a, const Facing& b) {
     return std::pair(a.length, a.edge) < std::pair(b.length, b.edge);
   });
   std::vector<char> feature(at(p.flat.surface.halfedges()), 0), gone(at(coarse.halfedges()), 0);
   for (const HalfedgeId h : p.features) feature[at(h)] = 1;
   const std::vector<HalfedgeId> kept = leaving(coarse, p.quarters.size());
   std::vector<HalfedgeId> close;
-  for (const Side& side : sides) {
+  for (const Facing& side : sides) {
     if (gone[at(side.edge)] != 0 || gone[at(side.beside)] != 0) continue;
-    gone[at(side.edge)] = gone[at(coarse.opposite[at(side.edge)])] = 1;
+    gone[at(side.edge)] = gone[at(coarse[side.edge].opposite)] = 1;
     for (const HalfedgeId h : pieces_of(p, feature, kept, side.edge)) {
       close.push_back(h);
-      close.push_back(p.flat.surface.opposite[at(h)]);
+      close.push_back(p.flat.surface[h].opposite);
     }
   }
   return close;

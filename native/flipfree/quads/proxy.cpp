@@ -110,7 +110,7 @@ BroughtBack bring_back(const mesh::Surface& whole, const IndexPairs& features,
     border.push_back(h);
     borders.push_back({a, b, b});
   }
-  const BoxTree in_faces(std::move(faces)), on_border(std::move(borders));
+  const BoxTree in_faces(faces), on_border(borders);
   const auto count = static_cast<std::size_t>(places.rows());
   const std::vector<char> rim = rim_of(quads, count);
   BroughtBack back;

@@ -169,8 +169,8 @@ void measure_distances(const QuadRequest& request, const ExecutionContext& conte
     }
   }
   const double diagonal = (high - low).norm();
-  c.to_surface = farthest(BoxTree(std::move(of_surface)), on_quads, context) / diagonal;
-  c.to_quads = farthest(BoxTree(std::move(of_quads)), on_surface, context) / diagonal;
+  c.to_surface = farthest(BoxTree(of_surface), on_quads, context) / diagonal;
+  c.to_quads = farthest(BoxTree(of_quads), on_surface, context) / diagonal;
 }
 
 std::string several(std::size_t n, const std::string& one, const std::string& many) {

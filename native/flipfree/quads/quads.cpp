@@ -46,7 +46,7 @@ Prepared prepare_for_quads(const certify::Parametrization& map, const ExecutionC
   FlatMap flat = flat_map(map);
   if (!flat.oblique.empty()) {
     const HalfedgeId h = flat.oblique[0];
-    const VertexId a = flat.surface.source[at(h)], b = flat.surface.target(h);
+    const VertexId a = flat.surface[h].source, b = flat.surface.target(h);
     throw_invalid(ErrorCode::kBadShape,
                   "Edge " + vertex_id(a) + "-" + vertex_id(b) +
                       " of the border does not run along an axis of the map. Quads need an "
@@ -57,8 +57,7 @@ Prepared prepare_for_quads(const certify::Parametrization& map, const ExecutionC
   const std::vector<HalfedgeId> first = leaving(p.flat.surface, p.quarters.size());
   std::vector<Index> sharp;
   for (std::size_t v = 0; v < first.size(); ++v) {
-    if (first[v] != kInvalid && p.flat.surface.opposite[at(first[v])] != kInvalid &&
-        p.quarters[v] == 1)
+    if (first[v] != kInvalid && p.flat.surface[first[v]].opposite != kInvalid && p.quarters[v] == 1)
       sharp.push_back(static_cast<Index>(v));
   }
   if (!sharp.empty())
@@ -82,9 +81,9 @@ struct Attempt {
 // edge inside to everyone who knows the quads alone.
 bool keeps_border(const Cells& cells, const CoarseSurface& coarse) {
   std::int64_t length = 0;
-  for (HalfedgeId h = 0; h < coarse.flat.halfedges(); ++h) {
-    const Gauss q = coarse.integer[at(h)];
-    if (coarse.flat.opposite[at(h)] == kInvalid) length += std::abs(q.x) + std::abs(q.y);
+  for (HalfedgeId h = 0; h < coarse.halfedges(); ++h) {
+    const Gauss q = coarse[h].integer;
+    if (coarse[h].opposite == kInvalid) length += std::abs(q.x) + std::abs(q.y);
   }
   std::vector<std::pair<VertexId, VertexId>> sides;
   for (const Quad& quad : cells.quads)
@@ -168,23 +167,22 @@ Attempt nearest_attempt(const Prepared& p, const Scales& scales, double target,
 // The map's own integers.
 Attempt attempt_of_map(const Prepared& p, const ExecutionContext& context) {
   CoarseSurface coarse = p.coarse;
-  for (HalfedgeId h = 0; h < coarse.flat.halfedges(); ++h) {
-    const Vector2 e = p.flat.unit * as_vector(coarse.flat.edge[at(h)]);
+  for (HalfedgeId h = 0; h < coarse.halfedges(); ++h) {
+    const Vector2 e = p.flat.unit * as_vector(coarse[h].edge);
     const Gauss q{std::llround(e.x()), std::llround(e.y())};
     if (as_vector(q) != e || !fits(q)) {
-      const VertexId a = coarse.flat.source[at(h)], b = coarse.flat.target(h);
+      const VertexId a = coarse[h].source, b = coarse.target(h);
       throw_invalid(ErrorCode::kBadOption,
                     "Vertices " + vertex_id(a) + " and " + vertex_id(b) +
                         " of the map, cones or corners, are not whole numbers apart. Use quads(), "
                         "which chooses such numbers.",
                     ElementKind::kVertex, {a, b});
     }
-    coarse.integer.push_back(q);
+    coarse[h].integer = q;
   }
   double cells = 0.0;  // the sum of products may be too large for 64 bits
   for (FaceId f = 0; f < coarse.faces(); ++f)
-    cells +=
-        0.5 * static_cast<double>(cross(coarse.integer[at(3 * f)], coarse.integer[at(3 * f + 1)]));
+    cells += 0.5 * static_cast<double>(cross(coarse[3 * f].integer, coarse[3 * f + 1].integer));
   if (cells > static_cast<double>(kMostQuads))
     throw_invalid(ErrorCode::kBadOption, "The map has " + std::to_string(std::llround(cells)) +
                                              " cells, more than 10000000. Scale it down by a "
@@ -322,10 +320,10 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
   std::vector<Index> around;
   for (const Carrier& carrier : made.cells.corners) {
     if (carrier.at_vertex)
-      around.push_back(p.quarters[at(made.coarse.flat.source[at(carrier.halfedge)])]);
+      around.push_back(p.quarters[at(made.coarse[carrier.halfedge].source)]);
     else
-      around.push_back(
-          carrier.on_edge && made.coarse.flat.opposite[at(carrier.halfedge)] == kInvalid ? 2 : 4);
+      around.push_back(carrier.on_edge && made.coarse[carrier.halfedge].opposite == kInvalid ? 2
+                                                                                             : 4);
   }
   std::vector<Spot> corners;
   for (const Spot& spot : spots) corners.push_back(on_input(map, surface, spot));
@@ -336,10 +334,10 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
   context.report("certifying", 0.8);
   certify(surface, &around, twice_area_in_quads(made.coarse) / 2, mesh, context);
   std::int64_t flat_kept = 0;
-  std::vector<HalfedgeId> first = leaving(made.coarse.flat, p.quarters.size());
+  std::vector<HalfedgeId> first = leaving(made.coarse, p.quarters.size());
   for (std::size_t v = 0; v < first.size(); ++v) {
     if (first[v] == kInvalid) continue;
-    flat_kept += p.quarters[v] == (made.coarse.flat.opposite[at(first[v])] == kInvalid ? 2 : 4);
+    flat_kept += p.quarters[v] == (made.coarse[first[v]].opposite == kInvalid ? 2 : 4);
   }
   stats["kept_vertices"] = flat_kept;
   stats["coarse_faces"] = static_cast<std::int64_t>(made.coarse.faces());

@@ -8,6 +8,7 @@
 
 #include <Eigen/Geometry>
 
+#include "flipfree/base/lists.h"
 #include "flipfree/quads/box_tree.h"
 
 namespace flipfree::quads {
@@ -36,7 +37,11 @@ class Relaxation {
         quads_(quads),
         lines_(lines),
         lines_at_(static_cast<std::size_t>(surface.vertices.rows())),
-        spots_(spots) {
+        spots_(spots),
+        uses_(spots.size(), [&](const auto& add) {
+          for (std::size_t q = 0; q < quads.size(); ++q)
+            for (std::size_t k = 0; k < 4; ++k) add(quads[q][k], static_cast<Index>(4 * q + k));
+        }) {
     for (HalfedgeId h = 0; at(h) < lines.size(); ++h) {
       if (lines[at(h)] == 0) continue;
       lines_at_[at(mesh::source(surface.faces, h))].push_back(h);
@@ -48,15 +53,6 @@ class Relaxation {
       normal_.push_back((corner(f, 1) - a).cross(corner(f, 2) - a).normalized());
     }
     for (const Spot& spot : spots) place_.push_back(position(surface, spot));
-    first_.assign(spots.size() + 1, 0);
-    for (const Quad& quad : quads)
-      for (const VertexId v : quad) ++first_[at(v) + 1];
-    for (std::size_t v = 0; v < spots.size(); ++v) first_[v + 1] += first_[v];
-    use_.resize(4 * quads.size());
-    std::vector<Index> filled(first_.begin(), first_.end() - 1);
-    for (std::size_t q = 0; q < quads.size(); ++q)
-      for (std::size_t k = 0; k < 4; ++k)
-        use_[at(filled[at(quads[q][k])]++)] = static_cast<Index>(4 * q + k);
   }
 
   void move(VertexId v, bool along_line) {
@@ -64,10 +60,10 @@ class Relaxation {
     // same way shears them more.
     Vector3 wish = Vector3::Zero();
     double sum = 0.0;
-    for (Index i = first_[at(v)]; i < first_[at(v) + 1]; ++i) {
-      const double weight = along_line ? 1.0 / std::sqrt(area(use_[at(i)] / 4)) : 1.0;
+    for (const Index use : uses_[v]) {
+      const double weight = along_line ? 1.0 / std::sqrt(area(use / 4)) : 1.0;
       if (!std::isfinite(weight)) continue;  // it has no sides: it wishes nothing
-      wish += weight * wished(use_[at(i)]);
+      wish += weight * wished(use);
       sum += weight;
     }
     if (!(sum > 0.0)) return;
@@ -159,7 +155,7 @@ class Relaxation {
       halves.push_back({place(0), place(1), place(2)});
       halves.push_back({place(0), place(2), place(3)});
     }
-    const BoxTree tree(std::move(halves));
+    const BoxTree tree(halves);
     std::vector<Missed> missed;
     for (const VertexId v : vertices) {
       if (v % 256 == 0) context.check();
@@ -285,8 +281,8 @@ class Relaxation {
   // Corners of the quads around v that look against the surface.
   int turned_around(VertexId v) const {
     int count = 0;
-    for (Index i = first_[at(v)]; i < first_[at(v) + 1]; ++i) {
-      const Quad& quad = quads_[at(use_[at(i)] / 4)];
+    for (const Index use : uses_[v]) {
+      const Quad& quad = quads_[at(use / 4)];
       Vector3 normal = Vector3::Zero();
       for (const VertexId c : quad) normal += normal_[at(spots_[at(c)].face)];
       for (std::size_t k = 0; k < 4; ++k) {
@@ -305,8 +301,8 @@ class Relaxation {
   const mesh::EdgeFlags& lines_;
   std::vector<std::vector<HalfedgeId>> lines_at_;  // per vertex one half-edge of each line edge
   std::vector<Spot>& spots_;
+  Lists<Index> uses_;  // corners 4 q + k at each vertex
   std::vector<Vector3> normal_, place_;
-  std::vector<Index> first_, use_;  // corners 4 q + k at each vertex
 };
 
 }  // namespace

@@ -172,13 +172,12 @@ std::optional<certify::Parametrization> integer_map(const certify::Parametrizati
   const FlatSurface& flat = prepared.flat.surface;
   // Every component at its new scale.
   DisjointSets parts(static_cast<Index>(prepared.quarters.size()));
-  for (HalfedgeId h = 0; h < flat.halfedges(); ++h) parts.join(flat.source[at(h)], flat.target(h));
+  for (HalfedgeId h = 0; h < flat.halfedges(); ++h) parts.join(flat[h].source, flat.target(h));
   std::vector<double> old_area(prepared.quarters.size(), 0.0), new_area = old_area;
   for (FaceId f = 0; f < chosen.faces(); ++f) {
-    const std::size_t part = at(parts.find(chosen.flat.source[at(3 * f)]));
-    old_area[part] += static_cast<double>(chosen.flat.twice_area(f));
-    new_area[part] +=
-        static_cast<double>(cross(chosen.integer[at(3 * f)], chosen.integer[at(3 * f + 1)]));
+    const std::size_t part = at(parts.find(chosen[3 * f].source));
+    old_area[part] += static_cast<double>(chosen.twice_area(f));
+    new_area[part] += static_cast<double>(cross(chosen[3 * f].integer, chosen[3 * f + 1].integer));
   }
   Carried from{map.surface,
                mesh::build_adjacency(map.surface),
@@ -191,10 +190,10 @@ std::optional<certify::Parametrization> integer_map(const certify::Parametrizati
                                  mesh::uv_cuts(from.adjacency, from.uv), {}, {}, context);
   for (const HalfedgeId h : prepared.features)
     if (h < from.adjacency.opposite[at(h)]) from.lines.push_back(h);
-  const std::vector<HalfedgeId> corner = leaving(chosen.flat, prepared.quarters.size());
+  const std::vector<HalfedgeId> corner = leaving(chosen, prepared.quarters.size());
   for (std::size_t v = 0; v < corner.size(); ++v) from.held[v] = corner[v] != kInvalid ? 1 : 0;
   for (HalfedgeId h = 0; h < flat.halfedges(); ++h) {
-    const std::size_t part = at(parts.find(flat.source[at(h)]));
+    const std::size_t part = at(parts.find(flat[h].source));
     from.uv.row(h) *= std::sqrt(new_area[part] / old_area[part]) / prepared.flat.unit;
   }
   const distortion::CutMap cut =
@@ -207,7 +206,7 @@ std::optional<certify::Parametrization> integer_map(const certify::Parametrizati
   });
   std::vector<char> held(at(cut.uv.rows()));
   for (HalfedgeId h = 0; h < flat.halfedges(); ++h)
-    held[at(mesh::source(cut.surface.faces, h))] = from.held[at(flat.source[at(h)])];
+    held[at(mesh::source(cut.surface.faces, h))] = from.held[at(flat[h].source)];
   if (const auto whole = distortion::carried_to(cut, goal, held, context, stats))
     return with_uv(map, distortion::corners_of(cut, *whole));
   std::optional<certify::Parametrization> fine = imprinted(
@@ -237,7 +236,7 @@ std::optional<certify::Parametrization> rounded_map(const certify::Parametrizati
   const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
   std::vector<HalfedgeId> lines;
   for (const HalfedgeId h : map.features) {
-    const Gauss e = flat.surface.edge[at(h)];
+    const Gauss e = flat.surface[h].edge;
     if (adjacency.opposite[at(h)] != kInvalid && (e.x == 0 || e.y == 0)) lines.push_back(h);
   }
   const distortion::CutMap cut = cut_of(map.surface, adjacency, mesh::uv_cuts(adjacency, uv),
@@ -247,16 +246,16 @@ std::optional<certify::Parametrization> rounded_map(const certify::Parametrizati
       quarters_around(flat.surface, at(map.surface.vertices.rows()));
   DisjointSets parts(static_cast<Index>(quarters.size()));
   for (HalfedgeId h = 0; h < flat.surface.halfedges(); ++h)
-    parts.join(flat.surface.source[at(h)], flat.surface.target(h));
+    parts.join(flat.surface[h].source, flat.surface.target(h));
   const std::vector<HalfedgeId> first = leaving(flat.surface, quarters.size());
   std::vector<char> has_cone(quarters.size(), 0), held(at(cut.uv.rows()), 0);
   const auto is_cone = [&](VertexId v) {
-    return flat.surface.opposite[at(first[at(v)])] != kInvalid && quarters[at(v)] != 4;
+    return flat.surface[first[at(v)]].opposite != kInvalid && quarters[at(v)] != 4;
   };
   for (VertexId v = 0; at(v) < quarters.size(); ++v)
     if (first[at(v)] != kInvalid && is_cone(v)) has_cone[at(parts.find(v))] = 1;
   for (HalfedgeId h = 0; h < flat.surface.halfedges(); ++h) {
-    const VertexId v = flat.surface.source[at(h)];
+    const VertexId v = flat.surface[h].source;
     char& known = has_cone[at(parts.find(v))];
     if (is_cone(v) || known == 0) held[at(mesh::source(cut.surface.faces, h))] = 1;
     known = 1;
