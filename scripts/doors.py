@@ -43,7 +43,7 @@ tiles through seams | | quads/tiles fit_tiles | fit_tiles | fit_tiles | tiles
 [mesh of quads](quads.md) | | quads/quads quads_of_surface | quads | quads | quads
 [islands onto the plane](method/unwrap.md) | | unwrap/unwrap unwrap | unwrap | unwrap | unwrap
 [short seams](auto-seams.md) | | unwrap/seams/auto_islands find_seams | auto_seams | auto_seams | seams unwrap
-less distortion | | distortion/improve improve | improve | improve | improve
+less distortion | | unwrap/repair/improve improve | improve | improve | improve
 [flips mended](method/repair.md) | | unwrap/repair/repair repair | repair | repair | repair
 [packing](pack.md#how-it-works) | | unwrap/packing/pack pack | pack | pack | pack
 [strips and grids](panel.md#arrange) | | unwrap/islands/grids rectify | rectify | rectify | rectify

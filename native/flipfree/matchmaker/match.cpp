@@ -19,7 +19,6 @@
 #include "flipfree/base/stats.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/distortion/improve.h"
 #include "flipfree/distortion/valid_map.h"
 #include "flipfree/matchmaker/continuation/continuation.h"
 #include "flipfree/matchmaker/finish/usable_map.h"
@@ -34,6 +33,7 @@
 #include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/unwrap/packing/layout.h"
+#include "flipfree/unwrap/repair/improve.h"
 #include "flipfree/unwrap/unwrap.h"
 
 namespace flipfree::matchmaker {
@@ -321,13 +321,12 @@ Error of_input(Error error, const mesh::Surface& input) {
 // Lets the holes deform. A valid map that cannot be improved stays as it is.
 void release_holes(certify::Parametrization& map, const certify::CertifyRequest& extra,
                    const MatchOptions& options, ExecutionContext& context) {
-  distortion::ImproveOptions improvement;
+  unwrap::ImproveOptions improvement;
   improvement.pins = extra.pins;
   improvement.keep_bijective = extra.require_bijective;
   improvement.max_iterations = options.max_iterations;
   improve_in_time(context, map.stats, [&] {
-    certify::Parametrization better =
-        distortion::improve(map.surface, map.uv, improvement, context);
+    certify::Parametrization better = unwrap::improve(map.surface, map.uv, improvement, context);
     map.uv = std::move(better.uv);
     map.uv32 = std::move(better.uv32);
     map.stats["hole_energy_before"] = better.stats["energy_before"];

@@ -148,7 +148,7 @@ class Unwrapping {
     placing.effort = options_.effort;
     std::vector<char> moved;
     std::vector<KeptAsStored> kept;
-    for (const auto& own : pins_.of_chart) {
+    for (const auto& own : pins_) {
       moved.push_back(own.empty());
       KeptAsStored& chart = kept.emplace_back(KeptAsStored{options_.bijective, {}});
       for (const auto& [v, target] : own) chart.fixed.push_back(v);
@@ -178,7 +178,7 @@ class Unwrapping {
     mesh::EdgeFlags further(adjacency_.opposite.size(), 0);
     for (const auto& [c, error] : unstorable) {
       const mesh::Chart& chart = islands_.charts[c];
-      if (!pins_.of_chart[c].empty()) return false;
+      if (!pins_[c].empty()) return false;
       const mesh::Adjacency own_adjacency = mesh::build_adjacency(chart.surface);
       const mesh::EdgeFlags spared = part_of(chart, uncuttable_);
       mesh::EdgeFlags own;
@@ -206,7 +206,7 @@ class Unwrapping {
       // Turning and scaling can fold what is thinner than doubles resolve; the stored values were
       // rounded with care. Where there are pins, these are met in 64 bits.
       for (std::size_t c = 0; c < islands_.charts.size(); ++c) {
-        if (!pins_.of_chart[c].empty()) continue;
+        if (!pins_[c].empty()) continue;
         for (const FaceId f : islands_.charts[c].faces)
           map.uv.middleRows(3 * f, 3) = map.uv32.middleRows(3 * f, 3).cast<double>();
       }

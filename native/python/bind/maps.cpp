@@ -4,11 +4,11 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/distortion/improve.h"
 #include "flipfree/embedding/embed_surface.h"
 #include "flipfree/matchmaker/match.h"
 #include "flipfree/unwrap/islands/grids.h"
 #include "flipfree/unwrap/packing/pack.h"
+#include "flipfree/unwrap/repair/improve.h"
 #include "flipfree/unwrap/repair/repair.h"
 #include "flipfree/unwrap/seams/auto_islands.h"
 #include "flipfree/unwrap/unwrap.h"
@@ -40,8 +40,8 @@ unwrap::RectifyOptions read_rectify(OptionReader& read) {
   return options;
 }
 
-distortion::ImproveOptions read_improve(OptionReader& read) {
-  distortion::ImproveOptions options;
+unwrap::ImproveOptions read_improve(OptionReader& read) {
+  unwrap::ImproveOptions options;
   FLIPFREE_READ(read, options, pins, keep_bijective, tolerance, max_seconds, aspect);
   read("iterations", options.max_iterations);
   return options;
@@ -141,7 +141,7 @@ void bind_maps(py::module_& module) {
   const auto improve = [](const auto& surface, const Points2& corner_uv, bool repair,
                           const auto& options, auto& context) {
     return repair ? unwrap::improve_any(surface, corner_uv, options, context)
-                  : distortion::improve(surface, corner_uv, options, context);
+                  : unwrap::improve(surface, corner_uv, options, context);
   };
   def_job(module, "improve", prepared(improve, uv, option<bool>("repair"), read_improve));
   def_job(module, "repair", prepared(&unwrap::repair, uv, read_repair));

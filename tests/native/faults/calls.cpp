@@ -7,12 +7,12 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/distortion/improve.h"
 #include "flipfree/embedding/embed_surface.h"
 #include "flipfree/matchmaker/match.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/unwrap/packing/pack.h"
+#include "flipfree/unwrap/repair/improve.h"
 #include "flipfree/unwrap/unwrap.h"
 #include "support/shapes.h"
 
@@ -89,9 +89,9 @@ void add_layouts(std::vector<Call>& calls) {
   const mesh::Surface plane = beside(grid(4, 3), grid(3, 3));
   const Points2 uv = sheared(plane);
   calls.push_back(map_call("improve", plane, [=](ExecutionContext& context, double max_seconds) {
-    distortion::ImproveOptions options;
+    unwrap::ImproveOptions options;
     options.max_seconds = max_seconds;
-    return distortion::improve(plane, uv, options, context);
+    return unwrap::improve(plane, uv, options, context);
   }));
   calls.push_back(map_call("pack", plane, [=](ExecutionContext& context, double max_seconds) {
     unwrap::PackOptions options;

@@ -147,8 +147,7 @@ Points2 better_start(const mesh::Surface& chart, Points2 circle, ExecutionContex
 // that order or, with `joined`, those of one edge. {first, second}, both kInvalid if there are
 // none. Cost: O(pins), with `joined` O(#V + #F).
 std::array<Index, 2> coincident_pins(const mesh::Surface& chart, bool joined,
-                                     const std::vector<std::pair<VertexId, Vector2>>& sorted,
-                                     const ExecutionContext& context) {
+                                     const VertexPins& sorted, const ExecutionContext& context) {
   const auto count = static_cast<Index>(sorted.size());
   std::vector<Index> place(sorted.size(), 0);  // a number per point
   for (Index i = 1; i < count; ++i) {
@@ -175,10 +174,9 @@ std::array<Index, 2> coincident_pins(const mesh::Surface& chart, bool joined,
 
 // A chart that does not overlap itself has no two vertices at one point; another one has no edge
 // between them.
-void reject_coincident_pins(const mesh::Surface& chart, bool bijective,
-                            const std::vector<std::pair<VertexId, Vector2>>& pins,
+void reject_coincident_pins(const mesh::Surface& chart, bool bijective, const VertexPins& pins,
                             const ExecutionContext& context) {
-  std::vector<std::pair<VertexId, Vector2>> sorted = pins;
+  VertexPins sorted = pins;
   std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
     return a.second.x() != b.second.x() ? a.second.x() < b.second.x() : a.second.y() < b.second.y();
   });
@@ -317,9 +315,8 @@ FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, const FlattenOpt
   return flat;
 }
 
-// A chart of more triangles is laid flat by the share of them first; energies then need not be
-// exact.
-constexpr Eigen::Index kMany = 24000;
+// Of a chart with many triangles, which is laid flat by the share of them first; energies then need
+// not be exact.
 constexpr Index kTimesFewer = 8;
 constexpr double kFewerTolerance = 1e-3;
 
@@ -327,7 +324,7 @@ constexpr double kFewerTolerance = 1e-3;
 // empty where there is no way back.
 Points2 by_fewer(const mesh::Surface& chart, const FlattenOptions& options,
                  ExecutionContext& context) {
-  if (chart.faces.rows() <= kMany) return {};
+  if (chart.faces.rows() <= kManyFaces) return {};
   const auto count = static_cast<Index>(chart.faces.rows());
   const mesh::Decimated few = mesh::decimate(chart, count / kTimesFewer, context);
   if (few.surface.faces.rows() > count / 2) return {};
@@ -445,9 +442,9 @@ void refuse_pins_on_added_cuts(const Islands& islands, const ChartPins& pins) {
     on_added[at(mesh::source(faces, h))] = 1;
     on_added[at(mesh::target(faces, h))] = 1;
   }
-  for (std::size_t c = 0; c < pins.of_chart.size(); ++c) {
+  for (std::size_t c = 0; c < pins.size(); ++c) {
     std::map<VertexId, Vector2> known;
-    for (const auto& [local, uv] : pins.of_chart[c]) {
+    for (const auto& [local, uv] : pins[c]) {
       const VertexId v = islands.charts[c].vertices[at(local)];
       const VertexId origin = islands.mesh.vertex_origin[at(v)];
       const auto [it, fresh] = known.emplace(origin, uv);
@@ -465,35 +462,49 @@ void refuse_pins_on_added_cuts(const Islands& islands, const ChartPins& pins) {
 
 }  // namespace
 
-ChartPins pins_by_chart(const Islands& islands, const std::vector<certify::CornerPin>& pins) {
-  ChartPins result;
-  result.of_chart.resize(islands.charts.size());
+ChartPins pins_of_charts(const std::vector<mesh::Chart>& charts,
+                         const std::vector<certify::CornerPin>& pins, Index corners,
+                         const std::function<void(std::size_t, VertexId)>& refuse) {
+  ChartPins result(charts.size());
   if (pins.empty()) return result;
-  const std::size_t cut_vertices = islands.mesh.vertex_origin.size();
-  std::vector<std::pair<std::size_t, VertexId>> place(cut_vertices);
-  for (std::size_t c = 0; c < islands.charts.size(); ++c) {
-    for (std::size_t i = 0; i < islands.charts[c].vertices.size(); ++i) {
-      place[at(islands.charts[c].vertices[i])] = {c, static_cast<VertexId>(i)};
-    }
+  certify::require_storable_pins(pins, corners);
+  std::vector<std::pair<std::size_t, VertexId>> place(at(corners));
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    for (std::size_t h = 0; h < corner_count(charts[c]); ++h)
+      place[corner_of(charts[c], h)] = {c, charts[c].surface.faces.data()[h]};
   }
-  std::vector<std::optional<Vector2>> target(cut_vertices);
-  certify::require_storable_pins(pins, static_cast<Index>(islands.mesh.faces.size()));
   for (const certify::CornerPin& pin : pins) {
-    const auto v = at(islands.mesh.faces(pin.corner / 3, pin.corner % 3));
-    if (target[v]) {
-      if (*target[v] == pin.uv) continue;
-      const VertexId origin = islands.mesh.vertex_origin[v];
-      throw_invalid(ErrorCode::kBadPins,
-                    "Vertex " + vertex_id(origin) +
-                        " is pinned to two different places within one chart. Mark a seam between "
-                        "them or unpin one.",
-                    ElementKind::kVertex, {origin});
-    }
-    target[v] = pin.uv;
-    const auto [chart, local] = place[v];
-    result.of_chart[chart].emplace_back(local, pin.uv);
+    const auto [c, v] = place[at(pin.corner)];
+    result[c].emplace_back(v, pin.uv);
   }
-  refuse_pins_on_added_cuts(islands, result);
+  for (std::size_t c = 0; c < result.size(); ++c) {
+    VertexPins& own = result[c];
+    std::stable_sort(own.begin(), own.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    own.erase(std::unique(own.begin(), own.end()), own.end());
+    const auto twice = std::adjacent_find(
+        own.begin(), own.end(), [](const auto& a, const auto& b) { return a.first == b.first; });
+    if (twice == own.end()) continue;
+    if (refuse) refuse(c, twice->first);
+    throw_invalid(ErrorCode::kBadPins,
+                  "Two corners that share one place in the map are pinned to different places. "
+                  "Unpin one of them.");
+  }
+  return result;
+}
+
+ChartPins pins_by_chart(const Islands& islands, const std::vector<certify::CornerPin>& pins) {
+  ChartPins result = pins_of_charts(
+      islands.charts, pins, static_cast<Index>(islands.mesh.faces.size()),
+      [&](std::size_t c, VertexId v) {
+        const VertexId origin = islands.mesh.vertex_origin[at(islands.charts[c].vertices[at(v)])];
+        throw_invalid(ErrorCode::kBadPins,
+                      "Vertex " + vertex_id(origin) +
+                          " is pinned to two different places within one chart. Mark a seam "
+                          "between them or unpin one.",
+                      ElementKind::kVertex, {origin});
+      });
+  if (!pins.empty()) refuse_pins_on_added_cuts(islands, result);
   return result;
 }
 
@@ -633,7 +644,7 @@ class Flattening {
     flatten.max_iterations = options_.max_iterations;
     flatten.tolerance = options_.tolerance;
     flatten.acceptable = options_.acceptable;
-    if (round == 0 && !pins_.of_chart.empty()) flatten.pins = pins_.of_chart[c];
+    if (round == 0 && !pins_.empty()) flatten.pins = pins_[c];
     flatten.may_add_cuts = options_.bijective && options_.may_add_cuts && flatten.pins.empty();
     if (flatten.may_add_cuts) flatten.uncuttable = part_of(islands_.charts[c], uncuttable_);
     return flatten;

@@ -1,6 +1,8 @@
 // One chart onto the plane: embedding, then least distortion, optionally meeting pins.
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -15,6 +17,12 @@
 #include "flipfree/unwrap/islands/islands.h"
 
 namespace flipfree::unwrap {
+
+// Vertices of a chart and their UVs.
+using VertexPins = std::vector<std::pair<VertexId, Vector2>>;
+
+// A chart of more triangles is searched for seams, and laid flat, by fewer of them first.
+inline constexpr Eigen::Index kManyFaces = 24000;
 
 struct FlattenOptions {
   bool bijective = true;  // the chart may not overlap itself
@@ -31,8 +39,8 @@ struct FlattenOptions {
   mesh::EdgeFlags uncuttable;  // of the chart's half-edges, may be empty; see separating_cut()
   int max_iterations = 200;
   double tolerance = 1e-4;
-  bool acceptable = true;                          // ExecutionContext::accept() ends the descent
-  std::vector<std::pair<VertexId, Vector2>> pins;  // chart vertices and their UVs, met bit for bit
+  bool acceptable = true;  // ExecutionContext::accept() ends the descent
+  VertexPins pins;         // met bit for bit
 };
 
 // A finished chart, or one that is to be cut into pieces for flatten_piece().
@@ -55,13 +63,17 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
 std::vector<char> pinned_vertices(const mesh::Surface& surface,
                                   const std::vector<certify::CornerPin>& pins);
 
-struct ChartPins {
-  std::vector<std::vector<std::pair<VertexId, Vector2>>> of_chart;  // chart vertices
-};
+using ChartPins = std::vector<VertexPins>;  // per chart, ascending by vertex, each once
 
-// Corner pins as pins of chart vertices; corners that share a chart vertex must agree. Throws
-// InvalidInput (kBadPins) for corners that do not exist, places that are not finite, and two places
-// for one vertex of a chart; NotConverged (kBadPins) where an added cut had to run through a pin.
+// Corner pins of a mesh with so many corners as pins of its charts' vertices. Throws InvalidInput
+// (kBadPins) for corners that do not exist, places that are not finite, and two places for one
+// vertex of a chart: by refuse(chart, vertex) if there is one.
+ChartPins pins_of_charts(const std::vector<mesh::Chart>& charts,
+                         const std::vector<certify::CornerPin>& pins, Index corners,
+                         const std::function<void(std::size_t, VertexId)>& refuse = {});
+
+// The same of islands. Throws NotConverged (kBadPins) as well, where an added cut had to run
+// through a pin.
 ChartPins pins_by_chart(const Islands& islands, const std::vector<certify::CornerPin>& pins);
 
 // All islands of an unwrap onto the plane, each on its own, cut further where they overlap.

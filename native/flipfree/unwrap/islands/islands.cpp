@@ -81,6 +81,18 @@ void cut_further(Islands& islands, const mesh::Surface& surface, const mesh::Adj
   islands.charts = mesh::split_into_charts(surface.vertices, islands.mesh);
 }
 
+double weighted_percentile(std::vector<std::pair<double, double>> weighted, double share) {
+  std::sort(weighted.begin(), weighted.end());
+  double total = 0.0;
+  for (const auto& [value, weight] : weighted) total += weight;
+  double sum = 0.0;
+  for (const auto& [value, weight] : weighted) {
+    sum += weight;
+    if (sum >= share * total) return value;
+  }
+  return weighted.empty() ? 0.0 : weighted.back().first;
+}
+
 Points3 normalised(const Points3& positions, const Triangles& faces) {
   const auto count = at(positions.rows());
   DisjointSets components(static_cast<Index>(count));

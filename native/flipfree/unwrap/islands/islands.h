@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -201,6 +202,10 @@ inline std::size_t longest_loop(const mesh::Surface& surface,
   }
   return at(std::max_element(length.begin(), length.end()) - length.begin());
 }
+
+// The least value of (value, weight) pairs with this share of the weights at or below it; 0 of
+// nothing.
+double weighted_percentile(std::vector<std::pair<double, double>> weighted, double share = 0.5);
 
 using distortion::overlaps_itself;
 

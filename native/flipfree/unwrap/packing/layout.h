@@ -8,7 +8,7 @@
 
 namespace flipfree::unwrap {
 
-// Turns the map to the smallest rectangle that bounds it (rotating calipers on the convex hull),
+// Turns the map to the smallest rectangle that bounds it (by CGAL, of the convex hull),
 // wider than high, with its lower left corner at the origin.
 void turn_to_smallest_rectangle(Points2& uv);
 

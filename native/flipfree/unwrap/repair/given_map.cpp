@@ -9,6 +9,7 @@
 #include <numeric>
 #include <utility>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/lists.h"
 #include "flipfree/base/plane.h"
@@ -106,13 +107,13 @@ class Rejoining {
       const double ratio = std::sqrt(parts_(f, 0) / parts_(f, 1));
       if (std::isnormal(ratio)) ratios.emplace_back(ratio, parts_(f, 2));
     }
-    scale_ = weighted_median(std::move(ratios));
+    scale_ = weighted_percentile(std::move(ratios));
     std::vector<std::pair<double, double>> energies;
     for (FaceId f = 0; f < surface_.faces.rows(); ++f) {
       const double energy = energy_of(f);
       if (std::isfinite(energy)) energies.emplace_back(energy, parts_(f, 2));
     }
-    limit_ = kDrawnOutOverMedian * weighted_median(std::move(energies));
+    limit_ = kDrawnOutOverMedian * weighted_percentile(std::move(energies));
   }
 
   double energy_of(FaceId f) const {
@@ -187,175 +188,70 @@ Index rejoin_torn(const mesh::Surface& surface, const mesh::Adjacency& adjacency
   return Rejoining(surface, adjacency, seams, uv).run(fixed);
 }
 
-// Corners around vertices, and what is known about their places.
-class Corners {
- public:
-  Corners(const Triangles& faces, const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams,
-          Points2& uv)
-      : faces_(faces),
-        adjacency_(adjacency),
-        seams_(seams),
-        uv_(uv),
-        given_(at(static_cast<Index>(uv.rows()))),
-        placed_(adjacency.vertex_halfedge.size(), 0) {
-    for (CornerId c = 0; c < static_cast<CornerId>(uv.rows()); ++c) {
-      given_[at(c)] = is_storable(uv.row(c).transpose());
-      placed_[at(faces.data()[c])] |= given_[at(c)];
-    }
+// Gives corners without a value that of one beside them at their vertex, as read_map() says, or
+// else what is a guess: flags of these.
+std::vector<char> complete(const Triangles& faces, const mesh::Adjacency& adjacency,
+                           const mesh::EdgeFlags& seams, Points2& uv) {
+  const auto count = static_cast<CornerId>(uv.rows());
+  std::vector<char> given(at(count));
+  std::vector<char> placed(adjacency.vertex_halfedge.size(), 0);  // some corner of it is given
+  std::vector<CornerId> known;
+  for (CornerId c = 0; c < count; ++c) {
+    given[at(c)] = is_storable(uv.row(c).transpose());
+    placed[at(faces.data()[c])] |= given[at(c)];
+    if (given[at(c)] != 0) known.push_back(c);
   }
-
-  // Flags of the corners whose value is only a guess.
-  std::vector<char> complete() {
-    std::vector<char> guessed(given_.size(), 0);
-    if (std::find(given_.begin(), given_.end(), 0) == given_.end()) return guessed;
-    for (const HalfedgeId start : adjacency_.vertex_halfedge) {
-      if (start == kInvalid) continue;
-      for (const Sector& sector : sectors(start)) {
-        for (const std::vector<CornerId>& rest : spread(sector)) {
-          guess(rest);
-          for (const CornerId c : rest) guessed[at(c)] = 1;
-        }
-      }
+  std::vector<char> guessed(given.size(), 0);
+  if (known.size() == given.size()) return guessed;
+  // Calls visit(corner, goes_on) for the corners beside one at its vertex, but across seams and
+  // edges whose other end has two places. goes_on: that end tells that the map does; where it has
+  // no place at all, nothing denies it.
+  const auto for_beside = [&](CornerId corner, auto visit) {
+    for (const HalfedgeId h : {corner, previous_corner(corner)}) {
+      const HalfedgeId o = adjacency.opposite[at(h)];
+      if (o == kInvalid || (!seams.empty() && seams[at(h)] != 0)) continue;
+      const CornerId here = h == corner ? next_corner(h) : h;  // at the other end
+      const CornerId there = h == corner ? o : next_corner(o);
+      const bool both = given[at(here)] != 0 && given[at(there)] != 0;
+      if (both && uv.row(here) != uv.row(there)) continue;
+      visit(h == corner ? next_corner(o) : o, both || placed[at(faces.data()[here])] == 0);
     }
-    return guessed;
-  }
-
- private:
-  // Corners around a vertex counter-clockwise.
-  struct Sector {
-    std::vector<CornerId> corners;
-    bool closed = false;  // the first follows the last
   };
-
-  // A seam, or an edge into the vertex whose other end is known to have two places.
-  bool parted_across(HalfedgeId h) const {
-    const HalfedgeId opposite = adjacency_.opposite[at(h)];
-    if (opposite == kInvalid) return true;
-    if (!seams_.empty() && seams_[at(h)] != 0) return true;
-    const CornerId here = h;
-    const CornerId there = next_corner(opposite);
-    return given_[at(here)] != 0 && given_[at(there)] != 0 && uv_.row(here) != uv_.row(there);
+  std::vector<char> has = given;
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    const CornerId c = known[i];
+    for_beside(c, [&](CornerId beside, bool goes_on) {
+      if (!goes_on || has[at(beside)] != 0) return;
+      uv.row(beside) = uv.row(c);
+      has[at(beside)] = 1;
+      known.push_back(beside);
+    });
   }
-
-  // The corners around a vertex, parted where it may have two places.
-  std::vector<Sector> sectors(HalfedgeId start) const {
-    std::vector<Sector> result(1);
-    HalfedgeId h = start;
-    bool closed = false;
-    do {
-      result.back().corners.push_back(h);
-      const bool seam = parted_across(previous_corner(h));
-      h = mesh::rotate_ccw(adjacency_, h);
-      closed = h == start;
-      if (seam && h != kInvalid && !closed) result.emplace_back();
-      if (!closed || seam) continue;
-      if (result.size() == 1) {
-        result.front().closed = true;
-      } else {
-        std::vector<CornerId>& first = result.front().corners;
-        const std::vector<CornerId>& last = result.back().corners;
-        first.insert(first.begin(), last.begin(), last.end());
-        result.pop_back();
-      }
-    } while (h != kInvalid && !closed);
-    return result;
-  }
-
-  // Is it known from the other end of the edge between two corners that follow each other around
-  // a vertex whether the map goes on there? Where that end has no place at all, nothing denies it.
-  bool goes_on(CornerId corner, CornerId next) const {
-    const CornerId here = previous_corner(corner);
-    const CornerId there = next_corner(next);
-    return (given_[at(here)] != 0 && given_[at(there)] != 0) ||
-           placed_[at(faces_.data()[here])] == 0;
-  }
-
-  // Values to the corners beside them where the map goes on; the runs of those that got none.
-  std::vector<std::vector<CornerId>> spread(const Sector& sector) {
-    std::vector<CornerId> corners = sector.corners;
-    if (sector.closed) {
-      // From a known one all around and to it again.
-      const auto known = std::find_if(corners.begin(), corners.end(),
-                                      [&](CornerId c) { return given_[at(c)] != 0; });
-      if (known == corners.end()) return {corners};
-      std::rotate(corners.begin(), known, corners.end());
-      corners.push_back(corners.front());
+  // What hangs together without a value goes to the mean of the given corners of its faces.
+  DisjointSets runs(count);
+  Points2 sum = Points2::Zero(count, 2);
+  std::vector<double> terms(given.size(), 0.0);
+  const auto for_unknown = [&](auto visit) {
+    for (CornerId c = 0; c < count; ++c)
+      if (has[at(c)] == 0) visit(c);
+  };
+  for_unknown([&](CornerId c) {
+    for_beside(c, [&](CornerId beside, bool) {
+      if (has[at(beside)] == 0) runs.join(c, beside);
+    });
+  });
+  for_unknown([&](CornerId c) {
+    for (const CornerId other : {next_corner(c), previous_corner(c)}) {
+      if (given[at(other)] == 0) continue;
+      sum.row(runs.find(c)) += uv.row(other);
+      terms[at(runs.find(c))] += 1.0;
     }
-    const std::size_t count = corners.size();
-    std::vector<char> known;
-    for (const CornerId c : corners) known.push_back(given_[at(c)]);
-    const auto take = [&](std::size_t to, std::size_t from) {
-      const bool goes = goes_on(corners[std::min(to, from)], corners[std::max(to, from)]);
-      if (known[to] != 0 || known[from] == 0 || !goes) return;
-      uv_.row(corners[to]) = uv_.row(corners[from]);
-      known[to] = 1;
-    };
-    for (std::size_t i = 1; i < count; ++i) take(i, i - 1);
-    for (std::size_t i = count; i-- > 1;) take(i - 1, i);
-    std::vector<std::vector<CornerId>> rest;
-    for (std::size_t i = 0; i < count; ++i) {
-      if (known[i] != 0) continue;
-      if (i == 0 || known[i - 1] != 0) rest.emplace_back();
-      rest.back().push_back(corners[i]);
-    }
-    return rest;
-  }
-
-  void guess(const std::vector<CornerId>& sector) {
-    Eigen::RowVector2d sum = Eigen::RowVector2d::Zero();
-    double count = 0;
-    for (const CornerId c : sector) {
-      for (const CornerId other : {next_corner(c), previous_corner(c)}) {
-        if (given_[at(other)] == 0) continue;
-        sum += uv_.row(other);
-        count += 1;
-      }
-    }
-    if (count > 0) sum /= count;
-    for (const CornerId c : sector) uv_.row(c) = sum;
-  }
-
-  const Triangles& faces_;
-  const mesh::Adjacency& adjacency_;
-  const mesh::EdgeFlags& seams_;
-  Points2& uv_;
-  std::vector<char> given_;   // per corner: it came with a value
-  std::vector<char> placed_;  // per vertex: some corner of it did
-};
-
-// Pins at the charts' vertices.
-void assign_pins(const std::vector<certify::CornerPin>& pins, Index corners, GivenMap& map) {
-  map.pins.resize(map.charts.size());
-  if (pins.empty()) return;
-  certify::require_storable_pins(pins, corners);
-  std::vector<std::pair<std::size_t, VertexId>> place(at(corners));
-  for (std::size_t c = 0; c < map.charts.size(); ++c) {
-    const mesh::Chart& chart = map.charts[c];
-    for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h)
-      place[3 * at(chart.faces[h / 3]) + h % 3] = {c, chart.surface.faces.data()[h]};
-  }
-  for (const certify::CornerPin& pin : pins) {
-    const auto [c, v] = place[at(pin.corner)];
-    map.pins[c].emplace_back(v, pin.uv);
-  }
-  for (std::size_t c = 0; c < map.charts.size(); ++c) {
-    auto& own = map.pins[c];
-    std::stable_sort(own.begin(), own.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (std::size_t i = 1; i < own.size(); ++i) {
-      if (own[i].first != own[i - 1].first || own[i].second == own[i - 1].second) continue;
-      throw_invalid(ErrorCode::kBadPins,
-                    "Two corners that share one place in the map are pinned to different places. "
-                    "Unpin one of them.");
-    }
-    own.erase(std::unique(own.begin(), own.end(),
-                          [](const auto& a, const auto& b) { return a.first == b.first; }),
-              own.end());
-    for (const auto& [v, uv] : own) {
-      map.places[c].row(v) = uv.transpose();
-      map.unknown[c][at(v)] = 0;
-    }
-  }
+  });
+  for_unknown([&](CornerId c) {
+    uv.row(c) = sum.row(runs.find(c)) / std::max(terms[at(runs.find(c))], 1.0);
+    guessed[at(c)] = 1;
+  });
+  return guessed;
 }
 
 }  // namespace
@@ -365,7 +261,7 @@ GivenMap read_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency
                   const std::vector<certify::CornerPin>& pins) {
   GivenMap map;
   map.uv = corner_uv;
-  std::vector<char> guessed = Corners(surface.faces, adjacency, seams, map.uv).complete();
+  std::vector<char> guessed = complete(surface.faces, adjacency, seams, map.uv);
   std::vector<char> fixed;
   if (!pins.empty()) {
     certify::require_corners(pins, static_cast<Index>(surface.faces.size()));
@@ -388,7 +284,13 @@ GivenMap read_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency
     for (std::size_t h = 0; h < corner_count(chart); ++h)
       unknown[at(chart.surface.faces.data()[h])] |= guessed[corner_of(chart, h)];
   }
-  assign_pins(pins, static_cast<Index>(surface.faces.size()), map);
+  map.pins = pins_of_charts(map.charts, pins, static_cast<Index>(surface.faces.size()));
+  for (std::size_t c = 0; c < map.charts.size(); ++c) {
+    for (const auto& [v, uv] : map.pins[c]) {
+      map.places[c].row(v) = uv.transpose();
+      map.unknown[c][at(v)] = 0;
+    }
+  }
   return map;
 }
 

@@ -7,6 +7,7 @@
 #include "flipfree/base/stats.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/unwrap/chart/chart.h"
 
 namespace flipfree::unwrap {
 
@@ -23,7 +24,7 @@ struct GivenMap {
   // is only a guess; and its pins, ascending by vertex.
   std::vector<Points2> places;
   std::vector<std::vector<char>> unknown;
-  std::vector<std::vector<std::pair<VertexId, Vector2>>> pins;
+  ChartPins pins;
 };
 
 // corner_uv: 3 #F x 2, any values. A corner without a value takes that of the next corner around
@@ -39,7 +40,7 @@ GivenMap read_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency
 // Where the texture shows the map: its charts' places and pins, see CertifyRequest::aspect.
 struct SeenMap {
   std::vector<Points2> places;
-  std::vector<std::vector<std::pair<VertexId, Vector2>>> pins;
+  ChartPins pins;
 };
 SeenMap on_texture(const GivenMap& map, double aspect);
 

@@ -163,7 +163,7 @@ class ChartMender {
     const ChartPins of_pieces = pins_by_chart(islands, pins);
     for (std::size_t c = 0; c < islands.charts.size(); ++c) {
       const mesh::Chart& piece = islands.charts[c];
-      const bool free = of_pieces.of_chart[c].empty();
+      const bool free = of_pieces[c].empty();
       const Place place = free ? put_back(islands, c, before, flat[c]) : Place::kStays;
       put_corners(piece, flat[c], result_.uv);
       for (const FaceId f : piece.faces) {
@@ -296,7 +296,7 @@ double common_density(const std::vector<mesh::Chart>& charts, const std::vector<
     const ChartDensity own = own_density(charts[c], places[c]);
     if (own.value > 0.0 && own.area > 0.0) known.emplace_back(own.value, own.area);
   }
-  return weighted_median(std::move(known));
+  return weighted_percentile(std::move(known));
 }
 
 MendedChart mend_chart(const ChartToMend& given, const RepairOptions& options, bool anew,
@@ -307,7 +307,7 @@ MendedChart mend_chart(const ChartToMend& given, const RepairOptions& options, b
 
 namespace {
 
-using Pins = std::vector<std::pair<VertexId, Vector2>>;
+using Pins = VertexPins;
 
 // A part of a chart with the map that it has there.
 struct Piece {

@@ -8,6 +8,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/unwrap/chart/chart.h"
 
 namespace flipfree::unwrap {
 
@@ -53,7 +54,7 @@ struct ChartToMend {
   const std::vector<VertexId>& vertex_origin;  // of chart.vertices
   const Points2& places;                       // #V x 2
   const std::vector<char>& unknown;            // #V
-  const std::vector<std::pair<VertexId, Vector2>>& pins;
+  const VertexPins& pins;
   mesh::EdgeFlags seams;       // of the chart's half-edges
   mesh::EdgeFlags uncuttable;  // the same; empty: none
   double density = 0.0;        // of the other charts, see DamagedChart; 0: not known

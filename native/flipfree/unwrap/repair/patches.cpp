@@ -63,18 +63,6 @@ bool winds_once(const DamagedChart& chart, const Points2& uv, VertexId v) {
 
 }  // namespace
 
-double weighted_median(std::vector<std::pair<double, double>> weighted) {
-  std::sort(weighted.begin(), weighted.end());
-  double total = 0.0;
-  for (const auto& [value, weight] : weighted) total += weight;
-  double sum = 0.0;
-  for (const auto& [value, weight] : weighted) {
-    sum += weight;
-    if (2.0 * sum >= total) return value;
-  }
-  return 0.0;
-}
-
 std::vector<double> face_areas(const mesh::Surface& surface) {
   std::vector<double> area(at(static_cast<Index>(surface.faces.rows())));
   for (FaceId f = 0; f < surface.faces.rows(); ++f)
@@ -118,7 +106,7 @@ Density density_of(const mesh::Surface& surface, const std::vector<double>& area
     const double ratio = uv_area(surface.faces, uv, f) / area;
     if (ratio > 0.0 && std::isfinite(ratio) && usable(f)) ratios.emplace_back(ratio, area);
   }
-  const double value = std::sqrt(weighted_median(std::move(ratios)));
+  const double value = std::sqrt(weighted_percentile(std::move(ratios)));
   if (!std::isnormal(value) || !(total > 0.0)) return {};
   const std::vector<double> energies = face_energies(surface, uv, value);
   double healthy = 0.0;
@@ -151,7 +139,7 @@ Healthy healthy_energy(const std::vector<double>& area, const std::vector<double
     if (std::isfinite(energies[f])) finite.emplace_back(energies[f], area[f]);
   }
   Healthy healthy;
-  healthy.median = std::max(1.0, weighted_median(finite));
+  healthy.median = std::max(1.0, weighted_percentile(finite));
   double sum = 0.0;
   double weight = 0.0;
   for (const auto& [energy, a] : finite) {

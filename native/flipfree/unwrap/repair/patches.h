@@ -7,6 +7,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
+#include "flipfree/unwrap/islands/islands.h"
 
 namespace flipfree::unwrap {
 
@@ -21,9 +22,6 @@ struct DamagedChart {
   // known.
   double density = 0.0;
 };
-
-// The value of (value, weight) pairs with half of the weights at or below it; 0 of nothing.
-double weighted_median(std::vector<std::pair<double, double>> weighted);
 
 std::vector<double> face_areas(const mesh::Surface& surface);
 

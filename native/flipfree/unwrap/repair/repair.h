@@ -9,7 +9,6 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
-#include "flipfree/distortion/improve.h"
 #include "flipfree/unwrap/repair/mend_chart.h"
 
 namespace flipfree::unwrap {
@@ -31,15 +30,5 @@ namespace flipfree::unwrap {
 // for; kTimeLimit; rounding; certificate), Cancelled.
 certify::Parametrization repair(const mesh::Surface& surface, const Points2& corner_uv,
                                 const RepairOptions& options, ExecutionContext& context);
-
-// Repair of a map of a clean surface (certify::is_clean).
-
-// Improving maps that have flipped faces.
-
-// distortion::improve() for any map: one with flipped faces is repaired first, its overlaps kept.
-// Then stats also has what repair() says of the map before and of its charts.
-certify::Parametrization improve_any(const mesh::Surface& surface, const Points2& corner_uv,
-                                     const distortion::ImproveOptions& options,
-                                     ExecutionContext& context);
 
 }  // namespace flipfree::unwrap

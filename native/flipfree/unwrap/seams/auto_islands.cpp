@@ -203,12 +203,9 @@ class Finder {
     bool any = false;
     for (const mesh::Chart& chart : islands_.charts) {
       if (known_.of_face[at(chart.faces.front())] != KnownMaps::kNothing) continue;
-      mesh::EdgeFlags never;
-      for (const double c : part_of(chart, cost_))
-        never.push_back(c == mesh::ShortestPaths::kUnreached ? 1 : 0);
-      const mesh::EdgeFlags cut =
-          halving_cut(chart.surface, mesh::build_adjacency(chart.surface),
-                      by_vertex(chart, known_.corner_uv), never, false, context);
+      const mesh::EdgeFlags cut = halving_cut(chart.surface, mesh::build_adjacency(chart.surface),
+                                              by_vertex(chart, known_.corner_uv),
+                                              never_seams(part_of(chart, cost_)), false, context);
       const bool is_cut = any_flag(cut);
       any = any || is_cut;
       for (std::size_t h = 0; h < corner_count(chart); ++h) {
@@ -253,12 +250,21 @@ AutoIslands search_islands(const mesh::Surface& surface, const Points3& placed,
                                               options, context, stats, &known);
     return {std::move(islands), std::move(uv)};
   };
+  // False where time is over and seams alone will do.
+  const auto known_in_time = [&](const mesh::EdgeFlags& bounds, const mesh::EdgeFlags& of_nets,
+                                 Islands& islands) {
+    try {
+      add_known(surface, adjacency, bounds, of_nets, uncuttable, islands, options, context, stats,
+                known);
+    } catch (const TimeIsOver&) {
+      if (options.seams.edges_only) return false;
+      throw;
+    }
+    return true;
+  };
   double begin = 0.0;
-  mesh::EdgeFlags never(cost.size(), 0);
-  for (std::size_t h = 0; h < cost.size(); ++h)
-    never[h] = cost[h] == mesh::ShortestPaths::kUnreached ? 1 : 0;
   mesh::EdgeFlags wanted =
-      with_sharp_edges(surface, adjacency, seams, never, options.seams.sharp_angle);
+      with_sharp_edges(surface, adjacency, seams, never_seams(cost), options.seams.sharp_angle);
   const Tubes tubes = find_tubes(surface, adjacency, wanted, cost, options.polygon,
                                  stretch_bound(options.seams.stretch));
   mesh::EdgeFlags nets = wanted;
@@ -274,12 +280,7 @@ AutoIslands search_islands(const mesh::Surface& surface, const Points3& placed,
         make_islands(surface, adjacency, first, uncuttable, false, context, {{}, {}, false});
     begin = 0.2;
     const ProgressRange range(context, 0.0, begin);
-    try {
-      add_known(surface, adjacency, first, nets, uncuttable, given, options, context, stats, known);
-    } catch (const TimeIsOver&) {
-      if (options.seams.edges_only) return {std::move(given), {}};
-      throw;
-    }
+    if (!known_in_time(first, nets, given)) return {std::move(given), {}};
     if (all_known(known)) return known_flat(std::move(given));
   }
   const auto see = [&] {
@@ -315,12 +316,7 @@ AutoIslands search_islands(const mesh::Surface& surface, const Points3& placed,
   if (any_flag(nets)) {
     const ProgressRange range(context, begin, begin + 0.1);
     begin += 0.1;
-    try {
-      add_known(surface, adjacency, nets, {}, uncuttable, islands, options, context, stats, known);
-    } catch (const TimeIsOver&) {
-      if (options.seams.edges_only) return {std::move(islands), {}};
-      throw;
-    }
+    if (!known_in_time(nets, {}, islands)) return {std::move(islands), {}};
     if (all_known(known)) return known_flat(std::move(islands));
   }
   if (!seen) see();

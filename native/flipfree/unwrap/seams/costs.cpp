@@ -123,6 +123,12 @@ std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::Adjacen
   return cost;
 }
 
+mesh::EdgeFlags never_seams(const std::vector<double>& cost) {
+  mesh::EdgeFlags never;
+  for (const double c : cost) never.push_back(c == mesh::ShortestPaths::kUnreached ? 1 : 0);
+  return never;
+}
+
 mesh::EdgeFlags with_sharp_edges(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                  mesh::EdgeFlags seams, const mesh::EdgeFlags& uncuttable,
                                  double sharp_angle) {
@@ -286,32 +292,17 @@ std::vector<FaceId> picture_of(const Points3& places, const Triangles& faces, co
   return nearest;
 }
 
-// Per face, its area, and how much it bends towards its neighbours for its size.
-struct FaceShapes {
-  std::vector<double> area;
-  std::vector<double> bend;
-};
-
-FaceShapes face_shapes_of(const Points3& places, const Triangles& faces,
-                          const mesh::Adjacency& adjacency) {
-  const auto count = at(static_cast<Index>(faces.rows()));
-  const mesh::Surface surface{places, faces};
-  std::vector<Vector3> normal(count);
-  std::vector<double> area(count);
-  for (FaceId f = 0; f < faces.rows(); ++f) {
-    normal[at(f)] = face_normal(surface, f);
-    area[at(f)] = 0.5 * normal[at(f)].norm();
-    if (area[at(f)] > 0.0) normal[at(f)] /= 2.0 * area[at(f)];
-  }
-  std::vector<double> bend(count, 0.0);
+// Per face, how much it bends towards its neighbours for its size.
+std::vector<double> bends_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                             const std::vector<double>& area) {
+  std::vector<double> bend(area.size(), 0.0);
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
     const HalfedgeId o = adjacency.opposite[at(h)];
     if (o == kInvalid || !(area[at(h / 3)] > 0.0) || !(area[at(o / 3)] > 0.0)) continue;
-    const double angle = std::atan2(normal[at(h / 3)].cross(normal[at(o / 3)]).norm(),
-                                    normal[at(h / 3)].dot(normal[at(o / 3)]));
-    bend[at(h / 3)] += edge_length(surface, h) * angle / (area[at(h / 3)] + area[at(o / 3)]);
+    bend[at(h / 3)] += edge_length(surface, h) * bend_between(surface, h / 3, o / 3) /
+                       (area[at(h / 3)] + area[at(o / 3)]);
   }
-  return {std::move(area), std::move(bend)};
+  return bend;
 }
 
 }  // namespace
@@ -319,7 +310,10 @@ FaceShapes face_shapes_of(const Points3& places, const Triangles& faces,
 std::vector<double> exposure(const Points3& positions, const Triangles& faces,
                              const mesh::Adjacency& adjacency, ExecutionContext& context) {
   const Points3 places = in_own_unit(positions, faces);
-  const FaceShapes shape = face_shapes_of(places, faces, adjacency);
+  const mesh::Surface surface{places, faces};
+  std::vector<double> area;
+  for (FaceId f = 0; f < faces.rows(); ++f) area.push_back(0.5 * face_normal(surface, f).norm());
+  const std::vector<double> bend = bends_of(surface, adjacency, area);
   const auto pixels = static_cast<double>(kPixels * faces.rows());
   const int side = std::clamp(static_cast<int>(std::sqrt(pixels)), kLeastSide, kMostSide);
   std::vector<std::vector<FaceId>> pictures(kDirections);
@@ -327,14 +321,14 @@ std::vector<double> exposure(const Points3& positions, const Triangles& faces,
   parallel_for(context, kDirections, 1, [&](std::size_t d, std::size_t, std::size_t) {
     pictures[d] = picture_of(places, faces, frame_of(static_cast<int>(d)), side, context);
     for (const FaceId f : pictures[d]) {
-      if (f != kInvalid) shows[d] += shape.bend[at(f)];
+      if (f != kInvalid) shows[d] += bend[at(f)];
     }
   });
   const double most = *std::max_element(shows.begin(), shows.end());
   if (!(most > 0.0)) std::fill(shows.begin(), shows.end(), 1.0);  // flat
   double total = 0.0;
   for (double& s : shows) total += s = std::pow(most > 0.0 ? s / most : 1.0, kSharpness);
-  std::vector<double> light(shape.area.size(), 0.0);
+  std::vector<double> light(area.size(), 0.0);
   for (std::size_t d = 0; d < pictures.size(); ++d) {
     for (const FaceId f : pictures[d]) {
       if (f != kInvalid) light[at(f)] += shows[d];
@@ -346,7 +340,7 @@ std::vector<double> exposure(const Points3& positions, const Triangles& faces,
       Eigen::ArrayX2d::Zero(positions.rows(), 2);  // light, and what would be full
   for (FaceId f = 0; f < faces.rows(); ++f) {
     for (Index k = 0; k < 3; ++k)
-      sums.row(faces(f, k)) += Eigen::Array2d(light[at(f)], full * shape.area[at(f)]).transpose();
+      sums.row(faces(f, k)) += Eigen::Array2d(light[at(f)], full * area[at(f)]).transpose();
   }
   for (int round = 0; round < kAveragingRounds; ++round) {
     const Eigen::ArrayX2d own = sums;

@@ -19,6 +19,8 @@ namespace flipfree::unwrap {
 std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                const mesh::EdgeFlags& uncuttable, const SeamOptions& options);
 
+// Flags of the half-edges that cost without end.
+mesh::EdgeFlags never_seams(const std::vector<double>& cost);
 // What the bend of an inner edge, of which these are the half-edges, makes of its cost.
 double bend_factor(const mesh::Surface& surface, HalfedgeId h, HalfedgeId o);
 

@@ -52,16 +52,6 @@ constexpr double kCellsToFaces = 2.0;
 constexpr double kFewestCells = 4.0;
 constexpr double kMostCells = 64.0;
 
-// p -> turn p + shift.
-struct Motion {
-  Vector2 turn = {1.0, 0.0};  // cosine and sine
-  Vector2 shift = Vector2::Zero();
-  Vector2 direction(const Vector2& d) const {
-    return {turn.x() * d.x() - turn.y() * d.y(), turn.y() * d.x() + turn.x() * d.y()};
-  }
-  Vector2 operator()(const Vector2& p) const { return direction(p) + shift; }
-};
-
 // Is one of a's sides, or of b's, a line beside which the other lies up to `care`? Both
 // counter-clockwise.
 bool apart(const Corners& a, const Corners& b, double care) {
@@ -263,7 +253,7 @@ class Nets {
   }
 
   // Of the net on the other side, so that the edges' sides lie on each other.
-  Motion motion(const std::vector<HalfedgeId>& edges) const {
+  Similarity motion(const std::vector<HalfedgeId>& edges) const {
     Vector2 turn = Vector2::Zero();
     Vector2 here = Vector2::Zero();
     Vector2 there = Vector2::Zero();
@@ -277,13 +267,13 @@ class Nets {
       there += 0.5 * x.norm() * (from(o) + to(o));
       length += x.norm();
     }
-    Motion m;
-    if (turn.norm() > 0.0) m.turn = turn.normalized();
-    if (length > 0.0) m.shift = (here - m.direction(there)) / length;
+    Similarity m;
+    if (turn.norm() > 0.0) m.linear = turn.normalized();
+    if (length > 0.0) m.translation = (here - m(there)) / length;
     return m;
   }
 
-  Corners moved(Index i, const Motion& m) const {
+  Corners moved(Index i, const Similarity& m) const {
     return {m(at_[at(i)][0]), m(at_[at(i)][1]), m(at_[at(i)][2])};
   }
 
@@ -310,7 +300,7 @@ class Nets {
   }
 
   // Deeper than `care`.
-  bool overlaps(Index stays, Index moves, const Motion& m, double care) const {
+  bool overlaps(Index stays, Index moves, const Similarity& m, double care) const {
     bool found = false;
     for (const Index i : members_[at(moves)]) {
       const Corners corners = moved(i, m);
@@ -339,11 +329,11 @@ class Nets {
     const int bin = std::min(static_cast<int>(angle / kQuarterTurn * kBins), kBins - 1);
     bins[at(bin)] += weight * length;
   }
-  void add_outline(Index net, const Motion& m, Bins& bins) const {
+  void add_outline(Index net, const Similarity& m, Bins& bins) const {
     for (const Index i : members_[at(net)]) {
       for (std::size_t k = 0; k < 3; ++k) {
         if (is_joined_[3 * at(i) + k] != 0) continue;
-        add_side(m.direction(at_[at(i)][(k + 1) % 3] - at_[at(i)][k]), 1.0, bins);
+        add_side(m(at_[at(i)][(k + 1) % 3]) - m(at_[at(i)][k]), 1.0, bins);
       }
     }
   }
@@ -380,7 +370,7 @@ class Nets {
   }
 
   // Longer than nets may be, and than either is.
-  bool is_longer(Index a, Index b, const Motion& m) const {
+  bool is_longer(Index a, Index b, const Similarity& m) const {
     const double before = std::max(spans_[at(a)].length(), spans_[at(b)].length());
     const double most = std::max(kLongest * shapes_.size, 1.001 * before);
     Spans whole = spans_[at(a)];
@@ -394,7 +384,7 @@ class Nets {
   void join_nets(HalfedgeId h, const Rules& rules) {
     const Index a = net_at(h);
     const Index b = net_at(opposite(h));
-    const Motion m = motion({h});
+    const Similarity m = motion({h});
     if (rules.cross && is_longer(a, b, m)) return;
     if (overlaps(a, b, m, kOverlaps * part_.size())) return;
     if (rules.cross) {
@@ -412,7 +402,7 @@ class Nets {
   }
 
   // Net b becomes part of a.
-  void take(HalfedgeId h, const Motion& m, Index a, Index b) {
+  void take(HalfedgeId h, const Similarity& m, Index a, Index b) {
     if (!bins_[at(a)].empty()) add_outline(b, m, bins_[at(a)]);
     for (const Index i : members_[at(b)]) {
       at_[at(i)] = moved(i, m);

@@ -23,64 +23,31 @@
 namespace flipfree::unwrap {
 namespace {
 
-// The most stretched that a bound leaves out.
-constexpr double kShare = 0.01;
-
-double mean_and_unit(const Points3& parts, double& area, double& unit) {
-  double direct = 0.0;
-  double inverse = 0.0;
-  area = 0.0;
-  for (Eigen::Index f = 0; f < parts.rows(); ++f) {
-    if (!(parts(f, 2) > 0.0)) continue;
-    direct += parts(f, 2) * parts(f, 0);
-    inverse += parts(f, 2) * parts(f, 1);
-    area += parts(f, 2);
-  }
-  unit = std::sqrt(inverse) / std::sqrt(direct);  // the best scale's square
-  return area > 0.0 ? 0.5 * std::sqrt(direct) * std::sqrt(inverse) / area : 1.0;
-}
-
-struct Factors {
-  double length = 1.0;
-  double area = 1.0;
-};
-
-Factors factors(double direct, double inverse, double unit) {
-  // The squares' sum of the singular values, and their product.
-  const double sum = direct * unit;
-  const double product = std::sqrt(direct / inverse) * unit;
-  const double larger =
-      std::sqrt(0.5 * (sum + std::sqrt(std::max(sum * sum - 4.0 * product * product, 0.0))));
-  return {std::max(larger, larger / product), std::max(product, 1.0 / product)};
-}
+// Without the most stretched, which a bound leaves out.
+constexpr double kShare = 0.99;
 
 }  // namespace
 
 Stretch stretch_of(const mesh::Surface& surface, const Points2& corner_uv) {
+  const certify::EnergyFigures figures = certify::symmetric_dirichlet(surface, corner_uv);
+  if (std::isnan(figures.mean)) return {};  // no area at all
+  if (std::isinf(figures.mean)) return {kInfinite, kInfinite};
   const Points3 parts = certify::symmetric_dirichlet_parts(surface, corner_uv);
-  double area = 0.0;
-  double unit = 1.0;
-  Stretch result;
-  result.energy = mean_and_unit(parts, area, unit);
-  if (!(result.energy < kInfinite)) return {kInfinite, kInfinite};
+  const double unit = figures.scale * figures.scale;
   std::vector<std::pair<double, double>> lengths;  // ratio, area
   std::vector<std::pair<double, double>> areas;
   for (Eigen::Index f = 0; f < parts.rows(); ++f) {
     if (!(parts(f, 2) > 0.0)) continue;
-    const Factors own = factors(parts(f, 0), parts(f, 1), unit);
-    lengths.emplace_back(own.length, parts(f, 2));
-    areas.emplace_back(own.area, parts(f, 2));
+    // The squares' sum of the singular values, and their product.
+    const double sum = parts(f, 0) * unit;
+    const double product = std::sqrt(parts(f, 0) / parts(f, 1)) * unit;
+    const double larger =
+        std::sqrt(0.5 * (sum + std::sqrt(std::max(sum * sum - 4.0 * product * product, 0.0))));
+    lengths.emplace_back(std::max(larger, larger / product), parts(f, 2));
+    areas.emplace_back(std::max(product, 1.0 / product), parts(f, 2));
   }
-  for (auto* ratios : {&lengths, &areas}) {
-    if (ratios->empty()) continue;
-    std::sort(ratios->begin(), ratios->end());
-    double above = 0.0;
-    std::size_t last = ratios->size() - 1;
-    while (last > 0 && above + (*ratios)[last].second < kShare * area)
-      above += (*ratios)[last--].second;
-    result.ratio = std::max(result.ratio, (*ratios)[last].first);
-  }
-  return result;
+  return {figures.mean, std::max({1.0, weighted_percentile(std::move(lengths), kShare),
+                                  weighted_percentile(std::move(areas), kShare)})};
 }
 
 namespace {
@@ -106,82 +73,22 @@ mesh::Surface slit_surface(const mesh::Surface& chart, const mesh::Adjacency& ad
   return slit;
 }
 
-// A chart, not on itself if that is asked, with an energy of at most that of `most_energy` if that
-// can be; else what it is cut along to be divided, with the map that overlaps.
-struct Apart {
-  Points2 corner_uv;
-  Stretch stretch;
-  mesh::EdgeFlags cut;  // empty where it is not divided
-};
-
-// slit: the chart with some corners separated.
-Apart lay_flat(const mesh::Surface& chart, const mesh::Surface& slit, FlattenOptions options,
-               ExecutionContext& context) {
+// The chart along `cut`: not on itself if that is asked, with an energy of at most
+// options.most_energy if that can be; else with what it is cut along to be divided as well, and the
+// map that overlaps.
+Slits lay_flat(const mesh::Surface& chart, const mesh::Adjacency& adjacency, mesh::EdgeFlags cut,
+               FlattenOptions options, ExecutionContext& context) {
   options.held_steps = kHeldTrialSteps;
   options.tolerated_overlap = kTolerated;
   options.acceptable = false;
   Stats ignored;
-  FlatChart flat = flatten_chart(slit, options, context, ignored);
-  Apart apart;
-  apart.corner_uv = by_corner(slit.faces, flat.uv);
-  apart.stretch = stretch_of(chart, apart.corner_uv);
-  apart.cut = std::move(flat.cut);
-  return apart;
+  const mesh::Surface slit = slit_surface(chart, adjacency, cut);
+  const FlatChart flat = flatten_chart(slit, options, context, ignored);
+  Slits slits{std::move(cut), by_corner(slit.faces, flat.uv), !flat.cut.empty(), {}};
+  slits.stretch = stretch_of(chart, slits.corner_uv);
+  for (std::size_t h = 0; h < flat.cut.size(); ++h) slits.cut[h] |= flat.cut[h];
+  return slits;
 }
-
-// The least distorted map of a chart while slits are added to it.
-class TrialMap {
- public:
-  // The chart must outlive this: connected, planar, with a boundary.
-  explicit TrialMap(const mesh::Surface& chart) : chart_(chart) {}
-
-  // The stretch of the chart cut along `cut`, which does not divide it and
-  // includes what it was cut along before: relaxed, from the last map where there is one. The map
-  // has no flip; it may overlap itself. Throws NotConverged, Cancelled, TimeIsOver.
-  Stretch relax(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& cut, double tolerance,
-                ExecutionContext& context) {
-    slit_ = slit_surface(chart_, adjacency, cut);
-    Stats ignored;
-    if (corner_uv_.rows() == 0) {
-      FlattenOptions options;
-      options.bijective = false;
-      options.acceptable = false;
-      options.max_iterations = kFirstSteps;
-      options.tolerance = tolerance;
-      uv_ = flatten_chart(slit_, options, context, ignored).uv;
-    } else {
-      distortion::MinimizeOptions options;
-      options.max_iterations = kFurtherSteps;
-      options.tolerance = tolerance;
-      uv_ =
-          distortion::minimize_distortion(slit_, by_vertex(slit_, corner_uv_), options, context).uv;
-    }
-    corner_uv_ = by_corner(slit_.faces, uv_);
-    return stretch_of(chart_, corner_uv_);
-  }
-
-  const Points2& corner_uv() const { return corner_uv_; }  // empty before the first map
-  // Exact, of the last map.
-  bool overlaps_itself(const ExecutionContext& context) const {
-    return unwrap::overlaps_itself(slit_.faces, uv_, context);
-  }
-
-  // Precondition: there is a map.
-  Apart hold_apart(const Stretch& most, bool may_add_cuts, const mesh::EdgeFlags& uncuttable,
-                   ExecutionContext& context) const {
-    FlattenOptions options;
-    options.may_add_cuts = may_add_cuts;
-    options.most_energy = most.energy;
-    options.uncuttable = uncuttable;
-    return lay_flat(chart_, slit_, options, context);
-  }
-
- private:
-  const mesh::Surface& chart_;
-  mesh::Surface slit_;  // of the last map
-  Points2 uv_;
-  Points2 corner_uv_;
-};
 
 // What the least energy exceeds 1 by, as a share of what the scale field promises: shear does what
 // conformal maps cannot. The first guess; then it is measured.
@@ -196,21 +103,12 @@ constexpr int kMostHeld = 3;
 constexpr double kTighterWhereHeld = 0.8;
 // What a further island costs, as a share of all seams.
 constexpr double kPriceOfPiece = 0.03;
-Stretch tightened(const Stretch& bound) {
-  return {1.0 + kTighterWhereHeld * (bound.energy - 1.0), bound.ratio};
-}
-
 double cost_of(const mesh::EdgeFlags& cut, const std::vector<double>& cost) {
   double sum = 0.0;
   for (std::size_t h = 0; h < cut.size(); ++h) {
     if (cut[h] != 0) sum += 0.5 * std::min(cost[h], kForbidden);
   }
   return sum;
-}
-
-Index piece_count(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                  const mesh::EdgeFlags& cut) {
-  return chart.faces.rows() == 0 ? 0 : mesh::components_between(adjacency, cut).count;
 }
 
 // The search for slits on one chart, slit by slit.
@@ -226,10 +124,7 @@ class SlitSearch {
         options_(options),
         context_(context),
         sheet_(chart, adjacency, cost, mirror),
-        map_(chart),
-        share_(kFirstShare) {
-    for (const double c : cost) uncuttable_.push_back(c == mesh::ShortestPaths::kUnreached ? 1 : 0);
-  }
+        share_(kFirstShare) {}
 
   // Slits for this bound: beyond those of the last call, with a lower one.
   Slits run(const Stretch& bound) {
@@ -272,9 +167,32 @@ class SlitSearch {
   bool opened_anyhow() const { return opened_anyhow_; }
 
  private:
+  // Relaxes the map of the chart cut along the slits, from the last one where there is one; it has
+  // no flip, and may overlap itself.
+  Stretch relax() {
+    slit_ = slit_surface(chart_, adjacency_, sheet_.cut());
+    Stats ignored;
+    if (corner_uv_.rows() == 0) {
+      FlattenOptions options;
+      options.bijective = false;
+      options.acceptable = false;
+      options.max_iterations = kFirstSteps;
+      options.tolerance = kTrialTolerance;
+      uv_ = flatten_chart(slit_, options, context_, ignored).uv;
+    } else {
+      distortion::MinimizeOptions options;
+      options.max_iterations = kFurtherSteps;
+      options.tolerance = kTrialTolerance;
+      uv_ = distortion::minimize_distortion(slit_, by_vertex(slit_, corner_uv_), options, context_)
+                .uv;
+    }
+    corner_uv_ = by_corner(slit_.faces, uv_);
+    return stretch_of(chart_, corner_uv_);
+  }
+
   // True if nothing better than the best candidate is to be expected.
   bool is_done(double excess) {
-    const Stretch stretch = map_.relax(adjacency_, sheet_.cut(), kTrialTolerance, context_);
+    const Stretch stretch = relax();
     if (excess > 0.0) share_ = (stretch.energy - 1.0) / excess;
     if (!stretch.within(bound_)) return false;
     const double slit = cost_of(sheet_.cut(), cost_);
@@ -284,33 +202,30 @@ class SlitSearch {
       made_ = sheet_.made();
     };
     if (!best_.cut.empty() && slit >= best_cost_) return true;
-    if (!options_.bijective || !map_.overlaps_itself(context_)) {
-      take({sheet_.cut(), map_.corner_uv()}, slit);
+    if (!options_.bijective || !overlaps_itself(slit_.faces, uv_, context_)) {
+      take({sheet_.cut(), corner_uv_, false, stretch}, slit);
       return true;
     }
+    FlattenOptions flatten;
+    flatten.may_add_cuts = options_.may_add_cuts;
     // Above the bound already, it is not what holding apart is measured by.
-    const Stretch most = {
-        stretch.energy <= options_.bound.energy ? options_.bound.energy : kInfinite,
-        options_.bound.ratio};
-    Apart held = map_.hold_apart(most, options_.may_add_cuts, uncuttable_, context_);
-    if (held.cut.empty()) {
+    if (stretch.energy <= options_.bound.energy) flatten.most_energy = options_.bound.energy;
+    flatten.uncuttable = never_seams(cost_);
+    Slits held = lay_flat(chart_, adjacency_, sheet_.cut(), flatten, context_);
+    if (!held.divided) {
       if (held.stretch.within(options_.bound)) {
-        take({sheet_.cut(), std::move(held.corner_uv)}, slit);
+        take(std::move(held), slit);
         return true;
       }
       // Anything that keeps the bound is better.
-      if (best_.cut.empty() || best_cost_ == kInfinite)
-        take({sheet_.cut(), std::move(held.corner_uv)}, kInfinite);
+      if (best_.cut.empty() || best_cost_ == kInfinite) take(std::move(held), kInfinite);
     } else {
-      const Index pieces = piece_count(chart_, adjacency_, held.cut);
-      const double cost = (slit + cost_of(held.cut, cost_)) *
-                          (1.0 + kPriceOfPiece * static_cast<double>(pieces - 1));
-      if (best_.cut.empty() || cost < best_cost_) {
-        for (std::size_t h = 0; h < held.cut.size(); ++h) held.cut[h] |= sheet_.cut()[h];
-        take({std::move(held.cut), std::move(held.corner_uv), true}, cost);
-      }
+      const Index pieces = mesh::components_between(adjacency_, held.cut).count;
+      const double cost =
+          cost_of(held.cut, cost_) * (1.0 + kPriceOfPiece * static_cast<double>(pieces - 1));
+      if (best_.cut.empty() || cost < best_cost_) take(std::move(held), cost);
     }
-    bound_ = tightened(bound_);
+    bound_ = {1.0 + kTighterWhereHeld * (bound_.energy - 1.0), bound_.ratio};
     return ++held_ > kMostHeld;
   }
 
@@ -320,8 +235,9 @@ class SlitSearch {
   SlitOptions options_;
   ExecutionContext& context_;
   Sheet sheet_;
-  TrialMap map_;
-  mesh::EdgeFlags uncuttable_;
+  mesh::Surface slit_;  // of the last map
+  Points2 uv_;
+  Points2 corner_uv_;  // no rows before the first map
   double share_;
   Stretch bound_;  // of maps that may overlap
   int held_ = 0;
@@ -337,7 +253,6 @@ constexpr Index kFewTriangles = 12000;
 constexpr int kCarryingRounds = 4;
 // A bound that the chart's own map misses is tightened in proportion, and by this.
 constexpr double kTighterForChart = 0.9;
-constexpr double kNever = std::numeric_limits<double>::infinity();
 
 double tighter(double aim, double reached, double most) {
   return reached > most ? 1.0 + kTighterForChart * (aim - 1.0) * (most - 1.0) / (reached - 1.0)
@@ -357,14 +272,14 @@ std::vector<double> costs_of_few(const mesh::Surface& chart, const mesh::Decimat
     const VertexId a = mesh::source(chart.faces, h);
     const VertexId b = mesh::target(chart.faces, h);
     const double own = edge_length(chart, h);
-    if (!(own > 0.0) || cost[at(h)] == kNever) continue;
+    if (!(own > 0.0) || cost[at(h)] == kInfinite) continue;
     for (const VertexId v : {few.into[at(a)], few.into[at(b)]}) {
       length[at(v)] += own;
       cheapness[at(v)] += own * own / std::max(cost[at(h)], 1e-300);
     }
   }
   const auto price = [&](VertexId v) {
-    return cheapness[at(v)] > 0.0 ? length[at(v)] / cheapness[at(v)] : kNever;
+    return cheapness[at(v)] > 0.0 ? length[at(v)] / cheapness[at(v)] : kInfinite;
   };
   std::vector<double> result(adjacency.opposite.size());
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(result.size()); ++h) {
@@ -407,9 +322,7 @@ class SlitCarrier {
   SlitCarrier(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
               const std::vector<double>& cost, const SlitOptions& options,
               ExecutionContext& context)
-      : chart_(chart), adjacency_(adjacency), cost_(cost), options_(options), context_(context) {
-    for (const double c : cost) uncuttable_.push_back(c == kNever ? 1 : 0);
-  }
+      : chart_(chart), adjacency_(adjacency), cost_(cost), options_(options), context_(context) {}
 
   Slits run() {
     Slits best;
@@ -433,7 +346,14 @@ class SlitCarrier {
         // What the few need not be divided for may need some more slits, rather than to be divided.
         const bool may_divide =
             options_.may_add_cuts && (found.divided || round + 1 == kCarryingRounds);
-        const Stretch stretch = lay_flat_along(std::move(cut), may_divide, best);
+        FlattenOptions flatten;
+        flatten.bijective = options_.bijective;
+        flatten.may_add_cuts = may_divide;
+        flatten.most_energy = options_.bound.energy;
+        flatten.uncuttable = never_seams(cost_);
+        flatten.tolerance = kTrialTolerance;
+        best = lay_flat(chart_, adjacency_, std::move(cut), flatten, context_);
+        const Stretch& stretch = best.stretch;
         if (stretch.within(options_.bound) || search.exhausted()) break;
         aim.energy = tighter(aim.energy, stretch.energy, options_.bound.energy);
         aim.ratio = tighter(aim.ratio, stretch.ratio, options_.bound.ratio);
@@ -447,20 +367,6 @@ class SlitCarrier {
   }
 
  private:
-  // The map of the chart with this cut, held apart or divided where it would lie on itself.
-  Stretch lay_flat_along(mesh::EdgeFlags cut, bool may_divide, Slits& slits) {
-    FlattenOptions options;
-    options.bijective = options_.bijective;
-    options.may_add_cuts = may_divide;
-    options.most_energy = options_.bound.energy;
-    options.uncuttable = uncuttable_;
-    options.tolerance = kTrialTolerance;
-    Apart apart = lay_flat(chart_, slit_surface(chart_, adjacency_, cut), options, context_);
-    slits = {std::move(cut), std::move(apart.corner_uv), !apart.cut.empty()};
-    for (std::size_t h = 0; h < apart.cut.size(); ++h) slits.cut[h] |= apart.cut[h];
-    return apart.stretch;
-  }
-
   // The slits of the few on the chart; empty if there is no way for one of them.
   mesh::EdgeFlags carried(const mesh::Decimated& few, const Ways& ways) {
     const Grace carrying(context_);
@@ -469,7 +375,7 @@ class SlitCarrier {
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost.size()); ++h) {
       if (near[at(mesh::source(chart_.faces, h))] == 0 ||
           near[at(mesh::target(chart_.faces, h))] == 0)
-        cost[at(h)] = kNever;
+        cost[at(h)] = kInfinite;
     }
     Sheet sheet(chart_, adjacency_, cost);
     for (const std::vector<VertexId>& way : ways) {
@@ -484,18 +390,14 @@ class SlitCarrier {
   const std::vector<double>& cost_;
   const SlitOptions& options_;
   ExecutionContext& context_;
-  mesh::EdgeFlags uncuttable_;
 };
-
-// Triangles of a chart above which few of its vertices are searched instead.
-constexpr Eigen::Index kLarge = 24000;
 
 }  // namespace
 
 Slits find_slits(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
                  const std::vector<double>& cost, const SlitOptions& options,
                  ExecutionContext& context) {
-  if (chart.faces.rows() > kLarge) {
+  if (chart.faces.rows() > kManyFaces) {
     Slits slits = SlitCarrier(chart, adjacency, cost, options, context).run();
     if (!slits.cut.empty()) return slits;
   }

@@ -21,6 +21,7 @@ struct Slits {
   mesh::EdgeFlags cut;   // of the chart's half-edges
   Points2 corner_uv;     // a map of the chart cut along `cut`; empty if there is none
   bool divided = false;  // the map lies on itself; `cut` divides the chart
+  Stretch stretch;       // of the map
 };
 
 struct SlitOptions {

@@ -218,11 +218,10 @@ class Nester {
   std::vector<Masks> draw(double scale, const ExecutionContext& context) const {
     std::vector<Masks> masks(shapes_.size());
     parallel_for(context, shapes_.size(), 16, [&](std::size_t begin, std::size_t end, std::size_t) {
-      Pen pen;
       for (std::size_t i = begin; i < end; ++i) {
         const double radius = 0.5 * options_.margin + shapes_[i].slack * scale;
         for (const Vector2& turn : turns_[i])
-          masks[i].push_back(draw_shape(shapes_[i], turn, scale * cells_, radius * cells_, pen));
+          masks[i].push_back(draw_shape(shapes_[i], turn, scale * cells_, radius * cells_));
       }
     });
     return masks;

@@ -8,6 +8,7 @@
 #include <complex>
 #include <limits>
 #include <numbers>
+#include <tuple>
 #include <utility>
 
 #include "flipfree/base/plane.h"
@@ -251,14 +252,21 @@ void set_cells(Word* row, int width, double first, double last) {
   row[b / 64] |= tail;
 }
 
+// Where an outline crosses the middle of a row.
+struct Crossing {
+  int row;
+  int way;  // upwards 1, downwards -1
+  double x;
+};
+
 // The inside of the loops at the rows' middles; cells that only touch it are the outline's.
-void draw_inside(Pen& pen, int width, int height, int words, std::vector<Word>& bits) {
-  pen.crossings.clear();
-  for (std::size_t l = 0; l + 1 < pen.begin.size(); ++l) {
-    const std::size_t end = pen.begin[l + 1];
-    for (std::size_t i = pen.begin[l]; i < end; ++i) {
-      Vector2 a = pen.points[i];
-      Vector2 b = pen.points[i + 1 < end ? i + 1 : pen.begin[l]];
+void draw_inside(const std::vector<Loop>& loops, int width, int height, int words,
+                 std::vector<Word>& bits) {
+  std::vector<Crossing> crossings;
+  for (const Loop& loop : loops) {
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      Vector2 a = loop[i];
+      Vector2 b = loop[(i + 1) % loop.size()];
       const int way = a.y() < b.y() ? 1 : -1;
       if (way < 0) std::swap(a, b);
       const int first = static_cast<int>(std::clamp(std::ceil(a.y() - 0.5), 0.0, height + 0.0));
@@ -267,16 +275,16 @@ void draw_inside(Pen& pen, int width, int height, int words, std::vector<Word>& 
       if (first > last) continue;
       const double slope = (b.x() - a.x()) / (b.y() - a.y());
       for (int row = first; row <= last; ++row)
-        pen.crossings.push_back({row, way, a.x() + slope * (row + 0.5 - a.y())});
+        crossings.push_back({row, way, a.x() + slope * (row + 0.5 - a.y())});
     }
   }
-  std::sort(pen.crossings.begin(), pen.crossings.end(), [](const auto& a, const auto& b) {
-    return a.row != b.row ? a.row < b.row : (a.x != b.x ? a.x < b.x : a.way < b.way);
+  std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
+    return std::tie(a.row, a.x, a.way) < std::tie(b.row, b.x, b.way);
   });
   int winding = 0;
-  for (std::size_t i = 0; i + 1 < pen.crossings.size(); ++i) {
-    const Pen::Crossing& from = pen.crossings[i];
-    const Pen::Crossing& to = pen.crossings[i + 1];
+  for (std::size_t i = 0; i + 1 < crossings.size(); ++i) {
+    const Crossing& from = crossings[i];
+    const Crossing& to = crossings[i + 1];
     winding = from.row == to.row ? winding + from.way : 0;
     if (winding != 0) set_cells(&bits[at(from.row * words)], width, from.x, to.x);
   }
@@ -311,13 +319,12 @@ void draw_segment(const Vector2& a, const Vector2& b, double radius, int width, 
   }
 }
 
-void draw_outlines(const Pen& pen, double radius, int width, int height, int words,
-                   std::vector<Word>& bits) {
-  for (std::size_t l = 0; l + 1 < pen.begin.size(); ++l) {
-    const std::size_t end = pen.begin[l + 1];
-    for (std::size_t i = pen.begin[l]; i < end; ++i)
-      draw_segment(pen.points[i], pen.points[i + 1 < end ? i + 1 : pen.begin[l]], radius, width,
-                   height, words, bits);
+void draw(const std::vector<Loop>& loops, double radius, int width, int height, int words,
+          std::vector<Word>& bits) {
+  draw_inside(loops, width, height, words, bits);
+  for (const Loop& loop : loops) {
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      draw_segment(loop[i], loop[(i + 1) % loop.size()], radius, width, height, words, bits);
   }
 }
 
@@ -353,26 +360,20 @@ void find_runs(Mask& mask) {
 
 }  // namespace
 
-void draw_loop(const Loop& loop, int cells, double radius, int words, std::vector<Word>& bits) {
-  Pen pen;
-  pen.points = loop;
-  for (Vector2& p : pen.points) p *= cells;
-  pen.begin = {0, loop.size()};
-  draw_inside(pen, cells, cells, words, bits);
-  draw_outlines(pen, radius, cells, cells, words, bits);
+void draw_loop(Loop loop, int cells, double radius, int words, std::vector<Word>& bits) {
+  for (Vector2& p : loop) p *= cells;
+  draw({std::move(loop)}, radius, cells, cells, words, bits);
 }
 
-Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double radius, Pen& pen) {
+Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double radius) {
   Eigen::AlignedBox2d box;
   const Pose pose{Vector2::Zero(), turn};
-  pen.points.clear();
-  pen.begin.assign(1, 0);
-  for (const Loop& loop : shape.loops) {
-    for (const Vector2& p : loop) {
-      pen.points.push_back(pose(p, scale));
-      box.extend(pen.points.back());
+  std::vector<Loop> loops = shape.loops;
+  for (Loop& loop : loops) {
+    for (Vector2& p : loop) {
+      p = pose(p, scale);
+      box.extend(p);
     }
-    pen.begin.push_back(pen.points.size());
   }
   Mask mask;
   const Vector2 care = Vector2::Constant(radius + 2.0 * kTouchingCare);
@@ -382,9 +383,9 @@ Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double ra
   mask.height = std::max(1, static_cast<int>(std::ceil(size.y())));
   mask.words = (mask.width + 63) / 64;
   mask.bits.assign(at(mask.words) * at(mask.height), 0);
-  for (Vector2& p : pen.points) p += mask.origin;
-  draw_inside(pen, mask.width, mask.height, mask.words, mask.bits);
-  draw_outlines(pen, radius, mask.width, mask.height, mask.words, mask.bits);
+  for (Loop& loop : loops)
+    for (Vector2& p : loop) p += mask.origin;
+  draw(loops, radius, mask.width, mask.height, mask.words, mask.bits);
   find_runs(mask);
   return mask;
 }

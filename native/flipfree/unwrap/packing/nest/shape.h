@@ -86,28 +86,15 @@ struct Mask {
   std::vector<int> row_begin;  // height + 1: the runs of each row
   std::vector<Run> runs;
   Vector2 origin = Vector2::Zero();  // of the item from the mask's lower left corner, in cells
-  bool empty() const { return height == 0; }
 };
 
 // Sets, in such a grid of `cells` to the unit, every cell that a point within `radius` (cells) of
 // the loop's inside lies in.
-void draw_loop(const Loop& loop, int cells, double radius, int words, std::vector<Word>& bits);
-
-// Memory of drawing, for one shape after another.
-struct Pen {
-  struct Crossing {
-    int row;
-    int way;  // upwards 1, downwards -1
-    double x;
-  };
-  std::vector<Vector2> points;     // of all loops
-  std::vector<std::size_t> begin;  // of each loop, and the end
-  std::vector<Crossing> crossings;
-};
+void draw_loop(Loop loop, int cells, double radius, int words, std::vector<Word>& bits);
 
 // Every cell that a point within `radius` (cells) of the shape lies in, the shape turned and of
 // `scale` cells to its unit. Cost: O(rows that its edges pass through + cells / 64).
-Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double radius, Pen& pen);
+Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double radius);
 
 // The cells of a tile that are taken, and where in it a mask fits.
 
@@ -124,7 +111,6 @@ class Tile {
 
   // Words that lowest() has looked at: a measure of work that is the same everywhere.
   std::uint64_t looked() const { return looked_; }
-  int cells() const { return cells_; }
   int words() const { return words_; }
 
   // The lowest place, of the lowest ones the leftmost, whose row is in [from, to]: the mask's lower

@@ -1,94 +1,45 @@
-#include "flipfree/distortion/improve.h"
-#include "flipfree/certify/certified_map.h"
-#include "flipfree/certify/separated_map.h"
-#include "flipfree/certify/texture.h"
+#include "flipfree/unwrap/repair/improve.h"
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 #include <numeric>
-#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/certify/certified_map.h"
+#include "flipfree/certify/separated_map.h"
+#include "flipfree/certify/texture.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/valid_map.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/face_area.h"
+#include "flipfree/unwrap/chart/chart.h"
+#include "flipfree/unwrap/islands/islands.h"
+#include "flipfree/unwrap/packing/place.h"
+#include "flipfree/unwrap/repair/repair.h"
 
-namespace flipfree::distortion {
+namespace flipfree::unwrap {
 namespace {
-
-using Targets = std::vector<std::pair<VertexId, Vector2>>;
 
 struct ChartMap {
   Points2 uv;
   Points2f uv32;
-  Targets pins;
-  bool bijective = false;
+  VertexPins pins;
   Stats stats;
 };
-
-// Corner pins as targets of chart vertices; corners of one vertex must agree.
-void assign_pins(const mesh::Surface& surface, const std::vector<mesh::Chart>& charts,
-                 const ImproveOptions& options, std::vector<ChartMap>& maps) {
-  if (options.pins.empty()) return;
-  std::vector<std::pair<Index, Index>> place(at(static_cast<Index>(surface.faces.rows())));
-  for (std::size_t c = 0; c < charts.size(); ++c) {
-    for (std::size_t f = 0; f < charts[c].faces.size(); ++f) {
-      place[at(charts[c].faces[f])] = {static_cast<Index>(c), static_cast<Index>(f)};
-    }
-  }
-  certify::require_storable_pins(options.pins, static_cast<Index>(surface.faces.size()));
-  for (const certify::CornerPin& pin : options.pins) {
-    const auto [c, f] = place[at(pin.corner / 3)];
-    Targets& pins = maps[at(c)].pins;
-    pins.emplace_back(charts[at(c)].surface.faces(f, pin.corner % 3), pin.uv);
-  }
-  for (ChartMap& map : maps) {
-    Targets& pins = map.pins;
-    std::stable_sort(pins.begin(), pins.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (std::size_t i = 1; i < pins.size(); ++i) {
-      if (pins[i].first != pins[i - 1].first || pins[i].second == pins[i - 1].second) continue;
-      throw_invalid(ErrorCode::kBadPins,
-                    "Two corners that share one place in the map are pinned to different places. "
-                    "Unpin one of them.");
-    }
-    pins.erase(std::unique(pins.begin(), pins.end(),
-                           [](const auto& a, const auto& b) { return a.first == b.first; }),
-               pins.end());
-  }
-}
-
-// UV length of a surface length 1, over the whole map.
-double common_scale(const mesh::Surface& surface, const Points2& corner_uv) {
-  double uv_area = 0;
-  double area = 0;
-  for (Eigen::Index f = 0; f < surface.faces.rows(); ++f) {
-    const Vector2 a = (corner_uv.row(3 * f + 1) - corner_uv.row(3 * f)).transpose();
-    const Vector2 b = (corner_uv.row(3 * f + 2) - corner_uv.row(3 * f)).transpose();
-    uv_area += std::abs(a.x() * b.y() - a.y() * b.x());
-    const Vector3 p =
-        surface.vertices.row(surface.faces(f, 1)) - surface.vertices.row(surface.faces(f, 0));
-    const Vector3 q =
-        surface.vertices.row(surface.faces(f, 2)) - surface.vertices.row(surface.faces(f, 0));
-    area += std::sqrt(std::max(0.0, p.squaredNorm() * q.squaredNorm() - p.dot(q) * p.dot(q)));
-  }
-  return std::sqrt(uv_area / area);
-}
 
 // Turns `uv` by the angle that brings it nearest to `like`, centres it there, scales it; only if it
 // stays flip-free.
 void place_like(const Triangles& faces, const Points2& like, double scale, bool bijective,
                 Points2& uv, const ExecutionContext& context) {
   Points2 placed = moved(fit_motion(uv, like, scale), uv);
-  if (!is_flip_free(faces, placed, context)) return;
+  if (!distortion::is_flip_free(faces, placed, context)) return;
   if (bijective && overlaps_itself(faces, placed, context)) return;
   uv = std::move(placed);
 }
@@ -109,7 +60,8 @@ void bring_back(const Triangles& faces, const Points2& given, double aspect, Cha
   if (aspect == 1.0) return;
   Points2 uv = certify::from_texture(map.uv, aspect, given);
   for (const auto& [v, target] : map.pins) uv.row(v) = target.transpose();
-  map.uv = !map.pins.empty() || is_flip_free(faces, uv, context) ? std::move(uv) : given;
+  map.uv =
+      !map.pins.empty() || distortion::is_flip_free(faces, uv, context) ? std::move(uv) : given;
 }
 
 // scale: length on the texture of a surface length 1, over the whole map.
@@ -121,29 +73,34 @@ void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, doub
   const Points2 before = certify::on_texture(given, options.aspect);
   map.uv = before;
   const Triangles& faces = chart.surface.faces;
-  MinimizeOptions minimize;
+  distortion::MinimizeOptions minimize;
   minimize.max_iterations = options.max_iterations;
   minimize.tolerance = options.tolerance;
-  minimize.bijective = map.bijective;
-  RoundingOptions rounding;
-  rounding.bijective = map.bijective;
+  minimize.bijective = [&] {
+    const Grace reading(context);
+    return options.keep_bijective && !overlaps_itself(faces, given, context);
+  }();
+  distortion::RoundingOptions rounding;
+  rounding.bijective = minimize.bijective;
   try {
     if (map.pins.empty()) {
       improve_in_time(context, map.stats, [&] {
         const MapInHand before_is_valid(context);
-        Minimized better = with_own_map(
-            [&] { return minimize_distortion(own.surface(), before, minimize, context); });
+        distortion::Minimized better = distortion::with_own_map([&] {
+          return distortion::minimize_distortion(own.surface(), before, minimize, context);
+        });
         report(better, map.stats);
         map.uv = std::move(better.uv);
       });
       const Grace placing(context);
-      place_like(faces, before, scale, map.bijective, map.uv, context);
+      place_like(faces, before, scale, minimize.bijective, map.uv, context);
     } else {
       minimize.acceptable = true;
-      Targets targets = map.pins;
+      VertexPins targets = map.pins;
       for (auto& [v, target] : targets) target = certify::on_texture(target, options.aspect);
-      TargetsResult result = with_own_map(
-          [&] { return minimize_with_targets(own.surface(), before, targets, minimize, context); });
+      distortion::TargetsResult result = distortion::with_own_map([&] {
+        return distortion::minimize_with_targets(own.surface(), before, targets, minimize, context);
+      });
       report(result, map.stats);
       if (!result.missed.empty()) {
         const VertexId v = result.missed.front();
@@ -159,7 +116,7 @@ void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, doub
     }
     const Grace storing(context, Grace::kShort);
     bring_back(faces, given, options.aspect, map, context);
-    map.uv32 = round_to_storage(faces, map.uv, rounding, context, map.stats);
+    map.uv32 = distortion::round_to_storage(faces, map.uv, rounding, context, map.stats);
   } catch (const TimeIsOver&) {
     if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
     if (map.pins.empty())
@@ -171,81 +128,33 @@ void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, doub
   }
 }
 
-// The largest chart alone if it is half of everything, the others side by side.
-void improve_all(const std::vector<mesh::Chart>& charts, const ImproveOptions& options,
-                 double scale, std::vector<ChartMap>& maps, ExecutionContext& context) {
-  std::vector<std::size_t> order(charts.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return charts[a].faces.size() > charts[b].faces.size();
-  });
-  std::size_t total = 0;
-  for (const mesh::Chart& chart : charts) total += chart.faces.size();
-  std::size_t alone = 0;
-  if (2 * charts[order[0]].faces.size() >= total) {
-    const ProgressRange range(
-        context, 0.0,
-        static_cast<double>(charts[order[0]].faces.size()) / static_cast<double>(total));
-    improve_chart(charts[order[0]], options, scale, maps[order[0]], context);
-    alone = 1;
-  }
-  // Charts for which there is no time keep their maps.
-  const ExecutionContext timed(&context, 1);
-  const Grace all(context);
-  parallel_for(context, order.size() - alone, 1, [&](std::size_t i, std::size_t, std::size_t) {
-    ExecutionContext part(&timed, 1);
-    improve_chart(charts[order[alone + i]], options, scale, maps[order[alone + i]], part);
-  });
-}
-
-// Spreads the charts' UVs over the corners.
-template <typename Pick>
-auto corners_of(const mesh::Surface& surface, const std::vector<mesh::Chart>& charts,
-                const std::vector<ChartMap>& maps, Pick pick) {
-  std::decay_t<decltype(pick(maps.front()))> corners(3 * surface.faces.rows(), 2);
-  for (std::size_t c = 0; c < charts.size(); ++c) {
-    for (std::size_t f = 0; f < charts[c].faces.size(); ++f) {
-      for (Index k = 0; k < 3; ++k) {
-        corners.row(3 * charts[c].faces[f] + k) =
-            pick(maps[c]).row(charts[c].surface.faces(static_cast<Eigen::Index>(f), k));
-      }
-    }
-  }
-  return corners;
-}
-
 certify::Parametrization improve_clean(const mesh::Surface& surface, const Points2& corner_uv,
                                        const ImproveOptions& options, ExecutionContext& context) {
   const Stopwatch watch;
-  require_valid_map(surface, corner_uv, context);
+  distortion::require_valid_map(surface, corner_uv, context);
   const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
   const mesh::EdgeFlags cuts = mesh::uv_cuts(adjacency, corner_uv);
-  const mesh::CutMesh cut = mesh::cut_along(surface.faces, adjacency, cuts);
-  const std::vector<mesh::Chart> charts = mesh::split_into_charts(surface.vertices, cut);
+  const std::vector<mesh::Chart> charts =
+      mesh::split_into_charts(surface.vertices, mesh::cut_along(surface.faces, adjacency, cuts));
+  const ChartPins pins =
+      pins_of_charts(charts, options.pins, static_cast<Index>(surface.faces.size()));
   std::vector<ChartMap> maps(charts.size());
+  std::vector<Points2> seen;
   for (std::size_t c = 0; c < charts.size(); ++c) {
-    const Triangles& faces = charts[c].surface.faces;
-    maps[c].uv.resize(charts[c].surface.vertices.rows(), 2);
-    for (Eigen::Index f = 0; f < faces.rows(); ++f) {
-      for (Index k = 0; k < 3; ++k) {
-        maps[c].uv.row(faces(f, k)) =
-            corner_uv.row(3 * charts[c].faces[static_cast<std::size_t>(f)] + k);
-      }
-    }
-    maps[c].bijective = options.keep_bijective && !overlaps_itself(faces, maps[c].uv, context);
+    maps[c].uv = by_vertex(charts[c], corner_uv);
+    maps[c].pins = pins[c];
+    seen.push_back(certify::on_texture(maps[c].uv, options.aspect));
   }
-  assign_pins(surface, charts, options, maps);
-
-  certify::Parametrization map;
-  map.surface = surface;
-  map.cut_edges = mesh::flagged_edges(surface.faces, adjacency, cuts);
-  certify::set_identity_provenance(map);
+  const double scale = areas_of(charts, seen, std::vector<char>(charts.size(), 1)).density();
   certify::CertifyRequest request;
   request.surface = &surface;
   request.uv = &corner_uv;
   request.measure_overlaps = false;
   request.aspect = options.aspect;
   const double energy_before = certify::certify(request, context).energy;
+  std::vector<std::size_t> order(charts.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  order = largest_first(charts, std::move(order));
   bool hurried = false;
   {
     const ProgressRange range(context, 0.05, 0.93);
@@ -253,21 +162,27 @@ certify::Parametrization improve_clean(const mesh::Surface& surface, const Point
         std::min(limit_of(options.max_seconds) - watch.seconds(), context.seconds_left());
     const TimeLimit limit(context,
                           seconds_to_search(left, static_cast<Index>(surface.faces.rows())));
-    improve_all(charts, options,
-                common_scale(surface, certify::on_texture(corner_uv, options.aspect)), maps,
-                context);
-    hurried = context.time_is_over() || context.accepted();
+    // Charts for which there is no time keep their maps.
+    const ExecutionContext timed(&context, 1);
+    const Grace all(context);
+    for_each_chart(charts, order, "reducing distortion", context,
+                   [&](std::size_t c, ExecutionContext& part) {
+                     const TimeLimit own(part, timed.seconds_left());
+                     improve_chart(charts[c], options, scale, maps[c], part);
+                   });
+    hurried = timed.time_is_over() || context.accepted();
   }
   const Grace finishing(context);
   context.report("certifying", 0.95);
-  map.uv =
-      corners_of(surface, charts, maps, [](const ChartMap& m) -> const Points2& { return m.uv; });
-  map.uv32 = corners_of(surface, charts, maps,
-                        [](const ChartMap& m) -> const Points2f& { return m.uv32; });
-  const auto largest = std::max_element(
-      charts.begin(), charts.end(),
-      [](const mesh::Chart& a, const mesh::Chart& b) { return a.faces.size() < b.faces.size(); });
-  map.stats = maps[static_cast<std::size_t>(largest - charts.begin())].stats;
+  std::vector<Points2> uv;
+  std::vector<Points2f> stored;
+  for (ChartMap& map : maps) {
+    uv.push_back(std::move(map.uv));
+    stored.push_back(std::move(map.uv32));
+  }
+  certify::Parametrization map = map_of_charts(
+      surface, mesh::flagged_edges(surface.faces, adjacency, cuts), charts, uv, stored);
+  map.stats = maps[order[0]].stats;
   certify::CertifyRequest final_request;
   final_request.pins = options.pins;
   final_request.aspect = options.aspect;
@@ -320,10 +235,41 @@ certify::Parametrization improve_separated(const mesh::Surface& surface, const P
 certify::Parametrization improve(const mesh::Surface& surface, const Points2& corner_uv,
                                  const ImproveOptions& options, ExecutionContext& context) {
   context.report("checking the map", 0.0);
-  require_corner_uv(surface, corner_uv);
+  distortion::require_corner_uv(surface, corner_uv);
   return certify::is_clean(surface, context)
              ? improve_clean(surface, corner_uv, options, context)
              : improve_separated(surface, corner_uv, options, context);
 }
 
-}  // namespace flipfree::distortion
+certify::Parametrization improve_any(const mesh::Surface& surface, const Points2& corner_uv,
+                                     const ImproveOptions& options, ExecutionContext& context) {
+  const Stopwatch watch;
+  try {
+    return improve(surface, corner_uv, options, context);
+  } catch (const InvalidInput& refused) {
+    if (refused.error().code != ErrorCode::kFlippedMap) throw;
+  }
+  RepairOptions mending;
+  mending.pins = options.pins;
+  mending.overlaps = SelfOverlaps::kKeep;
+  mending.stretched = StretchedIslands::kIgnore;
+  mending.max_seconds = options.max_seconds;
+  mending.aspect = options.aspect;
+  const certify::Parametrization mended = [&] {
+    const ProgressRange range(context, 0.0, 0.5);
+    return repair(surface, corner_uv, mending, context);
+  }();
+  // What is left of the time; errors speak of all of it.
+  constexpr double kLeastSeconds = 1e-3;
+  const TimeLimit left(context, options.max_seconds > 0.0
+                                    ? std::max(kLeastSeconds, options.max_seconds - watch.seconds())
+                                    : limit_of(0.0));
+  const ProgressRange range(context, 0.5, 1.0);
+  certify::Parametrization map = improve(surface, mended.uv32.cast<double>(), options, context);
+  map.stats["energy_before"] = std::numeric_limits<double>::infinity();
+  map.stats.insert(mended.stats.begin(), mended.stats.end());
+  map.stats["seconds"] = watch.seconds();
+  return map;
+}
+
+}  // namespace flipfree::unwrap

@@ -7,7 +7,7 @@
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/parametrization.h"
 
-namespace flipfree::distortion {
+namespace flipfree::unwrap {
 
 struct ImproveOptions {
   std::vector<certify::CornerPin>
@@ -35,4 +35,9 @@ struct ImproveOptions {
 certify::Parametrization improve(const mesh::Surface& surface, const Points2& corner_uv,
                                  const ImproveOptions& options, ExecutionContext& context);
 
-}  // namespace flipfree::distortion
+// improve() of any map: one with flipped faces is repaired first, its overlaps kept. Then stats
+// also has what repair() says of the map before and of its charts.
+certify::Parametrization improve_any(const mesh::Surface& surface, const Points2& corner_uv,
+                                     const ImproveOptions& options, ExecutionContext& context);
+
+}  // namespace flipfree::unwrap
