@@ -95,9 +95,10 @@ void add_known(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
       for (const FaceId f : chart.faces) passed.of_face[at(f)] = KnownMaps::kFlat;
   }
   if (!any_flag(candidate)) return;
+  // What cannot be flattened whole is searched like what is stretched, and so is what lies on
+  // itself: nets with many holes take minutes to be held apart, and are cut in the end.
   UnwrapOptions whole = options;
-  whole.may_add_cuts = false;
-  // What cannot be flattened whole is searched like what is stretched.
+  whole.bijective = false;
   Outcome<std::vector<Points2>> uv = attempt([&] {
     return flatten_islands(islands, surface, adjacency, uncuttable, ChartPins{}, whole, context,
                            stats, &passed);
@@ -106,7 +107,8 @@ void add_known(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
   const Stretch bound = stretch_bound(options.seams.stretch);
   for (std::size_t c = 0; c < candidate.size(); ++c) {
     const mesh::Surface& chart = islands.charts[c].surface;
-    if (candidate[c] != 0 && is_within(bound, chart, (*uv)[c]))
+    if (candidate[c] != 0 && is_within(bound, chart, (*uv)[c]) &&
+        !(options.bijective && overlaps_itself(chart.faces, (*uv)[c], context)))
       take_down(islands.charts[c], (*uv)[c], KnownMaps::kFlat, known);
   }
 }
