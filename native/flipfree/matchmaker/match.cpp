@@ -287,7 +287,7 @@ void lift_apex(std::span<const VertexId> loop, VertexId apex, Points3& vertices)
 // The piece with its holes filled by fans.
 mesh::Surface as_disk(const mesh::Surface& piece,
                       const std::vector<std::vector<HalfedgeId>>& holes) {
-  mesh::Surface disk = mesh::fill_holes(piece, holes).surface;
+  mesh::Surface disk = mesh::fill_holes(piece, holes);
   auto apex = static_cast<VertexId>(piece.vertices.rows());
   for (const std::vector<HalfedgeId>& hole : holes) {
     std::vector<VertexId> loop;

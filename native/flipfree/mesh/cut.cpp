@@ -134,13 +134,12 @@ std::vector<Chart> split_into_charts(const Points3& positions, const CutMesh& me
   return charts;
 }
 
-FilledSurface fill_holes(const Surface& surface,
-                         const std::vector<std::vector<HalfedgeId>>& loops) {
+Surface fill_holes(const Surface& surface, const std::vector<std::vector<HalfedgeId>>& loops) {
   Eigen::Index added_faces = 0;
   for (const auto& loop : loops) added_faces += static_cast<Eigen::Index>(loop.size());
-  FilledSurface filled;
-  Points3& vertices = filled.surface.vertices;
-  Triangles& faces = filled.surface.faces;
+  Surface filled;
+  Points3& vertices = filled.vertices;
+  Triangles& faces = filled.faces;
   vertices.resize(surface.vertices.rows() + static_cast<Eigen::Index>(loops.size()), 3);
   vertices.topRows(surface.vertices.rows()) = surface.vertices;
   faces.resize(surface.faces.rows() + added_faces, 3);

@@ -54,12 +54,8 @@ std::vector<Chart> split_into_charts(const Points3& positions, const CutMesh& me
 // Filling holes virtually: a fan around one new vertex per boundary loop, so that a surface with
 // holes can be embedded as a disk at the start. The fans never reach the user's mesh.
 
-struct FilledSurface {
-  Surface
-      surface;  // the input's vertices and faces first, then one vertex and a fan of faces per loop
-};
-
-// Fills the given loops (boundary half-edges in order). New vertices lie at the loops' centroids.
-FilledSurface fill_holes(const Surface& surface, const std::vector<std::vector<HalfedgeId>>& loops);
+// Fills the given loops (boundary half-edges in order): the surface's vertices and faces, then one
+// vertex, at the loop's centroid, and a fan of faces for each.
+Surface fill_holes(const Surface& surface, const std::vector<std::vector<HalfedgeId>>& loops);
 
 }  // namespace flipfree::mesh

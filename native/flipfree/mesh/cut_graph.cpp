@@ -68,7 +68,7 @@ class PlanarCutter {
         context_(context),
         avoided_(avoided),
         real_vertices_(static_cast<Index>(surface.vertices.rows())),
-        filled_(fill_holes(surface, boundary_halfedge_loops(surface.faces, adjacency)).surface),
+        filled_(fill_holes(surface, boundary_halfedge_loops(surface.faces, adjacency))),
         full_(build_adjacency(filled_)),
         length_(full_.opposite.size()),
         cut_(adjacency.opposite.size(), 0) {

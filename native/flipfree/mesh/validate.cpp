@@ -56,38 +56,6 @@ void report(std::vector<Error>& defects, const Finding& finding, const std::stri
                      finding.elements});
 }
 
-void check_values(const Surface& surface, std::vector<Error>& defects) {
-  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
-  const auto face_count = static_cast<Index>(surface.faces.rows());
-  if (face_count == 0) {
-    defects.push_back({ErrorCode::kEmptyMesh,
-                       "The mesh has no faces. Add at least one triangle.",
-                       ElementKind::kNone,
-                       {}});
-    return;
-  }
-  Finding range{ErrorCode::kIndexOutOfRange, ElementKind::kFace, {}};
-  Finding repeated{ErrorCode::kRepeatedCorner, ElementKind::kFace, {}};
-  for (FaceId f = 0; f < face_count; ++f) {
-    const auto v = surface.faces.row(f);
-    if (v.minCoeff() < 0 || v.maxCoeff() >= vertex_count) {
-      range.add({f});
-    } else if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) {
-      repeated.add({f});
-    }
-  }
-  report(defects, range,
-         "uses a vertex that does not exist (the mesh has " + std::to_string(vertex_count) + ")",
-         "Correct its indices.");
-  report(defects, repeated, "uses one vertex twice",
-         "Delete degenerate faces (Merge by Distance).");
-  Finding infinite{ErrorCode::kNotFinite, ElementKind::kVertex, {}};
-  for (VertexId v = 0; v < vertex_count; ++v) {
-    if (!surface.vertices.row(v).allFinite()) infinite.add({v});
-  }
-  report(defects, infinite, "has a coordinate that is NaN or infinite", "Delete or move it.");
-}
-
 constexpr Index kCheckEvery = 1 << 14;  // faces, between looks at a cancel
 
 void check_edges(const Surface& surface, const ExecutionContext& context,
@@ -190,10 +158,42 @@ void check_shape(const Surface& surface, const ValidateOptions& options,
 
 }  // namespace
 
+std::vector<Error> value_defects(const Surface& surface) {
+  std::vector<Error> defects;
+  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
+  const auto face_count = static_cast<Index>(surface.faces.rows());
+  if (face_count == 0) {
+    return {{ErrorCode::kEmptyMesh,
+             "The mesh has no faces. Add at least one triangle.",
+             ElementKind::kNone,
+             {}}};
+  }
+  Finding range{ErrorCode::kIndexOutOfRange, ElementKind::kFace, {}};
+  Finding repeated{ErrorCode::kRepeatedCorner, ElementKind::kFace, {}};
+  for (FaceId f = 0; f < face_count; ++f) {
+    const auto v = surface.faces.row(f);
+    if (v.minCoeff() < 0 || v.maxCoeff() >= vertex_count) {
+      range.add({f});
+    } else if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) {
+      repeated.add({f});
+    }
+  }
+  report(defects, range,
+         "uses a vertex that does not exist (the mesh has " + std::to_string(vertex_count) + ")",
+         "Correct its indices.");
+  report(defects, repeated, "uses one vertex twice",
+         "Delete degenerate faces (Merge by Distance).");
+  Finding infinite{ErrorCode::kNotFinite, ElementKind::kVertex, {}};
+  for (VertexId v = 0; v < vertex_count; ++v) {
+    if (!surface.vertices.row(v).allFinite()) infinite.add({v});
+  }
+  report(defects, infinite, "has a coordinate that is NaN or infinite", "Delete or move it.");
+  return defects;
+}
+
 std::vector<Error> find_defects(const Surface& surface, const ValidateOptions& options,
                                 const ExecutionContext& context) {
-  std::vector<Error> defects;
-  check_values(surface, defects);
+  std::vector<Error> defects = value_defects(surface);
   if (!defects.empty()) return defects;
   check_edges(surface, context, defects);
   context.check();

@@ -16,6 +16,10 @@ struct ValidateOptions {
   bool reject_zero_area = true;  // faces whose three points are exactly collinear or equal
 };
 
+// Those of the numbers alone: no faces, indices that do not exist or are repeated in a face,
+// coordinates that are not finite; as find_defects() lists them.
+std::vector<Error> value_defects(const Surface& surface);
+
 // All defects found, in the order in which they are checked, one entry per kind with its elements
 // listed. Checks that need an earlier one to hold (topology needs valid indices) are not run when
 // it failed. Cost: O(#F) and the sorting of each vertex' neighbours.

@@ -19,6 +19,7 @@
 #include "flipfree/mesh/islands.h"
 #include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/mesh/separated/orientation.h"
+#include "flipfree/mesh/validate.h"
 
 namespace flipfree::mesh {
 
@@ -27,23 +28,8 @@ namespace {
 constexpr std::size_t kMostListed = 1000;
 
 void check_meaning(const Surface& input, const SeparateOptions& options) {
-  if (input.faces.rows() == 0)
-    throw_invalid(ErrorCode::kEmptyMesh, "The mesh has no faces. Add at least one triangle.");
-  const auto vertex_count = static_cast<Index>(input.vertices.rows());
-  for (FaceId f = 0; f < input.faces.rows(); ++f) {
-    const auto face = input.faces.row(f);
-    if (face.minCoeff() >= 0 && face.maxCoeff() < vertex_count) continue;
-    throw_invalid(ErrorCode::kIndexOutOfRange,
-                  "Face " + face_id(f) + " uses a vertex that does not exist (the mesh has " +
-                      std::to_string(vertex_count) + "). Correct its indices.",
-                  ElementKind::kFace, {f});
-  }
-  for (VertexId v = 0; v < vertex_count; ++v) {
-    if (input.vertices.row(v).allFinite()) continue;
-    throw_invalid(
-        ErrorCode::kNotFinite,
-        "Vertex " + vertex_id(v) + " has a coordinate that is NaN or infinite. Delete or move it.",
-        ElementKind::kVertex, {v});
+  for (const Error& defect : value_defects(input)) {
+    if (defect.code != ErrorCode::kRepeatedCorner) throw InvalidInput(defect);
   }
   const auto per_face = [&](const std::vector<Index>* numbers, const char* what) {
     if (numbers != nullptr && numbers->size() != static_cast<std::size_t>(input.faces.rows()))

@@ -50,7 +50,7 @@ Points2 embed_on_circle(const mesh::Surface& chart, ExecutionContext& context, S
   std::vector<HalfedgeLoop> loops =
       mesh::boundary_halfedge_loops(chart.faces, mesh::build_adjacency(chart));
   std::swap(loops[0], loops[longest_loop(chart, loops)]);
-  const mesh::FilledSurface filled = mesh::fill_holes(chart, {loops.begin() + 1, loops.end()});
+  const mesh::Surface filled = mesh::fill_holes(chart, {loops.begin() + 1, loops.end()});
   std::vector<VertexId> rim;
   rim.reserve(loops[0].size());
   for (const HalfedgeId h : loops[0]) rim.push_back(mesh::source(chart.faces, h));
@@ -61,9 +61,9 @@ Points2 embed_on_circle(const mesh::Surface& chart, ExecutionContext& context, S
   options.float32 = false;
   try {
     return distortion::with_own_map([&] {
-      const auto filled_count = static_cast<Index>(filled.surface.vertices.rows());
-      return Points2(embedding::embed_disk(filled.surface.faces, filled_count, rim,
-                                           placement.positions, options, context, stats)
+      const auto filled_count = static_cast<Index>(filled.vertices.rows());
+      return Points2(embedding::embed_disk(filled.faces, filled_count, rim, placement.positions,
+                                           options, context, stats)
                          .topRows(chart.vertices.rows()));
     });
   } catch (const NotConverged& e) {

@@ -218,7 +218,7 @@ mesh::Surface filled_but_for_longest(const mesh::Surface& chart,
                                      std::vector<std::vector<HalfedgeId>>& loops) {
   if (loops.empty()) return chart;
   std::swap(loops.back(), loops[longest_loop(chart, loops)]);
-  return mesh::fill_holes(chart, {loops.begin(), loops.end() - 1}).surface;
+  return mesh::fill_holes(chart, {loops.begin(), loops.end() - 1});
 }
 
 }  // namespace
