@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <queue>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,6 +24,9 @@ using intrinsic::FlipMesh;
 
 // Flips per edge after which there is no end in sight.
 constexpr std::size_t kMostFlips = 200;
+// Cotangents, relative to their terms, that count as the opposite of each other: cocircular points
+// of a metric that is known to so many places must not be flipped for ever.
+constexpr double kCocircular = 1e-9;
 
 // A corner of the star that moves: the corner at the origin of `h`, and by how much, in its frame.
 struct MovingCorner {
@@ -103,6 +107,21 @@ struct MovingFace {
   }
 };
 
+// Sum of the cotangents opposite to an edge, times both areas; and of their absolute values.
+struct CotangentSum {
+  Wide sum, size;
+};
+CotangentSum cotangents(const FlatSurface& s, EdgeId e) {
+  Wide area[2], along[2];
+  for (int side = 0; side < 2; ++side) {
+    const HalfedgeId n = s.mesh.next_of(2 * e + side), p = s.mesh.next_of(n);
+    along[side] = -dot(s.vector[at(n)], s.vector[at(p)]);
+    area[side] = -cross(s.vector[at(p)], s.vector[at(n)]);
+  }
+  const Wide a = along[0] * area[1], b = along[1] * area[0];
+  return {a + b, abs(a) + abs(b)};
+}
+
 }  // namespace
 
 void throw_unpadded(const std::string& what) {
@@ -181,6 +200,34 @@ void glue(FlatSurface& surface, const std::vector<EdgeId>& edges) {
     surface.turns[at(h)] = t;
     surface.turns[at(o)] = (4 - t) & 3;
     surface.fixed[at(e)] = 0;
+  }
+}
+
+void make_delaunay(FlatSurface& surface, const ExecutionContext& context) {
+  const std::size_t count = surface.mesh.edge_count();
+  std::vector<EdgeId> line;
+  std::vector<char> waiting(count, 1);
+  line.reserve(count);
+  for (std::size_t e = count; e-- > 0;) line.push_back(static_cast<EdgeId>(e));
+  std::size_t flips = 0, tests = 0;
+  while (!line.empty()) {
+    const EdgeId e = line.back();
+    line.pop_back();
+    waiting[at(e)] = 0;
+    if (++tests % 256 == 0) context.check();
+    if (surface.fixed[at(e)] || intrinsic::is_glued_to_itself(surface.mesh, e)) continue;
+    const CotangentSum cot = cotangents(surface, e);
+    if (!(cot.sum < Wide(-kCocircular) * cot.size)) continue;
+    if (++flips > kMostFlips * count)
+      throw_unpadded("The padded metric was not reached: it has no Delaunay triangulation");
+    surface.flip(e);
+    for (const HalfedgeId h : {2 * e, 2 * e + 1}) {
+      for (const HalfedgeId g : {surface.mesh.next_of(h), surface.mesh.previous(h)}) {
+        if (waiting[at(g >> 1)]) continue;
+        waiting[at(g >> 1)] = 1;
+        line.push_back(g >> 1);
+      }
+    }
   }
 }
 

@@ -96,6 +96,11 @@ void move_wedge(FlatSurface& surface, HalfedgeId first, const WideVector& shift,
 // Takes edges as glued: their vectors must be of the same length on both sides.
 void glue(FlatSurface& surface, const std::vector<EdgeId>& edges);
 
+// Flips until every edge that is not fixed is Delaunay, as far as vectors of metrics that were
+// reached to about 1e-10 tell. Precondition: all areas positive. Throws NotConverged if there is no
+// end.
+void make_delaunay(FlatSurface& surface, const ExecutionContext& context);
+
 // Of a metric on a disk with straight boundary, which lives on the double cover: a triangulation of
 // the disk itself, boundary edges and all, and how it leads back to the disk's own one.
 //

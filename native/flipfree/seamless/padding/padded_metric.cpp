@@ -447,6 +447,7 @@ PaddedMetric compute_padded_metric(const AdmissibleCut& cut, const std::vector<I
     if (flat.fixed[e]) seams.push_back(static_cast<EdgeId>(e));
   }
   glue(flat, seams);
+  make_delaunay(flat, context);
   out.metric = as_metric(cut, setup, cones, flat, context);
   return out;
 }

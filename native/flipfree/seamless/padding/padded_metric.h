@@ -4,7 +4,7 @@
 //   assemble()         vectors in frames along the axes       assembly.h
 //   padding_widths()   how far every segment is padded        equalize.h
 //   move_wedge()       stretch and shift                      disk_metric.h
-//   glue()
+//   glue(), make_delaunay()
 //
 // Deviation from the thesis: the metric is padded, not a map. A vertex of a segment moves outwards
 // by the segment's width and along it to its place (stretch and shift at once); triangles that it
