@@ -113,7 +113,7 @@ py::object to_python(certify::Parametrization&& map) {
   const bool agreed = map.agreed.rows() == map.uv.rows();
   const py::object uv64 = corners(std::move(map.uv));
   return py::dict(
-      "vertices"_a = std::move(map.surface.vertices), "faces"_a = std::move(map.surface.faces),
+      "vertices"_a = std::move(map.surface.vertices), "faces"_a = map.surface.faces.triangles(),
       "uv64"_a = uv64, "uv"_a = agreed ? corners(std::move(map.agreed)) : uv64,
       "_uv32"_a = corners(std::move(map.uv32)), "parent_face"_a = std::move(map.parent_face),
       "vertex_parent"_a = std::move(map.vertex_parent),

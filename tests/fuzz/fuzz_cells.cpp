@@ -107,7 +107,7 @@ void fuzz_cells(Bytes bytes) {
   const auto side = static_cast<double>(bytes.between(1, 3));
   certify::Parametrization map;
   map.surface.vertices = s.points;
-  map.surface.faces.resize(static_cast<Eigen::Index>(2 * s.squares.size()), 3);
+  Triangles faces(static_cast<Eigen::Index>(2 * s.squares.size()), 3);
   Points2 uv(6 * static_cast<Eigen::Index>(s.squares.size()), 2);
   std::vector<std::array<Vector2, 4>> corner;  // per square, in its own chart
   for (std::size_t i = 0; i < s.squares.size(); ++i)
@@ -154,11 +154,12 @@ void fuzz_cells(Bytes bytes) {
       const auto f = static_cast<FaceId>(2 * i + half);
       for (int k = 0; k < 3; ++k) {
         const std::size_t c = halves[half][at(k)];
-        map.surface.faces(f, k) = s.squares[i][c];
+        faces(f, k) = s.squares[i][c];
         uv.row(3 * f + k) = (quads::turned(corner[i][c], quarters) + shift).transpose();
       }
     }
   }
+  map.surface.faces = std::move(faces);
   map.uv32 = uv.cast<float>();
   certify::set_identity_provenance(map);
   ExecutionContext context;

@@ -73,7 +73,7 @@ void fuzz_certify(Bytes bytes) {
   const ExecutionContext context;
   const certify::Certificate certificate = certify::certify(request, context);
 
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const Judge judge(surface, uv);
   const Judge judge32(surface, stored);
   const bool positive = judge.flipped().empty() && judge32.flipped().empty();

@@ -68,13 +68,13 @@ Disguised disguise(Bytes& bytes, const mesh::Surface& surface, const Points2& uv
   for (Index n = bytes.below(4); n > 0; --n) before.push_back(bytes.below(face_count + 1));
   std::sort(before.begin(), before.end());
   const Index all = face_count + static_cast<Index>(before.size());
-  out.surface.faces.resize(all, 3);
+  Triangles faces(all, 3);
   out.uv.resize(3 * all, 2);
   Index next = 0;
   const auto collapsed = [&] {
     const VertexId a = bytes.below(unused + vertex_count);
     const VertexId b = bytes.below(unused + vertex_count);
-    out.surface.faces.row(next) << a, b, bytes.flag() ? a : b;
+    faces.row(next) << a, b, bytes.flag() ? a : b;
     for (Index k = 0; k < 3; ++k) out.uv.row(3 * next + k) << bytes.eighth(), bytes.eighth();
     ++next;
   };
@@ -84,11 +84,12 @@ Disguised disguise(Bytes& bytes, const mesh::Surface& surface, const Points2& uv
     out.face.push_back(next++);
     for (CornerId c = 3 * f; c < 3 * f + 3; ++c) {
       const CornerId own = out.corner(c);
-      out.surface.faces(own / 3, own % 3) = out.vertex[at(surface.faces(f, c % 3))];
+      faces(own / 3, own % 3) = out.vertex[at(surface.faces(f, c % 3))];
       out.uv.row(own) = uv.row(c);
     }
   }
   for (; waiting != before.end(); ++waiting) collapsed();
+  out.surface.faces = std::move(faces);
   return out;
 }
 
@@ -118,7 +119,7 @@ void fuzz_certify_any(Bytes bytes) {
   if (!uv.allFinite() || !(uv.cwiseAbs().maxCoeff() < 1e30)) return;
   if (!certify::is_clean(surface, context)) return;
   const auto vertex_count = static_cast<Index>(surface.vertices.rows());
-  const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, surface.faces);
+  const mesh::Adjacency& adjacency = surface.adjacency();
 
   certify::CertifyRequest request;
   request.surface = &surface;

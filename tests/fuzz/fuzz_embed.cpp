@@ -45,7 +45,7 @@ void fuzz_embed(Bytes bytes) {
   const mesh::Surface surface = read_mesh(bytes, Kind::kDisk, 60);
   const auto vertices = static_cast<Index>(surface.vertices.rows());
   const std::vector<VertexId> loop =
-      mesh::boundary_loops(surface.faces, mesh::build_adjacency(vertices, surface.faces)).front();
+      mesh::boundary_loops(surface.faces, surface.adjacency()).front();
   embedding::EmbedOptions options;
   options.float32 = (wishes & 1) != 0;
   options.method =

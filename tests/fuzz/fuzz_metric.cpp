@@ -101,7 +101,7 @@ void fuzz_metric(Bytes bytes) {
   const Index wishes = bytes.byte();
   const mesh::Surface surface = read_mesh(bytes, Kind::kConnected, 24);
   const auto vertices = static_cast<Index>(surface.vertices.rows());
-  const mesh::Adjacency adjacency = mesh::build_adjacency(vertices, surface.faces);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const mesh::Topology t = mesh::topology(surface.faces, adjacency);
   // What Gauss and Bonnet leave is shared by all, so that most targets add up.
   std::vector<double> target;

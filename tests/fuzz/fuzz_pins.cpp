@@ -37,8 +37,7 @@ void fuzz_pins(Bytes bytes) {
     request.lines.push_back(line);
   }
   if ((wishes & 4) != 0) {
-    const auto loops =
-        mesh::boundary_loops(surface.faces, mesh::build_adjacency(vertices, surface.faces));
+    const auto loops = mesh::boundary_loops(surface.faces, surface.adjacency());
     if (loops.empty()) return;
     request.boundary_loop = loops[static_cast<std::size_t>(bytes.byte()) % loops.size()];
     const auto n = static_cast<double>(request.boundary_loop.size());

@@ -55,7 +55,7 @@ mesh::Surface glued(Bytes& bytes, Index most_faces) {
   surface.vertices.resize(static_cast<Eigen::Index>(places.size()), 3);
   for (std::size_t v = 0; v < places.size(); ++v)
     surface.vertices.row(static_cast<Eigen::Index>(v)) = places[v].transpose();
-  surface.faces = Eigen::Map<const Triangles>(corners.data(), faces, 3);
+  surface.faces = Triangles(Eigen::Map<const Triangles>(corners.data(), faces, 3));
   return surface;
 }
 
@@ -96,7 +96,8 @@ mesh::Surface shape(Bytes& bytes, Kind kind, Index most_faces) {
 // Without unused vertices, in the order of their ids.
 void drop_unused(mesh::Surface& surface) {
   std::vector<VertexId> renamed(static_cast<std::size_t>(surface.vertices.rows()), kInvalid);
-  for (const VertexId v : surface.faces.reshaped()) renamed[static_cast<std::size_t>(v)] = 0;
+  Triangles faces = surface.faces;
+  for (const VertexId v : faces.reshaped()) renamed[static_cast<std::size_t>(v)] = 0;
   Index count = 0;
   for (std::size_t v = 0; v < renamed.size(); ++v) {
     if (renamed[v] == kInvalid) continue;
@@ -104,7 +105,8 @@ void drop_unused(mesh::Surface& surface) {
     surface.vertices.row(count++) = surface.vertices.row(static_cast<Eigen::Index>(v)).eval();
   }
   surface.vertices.conservativeResize(count, 3);
-  for (VertexId& v : surface.faces.reshaped()) v = renamed[static_cast<std::size_t>(v)];
+  for (VertexId& v : faces.reshaped()) v = renamed[static_cast<std::size_t>(v)];
+  surface.faces = std::move(faces);
 }
 
 bool is_mesh(const mesh::Surface& surface, Kind kind) {
@@ -118,12 +120,14 @@ bool is_mesh(const mesh::Surface& surface, Kind kind) {
 // One face less, or one face split into three; left alone if the result is not of the kind.
 void change_connectivity(mesh::Surface& surface, Bytes& bytes, Kind kind) {
   mesh::Surface changed = surface;
+  Triangles faces = surface.faces;
   const Index f = bytes.below(static_cast<Index>(surface.faces.rows()));
   const Eigen::Index last = surface.faces.rows() - 1;
   if (bytes.flag()) {
     if (last == 0) return;
-    changed.faces.row(f) = changed.faces.row(last).eval();
-    changed.faces.conservativeResize(last, 3);
+    faces.row(f) = faces.row(last).eval();
+    faces.conservativeResize(last, 3);
+    changed.faces = std::move(faces);
     drop_unused(changed);
   } else {
     const auto v = static_cast<VertexId>(surface.vertices.rows());
@@ -133,10 +137,11 @@ void change_connectivity(mesh::Surface& surface, Bytes& bytes, Kind kind) {
     changed.vertices.conservativeResize(v + 1, 3);
     changed.vertices.row(v) =
         (surface.vertices.row(a) + surface.vertices.row(b) + surface.vertices.row(c)) / 3.0;
-    changed.faces.conservativeResize(last + 3, 3);
-    changed.faces.row(f) << a, b, v;
-    changed.faces.row(last + 1) << b, c, v;
-    changed.faces.row(last + 2) << c, a, v;
+    faces.conservativeResize(last + 3, 3);
+    faces.row(f) << a, b, v;
+    faces.row(last + 1) << b, c, v;
+    faces.row(last + 2) << c, a, v;
+    changed.faces = std::move(faces);
   }
   if (is_mesh(changed, kind)) surface = std::move(changed);
 }
@@ -181,22 +186,23 @@ mesh::Surface read_rubbish(Bytes& bytes) {
   mesh::Surface surface;
   if (bytes.flag()) {
     surface = read_mesh(bytes, Kind::kAny, 40);
-    for (Index n = bytes.below(4); n > 0 && surface.faces.rows() > 0; --n) {
-      const Index f = bytes.below(static_cast<Index>(surface.faces.rows()));
-      surface.faces(f, bytes.below(3)) =
-          read_id(bytes, static_cast<Index>(surface.vertices.rows()));
+    Triangles corrupt = surface.faces;
+    for (Index n = bytes.below(4); n > 0 && corrupt.rows() > 0; --n) {
+      const Index f = bytes.below(static_cast<Index>(corrupt.rows()));
+      corrupt(f, bytes.below(3)) = read_id(bytes, static_cast<Index>(surface.vertices.rows()));
     }
+    surface.faces = std::move(corrupt);
     for (Index n = bytes.below(3); n > 0; --n)
       surface.vertices(bytes.below(static_cast<Index>(surface.vertices.rows())), bytes.below(3)) =
           bytes.any_number();
     return surface;
   }
   const Index vertices = bytes.below(9);
-  const Index faces = bytes.below(13);
+  Triangles faces(bytes.below(13), 3);
   surface.vertices.resize(vertices, 3);
   for (double& x : surface.vertices.reshaped()) x = bytes.any_number();
-  surface.faces.resize(faces, 3);
-  for (VertexId& v : surface.faces.reshaped()) v = read_id(bytes, vertices);
+  for (VertexId& v : faces.reshaped()) v = read_id(bytes, vertices);
+  surface.faces = std::move(faces);
   return surface;
 }
 

@@ -64,9 +64,11 @@ Plan ring(Bytes& bytes) {
     places.row(v) << radius * std::cos(angle), radius * std::sin(angle);
   }
   if (glued) {
-    for (VertexId& v : plan.surface.faces.reshaped()) {
+    Triangles faces = plan.surface.faces;
+    for (VertexId& v : faces.reshaped()) {
       if (v % (columns + 1) == columns) v -= columns;
     }
+    plan.surface.faces = std::move(faces);
   }
   plan.corner = by_vertex(plan.surface, places);
   return plan;
@@ -89,9 +91,10 @@ Plan read_plan(Bytes& bytes) {
       const mesh::Surface two = integer_grid(bytes, 2);
       plan.surface.vertices.resize(one.vertices.rows() + two.vertices.rows(), 3);
       plan.surface.vertices << one.vertices, two.vertices;
-      plan.surface.faces.resize(one.faces.rows() + two.faces.rows(), 3);
-      plan.surface.faces << one.faces,
-          (two.faces.array() + static_cast<Index>(one.vertices.rows())).matrix();
+      Triangles faces(one.faces.rows() + two.faces.rows(), 3);
+      faces << one.faces.triangles(),
+          two.faces.triangles().array() + static_cast<Index>(one.vertices.rows());
+      plan.surface.faces = std::move(faces);
     }
   }
   plan.corner = by_vertex(plan.surface, plan.surface.vertices.leftCols<2>());
@@ -171,9 +174,9 @@ PlanarMap read_planar_map(Bytes& bytes, bool may_flip) {
   Plan plan = read_plan(bytes);
   PlanarMap map;
   map.surface = std::move(plan.surface);
-  if (map.surface.vertices.rows() > map.surface.faces.maxCoeff() + 1)
-    map.surface.vertices.conservativeResize(map.surface.faces.maxCoeff() + 1, 3);
-  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
+  if (map.surface.vertices.rows() > map.surface.faces.triangles().maxCoeff() + 1)
+    map.surface.vertices.conservativeResize(map.surface.faces.triangles().maxCoeff() + 1, 3);
+  const mesh::Adjacency& adjacency = map.surface.adjacency();
   map.cut = mesh::cut_along(map.surface.faces, adjacency, read_cuts(bytes, adjacency));
   map.uv.resize(static_cast<Eigen::Index>(map.cut.vertex_origin.size()), 2);
   for (CornerId c = 0; c < plan.corner.rows(); ++c)

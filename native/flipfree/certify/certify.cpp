@@ -23,7 +23,7 @@ std::vector<Index> all_mirrored(const CertifyRequest& request, const Points2& st
   std::vector<Index> mirrored = request.mirrored;
   if (request.find_mirrored && !flipped_faces(stored).empty()) {
     mirrored.resize(at(stored.rows() / 3), 0);
-    const mesh::Adjacency adjacency = mesh::build_adjacency(*request.surface);
+    const mesh::Adjacency& adjacency = request.surface->adjacency();
     const mesh::Components charts =
         mesh::components_between(adjacency, mesh::uv_cuts(adjacency, stored));
     std::vector<char> negative(at(charts.count), 1);
@@ -61,7 +61,7 @@ struct Certifier {
   const mesh::Surface& surface;
   std::vector<Index> mirrored;  // see CertifyRequest
   std::array<Form, 2> forms;    // as solved, as stored
-  mesh::Adjacency adjacency{};
+  const mesh::Adjacency& adjacency = surface.adjacency();
   Certificate certificate{};
   std::vector<double> angle_sum{};  // per vertex, if angles are prescribed
   ProvenanceReport provenance{};
@@ -70,14 +70,12 @@ struct Certifier {
 
   // What takes time, on all threads; judged below, in a fixed order.
   void measure(const ExecutionContext& context) {
-    parallel_for(context, 6, 1, [&](std::size_t task, std::size_t, std::size_t) {
+    parallel_for(context, 5, 1, [&](std::size_t task, std::size_t, std::size_t) {
       Form& form = forms[task % 2];
       if (task < 2) {
         form.flips = flipped_faces(form.uv);
       } else if (task < 4) {
         form.energy = symmetric_dirichlet(surface, form.uv, request.aspect);
-      } else if (task == 4) {
-        adjacency = mesh::build_adjacency(surface);
       } else if (request.parent != nullptr) {
         provenance = check_provenance(surface, provenance_of_request());
       }

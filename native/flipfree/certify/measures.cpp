@@ -269,8 +269,8 @@ struct Checker {
 
   // Every edge glued as the parent's surface is there. For faces that passed check_faces().
   void check_gluing() {
-    const mesh::Adjacency adjacency = mesh::build_adjacency(refined);
-    const mesh::Adjacency across = mesh::build_adjacency(*provenance.parent);
+    const mesh::Adjacency& adjacency = refined.adjacency();
+    const mesh::Adjacency& across = provenance.parent->adjacency();
     const auto neighbour = [](const mesh::Adjacency& of, HalfedgeId h) {
       const HalfedgeId o = of.opposite[static_cast<std::size_t>(h)];
       return o == kInvalid ? kInvalid : o / 3;

@@ -69,7 +69,7 @@ constexpr int kCircleRounds = 60;
 constexpr double kCircleTolerance = 1e-9;  // relative change of boundary lengths
 
 struct Shape {
-  mesh::Adjacency adjacency;
+  const mesh::Adjacency& adjacency;
   std::vector<std::vector<VertexId>> loops;
   std::vector<bool> on_boundary;
   Index euler = 0;
@@ -80,8 +80,7 @@ Shape shape_of(const mesh::Surface& surface, const ExecutionContext& context) {
   rules.require_connected = true;
   rules.allow_isolated_vertices = false;
   mesh::validate(surface, rules, context);
-  Shape shape;
-  shape.adjacency = mesh::build_adjacency(surface);
+  Shape shape{surface.adjacency(), {}, {}, 0};
   shape.loops = mesh::boundary_loops(surface.faces, shape.adjacency);
   shape.on_boundary.assign(at(static_cast<Index>(surface.vertices.rows())), false);
   for (const auto& loop : shape.loops) {

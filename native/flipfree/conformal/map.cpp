@@ -75,7 +75,7 @@ Error needs_refinement(const std::vector<FaceId>& faces) {
 // A map that is valid in 64 bits, rounded to other 32-bit points than the nearest where these would
 // flip a triangle. False, and the map unchanged, if there are none.
 bool repair_rounding(certify::Parametrization& map, ExecutionContext& context) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
+  const mesh::Adjacency& adjacency = map.surface.adjacency();
   const mesh::CutMesh cut =
       mesh::cut_along(map.surface.faces, adjacency, mesh::uv_cuts(adjacency, map.uv));
   Points2 uv(static_cast<Eigen::Index>(cut.vertex_origin.size()), 2);
@@ -168,7 +168,7 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
                           const RefinedMetric& solved, const ConformalMapOptions& options,
                           ExecutionContext& context) {
   const auto vertex_count = static_cast<Index>(surface.vertices.rows());
-  const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, surface.faces);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const mesh::EdgeFlags given = mesh::flag_edges(surface.faces, adjacency, options.cuts);
   const mesh::EdgeFlags avoided =
       options.uncuttable.rows() == 0
@@ -290,7 +290,7 @@ ConformalMapResult map_in_time(const mesh::Surface& surface, const Points3* leng
   if (options.cuts.rows() > 0) {
     // Complain about cuts before the work, not after.
     mesh::validate(surface, {}, context);
-    mesh::flag_edges(surface.faces, mesh::build_adjacency(surface), options.cuts);
+    mesh::flag_edges(surface.faces, surface.adjacency(), options.cuts);
   }
   RefinedMetric solved;
   {

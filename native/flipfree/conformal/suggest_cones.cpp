@@ -182,7 +182,7 @@ class Searcher {
       : linear_(linear),
         problem_(problem),
         context_(context),
-        adjacency_(mesh::build_adjacency(problem.surface)) {}
+        adjacency_(problem.surface.adjacency()) {}
 
   // Exchanges until the linear model is content or none helps. False if there was none.
   bool improve(std::vector<double>& u, ConeSteps& cones) {
@@ -337,7 +337,7 @@ class Searcher {
   ExecutionContext& context_;
   std::unordered_map<VertexId, std::vector<double>> responses_;
   std::vector<double> scratch_;
-  const mesh::Adjacency adjacency_;
+  const mesh::Adjacency& adjacency_;
 };
 
 // Prim's algorithm: the order in which points are reached, and the one that each hangs on.
@@ -451,7 +451,7 @@ Problem make_problem(const mesh::Surface& surface, const SuggestConesOptions& op
     p.flat[v] = on_boundary[v] ? pi : 2 * pi;
     p.closed = p.closed && !on_boundary[v];
   }
-  p.euler = mesh::topology(surface.faces, mesh::build_adjacency(count, surface.faces)).euler();
+  p.euler = mesh::topology(surface.faces, surface.adjacency()).euler();
   p.allowed = std::log(options.bound);
   return p;
 }

@@ -116,7 +116,7 @@ UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& opt
   };
   UntangleResult result{initial, count_flips(initial), 0};
   if (system_.gradient().empty()) return result;
-  const Triangles guards = surface_.faces.topRows(options.guards);
+  const Triangles guards = surface_.faces.triangles().topRows(options.guards);
   build_rest(options,
              options.target_area > 0 ? options.target_area : area_of(surface_.faces, initial));
 

@@ -106,7 +106,7 @@ struct Boundary {
 };
 
 std::vector<VertexId> own_loop(const mesh::Surface& surface) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   return mesh::boundary_loops(surface.faces, adjacency).front();
 }
 

@@ -90,7 +90,7 @@ FoundField compute(const mesh::Surface& surface, const FieldOptions& options,
                    ExecutionContext& context) {
   const Stopwatch clock;
   mesh::validate(surface, {}, context);
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   check(options, surface);
   const Frames own = measure_frames(surface);
   const Frames frames =
@@ -128,7 +128,7 @@ FoundField compute(const mesh::Surface& surface, const FieldOptions& options,
 // Without the edges of faces at inner vertices of no quarter turn.
 IndexPairs possible_edges(const IndexPairs& edges, const mesh::Surface& surface,
                           const std::vector<Index>& cones) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   std::vector<std::pair<VertexId, VertexId>> impossible;
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
     const VertexId v = mesh::source(surface.faces, h);
@@ -208,7 +208,7 @@ CrossField read_field(const mesh::Surface& surface, const GivenField& given,
                                             std::to_string(faces) +
                                             " faces. Give the mesh that the field was made for.");
   }
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const Frames frames = measure_frames(surface);
   if (directions == 0) return field_of_rotation(adjacency, frames, given.rotation);
   std::vector<double> angle = angles_of(surface, given.directions);
@@ -220,7 +220,7 @@ CrossField read_field(const mesh::Surface& surface, const GivenField& given,
 }
 
 GivenField describe(const mesh::Surface& surface, const CrossField& field) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   return {directions_of(surface, field.angle),
           rotation_form(adjacency, measure_frames(surface), field),
           quarters_across(adjacency, field)};
@@ -228,7 +228,7 @@ GivenField describe(const mesh::Surface& surface, const CrossField& field) {
 
 Signature read_signature(const mesh::Surface& surface, const CrossField& field,
                          const ExecutionContext& context) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   return signature_of(surface, adjacency, measure_frames(surface), field, context);
 }
 

@@ -48,13 +48,14 @@ void add_piece(const mesh::Chart& chart, seamless::AdmissibleCut cut, RefinedPie
     vertices.row(next) = cut.surface.vertices.row(v);
     name.push_back(next++);
   }
-  Triangles& faces = out.surface.faces;
+  Triangles faces = out.surface.faces;
   const Eigen::Index first = faces.rows();
   faces.conservativeResize(first + cut.surface.faces.rows(), 3);
   for (Eigen::Index f = 0; f < cut.surface.faces.rows(); ++f) {
     for (int k = 0; k < 3; ++k) faces(first + f, k) = name[at(cut.surface.faces(f, k))];
     out.provenance.face.push_back(chart.faces[at(cut.provenance.face[at(f)])]);
   }
+  out.surface.faces = std::move(faces);
   out.cuts.push_back(std::move(cut));
 }
 
@@ -62,7 +63,7 @@ void add_piece(const mesh::Chart& chart, seamless::AdmissibleCut cut, RefinedPie
 RefinedPieces cut_components(const mesh::Surface& input, const std::vector<Index>& cones,
                              const seamless::CutMaker& make_cut, ExecutionContext& context) {
   const auto vertex_count = static_cast<Index>(input.vertices.rows());
-  const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, input.faces);
+  const mesh::Adjacency& adjacency = input.adjacency();
   const std::vector<seamless::SurfacePart> charts =
       seamless::connected_parts(input, adjacency, cones);
   RefinedPieces out;
@@ -357,7 +358,7 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
                                      ExecutionContext& context) {
   const bool aligned = options.boundary == seamless::Boundary::kAligned;
   certify::Parametrization& map = found.map;
-  const mesh::Adjacency own = mesh::build_adjacency(map.surface);
+  const mesh::Adjacency& own = map.surface.adjacency();
   const Refined refined{map.surface, own, map.parent_face};
   const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, own, map.cut_edges);
   const seamless::Strips strips =
@@ -482,7 +483,7 @@ seamless::PennerMap map_without_side_chords(
   }
   if (!divided) return simplified_engine_map(surface, adjacency, field, needed, options, context);
   const seamless::DividedSurface& pieces = divided->pieces;
-  const mesh::Adjacency own = mesh::build_adjacency(pieces.surface);
+  const mesh::Adjacency& own = pieces.surface.adjacency();
   AlignedOptions of_pieces = options;
   of_pieces.engine.uncuttable = divided->uncuttable;
   of_pieces.which = seamless::Engine::kPenner;
@@ -532,7 +533,7 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
   if (!aligned) options.boundary = seamless::Boundary::kTurning;
   seamless::check_surface(surface, context);
   field::check_sizing(options.sizing, surface);
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const NeededTopology needed =
       needed_topology(surface, adjacency, field, aligned, options.ragged, context);
   check_cones(needed.cones, surface, adjacency, aligned, context);
@@ -571,7 +572,7 @@ namespace {
 // Edges inside between two features, from one to the other or with one beside either face; longest
 // first. An aligned boundary is one as well.
 std::vector<HalfedgeId> edges_between(const mesh::Surface& surface, const AlignedOptions& options) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const mesh::EdgeFlags features = mesh::flag_edges(surface.faces, adjacency, options.features);
   const bool aligned = options.boundary == seamless::Boundary::kAligned;
   std::vector<char> vertex_on(at(surface.vertices.rows()), 0), face_on(at(surface.faces.rows()), 0);

@@ -400,7 +400,7 @@ Matched match_disk(const Problem& problem, bool bijective, ExecutionContext& con
 
 // All loops but the outer one, of a piece that is a disk with holes; else none.
 std::vector<Loop> holes_of(const mesh::Surface& piece, const MatchRequest& request) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(piece);
+  const mesh::Adjacency& adjacency = piece.adjacency();
   const mesh::Topology shape = mesh::topology(piece.faces, adjacency);
   if (shape.components != 1 || shape.genus() != 0 || shape.boundary_loops < 1) return {};
   std::vector<Loop> holes = mesh::boundary_halfedge_loops(piece.faces, adjacency);

@@ -1,7 +1,9 @@
 #include "flipfree/mesh/adjacency.h"
 
 #include <algorithm>
+#include <iterator>
 
+#include "flipfree/base/error.h"
 #include "flipfree/base/lists.h"
 
 namespace flipfree::mesh {
@@ -40,6 +42,17 @@ Adjacency build_adjacency(Index vertex_count, const Triangles& faces) {
     if (slot == kInvalid || adjacency.opposite[at(h)] == kInvalid) slot = h;
   }
   return adjacency;
+}
+
+const Adjacency& Faces::adjacency(Index vertex_count) const {
+  const std::lock_guard lock(shared_->mutex);
+  if (shared_->adjacency == nullptr) {
+    shared_->adjacency =
+        std::make_unique<const Adjacency>(build_adjacency(vertex_count, shared_->triangles));
+  }
+  if (std::ssize(shared_->adjacency->vertex_halfedge) != vertex_count)
+    throw InternalError("surface: its faces were asked for with another number of vertices");
+  return *shared_->adjacency;
 }
 
 std::vector<std::vector<HalfedgeId>> boundary_halfedge_loops(const Triangles& faces,

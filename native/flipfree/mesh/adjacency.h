@@ -1,13 +1,5 @@
-// Flat half-edge adjacency of a triangle array: the fast, read-only view of connectivity.
-//
-//      .            half-edge h = 3 f + k runs from corner k of face f, which is
-//     / \           v = faces(f, k), to corner k + 1, with the face on its left;
-//  h /   \          half-edge and corner share the number. next_corner(h) and
-//   /  f  \         previous_corner(h) are the other half-edges of the face.
-//  v-------.
-//
-// opposite[h] is the half-edge of the neighbouring face along the same edge, kInvalid on
-// the boundary.
+// Half-edges and their rotation, components, boundary loops, Euler characteristic and genus of
+// triangles.
 #pragma once
 
 #include <vector>
@@ -17,19 +9,9 @@
 
 namespace flipfree::mesh {
 
-struct Adjacency {
-  std::vector<HalfedgeId> opposite;  // 3 #F
-  std::vector<HalfedgeId>
-      vertex_halfedge;  // #V: an outgoing half-edge; for a boundary vertex the one from which
-                        //     counter-clockwise rotation visits the whole fan; kInvalid if isolated
-};
-
-// Precondition: `faces` passed validate() (manifold, oriented). Cost: O(#F), counting sort by the
-// lower vertex.
+// As Surface::adjacency(), of triangles that belong to no surface. Precondition: `faces` passed
+// validate() (manifold, oriented). Cost: O(#F), counting sort by the lower vertex.
 Adjacency build_adjacency(Index vertex_count, const Triangles& faces);
-inline Adjacency build_adjacency(const Surface& surface) {
-  return build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-}
 
 inline VertexId source(const Triangles& faces, HalfedgeId h) { return faces(h / 3, h % 3); }
 inline VertexId target(const Triangles& faces, HalfedgeId h) {
@@ -47,8 +29,6 @@ inline HalfedgeId rotate_cw(const Adjacency& adjacency, HalfedgeId h) {
   const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
   return o == kInvalid ? kInvalid : next_corner(o);
 }
-
-// Components, boundary loops, Euler characteristic and genus of a triangle mesh.
 
 // Closed chains of boundary vertices, surface on the left, each starting at its smallest vertex id,
 // ordered by it.

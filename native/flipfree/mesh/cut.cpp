@@ -139,11 +139,11 @@ Surface fill_holes(const Surface& surface, const std::vector<std::vector<Halfedg
   for (const auto& loop : loops) added_faces += static_cast<Eigen::Index>(loop.size());
   Surface filled;
   Points3& vertices = filled.vertices;
-  Triangles& faces = filled.faces;
+  Triangles faces;
   vertices.resize(surface.vertices.rows() + static_cast<Eigen::Index>(loops.size()), 3);
   vertices.topRows(surface.vertices.rows()) = surface.vertices;
   faces.resize(surface.faces.rows() + added_faces, 3);
-  faces.topRows(surface.faces.rows()) = surface.faces;
+  faces.topRows(surface.faces.rows()) = surface.faces.triangles();
   Eigen::Index next_face = surface.faces.rows();
   for (std::size_t i = 0; i < loops.size(); ++i) {
     const auto center =
@@ -155,6 +155,7 @@ Surface fill_holes(const Surface& surface, const std::vector<std::vector<Halfedg
     }
     vertices.row(center) = (sum / static_cast<double>(loops[i].size())).transpose();
   }
+  filled.faces = std::move(faces);
   return filled;
 }
 

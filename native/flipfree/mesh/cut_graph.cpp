@@ -69,7 +69,7 @@ class PlanarCutter {
         avoided_(avoided),
         real_vertices_(static_cast<Index>(surface.vertices.rows())),
         filled_(fill_holes(surface, boundary_halfedge_loops(surface.faces, adjacency))),
-        full_(build_adjacency(filled_)),
+        full_(filled_.adjacency()),
         length_(full_.opposite.size()),
         cut_(adjacency.opposite.size(), 0) {
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(length_.size()); ++h) {
@@ -248,8 +248,8 @@ class PlanarCutter {
   const ExecutionContext& context_;
   const std::vector<char>& avoided_;
   Index real_vertices_;
-  Surface filled_;  // faces of the surface first
-  Adjacency full_;  // of the filled surface
+  Surface filled_;         // faces of the surface first
+  const Adjacency& full_;  // of the filled surface
   std::vector<double> length_;
   EdgeFlags cut_;
 };

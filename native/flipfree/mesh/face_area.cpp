@@ -83,7 +83,7 @@ std::vector<FaceId> shapeless_faces(const Points3& positions, const Triangles& f
 InOwnUnit::InOwnUnit(const Surface& surface) : given_(surface) {
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
   Vector3 high = -low;
-  for (const VertexId v : surface.faces.reshaped()) {
+  for (const VertexId v : surface.faces.triangles().reshaped()) {
     low = low.cwiseMin(surface.vertices.row(v).transpose());
     high = high.cwiseMax(surface.vertices.row(v).transpose());
   }

@@ -88,9 +88,9 @@ void check_edges(const Surface& surface, const ExecutionContext& context,
 void check_vertices(const Surface& surface, const ValidateOptions& options,
                     std::vector<Error>& defects) {
   const auto vertex_count = static_cast<Index>(surface.vertices.rows());
-  const Adjacency adjacency = build_adjacency(vertex_count, surface.faces);
+  const Adjacency& adjacency = surface.adjacency();
   std::vector<Index> degree(static_cast<std::size_t>(vertex_count), 0);
-  for (const VertexId v : surface.faces.reshaped()) ++degree[at(v)];
+  for (const VertexId v : surface.faces.triangles().reshaped()) ++degree[at(v)];
   Finding pinched{ErrorCode::kNonManifoldVertex, ElementKind::kVertex, {}};
   Finding isolated{ErrorCode::kIsolatedVertex, ElementKind::kVertex, {}};
   for (VertexId v = 0; v < vertex_count; ++v) {

@@ -44,7 +44,7 @@ DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features,
     const double length = (refined.position[at(a)] - refined.position[at(b)]).norm();
     if (anyway || length > longest) edges.emplace(length, a, b);
   };
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
     const VertexId a = mesh::source(surface.faces, h), b = mesh::target(surface.faces, h);
     // A line but for rounding stays one however often it is divided.
@@ -71,7 +71,7 @@ DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features,
         middle, [&](HalfedgeId spoke) { offer(middle, refined.mesh.target(spoke)); });
   }
   DividedSurface made{mesh::to_surface(refined), mesh::provenance_of(refined), {}, {}};
-  const mesh::Adjacency own = mesh::build_adjacency(made.surface);
+  const mesh::Adjacency& own = made.surface.adjacency();
   const mesh::EdgeFlags wanted = mesh::flag_edges(surface.faces, adjacency, features);
   std::vector<std::pair<VertexId, VertexId>> pieces;
   for (HalfedgeId h = 0; at(h) < own.opposite.size(); ++h) {
@@ -97,7 +97,7 @@ BroughtBack bring_back(const mesh::Surface& whole, const IndexPairs& features,
                        const std::vector<Quad>& quads, const Points3& places,
                        ExecutionContext& context) {
   constexpr int kRounds = 10;
-  const mesh::Adjacency adjacency = mesh::build_adjacency(whole);
+  const mesh::Adjacency& adjacency = whole.adjacency();
   mesh::EdgeFlags lines = mesh::flag_edges(whole.faces, adjacency, features);
   std::vector<std::array<Vector3, 3>> faces, borders;
   std::vector<HalfedgeId> border;

@@ -253,7 +253,7 @@ field::CrossField own_field(const mesh::Surface& surface, const IndexPairs& feat
   options.sizing = sizing;
   options.alignment = kAlignment;
   field::FoundField along = field::compute_cross_field(surface, options, context);
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const auto sharp = [&](const std::vector<Index>& cones) {
     Index count = 0;
     for (std::size_t v = 0; v < cones.size(); ++v) {
@@ -309,7 +309,7 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
   const std::vector<Spot> centres =
       spots_of(made.cells.centres, made.coarse, p.flat.surface, context);
   mesh.quads = std::move(made.cells.quads);
-  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
+  const mesh::Adjacency& adjacency = map.surface.adjacency();
   {
     const ProgressRange range(context, 0.3, 0.8);
     const mesh::EdgeFlags lines = lines_of(map, adjacency);
@@ -368,8 +368,7 @@ std::vector<double> sizing_of(const DividedSurface& fine, const mesh::Surface& s
                               const QuadOptions& options) {
   std::vector<double> sizing;
   if (options.adaptive > 0.0)
-    sizing = field::curvature_sizing(fine.surface, mesh::build_adjacency(fine.surface),
-                                     options.adaptive);
+    sizing = field::curvature_sizing(fine.surface, fine.surface.adjacency(), options.adaptive);
   if (options.sizing.empty()) return sizing;
   const std::vector<double> asked =
       holonomy::carried_sizing(surface, fine.provenance, options.sizing);

@@ -78,7 +78,7 @@ certify::Parametrization fit_in_time(certify::Parametrization map, const TileOpt
   mesh::ValidateOptions rules;
   rules.reject_zero_area = false;  // pieces of a refined map may have none
   mesh::validate(map.surface, rules, context);
-  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
+  const mesh::Adjacency& adjacency = map.surface.adjacency();
   const mesh::EdgeFlags flags = mesh::flag_edges(map.surface.faces, adjacency, options.features);
   for (HalfedgeId h = 0; at(h) < flags.size(); ++h)
     if (flags[at(h)] != 0 && h < adjacency.opposite[at(h)]) map.features.push_back(h);

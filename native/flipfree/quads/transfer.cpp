@@ -96,7 +96,7 @@ Vector3 weights_in(FaceId f, VertexId v, const mesh::Surface& coarse,
 // What is carried: a map of `surface` (its corners at `uv`, cut along `cuts`).
 struct Carried {
   const mesh::Surface& surface;
-  mesh::Adjacency adjacency;
+  const mesh::Adjacency& adjacency;
   mesh::EdgeFlags cuts;
   Points2 uv;                     // of corners
   bool aligned;                   // its border
@@ -131,7 +131,7 @@ std::optional<certify::Parametrization> imprinted(const Carried& from,
         intrinsic::edges_on(from.surface.faces, points, flags(on_line), layout);
     certify::Parametrization fine;
     conformal::take_map(layout, fine);
-    const mesh::Adjacency adjacency = mesh::build_adjacency(fine.surface);
+    const mesh::Adjacency& adjacency = fine.surface.adjacency();
     const mesh::EdgeFlags fine_lines = mesh::flag_edges(fine.surface.faces, adjacency, lines);
     for (HalfedgeId h = 0; at(h) < fine_lines.size(); ++h)
       if (fine_lines[at(h)] != 0 && h < adjacency.opposite[at(h)]) fine.features.push_back(h);
@@ -158,7 +158,7 @@ std::optional<certify::Parametrization> imprinted(const Carried& from,
     fine.uv = distortion::corners_of(cut, *uv);
     best = std::move(fine);
     if (best->surface.vertices.rows() == own) return best;
-    points = *seamless::edge_point_map(from.surface, from.adjacency, *best);
+    points = *seamless::edge_point_map(from.surface, *best);
   }
 }
 
@@ -180,7 +180,7 @@ std::optional<certify::Parametrization> integer_map(const certify::Parametrizati
     new_area[part] += static_cast<double>(cross(chosen[3 * f].integer, chosen[3 * f + 1].integer));
   }
   Carried from{map.surface,
-               mesh::build_adjacency(map.surface),
+               map.surface.adjacency(),
                {},
                map.uv32.cast<double>(),
                prepared.flat.oblique.empty(),
@@ -233,7 +233,7 @@ std::optional<certify::Parametrization> rounded_map(const certify::Parametrizati
                                                     const FlatMap& flat, double scale,
                                                     ExecutionContext& context, Stats& stats) {
   const Points2 uv = map.uv32.cast<double>();
-  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
+  const mesh::Adjacency& adjacency = map.surface.adjacency();
   std::vector<HalfedgeId> lines;
   for (const HalfedgeId h : map.features) {
     const Gauss e = flat.surface[h].edge;
@@ -274,7 +274,7 @@ void certify_integers(const std::vector<Index>& quarters, const mesh::Surface& i
   request.require_cones = true;
   request.features = features;
   request.require_features = false;
-  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
+  const mesh::Adjacency& adjacency = map.surface.adjacency();
   for (VertexId v = 0; at(v) < quarters.size(); ++v) {
     const HalfedgeId h = adjacency.vertex_halfedge[at(v)];
     if (h != kInvalid && adjacency.opposite[at(h)] != kInvalid && quarters[at(v)] != 4)

@@ -18,7 +18,7 @@ class TurnedSeams {
   explicit TurnedSeams(certify::Parametrization& map)
       : map_(map),
         faces_(map.surface.faces),
-        adjacency_(mesh::build_adjacency(map.surface)),
+        adjacency_(map.surface.adjacency()),
         turn_(adjacency_.opposite.size(), 0) {
     const auto along = [&](HalfedgeId h) -> Vector2 {
       return map.uv.row(next_corner(h)) - map.uv.row(h);
@@ -173,7 +173,7 @@ class TurnedSeams {
 
   certify::Parametrization& map_;
   const Triangles& faces_;
-  const mesh::Adjacency adjacency_;
+  const mesh::Adjacency& adjacency_;
   bool is_seamless_ = true;
   std::vector<Index> turn_;     // per half-edge: from its face to the neighbour, 0 to 3
   std::vector<double> length_;  // on the surface

@@ -153,7 +153,7 @@ void check_request(const mesh::Surface& surface, const std::vector<Index>& cones
   check_surface(surface, context);
   if (cones.size() != static_cast<std::size_t>(surface.vertices.rows()))
     throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   for (std::size_t v = 0; v < cones.size(); ++v) {
     if (cones[v] < kNotGiven) throw_too_sharp(static_cast<VertexId>(v), cones[v]);
   }

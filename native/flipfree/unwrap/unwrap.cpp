@@ -50,7 +50,7 @@ class Unwrapping {
       : surface_(surface),
         options_(options),
         context_(context),
-        adjacency_(mesh::build_adjacency(surface)),
+        adjacency_(surface.adjacency()),
         working_{normalised(surface.vertices, surface.faces), surface.faces} {}
 
   certify::Parametrization run() {
@@ -179,7 +179,7 @@ class Unwrapping {
     for (const auto& [c, error] : unstorable) {
       const mesh::Chart& chart = islands_.charts[c];
       if (!pins_[c].empty()) return false;
-      const mesh::Adjacency own_adjacency = mesh::build_adjacency(chart.surface);
+      const mesh::Adjacency& own_adjacency = chart.surface.adjacency();
       const mesh::EdgeFlags spared = part_of(chart, uncuttable_);
       mesh::EdgeFlags own;
       for (const bool thin_alone : {false, true}) {
@@ -231,7 +231,7 @@ class Unwrapping {
   Stopwatch total_;
   Stopwatch watch_;
   Stats stats_;
-  const mesh::Adjacency adjacency_;
+  const mesh::Adjacency& adjacency_;
   const mesh::Surface working_;  // in a unit of its own
   mesh::EdgeFlags uncuttable_;   // empty: none
   Islands islands_;

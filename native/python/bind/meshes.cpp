@@ -36,7 +36,7 @@ auto separate(const Points3& vertices, const Triangles& faces, const IndexPairs&
   if (!materials.empty()) options.material = &materials;
   if (!polygons.empty()) options.polygon = &polygons;
   mesh::SeparatedSurface found = mesh::separate({vertices, faces}, options, ExecutionContext());
-  return std::tuple(mesh::rest_positions(found.surface), std::move(found.surface.faces),
+  return std::tuple(mesh::rest_positions(found.surface), found.surface.faces.triangles(),
                     std::move(found.vertex_origin), std::move(found.face_origin),
                     std::vector<Index>(found.turned.begin(), found.turned.end()),
                     std::move(found.collapsed), std::move(found.mends));

@@ -107,7 +107,7 @@ FoundCut described(holonomy::RefinedPieces&& pieces, Stats stats) {
     const auto placed = [&](HalfedgeId h) {
       return std::pair{mesh::source(faces, h + 3 * first), h / 3 + first};
     };
-    const mesh::Adjacency adjacency = mesh::build_adjacency(cut.surface);
+    const mesh::Adjacency& adjacency = cut.surface.adjacency();
     for (const HalfedgeId h : cut.flat_sectors) flat.push_back(placed(h));
     for (const std::vector<HalfedgeId>& branch : cut.branches) {
       std::vector<VertexId>& path = branches.emplace_back();
@@ -123,7 +123,7 @@ FoundCut described(holonomy::RefinedPieces&& pieces, Stats stats) {
     first += static_cast<FaceId>(cut.surface.faces.rows());
   }
   return {std::move(pieces.surface.vertices),
-          std::move(pieces.surface.faces),
+          pieces.surface.faces.triangles(),
           face,
           std::move(parents),
           std::move(weights),
@@ -139,7 +139,7 @@ FoundCut admissible_cut(const mesh::Surface& surface,
                         const std::optional<GivenField>& given, bool reroute,
                         ExecutionContext& context) {
   mesh::validate(surface, {}, context);
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   require_closed(adjacency);
   std::optional<field::CrossField> own;
   if (given) {

@@ -62,8 +62,7 @@ TEST(Agreement, stored_values_are_taken_alone_where_they_pass_only_together) {
   Parametrization map;
   map.surface.vertices.resize(3, 3);
   map.surface.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0;
-  map.surface.faces.resize(1, 3);
-  map.surface.faces << 0, 1, 2;
+  map.surface.faces = Triangles{{0, 1, 2}};
   map.uv.resize(3, 2);
   map.uv << -1, 1 + 0.2 * unit, 1, -1 + 0.2 * unit, 0, 0.3 * unit;
   map.uv32 = map.uv.cast<float>();

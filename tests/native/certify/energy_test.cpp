@@ -32,12 +32,12 @@ Soup random_soup(Index faces, unsigned seed) {
   std::uniform_real_distribution<double> coordinate(-1.0, 1.0);
   Soup soup;
   soup.surface.vertices.resize(3 * faces, 3);
-  soup.surface.faces.resize(faces, 3);
+  soup.surface.faces = Triangles(Triangles::NullaryExpr(
+      faces, 3, [](Eigen::Index f, Eigen::Index k) { return static_cast<VertexId>(3 * f + k); }));
   soup.uv.resize(3 * faces, 2);
   for (double& x : soup.surface.vertices.reshaped()) x = coordinate(random);
   for (double& x : soup.uv.reshaped()) x = coordinate(random);
   for (Index f = 0; f < faces; ++f) {
-    soup.surface.faces.row(f) << 3 * f, 3 * f + 1, 3 * f + 2;
     Eigen::Matrix2d sides;
     sides << soup.uv.row(3 * f + 1) - soup.uv.row(3 * f),
         soup.uv.row(3 * f + 2) - soup.uv.row(3 * f);
@@ -112,7 +112,7 @@ TEST(Energy, of_positive_triangles_too_thin_for_doubles_is_that_of_their_true_ar
   std::mt19937 random(3);
   std::uniform_real_distribution<double> place(0.0, 1.0);
   mesh::Surface surface = test::grid(1, 1);
-  surface.faces.conservativeResize(1, 3);
+  surface.faces = Triangles(surface.faces.triangles().topRows(1));
   Index thin = 0;
   for (int i = 0; i < 20000; ++i) {
     const Vector2 a(place(random), place(random));

@@ -28,11 +28,12 @@ struct Refined {
     surface.vertices.topRows(n) = parent.vertices;
     surface.vertices.row(n) =
         (parent.vertices.row(a) + parent.vertices.row(b) + parent.vertices.row(c)) / 3.0;
-    surface.faces.resize(m + 2, 3);
-    surface.faces.topRows(m) = parent.faces;
-    surface.faces.row(0) << a, b, static_cast<Index>(n);
-    surface.faces.row(m) << b, c, static_cast<Index>(n);
-    surface.faces.row(m + 1) << c, a, static_cast<Index>(n);
+    Triangles faces(m + 2, 3);
+    faces.topRows(m) = parent.faces.triangles();
+    faces.row(0) << a, b, static_cast<Index>(n);
+    faces.row(m) << b, c, static_cast<Index>(n);
+    faces.row(m + 1) << c, a, static_cast<Index>(n);
+    surface.faces = std::move(faces);
     for (FaceId f = 0; f < m; ++f) parent_face.push_back(f);
     parent_face.insert(parent_face.end(), {0, 0});
     vertex_parent.assign(static_cast<std::size_t>(n + 1), 0);
@@ -67,10 +68,17 @@ TEST(Provenance, says_in_which_way_it_is_wrong) {
       {"has no parent", [](Refined& r) { r.parent_face.back() = -1; }},
       {"has no parent", [](Refined& r) { r.parent_face.back() = 18; }},
       {"leaves its parent", [](Refined& r) { r.parent_face.back() = 9; }},
-      {"turned over", [](Refined& r) { std::swap(r.surface.faces(0, 0), r.surface.faces(0, 1)); }},
+      {"turned over",
+       [](Refined& r) {
+         Triangles faces = r.surface.faces;
+         std::swap(faces(0, 0), faces(0, 1));
+         r.surface.faces = std::move(faces);
+       }},
       {"not covered exactly once",
        [](Refined& r) {
-         r.surface.faces.row(5) = r.surface.faces.row(4).eval();
+         Triangles faces = r.surface.faces;
+         faces.row(5) = r.surface.faces.row(4);
+         r.surface.faces = std::move(faces);
          r.parent_face[5] = 4;
        }},
   };
@@ -92,9 +100,8 @@ TEST(Provenance, vertices_of_neighbouring_faces_are_found_on_the_common_edge) {
   mesh::Surface surface;
   surface.vertices.resize(5, 3);
   surface.vertices << parent.vertices, 0.5, 0.5, 0.0;
-  surface.faces.resize(4, 3);
   // Faces are (0, 1, 3) and (0, 3, 2), the diagonal 0-3.
-  surface.faces << 0, 1, 4, 1, 3, 4, 0, 4, 2, 4, 3, 2;
+  surface.faces = Triangles{{0, 1, 4}, {1, 3, 4}, {0, 4, 2}, {4, 3, 2}};
   const std::vector<FaceId> parent_face{0, 0, 1, 1};
   std::vector<FaceId> vertex_parent{0, 0, 1, 0, 0};
   Points3 weights = Points3::Zero(5, 3);
@@ -111,13 +118,11 @@ TEST(Provenance, refinement_that_does_not_meet_across_an_edge_is_a_tear) {
   mesh::Surface parent;
   parent.vertices.resize(4, 3);
   parent.vertices << 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0;
-  parent.faces.resize(2, 3);
-  parent.faces << 0, 1, 2, 0, 2, 3;
+  parent.faces = Triangles{{0, 1, 2}, {0, 2, 3}};
   mesh::Surface torn;
   torn.vertices.resize(5, 3);
   torn.vertices << parent.vertices, 0.5, 0.5, 0.0;
-  torn.faces.resize(3, 3);
-  torn.faces << 0, 1, 4, 1, 2, 4, 0, 2, 3;
+  torn.faces = Triangles{{0, 1, 4}, {1, 2, 4}, {0, 2, 3}};
   const std::vector<FaceId> parent_face{0, 0, 1}, vertex_parent{0, 0, 0, 1, 0};
   Points3 weights = Points3::Zero(5, 3);
   weights.row(4) << 0.5, 0.0, 0.5;
@@ -132,13 +137,11 @@ TEST(Provenance, a_half_that_is_covered_twice_does_not_stand_for_the_other) {
   mesh::Surface parent;
   parent.vertices.resize(3, 3);
   parent.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0;
-  parent.faces.resize(1, 3);
-  parent.faces << 0, 1, 2;
+  parent.faces = Triangles{{0, 1, 2}};
   mesh::Surface twice;
   twice.vertices.resize(6, 3);
   twice.vertices << parent.vertices, 0.5, 0.5, 0, 0.5, 0.5, 0, 1, 0, 0;
-  twice.faces.resize(2, 3);
-  twice.faces << 0, 1, 3, 0, 5, 4;
+  twice.faces = Triangles{{0, 1, 3}, {0, 5, 4}};
   const std::vector<FaceId> parent_face{0, 0}, vertex_parent{0, 0, 0, 0, 0, 0};
   Points3 weights = Points3::Zero(6, 3);
   weights.row(3) << 0.0, 0.5, 0.5;

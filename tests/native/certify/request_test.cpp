@@ -107,18 +107,19 @@ TEST(CertifyRequest, a_prescribed_angle_excuses_the_winding_at_its_vertex_alone)
   // Fans of eight triangles wound twice around their centres, side by side.
   Case c;
   c.surface.vertices = Points3::Zero(18, 3);
-  c.surface.faces.resize(16, 3);
+  Triangles faces(16, 3);
   Points2 places = Points2::Zero(18, 2);
   for (Index fan = 0; fan < 2; ++fan) {
     for (Index i = 0; i < 8; ++i) {
       const double once = 2.0 * std::numbers::pi * i / 8;
       c.surface.vertices.row(9 * fan + i) << std::cos(once) + 9 * fan, std::sin(once), 0.0;
       places.row(9 * fan + i) << std::cos(2 * once) + 9 * fan, std::sin(2 * once);
-      c.surface.faces.row(8 * fan + i) << 9 * fan + 8, 9 * fan + i, 9 * fan + (i + 1) % 8;
+      faces.row(8 * fan + i) << 9 * fan + 8, 9 * fan + i, 9 * fan + (i + 1) % 8;
     }
     c.surface.vertices.row(9 * fan + 8) << 9 * fan, 0.0, 0.0;
     places.row(9 * fan + 8) << 9 * fan, 0.0;
   }
+  c.surface.faces = std::move(faces);
   c.uv = corners(c.surface, places);
   EXPECT_EQ(c.measure().winding_failures, 2);
   c.request.cone_angles = {{17, 4.0 * std::numbers::pi}};
@@ -134,8 +135,7 @@ TEST(CertifyRequest, a_worst_triangle_beyond_doubles_is_a_failure_beside_a_finit
   Case c;
   c.surface.vertices.resize(6, 3);
   c.surface.vertices << 0, 0, 0, 1e-70, 0, 0, 0, 1e-70, 0, 0, 0, 0, 1e50, 0, 0, 0, 1e50, 0;
-  c.surface.faces.resize(2, 3);
-  c.surface.faces << 0, 1, 2, 3, 4, 5;
+  c.surface.faces = Triangles{{0, 1, 2}, {3, 4, 5}};
   c.uv.resize(6, 2);
   c.uv << 0, 0, 1e38, 0, 0, 1e38, -1, -1, -1 + 1e-7, -1, -1, -1 + 1e-7;
   const Certificate reached = c.measure();
@@ -204,9 +204,10 @@ TEST(CertifyRequest, at_most_a_thousand_faces_are_named) {
   // more.
   constexpr Index kTriangles = 1500;
   c.surface.vertices = Points3::Random(3 * kTriangles, 3);
-  c.surface.faces = Triangles::NullaryExpr(kTriangles, 3, [](Eigen::Index f, Eigen::Index k) {
-    return static_cast<VertexId>(3 * f + k);
-  });
+  c.surface.faces =
+      Triangles(Triangles::NullaryExpr(kTriangles, 3, [](Eigen::Index f, Eigen::Index k) {
+        return static_cast<VertexId>(3 * f + k);
+      }));
   c.uv = (Points2(3, 2) << 0, 0, 1, 0, 0, 1).finished().replicate(kTriangles, 1);
   const Certificate stacked = c.measure();
   EXPECT_EQ(stacked.island_overlaps, IslandOverlaps::kMostPairs);

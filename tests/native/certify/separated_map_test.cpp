@@ -19,8 +19,7 @@ mesh::Surface t_wall() {
   mesh::Surface s;
   s.vertices.resize(8, 3);
   s.vertices << 0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 1, 0, -1, 0, 0, -1, 1, 0, 0, 0, 1, 0, 1, 1;
-  s.faces.resize(7, 3);
-  s.faces << 0, 2, 3, 0, 3, 1, 4, 0, 1, 4, 1, 5, 0, 6, 7, 0, 7, 1, 6, 6, 7;
+  s.faces = Triangles{{0, 2, 3}, {0, 3, 1}, {4, 0, 1}, {4, 1, 5}, {0, 6, 7}, {0, 7, 1}, {6, 6, 7}};
   return s;
 }
 
@@ -84,7 +83,9 @@ TEST(SeparatedMap, RefusesTwoPlacesForOneCornerWithoutATriangle) {
 
 TEST(SeparatedMap, ErrorsNameTheInputsElementsInWordsToo) {
   mesh::Surface s = t_wall();
-  s.faces.row(6).swap(s.faces.row(0));  // faces are numbered otherwise once it is gone
+  Triangles faces = s.faces;
+  faces.row(6).swap(faces.row(0));  // faces are numbered otherwise once it is gone
+  s.faces = std::move(faces);
   const SeparatedMap separated(s, {}, ExecutionContext());
   try {
     separated.solve([]() -> int {
@@ -114,14 +115,15 @@ mesh::Surface fan_behind_a_collapsed_face(FaceId turned) {
   mesh::Surface s;
   s.vertices.resize(7, 3);
   s.vertices.row(0).setZero();
-  s.faces.resize(7, 3);
-  s.faces.row(0) << 0, 1, 0;
+  Triangles faces(7, 3);
+  faces.row(0) << 0, 1, 0;
   for (Index i = 0; i < 6; ++i) {
     const double angle = i * std::numbers::pi / 3.0;
     s.vertices.row(i + 1) << std::cos(angle), std::sin(angle), 0.0;
-    s.faces.row(i + 1) << 0, i + 1, (i + 1) % 6 + 1;
+    faces.row(i + 1) << 0, i + 1, (i + 1) % 6 + 1;
   }
-  if (turned != kInvalid) std::swap(s.faces(turned, 1), s.faces(turned, 2));
+  if (turned != kInvalid) std::swap(faces(turned, 1), faces(turned, 2));
+  s.faces = std::move(faces);
   return s;
 }
 
@@ -171,7 +173,7 @@ TEST(SeparatedMap, LoopsThroughFacesThatUseAVertexTwiceAreNoStrips) {
     EXPECT_EQ(found.holonomy_failures, 1);
   }
   mesh::Surface nothing = s;
-  nothing.faces.conservativeResize(1, 3);
+  nothing.faces = Triangles(s.faces.triangles().topRows(1));
   EXPECT_FALSE(judged_along(nothing, {0, 0, 0}, -1).ok);
 }
 

@@ -97,8 +97,7 @@ TEST(MetricEngine, WeightsOfNearlyCocircularNeedlesKeepTheirPlaces) {
   mesh::Surface surface;  // a flat quadrilateral, both sides of it
   surface.vertices.resize(4, 3);
   surface.vertices << -0.5, 0, 0, 0.5, 0, 0, 0, up, 0, 0, -down, 0;
-  surface.faces.resize(4, 3);
-  surface.faces << 0, 1, 2, 1, 0, 3, 0, 2, 3, 1, 3, 2;
+  surface.faces = Triangles{{0, 1, 2}, {1, 0, 3}, {0, 2, 3}, {1, 3, 2}};
   const EngineInput input = flat_but_one(surface, 0);
   const auto engine = make_engine(input, 200, context);
   Gradient gradient;

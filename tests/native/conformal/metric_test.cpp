@@ -67,9 +67,11 @@ std::vector<double> closing_gauss_bonnet(std::vector<double> target, const mesh:
 
 // All triangles acute: Delaunay with a margin.
 mesh::Surface octahedron() {
-  mesh::Surface s{Points3(6, 3), Triangles(8, 3)};
+  mesh::Surface s{
+      Points3(6, 3),
+      Triangles{
+          {0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}};
   s.vertices << 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1;
-  s.faces << 0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5;
   return s;
 }
 
@@ -158,11 +160,12 @@ TEST(ConformalMetric, a_regular_pyramid_flattens_as_computed_by_hand) {
   const int n = 7;
   mesh::Surface s;
   s.vertices.resize(n + 1, 3);
-  s.faces.resize(n, 3);
+  Triangles faces(n, 3);
   for (int i = 0; i < n; ++i) {
     s.vertices.row(i) << std::cos(2 * kPi * i / n), std::sin(2 * kPi * i / n), 0.0;
-    s.faces.row(i) << i, (i + 1) % n, n;
+    faces.row(i) << i, (i + 1) % n, n;
   }
+  s.faces = std::move(faces);
   s.vertices.row(n) << 0.0, 0.0, 1.5;
   std::vector<double> target(n + 1, kPi - 2 * kPi / n);
   target[n] = 2 * kPi;
@@ -258,8 +261,7 @@ TEST(ConformalMetric, gives_needles_more_bits_where_doubles_miss_their_start) {
   mesh::Surface sheet;
   sheet.vertices.resize(5, 3);
   sheet.vertices << 0.36, 1.2e-9, 0, 0.64, 0, 0, 0.7, 5e-10, 0, 0.86, 1e-9, 0, 0.5, -1, 0;
-  sheet.faces.resize(5, 3);
-  sheet.faces << 4, 1, 0, 2, 3, 0, 1, 2, 0, 2, 4, 3, 2, 1, 4;
+  sheet.faces = Triangles{{4, 1, 0}, {2, 3, 0}, {1, 2, 0}, {2, 4, 3}, {2, 1, 4}};
   const std::vector<double> even(5, kPi);
   EXPECT_THROW(solve(sheet, even, 53), NotConverged);
   const ConformalMetric metric = solve(sheet, even);
@@ -278,8 +280,7 @@ mesh::Surface flat_triangle(double height) {
   mesh::Surface s;
   s.vertices.resize(3, 3);
   s.vertices << 0, 0, 0, 1, 0, 0, 0.5, height, 0;
-  s.faces.resize(1, 3);
-  s.faces << 0, 1, 2;
+  s.faces = Triangles{{0, 1, 2}};
   return s;
 }
 

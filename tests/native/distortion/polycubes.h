@@ -71,12 +71,9 @@ inline Unfolded unfold(const std::vector<Cell>& cells, int n, unsigned seed) {
   out.surface.vertices.resize(static_cast<Eigen::Index>(positions.size()), 3);
   for (std::size_t v = 0; v < positions.size(); ++v)
     out.surface.vertices.row(static_cast<Eigen::Index>(v)) = positions[v].transpose();
-  out.surface.faces.resize(static_cast<Eigen::Index>(faces.size()), 3);
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    for (int k = 0; k < 3; ++k)
-      out.surface.faces(static_cast<Eigen::Index>(f), k) = faces[f][static_cast<std::size_t>(k)];
-  }
-  out.adjacency = mesh::build_adjacency(static_cast<Index>(positions.size()), out.surface.faces);
+  out.surface.faces = Triangles(Eigen::Map<const Triangles>(
+      faces.data()->data(), static_cast<Eigen::Index>(faces.size()), 3));
+  out.adjacency = out.surface.adjacency();
   // A random tree of squares, unfolded as it grows.
   std::mt19937 random(seed);
   std::vector<std::pair<Complex, Complex>> placed(static_cast<std::size_t>(squares));

@@ -19,7 +19,7 @@ struct Disk {
 inline Disk make_disk(mesh::Surface surface, embedding::BoundaryShape shape) {
   Disk disk;
   disk.surface = std::move(surface);
-  const mesh::Adjacency adjacency = mesh::build_adjacency(disk.vertex_count(), disk.surface.faces);
+  const mesh::Adjacency& adjacency = disk.surface.adjacency();
   disk.loop = mesh::boundary_loops(disk.surface.faces, adjacency).front();
   const std::vector<double> lengths(disk.loop.size(), 1.0);
   disk.boundary = embedding::place_boundary(shape, lengths).positions;
@@ -28,7 +28,7 @@ inline Disk make_disk(mesh::Surface surface, embedding::BoundaryShape shape) {
 
 // Closed surface without its last face, onto the triangle.
 inline Disk opened(mesh::Surface surface) {
-  surface.faces.conservativeResize(surface.faces.rows() - 1, 3);
+  surface.faces = Triangles(surface.faces.triangles().topRows(surface.faces.rows() - 1));
   return make_disk(std::move(surface), embedding::BoundaryShape::kTriangle);
 }
 

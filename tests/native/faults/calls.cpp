@@ -29,7 +29,7 @@ Call map_call(std::string name, mesh::Surface input, Solve solve) {
 }
 
 std::vector<VertexId> boundary_of(const mesh::Surface& surface) {
-  return mesh::boundary_loops(surface.faces, mesh::build_adjacency(surface)).front();
+  return mesh::boundary_loops(surface.faces, surface.adjacency()).front();
 }
 
 // Corner UVs of a plane surface: its own places, sheared.
@@ -132,7 +132,7 @@ void add_embeddings(std::vector<Call>& calls) {
   progressive.method = embedding::EmbedMethod::kProgressive;
   progressive.initial = Points2(sphere(6, 4).vertices.leftCols<2>());
   mesh::Surface opened = sphere(6, 4);
-  opened.faces.conservativeResize(opened.faces.rows() - 1, 3);
+  opened.faces = Triangles(opened.faces.triangles().topRows(opened.faces.rows() - 1));
   calls.push_back(embed_call("embed, progressive", opened, progressive));
 }
 

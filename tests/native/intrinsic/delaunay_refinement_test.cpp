@@ -29,17 +29,18 @@ mesh::Surface prism(Index sectors, double height, bool closed) {
     s.vertices.row(sectors + i) << std::cos(a), std::sin(a), height;
   }
   const Index caps = closed ? 2 : 1;
-  s.faces.resize(2 * sectors + caps * (sectors - 2), 3);
+  Triangles faces(2 * sectors + caps * (sectors - 2), 3);
   Index f = 0;
   for (Index i = 0; i < sectors; ++i) {
     const Index j = (i + 1) % sectors;
-    s.faces.row(f++) << i, j, sectors + j;
-    s.faces.row(f++) << i, sectors + j, sectors + i;
+    faces.row(f++) << i, j, sectors + j;
+    faces.row(f++) << i, sectors + j, sectors + i;
   }
   for (Index i = 1; i + 1 < sectors; ++i) {
-    s.faces.row(f++) << 0, i + 1, i;
-    if (closed) s.faces.row(f++) << sectors, sectors + i, sectors + i + 1;
+    faces.row(f++) << 0, i + 1, i;
+    if (closed) faces.row(f++) << sectors, sectors + i, sectors + i + 1;
   }
+  s.faces = std::move(faces);
   return s;
 }
 

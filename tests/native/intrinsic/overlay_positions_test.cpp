@@ -26,13 +26,14 @@ InscribedPolygon inscribed_polygon(Index n, unsigned seed) {
   std::vector<Vector2> points;
   mesh::Surface fan;
   fan.vertices.resize(n, 3);
-  fan.faces.resize(n - 2, 3);
+  Triangles faces(n - 2, 3);
   for (Index i = 0; i < n; ++i) {
     const double a = 2 * std::numbers::pi * (i + jitter(random)) / n;
     points.emplace_back(std::cos(a), std::sin(a));
     fan.vertices.row(i) << points.back().x(), points.back().y(), 0.0;
   }
-  for (Index i = 0; i + 2 < n; ++i) fan.faces.row(i) << 0, i + 1, i + 2;
+  for (Index i = 0; i + 2 < n; ++i) faces.row(i) << 0, i + 1, i + 2;
+  fan.faces = std::move(faces);
   OverlayCoordinates coordinates(test::closed_mesh(fan));
   for (int k = 0; k < 60 * n; ++k) {
     const auto h = static_cast<HalfedgeId>(

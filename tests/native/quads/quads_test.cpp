@@ -102,15 +102,16 @@ struct Cube {
     vertices.resize(8, 3);
     for (VertexId v = 0; v < 8; ++v) vertices.row(v) << v % 2, v / 2 % 2, v / 4;
     surface.vertices = vertices;
-    surface.faces.resize(12, 3);
+    Triangles faces(12, 3);
     parent_face.assign(8, kInvalid);
     barycentric = Points3::Zero(8, 3);
     for (FaceId q = 0; q < 6; ++q) {
       const Quad& c = quads[at(q)];
-      surface.faces.row(2 * q) << c[0], c[1], c[2];
-      surface.faces.row(2 * q + 1) << c[0], c[2], c[3];
+      faces.row(2 * q) << c[0], c[1], c[2];
+      faces.row(2 * q + 1) << c[0], c[2], c[3];
       quad_parent.push_back(2 * q);
     }
+    surface.faces = std::move(faces);
     for (FaceId f = 0; f < 12; ++f) {
       for (int k = 0; k < 3; ++k) {
         const VertexId v = surface.faces(f, k);

@@ -7,9 +7,7 @@
 
 namespace flipfree::test {
 
-inline mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
-  return mesh::build_adjacency(surface);
-}
+inline mesh::Adjacency adjacency_of(const mesh::Surface& surface) { return surface.adjacency(); }
 
 // The UVs of vertices (#V x 2), corner by corner (3 #F x 2).
 inline Points2 corners(const mesh::Surface& surface, const Points2& vertex_uv) {

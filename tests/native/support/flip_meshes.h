@@ -15,7 +15,7 @@ namespace flipfree::test {
 // The surface's faces, with every boundary edge joined to one new vertex (the last).
 inline intrinsic::FlipMesh closed_mesh(const mesh::Surface& surface) {
   const auto n = static_cast<Index>(surface.vertices.rows());
-  const mesh::Adjacency adjacency = mesh::build_adjacency(n, surface.faces);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   std::vector<std::array<Index, 3>> faces;
   for (Index f = 0; f < surface.faces.rows(); ++f) {
     faces.push_back({surface.faces(f, 0), surface.faces(f, 1), surface.faces(f, 2)});

@@ -28,6 +28,11 @@ Triangles lattice_faces(Index columns, Index rows, Id id) {
   return faces;
 }
 
+Triangles as_rows(const std::vector<std::array<VertexId, 3>>& faces) {
+  return Eigen::Map<const Triangles>(faces.data()->data(), static_cast<Eigen::Index>(faces.size()),
+                                     3);
+}
+
 }  // namespace
 
 mesh::Surface bumpy_grid(Index columns, Index rows, double height, double frequency) {
@@ -72,8 +77,8 @@ mesh::Surface sphere(Index sectors, Index rings) {
   }
   for (Index i = 0; i < sectors; ++i)
     faces.insert(faces.end(), {1, id(i + 1, rings - 1), id(i, rings - 1)});
-  surface.faces =
-      Eigen::Map<const Triangles>(faces.data(), static_cast<Eigen::Index>(faces.size() / 3), 3);
+  surface.faces = Triangles(
+      Eigen::Map<const Triangles>(faces.data(), static_cast<Eigen::Index>(faces.size() / 3), 3));
   return surface;
 }
 
@@ -152,9 +157,7 @@ mesh::Surface perforated_plate(Index holes, Index fineness) {
   s.vertices.resize(static_cast<Eigen::Index>(ids.size()), 3);
   for (const auto& [p, v] : ids) s.vertices.row(v) << p[0], p[1], p[2];
   s.vertices /= fineness;
-  s.faces.resize(static_cast<Eigen::Index>(faces.size()), 3);
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    s.faces.row(static_cast<Eigen::Index>(f)) << faces[f][0], faces[f][1], faces[f][2];
+  s.faces = as_rows(faces);
   return s;
 }
 
@@ -162,15 +165,14 @@ mesh::Surface tetrahedron() {
   mesh::Surface surface;
   surface.vertices.resize(4, 3);
   surface.vertices << 1, 1, 1, 1, -1, -1, -1, 1, -1, -1, -1, 1;
-  surface.faces.resize(4, 3);
-  surface.faces << 0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2;
+  surface.faces = Triangles{{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}};
   return surface;
 }
 
 mesh::Surface tube(Index sectors, Index rings) {
   mesh::Surface surface;
   surface.vertices.resize(sectors * rings + 1, 3);
-  surface.faces.resize(2 * sectors * (rings - 1) + sectors, 3);
+  Triangles faces(2 * sectors * (rings - 1) + sectors, 3);
   for (Index r = 0; r < rings; ++r) {
     for (Index s = 0; s < sectors; ++s) {
       const double angle = 2 * std::numbers::pi * s / sectors;
@@ -185,13 +187,14 @@ mesh::Surface tube(Index sectors, Index rings) {
       const VertexId a = r * sectors + s;
       const VertexId b = r * sectors + (s + 1) % sectors;
       if (r + 1 == rings) {
-        surface.faces.row(f++) << a, b, tip;
+        faces.row(f++) << a, b, tip;
         continue;
       }
-      surface.faces.row(f++) << a, b, b + sectors;
-      surface.faces.row(f++) << a, b + sectors, a + sectors;
+      faces.row(f++) << a, b, b + sectors;
+      faces.row(f++) << a, b + sectors, a + sectors;
     }
   }
+  surface.faces = std::move(faces);
   return surface;
 }
 
@@ -213,10 +216,7 @@ mesh::Surface stacked(Index vertices, Stacking stacking, unsigned seed) {
     faces.push_back({b, c, v});
     faces.push_back({c, a, v});
   }
-  surface.faces.resize(static_cast<Index>(faces.size()), 3);
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    surface.faces.row(static_cast<Index>(f)) << faces[f][0], faces[f][1], faces[f][2];
-  }
+  surface.faces = as_rows(faces);
   return surface;
 }
 
@@ -224,8 +224,10 @@ mesh::Surface beside(const mesh::Surface& first, const mesh::Surface& second) {
   mesh::Surface both;
   both.vertices.resize(first.vertices.rows() + second.vertices.rows(), 3);
   both.vertices << first.vertices, second.vertices.array() + 20.0;
-  both.faces.resize(first.faces.rows() + second.faces.rows(), 3);
-  both.faces << first.faces, second.faces.array() + static_cast<Index>(first.vertices.rows());
+  Triangles faces(first.faces.rows() + second.faces.rows(), 3);
+  faces << first.faces.triangles(),
+      second.faces.triangles().array() + static_cast<Index>(first.vertices.rows());
+  both.faces = std::move(faces);
   return both;
 }
 

@@ -59,7 +59,7 @@ numeric::SparseMatrix conformal_energy(const mesh::Surface& chart, const mesh::A
 Points2 spectral_conformal_map(const mesh::Surface& chart, const Points2& seed,
                                ExecutionContext& context) {
   const Eigen::Index n = chart.vertices.rows();
-  const mesh::Adjacency adjacency = mesh::build_adjacency(static_cast<Index>(n), chart.faces);
+  const mesh::Adjacency& adjacency = chart.adjacency();
   const numeric::SparseMatrix matrix = conformal_energy(chart, adjacency, context);
   numeric::SparseCholesky cholesky;
   cholesky.analyze(matrix, context);

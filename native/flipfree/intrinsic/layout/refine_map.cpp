@@ -327,13 +327,13 @@ void FaceTriangulations::write_faces(RefinedLayout& out, const ExecutionContext&
         first_row[f] + (s == kInvalid ? 1 : static_cast<Index>(triangulations_[at(s)].size()));
   }
   const Index total = first_row.back();
-  out.surface.faces.resize(total, 3);
+  Triangles faces(total, 3);
   out.uv.resize(3 * total, 2);
   out.provenance.face.resize(at(total));
   const auto write_face = [&](FaceId f, std::vector<PolygonVertex>& polygon) {
     Index row = first_row[at(f)];
     if (slot_[at(f)] == kInvalid) {
-      out.surface.faces.row(row) = input_.faces.row(f);
+      faces.row(row) = input_.faces.row(f);
       out.uv.middleRows(3 * row, 3) = map_.corner_uv.middleRows(3 * f, 3);
       out.provenance.face[at(row)] = f;
       return;
@@ -342,8 +342,7 @@ void FaceTriangulations::write_faces(RefinedLayout& out, const ExecutionContext&
     for (const Triangle& t : triangulations_[at(slot_[at(f)])]) {
       for (Index k = 0; k < 3; ++k) {
         const Index id = t[at(k)];
-        out.surface.faces(row, k) =
-            id < vertex_count_ ? id : out.edge_vertex[at(id - vertex_count_)];
+        faces(row, k) = id < vertex_count_ ? id : out.edge_vertex[at(id - vertex_count_)];
         for (const PolygonVertex& v : polygon) {
           if (v.id == id) out.uv.row(3 * row + k) = Vector2(v.uv[0], v.uv[1]);
         }
@@ -357,6 +356,7 @@ void FaceTriangulations::write_faces(RefinedLayout& out, const ExecutionContext&
                  for (auto f = static_cast<FaceId>(begin); f < static_cast<FaceId>(end); ++f)
                    write_face(f, polygon);
                });
+  out.surface.faces = std::move(faces);
 }
 
 // Points nearer to each other or to an end than this part of their edge are not told apart: the

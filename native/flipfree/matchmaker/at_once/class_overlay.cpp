@@ -339,8 +339,7 @@ mesh::Surface frame_around(const Points2& points) {
   frame.vertices = Points3::Zero(kFrame, 3);
   frame.vertices(1, 0) = size;
   frame.vertices(2, 1) = size;
-  frame.faces.resize(1, 3);
-  frame.faces << 0, 1, 2;
+  frame.faces = Triangles{{0, 1, 2}};
   return frame;
 }
 
@@ -585,11 +584,12 @@ mesh::Surface sources(const std::vector<Vector2>& outline, const Ring& ring,
   for (const std::vector<Vector2>* points : {&outline, &pins, &ring.polygon}) {
     for (const Vector2& p : *points) flat.vertices.row(row++).head(2) = p.transpose();
   }
-  flat.faces.resize(static_cast<Eigen::Index>(faces.size()), 3);
+  Triangles triangles(static_cast<Eigen::Index>(faces.size()), 3);
   for (std::size_t f = 0; f < faces.size(); ++f) {
     for (std::size_t k = 0; k < 3; ++k)
-      flat.faces(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(k)) = faces[f][k];
+      triangles(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(k)) = faces[f][k];
   }
+  flat.faces = std::move(triangles);
   return flat;
 }
 

@@ -91,7 +91,7 @@ bool make_room_for_wholes(mesh::RefinedMap& map, const std::vector<VertexId>& he
   const Points2 uv =
       distortion::Untangler(patch.surface, all.fixed, context).run(patch.uv, options, context).uv;
   // Long steps between valid maps may pass through others.
-  const Triangles valid = patch.surface.faces.topRows(options.guards);
+  const Triangles valid = patch.surface.faces.triangles().topRows(options.guards);
   if (winds_more(map, patch.vertices, valid, uv, all.faces)) return false;
   for (std::size_t i = 0; i < patch.vertices.size(); ++i)
     map.uv.row(patch.vertices[i]) = uv.row(static_cast<Eigen::Index>(i));

@@ -97,15 +97,15 @@ Patch make_patch(const mesh::RefinedMap& map, const std::vector<Mesh::Triangle>&
     patch.surface.vertices.row(i) = map.surface.position[at(v)].transpose();
     patch.uv.row(i) = map.uv.row(v);
   }
-  patch.surface.faces.resize(static_cast<Eigen::Index>(triangles.size()), 3);
+  Triangles faces(static_cast<Eigen::Index>(triangles.size()), 3);
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
-      patch.surface.faces(static_cast<Eigen::Index>(t), static_cast<Eigen::Index>(k)) =
-          static_cast<Index>(
-              std::lower_bound(patch.vertices.begin(), patch.vertices.end(), triangles[t][k]) -
-              patch.vertices.begin());
+      faces(static_cast<Eigen::Index>(t), static_cast<Eigen::Index>(k)) = static_cast<Index>(
+          std::lower_bound(patch.vertices.begin(), patch.vertices.end(), triangles[t][k]) -
+          patch.vertices.begin());
     }
   }
+  patch.surface.faces = std::move(faces);
   return patch;
 }
 

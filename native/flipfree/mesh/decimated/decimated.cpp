@@ -123,11 +123,9 @@ class Decimator {
     few.surface.vertices.resize(static_cast<Eigen::Index>(few.origin.size()), 3);
     for (std::size_t i = 0; i < few.origin.size(); ++i)
       few.surface.vertices.row(static_cast<Eigen::Index>(i)) = place(few.origin[i]).transpose();
-    few.surface.faces = mesh_.faces();
-    for (Eigen::Index i = 0; i < few.surface.faces.size(); ++i) {
-      VertexId& v = few.surface.faces.data()[i];
-      v = few.into[at(v)];
-    }
+    Triangles faces = mesh_.faces();
+    for (VertexId& v : faces.reshaped()) v = few.into[at(v)];
+    few.surface.faces = std::move(faces);
     return few;
   }
 

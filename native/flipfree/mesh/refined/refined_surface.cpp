@@ -116,7 +116,7 @@ RefinedSurface make_refined_surface(const Surface& surface) {
   RefinedSurface refined;
   refined.input = &surface;
   const auto n = static_cast<Index>(surface.vertices.rows());
-  refined.boundary = boundary_loops(surface.faces, build_adjacency(n, surface.faces)).front();
+  refined.boundary = boundary_loops(surface.faces, surface.adjacency()).front();
   refined.outer_boundary = refined.boundary;
   for (Index v = 0; v < n; ++v) {
     refined.support.push_back({{v, kInvalid, kInvalid}, {1.0, 0.0, 0.0}});

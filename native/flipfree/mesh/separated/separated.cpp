@@ -158,9 +158,10 @@ class Separator {
 
     result_.turned = turned;
     result_.vertex_origin = std::move(sheets.origin);
-    result_.surface.faces.resize(faces_.rows(), 3);
+    Triangles faces(faces_.rows(), 3);
     for (CornerId c = 0; c < static_cast<CornerId>(sheets.vertex.size()); ++c)
-      result_.surface.faces(c / 3, c % 3) = sheets.vertex[at(c)];
+      faces(c / 3, c % 3) = sheets.vertex[at(c)];
+    result_.surface.faces = std::move(faces);
     result_.surface.vertices.resize(static_cast<Eigen::Index>(result_.vertex_origin.size()), 3);
     for (std::size_t v = 0; v < result_.vertex_origin.size(); ++v) {
       result_.surface.vertices.row(static_cast<Eigen::Index>(v)) =

@@ -173,7 +173,7 @@ struct Border {
 
 Border border_of(const mesh::Surface& surface) {
   const auto count = static_cast<Index>(surface.vertices.rows());
-  const mesh::Adjacency adjacency = mesh::build_adjacency(count, surface.faces);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   Border border{mesh::boundary_loops(surface.faces, adjacency), std::vector<char>(at(count), 0),
                 mesh::topology(surface.faces, adjacency).euler()};
   for (const auto& loop : border.loops) {
@@ -277,7 +277,7 @@ bool is_flat_inside(const Border& border, const std::vector<double>& angles,
 std::vector<BorderCurve> border_curves(const mesh::Surface& surface,
                                        const std::vector<double>& angles,
                                        const std::vector<Index>& wanted) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const std::vector<double> direction = unfolded_directions(surface, adjacency);
   std::vector<BorderCurve> curves;
   for (const auto& loop : mesh::boundary_halfedge_loops(surface.faces, adjacency)) {

@@ -11,7 +11,7 @@ namespace flipfree::seamless {
 
 std::vector<LoopTurn> loops_to_turn(const mesh::Surface& surface, bool aligned,
                                     const ExecutionContext& context) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const std::vector<double> step = intrinsic::steps_across(surface, adjacency);
   std::vector<LoopTurn> loops;
   for (auto& loop : intrinsic::tree_cotree(surface.faces, adjacency, step, context).loops)
@@ -58,7 +58,7 @@ std::vector<Index> turns_of_double(const mesh::Surface& surface, const std::vect
                                    const std::vector<Index>& turns) {
   std::vector<Index> all;
   for (std::size_t i = 0; i < turns.size(); ++i) all.push_back(whole_turns(loops[i], turns[i]));
-  const auto curves = mesh::boundary_loops(surface.faces, mesh::build_adjacency(surface));
+  const auto curves = mesh::boundary_loops(surface.faces, surface.adjacency());
   for (const auto& curve : curves) {
     all.push_back(0);
     for (const VertexId v : curve) all.back() += 2 - cones[at(v)];

@@ -57,8 +57,7 @@ std::vector<Index> suggested_turns(const mesh::Surface& surface,
   own.quantum = kQuarterTurn;
   const Stopwatch watch;
   std::vector<Index> turns(at(vertex_count), 4);
-  const std::vector<SurfacePart> parts =
-      connected_parts(surface, mesh::build_adjacency(surface), turns);
+  const std::vector<SurfacePart> parts = connected_parts(surface, surface.adjacency(), turns);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const ProgressRange range(context, i, parts.size());
     const std::vector<VertexId>& vertices = parts[i].vertices;
@@ -71,8 +70,7 @@ std::vector<Index> suggested_turns(const mesh::Surface& surface,
     } catch (...) {
       rethrow_placed(parts[i].faces, vertices);
     }
-    const auto count_of_part = static_cast<Index>(parts[i].surface.vertices.rows());
-    const mesh::Adjacency around = mesh::build_adjacency(count_of_part, parts[i].surface.faces);
+    const mesh::Adjacency& around = parts[i].surface.adjacency();
     std::vector<Index> own_turns(found.target_angles.size());
     std::transform(found.target_angles.begin(), found.target_angles.end(), own_turns.begin(),
                    [](double a) { return static_cast<Index>(std::lround(a / kQuarterTurn)); });
@@ -96,13 +94,13 @@ constexpr double kTakenBackShare = 0.6;
 constexpr int kCoarseSteps = 15;
 
 bool has_boundary(const mesh::Surface& surface) {
-  const auto adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   return std::any_of(adjacency.opposite.begin(), adjacency.opposite.end(),
                      [](HalfedgeId o) { return o == kInvalid; });
 }
 
 Index euler_characteristic(const mesh::Surface& surface) {
-  return mesh::topology(surface.faces, mesh::build_adjacency(surface)).euler();
+  return mesh::topology(surface.faces, surface.adjacency()).euler();
 }
 
 // Turns every chart of a closed part so that the mesh's edges, its `diagonals` (vertex pairs) left
@@ -111,7 +109,7 @@ Index euler_characteristic(const mesh::Surface& surface) {
 void turn_along_edges(const IndexPairs& diagonals, certify::Parametrization& map) {
   using Pair = std::pair<VertexId, VertexId>;
   const Triangles& faces = map.surface.faces;
-  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
+  const mesh::Adjacency& adjacency = map.surface.adjacency();
   const mesh::Components parts = mesh::face_components(adjacency);
   std::vector<Pair> left_out;
   for (Eigen::Index e = 0; e < diagonals.rows(); ++e)
@@ -180,7 +178,7 @@ certify::Parametrization map_with_corners(const mesh::Surface& surface,
                                           const std::vector<Index>& cones,
                                           const SeamlessOptions& options,
                                           ExecutionContext& context) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   SeamlessOptions own = options;
   own.boundary = Boundary::kGiven;
   const std::optional<DividedSides> divided =
@@ -239,7 +237,7 @@ std::vector<char> parts_to_free(const std::vector<SurfacePart>& parts,
 // A map of a surface with a boundary.
 certify::Parametrization map_of_open(const mesh::Surface& surface, const std::vector<Index>& given,
                                      const SeamlessOptions& options, ExecutionContext& context) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const std::vector<Index> cones = flat_inside(given, adjacency);
   const std::vector<SurfacePart> parts = connected_parts(surface, adjacency, cones);
   std::vector<char> freed(parts.size(), 0);
@@ -276,7 +274,7 @@ certify::Parametrization seamless_map_in_time(const mesh::Surface& surface,
                                               ExecutionContext& context) {
   check_request(surface, cones, context);
   if (options.boundary == Boundary::kFree) check_free(surface, cones);
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   return solve_in_scale(surface, adjacency, [&](const EnlargedParts* parts) {
     if (parts == nullptr) return map_in_scale(surface, cones, options, context);
     certify::Parametrization map = map_in_scale(parts->surface, cones, options, context);
@@ -321,7 +319,7 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
                                     const Strips& strips, const SeamlessOptions& options,
                                     ExecutionContext& context) {
   certify::Parametrization map = std::move(found.map);
-  const mesh::Adjacency of_input = mesh::build_adjacency(surface);
+  const mesh::Adjacency& of_input = surface.adjacency();
   const std::vector<char> aligned =
       is_aligned(options.boundary)
           ? aligned_faces(surface, of_input, found.cones)
@@ -337,7 +335,7 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
     take_back(surface, aligned, options.engine.uncuttable,
               std::min(kCoarseSteps, options.max_iterations), map, context);
   }
-  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
+  const mesh::Adjacency& adjacency = map.surface.adjacency();
   const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
   distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
   cut.straight = straight_where(aligned, map.parent_face, cut, adjacency);

@@ -109,7 +109,7 @@ certify::Parametrization on_own_triangles(const mesh::Surface& input,
                                           const mesh::EdgeFlags& avoided,
                                           const certify::Parametrization& map,
                                           const ExecutionContext& context) {
-  const mesh::Adjacency refined = mesh::build_adjacency(map.surface);
+  const mesh::Adjacency& refined = map.surface.adjacency();
   const auto one_parent = [&](HalfedgeId h, HalfedgeId o) {
     return map.parent_face[at(h / 3)] == map.parent_face[at(o / 3)];
   };
@@ -150,7 +150,7 @@ class TakingBack {
   TakingBack(const mesh::Surface& input, const std::vector<char>& aligned, int max_iterations,
              ExecutionContext& context)
       : input_(input),
-        adjacency_(mesh::build_adjacency(input)),
+        adjacency_(input.adjacency()),
         aligned_(aligned),
         max_iterations_(max_iterations),
         context_(context) {}
@@ -184,7 +184,7 @@ class TakingBack {
 
  private:
   distortion::CutMap cut_of(const certify::Parametrization& map) const {
-    const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
+    const mesh::Adjacency& adjacency = map.surface.adjacency();
     const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
     distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
     cut.straight = straight_where(aligned_, map.parent_face, cut, adjacency);
@@ -230,7 +230,7 @@ class TakingBack {
 
   // On as few triangles as the map's values allow, cut where it is.
   void thin_out(certify::Parametrization& map) {
-    const auto points = edge_point_map(input_, adjacency_, map);
+    const auto points = edge_point_map(input_, map);
     if (!points) return;
     intrinsic::RefinedLayout layout =
         intrinsic::refine_map(input_, adjacency_, *points, intrinsic::Refinement::kAuto,
@@ -267,7 +267,7 @@ class TakingBack {
   }
 
   const mesh::Surface& input_;
-  const mesh::Adjacency adjacency_;
+  const mesh::Adjacency& adjacency_;
   const std::vector<char>& aligned_;  // per face
   int max_iterations_;
   ExecutionContext& context_;
@@ -277,9 +277,9 @@ class TakingBack {
 }  // namespace
 
 std::optional<intrinsic::EdgePointMap> edge_point_map(const mesh::Surface& input,
-                                                      const mesh::Adjacency& adjacency,
                                                       const certify::Parametrization& map) {
   const auto own = static_cast<Index>(input.vertices.rows());
+  const mesh::Adjacency& adjacency = input.adjacency();
   const intrinsic::InputEdges edges = intrinsic::number_edges(adjacency);
   // Where the added vertices lie: on which edge, and where along its half-edge.
   struct Place {

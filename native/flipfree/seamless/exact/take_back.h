@@ -32,7 +32,6 @@ void take_back(const mesh::Surface& input, const std::vector<char>& aligned,
 // A map of a refined surface as one that is known at the corners of `input` and at points along its
 // edges; nullopt where vertices were added inside its faces. Cost: O(#F log #F).
 std::optional<intrinsic::EdgePointMap> edge_point_map(const mesh::Surface& input,
-                                                      const mesh::Adjacency& adjacency,
                                                       const certify::Parametrization& map);
 
 }  // namespace flipfree::seamless

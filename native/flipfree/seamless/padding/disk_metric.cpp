@@ -615,7 +615,7 @@ std::vector<CutDisk> solve_disks(const AdmissibleCut& cut, const mesh::Adjacency
     auto& [chart, angle] = pieces[i];
     const ProgressRange range(context, i, pieces.size());
     const conformal::ConformalMetric metric = compute_disk_metric(chart.surface, angle, context);
-    disks[i].half = halve(metric, mesh::build_adjacency(chart.surface), context);
+    disks[i].half = halve(metric, chart.surface.adjacency(), context);
     disks[i].chart = std::move(chart);
   }
   return disks;

@@ -427,7 +427,7 @@ ConformalMetric as_metric(const AdmissibleCut& cut, const intrinsic::IntrinsicSe
 PaddedMetric compute_padded_metric(const AdmissibleCut& cut, const std::vector<Index>& cones,
                                    ExecutionContext& context) {
   const auto vertex_count = static_cast<Index>(cut.surface.vertices.rows());
-  const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, cut.surface.faces);
+  const mesh::Adjacency& adjacency = cut.surface.adjacency();
   const CutSegments segments = cut_segments(cut, adjacency);
   PaddedMetric out;
   out.components = segments.component_count();

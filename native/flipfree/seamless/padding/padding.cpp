@@ -387,7 +387,7 @@ class Drawer {
          const WishedTurns* wished, const ChainGuide& guide, const ExecutionContext& context)
       : canvas_(canvas),
         input_(input),
-        input_adjacency_(mesh::build_adjacency(input)),
+        input_adjacency_(input.adjacency()),
         cones_(cones),
         wished_(wished),
         guide_(guide),
@@ -468,7 +468,7 @@ class Drawer {
 
   Canvas& canvas_;
   const mesh::Surface& input_;
-  const mesh::Adjacency input_adjacency_;
+  const mesh::Adjacency& input_adjacency_;
   const std::vector<Index>& cones_;
   const WishedTurns* wished_;
   ChainGuide guide_;
@@ -495,8 +495,7 @@ void read_branches(const Canvas& canvas, AdmissibleCut& cut) {
 }
 
 Index genus_of(const mesh::Surface& surface) {
-  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
-  return mesh::topology(surface.faces, mesh::build_adjacency(vertex_count, surface.faces)).genus();
+  return mesh::topology(surface.faces, surface.adjacency()).genus();
 }
 
 AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& cones, Index genus,

@@ -511,7 +511,7 @@ Reroutings& Reroutings::operator+=(const Reroutings& other) {
 std::size_t reroute(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
                     const std::vector<Ending>& endings, const WishedTurns& wished,
                     BranchGraph& graph, const ExecutionContext& context) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(input);
+  const mesh::Adjacency& adjacency = input.adjacency();
   const std::vector<BranchLoop> loops = homology_loops(graph);
   const std::vector<Index> turns = wished_turns(canvas, adjacency, graph, loops, wished.turning);
   const Index least = least_change(cones);

@@ -28,7 +28,7 @@ struct LinearScale {
 // `angle`: per vertex, radians, of the right sum.
 LinearScale linear_scale(const mesh::Surface& surface, const std::vector<double>& angle,
                          ExecutionContext& context) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   LinearScale found{angle, std::vector<double>(adjacency.opposite.size(), 0.0)};
   auto& [u, weight] = found;
   const auto place = [&](HalfedgeId h) -> Vector3 {
@@ -82,7 +82,7 @@ std::vector<double> flat_crossings(const mesh::Surface& surface, const std::vect
 double scale_range(const AdmissibleCut& cut, std::vector<Index> cones, ExecutionContext& context) {
   const auto count = static_cast<Index>(cut.surface.vertices.rows());
   cones.resize(at(count), 4);
-  const mesh::Adjacency adjacency = mesh::build_adjacency(count, cut.surface.faces);
+  const mesh::Adjacency& adjacency = cut.surface.adjacency();
   double range = 0.0;
   for (const auto& [chart, angle] :
        cut_pieces(cut, adjacency, cut_segments(cut, adjacency), cones)) {

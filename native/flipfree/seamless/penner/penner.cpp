@@ -36,7 +36,7 @@ void add_penner_figures(const PennerMetric& metric, Stats& stats) {
 
 // Turns a connected map with an aligned boundary so that this runs along the axes.
 void turn_boundary_to_axes(certify::Parametrization& map) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(map.surface);
+  const mesh::Adjacency& adjacency = map.surface.adjacency();
   const std::vector<Index> one_chart(static_cast<std::size_t>(map.surface.faces.rows()), 0);
   turn_to_axes(
       one_chart, 1, [&](HalfedgeId h) { return adjacency.opposite[at(h)] == kInvalid; }, map.uv);
@@ -69,8 +69,7 @@ PennerMap map_from_metric(const mesh::Surface& surface, const std::vector<Index>
   if (aligned) {
     turn_boundary_to_axes(result.map);
     certify::CertifyRequest request;
-    request.cone_angles =
-        prescribed_angles(cones, surface.faces, mesh::build_adjacency(surface), true);
+    request.cone_angles = prescribed_angles(cones, surface.faces, surface.adjacency(), true);
     certify::certify_map(result.map, surface, request, context);
   }
   return result;
@@ -116,13 +115,14 @@ class Merger {
       to.vertex_barycentric.row(own[at(v)]) = from.vertex_barycentric.row(v);
       to.vertex_parent[at(own[at(v)])] = chart.faces[at(from.vertex_parent[at(v)])];
     }
-    const Eigen::Index faces = to.surface.faces.rows(), added = from.surface.faces.rows();
-    to.surface.faces.conservativeResize(faces + added, 3);
+    const Eigen::Index known = to.surface.faces.rows(), added = from.surface.faces.rows();
+    Triangles faces = to.surface.faces;
+    faces.conservativeResize(known + added, 3);
     for (Eigen::Index f = 0; f < added; ++f) {
-      for (int k = 0; k < 3; ++k)
-        to.surface.faces(faces + f, k) = own[at(from.surface.faces(f, k))];
+      for (int k = 0; k < 3; ++k) faces(known + f, k) = own[at(from.surface.faces(f, k))];
       to.parent_face.push_back(chart.faces[at(from.parent_face[static_cast<std::size_t>(f)])]);
     }
+    to.surface.faces = std::move(faces);
     const Eigen::Index cuts = to.cut_edges.rows();
     to.cut_edges.conservativeResize(cuts + from.cut_edges.rows(), 2);
     for (Eigen::Index e = 0; e < from.cut_edges.rows(); ++e) {
@@ -237,7 +237,7 @@ PennerMap map_each_component(const mesh::Surface& surface, const std::vector<Ind
   check_surface(surface, context);
   if (given.size() != static_cast<std::size_t>(surface.vertices.rows()))
     throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const std::vector<Index> cones = flat_inside(given, adjacency);
   std::vector<FaceId> all(static_cast<std::size_t>(surface.faces.rows()));
   std::iota(all.begin(), all.end(), FaceId{0});

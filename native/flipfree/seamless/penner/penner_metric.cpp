@@ -109,7 +109,7 @@ class PennerSolver {
   Index loop_count() const {
     if (!setup_.mesh.symmetric()) return 2 * genus_;
     if (!free_) return genus_;
-    const auto curves = mesh::boundary_loops(surface_.faces, mesh::build_adjacency(surface_));
+    const auto curves = mesh::boundary_loops(surface_.faces, surface_.adjacency());
     return genus_ - static_cast<Index>(curves.size()) + 1;
   }
 

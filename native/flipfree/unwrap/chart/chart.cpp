@@ -47,8 +47,7 @@ std::vector<double> edge_lengths(const mesh::Surface& chart, const HalfedgeLoop&
 
 // A flip-free start: holes filled virtually, the outer loop on a circle.
 Points2 embed_on_circle(const mesh::Surface& chart, ExecutionContext& context, Stats& stats) {
-  std::vector<HalfedgeLoop> loops =
-      mesh::boundary_halfedge_loops(chart.faces, mesh::build_adjacency(chart));
+  std::vector<HalfedgeLoop> loops = mesh::boundary_halfedge_loops(chart.faces, chart.adjacency());
   std::swap(loops[0], loops[longest_loop(chart, loops)]);
   const mesh::Surface filled = mesh::fill_holes(chart, {loops.begin() + 1, loops.end()});
   std::vector<VertexId> rim;
@@ -84,7 +83,7 @@ double energy_of(const mesh::Surface& chart, const Points2& uv) {
 // may flip. Empty if not all vertices are reached.
 Points2 unfolded(const mesh::Surface& chart, const ExecutionContext& context) {
   const auto count = static_cast<Index>(chart.vertices.rows());
-  const mesh::Adjacency adjacency = mesh::build_adjacency(chart);
+  const mesh::Adjacency& adjacency = chart.adjacency();
   Points2 uv = Points2::Zero(count, 2);
   std::vector<char> placed(at(count), 0);
   Index left = count;
@@ -242,7 +241,7 @@ FlatChart without_overlap(const mesh::Surface& chart, const FlattenOptions& opti
   } else {
     flat.uv = std::move(apart);
   }
-  const mesh::Adjacency adjacency = mesh::build_adjacency(chart);
+  const mesh::Adjacency& adjacency = chart.adjacency();
   mesh::EdgeFlags cut = separating_cut(chart, adjacency, free, pairs, options.tolerated_overlap,
                                        options.uncuttable, context);
   // What is tolerated may need no cut at all; where holding apart has not helped, a cut has to.

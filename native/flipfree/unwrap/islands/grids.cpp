@@ -294,8 +294,8 @@ Points2 straight_corners(const mesh::Surface& surface, const Grids& grids) {
 Points2 rectify(const mesh::Surface& surface, const RectifyOptions& options,
                 ExecutionContext& context) {
   context.report("finding grids", 0.0);
-  if (surface.faces.rows() == 0 || surface.faces.minCoeff() < 0 ||
-      surface.faces.maxCoeff() >= surface.vertices.rows())
+  if (surface.faces.rows() == 0 || surface.faces.triangles().minCoeff() < 0 ||
+      surface.faces.triangles().maxCoeff() >= surface.vertices.rows())
     return Points2::Zero(surface.faces.size(), 2);
   const mesh::Adjacency adjacency{opposites_of(surface.faces, context), {}};
   const std::vector<Quad> quads = quads_of(surface, adjacency.opposite, options.polygon, true);

@@ -36,7 +36,7 @@ Islands make_islands(const mesh::Surface& surface, const mesh::Adjacency& adjace
     Index count = 0;
     for (const mesh::Chart& chart : islands.charts) {
       context.check();
-      const mesh::EdgeFlags own = find(chart, mesh::build_adjacency(chart.surface));
+      const mesh::EdgeFlags own = find(chart, chart.surface.adjacency());
       if (!any_flag(own)) continue;
       ++count;
       for (std::size_t h = 0; h < own.size(); ++h) further[corner_of(chart, h)] = own[h];

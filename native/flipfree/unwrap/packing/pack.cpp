@@ -222,7 +222,7 @@ certify::Parametrization pack_clean(const mesh::Surface& surface, Points2 corner
                                     const PackOptions& options, ExecutionContext& context) {
   const Stopwatch watch;
   check_options(corner_uv, options);
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const mesh::EdgeFlags cuts = mesh::uv_cuts(adjacency, corner_uv);
   const std::vector<mesh::Chart> charts =
       mesh::split_into_charts(surface.vertices, mesh::cut_along(surface.faces, adjacency, cuts));

@@ -132,7 +132,7 @@ certify::Parametrization improve_clean(const mesh::Surface& surface, const Point
                                        const ImproveOptions& options, ExecutionContext& context) {
   const Stopwatch watch;
   distortion::require_valid_map(surface, corner_uv, context);
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const mesh::EdgeFlags cuts = mesh::uv_cuts(adjacency, corner_uv);
   const std::vector<mesh::Chart> charts =
       mesh::split_into_charts(surface.vertices, mesh::cut_along(surface.faces, adjacency, cuts));

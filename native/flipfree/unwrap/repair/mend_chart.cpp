@@ -40,7 +40,7 @@ class ChartMender {
         context_(context),
         own_(given.chart.surface),
         faces_(given.chart.surface.faces),
-        adjacency_(mesh::build_adjacency(given.chart.surface)),
+        adjacency_(given.chart.surface.adjacency()),
         damaged_{own_.surface(), adjacency_, face_areas(own_.surface()), given.unknown,
                  std::vector<char>(given.unknown.size(), 0)} {
     for (const auto& [v, uv] : given.pins) damaged_.pinned[at(v)] = 1;
@@ -266,7 +266,7 @@ class ChartMender {
   ExecutionContext& context_;
   const mesh::InOwnUnit own_;
   const Triangles& faces_;
-  const mesh::Adjacency adjacency_;
+  const mesh::Adjacency& adjacency_;
   DamagedChart damaged_;
   bool healthy_place_ = false;
   MendedChart result_;
@@ -368,7 +368,7 @@ class Judgement {
         options_(options),
         mended_(mended),
         context_(context),
-        adjacency_(mesh::build_adjacency(given.chart.surface)) {}
+        adjacency_(given.chart.surface.adjacency()) {}
 
   void run() {
     const mesh::EdgeFlags cut = mended_.cut;
@@ -392,8 +392,7 @@ class Judgement {
       anew = unwrapped(piece, {});
     }
     if (!anew) return;  // nothing to compare with
-    const std::vector<Piece> parts =
-        pieces_of(surface, mesh::build_adjacency(surface), anew->cut, anew->uv);
+    const std::vector<Piece> parts = pieces_of(surface, surface.adjacency(), anew->cut, anew->uv);
     const double bound = kStretchedRatio * energy_of_all(parts);
     if (energy <= bound) return;
     if (count_only) {
@@ -512,7 +511,7 @@ class Judgement {
   const RepairOptions& options_;
   MendedChart& mended_;
   ExecutionContext& context_;
-  const mesh::Adjacency adjacency_;
+  const mesh::Adjacency& adjacency_;
 };
 
 }  // namespace

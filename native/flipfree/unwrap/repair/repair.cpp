@@ -317,7 +317,7 @@ class Repair {
       : surface_(surface),
         options_(options),
         context_(context),
-        adjacency_(mesh::build_adjacency(surface)),
+        adjacency_(surface.adjacency()),
         seams_(mesh::flag_edges(surface.faces, adjacency_, options.cuts)),
         uncuttable_(options.uncuttable.rows() == 0
                         ? mesh::EdgeFlags{}
@@ -579,7 +579,7 @@ class Repair {
   const mesh::Surface& surface_;
   const RepairOptions& options_;
   ExecutionContext& context_;
-  const mesh::Adjacency adjacency_;
+  const mesh::Adjacency& adjacency_;
   const mesh::EdgeFlags seams_;
   const mesh::EdgeFlags uncuttable_;
   const GivenMap given_;

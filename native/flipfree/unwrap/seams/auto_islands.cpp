@@ -83,7 +83,7 @@ void add_known(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
   for (std::size_t c = 0; c < candidate.size(); ++c) {
     const mesh::Chart& chart = islands.charts[c];
     if (known.of_face[at(chart.faces.front())] != KnownMaps::kNothing) continue;
-    const mesh::Adjacency local = mesh::build_adjacency(chart.surface);
+    const mesh::Adjacency& local = chart.surface.adjacency();
     const bool opened = any_flag(part_of(chart, islands.added));
     const bool in_nets = any_flag(part_of(chart, nets));
     for (std::size_t h = 0; h < local.opposite.size() && !opened; ++h) {
@@ -181,7 +181,7 @@ class Finder {
   void search_chart(const mesh::Chart& chart, const Stretch& aim, mesh::EdgeFlags& further,
                     ExecutionContext& context) {
     const mesh::InOwnUnit own(chart.surface);
-    const mesh::Adjacency local = mesh::build_adjacency(chart.surface);
+    const mesh::Adjacency& local = chart.surface.adjacency();
     std::vector<double> cost = part_of(chart, cost_);
     for (double& c : cost) c /= own.unit();
     const SlitOptions options{aim, options_.bijective, options_.may_add_cuts, options_.acceptable};
@@ -205,9 +205,9 @@ class Finder {
     bool any = false;
     for (const mesh::Chart& chart : islands_.charts) {
       if (known_.of_face[at(chart.faces.front())] != KnownMaps::kNothing) continue;
-      const mesh::EdgeFlags cut = halving_cut(chart.surface, mesh::build_adjacency(chart.surface),
-                                              by_vertex(chart, known_.corner_uv),
-                                              never_seams(part_of(chart, cost_)), false, context);
+      const mesh::EdgeFlags cut =
+          halving_cut(chart.surface, chart.surface.adjacency(), by_vertex(chart, known_.corner_uv),
+                      never_seams(part_of(chart, cost_)), false, context);
       const bool is_cut = any_flag(cut);
       any = any || is_cut;
       for (std::size_t h = 0; h < corner_count(chart); ++h) {
@@ -352,7 +352,7 @@ namespace {
 
 IndexPairs find_on_clean(const mesh::Surface& surface, const UnwrapOptions& options,
                          ExecutionContext& context) {
-  const mesh::Adjacency adjacency = mesh::build_adjacency(surface);
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const mesh::EdgeFlags seams = mesh::flag_edges(surface.faces, adjacency, options.cuts);
   const mesh::EdgeFlags uncuttable =
       options.uncuttable.rows() == 0

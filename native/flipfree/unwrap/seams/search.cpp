@@ -329,7 +329,7 @@ class SlitCarrier {
     try {
       context_.report("finding seams", 0.0);
       const mesh::Decimated few = mesh::decimate(chart_, kFewTriangles, context_);
-      const mesh::Adjacency adjacency = mesh::build_adjacency(few.surface);
+      const mesh::Adjacency& adjacency = few.surface.adjacency();
       const std::vector<double> cost = costs_of_few(chart_, few, adjacency, cost_);
       SlitSearch search(few.surface, adjacency, cost, kNoMirror, options_, context_);
       Stretch aim = options_.bound;

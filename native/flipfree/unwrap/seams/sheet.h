@@ -93,7 +93,7 @@ class Sheet {
   Loops loops_;  // of the chart, the outer one last
   HalfedgeId real_;
   mesh::Surface surface_;
-  mesh::Adjacency adjacency_;
+  const mesh::Adjacency& adjacency_;
   ScaleField scale_;
   std::vector<double> cost_;
   std::vector<double> area_;  // per vertex, a share of the chart's

@@ -30,7 +30,7 @@ std::vector<int> sides_of(const mesh::Surface& surface, const Mirror& mirror) {
     return (surface.vertices.row(v) - surface.vertices.row(mirror.image[at(v)])).transpose();
   };
   Vector3 normal = Vector3::Zero();
-  for (const VertexId v : surface.faces.reshaped()) {
+  for (const VertexId v : surface.faces.triangles().reshaped()) {
     if (way(v).squaredNorm() > normal.squaredNorm()) normal = way(v);
   }
   const double least = 1e-4 * normal.squaredNorm();

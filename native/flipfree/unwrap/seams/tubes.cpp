@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -239,12 +240,13 @@ class TubeFinder {
 
   Stretch stretch(const std::vector<CornerId>& corners, const Points2& corner_uv) const {
     const auto count = static_cast<Eigen::Index>(corners.size());
-    mesh::Surface own{Points3(count, 3), Triangles(count / 3, 3)};
+    Triangles faces(count / 3, 3);
+    std::iota(faces.data(), faces.data() + faces.size(), 0);
+    mesh::Surface own{Points3(count, 3), std::move(faces)};
     Points2 uv(count, 2);
     for (Eigen::Index i = 0; i < count; ++i) {
       const CornerId c = corners[at(i)];
       own.vertices.row(i) = surface_.vertices.row(mesh::source(surface_.faces, c));
-      own.faces(i / 3, i % 3) = static_cast<VertexId>(i);
       uv.row(i) = corner_uv.row(c);
     }
     return stretch_of(own, uv);

@@ -41,13 +41,13 @@ TEST(Exposure, is_less_between_two_walls) {
   const Eigen::Index faces = walls.faces.rows();
   // A third in the middle is hidden from both sides.
   walls.vertices.conservativeResize(3 * count, 3);
-  walls.faces.conservativeResize(3 * faces, 3);
+  Triangles all = walls.faces.triangles().replicate(3, 1);
   for (Index k = 1; k < 3; ++k) {
     walls.vertices.middleRows(k * count, count) = walls.vertices.topRows(count);
     walls.vertices.middleRows(k * count, count).col(2).array() += 0.02 * k;
-    walls.faces.middleRows(k * faces, faces) =
-        walls.faces.topRows(faces).array() + static_cast<int>(k * count);
+    all.middleRows(k * faces, faces).array() += static_cast<int>(k * count);
   }
+  walls.faces = std::move(all);
   const std::vector<double> seen = exposure_of(walls);
   const auto middle = static_cast<std::size_t>(6 * 13 + 6);
   EXPECT_LT(seen[middle + static_cast<std::size_t>(count)], 0.2 * seen[middle]);
