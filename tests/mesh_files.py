@@ -11,6 +11,8 @@ import numpy.typing as npt
 
 import flipfree as ff
 
+from judges.disjoint_sets import DisjointSets
+
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -55,14 +57,7 @@ def cut_corners(
     """(m, 3) a corner 3 face + k for each corner, the same for those that are one vertex once the edges `seams` (s, 2) are
     cut; (m,) a face for each face, the same in one piece."""
     cut = {(min(a, b), max(a, b)) for a, b in seams.tolist()}
-    corner_of, face_of = list(range(faces.size)), list(range(len(faces)))
-
-    def find(parent: list[int], i: int) -> int:
-        while parent[i] != i:
-            parent[i] = parent[parent[i]]
-            i = parent[i]
-        return i
-
+    corners, pieces = DisjointSets(faces.size), DisjointSets(len(faces))
     seen: dict[tuple[int, int], tuple[int, int]] = {}
     for f, face in enumerate(faces.tolist()):
         for k in range(3):
@@ -74,7 +69,7 @@ def cut_corners(
                 seen[key] = (low, high)
             elif key not in cut:
                 for i, j in zip(seen[key], (low, high), strict=True):
-                    corner_of[find(corner_of, i)] = find(corner_of, j)
-                face_of[find(face_of, seen[key][0] // 3)] = find(face_of, f)
-    corner = np.array([find(corner_of, i) for i in range(faces.size)]).reshape(-1, 3)
-    return corner, np.array([find(face_of, f) for f in range(len(faces))])
+                    corners.join(i, j)
+                pieces.join(seen[key][0] // 3, f)
+    corner = np.array([corners.find(i) for i in range(faces.size)]).reshape(-1, 3)
+    return corner, np.array([pieces.find(f) for f in range(len(faces))])

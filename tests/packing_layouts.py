@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from judges.disjoint_sets import DisjointSets
+
 Array = npt.NDArray[np.float64]
 Faces = npt.NDArray[np.int32]
 
@@ -32,18 +34,11 @@ def flat(uv: Array) -> Layout:
     faces = vertex.reshape(-1, 3).astype(np.int32)
     points = np.zeros((int(faces.max()) + 1, 3))
     points[faces.ravel(), :2] = uv.reshape(-1, 2)
-    parent = np.arange(len(points))
-
-    def find(v: int) -> int:
-        while parent[v] != v:
-            parent[v] = parent[parent[v]]
-            v = int(parent[v])
-        return v
-
+    parts = DisjointSets(len(points))
     for a, b, c in faces.tolist():
-        parent[find(a)] = find(b)
-        parent[find(b)] = find(c)
-    roots = np.array([find(int(a)) for a in faces[:, 0]])
+        parts.join(a, b)
+        parts.join(b, c)
+    roots = np.array([parts.find(int(a)) for a in faces[:, 0]])
     return Layout(points, faces, np.unique(roots, return_inverse=True)[1].astype(np.int32))
 
 

@@ -92,13 +92,18 @@ def test_islands_without_pins_stay_bit_for_bit(live):
     assert not np.array_equal(after[:64], before[:64])
 
 
-def test_pins_that_cannot_be_met_leave_the_last_good_map_and_are_put_back(live):
+def with_opposite_corners_in_one_place(live):
+    """No map without flips has that: (object, session, loops of its corners, map before)."""
     ob, at = pinned_grid(4)
     before = shapes.uv_of(ob)
     session = live.Session([ob])
-    # Two opposite corners in one place: no map without flips has that.
     move(ob, at[3], before[at[0][0]])
     settle(session)
+    return ob, session, at, before
+
+
+def test_pins_that_cannot_be_met_leave_the_last_good_map_and_are_put_back(live):
+    ob, session, at, before = with_opposite_corners_in_one_place(live)
     assert "cannot be met" in session.problem and session.updates == 0
     assert "the last good map stays" in session.text()
     now = shapes.uv_of(ob)
@@ -110,11 +115,7 @@ def test_pins_that_cannot_be_met_leave_the_last_good_map_and_are_put_back(live):
 
 
 def test_pins_that_come_back_from_where_they_could_not_be_met_are_no_problem(live):
-    ob, at = pinned_grid(4)
-    before = shapes.uv_of(ob)
-    session = live.Session([ob])
-    move(ob, at[3], before[at[0][0]])
-    settle(session)
+    ob, session, at, before = with_opposite_corners_in_one_place(live)
     assert session.problem
     move(ob, at[3], before[at[3][0]])
     settle(session)

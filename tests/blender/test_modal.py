@@ -84,16 +84,6 @@ def test_closing_ends_the_solvers_thread(big_run, part):
     assert job.wait(0.0)
 
 
-def test_an_object_that_was_deleted_meanwhile_is_a_failure_not_a_crash(solved):
-    import bpy
-
-    ob = shapes.grid(4, uv=True)
-    run = solved(ob)
-    bpy.data.objects.remove(ob)
-    run.finish()
-    assert not run.done and "deleted" in str(run.failures[0])
-
-
 def test_an_object_that_was_renamed_meanwhile_gets_its_map(solved):
     ob = shapes.grid(4, uv=True)
     before = shapes.uv_of(ob)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -18,6 +20,11 @@ RINGS = 6
 def disk() -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], list[int]]:
     vertices, faces = disk_of_rings(SPOKES, RINGS)
     return vertices, faces, list(range(len(vertices) - SPOKES, len(vertices)))
+
+
+def onto(name: str, **given: Any) -> ff.Parametrization:
+    vertices, faces, loop = disk()
+    return ff.match(vertices, faces, boundary_loop=loop, boundary_uv=curve(name, SPOKES), **given)
 
 
 def spoke(i: int) -> list[int]:
@@ -64,18 +71,10 @@ def sees(result: ff.Parametrization, start: int, end: int) -> bool:
 def test_paths_choose_between_the_disks_of_one_boundary(
     name: str, pin: tuple[float, float]
 ) -> None:
-    vertices, faces, loop = disk()
-    target = curve(name, SPOKES)
+    loop, target = disk()[2], curve(name, SPOKES)
     seen = []
     for i in (4, SPOKES - 1 - 4):
-        result = ff.match(
-            vertices,
-            faces,
-            boundary_loop=loop,
-            boundary_uv=target,
-            points={0: pin},
-            paths={0: spoke(i)},
-        )
+        result = onto(name, points={0: pin}, paths={0: spoke(i)})
         assert result.certificate.ok
         assert result.certificate.overlaps > 0
         assert (result.uv[result.faces == 0] == pin).all()
@@ -90,35 +89,19 @@ def test_paths_choose_between_the_disks_of_one_boundary(
 
 @pytest.mark.parametrize("name", CURVES)
 def test_a_boundary_of_two_disks_alone_is_met_by_one_of_them(name: str) -> None:
-    vertices, faces, loop = disk()
-    result = ff.match(vertices, faces, boundary_loop=loop, boundary_uv=curve(name, SPOKES))
+    result = onto(name)
     assert result.certificate.ok
     assert result.certificate.overlaps > 0
 
 
 def test_a_path_whose_slit_leaves_every_disk_is_refused() -> None:
-    vertices, faces, loop = disk()
     with pytest.raises(ff.NotConverged, match="give other paths"):
-        ff.match(
-            vertices,
-            faces,
-            boundary_loop=loop,
-            boundary_uv=curve("lobes", SPOKES),
-            points={0: (0.0, -1.5)},
-            paths={0: spoke(4)},
-        )
+        onto("lobes", points={0: (0.0, -1.5)}, paths={0: spoke(4)})
 
 
 def test_a_pin_on_several_sheets_asks_for_a_path() -> None:
-    vertices, faces, loop = disk()
     with pytest.raises(ff.InvalidInput, match="Give a path"):
-        ff.match(
-            vertices,
-            faces,
-            boundary_loop=loop,
-            boundary_uv=curve("doodle", SPOKES),
-            points={0: (0.0, 0.6)},
-        )
+        onto("doodle", points={0: (0.0, 0.6)})
 
 
 def test_movable_boundary_vertices_move_and_others_stay() -> None:
