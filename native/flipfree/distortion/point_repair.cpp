@@ -19,6 +19,8 @@ namespace {
 constexpr int kMostSweeps = 6;                 // over single points, before the region is opened
 constexpr int kFirstRings = 2;                 // around the vertices at fault
 constexpr std::size_t kMostConflicts = 10000;  // of boundary edges, looked at in a sweep
+constexpr int kMostSettling = 4;               // rounds
+constexpr int kNear = 2;                       // grains around where a vertex is in 64 bits
 // Height of a triangle, in grains, beyond which nothing is gained at first.
 constexpr double kFirstHeight = 4.0;
 // Of two places that are as good the nearer one; little beside the height that is won.
@@ -100,12 +102,7 @@ class Repair {
         const VertexId leader = rules_.leader[at(v)];
         marked_[at(leader == kInvalid ? v : leader)] = 1;
       }
-      bool any = false;
-      for (std::size_t v = 0; v < marked_.size(); ++v) {
-        if (marked_[v] == 0 || copies_[static_cast<VertexId>(v)].empty()) continue;
-        context_.check();
-        any = improve(static_cast<VertexId>(v)) || any;
-      }
+      const bool any = for_marked([&](VertexId v) { return improve(v); });
       faulty = faults();
       if (any && round % 2 == 0) continue;
       const std::vector<char> before = marked_;
@@ -115,7 +112,32 @@ class Repair {
     return faulty;
   }
 
+  // Moves the vertices of the last sweep's region to where the distortion of the map from `wide`
+  // is least near by, as long as that gets less. Precondition: none is at fault; none gets to be.
+  void settle(const Points2& wide) {
+    grow(faces_, rules_.leader, marked_);
+    for (int round = 0; round < kMostSettling; ++round) {
+      if (!for_marked([&](VertexId v) { return settle(v, wide); })) break;
+    }
+  }
+
  private:
+  // The leaders in the region, ascending: is move(v) true of any?
+  template <typename Move>
+  bool for_marked(const Move& move) {
+    bool any = false;
+    for (std::size_t v = 0; v < marked_.size(); ++v) {
+      if (marked_[v] == 0 || copies_[static_cast<VertexId>(v)].empty()) continue;
+      context_.check();
+      any = move(static_cast<VertexId>(v)) || any;
+    }
+    return any;
+  }
+
+  double grain_at(VertexId v) const {
+    if (rules_.grain > 0) return rules_.grain;
+    return points_.row(v).cwiseAbs().maxCoeff() * std::numeric_limits<float>::epsilon();
+  }
   Vector2 snapped(VertexId v, const Vector2& p) const {
     Vector2 to = rules_.grain > 0 ? Vector2(rules_.grain * (p / rules_.grain).array().round())
                                   : as_stored(p);
@@ -144,12 +166,52 @@ class Repair {
     return ((turns % 4) + 4) % 4 < 2 ? half : Vector2(-half);
   }
 
+  // Of the points around where v is in 64 bits, and its own, the best; true if it moved.
+  bool settle(VertexId v, const Points2& wide) {
+    const double grain = grain_at(v);
+    // Edges at v reach as far as its neighbours, and meet what lies anywhere along them.
+    find_near(v, star(v).second + (points_.row(v) - wide.row(v)).cwiseAbs().maxCoeff() +
+                     (kNear + 1) * grain);
+    double least = distortion(v, wide);
+    const Vector2 start = points_.row(v).transpose();
+    Vector2 place = start;
+    for (int dx = -kNear; dx <= kNear; ++dx) {
+      for (int dy = -kNear; dy <= kNear; ++dy) {
+        const bool within = move(v, snapped(v, wide.row(v).transpose() + grain * Vector2(dx, dy)));
+        const double now = within ? distortion(v, wide) : least;
+        if (!(now < least) || conflicts(v) > 0) continue;
+        least = now;
+        place = points_.row(v).transpose();
+      }
+    }
+    move(v, place);
+    return place != start;
+  }
+
+  // Symmetric Dirichlet energy, times area, of the faces around v as a map from `wide`; infinite if
+  // one is folded.
+  double distortion(VertexId v, const Points2& wide) const {
+    double sum = 0;
+    for_faces(v, [&](FaceId f, const Vector2& a, const Vector2& b, const Vector2& c) {
+      const Vector2 u = b - a, w = c - a;
+      const Vector2 p = (wide.row(faces_(f, 1)) - wide.row(faces_(f, 0))).transpose();
+      const Vector2 q = (wide.row(faces_(f, 2)) - wide.row(faces_(f, 0))).transpose();
+      const double before = std::abs(cross(p, q)), area = std::abs(cross(u, w));
+      // (u w) = J (p q): |J|^2 is the squared length of both rows of (u w) adj(p q) over that of
+      // `before`.
+      const double stretch =
+          (u * q.y() - w * p.y()).squaredNorm() + (w * p.x() - u * q.x()).squaredNorm();
+      sum += numeric::orientation(a, b, c) > 0 && area > 0
+                 ? stretch / before + stretch * before / (area * area)
+                 : std::numeric_limits<double>::infinity();
+    });
+    return sum;
+  }
+
   // Tries other points for v; true if it moved.
   bool improve(VertexId v) {
     const Vector2 start = points_.row(v).transpose();
-    const double grain = rules_.grain > 0 ? rules_.grain
-                                          : points_.row(v).cwiseAbs().maxCoeff() *
-                                                std::numeric_limits<float>::epsilon();
+    const double grain = grain_at(v);
     const double high_enough = enough_ * grain;
     const auto [centre, radius] = star(v);
     if (!std::isfinite(radius)) return false;  // a neighbour lies beyond the range of floats
@@ -356,6 +418,10 @@ RepairedPoints round_and_repair(const Triangles& faces, const PointRules& rules,
     left = repair.sweep(seeds);
     if (!left.empty() && everything) give_up(rules, repair.bad_faces(), left);
   }
+  // Loops as small as a grain can turn inside out without an edge that meets another.
+  const Points2 mended = out.points;
+  repair.settle(wide);
+  if (!repair.faults().empty()) out.points = mended;
   for (Eigen::Index v = 0; v < wide.rows(); ++v)
     out.moved[at(v)] = out.points.row(v) != nearest.row(v) ? 1 : 0;
   return out;

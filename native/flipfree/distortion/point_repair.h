@@ -57,9 +57,10 @@ struct RepairedPoints {
 
 // `wide` (#V x 2) is flip-free, and does not meet its boundary if the rules ask for it. Single
 // points at fault are moved, no further than it takes; where that does not do, their surroundings
-// are opened in 64 bits, over a region that grows as far as it must, and all is rounded anew.
-// Guarantee: every triangle is positively oriented, exactly. Throws NotConverged (kRoundingFlips)
-// naming the faces. Cost: O(#F), plus the repairs.
+// are opened in 64 bits, over a region that grows as far as it must, and all is rounded anew. At
+// last what was moved goes where the distortion against `wide` is least. Guarantee: every triangle
+// is positively oriented, exactly. Throws NotConverged (kRoundingFlips) naming the faces. Cost:
+// O(#F), plus the repairs.
 RepairedPoints round_and_repair(const Triangles& faces, const PointRules& rules, Points2& wide,
                                 const RoundPoints& round, const OpenRegion& open,
                                 const ExecutionContext& context);

@@ -64,6 +64,31 @@ TEST(Rounding, TrianglesBelowTheSpacingOfFloatsAreOpened) {
   }
 }
 
+// Rows less than a spacing of 32-bit numbers apart: where rounding folds triangles, vertices move
+// as far as it takes, and on to where the map is least distorted.
+TEST(Rounding, WhatIsMovedComesToLieWhereItIsLeastDistorted) {
+  const mesh::Surface surface = test::grid(20, 20);
+  Points2 uv = plan(surface);
+  uv.col(1) = uv.col(1) * (20 * 0.9 * 0x1p-23) + Eigen::VectorXd::Ones(uv.rows());
+  uv.col(0) += 1e3 * (uv.col(1) - Eigen::VectorXd::Ones(uv.rows()));
+  uv.col(1) += 0.4 * uv.col(0);
+  ExecutionContext context;
+  ASSERT_TRUE(is_flip_free(surface.faces, uv, context));
+  Stats stats;
+  const Points2 stored = round_to_storage(surface.faces, uv, {}, context, stats).cast<double>();
+  EXPECT_GT(repaired(stats), 50);
+  for (FaceId f = 0; f < surface.faces.rows(); ++f) {
+    const auto sides = [&](const Points2& p) {
+      Eigen::Matrix2d both;
+      both << p.row(surface.faces(f, 1)) - p.row(surface.faces(f, 0)),
+          p.row(surface.faces(f, 2)) - p.row(surface.faces(f, 0));
+      return both;
+    };
+    const Eigen::Matrix2d jacobian = sides(uv).inverse() * sides(stored);
+    EXPECT_LT((jacobian.squaredNorm() + jacobian.inverse().squaredNorm()) / 4.0, 20.0) << f;
+  }
+}
+
 TEST(Rounding, ImpossibleMapsAreRefusedAndNamed) {
   // All corners of a triangle are fixed within one 32-bit step.
   const mesh::Surface surface = test::grid(4, 4);
