@@ -161,10 +161,14 @@ def plate_with_holes(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
     return of_cubes((x, y, z) for x, y in sides if min(x % 5, y % 5) < 2 for z in (0, 1))
 
 
-def test_all_curvature_of_36_handles_in_one_cone_is_reached_by_relaxed_steps() -> None:
-    vertices, faces = plate_with_holes(6, 6)
+@pytest.mark.parametrize(("columns", "rows"), [(6, 6), (10, 8)])
+def test_all_curvature_of_many_handles_in_one_cone_is_reached_by_relaxed_steps(
+    columns: int, rows: int
+) -> None:
+    # Of 80 handles it is not in minutes where a relaxed vertex does not take the flips on its way in their order.
+    vertices, faces = plate_with_holes(columns, rows)
     target = np.full(len(vertices), 2 * np.pi)
-    target[-1] = 2 * np.pi * (2 * 36 - 1)
+    target[-1] = 2 * np.pi * (2 * columns * rows - 1)
     metric = ff.conformal_metric(vertices, faces, target)
     assert metric.stats["relaxed_iterations"] >= 5
     assert metric.angle_error <= 1e-10

@@ -43,7 +43,9 @@ PinnedMetric compute_pinned_metric(const mesh::Surface& surface, const std::vect
   newton.max_iterations = kMaxIterations;
   newton.pinned = &pinned;
   NewtonSystem system(pinned);
-  const NewtonRun run = run_newton(*engine, system, newton, context);
+  newton.more_bits = false;
+  Descent descent = Descent::kUnknown;
+  const NewtonRun run = run_newton(*engine, system, newton, descent, context);
   result.error = run.error;
   result.iterations = run.iterations;
   result.converged = run.end == NewtonEnd::kConverged;

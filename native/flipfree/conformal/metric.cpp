@@ -299,6 +299,7 @@ class Ladder {
     const double seconds = limit_ > 0.0 ? std::max(1e-3, limit_ - watch_.seconds()) : 0.0;
     newton_.max_iterations = options_.max_iterations - result_.iterations;
     newton_.earlier_tests = exact_tests_;
+    newton_.more_bits = options_.bits == 0 ? bits < kLargestBits : bits < options_.bits;
     NewtonRun run;
     run.end = NewtonEnd::kPrecision;
     std::unique_ptr<MetricEngine> reached;  // what a replay is to improve on
@@ -323,7 +324,7 @@ class Ladder {
     }
     if (run.reason[0] == '\0') {
       newton_.max_seconds = seconds > 0.0 ? std::max(1e-3, limit_ - watch_.seconds()) : 0.0;
-      run = run_newton(*engine_, system_, newton_, context_);
+      run = run_newton(*engine_, system_, newton_, descent_, context_);
       if (run.end == NewtonEnd::kConverged && !engine_->has_triangles()) {
         run.end = NewtonEnd::kPrecision;
         run.reason = "a triangle's sides have lost it";
@@ -395,6 +396,7 @@ class Ladder {
   NewtonRun last_;                        // its run
   NewtonSystem system_;
   NewtonOptions newton_;
+  Descent descent_ = Descent::kUnknown;
   // Sums over the rungs.
   std::size_t exact_tests_ = 0;
   int rungs_ = 0, evaluations_ = 0, relaxed_ = 0;

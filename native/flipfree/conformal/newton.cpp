@@ -37,11 +37,17 @@ struct Relaxation {
 constexpr double kShortStep = 0.3;
 constexpr Relaxation kThorough{0.03, 8};
 constexpr Relaxation kQuick{0.1, 1};
+constexpr double kLessError = 0.3;  // of the error before a relaxed step: leaving less is thorough
+// An error at the start beyond kFar radians goes by relaxed steps from the beginning (kRelaxed).
+// Measured with single cones on g-tori (docs/benchmarks.md).
+constexpr double kFar = 200.0;
 // Delaunay tests in full precision, per edge and anyway, after which more lead nowhere: among
 // needles thinner than scale factors can be told apart every vertex that is relaxed takes all the
 // moves that it may, and Newton steps creep. They cost nearly all of the time.
 constexpr std::size_t kTestsPerEdge = 2000;
 constexpr std::size_t kTestsAnyway = 20'000;
+// Relaxed steps need angles that are known to less than what relaxation leaves.
+constexpr double kMostNoise = 0.01;
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
@@ -175,9 +181,43 @@ bool relax(MetricEngine& engine, Ray& ray, const Relaxation& how, Gradient& grad
   return true;
 }
 
+// Steps of Descent::kRelaxed: along the ray as far as the bound on steps allows, then relaxation,
+// which repairs what one step length for all has spoiled; taken if the energy has become less.
+// Where the difference drowns in rounding, the norm of the gradient decides. Otherwise half the
+// step, from the same start.
+bool relaxed_step(MetricEngine& engine, const FineVector& direction, double first_step,
+                  const NewtonOptions& options, const Gradient& start, Gradient& trial,
+                  const std::function<bool()>& worn_out, NewtonRun& run,
+                  ExecutionContext& context) {
+  const double start_norm = norm(start.value);
+  const Relaxation how{std::min(kThorough.error, kLessError * start.max_error), kThorough.sweeps};
+  const Energy before = engine.energy(context);
+  engine.remember();
+  for (double step = first_step; step > kNormStep * first_step; step *= 0.5) {
+    Ray ray(engine, direction, options, run);
+    if (ray.move(step, trial, context) && relax(engine, ray, how, trial, worn_out, context)) {
+      const Energy after = engine.energy(context);
+      const double change = after.value - before.value;
+      const double noise = before.noise + after.noise;
+      const bool undecided = std::abs(change) <= noise;
+      const double bound = engine.bits() > 53 ? start_norm : kMuchLess * start_norm;
+      if (change < -noise || (undecided && norm(trial.value) < bound)) return true;
+      // By convexity the energy has become less if it still falls along the way done.
+      if (undecided && engine.bits() > 53 && dot(engine.moved(), trial.value) < 0.0) return true;
+      // In double, whose kinks are rounded off, creeping on would only cost time.
+      if (undecided && engine.bits() <= 53) {
+        engine.go_back();
+        return false;
+      }
+    }
+    engine.go_back();
+  }
+  return false;
+}
+
 // Algorithm 3.
 void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
-             NewtonRun& run, ExecutionContext& context) {
+             Descent& descent, NewtonRun& run, ExecutionContext& context) {
   const std::size_t most = kTestsAnyway + kTestsPerEdge * engine.mesh().edge_count();
   const std::size_t most_tests = most - std::min(most, options.earlier_tests);
   const auto worn_out = [&] { return engine.exact_tests() > most_tests; };
@@ -192,6 +232,9 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
     here.evaluate(gradient, context);
   }
   run.error_history.push_back(gradient.max_error);
+  if (descent == Descent::kUnknown) {
+    descent = gradient.max_error > kFar ? Descent::kRelaxed : Descent::kLineSearch;
+  }
   bool hard = false;  // the norm decrease, a heuristic, is no longer asked for
   const double start_error = std::max(gradient.max_error, options.tolerance);
   for (;;) {
@@ -212,7 +255,8 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
     context.report("conformal metric", fraction);
     const ProgressRange still(context, fraction, fraction);  // factorizations report as well
     run.end = NewtonEnd::kPrecision;
-    if (gradient.noise > 0.1 * run.error) {
+    if (gradient.noise > 0.1 * run.error ||
+        (options.more_bits && descent == Descent::kRelaxed && gradient.noise > kMostNoise)) {
       run.reason = "gradient below its noise";
       return;
     }
@@ -222,23 +266,34 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
     }
     double range = 0.0;
     for (const double x : direction.high) range = std::max(range, 2.0 * std::abs(x));
-    const bool quick = engine.bits() == 53;
+    const bool relaxed = descent == Descent::kRelaxed;
+    const bool quick = engine.bits() == 53 && !relaxed;
     const double first_step = std::min(1.0, (quick ? kQuickStepRange : kStepRange) / range);
-    Ray ray(engine, direction, options, run);
-    if (!line_search(ray, first_step, !hard, direction.high, system.slope(), gradient, trial,
-                     context)) {
+    bool found = false;
+    if (relaxed) {
+      found = relaxed_step(engine, direction, first_step, options, gradient, trial, worn_out, run,
+                           context);
+      ++run.relaxed_iterations;
+    }
+    // The energy is known in double only, whatever the bits; the slope along a ray is not.
+    if (!found && (!relaxed || engine.bits() > 53)) {
+      Ray ray(engine, direction, options, run);
+      found = line_search(ray, first_step, !hard, direction.high, system.slope(), gradient, trial,
+                          context);
+      const bool cut = ray.step() < kShortStep;
+      hard = hard || (found && cut);
+      const Relaxation& how = cut ? kThorough : kQuick;
+      if (found && (cut || (quick && (ray.step() < 1.0 || trial.max_error > how.error)))) {
+        ++run.relaxed_iterations;
+        if (!relax(engine, ray, how, trial, worn_out, context)) {
+          run.reason = "relaxation left the range of numbers";
+          return;
+        }
+      }
+    }
+    if (!found) {
       run.reason = "no step along the direction";
       return;
-    }
-    const bool cut = ray.step() < kShortStep;
-    hard = hard || cut;
-    const Relaxation& how = cut ? kThorough : kQuick;
-    if (cut || (quick && (ray.step() < 1.0 || trial.max_error > how.error))) {
-      ++run.relaxed_iterations;
-      if (!relax(engine, ray, how, trial, worn_out, context)) {
-        run.reason = "relaxation left the range of numbers";
-        return;
-      }
     }
     if (limited) engine.remember();
     std::swap(gradient, trial);
@@ -250,11 +305,11 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
 }  // namespace
 
 NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
-                     ExecutionContext& context) {
+                     Descent& descent, ExecutionContext& context) {
   NewtonRun run;
   const bool in_time = ended_in_time([&] {
     const TimeLimit limit(context, limit_of(options.max_seconds));
-    iterate(engine, system, options, run, context);
+    iterate(engine, system, options, descent, run, context);
   });
   if (!in_time) {
     if (!(options.max_seconds > 0.0)) throw TimeIsOver();

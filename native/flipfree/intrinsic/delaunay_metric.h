@@ -54,6 +54,8 @@ class DelaunayMetric {
   const std::vector<FlipRecord>& flips() const { return flips_; }
   // Delaunay tests that the filter in double left to the scalar type.
   std::size_t exact_tests() const { return exact_tests_; }
+  // All lengths rounded to double, while that is known; else null.
+  const std::vector<double>* rounded_lengths() const { return shadow_valid_ ? &shadow_ : nullptr; }
 
   // change(edge, length) for every edge.
   template <typename Change>

@@ -26,9 +26,57 @@ EngineInput flat_but_one(const mesh::Surface& surface, VertexId cone) {
   return input;
 }
 
+double dot(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+// The gradient integrated along a straight line of u (Simpson) is the difference of energies, over
+// many flips.
+void expect_energy_fits_gradient(const mesh::Surface& surface, int bits, bool flat) {
+  ExecutionContext context;
+  EngineInput input = flat_but_one(surface, 0);
+  if (!flat) {  // any targets do: the identity needs no Gauss-Bonnet
+    for (std::size_t v = 0; v < input.target.size(); ++v)
+      input.target[v] = 3.0 + 0.01 * static_cast<double>(v % 7);
+  }
+  const auto engine = make_engine(input, bits, context);
+  const std::size_t n = input.target.size();
+  constexpr int kSteps = 400;  // even
+  FineVector half{std::vector<double>(n), {}};
+  std::vector<double> direction(n);
+  for (std::size_t v = 0; v < n; ++v) {
+    direction[v] = 2.0 * std::sin(1.7 * static_cast<double>(v));
+    half.high[v] = 0.5 * direction[v] / kSteps;
+  }
+  const double before = engine->energy(context).value;
+  Gradient gradient;
+  double integral = 0.0;
+  for (int i = 0; i <= kSteps; ++i) {
+    engine->evaluate(1e-13, gradient, context);
+    const double weight = i == 0 || i == kSteps ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+    integral += weight / (3.0 * kSteps) * dot(direction, gradient.value);
+    if (i == kSteps) break;
+    engine->scale(half, context);
+    ASSERT_TRUE(engine->restore_delaunay(context));
+  }
+  EXPECT_GT(engine->flips().size(), engine->euclidean_flips() + 20);
+  EXPECT_NEAR(engine->energy(context).value - before, integral, 1e-4);
+}
+
+TEST(MetricEngine, EnergyIsTheIntegralOfTheGradientAcrossFlips) {
+  expect_energy_fits_gradient(test::torus(12, 8), 53, true);
+  expect_energy_fits_gradient(test::torus(12, 8), 128, true);
+}
+
+TEST(MetricEngine, EnergyIsTheIntegralOfTheGradientOnDoubleCovers) {
+  expect_energy_fits_gradient(test::bumpy_grid(8, 6, 0.3, 2.0), 53, false);
+}
+
 // Found when single cones of many handles stalled: the search of one vertex ended after a fixed
-// number of small steps, hundreds of radians beyond its target.
-TEST(MetricEngine, RelaxedVertexMeetsItsAngle) {
+// number of small steps, hundreds of radians beyond its target and with more energy than before.
+TEST(MetricEngine, RelaxedVertexMeetsItsAngleAndTheEnergyFalls) {
   ExecutionContext context;
   const mesh::Surface surface = test::torus(24, 16);
   const EngineInput input = flat_but_one(surface, 0);
@@ -41,12 +89,16 @@ TEST(MetricEngine, RelaxedVertexMeetsItsAngle) {
   engine->scale(half, context);
   ASSERT_TRUE(engine->restore_delaunay(context));
   Gradient gradient;
+  double energy = engine->energy(context).value;
   for (VertexId v = 0; v < input.vertex_count; v += 3) {
     const std::size_t at = static_cast<std::size_t>(v);
     const double half_before = engine->scaled_so_far(context)[at].to_double();
     ASSERT_TRUE(engine->relax(
         {v}, 1e-3, [] { return false; }, context));
     engine->evaluate(1e-13, gradient, context);
+    const Energy after = engine->energy(context);
+    EXPECT_LE(after.value, energy + 2.0 * after.noise) << v;
+    energy = after.value;
     const double moved =
         2.0 * std::abs(engine->scaled_so_far(context)[at].to_double() - half_before);
     // A vertex that would have to move by more than the bound of one relaxation waits there.
@@ -72,6 +124,7 @@ TEST(MetricEngine, RelaxationLeavesTheDelaunayTriangulationByFewFlips) {
     Gradient gradient;
     engine->evaluate(1e-13, gradient, context);
     ASSERT_GT(std::abs(gradient.value[41]), 100.0);
+    engine->remember();
     const std::size_t before = engine->flips().size();
     for (int i = 0; i < 10; ++i) {
       ASSERT_TRUE(engine->relax(
@@ -79,6 +132,8 @@ TEST(MetricEngine, RelaxationLeavesTheDelaunayTriangulationByFewFlips) {
     }
     engine->evaluate(1e-13, gradient, context);
     EXPECT_LE(std::abs(gradient.value[41]), 1.01e-3);
+    EXPECT_NEAR(engine->moved()[41], 2.0 * (engine->scaled_so_far(context)[41].to_double() + 5.0),
+                1e-9);
     const std::size_t done = engine->flips().size() - before;
     EXPECT_GT(done, 20u);
     EXPECT_LT(done, 1500u);

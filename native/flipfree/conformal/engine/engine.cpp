@@ -8,13 +8,16 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
+#include "flipfree/conformal/engine/flip_place.h"
 #include "flipfree/intrinsic/delaunay_metric.h"
 #include "flipfree/intrinsic/flip_lengths.h"
+#include "flipfree/numeric/lobachevsky.h"
 #include "flipfree/numeric/scalar.h"
 
 namespace flipfree::conformal {
@@ -184,10 +187,45 @@ class ScalarEngine final : public MetricEngine {
                  [&](std::size_t begin, std::size_t end, std::size_t) {
                    HalfedgeId h[3];
                    for (std::size_t f = begin; f < end; ++f) {
-                     const intrinsic::TriangleShape shape = metric_.shape(f, kTangentAccuracy, h);
+                     const intrinsic::TriangleShape shape = metric_.shape(f, kEnergyAccuracy, h);
                      for (int k = 0; k < 3; ++k) tangent[at(h[k])] = shape.half_tangent(k);
                    }
                  });
+  }
+
+  // Sum over triangles of 2 f - pi (x1 + x2 + x3) plus target * u, with x the logarithms of the
+  // lengths and f = sum of angle * x + Lobachevsky(angle). The edges' own term makes the sum
+  // continuous across flips: on a co-circular edge it cancels what the two opposite angles add.
+  Energy energy(ExecutionContext& context) const override {
+    const std::vector<T>& length = metric_.lengths();
+    std::vector<double> logarithm(length.size());
+    for (std::size_t e = 0; e < length.size(); ++e) {
+      if (e % intrinsic::ChecksPer<double>::kLogarithms ==
+          intrinsic::ChecksPer<double>::kLogarithms - 1)
+        context.check();
+      logarithm[e] = logarithm_of(length[e]);
+    }
+    Energy sum;
+    const auto add = [&sum](double term) {
+      sum.value += term;
+      sum.noise += kEnergyRoundings * std::numeric_limits<double>::epsilon() * std::abs(term);
+    };
+    visit_all_faces(kEnergyAccuracy, context, [&](const Shape& face) {
+      double half[3];
+      half[face.widest] = 0.5 * kPi;
+      for (int k = 0; k < 3; ++k) {
+        if (k == face.widest) continue;
+        half[k] = std::atan(face.shape.half_tangent(k));
+        half[face.widest] -= half[k];
+      }
+      for (int k = 0; k < 3; ++k) {
+        add(face.weight * ((4.0 * half[k] - kPi) * logarithm[at(face.h[k] >> 1)]));
+        add(face.weight * 2.0 * numeric::lobachevsky(2.0 * half[k]));
+      }
+    });
+    for (std::size_t v = 0; v < target_.size(); ++v)
+      add(target_[v] * 2.0 * logarithm_of(factor_product_[v]));
+    return sum;
   }
 
   bool relax(const std::vector<VertexId>& unknowns, double accuracy,
@@ -217,6 +255,15 @@ class ScalarEngine final : public MetricEngine {
     metric_.go_back();
     factor_product_ = remembered_product_;
     in_range_ = true;
+  }
+
+  std::vector<double> moved() const override {
+    std::vector<double> change(factor_product_.size());
+    for (std::size_t v = 0; v < change.size(); ++v) {
+      const T& before = remembered_product_[v];
+      change[v] = 2.0 * std::log1p(numeric::ratio(factor_product_[v] - before, before));
+    }
+    return change;
   }
 
   void finish(ConformalMetric& result, bool in_full,
@@ -272,8 +319,12 @@ class ScalarEngine final : public MetricEngine {
   static constexpr double kRelaxMove = 2.0;
   static constexpr std::size_t kRelaxFlips = 4;
   static constexpr int kRelaxSteps = 150;
-  static constexpr double kStarAccuracy = 1e-6;      // of angles in relaxation
-  static constexpr double kTangentAccuracy = 1e-14;  // of those whose tangents are asked for
+  static constexpr std::size_t kFirstEvents = 4;
+  static constexpr std::size_t kCheckFlips = intrinsic::ChecksPer<T>::kFlips;
+  static constexpr double kStarAccuracy = 1e-6;     // of angles in relaxation
+  static constexpr double kEnergyAccuracy = 1e-14;  // of angles in the energy, and of tangents
+  // Roundings in the sum of the energy's terms, against the estimate of one per term.
+  static constexpr double kEnergyRoundings = 16.0;
   // Relative size of the sum of two half-cotangents from which on it is computed in full.
   static constexpr double kCancelled = 1e-3;
   // Half-cotangents below which they are: doubles know them to 1e-16.
@@ -380,19 +431,28 @@ class ScalarEngine final : public MetricEngine {
   // method; once the root was passed, a step that gains little or leads too far halves the
   // distance.
   bool relax_one(VertexId v, double accuracy, ExecutionContext& context) {
+    constexpr std::size_t kNoBound = std::numeric_limits<std::size_t>::max();
     constexpr double kFarEnd = 16.0;
     const double least_move = std::ldexp(1.0, -bits_);
     double low = -kRelaxMove;
     double high = kRelaxMove;
     double before = 0.0;
-    bool passed = false;  // both signs were seen
+    bool passed = false;      // both signs were seen
+    std::size_t between = 0;  // flips between low and high, then
+    std::size_t last_events = 0;
+    std::size_t budget = kFirstEvents;
     for (int i = 0; i < kRelaxSteps; ++i) {
       if (i % 16 == 15) context.check();
       const StarAngle star = star_angle(v);
       const double error = target_[at(v)] - star.angle;
       if (!std::isfinite(error)) return false;
       if (std::abs(error) <= accuracy) return true;
-      passed = passed || before * error < 0.0;
+      if (before * error < 0.0) {
+        passed = true;
+        between = last_events;
+      } else {
+        between -= std::min(between, last_events);
+      }
       const bool slow = i > 0 && std::abs(error) > 0.5 * std::abs(before);
       before = error;
       // The error grows with the scale factor.
@@ -401,19 +461,118 @@ class ScalarEngine final : public MetricEngine {
       double step = star.slope > 0.0 ? -error / star.slope : end;
       const bool within = std::abs(step) < std::abs(end);
       if (!within) step = end;
-      if (passed && (slow || !within)) {
-        // Near the vertex the root may be nearer by many orders of magnitude than the end is.
-        const double distance = std::abs(end);
-        step = std::copysign(
-            distance > kFarEnd * star.reach ? std::sqrt(distance * star.reach) : 0.5 * distance,
-            end);
+      std::size_t most = kNoBound;
+      if (!passed) {
+        most = budget;
+        budget *= 2;
+      } else if (slow || !within) {
+        if (between > 1) {
+          step = end;
+          most = between / 2;
+        } else {
+          // Near the vertex the root may be nearer by many orders of magnitude than the end is.
+          const double distance = std::abs(end);
+          step = std::copysign(
+              distance > kFarEnd * star.reach ? std::sqrt(distance * star.reach) : 0.5 * distance,
+              end);
+        }
       }
       if (!(std::abs(step) > least_move)) return true;
-      if (!scale_star(v, std::expm1(0.5 * step), context)) return false;
-      low -= step;
-      high -= step;
+      const StarMove move = move_star(v, step, most, context);
+      if (!move.followed) return false;
+      low -= move.step;
+      high -= move.step;
+      last_events = move.events;
     }
     return true;
+  }
+
+  struct StarMove {
+    double step = 0.0;       // change of the scale factor done
+    std::size_t events = 0;  // flips on the way
+    bool followed = false;
+  };
+  struct StarEvent {
+    double step = 0.0;  // where the edge stops being Delaunay
+    EdgeId e = kInvalid;
+    std::uint32_t version = 0;
+  };
+
+  // Moves the scale factor u of v by at most `step`, with the flips on its way in their order, and
+  // no further than flip number `most_events`. Ptolemy flips commute with scaling, so they are done
+  // on the lengths before the move. Going straight to the end and flipping there instead would take
+  // ways through triangulations that neither end knows: where a vertex becomes smaller than its hub
+  // all far vertices change over, one by one, and single cones of genus 80 are not reached.
+  StarMove move_star(VertexId v, double step, std::size_t most_events, ExecutionContext& context) {
+    StarMove move;
+    if (mesh().symmetric()) {
+      move.step = step;
+      move.followed = scale_star(v, std::expm1(0.5 * step), context);
+      return move;
+    }
+    const auto later = [](const StarEvent& a, const StarEvent& b) {
+      const double x = std::abs(a.step);
+      const double y = std::abs(b.step);
+      return x != y ? x > y : a.e > b.e;
+    };
+    event_version_.resize(mesh().edge_count(), 0);
+    events_.clear();
+    metric_.around(v, [&](HalfedgeId h) {
+      add_event(v, h >> 1, step, 0.0);
+      add_event(v, mesh().next[at(h)] >> 1, step, 0.0);
+    });
+    std::make_heap(events_.begin(), events_.end(), later);
+    most_events = std::min(most_events, 2 * mesh().edge_count());  // what rounding could still do
+    intrinsic::FlipType type = intrinsic::FlipType::kInterior;
+    while (!events_.empty()) {
+      std::pop_heap(events_.begin(), events_.end(), later);
+      const StarEvent event = events_.back();
+      events_.pop_back();
+      if (event.version != event_version_[at(event.e)] ||
+          !intrinsic::flip_type(mesh(), event.e, type))
+        continue;
+      intrinsic::PlainFlips plain;
+      if (!metric_.template flip<FlipRule::kPtolemy>(event.e, type, plain)) return move;
+      if (++move.events % kCheckFlips == 0) context.check();
+      if (move.events >= most_events) {
+        step = event.step;
+        break;
+      }
+      // Events nearer to each other than their places are known may have come in the wrong order:
+      // what lies outside the star then is tested at the end as well.
+      const auto renew = [&](EdgeId e) {
+        metric_.put_in_line(e);
+        ++event_version_[at(e)];
+        const std::size_t count = events_.size();
+        add_event(v, e, step, event.step);
+        if (events_.size() == count) return;
+        // Rounding alone would flip the new edge back here.
+        if (e == event.e && events_.back().step == event.step) {
+          events_.pop_back();
+        } else {
+          std::push_heap(events_.begin(), events_.end(), later);
+        }
+      };
+      renew(event.e);
+      for (const HalfedgeId h : {2 * event.e, 2 * event.e + 1}) {
+        const HalfedgeId n = mesh().next[at(h)];
+        renew(n >> 1);
+        renew(mesh().next[at(n)] >> 1);
+      }
+    }
+    move.step = step;
+    move.followed = scale_star(v, std::expm1(0.5 * step), context);
+    return move;
+  }
+
+  // Notes where edge e stops being Delaunay on the way of v's scale factor to `step`, if it does.
+  // What is behind `done` happens there.
+  void add_event(VertexId v, EdgeId e, double step, double done) {
+    const bool shrinks = step < 0.0;
+    const std::optional<double> flip = flip_place(metric_, v, e, shrinks);
+    if (!flip) return;
+    const double place = shrinks ? std::min(*flip, done) : std::max(*flip, done);
+    if (std::abs(place) < std::abs(step)) events_.push_back({place, e, event_version_[at(e)]});
   }
 
   bool scale_star(VertexId v, double growth, ExecutionContext& context) {
@@ -596,6 +755,8 @@ class ScalarEngine final : public MetricEngine {
   bool started_ = false;
   std::size_t euclidean_flips_ = 0;
   std::vector<VertexId> mirror_;
+  std::vector<StarEvent> events_;             // heap
+  std::vector<std::uint32_t> event_version_;  // per edge: events with another one are void
 };
 
 }  // namespace

@@ -81,6 +81,13 @@ struct FineVector {
   std::vector<numeric::BigFloat<16>> full{};
 };
 
+// The convex energy whose gradient is target - angle, up to a constant of the input; and an
+// estimate of its rounding error.
+struct Energy {
+  double value = 0.0;
+  double noise = 0.0;
+};
+
 // The same in any precision, to hand over from one engine to the next.
 using ScaleLogarithms = std::vector<numeric::BigFloat<64>>;
 
@@ -122,6 +129,10 @@ class MetricEngine {
   // tan(angle / 2) of the angle opposite each half-edge, in every face; small relative errors.
   virtual void half_tangents(std::vector<double>& tangent, ExecutionContext& context) const = 0;
 
+  // The convex energy of the present metric (Springborn, Schroeder, Pinkall 2008; across flips
+  // Springborn 2019). Costs about as much as the angles.
+  virtual Energy energy(ExecutionContext& context) const = 0;
+
   // Nonlinear relaxation: for each unknown listed, in order, moves its scale factor alone until its
   // own angle error is at most `accuracy` (a monotone equation in one variable; the triangulation
   // around it is kept Delaunay). Every move lowers the convex energy.
@@ -135,6 +146,8 @@ class MetricEngine {
   // Remembers the present metric, and returns to the one remembered last. Copies all arrays.
   virtual void remember() = 0;
   virtual void go_back() = 0;
+  // Changes of the scale factors u since remember().
+  virtual std::vector<double> moved() const = 0;
   // Flips done so far, of which the first euclidean_flips() are Euclidean.
   virtual const std::vector<intrinsic::FlipRecord>& flips() const = 0;
   virtual std::size_t euclidean_flips() const = 0;

@@ -307,7 +307,9 @@ class PennerNewton {
     conformal::NewtonOptions newton;
     newton.tolerance = std::max(0.1 * options_.tolerance, kCones * loop_error);
     newton.max_iterations = kConeIterations;
-    return run_newton(engine, system_.laplacian(), newton, context_).end ==
+    newton.more_bits = engine.bits() == 53;
+    conformal::Descent descent = conformal::Descent::kLineSearch;
+    return run_newton(engine, system_.laplacian(), newton, descent, context_).end ==
            conformal::NewtonEnd::kConverged;
   }
 

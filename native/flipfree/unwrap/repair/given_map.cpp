@@ -159,10 +159,8 @@ class Rejoining {
 
   // With its places as they are now.
   double energy_now(FaceId f) const {
-    mesh::Surface one;
-    one.vertices.resize(3, 3);
+    mesh::Surface one{Points3(3, 3), Triangles{{0, 1, 2}}};
     for (Index k = 0; k < 3; ++k) one.vertices.row(k) = surface_.vertices.row(surface_.faces(f, k));
-    one.faces = Triangles{{0, 1, 2}};
     const Points3 parts = certify::symmetric_dirichlet_parts(one, uv_.middleRows(3 * f, 3));
     const double energy = 0.25 * (parts(0, 0) / scale_ + parts(0, 1) * scale_);
     return std::isfinite(energy) ? energy : std::numeric_limits<double>::infinity();
