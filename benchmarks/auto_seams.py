@@ -3,7 +3,7 @@
     auto_seams.py peers [--blender PROGRAM] [--stretch 1.25]    a row per method
     auto_seams.py models [--stretch 1.25]                       a row per model
     auto_seams.py hard [--blender PROGRAM]                      hard surfaces: what lies along the axes, beside Smart UV Project
-    auto_seams.py large                                         models subdivided (Loop 1987), from mesh to packed islands
+    auto_seams.py large      models subdivided (Loop 1987, package trimesh), from mesh to packed islands
 
 Models: the shared data folder's seams/. xatlas is left out where it cannot be imported. Seam: length of the edges whose sides differ,
 each once, over the square root of the surface's area. Energy: mean at the map's best scale, the worst island at its own. 99 %: the
@@ -272,52 +272,15 @@ def hard(options: Options) -> Iterator[Row]:
         yield name, len(faces), *cells, f"{cost.cpu:.2f}", smart
 
 
-def subdivided(vertices: Array, faces: Any) -> tuple[Array, Any]:
-    """Loop's scheme once."""
-    count = len(vertices)
-    halfedges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    apexes = np.concatenate([faces[:, 2], faces[:, 0], faces[:, 1]])
-    ends = np.sort(halfedges, 1).astype(np.int64)
-    keys, place, sides = np.unique(
-        ends[:, 0] * count + ends[:, 1], return_inverse=True, return_counts=True
-    )
-    a, b = keys // count, keys % count
-    inner = sides == 2
-    across = np.zeros((len(keys), 3))
-    np.add.at(across, place, vertices[apexes])
-    middle = 0.5 * (vertices[a] + vertices[b])
-    middle[inner] = 0.75 * middle[inner] + 0.125 * across[inner]
-    valence = np.maximum(np.bincount(np.concatenate([a, b]), minlength=count), 1)
-    around = np.zeros((count, 3))
-    np.add.at(around, a, vertices[b])
-    np.add.at(around, b, vertices[a])
-    share = (0.625 - (0.375 + 0.25 * np.cos(2 * np.pi / valence)) ** 2) / valence
-    moved = (1 - valence * share)[:, None] * vertices + share[:, None] * around
-    along = np.zeros((count, 3))
-    np.add.at(along, a[~inner], vertices[b[~inner]])
-    np.add.at(along, b[~inner], vertices[a[~inner]])
-    border = np.unique(np.concatenate([a[~inner], b[~inner]]))
-    moved[border] = 0.75 * vertices[border] + 0.125 * along[border]
-    e = count + place.reshape(3, -1)
-    corners = (
-        (faces[:, 0], e[0], e[2]),
-        (faces[:, 1], e[1], e[0]),
-        (faces[:, 2], e[2], e[1]),
-        (e[0], e[1], e[2]),
-    )
-    finer = np.concatenate([np.stack(c, 1) for c in corners]).astype(np.int32)
-    return np.concatenate([moved, middle]), finer
-
-
 @table(COLUMNS)
 def large(options: Options) -> Iterator[Row]:
+    from trimesh.remesh import subdivide_loop
+
     for case in options.cases(LARGE.split()):
         name, levels = case.split(":")
         mesh = read_mesh(data() / "seams" / f"{name}.obj")
-        vertices, faces = mesh.vertices, mesh.faces
-        for _ in range(int(levels)):
-            vertices, faces = subdivided(vertices, faces)
-        found = ours((case, vertices, faces), 1.25, options)
+        finer = subdivide_loop(mesh.vertices, mesh.faces, int(levels))
+        found = ours((case, *finer), 1.25, options)
         yield f"{name}, {levels} times", *found.cells(), f"{found.seconds:.1f}"
 
 

@@ -2,10 +2,10 @@
 
     growth.py calls [--faces 2000] [--only TEXT] [--seconds 120]
 
-Long ribbons, flat spirals, combs, fans around one vertex, thousands of parts, and a bumpy sheet for comparison: CPU
-seconds at n, 2n and 4n faces, and the exponent between the first and the last (1: linear). Exit status 1 if one is above 1.2. A
-call that ends in an error is timed as well; its code stands beside. Costs below 0.05 s at 4n are those of the call itself: no
-exponent. A row whose call came close to --seconds is not measured further.
+Long ribbons, flat spirals, combs, fans around one vertex, thousands of parts, thin rods, and a bumpy sheet for comparison: CPU
+seconds at n, 2n and 4n faces, and the exponent between the first and the last (1: linear). Calls are those of deadlines.py, with conformal
+angles near those of the surface. Exit status 1 if one is above 1.2. A call that ends in an error is timed as well; its code stands beside.
+Costs below 0.05 s at 4n are those of the call itself: no exponent. A row whose call came close to --seconds is not measured further.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from deadlines import Case, Maps, public_calls
 from runner import Options, Row, main, table, timed
 
 import flipfree as ff
@@ -27,35 +28,25 @@ WANTED = 1.2
 #: CPU seconds at 4n below which nothing is said of growth.
 TOO_SHORT = 0.05
 
-#: Vertices, faces, and their plan (n, 2), which lies flat without overlap.
-Shape = tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.float64]]
-
 
 def lattice(columns: int, rows: int) -> npt.NDArray[np.int32]:
     return bumpy_grid(columns, rows)[1]
 
 
-def plane(points: Any, faces: npt.NDArray[np.int32]) -> Shape:
-    points = np.asarray(points, np.float64)
-    return np.column_stack([points, np.zeros(len(points))]), faces, points
+def plane(points: Any, faces: npt.NDArray[np.int32]) -> Mesh:
+    return np.pad(np.asarray(points, np.float64), ((0, 0), (0, 1))), faces
 
 
-def ribbon(faces: int) -> Shape:
+def ribbon(faces: int) -> Mesh:
     """One quad wide, around a cylinder, 160 faces a turn."""
     count = faces // 2
     t = np.arange(count + 1) / 80
-    step = 2 * np.sin(np.pi / 80)
     angle = 2 * np.pi * t
     low = np.stack([np.cos(angle), np.sin(angle), 0.3 * t], -1)
-    plan = np.column_stack([step * np.arange(count + 1), np.zeros(count + 1)])
-    return (
-        np.vstack([low, low + [0, 0, 0.2]]),
-        lattice(count, 1),
-        np.vstack([plan, plan + [0, 0.2]]),
-    )
+    return np.vstack([low, low + [0, 0, 0.2]]), lattice(count, 1)
 
 
-def spiral(faces: int) -> Shape:
+def spiral(faces: int) -> Mesh:
     """One quad wide, in the plane, 160 faces a turn."""
     t = np.arange(faces // 2 + 1) / 80
     angle, radius = 2 * np.pi * t, 1 + t
@@ -65,7 +56,7 @@ def spiral(faces: int) -> Shape:
     )
 
 
-def comb(faces: int) -> Shape:
+def comb(faces: int) -> Mesh:
     """A back of two triangles per tooth and gap, teeth of 20 cells."""
     columns = faces // 22
     index = lattice(columns, 1)
@@ -81,20 +72,16 @@ def comb(faces: int) -> Shape:
     return plane(points, np.vstack(every))
 
 
-def fan(faces: int) -> Shape:
+def fan(faces: int) -> Mesh:
     """All around one vertex, not quite flat."""
     angle = 2 * np.pi * np.arange(faces) / faces
-    plan = np.vstack([np.stack([np.cos(angle), np.sin(angle)], -1), [[0.0, 0.0]]])
+    rim = np.stack([np.cos(angle), np.sin(angle), 0.1 * np.sin(5 * angle)], -1)
     a = np.arange(faces)
-    height = np.append(0.1 * np.sin(5 * angle), 0.0)
-    return (
-        np.column_stack([plan, height]),
-        np.stack([a, np.roll(a, -1), np.full(faces, faces)], -1).astype(np.int32),
-        plan,
-    )
+    around = np.stack([a, np.roll(a, -1), np.full(faces, faces)], -1)
+    return np.vstack([rim, np.zeros((1, 3))]), around.astype(np.int32)
 
 
-def parts(faces: int) -> Shape:
+def parts(faces: int) -> Mesh:
     """Four triangles each, beside each other, all of different size."""
     count = faces // 4
     side = math.isqrt(count - 1) + 1
@@ -108,10 +95,9 @@ def parts(faces: int) -> Shape:
     )
 
 
-def sheet(faces: int) -> Shape:
+def sheet(faces: int) -> Mesh:
     side = math.isqrt(faces // 2)
-    vertices, triangles = bumpy_grid(side, side)
-    return vertices, triangles, vertices[:, :2].copy()
+    return bumpy_grid(side, side)
 
 
 def rod(faces: int) -> Mesh:
@@ -119,86 +105,43 @@ def rod(faces: int) -> Mesh:
     return torus(faces // 8, 4, 0.05)
 
 
-SHAPES: dict[str, Callable[[int], Shape]] = {
+SHAPES: dict[str, Callable[[int], Mesh]] = {
     "ribbon": ribbon,
     "spiral": spiral,
     "comb": comb,
     "fan": fan,
     "parts": parts,
+    "rod": rod,
     "sheet": sheet,
 }
 
 
-def corners(shape: Shape) -> npt.NDArray[np.float64]:
-    return np.asarray(shape[2][shape[1]], np.float64)
-
-
-def sheared(shape: Shape) -> npt.NDArray[np.float64]:
-    return corners(shape) @ np.array([[1.0, 0.0], [0.4, 1.0]])
-
-
-def folded(shape: Shape) -> npt.NDArray[np.float64]:
-    """The plan, with every 50th triangle turned over."""
-    uv = corners(shape)
-    uv[::50] = uv[::50, ::-1].copy()
-    return uv
-
-
-def few(shape: Shape) -> dict[int, tuple[float, float]]:
-    """Three pins, moved by little."""
-    vertices = [0, len(shape[0]) // 3, 2 * len(shape[0]) // 3]
-    return {v: (shape[2][v, 0] * 1.01 + 0.1, shape[2][v, 1] * 1.02) for v in vertices}
-
-
-CALLS: dict[str, Callable[..., Any]] = {
-    "unwrap": lambda s, **o: ff.unwrap(s[0], s[1], **o),
-    "unwrap given": lambda s, **o: ff.unwrap(s[0], s[1], seams="given", **o),
-    "auto_seams": lambda s, **o: ff.auto_seams(s[0], s[1], **o),
-    "conformal_metric": lambda s, **o: ff.conformal_metric(s[0], s[1], angles(s), **o),
-    "conformal": lambda s, **o: ff.conformal(s[0], s[1], angles(s), **o),
-    "angles free": lambda s, **o: ff.boundary_angles(s[0], s[1], "free", **o),
-    "angles circle": lambda s, **o: ff.boundary_angles(s[0], s[1], "circle", **o),
-    "suggest_cones": lambda s, **o: ff.suggest_cones(s[0], s[1], **o),
-    "cross_field": lambda s, **o: ff.cross_field(s[0], s[1], **o),
-    "field_aligned": lambda s, **o: ff.field_aligned(s[0], s[1], **o),
-    "match": lambda s, **o: ff.match(s[0], s[1], points=few(s), **o),
-    "embed": lambda s, **o: ff.embed(s[0], s[1], **o),
-    "pack": lambda s, **o: ff.pack(s[0], s[1], corners(s), **o),
-    "certify": lambda s, **o: ff.certify(s[0], s[1], corners(s), **o),
-    "repair": lambda s, **o: ff.repair(s[0], s[1], folded(s), **o),
-    "improve": lambda s, **o: ff.improve((s[0], s[1], sheared(s)), **o),
-}
-
-
-def angles(shape: Shape) -> npt.NDArray[np.float64]:
-    """Those that the plan has: nothing is to be bent, but the fan's and the sheet's middle."""
-    uv = shape[2][shape[1]]
-    total = np.zeros(len(shape[0]))
-    for k in range(3):
-        a, b = uv[:, (k + 1) % 3] - uv[:, k], uv[:, (k + 2) % 3] - uv[:, k]
-        angle = np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(-1))
-        np.add.at(total, shape[1][:, k], angle)
-    return total
+def flattened(case: Case, limit: float) -> Any:
+    """Conformal, with the boundary that is nearest to an isometry: nothing is to be bent that need not be."""
+    angles = ff.boundary_angles(case[1], case[2], "free", max_seconds=limit)
+    return ff.conformal(case[1], case[2], angles, max_seconds=limit)
 
 
 @table("call, shape | n | 2 n | 4 n | exponent | ends")
 def calls(options: Options) -> Iterator[Row]:
-    cases: list[tuple[str, Callable[[int], Any], Callable[..., Any]]] = [
-        (f"{name}, {shape}", make, call)
-        for name, call in CALLS.items()
+    maps, sizes = Maps(), (1, 2, 4)
+    meshes = {
+        shape: [(f"{shape} {size}", *make(size * options.faces)) for size in sizes]
         for shape, make in SHAPES.items()
-    ]
-    for name in ("unwrap", "auto_seams", "field_aligned"):
-        cases.append((f"{name}, rod", rod, CALLS[name]))
-    cases.append(("seamless, rod", rod, lambda s, **o: ff.seamless(s[0], s[1], {}, **o)))
-    for name, make, call in options.cases(cases, lambda case: case[0]):
+    }
+    cases = [
+        (f"{name}, {shape}", call, found)
+        for name, (call, takes) in public_calls(maps).items()
+        for shape, found in meshes.items()
+        if "conformal" not in name and all(map(takes, found))
+    ] + [(f"conformal, {shape}", flattened, found) for shape, found in meshes.items()]
+    for name, call, found in options.cases(cases, lambda case: case[0]):
         costs: list[float] = []
         ends: set[str] = set()
-        for factor in (1, 2, 4):
-            shape = make(factor * options.faces)
+        for case in found:
             with timed() as cost:
                 try:
-                    call(shape, max_seconds=options.seconds)
+                    call(case, options.seconds)
                 except ff.FlipfreeError as error:
                     ends.add(error.code)
             costs.append(cost.cpu)

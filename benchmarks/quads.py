@@ -27,7 +27,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from auto_seams import subdivided
 from runner import Options, Row, data, from_blender, main, numbers, table, timed
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
@@ -372,10 +371,10 @@ def tiles(options: Options) -> Iterator[Row]:
 @table("model | triangles | target | quads | irregular | turned | off % | CPU s")
 def many(options: Options) -> Iterator[Row]:
     """cup_input_simple_10000, each triangle 64, of other heights than before."""
+    from trimesh.remesh import subdivide_loop
+
     mesh = ff.read(data() / "fields/cup_input_simple_10000.obj")
-    vertices, faces = mesh.vertices, mesh.faces
-    for _ in range(3):
-        vertices, faces = subdivided(vertices, faces)
+    vertices, faces = subdivide_loop(mesh.vertices, mesh.faces, 3)
     size = np.ptp(vertices, axis=0).max()
     vertices = vertices + 0.001 * size * np.sin(40 * vertices[:, [1, 2, 0]] / size)
     for target in targets_of(options):
