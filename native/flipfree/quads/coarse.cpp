@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/base/random.h"
 
 namespace flipfree::quads {
 
@@ -38,6 +40,9 @@ class Remover {
     for (HalfedgeId h = 0; h < map_.halfedges(); ++h) all.push_back(h);
     make_delaunay(std::move(all));
     std::vector<VertexId> left = removable();
+    // At random: along a border, one after the other, the edges of all would gather at the next.
+    std::ranges::sort(left, {},
+                      [](VertexId v) { return Random(static_cast<std::uint64_t>(v)).next(); });
     // What loops forbid may be possible once others are gone.
     for (std::size_t before = 0; before != left.size();) {
       before = left.size();
