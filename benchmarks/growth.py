@@ -29,10 +29,6 @@ WANTED = 1.2
 TOO_SHORT = 0.05
 
 
-def lattice(columns: int, rows: int) -> npt.NDArray[np.int32]:
-    return bumpy_grid(columns, rows)[1]
-
-
 def plane(points: Any, faces: npt.NDArray[np.int32]) -> Mesh:
     return np.pad(np.asarray(points, np.float64), ((0, 0), (0, 1))), faces
 
@@ -43,7 +39,7 @@ def ribbon(faces: int) -> Mesh:
     t = np.arange(count + 1) / 80
     angle = 2 * np.pi * t
     low = np.stack([np.cos(angle), np.sin(angle), 0.3 * t], -1)
-    return np.vstack([low, low + [0, 0, 0.2]]), lattice(count, 1)
+    return np.vstack([low, low + [0, 0, 0.2]]), bumpy_grid(count, 1)[1]
 
 
 def spiral(faces: int) -> Mesh:
@@ -52,14 +48,15 @@ def spiral(faces: int) -> Mesh:
     angle, radius = 2 * np.pi * t, 1 + t
     way = np.stack([np.cos(angle), np.sin(angle)], -1)
     return plane(
-        np.vstack([way * (radius + 0.5)[:, None], way * radius[:, None]]), lattice(faces // 2, 1)
+        np.vstack([way * (radius + 0.5)[:, None], way * radius[:, None]]),
+        bumpy_grid(faces // 2, 1)[1],
     )
 
 
 def comb(faces: int) -> Mesh:
     """A back of two triangles per tooth and gap, teeth of 20 cells."""
     columns = faces // 22
-    index = lattice(columns, 1)
+    index = bumpy_grid(columns, 1)[1]
     points = [(x, y) for y in (-1.0, 0.0) for x in range(columns + 1)]
     every = [index]
     for c in range(0, columns, 2):
@@ -100,18 +97,13 @@ def sheet(faces: int) -> Mesh:
     return bumpy_grid(side, side)
 
 
-def rod(faces: int) -> Mesh:
-    """Closed, genus 1, long and thin."""
-    return torus(faces // 8, 4, 0.05)
-
-
 SHAPES: dict[str, Callable[[int], Mesh]] = {
     "ribbon": ribbon,
     "spiral": spiral,
     "comb": comb,
     "fan": fan,
     "parts": parts,
-    "rod": rod,
+    "rod": lambda faces: torus(faces // 8, 4, 0.05),  # closed, genus 1, long and thin
     "sheet": sheet,
 }
 

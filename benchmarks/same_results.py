@@ -28,6 +28,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
@@ -61,17 +62,14 @@ def of_corpus(given: argparse.Namespace) -> Iterator[Call]:
     maps, meshes = Maps(), [case for case in corpus() if len(case[2]) <= given.faces]
     for case in meshes:
         maps.of(case)
-    taken: list[Any] = []
-    functions = {name: getattr(ff, name) for name in FUNCTIONS | {"split_fans": 0, "islands": 0}}
-    for name in functions:
-        setattr(ff, name, lambda *a, _name=name, **k: taken.append((_name, a, k)))
-    keys = []
-    for name, (call, takes) in public_calls(maps).items():
-        for case in filter(takes, meshes):
-            call(case, 0.0)
-            keys.append(f"{name}: {case[0]}")
-    for name, function in functions.items():
-        setattr(ff, name, function)
+    keys, taken = [], []
+    names = *FUNCTIONS, "split_fans", "islands"
+    takers = {n: lambda *a, _name=n, **k: taken.append((_name, a, k)) for n in names}
+    with patch.multiple(ff, **takers):
+        for name, (call, takes) in public_calls(maps).items():
+            for case in filter(takes, meshes):
+                call(case, 0.0)
+                keys.append(f"{name}: {case[0]}")
     yield from ((key, *one) for key, one in zip(keys, taken, strict=True))
 
 
