@@ -15,7 +15,6 @@
 #include "flipfree/quads/box_tree.h"
 #include "flipfree/quads/places.h"
 #include "flipfree/quads/relax.h"
-#include "flipfree/seamless/padding/paths.h"
 
 namespace flipfree::quads {
 
@@ -38,7 +37,7 @@ DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features,
                        std::size_t most, const ExecutionContext& context) {
   constexpr double kLine = 1e-15;  // height over length of a face
   const std::size_t most_given = most;
-  mesh::RefinedSurface refined = seamless::unrefined(surface);
+  mesh::RefinedSurface refined = mesh::unrefined(surface);
   std::priority_queue<std::tuple<double, VertexId, VertexId>> edges;
   const auto offer = [&](VertexId a, VertexId b, bool anyway = false) {
     const double length = (refined.position[at(a)] - refined.position[at(b)]).norm();

@@ -112,17 +112,22 @@ std::vector<VertexId> walk_boundary(const EditableTriangulation& mesh, VertexId 
 
 }  // namespace
 
-RefinedSurface make_refined_surface(const Surface& surface) {
+RefinedSurface unrefined(const Surface& surface) {
   RefinedSurface refined;
   refined.input = &surface;
   const auto n = static_cast<Index>(surface.vertices.rows());
-  refined.boundary = boundary_loops(surface.faces, surface.adjacency()).front();
-  refined.outer_boundary = refined.boundary;
   for (Index v = 0; v < n; ++v) {
     refined.support.push_back({{v, kInvalid, kInvalid}, {1.0, 0.0, 0.0}});
     refined.position.emplace_back(surface.vertices.row(v).transpose());
   }
   refined.mesh = EditableTriangulation(n, surface.faces);
+  return refined;
+}
+
+RefinedSurface make_refined_surface(const Surface& surface) {
+  RefinedSurface refined = unrefined(surface);
+  refined.boundary = boundary_loops(surface.faces, surface.adjacency()).front();
+  refined.outer_boundary = refined.boundary;
   return refined;
 }
 

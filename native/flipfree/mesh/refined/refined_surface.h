@@ -61,7 +61,10 @@ struct RefinedSurface {
   Vector3 place(const Support& s) const;
 };
 
-// Precondition: `surface` was validated as a disk and outlives the result.
+// A surface before it is refined, with any boundaries, which are not set; it must outlive the
+// result.
+RefinedSurface unrefined(const Surface& surface);
+// The same of a disk, with its boundary. Precondition: `surface` was validated as one.
 RefinedSurface make_refined_surface(const Surface& surface);
 
 // The same surface inside a ring of triangles, whose outer boundary has at least four vertices.

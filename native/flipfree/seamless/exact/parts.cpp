@@ -17,7 +17,6 @@
 #include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/bordered/corners.h"
-#include "flipfree/seamless/padding/paths.h"
 
 namespace flipfree::seamless {
 
@@ -223,7 +222,7 @@ class ChordFinder {
 DividedSurface split_in_the_middle(const mesh::Surface& surface,
                                    const std::vector<HalfedgeId>& edges,
                                    const std::vector<Index>& cones) {
-  mesh::RefinedSurface refined = unrefined(surface);
+  mesh::RefinedSurface refined = mesh::unrefined(surface);
   for (const HalfedgeId h : edges) {
     const VertexId from = mesh::source(surface.faces, h), to = mesh::target(surface.faces, h);
     const VertexId v = refined.split_edge(refined.mesh.find(from, to));

@@ -13,8 +13,8 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/seamless/padding/loops.h"
 #include "flipfree/seamless/padding/paths.h"
-#include "flipfree/seamless/padding/turn_meter.h"
 
 namespace flipfree::seamless {
 
@@ -98,14 +98,13 @@ Costs no_costs(Index count) { return Costs(at(count), std::vector<double>(at(cou
 
 // Of holes that are neighbours: a path from one to the other meets no third one's surroundings.
 // Cost: O(#F log #F).
-Costs hole_neighbours(const Canvas& canvas, const Holes& holes, const ExecutionContext& context) {
+Costs hole_neighbours(const Canvas& canvas, const Holes& holes) {
   const mesh::EditableTriangulation& mesh = canvas.mesh();
   std::vector<HalfedgeId> first;
   for (Index hole = 0; hole < holes.count(); ++hole) {
-    for (const HalfedgeId sector : holes.open_sectors(hole))
-      canvas.for_each_inside(sector, [&](HalfedgeId h) { first.push_back(h); });
+    for (const HalfedgeId h : canvas.inside(holes.open_sectors(hole))) first.push_back(h);
   }
-  const auto [distance, arrival, order] = free_distances(canvas, first, kInvalid, context);
+  const auto [distance, arrival, order] = free_distances(canvas, first);
   std::vector<Index> nearest_hole(distance.size(), kInvalid);
   for (const VertexId v : order) {
     const VertexId before = mesh.source(arrival[at(v)]);
@@ -267,7 +266,7 @@ class HoleFrames {
         mean += (heading[i] - slope * (start[i] + 0.5 * own)) * own / length;
       }
       for (std::size_t i = 0; i < n; ++i) {
-        const double offset = heading[i] - (mean + slope * start[i]) - TurnMeter::kQuarter;
+        const double offset = heading[i] - (mean + slope * start[i]) - kQuarterTurn;
         places_[hole][loop[i]] = {loop[(i + 1) % n], offset};
       }
     }
@@ -291,126 +290,20 @@ class HoleFrames {
   std::vector<std::map<VertexId, Place>> places_;  // per hole, by vertex
 };
 
-// Sheets of a quarter turn, so many of them on either side at first and then, where no way is
-// found, and ways that are looked at per vertex and sheet.
-constexpr double kSheetsPerQuarter = 2.0;
-constexpr std::int64_t kSheets[] = {16, 64};
-constexpr std::size_t kWaysPerSheet = 2;
 // Times what the loops leave, in vertices. Connectors that refine further wind around each other.
 constexpr Index kMostRefined = 3;
 
-double mean_length(const Canvas& canvas, const Loops& loops) {
-  double sum = 0.0;
-  for (const auto& loop : loops) sum += canvas.length(canvas.edges_of(loop));
-  return sum / static_cast<double>(loops.size());
-}
-
-// A loop that turns by less than this is straight.
-constexpr double kStraight = 0.5 * TurnMeter::kQuarter;
-constexpr int kStraighteningRounds = 4;
-// Of a loop's cost: what the first search for another one may cost, and how much more each next.
-constexpr double kFirstSearchShare = 1.0 / 32.0;
-constexpr double kMoreShare = 2.0;
 // Searches for what connectors will cost end when so many holes were reached for less.
 constexpr std::size_t kMostReached = 10;
-
-// What curves cost that shall turn little: their length, and the square of the quarter turns by
-// which they miss what they should turn by.
-struct TurningPrice {
-  double quarter;
-  double cost(double length, double missed) const {
-    const double quarters = missed / TurnMeter::kQuarter;
-    return length + quarter * quarters * quarters;
-  }
-};
-
-SheetSearch turning_search(const Canvas& canvas, const std::vector<double>& left,
-                           std::int64_t sheets) {
-  return {canvas, left, kSheetsPerQuarter / TurnMeter::kQuarter, sheets};
-}
-
-// Ends where ways are longer than `limit`, which `arrive` lowers.
-void run_turning(SheetSearch& search, const TurnMeter& meter, std::int64_t sheets,
-                 const std::function<void(const SheetSearch::Way&)>& arrive, const double& limit,
-                 const ExecutionContext& context) {
-  search.run([&](HalfedgeId arrival,
-                 const SheetSearch::Visit& visit) { meter.for_each_turn(arrival, visit); },
-             arrive, limit, kWaysPerSheet * static_cast<std::size_t>(sheets), context);
-}
-
-// The cheapest cycle that meets this loop in one vertex, where it crosses it from the right to the
-// left, and no other curve, and turns by less than an eighth; empty if none is found that costs
-// less than `most`.
-std::vector<VertexId> crossing_cycle(const TurnMeter& meter, const std::vector<VertexId>& loop,
-                                     const TurningPrice& price, double most,
-                                     const ExecutionContext& context) {
-  const Canvas& canvas = meter.canvas();
-  const std::size_t n = loop.size();
-  const auto edge = [&](std::size_t i, std::size_t by) {
-    return canvas.mesh().find(loop[i], loop[(i + by) % n]);
-  };
-  double least = most;
-  std::vector<VertexId> cycle;
-  std::vector<HalfedgeId> last;
-  for (std::size_t i = 0; i < n; ++i)
-    canvas.for_each_inside(edge(i, n - 1), [&](HalfedgeId h) { last.push_back(h); });
-  const std::vector<double> left = free_distances(canvas, last, kInvalid, context).distance;
-  for (std::size_t i = 0; i < n; ++i) {
-    SheetSearch search = turning_search(canvas, left, kSheets[0]);
-    canvas.for_each_inside(edge(i, 1), [&](HalfedgeId h) { search.start(h, h, 0.0); });
-    const auto arrive = [&](const SheetSearch::Way& way) {
-      const HalfedgeId back = canvas.mesh().opposite(way.arrival);
-      if (canvas.mesh().source(back) != loop[i] || canvas.sector_of(back) != edge(i, n - 1)) return;
-      const double turned = way.gathered + meter.turn(way.arrival, way.from);
-      const double cost = price.cost(way.length, turned);
-      if (std::abs(turned) >= kStraight || cost >= least) return;
-      least = cost;
-      cycle.clear();
-      for (const HalfedgeId h : search.path(way)) cycle.push_back(canvas.mesh().source(h));
-    };
-    run_turning(search, meter, kSheets[0], arrive, least, context);
-  }
-  return cycle;
-}
-
-// Exchanges each loop that turns by an eighth and more, the first ones aside, for the cheapest
-// cycle that crosses it, if that one costs less. The loops stay disjoint, and no sum of them
-// bounds: no other one crosses what the new one does.
-void straighten_loops(Canvas& canvas, const TurnMeter& meter, const TurningPrice& price,
-                      std::size_t first, Loops& loops, const ExecutionContext& context) {
-  // What crosses a new loop runs beside the old one: perhaps on the other side of a cone.
-  std::vector<char> is_new(loops.size(), 0);
-  bool changed = true;
-  for (int round = 0; std::exchange(changed, false) && round < kStraighteningRounds; ++round) {
-    for (std::size_t i = first; i < loops.size(); ++i) {
-      const double turn = meter.turn(loops[i]);
-      if (std::exchange(is_new[i], 0) == 0 && std::abs(turn) < kStraight) continue;
-      const double now = price.cost(canvas.length(canvas.edges_of(loops[i])), turn);
-      // What is found for little needs no search far around.
-      std::vector<VertexId> cycle;
-      for (double most = kFirstSearchShare * now; cycle.empty() && most < kMoreShare * now;
-           most *= kMoreShare)
-        cycle = crossing_cycle(meter, loops[i], price, std::min(most, now), context);
-      if (cycle.empty()) continue;
-      canvas.erase(canvas.edges_of(loops[i]));
-      canvas.draw(canvas.edges_of(cycle), Curve::kLoop);
-      loops[i] = std::move(cycle);
-      is_new[i] = 1;
-      changed = true;
-    }
-  }
-}
 
 // Finds connectors that turn little.
 class TurningWays {
  public:
-  TurningWays(const Canvas& canvas, const Holes& holes, const ChainGuide& guide,
-              const ExecutionContext& context)
+  TurningWays(const Canvas& canvas, const Holes& holes, const ChainGuide& guide)
       : canvas_(canvas),
         holes_(holes),
-        context_(context),
         meter_(canvas, *guide.crossings),
-        price_{guide.quarter_price * mean_length(canvas, holes.loops())},
+        price_(turning_price(canvas, holes.loops(), guide)),
         frames_(meter_, holes.loops()),
         most_vertices_(kMostRefined * canvas.vertex_count()) {}
 
@@ -425,14 +318,13 @@ class TurningWays {
     std::vector<HalfedgeId> last;
     for (const VertexId v : holes_.loops()[at(hole / 2)]) {
       if (!allowed(v)) continue;
-      for (const HalfedgeId sector : holes_.sectors_at(hole, v))
-        canvas_.for_each_inside(sector, [&](HalfedgeId h) { last.push_back(h); });
+      for (const HalfedgeId sector : holes_.sectors_at(hole, v)) last.push_back(sector);
     }
-    const std::vector<double> left = free_distances(canvas_, last, kInvalid, context_).distance;
+    const std::vector<double> left = free_distances(canvas_, canvas_.inside(last)).distance;
     double least = kInfinity;
     std::vector<HalfedgeId> path;
     for (const std::int64_t sheets : kSheets) {
-      SheetSearch search = turning_search(canvas_, left, sheets);
+      SheetSearch search = turning_search(meter_, left, sheets);
       start(from, search);
       const auto arrive = [&](const SheetSearch::Way& way) {
         const HalfedgeId back = canvas_.mesh().opposite(way.arrival);
@@ -445,7 +337,7 @@ class TurningWays {
         least = cost;
         path = search.path(way);
       };
-      run_turning(search, meter_, sheets, arrive, least, context_);
+      search.run(arrive, least);
       if (!path.empty()) break;
     }
     return path;
@@ -458,13 +350,13 @@ class TurningWays {
     const std::size_t last = std::min(kMostReached, count - 1) - 1;
     Costs cost = no_costs(holes_.count());
     for (Index hole = 0; at(hole) < count; ++hole) {
-      SheetSearch search = turning_search(canvas_, nothing, kSheets[0]);
+      SheetSearch search = turning_search(meter_, nothing, kSheets[0]);
       start(holes_.open_sectors(hole), search);
       std::vector<double> found(count, kInfinity);
       double limit = kInfinity;
       const auto arrive = [&](const SheetSearch::Way& way) {
         const HalfedgeId back = canvas_.mesh().opposite(way.arrival);
-        const Index to = holes_.hole_of(canvas_.sector_of(back));
+        const Index to = holes_.hole_of(canvas_.sector_reached(way.arrival));
         const double now = price_.cost(way.length, way.gathered - frames_.deviation(to, back));
         if (to == hole || now >= found[at(to)]) return;
         found[at(to)] = now;
@@ -472,7 +364,7 @@ class TurningWays {
         std::sort(sorted.begin(), sorted.end());
         limit = sorted[last];
       };
-      run_turning(search, meter_, kSheets[0], arrive, limit, context_);
+      search.run(arrive, limit);
       for (std::size_t to = 0; to < count; ++to)
         cost[at(hole)][to] = cost[to][at(hole)] = std::min(cost[to][at(hole)], found[to]);
     }
@@ -483,14 +375,13 @@ class TurningWays {
   void start(const std::vector<HalfedgeId>& from, SheetSearch& search) const {
     for (const HalfedgeId sector : from) {
       const Index here = holes_.hole_of(sector);
-      canvas_.for_each_inside(
-          sector, [&](HalfedgeId h) { search.start(h, here, frames_.deviation(here, h)); });
+      for (const HalfedgeId h : canvas_.inside({sector}))
+        search.start(h, here, frames_.deviation(here, h));
     }
   }
 
   const Canvas& canvas_;
   const Holes& holes_;
-  const ExecutionContext& context_;
   const TurnMeter meter_;
   const TurningPrice price_;
   const HoleFrames frames_;
@@ -506,33 +397,32 @@ struct Ends {
 class Chain {
  public:
   // `first`: the loop whose holes the chain begins and ends with, which is drawn already; or empty.
-  Chain(Canvas& canvas, const std::vector<VertexId>& first, Index genus, const ChainGuide& guide,
-        const ExecutionContext& context)
-      : canvas_(canvas),
-        context_(context),
-        holes_(canvas, draw_loops(canvas, first, genus, guide, context)) {
-    if (guide.crossings != nullptr) ways_.emplace(canvas, holes_, guide, context);
+  Chain(Canvas& canvas, const std::vector<VertexId>& first, Index genus, const ChainGuide& guide)
+      : canvas_(canvas), holes_(canvas, draw_loops(canvas, first, genus, guide)) {
+    if (guide.crossings != nullptr) ways_.emplace(canvas, holes_, guide);
   }
 
   const Holes& holes() const { return holes_; }
   // `from_first`: the first hole is 0.
   std::vector<Index> order(bool odd_couple, bool from_first) const {
     const bool turning = ways_ && !from_first;
-    Costs cost = turning ? ways_->costs() : hole_neighbours(canvas_, holes_, context_);
-    complete(cost, turning ? kDetour : 1.0, context_);
-    return turning ? hole_tour(cost, odd_couple, context_) : hole_order(0, cost, odd_couple);
+    Costs cost = turning ? ways_->costs() : hole_neighbours(canvas_, holes_);
+    complete(cost, turning ? kDetour : 1.0, canvas_.context());
+    return turning ? hole_tour(cost, odd_couple, canvas_.context())
+                   : hole_order(0, cost, odd_couple);
   }
 
   // A way that turns little, or the shortest one, from one of the sectors to `hole`, to a vertex
   // that is allowed.
   std::vector<HalfedgeId> find(const std::vector<HalfedgeId>& from, Index hole,
                                const std::function<bool(VertexId)>& allowed) const {
-    const auto is_end = [&](HalfedgeId sector) {
-      return allowed(canvas_.mesh().source(sector)) && holes_.has(hole, sector);
+    const auto is_end = [&](HalfedgeId h) {
+      const HalfedgeId sector = canvas_.sector_reached(h);
+      return sector != kInvalid && allowed(canvas_.mesh().target(h)) && holes_.has(hole, sector);
     };
     std::vector<HalfedgeId> path;
     if (ways_) path = ways_->way(from, hole, allowed);
-    if (path.empty()) path = free_path(canvas_, {from, {}}, {is_end, nullptr}, context_);
+    if (path.empty()) path = free_path(canvas_, canvas_.inside(from), is_end);
     if (path.empty()) {
       throw_not_converged(ErrorCode::kIterationLimit,
                           "The cut found no connector to hole " + std::to_string(hole) +
@@ -554,20 +444,7 @@ class Chain {
   }
 
  private:
-  static Loops draw_loops(Canvas& canvas, const std::vector<VertexId>& first, Index genus,
-                          const ChainGuide& guide, const ExecutionContext& context) {
-    const Loops drawn = first.empty() ? Loops{} : Loops{first};
-    Loops loops = draw_short_loops(canvas, genus, drawn, guide.turning, context);
-    if (guide.crossings != nullptr) {
-      const TurnMeter meter(canvas, *guide.crossings);
-      const TurningPrice price{guide.quarter_price * mean_length(canvas, loops)};
-      straighten_loops(canvas, meter, price, drawn.size(), loops, context);
-    }
-    return loops;
-  }
-
   Canvas& canvas_;
-  const ExecutionContext& context_;
   const Holes holes_;
   std::optional<TurningWays> ways_;
 };
@@ -639,24 +516,21 @@ std::array<VertexId, 2> string_up(Chain& chain, const std::vector<Index>& order,
 
 }  // namespace
 
-void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context,
-                     const ChainGuide& guide) {
-  Chain chain(canvas, {}, genus, guide, context);
+void draw_hole_chain(Canvas& canvas, Index genus, const ChainGuide& guide) {
+  Chain chain(canvas, {}, genus, guide);
   string_up(chain, chain.order(genus > 2, false), false);
 }
 
 std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<VertexId>& first,
-                                           Index genus, const ExecutionContext& context,
-                                           const ChainGuide& guide) {
-  Chain chain(canvas, first, genus, guide, context);
+                                           Index genus, const ChainGuide& guide) {
+  Chain chain(canvas, first, genus, guide);
   return genus == 1 ? draw_askew_connector(chain)
                     : string_up(chain, chain.order(false, true), true);
 }
 
 std::array<VertexId, 2> draw_chain_with_t_nodes(Canvas& canvas, Index genus,
-                                                const ExecutionContext& context,
                                                 const ChainGuide& guide) {
-  Chain chain(canvas, {}, genus, guide, context);
+  Chain chain(canvas, {}, genus, guide);
   if (genus == 1) return draw_askew_connector(chain);
   const Holes& holes = chain.holes();
   const auto is_open = [&](VertexId v) { return holes.is_open(v); };

@@ -6,23 +6,10 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/seamless/padding/loops.h"
 #include "flipfree/seamless/padding/paths.h"
-#include "flipfree/seamless/padding/short_loops.h"
 
 namespace flipfree::seamless {
-
-// What the curves of a chain are led by.
-struct ChainGuide {
-  // Of loops that are not much longer than others, those that are to turn least are taken (thesis
-  // 6.5.1.1); null: the shortest.
-  CycleTurns turning = nullptr;
-  // Angles in which connectors pay for what they miss of the right angles to the loops' mean
-  // directions at both their ends (thesis 6.5.1.2): flat_crossings() of the canvas' surface, or
-  // others in which it is flat but for its cones. Null: they are as short as they can be.
-  const std::vector<double>* crossings = nullptr;
-  // What a quarter turn that a connector misses costs, in mean lengths of the loops.
-  double quarter_price = 0.0;
-};
 
 // A hole chain: connectors from hole to hole, in an order whose ends are partners, that leave a
 // hole elsewhere than they reach it, and reach its partner where they left it: all nodes have
@@ -39,8 +26,7 @@ struct ChainGuide {
 // a cotree (Eppstein 2003; Erickson, Whittlesey 2005). Precondition: nothing is drawn. Throws
 // NotConverged where a curve is not found. Cost: O(#F log #F) a curve; with a guide a fixed number
 // of steps more.
-void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context,
-                     const ChainGuide& guide = {});
+void draw_hole_chain(Canvas& canvas, Index genus, const ChainGuide& guide = {});
 
 // The same with two T-nodes, which a further path can join: the first connector leaves the hole on
 // the left of `first`, and the last one reaches its partner elsewhere. `first`: a loop that is
@@ -51,8 +37,7 @@ void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& contex
 // right angles, and a loop turns by an odd number of quarters if and only if it crosses `first` an
 // odd number of times (two of the nine ways to join them; the others, where parts fit: otherwise).
 std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<VertexId>& first,
-                                           Index genus, const ExecutionContext& context,
-                                           const ChainGuide& guide = {});
+                                           Index genus, const ChainGuide& guide = {});
 
 // For genus 1 and 2: the same with two T-nodes, which a further path can join.
 //
@@ -64,7 +49,6 @@ std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<Ver
 // nodes, and parts with 2 and 6 corners or 4 and 4 (genus 1), with 2, 3, 5, 6, 7 and the rest to
 // 16, or 4 and 12 (genus 2). Precondition: nothing is drawn. Returns the T-nodes.
 std::array<VertexId, 2> draw_chain_with_t_nodes(Canvas& canvas, Index genus,
-                                                const ExecutionContext& context,
                                                 const ChainGuide& guide = {});
 
 }  // namespace flipfree::seamless

@@ -14,12 +14,233 @@
 #include "flipfree/seamless/padding/disk_metric.h"
 #include "flipfree/seamless/padding/segments.h"
 #include "flipfree/seamless/penner/relaxation.h"
+#include "flipfree/seamless/seams.h"
 
 namespace flipfree::seamless {
 
 namespace {
 
-using intrinsic::FlipMesh;
+using conformal::ConformalMetric;
+
+// A flat surface with cones in quarter turns, as a triangulation whose half-edges are vectors: what
+// a metric is while it is padded.
+//
+// Every face has a frame of its own; across an edge frames differ by quarter turns:
+//
+//     vector(opposite(h)) = -R^turns(h) vector(h),    R = (x, y) -> (-y, x)
+//
+// No place is ever measured from afar: what is small stays exact however large the rest is.
+//
+// `fixed` edges are where the surface is still cut: their two halves are not related, and they are
+// not flipped.
+
+struct FlatSurface {
+  intrinsic::FlipMesh mesh;
+  std::vector<WideVector> vector;  // per half-edge, in the frame of its face
+  std::vector<Index> turns;        // per half-edge, 0 to 3: from its face's frame to its opposite's
+  std::vector<char> fixed;         // per edge
+  std::vector<Index> axis;         // per half-edge of a fixed edge, else any: the direction of the
+                                   // segment that it belongs to in the frame of its face, 0 to 3
+  std::vector<EdgeId> flips;       // done so far
+
+  // Precondition: the two faces of e differ, e is not fixed.
+  void flip(EdgeId e) {
+    const HalfedgeId h = 2 * e, o = h + 1;
+    // The frame of the other face becomes that of this one.
+    const Index t = turns[at(h)];
+    const HalfedgeId on = mesh.next_of(o), op = mesh.next_of(on);
+    if (t != 0) {
+      for (const HalfedgeId g : {o, on, op}) {
+        vector[at(g)] = turned(vector[at(g)], 4 - t);
+        axis[at(g)] = (axis[at(g)] + 4 - t) & 3;
+        turns[at(g)] = (turns[at(g)] + t) & 3;
+        turns[at(g ^ 1)] = (turns[at(g ^ 1)] + 4 - t) & 3;
+      }
+    }
+    const HalfedgeId hn = mesh.next_of(h), hp = mesh.next_of(hn);
+    vector[at(h)] = -(vector[at(hp)] + vector[at(on)]);
+    vector[at(o)] = -(vector[at(op)] + vector[at(hn)]);
+    intrinsic::flip_edge(mesh, e);
+    flips.push_back(e);
+  }
+};
+
+// Flips per edge after which there is no end in sight.
+constexpr std::size_t kMostFlips = 200;
+// Cotangents, relative to their terms, that count as the opposite of each other: cocircular points
+// of a metric that is known to so many places must not be flipped for ever.
+constexpr double kCocircular = 1e-9;
+
+// A corner of the star that moves: the corner at the origin of `h`, and by how much, in its frame.
+struct MovingCorner {
+  HalfedgeId h;
+  WideVector shift;
+};
+
+std::vector<MovingCorner> wedge_of(const FlatSurface& s, HalfedgeId first, WideVector shift) {
+  std::vector<MovingCorner> wedge;
+  for (HalfedgeId h = first;;) {
+    wedge.push_back({h, shift});
+    const HalfedgeId p = s.mesh.previous(h);
+    if (s.fixed[at(p >> 1)]) return wedge;
+    if (wedge.size() > s.mesh.halfedge_count())
+      throw_unpadded("The padded metric was not reached: a wedge has no end");
+    shift = turned(shift, s.turns[at(p)]);
+    h = p ^ 1;
+  }
+}
+
+// A face of the star: area(t) = a + b t + c t^2 while its corners move.
+struct MovingFace {
+  HalfedgeId h;
+  WideVector rate[3];  // of the vectors of h, next(h), previous(h)
+  Wide a, b, c;
+
+  MovingFace(const FlatSurface& s, const std::vector<MovingCorner>& wedge, HalfedgeId face) {
+    h = face;
+    HalfedgeId g = face;
+    WideVector moved[3];
+    for (auto& corner : moved) {
+      for (const MovingCorner& m : wedge) {
+        if (m.h == g) corner = m.shift;
+      }
+      g = s.mesh.next_of(g);
+    }
+    for (int k = 0; k < 3; ++k) rate[k] = moved[(k + 1) % 3] - moved[k];
+    const WideVector& e0 = s.vector[at(h)];
+    const WideVector& e1 = s.vector[at(s.mesh.next_of(h))];
+    a = cross(e0, e1);
+    b = cross(e0, rate[1]) + cross(rate[0], e1);
+    c = cross(rate[0], rate[1]);
+  }
+
+  // When the area stops being positive, from `now` on; more than 1 if it does not.
+  Wide end(const Wide& now) const {
+    const Wide one(1.0), never(2.0), two(2.0);
+    if (c.sign() == 0) {
+      if ((a + b).sign() > 0) return never;
+      if (b.sign() >= 0) return now;
+      return std::max(now, -(a / b));
+    }
+    const Wide square = b * b - Wide(4.0) * a * c;
+    if (square.sign() <= 0) return (a + b + c).sign() > 0 ? never : now;
+    // The root at which the area falls: a + b t + c t^2 has derivative -sqrt(square) there.
+    const Wide root = sqrt(square);
+    const Wide q = b.sign() >= 0 ? -(b + root) : root - b;  // of twice the size
+    const Wide t = b.sign() >= 0 ? q / (two * c) : (two * a) / q;
+    const bool here = t >= now && t <= one;
+    if (here) return t;
+    return (a + b + c).sign() > 0 ? never : now;
+  }
+
+  // The longest side at time t: the one that is in the way.
+  HalfedgeId longest(const FlatSurface& s, const Wide& t) const {
+    HalfedgeId g = h, best = h;
+    Wide most(-1.0);
+    for (const WideVector& r : rate) {
+      const WideVector v = s.vector[at(g)] + t * r;
+      const Wide size = dot(v, v);
+      if (size > most) {
+        most = size;
+        best = g;
+      }
+      g = s.mesh.next_of(g);
+    }
+    return best;
+  }
+};
+
+// Sum of the cotangents opposite to an edge, times both areas; and of their absolute values.
+struct CotangentSum {
+  Wide sum, size;
+};
+CotangentSum cotangents(const FlatSurface& s, EdgeId e) {
+  Wide area[2], along[2];
+  for (int side = 0; side < 2; ++side) {
+    const HalfedgeId n = s.mesh.next_of(2 * e + side), p = s.mesh.next_of(n);
+    along[side] = -dot(s.vector[at(n)], s.vector[at(p)]);
+    area[side] = -cross(s.vector[at(p)], s.vector[at(n)]);
+  }
+  const Wide a = along[0] * area[1], b = along[1] * area[0];
+  return {a + b, abs(a) + abs(b)};
+}
+
+// Moves the wedge of a vertex between two fixed edges by `shift`, given in the frame of the first
+// face: that of the half-edge `first`, which leaves the vertex along a fixed edge, the surface on
+// its left. Triangles that would turn over are flipped out of the way as the vertex reaches them,
+// so the triangulation stays one; where the vertex passes, the surface must have no vertex and no
+// fixed edge. Throws NotConverged (kIterationLimit) if there is one. Cost: a few flips, each the
+// degree.
+void move_wedge(FlatSurface& surface, HalfedgeId first, const WideVector& shift,
+                const ExecutionContext& context) {
+  std::vector<MovingCorner> wedge = wedge_of(surface, first, shift);
+  Wide now(0.0);
+  const Wide one(1.0);
+  for (std::size_t flips = 0;; ++flips) {
+    if (flips % 256 == 255) context.check();
+    if (flips > kMostFlips * surface.mesh.edge_count())
+      throw_unpadded("The padded metric was not reached: a vertex has no way");
+    Wide soonest(2.0);
+    HalfedgeId in_the_way = kInvalid;
+    for (const MovingCorner& corner : wedge) {
+      const MovingFace face(surface, wedge, corner.h);
+      const Wide end = face.end(now);
+      if (end <= one && (in_the_way == kInvalid || end < soonest)) {
+        soonest = end;
+        in_the_way = face.longest(surface, end);
+      }
+    }
+    if (in_the_way == kInvalid) break;
+    const EdgeId e = in_the_way >> 1;
+    if (surface.fixed[at(e)] || intrinsic::is_glued_to_itself(surface.mesh, e))
+      throw_unpadded("The padded metric was not reached: a vertex met the boundary on its way");
+    now = soonest;
+    // Flipping changes the frames of faces and who has a corner where; the first corner stays.
+    const bool first_turns =
+        surface.mesh.previous(first) == (e << 1 | 1) || surface.mesh.next_of(first) == (e << 1 | 1);
+    const Index t = surface.turns[at(e << 1)];
+    WideVector own = wedge.front().shift;
+    if (first_turns) own = turned(own, 4 - t);
+    surface.flip(e);
+    wedge = wedge_of(surface, first, own);
+  }
+  for (const MovingCorner& corner : wedge) {
+    const HalfedgeId p = surface.mesh.previous(corner.h);
+    surface.vector[at(corner.h)] = surface.vector[at(corner.h)] - corner.shift;
+    surface.vector[at(p)] = surface.vector[at(p)] + corner.shift;
+  }
+}
+
+// Flips until every edge that is not fixed is Delaunay, as far as vectors of metrics that were
+// reached to about 1e-10 tell. Precondition: all areas positive. Throws NotConverged if there is no
+// end.
+void make_delaunay(FlatSurface& surface, const ExecutionContext& context) {
+  const std::size_t count = surface.mesh.edge_count();
+  std::vector<EdgeId> line;
+  std::vector<char> waiting(count, 1);
+  line.reserve(count);
+  for (std::size_t e = count; e-- > 0;) line.push_back(static_cast<EdgeId>(e));
+  std::size_t flips = 0, tests = 0;
+  while (!line.empty()) {
+    const EdgeId e = line.back();
+    line.pop_back();
+    waiting[at(e)] = 0;
+    if (++tests % 256 == 0) context.check();
+    if (surface.fixed[at(e)] || intrinsic::is_glued_to_itself(surface.mesh, e)) continue;
+    const CotangentSum cot = cotangents(surface, e);
+    if (!(cot.sum < Wide(-kCocircular) * cot.size)) continue;
+    if (++flips > kMostFlips * count)
+      throw_unpadded("The padded metric was not reached: it has no Delaunay triangulation");
+    surface.flip(e);
+    for (const HalfedgeId h : {2 * e, 2 * e + 1}) {
+      for (const HalfedgeId g : {surface.mesh.next_of(h), surface.mesh.previous(h)}) {
+        if (waiting[at(g >> 1)]) continue;
+        waiting[at(g >> 1)] = 1;
+        line.push_back(g >> 1);
+      }
+    }
+  }
+}
 
 // Radians that a frame may miss a quarter turn by.
 constexpr double kLargestClosingError = 1e-2;
@@ -106,8 +327,10 @@ class Development {
   HalfedgeId first_ = kInvalid;
 };
 
-}  // namespace
-
+// The pieces of a cut surface in one triangulation again, each flat, the cut still open. `setup`:
+// of the surface that is cut; `flips` of the result lead from its mesh to that of the result. Edges
+// of the cut are `fixed` and keep their half-edges. Every frame has the cut along its axes. Throws
+// NotConverged if the metrics are not precise enough. Cost: O(#F log #F).
 FlatSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::IntrinsicSetup& setup,
                      const AdmissibleCut& cut, const ExecutionContext& context) {
   FlatSurface flat;
@@ -154,7 +377,8 @@ FlatSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::Intrins
   return flat;
 }
 
-namespace {
+// How far every segment is padded so that the two sides of every branch become equally long
+// (thesis 5.2.5, 5.4.3).
 
 // Lengths are equal if they differ by less than this share of the longest one; every refinement
 // gains some 45 bits of it.
@@ -228,22 +452,15 @@ std::vector<Wide> padding_widths(const AdmissibleCut& cut, const CutSegments& se
   return width;
 }
 
-}  // namespace
-
-using conformal::ConformalMetric;
-using intrinsic::FlipMesh;
-
-namespace {
-
 // The half-edges of every side of the cut, in order, and how they are measured.
 class MeasuredSides {
  public:
-  MeasuredSides(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
-                const intrinsic::IntrinsicSetup& setup, const FlatSurface& flat) {
+  MeasuredSides(const AdmissibleCut& cut, const intrinsic::IntrinsicSetup& setup,
+                const FlatSurface& flat) {
     halfedges_.resize(2 * cut.branches.size());
     lengths_.resize(halfedges_.size());
     for (std::size_t side = 0; side < halfedges_.size(); ++side) {
-      for (const HalfedgeId h : side_halfedges(cut, adjacency, static_cast<Index>(side))) {
+      for (const HalfedgeId h : side_halfedges(cut, static_cast<Index>(side))) {
         const HalfedgeId g = setup.input_halfedge[at(h)];
         halfedges_[side].push_back(g);
         lengths_[side].push_back(norm(flat.vector[at(g)]));
@@ -376,6 +593,15 @@ class Padder {
   std::vector<Wide> final_length_;  // per side
 };
 
+// Closes the cut, whose edges must be of the same length on both sides.
+void glue(FlatSurface& flat) {
+  for (HalfedgeId h = 0; at(h / 2) < flat.fixed.size(); h += 2) {
+    if (std::exchange(flat.fixed[at(h / 2)], 0) == 0) continue;
+    flat.turns[at(h)] = turns_between(flat.vector[at(h)], -flat.vector[at(h + 1)]);
+    flat.turns[at(h + 1)] = (4 - flat.turns[at(h)]) & 3;
+  }
+}
+
 // As a metric that was reached by flips from the surface's own triangulation.
 ConformalMetric as_metric(const AdmissibleCut& cut, const intrinsic::IntrinsicSetup& setup,
                           const std::vector<Index>& cones, const FlatSurface& flat,
@@ -427,26 +653,21 @@ ConformalMetric as_metric(const AdmissibleCut& cut, const intrinsic::IntrinsicSe
 PaddedMetric compute_padded_metric(const AdmissibleCut& cut, const std::vector<Index>& cones,
                                    ExecutionContext& context) {
   const auto vertex_count = static_cast<Index>(cut.surface.vertices.rows());
-  const mesh::Adjacency& adjacency = cut.surface.adjacency();
-  const CutSegments segments = cut_segments(cut, adjacency);
+  const CutSegments segments = cut_segments(cut);
   PaddedMetric out;
   out.components = segments.component_count();
   std::vector<CutDisk> disks;
   {
     const ProgressRange range(context, 0.0, 0.8);
-    disks = solve_disks(cut, adjacency, segments, cones, context);
+    disks = solve_disks(cut, segments, cones, context);
   }
   const intrinsic::IntrinsicSetup setup =
       intrinsic::build_intrinsic_mesh(vertex_count, cut.surface.faces);
   context.report("padding", 0.8);
   FlatSurface flat = assemble(disks, setup, cut, context);
-  const MeasuredSides sides(cut, adjacency, setup, flat);
+  const MeasuredSides sides(cut, setup, flat);
   out.largest_width = Padder(cut, segments, sides, flat).run(context);
-  std::vector<EdgeId> seams;
-  for (std::size_t e = 0; e < flat.fixed.size(); ++e) {
-    if (flat.fixed[e]) seams.push_back(static_cast<EdgeId>(e));
-  }
-  glue(flat, seams);
+  glue(flat);
   make_delaunay(flat, context);
   out.metric = as_metric(cut, setup, cones, flat, context);
   return out;

@@ -1,9 +1,9 @@
 // From an admissible cut to a seamless metric (thesis 5.2.2 to 5.2.5, 5.4.2 to 5.4.5).
 //
-//   solve_disks()      metrics with straight boundary         disks/cut_disks.h
-//   assemble()         vectors in frames along the axes       assembly.h
-//   padding_widths()   how far every segment is padded        equalize.h
-//   move_wedge()       stretch and shift                      disk_metric.h
+//   solve_disks()      metrics with straight boundary         disk_metric.h
+//   assemble()         vectors in frames along the axes
+//   padding_widths()   how far every segment is padded
+//   move_wedge()       stretch and shift
 //   glue(), make_delaunay()
 //
 // Deviation from the thesis: the metric is padded, not a map. A vertex of a segment moves outwards
@@ -15,23 +15,10 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/conformal/engine/engine.h"
-#include "flipfree/intrinsic/intrinsic_mesh.h"
-#include "flipfree/seamless/padding/disk_metric.h"
+#include "flipfree/conformal/metric.h"
 #include "flipfree/seamless/padding/segments.h"
 
 namespace flipfree::seamless {
-
-// The pieces of a cut surface in one triangulation again, each flat, the cut still open.
-
-// `setup`: of the surface that is cut; `flips` of the result lead from its mesh to that of the
-// result. Edges of the cut are `fixed` and keep their half-edges. Every frame has the cut along its
-// axes. Throws NotConverged if the metrics are not precise enough. Cost: O(#F log #F).
-FlatSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::IntrinsicSetup& setup,
-                     const AdmissibleCut& cut, const ExecutionContext& context);
-
-// How far every segment is padded so that the two sides of every branch become equally long
-// (thesis 5.2.5, 5.4.3).
 
 struct PaddedMetric {
   // On cut.surface: flat but for the cones, all loops turn by quarter turns, up to the angle errors

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <limits>
-#include <numbers>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -19,13 +18,13 @@
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
+#include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/mesh/validate.h"
-#include "flipfree/seamless/padding/disk_metric.h"
+#include "flipfree/seamless/bordered/corners.h"
 #include "flipfree/seamless/padding/hole_chain.h"
 #include "flipfree/seamless/padding/padded_metric.h"
 #include "flipfree/seamless/padding/paths.h"
 #include "flipfree/seamless/padding/reroute.h"
-#include "flipfree/seamless/padding/turn_meter.h"
 #include "flipfree/seamless/request.h"
 #include "flipfree/seamless/signature.h"
 
@@ -35,20 +34,9 @@ namespace {
 
 // The pairs that are still edges of the refined surface.
 IndexPairs edges_left(const IndexPairs& pairs, const mesh::Surface& surface) {
-  std::vector<std::pair<VertexId, VertexId>> edges;
-  for (HalfedgeId h = 0; pairs.rows() > 0 && h < static_cast<HalfedgeId>(surface.faces.size());
-       ++h) {
-    edges.push_back(std::minmax({mesh::source(surface.faces, h), mesh::target(surface.faces, h)}));
-  }
-  std::sort(edges.begin(), edges.end());
-  IndexPairs left(pairs.rows(), 2);
-  Eigen::Index count = 0;
-  for (Eigen::Index i = 0; i < pairs.rows(); ++i) {
-    const std::pair<VertexId, VertexId> pair = std::minmax({pairs(i, 0), pairs(i, 1)});
-    if (std::binary_search(edges.begin(), edges.end(), pair)) left.row(count++) = pairs.row(i);
-  }
-  left.conservativeResize(count, 2);
-  return left;
+  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
+  return mesh::flagged_edges(surface.faces, surface.adjacency(),
+                             mesh::flag_pairs(surface.faces, vertex_count, &pairs));
 }
 
 // Drawing on needles can end in edges of no length, of which no caller knows.
@@ -119,11 +107,7 @@ PennerMap map_padded(const mesh::Surface& given, const std::vector<Index>& cones
   map.surface.vertices.rowwise() += place;
   map.surface.vertices.topRows(own_count) = given.vertices;
   certify::CertifyRequest request;
-  for (std::size_t v = 0; v < cones.size(); ++v) {
-    if (cones[v] != 4) {
-      request.cone_angles.emplace_back(static_cast<VertexId>(v), cones[v] * 0.5 * std::numbers::pi);
-    }
-  }
+  request.cone_angles = prescribed_angles(cones, given.faces, given.adjacency(), false);
   certify::certify_map(map, given, request, context);
   map.stats.merge(stats);
   map.stats["added_vertices"] = static_cast<std::int64_t>(map.surface.vertices.rows() - own_count);
@@ -173,22 +157,24 @@ std::vector<Index> part_excesses(Index genus) {
 // A cone that alone is right for the part on one side of an extra path.
 bool fits_alone(Index k, Index genus) { return k % 4 != 0 && k >= 2 && k <= 8 * genus - 2; }
 
-std::vector<Index> places_on_holes(const Canvas& canvas, const DiskBoundary& boundary) {
+// Places that are no corners: all, or those on holes.
+std::vector<Index> straight_places(const DiskBoundary& boundary, bool on_holes) {
   std::vector<Index> places;
   for (Index i = 0; i < boundary.size(); ++i) {
-    if (boundary.corner[at(i)] == 0 && canvas.curve(boundary.halfedges[at(i)]) == Curve::kLoop)
-      places.push_back(i);
+    const bool hole = boundary.canvas.curve(boundary.halfedges[at(i)]) == Curve::kLoop;
+    if (boundary.corner[at(i)] == 0 && (hole || !on_holes)) places.push_back(i);
   }
   return places;
 }
 
 // Where T-nodes can be: not at nodes, nor on both sides of one branch at different vertices.
-bool can_be_t_nodes(const Canvas& canvas, const DiskBoundary& boundary, const PathEnds& ends) {
+bool can_be_t_nodes(const DiskBoundary& boundary, const PathEnds& ends) {
+  const mesh::EditableTriangulation& mesh = boundary.canvas.mesh();
   if (boundary.corner[at(ends.from)] != 0 || boundary.corner[at(ends.to)] != 0) return false;
   const HalfedgeId from = boundary.halfedges[at(ends.from)];
   const HalfedgeId to = boundary.halfedges[at(ends.to)];
   if (boundary.branch[at(ends.from)] != boundary.branch[at(ends.to)]) return true;
-  if (canvas.mesh().source(from) == canvas.mesh().source(to)) return true;
+  if (mesh.source(from) == mesh.source(to)) return true;
   // The same side if no corner is between them, one way or the other.
   return boundary.corners_between(ends.from, ends.to) == 0 ||
          boundary.corners_between(ends.to, ends.from) == 0;
@@ -273,16 +259,15 @@ bool can_be_twisted(const std::vector<Index>& cones, Index genus) {
 // draw_chain_with_t_nodes() or draw_twisted_chain(), then divide_branches(); pattern_for() is
 // kTwoTNodes, or can_be_twisted().
 
-std::vector<JoinedSectors> joinable_sectors(const Canvas& canvas,
-                                            const std::array<VertexId, 2>& t_nodes,
-                                            const std::vector<Index>& cones) {
-  const DiskBoundary boundary = disk_boundary(canvas);
+std::vector<JoinedSectors> joinable_sectors(Canvas& canvas,
+                                            const std::array<VertexId, 2>& t_nodes) {
+  const DiskBoundary boundary(canvas);
   std::vector<JoinedSectors> joinable;
   for (const HalfedgeId from : canvas.drawn_around(t_nodes[0])) {
     for (const HalfedgeId to : canvas.drawn_around(t_nodes[1])) {
       const Index corners =
           left_corners(boundary, {boundary.place[at(from)], boundary.place[at(to)]});
-      if (corners % 4 != 0 && cones_with_excess(cones, corners - kFlat))
+      if (corners % 4 != 0 && cones_with_excess(canvas.cones(), corners - kFlat))
         joinable.push_back({from, to});
     }
   }
@@ -291,20 +276,18 @@ std::vector<JoinedSectors> joinable_sectors(const Canvas& canvas,
 }
 
 // Draws the shortest path between places that are allowed; false if the search finds none.
-bool draw_shortest(Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& from,
+bool draw_shortest(const DiskBoundary& boundary, const std::vector<Index>& from,
                    const std::vector<Index>& to,
-                   const std::function<bool(const PathEnds&)>& allowed,
-                   const ExecutionContext& context) {
-  const auto path = shortest_separating_path(canvas, boundary, from, to, allowed, context);
-  if (!path.empty()) canvas.draw(path, Curve::kExtra);
+                   const std::function<bool(const PathEnds&)>& allowed) {
+  const auto path = shortest_separating_path(boundary, from, to, allowed);
+  if (!path.empty()) boundary.canvas.draw(path, Curve::kExtra);
   return !path.empty();
 }
 
 // From one T-node to the other one, within the disk, between some of these sectors: the shortest
 // path, or, where the search finds none, one around chosen cones, which there always is.
-void draw_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors,
-                       const std::vector<Index>& cones, const ExecutionContext& context) {
-  const DiskBoundary boundary = disk_boundary(canvas);
+void draw_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors) {
+  const DiskBoundary boundary(canvas);
   std::vector<Index> from, to;
   for (const auto& [f, t] : sectors) {
     from.push_back(boundary.place[at(f)]);
@@ -315,26 +298,23 @@ void draw_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors
                                   boundary.halfedges[at(ends.to)]};
     return std::find(sectors.begin(), sectors.end(), joined) != sectors.end();
   };
-  if (draw_shortest(canvas, boundary, from, to, allowed, context)) return;
+  if (draw_shortest(boundary, from, to, allowed)) return;
   const PathEnds ends{from.front(), to.front()};
-  const auto inside = cones_with_excess(cones, left_corners(boundary, ends) - kFlat);
+  const auto inside = cones_with_excess(canvas.cones(), left_corners(boundary, ends) - kFlat);
   if (!inside) throw InternalError("cones that do not fit between the sectors");
-  canvas.draw(fenced_path(canvas, boundary, ends, *inside, context), Curve::kExtra);
+  canvas.draw(fenced_path(boundary, ends, *inside), Curve::kExtra);
 }
 
 // From a hole to anywhere on the boundary, but if it is to the facing side of the same branch to
 // the same vertex: with two T-nodes, or one node. The shortest one, or one around a single cone,
 // likewise. Preconditions: draw_hole_chain(), then divide_branches(); pattern_for() is kExtraPath.
-void draw_extra_path(Canvas& canvas, const std::vector<Index>& cones, Index genus,
-                     const ExecutionContext& context) {
-  const DiskBoundary boundary = disk_boundary(canvas);
-  const auto allowed = [&](const PathEnds& ends) { return can_be_t_nodes(canvas, boundary, ends); };
-  const std::vector<Index> from = places_on_holes(canvas, boundary);
-  std::vector<Index> anywhere;
-  for (Index i = 0; i < boundary.size(); ++i) {
-    if (boundary.corner[at(i)] == 0) anywhere.push_back(i);
-  }
-  if (draw_shortest(canvas, boundary, from, anywhere, allowed, context)) return;
+void draw_extra_path(Canvas& canvas, Index genus) {
+  const DiskBoundary boundary(canvas);
+  const std::vector<Index>& cones = canvas.cones();
+  const auto allowed = [&](const PathEnds& ends) { return can_be_t_nodes(boundary, ends); };
+  const std::vector<Index> from = straight_places(boundary, true);
+  const std::vector<Index> anywhere = straight_places(boundary, false);
+  if (draw_shortest(boundary, from, anywhere, allowed)) return;
   // The cone with the fewest corners around it.
   VertexId cone = kInvalid;
   for (VertexId v = 0; v < static_cast<VertexId>(cones.size()); ++v) {
@@ -347,7 +327,7 @@ void draw_extra_path(Canvas& canvas, const std::vector<Index>& cones, Index genu
       if (f == t || !allowed(ends) || left_corners(boundary, ends) != cones[at(cone)] ||
           !has_room_for_fences(boundary, ends))
         continue;
-      canvas.draw(fenced_path(canvas, boundary, ends, {cone}, context), Curve::kExtra);
+      canvas.draw(fenced_path(boundary, ends, {cone}), Curve::kExtra);
       return;
     }
   }
@@ -356,19 +336,20 @@ void draw_extra_path(Canvas& canvas, const std::vector<Index>& cones, Index genu
 
 // From one of these sectors, or any beside a hole where there are none, around the nearest cone
 // with k = 1 and back. Preconditions: as above, but pattern_for() is kLoop.
-void draw_loop_around_cone(Canvas& canvas, std::vector<HalfedgeId> sectors,
-                           const std::vector<Index>& cones, const ExecutionContext& context) {
-  const DiskBoundary boundary = disk_boundary(canvas);
+void draw_loop_around_cone(Canvas& canvas, std::vector<HalfedgeId> sectors) {
+  const DiskBoundary boundary(canvas);
   if (sectors.empty()) {
-    for (const Index place : places_on_holes(canvas, boundary))
+    for (const Index place : straight_places(boundary, true))
       sectors.push_back(boundary.halfedges[at(place)]);
   }
-  const auto is_end = [&](VertexId v) { return at(v) < cones.size() && cones[at(v)] == 1; };
-  const std::vector<HalfedgeId> path = free_path(canvas, {sectors, {}}, {nullptr, is_end}, context);
+  const auto is_end = [&](HalfedgeId h) {
+    return canvas.excess(canvas.mesh().target(h)) == 1 - kFlat;
+  };
+  const std::vector<HalfedgeId> path = free_path(canvas, canvas.inside(sectors), is_end);
   if (path.empty()) throw InternalError("no way from the cut to a cone");
   const Index place = boundary.place[at(canvas.sector_of(path.front()))];
   const VertexId cone = canvas.mesh().target(path.back());
-  canvas.draw(fenced_loop(canvas, boundary, place, cone, context), Curve::kExtra);
+  canvas.draw(fenced_loop(boundary, place, cone), Curve::kExtra);
 }
 
 // From this scale_range() on a cut is drawn again, led by the cones: shortest curves leave disks
@@ -383,103 +364,84 @@ constexpr double kFieldPrice = 2.0;
 // Draws the cut for one pattern after the other. `wished`: null, or how its loops are to turn.
 class Drawer {
  public:
-  Drawer(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
-         const WishedTurns* wished, const ChainGuide& guide, const ExecutionContext& context)
-      : canvas_(canvas),
-        input_(input),
-        input_adjacency_(input.adjacency()),
-        cones_(cones),
-        wished_(wished),
-        guide_(guide),
-        context_(context) {
-    if (wished_ != nullptr) {
-      guide_.turning = [this](const std::vector<VertexId>& cycle) {
-        return wished_->turning(strip_on_input(canvas_, input_adjacency_, cycle));
-      };
-    }
+  Drawer(Canvas& canvas, Index genus, const WishedTurns* wished, const ChainGuide& guide)
+      : canvas_(canvas), genus_(genus), wished_(wished), guide_(guide) {
+    if (wished_ == nullptr) return;
+    guide_.turning = [&canvas, wished](const std::vector<VertexId>& cycle) {
+      return wished->turning(strip_on_input(canvas, cycle));
+    };
   }
 
-  void draw(Pattern pattern, Index genus) {
-    if (wished_ != nullptr && can_be_twisted(cones_, genus)) {
-      ChainGuide short_ones = guide_;
-      short_ones.crossings = nullptr;
-      draw_hole_chain(canvas_, genus, context_, short_ones);
-      divide();
-      const std::vector<Index> odd =
-          odd_branches(canvas_, input_adjacency_, graph_, wished_->turning);
-      if (!odd.empty()) {
-        const std::vector<VertexId> first = draw_loop_across(canvas_, graph_, odd, context_);
-        join(draw_twisted_chain(canvas_, first, genus, context_, guide_));
-        return;
-      }
-      canvas_.erase_all();
-    }
-    if (pattern == Pattern::kTwoTNodes) {
-      join(draw_chain_with_t_nodes(canvas_, genus, context_, guide_));
-      return;
-    }
-    draw_hole_chain(canvas_, genus, context_, guide_);
-    divide();
-    if (pattern == Pattern::kLoop) {
-      close_loop();
-      return;
-    }
-    if (wished_ != nullptr) end_as({Ending{}});
-    if (pattern == Pattern::kExtraPath) draw_extra_path(canvas_, cones_, genus, context_);
+  void draw(Pattern pattern) {
+    if (wished_ != nullptr && can_be_twisted(canvas_.cones(), genus_) && draw_twisted()) return;
+    if (pattern == Pattern::kTwoTNodes)
+      return join(draw_chain_with_t_nodes(canvas_, genus_, guide_));
+    draw_hole_chain(canvas_, genus_, guide_);
+    if (pattern == Pattern::kLoop) return close_loop();
+    BranchGraph graph = divided();
+    if (wished_ != nullptr) reroute(graph, {Ending{}}, *wished_);
+    if (pattern == Pattern::kExtraPath) draw_extra_path(canvas_, genus_);
   }
 
  private:
-  void divide() {
-    graph_ = branch_graph(canvas_);
-    divide_branches(canvas_, graph_);
+  BranchGraph divided() {
+    BranchGraph graph(canvas_);
+    graph.divide();
+    return graph;
   }
 
-  std::size_t end_as(const std::vector<Ending>& endings) {
-    return reroute(canvas_, input_, cones_, endings, *wished_, graph_, context_);
+  // False, and nothing is drawn, if no loop is to turn by an odd number of quarters.
+  bool draw_twisted() {
+    ChainGuide short_ones = guide_;
+    short_ones.crossings = nullptr;
+    draw_hole_chain(canvas_, genus_, short_ones);
+    const BranchGraph graph = divided();
+    const std::vector<Index> odd = odd_branches(graph, wished_->turning);
+    if (odd.empty()) {
+      canvas_.erase_all();
+      return false;
+    }
+    join(draw_twisted_chain(canvas_, draw_loop_across(graph, odd), genus_, guide_));
+    return true;
   }
 
   void join(const std::array<VertexId, 2>& t_nodes) {
-    divide();
-    std::vector<JoinedSectors> sectors = joinable_sectors(canvas_, t_nodes, cones_);
+    BranchGraph graph = divided();
+    std::vector<JoinedSectors> sectors = joinable_sectors(canvas_, t_nodes);
     if (wished_ != nullptr) {
       std::vector<Ending> endings;
       for (const auto& [from, to] : sectors)
-        endings.push_back({{end_of(canvas_, graph_, from), end_of(canvas_, graph_, to)}});
-      const Ending& ending = endings[end_as(endings)];
-      sectors = {{leaving(canvas_, graph_, ending.divided[0]),
-                  leaving(canvas_, graph_, ending.divided[1])}};
+        endings.push_back({{graph.end_of(from), graph.end_of(to)}});
+      const Ending& ending = endings[reroute(graph, endings, *wished_)];
+      sectors = {{graph.leaving(ending.divided[0]), graph.leaving(ending.divided[1])}};
     }
-    draw_joining_path(canvas_, sectors, cones_, context_);
+    draw_joining_path(canvas_, sectors);
   }
 
   void close_loop() {
+    BranchGraph graph = divided();
     std::vector<HalfedgeId> sectors;
     if (wished_ != nullptr) {
       std::vector<Ending> endings;
-      for (Index end = 0; at(end) < graph_.next_end.size(); ++end) {
-        if (graph_.branch_of(end).kind == Curve::kLoop) endings.push_back({{}, end});
+      for (Index end = 0; at(end) < graph.next_end.size(); ++end) {
+        if (graph.branch_of(end).kind == Curve::kLoop) endings.push_back({{}, end});
       }
-      const std::vector<VertexId> bent = graph_.walked_from(endings[end_as(endings)].bent);
-      for (std::size_t i = 1; i + 1 < bent.size(); ++i)
-        sectors.push_back(canvas_.mesh().find(bent[i], bent[i + 1]));
+      const Ending& ending = endings[reroute(graph, endings, *wished_)];
+      sectors = canvas_.edges_along(graph.walked_from(ending.bent));
+      sectors.erase(sectors.begin());
     }
-    draw_loop_around_cone(canvas_, sectors, cones_, context_);
+    draw_loop_around_cone(canvas_, sectors);
   }
 
   Canvas& canvas_;
-  const mesh::Surface& input_;
-  const mesh::Adjacency& input_adjacency_;
-  const std::vector<Index>& cones_;
+  Index genus_;
   const WishedTurns* wished_;
   ChainGuide guide_;
-  const ExecutionContext& context_;
-  BranchGraph graph_;
 };
 
 // Branches, flat sectors, and the extra path if T-nodes make it one.
-void read_branches(const Canvas& canvas, AdmissibleCut& cut) {
-  const BranchGraph graph = branch_graph(canvas);
-  const auto first = [&](Index end) { return leaving(canvas, graph, end); };
+void read_branches(Canvas& canvas, AdmissibleCut& cut) {
+  const BranchGraph graph(canvas);
   for (Index b = 0; at(b) < graph.branches.size(); ++b) {
     const BranchGraph::Branch& branch = graph.branches[at(b)];
     cut.branches.push_back(canvas.edges_along(branch.vertices));
@@ -488,7 +450,7 @@ void read_branches(const Canvas& canvas, AdmissibleCut& cut) {
       const Index next = graph.next_end[at(end)];
       if (graph.next_end[at(graph.next_end[at(next)])] != end) continue;
       // A T-node: opposite of the extra path.
-      cut.flat_sectors.push_back(first(next));
+      cut.flat_sectors.push_back(graph.leaving(next));
       cut.extra_path = b;
     }
   }
@@ -503,10 +465,10 @@ AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& c
                        const ExecutionContext& context) {
   const Pattern pattern = pattern_for(cones, genus);
   // A sphere is not cut: its cones may be neighbours.
-  Canvas canvas(surface, pattern == Pattern::kNone ? std::vector<Index>(cones.size(), 4) : cones);
+  const std::vector<Index> flat(cones.size(), kFlat);
+  Canvas canvas(surface, pattern == Pattern::kNone ? flat : cones, context);
   AdmissibleCut cut;
-  if (pattern != Pattern::kNone)
-    Drawer(canvas, surface, cones, wished, guide, context).draw(pattern, genus);
+  if (pattern != Pattern::kNone) Drawer(canvas, genus, wished, guide).draw(pattern);
   cut.surface = to_surface(canvas.refined());
   cut.provenance = provenance_of(canvas.refined());
   if (pattern != Pattern::kNone) read_branches(canvas, cut);

@@ -11,20 +11,12 @@
 
 namespace flipfree::seamless {
 
-mesh::RefinedSurface unrefined(const mesh::Surface& surface) {
-  mesh::RefinedSurface refined;
-  refined.input = &surface;
-  const auto n = static_cast<Index>(surface.vertices.rows());
-  for (Index v = 0; v < n; ++v) {
-    refined.support.push_back({{v, kInvalid, kInvalid}, {1.0, 0.0, 0.0}});
-    refined.position.emplace_back(surface.vertices.row(v).transpose());
-  }
-  refined.mesh = mesh::EditableTriangulation(n, surface.faces);
-  return refined;
-}
-
-Canvas::Canvas(const mesh::Surface& surface, const std::vector<Index>& cones)
-    : refined_(unrefined(surface)), cones_(cones), state_(cones.size(), State::kFree) {
+Canvas::Canvas(const mesh::Surface& surface, const std::vector<Index>& cones,
+               const ExecutionContext& context)
+    : refined_(mesh::unrefined(surface)),
+      cones_(cones),
+      context_(context),
+      state_(cones.size(), State::kFree) {
   const auto n = static_cast<VertexId>(cones.size());
   for (VertexId v = 0; v < n; ++v) {
     if (excess(v) != 0) state_[at(v)] = State::kCone;
@@ -47,6 +39,15 @@ double Canvas::length(const std::vector<HalfedgeId>& path) const {
 HalfedgeId Canvas::sector_of(HalfedgeId h) const {
   while (!is_drawn(h)) h = mesh().rotate_cw(h);
   return h;
+}
+
+std::vector<HalfedgeId> Canvas::inside(const std::vector<HalfedgeId>& sectors) const {
+  std::vector<HalfedgeId> found;
+  for (const HalfedgeId sector : sectors) {
+    for (HalfedgeId h = mesh().rotate_ccw(sector); !is_drawn(h); h = mesh().rotate_ccw(h))
+      found.push_back(h);
+  }
+  return found;
 }
 
 std::vector<HalfedgeId> Canvas::drawn_around(VertexId v) const {
@@ -188,31 +189,6 @@ HalfedgeId some_drawn_at_node(const Canvas& canvas) {
   throw InternalError("curves without a node");
 }
 
-// The faces from the root on, each after the one that it was reached from, across `back`.
-struct FaceTree {
-  std::vector<FaceId> order;
-  std::vector<HalfedgeId> back;  // per face: its half-edge towards the root; kInvalid at the root
-};
-
-FaceTree breadth_first(const Canvas& canvas, FaceId root) {
-  const mesh::EditableTriangulation& mesh = canvas.mesh();
-  FaceTree tree;
-  tree.order.push_back(root);
-  tree.back.assign(at(mesh.face_slots()), kInvalid);
-  std::vector<char> seen(at(mesh.face_slots()), 0);
-  seen[at(root)] = 1;
-  for (std::size_t i = 0; i < tree.order.size(); ++i) {
-    for (HalfedgeId h = 3 * tree.order[i]; h < 3 * tree.order[i] + 3; ++h) {
-      const HalfedgeId o = mesh.opposite(h);
-      if (canvas.is_drawn(h) || seen[at(o / 3)] != 0) continue;
-      seen[at(o / 3)] = 1;
-      tree.back[at(o / 3)] = o;
-      tree.order.push_back(o / 3);
-    }
-  }
-  return tree;
-}
-
 }  // namespace
 
 Index DiskBoundary::corners_between(Index from, Index to) const {
@@ -226,37 +202,35 @@ std::vector<Index> DiskBoundary::places_between(Index from, Index to) const {
   return places;
 }
 
-DiskBoundary disk_boundary(const Canvas& canvas) {
+DiskBoundary::DiskBoundary(Canvas& drawn_on)
+    : canvas(drawn_on), place(at(drawn_on.mesh().halfedge_slots()), kInvalid) {
   const mesh::EditableTriangulation& mesh = canvas.mesh();
-  DiskBoundary boundary;
-  boundary.place.assign(at(mesh.halfedge_slots()), kInvalid);
   const HalfedgeId start = some_drawn_at_node(canvas);
   HalfedgeId h = start;
   do {
-    boundary.place[at(h)] = boundary.size();
-    boundary.corner.push_back(canvas.drawn_around(mesh.source(h)).size() > 2 ? 1 : 0);
-    boundary.halfedges.push_back(h);
+    place[at(h)] = size();
+    corner.push_back(canvas.drawn_around(mesh.source(h)).size() > 2 ? 1 : 0);
+    halfedges.push_back(h);
     h = canvas.sector_of(next_corner(h));
   } while (h != start);
   for (HalfedgeId d = 0; d < mesh.halfedge_slots(); ++d) {
-    if (canvas.is_drawn(d) && boundary.place[at(d)] == kInvalid)
+    if (canvas.is_drawn(d) && place[at(d)] == kInvalid)
       throw InternalError("the curves do not cut the surface into one disk");
   }
   Index corners = 0;
   Index branches = 0;
-  for (Index i = 0; i < boundary.size(); ++i) {
-    boundary.corners_below.push_back(corners);
-    corners += boundary.corner[at(i)];
-    const Index mate = boundary.place[at(mesh.opposite(boundary.halfedges[at(i)]))];
-    if (boundary.corner[at(i)] == 0) {
-      boundary.branch.push_back(boundary.branch.back());
+  for (Index i = 0; i < size(); ++i) {
+    corners_below.push_back(corners);
+    corners += corner[at(i)];
+    const Index mate = place[at(mesh.opposite(halfedges[at(i)]))];
+    if (corner[at(i)] == 0) {
+      branch.push_back(branch.back());
     } else {
       // The branch's other side ends where this one begins.
-      boundary.branch.push_back(mate < i ? boundary.branch[at(mate)] : branches++);
+      branch.push_back(mate < i ? branch[at(mate)] : branches++);
     }
   }
-  boundary.corners_below.push_back(corners);
-  return boundary;
+  corners_below.push_back(corners);
 }
 
 namespace {
@@ -265,24 +239,31 @@ namespace {
 // counter-clockwise edge path through no cone, within the disk or on its boundary, sum to the
 // excess (k - 4) of the cones that it encloses: ways from face to face lead from every cone to
 // the boundary, and a path that crosses one from left to right passes that cone. Cost: O(#F).
-std::vector<Index> excess_crossed(const Canvas& canvas, const DiskBoundary& boundary) {
+std::vector<Index> excess_crossed(const DiskBoundary& boundary) {
+  const Canvas& canvas = boundary.canvas;
   const mesh::EditableTriangulation& mesh = canvas.mesh();
-  const HalfedgeId exit = boundary.halfedges.front();
-  const FaceTree tree = breadth_first(canvas, exit / 3);
+  // Faces breadth first, each by its half-edge towards the one that it was reached from.
+  std::vector<HalfedgeId> back = {boundary.halfedges.front()};
+  std::vector<char> seen(at(mesh.face_slots()), 0);
+  seen[at(back.front() / 3)] = 1;
+  for (std::size_t i = 0; i < back.size(); ++i) {
+    const HalfedgeId first = back[i] - back[i] % 3;
+    for (HalfedgeId h = first; h < first + 3; ++h) {
+      const HalfedgeId o = mesh.opposite(h);
+      if (!canvas.is_drawn(h) && std::exchange(seen[at(o / 3)], 1) == 0) back.push_back(o);
+    }
+  }
   std::vector<Index> beyond(at(mesh.face_slots()), 0);
   for (VertexId v = 0; v < canvas.vertex_count(); ++v) {
     if (canvas.excess(v) != 0) beyond[at(mesh.outgoing(v) / 3)] += canvas.excess(v);
   }
   std::vector<Index> crossed(at(mesh.halfedge_slots()), 0);
-  for (auto face = tree.order.rbegin(); face != tree.order.rend(); ++face) {
-    const HalfedgeId back = tree.back[at(*face)];
-    if (back == kInvalid) {
-      crossed[at(exit)] = beyond[at(*face)];
-    } else {
-      crossed[at(back)] = beyond[at(*face)];
-      crossed[at(mesh.opposite(back))] = -beyond[at(*face)];
-      beyond[at(mesh.opposite(back) / 3)] += beyond[at(*face)];
-    }
+  for (std::size_t i = back.size(); i-- > 0;) {
+    const HalfedgeId h = back[i], o = mesh.opposite(h);
+    crossed[at(h)] = beyond[at(h / 3)];
+    if (i == 0) break;  // out of the disk
+    crossed[at(o)] = -beyond[at(h / 3)];
+    beyond[at(o / 3)] += beyond[at(h / 3)];
   }
   return crossed;
 }
@@ -290,10 +271,10 @@ std::vector<Index> excess_crossed(const Canvas& canvas, const DiskBoundary& boun
 }  // namespace
 
 std::int64_t SheetSearch::label(HalfedgeId arrival, double gathered) const {
-  const double sheet = std::round(gathered * per_unit_);
-  if (!(std::abs(sheet) <= static_cast<double>(sheets_))) return kInvalid;
+  const double sheet = std::round(gathered * cover_.per_unit);
+  if (!(std::abs(sheet) <= static_cast<double>(cover_.sheets))) return kInvalid;
   const auto v = static_cast<std::int64_t>(canvas_.mesh().target(arrival));
-  return v * (2 * sheets_ + 1) + static_cast<std::int64_t>(sheet) + sheets_;
+  return v * (2 * cover_.sheets + 1) + static_cast<std::int64_t>(sheet) + cover_.sheets;
 }
 
 bool SheetSearch::meets_itself(Index way, VertexId v) const {
@@ -327,8 +308,7 @@ void SheetSearch::cross(HalfedgeId h, Index before, Index from, double gathered,
   ways_.push_back(way);
 }
 
-void SheetSearch::run(const Leave& leave, const std::function<void(const Way&)>& arrive,
-                      const double& limit, std::size_t most, const ExecutionContext& context) {
+void SheetSearch::run(const std::function<void(const Way&)>& arrive, const double& limit) {
   const auto call = [&] {
     for (const Way& arrival : arrivals_) arrive(arrival);
     arrivals_.clear();
@@ -336,15 +316,15 @@ void SheetSearch::run(const Leave& leave, const std::function<void(const Way&)>&
   call();
   constexpr int kWaysPerCheck = 512;
   for (int step = 1; !queue_.empty() && queue_.front().first < limit; ++step) {
-    if (step % kWaysPerCheck == 0) context.check();
-    if (ways_.size() > most * at(canvas_.vertex_count())) break;
+    if (step % kWaysPerCheck == 0) canvas_.context().check();
+    if (ways_.size() > cover_.most * at(canvas_.vertex_count())) break;
     std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
     const Index index = queue_.back().second;
     queue_.pop_back();
     const Way way = ways_[at(index)];
     // A shorter one may have come.
     if (shortest_.at(label(way.arrival, way.gathered)) < way.length) continue;
-    leave(way.arrival, [&](HalfedgeId h, double more) {
+    cover_.leave(way.arrival, [&](HalfedgeId h, double more) {
       cross(h, index, way.from, way.gathered + more, way.length);
     });
     call();
@@ -369,14 +349,14 @@ constexpr std::int64_t kMostExcess = 1 << 24;
 // Is a path between these places one that is looked for, with cones of this excess on its left?
 using Fits = std::function<bool(const PathEnds& ends, Index enclosed)>;
 
-std::vector<HalfedgeId> shortest_on_cover(const Canvas& canvas, const DiskBoundary& boundary,
+std::vector<HalfedgeId> shortest_on_cover(const DiskBoundary& boundary,
                                           const std::vector<Index>& from,
                                           const std::vector<Index>& to, const Fits& fits,
-                                          std::size_t most, const ExecutionContext& context) {
-  const mesh::EditableTriangulation& mesh = canvas.mesh();
-  const std::vector<Index> crossed = excess_crossed(canvas, boundary);
-  std::vector<Index> along = {
-      0};  // per place, and in all: excess crossed by the boundary before it
+                                          std::size_t most) {
+  const Canvas& canvas = boundary.canvas;
+  const std::vector<Index> crossed = excess_crossed(boundary);
+  // Per place, and in all: excess crossed by the boundary before it.
+  std::vector<Index> along = {0};
   for (const HalfedgeId h : boundary.halfedges) along.push_back(along.back() + crossed[at(h)]);
   // What makes ways comparable that began in different places: which way they would go on in a
   // flat metric with right angles at corners.
@@ -384,27 +364,26 @@ std::vector<HalfedgeId> shortest_on_cover(const Canvas& canvas, const DiskBounda
     return along[at(place)] - boundary.corners_below[at(place)];
   };
   std::vector<char> is_end(at(boundary.size()), 0);
-  std::vector<HalfedgeId> last;
+  std::vector<HalfedgeId> sectors;
   for (const Index place : to) {
     is_end[at(place)] = 1;
-    canvas.for_each_inside(boundary.halfedges[at(place)], [&](HalfedgeId h) { last.push_back(h); });
+    sectors.push_back(boundary.halfedges[at(place)]);
   }
-  const std::vector<double> left = free_distances(canvas, last, kInvalid, context).distance;
-  SheetSearch search(canvas, left, 1.0, kMostExcess);
+  const std::vector<double> left = free_distances(canvas, canvas.inside(sectors)).distance;
+  const auto leave = [&](HalfedgeId arrival, const SheetSearch::Visit& visit) {
+    canvas.mesh().for_each_outgoing(canvas.mesh().target(arrival),
+                                    [&](HalfedgeId h) { visit(h, crossed[at(h)]); });
+  };
+  SheetSearch search(canvas, left, {leave, 1.0, kMostExcess, most});
   for (const Index place : from) {
-    canvas.for_each_inside(boundary.halfedges[at(place)], [&](HalfedgeId h) {
+    for (const HalfedgeId h : canvas.inside({boundary.halfedges[at(place)]}))
       search.start(h, place, share(place) + crossed[at(h)]);
-    });
   }
   std::vector<HalfedgeId> best;
   double least = FreeDistances::kUnreached;
-  const auto leave = [&](HalfedgeId arrival, const SheetSearch::Visit& visit) {
-    mesh.for_each_outgoing(mesh.target(arrival), [&](HalfedgeId h) { visit(h, crossed[at(h)]); });
-  };
   const auto arrive = [&](const SheetSearch::Way& way) {
     if (way.length >= least) return;
-    const HalfedgeId sector = canvas.sector_of(mesh.opposite(way.arrival));
-    const PathEnds ends{way.from, boundary.place[at(sector)]};
+    const PathEnds ends{way.from, boundary.place[at(canvas.sector_reached(way.arrival))]};
     if (ends.from == ends.to || is_end[at(ends.to)] == 0) return;
     // Closed along the boundary, counter-clockwise.
     Index enclosed = static_cast<Index>(way.gathered) - share(ends.from) + along[at(ends.from)] -
@@ -414,45 +393,35 @@ std::vector<HalfedgeId> shortest_on_cover(const Canvas& canvas, const DiskBounda
     least = way.length;
     best = search.path(way);
   };
-  search.run(leave, arrive, least, most, context);
+  search.run(arrive, least);
   return best;
 }
 
 }  // namespace
 
 std::vector<HalfedgeId> shortest_separating_path(
-    const Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& from,
-    const std::vector<Index>& to, const std::function<bool(const PathEnds&)>& allowed,
-    const ExecutionContext& context) {
+    const DiskBoundary& boundary, const std::vector<Index>& from, const std::vector<Index>& to,
+    const std::function<bool(const PathEnds&)>& allowed) {
   const Fits fits = [&](const PathEnds& ends, Index enclosed) {
     const Index corners = left_corners(boundary, ends);
     return corners % 4 != 0 && corners == 4 + enclosed && allowed(ends);
   };
-  return shortest_on_cover(canvas, boundary, from, to, fits, kMostSeparating, context);
+  return shortest_on_cover(boundary, from, to, fits, kMostSeparating);
 }
 
-std::vector<HalfedgeId> shortest_enclosing_path(const Canvas& canvas, const DiskBoundary& boundary,
-                                                const PathEnds& ends, Index excess,
-                                                const ExecutionContext& context) {
+std::vector<HalfedgeId> shortest_enclosing_path(const DiskBoundary& boundary, const PathEnds& ends,
+                                                Index excess) {
   const Fits fits = [&](const PathEnds&, Index enclosed) { return enclosed == excess; };
-  return shortest_on_cover(canvas, boundary, {ends.from}, {ends.to}, fits, kMostEnclosing, context);
+  return shortest_on_cover(boundary, {ends.from}, {ends.to}, fits, kMostEnclosing);
 }
 
 namespace {
 
-[[noreturn]] void no_way(VertexId v) {
-  throw_not_converged(ErrorCode::kIterationLimit,
-                      "The cut found no way between the cones from vertex " + vertex_id(v) +
-                          " on. Refine the mesh, or take other cones.",
-                      ElementKind::kVertex, {v});
-}
-
 class Fencer {
  public:
-  Fencer(Canvas& canvas, const DiskBoundary& boundary, const ExecutionContext& context)
-      : canvas_(canvas), context_(context) {
+  explicit Fencer(const DiskBoundary& boundary) : canvas_(boundary.canvas) {
     for (const HalfedgeId h : boundary.halfedges)
-      places_.emplace_back(canvas.mesh().source(h), canvas.mesh().target(h));
+      places_.emplace_back(canvas_.mesh().source(h), canvas_.mesh().target(h));
   }
 
   // Refinement renumbers half-edges: places are known by their edge's ends.
@@ -465,63 +434,75 @@ class Fencer {
   std::pair<VertexId, VertexId> fence(const std::vector<Index>& places, std::set<VertexId> cones) {
     std::pair<VertexId, VertexId> first = {kInvalid, kInvalid};
     std::vector<VertexId> tree;
+    const mesh::EditableTriangulation& mesh = canvas_.mesh();
     while (!cones.empty()) {
-      WayStart from;
-      for (const Index place : places) from.sectors.push_back(sector(place));
-      from.vertices = tree;
-      const std::vector<HalfedgeId> path = free_path(
-          canvas_, from, {nullptr, [&](VertexId v) { return cones.contains(v); }}, context_);
-      if (path.empty()) no_way(*cones.begin());
-      if (tree.empty())
-        first = {canvas_.mesh().source(path.front()), canvas_.mesh().target(path.front())};
-      for (const HalfedgeId h : path) tree.push_back(canvas_.mesh().target(h));
+      std::vector<HalfedgeId> sectors;
+      for (const Index place : places) sectors.push_back(sector(place));
+      std::vector<HalfedgeId> from = canvas_.inside(sectors);
+      for (const VertexId v : tree) {
+        mesh.for_each_outgoing(v, [&](HalfedgeId h) {
+          if (!canvas_.is_drawn(h)) from.push_back(h);
+        });
+      }
+      const std::vector<HalfedgeId> path = find(
+          from, [&](HalfedgeId h) { return cones.contains(mesh.target(h)); }, *cones.begin());
+      if (tree.empty()) first = {mesh.source(path.front()), mesh.target(path.front())};
+      for (const HalfedgeId h : path) tree.push_back(mesh.target(h));
       cones.erase(tree.back());
       canvas_.draw(path, Curve::kFence);
     }
     return first;
   }
+  // One from places of the boundary to all other cones.
+  void fence_others(const std::vector<Index>& places, const std::vector<VertexId>& cones) {
+    std::set<VertexId> others;
+    for (VertexId v = 0; v < canvas_.vertex_count(); ++v) {
+      if (canvas_.excess(v) != 0) others.insert(v);
+    }
+    for (const VertexId v : cones) others.erase(v);
+    fence(places, std::move(others));
+  }
 
   std::vector<HalfedgeId> pass(HalfedgeId from, HalfedgeId to) {
-    std::vector<HalfedgeId> path = free_path(
-        canvas_, {{from}, {}}, {[&](HalfedgeId s) { return s == to; }, nullptr}, context_);
-    if (path.empty()) no_way(canvas_.mesh().source(from));
+    std::vector<HalfedgeId> path = find(
+        canvas_.inside({from}), [&](HalfedgeId h) { return canvas_.sector_reached(h) == to; },
+        canvas_.mesh().source(from));
     canvas_.remove_fences();
     return path;
   }
 
  private:
+  std::vector<HalfedgeId> find(const std::vector<HalfedgeId>& first,
+                               const std::function<bool(HalfedgeId)>& is_end,
+                               VertexId place) const {
+    std::vector<HalfedgeId> path = free_path(canvas_, first, is_end);
+    if (!path.empty()) return path;
+    throw_not_converged(ErrorCode::kIterationLimit,
+                        "The cut found no way between the cones from vertex " + vertex_id(place) +
+                            " on. Refine the mesh, or take other cones.",
+                        ElementKind::kVertex, {place});
+  }
+
   Canvas& canvas_;
-  const ExecutionContext& context_;
   std::vector<std::pair<VertexId, VertexId>> places_;
 };
 
-std::set<VertexId> other_cones(const Canvas& canvas, const std::vector<VertexId>& cones) {
-  std::set<VertexId> others;
-  for (VertexId v = 0; v < canvas.vertex_count(); ++v) {
-    if (canvas.excess(v) != 0) others.insert(v);
-  }
-  for (const VertexId v : cones) others.erase(v);
-  return others;
-}
-
 }  // namespace
 
-std::vector<HalfedgeId> fenced_path(Canvas& canvas, const DiskBoundary& boundary,
-                                    const PathEnds& ends, const std::vector<VertexId>& inside,
-                                    const ExecutionContext& context) {
-  Fencer fencer(canvas, boundary, context);
+std::vector<HalfedgeId> fenced_path(const DiskBoundary& boundary, const PathEnds& ends,
+                                    const std::vector<VertexId>& inside) {
+  Fencer fencer(boundary);
   fencer.fence(boundary.places_between(ends.to, ends.from), {inside.begin(), inside.end()});
-  fencer.fence(boundary.places_between(ends.from, ends.to), other_cones(canvas, inside));
+  fencer.fence_others(boundary.places_between(ends.from, ends.to), inside);
   return fencer.pass(fencer.sector(ends.from), fencer.sector(ends.to));
 }
 
-std::vector<HalfedgeId> fenced_loop(Canvas& canvas, const DiskBoundary& boundary, Index place,
-                                    VertexId inside, const ExecutionContext& context) {
-  Fencer fencer(canvas, boundary, context);
+std::vector<HalfedgeId> fenced_loop(const DiskBoundary& boundary, Index place, VertexId inside) {
+  Fencer fencer(boundary);
   // The fence to the cone divides the place's sector in two: the loop's ends.
   const auto [root, second] = fencer.fence({place}, {inside});
-  fencer.fence(boundary.places_between(place, place), other_cones(canvas, {inside}));
-  return fencer.pass(canvas.mesh().find(root, second), fencer.sector(place));
+  fencer.fence_others(boundary.places_between(place, place), {inside});
+  return fencer.pass(boundary.canvas.mesh().find(root, second), fencer.sector(place));
 }
 
 namespace {
@@ -530,8 +511,7 @@ namespace {
 // are not free; ends at `limit`, which it may lower.
 template <typename Arrive>
 FreeDistances search_free(const Canvas& canvas, const std::vector<HalfedgeId>& first, VertexId root,
-                          const Arrive& arrive, const double& limit,
-                          const ExecutionContext& context) {
+                          const Arrive& arrive, const double& limit) {
   using Entry = std::pair<double, VertexId>;
   const mesh::EditableTriangulation& mesh = canvas.mesh();
   FreeDistances found;
@@ -554,8 +534,9 @@ FreeDistances search_free(const Canvas& canvas, const std::vector<HalfedgeId>& f
     queue.push({0.0, root});
   }
   std::vector<char> done(found.distance.size(), 0);
+  constexpr int kStepsPerCheck = 4096;
   for (int step = 1; !queue.empty() && queue.top().first < limit; ++step) {
-    if (step % kFreeStepsPerCheck == 0) context.check();
+    if (step % kStepsPerCheck == 0) canvas.context().check();
     const auto [distance, v] = queue.top();
     queue.pop();
     if (done[at(v)] != 0) continue;
@@ -569,39 +550,23 @@ FreeDistances search_free(const Canvas& canvas, const std::vector<HalfedgeId>& f
 }  // namespace
 
 FreeDistances free_distances(const Canvas& canvas, const std::vector<HalfedgeId>& first,
-                             VertexId root, const ExecutionContext& context) {
+                             VertexId root) {
   return search_free(
-      canvas, first, root, [](HalfedgeId, double) {}, FreeDistances::kUnreached, context);
+      canvas, first, root, [](HalfedgeId, double) {}, FreeDistances::kUnreached);
 }
 
-std::vector<HalfedgeId> free_path(const Canvas& canvas, const WayStart& from, const WayEnd& to,
-                                  const ExecutionContext& context) {
-  context.check();
+std::vector<HalfedgeId> free_path(const Canvas& canvas, const std::vector<HalfedgeId>& first,
+                                  const std::function<bool(HalfedgeId)>& is_end) {
+  canvas.context().check();
   // Edges between vertices that are not free are drawn or were split: paths have two edges or more.
-  std::vector<HalfedgeId> first;
-  for (const HalfedgeId sector : from.sectors)
-    canvas.for_each_inside(sector, [&](HalfedgeId h) { first.push_back(h); });
-  for (const VertexId v : from.vertices) {
-    canvas.mesh().for_each_outgoing(v, [&](HalfedgeId h) {
-      if (!canvas.is_drawn(h)) first.push_back(h);
-    });
-  }
   double least = FreeDistances::kUnreached;
   HalfedgeId last = kInvalid;
-  const auto is_end = [&](HalfedgeId h) {
-    const VertexId v = canvas.mesh().target(h);
-    if (canvas.on_curve(v))
-      return to.sector && to.sector(canvas.sector_of(canvas.mesh().opposite(h)));
-    return to.cone && to.cone(v);
+  const auto arrive = [&](HalfedgeId h, double distance) {
+    if (distance >= least || !is_end(h)) return;
+    least = distance;
+    last = h;
   };
-  const FreeDistances found = search_free(
-      canvas, first, kInvalid,
-      [&](HalfedgeId h, double distance) {
-        if (distance >= least || !is_end(h)) return;
-        least = distance;
-        last = h;
-      },
-      least, context);
+  const FreeDistances found = search_free(canvas, first, kInvalid, arrive, least);
   std::vector<HalfedgeId> path;
   for (HalfedgeId h = last; h != kInvalid; h = found.arrival[at(canvas.mesh().source(h))])
     path.push_back(h);

@@ -18,10 +18,6 @@
 
 namespace flipfree::seamless {
 
-// A surface before it is refined, with any boundaries: those of mesh::RefinedSurface are not set.
-// It must outlive the result.
-mesh::RefinedSurface unrefined(const mesh::Surface& surface);
-
 // The surface on which the curves of a cut are drawn, refined as they come (thesis 5.4.1).
 //
 // Curves run along edges. A vertex is free if it is neither a cone nor on a curve. After every
@@ -42,14 +38,18 @@ enum class Curve : Index {
   kFence
 };
 
-// Steps of a search through free vertices between two looks at whether it was cancelled.
-inline constexpr int kFreeStepsPerCheck = 4096;
-
 class Canvas {
  public:
   // `surface`: closed, connected, in a unit in which squares of lengths neither overflow nor
-  // vanish; must outlive this. `cones`: #V, quarter turns.
-  Canvas(const mesh::Surface& surface, const std::vector<Index>& cones);
+  // vanish. `cones`: #V, quarter turns. `context`: what is drawn and sought asks it whether to go
+  // on. All must outlive this.
+  Canvas(const mesh::Surface& surface, const std::vector<Index>& cones,
+         const ExecutionContext& context);
+
+  const mesh::Surface& input() const { return *refined_.input; }
+  // Of the input's vertices.
+  const std::vector<Index>& cones() const { return cones_; }
+  const ExecutionContext& context() const { return context_; }
 
   const mesh::EditableTriangulation& mesh() const { return refined_.mesh; }
   Index vertex_count() const { return refined_.mesh.vertex_count(); }
@@ -66,11 +66,12 @@ class Canvas {
 
   // The sector of h, which leaves a vertex on a curve and is not drawn itself (or names one).
   HalfedgeId sector_of(HalfedgeId h) const;
-  // Calls visit(h) for the half-edges strictly inside a sector, counter-clockwise.
-  template <typename Visit>
-  void for_each_inside(HalfedgeId sector, const Visit& visit) const {
-    for (HalfedgeId h = mesh().rotate_ccw(sector); !is_drawn(h); h = mesh().rotate_ccw(h)) visit(h);
+  // The one by which h comes to a curve; kInvalid if it comes to none.
+  HalfedgeId sector_reached(HalfedgeId h) const {
+    return on_curve(mesh().target(h)) ? sector_of(mesh().opposite(h)) : kInvalid;
   }
+  // The half-edges strictly inside sectors, counter-clockwise in each.
+  std::vector<HalfedgeId> inside(const std::vector<HalfedgeId>& sectors) const;
   // Drawn half-edges around v, counter-clockwise.
   std::vector<HalfedgeId> drawn_around(VertexId v) const;
   // The half-edges of a chain and of a cycle of vertices, in order.
@@ -79,9 +80,9 @@ class Canvas {
 
   // Draws edges and refines. `path`: half-edges in any order; none drawn yet.
   void draw(const std::vector<HalfedgeId>& path, Curve kind);
-  // Undraws edges; vertices that no drawn edge is left at are free again. The refinement stays.
+  // Undraws edges, or all of them; vertices that no drawn edge is left at are free again. The
+  // refinement stays.
   void erase(const std::vector<HalfedgeId>& path);
-  // Undraws all. The refinement stays.
   void erase_all();
   // Splits edges of a chain of drawn half-edges until it has `edges`; returns its vertices.
   std::vector<VertexId> divide(const std::vector<HalfedgeId>& chain, std::size_t edges);
@@ -103,7 +104,8 @@ class Canvas {
   void refine_around(VertexId v);
 
   mesh::RefinedSurface refined_;
-  std::vector<Index> cones_;  // of the input's vertices
+  const std::vector<Index>& cones_;
+  const ExecutionContext& context_;
   std::vector<State> state_;  // #V
 };
 
@@ -117,6 +119,11 @@ class Canvas {
 //   --h_0-->'
 
 struct DiskBoundary {
+  // Throws InternalError if the curves do not cut the canvas, which must outlive this, into one
+  // disk. Cost: O(#F).
+  explicit DiskBoundary(Canvas& drawn_on);
+
+  Canvas& canvas;
   std::vector<HalfedgeId> halfedges;
   std::vector<Index> branch;  // of each half-edge: both sides of a branch have the same number
   std::vector<char> corner;   // per place: is it a sector of a node
@@ -129,9 +136,6 @@ struct DiskBoundary {
   // Places strictly between, in order.
   std::vector<Index> places_between(Index from, Index to) const;
 };
-
-// Throws InternalError if the curves do not cut the canvas into one disk. Cost: O(#F).
-DiskBoundary disk_boundary(const Canvas& canvas);
 
 // Paths through free vertices on sheets: Dijkstra's algorithm with one label per vertex and sheet,
 // led by what is left at least (A*; Hart, Nilsson, Raphael 1968). The sheet is told by what a path
@@ -148,23 +152,26 @@ class SheetSearch {
   };
   // visit(h, gathered) for half-edges by which a way goes on, and what these add.
   using Visit = std::function<void(HalfedgeId, double)>;
-  using Leave = std::function<void(HalfedgeId arrival, const Visit& visit)>;
+  struct Cover {
+    std::function<void(HalfedgeId arrival, const Visit& visit)> leave;
+    double per_unit;      // sheets for what is gathered
+    std::int64_t sheets;  // on either side
+    std::size_t most;     // ways per vertex
+  };
 
-  // `left`: per vertex, what a way is longer yet at least; infinite where no way leads on. There
-  // are so many sheets per unit gathered, and `sheets` of them on either side.
-  SheetSearch(const Canvas& canvas, const std::vector<double>& left, double per_unit,
-              std::int64_t sheets)
-      : canvas_(canvas), left_(left), per_unit_(per_unit), sheets_(sheets) {}
+  // `left`: per vertex, what a way is longer yet at least; infinite where no way leads on. It and
+  // the canvas must outlive this.
+  SheetSearch(const Canvas& canvas, const std::vector<double>& left, Cover cover)
+      : canvas_(canvas), left_(left), cover_(std::move(cover)) {}
 
   // By this half-edge, which leaves a curve.
   void start(HalfedgeId departure, Index from, double gathered) {
     cross(departure, kInvalid, from, gathered, 0.0);
   }
   // Calls arrive(way), which may lower `limit`, for all ways onto curves, and goes on as long as
-  // that is more than the shortest way that has not been gone on from will be; at most `most` ways
-  // per vertex. Cost: O(n log n) for n of them.
-  void run(const Leave& leave, const std::function<void(const Way&)>& arrive, const double& limit,
-           std::size_t most, const ExecutionContext& context);
+  // that is more than the shortest way that has not been gone on from will be. Cost: O(n log n) for
+  // n ways.
+  void run(const std::function<void(const Way&)>& arrive, const double& limit);
   std::vector<HalfedgeId> path(const Way& way) const;
 
  private:
@@ -174,8 +181,7 @@ class SheetSearch {
 
   const Canvas& canvas_;
   const std::vector<double>& left_;
-  double per_unit_;
-  std::int64_t sheets_;
+  Cover cover_;
   std::vector<Way> ways_;
   std::unordered_map<std::int64_t, double> shortest_;  // per vertex and sheet
   std::unordered_map<VertexId, double> nearest_;       // per vertex, the shortest way to it
@@ -201,9 +207,8 @@ inline Index left_corners(const DiskBoundary& boundary, const PathEnds& ends) {
 
 // From one place to another one, with cones of this excess on its left in all; empty if the
 // search ends without one, likewise.
-std::vector<HalfedgeId> shortest_enclosing_path(const Canvas& canvas, const DiskBoundary& boundary,
-                                                const PathEnds& ends, Index excess,
-                                                const ExecutionContext& context);
+std::vector<HalfedgeId> shortest_enclosing_path(const DiskBoundary& boundary, const PathEnds& ends,
+                                                Index excess);
 
 // From one of the places `from` to one of the places `to` for which `allowed(ends)` is true, such
 // that the left part has 4 + sum of (k - 4) corners over its cones, not a multiple of four. Empty
@@ -211,9 +216,8 @@ std::vector<HalfedgeId> shortest_enclosing_path(const Canvas& canvas, const Disk
 // sheet that meet in a vertex only the shorter one goes on, if it does not meet itself, and at most
 // a fixed multiple of #V are looked at. Cost: O(n log n) for n of them.
 std::vector<HalfedgeId> shortest_separating_path(
-    const Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& from,
-    const std::vector<Index>& to, const std::function<bool(const PathEnds&)>& allowed,
-    const ExecutionContext& context);
+    const DiskBoundary& boundary, const std::vector<Index>& from, const std::vector<Index>& to,
+    const std::function<bool(const PathEnds&)>& allowed);
 
 // Paths around chosen cones of a disk, which always exist: what the proof of Proposition 11 (thesis
 // 5.3.2) draws, for any set of cones.
@@ -229,14 +233,12 @@ std::vector<HalfedgeId> shortest_separating_path(
 // The path with exactly the cones `inside` on its left. Fences are removed and leave their
 // refinement behind. Preconditions: places strictly between the ends on both sides. Throws
 // NotConverged if there is no way, which cannot happen in a disk. Cost: O(cones #F log #F).
-std::vector<HalfedgeId> fenced_path(Canvas& canvas, const DiskBoundary& boundary,
-                                    const PathEnds& ends, const std::vector<VertexId>& inside,
-                                    const ExecutionContext& context);
+std::vector<HalfedgeId> fenced_path(const DiskBoundary& boundary, const PathEnds& ends,
+                                    const std::vector<VertexId>& inside);
 
 // The same from a place, which is no corner, around one cone back to it: what is inside has one
 // corner.
-std::vector<HalfedgeId> fenced_loop(Canvas& canvas, const DiskBoundary& boundary, Index place,
-                                    VertexId inside, const ExecutionContext& context);
+std::vector<HalfedgeId> fenced_loop(const DiskBoundary& boundary, Index place, VertexId inside);
 
 // Distances through free vertices to all of them.
 
@@ -253,21 +255,12 @@ struct FreeDistances {
 // `first`: half-edges to begin with, from vertices at distance zero. root: a free vertex to begin
 // at too, or kInvalid. Cost: O(#F log #F).
 FreeDistances free_distances(const Canvas& canvas, const std::vector<HalfedgeId>& first,
-                             VertexId root, const ExecutionContext& context);
+                             VertexId root = kInvalid);
 
-// Where a path may begin: in sectors, or at vertices that are not free, in any direction.
-struct WayStart {
-  std::vector<HalfedgeId> sectors;
-  std::vector<VertexId> vertices;
-};
-// Where it may end: in sectors, or at cones. Null: in none.
-struct WayEnd {
-  std::function<bool(HalfedgeId)> sector;
-  std::function<bool(VertexId)> cone;
-};
-// The shortest path, as half-edges; all its vertices but the first and the last are free. Empty if
-// there is none. Cost: O(#V + F log F), F being the faces that are nearer.
-std::vector<HalfedgeId> free_path(const Canvas& canvas, const WayStart& from, const WayEnd& to,
-                                  const ExecutionContext& context);
+// The shortest path that begins with one of these half-edges and ends with one, to a vertex that is
+// not free, for which is_end(h) is true; all its other vertices are free. Empty if there is none.
+// Cost: O(#V + F log F), F being the faces that are nearer.
+std::vector<HalfedgeId> free_path(const Canvas& canvas, const std::vector<HalfedgeId>& first,
+                                  const std::function<bool(HalfedgeId)>& is_end);
 
 }  // namespace flipfree::seamless

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdlib>
 #include <functional>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <string>
@@ -40,8 +39,7 @@ std::vector<VertexId> BranchGraph::walked_from(Index end) const {
   return vertices;
 }
 
-BranchGraph branch_graph(const Canvas& canvas) {
-  BranchGraph graph;
+BranchGraph::BranchGraph(Canvas& drawn_on) : canvas(drawn_on) {
   std::map<HalfedgeId, Index> end_at;
   std::vector<std::vector<HalfedgeId>> nodes;
   for (VertexId v = 0; v < canvas.vertex_count(); ++v) {
@@ -52,39 +50,37 @@ BranchGraph branch_graph(const Canvas& canvas) {
     for (const HalfedgeId first : drawn) {
       if (end_at.contains(first)) continue;
       const std::vector<HalfedgeId> walked = walk_branch(canvas, first);
-      BranchGraph::Branch& branch = graph.branches.emplace_back();
+      Branch& branch = branches.emplace_back();
       branch.kind = canvas.curve(first);
       branch.vertices.push_back(v);
       for (const HalfedgeId h : walked) branch.vertices.push_back(canvas.mesh().target(h));
-      const auto end = static_cast<Index>(2 * (graph.branches.size() - 1));
+      const auto end = static_cast<Index>(2 * (branches.size() - 1));
       end_at[first] = end;
       end_at[canvas.mesh().opposite(walked.back())] = end + 1;
     }
   }
-  graph.next_end.assign(2 * graph.branches.size(), kInvalid);
+  next_end.assign(2 * branches.size(), kInvalid);
   for (const std::vector<HalfedgeId>& drawn : nodes) {
     for (std::size_t i = 0; i < drawn.size(); ++i)
-      graph.next_end[at(end_at.at(drawn[i]))] = end_at.at(drawn[(i + 1) % drawn.size()]);
+      next_end[at(end_at.at(drawn[i]))] = end_at.at(drawn[(i + 1) % drawn.size()]);
   }
-  return graph;
 }
 
-HalfedgeId leaving(const Canvas& canvas, const BranchGraph& graph, Index end) {
-  const std::vector<VertexId> vertices = graph.walked_from(end);
+HalfedgeId BranchGraph::leaving(Index end) const {
+  const std::vector<VertexId> vertices = walked_from(end);
   return canvas.mesh().find(vertices[0], vertices[1]);
 }
 
-Index end_of(const Canvas& canvas, const BranchGraph& graph, HalfedgeId h) {
-  for (Index end = 0; at(end) < graph.next_end.size(); ++end) {
-    if (graph.node(end) == canvas.mesh().source(h) && leaving(canvas, graph, end) == h) return end;
+Index BranchGraph::end_of(HalfedgeId h) const {
+  for (Index end = 0; at(end) < next_end.size(); ++end) {
+    if (node(end) == canvas.mesh().source(h) && leaving(end) == h) return end;
   }
   throw InternalError("a half-edge that begins no branch");
 }
 
-void divide_branches(Canvas& canvas, BranchGraph& graph) {
-  for (BranchGraph::Branch& branch : graph.branches) {
+void BranchGraph::divide() {
+  for (Branch& branch : branches)
     branch.vertices = canvas.divide(canvas.edges_along(branch.vertices), kEdgesPerBranch);
-  }
 }
 
 namespace {
@@ -139,23 +135,14 @@ Vertices vertices_along(const Canvas& canvas, const std::vector<HalfedgeId>& pat
   return vertices;
 }
 
-// From an inner vertex of a branch, on its left, to a cone.
-struct Spur {
-  Vertices vertices;
-  double length = 0.0;
-};
-
-// The nearest cone of one of the excesses that are wanted.
-std::optional<Spur> nearest_spur(const Canvas& canvas, const Vertices& branch,
-                                 const std::function<bool(Index)>& is_wanted,
-                                 const ExecutionContext& context) {
-  WayStart from;
-  for (std::size_t i = 1; i + 1 < branch.size(); ++i)
-    from.sectors.push_back(canvas.mesh().find(branch[i], branch[i + 1]));
-  const auto is_end = [&](VertexId v) { return is_wanted(canvas.excess(v)); };
-  const std::vector<HalfedgeId> path = free_path(canvas, from, {nullptr, is_end}, context);
-  if (path.empty()) return std::nullopt;
-  return Spur{vertices_along(canvas, path), canvas.length(path)};
+// The shortest path from an inner vertex of a branch, on its left, to a cone of one of the excesses
+// that are wanted; empty if there is none.
+std::vector<HalfedgeId> nearest_spur(const Canvas& canvas, const Vertices& branch,
+                                     const std::function<bool(Index)>& is_wanted) {
+  std::vector<HalfedgeId> sectors = canvas.edges_along(branch);
+  sectors.erase(sectors.begin());
+  return free_path(canvas, canvas.inside(sectors),
+                   [&](HalfedgeId h) { return is_wanted(canvas.excess(canvas.mesh().target(h))); });
 }
 
 // The vertices beside a spur that is drawn as a fence, from the one after its root on the branch
@@ -218,11 +205,10 @@ Vertices draw_around(Canvas& canvas, const Vertices& branch, const Vertices& spu
   return detour;
 }
 
-// The shortest one on either side, drawn in the branch's place; nothing, and nothing is drawn, if
-// the search finds none that does not meet itself.
-std::optional<Vertices> draw_shortest_detour(Canvas& canvas, const Vertices& branch, Index change,
-                                             const ExecutionContext& context) {
-  const DiskBoundary boundary = disk_boundary(canvas);
+// The shortest one on either side, drawn in the branch's place; false, and nothing is drawn, if the
+// search finds none that does not meet itself.
+bool draw_shortest_detour(Canvas& canvas, Index change, Vertices& branch) {
+  const DiskBoundary boundary(canvas);
   Vertices detour;
   double shortest = 0.0;
   for (const bool on_right : {false, true}) {
@@ -230,8 +216,7 @@ std::optional<Vertices> draw_shortest_detour(Canvas& canvas, const Vertices& bra
     // Back from the end of the branch, so that the cones between are on the left.
     const PathEnds ends{(boundary.place[at(along.back())] + 1) % boundary.size(),
                         boundary.place[at(along.front())]};
-    const auto path =
-        shortest_enclosing_path(canvas, boundary, ends, on_right ? change : -change, context);
+    const auto path = shortest_enclosing_path(boundary, ends, on_right ? change : -change);
     if (path.empty()) continue;
     const double own = canvas.length(path);
     if (!detour.empty() && own >= shortest) continue;
@@ -239,27 +224,30 @@ std::optional<Vertices> draw_shortest_detour(Canvas& canvas, const Vertices& bra
     detour = vertices_along(canvas, path);
     if (!on_right) detour = reversed(detour);
   }
-  if (detour.empty()) return std::nullopt;
+  if (detour.empty()) return false;
   const std::vector<HalfedgeId> old = canvas.edges_along(branch);
   const Curve kind = canvas.curve(old.front());
   canvas.erase(old);
   canvas.draw(canvas.edges_along(detour), kind);
-  return detour;
+  branch = std::move(detour);
+  return true;
 }
 
-Detour draw_detour_around_cone(Canvas& canvas, const Vertices& branch,
-                               const std::set<Index>& changes, const ExecutionContext& context) {
-  const auto left = nearest_spur(
-      canvas, branch, [&](Index excess) { return changes.contains(-excess); }, context);
-  const auto right = nearest_spur(
-      canvas, reversed(branch), [&](Index excess) { return changes.contains(excess); }, context);
-  if (!left && !right) throw InternalError("no way from the cut to a cone");
-  if (left && (!right || left->length <= right->length)) {
-    const Index change = -canvas.excess(left->vertices.back());
-    return {draw_around(canvas, branch, left->vertices), change};
-  }
-  const Index change = canvas.excess(right->vertices.back());
-  return {reversed(draw_around(canvas, reversed(branch), right->vertices)), change};
+// From a place of the branch out to the nearest cone that makes for one of the changes, around it
+// and back. Always there. Returns the change. Preconditions: none is 0, some cone makes for one;
+// the branch has an inner vertex.
+Index draw_detour_around_cone(Canvas& canvas, const std::set<Index>& changes, Vertices& branch) {
+  const auto left = nearest_spur(canvas, branch, [&](Index e) { return changes.contains(-e); });
+  const auto right =
+      nearest_spur(canvas, reversed(branch), [&](Index e) { return changes.contains(e); });
+  if (left.empty() && right.empty()) throw InternalError("no way from the cut to a cone");
+  const bool on_left =
+      !left.empty() && (right.empty() || canvas.length(left) <= canvas.length(right));
+  const Vertices spur = vertices_along(canvas, on_left ? left : right);
+  const Index excess = canvas.excess(spur.back());
+  branch = on_left ? draw_around(canvas, branch, spur)
+                   : reversed(draw_around(canvas, reversed(branch), spur));
+  return on_left ? -excess : excess;
 }
 
 // Quarter turns to the left of the map that padding will make along the loop, on its left side:
@@ -283,12 +271,12 @@ Index turn_to_come(const BranchGraph& graph, const BranchLoop& loop, const Endin
 
 }  // namespace
 
-intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
-                                   const std::vector<VertexId>& cycle) {
+intrinsic::DualLoop strip_on_input(const Canvas& canvas, const std::vector<VertexId>& cycle) {
+  const std::vector<HalfedgeId>& opposite = canvas.input().adjacency().opposite;
   intrinsic::DualLoop strip;
   const auto cross = [&](HalfedgeId h) {
     const HalfedgeId side = canvas.input_side(h);
-    if (side != kInvalid) intrinsic::go_across(strip, side, input_adjacency.opposite);
+    if (side != kInvalid) intrinsic::go_across(strip, side, opposite);
   };
   const std::size_t n = cycle.size();
   for (std::size_t i = 0; i < n; ++i) {
@@ -297,22 +285,27 @@ intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& 
     HalfedgeId h = next_corner(canvas.mesh().find(cycle[(i + n - 1) % n], v));
     for (; h != out; h = next_corner(canvas.mesh().opposite(h))) cross(h);
   }
-  intrinsic::close_strip(strip, input_adjacency.opposite);
+  intrinsic::close_strip(strip, opposite);
   if (strip.empty()) throw InternalError("a loop of the cut that shrinks to a point");
   return strip;
 }
 
-intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
-                                   const BranchGraph& graph, const BranchLoop& loop) {
-  std::vector<VertexId> vertices;
-  for (const Index end : loop) {
-    const std::vector<VertexId> branch = graph.walked_from(end);
-    vertices.insert(vertices.end(), branch.begin(), branch.end() - 1);
-  }
-  return strip_on_input(canvas, input_adjacency, vertices);
-}
-
 namespace {
+
+// By how much each loop is asked to turn now.
+std::vector<Index> wished_turns(const BranchGraph& graph, const std::vector<BranchLoop>& loops,
+                                const LoopTurning& turning) {
+  std::vector<Index> turns;
+  for (const BranchLoop& loop : loops) {
+    Vertices vertices;
+    for (const Index end : loop) {
+      const Vertices branch = graph.walked_from(end);
+      vertices.insert(vertices.end(), branch.begin(), branch.end() - 1);
+    }
+    turns.push_back(turning(strip_on_input(graph.canvas, vertices)));
+  }
+  return turns;
+}
 
 // Where the loop comes to a branch, or leaves it on the other side: the sector that begins with the
 // edge from `vertex` to `along`. Gates 2 i and 2 i + 1 are the two sides of one branch.
@@ -339,8 +332,8 @@ std::vector<Gate> gates_of(const BranchGraph& graph, const std::vector<Index>& b
 // Per gate the one to go on to through the disk, such that these ways can be disjoint and make one
 // loop. At first each is joined to its neighbour on the boundary; two ways that border on the same
 // part of the disk but belong to different loops exchange ends, which makes one loop of both.
-std::vector<Index> partners(const Canvas& canvas, const std::vector<Gate>& gates) {
-  const DiskBoundary boundary = disk_boundary(canvas);
+std::vector<Index> partners(Canvas& canvas, const std::vector<Gate>& gates) {
+  const DiskBoundary boundary(canvas);
   std::vector<std::pair<Index, Index>> order;
   for (Index g = 0; at(g) < gates.size(); ++g)
     order.emplace_back(boundary.place[at(sector(canvas, gates[at(g)]))], g);
@@ -373,19 +366,19 @@ std::vector<Index> partners(const Canvas& canvas, const std::vector<Gate>& gates
 
 }  // namespace
 
-std::vector<Index> odd_branches(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
-                                const BranchGraph& graph, const LoopTurning& turning) {
+std::vector<Index> odd_branches(const BranchGraph& graph, const LoopTurning& turning) {
+  const std::vector<BranchLoop> loops = homology_loops(graph);
+  const std::vector<Index> turns = wished_turns(graph, loops, turning);
   std::vector<Index> odd;
-  for (const BranchLoop& loop : homology_loops(graph)) {
-    if (turning(strip_on_input(canvas, input_adjacency, graph, loop)) % 2 != 0)
-      odd.push_back(loop.front() / 2);
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    if (turns[i] % 2 != 0) odd.push_back(loops[i].front() / 2);
   }
   return odd;
 }
 
-std::vector<VertexId> draw_loop_across(Canvas& canvas, const BranchGraph& graph,
-                                       const std::vector<Index>& branches,
-                                       const ExecutionContext& context) {
+std::vector<VertexId> draw_loop_across(const BranchGraph& graph,
+                                       const std::vector<Index>& branches) {
+  Canvas& canvas = graph.canvas;
   const std::vector<Gate> gates = gates_of(graph, branches);
   const std::vector<Index> partner = partners(canvas, gates);
   std::vector<VertexId> loop;
@@ -394,8 +387,8 @@ std::vector<VertexId> draw_loop_across(Canvas& canvas, const BranchGraph& graph,
     const Index end = partner[at(gate)];
     const HalfedgeId goal = sector(canvas, gates[at(end)]);
     const std::vector<HalfedgeId> way =
-        free_path(canvas, {{sector(canvas, gates[at(gate)])}, {}},
-                  {[goal](HalfedgeId s) { return s == goal; }, nullptr}, context);
+        free_path(canvas, canvas.inside({sector(canvas, gates[at(gate)])}),
+                  [&](HalfedgeId h) { return canvas.sector_reached(h) == goal; });
     if (way.empty()) throw InternalError("no way through the disk from branch to branch");
     for (const HalfedgeId h : way) loop.push_back(canvas.mesh().source(h));
     canvas.draw(way, Curve::kFence);
@@ -408,18 +401,6 @@ std::vector<VertexId> draw_loop_across(Canvas& canvas, const BranchGraph& graph,
 }
 
 namespace {
-
-constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
-
-// By how much each loop is asked to turn now.
-std::vector<Index> wished_turns(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
-                                const BranchGraph& graph, const std::vector<BranchLoop>& loops,
-                                const LoopTurning& turning) {
-  std::vector<Index> turns;
-  for (const BranchLoop& loop : loops)
-    turns.push_back(turning(strip_on_input(canvas, input_adjacency, graph, loop)));
-  return turns;
-}
 
 // By how much more it must be asked to turn, so that it is by what it will.
 std::vector<Index> changes(const BranchGraph& graph, const std::vector<BranchLoop>& loops,
@@ -474,11 +455,10 @@ std::set<Index> next_changes(const std::vector<Index>& cones, Index wanted) {
 }
 
 // Changes what one branch is asked for; false if the shortest detour was not enough.
-bool reroute_branch(Canvas& canvas, const std::vector<Index>& cones, Index change, Index most_added,
-                    std::vector<VertexId>& branch, const ExecutionContext& context) {
+bool reroute_branch(Canvas& canvas, Index change, Index most_added, Vertices& branch) {
   for (bool first = true;; first = false) {
-    context.check();
-    if (canvas.vertex_count() - static_cast<Index>(cones.size()) > most_added) {
+    canvas.context().check();
+    if (canvas.vertex_count() - static_cast<Index>(canvas.cones().size()) > most_added) {
       throw_not_converged(
           ErrorCode::kIterationLimit,
           "The branches of the cut wind around the cones so often that it has more than " +
@@ -486,13 +466,8 @@ bool reroute_branch(Canvas& canvas, const std::vector<Index>& cones, Index chang
               " vertices more than the surface. Take a field that turns less along the handles, or "
               "with more cones.");
     }
-    if (auto shortest = draw_shortest_detour(canvas, branch, change, context)) {
-      branch = std::move(*shortest);
-      return first;
-    }
-    Detour detour = draw_detour_around_cone(canvas, branch, next_changes(cones, change), context);
-    branch = std::move(detour.branch);
-    change -= detour.change;
+    if (draw_shortest_detour(canvas, change, branch)) return first;
+    change -= draw_detour_around_cone(canvas, next_changes(canvas.cones(), change), branch);
     if (change == 0) return false;
   }
 }
@@ -508,22 +483,22 @@ Reroutings& Reroutings::operator+=(const Reroutings& other) {
   return *this;
 }
 
-std::size_t reroute(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
-                    const std::vector<Ending>& endings, const WishedTurns& wished,
-                    BranchGraph& graph, const ExecutionContext& context) {
-  const mesh::Adjacency& adjacency = input.adjacency();
+std::size_t reroute(BranchGraph& graph, const std::vector<Ending>& endings,
+                    const WishedTurns& wished) {
   const std::vector<BranchLoop> loops = homology_loops(graph);
-  const std::vector<Index> turns = wished_turns(canvas, adjacency, graph, loops, wished.turning);
-  const Index least = least_change(cones);
-  std::size_t best = kNone;
+  const std::vector<Index> turns = wished_turns(graph, loops, wished.turning);
+  // Turns change by multiples of it; 0 if there are no cones.
+  Index least = 0;
+  for (const Index k : graph.canvas.cones()) least = std::gcd(least, k - kFlat);
+  std::size_t best = endings.size();
   Index fewest = 0;
   for (std::size_t i = 0; i < endings.size(); ++i) {
     const Index off = quarters_off(changes(graph, loops, turns, endings[i]), least);
-    if (off < 0 || (best != kNone && off >= fewest)) continue;
+    if (off < 0 || (best < endings.size() && off >= fewest)) continue;
     best = i;
     fewest = off;
   }
-  if (best == kNone) {
+  if (best == endings.size()) {
     throw_not_converged(
         ErrorCode::kBadAngles,
         "The cut cannot turn as the map shall: going around the cones changes its turns by "
@@ -538,25 +513,17 @@ std::size_t reroute(Canvas& canvas, const mesh::Surface& input, const std::vecto
   done.quarters = fewest;
   for (std::size_t i = 0; i < loops.size(); ++i) {
     if (change[i] == 0) continue;
-    std::vector<VertexId>& branch =
-        graph.branches[static_cast<std::size_t>(loops[i].front() / 2)].vertices;
-    const bool by_detour =
-        reroute_branch(canvas, cones, change[i], wished.most_added, branch, context);
-    ++(by_detour ? done.shortest : done.fallback);
+    Vertices& branch = graph.branches[at(loops[i].front() / 2)].vertices;
+    ++(reroute_branch(graph.canvas, change[i], wished.most_added, branch) ? done.shortest
+                                                                          : done.fallback);
   }
-  divide_branches(canvas, graph);
-  const std::vector<Index> now = wished_turns(canvas, adjacency, graph, loops, wished.turning);
+  graph.divide();
+  const std::vector<Index> now = wished_turns(graph, loops, wished.turning);
   for (const Index off : changes(graph, loops, now, endings[best])) {
     if (off != 0) throw InternalError("a rerouted cut that does not turn as it was wished");
   }
   if (wished.done != nullptr) *wished.done += done;
   return best;
-}
-
-Index least_change(const std::vector<Index>& cones) {
-  Index divisor = 0;
-  for (const Index k : cones) divisor = std::gcd(divisor, k - kFlat);
-  return divisor;
 }
 
 }  // namespace flipfree::seamless

@@ -23,10 +23,15 @@ namespace flipfree::seamless {
 // along is named by the end at which that begins. A sector of a node is named by the end that
 // begins it, counter-clockwise.
 struct BranchGraph {
+  // Branches by their first vertex and direction. The canvas must outlive this. Cost: O(#V +
+  // curves).
+  explicit BranchGraph(Canvas& drawn_on);
+
   struct Branch {
     std::vector<VertexId> vertices;  // with both nodes
     Curve kind = Curve::kNone;
   };
+  Canvas& canvas;
   std::vector<Branch> branches;
   std::vector<Index> next_end;  // per end: the next one around its node, counter-clockwise
 
@@ -37,18 +42,14 @@ struct BranchGraph {
   }
   // The vertices of the branch in the order in which they are walked along.
   std::vector<VertexId> walked_from(Index end) const;
+  // The half-edge by which a branch leaves its node at this end, and the end at which a branch has
+  // this one.
+  HalfedgeId leaving(Index end) const;
+  Index end_of(HalfedgeId leaving) const;
+  // Splits edges until every branch has four: paths find places inside each, also three on one
+  // side.
+  void divide();
 };
-
-// Branches by their first vertex and direction. Cost: O(#V + curves).
-BranchGraph branch_graph(const Canvas& canvas);
-
-// The half-edge by which a branch leaves its node at this end, and the end at which a branch has
-// this one.
-HalfedgeId leaving(const Canvas& canvas, const BranchGraph& graph, Index end);
-Index end_of(const Canvas& canvas, const BranchGraph& graph, HalfedgeId leaving);
-
-// Splits edges until every branch has four: paths find places inside each, also three on one side.
-void divide_branches(Canvas& canvas, BranchGraph& graph);
 
 // Branches one after the other, each named by the end at which the walk along it begins.
 using BranchLoop = std::vector<Index>;
@@ -58,17 +59,6 @@ using BranchLoop = std::vector<Index>;
 //
 // Taken around a cone of excess e (k - 4) that was on its left, a loop needs to turn by e less:
 // it turns by as much more than it needs. Around one on its right it is the other way round.
-
-// A branch, by its vertices with both nodes, such that along it a map is to turn by `change` more
-// than along the present one. The curves cut the canvas into one disk, before and after.
-
-// From a place of the branch out to the nearest cone that makes for one of the changes, around it
-// and back. Always there. Preconditions: none is 0, some cone makes for one; the branch has an
-// inner vertex.
-struct Detour {
-  std::vector<VertexId> branch;
-  Index change = 0;
-};
 
 // By how much loops of a cut turn: on the map that padding will make, and as they are asked to
 // (thesis 6.5.3).
@@ -88,12 +78,8 @@ struct Ending {
 };
 
 // The faces on the left of a closed chain of edges, drawn or not, as a strip of the input's faces.
-// `input_adjacency`: of the surface that the canvas was made of. Cost: O(faces beside the loop).
-intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
-                                   const std::vector<VertexId>& cycle);
-// Those on the left of a loop of branches.
-intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
-                                   const BranchGraph& graph, const BranchLoop& loop);
+// Cost: O(faces beside the loop).
+intrinsic::DualLoop strip_on_input(const Canvas& canvas, const std::vector<VertexId>& cycle);
 
 // Where all cones are even, whether a loop turns by an even or an odd number of quarters depends on
 // its homology class alone: no way around cones changes it. Then the cut must be so from the start.
@@ -102,17 +88,15 @@ intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& 
 // of times (Poincare duality mod 2). Drawn first, it makes a chain turn as it must
 // (draw_twisted_chain()); along the other loops of the chain, disjoint from it, turns are even.
 
-// The branches that close a loop of homology_loops() along which the map is to turn by an odd
+// The branches that close a loop of a homology basis along which the map is to turn by an odd
 // number of quarters. Cost: as wished turns of that many loops.
-std::vector<Index> odd_branches(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
-                                const BranchGraph& graph, const LoopTurning& turning);
+std::vector<Index> odd_branches(const BranchGraph& graph, const LoopTurning& turning);
 
 // Erases the curves and draws one loop in their place that crosses these branches once each, and no
 // other one; returns its vertices in order. Preconditions: the curves cut the canvas into one disk;
-// divide_branches(); at least one branch. Cost: O(#F log #F) a branch.
-std::vector<VertexId> draw_loop_across(Canvas& canvas, const BranchGraph& graph,
-                                       const std::vector<Index>& branches,
-                                       const ExecutionContext& context);
+// divide(); at least one branch. Cost: O(#F log #F) a branch.
+std::vector<VertexId> draw_loop_across(const BranchGraph& graph,
+                                       const std::vector<Index>& branches);
 
 // What has been done to a cut.
 struct Reroutings {
@@ -128,7 +112,7 @@ struct Reroutings {
 // What a cut shall turn like, and the notes about it.
 struct WishedTurns {
   LoopTurning turning;
-  // What crossing each half-edge adds to the angles around its source (turn_meter.h) in
+  // What crossing each half-edge adds to the angles around its source (loops.h) in
   // angles in which loops turn as `turning` says: less the rotation of a field across it. The
   // chain is drawn straight along it; empty: its curves are as short as they can be.
   std::vector<double> crossings;
@@ -139,20 +123,12 @@ struct WishedTurns {
 };
 
 // Reroutes branches so that loops turn as wished when the cut ends in one of the ways `endings`:
-// the one that takes the least; returns its number. `input`: what the canvas was made of.
-// Preconditions: the curves cut the canvas into one disk; divide_branches(), also afterwards.
+// the one that takes the least; returns its number.
+// Preconditions: the curves cut the canvas into one disk; divide(), also afterwards.
 // Throws NotConverged (kBadAngles) if cones have a common divisor that what is missing has not,
 // (kIterationLimit) if the cut takes more vertices than it may.
 // Cost: O(#F log #F) per branch that is rerouted.
-std::size_t reroute(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
-                    const std::vector<Ending>& endings, const WishedTurns& wished,
-                    BranchGraph& graph, const ExecutionContext& context);
-
-// Which cones a curve must be taken around so that it turns by so much more (thesis 6.5.3.2).
-
-// A curve taken around a cone turns by its excess k - 4 more, or less: on the side that one wants.
-// The greatest common divisor of all, 0 if there are none: turns change by its multiples.
-// `cones`: quarter turns per vertex.
-Index least_change(const std::vector<Index>& cones);
+std::size_t reroute(BranchGraph& graph, const std::vector<Ending>& endings,
+                    const WishedTurns& wished);
 
 }  // namespace flipfree::seamless

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "flipfree/base/context.h"
 #include "flipfree/base/types.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
@@ -62,13 +63,11 @@ struct CutSegments {
 };
 
 // The half-edges of a side, in order. Cost: linear in them.
-std::vector<HalfedgeId> side_halfedges(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
-                                       Index side);
+std::vector<HalfedgeId> side_halfedges(const AdmissibleCut& cut, Index side);
 
-// `adjacency`: of cut.surface. Components are numbered by their smallest face. Throws InternalError
-// if branches do not join up, if a component's boundary is not one loop or has no corner. Cost:
-// O(#F).
-CutSegments cut_segments(const AdmissibleCut& cut, const mesh::Adjacency& adjacency);
+// Components are numbered by their smallest face. Throws InternalError if branches do not join up,
+// if a component's boundary is not one loop or has no corner. Cost: O(#F).
+CutSegments cut_segments(const AdmissibleCut& cut);
 
 // One of A w = b, the lengths of mates equal after padding (5.3, 5.5): of each segment that is not
 // one of several mates of another one.
@@ -85,9 +84,22 @@ struct CutPiece {
   std::vector<double> angle;  // per vertex of it, total, radians: cones, straight sides, corners
 };
 
-// The components in order. `adjacency`, `segments`: of the cut. `cones`: quarter turns per vertex
-// of cut.surface. Cost: O(#F).
-std::vector<CutPiece> cut_pieces(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
-                                 const CutSegments& segments, const std::vector<Index>& cones);
+// The components in order. `segments`: of the cut. `cones`: quarter turns per vertex of
+// cut.surface. Cost: O(#F).
+std::vector<CutPiece> cut_pieces(const AdmissibleCut& cut, const CutSegments& segments,
+                                 const std::vector<Index>& cones);
+
+// Per half-edge 3 f + k of a closed connected surface: radians that it adds to the angles around
+// its source, so that they sum to k quarter turns at every vertex; those that a conformal change of
+// the metric would add, if angles were linear in it (Crane, Desbrun, Schroeder 2010, "Trivial
+// Connections on Discrete Surfaces", on the dual edges). `cones`: #V, quarter turns, of the right
+// sum. Cost: one sparse factorization. Throws NotConverged if that fails.
+std::vector<double> flat_crossings(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                   ExecutionContext& context);
+
+// Largest range, of the pieces of a cut surface, of the scale factors by which their sides become
+// straight and their corners right angles to first order: what makes that metric hard to reach.
+// `cones`: of the surface before it was cut, quarter turns. Cost: as above.
+double scale_range(const AdmissibleCut& cut, std::vector<Index> cones, ExecutionContext& context);
 
 }  // namespace flipfree::seamless
