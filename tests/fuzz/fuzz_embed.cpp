@@ -23,7 +23,7 @@ Points2 read_polygon(Bytes& bytes, Index count) {
     if (bytes.flag()) {
       for (double& length : lengths) length = std::ldexp(1.0, bytes.below(41) - 20);
     }
-    return embedding::place_boundary(shape, lengths).positions;
+    return embedding::place_boundary(shape, lengths);
   }
   for (Index i = 0; i < count; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / count;
@@ -58,13 +58,12 @@ void fuzz_embed(Bytes bytes) {
   }
   ExecutionContext context;
   const TimeLimit limit(context, 5.0);
-  Stats stats;
   Points2 polygon;
   embedding::Embedding result;
   if (!allowed([&] {
         polygon = read_polygon(bytes, static_cast<Index>(loop.size()));
-        result = embedding::embed_disk_refined(surface.faces, vertices, loop, polygon, options,
-                                               context, stats);
+        result = embedding::embed_disk_refined({surface.faces, vertices, loop, polygon}, options,
+                                               context);
       }))
     return;
   require(result.uv.allFinite(), "a value is not finite");

@@ -7,41 +7,90 @@
 #include <map>
 #include <set>
 #include <string>
-#include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
-#include "flipfree/base/plane.h"
-#include "flipfree/embedding/disk/disk.h"
-#include "flipfree/embedding/progressive/planar_map.h"
-#include "flipfree/embedding/progressive/progressive.h"
-#include "flipfree/embedding/progressive/room.h"
-#include "flipfree/embedding/progressive/smoothing.h"
-#include "flipfree/embedding/tutte/tutte.h"
+#include "flipfree/embedding/star.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/refined/editable_triangulation.h"
-#include "flipfree/numeric/predicates.h"
+#include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::embedding {
 namespace {
 
 using Size = std::size_t;
 
+// The boundary in its place, all else at the origin.
+Points2 boundary_only(const Disk& disk) {
+  Points2 uv = Points2::Zero(disk.vertex_count, 2);
+  uv(disk.loop, Eigen::all) = disk.boundary;
+  return uv;
+}
+
+// Tutte's embedding of a disk (Tutte 1963, Floater 1997): boundary fixed on a convex polygon, every
+// inner vertex in the mean of its neighbours; one Cholesky factorization. Isolated vertices get
+// (0, 0).
+//
+// Guarantee: in exact arithmetic a bijection, if the polygon is convex and no inner edge joins two
+// vertices of one side. In floating point it may fold over (thesis 3.2.1).
+Points2 tutte_embedding(const Disk& disk, ExecutionContext& context) {
+  const VertexId* corner = disk.faces.data();
+  const auto corners = static_cast<CornerId>(disk.faces.size());
+  // Every neighbour of an inner vertex is the target of one half-edge out of it.
+  std::vector<Index> degree(at(disk.vertex_count), 0);
+  for (CornerId c = 0; c < corners; ++c) ++degree[at(corner[c])];
+  for (const VertexId v : disk.loop) degree[at(v)] = 0;  // no unknown
+  Points2 uv = boundary_only(disk);
+  std::vector<Index> unknown(degree.size(), kInvalid);
+  std::vector<VertexId> inner;
+  for (VertexId v = 0; v < disk.vertex_count; ++v) {
+    if (degree[at(v)] == 0) continue;
+    unknown[at(v)] = static_cast<Index>(inner.size());
+    inner.push_back(v);
+  }
+  const auto n = static_cast<Index>(inner.size());
+  if (n == 0) return uv;
+  context.check();
+
+  // Graph Laplacian with the boundary moved to the right-hand side, lower triangle.
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  Points2 fixed_sum = Points2::Zero(n, 2);
+  for (Index i = 0; i < n; ++i) entries.emplace_back(i, i, degree[at(inner[at(i)])]);
+  for (HalfedgeId h = 0; h < corners; ++h) {
+    const Index i = unknown[at(corner[h])];
+    const VertexId neighbour = corner[next_corner(h)];
+    const Index j = unknown[at(neighbour)];
+    if (i == kInvalid) continue;
+    if (j == kInvalid) fixed_sum.row(i) += uv.row(neighbour);
+    if (j > i) entries.emplace_back(j, i, -1.0);
+  }
+  numeric::SparseMatrix matrix(n, n);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+
+  context.report("Tutte embedding", 0.1);
+  numeric::SparseCholesky cholesky;
+  cholesky.analyze(matrix, context);
+  context.report("Tutte embedding", 0.5);
+  if (!cholesky.factorize(matrix, context)) {
+    throw_not_converged(
+        ErrorCode::kFactorizationFailed,
+        "Tutte's matrix is not positive definite: a vertex has no path to the boundary.");
+  }
+  uv(inner, Eigen::all) = cholesky.solve(fixed_sum, context);
+  return uv;
+}
+
 // Does the polygon's point k lie beyond the chord from i to j by more than `resolution`?
 bool beyond_chord(const Points2& p, Index i, Index k, Index j, double resolution) {
-  const Vector2 a = p.row(i);
-  const Vector2 b = p.row(k);
-  const Vector2 c = p.row(j);
-  if (numeric::orientation(a, b, c) <= 0) return false;
-  const double area = (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
-  return area > resolution * (c - a).norm();
+  const Vector2 a = p.row(i), b = p.row(k), c = p.row(j);
+  return numeric::orientation(a, b, c) > 0 && twice_area(a, b, c) > resolution * (c - a).norm();
 }
 
 // The first, last and middle point between the ends stand for all: on a convex polygon they lie on
 // the chord together or not at all.
 bool has_room(const Points2& p, Index i, Index j, double resolution) {
-  const Index n = static_cast<Index>(p.rows());
+  const auto n = static_cast<Index>(p.rows());
   const Index gap = (j - i + n) % n;
   return beyond_chord(p, i, (i + 1) % n, j, resolution) &&
          beyond_chord(p, i, (j + n - 1) % n, j, resolution) &&
@@ -50,21 +99,19 @@ bool has_room(const Points2& p, Index i, Index j, double resolution) {
 
 }  // namespace
 
-std::vector<HalfedgeId> chords_to_split(const Triangles& faces, Index vertex_count,
-                                        const std::vector<VertexId>& loop, const Points2& boundary,
-                                        bool float32) {
-  if (loop.empty()) return {};
-  const Index n = static_cast<Index>(loop.size());
-  std::vector<Index> place(static_cast<Size>(vertex_count), kInvalid);
-  for (Index i = 0; i < n; ++i) place[static_cast<Size>(loop[static_cast<Size>(i)])] = i;
+std::vector<HalfedgeId> chords_to_split(const Disk& disk, bool float32) {
+  if (disk.loop.empty()) return {};
+  const auto n = static_cast<Index>(disk.loop.size());
+  const std::vector<Index> place = places_in(disk.loop, disk.vertex_count);
+  const Points2& boundary = disk.boundary;
   const Points2 stored = float32 ? as_stored(boundary) : boundary;
   const double resolution = 4 * (float32 ? 0x1p-24 : 0x1p-53) * boundary.cwiseAbs().maxCoeff();
   std::vector<HalfedgeId> chords;
-  for (HalfedgeId h = 0; h < faces.size(); ++h) {
-    const VertexId a = faces.data()[h];
-    const VertexId b = faces.data()[next_corner(h)];
-    const Index i = place[static_cast<Size>(a)];
-    const Index j = place[static_cast<Size>(b)];
+  for (HalfedgeId h = 0; h < disk.faces.size(); ++h) {
+    const VertexId a = disk.faces.data()[h];
+    const VertexId b = disk.faces.data()[next_corner(h)];
+    const Index i = place[at(a)];
+    const Index j = place[at(b)];
     if (i == kInvalid || j == kInvalid || a > b)
       continue;  // an inner edge has one half-edge with a < b
     if ((i + 1) % n == j || (j + 1) % n == i) continue;  // boundary edge
@@ -79,14 +126,13 @@ std::vector<HalfedgeId> chords_to_split(const Triangles& faces, Index vertex_cou
 namespace {
 
 // Halves these edges. The result's uv is empty.
-Embedding split_edges(const Triangles& faces, Index vertex_count,
-                      const std::vector<HalfedgeId>& edges) {
+Embedding split_edges(const Disk& disk, const std::vector<HalfedgeId>& edges) {
   Embedding result;
-  result.faces = faces;
+  result.faces = disk.faces;
   if (edges.empty()) return result;
-  mesh::EditableTriangulation mesh(vertex_count, faces);
+  mesh::EditableTriangulation mesh(disk.vertex_count, disk.faces);
   for (const HalfedgeId h : edges)
-    result.halved.emplace_back(mesh::source(faces, h), mesh::target(faces, h));
+    result.halved.emplace_back(mesh::source(disk.faces, h), mesh::target(disk.faces, h));
   for (const auto& [a, b] : result.halved) mesh.split_edge(mesh.find(a, b));
   result.faces = mesh.faces();
   return result;
@@ -98,53 +144,45 @@ constexpr double kFirstShare = 0.2;
 // Faces whose vertices all lie on the boundary have no freedom: they must be positive as they are.
 void require_positive_fixed_faces(const PlanarMap& map) {
   for (FaceId f = 0; f < map.mesh.face_count(); ++f) {
-    const VertexId a = map.mesh.source(3 * f);
-    const VertexId b = map.mesh.source(3 * f + 1);
-    const VertexId c = map.mesh.source(3 * f + 2);
+    const auto [a, b, c] = map.mesh.corners(f);
     if (!map.mesh.is_boundary(a) || !map.mesh.is_boundary(b) || !map.mesh.is_boundary(c)) continue;
     if (map.positive(f)) continue;
-    throw_infeasible(ErrorCode::kNoRoomInPolygon,
-                     "Face " + face_id(f) + " has all its vertices (" + vertex_id(a) + ", " +
-                         vertex_id(b) + ", " + vertex_id(c) +
-                         ") on the boundary, and their positions, as given or rounded to 32 bits, "
-                         "do not turn left. "
-                         "Move them apart, or nearer to the origin.",
-                     {"fixed triangle",
-                      {{"triangle",
-                        {map.at(a).x(), map.at(a).y(), map.at(b).x(), map.at(b).y(), map.at(c).x(),
-                         map.at(c).y()}}}},
-                     ElementKind::kFace, {f});
+    const Vector2 p = map.at(a), q = map.at(b), r = map.at(c);
+    throw_infeasible(
+        ErrorCode::kNoRoomInPolygon,
+        "Face " + face_id(f) + " has all its vertices (" + vertex_id(a) + ", " + vertex_id(b) +
+            ", " + vertex_id(c) +
+            ") on the boundary, and their positions, as given or rounded to 32 bits, do not turn "
+            "left. Move them apart, or nearer to the origin.",
+        {"fixed triangle", {{"triangle", {p.x(), p.y(), q.x(), q.y(), r.x(), r.y()}}}},
+        ElementKind::kFace, {f});
   }
 }
 
-Size count_bad(const PlanarMap& map) {
-  Size bad = 0;
+std::int64_t count_bad(const PlanarMap& map) {
+  std::int64_t bad = 0;
   for (FaceId f = 0; f < map.mesh.face_count(); ++f) bad += !map.positive(f);
   return bad;
 }
 
 struct Ladder {
   Embedding& result;
-  Index vertex_count;
-  const std::vector<VertexId>& loop;
-  const Points2& boundary;
+  const Disk& disk;  // with the halved edges
   const EmbedOptions& options;
   ExecutionContext& context;
-  Stats& stats;
-  double done = 0.0;  // how far the progress bar is
 
   void climb() {
     if (options.method == EmbedMethod::kProgressive) {
-      progressive(options.initial != nullptr || options.start_from_tutte);
+      progressive(options.initial != nullptr || options.start_from_tutte, 0.0);
       return;
     }
     if (first_map_holds() || options.method == EmbedMethod::kTutte) return;
-    progressive(options.initial != nullptr);
+    progressive(options.initial != nullptr, kFirstShare);
   }
 
   PlanarMap start_map(const Points2& uv) {
     context.check();
-    PlanarMap map = make_planar_map(result.faces, loop, uv, options.float32);
+    PlanarMap map = make_planar_map(disk.faces, disk.loop, uv, options.float32);
     context.check();
     require_positive_fixed_faces(map);
     return map;
@@ -152,33 +190,34 @@ struct Ladder {
 
   // The initial map if there is one, else Tutte's: is it certified?
   bool first_map_holds() {
-    const bool tutte = options.method == EmbedMethod::kTutte || options.initial == nullptr;
+    const bool alone = options.method == EmbedMethod::kTutte;
+    const bool tutte = alone || options.initial == nullptr;
     const Stopwatch watch;
     const Points2 uv = tutte ? tutte_map() : initial_map();
-    stats["seconds_tutte"] = watch.seconds();
+    result.stats["seconds_tutte"] = watch.seconds();
     const PlanarMap map = start_map(uv);
-    const Size bad = count_bad(map);
-    stats["tutte_flips"] = static_cast<std::int64_t>(bad);
-    done = kFirstShare;
+    const std::int64_t bad = count_bad(map);
+    result.stats["tutte_flips"] = bad;
     result.rung = tutte ? Rung::kTutte : Rung::kInitial;
-    result.uv = options.method == EmbedMethod::kTutte ? uv : map.uv;
+    result.uv = alone ? uv : map.uv;
     return bad == 0;
   }
 
   // Progressive embedding, from a map or from nothing; from nothing where the map leads nowhere.
-  void progressive(bool from_map) {
+  // `done`: how far the progress bar is.
+  void progressive(bool from_map, double done) {
     const ProgressRange range(context, done, 1.0);
     if (from_map) {
       const Outcome<bool> valid = attempt_part([&] {
         PlanarMap map = start_map(options.initial != nullptr ? initial_map() : tutte_map());
-        stats["tutte_flips"] = static_cast<std::int64_t>(count_bad(map));
+        result.stats["tutte_flips"] = count_bad(map);
         return finish(map, ProgressiveStart::kInitial);
       });
       if (valid && *valid) return;
-      if (!valid) stats["restarts"] = std::int64_t{1};
+      if (!valid) result.stats["restarts"] = std::int64_t{1};
     }
     const Outcome<bool> valid = attempt([&] {
-      PlanarMap map = start_map(boundary_only());
+      PlanarMap map = start_map(boundary_only(disk));
       return finish(map, ProgressiveStart::kNothing);
     });
     if (!valid) {
@@ -194,24 +233,22 @@ struct Ladder {
   // Edges between boundary vertices are fixed and divide the polygon. Throws Infeasible if one of
   // the parts holds fewer grid points than it has inner vertices.
   void require_room_for_all() {
-    const PlanarMap map = start_map(boundary_only());
-    const Triangles& faces = result.faces;
-    const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, faces);
-    const auto halfedges = static_cast<HalfedgeId>(faces.size());
+    const PlanarMap map = start_map(boundary_only(disk));
+    const PlanarMesh& mesh = map.mesh;
+    const auto halfedges = static_cast<HalfedgeId>(disk.faces.size());
     const auto fixed = [&](HalfedgeId h) {
-      return map.mesh.is_boundary(mesh::source(faces, h)) &&
-             map.mesh.is_boundary(mesh::target(faces, h));
+      return mesh.is_boundary(mesh.source(h)) && mesh.is_boundary(mesh.target(h));
     };
-    DisjointSets parts(static_cast<Index>(faces.rows()));
+    DisjointSets parts(mesh.face_count());
     for (HalfedgeId h = 0; h < halfedges; ++h) {
-      if (!fixed(h)) parts.join(h / 3, adjacency.opposite[static_cast<Size>(h)] / 3);
+      if (!fixed(h)) parts.join(h / 3, mesh.opposite(h) / 3);
     }
     std::map<Index, std::map<VertexId, VertexId>> outline;  // part -> corner -> next corner
     std::map<Index, std::set<VertexId>> inner;
     for (HalfedgeId h = 0; h < halfedges; ++h) {
-      if (fixed(h)) outline[parts.find(h / 3)][mesh::source(faces, h)] = mesh::target(faces, h);
-      if (!map.mesh.is_boundary(mesh::source(faces, h)))
-        inner[parts.find(h / 3)].insert(mesh::source(faces, h));
+      const VertexId v = mesh.source(h);
+      if (fixed(h)) outline[parts.find(h / 3)][v] = mesh.target(h);
+      if (!mesh.is_boundary(v)) inner[parts.find(h / 3)].insert(v);
     }
     for (const auto& [part, vertices] : inner) {
       context.check();
@@ -251,27 +288,18 @@ struct Ladder {
     return true;
   }
 
-  Points2 boundary_only() const {
-    Points2 uv = Points2::Zero(vertex_count, 2);
-    for (Size i = 0; i < loop.size(); ++i) uv.row(loop[i]) = boundary.row(static_cast<Index>(i));
-    return uv;
-  }
-
   Points2 tutte_map() {
     const bool alone = options.method == EmbedMethod::kTutte;
     const ProgressRange range(context, 0.0, alone ? 1.0 : kFirstShare);
-    return tutte_uniform(result.faces, vertex_count, loop, boundary, context);
+    return tutte_embedding(disk, context);
   }
 
   Points2 initial_map() const {
-    const Index given = static_cast<Index>(options.initial->rows());
-    Points2 uv = Points2::Zero(vertex_count, 2);
-    uv.topRows(given) = *options.initial;
-    for (Size i = 0; i < loop.size(); ++i) uv.row(loop[i]) = boundary.row(static_cast<Index>(i));
-    for (Size k = 0; k < result.halved.size(); ++k) {
-      const auto& [a, b] = result.halved[k];
-      uv.row(given + static_cast<Index>(k)) = 0.5 * uv.row(a) + 0.5 * uv.row(b);
-    }
+    Eigen::Index row = options.initial->rows();
+    Points2 uv = Points2::Zero(disk.vertex_count, 2);
+    uv.topRows(row) = *options.initial;
+    uv(disk.loop, Eigen::all) = disk.boundary;
+    for (const auto& [a, b] : result.halved) uv.row(row++) = 0.5 * uv.row(a) + 0.5 * uv.row(b);
     return uv;
   }
 };
@@ -283,47 +311,41 @@ void report(Rung rung, Stats& stats) {
   stats["rung"] = std::string(kNames.at(static_cast<Size>(rung)));
 }
 
-Embedding embed_disk_refined(const Triangles& faces, Index vertex_count,
-                             const std::vector<VertexId>& loop, const Points2& boundary,
-                             const EmbedOptions& options, ExecutionContext& context, Stats& stats) {
-  require_disk_with_boundary(faces, vertex_count, loop, boundary);
-  require_convex(boundary, loop);
+Embedding embed_disk_refined(const Disk& disk, const EmbedOptions& options,
+                             ExecutionContext& context) {
+  require_disk(disk);
+  require_convex(disk.boundary, disk.loop);
   if (options.initial != nullptr &&
-      (options.initial->rows() != vertex_count || !options.initial->allFinite())) {
+      (options.initial->rows() != disk.vertex_count || !options.initial->allFinite())) {
     throw_invalid(ErrorCode::kBadShape,
                   "The initial map must have one finite position per vertex (" +
-                      std::to_string(vertex_count) + ").");
+                      std::to_string(disk.vertex_count) + ").");
   }
   context.report("embedding", 0.0);
-  Stopwatch watch;
-  const std::vector<HalfedgeId> chords =
-      chords_to_split(faces, vertex_count, loop, boundary, options.float32);
+  const Stopwatch watch;
+  const std::vector<HalfedgeId> chords = chords_to_split(disk, options.float32);
   context.check();
-  Embedding result = split_edges(faces, vertex_count, chords);
-  stats["added_vertices"] = static_cast<std::int64_t>(result.halved.size());
+  Embedding result = split_edges(disk, chords);
+  const auto added = static_cast<Index>(result.halved.size());
+  result.stats["added_vertices"] = std::int64_t{added};
   context.check();
-  const Index total = vertex_count + static_cast<Index>(result.halved.size());
-  Ladder{result, total, loop, boundary, options, context, stats}.climb();
-  report(result.rung, stats);
-  stats["seconds_embedding"] = watch.seconds();
+  const Disk refined{result.faces, disk.vertex_count + added, disk.loop, disk.boundary};
+  Ladder{result, refined, options, context}.climb();
+  report(result.rung, result.stats);
+  result.stats["seconds_embedding"] = watch.seconds();
   context.report("embedding", 1.0);
   return result;
 }
 
-Points2 embed_disk(const Triangles& faces, Index vertex_count, const std::vector<VertexId>& loop,
-                   const Points2& boundary, const EmbedOptions& options, ExecutionContext& context,
-                   Stats& stats) {
-  Embedding result =
-      embed_disk_refined(faces, vertex_count, loop, boundary, options, context, stats);
-  if (!result.halved.empty()) {
-    const auto& [a, b] = result.halved.front();
-    throw_infeasible(
-        ErrorCode::kNoRoomInPolygon,
-        "The edge between vertices " + vertex_id(a) + " and " + vertex_id(b) +
-            " joins two points of one straight side. Allow refinement, or bend the side.",
-        {"straight side", {}}, ElementKind::kEdge, {a, b});
-  }
-  return result.uv;
+Embedding embed_disk(const Disk& disk, const EmbedOptions& options, ExecutionContext& context) {
+  Embedding result = embed_disk_refined(disk, options, context);
+  if (result.halved.empty()) return result;
+  const auto& [a, b] = result.halved.front();
+  throw_infeasible(
+      ErrorCode::kNoRoomInPolygon,
+      "The edge between vertices " + vertex_id(a) + " and " + vertex_id(b) +
+          " joins two points of one straight side. Allow refinement, or bend the side.",
+      {"straight side", {}}, ElementKind::kEdge, {a, b});
 }
 
 }  // namespace flipfree::embedding

@@ -10,20 +10,14 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/base/types.h"
-#include "flipfree/embedding/disk/disk.h"
+#include "flipfree/embedding/disk.h"
 
 namespace flipfree::embedding {
-// Inner edges whose two ends lie on one straight side of the target polygon: no straight-line map
-// exists with them, so they are split at their midpoints. Chords between different sides,
-// separating triangles and everything else are kept (thesis 3.2.2 and 3.3 phase 3 split every edge
-// between boundary vertices).
 
-// A disk in the plane, with the vertices that it needed beyond its own (embed.h).
-
-// The methods of the ladder (embed.h), and a map that was given and is valid.
+// The methods of the ladder, and a map that was given and is valid.
 enum class Rung { kTutte, kInitial, kProgressive };
 
+// A disk in the plane, with the vertices that it needed beyond its own.
 struct Embedding {
   Rung rung = Rung::kTutte;  // that made it
   Points2 uv;       // #V' x 2, the input's vertices first; boundary rows equal the given positions
@@ -31,14 +25,18 @@ struct Embedding {
   // Inner edges whose ends lie on one straight side of the polygon: vertex #V + i halves edge i,
   // one after another as mesh::EditableTriangulation splits them.
   std::vector<std::pair<VertexId, VertexId>> halved;
+  Stats stats;  // "rung", "tutte_flips", "restarts", "seconds_*", "added_vertices"
 };
+
+// Inner edges whose two ends lie on one straight side of the target polygon: no straight-line map
+// exists with them, so they are split at their midpoints. Chords between different sides,
+// separating triangles and everything else are kept (thesis 3.2.2 and 3.3 phase 3 split every edge
+// between boundary vertices).
 
 // Half-edges (one per edge) of inner edges between boundary vertices that have to be split, because
 // a point of the polygon between their ends does not lie strictly beyond them, exactly, as given or
 // (if float32) as stored, or does so by less than four units in the last place. Cost: O(#F).
-std::vector<HalfedgeId> chords_to_split(const Triangles& faces, Index vertex_count,
-                                        const std::vector<VertexId>& loop, const Points2& boundary,
-                                        bool float32);
+std::vector<HalfedgeId> chords_to_split(const Disk& disk, bool float32);
 
 enum class EmbedMethod {
   kLadder,       // the rungs above
@@ -59,25 +57,19 @@ struct EmbedOptions {
   bool start_from_tutte = true;
 };
 
-// Embeds the disk `faces` (validated: manifold, oriented, one boundary) into the polygon `boundary`
-// (#loop x 2, convex, counter-clockwise; straight sides may carry several points). `loop` lists the
-// boundary vertices with the surface on the left. Inner edges that join two points of one straight
-// side are split (nothing else can be done about them). Guarantee: every face of the result is
+// Embeds the disk into the polygon disk.boundary (convex, counter-clockwise; straight sides may
+// carry several points). Inner edges that join two points of one straight side are split (nothing
+// else can be done about them). Guarantee: every face of the result is
 // positive by exact test, in 64 bits and, if asked, after rounding to 32 bits. Throws InvalidInput
 // (not convex, wrong loop), Infeasible (kNoRoomInPolygon: no valid map exists in these numbers;
-// names the angle or edge), NotConverged, Cancelled. Stats: "rung", "tutte_flips", "seconds_*",
-// "added_vertices". Deterministic for any number of threads.
-Embedding embed_disk_refined(const Triangles& faces, Index vertex_count,
-                             const std::vector<VertexId>& loop, const Points2& boundary,
-                             const EmbedOptions& options, ExecutionContext& context, Stats& stats);
+// names the angle or edge), NotConverged, Cancelled. Deterministic for any number of threads.
+Embedding embed_disk_refined(const Disk& disk, const EmbedOptions& options,
+                             ExecutionContext& context);
 
 // As "rung".
 void report(Rung rung, Stats& stats);
 
-// The same on the given triangulation: an edge that would have to be split is Infeasible. Returns
-// #V x 2.
-Points2 embed_disk(const Triangles& faces, Index vertex_count, const std::vector<VertexId>& loop,
-                   const Points2& boundary, const EmbedOptions& options, ExecutionContext& context,
-                   Stats& stats);
+// The same on the given triangulation: an edge that would have to be split is Infeasible.
+Embedding embed_disk(const Disk& disk, const EmbedOptions& options, ExecutionContext& context);
 
 }  // namespace flipfree::embedding

@@ -1,26 +1,16 @@
 #include "flipfree/embedding/embed_surface.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <numeric>
-#include <optional>
 #include <string>
-#include <variant>
-#include <vector>
 
-#include "flipfree/base/context.h"
 #include "flipfree/base/failure.h"
-#include "flipfree/base/types.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/measures.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/valid_map.h"
-#include "flipfree/embedding/disk/disk.h"
-#include "flipfree/embedding/embed.h"
-#include "flipfree/embedding/tutte/tutte.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/mesh/validate.h"
@@ -52,8 +42,8 @@ void widen(std::vector<double>& lengths, const std::vector<HalfedgeId>& chords,
     --starts[to];
   };
   for (const HalfedgeId h : chords) {
-    const auto i = static_cast<Size>(place[static_cast<Size>(faces.data()[h])]);
-    const auto j = static_cast<Size>(place[static_cast<Size>(faces.data()[next_corner(h)])]);
+    const Size i = at(place[at(mesh::source(faces, h))]);
+    const Size j = at(place[at(mesh::target(faces, h))]);
     const Size low = std::min(i, j), high = std::max(i, j);
     const double between = along[high] - along[low];
     if (2.0 * between <= along[n]) {
@@ -76,20 +66,20 @@ void widen(std::vector<double>& lengths, const std::vector<HalfedgeId>& chords,
 // place_boundary()'s. loop: the boundary vertices in order; lengths as place_boundary() has them.
 // Throws what that does, Cancelled. Cost: O(#F) for each doubling, none as a rule.
 Points2 place_with_room(BoundaryShape shape, const std::vector<double>& lengths,
-                        const Triangles& faces, Index vertex_count,
-                        const std::vector<VertexId>& loop, const ExecutionContext& context) {
-  const Points2 given = place_boundary(shape, lengths).positions;
+                        const mesh::Surface& surface, const std::vector<VertexId>& loop,
+                        const ExecutionContext& context) {
+  const Points2 given = place_boundary(shape, lengths);
   if (shape != BoundaryShape::kCircle) return given;
+  const auto count = static_cast<Index>(surface.vertices.rows());
   const auto without_room = [&](const Points2& positions) {
     context.check();
-    return chords_to_split(faces, vertex_count, loop, positions, true);
+    return chords_to_split({surface.faces, count, loop, positions}, true);
   };
   std::vector<HalfedgeId> chords = without_room(given);
-  std::vector<Index> place(static_cast<Size>(vertex_count), kInvalid);
-  for (Size i = 0; i < loop.size(); ++i) place[static_cast<Size>(loop[i])] = static_cast<Index>(i);
+  const std::vector<Index> place = places_in(loop, count);
   std::vector<double> wider = lengths;
   for (int doubling = 0; doubling < kMostDoublings && !chords.empty(); ++doubling) {
-    widen(wider, chords, faces, place);
+    widen(wider, chords, surface.faces, place);
     const Points2 positions = spread_on_circle(wider);
     chords = without_room(positions);
     if (chords.empty() && is_strictly_convex(positions)) return positions;
@@ -105,17 +95,12 @@ struct Boundary {
   Points2 positions;
 };
 
-std::vector<VertexId> own_loop(const mesh::Surface& surface) {
-  const mesh::Adjacency& adjacency = surface.adjacency();
-  return mesh::boundary_loops(surface.faces, adjacency).front();
-}
-
 // Turns the caller's loop around if it runs against the surface's own loop. Returns whether it did.
 bool orient_loop(std::vector<VertexId>& loop, const std::vector<VertexId>& own) {
   if (loop.size() < 3) return false;
-  const auto at = std::find(own.begin(), own.end(), loop[0]);
-  if (at == own.end()) return false;
-  const Size i = static_cast<Size>(at - own.begin());
+  const auto found = std::find(own.begin(), own.end(), loop[0]);
+  if (found == own.end()) return false;
+  const Size i = at(found - own.begin());
   if (own[(i + own.size() - 1) % own.size()] != loop[1]) return false;
   std::reverse(loop.begin(), loop.end());
   return true;
@@ -124,7 +109,8 @@ bool orient_loop(std::vector<VertexId>& loop, const std::vector<VertexId>& own) 
 Boundary placed_boundary(const mesh::Surface& surface, const EmbedSurfaceOptions& options,
                          const ExecutionContext& context) {
   Boundary boundary;
-  const std::vector<VertexId> own = own_loop(surface);
+  const std::vector<VertexId> own =
+      mesh::boundary_loops(surface.faces, surface.adjacency()).front();
   boundary.loop = options.loop.empty() ? own : options.loop;
   for (const VertexId v : boundary.loop) {
     if (v >= 0 && v < static_cast<Index>(surface.vertices.rows())) continue;
@@ -144,9 +130,7 @@ Boundary placed_boundary(const mesh::Surface& surface, const EmbedSurfaceOptions
     const VertexId b = boundary.loop[(i + 1) % lengths.size()];
     lengths[i] = (surface.vertices.row(a) - surface.vertices.row(b)).norm();
   }
-  boundary.positions =
-      place_with_room(options.shape, lengths, surface.faces,
-                      static_cast<Index>(surface.vertices.rows()), boundary.loop, context);
+  boundary.positions = place_with_room(options.shape, lengths, surface, boundary.loop, context);
   return boundary;
 }
 
@@ -157,164 +141,171 @@ Points corner_uv(const Triangles& faces, const Points& uv) {
   return corners;
 }
 
-// The certificate also judges that the boundary is bitwise where it was asked for.
-certify::CertifyRequest boundary_pins(const Triangles& faces, const Boundary& boundary) {
-  std::vector<Index> place(static_cast<Size>(faces.maxCoeff()) + 1, kInvalid);
-  for (Size i = 0; i < boundary.loop.size(); ++i) {
-    place[static_cast<Size>(boundary.loop[i])] = static_cast<Index>(i);
-  }
-  certify::CertifyRequest request;
-  for (CornerId c = 0; c < faces.size(); ++c) {
-    const Index i = place[static_cast<Size>(faces.data()[c])];
-    if (i != kInvalid) request.pins.push_back({c, boundary.positions.row(i).transpose()});
-  }
-  return request;
+double energy_of(const mesh::Surface& surface, const Points2& uv) {
+  return certify::symmetric_dirichlet(surface, corner_uv(surface.faces, uv)).mean;
 }
 
-// Lowers the distortion of `uv` with the boundary where it is, as far as time allows.
-void lower_distortion(const mesh::Surface& surface, const Boundary& boundary,
-                      const EmbedSurfaceOptions& options, EmbedOptions embed, Rung rung,
-                      certify::Parametrization& map, Points2& uv, Points2f& stored,
-                      ExecutionContext& context) {
-  const auto n = static_cast<Index>(surface.vertices.rows());
-  double energy = certify::symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, uv)).mean;
-  if (!(energy < kPoorStart) && options.method == EmbedMethod::kLadder &&
-      rung != Rung::kProgressive) {
-    // Valid, but so compressed that the optimiser would need hundreds of iterations to open it.
-    const ProgressRange range(context, 0.3, 0.4);
-    embed.method = EmbedMethod::kProgressive;
-    embed.initial = nullptr;
-    embed.start_from_tutte = false;
-    Stats stats;
-    const Points2 other = embed_disk_refined(surface.faces, n, boundary.loop, boundary.positions,
-                                             embed, context, stats)
-                              .uv;
-    const double other_energy =
-        certify::symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, other)).mean;
-    if (other_energy < energy) {
-      energy = other_energy;
-      uv = other;
-      stored = other.cast<float>();
-      report(Rung::kProgressive, map.stats);
+class SurfaceEmbedder {
+ public:
+  SurfaceEmbedder(const mesh::Surface& surface, const EmbedSurfaceOptions& options,
+                  ExecutionContext& context)
+      : surface_(surface), options_(options), context_(context) {}
+
+  certify::Parametrization run() {
+    const Stopwatch watch;
+    context_.report("checking the mesh", 0.0);
+    mesh::ValidateOptions rules;
+    rules.require_disk = true;
+    mesh::validate(surface_, rules, context_);
+    context_.check();
+    boundary_ = placed_boundary(surface_, options_, context_);
+    context_.check();
+    map_.stats["time_limit_reached"] = std::int64_t{0};
+    const Rung rung = embed();
+    context_.check();
+    if (options_.optimise && options_.method != EmbedMethod::kTutte) {
+      const MapInHand embedded(context_);
+      improve_in_time(context_, map_.stats, [&] { lower_distortion(rung); });
     }
+    const Grace finishing(context_);
+    map_.uv = corner_uv(map_.surface.faces, uv_);
+    map_.uv32 = corner_uv(map_.surface.faces, stored_);
+    context_.check();
+    certify::certify_map(map_, surface_, boundary_pins(), context_);
+    map_.stats["seconds"] = watch.seconds();
+    map_.stats["energy"] = map_.certificate.energy;
+    certify::require_certificate(map_, "The embedding");
+    context_.report("embedding", 1.0);
+    return std::move(map_);
   }
-  map.stats["energy_embedding"] = energy;
-  const ProgressRange range(context, 0.4, 0.95);
-  distortion::MinimizeOptions minimize;
-  minimize.fixed = boundary.loop;
-  minimize.max_iterations = options.max_iterations;
-  minimize.tolerance = options.tolerance;
-  distortion::Minimized descent = distortion::with_own_map(
-      [&] { return distortion::minimize_distortion(map.surface, uv, minimize, context); });
-  report(descent, map.stats);
-  // Where floats are coarse, rounding to them can take more than the optimisation gave.
-  const Triangles& faces = map.surface.faces;
-  Outcome<Points2f> rounded = attempt([&] {
-    return distortion::round_to_storage(faces, descent.uv, {.fixed = boundary.loop}, context,
-                                        map.stats);
-  });
-  if (rounded &&
-      certify::symmetric_dirichlet(map.surface, corner_uv(faces, Points2(rounded->cast<double>())))
-              .mean <= energy) {
-    uv = std::move(descent.uv);
-    stored = std::move(*rounded);
-  } else {
-    map.stats["optimisation_dropped"] = std::int64_t{1};
+
+ private:
+  Disk disk() const {
+    return {surface_.faces, static_cast<Index>(surface_.vertices.rows()), boundary_.loop,
+            boundary_.positions};
   }
-}
 
-// Without vertices that were added, and faces that they are in.
-Error of_input(Error error, const mesh::Surface& surface) {
-  return renumbered(std::move(error), known_in(static_cast<Index>(surface.vertices.rows()),
-                                               static_cast<Index>(surface.faces.rows())));
-}
-
-// Edges whose ends lie on a line of the polygon, as 32 bits know it, are divided, and what divides
-// many of them lies one behind the other: where that failed, the cure is another polygon.
-Error with_cure(Error error, const mesh::Surface& surface, const Boundary& boundary,
-                const EmbedSurfaceOptions& options) {
-  if (error.code != ErrorCode::kIterationLimit && error.code != ErrorCode::kNoRoomInPolygon)
-    return error;
-  const std::vector<HalfedgeId> chords =
-      chords_to_split(surface.faces, static_cast<Index>(surface.vertices.rows()), boundary.loop,
-                      boundary.positions, true);
-  if (chords.size() < 2) return error;
-  const VertexId a = mesh::source(surface.faces, chords.front());
-  const VertexId b = mesh::target(surface.faces, chords.front());
-  const bool circle = !options.polygon && options.shape == BoundaryShape::kCircle;
-  error.message = std::to_string(chords.size()) +
-                  " edges join boundary vertices between which the polygon is straight, as far as "
-                  "32-bit coordinates can tell, the first vertices " +
-                  vertex_id(a) + " and " + vertex_id(b) + ". " +
-                  (circle ? "Cut the mesh into shorter parts."
-                          : "Take the circle as the boundary: its points are spaced so that such "
-                            "edges have room.");
-  error.kind = ElementKind::kEdge;
-  error.elements = {a, b};
-  return error;
-}
-
-certify::Parametrization embed_within(const mesh::Surface& surface,
-                                      const EmbedSurfaceOptions& options,
-                                      ExecutionContext& context) {
-  Stopwatch watch;
-  context.report("checking the mesh", 0.0);
-  mesh::ValidateOptions rules;
-  rules.require_disk = true;
-  mesh::validate(surface, rules, context);
-  context.check();
-  const Boundary boundary = placed_boundary(surface, options, context);
-  context.check();
-  certify::Parametrization map;
-  map.stats["time_limit_reached"] = std::int64_t{0};
-  EmbedOptions embed;
-  embed.method = options.method;
-  embed.initial = options.initial ? &*options.initial : nullptr;
-  embed.start_from_tutte = options.start_from_tutte;
-  const Index n = static_cast<Index>(surface.vertices.rows());
-  Embedding embedding;
-  {
-    const ProgressRange range(context, 0.0, options.optimise ? 0.3 : 0.95);
+  // Embeds the surface, refined where it must be.
+  Rung embed() {
+    const ProgressRange range(context_, 0.0, options_.optimise ? 0.3 : 0.95);
+    EmbedOptions embed;
+    embed.method = options_.method;
+    embed.initial = options_.initial ? &*options_.initial : nullptr;
+    embed.start_from_tutte = options_.start_from_tutte;
+    Embedding embedding;
     try {
-      embedding = embed_disk_refined(surface.faces, n, boundary.loop, boundary.positions, embed,
-                                     context, map.stats);
+      embedding = embed_disk_refined(disk(), embed, context_);
     } catch (const NotConverged& e) {
-      throw NotConverged(with_cure(e.error(), surface, boundary, options));
+      throw NotConverged(with_cure(e.error()));
+    }
+    map_.stats.merge(embedding.stats);
+    mesh::RefinedSurface refined = mesh::make_refined_surface(surface_);
+    for (const auto& [a, b] : embedding.halved) refined.split_edge(refined.mesh.find(a, b));
+    certify::set_refinement(map_, refined);
+    uv_ = std::move(embedding.uv);
+    stored_ = uv_.cast<float>();
+    return embedding.rung;
+  }
+
+  // Edges whose ends lie on a line of the polygon, as 32 bits know it, are divided, and what
+  // divides many of them lies one behind the other: where that failed, the cure is another polygon.
+  Error with_cure(Error error) const {
+    if (error.code != ErrorCode::kIterationLimit && error.code != ErrorCode::kNoRoomInPolygon)
+      return error;
+    const std::vector<HalfedgeId> chords = chords_to_split(disk(), true);
+    if (chords.size() < 2) return error;
+    const VertexId a = mesh::source(surface_.faces, chords.front());
+    const VertexId b = mesh::target(surface_.faces, chords.front());
+    const bool circle = !options_.polygon && options_.shape == BoundaryShape::kCircle;
+    error.message = std::to_string(chords.size()) +
+                    " edges join boundary vertices between which the polygon is straight, as far "
+                    "as 32-bit coordinates can tell, the first vertices " +
+                    vertex_id(a) + " and " + vertex_id(b) + ". " +
+                    (circle ? "Cut the mesh into shorter parts."
+                            : "Take the circle as the boundary: its points are spaced so that such "
+                              "edges have room.");
+    error.kind = ElementKind::kEdge;
+    error.elements = {a, b};
+    return error;
+  }
+
+  // Lowers the distortion with the boundary where it is, as far as time allows.
+  void lower_distortion(Rung rung) {
+    double energy = energy_of(map_.surface, uv_);
+    if (!(energy < kPoorStart) && options_.method == EmbedMethod::kLadder &&
+        rung != Rung::kProgressive) {
+      // Valid, but so compressed that the optimiser would need hundreds of iterations to open it.
+      const ProgressRange range(context_, 0.3, 0.4);
+      EmbedOptions embed;
+      embed.method = EmbedMethod::kProgressive;
+      embed.start_from_tutte = false;
+      const Points2 other = embed_disk_refined(disk(), embed, context_).uv;
+      const double other_energy = energy_of(map_.surface, other);
+      if (other_energy < energy) {
+        energy = other_energy;
+        uv_ = other;
+        stored_ = other.cast<float>();
+        report(Rung::kProgressive, map_.stats);
+      }
+    }
+    map_.stats["energy_embedding"] = energy;
+    const ProgressRange range(context_, 0.4, 0.95);
+    distortion::MinimizeOptions minimize;
+    minimize.fixed = boundary_.loop;
+    minimize.max_iterations = options_.max_iterations;
+    minimize.tolerance = options_.tolerance;
+    distortion::Minimized descent = distortion::with_own_map(
+        [&] { return distortion::minimize_distortion(map_.surface, uv_, minimize, context_); });
+    report(descent, map_.stats);
+    // Where floats are coarse, rounding to them can take more than the optimisation gave.
+    Outcome<Points2f> rounded = attempt([&] {
+      return distortion::round_to_storage(map_.surface.faces, descent.uv, {.fixed = boundary_.loop},
+                                          context_, map_.stats);
+    });
+    if (rounded && energy_of(map_.surface, rounded->cast<double>()) <= energy) {
+      uv_ = std::move(descent.uv);
+      stored_ = std::move(*rounded);
+    } else {
+      map_.stats["optimisation_dropped"] = std::int64_t{1};
     }
   }
-  context.check();
-  mesh::RefinedSurface refined = mesh::make_refined_surface(surface);
-  for (const auto& [a, b] : embedding.halved) refined.split_edge(refined.mesh.find(a, b));
-  certify::set_refinement(map, refined);
-  Points2 uv = embedding.uv;
-  Points2f stored = uv.cast<float>();
-  if (options.optimise && options.method != EmbedMethod::kTutte) {
-    const MapInHand embedded(context);
-    improve_in_time(context, map.stats, [&] {
-      lower_distortion(surface, boundary, options, embed, embedding.rung, map, uv, stored, context);
-    });
+
+  // The certificate also judges that the boundary is bitwise where it was asked for.
+  certify::CertifyRequest boundary_pins() const {
+    const Triangles& faces = map_.surface.faces;
+    const std::vector<Index> place =
+        places_in(boundary_.loop, static_cast<Index>(map_.surface.vertices.rows()));
+    certify::CertifyRequest request;
+    for (CornerId c = 0; c < faces.size(); ++c) {
+      const Index i = place[at(faces.data()[c])];
+      if (i != kInvalid) request.pins.push_back({c, boundary_.positions.row(i).transpose()});
+    }
+    return request;
   }
-  const Grace finishing(context);
-  map.uv = corner_uv(map.surface.faces, uv);
-  map.uv32 = corner_uv(map.surface.faces, stored);
-  context.check();
-  certify::certify_map(map, surface, boundary_pins(map.surface.faces, boundary), context);
-  map.stats["seconds"] = watch.seconds();
-  map.stats["energy"] = map.certificate.energy;
-  certify::require_certificate(map, "The embedding");
-  context.report("embedding", 1.0);
-  return map;
-}
+
+  const mesh::Surface& surface_;
+  const EmbedSurfaceOptions& options_;
+  ExecutionContext& context_;
+  Boundary boundary_;
+  certify::Parametrization map_;
+  Points2 uv_;
+  Points2f stored_;
+};
 
 }  // namespace
 
 certify::Parametrization embed_surface(const mesh::Surface& surface,
                                        const EmbedSurfaceOptions& options,
                                        ExecutionContext& context) {
+  // Without vertices that were added, and faces that they are in.
+  const auto of_input = [&](const Error& error) {
+    return renumbered(error, known_in(static_cast<Index>(surface.vertices.rows()),
+                                      static_cast<Index>(surface.faces.rows())));
+  };
   return in_time(context, options.max_seconds, "No embedding was found",
                  "or choose a roomier polygon", [&] {
-                   return with_errors([&](const Error& error) { return of_input(error, surface); },
-                                      [&] { return embed_within(surface, options, context); });
+                   return with_errors(
+                       of_input, [&] { return SurfaceEmbedder(surface, options, context).run(); });
                  });
 }
 

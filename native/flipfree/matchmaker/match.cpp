@@ -3,35 +3,24 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <numbers>
 #include <optional>
-#include <span>
-#include <string>
-#include <utility>
-#include <vector>
 
-#include "flipfree/base/context.h"
-#include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/base/stats.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
+#include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/valid_map.h"
-#include "flipfree/matchmaker/continuation/continuation.h"
-#include "flipfree/matchmaker/finish/usable_map.h"
-#include "flipfree/matchmaker/homotopy/move_outline.h"
-#include "flipfree/matchmaker/patches/matchmaker_pp.h"
-#include "flipfree/matchmaker/request/polygon.h"
-#include "flipfree/matchmaker/request/request.h"
-#include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/target/outline_target.h"
+#include "flipfree/matchmaker/outline_target.h"
+#include "flipfree/matchmaker/relax.h"
+#include "flipfree/matchmaker/ways.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
-#include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/repair/improve.h"
 #include "flipfree/unwrap/unwrap.h"
@@ -165,14 +154,140 @@ Solution solve(const Problem& problem, ExecutionContext& context, Stats& stats) 
 }
 
 // What stays where it is until the end: movable boundary vertices do not.
-std::vector<VertexId> held_to_the_end(const mesh::RefinedSurface& surface,
-                                      const Constraints& constraints) {
-  std::vector<VertexId> held = held_vertices(surface, constraints);
-  std::erase_if(held, [&](VertexId v) {
-    return std::binary_search(constraints.movable.begin(), constraints.movable.end(), v);
-  });
+std::vector<PinnedVertex> held_to_the_end(const mesh::RefinedSurface& surface,
+                                          const Constraints& constraints) {
+  std::vector<PinnedVertex> held = constraints.pins;
+  for (std::size_t i = 0; i < constraints.outline.size(); ++i) {
+    const VertexId v = surface.boundary[i];
+    if (!std::binary_search(constraints.movable.begin(), constraints.movable.end(), v))
+      held.push_back({v, constraints.outline[i]});
+  }
   return held;
 }
+
+// Pins of all corners at pinned vertices.
+std::vector<certify::CornerPin> corner_pins(const Triangles& faces, std::size_t vertex_count,
+                                            const std::vector<PinnedVertex>& pins) {
+  std::vector<const Vector2*> target(vertex_count, nullptr);
+  for (const PinnedVertex& p : pins) target[at(p.vertex)] = &p.uv;
+  std::vector<certify::CornerPin> result;
+  for (CornerId c = 0; c < faces.size(); ++c) {
+    const Vector2* uv = target[at(faces.data()[c])];
+    if (uv != nullptr) result.push_back({c, *uv});
+  }
+  return result;
+}
+
+[[noreturn]] void refuse_thin_faces(const mesh::RefinedMap& map, const std::vector<Index>& thin) {
+  std::vector<FaceId> slots;
+  map.surface.mesh.faces(&slots);
+  std::vector<Index> inputs;
+  for (const Index f : thin) inputs.push_back(map.surface.mesh.parent(slots[at(f)]));
+  sort_unique(inputs);
+  const std::string first = inputs.empty() ? "" : ", the first is " + face_id(inputs.front());
+  const std::string count = std::to_string(inputs.size());
+  throw_not_converged(ErrorCode::kRoundingFlips,
+                      "A map without flips was found, but parts of " + count + " faces" + first +
+                          ", are too thin in it for the 32-bit values that are stored. Move pins "
+                          "nearer to where their surroundings are, or pin fewer vertices.",
+                      ElementKind::kFace, std::move(inputs));
+}
+
+// Seconds that rounding and certifying a map takes, generously, unless much has to be repaired.
+double seconds_to_store(const mesh::RefinedSurface& surface) {
+  constexpr double kSecondsAtLeast = 0.02;
+  constexpr double kSecondsPerFace = 1e-5;
+  return kSecondsAtLeast + kSecondsPerFace * static_cast<double>(surface.mesh.face_slots());
+}
+
+// A map of the disk that meets the constraints, as solved and as stored.
+struct Matched {
+  Solution solution;
+  Points2f uv32;
+};
+
+// Makes a map of the disk, and of a valid one in 64 bits one in the 32 bits that are stored.
+class DiskMatcher {
+ public:
+  DiskMatcher(const Problem& problem, bool bijective, ExecutionContext& context, Stats& stats)
+      : problem_(problem), bijective_(bijective), context_(context), stats_(stats) {}
+
+  Matched run() {
+    const Stopwatch watch;
+    Matched matched;
+    {
+      const ProgressRange range(context_, 0.0, 0.85);
+      matched.solution = solve(problem_, context_, stats_);
+    }
+    mesh::RefinedMap& found = matched.solution.map;
+    stats_["seconds_map"] = watch.seconds();
+    if (bijective_ && distortion::overlaps_itself(found.surface.mesh.faces(), found.uv, context_)) {
+      throw_not_converged(ErrorCode::kLineSearchStalled,
+                          "All pins can be met without a flip, but the piece then overlaps "
+                          "itself. Allow overlaps, or move a pin.");
+    }
+    for (const PinnedVertex& p : held_to_the_end(found.surface, problem_.constraints))
+      held_.push_back(p.vertex);
+    std::sort(held_.begin(), held_.end());
+    const Stopwatch after;
+    if (problem_.options.optimise) {
+      const ProgressRange range(context_, 0.85, 0.95);
+      const double left = context_.seconds_left();
+      const TimeLimit limit(context_, left - std::min(0.5 * left, seconds_to_store(found.surface)));
+      const MapInHand valid(context_);
+      lower_distortion(found);
+    }
+    stats_["seconds_optimise"] = after.seconds();
+    const ProgressRange range(context_, 0.95, 1.0);
+    matched.uv32 = stored(found);
+    return matched;
+  }
+
+ private:
+  void lower_distortion(mesh::RefinedMap& map) {
+    optimise(map, held_, problem_.options.max_iterations, bijective_, context_, stats_);
+  }
+
+  // A map that was accepted before it could be stored is optimised after all.
+  Points2f stored(mesh::RefinedMap& map) {
+    if (!context_.accepted() || !problem_.options.optimise) return store(map);
+    Outcome<Points2f> values = attempt([&] { return store(map); });
+    if (values) return std::move(*values);
+    lower_distortion(map);
+    return store(map);
+  }
+
+  // Where the context's time is over, or nearly so, it has seconds_to_store(). Names input faces
+  // where no 32-bit points are found; not vertices, which are added ones, as a rule, that the
+  // caller never saw.
+  Points2f store(const mesh::RefinedMap& map) {
+    distortion::RoundingOptions rounding;
+    rounding.fixed = held_;
+    rounding.bijective = bijective_;
+    // As a rule far less; where nothing fits, repairing goes on for minutes.
+    const double seconds = std::max(context_.seconds_left(), seconds_to_store(map.surface));
+    Outcome<Points2f> values = attempt([&] {
+      const Grace storing(context_, Grace::kShort);
+      const TimeLimit limit(context_, seconds);
+      return distortion::round_to_storage(map.surface.mesh.faces(), map.uv, rounding, context_,
+                                          stats_);
+    });
+    if (values) return std::move(*values);
+    if (values.error().code != ErrorCode::kRoundingFlips) throw NotConverged(values.error());
+    if (values.error().kind == ElementKind::kFace) refuse_thin_faces(map, values.error().elements);
+    throw_not_converged(
+        ErrorCode::kRoundingFlips,
+        "A map without flips that does not overlap itself was found, but parts of its boundary are "
+        "so near each other that they meet in the 32-bit values that are stored. Allow overlaps, "
+        "or move pins nearer to where their surroundings are.");
+  }
+
+  const Problem& problem_;
+  bool bijective_;
+  ExecutionContext& context_;
+  Stats& stats_;
+  std::vector<VertexId> held_;  // ascending
+};
 
 certify::Parametrization to_parametrization(const mesh::RefinedMap& solution,
                                             const Points2f& uv32) {
@@ -186,57 +301,7 @@ certify::Parametrization to_parametrization(const mesh::RefinedMap& solution,
   return map;
 }
 
-certify::CertifyRequest certify_request(const mesh::RefinedSurface& surface,
-                                        const Constraints& constraints,
-                                        const certify::Parametrization& map, bool bijective) {
-  std::vector<const Vector2*> target(surface.position.size(), nullptr);
-  for (const PinnedVertex& p : constraints.pins) target[at(p.vertex)] = &p.uv;
-  for (std::size_t i = 0; i < constraints.outline.size(); ++i) {
-    target[at(surface.boundary[i])] = &constraints.outline[i];
-  }
-  for (const VertexId v : constraints.movable) target[at(v)] = nullptr;
-  certify::CertifyRequest request;
-  request.require_bijective = bijective;
-  for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
-    const Vector2* uv = target[at(map.surface.faces.data()[c])];
-    if (uv != nullptr) request.pins.push_back({c, *uv});
-  }
-  return request;
-}
-
-void lower_distortion(mesh::RefinedMap& map, const Constraints& constraints,
-                      const MatchOptions& options, bool bijective, ExecutionContext& context,
-                      Stats& stats) {
-  const std::vector<VertexId> held = held_to_the_end(map.surface, constraints);
-  const int steps = affordable_steps(map.surface, options.max_iterations);
-  map.uv = optimise(map.surface, held, map.uv, steps, bijective, context, stats);
-}
-
-// The values to be stored. A map that was accepted before it could be stored is optimised after
-// all.
-Points2f stored(mesh::RefinedMap& map, const Constraints& constraints, const MatchOptions& options,
-                bool bijective, ExecutionContext& context, Stats& stats) {
-  const auto store = [&] {
-    return store_map(map, held_to_the_end(map.surface, constraints), bijective, context, stats);
-  };
-  if (!context.accepted() || !options.optimise) return store();
-  Outcome<Points2f> values = attempt(store);
-  if (values) return std::move(*values);
-  lower_distortion(map, constraints, options, bijective, context, stats);
-  return store();
-}
-
 using Loop = std::vector<HalfedgeId>;
-
-double loop_length(const mesh::Surface& surface, const Loop& loop) {
-  double sum = 0.0;
-  for (const HalfedgeId h : loop) {
-    sum += (surface.vertices.row(mesh::target(surface.faces, h)) -
-            surface.vertices.row(mesh::source(surface.faces, h)))
-               .norm();
-  }
-  return sum;
-}
 
 // The loop that is no hole.
 std::size_t outer_loop(const mesh::Surface& surface, const std::vector<Loop>& loops,
@@ -253,26 +318,21 @@ std::size_t outer_loop(const mesh::Surface& surface, const std::vector<Loop>& lo
         "The piece has " + std::to_string(loops.size()) +
             " boundary loops. Name the one that boundary_uv belongs to by boundary_loop.");
   }
-  std::size_t longest = 0;
-  for (std::size_t i = 1; i < loops.size(); ++i) {
-    if (loop_length(surface, loops[i]) > loop_length(surface, loops[longest])) longest = i;
-  }
-  return longest;
+  return unwrap::longest_loop(surface, loops);
 }
 
 // Lifts the fan's centre off the loop's middle where a triangle would be much thinner than the loop
 // is wide: match() refuses triangles without area.
-void lift_apex(std::span<const VertexId> loop, VertexId apex, Points3& vertices) {
-  const auto at = [&](std::size_t i) -> Vector3 {
-    return vertices.row(loop[i % loop.size()]).transpose();
-  };
-  const Vector3 centre = vertices.row(apex).transpose();
+void lift_apex(const mesh::Surface& piece, const Loop& hole, VertexId apex, Points3& vertices) {
+  const auto at = [&](VertexId v) -> Vector3 { return vertices.row(v); };
+  const Vector3 centre = at(apex);
   Vector3 normal = Vector3::Zero();
   double radius = 0.0;
   double thinnest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    const Vector3 a = at(i) - centre;
-    const Vector3 side = at(i + 1) - at(i);
+  for (const HalfedgeId h : hole) {
+    const Vector3 start = at(mesh::source(piece.faces, h));
+    const Vector3 a = start - centre;
+    const Vector3 side = at(mesh::target(piece.faces, h)) - start;
     normal += a.cross(side);
     radius = std::max(radius, a.norm());
     thinnest = std::min(thinnest, a.cross(side).norm() / side.norm());
@@ -280,21 +340,18 @@ void lift_apex(std::span<const VertexId> loop, VertexId apex, Points3& vertices)
   constexpr double kThin = 0.05;  // of the loop's radius
   if (thinnest > kThin * radius) return;
   // A loop without an area of its own is left across any of its sides.
-  if (normal.norm() < kThin * radius * radius) normal = (at(1) - at(0)).unitOrthogonal();
+  if (normal.norm() < kThin * radius * radius) {
+    const HalfedgeId h = hole.front();
+    normal = (at(mesh::target(piece.faces, h)) - at(mesh::source(piece.faces, h))).unitOrthogonal();
+  }
   vertices.row(apex) += 0.5 * radius * normal.normalized().transpose();
 }
 
 // The piece with its holes filled by fans.
-mesh::Surface as_disk(const mesh::Surface& piece,
-                      const std::vector<std::vector<HalfedgeId>>& holes) {
+mesh::Surface as_disk(const mesh::Surface& piece, const std::vector<Loop>& holes) {
   mesh::Surface disk = mesh::fill_holes(piece, holes);
   auto apex = static_cast<VertexId>(piece.vertices.rows());
-  for (const std::vector<HalfedgeId>& hole : holes) {
-    std::vector<VertexId> loop;
-    loop.reserve(hole.size());
-    for (const HalfedgeId h : hole) loop.push_back(mesh::source(piece.faces, h));
-    lift_apex(loop, apex++, disk.vertices);
-  }
+  for (const Loop& hole : holes) lift_apex(piece, hole, apex++, disk.vertices);
   return disk;
 }
 
@@ -340,14 +397,9 @@ std::optional<certify::Parametrization> unwrapped(const mesh::Surface& surface,
                                                   const std::vector<PinnedVertex>& pins,
                                                   const MatchOptions& options,
                                                   ExecutionContext& context) {
-  std::vector<const Vector2*> pin(static_cast<std::size_t>(surface.vertices.rows()), nullptr);
-  for (const PinnedVertex& p : pins) pin[at(p.vertex)] = &p.uv;
   unwrap::UnwrapOptions unwrapping;
   unwrapping.max_iterations = options.max_iterations;
-  for (CornerId c = 0; c < surface.faces.size(); ++c) {
-    const Vector2* uv = pin[at(surface.faces.data()[c])];
-    if (uv != nullptr) unwrapping.pins.push_back({c, *uv});
-  }
+  unwrapping.pins = corner_pins(surface.faces, at(surface.vertices.rows()), pins);
   std::optional<certify::Parametrization> found;
   ended_in_time(context, [&] {
     const TimeLimit share(context, kShareOfWay * context.seconds_left());
@@ -359,43 +411,6 @@ std::optional<certify::Parametrization> unwrapped(const mesh::Surface& surface,
   });
   if (found) found->stats["engine"] = std::string("unwrapped");
   return found;
-}
-
-// A map of the disk that meets the constraints, as solved and as stored.
-struct Matched {
-  Solution solution;
-  Points2f uv32;
-};
-
-Matched match_disk(const Problem& problem, bool bijective, ExecutionContext& context,
-                   Stats& stats) {
-  const Constraints& constraints = problem.constraints;
-  const MatchOptions& options = problem.options;
-  const Stopwatch watch;
-  Matched matched;
-  {
-    const ProgressRange range(context, 0.0, 0.85);
-    matched.solution = solve(problem, context, stats);
-  }
-  mesh::RefinedMap& found = matched.solution.map;
-  stats["seconds_map"] = watch.seconds();
-  if (bijective && overlaps(found.surface, found.uv)) {
-    throw_not_converged(ErrorCode::kLineSearchStalled,
-                        "All pins can be met without a flip, but the piece then overlaps "
-                        "itself. Allow overlaps, or move a pin.");
-  }
-  const Stopwatch after;
-  if (options.optimise) {
-    const ProgressRange range(context, 0.85, 0.95);
-    const double left = context.seconds_left();
-    const TimeLimit limit(context, left - std::min(0.5 * left, seconds_to_store(found.surface)));
-    const MapInHand valid(context);
-    lower_distortion(found, constraints, options, bijective, context, stats);
-  }
-  stats["seconds_optimise"] = after.seconds();
-  const ProgressRange range(context, 0.95, 1.0);
-  matched.uv32 = stored(found, constraints, options, bijective, context, stats);
-  return matched;
 }
 
 // All loops but the outer one, of a piece that is a disk with holes; else none.
@@ -442,13 +457,16 @@ certify::Parametrization match_in_time(const mesh::Surface& piece, const MatchRe
     const ProgressRange range(context, 0.0, holes.empty() ? 1.0 : 0.7);
     const double share = holes.empty() ? 1.0 : 1.0 - kShareOfStep;
     const TimeLimit limit(context, share * context.seconds_left());
-    matched = match_disk({refined, constraints, options}, bijective, context, stats);
+    matched = DiskMatcher({refined, constraints, options}, bijective, context, stats).run();
   }
   mesh::RefinedMap& found = matched.solution.map;
   if (!holes.empty()) remove_fans(found, matched.uv32, piece);
   certify::Parametrization map = to_parametrization(found, matched.uv32);
   map.stats = std::move(stats);
-  const certify::CertifyRequest extra = certify_request(found.surface, constraints, map, bijective);
+  certify::CertifyRequest extra;
+  extra.require_bijective = bijective;
+  extra.pins = corner_pins(map.surface.faces, at(map.surface.vertices.rows()),
+                           held_to_the_end(found.surface, constraints));
   if (!holes.empty() && options.optimise) {
     const ProgressRange range(context, 0.7, 0.95);
     release_holes(map, extra, options, context);

@@ -2,13 +2,12 @@
 // without a fold.
 //
 // The ways to such a map stand in match.cpp, in the order in which they are tried; the last,
-// MatchMaker++, always succeeds (up to 64-bit resolution) and refines most. What every way leaves
-// is made fit for use alike: finish/usable_map.h.
+// MatchMaker++, always succeeds (up to 64-bit resolution) and refines most.
 #pragma once
 
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
-#include "flipfree/matchmaker/request/request.h"
+#include "flipfree/matchmaker/request.h"
 
 namespace flipfree::matchmaker {
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "flipfree/embedding/disk/disk.h"
+#include "flipfree/embedding/disk.h"
 #include "flipfree/mesh/adjacency.h"
 #include "support/shapes.h"
 
@@ -22,7 +22,7 @@ inline Disk make_disk(mesh::Surface surface, embedding::BoundaryShape shape) {
   const mesh::Adjacency& adjacency = disk.surface.adjacency();
   disk.loop = mesh::boundary_loops(disk.surface.faces, adjacency).front();
   const std::vector<double> lengths(disk.loop.size(), 1.0);
-  disk.boundary = embedding::place_boundary(shape, lengths).positions;
+  disk.boundary = embedding::place_boundary(shape, lengths);
   return disk;
 }
 

@@ -6,15 +6,14 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/embedding/tutte/tutte.h"
 
 namespace flipfree::embedding::embed_test {
 namespace {
 
-Embedding embed(const test::Disk& disk, const EmbedOptions& options, Stats& stats) {
+Embedding embed(const test::Disk& disk, const EmbedOptions& options) {
   ExecutionContext context;
-  return embed_disk_refined(disk.surface.faces, disk.vertex_count(), disk.loop, disk.boundary,
-                            options, context, stats);
+  return embed_disk_refined({disk.surface.faces, disk.vertex_count(), disk.loop, disk.boundary},
+                            options, context);
 }
 
 void expect_flip_free(const Embedding& e) {
@@ -30,8 +29,7 @@ TEST(Embed, EveryOuterFaceOfASphereWorks) {
     Triangles faces = sphere.faces;
     faces.row(f).swap(faces.row(faces.rows() - 1));
     open.faces = std::move(faces);
-    Stats stats;
-    expect_flip_free(embed(test::opened(open), {}, stats));
+    expect_flip_free(embed(test::opened(open), {}));
   }
 }
 
@@ -41,10 +39,9 @@ TEST(Embed, APolygonWithoutRoomIsInfeasibleByExactDecision) {
   fan << 0, 1, 3, 1, 2, 3, 2, 0, 3;
   const auto run = [&](const Points2& p, bool float32) {
     ExecutionContext context;
-    Stats stats;
     EmbedOptions options;
     options.float32 = float32;
-    const Points2 uv = embed_disk(fan, 4, {0, 1, 2}, p, options, context, stats);
+    const Points2 uv = embed_disk({fan, 4, {0, 1, 2}, p}, options, context).uv;
     EXPECT_TRUE(distortion::is_flip_free(fan, uv, context));
   };
   Points2 flat(3, 2);
@@ -70,19 +67,17 @@ TEST(Embed, ScaleAndPlaceOfThePolygonDecideNothingButRoom) {
   const auto disk = test::make_disk(test::tube(8, 100), BoundaryShape::kCircle);
   ExecutionContext context;
   for (const double scale : {1e-30, 1e-4, 1.0, 1e5, 1e30}) {
-    Stats stats;
     test::Disk scaled = disk;
     scaled.boundary *= scale;
-    expect_flip_free(embed(scaled, {}, stats));
+    expect_flip_free(embed(scaled, {}));
   }
   // Far away, 32-bit floats hold too few points: said so, and 64 bits still work.
   test::Disk far = disk;
   far.boundary.col(0).array() += 1e9;
-  Stats stats;
-  EXPECT_THROW(embed(far, {}, stats), Infeasible);
+  EXPECT_THROW(embed(far, {}), Infeasible);
   EmbedOptions options;
   options.float32 = false;
-  const Embedding e = embed(far, options, stats);
+  const Embedding e = embed(far, options);
   EXPECT_TRUE(distortion::is_flip_free(e.faces, e.uv, context));
 }
 

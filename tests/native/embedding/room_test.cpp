@@ -1,4 +1,4 @@
-#include "flipfree/embedding/progressive/room.h"
+#include "flipfree/embedding/star.h"
 
 #include <gtest/gtest.h>
 

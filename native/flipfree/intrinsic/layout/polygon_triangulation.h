@@ -1,8 +1,8 @@
 // Triangulates the image of one input triangle whose sides carry points: a polygon in the UV plane.
 //
-// The programme of matchmaker/coarsening/remove_vertex.h minimises the worst cost and forgets
+// The programme of matchmaker/coarsen.cpp minimises the worst cost and forgets
 // angles; this one minimises their sum and carries the angles at both ends of every chain, which
-// say how often the polygon winds. That of matchmaker/target/outline_target.h asks which chains are
+// say how often the polygon winds. That of matchmaker/outline_target.h asks which chains are
 // possible at all, for polygons of thousands of corners, in bits.
 #pragma once
 

@@ -23,7 +23,7 @@
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/valid_map.h"
-#include "flipfree/embedding/disk/disk.h"
+#include "flipfree/embedding/disk.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut_graph.h"
@@ -53,7 +53,7 @@ Points2 embed_on_circle(const mesh::Surface& chart, ExecutionContext& context, S
   std::vector<VertexId> rim;
   rim.reserve(loops[0].size());
   for (const HalfedgeId h : loops[0]) rim.push_back(mesh::source(chart.faces, h));
-  const embedding::BoundaryPlacement placement =
+  const Points2 circle =
       embedding::place_boundary(embedding::BoundaryShape::kCircle, edge_lengths(chart, loops[0]));
   // The optimiser starts from 64 bits; only its result is rounded.
   embedding::EmbedOptions options;
@@ -61,9 +61,10 @@ Points2 embed_on_circle(const mesh::Surface& chart, ExecutionContext& context, S
   try {
     return distortion::with_own_map([&] {
       const auto filled_count = static_cast<Index>(filled.vertices.rows());
-      return Points2(embedding::embed_disk(filled.faces, filled_count, rim, placement.positions,
-                                           options, context, stats)
-                         .topRows(chart.vertices.rows()));
+      embedding::Embedding map =
+          embedding::embed_disk({filled.faces, filled_count, rim, circle}, options, context);
+      stats.merge(map.stats);
+      return Points2(map.uv.topRows(chart.vertices.rows()));
     });
   } catch (const NotConverged& e) {
     // Its text counts vertices of the filled chart.

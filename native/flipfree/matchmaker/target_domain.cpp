@@ -1,0 +1,390 @@
+#include "flipfree/matchmaker/target_domain.h"
+
+#include <CGAL/Constrained_Delaunay_triangulation_2.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Triangulation_face_base_with_info_2.h>
+#include <CGAL/Triangulation_vertex_base_with_info_2.h>
+
+#include <algorithm>
+#include <deque>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::matchmaker {
+
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<Index, Kernel>;
+using FaceBase = CGAL::Constrained_triangulation_face_base_2<
+    Kernel, CGAL::Triangulation_face_base_with_info_2<bool, Kernel>>;
+using Cdt = CGAL::Constrained_Delaunay_triangulation_2<
+    Kernel, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>,
+    CGAL::No_constraint_intersection_tag>;
+
+using Mesh = mesh::EditableTriangulation;
+
+void fix(TargetDomain& domain, Index a, Index b) {
+  const HalfedgeId h = domain.triangulation.find(a, b);
+  if (h == kInvalid) throw InternalError("a fixed edge is not in the target's triangulation");
+  domain.triangulation.set_mark(h, TargetDomain::kFixedEdge);
+}
+
+// info() of a face becomes true if it lies outside the outline, of the first n vertices: reachable
+// from infinity without crossing it.
+void mark_outside(Cdt& cdt, Index n) {
+  const auto on_outline = [&](const Cdt::Edge& e) {
+    const Index a = e.first->vertex(Cdt::cw(e.second))->info();
+    const Index b = e.first->vertex(Cdt::ccw(e.second))->info();
+    return cdt.is_constrained(e) && a < n && b < n && ((a + 1) % n == b || (b + 1) % n == a);
+  };
+  for (const Cdt::Face_handle f : cdt.all_face_handles()) f->info() = false;
+  std::vector<Cdt::Face_handle> stack = {cdt.infinite_face()};
+  cdt.infinite_face()->info() = true;
+  while (!stack.empty()) {
+    const Cdt::Face_handle f = stack.back();
+    stack.pop_back();
+    for (int k = 0; k < 3; ++k) {
+      const Cdt::Face_handle g = f->neighbor(k);
+      const bool both_infinite = cdt.is_infinite(f) && cdt.is_infinite(g);
+      if (g->info() || (!both_infinite && on_outline({f, k}))) continue;
+      g->info() = true;
+      stack.push_back(g);
+    }
+  }
+}
+
+}  // namespace
+
+Polygon TargetDomain::outline_points() const {
+  Polygon points;
+  for (const Index v : outline) points.push_back(at(v));
+  return points;
+}
+
+TargetDomain triangulate_embedded(const Polygon& outline, std::span<const Vector2> inner,
+                                  std::span<const std::pair<Index, Index>> fixed_edges) {
+  TargetDomain domain;
+  domain.point.assign(outline.begin(), outline.end());
+  domain.point.insert(domain.point.end(), inner.begin(), inner.end());
+  domain.mesh_vertex.assign(domain.point.size(), kInvalid);
+  Cdt cdt;
+  std::vector<Cdt::Vertex_handle> handle;
+  for (const Vector2& p : domain.point) {
+    handle.push_back(cdt.insert({p.x(), p.y()}));
+    handle.back()->info() = static_cast<Index>(handle.size()) - 1;
+  }
+  if (cdt.number_of_vertices() != domain.point.size())
+    throw InternalError("target points coincide");
+  const auto n = static_cast<Index>(outline.size());
+  std::vector<std::pair<Index, Index>> fixed;
+  for (Index i = 0; i < n; ++i) {
+    domain.outline.push_back(i);
+    fixed.emplace_back(i, (i + 1) % n);
+  }
+  fixed.insert(fixed.end(), fixed_edges.begin(), fixed_edges.end());
+  for (const auto& [a, b] : fixed) cdt.insert_constraint(handle[at(a)], handle[at(b)]);
+  mark_outside(cdt, n);
+  std::vector<Mesh::Triangle> triangles;
+  for (const Cdt::Face_handle f : cdt.finite_face_handles()) {
+    if (!f->info())
+      triangles.push_back({f->vertex(0)->info(), f->vertex(1)->info(), f->vertex(2)->info()});
+  }
+  domain.triangulation = Mesh(static_cast<Index>(domain.point.size()), rows_of(triangles));
+  for (const auto& [a, b] : fixed) fix(domain, a, b);
+  return domain;
+}
+
+namespace {
+
+// Can the edge be flipped (its two triangles form a strictly convex quadrilateral), and is it not
+// locally Delaunay?
+bool wants_flip(const TargetDomain& domain, HalfedgeId h) {
+  const Mesh& mesh = domain.triangulation;
+  if (mesh.is_boundary(h) || mesh.mark(h) != Mesh::kUnmarked) return false;
+  const HalfedgeId o = mesh.opposite(h);
+  const Vector2& a = domain.at(mesh.source(h));
+  const Vector2& b = domain.at(mesh.target(h));
+  const Vector2& c = domain.at(mesh.apex(h));
+  const Vector2& d = domain.at(mesh.apex(o));
+  if (numeric::orientation(c, d, b) <= 0 || numeric::orientation(d, c, a) <= 0) return false;
+  if (mesh.find(mesh.apex(h), mesh.apex(o)) != kInvalid) return false;
+  return numeric::in_circle(a, b, c, d) > 0;
+}
+
+}  // namespace
+
+void make_delaunay(TargetDomain& domain) {
+  Mesh& mesh = domain.triangulation;
+  // Vertex pairs, because flips renumber half-edges.
+  std::deque<std::pair<Index, Index>> queue;
+  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+    if (mesh.alive(h / 3) && mesh.edge(h) == h) queue.emplace_back(mesh.source(h), mesh.target(h));
+  }
+  while (!queue.empty()) {
+    const auto [a, b] = queue.front();
+    queue.pop_front();
+    const HalfedgeId h = mesh.find(a, b);
+    if (h == kInvalid || !wants_flip(domain, h)) continue;
+    const Index c = mesh.apex(h);
+    const Index d = mesh.apex(mesh.opposite(h));
+    mesh.flip_edge(h);
+    for (const auto& pair : {std::pair(a, c), std::pair(a, d), std::pair(b, c), std::pair(b, d)}) {
+      queue.push_back(pair);
+    }
+  }
+}
+
+TargetDomain triangulate_immersed(const Polygon& outline, std::span<const Index> corner_vertex,
+                                  Index vertex_count, const Triangles& triangles) {
+  TargetDomain domain;
+  domain.point.resize(at(vertex_count));
+  domain.mesh_vertex.assign(at(vertex_count), kInvalid);
+  const std::size_t n = outline.size();
+  for (std::size_t i = 0; i < n; ++i) domain.point[at(corner_vertex[i])] = outline[i];
+  Triangles faces = triangles;
+  for (Eigen::Index i = 0; i < faces.size(); ++i) {
+    faces.data()[i] = corner_vertex[at(faces.data()[i])];
+  }
+  domain.triangulation = Mesh(vertex_count, faces);
+  for (std::size_t i = 0; i < n; ++i) fix(domain, corner_vertex[i], corner_vertex[(i + 1) % n]);
+  domain.outline = mesh::boundary_loops(faces, mesh::build_adjacency(vertex_count, faces)).front();
+  make_delaunay(domain);
+  return domain;
+}
+
+std::vector<FaceId> sheets_at(const TargetDomain& domain, const Vector2& point) {
+  const Mesh& mesh = domain.triangulation;
+  std::vector<FaceId> sheets;
+  for (FaceId f = 0; f < mesh.face_slots(); ++f) {
+    if (!mesh.alive(f) || !holds(domain, domain.point, f, point)) continue;
+    bool first = true;
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      const Vector2& corner = domain.at(mesh.source(h));
+      const bool on_edge = numeric::orientation(corner, domain.at(mesh.target(h)), point) == 0;
+      if (on_edge && !mesh.is_boundary(h) && mesh.opposite(h) / 3 < f) first = false;
+      if (point == corner) {
+        for (const FaceId g : mesh.star(mesh.source(h))) first = first && g >= f;
+      }
+    }
+    if (first) sheets.push_back(f);
+  }
+  return sheets;
+}
+
+Index insert_point(TargetDomain& domain, FaceId sheet, const Vector2& point, VertexId mesh_vertex) {
+  Mesh& mesh = domain.triangulation;
+  HalfedgeId on_edge = kInvalid;
+  for (HalfedgeId h = 3 * sheet; h < 3 * sheet + 3; ++h) {
+    if (numeric::orientation(domain.at(mesh.source(h)), domain.at(mesh.target(h)), point) == 0)
+      on_edge = h;
+  }
+  const Index v = on_edge == kInvalid ? mesh.split_face(sheet) : mesh.split_edge(on_edge);
+  domain.point.push_back(point);
+  domain.mesh_vertex.push_back(mesh_vertex);
+  return v;
+}
+
+namespace {
+
+// Of the partition by the half-edges that are kept: is the angle at the source of h between the
+// kept neighbours of h on both sides at most pi?
+bool convex_without(const TargetDomain& domain, const std::vector<bool>& kept, HalfedgeId h) {
+  const Mesh& mesh = domain.triangulation;
+  HalfedgeId in = previous_corner(h);
+  while (!kept[at(in)]) {
+    const HalfedgeId g = mesh.opposite(in);
+    if (g == h) return false;
+    in = previous_corner(g);
+  }
+  HalfedgeId out = mesh.rotate_cw(h);
+  while (out != kInvalid && out != h && !kept[at(out)]) out = mesh.rotate_cw(out);
+  if (out == kInvalid || out == h || mesh.source(in) == mesh.target(out)) return false;
+  const Vector2& v = domain.at(mesh.source(h));
+  const Vector2& p = domain.at(mesh.target(out));
+  // The angles from out to h and from h to in are at most pi each, so the sign of orientation(v,
+  // p, q) tells whether their sum is below pi; if it is exactly pi, the first one is below pi; if
+  // 2 pi, both are straight.
+  const int side = numeric::orientation(v, p, domain.at(mesh.source(in)));
+  return side > 0 || (side == 0 && numeric::orientation(v, p, domain.at(mesh.target(h))) > 0);
+}
+
+// The polygons that kept edges bound.
+ConvexPartition partition_by(const TargetDomain& domain, const std::vector<bool>& kept) {
+  const Mesh& mesh = domain.triangulation;
+  ConvexPartition partition;
+  std::vector<Index> edge_of(at(mesh.halfedge_slots()), kInvalid);
+  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+    if (!mesh.alive(h / 3) || mesh.edge(h) != h || !kept[at(h)]) continue;
+    edge_of[at(h)] = static_cast<Index>(partition.edges.size());
+    if (!mesh.is_boundary(h)) {
+      edge_of[at(mesh.opposite(h))] = static_cast<Index>(partition.edges.size());
+    }
+    partition.edges.push_back(
+        {mesh.source(h), mesh.target(h), mesh.is_boundary(h), mesh.mark(h) != Mesh::kUnmarked});
+  }
+  std::vector<bool> done(edge_of.size(), false);
+  for (HalfedgeId first = 0; first < mesh.halfedge_slots(); ++first) {
+    if (edge_of[at(first)] == kInvalid || done[at(first)]) continue;
+    auto& polygon = partition.polygons.emplace_back();
+    HalfedgeId h = first;
+    do {
+      done[at(h)] = true;
+      const Index e = edge_of[at(h)];
+      polygon.push_back({e, partition.edges[at(e)].a == mesh.source(h)});
+      // A polygon whose edges lead elsewhere would be walked without end.
+      if (polygon.size() > edge_of.size())
+        throw InternalError("the target's triangulation is not closed around a polygon");
+      h = next_corner(h);
+      while (edge_of[at(h)] == kInvalid) h = next_corner(mesh.opposite(h));
+    } while (h != first);
+  }
+  partition.around.resize(domain.point.size());
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    auto& list = partition.around[at(v)];
+    HalfedgeId last = kInvalid;
+    mesh.for_each_outgoing(v, [&](HalfedgeId h) {
+      if (edge_of[at(h)] != kInvalid) list.push_back(edge_of[at(h)]);
+      last = previous_corner(h);
+    });
+    if (last != kInvalid && mesh.is_boundary(last)) list.push_back(edge_of[at(last)]);
+  }
+  return partition;
+}
+
+}  // namespace
+
+ConvexPartition merge_convex(const TargetDomain& domain) {
+  const Mesh& mesh = domain.triangulation;
+  std::vector<HalfedgeId> order;
+  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+    if (mesh.alive(h / 3) && mesh.edge(h) == h && !mesh.is_boundary(h) &&
+        mesh.mark(h) == Mesh::kUnmarked) {
+      order.push_back(h);
+    }
+  }
+  const auto length = [&](HalfedgeId h) {
+    return (domain.at(mesh.source(h)) - domain.at(mesh.target(h))).squaredNorm();
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](HalfedgeId a, HalfedgeId b) { return length(a) > length(b); });
+  std::vector<bool> kept(at(mesh.halfedge_slots()), true);
+  for (const HalfedgeId h : order) {
+    const HalfedgeId o = mesh.opposite(h);
+    if (convex_without(domain, kept, h) && convex_without(domain, kept, o))
+      kept[at(h)] = kept[at(o)] = false;
+  }
+  return partition_by(domain, kept);
+}
+
+namespace {
+
+// The triangle at the corner, which lies at a, that the segment a -> b enters.
+FaceId wedge(const TargetDomain& domain, const std::vector<Vector2>& place, Index corner,
+             const Vector2& a, const Vector2& b) {
+  const Mesh& mesh = domain.triangulation;
+  FaceId found = kInvalid;
+  mesh.for_each_outgoing(corner, [&](HalfedgeId h) {
+    if (found == kInvalid && numeric::orientation(a, place[at(mesh.target(h))], b) >= 0 &&
+        numeric::orientation(a, place[at(mesh.apex(h))], b) <= 0)
+      found = h / 3;
+  });
+  return found;
+}
+
+}  // namespace
+
+bool holds(const TargetDomain& domain, const std::vector<Vector2>& place, FaceId f,
+           const Vector2& p) {
+  const Mesh& mesh = domain.triangulation;
+  for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+    if (numeric::orientation(place[at(mesh.source(h))], place[at(mesh.target(h))], p) < 0)
+      return false;
+  }
+  return true;
+}
+
+FaceId find_along(const TargetDomain& domain, const std::vector<Vector2>& place, FaceId f,
+                  Index corner, const Vector2& a, const Vector2& b) {
+  const Mesh& mesh = domain.triangulation;
+  HalfedgeId entered = kInvalid;
+  if (corner != kInvalid) {
+    f = wedge(domain, place, corner, a, b);
+    if (f == kInvalid || holds(domain, place, f, b)) return f;
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      if (mesh.apex(h) == corner) entered = mesh.opposite(h);
+    }
+    if (entered == kInvalid) return kInvalid;
+    f = entered / 3;
+  }
+  // The dual of the domain is a tree and the walk never turns back: no triangle comes twice.
+  while (!holds(domain, place, f, b)) {
+    HalfedgeId exit = kInvalid;
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      if (h == entered || mesh.is_boundary(h)) continue;
+      const Vector2& p = place[at(mesh.source(h))];
+      const Vector2& q = place[at(mesh.target(h))];
+      if (numeric::orientation(p, q, b) < 0 && numeric::orientation(a, b, p) <= 0 &&
+          numeric::orientation(a, b, q) >= 0)
+        exit = h;
+    }
+    if (exit == kInvalid) return kInvalid;
+    entered = mesh.opposite(exit);
+    f = entered / 3;
+  }
+  return f;
+}
+
+Carrier::Carrier(const mesh::RefinedSurface& surface, const Points2& uv, const TargetDomain& domain,
+                 const std::vector<Vector2>& here, const ExecutionContext& context)
+    : uv_(uv),
+      domain_(domain),
+      here_(here),
+      face_(at(uv.rows()), kInvalid),
+      corner_(face_.size(), kInvalid) {
+  std::deque<VertexId> queue;
+  for (const Index d : domain.outline) {
+    const VertexId v = domain.mesh_vertex[at(d)];
+    corner_[at(v)] = d;
+    face_[at(v)] = domain.triangulation.outgoing(d) / 3;
+    queue.push_back(v);
+  }
+  for (std::size_t steps = 0; !queue.empty(); ++steps) {
+    if (steps % 4096 == 0) context.check();
+    const VertexId v = queue.front();
+    queue.pop_front();
+    const Vector2 a = uv.row(v).transpose();
+    surface.mesh.for_each_outgoing(v, [&](HalfedgeId h) {
+      const VertexId w = surface.mesh.target(h);
+      FaceId& f = face_[at(w)];
+      if (f != kInvalid) return;
+      f = find_along(domain, here, face_[at(v)], corner_[at(v)], a, uv.row(w).transpose());
+      if (f != kInvalid) queue.push_back(w);  // else another neighbour may find it
+    });
+  }
+}
+
+Vector2 Carrier::ride(FaceId f, const Vector2& p, const std::vector<Vector2>& there) const {
+  if (f == kInvalid) return p;
+  const Mesh::Triangle t = domain_.triangulation.corners(f);
+  const Vector2 &a = here_[at(t[0])], &b = here_[at(t[1])], &c = here_[at(t[2])];
+  if (!(twice_area(a, b, c) > 0)) return p;
+  const Vector3 w = barycentric(a, b, c, p);
+  return w[0] * there[at(t[0])] + w[1] * there[at(t[1])] + w[2] * there[at(t[2])];
+}
+
+Points2 Carrier::vertices(const std::vector<Vector2>& there) const {
+  Points2 result(uv_.rows(), 2);
+  for (Eigen::Index v = 0; v < uv_.rows(); ++v) {
+    const auto i = at(v);
+    const Vector2 p = corner_[i] != kInvalid ? there[at(corner_[i])]
+                                             : ride(face_[i], uv_.row(v).transpose(), there);
+    result.row(v) = p.transpose();
+  }
+  return result;
+}
+
+}  // namespace flipfree::matchmaker
