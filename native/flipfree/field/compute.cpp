@@ -31,58 +31,44 @@ void check(const FieldOptions& options, const mesh::Surface& surface) {
     throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
 }
 
-// Turns the directions of a field whose matching stays, so that those beside the boundary run along
-// it where the matching lets them.
-void follow_boundary(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                     const Frames& own, const Frames& frames, CrossField& field,
-                     ExecutionContext& context) {
-  constexpr double kPull = 10.0;  // beside weights that are about one
-  Wishes wishes = no_wishes(static_cast<Index>(surface.faces.rows()));
-  const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
-  follow_edges(surface, adjacency, own, none, true, 1.0, wishes);
-  const std::size_t faces = field.angle.size();
-  std::vector<double> pull(faces, 0.0), offset(faces, 0.0);
-  for (std::size_t f = 0; f < faces; ++f) {
-    if (wishes.held[f] == 0) continue;
-    pull[f] = kPull;
-    const double wish = 0.25 * std::arg(wishes.cross[static_cast<Eigen::Index>(f)]);
-    offset[f] = std::remainder(wish - field.angle[f], 0.5 * std::numbers::pi);
-  }
-  const AngleSystem system(surface, adjacency, std::vector<char>(faces, 0), pull, context);
-  const std::vector<double> turned =
-      system.solve(rotation_form(adjacency, frames, field), offset, context);
-  for (std::size_t f = 0; f < faces; ++f) field.angle[f] += turned[f];
+// The angles of the directions that faces are asked for.
+std::vector<double> angles_of(const Crosses& u) {
+  std::vector<double> angle;
+  for (const std::complex<double>& cross : u) angle.push_back(0.25 * std::arg(cross));
+  return angle;
 }
 
-CrossField guided_field(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                        const Frames& own, const Frames& frames, const FieldOptions& options,
+// Turns the directions of a field whose matching stays, so that those beside the boundary run along
+// it where the matching lets them.
+void follow_boundary(const Frames& own, const Frames& frames, CrossField& field,
+                     ExecutionContext& context) {
+  constexpr double kPull = 10.0;  // beside weights that are about one
+  const auto faces = static_cast<Index>(field.angle.size());
+  Wishes wishes = no_wishes(faces);
+  follow_edges(own, mesh::EdgeFlags(at(3 * faces), 0), true, 1.0, wishes);
+  std::vector<double> pull;
+  for (const char held : wishes.held) pull.push_back(held == 0 ? 0.0 : kPull);
+  AngleSystem(frames, std::vector<char>(at(faces), 0), std::move(pull), context)
+      .relax(angles_of(wishes.cross), field, context);
+}
+
+CrossField guided_field(const Frames& own, const Frames& frames, const FieldOptions& options,
                         Wishes& wishes, ExecutionContext& context) {
-  const mesh::EdgeFlags edges = mesh::flag_edges(surface.faces, adjacency, options.edges);
-  follow_curvature(surface, adjacency, options.alignment, wishes);
-  follow_edges(surface, adjacency, own, edges, options.boundary, options.edge_weight, wishes);
-  const std::vector<FaceGraph> graphs = face_graphs(surface, adjacency, frames);
+  const mesh::Surface& surface = own.surface;
+  const mesh::EdgeFlags edges = mesh::flag_edges(surface.faces, surface.adjacency(), options.edges);
+  follow_curvature(surface, options.alignment, wishes);
+  follow_edges(own, edges, options.boundary, options.edge_weight, wishes);
+  // E of nearly equal crosses is 16 w rotation^2, and so with the wishes.
+  std::vector<double> pull;
   Crosses u;
   {
     const ProgressRange range(context, 0.0, 0.7);
-    u = smoothest(graphs, wishes, context);
+    u = smoothest(frames, wishes, pull, context);
   }
-  const auto faces = static_cast<std::size_t>(u.size());
-  std::vector<double> angle(faces), wish(faces), pull(faces);
-  for (std::size_t f = 0; f < faces; ++f) {
-    angle[f] = 0.25 * std::arg(u[static_cast<Eigen::Index>(f)]);
-    wish[f] = 0.25 * std::arg(wishes.cross[static_cast<Eigen::Index>(f)]);
-  }
-  // E of nearly equal crosses is 16 w rotation^2, and so with the wishes.
-  for (const FaceGraph& graph : graphs) {
-    for (std::size_t i = 0; i < graph.faces.size(); ++i) {
-      const auto f = static_cast<std::size_t>(graph.faces[i]);
-      pull[f] = wishes.weight[f] * graph.area[i];
-    }
-  }
-  CrossField field = match_nearest(adjacency, frames, std::move(angle));
+  CrossField field = match_nearest(frames, angles_of(u));
   const ProgressRange range(context, 0.7, 1.0);
-  const AngleSystem system(surface, adjacency, wishes.held, std::move(pull), context);
-  descend(adjacency, frames, system, wish, field, context);
+  const AngleSystem system(frames, wishes.held, std::move(pull), context);
+  system.descend(angles_of(wishes.cross), field, context);
   return field;
 }
 
@@ -93,25 +79,20 @@ FoundField compute(const mesh::Surface& surface, const FieldOptions& options,
   const mesh::Adjacency& adjacency = surface.adjacency();
   check(options, surface);
   const Frames own = measure_frames(surface);
-  const Frames frames =
-      options.sizing.empty() ? own : sized_frames(surface, adjacency, own, options.sizing);
+  const Frames frames = options.sizing.empty() ? own : sized_frames(own, options.sizing);
   Wishes wishes = no_wishes(static_cast<Index>(surface.faces.rows()));
   FoundField found;
-  found.field =
-      options.cones
-          ? field_with_signature(surface, adjacency, frames, *options.cones, options.loops, context)
-          : guided_field(surface, adjacency, own, frames, options, wishes, context);
-  if (options.cones && options.boundary)
-    follow_boundary(surface, adjacency, own, frames, found.field, context);
+  found.field = options.cones ? field_with_signature(frames, *options.cones, options.loops, context)
+                              : guided_field(own, frames, options, wishes, context);
+  if (options.cones && options.boundary) follow_boundary(own, frames, found.field, context);
   if (options.simplify || !options.cones) {
     SimplifyOptions how{options.sizing.empty() ? options.reach : 0.0};
     if (!options.simplify) how = {0.0, 1};  // only those that no map can have
-    const Simplified done =
-        simplify(surface, adjacency, frames, wishes.held, how, found.field, context);
+    const Simplified done = simplify(frames, wishes.held, how, found.field, context);
     found.stats["cancelled"] = static_cast<std::int64_t>(done.cancelled);
     found.stats["spread"] = static_cast<std::int64_t>(done.spread);
   }
-  found.cones = cone_turns(surface.faces, adjacency, frames, found.field);
+  found.cones = cone_turns(frames, found.field);
   std::int64_t cones = 0, sharp = 0;
   for (std::size_t v = 0; v < found.cones.size(); ++v) {
     const HalfedgeId h = adjacency.vertex_halfedge[v];
@@ -208,28 +189,17 @@ CrossField read_field(const mesh::Surface& surface, const GivenField& given,
                                             std::to_string(faces) +
                                             " faces. Give the mesh that the field was made for.");
   }
-  const mesh::Adjacency& adjacency = surface.adjacency();
   const Frames frames = measure_frames(surface);
-  if (directions == 0) return field_of_rotation(adjacency, frames, given.rotation);
+  if (directions == 0) return field_of_rotation(frames, given.rotation);
   std::vector<double> angle = angles_of(surface, given.directions);
-  if (!given.rotation.empty())
-    return match_by_rotation(adjacency, frames, std::move(angle), given.rotation);
-  return given.quarters.empty()
-             ? match_nearest(adjacency, frames, std::move(angle))
-             : match_by_quarters(adjacency, frames, std::move(angle), given.quarters);
+  if (!given.rotation.empty()) return match_by_rotation(frames, std::move(angle), given.rotation);
+  return given.quarters.empty() ? match_nearest(frames, std::move(angle))
+                                : match_by_quarters(frames, std::move(angle), given.quarters);
 }
 
 GivenField describe(const mesh::Surface& surface, const CrossField& field) {
-  const mesh::Adjacency& adjacency = surface.adjacency();
-  return {directions_of(surface, field.angle),
-          rotation_form(adjacency, measure_frames(surface), field),
-          quarters_across(adjacency, field)};
-}
-
-Signature read_signature(const mesh::Surface& surface, const CrossField& field,
-                         const ExecutionContext& context) {
-  const mesh::Adjacency& adjacency = surface.adjacency();
-  return signature_of(surface, adjacency, measure_frames(surface), field, context);
+  return {directions_of(surface, field.angle), rotation_form(measure_frames(surface), field),
+          quarters_across(surface, field)};
 }
 
 }  // namespace flipfree::field

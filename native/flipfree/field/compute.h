@@ -4,7 +4,7 @@
 //   follow_curvature(), follow_edges()  smoothest.h    what each face is asked for
 //   sized_frames()                      smoothest.h    for maps of varying size
 //   smoothest()                         smoothest.h    directions
-//   match_nearest()                     turning.h      integers
+//   match_nearest()                     cross_field.h  integers
 //   field_with_signature()              prescribed.h   the other way round
 //   simplify()                          prescribed.h   fewer cones
 #pragma once
@@ -15,7 +15,6 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/field/cross_field.h"
-#include "flipfree/field/turning.h"
 
 namespace flipfree::field {
 
@@ -65,9 +64,5 @@ CrossField read_field(const mesh::Surface& surface, const GivenField& given,
 
 // The same, of a field.
 GivenField describe(const mesh::Surface& surface, const CrossField& field);
-
-// Of a field on a surface that passes validation.
-Signature read_signature(const mesh::Surface& surface, const CrossField& field,
-                         const ExecutionContext& context);
 
 }  // namespace flipfree::field

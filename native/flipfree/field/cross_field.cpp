@@ -9,6 +9,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
 
 namespace flipfree::field {
@@ -53,29 +54,30 @@ Axes axes_of(const mesh::Surface& surface, FaceId f) {
                 ElementKind::kFace, {h / 3});
 }
 
-// The matching that makes the rotation across h what it should be.
-Index matching_across(const Frames& frames, const std::vector<double>& angle, HalfedgeId h,
-                      HalfedgeId o, double rotation, double tolerance) {
-  const double turns =
-      (rotation - from_edge(frames, angle, h) + from_edge(frames, angle, o)) / kQuarterTurn;
-  const double whole = std::round(turns);
-  const double off = std::abs(turns - whole) * kQuarterTurn;
-  if (!(off <= tolerance) || std::abs(whole) > 1e9)
-    refuse_edge(h, "is not that of a cross field", off);
-  return static_cast<Index>(whole);
+// Per half-edge: across inner edges value(h, its opposite) of the lower half-edge h, and less than
+// nothing by as much of the other one; 0 on the boundary.
+template <typename T, typename Value>
+std::vector<T> antisymmetric(const mesh::Surface& surface, const Value& value) {
+  const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
+  std::vector<T> values(opposite.size(), 0);
+  for (HalfedgeId h = 0; at(h) < opposite.size(); ++h) {
+    const HalfedgeId o = opposite[at(h)];
+    if (o == kInvalid || o < h) continue;
+    values[at(h)] = value(h, o);
+    values[at(o)] = -values[at(h)];
+  }
+  return values;
 }
 
 }  // namespace
 
 Frames measure_frames(const mesh::Surface& surface) {
   const auto count = static_cast<Index>(surface.faces.rows());
-  Frames frames{std::vector<double>(at(3 * count)), std::vector<double>(at(3 * count))};
+  Frames frames{surface, std::vector<double>(at(3 * count)), std::vector<double>(at(3 * count))};
   for (FaceId f = 0; f < count; ++f) {
-    for (int k = 0; k < 3; ++k) {
-      const Vector3 p = surface.vertices.row(surface.faces(f, k));
-      const Vector3 a = Vector3(surface.vertices.row(surface.faces(f, (k + 1) % 3))) - p;
-      const Vector3 b = Vector3(surface.vertices.row(surface.faces(f, (k + 2) % 3))) - p;
-      frames.corner[at(3 * f + k)] = std::atan2(a.cross(b).norm(), a.dot(b));
+    for (CornerId c = 3 * f; c < 3 * f + 3; ++c) {
+      const auto [a, b] = mesh::sides_at(surface, c);
+      frames.corner[at(c)] = std::atan2(a.cross(b).norm(), a.dot(b));
     }
     frames.direction[at(3 * f)] = 0.0;
     frames.direction[at(3 * f + 1)] = kPi - frames.corner[at(3 * f + 1)];
@@ -84,51 +86,44 @@ Frames measure_frames(const mesh::Surface& surface) {
   return frames;
 }
 
-CrossField match_nearest(const mesh::Adjacency& adjacency, const Frames& frames,
-                         std::vector<double> angle) {
-  CrossField field{std::move(angle), std::vector<Index>(adjacency.opposite.size(), 0)};
-  for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    if (o == kInvalid || o < h) continue;
-    const double turns =
-        (from_edge(frames, field.angle, o) - from_edge(frames, field.angle, h)) / kQuarterTurn;
-    field.matching[at(h)] = static_cast<Index>(std::lround(turns));
-    field.matching[at(o)] = -field.matching[at(h)];
-  }
-  return field;
+CrossField match_nearest(const Frames& frames, std::vector<double> angle) {
+  const auto nearest = [&](HalfedgeId h, HalfedgeId o) {
+    return static_cast<Index>(
+        std::lround((from_edge(frames, angle, o) - from_edge(frames, angle, h)) / kQuarterTurn));
+  };
+  std::vector<Index> matching = antisymmetric<Index>(frames.surface, nearest);
+  return {std::move(angle), std::move(matching)};
 }
 
-std::vector<double> rotation_form(const mesh::Adjacency& adjacency, const Frames& frames,
-                                  const CrossField& field) {
-  std::vector<double> rotation(adjacency.opposite.size(), 0.0);
-  for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    if (o == kInvalid || o < h) continue;
-    rotation[at(h)] = from_edge(frames, field.angle, h) - from_edge(frames, field.angle, o) +
-                      kQuarterTurn * field.matching[at(h)];
-    rotation[at(o)] = -rotation[at(h)];
-  }
-  return rotation;
+std::vector<double> rotation_form(const Frames& frames, const CrossField& field) {
+  return antisymmetric<double>(frames.surface, [&](HalfedgeId h, HalfedgeId o) {
+    return from_edge(frames, field.angle, h) - from_edge(frames, field.angle, o) +
+           kQuarterTurn * field.matching[at(h)];
+  });
 }
 
-CrossField match_by_rotation(const mesh::Adjacency& adjacency, const Frames& frames,
-                             std::vector<double> angle, const std::vector<double>& rotation,
-                             double tolerance) {
-  CrossField field{std::move(angle), std::vector<Index>(adjacency.opposite.size(), 0)};
-  for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    if (o == kInvalid || o < h) continue;
+CrossField match_by_rotation(const Frames& frames, std::vector<double> angle,
+                             const std::vector<double>& rotation) {
+  constexpr double kTolerance = 1e-6;  // radians
+  const auto across = [&](HalfedgeId h, HalfedgeId o) {
     const double sum = std::abs(rotation[at(h)] + rotation[at(o)]);
-    if (!(sum <= tolerance)) refuse_edge(h, "is not the opposite of the one coming back", sum);
-    field.matching[at(h)] = matching_across(frames, field.angle, h, o, rotation[at(h)], tolerance);
-    field.matching[at(o)] = -field.matching[at(h)];
-  }
-  return field;
+    if (!(sum <= kTolerance)) refuse_edge(h, "is not the opposite of the one coming back", sum);
+    const double turns =
+        (rotation[at(h)] - from_edge(frames, angle, h) + from_edge(frames, angle, o)) /
+        kQuarterTurn;
+    const double whole = std::round(turns);
+    const double off = std::abs(turns - whole) * kQuarterTurn;
+    if (!(off <= kTolerance) || std::abs(whole) > 1e9)
+      refuse_edge(h, "is not that of a cross field", off);
+    return static_cast<Index>(whole);
+  };
+  std::vector<Index> matching = antisymmetric<Index>(frames.surface, across);
+  return {std::move(angle), std::move(matching)};
 }
 
-CrossField field_of_rotation(const mesh::Adjacency& adjacency, const Frames& frames,
-                             const std::vector<double>& rotation, double tolerance) {
-  const auto faces = static_cast<Index>(adjacency.opposite.size() / 3);
+CrossField field_of_rotation(const Frames& frames, const std::vector<double>& rotation) {
+  const std::vector<HalfedgeId>& opposite = frames.surface.adjacency().opposite;
+  const auto faces = static_cast<Index>(opposite.size() / 3);
   std::vector<double> angle(at(faces), 0.0);
   std::vector<char> known(at(faces), 0);
   std::vector<FaceId> queue;
@@ -138,7 +133,7 @@ CrossField field_of_rotation(const mesh::Adjacency& adjacency, const Frames& fra
     queue.assign(1, first);
     for (std::size_t i = 0; i < queue.size(); ++i) {
       for (HalfedgeId h = 3 * queue[i]; h < 3 * queue[i] + 3; ++h) {
-        const HalfedgeId o = adjacency.opposite[at(h)];
+        const HalfedgeId o = opposite[at(h)];
         if (o == kInvalid || known[at(o / 3)] != 0) continue;
         known[at(o / 3)] = 1;
         const double turned =
@@ -149,25 +144,22 @@ CrossField field_of_rotation(const mesh::Adjacency& adjacency, const Frames& fra
       }
     }
   }
-  return match_by_rotation(adjacency, frames, std::move(angle), rotation, tolerance);
+  return match_by_rotation(frames, std::move(angle), rotation);
 }
 
-std::vector<Index> quarters_across(const mesh::Adjacency& adjacency, const CrossField& field) {
-  std::vector<Index> quarters(adjacency.opposite.size(), 0);
-  for (HalfedgeId h = 0; at(h) < quarters.size(); ++h) {
+std::vector<Index> quarters_across(const mesh::Surface& surface, const CrossField& field) {
+  const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
+  std::vector<Index> quarters(opposite.size(), 0);
+  for (std::size_t h = 0; h < quarters.size(); ++h) {
     // Half-edges run against each other: half a turn between the two faces' edges.
-    if (adjacency.opposite[at(h)] != kInvalid)
-      quarters[at(h)] = ((-field.matching[at(h)] - 2) % 4 + 4) % 4;
+    if (opposite[h] != kInvalid) quarters[h] = ((-field.matching[h] - 2) % 4 + 4) % 4;
   }
   return quarters;
 }
 
-CrossField match_by_quarters(const mesh::Adjacency& adjacency, const Frames& frames,
-                             std::vector<double> angle, const std::vector<Index>& quarters) {
-  CrossField field{std::move(angle), std::vector<Index>(adjacency.opposite.size(), 0)};
-  for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    if (o == kInvalid || o < h) continue;
+CrossField match_by_quarters(const Frames& frames, std::vector<double> angle,
+                             const std::vector<Index>& quarters) {
+  const auto across = [&](HalfedgeId h, HalfedgeId o) {
     if ((std::int64_t{quarters[at(h)]} + quarters[at(o)]) % 4 != 0) {
       throw_invalid(ErrorCode::kBadOption,
                     "The matching across edge " + std::to_string(h % 3) + " of face " +
@@ -175,13 +167,13 @@ CrossField match_by_quarters(const mesh::Adjacency& adjacency, const Frames& fra
                         " is not the opposite of the one coming back. Make their sum 0, 4 or 8.",
                     ElementKind::kFace, {h / 3, o / 3});
     }
-    const double d = from_edge(frames, field.angle, h) - from_edge(frames, field.angle, o);
+    const double d = from_edge(frames, angle, h) - from_edge(frames, angle, o);
     const Index least = -(quarters[at(h)] % 4) - 2;
     const double turns = (-kPi - d - least * kQuarterTurn) / (2.0 * kPi);
-    field.matching[at(h)] = least + 4 * static_cast<Index>(std::ceil(turns));
-    field.matching[at(o)] = -field.matching[at(h)];
-  }
-  return field;
+    return least + 4 * static_cast<Index>(std::ceil(turns));
+  };
+  std::vector<Index> matching = antisymmetric<Index>(frames.surface, across);
+  return {std::move(angle), std::move(matching)};
 }
 
 Points3 directions_of(const mesh::Surface& surface, const std::vector<double>& angle) {
@@ -218,19 +210,10 @@ std::vector<double> angles_of(const mesh::Surface& surface, const Points3& direc
   return angle;
 }
 
-namespace {
-
-constexpr double kHeaviest = 1e5;
-constexpr double kLightest = 1e-5;
-
-}  // namespace
-
 std::vector<double> face_areas(const mesh::Surface& surface) {
   std::vector<double> area(at(static_cast<Index>(surface.faces.rows())));
   for (FaceId f = 0; at(f) < area.size(); ++f) {
-    const Vector3 p = surface.vertices.row(surface.faces(f, 0));
-    const Vector3 a = Vector3(surface.vertices.row(surface.faces(f, 1))) - p;
-    const Vector3 b = Vector3(surface.vertices.row(surface.faces(f, 2))) - p;
+    const auto [a, b] = mesh::sides_at(surface, 3 * f);
     area[at(f)] = 0.5 * a.cross(b).norm();
   }
   return area;
@@ -238,11 +221,12 @@ std::vector<double> face_areas(const mesh::Surface& surface) {
 
 double extent_of(const mesh::Surface& surface) { return std::sqrt(mesh::area_of(surface)); }
 
-std::vector<double> edge_weights(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                                 const std::vector<double>& area) {
-  std::vector<double> weight(adjacency.opposite.size(), 0.0);
+std::vector<double> edge_weights(const mesh::Surface& surface, const std::vector<double>& area) {
+  constexpr double kHeaviest = 1e5, kLightest = 1e-5;
+  const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
+  std::vector<double> weight(opposite.size(), 0.0);
   for (HalfedgeId h = 0; at(h) < weight.size(); ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
+    const HalfedgeId o = opposite[at(h)];
     if (o == kInvalid || o < h) continue;
     const double square = (surface.vertices.row(mesh::target(surface.faces, h)) -
                            surface.vertices.row(mesh::source(surface.faces, h)))
@@ -253,6 +237,90 @@ std::vector<double> edge_weights(const mesh::Surface& surface, const mesh::Adjac
     weight[at(o)] = weight[at(h)];
   }
   return weight;
+}
+
+namespace {
+
+// direction(the side out of a corner) - direction(the side into it) + corner, in quarter turns: pi,
+// less a full turn at corner 0, where directions begin anew.
+Index around_corner(CornerId c) { return c % 3 == 0 ? -2 : 2; }
+
+// d(h), to the nearest quarter turn.
+Index nearest_quarter(const Frames& frames, const CrossField& field, HalfedgeId h) {
+  return static_cast<Index>(
+      std::lround(from_edge(frames, field.angle, h) / (0.5 * std::numbers::pi)));
+}
+
+}  // namespace
+
+std::vector<Index> cone_turns(const Frames& frames, const CrossField& field) {
+  const Triangles& faces = frames.surface.faces;
+  const mesh::Adjacency& adjacency = frames.surface.adjacency();
+  std::vector<Index> cones(adjacency.vertex_halfedge.size(), 0);
+  for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
+    // The corner at the source of h lies between the side before it and h.
+    cones[at(mesh::source(faces, h))] += around_corner(h);
+    cones[at(mesh::target(faces, h))] += field.matching[at(h)];
+    if (adjacency.opposite[at(h)] != kInvalid) continue;
+    const Index quarter = nearest_quarter(frames, field, h);
+    cones[at(mesh::source(faces, h))] += quarter;
+    cones[at(mesh::target(faces, h))] -= quarter;
+  }
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    if (adjacency.vertex_halfedge[v] == kInvalid) cones[v] = 4;
+  }
+  return cones;
+}
+
+Index turn_at_corner(HalfedgeId entered, HalfedgeId leaving) {
+  // On the right hand the corner at the source of `leaving`, else the one at that of `entered`.
+  return leaving == next_corner(entered) ? -around_corner(leaving) : around_corner(entered);
+}
+
+Index turning_number(const mesh::Surface& surface, const CrossField& field, const DualLoop& loop) {
+  const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
+  Index turns = 0;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    turns += field.matching[at(loop[i])];
+    turns += turn_at_corner(opposite[at(loop[i])], loop[(i + 1) % loop.size()]);
+  }
+  return turns;
+}
+
+std::vector<DualLoop> boundary_strips(const mesh::Surface& surface) {
+  const mesh::Adjacency& adjacency = surface.adjacency();
+  std::vector<DualLoop> strips;
+  for (const auto& boundary : mesh::boundary_halfedge_loops(surface.faces, adjacency)) {
+    DualLoop& strip = strips.emplace_back();
+    for (const HalfedgeId b : boundary) {
+      for (HalfedgeId h = next_corner(b); adjacency.opposite[at(h)] != kInvalid;
+           h = next_corner(adjacency.opposite[at(h)])) {
+        // Into a face with two boundary edges and back: not at all.
+        intrinsic::go_across(strip, h, adjacency.opposite);
+      }
+    }
+    intrinsic::close_strip(strip, adjacency.opposite);
+  }
+  return strips;
+}
+
+Signature signature_of(const mesh::Surface& surface, const CrossField& field,
+                       const ExecutionContext& context) {
+  const mesh::Adjacency& adjacency = surface.adjacency();
+  Signature signature;
+  signature.cones = cone_turns(measure_frames(surface), field);
+  const auto add = [&](std::vector<DualLoop> loops) {
+    for (DualLoop& loop : loops) {
+      if (loop.empty()) continue;
+      const Index turns = turning_number(surface, field, loop);
+      signature.loops.push_back({std::move(loop), turns});
+    }
+  };
+  add(intrinsic::tree_cotree(surface.faces, adjacency, intrinsic::steps_across(surface, adjacency),
+                             context)
+          .loops);
+  add(boundary_strips(surface));
+  return signature;
 }
 
 }  // namespace flipfree::field

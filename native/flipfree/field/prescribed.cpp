@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <cstdlib>
 #include <functional>
+#include <iterator>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <queue>
 #include <string>
@@ -18,7 +18,6 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/field/cross_field.h"
-#include "flipfree/field/turning.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/numeric/dense_factors.h"
 
@@ -34,12 +33,12 @@ constexpr double kHolds = 1e-9;
 
 }  // namespace
 
-AngleSystem::AngleSystem(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                         std::vector<char> held, std::vector<double> pull,
+AngleSystem::AngleSystem(const Frames& frames, std::vector<char> held, std::vector<double> pull,
                          ExecutionContext& context)
-    : adjacency_(adjacency),
-      weight_(edge_weights(surface, adjacency, face_areas(surface))),
+    : frames_(frames),
+      weight_(edge_weights(frames.surface, face_areas(frames.surface))),
       pull_(std::move(pull)) {
+  const mesh::Adjacency& adjacency = frames.surface.adjacency();
   const mesh::Components components = mesh::face_components(adjacency);
   std::vector<char> anchored(at(components.count), 0);
   std::vector<double> pulled(at(components.count), 0.0), joined(at(components.count), 0.0);
@@ -88,11 +87,11 @@ std::vector<double> AngleSystem::solve(const std::vector<double>& rotation,
                                        ExecutionContext& context) const {
   std::vector<double> turned(unknown_.size(), 0.0);
   if (count_ == 0) return turned;
+  const std::vector<HalfedgeId>& opposite = frames_.surface.adjacency().opposite;
   Eigen::MatrixXd rhs = Eigen::MatrixXd::Zero(count_, 1);
   for (HalfedgeId h = 0; at(h) < rotation.size(); ++h) {
     const Index f = unknown_[at(h / 3)];
-    if (f != kInvalid && adjacency_.opposite[at(h)] != kInvalid)
-      rhs(f, 0) -= weight_[at(h)] * rotation[at(h)];
+    if (f != kInvalid && opposite[at(h)] != kInvalid) rhs(f, 0) -= weight_[at(h)] * rotation[at(h)];
   }
   for (std::size_t f = 0; f < wish.size(); ++f) {
     if (unknown_[f] != kInvalid) rhs(unknown_[f], 0) += pull_[f] * wish[f];
@@ -104,25 +103,22 @@ std::vector<double> AngleSystem::solve(const std::vector<double>& rotation,
   return turned;
 }
 
-void relax(const mesh::Adjacency& adjacency, const Frames& frames, const AngleSystem& system,
-           CrossField& field, ExecutionContext& context) {
-  const std::vector<double> turned =
-      system.solve(rotation_form(adjacency, frames, field), {}, context);
+void AngleSystem::relax(const std::vector<double>& wish, CrossField& field,
+                        ExecutionContext& context) const {
+  std::vector<double> offset(wish.size());
+  for (std::size_t f = 0; f < wish.size(); ++f)
+    offset[f] = std::remainder(wish[f] - field.angle[f], kQuarterTurn);
+  const std::vector<double> turned = solve(rotation_form(frames_, field), offset, context);
   for (std::size_t f = 0; f < turned.size(); ++f) field.angle[f] += turned[f];
 }
 
-void descend(const mesh::Adjacency& adjacency, const Frames& frames, const AngleSystem& system,
-             const std::vector<double>& wish, CrossField& field, ExecutionContext& context) {
+void AngleSystem::descend(const std::vector<double>& wish, CrossField& field,
+                          ExecutionContext& context) const {
   // Every round lowers the sum: relaxing is a minimum, and the nearest matching the least rotation.
   constexpr int kMostRounds = 5;
   for (int round = 0; round < kMostRounds; ++round) {
-    std::vector<double> offset(wish.size());
-    for (std::size_t f = 0; f < wish.size(); ++f)
-      offset[f] = std::remainder(wish[f] - field.angle[f], 0.5 * std::numbers::pi);
-    const std::vector<double> turned =
-        system.solve(rotation_form(adjacency, frames, field), offset, context);
-    for (std::size_t f = 0; f < turned.size(); ++f) field.angle[f] += turned[f];
-    CrossField next = match_nearest(adjacency, frames, field.angle);
+    relax(wish, field, context);
+    CrossField next = match_nearest(frames_, field.angle);
     const bool same = next.matching == field.matching;
     field = std::move(next);
     if (same) break;
@@ -139,122 +135,6 @@ namespace {
                        amount + (missing > 0 ? " to" : " from") + " their sum.",
                    {"angle sum", {{"missing quarter turns", {static_cast<double>(missing)}}}},
                    ElementKind::kVertex, {root});
-}
-
-// Boundary loops, each as the vertex that stands for it, in the order of the tree; and per vertex
-// the root of its component, of what it stands for.
-struct Borders {
-  std::vector<VertexId> loops;
-  std::vector<VertexId> root;
-};
-
-Borders borders_of(const Triangles& faces, const mesh::Adjacency& adjacency,
-                   const TreeCotree& tree) {
-  std::vector<char> open(tree.stands_for.size(), 0);
-  for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
-    if (adjacency.opposite[at(h)] == kInvalid)
-      open[at(tree.stands_for[at(mesh::source(faces, h))])] = 1;
-  }
-  Borders out{{}, std::vector<VertexId>(open.size(), kInvalid)};
-  for (const VertexId v : tree.order) {
-    const HalfedgeId up = tree.to_parent[at(v)];
-    out.root[at(v)] =
-        up == kInvalid ? v : out.root[at(tree.stands_for[at(mesh::target(faces, up))])];
-    if (open[at(v)] != 0) out.loops.push_back(v);
-  }
-  return out;
-}
-
-// Every vertex but the roots gets its number from its parent; the roots then have theirs, if the
-// sum is right. A boundary loop has the sum of its vertices' numbers; the first one of a component
-// on which every vertex is to go straight on (2) takes what is left.
-void meet_cones(const Triangles& faces, const mesh::Adjacency& adjacency, const Frames& frames,
-                const std::vector<Index>& cones, const TreeCotree& tree, const Borders& borders,
-                CrossField& field) {
-  const std::vector<Index> now = cone_turns(faces, adjacency, frames, field);
-  std::vector<std::int64_t> lacking(cones.size(), 0), left(cones.size(), 0);
-  std::vector<char> bent(cones.size(), 0);
-  for (std::size_t v = 0; v < cones.size(); ++v) {
-    if (adjacency.vertex_halfedge[v] == kInvalid) continue;
-    const std::size_t own = at(tree.stands_for[v]);
-    lacking[own] += std::int64_t{cones[v]} - now[v];
-    left[at(borders.root[own])] += std::int64_t{cones[v]} - now[v];
-    if (cones[v] != 2) bent[own] = 1;
-  }
-  for (const VertexId loop : borders.loops) {
-    if (bent[at(loop)] == 0)
-      lacking[at(loop)] -= std::exchange(left[at(borders.root[at(loop)])], 0);
-  }
-  for (auto v = tree.order.rbegin(); v != tree.order.rend(); ++v) {
-    if (adjacency.vertex_halfedge[at(*v)] == kInvalid) continue;
-    const HalfedgeId up = tree.to_parent[at(*v)];
-    if (up == kInvalid) {
-      if (lacking[at(*v)] != 0) refuse_sum(*v, -lacking[at(*v)]);
-      continue;
-    }
-    // Along `up` the matching is lowered: its source gains, its target loses.
-    const auto by = static_cast<Index>(lacking[at(*v)]);
-    field.matching[at(up)] -= by;
-    field.matching[at(adjacency.opposite[at(up)])] += by;
-    lacking[at(tree.stands_for[at(mesh::target(faces, up))])] += by;
-    lacking[at(*v)] = 0;
-  }
-}
-
-void check_strips(const std::vector<LoopTurn>& loops, const mesh::Adjacency& adjacency) {
-  for (std::size_t i = 0; i < loops.size(); ++i) {
-    const DualLoop& loop = loops[i].loop;
-    const auto inside = [&](HalfedgeId h) { return h >= 0 && at(h) < adjacency.opposite.size(); };
-    bool good = !loop.empty();
-    for (std::size_t k = 0; good && k < loop.size(); ++k) {
-      const HalfedgeId after = loop[(k + 1) % loop.size()];
-      const HalfedgeId entered = inside(loop[k]) ? adjacency.opposite[at(loop[k])] : kInvalid;
-      good = entered != kInvalid && inside(after) && entered / 3 == after / 3 && entered != after;
-    }
-    if (!good) {
-      throw_invalid(ErrorCode::kBadOption,
-                    "Loop " + std::to_string(i) +
-                        " is not a closed strip of faces. Give faces each of which shares an edge "
-                        "with the next one, without turning back.");
-    }
-  }
-}
-
-// 2 g closed ones, then from every boundary loop to the next one of its component.
-std::vector<EdgeChain> chains_of(const Triangles& faces, const mesh::Adjacency& adjacency,
-                                 const TreeCotree& tree, const Borders& borders) {
-  std::vector<EdgeChain> chains;
-  for (std::size_t i = 0; i < tree.loops.size(); ++i)
-    chains.push_back(intrinsic::chain_of(faces, adjacency, tree, i));
-  for (std::size_t i = 1; i < borders.loops.size(); ++i) {
-    const VertexId from = borders.loops[i - 1], to = borders.loops[i];
-    if (borders.root[at(from)] == borders.root[at(to)])
-      chains.push_back(intrinsic::tree_path(faces, adjacency, tree, from, to));
-  }
-  return chains;
-}
-
-// How often each loop crosses each chain, from right to left.
-Eigen::MatrixXd crossings(const mesh::Adjacency& adjacency, const std::vector<LoopTurn>& loops,
-                          const std::vector<EdgeChain>& chains) {
-  const auto count = static_cast<Eigen::Index>(loops.size());
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(chains.size()));
-  std::vector<Index> on(adjacency.opposite.size(), 0);
-  for (std::size_t j = 0; j < chains.size(); ++j) {
-    const auto add = [&](Index by) {
-      for (const HalfedgeId h : chains[j]) {
-        on[at(h)] += by;
-        on[at(adjacency.opposite[at(h)])] -= by;
-      }
-    };
-    add(1);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      for (const HalfedgeId h : loops[static_cast<std::size_t>(i)].loop)
-        matrix(i, static_cast<Eigen::Index>(j)) += on[at(h)];
-    }
-    add(-1);
-  }
-  return matrix;
 }
 
 // Whole numbers x with a x = b, by column operations that make a triangular (Hermite); none where
@@ -297,122 +177,237 @@ std::optional<std::vector<std::int64_t>> whole_solution(const Eigen::MatrixXd& a
 }
 
 // Raises the matching along a chain of half-edges, head to tail, by so much.
-void add_along(const mesh::Adjacency& adjacency, const std::vector<HalfedgeId>& chain, Index by,
+void add_along(const mesh::Surface& surface, const std::vector<HalfedgeId>& chain, Index by,
                CrossField& field) {
+  const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
   for (const HalfedgeId h : chain) {
     field.matching[at(h)] += by;
-    field.matching[at(adjacency.opposite[at(h)])] -= by;
+    field.matching[at(opposite[at(h)])] -= by;
   }
 }
 
-void meet_loops(const Triangles& faces, const mesh::Adjacency& adjacency,
-                const std::vector<LoopTurn>& loops, const TreeCotree& tree, const Borders& borders,
-                CrossField& field) {
-  check_strips(loops, adjacency);
-  const std::vector<EdgeChain> chains = chains_of(faces, adjacency, tree, borders);
-  // Loops along all boundaries of a component are sums of the others and of cones.
-  const bool open = !borders.loops.empty();
-  const auto refuse = [&] {
-    throw_invalid(ErrorCode::kBadOption,
-                  "No field with these cones turns so: of " + std::to_string(loops.size()) +
-                      " loops, with " + std::to_string(chains.size()) +
-                      " in a basis of the homology, one is a sum of others, or turns as the cones "
-                      "forbid. Give loops of a basis, or some of them, such as signature() has.");
-  };
-  if (loops.size() > chains.size() + borders.loops.size()) refuse();
-  if (loops.empty()) return;
-  std::vector<std::int64_t> lacking;
-  for (const LoopTurn& loop : loops)
-    lacking.push_back(loop.quarter_turns - turning_number(adjacency, field, loop.loop));
-  const Eigen::MatrixXd crossing = crossings(adjacency, loops, chains);
-  std::vector<std::int64_t> by;
-  if (loops.size() == chains.size() &&
-      !open) {  // of a hundred handles whole numbers would grow too long
-    const Eigen::FullPivLU<Eigen::MatrixXd> factor(crossing);
-    if (!factor.isInvertible()) refuse();
-    Eigen::VectorXd wanted(static_cast<Eigen::Index>(lacking.size()));
-    for (std::size_t i = 0; i < lacking.size(); ++i)
-      wanted[static_cast<Eigen::Index>(i)] = static_cast<double>(lacking[i]);
-    for (const double value : Eigen::VectorXd(factor.solve(wanted))) {
-      if (!(std::abs(value) < 1e8)) refuse();
-      by.push_back(std::llround(value));
-    }
-  } else if (const auto found = whole_solution(crossing, lacking, open)) {
-    by = *found;
-  } else {
-    refuse();
+class Prescriber {
+ public:
+  Prescriber(const Frames& frames, ExecutionContext& context)
+      : frames_(frames),
+        surface_(frames.surface),
+        adjacency_(surface_.adjacency()),
+        context_(context),
+        tree_(intrinsic::tree_cotree(surface_.faces, adjacency_,
+                                     intrinsic::steps_across(surface_, adjacency_), context)),
+        field_{std::vector<double>(at(surface_.faces.rows()), 0.0),
+               std::vector<Index>(at(surface_.faces.size()), 0)} {
+    find_borders();
+    find_chains();
   }
-  for (std::size_t j = 0; j < chains.size(); ++j)
-    add_along(adjacency, chains[j], static_cast<Index>(by[j]), field);
-  // Rounded, then counted: what is returned is exact.
-  for (const LoopTurn& loop : loops) {
-    if (turning_number(adjacency, field, loop.loop) != loop.quarter_turns) refuse();
-  }
-}
 
-// Turns that need nearly the least rotation: least squares over the real numbers, rounded.
-void choose_turns(const Triangles& faces, const mesh::Adjacency& adjacency, const Frames& frames,
-                  const TreeCotree& tree, const Borders& borders, const AngleSystem& system,
-                  CrossField& field, ExecutionContext& context) {
-  const std::vector<EdgeChain> chains = chains_of(faces, adjacency, tree, borders);
-  if (chains.empty()) return;
-  const std::vector<double> rotation = rotation_form(adjacency, frames, field);
-  const auto count = static_cast<Eigen::Index>(chains.size());
-  // The part of each chain that no turning of directions takes away: a harmonic form.
-  std::vector<std::vector<double>> harmonic;
-  for (const EdgeChain& chain : chains) {
-    std::vector<double>& form = harmonic.emplace_back(adjacency.opposite.size(), 0.0);
-    for (const HalfedgeId h : chain) {
-      form[at(h)] += kQuarterTurn;
-      form[at(adjacency.opposite[at(h)])] -= kQuarterTurn;
+  CrossField run(const std::vector<Index>& cones,
+                 const std::optional<std::vector<LoopTurn>>& loops) {
+    meet_cones(cones);
+    const std::size_t faces = field_.angle.size();
+    const AngleSystem system(frames_, std::vector<char>(faces, 0), std::vector<double>(faces, 0.0),
+                             context_);
+    if (!loops || !borders_.empty() || loops->size() < tree_.loops.size()) choose_turns(system);
+    if (loops) meet_loops(*loops);
+    system.relax({}, field_, context_);
+    return std::move(field_);
+  }
+
+ private:
+  void find_borders() {
+    std::vector<char> open(tree_.stands_for.size(), 0);
+    for (HalfedgeId h = 0; at(h) < adjacency_.opposite.size(); ++h) {
+      if (adjacency_.opposite[at(h)] == kInvalid)
+        open[at(tree_.stands_for[at(mesh::source(surface_.faces, h))])] = 1;
     }
-    const std::vector<double> turned = system.solve(form, {}, context);
-    for (HalfedgeId h = 0; at(h) < form.size(); ++h) {
-      const HalfedgeId o = adjacency.opposite[at(h)];
-      if (o != kInvalid) form[at(h)] += turned[at(h / 3)] - turned[at(o / 3)];
+    root_.assign(open.size(), kInvalid);
+    for (const VertexId v : tree_.order) {
+      const HalfedgeId up = tree_.to_parent[at(v)];
+      root_[at(v)] = up == kInvalid ? v : root_[at(parent_over(up))];
+      if (open[at(v)] != 0) borders_.push_back(v);
     }
   }
-  const auto product = [&](const std::vector<double>& a, const std::vector<double>& b) {
-    double sum = 0.0;
-    for (std::size_t h = 0; h < a.size(); ++h) sum += system.weight()[h] * a[h] * b[h];
-    return sum;
-  };
-  Eigen::MatrixXd gram(count, count);
-  Eigen::VectorXd share(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    share[i] = product(harmonic[static_cast<std::size_t>(i)], rotation);
-    for (Eigen::Index j = 0; j <= i; ++j) {
-      gram(i, j) = gram(j, i) =
-          product(harmonic[static_cast<std::size_t>(i)], harmonic[static_cast<std::size_t>(j)]);
+  // Of the vertex from which the half-edge leads there.
+  VertexId parent_over(HalfedgeId up) const {
+    return tree_.stands_for[at(mesh::target(surface_.faces, up))];
+  }
+
+  void find_chains() {
+    for (std::size_t i = 0; i < tree_.loops.size(); ++i)
+      chains_.push_back(intrinsic::chain_of(surface_.faces, adjacency_, tree_, i));
+    for (std::size_t i = 1; i < borders_.size(); ++i) {
+      const VertexId from = borders_[i - 1], to = borders_[i];
+      if (root_[at(from)] == root_[at(to)])
+        chains_.push_back(intrinsic::tree_path(surface_.faces, adjacency_, tree_, from, to));
     }
-    context.check();
   }
-  const Eigen::VectorXd by = numeric::solve_symmetric(gram, -share);
-  for (std::size_t j = 0; j < chains.size(); ++j) {
-    const double whole = std::round(by[static_cast<Eigen::Index>(j)]);
-    if (std::abs(whole) < 1e6) add_along(adjacency, chains[j], static_cast<Index>(whole), field);
+
+  // Every vertex but the roots gets its number from its parent; the roots then have theirs, if the
+  // sum is right. A boundary loop has the sum of its vertices' numbers; the first one of a
+  // component on which every vertex is to go straight on (2) takes what is left.
+  void meet_cones(const std::vector<Index>& cones) {
+    const std::vector<Index> now = cone_turns(frames_, field_);
+    std::vector<std::int64_t> lacking(cones.size(), 0), left(cones.size(), 0);
+    std::vector<char> bent(cones.size(), 0);
+    for (std::size_t v = 0; v < cones.size(); ++v) {
+      if (adjacency_.vertex_halfedge[v] == kInvalid) continue;
+      const std::size_t own = at(tree_.stands_for[v]);
+      lacking[own] += std::int64_t{cones[v]} - now[v];
+      left[at(root_[own])] += std::int64_t{cones[v]} - now[v];
+      if (cones[v] != 2) bent[own] = 1;
+    }
+    for (const VertexId loop : borders_) {
+      if (bent[at(loop)] == 0) lacking[at(loop)] -= std::exchange(left[at(root_[at(loop)])], 0);
+    }
+    for (auto v = tree_.order.rbegin(); v != tree_.order.rend(); ++v) {
+      if (adjacency_.vertex_halfedge[at(*v)] == kInvalid) continue;
+      const HalfedgeId up = tree_.to_parent[at(*v)];
+      if (up == kInvalid) {
+        if (lacking[at(*v)] != 0) refuse_sum(*v, -lacking[at(*v)]);
+        continue;
+      }
+      // Along `up` the matching is lowered: its source gains, its target loses.
+      add_along(surface_, {up}, -static_cast<Index>(lacking[at(*v)]), field_);
+      lacking[at(parent_over(up))] += std::exchange(lacking[at(*v)], 0);
+    }
   }
-}
+
+  void check_strips(const std::vector<LoopTurn>& loops) const {
+    const std::vector<HalfedgeId>& opposite = adjacency_.opposite;
+    const auto inside = [&](HalfedgeId h) { return h >= 0 && at(h) < opposite.size(); };
+    for (std::size_t i = 0; i < loops.size(); ++i) {
+      const DualLoop& loop = loops[i].loop;
+      bool good = !loop.empty();
+      for (std::size_t k = 0; good && k < loop.size(); ++k) {
+        const HalfedgeId after = loop[(k + 1) % loop.size()];
+        const HalfedgeId entered = inside(loop[k]) ? opposite[at(loop[k])] : kInvalid;
+        good = entered != kInvalid && inside(after) && entered / 3 == after / 3 && entered != after;
+      }
+      if (good) continue;
+      throw_invalid(ErrorCode::kBadOption,
+                    "Loop " + std::to_string(i) +
+                        " is not a closed strip of faces. Give faces each of which shares an edge "
+                        "with the next one, without turning back.");
+    }
+  }
+
+  // Per half-edge: by how much the matching rises with the chain.
+  std::vector<Index> raised_by(const EdgeChain& chain) const {
+    CrossField field{{}, std::vector<Index>(adjacency_.opposite.size(), 0)};
+    add_along(surface_, chain, 1, field);
+    return std::move(field.matching);
+  }
+
+  // How often each loop crosses each chain, from right to left.
+  Eigen::MatrixXd crossings(const std::vector<LoopTurn>& loops) const {
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(std::ssize(loops), std::ssize(chains_));
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
+      const std::vector<Index> on = raised_by(chains_[at(j)]);
+      for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+        for (const HalfedgeId h : loops[at(i)].loop) matrix(i, j) += on[at(h)];
+      }
+    }
+    return matrix;
+  }
+
+  void meet_loops(const std::vector<LoopTurn>& loops) {
+    check_strips(loops);
+    // Loops along all boundaries of a component are sums of the others and of cones.
+    const bool open = !borders_.empty();
+    const auto refuse = [&] {
+      throw_invalid(ErrorCode::kBadOption,
+                    "No field with these cones turns so: of " + std::to_string(loops.size()) +
+                        " loops, with " + std::to_string(chains_.size()) +
+                        " in a basis of the homology, one is a sum of others, or turns as the "
+                        "cones forbid. Give loops of a basis, or some of them, such as "
+                        "signature() has.");
+    };
+    if (loops.size() > chains_.size() + borders_.size()) refuse();
+    if (loops.empty()) return;
+    std::vector<std::int64_t> lacking;
+    for (const LoopTurn& loop : loops)
+      lacking.push_back(loop.quarter_turns - turning_number(surface_, field_, loop.loop));
+    const Eigen::MatrixXd crossing = crossings(loops);
+    std::vector<std::int64_t> by;
+    if (loops.size() == chains_.size() &&
+        !open) {  // of a hundred handles whole numbers would grow too long
+      const Eigen::FullPivLU<Eigen::MatrixXd> factor(crossing);
+      if (!factor.isInvertible()) refuse();
+      Eigen::VectorXd wanted(crossing.rows());
+      std::copy(lacking.begin(), lacking.end(), wanted.begin());
+      for (const double value : Eigen::VectorXd(factor.solve(wanted))) {
+        if (!(std::abs(value) < 1e8)) refuse();
+        by.push_back(std::llround(value));
+      }
+    } else if (const auto found = whole_solution(crossing, lacking, open)) {
+      by = *found;
+    } else {
+      refuse();
+    }
+    for (std::size_t j = 0; j < chains_.size(); ++j)
+      add_along(surface_, chains_[j], static_cast<Index>(by[j]), field_);
+    // Rounded, then counted: what is returned is exact.
+    for (const LoopTurn& loop : loops) {
+      if (turning_number(surface_, field_, loop.loop) != loop.quarter_turns) refuse();
+    }
+  }
+
+  // Turns that need nearly the least rotation: least squares over the real numbers, rounded.
+  void choose_turns(const AngleSystem& system) {
+    if (chains_.empty()) return;
+    const std::vector<double> rotation = rotation_form(frames_, field_);
+    // The part of each chain that no turning of directions takes away: a harmonic form.
+    std::vector<std::vector<double>> harmonic;
+    for (const EdgeChain& chain : chains_) {
+      const std::vector<Index> raised = raised_by(chain);
+      std::vector<double>& form = harmonic.emplace_back();
+      for (const Index by : raised) form.push_back(by * kQuarterTurn);
+      const std::vector<double> turned = system.solve(form, {}, context_);
+      for (HalfedgeId h = 0; at(h) < form.size(); ++h) {
+        const HalfedgeId o = adjacency_.opposite[at(h)];
+        if (o != kInvalid) form[at(h)] += turned[at(h / 3)] - turned[at(o / 3)];
+      }
+    }
+    const auto product = [&](const std::vector<double>& a, const std::vector<double>& b) {
+      double sum = 0.0;
+      for (std::size_t h = 0; h < a.size(); ++h) sum += system.weight()[h] * a[h] * b[h];
+      return sum;
+    };
+    const std::ptrdiff_t count = std::ssize(chains_);
+    Eigen::MatrixXd gram(count, count);
+    Eigen::VectorXd share(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      share[i] = product(harmonic[at(i)], rotation);
+      for (Eigen::Index j = 0; j <= i; ++j)
+        gram(i, j) = gram(j, i) = product(harmonic[at(i)], harmonic[at(j)]);
+      context_.check();
+    }
+    const Eigen::VectorXd by = numeric::solve_symmetric(gram, -share);
+    for (std::size_t j = 0; j < chains_.size(); ++j) {
+      const double whole = std::round(by[static_cast<Eigen::Index>(j)]);
+      if (std::abs(whole) < 1e6) add_along(surface_, chains_[j], static_cast<Index>(whole), field_);
+    }
+  }
+
+  const Frames& frames_;
+  const mesh::Surface& surface_;
+  const mesh::Adjacency& adjacency_;
+  ExecutionContext& context_;
+  const TreeCotree tree_;
+  // Boundary loops, each as the vertex that stands for it, in the order of the tree; and per vertex
+  // the root of its component, of what it stands for.
+  std::vector<VertexId> borders_, root_;
+  // 2 g closed ones, then from every boundary loop to the next one of its component.
+  std::vector<EdgeChain> chains_;
+  CrossField field_;
+};
 
 }  // namespace
 
-CrossField field_with_signature(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                                const Frames& frames, const std::vector<Index>& cones,
+CrossField field_with_signature(const Frames& frames, const std::vector<Index>& cones,
                                 const std::optional<std::vector<LoopTurn>>& loops,
                                 ExecutionContext& context) {
-  const auto faces = static_cast<std::size_t>(surface.faces.rows());
-  CrossField field{std::vector<double>(faces, 0.0), std::vector<Index>(3 * faces, 0)};
-  const TreeCotree tree = intrinsic::tree_cotree(
-      surface.faces, adjacency, intrinsic::steps_across(surface, adjacency), context);
-  const Borders borders = borders_of(surface.faces, adjacency, tree);
-  meet_cones(surface.faces, adjacency, frames, cones, tree, borders, field);
-  const AngleSystem system(surface, adjacency, std::vector<char>(faces, 0),
-                           std::vector<double>(faces, 0.0), context);
-  if (!loops || !borders.loops.empty() || loops->size() < tree.loops.size())
-    choose_turns(surface.faces, adjacency, frames, tree, borders, system, field, context);
-  if (loops) meet_loops(surface.faces, adjacency, *loops, tree, borders, field);
-  relax(adjacency, frames, system, field, context);
-  return field;
+  return Prescriber(frames, context).run(cones, loops);
 }
 
 namespace {
@@ -424,19 +419,13 @@ constexpr double kFarther = 4.0;
 
 class Mover {
  public:
-  Mover(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-        const std::vector<char>& held, const ExecutionContext& context)
-      : surface_(surface), adjacency_(adjacency), held_(held), context_(context) {
-    on_boundary_.assign(adjacency.vertex_halfedge.size(), 0);
-    for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
-      if (adjacency.opposite[at(h)] == kInvalid)
-        on_boundary_[at(mesh::source(surface.faces, h))] =
-            on_boundary_[at(mesh::target(surface.faces, h))] = 1;
-    }
-  }
+  Mover(const mesh::Surface& surface, const std::vector<char>& held,
+        const ExecutionContext& context)
+      : surface_(surface), adjacency_(surface.adjacency()), held_(held), context_(context) {}
 
   bool is_inside(VertexId v) const {
-    return on_boundary_[at(v)] == 0 && adjacency_.vertex_halfedge[at(v)] != kInvalid;
+    const HalfedgeId h = adjacency_.vertex_halfedge[at(v)];
+    return h != kInvalid && adjacency_.opposite[at(h)] != kInvalid;
   }
 
   struct Found {
@@ -495,34 +484,27 @@ class Mover {
   const mesh::Adjacency& adjacency_;
   const std::vector<char>& held_;
   const ExecutionContext& context_;
-  std::vector<char> on_boundary_;
 };
 
 }  // namespace
 
-Simplified simplify(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                    const Frames& frames, const std::vector<char>& held,
+Simplified simplify(const Frames& frames, const std::vector<char>& held,
                     const SimplifyOptions& options, CrossField& field, ExecutionContext& context) {
-  std::vector<Index> cones = cone_turns(surface.faces, adjacency, frames, field);
-  const Mover mover(surface, adjacency, held, context);
+  const mesh::Surface& surface = frames.surface;
+  std::vector<Index> cones = cone_turns(frames, field);
+  const Mover mover(surface, held, context);
   const double extent = extent_of(surface);
   const double reach = options.reach * extent;
   const double spread = kSpread * extent;
   Simplified result;
   // From one that has too many quarter turns to one that has too few.
   const auto move = [&](VertexId from, VertexId to, const std::vector<HalfedgeId>& path) {
-    add_along(adjacency, path, 1, field);
+    add_along(surface, path, 1, field);
     --cones[at(from)];
     ++cones[at(to)];
   };
-  const auto end_of = [&](const Mover::Found& found) {
-    return mesh::target(surface.faces, found.path.back());
-  };
   // Nearest pairs first. Each move brings two cones nearer to 4, so there is an end; what was found
   // before its partner was used up is looked for anew.
-  const auto partner = [&](VertexId v) {
-    return mover.nearest(v, reach, [&](VertexId w, double) { return cones[at(w)] < 4; });
-  };
   struct Pair {
     double distance;
     VertexId from;
@@ -534,7 +516,8 @@ Simplified simplify(const mesh::Surface& surface, const mesh::Adjacency& adjacen
   std::priority_queue<Pair> pairs;
   const auto look = [&](VertexId v) {
     context.check();
-    Mover::Found found = partner(v);
+    Mover::Found found =
+        mover.nearest(v, reach, [&](VertexId w, double) { return cones[at(w)] < 4; });
     if (!found.path.empty()) pairs.push({found.distance, v, std::move(found.path)});
   };
   for (VertexId v = 0; reach > 0.0 && at(v) < cones.size(); ++v) {
@@ -569,15 +552,14 @@ Simplified simplify(const mesh::Surface& surface, const mesh::Adjacency& adjacen
       }
       if (found.path.empty()) break;
       std::vector<HalfedgeId> back(found.path.rbegin(), found.path.rend());
-      for (HalfedgeId& h : back) h = adjacency.opposite[at(h)];
-      move(end_of(found), v, back);
+      for (HalfedgeId& h : back) h = surface.adjacency().opposite[at(h)];
+      move(mesh::target(surface.faces, found.path.back()), v, back);
       ++(regular ? result.spread : result.cancelled);
     }
   }
   if (result.cancelled + result.spread > 0) {
-    const AngleSystem system(surface, adjacency, held, std::vector<double>(held.size(), 0.0),
-                             context);
-    relax(adjacency, frames, system, field, context);
+    const AngleSystem system(frames, held, std::vector<double>(held.size(), 0.0), context);
+    system.relax({}, field, context);
   }
   return result;
 }

@@ -11,7 +11,6 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/field/cross_field.h"
-#include "flipfree/field/turning.h"
 #include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::field {
@@ -28,37 +27,32 @@ namespace flipfree::field {
 class AngleSystem {
  public:
   // `pull`: per face, how much it weighs that its direction stays; of a component without any,
-  // and without held faces, the first face is held. Throws NotConverged (kFactorizationFailed),
-  // Cancelled.
-  AngleSystem(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-              std::vector<char> held, std::vector<double> pull, ExecutionContext& context);
+  // and without held faces, the first face is held. `frames` must outlive this. Throws NotConverged
+  // (kFactorizationFailed), Cancelled.
+  AngleSystem(const Frames& frames, std::vector<char> held, std::vector<double> pull,
+              ExecutionContext& context);
 
   // Turns the directions of `rotation` (3 #F, antisymmetric) so that sum w rotation^2 is least:
   // rotation(h) changes by turned(f) - turned(g); and, per face, pull (turned - wish)^2; no
   // wishes: 0. Result: turned, per face.
   std::vector<double> solve(const std::vector<double>& rotation, const std::vector<double>& wish,
                             ExecutionContext& context) const;
+  // Changes field.angle alone so that this is least; a wish means any of its four directions.
+  void relax(const std::vector<double>& wish, CrossField& field, ExecutionContext& context) const;
+  // A field near to this one that needs less rotation: relaxed, matched anew with the nearest, and
+  // so on while that lowers the sum. A few rounds, each of them a solution.
+  void descend(const std::vector<double>& wish, CrossField& field, ExecutionContext& context) const;
   // w, per half-edge.
   const std::vector<double>& weight() const { return weight_; }
 
  private:
-  const mesh::Adjacency& adjacency_;
+  const Frames& frames_;
   std::vector<double> weight_;
   std::vector<double> pull_;
   std::vector<Index> unknown_;
   Index count_ = 0;
   numeric::SparseCholesky cholesky_;
 };
-
-// Changes field.angle alone, and lets wishes be.
-void relax(const mesh::Adjacency& adjacency, const Frames& frames, const AngleSystem& system,
-           CrossField& field, ExecutionContext& context);
-
-// A field near to this one that needs less rotation: relaxed, matched anew with the nearest, and so
-// on while that lowers the sum of w rotation^2 and of pull (angle - wish)^2, where a wish means any
-// of its four directions. A few rounds, each of them a solution.
-void descend(const mesh::Adjacency& adjacency, const Frames& frames, const AngleSystem& system,
-             const std::vector<double>& wish, CrossField& field, ExecutionContext& context);
 
 // `cones`: quarter turns per vertex, 4 where the field is regular, 2 on the boundary. Of a boundary
 // loop with other numbers the sum is met, and where its corners lie is left to the directions; of
@@ -68,8 +62,7 @@ void descend(const mesh::Adjacency& adjacency, const Frames& frames, const Angle
 // Precondition: a valid surface. Throws Infeasible (kGaussBonnet) naming what is missing on
 // a component, InvalidInput (kBadOption: loops that are no closed strips of faces, or that no
 // field turns along so), NotConverged, Cancelled. Cost: a factorization, O(genus) solutions.
-CrossField field_with_signature(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                                const Frames& frames, const std::vector<Index>& cones,
+CrossField field_with_signature(const Frames& frames, const std::vector<Index>& cones,
                                 const std::optional<std::vector<LoopTurn>>& loops,
                                 ExecutionContext& context);
 
@@ -90,8 +83,7 @@ struct Simplified {
 // Changes the matching, and the directions to the smoothest that go with it, but for faces that are
 // `held` (flags). Nothing moves across the boundary, or along edges whose faces are both held.
 // Cost: a search around every cone, and a factorization if anything was moved.
-Simplified simplify(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                    const Frames& frames, const std::vector<char>& held,
+Simplified simplify(const Frames& frames, const std::vector<char>& held,
                     const SimplifyOptions& options, CrossField& field, ExecutionContext& context);
 
 }  // namespace flipfree::field

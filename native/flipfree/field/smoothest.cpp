@@ -6,23 +6,55 @@
 #include <cstddef>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/field/cross_field.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/face_area.h"
+#include "flipfree/numeric/cholesky/cholesky.h"
 #include "flipfree/numeric/dense_factors.h"
 
 namespace flipfree::field {
 
-std::vector<FaceGraph> face_graphs(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                                   const Frames& frames) {
+namespace {
+
+// The smoothness of cross fields as a quadratic form (Knoeppel, Crane, Pinkall, Schroeder 2013,
+// "Globally Optimal Direction Fields", with one number per face instead of per vertex).
+//
+// A cross in face f is the complex number u = exp(4 i angle(f)): its four directions have one.
+// Across an edge it is carried by a unit number, t = exp(4 i (direction(h) - direction(o))), and
+//
+//   E(u) = sum over edges of w |u_f - t u_g|^2,  w: edge_weights()
+
+// Crosses, and what ties them together: those of connected faces, or coarser ones.
+struct CrossGraph {
+  struct Edge {
+    Index f, g;  // nodes, f < g
+    double weight;
+    std::complex<double> carry;  // t: from g to f
+    bool operator<(const Edge& other) const { return std::tie(f, g) < std::tie(other.f, other.g); }
+  };
+  std::vector<Edge> edges;   // sorted by f, then g
+  std::vector<double> area;  // of each node; sum about 1
+  std::vector<double> bent;  // of |u|^2, per node: what no u can have less
+};
+// A component of the surface: its nodes are these faces, ascending.
+struct FaceGraph : CrossGraph {
+  std::vector<FaceId> faces;
+};
+
+// One graph for each component of the surface. Cost: O(#F).
+std::vector<FaceGraph> face_graphs(const Frames& frames) {
+  const mesh::Surface& surface = frames.surface;
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const mesh::Components components = mesh::face_components(adjacency);
   std::vector<FaceGraph> graphs(at(components.count));
   const auto count = static_cast<FaceId>(surface.faces.rows());
   std::vector<Index> place(at(count));
   const std::vector<double> area = face_areas(surface);
-  const std::vector<double> weight = edge_weights(surface, adjacency, area);
+  const std::vector<double> weight = edge_weights(surface, area);
   for (FaceId f = 0; f < count; ++f) {
     FaceGraph& graph = graphs[at(components.of_face[at(f)])];
     place[at(f)] = static_cast<Index>(graph.faces.size());
@@ -46,76 +78,96 @@ std::vector<FaceGraph> face_graphs(const mesh::Surface& surface, const mesh::Adj
     const double mean = 1.0 / static_cast<double>(graph.area.size());
     for (double& a : graph.area) a = sum > 0.0 ? std::max(a / sum, 1e-6 * mean) : mean;
     graph.bent.assign(graph.area.size(), 0.0);
-    std::stable_sort(graph.edges.begin(), graph.edges.end(), [](const auto& a, const auto& b) {
-      return a.f != b.f ? a.f < b.f : a.g < b.g;
-    });
+    std::stable_sort(graph.edges.begin(), graph.edges.end());
   }
   return graphs;
 }
 
-bool FieldSystem::factorize(const CrossGraph& graph, const std::vector<double>& diagonal,
-                            const std::vector<char>& fixed, ExecutionContext& context) {
-  unknown_.assign(graph.area.size(), kInvalid);
-  count_ = 0;
-  for (std::size_t f = 0; f < fixed.size(); ++f) {
-    if (fixed[f] == 0) unknown_[f] = count_++;
-  }
-  std::vector<double> own(at(count_), 0.0);
-  for (std::size_t f = 0; f < fixed.size(); ++f) {
-    if (fixed[f] == 0) own[at(unknown_[f])] = graph.bent[f] + diagonal[f];
-  }
-  to_fixed_.clear();
-  std::vector<Eigen::Triplet<double, Index>> entries;
-  const auto add_block = [&](Index f, Index g, const std::complex<double>& value) {
-    entries.emplace_back(2 * g, 2 * f, value.real());
-    entries.emplace_back(2 * g + 1, 2 * f, -value.imag());
-    if (f != g) entries.emplace_back(2 * g, 2 * f + 1, value.imag());
-    entries.emplace_back(2 * g + 1, 2 * f + 1, value.real());
-  };
-  for (const CrossGraph::Edge& e : graph.edges) {
-    const Index f = unknown_[at(e.f)], g = unknown_[at(e.g)];
-    if (f != kInvalid) own[at(f)] += e.weight;
-    if (g != kInvalid) own[at(g)] += e.weight;
-    if (f == kInvalid || g == kInvalid) {
-      if (f != g) to_fixed_.push_back(e);
-    } else {
-      add_block(f, g, -e.weight * e.carry);
+// E + (diagonal) as a matrix over the nodes that are not fixed, factorized.
+class FieldSystem {
+ public:
+  // `diagonal`: per node, added to E. `fixed`: flags. False if it is not positive definite to
+  // working precision.
+  bool factorize(const CrossGraph& graph, const std::vector<double>& diagonal,
+                 const std::vector<char>& fixed, ExecutionContext& context) {
+    unknown_.assign(graph.area.size(), kInvalid);
+    count_ = 0;
+    for (std::size_t f = 0; f < fixed.size(); ++f) {
+      if (fixed[f] == 0) unknown_[f] = count_++;
     }
-  }
-  for (Index f = 0; f < count_; ++f) add_block(f, f, own[at(f)]);
-  if (count_ == 0) return true;
-  numeric::SparseMatrix lower(2 * count_, 2 * count_);
-  lower.setFromTriplets(entries.begin(), entries.end());
-  cholesky_.analyze(lower, context);
-  return cholesky_.factorize(lower, context);
-}
-
-Crosses FieldSystem::solve(const Crosses& rhs, const Crosses& given,
-                           ExecutionContext& context) const {
-  Crosses own(count_);
-  for (std::size_t f = 0; f < unknown_.size(); ++f) {
-    if (unknown_[f] != kInvalid) own[unknown_[f]] = rhs[static_cast<Eigen::Index>(f)];
-  }
-  for (const CrossGraph::Edge& e : to_fixed_) {
-    if (unknown_[at(e.f)] != kInvalid) {
-      own[unknown_[at(e.f)]] += e.weight * e.carry * given[e.g];
-    } else {
-      own[unknown_[at(e.g)]] += e.weight * std::conj(e.carry) * given[e.f];
+    std::vector<double> own(at(count_), 0.0);
+    for (std::size_t f = 0; f < fixed.size(); ++f) {
+      if (fixed[f] == 0) own[at(unknown_[f])] = graph.bent[f] + diagonal[f];
     }
+    to_fixed_.clear();
+    std::vector<Eigen::Triplet<double, Index>> entries;
+    const auto add_block = [&](Index f, Index g, const std::complex<double>& value) {
+      entries.emplace_back(2 * g, 2 * f, value.real());
+      entries.emplace_back(2 * g + 1, 2 * f, -value.imag());
+      if (f != g) entries.emplace_back(2 * g, 2 * f + 1, value.imag());
+      entries.emplace_back(2 * g + 1, 2 * f + 1, value.real());
+    };
+    for (const CrossGraph::Edge& e : graph.edges) {
+      const Index f = unknown_[at(e.f)], g = unknown_[at(e.g)];
+      if (f != kInvalid) own[at(f)] += e.weight;
+      if (g != kInvalid) own[at(g)] += e.weight;
+      if (f == kInvalid || g == kInvalid) {
+        if (f != g) to_fixed_.push_back(e);
+      } else {
+        add_block(f, g, -e.weight * e.carry);
+      }
+    }
+    for (Index f = 0; f < count_; ++f) add_block(f, f, own[at(f)]);
+    if (count_ == 0) return true;
+    numeric::SparseMatrix lower(2 * count_, 2 * count_);
+    lower.setFromTriplets(entries.begin(), entries.end());
+    cholesky_.analyze(lower, context);
+    return cholesky_.factorize(lower, context);
   }
-  Crosses result = given;
-  if (count_ == 0) return result;
-  const Eigen::Map<const Eigen::MatrixXd> flat(reinterpret_cast<const double*>(own.data()),
-                                               2 * count_, 1);
-  const Eigen::MatrixXd x = cholesky_.solve(flat, context);
-  for (std::size_t f = 0; f < unknown_.size(); ++f) {
-    const Index i = unknown_[f];
-    if (i != kInvalid) result[static_cast<Eigen::Index>(f)] = {x(2 * i, 0), x(2 * i + 1, 0)};
+  // The u that minimises E(u) + sum of diagonal |u|^2 - 2 Re(conj(rhs) u), where fixed nodes keep
+  // what `given` has there; rhs and given per node.
+  Crosses solve(const Crosses& rhs, const Crosses& given, ExecutionContext& context) const {
+    Crosses own(count_);
+    for (std::size_t f = 0; f < unknown_.size(); ++f) {
+      if (unknown_[f] != kInvalid) own[unknown_[f]] = rhs[static_cast<Eigen::Index>(f)];
+    }
+    for (const CrossGraph::Edge& e : to_fixed_) {
+      if (unknown_[at(e.f)] != kInvalid) {
+        own[unknown_[at(e.f)]] += e.weight * e.carry * given[e.g];
+      } else {
+        own[unknown_[at(e.g)]] += e.weight * std::conj(e.carry) * given[e.f];
+      }
+    }
+    Crosses result = given;
+    if (count_ == 0) return result;
+    const Eigen::Map<const Eigen::MatrixXd> flat(reinterpret_cast<const double*>(own.data()),
+                                                 2 * count_, 1);
+    const Eigen::MatrixXd x = cholesky_.solve(flat, context);
+    for (std::size_t f = 0; f < unknown_.size(); ++f) {
+      const Index i = unknown_[f];
+      if (i != kInvalid) result[static_cast<Eigen::Index>(f)] = {x(2 * i, 0), x(2 * i + 1, 0)};
+    }
+    return result;
   }
-  return result;
-}
 
-namespace {
+ private:
+  std::vector<Index> unknown_;  // per node; kInvalid if fixed
+  Index count_ = 0;
+  std::vector<CrossGraph::Edge> to_fixed_;  // edges with a fixed end
+  numeric::SparseCholesky cholesky_;
+};
+
+// A graph of crosses with about half as many nodes: neighbours that are tied closest are taken for
+// one, whose crosses are parallel. What is topological about a smooth field is decided far above
+// the size of a triangle; all faces have their say when the directions are relaxed
+// (prescribed.h).
+
+struct Coarsened {
+  CrossGraph graph;
+  // Per node of the finer graph: its node here, and u there = carry * u here.
+  std::vector<Index> node;
+  std::vector<std::complex<double>> carry;
+};
 
 // Per node the edges that it has, as ranges of one array.
 struct Incidence {
@@ -168,8 +220,8 @@ void pair_nodes(const CrossGraph& graph, const std::vector<char>& alone, Coarsen
   }
 }
 
-}  // namespace
-
+// `alone`: flags of nodes that are not joined with others. E of a u that is constant on each pair
+// is that of the coarser graph. Cost: O(nodes log nodes).
 Coarsened coarsen(const CrossGraph& graph, const std::vector<char>& alone) {
   Coarsened out;
   pair_nodes(graph, alone, out);
@@ -185,8 +237,7 @@ Coarsened coarsen(const CrossGraph& graph, const std::vector<char>& alone) {
       edges.push_back({g, f, e.weight, std::conj(carry)});
     }
   }
-  std::stable_sort(edges.begin(), edges.end(),
-                   [](const auto& a, const auto& b) { return a.f != b.f ? a.f < b.f : a.g < b.g; });
+  std::stable_sort(edges.begin(), edges.end());
   // Edges between the same two nodes become one: sum w |u_f - t u_g|^2 = |sum w t| |u_f - .. u_g|^2
   // and what is left over of the weights, on both.
   for (std::size_t i = 0; i < edges.size();) {
@@ -205,8 +256,6 @@ Coarsened coarsen(const CrossGraph& graph, const std::vector<char>& alone) {
   }
   return out;
 }
-
-namespace {
 
 // The flow's step: share of the component's area that it smooths over. Its inverse is added to E
 // per area, for the eigenvector too: then one factorization does for both. Eigenvalues are some
@@ -360,11 +409,12 @@ Crosses flow_coarsely(const CrossGraph& graph, const Asked& asked, ExecutionCont
 
 }  // namespace
 
-Crosses smoothest(const std::vector<FaceGraph>& graphs, const Wishes& wishes,
+Crosses smoothest(const Frames& frames, const Wishes& wishes, std::vector<double>& pull,
                   ExecutionContext& context) {
   Crosses all(wishes.cross.size());
+  pull.resize(wishes.weight.size());
   double done = 0.0;
-  for (const FaceGraph& graph : graphs) {
+  for (const FaceGraph& graph : face_graphs(frames)) {
     const auto count = static_cast<Eigen::Index>(graph.faces.size());
     const double share = static_cast<double>(count) / static_cast<double>(all.size());
     const ProgressRange range(context, done, std::min(1.0, done + share));
@@ -373,7 +423,7 @@ Crosses smoothest(const std::vector<FaceGraph>& graphs, const Wishes& wishes,
                 Crosses::Zero(count)};
     for (Eigen::Index i = 0; i < count; ++i) {
       const FaceId f = graph.faces[at(i)];
-      asked.weight[at(i)] = wishes.weight[at(f)] * graph.area[at(i)];
+      asked.weight[at(i)] = pull[at(f)] = wishes.weight[at(f)] * graph.area[at(i)];
       asked.held[at(i)] = wishes.held[at(f)];
       asked.pull[i] = asked.weight[at(i)] * wishes.cross[f];
       if (asked.held[at(i)] != 0) asked.given[i] = wishes.cross[f];
@@ -408,16 +458,15 @@ struct Bending {
   double total = 0.0;
 };
 
-Bending measure_bending(const mesh::Surface& surface, const mesh::Adjacency& adjacency) {
+Bending measure_bending(const mesh::Surface& surface) {
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const auto vertices = static_cast<std::size_t>(surface.vertices.rows());
   Bending bending{std::vector<Matrix3>(vertices, Matrix3::Zero()),
                   std::vector<double>(vertices, 0.0), 0.0};
   const auto faces = static_cast<FaceId>(surface.faces.rows());
   Points3 normal(faces, 3);
   for (FaceId f = 0; f < faces; ++f) {
-    const Vector3 p = surface.vertices.row(surface.faces(f, 0));
-    const Vector3 a = Vector3(surface.vertices.row(surface.faces(f, 1))) - p;
-    const Vector3 b = Vector3(surface.vertices.row(surface.faces(f, 2))) - p;
+    const auto [a, b] = mesh::sides_at(surface, 3 * f);
     const Vector3 n = a.cross(b);
     const double area = 0.5 * n.norm();
     normal.row(f) = n.normalized();
@@ -446,10 +495,9 @@ Wishes no_wishes(Index faces) {
           std::vector<char>(at(faces), 0)};
 }
 
-void follow_curvature(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                      double alignment, Wishes& wishes) {
+void follow_curvature(const mesh::Surface& surface, double alignment, Wishes& wishes) {
   if (alignment <= 0.0) return;
-  const Bending bending = measure_bending(surface, adjacency);
+  const Bending bending = measure_bending(surface);
   const double faint = kFaint * kFaint / bending.total;
   for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
     Matrix3 tensor = Matrix3::Zero();
@@ -460,10 +508,8 @@ void follow_curvature(const mesh::Surface& surface, const mesh::Adjacency& adjac
     }
     tensor /= std::max(area, 1e-300);
     // In the plane of the face, axes along its first edge and to the left of it.
-    const Vector3 p = surface.vertices.row(surface.faces(f, 0));
-    const Vector3 x = (Vector3(surface.vertices.row(surface.faces(f, 1))) - p).normalized();
-    const Vector3 side = Vector3(surface.vertices.row(surface.faces(f, 2))) - p;
-    const Vector3 y = x.cross(side).cross(x).normalized();
+    const auto [first, side] = mesh::sides_at(surface, 3 * f);
+    const Vector3 x = first.normalized(), y = x.cross(side).cross(x).normalized();
     const double xx = x.dot(tensor * x), yy = y.dot(tensor * y), xy = x.dot(tensor * y);
     // Twice the angle, with the difference of the two curvatures; squared, four times.
     const std::complex<double> difference(xx - yy, 2.0 * xy);
@@ -475,15 +521,15 @@ void follow_curvature(const mesh::Surface& surface, const mesh::Adjacency& adjac
   }
 }
 
-void follow_edges(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                  const Frames& frames, const mesh::EdgeFlags& edges, bool boundary, double weight,
+void follow_edges(const Frames& frames, const mesh::EdgeFlags& edges, bool boundary, double weight,
                   Wishes& wishes) {
+  const mesh::Surface& surface = frames.surface;
+  const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
   for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
     std::complex<double> sum = 0.0, longest = 0.0;
     double most = 0.0;
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-      const bool outside = adjacency.opposite[at(h)] == kInvalid;
-      if (edges[at(h)] == 0 && !(outside && boundary)) continue;
+      if (edges[at(h)] == 0 && !(boundary && opposite[at(h)] == kInvalid)) continue;
       const double length = (surface.vertices.row(mesh::target(surface.faces, h)) -
                              surface.vertices.row(mesh::source(surface.faces, h)))
                                 .norm();
@@ -504,19 +550,11 @@ void follow_edges(const mesh::Surface& surface, const mesh::Adjacency& adjacency
   }
 }
 
-namespace {
-
-// By so much a direction changes at most: more is a jump of sizes that no triangle there can take.
-constexpr double kMost = 0.125 * std::numbers::pi;
-
-}  // namespace
-
-std::vector<double> curvature_sizing(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                                     double share) {
+std::vector<double> curvature_sizing(const mesh::Surface& surface, double share) {
   constexpr double kMostBent = 16.0;
   constexpr double kExtent = 0.05;  // of the square root of the area
   constexpr double kMostRings = 200.0;
-  const Bending bending = measure_bending(surface, adjacency);
+  const Bending bending = measure_bending(surface);
   std::vector<double> bent, area = bending.area;
   double mean = 0.0;
   for (const Matrix3& tensor : bending.tensor) {
@@ -530,7 +568,7 @@ std::vector<double> curvature_sizing(const mesh::Surface& surface, const mesh::A
     for (std::vector<double>* values : {&bent, &area}) {
       std::vector<double> sum = *values;
       std::vector<double> count(sum.size(), 1.0);
-      for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
+      for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(surface.faces.size()); ++h) {
         const VertexId a = mesh::source(surface.faces, h), b = mesh::target(surface.faces, h);
         sum[at(a)] += (*values)[at(b)];
         count[at(a)] += 1.0;
@@ -559,11 +597,15 @@ void check_sizing(const std::vector<double>& sizing, const mesh::Surface& surfac
   }
 }
 
-Frames sized_frames(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                    const Frames& frames, const std::vector<double>& sizing) {
+Frames sized_frames(const Frames& frames, const std::vector<double>& sizing) {
+  // By so much a direction changes at most: more is a jump of sizes that no triangle there can
+  // take.
+  constexpr double kMost = 0.125 * std::numbers::pi;
+  const mesh::Surface& surface = frames.surface;
+  const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
   Frames sized = frames;
   for (HalfedgeId h = 0; at(h) < sized.direction.size(); ++h) {
-    if (adjacency.opposite[at(h)] == kInvalid) continue;
+    if (opposite[at(h)] == kInvalid) continue;
     const double growth = std::log(sizing[at(mesh::target(surface.faces, h))] /
                                    sizing[at(mesh::source(surface.faces, h))]);
     if (growth == 0.0) continue;  // also where a corner has no angle

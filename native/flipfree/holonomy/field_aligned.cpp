@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,15 +13,16 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/measures.h"
 #include "flipfree/distortion/alignment/align.h"
 #include "flipfree/distortion/seams/seams.h"
 #include "flipfree/field/smoothest.h"
-#include "flipfree/field/turning.h"
 #include "flipfree/holonomy/needed_topology.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/exact/parts.h"
@@ -32,65 +33,26 @@
 namespace flipfree::holonomy {
 namespace {
 
-// The cuts of all components of a surface, as one refined surface.
-
 // Adds the cut of a component, given as a chart of the input.
 void add_piece(const mesh::Chart& chart, seamless::AdmissibleCut cut, RefinedPieces& out) {
-  const auto own_count = static_cast<Index>(chart.vertices.size());
-  std::vector<VertexId> name = chart.vertices;
-  Points3& vertices = out.surface.vertices;
-  auto next = static_cast<VertexId>(vertices.rows());
-  vertices.conservativeResize(vertices.rows() + cut.surface.vertices.rows() - own_count, 3);
-  for (VertexId v = own_count; v < static_cast<VertexId>(cut.surface.vertices.rows()); ++v) {
-    mesh::SurfacePoint point = cut.provenance.vertex[at(v)];
+  seamless::append_part(chart, cut.surface, out.surface);
+  for (std::size_t v = chart.vertices.size(); v < cut.provenance.vertex.size(); ++v) {
+    mesh::SurfacePoint& point = out.provenance.vertex.emplace_back(cut.provenance.vertex[v]);
     point.face = chart.faces[at(point.face)];
-    out.provenance.vertex.push_back(point);
-    vertices.row(next) = cut.surface.vertices.row(v);
-    name.push_back(next++);
   }
-  Triangles faces = out.surface.faces;
-  const Eigen::Index first = faces.rows();
-  faces.conservativeResize(first + cut.surface.faces.rows(), 3);
-  for (Eigen::Index f = 0; f < cut.surface.faces.rows(); ++f) {
-    for (int k = 0; k < 3; ++k) faces(first + f, k) = name[at(cut.surface.faces(f, k))];
-    out.provenance.face.push_back(chart.faces[at(cut.provenance.face[at(f)])]);
-  }
-  out.surface.faces = std::move(faces);
+  for (const FaceId f : cut.provenance.face) out.provenance.face.push_back(chart.faces[at(f)]);
   out.cuts.push_back(std::move(cut));
 }
 
-// `cones`: quarter turns per vertex. Cost: that of the cuts.
-RefinedPieces cut_components(const mesh::Surface& input, const std::vector<Index>& cones,
-                             const seamless::CutMaker& make_cut, ExecutionContext& context) {
-  const auto vertex_count = static_cast<Index>(input.vertices.rows());
-  const mesh::Adjacency& adjacency = input.adjacency();
-  const std::vector<seamless::SurfacePart> charts =
-      seamless::connected_parts(input, adjacency, cones);
-  RefinedPieces out;
-  out.surface.vertices = input.vertices;
-  out.provenance.vertex.resize(at(vertex_count));
-  for (CornerId c = 0; c < 3 * static_cast<Index>(input.faces.rows()); ++c)
-    out.provenance.vertex[at(input.faces(c / 3, c % 3))] = {c / 3, Vector3::Unit(c % 3)};
-  for (std::size_t i = 0; i < charts.size(); ++i) {
-    const ProgressRange range(context, i, charts.size());
-    add_piece(charts[i], make_cut(charts[i].surface, charts[i].cones, charts[i].faces, context),
-              out);
-  }
-  return out;
-}
-
 // Cuts one component, whose face f is the surface's faces[f], along the field where that works.
-seamless::CutMaker turning_cutter(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                                  const field::CrossField& field, seamless::Reroutings& done) {
-  const std::vector<double> rotation =
-      field::rotation_form(adjacency, field::measure_frames(surface), field);
+seamless::CutMaker turning_cutter(const mesh::Surface& surface, const field::CrossField& field,
+                                  seamless::Reroutings& done) {
+  const std::vector<double> rotation = field::rotation_form(field::measure_frames(surface), field);
   return [&, rotation](const mesh::Surface& component, const std::vector<Index>& cones,
                        const std::vector<FaceId>& faces, ExecutionContext& context) {
-    const auto turning = [&](const intrinsic::DualLoop& strip) {
-      field::DualLoop on_surface;
-      for (const HalfedgeId h : strip)
-        on_surface.push_back(3 * faces[static_cast<std::size_t>(h / 3)] + h % 3);
-      return field::turning_number(adjacency, field, on_surface);
+    const auto turning = [&](field::DualLoop strip) {
+      for (HalfedgeId& h : strip) h = 3 * faces[at(h / 3)] + h % 3;
+      return field::turning_number(surface, field, strip);
     };
     std::vector<double> crossings;
     for (const FaceId f : faces) {
@@ -103,42 +65,23 @@ seamless::CutMaker turning_cutter(const mesh::Surface& surface, const mesh::Adja
 
 }  // namespace
 
-RefinedPieces field_cut(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                        const field::CrossField* field, const std::vector<Index>& cones,
-                        seamless::Reroutings& done, ExecutionContext& context) {
-  return cut_components(
-      surface, cones,
-      field != nullptr ? turning_cutter(surface, adjacency, *field, done) : seamless::bare_cut,
-      context);
-}
-
-seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                               const field::CrossField& field, const NeededTopology& needed,
-                               seamless::Engine which, bool reroute,
-                               const seamless::PennerMapOptions& options,
-                               ExecutionContext& context) {
-  const bool open = std::find(adjacency.opposite.begin(), adjacency.opposite.end(), kInvalid) !=
-                    adjacency.opposite.end();
-  return seamless::by_engine(
-      which, open,
-      [&] {
-        return seamless::compute_penner_map(surface, needed.cones, needed.loops, options, context);
-      },
-      [&] {
-        seamless::Reroutings done;
-        const bool turning = reroute || which != seamless::Engine::kPadding;
-        seamless::PennerMap found = seamless::compute_padding_map(
-            surface, needed.cones,
-            turning ? turning_cutter(surface, adjacency, field, done) : seamless::bare_cut, options,
-            context);
-        Stats& stats = found.map.stats;
-        stats["reroutings.loops"] = static_cast<std::int64_t>(done.loops);
-        stats["reroutings.guided"] = static_cast<std::int64_t>(done.shortest);
-        stats["reroutings.fallback"] = static_cast<std::int64_t>(done.fallback);
-        stats["reroutings.quarters"] = static_cast<std::int64_t>(done.quarters);
-        stats["reroutings.straight"] = static_cast<std::int64_t>(done.straight);
-        return found;
-      });
+RefinedPieces field_cut(const mesh::Surface& surface, const field::CrossField* field,
+                        const std::vector<Index>& cones, seamless::Reroutings& done,
+                        ExecutionContext& context) {
+  const seamless::CutMaker make_cut =
+      field != nullptr ? turning_cutter(surface, *field, done) : seamless::bare_cut;
+  const std::vector<seamless::SurfacePart> charts = seamless::connected_parts(surface, cones);
+  RefinedPieces out;
+  out.surface.vertices = surface.vertices;
+  out.provenance.vertex.resize(at(surface.vertices.rows()));
+  for (CornerId c = 0; c < static_cast<CornerId>(surface.faces.size()); ++c)
+    out.provenance.vertex[at(surface.faces(c / 3, c % 3))] = {c / 3, Vector3::Unit(c % 3)};
+  for (std::size_t i = 0; i < charts.size(); ++i) {
+    const ProgressRange range(context, i, charts.size());
+    add_piece(charts[i], make_cut(charts[i].surface, charts[i].cones, charts[i].faces, context),
+              out);
+  }
+  return out;
 }
 
 namespace {
@@ -151,21 +94,66 @@ constexpr double kAlignmentShare = 0.6;
 // Newton steps between two rounds of taking refinement back.
 constexpr int kCoarseSteps = 15;
 
+// What a map is to follow, and how.
+struct Aligning {
+  const mesh::Surface& surface;
+  const field::CrossField& field;
+  const NeededTopology& needed;
+  const AlignedOptions& options;
+  ExecutionContext& context;
+
+  const mesh::Adjacency& adjacency() const { return surface.adjacency(); }
+  bool aligned() const { return options.boundary == seamless::Boundary::kAligned; }
+  bool on_border(VertexId v) const {
+    return adjacency().opposite[at(adjacency().vertex_halfedge[at(v)])] == kInvalid;
+  }
+};
+
+// A map with the topology that is needed, and without flips. Where `reroute` is off, padding's
+// loops turn as they happen to, so that the topology is that of the cones alone.
+seamless::PennerMap engine_map(const Aligning& to) {
+  const mesh::Surface& surface = to.surface;
+  const AlignedOptions& options = to.options;
+  ExecutionContext& context = to.context;
+  seamless::PennerOptions engine = options.engine;
+  engine.boundary = options.boundary;
+  return seamless::by_engine(
+      options.which, seamless::has_boundary(surface),
+      [&] {
+        return seamless::compute_penner_map(surface, to.needed.cones, to.needed.loops, engine,
+                                            context);
+      },
+      [&] {
+        seamless::Reroutings done;
+        const bool turning = options.reroute || options.which != seamless::Engine::kPadding;
+        seamless::PennerMap found = seamless::compute_padding_map(
+            surface, to.needed.cones,
+            turning ? turning_cutter(surface, to.field, done) : seamless::bare_cut, engine,
+            context);
+        Stats& stats = found.map.stats;
+        stats["reroutings.loops"] = static_cast<std::int64_t>(done.loops);
+        stats["reroutings.guided"] = static_cast<std::int64_t>(done.shortest);
+        stats["reroutings.fallback"] = static_cast<std::int64_t>(done.fallback);
+        stats["reroutings.quarters"] = static_cast<std::int64_t>(done.quarters);
+        stats["reroutings.straight"] = static_cast<std::int64_t>(done.straight);
+        return found;
+      });
+}
+
 // Where no angle is asked for, at free boundaries, the field may have any number of quarter turns.
-void check_cones(std::vector<Index> cones, const mesh::Surface& surface,
-                 const mesh::Adjacency& adjacency, bool aligned, ExecutionContext& context) {
+void check_cones(const Aligning& to) {
+  std::vector<Index> cones = to.needed.cones;
   for (std::size_t v = 0; v < cones.size(); ++v) {
-    const HalfedgeId h = adjacency.vertex_halfedge[v];
-    const bool border = adjacency.opposite[at(h)] == kInvalid;
-    if (border && !aligned) cones[v] = seamless::kNotGiven;
-    if (cones[v] >= 1 || (border && !aligned)) continue;
+    const bool any = !to.aligned() && to.on_border(static_cast<VertexId>(v));
+    if (any) cones[v] = seamless::kNotGiven;
+    if (cones[v] >= 1 || any) continue;
     throw_invalid(ErrorCode::kBadAngles,
                   "The field turns by so much around vertex " + vertex_id(v) +
                       " that a map would have " + std::to_string(cones[v]) +
                       " quarter turns there, and every map has 1 at least. Smooth the field there.",
                   ElementKind::kVertex, {static_cast<Index>(v)});
   }
-  seamless::check_request(surface, cones, context);
+  seamless::check_request(to.surface, cones, to.context);
 }
 
 // Of each refined face the geometric mean of its parent's corners.
@@ -183,45 +171,45 @@ std::vector<double> size_of_faces(const certify::Parametrization& map, const mes
 
 // Loops of the refined surface that generate its homology, and those along its boundaries, with the
 // field's turns.
-seamless::Strips strips_of(const Refined& refined, const mesh::Surface& input,
-                           const mesh::Adjacency& adjacency, const field::CrossField& field,
-                           const ExecutionContext& context) {
+seamless::Strips strips_of(const Refinement& refined, const Aligning& to) {
   seamless::Strips strips;
   const auto add = [&](std::vector<DualLoop> loops) {
     for (DualLoop& loop : loops) {
       if (loop.empty()) continue;
-      const DualLoop on_input = projected(refined, input, adjacency, loop);
+      const DualLoop on_input = refined.projected(loop);
       // Around nothing: the corner of a face that was divided.
       if (on_input.empty()) continue;
-      const Index turns = field::turning_number(adjacency, field, on_input);
+      const Index turns = field::turning_number(to.surface, to.field, on_input);
       strips.emplace_back(std::move(loop), turns);
     }
   };
-  add(intrinsic::tree_cotree(refined.surface.faces, refined.adjacency,
-                             intrinsic::steps_across(refined.surface, refined.adjacency), context)
+  const mesh::Adjacency& adjacency = refined.surface.adjacency();
+  add(intrinsic::tree_cotree(refined.surface.faces, adjacency,
+                             intrinsic::steps_across(refined.surface, adjacency), to.context)
           .loops);
-  add(field::boundary_strips(refined.surface.faces, refined.adjacency));
+  add(field::boundary_strips(refined.surface));
   return strips;
 }
 
-// The edges of the refined surface on edges inside of the input that are `wanted` (flags), with the
-// direction of the four in which the field lets each run. Where it turns between, or is 30 degrees
-// off, there is none.
-std::vector<distortion::StraightEdge> features_of(const Refined& refined,
-                                                  const mesh::Surface& input,
-                                                  const mesh::Adjacency& adjacency,
-                                                  const mesh::EdgeFlags& wanted,
+// The edges of the refined surface on features inside of the input, with the direction of the four
+// in which the field lets each run. Where it turns between, or is 30 degrees off, there is none.
+std::vector<distortion::StraightEdge> features_of(const Refinement& refined,
+                                                  const IndexPairs& wanted,
                                                   const std::vector<double>& direction) {
+  if (wanted.rows() == 0) return {};
   constexpr double kMostOff = 1.0 / 3.0;  // of a quarter turn
+  const std::vector<HalfedgeId>& opposite = refined.surface.adjacency().opposite;
+  const mesh::EdgeFlags flags =
+      mesh::flag_edges(refined.input.faces, refined.input.adjacency(), wanted);
   const field::Frames frames = field::measure_frames(refined.surface);
   std::vector<distortion::StraightEdge> features;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(refined.adjacency.opposite.size()); ++h) {
-    const HalfedgeId o = refined.adjacency.opposite[at(h)];
+  for (HalfedgeId h = 0; at(h) < opposite.size(); ++h) {
+    const HalfedgeId o = opposite[at(h)];
     if (o < h) continue;  // the boundary as well
-    const HalfedgeId side = input_halfedge(refined, input, adjacency, h);
-    if (side == kInvalid || wanted[at(side)] == 0) continue;
+    const HalfedgeId side = refined.input_halfedge(h);
+    if (side == kInvalid || flags[at(side)] == 0) continue;
     const auto turns = [&](HalfedgeId i) {
-      return (frames.direction[at(i)] - direction[at(i / 3)]) / (0.5 * std::numbers::pi);
+      return (frames.direction[at(i)] - direction[at(i / 3)]) / kQuarterTurn;
     };
     const double there = turns(h), back = turns(o);
     if (std::abs(there - std::round(there)) > kMostOff ||
@@ -230,11 +218,8 @@ std::vector<distortion::StraightEdge> features_of(const Refined& refined,
     // One of the two forwards along its axis, so that neighbours in one chart are one line.
     const Index quarter = static_cast<Index>(std::lround(there)) & 3;
     const Index other = static_cast<Index>(std::lround(back)) & 3;
-    if (quarter < 2) {
-      features.push_back({h, quarter});
-    } else {
-      features.push_back({o, other});
-    }
+    features.push_back(quarter < 2 ? distortion::StraightEdge{h, quarter}
+                                   : distortion::StraightEdge{o, other});
   }
   return features;
 }
@@ -259,9 +244,9 @@ void add_angles(const distortion::CutMap& cut, const std::vector<double>& direct
 }
 
 // Per face of the refinement: quarter turns from its parent's direction to the one that is chosen.
-std::vector<Index> choose(const Refined& refined, const mesh::EdgeFlags& cuts,
-                          const mesh::Surface& input, const mesh::Adjacency& input_adjacency,
+std::vector<Index> choose(const Refinement& refined, const mesh::EdgeFlags& cuts,
                           const std::vector<Index>& quarters) {
+  const std::vector<HalfedgeId>& opposite = refined.surface.adjacency().opposite;
   std::vector<Index> turned(refined.parent_face.size(), kInvalid);
   std::vector<FaceId> queue;
   for (FaceId first = 0; at(first) < turned.size(); ++first) {
@@ -270,9 +255,9 @@ std::vector<Index> choose(const Refined& refined, const mesh::EdgeFlags& cuts,
     queue.assign(1, first);
     for (std::size_t i = 0; i < queue.size(); ++i) {
       for (HalfedgeId h = 3 * queue[i]; h < 3 * queue[i] + 3; ++h) {
-        const HalfedgeId o = refined.adjacency.opposite[at(h)];
+        const HalfedgeId o = opposite[at(h)];
         if (o == kInvalid || cuts[at(h)] != 0 || turned[at(o / 3)] != kInvalid) continue;
-        const HalfedgeId side = input_halfedge(refined, input, input_adjacency, h);
+        const HalfedgeId side = refined.input_halfedge(h);
         // This face's direction goes with the neighbour's, turned by so many quarters.
         const Index across = side == kInvalid ? 0 : quarters[at(side)];
         turned[at(o / 3)] = (turned[at(queue[i])] + across) % 4;
@@ -285,9 +270,7 @@ std::vector<Index> choose(const Refined& refined, const mesh::EdgeFlags& cuts,
 
 // A unit vector of the face, `angle` from its first edge, in the map; any positive length.
 Vector2 mapped(const mesh::Surface& surface, FaceId f, double angle, const Points2& corner_uv) {
-  const Vector3 p = surface.vertices.row(surface.faces(f, 0));
-  const Vector3 a = Vector3(surface.vertices.row(surface.faces(f, 1))) - p;
-  const Vector3 b = Vector3(surface.vertices.row(surface.faces(f, 2))) - p;
+  const auto [a, b] = mesh::sides_at(surface, 3 * f);
   // b is `right` along a and `left` to the left of it.
   const double right = a.dot(b) / a.norm(), left = a.cross(b).norm() / a.norm();
   const double second = std::sin(angle) / left;
@@ -299,28 +282,24 @@ Vector2 mapped(const mesh::Surface& surface, FaceId f, double angle, const Point
 // Turns the UVs (3 #F x 2) of each component of the surface, as a whole, so that the map takes the
 // directions to +u in the mean by area. `upright`: components with a boundary, which runs along the
 // axes, turn by whole quarters. Cost: O(#F).
-void turn_towards(const Refined& refined, const std::vector<double>& direction, bool upright,
+void turn_towards(const mesh::Surface& surface, const std::vector<double>& direction, bool upright,
                   Points2& corner_uv) {
-  const mesh::Components parts = mesh::face_components(refined.adjacency);
+  const mesh::Components parts = mesh::face_components(surface.adjacency());
   std::vector<char> by_quarters(at(parts.count), 0);
-  for (std::size_t h = 0; upright && h < refined.adjacency.opposite.size(); ++h) {
-    if (refined.adjacency.opposite[h] == kInvalid) by_quarters[at(parts.of_face[h / 3])] = 1;
-  }
+  if (upright) by_quarters = seamless::open_parts(surface, parts);
   std::vector<std::complex<double>> mean(at(parts.count), 0.0);
   for (FaceId f = 0; at(f) < direction.size(); ++f) {
-    const Vector2 d = mapped(refined.surface, f, direction[at(f)], corner_uv);
+    const Vector2 d = mapped(surface, f, direction[at(f)], corner_uv);
     const double length = d.norm();
     if (!(length > 0.0) || !std::isfinite(length)) continue;
-    const Vector3 p = refined.surface.vertices.row(refined.surface.faces(f, 0));
-    const Vector3 a = Vector3(refined.surface.vertices.row(refined.surface.faces(f, 1))) - p;
-    const Vector3 b = Vector3(refined.surface.vertices.row(refined.surface.faces(f, 2))) - p;
+    const auto [a, b] = mesh::sides_at(surface, 3 * f);
     mean[at(parts.of_face[at(f)])] +=
         0.5 * a.cross(b).norm() / length * std::complex<double>(d.x(), d.y());
   }
   for (std::size_t part = 0; part < mean.size(); ++part) {
     if (by_quarters[part] == 0) continue;
     constexpr std::complex<double> kQuarters[] = {{1.0, 0.0}, {0.0, 1.0}, {-1.0, 0.0}, {0.0, -1.0}};
-    const double quarters = std::arg(mean[part]) / (0.5 * std::numbers::pi);
+    const double quarters = std::arg(mean[part]) / kQuarterTurn;
     mean[part] = kQuarters[at(static_cast<Index>(std::lround(quarters)) & 3)];
   }
   for (CornerId c = 0; c < static_cast<CornerId>(corner_uv.rows()); ++c) {
@@ -335,51 +314,44 @@ void turn_towards(const Refined& refined, const std::vector<double>& direction, 
 // Per face of the refinement: angle from its half-edge 3 f to the direction, counter-clockwise. The
 // first face of each piece between cuts begins, with the field's own direction. Precondition: cut
 // along `cuts`, the surface consists of disks without cones inside. Cost: O(#F).
-std::vector<double> combed_directions(const Refined& refined, const mesh::EdgeFlags& cuts,
-                                      const mesh::Surface& input,
-                                      const mesh::Adjacency& input_adjacency,
+std::vector<double> combed_directions(const Refinement& refined, const mesh::EdgeFlags& cuts,
                                       const field::CrossField& field) {
   const std::vector<Index> turned =
-      choose(refined, cuts, input, input_adjacency, field::quarters_across(input_adjacency, field));
-  const Points3 of_parent = field::directions_of(input, field.angle);
+      choose(refined, cuts, field::quarters_across(refined.input, field));
+  const Points3 of_parent = field::directions_of(refined.input, field.angle);
   Points3 own(static_cast<Eigen::Index>(turned.size()), 3);
   for (FaceId f = 0; at(f) < turned.size(); ++f)
     own.row(f) = of_parent.row(refined.parent_face[at(f)]);
   std::vector<double> angle = field::angles_of(refined.surface, own);
-  for (std::size_t f = 0; f < turned.size(); ++f) angle[f] += turned[f] * 0.5 * std::numbers::pi;
+  for (std::size_t f = 0; f < turned.size(); ++f) angle[f] += turned[f] * kQuarterTurn;
   return angle;
 }
 
 // The second half: an engine's map that is to follow the field, as a map of `given`: the surface,
 // or what it was before parts of it were enlarged.
-certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surface& surface,
-                                     const mesh::Surface& given, const mesh::Adjacency& adjacency,
-                                     const field::CrossField& field, const AlignedOptions& options,
-                                     ExecutionContext& context) {
-  const bool aligned = options.boundary == seamless::Boundary::kAligned;
+certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surface& given,
+                                     const Aligning& to) {
+  const AlignedOptions& options = to.options;
+  ExecutionContext& context = to.context;
   certify::Parametrization& map = found.map;
   const mesh::Adjacency& own = map.surface.adjacency();
-  const Refined refined{map.surface, own, map.parent_face};
+  const Refinement refined{to.surface, map.surface, map.parent_face};
   const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, own, map.cut_edges);
-  const seamless::Strips strips =
-      options.reroute ? strips_of(refined, surface, adjacency, field, context) : seamless::Strips{};
-  const std::vector<double> direction = combed_directions(refined, cuts, surface, adjacency, field);
+  const seamless::Strips strips = options.reroute ? strips_of(refined, to) : seamless::Strips{};
+  const std::vector<double> direction = combed_directions(refined, cuts, to.field);
   Points2 turned = map.uv;
-  turn_towards(refined, direction, aligned, turned);
+  turn_towards(map.surface, direction, to.aligned(), turned);
   // Rounding may fold a sliver; the map is then aligned from where it lies.
   if (certify::flipped_faces(turned).empty()) map.uv = std::move(turned);
   distortion::CutMap cut = distortion::cut_map(map.surface, own, cuts, map.uv);
-  if (aligned) cut.straight = distortion::straight_boundary(cut, own);
+  if (to.aligned()) cut.straight = distortion::straight_boundary(cut, own);
   seamless::SeamlessOptions finish;
   finish.optimise = false;
   finish.exact = options.exact;
   finish.boundary = options.boundary;
   finish.features = options.features;
-  std::vector<distortion::StraightEdge> features;
-  if (options.features.rows() > 0) {
-    features = features_of(refined, surface, adjacency,
-                           mesh::flag_edges(surface.faces, adjacency, options.features), direction);
-  }
+  const std::vector<distortion::StraightEdge> features =
+      features_of(refined, options.features, direction);
   Stats stats;
   add_angles(cut, direction, cut.uv, context, stats);
   stats["angle_mean_engine"] = stats["angle_mean"];
@@ -387,7 +359,7 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
     const ProgressRange range(context, 0.0, kAlignmentShare);
     distortion::AlignOptions align;
     align.direction = direction;
-    align.size = size_of_faces(map, surface, options.sizing);
+    align.size = size_of_faces(map, to.surface, options.sizing);
     align.max_iterations = options.max_iterations;
     try {
       if (features.empty()) {
@@ -405,7 +377,7 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
     }
   }
   const ProgressRange range(context, options.optimise ? kAlignmentShare : 0.0, 1.0);
-  if (&given != &surface) seamless::place_on(given, map);
+  if (&given != &to.surface) seamless::place_on(given, map);
   certify::Parametrization result =
       seamless::finish_map(std::move(found), given, strips, finish, context);
   Points2 uv(cut.uv.rows(), 2);
@@ -418,111 +390,90 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
 }
 
 // An engine's map; if it is to be optimised, with as little refinement as it can do with.
-seamless::PennerMap simplified_engine_map(
-    const mesh::Surface& surface, const mesh::Adjacency& adjacency, const field::CrossField& field,
-    const NeededTopology& needed, const AlignedOptions& options, ExecutionContext& context) {
+seamless::PennerMap simplified_engine_map(const Aligning& to) {
   seamless::PennerMap found;
   {
-    const ProgressRange range(context, 0.0, kEngineShare);
-    seamless::PennerMapOptions engine = options.engine;
-    engine.metric.boundary = options.boundary;
-    found = engine_map(surface, adjacency, field, needed, options.which, options.reroute, engine,
-                       context);
+    const ProgressRange range(to.context, 0.0, kEngineShare);
+    found = engine_map(to);
   }
-  const auto added = found.map.surface.vertices.rows() - surface.vertices.rows();
+  const auto added = found.map.surface.vertices.rows() - to.surface.vertices.rows();
   found.map.stats["engine.added_vertices"] = static_cast<std::int64_t>(added);
   found.map.stats["energy.engine"] = found.map.certificate.energy;
-  if (!options.optimise || added == 0) return found;
-  const ProgressRange range(context, kEngineShare, kTakenBackShare);
-  const bool aligned = options.boundary == seamless::Boundary::kAligned;
-  const std::vector<char> faces(static_cast<std::size_t>(surface.faces.rows()), aligned ? 1 : 0);
-  seamless::take_back(surface, faces, options.engine.uncuttable, kCoarseSteps, found.map, context);
+  if (!to.options.optimise || added == 0) return found;
+  const ProgressRange range(to.context, kEngineShare, kTakenBackShare);
+  const std::vector<char> faces(at(to.surface.faces.rows()), to.aligned() ? 1 : 0);
+  seamless::take_back(to.surface, faces, to.options.engine.uncuttable, kCoarseSteps, found.map,
+                      to.context);
   return found;
 }
 
 // Edges that an aligned boundary or features would flatten: as if the surface were cut open along
 // these, which are straight where the field has two quarter turns beside them.
-std::vector<HalfedgeId> flattened_edges(const mesh::Surface& surface,
-                                        const mesh::Adjacency& adjacency,
-                                        const field::CrossField& field,
-                                        const NeededTopology& needed, const AlignedOptions& options,
-                                        ExecutionContext& context) {
-  const bool aligned = options.boundary == seamless::Boundary::kAligned;
-  if (options.features.rows() == 0 && !aligned) return {};
-  const mesh::EdgeFlags features = mesh::flag_edges(surface.faces, adjacency, options.features);
-  const mesh::CutMesh open = mesh::cut_along(surface.faces, adjacency, features);
-  const mesh::Adjacency beside =
-      mesh::build_adjacency(static_cast<Index>(open.vertex_origin.size()), open.faces);
-  field::CrossField apart = field;
+std::vector<HalfedgeId> flattened_edges(const Aligning& to) {
+  const IndexPairs& lines = to.options.features;
+  if (lines.rows() == 0 && !to.aligned()) return {};
+  const mesh::EdgeFlags features = mesh::flag_edges(to.surface.faces, to.adjacency(), lines);
+  const mesh::CutMesh open = mesh::cut_along(to.surface.faces, to.adjacency(), features);
+  mesh::Surface beside{Points3(std::ssize(open.vertex_origin), 3), open.faces};
+  for (Eigen::Index v = 0; v < beside.vertices.rows(); ++v)
+    beside.vertices.row(v) = to.surface.vertices.row(open.vertex_origin[at(v)]);
+  field::CrossField apart = to.field;
   for (std::size_t h = 0; h < features.size(); ++h)
     if (features[h] != 0) apart.matching[h] = 0;
-  std::vector<Index> turns =
-      field::cone_turns(open.faces, beside, field::measure_frames(surface), apart);
-  std::vector<char> on_feature(needed.cones.size(), 0);
-  for (Eigen::Index i = 0; i < options.features.size(); ++i)
-    on_feature[at(options.features.data()[i])] = 1;
+  std::vector<Index> turns = field::cone_turns(field::measure_frames(beside), apart);
+  std::vector<char> on_feature(to.needed.cones.size(), 0);
+  for (const VertexId v : lines.reshaped()) on_feature[at(v)] = 1;
   for (std::size_t v = 0; v < turns.size(); ++v) {
     const VertexId origin = open.vertex_origin[v];
-    const bool border = adjacency.opposite[at(adjacency.vertex_halfedge[at(origin)])] == kInvalid;
-    if (border && (!aligned || on_feature[at(origin)] == 0))
-      turns[v] = aligned ? needed.cones[at(origin)] : 0;
+    if (to.on_border(origin) && (!to.aligned() || on_feature[at(origin)] == 0))
+      turns[v] = to.aligned() ? to.needed.cones[at(origin)] : 0;
   }
-  return seamless::side_chords(open.faces, beside, turns, context);
+  return seamless::side_chords(beside, turns, to.context);
 }
 
 // The same; what an aligned boundary or features would flatten is divided first. Padding alone
 // looks at the field, which is of the whole faces, and it knows closed surfaces only.
-seamless::PennerMap map_without_side_chords(
-    const mesh::Surface& surface, const mesh::Adjacency& adjacency, const field::CrossField& field,
-    const NeededTopology& needed, const AlignedOptions& options, ExecutionContext& context) {
+seamless::PennerMap map_without_side_chords(const Aligning& to) {
   std::optional<seamless::DividedSides> divided;
-  if (options.which != seamless::Engine::kPadding) {
-    divided = seamless::divided_sides(
-        surface, needed.cones, flattened_edges(surface, adjacency, field, needed, options, context),
-        options.engine.uncuttable);
+  if (to.options.which != seamless::Engine::kPadding) {
+    divided = seamless::divided_sides(to.surface, to.needed.cones, flattened_edges(to),
+                                      to.options.engine.uncuttable);
   }
-  if (!divided) return simplified_engine_map(surface, adjacency, field, needed, options, context);
+  if (!divided) return simplified_engine_map(to);
   const seamless::DividedSurface& pieces = divided->pieces;
-  const mesh::Adjacency& own = pieces.surface.adjacency();
-  AlignedOptions of_pieces = options;
+  AlignedOptions of_pieces = to.options;
   of_pieces.engine.uncuttable = divided->uncuttable;
   of_pieces.which = seamless::Engine::kPenner;
   seamless::PennerMap found;
   try {
-    NeededTopology of_needed{pieces.cones, {}, {}};
-    of_needed.loops = turned_loops({pieces.surface, own, pieces.provenance.face}, pieces.cones,
-                                   surface, adjacency, field, needed.border,
-                                   options.boundary == seamless::Boundary::kAligned, context);
-    found = simplified_engine_map(pieces.surface, own, field, of_needed, of_pieces, context);
+    const NeededTopology needed{
+        pieces.cones,
+        turned_loops({to.surface, pieces.surface, pieces.provenance.face}, pieces.cones, to.field,
+                     to.needed.border, to.aligned(), to.context),
+        {}};
+    found = simplified_engine_map({pieces.surface, to.field, needed, of_pieces, to.context});
   } catch (const NotConverged&) {
     // Whole faces may be possible, by padding too; features beside flattened edges are then missed.
-    if (options.features.rows() > 0)
-      return simplified_engine_map(surface, adjacency, field, needed, options, context);
+    if (to.options.features.rows() > 0) return simplified_engine_map(to);
     seamless::rethrow_placed(pieces.provenance.face, divided->place);
   } catch (...) {
     seamless::rethrow_placed(pieces.provenance.face, divided->place);
   }
-  seamless::name_input_places(surface, pieces.provenance, pieces.surface.faces, found.map);
-  const auto chords = pieces.surface.vertices.rows() - surface.vertices.rows();
+  seamless::name_input_places(to.surface, pieces.provenance, pieces.surface.faces, found.map);
+  const std::int64_t chords = pieces.surface.vertices.rows() - to.surface.vertices.rows();
   Stats& stats = found.map.stats;
-  stats["divided_chords"] = static_cast<std::int64_t>(chords);
-  stats["engine.added_vertices"] =
-      std::get<std::int64_t>(stats["engine.added_vertices"]) + static_cast<std::int64_t>(chords);
-  found.cones = needed.cones;
+  stats["divided_chords"] = chords;
+  stats["engine.added_vertices"] = std::get<std::int64_t>(stats["engine.added_vertices"]) + chords;
+  found.cones = to.needed.cones;
   return found;
 }
 
-certify::Parametrization map_in_scale(const mesh::Surface& surface, const mesh::Surface& given,
-                                      const mesh::Adjacency& adjacency,
-                                      const field::CrossField& field, const NeededTopology& needed,
-                                      const AlignedOptions& options, ExecutionContext& context) {
-  seamless::PennerMap found =
-      map_without_side_chords(surface, adjacency, field, needed, options, context);
-  const ProgressRange range(context, kTakenBackShare, 1.0);
-  certify::Parametrization map =
-      aligned_map(std::move(found), surface, given, adjacency, field, options, context);
+certify::Parametrization map_in_scale(const mesh::Surface& given, const Aligning& to) {
+  seamless::PennerMap found = map_without_side_chords(to);
+  const ProgressRange range(to.context, kTakenBackShare, 1.0);
+  certify::Parametrization map = aligned_map(std::move(found), given, to);
   map.stats["added_vertices"] =
-      static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
+      static_cast<std::int64_t>(map.surface.vertices.rows() - given.vertices.rows());
   return map;
 }
 
@@ -533,13 +484,13 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
   if (!aligned) options.boundary = seamless::Boundary::kTurning;
   seamless::check_surface(surface, context);
   field::check_sizing(options.sizing, surface);
-  const mesh::Adjacency& adjacency = surface.adjacency();
-  const NeededTopology needed =
-      needed_topology(surface, adjacency, field, aligned, options.ragged, context);
-  check_cones(needed.cones, surface, adjacency, aligned, context);
-  return seamless::solve_in_scale(surface, adjacency, [&](const seamless::EnlargedParts* parts) {
-    return map_in_scale(parts == nullptr ? surface : parts->surface, surface, adjacency, field,
-                        needed, options, context);
+  const NeededTopology needed = needed_topology(surface, field, aligned, options.ragged, context);
+  const Aligning to{surface, field, needed, options, context};
+  check_cones(to);
+  return seamless::solve_in_scale(surface, [&](const seamless::EnlargedParts* parts) {
+    return parts == nullptr
+               ? map_in_scale(surface, to)
+               : map_in_scale(surface, {parts->surface, field, needed, options, context});
   });
 }
 

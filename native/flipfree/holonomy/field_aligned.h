@@ -16,8 +16,6 @@
 #include "flipfree/field/compute.h"
 #include "flipfree/field/cross_field.h"
 #include "flipfree/holonomy/needed_topology.h"
-#include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/exact/seamless_map.h"
@@ -29,7 +27,7 @@ namespace flipfree::holonomy {
 struct AlignedOptions {
   // kAuto: padding where penner finds no map and the surface is closed.
   seamless::Engine which = seamless::Engine::kAuto;
-  seamless::PennerMapOptions engine;  // its own boundary is not looked at
+  seamless::PennerOptions engine;  // its own boundary is not looked at
   // Where the surface is open: kAligned, its boundary runs along the axes; else (kFree, kTurning)
   // it is as near to the surface as the inside allows, and turns in all as the field does.
   seamless::Boundary boundary = seamless::Boundary::kAligned;
@@ -53,9 +51,13 @@ struct AlignedOptions {
 // the refined surface, and along its boundaries, with the turning numbers that the field has there.
 // What an aligned boundary would flatten is divided (seamless/exact/parts.h), counted in
 // "divided_chords"; other refinement is taken back before the alignment
-// (seamless/exact/take_back.h). Stats: those of engine_map() and of align(), "angle_mean" and
-// "angle_p95" (distortion::angles_off() by area, radians), "loops_checked", "enlarged_islands"
-// (seamless/exact/parts.h). Throws InvalidInput (defects; cones of no angle; sizing), Infeasible
+// (seamless/exact/take_back.h). Stats: those of the engine and of align(), "engine", "angle_mean"
+// and "angle_p95" (distortion::angles_off() by area, radians), "loops_checked", "enlarged_islands"
+// (seamless/exact/parts.h); of padding "reroutings.loops" (of homology bases), "reroutings.guided"
+// (branches that took the shortest detour between the cones), "reroutings.fallback" (led around
+// cones one by one), "reroutings.quarters" (by which loops were off), "reroutings.straight"
+// (components whose cut is straight along the field; others have curves as short as they can be).
+// Throws InvalidInput (defects; cones of no angle; sizing), Infeasible
 // (signatures that no map has), NotConverged, Cancelled.
 certify::Parametrization compute_field_aligned_map(const mesh::Surface& surface,
                                                    const field::CrossField& field,
@@ -75,12 +77,7 @@ certify::Parametrization compute_map_along_features(const mesh::Surface& surface
 std::vector<double> carried_sizing(const mesh::Surface& surface, const mesh::Provenance& provenance,
                                    const std::vector<double>& sizing);
 
-// A cross field as one direction per face of a map that has the field's cones and turns: chosen so
-// that across every edge that is not cut the directions go together. Then they are what the map can
-// take to +u everywhere.
-
-// The engines that find a map with a field's topology: penner first, padding on a rerouted cut
-// where that is told, or where penner ends without (thesis 6.5).
+// The cuts of all components of a surface, as one refined surface.
 
 struct RefinedPieces {
   mesh::Surface surface;        // the input's vertices first; faces component by component
@@ -94,21 +91,8 @@ struct RefinedPieces {
 // every loop; without a field (null), as it happens to. `cones`: quarter turns per vertex, the
 // field's if there is one. Adds to `done`. Precondition: a closed valid surface. Errors: as
 // seamless::make_turning_cut().
-RefinedPieces field_cut(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                        const field::CrossField* field, const std::vector<Index>& cones,
-                        seamless::Reroutings& done, ExecutionContext& context);
-
-// A map with the topology `needed`, which is the field's, and without flips. Stats: the engine's,
-// "engine"; of padding "reroutings.loops" (of homology bases), "reroutings.guided" (branches that
-// took the shortest detour between the cones), "reroutings.fallback" (led around cones one by one),
-// "reroutings.quarters" (by which loops were off), "reroutings.straight" (components whose cut is
-// straight along the field; others have curves as short as they can be). `reroute` false: padding's
-// loops turn as they happen to, so that the topology is that of the cones alone. Throws
-// InvalidInput (kBadOption) if padding is asked for on an open surface; else as the engines.
-seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                               const field::CrossField& field, const NeededTopology& needed,
-                               seamless::Engine which, bool reroute,
-                               const seamless::PennerMapOptions& options,
-                               ExecutionContext& context);
+RefinedPieces field_cut(const mesh::Surface& surface, const field::CrossField* field,
+                        const std::vector<Index>& cones, seamless::Reroutings& done,
+                        ExecutionContext& context);
 
 }  // namespace flipfree::holonomy

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 #include <utility>
 
-#include "flipfree/field/turning.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
-#include "flipfree/seamless/bordered/loop_turns.h"
+#include "flipfree/seamless/penner/penner.h"
 #include "flipfree/seamless/request.h"
 
 namespace flipfree::holonomy {
@@ -21,39 +20,40 @@ namespace {
 // strips between boundaries, follow from these and the matching.
 class Border {
  public:
-  Border(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-         const field::CrossField& field, double ragged)
-      : surface_(surface), faces_(surface.faces), adjacency_(adjacency), ragged_(ragged) {
+  Border(const mesh::Surface& surface, const field::CrossField& field, double ragged)
+      : surface_(surface),
+        loops_(mesh::boundary_halfedge_loops(surface.faces, surface.adjacency())),
+        ragged_(ragged),
+        quarter_(field.matching.size(), 0),
+        angle_(at(surface.vertices.rows()), 0.0) {
     const field::Frames frames = field::measure_frames(surface);
-    quarter_.assign(adjacency.opposite.size(), 0);
-    angle_.assign(adjacency.vertex_halfedge.size(), 0.0);
     for (CornerId c = 0; at(c) < frames.corner.size(); ++c)
-      angle_[at(mesh::source(faces_, c))] += frames.corner[at(c)] / (0.5 * std::numbers::pi);
-    for (HalfedgeId h = 0; at(h) < quarter_.size(); ++h) {
-      if (adjacency.opposite[at(h)] != kInvalid) continue;
-      quarter_[at(h)] = static_cast<Index>(
-          std::lround(field::from_edge(frames, field.angle, h) / (0.5 * std::numbers::pi)));
+      angle_[at(source(c))] += frames.corner[at(c)] / kQuarterTurn;
+    for (const auto& loop : loops_) {
+      for (const HalfedgeId h : loop) {
+        quarter_[at(h)] = static_cast<Index>(
+            std::lround(field::from_edge(frames, field.angle, h) / kQuarterTurn));
+      }
     }
-    cones_ = field::cone_turns(surface.faces, adjacency, frames, field);
+    cones_ = field::cone_turns(frames, field);
   }
 
   // A quarter turn more of an edge moves one from its target to its source. Every move brings the
   // two nearer to each other, or to the angles of the surface, so there is an end.
   void even_out() {
     std::vector<HalfedgeId> queue;
-    for (const auto& loop : mesh::boundary_halfedge_loops(faces_, adjacency_)) {
+    for (const auto& loop : loops_) {
       queue.assign(loop.begin(), loop.end());
       for (std::size_t i = 0; i < queue.size(); ++i) {
         const HalfedgeId h = queue[i];
-        const VertexId from = mesh::source(faces_, h), to = mesh::target(faces_, h);
+        const VertexId from = source(h), to = source(next_corner(h));
         const Index step = is_lower(from, to) ? 1 : is_lower(to, from) ? -1 : 0;
         if (step == 0) continue;
         quarter_[at(h)] += step;
         cones_[at(from)] += step;
         cones_[at(to)] -= step;
         // This one again, and those beside it.
-        const auto place =
-            static_cast<std::size_t>(std::find(loop.begin(), loop.end(), h) - loop.begin());
+        const std::size_t place = at(std::find(loop.begin(), loop.end(), h) - loop.begin());
         queue.push_back(h);
         queue.push_back(loop[(place + 1) % loop.size()]);
         queue.push_back(loop[(place + loop.size() - 1) % loop.size()]);
@@ -63,11 +63,9 @@ class Border {
 
   // Corners that still have no angle get what the nearest vertex of their loop can spare.
   void give_angles() {
-    for (const auto& loop : mesh::boundary_halfedge_loops(faces_, adjacency_)) {
+    for (const auto& loop : loops_) {
       const std::size_t n = loop.size();
-      const auto cone = [&](std::size_t i) -> Index& {
-        return cones_[at(mesh::source(faces_, loop[i % n]))];
-      };
+      const auto cone = [&](std::size_t i) -> Index& { return cones_[at(source(loop[i % n]))]; };
       for (std::size_t i = 0; i < n; ++i) {
         while (cone(i) < 1) {
           std::size_t far = 1;
@@ -87,6 +85,7 @@ class Border {
   std::vector<Index>& cones() { return cones_; }
 
  private:
+  VertexId source(HalfedgeId h) const { return surface_.faces(h / 3, h % 3); }
   // Should a quarter turn go from b to a? Where a has none, and where a bends out and b in, and the
   // surface does not: the corners of a step stay, those that a field makes on a smooth line go, and
   // those of steps that are too short to count.
@@ -100,8 +99,7 @@ class Border {
   }
 
   const mesh::Surface& surface_;
-  const Triangles& faces_;
-  const mesh::Adjacency& adjacency_;
+  const std::vector<std::vector<HalfedgeId>> loops_;  // of the boundary
   double ragged_;
   std::vector<Index> quarter_;
   std::vector<Index> cones_;
@@ -109,7 +107,7 @@ class Border {
 };
 
 // From the first edge of a strip between boundaries to its last one.
-Index turn_between(const mesh::Adjacency& adjacency, const field::CrossField& field,
+Index turn_between(const mesh::Surface& surface, const field::CrossField& field,
                    const std::vector<Index>& border, const DualLoop& strip) {
   Index turns = border[at(strip.front())] - border[at(strip.back())];
   HalfedgeId entered = strip.front();
@@ -117,17 +115,16 @@ Index turn_between(const mesh::Adjacency& adjacency, const field::CrossField& fi
     turns += field::turn_at_corner(entered, strip[i]);
     if (i + 1 == strip.size()) break;
     turns += field.matching[at(strip[i])];
-    entered = adjacency.opposite[at(strip[i])];
+    entered = surface.adjacency().opposite[at(strip[i])];
   }
   return turns;
 }
 
 }  // namespace
 
-NeededTopology needed_topology(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                               const field::CrossField& field, bool aligned, double ragged,
-                               const ExecutionContext& context) {
-  Border border(surface, adjacency, field, ragged);
+NeededTopology needed_topology(const mesh::Surface& surface, const field::CrossField& field,
+                               bool aligned, double ragged, const ExecutionContext& context) {
+  Border border(surface, field, ragged);
   if (aligned) {
     border.even_out();
     border.give_angles();
@@ -137,8 +134,8 @@ NeededTopology needed_topology(const mesh::Surface& surface, const mesh::Adjacen
   needed.border = std::move(border.quarters());
   std::vector<FaceId> own(static_cast<std::size_t>(surface.faces.rows()));
   std::iota(own.begin(), own.end(), FaceId{0});
-  needed.loops = turned_loops({surface, adjacency, own}, needed.cones, surface, adjacency, field,
-                              needed.border, aligned, context);
+  needed.loops =
+      turned_loops({surface, surface, own}, needed.cones, field, needed.border, aligned, context);
   return needed;
 }
 
@@ -154,18 +151,17 @@ double off_side(const mesh::Surface& s, HalfedgeId side, const Vector3& p) {
 
 }  // namespace
 
-HalfedgeId input_halfedge(const Refined& refined, const mesh::Surface& input,
-                          const mesh::Adjacency& input_adjacency, HalfedgeId h) {
-  const HalfedgeId o = refined.adjacency.opposite[at(h)];
-  const FaceId from = refined.parent_face[at(h / 3)];
-  const FaceId to = o == kInvalid ? kInvalid : refined.parent_face[at(o / 3)];
+HalfedgeId Refinement::input_halfedge(HalfedgeId h) const {
+  const HalfedgeId o = surface.adjacency().opposite[at(h)];
+  const FaceId from = parent_face[at(h / 3)];
+  const FaceId to = o == kInvalid ? kInvalid : parent_face[at(o / 3)];
   if (from == to) return kInvalid;
-  const Vector3 a = refined.surface.vertices.row(mesh::source(refined.surface.faces, h));
-  const Vector3 b = refined.surface.vertices.row(mesh::target(refined.surface.faces, h));
+  const Vector3 a = surface.vertices.row(mesh::source(surface.faces, h));
+  const Vector3 b = surface.vertices.row(mesh::target(surface.faces, h));
   HalfedgeId best = kInvalid;
   double least = std::numeric_limits<double>::infinity();
   for (HalfedgeId side = 3 * from; side < 3 * from + 3; ++side) {
-    const HalfedgeId beyond = input_adjacency.opposite[at(side)];
+    const HalfedgeId beyond = input.adjacency().opposite[at(side)];
     if (beyond == kInvalid ? to != kInvalid : beyond / 3 != to) continue;
     // Two faces may share two sides.
     const double off = off_side(input, side, 0.5 * (a + b));
@@ -176,33 +172,32 @@ HalfedgeId input_halfedge(const Refined& refined, const mesh::Surface& input,
   return best;
 }
 
-DualLoop projected(const Refined& refined, const mesh::Surface& input,
-                   const mesh::Adjacency& input_adjacency, const DualLoop& loop, bool closed) {
+DualLoop Refinement::projected(const DualLoop& loop, bool closed) const {
+  const std::vector<HalfedgeId>& opposite = input.adjacency().opposite;
   DualLoop strip;
   for (const HalfedgeId h : loop) {
-    const HalfedgeId side = input_halfedge(refined, input, input_adjacency, h);
-    if (side != kInvalid) intrinsic::go_across(strip, side, input_adjacency.opposite);
+    const HalfedgeId side = input_halfedge(h);
+    if (side != kInvalid) intrinsic::go_across(strip, side, opposite);
   }
-  if (closed) intrinsic::close_strip(strip, input_adjacency.opposite);
+  if (closed) intrinsic::close_strip(strip, opposite);
   return strip;
 }
 
-std::vector<intrinsic::LoopTurn> turned_loops(
-    const Refined& refined, const std::vector<Index>& cones, const mesh::Surface& input,
-    const mesh::Adjacency& input_adjacency, const field::CrossField& field,
-    const std::vector<Index>& border, bool aligned, const ExecutionContext& context) {
+std::vector<intrinsic::LoopTurn> turned_loops(const Refinement& refined,
+                                              const std::vector<Index>& cones,
+                                              const field::CrossField& field,
+                                              const std::vector<Index>& border, bool aligned,
+                                              const ExecutionContext& context) {
   std::vector<intrinsic::LoopTurn> loops;
-  for (const mesh::Chart& chart :
-       seamless::connected_parts(refined.surface, refined.adjacency, cones)) {
+  for (const mesh::Chart& chart : seamless::connected_parts(refined.surface, cones)) {
     for (auto& loop : seamless::loops_to_turn(chart.surface, aligned, context)) {
       for (HalfedgeId& h : loop.loop) h = 3 * chart.faces[at(h / 3)] + h % 3;
-      const DualLoop strip =
-          &refined.surface == &input
-              ? loop.loop
-              : projected(refined, input, input_adjacency, loop.loop, !loop.between_boundaries);
+      const DualLoop strip = &refined.surface == &refined.input
+                                 ? loop.loop
+                                 : refined.projected(loop.loop, !loop.between_boundaries);
       loop.quarter_turns = loop.between_boundaries
-                               ? turn_between(input_adjacency, field, border, strip)
-                               : field::turning_number(input_adjacency, field, strip);
+                               ? turn_between(refined.input, field, border, strip)
+                               : field::turning_number(refined.input, field, strip);
       loops.push_back(std::move(loop));
     }
   }

@@ -7,7 +7,6 @@
 #include "flipfree/base/context.h"
 #include "flipfree/field/cross_field.h"
 #include "flipfree/intrinsic/loops.h"
-#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::holonomy {
@@ -27,9 +26,8 @@ struct NeededTopology {
 
 // `ragged`: such pairs are evened out at the ends of edges that are shorter even where the surface
 // has them. Precondition: a valid surface. Throws Cancelled. Cost: O(#F log #F).
-NeededTopology needed_topology(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                               const field::CrossField& field, bool aligned, double ragged,
-                               const ExecutionContext& context);
+NeededTopology needed_topology(const mesh::Surface& surface, const field::CrossField& field,
+                               bool aligned, double ragged, const ExecutionContext& context);
 
 // Loops of a refined surface as loops of the surface that it refines: for judging a map by loops
 // that its maker has not seen, and for asking for turns on a surface with some of its edges
@@ -37,30 +35,26 @@ NeededTopology needed_topology(const mesh::Surface& surface, const mesh::Adjacen
 
 using intrinsic::DualLoop;
 
-// Where the faces of a refinement come from (certify::Parametrization).
-struct Refined {
+struct Refinement {
+  const mesh::Surface& input;
   const mesh::Surface& surface;
-  const mesh::Adjacency& adjacency;
-  const std::vector<FaceId>& parent_face;
+  const std::vector<FaceId>& parent_face;  // per face of `surface` (certify::Parametrization)
+
+  // The half-edge 3 f + k of the input's face f = parent_face[h / 3] across which half-edge h of
+  // the refinement leaves it, at the boundary too; kInvalid if it stays inside. Cost: O(1).
+  HalfedgeId input_halfedge(HalfedgeId h) const;
+  // The loop's homotopy class beside all vertices of the input, as a strip of its faces that does
+  // not turn back; empty if it shrinks to a point in a face. `closed`: false for a strip between
+  // boundaries. Cost: O(loop).
+  DualLoop projected(const DualLoop& loop, bool closed = true) const;
 };
-
-// The half-edge 3 f + k of the input's face f = parent_face[h / 3] across which half-edge h of the
-// refinement leaves it, at the boundary too; kInvalid if it stays inside. Cost: O(1).
-HalfedgeId input_halfedge(const Refined& refined, const mesh::Surface& input,
-                          const mesh::Adjacency& input_adjacency, HalfedgeId h);
-
-// The loop's homotopy class beside all vertices of the input, as a strip of its faces that does not
-// turn back; empty if it shrinks to a point in a face. `closed`: false for a strip between
-// boundaries. Cost: O(loop).
-DualLoop projected(const Refined& refined, const mesh::Surface& input,
-                   const mesh::Adjacency& input_adjacency, const DualLoop& loop,
-                   bool closed = true);
 
 // NeededTopology::loops on a refinement. `cones`: of the refinement, quarter turns; `border`: of
 // the input. Cost: O(#F log #F).
-std::vector<intrinsic::LoopTurn> turned_loops(
-    const Refined& refined, const std::vector<Index>& cones, const mesh::Surface& input,
-    const mesh::Adjacency& input_adjacency, const field::CrossField& field,
-    const std::vector<Index>& border, bool aligned, const ExecutionContext& context);
+std::vector<intrinsic::LoopTurn> turned_loops(const Refinement& refined,
+                                              const std::vector<Index>& cones,
+                                              const field::CrossField& field,
+                                              const std::vector<Index>& border, bool aligned,
+                                              const ExecutionContext& context);
 
 }  // namespace flipfree::holonomy

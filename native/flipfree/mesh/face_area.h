@@ -13,6 +13,17 @@ namespace flipfree::mesh {
 // coordinates, valid indices.
 bool has_area(const Points3& positions, const Triangles& faces, FaceId f);
 
+// From a corner to the next and the previous one of its face.
+struct CornerSides {
+  Vector3 next, previous;
+};
+inline CornerSides sides_at(const Surface& surface, CornerId c) {
+  const auto place = [&](CornerId corner) -> Vector3 {
+    return surface.vertices.row(surface.faces(corner / 3, corner % 3));
+  };
+  return {place(next_corner(c)) - place(c), place(previous_corner(c)) - place(c)};
+}
+
 // Of all faces together, in double.
 double area_of(const Surface& surface);
 

@@ -71,6 +71,7 @@ DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features,
   }
   DividedSurface made{mesh::to_surface(refined), mesh::provenance_of(refined), {}, {}};
   const mesh::Adjacency& own = made.surface.adjacency();
+  const holonomy::Refinement of_surface{surface, made.surface, made.provenance.face};
   const mesh::EdgeFlags wanted = mesh::flag_edges(surface.faces, adjacency, features);
   std::vector<std::pair<VertexId, VertexId>> pieces;
   for (HalfedgeId h = 0; at(h) < own.opposite.size(); ++h) {
@@ -80,8 +81,7 @@ DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features,
     if (most_given > 0 && made.surface.vertices.row(a) == made.surface.vertices.row(b))
       return divided(surface, features, longest, 0, context);
     if (own.opposite[at(h)] < h) continue;  // the border as well
-    const HalfedgeId side =
-        holonomy::input_halfedge({made.surface, own, made.provenance.face}, surface, adjacency, h);
+    const HalfedgeId side = of_surface.input_halfedge(h);
     if (side == kInvalid || wanted[at(side)] == 0) continue;
     pieces.emplace_back(a, b);
     made.whole.push_back(std::max(side, adjacency.opposite[at(side)]));

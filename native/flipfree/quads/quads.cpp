@@ -368,7 +368,7 @@ std::vector<double> sizing_of(const DividedSurface& fine, const mesh::Surface& s
                               const QuadOptions& options) {
   std::vector<double> sizing;
   if (options.adaptive > 0.0)
-    sizing = field::curvature_sizing(fine.surface, fine.surface.adjacency(), options.adaptive);
+    sizing = field::curvature_sizing(fine.surface, options.adaptive);
   if (options.sizing.empty()) return sizing;
   const std::vector<double> asked =
       holonomy::carried_sizing(surface, fine.provenance, options.sizing);

@@ -14,64 +14,94 @@
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/validate.h"
-#include "flipfree/seamless/bordered/corners.h"
-#include "flipfree/seamless/signature.h"
+#include "flipfree/seamless/corners.h"
 
 namespace flipfree::seamless {
 namespace {
 
-// Whole numbers near to given ones in a norm.
-class NearestNumbers {
- public:
-  // Each from the last on is the nearest to what those behind it leave (Babai 1986).
-  NearestNumbers(const Eigen::VectorXd& given, const Eigen::MatrixXd& norm)
-      : numbers_(given.size()), norm_(norm) {
-    const Eigen::MatrixXd upper = Eigen::LLT<Eigen::MatrixXd>(norm).matrixU();
-    Eigen::VectorXd off = Eigen::VectorXd::Zero(given.size());
-    for (Eigen::Index i = given.size(); i-- > 0;) {
-      numbers_[i] = std::round(given[i] - upper.row(i).dot(off) / upper(i, i));
-      off[i] = numbers_[i] - given[i];
-    }
-    slope_ = 2.0 * (norm * off);
-  }
-
-  const Eigen::VectorXd& numbers() const { return numbers_; }
-  // What it costs to change one number by one, the cheaper way.
-  double cost(Eigen::Index i) const { return norm_(i, i) - std::abs(slope_[i]); }
-  Eigen::VectorXd changed(Eigen::Index i) const {
-    Eigen::VectorXd numbers = numbers_;
-    numbers[i] += slope_[i] > 0.0 ? -1.0 : 1.0;
-    return numbers;
-  }
-
- private:
-  Eigen::VectorXd numbers_, slope_;
-  const Eigen::MatrixXd& norm_;
-};
-
-bool is_norm(const Eigen::MatrixXd& matrix) {
-  return matrix.allFinite() && Eigen::LLT<Eigen::MatrixXd>(matrix).info() == Eigen::Success;
+bool all_divided_by(Index m, const std::vector<Index>& turns) {
+  return std::all_of(turns.begin(), turns.end(), [&](Index t) { return t % m == 0; });
 }
 
 }  // namespace
+
+std::vector<Index> cone_list(const std::vector<Index>& cones) {
+  std::vector<Index> list;
+  for (const Index k : cones) {
+    if (k != 4) list.push_back(k);
+  }
+  std::sort(list.begin(), list.end());
+  return list;
+}
+
+void check_cones(const std::vector<Index>& cones, Index genus) {
+  std::int64_t sum = 0;
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    if (cones[v] < 1) throw_too_sharp(static_cast<VertexId>(v), cones[v]);
+    sum += 4 - cones[v];
+  }
+  const std::int64_t needed = 8 - 8 * std::int64_t{genus};
+  if (sum == needed) return;
+  throw_angle_sum(
+      "The cones' curvatures 4 - k sum to ", sum,
+      " quarter turns, but a closed surface of genus " + std::to_string(genus) + " needs ", needed,
+      "cones' ");
+}
+
+std::string why_impossible(const std::vector<Index>& cones, Index genus,
+                           const std::vector<Index>& loop_turns) {
+  const std::vector<Index> list = cone_list(cones);
+  if (genus == 1 && list.empty()) {
+    const bool none =
+        std::all_of(loop_turns.begin(), loop_turns.end(), [](Index t) { return t == 0; });
+    return none ? "" : "On a torus without cones no loop can turn.";
+  }
+  if (genus == 1 && list.size() == 2) {
+    const Index m = list[1] - 4;
+    if (!all_divided_by(m, loop_turns)) return "";
+    if (m == 1) return "A torus cannot have the cones 3 and 5 alone.";
+    return "A torus with the cones " + std::to_string(list[0]) + " and " + std::to_string(list[1]) +
+           " alone has a loop whose quarter turns " + std::to_string(m) + " does not divide.";
+  }
+  if (genus == 2 && list == std::vector<Index>{12}) {
+    if (!all_divided_by(2, loop_turns) || all_divided_by(4, loop_turns)) return "";
+    return "A surface of genus 2 with one cone of 12 quarter turns cannot have loops that all turn "
+           "by half turns.";
+  }
+  if (genus == 2 && list == std::vector<Index>{6, 10} && all_divided_by(2, loop_turns)) {
+    return "A surface of genus 2 with the cones 6 and 10 cannot have loops that all turn by half "
+           "turns.";
+  }
+  return "";
+}
 
 std::optional<std::vector<Index>> near_turns(
     const std::vector<double>& angles, const Eigen::MatrixXd& norm,
     const std::function<std::string(const std::vector<Index>&)>& why) {
   const auto count = static_cast<Eigen::Index>(angles.size());
   Eigen::MatrixXd own = norm.selfadjointView<Eigen::Lower>();
-  if (!is_norm(own)) own.setIdentity();
-  const NearestNumbers nearest(
-      Eigen::Map<const Eigen::VectorXd>(angles.data(), count) / kQuarterTurn, own);
+  if (!own.allFinite() || Eigen::LLT<Eigen::MatrixXd>(own).info() != Eigen::Success)
+    own.setIdentity();
+  const Eigen::VectorXd given =
+      Eigen::Map<const Eigen::VectorXd>(angles.data(), count) / kQuarterTurn;
+  // Each from the last on is the nearest to what those behind it leave (Babai 1986).
+  const Eigen::MatrixXd upper = Eigen::LLT<Eigen::MatrixXd>(own).matrixU();
+  Eigen::VectorXd numbers(count), off = Eigen::VectorXd::Zero(count);
+  for (Eigen::Index i = count; i-- > 0;) {
+    numbers[i] = std::round(given[i] - upper.row(i).dot(off) / upper(i, i));
+    off[i] = numbers[i] - given[i];
+  }
+  const Eigen::VectorXd slope = 2.0 * (own * off);
+  // By what it costs to change one number by one, the cheaper way.
   std::vector<Eigen::Index> order(angles.size());
   std::iota(order.begin(), order.end(), Eigen::Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
-    return nearest.cost(a) < nearest.cost(b);
-  });
+  const auto cost = [&](Eigen::Index i) { return own(i, i) - std::abs(slope[i]); };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Eigen::Index a, Eigen::Index b) { return cost(a) < cost(b); });
   for (std::size_t i = 0; i <= order.size(); ++i) {
     std::vector<Index> turns;
-    for (const double x : i == 0 ? nearest.numbers() : nearest.changed(order[i - 1]))
-      turns.push_back(static_cast<Index>(x));
+    for (const double x : numbers) turns.push_back(static_cast<Index>(x));
+    if (i > 0) turns[at(order[i - 1])] += slope[order[i - 1]] > 0.0 ? -1 : 1;
     if (why(turns).empty()) return turns;
   }
   return std::nullopt;
@@ -130,8 +160,8 @@ void check_surface(const mesh::Surface& surface, ExecutionContext& context) {
 }
 
 std::vector<SurfacePart> connected_parts(const mesh::Surface& surface,
-                                         const mesh::Adjacency& adjacency,
                                          const std::vector<Index>& cones) {
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const mesh::CutMesh whole =
       mesh::cut_along(surface.faces, adjacency, mesh::EdgeFlags(adjacency.opposite.size(), 0));
   std::vector<SurfacePart> parts;
@@ -148,17 +178,47 @@ std::vector<SurfacePart> connected_parts(const mesh::Surface& surface,
   return parts;
 }
 
+std::vector<VertexId> append_part(const mesh::Chart& chart, const mesh::Surface& part,
+                                  mesh::Surface& whole) {
+  std::vector<VertexId> number = chart.vertices;
+  const auto own = static_cast<Eigen::Index>(number.size());
+  const Eigen::Index end = whole.vertices.rows(), more = part.vertices.rows() - own;
+  whole.vertices.conservativeResize(end + more, 3);
+  whole.vertices.bottomRows(more) = part.vertices.bottomRows(more);
+  for (Eigen::Index v = end; v < end + more; ++v) number.push_back(static_cast<VertexId>(v));
+  Triangles faces = whole.faces;
+  const Eigen::Index first = faces.rows();
+  faces.conservativeResize(first + part.faces.rows(), 3);
+  for (Eigen::Index f = 0; f < part.faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) faces(first + f, k) = number[at(part.faces(f, k))];
+  }
+  whole.faces = std::move(faces);
+  return number;
+}
+
+std::vector<char> open_parts(const mesh::Surface& surface, const mesh::Components& parts) {
+  const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
+  std::vector<char> open(at(parts.count), 0);
+  for (std::size_t h = 0; h < opposite.size(); ++h) {
+    if (opposite[h] == kInvalid) open[at(parts.of_face[h / 3])] = 1;
+  }
+  return open;
+}
+
+bool has_boundary(const mesh::Surface& surface) {
+  const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
+  return std::find(opposite.begin(), opposite.end(), kInvalid) != opposite.end();
+}
+
 void check_request(const mesh::Surface& surface, const std::vector<Index>& cones,
                    ExecutionContext& context) {
   check_surface(surface, context);
   if (cones.size() != static_cast<std::size_t>(surface.vertices.rows()))
     throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
-  const mesh::Adjacency& adjacency = surface.adjacency();
   for (std::size_t v = 0; v < cones.size(); ++v) {
     if (cones[v] < kNotGiven) throw_too_sharp(static_cast<VertexId>(v), cones[v]);
   }
-  const std::vector<SurfacePart> parts =
-      connected_parts(surface, adjacency, flat_inside(cones, adjacency));
+  const std::vector<SurfacePart> parts = connected_parts(surface, flat_inside(cones, surface));
   for (const SurfacePart& part : parts) {
     context.check();
     if (part.bordered) continue;

@@ -19,6 +19,37 @@
 
 namespace flipfree::seamless {
 
+// Which cones and loop angles a seamless map can have (thesis 5.1, 6.2; issue of strata without
+// surfaces).
+//
+// A flat metric with cone angles k pi / 2 and holonomies in quarter turns is a quartic differential
+// with zeros of order k - 4. Where there is a metric at all is known (Bainbridge, Chen, Gendron,
+// Grushevsky, Moeller 2019, "Strata of k-differentials"; Chen, Gendron 2022, "Towards a
+// classification of connected components of strata of k-differentials"; Boissy 2015):
+//
+//   genus 0: always. genus >= 3: always.
+//   genus 1: no cones: only if no loop turns at all. Two cones 4 + m and 4 - m: not if m divides
+//            the turns of all loops; so never for m = 1, the cones (3, 5).
+//   genus 2: one cone of 12, or two of 6 and 10 quarter turns: not if all loops turn by half turns,
+//            unless (12 only) all turn by whole ones.
+
+// Quarter turns around a vertex where the surface is flat.
+inline constexpr Index kFlat = 4;
+
+// Quarter turns of the vertices that are not flat, sorted.
+std::vector<Index> cone_list(const std::vector<Index>& cones);
+
+// Genus of a closed connected surface whose cone quarter turns fit, by Gauss-Bonnet.
+// `cones`: quarter turns k of every vertex, 4 where the surface is flat. Throws InvalidInput
+// (kBadAngles) for k < 1, Infeasible (kGaussBonnet) with what is missing if the sum of 4 - k is not
+// 8 - 8 genus.
+void check_cones(const std::vector<Index>& cones, Index genus);
+
+// Why there is no metric with these cones and loop turns (quarter turns of a homology basis); empty
+// if there is one. Precondition: check_cones() passed.
+std::string why_impossible(const std::vector<Index>& cones, Index genus,
+                           const std::vector<Index>& loop_turns);
+
 // Throws InvalidInput: defects of the mesh, vertices without a face among them.
 void check_surface(const mesh::Surface& surface, ExecutionContext& context);
 
@@ -38,8 +69,16 @@ struct SurfacePart : mesh::Chart {
 };
 // In the order of their smallest face. `cones`: per vertex; kNotGiven where nothing is given.
 std::vector<SurfacePart> connected_parts(const mesh::Surface& surface,
-                                         const mesh::Adjacency& adjacency,
                                          const std::vector<Index>& cones);
+// Adds the faces of a chart that was refined into `part`, and the vertices that this has more, to a
+// surface whose vertices begin with those of the one that the chart is of. Returns the numbers that
+// the part's vertices have there.
+std::vector<VertexId> append_part(const mesh::Chart& chart, const mesh::Surface& part,
+                                  mesh::Surface& whole);
+
+// Flags of the components that have a boundary, and whether one has.
+std::vector<char> open_parts(const mesh::Surface& surface, const mesh::Components& parts);
+bool has_boundary(const mesh::Surface& surface);
 
 // Errors of a part, or of a refined map, with the places of the caller's mesh.
 
@@ -47,6 +86,17 @@ std::vector<SurfacePart> connected_parts(const mesh::Surface& surface,
 // certificate too), InvalidInput and Infeasible with its places; others as they are.
 [[noreturn]] void rethrow_placed(const std::vector<FaceId>& faces,
                                  const std::vector<VertexId>& vertices);
+
+// What work() returns, or its errors with these places.
+template <typename Work>
+auto placed(const std::vector<FaceId>& faces, const std::vector<VertexId>& vertices,
+            const Work& work) {
+  try {
+    return work();
+  } catch (...) {
+    rethrow_placed(faces, vertices);
+  }
+}
 
 // A map of a surface that was refined into these faces as one of the input: its provenance is put
 // together. The certificate is left as it is.

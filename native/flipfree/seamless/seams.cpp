@@ -3,11 +3,22 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
 #include <utility>
+
+#include "flipfree/base/plane.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut.h"
 
 namespace flipfree::seamless {
 namespace {
+
+struct SeamBranch {
+  // Half-edges of the map's surface in order, head to tail. Their own faces are the first side,
+  // those of the opposite half-edges the second.
+  std::vector<HalfedgeId> halfedges;
+  certify::Transition
+      transition;  // uv on the second side = turned uv on the first side + translation
+};
 
 // The two ends of a cut edge on both sides, as seen along half-edge h.
 struct TwoSides {
@@ -30,8 +41,7 @@ certify::Transition fit_transition(const std::vector<HalfedgeId>& chain,
         as_complex(s.second_target - s.second_source) * std::conj(as_complex(s.target - s.source));
   }
   certify::Transition transition;
-  transition.quarter_turns =
-      static_cast<Index>(std::lround(std::arg(turn) / (0.5 * std::numbers::pi)) + 4) % 4;
+  transition.quarter_turns = static_cast<Index>(std::lround(std::arg(turn) / kQuarterTurn) + 4) % 4;
   for (const HalfedgeId h : chain) {
     const TwoSides s = sides_of(adjacency, uv, h);
     transition.translation += s.second_source - turned(s.source, transition.quarter_turns);
@@ -86,18 +96,17 @@ class Walker {
   std::vector<Index> degree_;
 };
 
-}  // namespace
-
-std::vector<SeamBranch> seam_branches(const Triangles& faces, const mesh::Adjacency& adjacency,
-                                      const mesh::EdgeFlags& cut,
-                                      const std::vector<VertexId>& cones,
-                                      const Points2& corner_uv) {
+std::vector<SeamBranch> seam_branches(const certify::Parametrization& map,
+                                      const std::vector<VertexId>& cones) {
+  const Triangles& faces = map.surface.faces;
+  const mesh::Adjacency& adjacency = map.surface.adjacency();
+  const mesh::EdgeFlags cut = mesh::flag_edges(faces, adjacency, map.cut_edges);
   Walker walker(faces, adjacency, cut, cones);
   std::vector<SeamBranch> branches;
   const auto count = static_cast<HalfedgeId>(cut.size());
   const auto add = [&](HalfedgeId h) {
     SeamBranch branch{walker.walk(h), {}};
-    branch.transition = fit_transition(branch.halfedges, adjacency, corner_uv);
+    branch.transition = fit_transition(branch.halfedges, adjacency, map.uv);
     branches.push_back(std::move(branch));
   };
   for (HalfedgeId h = 0; h < count; ++h) {
@@ -116,6 +125,8 @@ std::vector<SeamBranch> seam_branches(const Triangles& faces, const mesh::Adjace
   }
   return branches;
 }
+
+}  // namespace
 
 void turn_to_axes(const std::vector<Index>& chart_of_face, Index charts,
                   const std::function<bool(HalfedgeId)>& counts, Points2& corner_uv) {
@@ -136,7 +147,8 @@ void turn_to_axes(const std::vector<Index>& chart_of_face, Index charts,
   }
 }
 
-void write_transitions(const std::vector<SeamBranch>& branches, certify::Parametrization& map) {
+void write_transitions(const std::vector<VertexId>& cones, certify::Parametrization& map) {
+  const std::vector<SeamBranch> branches = seam_branches(map, cones);
   std::size_t count = 0;
   for (const SeamBranch& branch : branches) count += branch.halfedges.size();
   map.cut_edges =

@@ -8,24 +8,10 @@
 #include <functional>
 #include <vector>
 
+#include "flipfree/base/types.h"
 #include "flipfree/certify/parametrization.h"
-#include "flipfree/mesh/cut.h"
 
 namespace flipfree::seamless {
-
-struct SeamBranch {
-  // Half-edges of the map's surface in order, head to tail. Their own faces are the first side,
-  // those of the opposite half-edges the second.
-  std::vector<HalfedgeId> halfedges;
-  certify::Transition
-      transition;  // uv on the second side = turned uv on the first side + translation
-};
-
-// Precondition: `cut` flags edges inside the surface; the surface cut along it has disks as pieces.
-// Cost: O(#F).
-std::vector<SeamBranch> seam_branches(const Triangles& faces, const mesh::Adjacency& adjacency,
-                                      const mesh::EdgeFlags& cut,
-                                      const std::vector<VertexId>& cones, const Points2& corner_uv);
 
 // Counter-clockwise by so many quarter turns, without rounding. `Vector` has x and y.
 template <typename Vector>
@@ -46,7 +32,9 @@ inline Vector2 turned(const Vector2& v, Index quarters) {
 void turn_to_axes(const std::vector<Index>& chart_of_face, Index charts,
                   const std::function<bool(HalfedgeId)>& counts, Points2& corner_uv);
 
-// The map's own lists: cut_edges along the branches, and a transition for each.
-void write_transitions(const std::vector<SeamBranch>& branches, certify::Parametrization& map);
+// Puts the map's cut_edges in the order of the branches, and writes the transition of each.
+// `cones`: vertices. Precondition: cut_edges are edges inside the surface; the surface cut along
+// them has disks as pieces. Cost: O(#F).
+void write_transitions(const std::vector<VertexId>& cones, certify::Parametrization& map);
 
 }  // namespace flipfree::seamless

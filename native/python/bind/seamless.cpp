@@ -39,7 +39,7 @@ seamless::SeamlessOptions read_seamless(OptionReader& read) {
   read_ways(read, options.which, options.boundary);
   read("uncuttable", options.engine.uncuttable);
   if (read("max_iterations", options.max_iterations))
-    options.engine.metric.max_iterations = options.max_iterations;
+    options.engine.max_iterations = options.max_iterations;
   FLIPFREE_READ(read, options, optimise, exact, max_seconds);
   return options;
 }
@@ -55,7 +55,7 @@ holonomy::AlignedOptions read_aligned(OptionReader& read) {
   holonomy::AlignedOptions options;
   read_ways(read, options.which, options.boundary);
   read("uncuttable", options.engine.uncuttable);
-  read("iterations", options.engine.metric.max_iterations);
+  read("iterations", options.engine.max_iterations);
   FLIPFREE_READ(read, options, sizing, optimise, features, exact, reroute, max_seconds);
   return options;
 }
@@ -139,8 +139,7 @@ FoundCut admissible_cut(const mesh::Surface& surface,
                         const std::optional<GivenField>& given, bool reroute,
                         ExecutionContext& context) {
   mesh::validate(surface, {}, context);
-  const mesh::Adjacency& adjacency = surface.adjacency();
-  require_closed(adjacency);
+  require_closed(surface.adjacency());
   std::optional<field::CrossField> own;
   if (given) {
     own = field::read_field(surface, *given, context);
@@ -148,10 +147,10 @@ FoundCut admissible_cut(const mesh::Surface& surface,
     seamless::check_request(surface, *cones, context);
   }
   const std::vector<Index> wanted =
-      own ? holonomy::needed_topology(surface, adjacency, *own, true, 0.0, context).cones : *cones;
+      own ? holonomy::needed_topology(surface, *own, true, 0.0, context).cones : *cones;
   seamless::Reroutings done;
-  holonomy::RefinedPieces pieces = holonomy::field_cut(
-      surface, adjacency, own && reroute ? &*own : nullptr, wanted, done, context);
+  holonomy::RefinedPieces pieces =
+      holonomy::field_cut(surface, own && reroute ? &*own : nullptr, wanted, done, context);
   if (!own) return described(std::move(pieces), {});
   return described(std::move(pieces), {{"loops", static_cast<std::int64_t>(done.loops)},
                                        {"guided", static_cast<std::int64_t>(done.shortest)},
@@ -187,7 +186,7 @@ void bind_seamless(py::module_& module) {
   def_job(module, "cross_field", prepared(make_field, read_field));
   const auto signature_of = [](const auto& surface, const GivenField& given, auto& context) {
     const field::Signature found =
-        field::read_signature(surface, field::read_field(surface, given, context), context);
+        field::signature_of(surface, field::read_field(surface, given, context), context);
     return std::tuple(found.cones, found.loops);
   };
   def_job(module, "field_signature", "The signature was not reached",

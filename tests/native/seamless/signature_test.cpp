@@ -1,5 +1,5 @@
 // Which cones and loop turns are refused.
-#include "flipfree/seamless/signature.h"
+#include "flipfree/seamless/request.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 #include "flipfree/seamless/exact/parts.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <string>
@@ -16,7 +16,7 @@
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/seamless/bordered/corners.h"
+#include "flipfree/seamless/corners.h"
 
 namespace flipfree::seamless {
 
@@ -33,8 +33,8 @@ std::vector<Index> with_corners(const std::vector<SurfacePart>& parts,
   return all;
 }
 
-std::vector<char> aligned_faces(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                                const std::vector<Index>& cones) {
+std::vector<char> aligned_faces(const mesh::Surface& surface, const std::vector<Index>& cones) {
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const mesh::Components parts = mesh::face_components(adjacency);
   std::vector<char> aligned(at(parts.count), 0);
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
@@ -47,15 +47,15 @@ std::vector<char> aligned_faces(const mesh::Surface& surface, const mesh::Adjace
   return of_face;
 }
 
-std::vector<distortion::StraightEdge> straight_where(const std::vector<char>& aligned,
-                                                     const std::vector<FaceId>& parent,
-                                                     const distortion::CutMap& cut,
-                                                     const mesh::Adjacency& adjacency) {
-  std::vector<distortion::StraightEdge> edges = distortion::straight_boundary(cut, adjacency);
-  std::erase_if(edges, [&](const distortion::StraightEdge& edge) {
-    return aligned[at(parent[at(edge.h / 3)])] == 0;
+distortion::CutMap cut_of(const certify::Parametrization& map, const std::vector<char>& aligned) {
+  const mesh::Adjacency& adjacency = map.surface.adjacency();
+  const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
+  distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
+  cut.straight = distortion::straight_boundary(cut, adjacency);
+  std::erase_if(cut.straight, [&](const distortion::StraightEdge& edge) {
+    return aligned[at(map.parent_face[at(edge.h / 3)])] == 0;
   });
-  return edges;
+  return cut;
 }
 
 namespace {
@@ -76,16 +76,16 @@ constexpr Index kCheckFaces = 4096;
 
 class ChordFinder {
  public:
-  ChordFinder(const Triangles& faces, const mesh::Adjacency& adjacency,
-              const std::vector<Index>& cones, ExecutionContext& context)
-      : faces_(faces),
-        adjacency_(adjacency),
+  ChordFinder(const mesh::Surface& surface, const std::vector<Index>& cones,
+              ExecutionContext& context)
+      : faces_(surface.faces),
+        adjacency_(surface.adjacency()),
         context_(context),
         place_(cones.size()),
         vertex_seen_(cones.size(), kInvalid),
-        face_seen_(static_cast<std::size_t>(faces.rows()), kInvalid),
-        disk_faces_(adjacency.opposite.size(), 0) {
-    for (const auto& loop : mesh::boundary_loops(faces, adjacency)) {
+        face_seen_(at(faces_.rows()), kInvalid),
+        disk_faces_(adjacency_.opposite.size(), 0) {
+    for (const auto& loop : mesh::boundary_loops(faces_, adjacency_)) {
       // Corners up to each vertex, twice around.
       std::vector<Index>& corners = corners_.emplace_back(1, 0);
       for (std::size_t i = 0; i < 2 * loop.size(); ++i)
@@ -200,21 +200,12 @@ class ChordFinder {
   std::vector<Index> disk_faces_;  // left of a half-edge that flattens them; 0: of another
 };
 
-[[noreturn]] void throw_too_short(VertexId from, VertexId to) {
+[[noreturn]] void throw_undivided(const std::string& what, const std::string& why, ElementKind kind,
+                                  std::vector<Index> elements) {
   throw_not_converged(ErrorCode::kIterationLimit,
-                      "A straight boundary flattens what edge " + vertex_id(from) + "-" +
-                          vertex_id(to) +
-                          " cuts off, and the edge is too short to be divided. Merge its end "
-                          "points, or take the free boundary.",
-                      ElementKind::kEdge, {from, to});
-}
-
-[[noreturn]] void throw_too_thin(FaceId f) {
-  throw_not_converged(ErrorCode::kIterationLimit,
-                      "A straight boundary flattens what an edge of face " + face_id(f) +
-                          " cuts off, and the face is too thin to be divided. Merge vertices that "
-                          "nearly coincide, or take the free boundary.",
-                      ElementKind::kFace, {f});
+                      "A straight boundary flattens what " + what + " cuts off, and the " + why +
+                          ", or take the free boundary.",
+                      kind, std::move(elements));
 }
 
 // A vertex on the middle of each of these inner edges, the i-th one's after the surface's own
@@ -228,7 +219,9 @@ DividedSurface split_in_the_middle(const mesh::Surface& surface,
     const VertexId v = refined.split_edge(refined.mesh.find(from, to));
     const Vector3& place = refined.position[at(v)];
     if (place == refined.position[at(from)] || place == refined.position[at(to)])
-      throw_too_short(from, to);
+      throw_undivided("edge " + vertex_id(from) + "-" + vertex_id(to),
+                      "edge is too short to be divided. Merge its end points", ElementKind::kEdge,
+                      {from, to});
   }
   DividedSurface out{to_surface(refined), provenance_of(refined), cones};
   out.cones.resize(refined.position.size(), 4);
@@ -236,14 +229,12 @@ DividedSurface split_in_the_middle(const mesh::Surface& surface,
   for (HalfedgeId h = 0; h < refined.mesh.halfedge_slots(); ++h) {
     const VertexId v = refined.mesh.source(h), w = refined.mesh.target(h);
     if (std::max(v, w) >= count && refined.position[at(v)] == refined.position[at(w)])
-      throw_too_thin(refined.mesh.parent(h / 3));
+      throw_undivided("an edge of face " + face_id(refined.mesh.parent(h / 3)),
+                      "face is too thin to be divided. Merge vertices that nearly coincide",
+                      ElementKind::kFace, {refined.mesh.parent(h / 3)});
   }
   return out;
 }
-
-}  // namespace
-
-namespace {
 
 std::vector<VertexId> places_of(const mesh::Surface& surface, const DividedSurface& pieces) {
   std::vector<VertexId> places;
@@ -280,8 +271,7 @@ IndexPairs diagonals_of(const mesh::Surface& surface, const DividedSurface& piec
     }
   }
   const Triangles& faces = pieces.surface.faces;
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(pieces.surface.vertices.rows()), faces);
+  const mesh::Adjacency& adjacency = pieces.surface.adjacency();
   const std::vector<FaceId>& parent = pieces.provenance.face;
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
     const HalfedgeId o = adjacency.opposite[at(h)];
@@ -296,9 +286,9 @@ IndexPairs diagonals_of(const mesh::Surface& surface, const DividedSurface& piec
 
 }  // namespace
 
-std::vector<HalfedgeId> side_chords(const Triangles& faces, const mesh::Adjacency& adjacency,
-                                    const std::vector<Index>& cones, ExecutionContext& context) {
-  return ChordFinder(faces, adjacency, cones, context).run();
+std::vector<HalfedgeId> side_chords(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                    ExecutionContext& context) {
+  return ChordFinder(surface, cones, context).run();
 }
 
 std::optional<DividedSides> divided_sides(const mesh::Surface& surface,
@@ -318,46 +308,32 @@ namespace {
 constexpr double kLargest = 8388608.0;  // 2^23, steps
 constexpr double kGap = 0.02;           // between boxes, of the size of a mean one
 
-struct Box {
-  Vector2 low, high;
-  Vector2 size() const { return high - low; }
-};
-
-std::vector<Box> boxes_of(const std::vector<Index>& chart_of_face, Index charts,
-                          const Points2& uv) {
-  std::vector<Box> boxes(static_cast<std::size_t>(charts),
-                         {Vector2::Constant(HUGE_VAL), Vector2::Constant(-HUGE_VAL)});
-  for (Eigen::Index c = 0; c < uv.rows(); ++c) {
-    Box& box = boxes[at(chart_of_face[at(c / 3)])];
-    box.low = box.low.cwiseMin(uv.row(c).transpose());
-    box.high = box.high.cwiseMax(uv.row(c).transpose());
-  }
-  return boxes;
-}
-
 }  // namespace
 
-void spread_charts(const std::vector<Index>& chart_of_face, Index charts, double step,
-                   Points2& corner_uv) {
-  if (charts < 2) return;
-  const std::vector<Box> boxes = boxes_of(chart_of_face, charts, corner_uv);
+void spread_charts(double step, certify::Parametrization& map) {
+  const mesh::Components parts = mesh::face_components(map.surface.adjacency());
+  if (parts.count < 2) return;
+  std::vector<Eigen::AlignedBox2d> boxes(at(parts.count));
+  const auto part_of = [&](Eigen::Index c) { return at(parts.of_face[at(c / 3)]); };
+  for (Eigen::Index c = 0; c < map.uv.rows(); ++c)
+    boxes[part_of(c)].extend(map.uv.row(c).transpose());
   double area = 0.0, widest = 0.0;
-  for (const Box& box : boxes) {
-    area += box.size().x() * box.size().y();
-    widest = std::max(widest, box.size().x());
+  for (const Eigen::AlignedBox2d& box : boxes) {
+    area += box.sizes().x() * box.sizes().y();
+    widest = std::max(widest, box.sizes().x());
   }
-  const double gap = step * std::ceil(kGap * std::sqrt(area / charts) / step);
+  const double gap = step * std::ceil(kGap * std::sqrt(area / parts.count) / step);
   const double width = std::max(widest, std::sqrt(area));
   std::vector<std::size_t> order(boxes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return boxes[a].size().y() > boxes[b].size().y();
+    return boxes[a].sizes().y() > boxes[b].sizes().y();
   });
   std::vector<Vector2> place(boxes.size());  // of the lower left corners
   Vector2 at(0.0, 0.0), extent(0.0, 0.0);
   double row_height = 0.0;
   for (const std::size_t i : order) {
-    const Vector2 size = boxes[i].size();
+    const Vector2 size = boxes[i].sizes();
     if (at.x() > 0.0 && at.x() + size.x() > width) {
       at = {0.0, at.y() + row_height + gap};
       row_height = 0.0;
@@ -369,45 +345,35 @@ void spread_charts(const std::vector<Index>& chart_of_face, Index charts, double
   }
   if (extent.maxCoeff() > 2.0 * kLargest * step) return;
   const Vector2 middle((0.5 * extent / step).array().floor() * step);
-  for (Eigen::Index c = 0; c < corner_uv.rows(); ++c) {
-    const auto i = static_cast<std::size_t>(chart_of_face[static_cast<std::size_t>(c / 3)]);
-    corner_uv.row(c) += (place[i] - boxes[i].low - middle).transpose();
+  for (Eigen::Index c = 0; c < map.uv.rows(); ++c) {
+    const std::size_t i = part_of(c);
+    map.uv.row(c) += (place[i] - boxes[i].min() - middle).transpose();
   }
 }
 
 namespace {
 
 struct MeasuredPart {
-  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
-  Vector3 high = Vector3::Constant(-std::numeric_limits<double>::infinity());
+  Eigen::AlignedBox3d box;
   Index faces = 0;
   int exponent = 0;  // binary, of what it is multiplied by
 
   // Half of it: the difference of two huge coordinates may not be finite.
-  double half_extent() const { return (0.5 * high - 0.5 * low).maxCoeff(); }
+  double half_extent() const { return (0.5 * box.max() - 0.5 * box.min()).maxCoeff(); }
 };
-
-std::vector<MeasuredPart> measured(const mesh::Surface& surface, const mesh::Components& parts) {
-  std::vector<MeasuredPart> result(at(parts.count));
-  for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
-    MeasuredPart& part = result[at(parts.of_face[at(f)])];
-    ++part.faces;
-    for (Index k = 0; k < 3; ++k) {
-      const Vector3 p = surface.vertices.row(surface.faces(f, k)).transpose();
-      part.low = part.low.cwiseMin(p);
-      part.high = part.high.cwiseMax(p);
-    }
-  }
-  return result;
-}
 
 }  // namespace
 
-std::optional<EnlargedParts> enlarge_parts(const mesh::Surface& surface,
-                                           const mesh::Adjacency& adjacency, double least_edge) {
-  const mesh::Components components = mesh::face_components(adjacency);
+std::optional<EnlargedParts> enlarge_parts(const mesh::Surface& surface, double least_edge) {
+  const mesh::Components components = mesh::face_components(surface.adjacency());
   if (components.count < 2) return std::nullopt;
-  std::vector<MeasuredPart> parts = measured(surface, components);
+  std::vector<MeasuredPart> parts(at(components.count));
+  for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
+    MeasuredPart& part = parts[at(components.of_face[at(f)])];
+    ++part.faces;
+    for (Index k = 0; k < 3; ++k)
+      part.box.extend(surface.vertices.row(surface.faces(f, k)).transpose());
+  }
   double largest = 0.0;
   for (const MeasuredPart& part : parts) largest = std::max(largest, part.half_extent());
   EnlargedParts result;
@@ -431,7 +397,7 @@ std::optional<EnlargedParts> enlarge_parts(const mesh::Surface& surface,
       const VertexId v = surface.faces(f, k);
       for (Index i = 0; i < 3; ++i)
         result.surface.vertices(v, i) =
-            std::ldexp(surface.vertices(v, i) - part.low[i], part.exponent);
+            std::ldexp(surface.vertices(v, i) - part.box.min()[i], part.exponent);
     }
   }
   return result;

@@ -11,7 +11,6 @@
 #include "flipfree/base/types.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/distortion/seams/constraints.h"
-#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/request.h"
@@ -33,15 +32,11 @@ std::vector<Index> with_corners(const std::vector<SurfacePart>& parts,
                                 ExecutionContext& context);
 
 // Per face: is the boundary of its part aligned, as with_corners() says? Closed parts: no.
-std::vector<char> aligned_faces(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                                const std::vector<Index>& cones);
+std::vector<char> aligned_faces(const mesh::Surface& surface, const std::vector<Index>& cones);
 
-// Edges on the boundary of a cut map that lie on an axis; `parent`: faces of the input, for which
-// `aligned` says it.
-std::vector<distortion::StraightEdge> straight_where(const std::vector<char>& aligned,
-                                                     const std::vector<FaceId>& parent,
-                                                     const distortion::CutMap& cut,
-                                                     const mesh::Adjacency& adjacency);
+// The map cut along its cut_edges, with those edges on its boundary straight that lie on an axis:
+// of faces of the input for which `aligned` says it.
+distortion::CutMap cut_of(const certify::Parametrization& map, const std::vector<char>& aligned);
 
 // A surface with an aligned boundary, without the edges that this would flatten
 //, and the way back to the user's.
@@ -56,8 +51,8 @@ struct DividedSides {
 // surface, in which no vertex of the boundary is a corner. `cones`: quarter turns per vertex, 2
 // where the boundary is straight; any number of components. Throws Cancelled. Cost: sorting them,
 // and what lies between a disk and the disks in it; only small disks are looked for.
-std::vector<HalfedgeId> side_chords(const Triangles& faces, const mesh::Adjacency& adjacency,
-                                    const std::vector<Index>& cones, ExecutionContext& context);
+std::vector<HalfedgeId> side_chords(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                    ExecutionContext& context);
 
 // Nothing if there are no such `chords`. `cones`: quarter turns per vertex; `uncuttable`: edges of
 // the input, diagonals of polygons. Throws NotConverged naming an edge that is so short that there
@@ -70,13 +65,12 @@ std::optional<DividedSides> divided_sides(const mesh::Surface& surface,
 
 // Where the charts of a map on a grid lie: beside each other, in rows.
 
-// Moves charts by multiples of `step` so that their boxes lie in rows and do not meet, about as
-// wide as high altogether, centred at the origin. `chart_of_face`: numbers from 0 to `charts` - 1.
-// Precondition: all coordinates are multiples of `step`, at most 2^23 of them. Guarantee:
-// afterwards too, without rounding; a map that would not fit, or has one chart, stays as it is.
-// Cost: O(#F + charts log charts).
-void spread_charts(const std::vector<Index>& chart_of_face, Index charts, double step,
-                   Points2& corner_uv);
+// Moves the connected parts of the map by multiples of `step` so that their boxes lie in rows and
+// do not meet, about as wide as high altogether, centred at the origin. Precondition: all
+// coordinates are multiples of `step`, at most 2^23 of them. Guarantee: afterwards too, without
+// rounding; a map that would not fit, or has one chart, stays as it is. Cost: O(#F + charts log
+// charts).
+void spread_charts(double step, certify::Parametrization& map);
 
 // Typical edges of a part over the extent of the largest one: no grid of 32-bit values holds
 // shorter ones; those up to the second it holds if they have room to move.
@@ -90,8 +84,7 @@ struct EnlargedParts {
 // Parts whose typical edge, the extent over the square root of the number of faces, is shorter than
 // `least_edge` times the extent of the largest part, each enlarged by the power of two that mends
 // this; nullopt if there is none. Precondition: no vertex belongs to two parts. Cost: O(#F).
-std::optional<EnlargedParts> enlarge_parts(const mesh::Surface& surface,
-                                           const mesh::Adjacency& adjacency, double least_edge);
+std::optional<EnlargedParts> enlarge_parts(const mesh::Surface& surface, double least_edge);
 
 // A map of the enlarged surface, as one of `surface`: places of all vertices, by their provenance.
 void place_on(const mesh::Surface& surface, certify::Parametrization& map);
@@ -101,20 +94,19 @@ void place_on(const mesh::Surface& surface, certify::Parametrization& map);
 // that was found could not be stored, which more room may mend. Stats: "enlarged_islands", where
 // some were.
 template <typename Solve>
-certify::Parametrization solve_in_scale(const mesh::Surface& surface,
-                                        const mesh::Adjacency& adjacency, const Solve& solve) {
+certify::Parametrization solve_in_scale(const mesh::Surface& surface, const Solve& solve) {
   const auto solved = [&](const std::optional<EnlargedParts>& parts) {
     certify::Parametrization map = solve(parts ? &*parts : nullptr);
     if (parts) map.stats["enlarged_islands"] = static_cast<std::int64_t>(parts->count);
     return map;
   };
-  const std::optional<EnlargedParts> lost = enlarge_parts(surface, adjacency, kLostEdge);
+  const std::optional<EnlargedParts> lost = enlarge_parts(surface, kLostEdge);
   try {
     return solved(lost);
   } catch (const NotConverged& failure) {
     const ErrorCode code = failure.error().code;
     if (code != ErrorCode::kRoundingFlips && code != ErrorCode::kCertificateFailed) throw;
-    const std::optional<EnlargedParts> cramped = enlarge_parts(surface, adjacency, kCrampedEdge);
+    const std::optional<EnlargedParts> cramped = enlarge_parts(surface, kCrampedEdge);
     if (!cramped || (lost && lost->count == cramped->count)) throw;
     return solved(cramped);
   }

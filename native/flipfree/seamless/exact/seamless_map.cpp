@@ -21,9 +21,10 @@
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/face_area.h"
+#include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/mesh/validate.h"
-#include "flipfree/seamless/bordered/corners.h"
+#include "flipfree/seamless/corners.h"
 #include "flipfree/seamless/exact/parts.h"
 #include "flipfree/seamless/exact/take_back.h"
 #include "flipfree/seamless/padding/padding.h"
@@ -33,52 +34,37 @@
 namespace flipfree::seamless {
 namespace {
 
-// Cones of whole quarter turns for a surface that has none yet.
-
-// A torus has no metric with the cones 3 and 5, but one without cones.
-bool is_empty_stratum(const std::vector<Index>& turns) {
-  std::vector<Index> cones;
-  std::copy_if(turns.begin(), turns.end(), std::back_inserter(cones),
-               [](Index k) { return k != 4; });
-  std::sort(cones.begin(), cones.end());
-  return cones == std::vector<Index>{3, 5};
-}
-
-// Quarter turns per vertex, 4 where it is flat, kNotGiven at boundaries, as check_request() accepts
-// them: those of conformal::suggest_cones on every connected part by itself; none where these would
-// be the cones 3 and 5 on a torus. The options' quantum is not looked at, max_seconds hold for each
-// part. Errors: those of check_request() but for cones, and of suggest_cones().
+// Cones of whole quarter turns for a surface that has none yet: per vertex, 4 where it is flat,
+// kNotGiven at boundaries, as check_request() accepts them: those of conformal::suggest_cones on
+// every connected part by itself; none where these would be the cones 3 and 5, which no torus has.
+// The options' quantum is not looked at, max_seconds hold for each part. Errors: those of
+// check_request() but for cones, and of suggest_cones().
 std::vector<Index> suggested_turns(const mesh::Surface& surface,
                                    const conformal::SuggestConesOptions& options,
                                    ExecutionContext& context) {
-  check_surface(surface, context);
-  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
   conformal::SuggestConesOptions own = options;
   own.quantum = kQuarterTurn;
   const Stopwatch watch;
-  std::vector<Index> turns(at(vertex_count), 4);
-  const std::vector<SurfacePart> parts = connected_parts(surface, surface.adjacency(), turns);
+  std::vector<Index> turns(at(surface.vertices.rows()), 4);
+  const std::vector<SurfacePart> parts = connected_parts(surface, turns);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const ProgressRange range(context, i, parts.size());
-    const std::vector<VertexId>& vertices = parts[i].vertices;
+    const mesh::Surface& part = parts[i].surface;
     constexpr double kLeastSeconds = 1e-3;
     if (options.enough_seconds > 0.0)  // what a part leaves is the next ones'
       own.enough_seconds = std::max(kLeastSeconds, options.enough_seconds - watch.seconds());
-    conformal::SuggestedCones found;
-    try {
-      found = conformal::suggest_cones(mesh::InOwnUnit(parts[i].surface).surface(), own, context);
-    } catch (...) {
-      rethrow_placed(parts[i].faces, vertices);
-    }
-    const mesh::Adjacency& around = parts[i].surface.adjacency();
-    std::vector<Index> own_turns(found.target_angles.size());
-    std::transform(found.target_angles.begin(), found.target_angles.end(), own_turns.begin(),
-                   [](double a) { return static_cast<Index>(std::lround(a / kQuarterTurn)); });
-    for (const auto& loop : mesh::boundary_loops(parts[i].surface.faces, around)) {
+    const conformal::SuggestedCones found = placed(parts[i].faces, parts[i].vertices, [&] {
+      return conformal::suggest_cones(mesh::InOwnUnit(part).surface(), own, context);
+    });
+    std::vector<Index> own_turns;
+    for (const double angle : found.target_angles)
+      own_turns.push_back(static_cast<Index>(std::lround(angle / kQuarterTurn)));
+    for (const auto& loop : mesh::boundary_loops(part.faces, part.adjacency())) {
       for (const VertexId v : loop) own_turns[at(v)] = kNotGiven;
     }
-    if (is_empty_stratum(own_turns)) continue;
-    for (std::size_t v = 0; v < own_turns.size(); ++v) turns[at(vertices[v])] = own_turns[v];
+    if (cone_list(own_turns) == std::vector<Index>{3, 5}) continue;
+    for (std::size_t v = 0; v < own_turns.size(); ++v)
+      turns[at(parts[i].vertices[v])] = own_turns[v];
   }
   return turns;
 }
@@ -93,36 +79,17 @@ constexpr double kTakenBackShare = 0.6;
 // Newton steps of the optimiser between two rounds of taking refinement back.
 constexpr int kCoarseSteps = 15;
 
-bool has_boundary(const mesh::Surface& surface) {
-  const mesh::Adjacency& adjacency = surface.adjacency();
-  return std::any_of(adjacency.opposite.begin(), adjacency.opposite.end(),
-                     [](HalfedgeId o) { return o == kInvalid; });
-}
-
-Index euler_characteristic(const mesh::Surface& surface) {
-  return mesh::topology(surface.faces, surface.adjacency()).euler();
-}
-
 // Turns every chart of a closed part so that the mesh's edges, its `diagonals` (vertex pairs) left
 // out, run along the axes as well as they can: no field says which way up. Where there is a
 // boundary, that says it.
 void turn_along_edges(const IndexPairs& diagonals, certify::Parametrization& map) {
-  using Pair = std::pair<VertexId, VertexId>;
-  const Triangles& faces = map.surface.faces;
-  const mesh::Adjacency& adjacency = map.surface.adjacency();
-  const mesh::Components parts = mesh::face_components(adjacency);
-  std::vector<Pair> left_out;
-  for (Eigen::Index e = 0; e < diagonals.rows(); ++e)
-    left_out.emplace_back(std::minmax(diagonals(e, 0), diagonals(e, 1)));
-  std::sort(left_out.begin(), left_out.end());
-  std::vector<char> open(at(parts.count), 0);
-  for (std::size_t h = 0; h < adjacency.opposite.size(); ++h) {
-    if (adjacency.opposite[h] == kInvalid) open[at(parts.of_face[h / 3])] = 1;
-  }
+  const mesh::Surface& surface = map.surface;
+  const mesh::Components parts = mesh::face_components(surface.adjacency());
+  const std::vector<char> open = open_parts(surface, parts);
+  const std::vector<char> left_out =
+      mesh::flag_pairs(surface.faces, static_cast<Index>(surface.vertices.rows()), &diagonals);
   const auto counts = [&](HalfedgeId h) {
-    const Pair edge = std::minmax(mesh::source(faces, h), mesh::target(faces, h));
-    return open[at(parts.of_face[at(h / 3)])] == 0 &&
-           !std::binary_search(left_out.begin(), left_out.end(), edge);
+    return open[at(parts.of_face[at(h / 3)])] == 0 && left_out[at(h)] == 0;
   };
   Points2 turned = map.uv;
   turn_to_axes(parts.of_face, parts.count, counts, turned);
@@ -135,9 +102,9 @@ bool is_aligned(Boundary boundary) {
 }
 
 // The map's certificate, as a map of `surface`; throws if it does not hold.
-void judge(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-           const std::vector<Index>& cones, const Strips& strips, const SeamlessOptions& options,
-           certify::Parametrization& map, ExecutionContext& context) {
+void judge(const mesh::Surface& surface, const std::vector<Index>& cones, const Strips& strips,
+           const SeamlessOptions& options, certify::Parametrization& map,
+           ExecutionContext& context) {
   const Grace judging(context, Grace::kShort);
   certify::CertifyRequest request;
   request.require_seamless = options.exact;
@@ -146,28 +113,49 @@ void judge(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
   request.features = options.features;
   request.require_features = false;
   if (options.exact) request.loops = strips;
-  request.cone_angles =
-      prescribed_angles(cones, surface.faces, adjacency, is_aligned(options.boundary));
+  request.cone_angles = prescribed_angles(cones, surface, is_aligned(options.boundary));
   certify::certify_map(map, surface, request, context);
   certify::require_certificate(map, "The seamless map");
 }
 
-PennerMap engine_map(const mesh::Surface& surface, const std::vector<Index>& cones,
-                     const SeamlessOptions& options, ExecutionContext& context) {
-  const ProgressRange range(context, 0.0, kEngineShare);
-  PennerMapOptions engine = options.engine;
-  engine.metric.boundary = options.boundary;
-  PennerMap found = by_engine(
-      options.which, has_boundary(surface),
-      [&] { return compute_penner_map(surface, cones, {}, engine, context); },
-      [&] { return compute_padding_map(surface, cones, bare_cut, engine, context); });
-  turn_along_edges(options.engine.uncuttable, found.map);
-  return found;
+// Less distorted, its seams exact, as the options say; `aligned`: per face of the input.
+void make_map_exact(const std::vector<char>& aligned, const SeamlessOptions& options,
+                    certify::Parametrization& map, ExecutionContext& context) {
+  distortion::CutMap cut = cut_of(map, aligned);
+  cut.straight.insert(cut.straight.end(), options.straight.begin(), options.straight.end());
+  distortion::ExactOptions exact_options;
+  exact_options.optimise = options.optimise;
+  exact_options.max_iterations = options.max_iterations;
+  exact_options.exact = options.exact;
+  distortion::ExactMap exact = placed(  // it counts faces of the refined map
+      map.parent_face, {}, [&] { return distortion::make_exact(cut, exact_options, context); });
+  map.uv = distortion::corners_of(cut, exact.uv);
+  if (options.exact) {
+    spread_charts(exact.step, map);
+    map.uv32 = map.uv.cast<float>();
+  } else {
+    map.uv32 = Points2f(map.uv.rows(), 2);  // a resize that fails frees twice
+    for (CornerId c = 0; c < static_cast<CornerId>(map.uv.rows()); ++c)
+      map.uv32.row(c) = exact.uv32.row(cut.surface.faces(c / 3, c % 3));
+  }
+  map.agreed.resize(0, 2);
+  for (const distortion::StraightEdge& edge : options.straight) map.features.push_back(edge.h);
+  for (auto& [name, value] : exact.stats) map.stats[name] = std::move(value);
 }
 
 certify::Parametrization map_at_once(const mesh::Surface& surface, const std::vector<Index>& cones,
                                      const SeamlessOptions& options, ExecutionContext& context) {
-  PennerMap found = engine_map(surface, cones, options, context);
+  PennerOptions engine = options.engine;
+  engine.boundary = options.boundary;
+  PennerMap found;
+  {
+    const ProgressRange range(context, 0.0, kEngineShare);
+    found = by_engine(
+        options.which, has_boundary(surface),
+        [&] { return compute_penner_map(surface, cones, {}, engine, context); },
+        [&] { return compute_padding_map(surface, cones, bare_cut, engine, context); });
+    turn_along_edges(engine.uncuttable, found.map);
+  }
   const ProgressRange range(context, kEngineShare, 1.0);
   return finish_map(std::move(found), surface, {}, options, context);
 }
@@ -178,23 +166,18 @@ certify::Parametrization map_with_corners(const mesh::Surface& surface,
                                           const std::vector<Index>& cones,
                                           const SeamlessOptions& options,
                                           ExecutionContext& context) {
-  const mesh::Adjacency& adjacency = surface.adjacency();
   SeamlessOptions own = options;
   own.boundary = Boundary::kGiven;
-  const std::optional<DividedSides> divided =
-      divided_sides(surface, cones, side_chords(surface.faces, adjacency, cones, context),
-                    options.engine.uncuttable);
+  const std::optional<DividedSides> divided = divided_sides(
+      surface, cones, side_chords(surface, cones, context), options.engine.uncuttable);
   if (!divided) return map_at_once(surface, cones, own, context);
   const DividedSurface& pieces = divided->pieces;
   own.engine.uncuttable = divided->uncuttable;
-  certify::Parametrization map;
-  try {
-    map = map_at_once(pieces.surface, pieces.cones, own, context);
-  } catch (...) {
-    rethrow_placed(pieces.provenance.face, divided->place);
-  }
+  certify::Parametrization map = placed(pieces.provenance.face, divided->place, [&] {
+    return map_at_once(pieces.surface, pieces.cones, own, context);
+  });
   name_input_places(surface, pieces.provenance, pieces.surface.faces, map);
-  judge(surface, adjacency, cones, {}, own, map, context);
+  judge(surface, cones, {}, own, map, context);
   map.stats["divided_chords"] =
       static_cast<std::int64_t>(pieces.surface.vertices.rows() - surface.vertices.rows());
   map.stats["added_vertices"] =
@@ -237,9 +220,8 @@ std::vector<char> parts_to_free(const std::vector<SurfacePart>& parts,
 // A map of a surface with a boundary.
 certify::Parametrization map_of_open(const mesh::Surface& surface, const std::vector<Index>& given,
                                      const SeamlessOptions& options, ExecutionContext& context) {
-  const mesh::Adjacency& adjacency = surface.adjacency();
-  const std::vector<Index> cones = flat_inside(given, adjacency);
-  const std::vector<SurfacePart> parts = connected_parts(surface, adjacency, cones);
+  const std::vector<Index> cones = flat_inside(given, surface);
+  const std::vector<SurfacePart> parts = connected_parts(surface, cones);
   std::vector<char> freed(parts.size(), 0);
   if (options.boundary == Boundary::kAligned)
     return map_with_corners(surface, with_corners(parts, freed, cones, context), options, context);
@@ -274,12 +256,11 @@ certify::Parametrization seamless_map_in_time(const mesh::Surface& surface,
                                               ExecutionContext& context) {
   check_request(surface, cones, context);
   if (options.boundary == Boundary::kFree) check_free(surface, cones);
-  const mesh::Adjacency& adjacency = surface.adjacency();
-  return solve_in_scale(surface, adjacency, [&](const EnlargedParts* parts) {
+  return solve_in_scale(surface, [&](const EnlargedParts* parts) {
     if (parts == nullptr) return map_in_scale(surface, cones, options, context);
     certify::Parametrization map = map_in_scale(parts->surface, cones, options, context);
     place_on(surface, map);
-    judge(surface, adjacency, flat_inside(cones, adjacency), {}, options, map, context);
+    judge(surface, flat_inside(cones, surface), {}, options, map, context);
     map.stats["energy"] = map.certificate.energy;
     return map;
   });
@@ -319,11 +300,9 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
                                     const Strips& strips, const SeamlessOptions& options,
                                     ExecutionContext& context) {
   certify::Parametrization map = std::move(found.map);
-  const mesh::Adjacency& of_input = surface.adjacency();
-  const std::vector<char> aligned =
-      is_aligned(options.boundary)
-          ? aligned_faces(surface, of_input, found.cones)
-          : std::vector<char>(static_cast<std::size_t>(surface.faces.rows()), 0);
+  const std::vector<char> aligned = is_aligned(options.boundary)
+                                        ? aligned_faces(surface, found.cones)
+                                        : std::vector<char>(at(surface.faces.rows()), 0);
   const double engine_energy = map.certificate.energy;
   const auto engine_added = map.surface.vertices.rows() - surface.vertices.rows();
   // Strips are named by the faces that the engine's map has.
@@ -335,38 +314,10 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
     take_back(surface, aligned, options.engine.uncuttable,
               std::min(kCoarseSteps, options.max_iterations), map, context);
   }
-  const mesh::Adjacency& adjacency = map.surface.adjacency();
-  const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
-  distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
-  cut.straight = straight_where(aligned, map.parent_face, cut, adjacency);
-  cut.straight.insert(cut.straight.end(), options.straight.begin(), options.straight.end());
-  distortion::ExactOptions exact_options;
-  exact_options.optimise = options.optimise;
-  exact_options.max_iterations = options.max_iterations;
-  exact_options.exact = options.exact;
   const ProgressRange finishing(context, taken ? kTakenBackShare : 0.0, 1.0);
-  distortion::ExactMap exact;
-  try {
-    exact = distortion::make_exact(cut, exact_options, context);
-  } catch (...) {
-    rethrow_placed(map.parent_face, {});  // it counts faces of the refined map
-  }
-  map.uv = distortion::corners_of(cut, exact.uv);
-  if (options.exact) {
-    const mesh::Components parts = mesh::face_components(adjacency);
-    spread_charts(parts.of_face, parts.count, exact.step, map.uv);
-    map.uv32 = map.uv.cast<float>();
-  } else {
-    map.uv32 = Points2f(map.uv.rows(), 2);  // a resize that fails frees twice
-    for (CornerId c = 0; c < static_cast<CornerId>(map.uv.rows()); ++c)
-      map.uv32.row(c) = exact.uv32.row(cut.surface.faces(c / 3, c % 3));
-  }
-  map.agreed.resize(0, 2);
-  for (const distortion::StraightEdge& edge : options.straight) map.features.push_back(edge.h);
-  for (auto& [name, value] : exact.stats) map.stats[name] = std::move(value);
-  const std::vector<VertexId> places = inner_cones(found.cones, surface.faces, of_input);
-  write_transitions(seam_branches(map.surface.faces, adjacency, cuts, places, map.uv), map);
-  judge(surface, of_input, found.cones, strips, options, map, context);
+  make_map_exact(aligned, options, map, context);
+  write_transitions(inner_cones(found.cones, surface), map);
+  judge(surface, found.cones, strips, options, map, context);
   map.stats.try_emplace("engine", std::string("penner"));
   map.stats.try_emplace("engine.added_vertices", static_cast<std::int64_t>(engine_added));
   map.stats.try_emplace("energy.engine", engine_energy);
@@ -378,24 +329,26 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
 certify::Parametrization map_with_suggested_cones(const mesh::Surface& surface,
                                                   const SeamlessOptions& options,
                                                   ExecutionContext& context) {
-  return in_time(
-      context, options.max_seconds, "The seamless map was not reached", "or give the cones", [&] {
-        std::vector<Index> cones;
-        {
-          const ProgressRange range(context, 0.0, kSuggestionShare);
-          check_surface(surface, context);
-          conformal::SuggestConesOptions suggestion;
-          suggestion.bound = options.suggested_bound;
-          // Saddles of many quarters each are far from any surface with many handles.
-          suggestion.max_cones =
-              std::max(suggestion.max_cones, 4 * std::abs(euler_characteristic(surface)));
-          // The best cones that half of the time finds, where it is limited, or else the first.
-          if (options.max_seconds > 0.0) suggestion.enough_seconds = 0.5 * context.seconds_left();
-          cones = suggested_turns(surface, suggestion, context);
-        }
-        const ProgressRange range(context, kSuggestionShare, 1.0);
-        return seamless_map_in_time(surface, cones, options, context);
-      });
+  return in_time(context, options.max_seconds, "The seamless map was not reached",
+                 "or give the cones", [&] {
+                   std::vector<Index> cones;
+                   {
+                     const ProgressRange range(context, 0.0, kSuggestionShare);
+                     check_surface(surface, context);
+                     conformal::SuggestConesOptions suggestion;
+                     suggestion.bound = options.suggested_bound;
+                     // Saddles of many quarters each are far from any surface with many handles.
+                     const Index euler = mesh::topology(surface.faces, surface.adjacency()).euler();
+                     suggestion.max_cones = std::max(suggestion.max_cones, 4 * std::abs(euler));
+                     // The best cones that half of the time finds, where it is limited, or else the
+                     // first.
+                     if (options.max_seconds > 0.0)
+                       suggestion.enough_seconds = 0.5 * context.seconds_left();
+                     cones = suggested_turns(surface, suggestion, context);
+                   }
+                   const ProgressRange range(context, kSuggestionShare, 1.0);
+                   return seamless_map_in_time(surface, cones, options, context);
+                 });
 }
 
 }  // namespace flipfree::seamless

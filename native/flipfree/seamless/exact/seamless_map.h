@@ -40,7 +40,7 @@ PennerMap by_engine(Engine which, bool open, const std::function<PennerMap()>& p
 struct SeamlessOptions {
   Engine which = Engine::kAuto;
   Boundary boundary = Boundary::kAligned;
-  PennerMapOptions engine;  // its own boundary is not looked at
+  PennerOptions engine;  // its own boundary is not looked at
   // Of finish_map() alone: edges of the engine's map inside the surface that run along the axes up
   // to rounding, and are kept there.
   std::vector<distortion::StraightEdge> straight;

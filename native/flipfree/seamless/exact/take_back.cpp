@@ -67,7 +67,7 @@ Motion across(const Points2& uv, HalfedgeId h, HalfedgeId o) {
   const Vector2 other_source = uv.row(next_corner(o)), other_target = uv.row(o);
   const double angle = turn(other_target - other_source, target - source);
   Motion motion;
-  motion.turns = static_cast<Index>(std::lround(angle / (0.5 * std::numbers::pi)) & 3);
+  motion.turns = static_cast<Index>(std::lround(angle / kQuarterTurn) & 3);
   motion.shift =
       0.5 * (source + target) - turned(0.5 * (other_source + other_target), motion.turns);
   return motion;
@@ -104,11 +104,11 @@ std::vector<Motion> laid_out(const mesh::Adjacency& adjacency, Joined joined, Li
 // seams that match up to rounding; faces that the map bends may be flipped. No certificate. Cost:
 // O(#F log #F).
 certify::Parametrization on_own_triangles(const mesh::Surface& input,
-                                          const mesh::Adjacency& adjacency,
                                           const std::vector<VertexId>& cones,
                                           const mesh::EdgeFlags& avoided,
                                           const certify::Parametrization& map,
                                           const ExecutionContext& context) {
+  const mesh::Adjacency& adjacency = input.adjacency();
   const mesh::Adjacency& refined = map.surface.adjacency();
   const auto one_parent = [&](HalfedgeId h, HalfedgeId o) {
     return map.parent_face[at(h / 3)] == map.parent_face[at(o / 3)];
@@ -160,8 +160,7 @@ class TakingBack {
     angles_ = vertex_angles(input_.vertices.rows(), map);
     std::vector<VertexId> cones;
     for (std::size_t v = 0; v < angles_.size(); ++v) {
-      if (std::lround(angles_[v] / (0.5 * std::numbers::pi)) != 4)
-        cones.push_back(static_cast<VertexId>(v));
+      if (std::lround(angles_[v] / kQuarterTurn) != 4) cones.push_back(static_cast<VertexId>(v));
     }
     const mesh::EdgeFlags avoided = uncuttable.rows() == 0
                                         ? mesh::EdgeFlags{}
@@ -170,8 +169,7 @@ class TakingBack {
     for (int round = 1; round <= kTakeBackRounds; ++round) {
       const ProgressRange range(context_, (round - 1) / double{kTakeBackRounds},
                                 round / double{kTakeBackRounds});
-      if (take(on_own_triangles(input_, adjacency_, cones, avoided, map, context_), map))
-        return round;
+      if (take(on_own_triangles(input_, cones, avoided, map, context_), map)) return round;
       const std::optional<double> energy = improve(map);
       if (!energy || *energy > (1.0 - kWorthwhileRound) * before || round == kTakeBackRounds) {
         thin_out(map);
@@ -183,18 +181,10 @@ class TakingBack {
   }
 
  private:
-  distortion::CutMap cut_of(const certify::Parametrization& map) const {
-    const mesh::Adjacency& adjacency = map.surface.adjacency();
-    const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
-    distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
-    cut.straight = straight_where(aligned_, map.parent_face, cut, adjacency);
-    return cut;
-  }
-
   // Its energy; none, and nothing done, if the map is too squeezed for it.
   std::optional<double> improve(certify::Parametrization& map) {
     try {
-      const distortion::CutMap cut = cut_of(map);
+      const distortion::CutMap cut = cut_of(map, aligned_);
       const distortion::Minimized better =
           distortion::less_distorted(cut, max_iterations_, context_);
       map.uv = distortion::corners_of(cut, better.uv);
@@ -220,7 +210,7 @@ class TakingBack {
   // The map on the input's own triangles, if it flips nowhere, or so little that it can be opened,
   // and winds as it did.
   bool take(certify::Parametrization own, certify::Parametrization& map) {
-    const distortion::CutMap cut = cut_of(own);
+    const distortion::CutMap cut = cut_of(own, aligned_);
     const auto most = static_cast<std::size_t>(kFewFlips * static_cast<double>(own.uv.rows() / 3));
     const auto uv = distortion::opened_on_grid(cut, most, context_);
     if (!uv) return false;

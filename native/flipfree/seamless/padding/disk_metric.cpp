@@ -14,7 +14,6 @@
 #include "flipfree/intrinsic/overlay.h"
 #include "flipfree/seamless/padding/segments.h"
 #include "flipfree/seamless/penner/penner_newton.h"
-#include "flipfree/seamless/penner/relaxation.h"
 
 namespace flipfree::seamless {
 

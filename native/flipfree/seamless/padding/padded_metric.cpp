@@ -13,7 +13,7 @@
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/seamless/padding/disk_metric.h"
 #include "flipfree/seamless/padding/segments.h"
-#include "flipfree/seamless/penner/relaxation.h"
+#include "flipfree/seamless/penner/penner_newton.h"
 #include "flipfree/seamless/seams.h"
 
 namespace flipfree::seamless {

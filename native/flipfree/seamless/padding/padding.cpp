@@ -20,13 +20,12 @@
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/mesh/validate.h"
-#include "flipfree/seamless/bordered/corners.h"
+#include "flipfree/seamless/corners.h"
 #include "flipfree/seamless/padding/hole_chain.h"
 #include "flipfree/seamless/padding/padded_metric.h"
 #include "flipfree/seamless/padding/paths.h"
 #include "flipfree/seamless/padding/reroute.h"
 #include "flipfree/seamless/request.h"
-#include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {
 
@@ -63,7 +62,7 @@ Eigen::RowVector3d place_of(const mesh::Surface& surface) {
 
 // The map of one component.
 PennerMap map_padded(const mesh::Surface& given, const std::vector<Index>& cones,
-                     const CutMaker& make_cut, const PennerMapOptions& options,
+                     const CutMaker& make_cut, const PennerOptions& options,
                      const std::vector<FaceId>& faces, ExecutionContext& context) {
   const Stopwatch watch;
   Stats stats;
@@ -80,20 +79,19 @@ PennerMap map_padded(const mesh::Surface& given, const std::vector<Index>& cones
   stats["cut_vertices"] = static_cast<std::int64_t>(cut.surface.vertices.rows() - own_count);
   std::vector<Index> all = cones;
   all.resize(static_cast<std::size_t>(cut.surface.vertices.rows()), 4);
-  PennerMapOptions own = options;
+  PennerOptions own = options;
   own.uncuttable = edges_left(options.uncuttable, cut.surface);
   PennerMap result;
   try {
     const ProgressRange range(context, 0.1, 1.0);
     PennerMetric metric;
     if (cut.branches.empty()) {
-      metric = compute_penner_metric(cut.surface, all, {}, own.metric, context);
+      metric = compute_penner_metric(cut.surface, all, {}, own, context);
     } else {
       PaddedMetric padded = compute_padded_metric(cut, all, context);
       stats["padding_components"] = static_cast<std::int64_t>(padded.components);
       stats["padding_width"] = padded.largest_width;
-      metric =
-          finish_penner_metric(cut.surface, all, std::move(padded.metric), own.metric, context);
+      metric = finish_penner_metric(cut.surface, all, std::move(padded.metric), own, context);
     }
     result = map_from_metric(cut.surface, all, std::move(metric), own, context);
   } catch (const NotConverged&) {
@@ -107,7 +105,7 @@ PennerMap map_padded(const mesh::Surface& given, const std::vector<Index>& cones
   map.surface.vertices.rowwise() += place;
   map.surface.vertices.topRows(own_count) = given.vertices;
   certify::CertifyRequest request;
-  request.cone_angles = prescribed_angles(cones, given.faces, given.adjacency(), false);
+  request.cone_angles = prescribed_angles(cones, given, false);
   certify::certify_map(map, given, request, context);
   map.stats.merge(stats);
   map.stats["added_vertices"] = static_cast<std::int64_t>(map.surface.vertices.rows() - own_count);
@@ -117,11 +115,11 @@ PennerMap map_padded(const mesh::Surface& given, const std::vector<Index>& cones
 }  // namespace
 
 PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<Index>& cones,
-                              const CutMaker& make_cut, const PennerMapOptions& options,
+                              const CutMaker& make_cut, const PennerOptions& options,
                               ExecutionContext& context) {
   const ComponentMapper map_one = [&](const mesh::Surface& component, const std::vector<Index>& own,
                                       const std::optional<std::vector<LoopTurn>>&,
-                                      const PennerMapOptions& own_options,
+                                      const PennerOptions& own_options,
                                       const std::vector<FaceId>& faces, ExecutionContext& inner) {
     return map_padded(component, own, make_cut, own_options, faces, inner);
   };

@@ -33,7 +33,7 @@ using CutMaker =
 // "cut_vertices" (that the cut added). Errors: as compute_penner_map(),
 // NotConverged where the cut or a piece's metric is not reached.
 PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<Index>& cones,
-                              const CutMaker& make_cut, const PennerMapOptions& options,
+                              const CutMaker& make_cut, const PennerOptions& options,
                               ExecutionContext& context);
 
 // Cuts that make a closed surface with cones ready for padding (thesis 5.3, 5.4.1).

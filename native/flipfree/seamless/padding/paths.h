@@ -14,7 +14,7 @@
 #include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/seamless/signature.h"
+#include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {
 

@@ -12,7 +12,7 @@
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/seamless/padding/paths.h"
-#include "flipfree/seamless/signature.h"
+#include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {
 

@@ -10,7 +10,7 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/numeric/cholesky/laplacian_factor.h"
-#include "flipfree/seamless/signature.h"
+#include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {
 

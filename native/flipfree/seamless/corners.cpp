@@ -1,4 +1,4 @@
-#include "flipfree/seamless/bordered/corners.h"
+#include "flipfree/seamless/corners.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -194,19 +194,16 @@ Index needed_turning(const Border& border, const std::vector<Index>& cones) {
 }
 
 // Quarter turns.
-double corner_angle(const mesh::Surface& surface, Eigen::Index f, Eigen::Index k) {
-  const Vector3 p = surface.vertices.row(surface.faces(f, k));
-  const Vector3 a = surface.vertices.row(surface.faces(f, (k + 1) % 3)).transpose() - p;
-  const Vector3 b = surface.vertices.row(surface.faces(f, (k + 2) % 3)).transpose() - p;
+double corner_angle(const mesh::Surface& surface, CornerId c) {
+  const auto [a, b] = mesh::sides_at(surface, c);
   return std::atan2(a.cross(b).norm(), a.dot(b)) / kQuarterTurn;
 }
 
 // Total angles of the surface at its vertices, quarter turns.
 std::vector<double> own_angles(const mesh::Surface& surface) {
-  std::vector<double> angle(at(static_cast<Index>(surface.vertices.rows())), 0.0);
-  for (Eigen::Index f = 0; f < surface.faces.rows(); ++f) {
-    for (int k = 0; k < 3; ++k) angle[at(surface.faces(f, k))] += corner_angle(surface, f, k);
-  }
+  std::vector<double> angle(at(surface.vertices.rows()), 0.0);
+  for (CornerId c = 0; c < static_cast<CornerId>(surface.faces.size()); ++c)
+    angle[at(surface.faces(c / 3, c % 3))] += corner_angle(surface, c);
   return angle;
 }
 
@@ -233,14 +230,13 @@ std::vector<Index> whole_with_sum(const std::vector<double>& values, Index sum) 
 
 // Directions of the half-edges of a connected surface, quarter turns: unfolded face after face, so
 // that where it is flat they are those in the plane.
-std::vector<double> unfolded_directions(const mesh::Surface& surface,
-                                        const mesh::Adjacency& adjacency) {
-  std::vector<double> direction(adjacency.opposite.size(), 0.0);
+std::vector<double> unfolded_directions(const mesh::Surface& surface) {
+  const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
+  std::vector<double> direction(opposite.size(), 0.0);
   const auto unfold = [&](HalfedgeId h) {
     for (int k = 0; k < 2; ++k, h = next_corner(h)) {
       const HalfedgeId next = next_corner(h);
-      const double turning = 2.0 - corner_angle(surface, next / 3, next % 3);
-      direction[at(next)] = direction[at(h)] + turning;
+      direction[at(next)] = direction[at(h)] + (2.0 - corner_angle(surface, next));
     }
   };
   std::vector<char> reached(static_cast<std::size_t>(surface.faces.rows()), 0);
@@ -249,7 +245,7 @@ std::vector<double> unfolded_directions(const mesh::Surface& surface,
   unfold(0);
   for (std::size_t i = 0; i < queue.size(); ++i) {
     for (HalfedgeId h = 3 * queue[i]; h < 3 * queue[i] + 3; ++h) {
-      const HalfedgeId o = adjacency.opposite[at(h)];
+      const HalfedgeId o = opposite[at(h)];
       if (o == kInvalid || reached[at(o / 3)] != 0) continue;
       reached[at(o / 3)] = 1;
       direction[at(o)] = direction[at(h)] + 2.0;
@@ -277,10 +273,9 @@ bool is_flat_inside(const Border& border, const std::vector<double>& angles,
 std::vector<BorderCurve> border_curves(const mesh::Surface& surface,
                                        const std::vector<double>& angles,
                                        const std::vector<Index>& wanted) {
-  const mesh::Adjacency& adjacency = surface.adjacency();
-  const std::vector<double> direction = unfolded_directions(surface, adjacency);
+  const std::vector<double> direction = unfolded_directions(surface);
   std::vector<BorderCurve> curves;
-  for (const auto& loop : mesh::boundary_halfedge_loops(surface.faces, adjacency)) {
+  for (const auto& loop : mesh::boundary_halfedge_loops(surface.faces, surface.adjacency())) {
     BorderCurve curve;
     curve.wanted = wanted[curves.size()];
     const std::size_t n = loop.size();
@@ -307,16 +302,8 @@ std::vector<BorderCurve> border_curves(const mesh::Surface& surface,
 }
 
 [[noreturn]] void throw_sum(Index sum, Index needed) {
-  throw_infeasible(ErrorCode::kGaussBonnet,
-                   "The corners at the boundary turn by " + std::to_string(sum) +
-                       " quarter turns (2 - k each), but the surface and its cones need " +
-                       std::to_string(needed) + " (Gauss-Bonnet). " +
-                       (sum > needed ? "Add " + std::to_string(sum - needed) + " to"
-                                     : "Take " + std::to_string(needed - sum) + " from") +
-                       " the sum of the quarter turns k.",
-                   {"angle sum",
-                    {{"sum", {static_cast<double>(sum) * kQuarterTurn}},
-                     {"needed", {static_cast<double>(needed) * kQuarterTurn}}}});
+  throw_angle_sum("The corners at the boundary turn by ", sum,
+                  " quarter turns (2 - k each), but the surface and its cones need ", needed, "");
 }
 
 [[noreturn]] void throw_too_few(std::size_t vertices, Index wanted) {
@@ -340,7 +327,20 @@ void throw_too_sharp(VertexId v, Index quarter_turns) {
                 ElementKind::kVertex, {v});
 }
 
-std::vector<Index> flat_inside(std::vector<Index> cones, const mesh::Adjacency& adjacency) {
+void throw_angle_sum(const std::string& what, std::int64_t sum, const std::string& but,
+                     std::int64_t needed, const std::string& whose) {
+  throw_infeasible(ErrorCode::kGaussBonnet,
+                   what + std::to_string(sum) + but + std::to_string(needed) + " (Gauss-Bonnet). " +
+                       (sum > needed ? "Add " + std::to_string(sum - needed) + " to"
+                                     : "Take " + std::to_string(needed - sum) + " from") +
+                       " the sum of the " + whose + "quarter turns k.",
+                   {"angle sum",
+                    {{"sum", {static_cast<double>(sum) * kQuarterTurn}},
+                     {"needed", {static_cast<double>(needed) * kQuarterTurn}}}});
+}
+
+std::vector<Index> flat_inside(std::vector<Index> cones, const mesh::Surface& surface) {
+  const mesh::Adjacency& adjacency = surface.adjacency();
   for (std::size_t v = 0; v < cones.size(); ++v) {
     const HalfedgeId h = adjacency.vertex_halfedge[v];
     if (cones[v] == kNotGiven && adjacency.opposite[at(h)] != kInvalid) cones[v] = 4;
@@ -392,25 +392,19 @@ std::vector<Index> aligned_cones(const mesh::Surface& surface, const std::vector
   return all;
 }
 
-std::vector<VertexId> inner_cones(const std::vector<Index>& cones, const Triangles& faces,
-                                  const mesh::Adjacency& adjacency) {
+std::vector<VertexId> inner_cones(const std::vector<Index>& cones, const mesh::Surface& surface) {
   std::vector<VertexId> vertices;
-  for (const auto& [v, angle] : prescribed_angles(cones, faces, adjacency, false))
-    vertices.push_back(v);
+  for (const auto& [v, angle] : prescribed_angles(cones, surface, false)) vertices.push_back(v);
   return vertices;
 }
 
 std::vector<std::pair<VertexId, double>> prescribed_angles(const std::vector<Index>& cones,
-                                                           const Triangles& faces,
-                                                           const mesh::Adjacency& adjacency,
+                                                           const mesh::Surface& surface,
                                                            bool aligned) {
-  std::vector<char> border(cones.size(), 0);
-  for (const auto& loop : mesh::boundary_loops(faces, adjacency)) {
-    for (const VertexId v : loop) border[at(v)] = 1;
-  }
+  const std::vector<char> on_boundary = border_of(surface).on_boundary;
   std::vector<std::pair<VertexId, double>> angles;
   for (std::size_t v = 0; v < cones.size(); ++v) {
-    if (border[v] != 0 ? aligned && cones[v] != kNotGiven : cones[v] != 4)
+    if (on_boundary[v] != 0 ? aligned && cones[v] != kNotGiven : cones[v] != 4)
       angles.emplace_back(static_cast<VertexId>(v), cones[v] * kQuarterTurn);
   }
   return angles;
@@ -443,22 +437,19 @@ std::vector<double> free_angles(const mesh::Surface& surface, const std::vector<
   }
   std::vector<double> angles = conformal::boundary_angles(surface, options, context);
   std::vector<double> sum, turning;
+  std::vector<Index> wanted;
   for (const auto& loop : border.loops) {
     sum.push_back(0.0);
-    for (const VertexId v : loop) sum.back() += angles[at(v)];
+    wanted.push_back(0);
+    for (const VertexId v : loop) {
+      sum.back() += angles[at(v)];
+      wanted.back() += 2 - cones[at(v)];
+    }
     turning.push_back(2.0 * static_cast<double>(loop.size()) - sum.back() / kQuarterTurn);
   }
-  std::vector<Index> wanted;
-  if (boundary == Boundary::kTurning) {
-    for (const auto& loop : border.loops) {
-      wanted.push_back(0);
-      for (const VertexId v : loop) wanted.back() += 2 - cones[at(v)];
-    }
-    const Index sum = std::accumulate(wanted.begin(), wanted.end(), Index{0});
-    if (sum != needed) throw_sum(sum, needed);
-  } else {
-    wanted = whole_with_sum(turning, needed);
-  }
+  if (boundary != Boundary::kTurning) wanted = whole_with_sum(turning, needed);
+  const Index all = std::accumulate(wanted.begin(), wanted.end(), Index{0});
+  if (all != needed) throw_sum(all, needed);
   for (std::size_t i = 0; i < border.loops.size(); ++i) {
     const double whole =
         (2.0 * static_cast<double>(border.loops[i].size()) - wanted[i]) * kQuarterTurn;

@@ -6,12 +6,12 @@
 // programming along the curve. A corner costs so much that short teeth are ridden over.
 #pragma once
 
-#include <optional>
+#include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::seamless {
@@ -36,9 +36,12 @@ inline constexpr Index kNotGiven = 0;
 
 // InvalidInput (kBadAngles) naming the vertex: no cone has less than one quarter turn.
 [[noreturn]] void throw_too_sharp(VertexId v, Index quarter_turns);
+// Infeasible (kGaussBonnet): `what` sum, `but` needed; `whose` quarter turns k are to be others.
+[[noreturn]] void throw_angle_sum(const std::string& what, std::int64_t sum, const std::string& but,
+                                  std::int64_t needed, const std::string& whose);
 
 // `cones` with 4, flat, where nothing is given inside. No vertex without a face.
-std::vector<Index> flat_inside(std::vector<Index> cones, const mesh::Adjacency& adjacency);
+std::vector<Index> flat_inside(std::vector<Index> cones, const mesh::Surface& surface);
 
 // `cones`: quarter turns per vertex of a connected surface; kNotGiven at boundary vertices, or what
 // the caller wants there. Returns them with all boundary vertices given: if the caller gave any,
@@ -50,13 +53,11 @@ std::vector<Index> aligned_cones(const mesh::Surface& surface, const std::vector
                                  ExecutionContext& context);
 
 // Inner vertices that are not flat; `cones` of any number of components.
-std::vector<VertexId> inner_cones(const std::vector<Index>& cones, const Triangles& faces,
-                                  const mesh::Adjacency& adjacency);
+std::vector<VertexId> inner_cones(const std::vector<Index>& cones, const mesh::Surface& surface);
 // What a certificate is to check: the angles (radians) of these, and of all boundary vertices that
 // have one if `aligned`.
 std::vector<std::pair<VertexId, double>> prescribed_angles(const std::vector<Index>& cones,
-                                                           const Triangles& faces,
-                                                           const mesh::Adjacency& adjacency,
+                                                           const mesh::Surface& surface,
                                                            bool aligned);
 
 // Throws InvalidInput (kBadAngles) naming the boundary vertex whose angle is given. Any number of
