@@ -1,9 +1,7 @@
 #include "flipfree/field/compute.h"
 
 #include <algorithm>
-#include <cmath>
 #include <complex>
-#include <numbers>
 #include <string>
 #include <utility>
 

@@ -51,7 +51,7 @@ FoundField compute_cross_field(const mesh::Surface& surface, const FieldOptions&
                                ExecutionContext& context);
 
 // A field as users give it: vectors in the faces (#F x 3), and how they go together: by a rotation
-// form (3 #F), else by quarters (3 #F; topology/cross_field.h), else, both empty, each with the
+// form (3 #F), else by quarters (3 #F; cross_field.h), else, both empty, each with the
 // nearest. Without directions: those of the rotation form. Validates the surface. Throws
 // InvalidInput, Cancelled.
 struct GivenField {

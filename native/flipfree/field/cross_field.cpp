@@ -10,6 +10,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut_graph.h"
 #include "flipfree/mesh/face_area.h"
 
 namespace flipfree::field {
@@ -122,28 +123,15 @@ CrossField match_by_rotation(const Frames& frames, std::vector<double> angle,
 }
 
 CrossField field_of_rotation(const Frames& frames, const std::vector<double>& rotation) {
-  const std::vector<HalfedgeId>& opposite = frames.surface.adjacency().opposite;
-  const auto faces = static_cast<Index>(opposite.size() / 3);
-  std::vector<double> angle(at(faces), 0.0);
-  std::vector<char> known(at(faces), 0);
-  std::vector<FaceId> queue;
-  for (FaceId first = 0; first < faces; ++first) {
-    if (known[at(first)] != 0) continue;
-    known[at(first)] = 1;
-    queue.assign(1, first);
-    for (std::size_t i = 0; i < queue.size(); ++i) {
-      for (HalfedgeId h = 3 * queue[i]; h < 3 * queue[i] + 3; ++h) {
-        const HalfedgeId o = opposite[at(h)];
-        if (o == kInvalid || known[at(o / 3)] != 0) continue;
-        known[at(o / 3)] = 1;
+  std::vector<double> angle(at(frames.surface.faces.rows()), 0.0);
+  mesh::for_each_face_across(
+      frames.surface.adjacency(), [](HalfedgeId, HalfedgeId) { return true; },
+      [&](HalfedgeId h, HalfedgeId o) {
         const double turned =
             from_edge(frames, angle, h) - rotation[at(h)] + frames.direction[at(o)];
         if (!std::isfinite(turned)) refuse_edge(h, "is not finite", rotation[at(h)]);
         angle[at(o / 3)] = std::remainder(turned, 2.0 * kPi);
-        queue.push_back(o / 3);
-      }
-    }
-  }
+      });
   return match_by_rotation(frames, std::move(angle), rotation);
 }
 
@@ -218,8 +206,6 @@ std::vector<double> face_areas(const mesh::Surface& surface) {
   }
   return area;
 }
-
-double extent_of(const mesh::Surface& surface) { return std::sqrt(mesh::area_of(surface)); }
 
 std::vector<double> edge_weights(const mesh::Surface& surface, const std::vector<double>& area) {
   constexpr double kHeaviest = 1e5, kLightest = 1e-5;

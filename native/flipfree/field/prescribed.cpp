@@ -19,6 +19,7 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/field/cross_field.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/numeric/dense_factors.h"
 
 namespace flipfree::field {
@@ -493,7 +494,7 @@ Simplified simplify(const Frames& frames, const std::vector<char>& held,
   const mesh::Surface& surface = frames.surface;
   std::vector<Index> cones = cone_turns(frames, field);
   const Mover mover(surface, held, context);
-  const double extent = extent_of(surface);
+  const double extent = std::sqrt(mesh::area_of(surface));
   const double reach = options.reach * extent;
   const double spread = kSpread * extent;
   Simplified result;

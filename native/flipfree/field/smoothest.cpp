@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
-#include <string>
 #include <tuple>
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/lists.h"
 #include "flipfree/field/cross_field.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
@@ -169,31 +169,14 @@ struct Coarsened {
   std::vector<std::complex<double>> carry;
 };
 
-// Per node the edges that it has, as ranges of one array.
-struct Incidence {
-  std::vector<std::size_t> begin;
-  std::vector<std::size_t> edge;
-};
-Incidence incidence_of(const CrossGraph& graph) {
-  Incidence incidence{std::vector<std::size_t>(graph.area.size() + 1, 0), {}};
-  for (const CrossGraph::Edge& e : graph.edges) {
-    ++incidence.begin[at(e.f) + 1];
-    ++incidence.begin[at(e.g) + 1];
-  }
-  for (std::size_t i = 1; i < incidence.begin.size(); ++i)
-    incidence.begin[i] += incidence.begin[i - 1];
-  incidence.edge.resize(2 * graph.edges.size());
-  std::vector<std::size_t> next(incidence.begin.begin(), incidence.begin.end() - 1);
-  for (std::size_t i = 0; i < graph.edges.size(); ++i) {
-    incidence.edge[next[at(graph.edges[i].f)]++] = i;
-    incidence.edge[next[at(graph.edges[i].g)]++] = i;
-  }
-  return incidence;
-}
-
 // Pairs, each node with the neighbour of the heaviest edge that is still single.
 void pair_nodes(const CrossGraph& graph, const std::vector<char>& alone, Coarsened& out) {
-  const Incidence incidence = incidence_of(graph);
+  const Lists<const CrossGraph::Edge*> edges_at(graph.area.size(), [&](const auto& add) {
+    for (const CrossGraph::Edge& e : graph.edges) {
+      add(e.f, &e);
+      add(e.g, &e);
+    }
+  });
   const auto count = static_cast<Index>(graph.area.size());
   out.node.assign(at(count), kInvalid);
   out.carry.assign(at(count), 1.0);
@@ -205,11 +188,10 @@ void pair_nodes(const CrossGraph& graph, const std::vector<char>& alone, Coarsen
     out.graph.bent.push_back(graph.bent[at(f)]);
     if (alone[at(f)] != 0) continue;
     const CrossGraph::Edge* best = nullptr;
-    for (std::size_t i = incidence.begin[at(f)]; i < incidence.begin[at(f) + 1]; ++i) {
-      const CrossGraph::Edge& e = graph.edges[incidence.edge[i]];
-      const Index g = e.f == f ? e.g : e.f;
+    for (const CrossGraph::Edge* e : edges_at[f]) {
+      const Index g = e->f == f ? e->g : e->f;
       if (g == f || out.node[at(g)] != kInvalid || alone[at(g)] != 0) continue;
-      if (best == nullptr || e.weight > best->weight) best = &e;
+      if (best == nullptr || e->weight > best->weight) best = e;
     }
     if (best == nullptr) continue;
     const Index g = best->f == f ? best->g : best->f;

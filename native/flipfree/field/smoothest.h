@@ -8,7 +8,6 @@
 // Ginzburg-Landau Theory"). All of it needs one factorization.
 #pragma once
 
-#include <complex>
 #include <vector>
 
 #include "flipfree/base/context.h"

@@ -22,6 +22,7 @@
 #include "flipfree/holonomy/needed_topology.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/cut_graph.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
@@ -69,7 +70,7 @@ RefinedPieces field_cut(const mesh::Surface& surface, const field::CrossField* f
                         const std::vector<Index>& cones, seamless::Reroutings& done,
                         ExecutionContext& context) {
   const seamless::CutMaker make_cut =
-      field != nullptr ? turning_cutter(surface, *field, done) : seamless::bare_cut;
+      field != nullptr ? turning_cutter(surface, *field, done) : seamless::make_admissible_cut;
   const std::vector<seamless::SurfacePart> charts = seamless::connected_parts(surface, cones);
   RefinedPieces out;
   out.surface.vertices = surface.vertices;
@@ -128,8 +129,8 @@ seamless::PennerMap engine_map(const Aligning& to) {
         const bool turning = options.reroute || options.which != seamless::Engine::kPadding;
         seamless::PennerMap found = seamless::compute_padding_map(
             surface, to.needed.cones,
-            turning ? turning_cutter(surface, to.field, done) : seamless::bare_cut, engine,
-            context);
+            turning ? turning_cutter(surface, to.field, done) : seamless::make_admissible_cut,
+            engine, context);
         Stats& stats = found.map.stats;
         stats["reroutings.loops"] = static_cast<std::int64_t>(done.loops);
         stats["reroutings.guided"] = static_cast<std::int64_t>(done.shortest);
@@ -246,25 +247,15 @@ void add_angles(const distortion::CutMap& cut, const std::vector<double>& direct
 // Per face of the refinement: quarter turns from its parent's direction to the one that is chosen.
 std::vector<Index> choose(const Refinement& refined, const mesh::EdgeFlags& cuts,
                           const std::vector<Index>& quarters) {
-  const std::vector<HalfedgeId>& opposite = refined.surface.adjacency().opposite;
-  std::vector<Index> turned(refined.parent_face.size(), kInvalid);
-  std::vector<FaceId> queue;
-  for (FaceId first = 0; at(first) < turned.size(); ++first) {
-    if (turned[at(first)] != kInvalid) continue;
-    turned[at(first)] = 0;
-    queue.assign(1, first);
-    for (std::size_t i = 0; i < queue.size(); ++i) {
-      for (HalfedgeId h = 3 * queue[i]; h < 3 * queue[i] + 3; ++h) {
-        const HalfedgeId o = opposite[at(h)];
-        if (o == kInvalid || cuts[at(h)] != 0 || turned[at(o / 3)] != kInvalid) continue;
+  std::vector<Index> turned(refined.parent_face.size(), 0);
+  mesh::for_each_face_across(
+      refined.surface.adjacency(), [&](HalfedgeId h, HalfedgeId) { return cuts[at(h)] == 0; },
+      [&](HalfedgeId h, HalfedgeId o) {
         const HalfedgeId side = refined.input_halfedge(h);
         // This face's direction goes with the neighbour's, turned by so many quarters.
         const Index across = side == kInvalid ? 0 : quarters[at(side)];
-        turned[at(o / 3)] = (turned[at(queue[i])] + across) % 4;
-        queue.push_back(o / 3);
-      }
-    }
-  }
+        turned[at(o / 3)] = (turned[at(h / 3)] + across) % 4;
+      });
   return turned;
 }
 
@@ -440,9 +431,9 @@ seamless::PennerMap map_without_side_chords(const Aligning& to) {
                                       to.options.engine.uncuttable);
   }
   if (!divided) return simplified_engine_map(to);
-  const seamless::DividedSurface& pieces = divided->pieces;
+  const seamless::DividedSides& pieces = *divided;
   AlignedOptions of_pieces = to.options;
-  of_pieces.engine.uncuttable = divided->uncuttable;
+  of_pieces.engine.uncuttable = pieces.uncuttable;
   of_pieces.which = seamless::Engine::kPenner;
   seamless::PennerMap found;
   try {
@@ -455,9 +446,9 @@ seamless::PennerMap map_without_side_chords(const Aligning& to) {
   } catch (const NotConverged&) {
     // Whole faces may be possible, by padding too; features beside flattened edges are then missed.
     if (to.options.features.rows() > 0) return simplified_engine_map(to);
-    seamless::rethrow_placed(pieces.provenance.face, divided->place);
+    seamless::rethrow_placed(pieces.provenance.face, pieces.place);
   } catch (...) {
-    seamless::rethrow_placed(pieces.provenance.face, divided->place);
+    seamless::rethrow_placed(pieces.provenance.face, pieces.place);
   }
   seamless::name_input_places(to.surface, pieces.provenance, pieces.surface.faces, found.map);
   const std::int64_t chords = pieces.surface.vertices.rows() - to.surface.vertices.rows();
@@ -586,10 +577,10 @@ certify::Parametrization compute_map_along_features(const mesh::Surface& surface
         seamless::divided_sides(surface, std::vector<Index>(at(surface.vertices.rows()), 4),
                                 edges_between(surface, options), options.engine.uncuttable);
     if (!divided) return whole;
-    const seamless::DividedSurface& pieces = divided->pieces;
+    const seamless::DividedSides& pieces = *divided;
     field::FieldOptions field = made;
     AlignedOptions align = options;
-    align.engine.uncuttable = divided->uncuttable;
+    align.engine.uncuttable = pieces.uncuttable;
     if (!made.sizing.empty())
       field.sizing = align.sizing = carried_sizing(surface, pieces.provenance, made.sizing);
     certify::Parametrization map = solve(pieces.surface, field, align);

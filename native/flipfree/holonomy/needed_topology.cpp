@@ -158,10 +158,11 @@ HalfedgeId Refinement::input_halfedge(HalfedgeId h) const {
   if (from == to) return kInvalid;
   const Vector3 a = surface.vertices.row(mesh::source(surface.faces, h));
   const Vector3 b = surface.vertices.row(mesh::target(surface.faces, h));
+  const std::vector<HalfedgeId>& opposite = input.adjacency().opposite;
   HalfedgeId best = kInvalid;
   double least = std::numeric_limits<double>::infinity();
   for (HalfedgeId side = 3 * from; side < 3 * from + 3; ++side) {
-    const HalfedgeId beyond = input.adjacency().opposite[at(side)];
+    const HalfedgeId beyond = opposite[at(side)];
     if (beyond == kInvalid ? to != kInvalid : beyond / 3 != to) continue;
     // Two faces may share two sides.
     const double off = off_side(input, side, 0.5 * (a + b));

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -48,5 +49,25 @@ EdgeFlags cut_to_disks(const Surface& surface, const Adjacency& adjacency, const
 // O(#F).
 std::string find_broken_disks(const Surface& surface, const Adjacency& adjacency,
                               const EdgeFlags& cut, const std::vector<VertexId>& cones);
+
+// The faces of each piece breadth first, across edges for which crosses(h, opposite) is true: calls
+// enter(h, opposite) for all but a piece's smallest face, which is reached across h.
+template <typename Crosses, typename Enter>
+void for_each_face_across(const Adjacency& adjacency, const Crosses& crosses, const Enter& enter) {
+  std::vector<char> known(adjacency.opposite.size() / 3, 0);
+  std::vector<FaceId> queue;
+  for (FaceId first = 0; at(first) < known.size(); ++first) {
+    if (std::exchange(known[at(first)], 1) != 0) continue;
+    queue.assign(1, first);
+    for (std::size_t i = 0; i < queue.size(); ++i) {
+      for (HalfedgeId h = 3 * queue[i], end = h + 3; h < end; ++h) {
+        const HalfedgeId o = adjacency.opposite[at(h)];
+        if (o == kInvalid || !crosses(h, o) || std::exchange(known[at(o / 3)], 1) != 0) continue;
+        enter(h, o);
+        queue.push_back(o / 3);
+      }
+    }
+  }
+}
 
 }  // namespace flipfree::mesh

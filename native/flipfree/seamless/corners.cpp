@@ -13,6 +13,7 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/conformal/boundary_angles.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut_graph.h"
 #include "flipfree/mesh/face_area.h"
 
 namespace flipfree::seamless {
@@ -231,28 +232,20 @@ std::vector<Index> whole_with_sum(const std::vector<double>& values, Index sum) 
 // Directions of the half-edges of a connected surface, quarter turns: unfolded face after face, so
 // that where it is flat they are those in the plane.
 std::vector<double> unfolded_directions(const mesh::Surface& surface) {
-  const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
-  std::vector<double> direction(opposite.size(), 0.0);
+  std::vector<double> direction(at(surface.faces.size()), 0.0);
   const auto unfold = [&](HalfedgeId h) {
     for (int k = 0; k < 2; ++k, h = next_corner(h)) {
       const HalfedgeId next = next_corner(h);
       direction[at(next)] = direction[at(h)] + (2.0 - corner_angle(surface, next));
     }
   };
-  std::vector<char> reached(static_cast<std::size_t>(surface.faces.rows()), 0);
-  std::vector<FaceId> queue = {0};
-  reached[0] = 1;
   unfold(0);
-  for (std::size_t i = 0; i < queue.size(); ++i) {
-    for (HalfedgeId h = 3 * queue[i]; h < 3 * queue[i] + 3; ++h) {
-      const HalfedgeId o = opposite[at(h)];
-      if (o == kInvalid || reached[at(o / 3)] != 0) continue;
-      reached[at(o / 3)] = 1;
-      direction[at(o)] = direction[at(h)] + 2.0;
-      unfold(o);
-      queue.push_back(o / 3);
-    }
-  }
+  mesh::for_each_face_across(
+      surface.adjacency(), [](HalfedgeId, HalfedgeId) { return true; },
+      [&](HalfedgeId h, HalfedgeId o) {
+        direction[at(o)] = direction[at(h)] + 2.0;
+        unfold(o);
+      });
   return direction;
 }
 

@@ -210,9 +210,8 @@ class ChordFinder {
 
 // A vertex on the middle of each of these inner edges, the i-th one's after the surface's own
 // vertices and the i before; flat. Faces without such an edge stay as they are.
-DividedSurface split_in_the_middle(const mesh::Surface& surface,
-                                   const std::vector<HalfedgeId>& edges,
-                                   const std::vector<Index>& cones) {
+DividedSides split_in_the_middle(const mesh::Surface& surface, const std::vector<HalfedgeId>& edges,
+                                 const std::vector<Index>& cones) {
   mesh::RefinedSurface refined = mesh::unrefined(surface);
   for (const HalfedgeId h : edges) {
     const VertexId from = mesh::source(surface.faces, h), to = mesh::target(surface.faces, h);
@@ -223,7 +222,7 @@ DividedSurface split_in_the_middle(const mesh::Surface& surface,
                       "edge is too short to be divided. Merge its end points", ElementKind::kEdge,
                       {from, to});
   }
-  DividedSurface out{to_surface(refined), provenance_of(refined), cones};
+  DividedSides out{to_surface(refined), provenance_of(refined), cones, {}, {}};
   out.cones.resize(refined.position.size(), 4);
   const auto count = static_cast<VertexId>(surface.vertices.rows());
   for (HalfedgeId h = 0; h < refined.mesh.halfedge_slots(); ++h) {
@@ -236,18 +235,8 @@ DividedSurface split_in_the_middle(const mesh::Surface& surface,
   return out;
 }
 
-std::vector<VertexId> places_of(const mesh::Surface& surface, const DividedSurface& pieces) {
-  std::vector<VertexId> places;
-  for (const mesh::SurfacePoint& point : pieces.provenance.vertex) {
-    Index k = 0;
-    point.weight.maxCoeff(&k);
-    places.push_back(surface.faces(point.face, k));
-  }
-  return places;
-}
-
 // Edges inside faces, and what `diagonals` were divided into.
-IndexPairs diagonals_of(const mesh::Surface& surface, const DividedSurface& pieces,
+IndexPairs diagonals_of(const mesh::Surface& surface, const DividedSides& pieces,
                         const IndexPairs& diagonals) {
   const auto count = static_cast<Index>(surface.vertices.rows());
   std::map<std::pair<VertexId, VertexId>, VertexId> middle;
@@ -296,10 +285,13 @@ std::optional<DividedSides> divided_sides(const mesh::Surface& surface,
                                           const std::vector<HalfedgeId>& chords,
                                           const IndexPairs& uncuttable) {
   if (chords.empty()) return std::nullopt;
-  DividedSides out;
-  out.pieces = split_in_the_middle(surface, chords, cones);
-  out.uncuttable = diagonals_of(surface, out.pieces, uncuttable);
-  out.place = places_of(surface, out.pieces);
+  DividedSides out = split_in_the_middle(surface, chords, cones);
+  out.uncuttable = diagonals_of(surface, out, uncuttable);
+  for (const mesh::SurfacePoint& point : out.provenance.vertex) {
+    Index k = 0;
+    point.weight.maxCoeff(&k);
+    out.place.push_back(surface.faces(point.face, k));
+  }
   return out;
 }
 

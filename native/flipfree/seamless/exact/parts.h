@@ -17,12 +17,6 @@
 
 namespace flipfree::seamless {
 
-struct DividedSurface {
-  mesh::Surface surface;        // the input's vertices first
-  mesh::Provenance provenance;  // on the input
-  std::vector<Index> cones;     // per vertex
-};
-
 // Which connected parts of a surface have an aligned boundary, and what that takes.
 
 // aligned_cones() of every part (errors: there), but for those that `freed` names: there nothing is
@@ -42,7 +36,9 @@ distortion::CutMap cut_of(const certify::Parametrization& map, const std::vector
 //, and the way back to the user's.
 
 struct DividedSides {
-  DividedSurface pieces;        // every such edge has a vertex on its middle, after the input's
+  mesh::Surface surface;        // every such edge has a vertex on its middle, after the input's
+  mesh::Provenance provenance;  // on the input
+  std::vector<Index> cones;     // per vertex
   IndexPairs uncuttable;        // edges of it that are none of the user's polygons
   std::vector<VertexId> place;  // per vertex of it: its own number, or that of an end of its edge
 };

@@ -153,7 +153,7 @@ certify::Parametrization map_at_once(const mesh::Surface& surface, const std::ve
     found = by_engine(
         options.which, has_boundary(surface),
         [&] { return compute_penner_map(surface, cones, {}, engine, context); },
-        [&] { return compute_padding_map(surface, cones, bare_cut, engine, context); });
+        [&] { return compute_padding_map(surface, cones, make_admissible_cut, engine, context); });
     turn_along_edges(engine.uncuttable, found.map);
   }
   const ProgressRange range(context, kEngineShare, 1.0);
@@ -171,9 +171,9 @@ certify::Parametrization map_with_corners(const mesh::Surface& surface,
   const std::optional<DividedSides> divided = divided_sides(
       surface, cones, side_chords(surface, cones, context), options.engine.uncuttable);
   if (!divided) return map_at_once(surface, cones, own, context);
-  const DividedSurface& pieces = divided->pieces;
-  own.engine.uncuttable = divided->uncuttable;
-  certify::Parametrization map = placed(pieces.provenance.face, divided->place, [&] {
+  const DividedSides& pieces = *divided;
+  own.engine.uncuttable = pieces.uncuttable;
+  certify::Parametrization map = placed(pieces.provenance.face, pieces.place, [&] {
     return map_at_once(pieces.surface, pieces.cones, own, context);
   });
   name_input_places(surface, pieces.provenance, pieces.surface.faces, map);

@@ -8,7 +8,6 @@
 #include <numeric>
 #include <optional>
 #include <set>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -79,22 +78,9 @@ Motion across(const Points2& uv, HalfedgeId h, HalfedgeId o) {
 template <class Joined, class Link>
 std::vector<Motion> laid_out(const mesh::Adjacency& adjacency, Joined joined, Link link) {
   std::vector<Motion> motion(adjacency.opposite.size() / 3);
-  std::vector<char> known(motion.size(), 0);
-  std::vector<FaceId> queue;
-  for (FaceId first = 0; at(first) < known.size(); ++first) {
-    if (known[at(first)] != 0) continue;
-    known[at(first)] = 1;
-    queue.assign(1, first);
-    for (std::size_t i = 0; i < queue.size(); ++i) {
-      for (HalfedgeId h = 3 * queue[i]; h < 3 * queue[i] + 3; ++h) {
-        const HalfedgeId o = adjacency.opposite[at(h)];
-        if (o == kInvalid || !joined(h, o) || known[at(o / 3)] != 0) continue;
-        known[at(o / 3)] = 1;
-        motion[at(o / 3)] = motion[at(h / 3)].after(link(h, o));
-        queue.push_back(o / 3);
-      }
-    }
-  }
+  mesh::for_each_face_across(adjacency, joined, [&](HalfedgeId h, HalfedgeId o) {
+    motion[at(o / 3)] = motion[at(h / 3)].after(link(h, o));
+  });
   return motion;
 }
 

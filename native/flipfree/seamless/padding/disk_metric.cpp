@@ -1,21 +1,219 @@
 #include "flipfree/seamless/padding/disk_metric.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <functional>
 #include <optional>
-#include <queue>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/intrinsic/overlay.h"
-#include "flipfree/seamless/padding/segments.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/face_area.h"
+#include "flipfree/numeric/cholesky/laplacian_factor.h"
 #include "flipfree/seamless/penner/penner_newton.h"
+#include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {
+
+std::vector<HalfedgeId> side_halfedges(const AdmissibleCut& cut, Index side) {
+  std::vector<HalfedgeId> halfedges = cut.branches[at(side / 2)];
+  if (side % 2 == 0) return halfedges;
+  std::reverse(halfedges.begin(), halfedges.end());
+  for (HalfedgeId& h : halfedges) h = cut.surface.adjacency().opposite[at(h)];
+  return halfedges;
+}
+
+namespace {
+
+// The sides of a cut as a permutation.
+class BoundarySides {
+ public:
+  explicit BoundarySides(const AdmissibleCut& cut)
+      : opposite_(cut.surface.adjacency().opposite), side_(opposite_.size(), kInvalid) {
+    for (Index s = 0; at(s) < 2 * cut.branches.size(); ++s) {
+      const std::vector<HalfedgeId> halfedges = side_halfedges(cut, s);
+      if (halfedges.empty()) throw InternalError("a branch without edges");
+      for (const HalfedgeId h : halfedges) {
+        if (std::exchange(side_[at(h)], s) != kInvalid)
+          throw InternalError("two branches share an edge");
+      }
+      first_.push_back(halfedges.front());
+      last_.push_back(halfedges.back());
+    }
+    for (const HalfedgeId h : cut.flat_sectors) {
+      if (side_[at(h)] == kInvalid || first(side_[at(h)]) != h)
+        throw InternalError("a flat sector that does not begin with a branch");
+    }
+  }
+
+  Index count() const { return static_cast<Index>(first_.size()); }
+  HalfedgeId first(Index side) const { return first_[at(side)]; }
+  // The side that follows on the boundary, surface on the left.
+  Index next(Index side) const {
+    HalfedgeId h = next_corner(last_[at(side)]);
+    while (side_[at(h)] == kInvalid) h = next_corner(opposite_[at(h)]);
+    if (first(side_[at(h)]) != h) throw InternalError("a branch that ends on another one's inside");
+    return side_[at(h)];
+  }
+
+ private:
+  const std::vector<HalfedgeId>& opposite_;
+  std::vector<Index> side_;               // per half-edge
+  std::vector<HalfedgeId> first_, last_;  // per side
+};
+
+// Flags of the half-edges on branches.
+mesh::EdgeFlags branch_edges(const AdmissibleCut& cut) {
+  const std::vector<HalfedgeId>& opposite = cut.surface.adjacency().opposite;
+  mesh::EdgeFlags flags(opposite.size(), 0);
+  for (const auto& branch : cut.branches) {
+    for (const HalfedgeId h : branch) flags[at(h)] = flags[at(opposite[at(h)])] = 1;
+  }
+  return flags;
+}
+
+// Cotangent weights are kept between these: a needle is not to decide.
+constexpr double kLeastWeight = 0.01;
+constexpr double kMostWeight = 100.0;
+
+// Scale factors u by which angles become others to first order, zero at the last vertex, and the
+// cotangent weights of edges, per half-edge.
+struct LinearScale {
+  std::vector<double> u, weight;
+};
+
+// `angle`: per vertex, radians, of the right sum.
+LinearScale linear_scale(const mesh::Surface& surface, const std::vector<double>& angle,
+                         ExecutionContext& context) {
+  const mesh::Adjacency& adjacency = surface.adjacency();
+  LinearScale found{angle, std::vector<double>(adjacency.opposite.size(), 0.0)};
+  auto& [u, weight] = found;
+  for (HalfedgeId h = 0; at(h) < weight.size(); ++h) {
+    const HalfedgeId beyond = next_corner(h);  // the edge opposite of the corner
+    const HalfedgeId back = adjacency.opposite[at(beyond)];
+    const auto [a, b] = mesh::sides_at(surface, h);
+    const double dot = a.dot(b), cross = a.cross(b).norm();
+    u[at(mesh::source(surface.faces, h))] -= std::atan2(cross, dot);
+    weight[at(beyond)] += 0.5 * dot / std::max(cross, 1e-300);
+    if (back != kInvalid) weight[at(back)] += 0.5 * dot / std::max(cross, 1e-300);
+  }
+  for (double& w : weight)
+    w = std::isfinite(w) ? std::clamp(w, kLeastWeight, kMostWeight) : kLeastWeight;
+  std::vector<numeric::Coupling> couplings;
+  for (HalfedgeId h = 0; at(h) < weight.size(); ++h) {
+    const auto [low, high] =
+        std::minmax({mesh::source(surface.faces, h), mesh::target(surface.faces, h)});
+    const HalfedgeId back = adjacency.opposite[at(h)];
+    if (back == kInvalid || h < back) couplings.push_back({low, high, weight[at(h)]});
+  }
+  std::sort(couplings.begin(), couplings.end(), [](const auto& a, const auto& b) {
+    return a.low != b.low ? a.low < b.low : a.high < b.high;
+  });
+  numeric::LaplacianFactor factor;
+  if (!factor.factorize(static_cast<Index>(u.size()), couplings, context)) {
+    throw_not_converged(ErrorCode::kFactorizationFailed,
+                        "The cut of the engine \"padding\" found no flat angles of the surface. "
+                        "Remove degenerate faces, or take the engine \"penner\".");
+  }
+  factor.solve(u, context);
+  return found;
+}
+
+}  // namespace
+
+Index CutSegments::next(Index segment) const {
+  const Index component = segments[at(segment)].component;
+  return segment + 1 < first[at(component) + 1] ? segment + 1 : first[at(component)];
+}
+
+Index CutSegments::previous(Index segment) const {
+  const Index component = segments[at(segment)].component;
+  return segment > first[at(component)] ? segment - 1 : first[at(component) + 1] - 1;
+}
+
+CutSegments cut_segments(const AdmissibleCut& cut) {
+  const BoundarySides sides(cut);
+  CutSegments result;
+  const mesh::Components components =
+      mesh::components_between(cut.surface.adjacency(), branch_edges(cut));
+  result.of_side.assign(at(sides.count()), kInvalid);
+  std::vector<char> flat(at(sides.count()), 0);  // is there a flat sector before the side
+  for (Index s = 0; s < sides.count(); ++s) {
+    flat[at(s)] = std::count(cut.flat_sectors.begin(), cut.flat_sectors.end(), sides.first(s)) > 0;
+  }
+  std::vector<Index> start(at(components.count), kInvalid);
+  for (Index s = sides.count() - 1; s >= 0; --s) {
+    if (flat[at(s)] == 0) start[at(components.of_face[at(sides.first(s) / 3)])] = s;
+  }
+  for (Index c = 0; c < components.count; ++c) {
+    result.first.push_back(static_cast<Index>(result.segments.size()));
+    if (start[at(c)] == kInvalid) throw InternalError("a component of the cut has no corner");
+    Index s = start[at(c)];
+    do {
+      if (flat[at(s)] == 0) result.segments.push_back({c, {}});
+      result.segments.back().sides.push_back(s);
+      result.of_side[at(s)] = static_cast<Index>(result.segments.size()) - 1;
+      s = sides.next(s);
+    } while (s != start[at(c)]);
+  }
+  result.first.push_back(static_cast<Index>(result.segments.size()));
+  if (std::count(result.of_side.begin(), result.of_side.end(), kInvalid) > 0)
+    throw InternalError("a component of the cut has several boundary loops");
+  return result;
+}
+
+std::vector<CutPiece> cut_pieces(const AdmissibleCut& cut, const CutSegments& segments,
+                                 const std::vector<Index>& cones) {
+  const mesh::EdgeFlags flags = branch_edges(cut);
+  const mesh::CutMesh open = mesh::cut_along(cut.surface.faces, cut.surface.adjacency(), flags);
+  std::vector<double> angle;
+  for (const VertexId v : open.vertex_origin) angle.push_back(cones[at(v)] * kQuarterTurn);
+  const auto set = [&](HalfedgeId h, double quarters) {
+    angle[at(open.faces(h / 3, h % 3))] = quarters * kQuarterTurn;
+  };
+  for (HalfedgeId h = 0; at(h) < flags.size(); ++h) {
+    if (flags[at(h)]) set(h, 2.0);
+  }
+  for (const CutSegment& segment : segments.segments)
+    set(side_halfedges(cut, segment.sides.front()).front(), 1.0);
+  std::vector<CutPiece> pieces;
+  for (mesh::Chart& chart : mesh::split_into_charts(cut.surface.vertices, open)) {
+    CutPiece& piece = pieces.emplace_back(CutPiece{std::move(chart), {}});
+    for (const VertexId v : piece.chart.vertices) piece.angle.push_back(angle[at(v)]);
+  }
+  return pieces;
+}
+
+std::vector<double> flat_crossings(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                   ExecutionContext& context) {
+  std::vector<double> angle;
+  for (const Index k : cones) angle.push_back(k * kQuarterTurn);
+  auto [u, crossings] = linear_scale(surface, angle, context);
+  for (HalfedgeId h = 0; at(h) < crossings.size(); ++h) {
+    crossings[at(h)] *=
+        u[at(mesh::source(surface.faces, h))] - u[at(mesh::target(surface.faces, h))];
+  }
+  return crossings;
+}
+
+double scale_range(const AdmissibleCut& cut, std::vector<Index> cones, ExecutionContext& context) {
+  cones.resize(at(cut.surface.vertices.rows()), kFlat);
+  double range = 0.0;
+  for (const auto& [chart, angle] : cut_pieces(cut, cut_segments(cut), cones)) {
+    const std::vector<double> u = linear_scale(chart.surface, angle, context).u;
+    const auto [low, high] = std::minmax_element(u.begin(), u.end());
+    range = std::max(range, *high - *low);
+  }
+  return range;
+}
 
 void throw_unpadded(const std::string& what) {
   throw_not_converged(ErrorCode::kIterationLimit,
@@ -278,84 +476,6 @@ class Halver {
   std::vector<char> boundary_;      // per edge
 };
 
-constexpr int kShortestSteps = 60;
-// Between angles on the way.
-constexpr Nearing kOnTheWay{kNearlyMet, 8, 10.0};
-// Newton steps to angles between, and which share of the way they are tried at.
-constexpr int kConformalSteps = 40;
-constexpr double kFirstAngleShare = 0.25;
-constexpr double kLeastAngleShare = 1.0 / 256.0;
-// Metrics of one disk with prescribed angles, from its own one on.
-class DiskSolver {
- public:
-  DiskSolver(const PennerTargets& targets, ConformalMetric own, ExecutionContext& context)
-      : targets_(targets),
-        context_(context),
-        own_(std::move(own)),
-        start_(own_, targets, {own_.mesh, {}}, context),
-        alike_(targets.vertex_angle.size(), 1.0) {}
-
-  bool started() const { return start_.started(); }
-
-  // By the shortest steps.
-  std::optional<ConformalMetric> at_once() {
-    CarriedMetric metric = start_.copy();
-    PennerRun run = meet(metric, targets_, Meeting::kShortest, kShortestSteps);
-    if (run.end != PennerEnd::kConverged) return {};
-    return finished(std::move(metric));
-  }
-
-  // By way of angles between the disk's own and the targets, each met by conformal changes and the
-  // metric brought nearer before the next: so its scale never spans more than doubles hold.
-  std::optional<ConformalMetric> stepwise() {
-    CarriedMetric now = start_.copy();
-    const std::vector<double> missing = now.angles(targets_, context_).vertices.value;
-    double reached = 0.0, share = kFirstAngleShare;
-    while (reached < 1.0) {
-      const double to = std::min(1.0, reached + share);
-      PennerTargets part = targets_;
-      for (std::size_t v = 0; v < part.vertex_angle.size(); ++v)
-        part.vertex_angle[v] -= (1.0 - to) * missing[v];
-      CarriedMetric trial = now.copy();
-      const PennerRun run = meet(trial, part, Meeting::kConformal, kConformalSteps);
-      if (run.end != PennerEnd::kConverged) {
-        share *= 0.5;
-        if (share < kLeastAngleShare) return {};
-        continue;
-      }
-      come_near(trial, part, Meeting::kShortest, kOnTheWay, alike_, context_);
-      now = std::move(trial);
-      reached = to;
-      share = std::min(2.0 * share, kFirstAngleShare);
-    }
-    return finished(std::move(now));
-  }
-
- private:
-  PennerRun meet(CarriedMetric& metric, const PennerTargets& targets, Meeting how, int most) {
-    PennerNewtonOptions newton;
-    newton.tolerance = kNearlyMet;
-    newton.max_iterations = most;
-    return metric.meet(targets, how, newton, context_);
-  }
-
-  // All angles from where they are nearly met.
-  std::optional<ConformalMetric> finished(CarriedMetric metric) {
-    const PennerRun run = metric.meet(targets_, Meeting::kConformal, {}, context_);
-    if (run.end != PennerEnd::kConverged) return {};
-    ConformalMetric out = own_;
-    metric.append_to(out, context_);
-    out.angle_error = run.error;
-    return out;
-  }
-
-  const PennerTargets& targets_;
-  ExecutionContext& context_;
-  const ConformalMetric own_;
-  const CarriedMetric start_;
-  const std::vector<double> alike_;
-};
-
 // The disk's own metric; nothing where doubles lead to no Delaunay triangulation.
 std::optional<ConformalMetric> own_metric(const mesh::Surface& disk,
                                           const std::vector<double>& angle,
@@ -372,16 +492,62 @@ std::optional<ConformalMetric> own_metric(const mesh::Surface& disk,
   return metric;
 }
 
+// The disk's metric goes on to these angles; false, and it is anywhere, if it does not reach them.
+using Way = std::function<bool(CarriedMetric& metric)>;
+
+// By way of angles between the disk's own and the targets, each met by conformal changes and the
+// metric brought nearer before the next: so its scale never spans more than doubles hold.
+bool go_stepwise(const PennerTargets& targets, CarriedMetric& metric, ExecutionContext& context) {
+  constexpr double kFirstShare = 0.25, kLeastShare = 1.0 / 256.0;  // of the way, tried at once
+  constexpr Nearing kOnTheWay{kNearlyMet, 8, 10.0};
+  constexpr int kNewtonSteps = 40;
+  const std::vector<double> missing = metric.angles(targets, context).vertices.value;
+  const std::vector<double> alike(missing.size(), 1.0);
+  double reached = 0.0, share = kFirstShare;
+  while (reached < 1.0) {
+    const double to = std::min(1.0, reached + share);
+    PennerTargets part = targets;
+    for (std::size_t v = 0; v < missing.size(); ++v)
+      part.vertex_angle[v] -= (1.0 - to) * missing[v];
+    CarriedMetric trial = metric.copy();
+    if (trial.meet(part, Meeting::kConformal, {kNearlyMet, kNewtonSteps}, context).end !=
+        PennerEnd::kConverged) {
+      share *= 0.5;
+      if (share < kLeastShare) return false;
+      continue;
+    }
+    trial.come_near(part, Meeting::kShortest, kOnTheWay, alike, context);
+    metric = std::move(trial);
+    reached = to;
+    share = std::min(2.0 * share, kFirstShare);
+  }
+  return true;
+}
+
 // `angle`: per vertex, total.
 ConformalMetric compute_disk_metric(const mesh::Surface& disk, const std::vector<double>& angle,
                                     ExecutionContext& context) {
   const PennerTargets targets{angle, {}};
+  const auto go_at_once = [&](CarriedMetric& metric) {
+    constexpr int kNewtonSteps = 60;
+    return metric.meet(targets, Meeting::kShortest, {kNearlyMet, kNewtonSteps}, context).end ==
+           PennerEnd::kConverged;
+  };
+  const Way ways[] = {go_at_once,
+                      [&](CarriedMetric& metric) { return go_stepwise(targets, metric, context); }};
   if (auto own = own_metric(disk, angle, context)) {
-    DiskSolver solver(targets, std::move(*own), context);
-    std::optional<ConformalMetric> metric;
-    if (solver.started()) metric = solver.at_once();
-    if (solver.started() && !metric) metric = solver.stepwise();
-    if (metric) return std::move(*metric);
+    const CarriedMetric start(*own, targets, {own->mesh, {}}, context);
+    for (const Way& way : ways) {
+      if (!start.started()) break;
+      CarriedMetric metric = start.copy();
+      if (!way(metric)) continue;
+      // All angles from where they are nearly met.
+      const PennerRun run = metric.meet(targets, Meeting::kConformal, {}, context);
+      if (run.end != PennerEnd::kConverged) continue;
+      metric.append_to(*own, context);
+      own->angle_error = run.error;
+      return std::move(*own);
+    }
   }
   throw_not_converged(ErrorCode::kLineSearchStalled,
                       "The metric of a piece of the surface was not reached. Merge vertices that "

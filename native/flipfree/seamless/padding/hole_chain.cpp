@@ -1,10 +1,8 @@
 #include "flipfree/seamless/padding/hole_chain.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <map>
@@ -303,7 +301,7 @@ class TurningWays {
       : canvas_(canvas),
         holes_(holes),
         meter_(canvas, *guide.crossings),
-        price_(turning_price(canvas, holes.loops(), guide)),
+        price_(canvas, holes.loops(), guide),
         frames_(meter_, holes.loops()),
         most_vertices_(kMostRefined * canvas.vertex_count()) {}
 
@@ -414,39 +412,35 @@ class Chain {
 
   // A way that turns little, or the shortest one, from one of the sectors to `hole`, to a vertex
   // that is allowed.
-  std::vector<HalfedgeId> find(const std::vector<HalfedgeId>& from, Index hole,
-                               const std::function<bool(VertexId)>& allowed) const {
+  Ends find(const std::vector<HalfedgeId>& from, Index hole,
+            const std::function<bool(VertexId)>& allowed) {
     const auto is_end = [&](HalfedgeId h) {
       const HalfedgeId sector = canvas_.sector_reached(h);
       return sector != kInvalid && allowed(canvas_.mesh().target(h)) && holes_.has(hole, sector);
     };
-    std::vector<HalfedgeId> path;
-    if (ways_) path = ways_->way(from, hole, allowed);
-    if (path.empty()) path = free_path(canvas_, canvas_.inside(from), is_end);
-    if (path.empty()) {
+    found_.clear();
+    if (ways_) found_ = ways_->way(from, hole, allowed);
+    if (found_.empty()) found_ = free_path(canvas_, canvas_.inside(from), is_end);
+    if (found_.empty()) {
       throw_not_converged(ErrorCode::kIterationLimit,
                           "The cut found no connector to hole " + std::to_string(hole) +
                               " of the surface cut along short loops. Refine the mesh.");
     }
-    return path;
-  }
-
-  Ends ends(const std::vector<HalfedgeId>& path) const {
-    return {canvas_.mesh().source(path.front()), canvas_.mesh().target(path.back())};
+    return {canvas_.mesh().source(found_.front()), canvas_.mesh().target(found_.back())};
   }
 
   Ends draw(const std::vector<HalfedgeId>& from, Index hole,
             const std::function<bool(VertexId)>& allowed) {
-    const std::vector<HalfedgeId> path = find(from, hole, allowed);
-    const Ends result = ends(path);
-    canvas_.draw(path, Curve::kConnector);
-    return result;
+    const Ends ends = find(from, hole, allowed);
+    canvas_.draw(found_, Curve::kConnector);
+    return ends;
   }
 
  private:
   Canvas& canvas_;
   const Holes holes_;
   std::optional<TurningWays> ways_;
+  std::vector<HalfedgeId> found_;  // last
 };
 
 // Where the chain comes to a loop and goes on from it, on the hole that it visits first.
@@ -462,7 +456,7 @@ VertexId draw_straight_connector(Chain& chain, Index hole) {
   const auto is_open = [&](VertexId v) { return holes.is_open(v); };
   const Index partner = partner_of(hole);
   // Near to where the shortest way between any two of their vertices ends.
-  const VertexId v = chain.ends(chain.find(holes.open_sectors(hole), partner, is_open)).to;
+  const VertexId v = chain.find(holes.open_sectors(hole), partner, is_open).to;
   chain.draw(holes.sectors_at(hole, v), partner, [v](VertexId w) { return w == v; });
   return v;
 }
@@ -471,7 +465,7 @@ VertexId draw_straight_connector(Chain& chain, Index hole) {
 std::array<VertexId, 2> draw_askew_connector(Chain& chain) {
   const Holes& holes = chain.holes();
   const auto anywhere = [](VertexId) { return true; };
-  const VertexId from = chain.ends(chain.find(holes.open_sectors(0), 1, anywhere)).from;
+  const VertexId from = chain.find(holes.open_sectors(0), 1, anywhere).from;
   const VertexId to =
       chain.draw(holes.sectors_at(0, from), 1, [from](VertexId v) { return v != from; }).to;
   return {from, to};

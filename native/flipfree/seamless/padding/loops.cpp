@@ -93,14 +93,6 @@ std::vector<HalfedgeId> left_over(const Canvas& canvas, const FreeTree& tree) {
   return left;
 }
 
-// Told by the order of faces, not by the numbers of vertices.
-VertexId any_free(const Canvas& canvas) {
-  for (HalfedgeId h = 0; h < canvas.mesh().halfedge_slots(); ++h) {
-    if (canvas.is_free(canvas.mesh().source(h))) return canvas.mesh().source(h);
-  }
-  throw InternalError("a refined surface without free vertices");
-}
-
 // Some of the cycles of one tree, disjoint.
 Loops round_of_loops(const Canvas& canvas, std::size_t most, const CycleTurns& wished) {
   const auto edges_left = [&](const FreeTree& tree) {
@@ -109,7 +101,12 @@ Loops round_of_loops(const Canvas& canvas, std::size_t most, const CycleTurns& w
     return left;
   };
   // Cycles are shortest through the root: one on the shortest cycle of any tree is a better root.
-  const FreeTree any_tree(canvas, any_free(canvas));
+  HalfedgeId any = 0;  // told by the order of faces, not by the numbers of vertices
+  while (!canvas.is_free(canvas.mesh().source(any))) {
+    if (++any == canvas.mesh().halfedge_slots())
+      throw InternalError("a refined surface without free vertices");
+  }
+  const FreeTree any_tree(canvas, canvas.mesh().source(any));
   const std::vector<VertexId> found = any_tree.cycle(edges_left(any_tree).front());
   const FreeTree tree(canvas, found[found.size() / 2]);
   const std::vector<HalfedgeId> left = edges_left(tree);
@@ -255,10 +252,10 @@ double TurnMeter::turn(const std::vector<VertexId>& cycle) const {
   return sum;
 }
 
-TurningPrice turning_price(const Canvas& canvas, const Loops& loops, const ChainGuide& guide) {
+TurningPrice::TurningPrice(const Canvas& canvas, const Loops& loops, const ChainGuide& guide) {
   double sum = 0.0;
   for (const auto& loop : loops) sum += canvas.length(canvas.edges_of(loop));
-  return {guide.quarter_price * (sum / static_cast<double>(loops.size()))};
+  quarter = guide.quarter_price * (sum / static_cast<double>(loops.size()));
 }
 
 SheetSearch turning_search(const TurnMeter& meter, const std::vector<double>& left,
@@ -289,7 +286,7 @@ Loops draw_loops(Canvas& canvas, const std::vector<VertexId>& first, Index genus
   }
   if (guide.crossings != nullptr) {
     const TurnMeter meter(canvas, *guide.crossings);
-    straighten_loops(canvas, meter, turning_price(canvas, loops, guide), drawn, loops);
+    straighten_loops(canvas, meter, {canvas, loops, guide}, drawn, loops);
   }
   return loops;
 }

@@ -77,14 +77,14 @@ class TurnMeter {
 // What curves cost that shall turn little: their length, and the square of the quarter turns by
 // which they miss what they should turn by.
 struct TurningPrice {
-  double quarter;
+  // As the guide says, beside these loops.
+  TurningPrice(const Canvas& canvas, const Loops& loops, const ChainGuide& guide);
   double cost(double length, double missed) const {
     const double quarters = missed / kQuarterTurn;
     return length + quarter * quarters * quarters;
   }
+  double quarter;
 };
-// As the guide says, beside these loops.
-TurningPrice turning_price(const Canvas& canvas, const Loops& loops, const ChainGuide& guide);
 
 // Sheets of a quarter turn, so many of them on either side at first and then, where no way is
 // found.

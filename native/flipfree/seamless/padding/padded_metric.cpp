@@ -12,7 +12,6 @@
 #include "flipfree/base/stats.h"
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/seamless/padding/disk_metric.h"
-#include "flipfree/seamless/padding/segments.h"
 #include "flipfree/seamless/penner/penner_newton.h"
 #include "flipfree/seamless/seams.h"
 
@@ -380,6 +379,34 @@ FlatSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::Intrins
 // How far every segment is padded so that the two sides of every branch become equally long
 // (thesis 5.2.5, 5.4.3).
 
+// One of A w = b, the lengths of mates equal after padding (5.3, 5.5): of each segment that is not
+// one of several mates of another one.
+struct EqualizationRow {
+  Index segment = kInvalid;
+  std::vector<Index> mates;  // one per side of the segment
+};
+// Throws InternalError if both sides of a branch lie at flat sectors (Definition 5.4 forbids it).
+std::vector<EqualizationRow> equalization_rows(const CutSegments& segments) {
+  std::vector<EqualizationRow> rows;
+  for (Index i = 0; at(i) < segments.segments.size(); ++i) {
+    EqualizationRow row;
+    row.segment = i;
+    for (const Index side : segments.segments[at(i)].sides)
+      row.mates.push_back(segments.of_side[at(mate_of(side))]);
+    const auto mates_sides = [&](Index j) { return segments.segments[at(j)].sides.size(); };
+    if (row.mates.size() == 1) {
+      // The complex one of the two has the row; of two simple ones the first.
+      const Index j = row.mates.front();
+      if (mates_sides(j) > 1 || j < i) continue;
+    } else if (std::any_of(row.mates.begin(), row.mates.end(),
+                           [&](Index j) { return mates_sides(j) > 1; })) {
+      throw InternalError("both sides of a branch lie at flat sectors");
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
 // Lengths are equal if they differ by less than this share of the longest one; every refinement
 // gains some 45 bits of it.
 constexpr int kEqualBits = 160;
@@ -452,55 +479,38 @@ std::vector<Wide> padding_widths(const AdmissibleCut& cut, const CutSegments& se
   return width;
 }
 
-// The half-edges of every side of the cut, in order, and how they are measured.
-class MeasuredSides {
- public:
-  MeasuredSides(const AdmissibleCut& cut, const intrinsic::IntrinsicSetup& setup,
-                const FlatSurface& flat) {
-    halfedges_.resize(2 * cut.branches.size());
-    lengths_.resize(halfedges_.size());
-    for (std::size_t side = 0; side < halfedges_.size(); ++side) {
-      for (const HalfedgeId h : side_halfedges(cut, static_cast<Index>(side))) {
-        const HalfedgeId g = setup.input_halfedge[at(h)];
-        halfedges_[side].push_back(g);
-        lengths_[side].push_back(norm(flat.vector[at(g)]));
-      }
-    }
-  }
-
-  const std::vector<HalfedgeId>& halfedges(Index side) const { return halfedges_[at(side)]; }
-  const std::vector<Wide>& lengths(Index side) const { return lengths_[at(side)]; }
-  Wide length(Index side) const {
-    Wide sum(0.0);
-    for (const Wide& l : lengths_[at(side)]) sum += l;
-    return sum;
-  }
-
- private:
-  std::vector<std::vector<HalfedgeId>> halfedges_;
-  std::vector<std::vector<Wide>> lengths_;
+// A side of the cut: its half-edges, in order, and how they are measured.
+struct MeasuredSide {
+  std::vector<HalfedgeId> halfedges;
+  std::vector<Wide> lengths;
+  Wide length = Wide(0.0);
 };
 
-std::vector<Wide> segment_lengths(const CutSegments& segments, const MeasuredSides& sides) {
-  std::vector<Wide> length;
-  for (const CutSegment& segment : segments.segments) {
-    length.emplace_back(0.0);
-    for (const Index side : segment.sides) length.back() += sides.length(side);
+std::vector<MeasuredSide> measured_sides(const AdmissibleCut& cut,
+                                         const intrinsic::IntrinsicSetup& setup,
+                                         const FlatSurface& flat) {
+  std::vector<MeasuredSide> sides(2 * cut.branches.size());
+  for (std::size_t s = 0; s < sides.size(); ++s) {
+    for (const HalfedgeId h : side_halfedges(cut, static_cast<Index>(s))) {
+      const HalfedgeId g = setup.input_halfedge[at(h)];
+      sides[s].halfedges.push_back(g);
+      sides[s].lengths.push_back(norm(flat.vector[at(g)]));
+      sides[s].length += sides[s].lengths.back();
+    }
   }
-  return length;
+  return sides;
 }
 
 // Where the vertices of a branch lie in the end, as shares of its length, from its start on: half
 // way between where they lie on its two sides.
-std::vector<Wide> common_shares(const MeasuredSides& sides, Index side) {
-  const std::vector<Wide>&one = sides.lengths(side), &two = sides.lengths(mate_of(side));
-  const Wide all_one = sides.length(side), all_two = sides.length(mate_of(side));
+std::vector<Wide> common_shares(const MeasuredSide& one, const MeasuredSide& two) {
+  const std::size_t count = one.lengths.size();
   std::vector<Wide> share{Wide(0.0)};
   Wide from_one(0.0), from_two(0.0);
-  for (std::size_t i = 0; i < one.size(); ++i) {
-    from_one += one[i];
-    from_two += two[two.size() - 1 - i];
-    share.push_back(Wide(0.5) * (from_one / all_one + from_two / all_two));
+  for (std::size_t i = 0; i < count; ++i) {
+    from_one += one.lengths[i];
+    from_two += two.lengths[count - 1 - i];
+    share.push_back(Wide(0.5) * (from_one / one.length + from_two / two.length));
   }
   share.back() = Wide(1.0);
   return share;
@@ -513,13 +523,17 @@ struct Move {
 
 class Padder {
  public:
-  Padder(const AdmissibleCut& cut, const CutSegments& segments, const MeasuredSides& sides,
+  Padder(const AdmissibleCut& cut, const CutSegments& segments, std::vector<MeasuredSide> sides,
          FlatSurface& flat)
-      : cut_(cut), segments_(segments), sides_(sides), flat_(flat) {}
+      : cut_(cut), segments_(segments), sides_(std::move(sides)), flat_(flat) {}
 
   // Pads every segment. Returns the largest width, over the longest segment.
   double run(const ExecutionContext& context) {
-    const std::vector<Wide> length = segment_lengths(segments_, sides_);
+    std::vector<Wide> length;
+    for (const CutSegment& segment : segments_.segments) {
+      length.emplace_back(0.0);
+      for (const Index side : segment.sides) length.back() += sides_[at(side)].length;
+    }
     width_ = padding_widths(cut_, segments_, length);
     std::vector<Wide> padded;
     for (std::size_t s = 0; s < length.size(); ++s)
@@ -535,10 +549,8 @@ class Padder {
       final_length_[side ^ 1] = final_length_[side];
     }
     move_all(context);
-    Wide widest(0.0), longest(0.0);
-    for (const Wide& w : width_) widest = std::max(widest, w);
-    for (const Wide& l : length) longest = std::max(longest, l);
-    return numeric::ratio(widest, longest);
+    return numeric::ratio(*std::max_element(width_.begin(), width_.end()),
+                          *std::max_element(length.begin(), length.end()));
   }
 
  private:
@@ -549,13 +561,13 @@ class Padder {
     before = -before;  // of the new start, along the segment
     Wide old(0.0);
     for (const Index side : segments_.segments[at(segment)].sides) {
-      const std::vector<HalfedgeId>& halfedges = sides_.halfedges(side);
-      const std::vector<Wide> share = common_shares(sides_, side & ~1);
+      const std::vector<HalfedgeId>& halfedges = sides_[at(side)].halfedges;
+      const std::vector<Wide> share = common_shares(sides_[at(side & ~1)], sides_[at(side | 1)]);
       for (std::size_t i = 0; i < halfedges.size(); ++i) {
         const Wide place = (side & 1) != 0 ? Wide(1.0) - share[halfedges.size() - i] : share[i];
         moves.push_back(
             {halfedges[i], before + place * final_length_[at(side)] - old, width_[at(segment)]});
-        old += sides_.lengths(side)[i];
+        old += sides_[at(side)].lengths[i];
       }
       before += final_length_[at(side)];
     }
@@ -587,7 +599,7 @@ class Padder {
 
   const AdmissibleCut& cut_;
   const CutSegments& segments_;
-  const MeasuredSides& sides_;
+  const std::vector<MeasuredSide> sides_;
   FlatSurface& flat_;
   std::vector<Wide> width_;         // per segment
   std::vector<Wide> final_length_;  // per side
@@ -665,8 +677,7 @@ PaddedMetric compute_padded_metric(const AdmissibleCut& cut, const std::vector<I
       intrinsic::build_intrinsic_mesh(vertex_count, cut.surface.faces);
   context.report("padding", 0.8);
   FlatSurface flat = assemble(disks, setup, cut, context);
-  const MeasuredSides sides(cut, setup, flat);
-  out.largest_width = Padder(cut, segments, sides, flat).run(context);
+  out.largest_width = Padder(cut, segments, measured_sides(cut, setup, flat), flat).run(context);
   glue(flat);
   make_delaunay(flat, context);
   out.metric = as_metric(cut, setup, cones, flat, context);

@@ -16,7 +16,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/conformal/metric.h"
-#include "flipfree/seamless/padding/segments.h"
+#include "flipfree/seamless/padding/disk_metric.h"
 
 namespace flipfree::seamless {
 

@@ -61,9 +61,10 @@ Eigen::RowVector3d place_of(const mesh::Surface& surface) {
 }
 
 // The map of one component.
-PennerMap map_padded(const mesh::Surface& given, const std::vector<Index>& cones,
-                     const CutMaker& make_cut, const PennerOptions& options,
-                     const std::vector<FaceId>& faces, ExecutionContext& context) {
+PennerMap map_padded(const Component& component, const CutMaker& make_cut) {
+  const mesh::Surface& given = component.surface;
+  const std::vector<Index>& cones = component.cones;
+  ExecutionContext& context = component.context;
   const Stopwatch watch;
   Stats stats;
   AdmissibleCut cut;
@@ -71,7 +72,7 @@ PennerMap map_padded(const mesh::Surface& given, const std::vector<Index>& cones
   const mesh::Surface surface{given.vertices.rowwise() - place, given.faces};
   {
     const ProgressRange range(context, 0.0, 0.1);
-    cut = make_cut(surface, cones, faces, context);
+    cut = make_cut(surface, cones, component.faces, context);
     require_sound(cut.surface, context);
   }
   const Eigen::Index own_count = surface.vertices.rows();
@@ -79,8 +80,8 @@ PennerMap map_padded(const mesh::Surface& given, const std::vector<Index>& cones
   stats["cut_vertices"] = static_cast<std::int64_t>(cut.surface.vertices.rows() - own_count);
   std::vector<Index> all = cones;
   all.resize(static_cast<std::size_t>(cut.surface.vertices.rows()), 4);
-  PennerOptions own = options;
-  own.uncuttable = edges_left(options.uncuttable, cut.surface);
+  PennerOptions own = component.options;
+  own.uncuttable = edges_left(own.uncuttable, cut.surface);
   PennerMap result;
   try {
     const ProgressRange range(context, 0.1, 1.0);
@@ -117,11 +118,8 @@ PennerMap map_padded(const mesh::Surface& given, const std::vector<Index>& cones
 PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<Index>& cones,
                               const CutMaker& make_cut, const PennerOptions& options,
                               ExecutionContext& context) {
-  const ComponentMapper map_one = [&](const mesh::Surface& component, const std::vector<Index>& own,
-                                      const std::optional<std::vector<LoopTurn>>&,
-                                      const PennerOptions& own_options,
-                                      const std::vector<FaceId>& faces, ExecutionContext& inner) {
-    return map_padded(component, own, make_cut, own_options, faces, inner);
+  const ComponentMapper map_one = [&](const Component& component) {
+    return map_padded(component, make_cut);
   };
   PennerMap found = map_each_component(surface, cones, std::nullopt, options, map_one, context);
   found.map.stats["engine"] = std::string("padding");
@@ -147,11 +145,6 @@ using JoinedSectors = std::array<HalfedgeId, 2>;
 
 // Cones whose excess sums to a given number (thesis 5.3.3).
 
-// The excess of the parts that paths between the T-nodes can make, one of each two.
-std::vector<Index> part_excesses(Index genus) {
-  return genus == 1 ? std::vector<Index>{-2} : std::vector<Index>{-2, -1, 1, 2, 3};
-}
-
 // A cone that alone is right for the part on one side of an extra path.
 bool fits_alone(Index k, Index genus) { return k % 4 != 0 && k >= 2 && k <= 8 * genus - 2; }
 
@@ -176,12 +169,6 @@ bool can_be_t_nodes(const DiskBoundary& boundary, const PathEnds& ends) {
   // The same side if no corner is between them, one way or the other.
   return boundary.corners_between(ends.from, ends.to) == 0 ||
          boundary.corners_between(ends.to, ends.from) == 0;
-}
-
-// Fences need somewhere to begin.
-bool has_room_for_fences(const DiskBoundary& boundary, const PathEnds& ends) {
-  return (ends.from + 1) % boundary.size() != ends.to &&
-         (ends.to + 1) % boundary.size() != ends.from;
 }
 
 // How a sum was reached first.
@@ -229,7 +216,9 @@ Pattern pattern_for(const std::vector<Index>& cones, Index genus) {
   if (std::all_of(cones.begin(), cones.end(), [](Index k) { return k % 4 == 0; }))
     return Pattern::kChain;
   if (genus < 3) {
-    const std::vector<Index> excesses = part_excesses(genus);
+    // Of the parts that paths between the T-nodes can make, one of each two.
+    const std::vector<Index> excesses =
+        genus == 1 ? std::vector<Index>{-2} : std::vector<Index>{-2, -1, 1, 2, 3};
     if (std::any_of(excesses.begin(), excesses.end(),
                     [&](Index e) { return cones_with_excess(cones, e).has_value(); }))
       return Pattern::kTwoTNodes;
@@ -264,22 +253,13 @@ std::vector<JoinedSectors> joinable_sectors(Canvas& canvas,
   for (const HalfedgeId from : canvas.drawn_around(t_nodes[0])) {
     for (const HalfedgeId to : canvas.drawn_around(t_nodes[1])) {
       const Index corners =
-          left_corners(boundary, {boundary.place[at(from)], boundary.place[at(to)]});
+          boundary.left_corners({boundary.place[at(from)], boundary.place[at(to)]});
       if (corners % 4 != 0 && cones_with_excess(canvas.cones(), corners - kFlat))
         joinable.push_back({from, to});
     }
   }
   if (joinable.empty()) throw InternalError("no pattern of the cut fits the cones");
   return joinable;
-}
-
-// Draws the shortest path between places that are allowed; false if the search finds none.
-bool draw_shortest(const DiskBoundary& boundary, const std::vector<Index>& from,
-                   const std::vector<Index>& to,
-                   const std::function<bool(const PathEnds&)>& allowed) {
-  const auto path = shortest_separating_path(boundary, from, to, allowed);
-  if (!path.empty()) boundary.canvas.draw(path, Curve::kExtra);
-  return !path.empty();
 }
 
 // From one T-node to the other one, within the disk, between some of these sectors: the shortest
@@ -296,9 +276,10 @@ void draw_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors
                                   boundary.halfedges[at(ends.to)]};
     return std::find(sectors.begin(), sectors.end(), joined) != sectors.end();
   };
-  if (draw_shortest(boundary, from, to, allowed)) return;
+  const auto path = shortest_separating_path(boundary, from, to, allowed);
+  if (!path.empty()) return canvas.draw(path, Curve::kExtra);
   const PathEnds ends{from.front(), to.front()};
-  const auto inside = cones_with_excess(canvas.cones(), left_corners(boundary, ends) - kFlat);
+  const auto inside = cones_with_excess(canvas.cones(), boundary.left_corners(ends) - kFlat);
   if (!inside) throw InternalError("cones that do not fit between the sectors");
   canvas.draw(fenced_path(boundary, ends, *inside), Curve::kExtra);
 }
@@ -312,7 +293,8 @@ void draw_extra_path(Canvas& canvas, Index genus) {
   const auto allowed = [&](const PathEnds& ends) { return can_be_t_nodes(boundary, ends); };
   const std::vector<Index> from = straight_places(boundary, true);
   const std::vector<Index> anywhere = straight_places(boundary, false);
-  if (draw_shortest(boundary, from, anywhere, allowed)) return;
+  const auto path = shortest_separating_path(boundary, from, anywhere, allowed);
+  if (!path.empty()) return canvas.draw(path, Curve::kExtra);
   // The cone with the fewest corners around it.
   VertexId cone = kInvalid;
   for (VertexId v = 0; v < static_cast<VertexId>(cones.size()); ++v) {
@@ -322,8 +304,9 @@ void draw_extra_path(Canvas& canvas, Index genus) {
   for (const Index f : from) {
     for (const Index t : anywhere) {
       const PathEnds ends{f, t};
-      if (f == t || !allowed(ends) || left_corners(boundary, ends) != cones[at(cone)] ||
-          !has_room_for_fences(boundary, ends))
+      if (f == t || !allowed(ends) || boundary.left_corners(ends) != cones[at(cone)] ||
+          // fences need somewhere to begin
+          boundary.places_between(f, t).empty() || boundary.places_between(t, f).empty())
         continue;
       canvas.draw(fenced_path(boundary, ends, {cone}), Curve::kExtra);
       return;
@@ -483,7 +466,7 @@ AdmissibleCut in_given_unit(AdmissibleCut cut, const mesh::Surface& surface, dou
 }  // namespace
 
 AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
-                                  ExecutionContext& context) {
+                                  const std::vector<FaceId>&, ExecutionContext& context) {
   const Index genus = genus_of(surface);
   check_cones(cones, genus);
   const mesh::InOwnUnit scaled(surface);
@@ -514,20 +497,17 @@ AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<I
   const Index genus = genus_of(surface);
   check_cones(cones, genus);
   const mesh::InOwnUnit scaled(surface);
-  Reroutings done;
+  const Reroutings before = *wished.done;
   const auto draw = [&](const std::vector<double>* crossings) {
-    WishedTurns own = wished;
-    own.done = &done;
-    done = {};
-    done.straight = crossings == nullptr ? 0 : 1;
-    return draw_cut(scaled.surface(), cones, genus, &own, {nullptr, crossings, kFieldPrice},
+    *wished.done = before;
+    if (crossings != nullptr) ++wished.done->straight;
+    return draw_cut(scaled.surface(), cones, genus, &wished, {nullptr, crossings, kFieldPrice},
                     context);
   };
   const auto along = genus == 0 || wished.crossings.empty() ? nullptr : &wished.crossings;
   auto drawn = attempt([&] { return draw(along); });
   if (!drawn && along == nullptr) throw NotConverged(drawn.error());
   AdmissibleCut cut = drawn ? std::move(*drawn) : draw(nullptr);
-  if (wished.done != nullptr) *wished.done += done;
   return in_given_unit(std::move(cut), surface, scaled.unit());
 }
 

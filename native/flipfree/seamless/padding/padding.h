@@ -3,7 +3,7 @@
 //
 //   make_admissible_cut()    cut into disks with right-angled corners   padding.cpp
 //   compute_padded_metric()  rectilinear metrics, padded and glued      padded_metric.h
-//   finish_penner_metric()   rounding removed, then relaxed             penner/penner_metric.h
+//   finish_penner_metric()   rounding removed, then relaxed             penner/penner.h
 //   then overlay and layout as of the engine "penner"                   penner/penner.h
 //
 // The map is one of the surface as the cut refined it, refined further where a triangle would flip.
@@ -15,8 +15,8 @@
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/mesh/surface.h"
+#include "flipfree/seamless/padding/disk_metric.h"
 #include "flipfree/seamless/padding/reroute.h"
-#include "flipfree/seamless/padding/segments.h"
 #include "flipfree/seamless/penner/penner.h"
 
 namespace flipfree::seamless {
@@ -58,13 +58,9 @@ PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<In
 // gives the same cut. Throws InvalidInput (kBadAngles) for k < 1, Infeasible (kGaussBonnet,
 // kBadAngles) if no surface of this genus has such cones, NotConverged naming the step if doubles
 // leave no room for it. Cost: O(genus #F log #F), mostly much less.
+// The faces' names are not looked at.
 AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
-                                  ExecutionContext& context);
-
-inline AdmissibleCut bare_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
-                              const std::vector<FaceId>&, ExecutionContext& context) {
-  return make_admissible_cut(surface, cones, context);
-}
+                                  const std::vector<FaceId>& faces, ExecutionContext& context);
 
 // The same with loops that turn as `wished` says, which must be so for a cross field with exactly
 // these cones; also where there are no cones at all. Throws NotConverged (kBadAngles) besides where

@@ -102,15 +102,14 @@ void Canvas::erase_all() {
 }
 
 std::vector<VertexId> Canvas::divide(const std::vector<HalfedgeId>& chain, std::size_t edges) {
-  std::vector<std::pair<VertexId, VertexId>> ends;
+  std::vector<EdgeEnds> ends;
   for (const HalfedgeId h : chain) ends.emplace_back(mesh().source(h), mesh().target(h));
   while (ends.size() < edges) {
-    const auto longest =
-        std::max_element(ends.begin(), ends.end(), [&](const auto& a, const auto& b) {
-          return length(mesh().find(a.first, a.second)) < length(mesh().find(b.first, b.second));
-        });
+    const auto longest = std::max_element(
+        ends.begin(), ends.end(),
+        [&](const EdgeEnds& a, const EdgeEnds& b) { return length(edge(a)) < length(edge(b)); });
     const VertexId target = longest->second;
-    const VertexId s = split(mesh().find(longest->first, target));
+    const VertexId s = split(edge(*longest));
     state_[at(s)] = State::kOnCurve;
     longest->second = s;
     ends.insert(longest + 1, {s, target});
@@ -178,19 +177,6 @@ void Canvas::refine_around(VertexId v) {
   for (const VertexId w : taken) split(mesh().find(v, w));
 }
 
-namespace {
-
-HalfedgeId some_drawn_at_node(const Canvas& canvas) {
-  for (VertexId v = 0; v < canvas.vertex_count(); ++v) {
-    if (!canvas.on_curve(v)) continue;
-    const std::vector<HalfedgeId> drawn = canvas.drawn_around(v);
-    if (drawn.size() > 2) return drawn.front();
-  }
-  throw InternalError("curves without a node");
-}
-
-}  // namespace
-
 Index DiskBoundary::corners_between(Index from, Index to) const {
   const Index rest = corners_below[at(to)] - corners_below[at(from) + 1];
   return from < to ? rest : rest + corners_below.back();
@@ -205,7 +191,12 @@ std::vector<Index> DiskBoundary::places_between(Index from, Index to) const {
 DiskBoundary::DiskBoundary(Canvas& drawn_on)
     : canvas(drawn_on), place(at(drawn_on.mesh().halfedge_slots()), kInvalid) {
   const mesh::EditableTriangulation& mesh = canvas.mesh();
-  const HalfedgeId start = some_drawn_at_node(canvas);
+  HalfedgeId start = kInvalid;  // drawn, at a node
+  for (VertexId v = 0; start == kInvalid; ++v) {
+    if (v == canvas.vertex_count()) throw InternalError("curves without a node");
+    const std::vector<HalfedgeId> drawn = canvas.drawn_around(v);
+    if (canvas.on_curve(v) && drawn.size() > 2) start = drawn.front();
+  }
   HalfedgeId h = start;
   do {
     place[at(h)] = size();
@@ -403,7 +394,7 @@ std::vector<HalfedgeId> shortest_separating_path(
     const DiskBoundary& boundary, const std::vector<Index>& from, const std::vector<Index>& to,
     const std::function<bool(const PathEnds&)>& allowed) {
   const Fits fits = [&](const PathEnds& ends, Index enclosed) {
-    const Index corners = left_corners(boundary, ends);
+    const Index corners = boundary.left_corners(ends);
     return corners % 4 != 0 && corners == 4 + enclosed && allowed(ends);
   };
   return shortest_on_cover(boundary, from, to, fits, kMostSeparating);
@@ -425,14 +416,12 @@ class Fencer {
   }
 
   // Refinement renumbers half-edges: places are known by their edge's ends.
-  HalfedgeId sector(Index place) const {
-    return canvas_.mesh().find(places_[at(place)].first, places_[at(place)].second);
-  }
+  HalfedgeId sector(Index place) const { return canvas_.edge(places_[at(place)]); }
 
   // A tree from places of the boundary to all these cones. Returns the vertex and the second one of
   // the first fence.
-  std::pair<VertexId, VertexId> fence(const std::vector<Index>& places, std::set<VertexId> cones) {
-    std::pair<VertexId, VertexId> first = {kInvalid, kInvalid};
+  EdgeEnds fence(const std::vector<Index>& places, std::set<VertexId> cones) {
+    EdgeEnds first = {kInvalid, kInvalid};
     std::vector<VertexId> tree;
     const mesh::EditableTriangulation& mesh = canvas_.mesh();
     while (!cones.empty()) {
@@ -484,7 +473,7 @@ class Fencer {
   }
 
   Canvas& canvas_;
-  std::vector<std::pair<VertexId, VertexId>> places_;
+  std::vector<EdgeEnds> places_;
 };
 
 }  // namespace
@@ -500,9 +489,9 @@ std::vector<HalfedgeId> fenced_path(const DiskBoundary& boundary, const PathEnds
 std::vector<HalfedgeId> fenced_loop(const DiskBoundary& boundary, Index place, VertexId inside) {
   Fencer fencer(boundary);
   // The fence to the cone divides the place's sector in two: the loop's ends.
-  const auto [root, second] = fencer.fence({place}, {inside});
+  const EdgeEnds first = fencer.fence({place}, {inside});
   fencer.fence_others(boundary.places_between(place, place), {inside});
-  return fencer.pass(boundary.canvas.mesh().find(root, second), fencer.sector(place));
+  return fencer.pass(boundary.canvas.edge(first), fencer.sector(place));
 }
 
 namespace {

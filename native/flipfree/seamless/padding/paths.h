@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
-#include <optional>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -37,6 +36,9 @@ enum class Curve : Index {
   kExtra,
   kFence
 };
+
+// What names a half-edge while the canvas is refined elsewhere: from the first to the second.
+using EdgeEnds = std::pair<VertexId, VertexId>;
 
 class Canvas {
  public:
@@ -72,6 +74,7 @@ class Canvas {
   }
   // The half-edges strictly inside sectors, counter-clockwise in each.
   std::vector<HalfedgeId> inside(const std::vector<HalfedgeId>& sectors) const;
+  HalfedgeId edge(const EdgeEnds& ends) const { return mesh().find(ends.first, ends.second); }
   // Drawn half-edges around v, counter-clockwise.
   std::vector<HalfedgeId> drawn_around(VertexId v) const;
   // The half-edges of a chain and of a cycle of vertices, in order.
@@ -118,6 +121,13 @@ class Canvas {
 //           |
 //   --h_0-->'
 
+// From one place of the boundary to another one. The part on its left has the corners strictly
+// between `to` and `from`, and two more at the path's ends.
+struct PathEnds {
+  Index from = kInvalid;
+  Index to = kInvalid;
+};
+
 struct DiskBoundary {
   // Throws InternalError if the curves do not cut the canvas, which must outlive this, into one
   // disk. Cost: O(#F).
@@ -133,6 +143,8 @@ struct DiskBoundary {
   Index size() const { return static_cast<Index>(halfedges.size()); }
   // Corners strictly between two different places, counter-clockwise.
   Index corners_between(Index from, Index to) const;
+  // Corners of the left part.
+  Index left_corners(const PathEnds& ends) const { return corners_between(ends.to, ends.from) + 2; }
   // Places strictly between, in order.
   std::vector<Index> places_between(Index from, Index to) const;
 };
@@ -192,18 +204,6 @@ class SheetSearch {
 // The shortest path that divides a disk so that both parts have the corners that the cones in them
 // ask for (thesis 5.2.1, equation 5.1), on the branched cover of the disk, whose sheets are the
 // excess that a path has passed (5.4.1, "Extra Cut").
-
-// From one place of the boundary to another one. The part on its left has the corners strictly
-// between `to` and `from`, and two more at the path's ends.
-struct PathEnds {
-  Index from = kInvalid;
-  Index to = kInvalid;
-};
-
-// Corners of the left part.
-inline Index left_corners(const DiskBoundary& boundary, const PathEnds& ends) {
-  return boundary.corners_between(ends.to, ends.from) + 2;
-}
 
 // From one place to another one, with cones of this excess on its left in all; empty if the
 // search ends without one, likewise.

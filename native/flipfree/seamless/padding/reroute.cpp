@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <numeric>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -192,17 +193,16 @@ Vertices draw_around(Canvas& canvas, const Vertices& branch, const Vertices& spu
   const VertexId before = *(root - 1), after = *(root + 1);
   const Curve kind = canvas.curve(canvas.mesh().find(before, *root));
   canvas.draw(canvas.edges_along(spur), Curve::kFence);
-  const Vertices beside = path_beside(canvas, *root, after, before);
+  Vertices beside = path_beside(canvas, *root, after, before);
   canvas.remove_fences();
   canvas.erase(canvas.edges_along({before, *root, after}));
-  Vertices detour(branch.begin(), root);
-  detour.insert(detour.end(), beside.rbegin(), beside.rend());
-  detour.insert(detour.end(), root + 1, branch.end());
-  Vertices drawn = {before};
-  drawn.insert(drawn.end(), beside.rbegin(), beside.rend());
-  drawn.push_back(after);
-  canvas.draw(canvas.edges_along(drawn), kind);
-  return detour;
+  beside.push_back(before);
+  beside.insert(beside.begin(), after);
+  std::reverse(beside.begin(), beside.end());
+  canvas.draw(canvas.edges_along(beside), kind);
+  beside.insert(beside.begin(), branch.begin(), root - 1);
+  beside.insert(beside.end(), root + 2, branch.end());
+  return beside;
 }
 
 // The shortest one on either side, drawn in the branch's place; false, and nothing is drawn, if the
@@ -308,15 +308,8 @@ std::vector<Index> wished_turns(const BranchGraph& graph, const std::vector<Bran
 }
 
 // Where the loop comes to a branch, or leaves it on the other side: the sector that begins with the
-// edge from `vertex` to `along`. Gates 2 i and 2 i + 1 are the two sides of one branch.
-struct Gate {
-  VertexId vertex = kInvalid;
-  VertexId along = kInvalid;
-};
-
-HalfedgeId sector(const Canvas& canvas, const Gate& gate) {
-  return canvas.mesh().find(gate.vertex, gate.along);
-}
+// edge of these ends. Gates 2 i and 2 i + 1 are the two sides of one branch.
+using Gate = EdgeEnds;
 
 std::vector<Gate> gates_of(const BranchGraph& graph, const std::vector<Index>& branches) {
   std::vector<Gate> gates;
@@ -336,7 +329,7 @@ std::vector<Index> partners(Canvas& canvas, const std::vector<Gate>& gates) {
   const DiskBoundary boundary(canvas);
   std::vector<std::pair<Index, Index>> order;
   for (Index g = 0; at(g) < gates.size(); ++g)
-    order.emplace_back(boundary.place[at(sector(canvas, gates[at(g)]))], g);
+    order.emplace_back(boundary.place[at(canvas.edge(gates[at(g)]))], g);
   std::sort(order.begin(), order.end());
   DisjointSets loops(static_cast<Index>(gates.size()));
   for (Index g = 0; at(g) < gates.size(); g += 2) loops.join(g, g + 1);
@@ -385,9 +378,9 @@ std::vector<VertexId> draw_loop_across(const BranchGraph& graph,
   Index gate = 0;
   do {
     const Index end = partner[at(gate)];
-    const HalfedgeId goal = sector(canvas, gates[at(end)]);
+    const HalfedgeId goal = canvas.edge(gates[at(end)]);
     const std::vector<HalfedgeId> way =
-        free_path(canvas, canvas.inside({sector(canvas, gates[at(gate)])}),
+        free_path(canvas, canvas.inside({canvas.edge(gates[at(gate)])}),
                   [&](HalfedgeId h) { return canvas.sector_reached(h) == goal; });
     if (way.empty()) throw InternalError("no way through the disk from branch to branch");
     for (const HalfedgeId h : way) loop.push_back(canvas.mesh().source(h));
@@ -474,15 +467,6 @@ bool reroute_branch(Canvas& canvas, Index change, Index most_added, Vertices& br
 
 }  // namespace
 
-Reroutings& Reroutings::operator+=(const Reroutings& other) {
-  loops += other.loops;
-  shortest += other.shortest;
-  fallback += other.fallback;
-  quarters += other.quarters;
-  straight += other.straight;
-  return *this;
-}
-
 std::size_t reroute(BranchGraph& graph, const std::vector<Ending>& endings,
                     const WishedTurns& wished) {
   const std::vector<BranchLoop> loops = homology_loops(graph);
@@ -508,9 +492,9 @@ std::size_t reroute(BranchGraph& graph, const std::vector<Ending>& endings,
             "+-1/4.");
   }
   const std::vector<Index> change = changes(graph, loops, turns, endings[best]);
-  Reroutings done;
-  done.loops = static_cast<Index>(loops.size());
-  done.quarters = fewest;
+  Reroutings& done = *wished.done;
+  done.loops += static_cast<Index>(loops.size());
+  done.quarters += fewest;
   for (std::size_t i = 0; i < loops.size(); ++i) {
     if (change[i] == 0) continue;
     Vertices& branch = graph.branches[at(loops[i].front() / 2)].vertices;
@@ -522,7 +506,6 @@ std::size_t reroute(BranchGraph& graph, const std::vector<Ending>& endings,
   for (const Index off : changes(graph, loops, now, endings[best])) {
     if (off != 0) throw InternalError("a rerouted cut that does not turn as it was wished");
   }
-  if (wished.done != nullptr) *wished.done += done;
   return best;
 }
 

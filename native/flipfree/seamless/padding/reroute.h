@@ -3,8 +3,6 @@
 #pragma once
 
 #include <functional>
-#include <optional>
-#include <set>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -105,8 +103,6 @@ struct Reroutings {
   Index fallback = 0;  // branches that were led around cones one by one (6.5.3.2)
   Index quarters = 0;  // by how many quarter turns the loops were off, all together
   Index straight = 0;  // cuts whose chain was drawn straight along the field
-
-  Reroutings& operator+=(const Reroutings& other);
 };
 
 // What a cut shall turn like, and the notes about it.
@@ -116,7 +112,7 @@ struct WishedTurns {
   // angles in which loops turn as `turning` says: less the rotation of a field across it. The
   // chain is drawn straight along it; empty: its curves are as short as they can be.
   std::vector<double> crossings;
-  Reroutings* done = nullptr;  // added to, if there is one
+  Reroutings* done = nullptr;  // added to; never null
   // Vertices that a cut may have more than the input. Branches that wind around few cones again and
   // again double the refinement each time.
   Index most_added = 2'000'000;

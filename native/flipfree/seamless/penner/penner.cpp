@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <memory>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -110,11 +109,6 @@ std::string scientific(double value) {
   return text;
 }
 
-void carry_through(const std::vector<intrinsic::FlipRecord>& flips, intrinsic::LoopCarrier& loops,
-                   const ExecutionContext& context) {
-  intrinsic::replay_flips(flips, 0, flips.size(), context, [&](EdgeId e) { loops.flip(e); });
-}
-
 // A third of the triangles around.
 std::vector<double> vertex_areas(const mesh::Surface& surface) {
   std::vector<double> area(at(surface.vertices.rows()), 0.0);
@@ -181,14 +175,18 @@ class PennerSolver {
     return genus_ - static_cast<Index>(curves.size()) + 1;
   }
 
+  // Why no metric turns so along the loops; empty if one does, or nobody knows.
+  std::string why_not(const std::vector<LoopTurn>& loops, const std::vector<Index>& turns) const {
+    if (free_) return "";
+    if (!setup_.mesh.symmetric()) return why_impossible(cones_, genus_, turns);
+    return why_impossible(cones_of_double(cones_, setup_), genus_,
+                          turns_of_double(surface_, cones_, loops, turns));
+  }
+
   void refuse_impossible(const std::vector<LoopTurn>& given) const {
-    if (free_) return;
     std::vector<Index> turns;
     for (const LoopTurn& loop : given) turns.push_back(loop.quarter_turns);
-    const std::string why = setup_.mesh.symmetric()
-                                ? why_impossible(cones_of_double(cones_, setup_), genus_,
-                                                 turns_of_double(surface_, cones_, given, turns))
-                                : why_impossible(cones_, genus_, turns);
+    const std::string why = why_not(given, turns);
     if (why.empty()) return;
     std::vector<double> numbers(turns.begin(), turns.end());
     throw_infeasible(ErrorCode::kBadAngles, why + " Change a cone or the turns of a loop.",
@@ -199,19 +197,12 @@ class PennerSolver {
   // `loops`: on the metric's triangulation, which doubles may see as not quite Delaunay. `norm`:
   // null, or for what it costs there to turn loops by other quarters; the identity if that is not
   // known.
-  PennerAngles measured(const ConformalMetric& metric, intrinsic::LoopCarrier loops,
+  PennerAngles measured(const ConformalMetric& metric, const intrinsic::LoopCarrier& loops,
                         Eigen::MatrixXd* norm) {
     const EngineInput input = start_of(metric, targets_.vertex_angle);
-    const auto engine = make_engine(input, metric.bits, context_);
-    carry_through(engine->flips(), loops, context_);
-    PennerAngles angles;
-    measure(*engine, loops, targets_, angles, context_);
-    if (norm != nullptr && loops.size() > 0) {
-      PennerSystem system;
-      const auto count = static_cast<Eigen::Index>(loops.size());
-      norm->setIdentity(count, count);
-      if (system.prepare(engine->mesh(), loops, angles, context_)) *norm = system.norm_of_turns();
-    }
+    const LoopedMetric looped(make_engine(input, metric.bits, context_), loops, context_);
+    PennerAngles angles = measure(looped, targets_, context_);
+    if (norm != nullptr) *norm = norm_of_turns(looped, angles, context_);
     return angles;
   }
 
@@ -222,7 +213,8 @@ class PennerSolver {
       result.metric =
           conformal::compute_conformal_metric(surface_, targets_.vertex_angle, {}, context_);
     }
-    carry_through(result.metric.flips, loops, context_);
+    intrinsic::replay_flips(result.metric.flips, 0, result.metric.flips.size(), context_,
+                            [&](EdgeId e) { loops.flip(e); });
     targets_.loop_angle.assign(loops.size(), 0.0);
     Eigen::MatrixXd norm;
     const PennerAngles angles = measured(result.metric, loops, turns_given ? nullptr : &norm);
@@ -252,13 +244,7 @@ class PennerSolver {
     }
     if (!setup_.mesh.symmetric()) return near_turns(cones_, genus_, angles, norm);
     std::string said;
-    const auto why = [&](const std::vector<Index>& tried) {
-      if (!free_) {
-        said = why_impossible(cones_of_double(cones_, setup_), genus_,
-                              turns_of_double(surface_, cones_, loops, tried));
-      }
-      return said;
-    };
+    const auto why = [&](const std::vector<Index>& tried) { return said = why_not(loops, tried); };
     const auto turns = near_turns(angles, norm, why);
     if (!turns) {
       throw_infeasible(
@@ -279,11 +265,11 @@ class PennerSolver {
     PennerNewtonOptions newton;
     newton.max_iterations = options_.max_iterations;
     const EngineInput input = start_of(result.metric, targets_.vertex_angle);
-    auto engine = make_engine(input, result.metric.bits, context_);
-    carry_through(engine->flips(), loops, context_);
-    last_ = run_penner(engine, loops, targets_, newton, context_);
+    LoopedMetric looped(make_engine(input, result.metric.bits, context_), loops, context_);
+    last_ = run_penner(looped, targets_, newton, context_);
+    loops = looped.loops;
     result.iterations = last_.iterations;
-    append(*engine, result.metric, context_);
+    append(*looped.engine, result.metric, context_);
     result.seconds_newton = watch.seconds();
     if (last_.end != PennerEnd::kConverged)
       throw_not_reached(result.iterations, result.metric.bits);
@@ -310,7 +296,7 @@ class PennerSolver {
     CarriedMetric carried(metric, targets_, loops, context_);
     // What a padded metric is far off by is shear, which conformal changes would lead back to.
     const Meeting how = finishing_ ? Meeting::kShortest : Meeting::kConformal;
-    result.relaxed = come_near(carried, targets_, how, nearing, area, context_);
+    result.relaxed = carried.come_near(targets_, how, nearing, area, context_);
     if (result.relaxed == 0) return;
     // All angles, as well as asked for.
     last_ = carried.meet(targets_, Meeting::kConformal, {}, context_);
@@ -531,10 +517,9 @@ PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>&
     PennerOptions own = options;
     own.uncuttable = pairs_in(options.uncuttable, local);
     for (const VertexId v : vertices) local[at(v)] = kInvalid;
-    merger.add(charts[i], placed(charts[i].faces, vertices, [&] {
-                 return map_one(charts[i].surface, charts[i].cones, own_loops, own, charts[i].faces,
-                                context);
-               }));
+    const Component component{charts[i].surface, charts[i].cones, own_loops, own,
+                              charts[i].faces,   context};
+    merger.add(charts[i], placed(component.faces, vertices, [&] { return map_one(component); }));
   }
   Points2& uv = whole.map.uv;
   uv /= std::max(uv.col(0).maxCoeff(), uv.col(1).maxCoeff());
@@ -560,7 +545,7 @@ PennerMap map_each_component(const mesh::Surface& surface, const std::vector<Ind
   std::vector<FaceId> all(at(surface.faces.rows()));
   std::iota(all.begin(), all.end(), FaceId{0});
   PennerMap result = mesh::face_components(surface.adjacency()).count == 1
-                         ? map_one(surface, cones, loops, options, all, context)
+                         ? map_one({surface, cones, loops, options, all, context})
                          : map_components(surface, cones, loops, options, map_one, context);
   if (result.map.certificate.flips64 != 0)
     throw certify::CertificateFailed("The seamless map", certify::in_input_faces(result.map));
@@ -570,24 +555,24 @@ PennerMap map_each_component(const mesh::Surface& surface, const std::vector<Ind
 PennerMap compute_penner_map(const mesh::Surface& surface, const std::vector<Index>& cones,
                              const std::optional<std::vector<LoopTurn>>& loops,
                              const PennerOptions& options, ExecutionContext& context) {
-  const ComponentMapper map_one =
-      [](const mesh::Surface& component, const std::vector<Index>& given,
-         const std::optional<std::vector<LoopTurn>>& own_loops, PennerOptions own,
-         const std::vector<FaceId>&, ExecutionContext& inner) {
-        if (own.boundary == Boundary::kGiven) {
-          const bool all = std::find(given.begin(), given.end(), kNotGiven) == given.end();
-          own.boundary = all ? Boundary::kAligned : Boundary::kFree;
-        }
-        const std::vector<Index> turns =
-            own.boundary == Boundary::kAligned ? aligned_cones(component, given, inner) : given;
-        PennerMetric metric;
-        {
-          const ProgressRange range(inner, 0.0, 0.7);
-          metric = compute_penner_metric(component, turns, own_loops, own, inner);
-        }
-        const ProgressRange range(inner, 0.7, 1.0);
-        return map_from_metric(component, turns, std::move(metric), own, inner);
-      };
+  const ComponentMapper map_one = [](const Component& part) {
+    PennerOptions own = part.options;
+    if (own.boundary == Boundary::kGiven) {
+      const bool all =
+          std::find(part.cones.begin(), part.cones.end(), kNotGiven) == part.cones.end();
+      own.boundary = all ? Boundary::kAligned : Boundary::kFree;
+    }
+    const std::vector<Index> turns = own.boundary == Boundary::kAligned
+                                         ? aligned_cones(part.surface, part.cones, part.context)
+                                         : part.cones;
+    PennerMetric metric;
+    {
+      const ProgressRange range(part.context, 0.0, 0.7);
+      metric = compute_penner_metric(part.surface, turns, part.loops, own, part.context);
+    }
+    const ProgressRange range(part.context, 0.7, 1.0);
+    return map_from_metric(part.surface, turns, std::move(metric), own, part.context);
+  };
   return map_each_component(surface, cones, loops, options, map_one, context);
 }
 

@@ -60,7 +60,7 @@ struct PennerMetric {
 // conformal metric is nearest to and that some metric has. Given ones must generate the homology
 // and be independent there. With a boundary: of the surface with every curve of it contracted, 2 g;
 // to these come, where it is aligned, strips from the first curve to the others.
-// Precondition: a valid, connected surface. Errors: signature.h, bordered/corners.h; InvalidInput
+// Precondition: a valid, connected surface. Errors: request.h, corners.h; InvalidInput
 // (loops of the wrong number, or that are no closed strips), NotConverged (says
 // what was reached), Cancelled.
 PennerMetric compute_penner_metric(const mesh::Surface& surface, const std::vector<Index>& cones,
@@ -84,18 +84,23 @@ struct PennerMap {
 // `cones`: quarter turns per vertex, 4 or kNotGiven where it is flat; at boundaries as for
 // aligned_cones() and free_angles(). An aligned boundary runs along the axes up to rounding.
 // `loops`: as compute_penner_metric(); given ones are those of all components, in any order.
-// Errors: InvalidInput (defects of the mesh; cones), Infeasible (signature.h), NotConverged,
+// Errors: InvalidInput (defects of the mesh; cones), Infeasible (request.h), NotConverged,
 // Cancelled.
 PennerMap compute_penner_map(const mesh::Surface& surface, const std::vector<Index>& cones,
                              const std::optional<std::vector<LoopTurn>>& loops,
                              const PennerOptions& options, ExecutionContext& context);
 
-// The map of one connected surface, a component of another one: its face f, with the same corners,
-// is that one's face faces[f]. `cones`, `loops`, options: its own.
-using ComponentMapper = std::function<PennerMap(
-    const mesh::Surface& component, const std::vector<Index>& cones,
-    const std::optional<std::vector<LoopTurn>>& loops, const PennerOptions& options,
-    const std::vector<FaceId>& faces, ExecutionContext& context)>;
+// A connected surface, a component of another one: its face f, with the same corners, is that one's
+// face faces[f]. Cones, loops and options are its own.
+struct Component {
+  const mesh::Surface& surface;
+  const std::vector<Index>& cones;
+  const std::optional<std::vector<LoopTurn>>& loops;
+  const PennerOptions& options;
+  const std::vector<FaceId>& faces;
+  ExecutionContext& context;
+};
+using ComponentMapper = std::function<PennerMap(const Component& component)>;
 
 // Its second half: overlay, layout and refinement. `solved`: of this connected surface and cones.
 PennerMap map_from_metric(const mesh::Surface& surface, const std::vector<Index>& cones,

@@ -16,10 +16,18 @@
 
 namespace flipfree::seamless {
 
+using conformal::FineVector;
+using conformal::MetricEngine;
+using intrinsic::EdgeLabel;
 using intrinsic::IntrinsicMesh;
 
-using intrinsic::EdgeLabel;
 namespace {
+
+// Changes of edge lengths that keep the metric of a double cover symmetric.
+//
+// An edge and its mirror image change alike, and the diagonal d of a symmetric quadrilateral
+// follows from its legs l and its parallel sides w, v by d^2 = l^2 + w v (flip_lengths.h). All
+// equations of a symmetric metric can be asked in these coordinates instead of the edges.
 
 // Per edge its column, and with what factor; none for diagonals.
 struct Columns {
@@ -44,8 +52,9 @@ Columns number_columns(const IntrinsicMesh& mesh) {
   return columns;
 }
 
-}  // namespace
-
+// #E x (free edges): the change of the logarithms of all lengths by unit changes of the free ones.
+// Orthonormal columns but for the rows of diagonals. `cotangent`: per half-edge, of the angle
+// opposite. Precondition: mesh.symmetric(). Cost: O(#E).
 numeric::SparseMatrix symmetric_changes(const IntrinsicMesh& mesh,
                                         const std::vector<double>& cotangent) {
   const Columns columns = number_columns(mesh);
@@ -76,7 +85,29 @@ numeric::SparseMatrix symmetric_changes(const IntrinsicMesh& mesh,
   return matrix;
 }
 
-namespace {
+// How much a face of the mesh counts for the angles of the surface: the two copies of a double
+// cover half each.
+double face_share(const intrinsic::IntrinsicMesh& mesh) { return mesh.symmetric() ? 0.5 : 1.0; }
+
+// Newton's equations for cone angles and loop angles in the logarithms of the edge lengths of the
+// current triangulation (Capouellez, Zorin 2024, "Seamless Parametrization in Penner Coordinates").
+//
+// Unknowns outnumber equations; the paper takes the shortest step. Here a step is the sum of a
+// conformal one, u_i at every vertex, which costs nothing, and a stretch s_e of every edge, which
+// is the shortest: d_e = (u_i + u_j) / 2 + s_e. So the metric leaves the conformal class of the
+// input no further than the loops ask, and all that has to be factorized is the cotangent Laplacian
+// H, whatever the genus.
+//
+// Letters: Jv, Jl derivatives of vertex and loop angles, B u = (u_i + u_j) / 2, so Jv B = -H;
+// g, f what vertices and loops lack. Minimal s'D^-1 s under Jv d = g, Jl d = f gives s = D Q c with
+//
+//     Q = Jl' - Jv' X,  X = -H^-1 B' Jl',   (Q' D Q) c = f - X' g,   u = H^-1 (Jv s - g).
+//
+// The columns of Q sum to zero around every vertex, depend on the homology classes of the loops
+// only, and are independent as these are: there is one step for any basis.
+//
+// On the double cover of a surface with boundary, angles are those of the surface (half of both
+// copies'), vertices are the user's, and s is symmetric (symmetric_changes()).
 
 constexpr std::size_t kFacesPerChunk = 4096;
 
@@ -113,8 +144,15 @@ void remove_means(Eigen::MatrixXd& columns) {
   columns.rowwise() -= columns.colwise().mean().eval();
 }
 
-}  // namespace
+struct PennerDirection {
+  std::vector<double> scale;    // #V: u
+  std::vector<double> stretch;  // #E: s
+  double scale_range = 0.0;
+  double most_stretch = 0.0;
+};
 
+using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
+// Derivatives of the vertices' angles, Jv', #E x #V.
 SparseRows vertex_derivatives(const IntrinsicMesh& mesh, Eigen::Index vertex_count,
                               const std::vector<double>& cotangent) {
   const double share = face_share(mesh);
@@ -132,6 +170,7 @@ SparseRows vertex_derivatives(const IntrinsicMesh& mesh, Eigen::Index vertex_cou
   return j;
 }
 
+// Derivatives of the loops' angles, #E x #loops, column by column sorted by row.
 numeric::SparseMatrix loop_derivatives(const IntrinsicMesh& mesh,
                                        const intrinsic::LoopCarrier& loops,
                                        const std::vector<double>& cotangent) {
@@ -154,16 +193,24 @@ numeric::SparseMatrix loop_derivatives(const IntrinsicMesh& mesh,
   return r;
 }
 
-void require_same_mesh(const conformal::MetricEngine& engine, const intrinsic::LoopCarrier& loops) {
-  debug_require("loops and metric", "they have one triangulation",
-                [&] { return loops.mesh().next == engine.mesh().next; });
+}  // namespace
+
+void LoopedMetric::follow(const ExecutionContext& context) {
+  const std::vector<intrinsic::FlipRecord>& flips = engine->flips();
+  for (; followed < flips.size(); ++followed) {
+    // A flip costs as much as it has crossings with the loops, which grow with every flip.
+    context.check();
+    for (int k = 0; k < flips[followed].plain.count; ++k)
+      loops.flip(flips[followed].plain.edges[at(k)]);
+  }
 }
 
-void measure(const conformal::MetricEngine& engine, const intrinsic::LoopCarrier& loops,
-             const PennerTargets& targets, PennerAngles& out, ExecutionContext& context) {
-  const IntrinsicMesh& mesh = engine.mesh();
+PennerAngles measure(const LoopedMetric& metric, const PennerTargets& targets,
+                     ExecutionContext& context) {
+  const IntrinsicMesh& mesh = metric.mesh();
+  PennerAngles out;
   std::vector<double> tangent;
-  engine.half_tangents(tangent, context);
+  metric.engine->half_tangents(tangent, context);
   const std::size_t count = tangent.size();
   out.cotangent.resize(count);
   out.vertices.half_cotangent.resize(count);
@@ -183,7 +230,7 @@ void measure(const conformal::MetricEngine& engine, const intrinsic::LoopCarrier
     out.vertices.value[at(unknown_at(mesh, other_sides(mesh, h).previous))] -= share * angle[h];
   out.loops = targets.loop_angle;
   for (std::size_t i = 0; i < out.loops.size(); ++i) {
-    loops.visit_corners(i, [&](const intrinsic::PassedCorner& corner) {
+    metric.loops.visit_corners(i, [&](const intrinsic::PassedCorner& corner) {
       out.loops[i] -= corner.sign * angle[at(corner.opposite)];
     });
   }
@@ -199,67 +246,77 @@ void measure(const conformal::MetricEngine& engine, const intrinsic::LoopCarrier
   out.vertices.max_error = largest;
   out.max_error = largest;
   out.norm = std::sqrt(squares);
+  return out;
 }
-
-bool PennerSystem::prepare(const IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
-                           const PennerAngles& angles, ExecutionContext& context) {
-  if (!std::isfinite(angles.max_error)) return false;
-  if (!laplacian_.factorize(mesh, angles.vertices, context)) return false;
-  if (loops.size() == 0) return true;
-  const auto vertex_count = static_cast<Eigen::Index>(angles.vertices.value.size());
-  const numeric::SparseMatrix r = loop_derivatives(mesh, loops, angles.cotangent);
-  Eigen::MatrixXd a = by_vertices(mesh, vertex_count, r);
-  remove_means(a);
-  x_ = -laplacian_.solve_columns(a, context);
-  SparseRows derivatives = vertex_derivatives(mesh, vertex_count, angles.cotangent);
-  vertex_derivatives_.swap(derivatives);
-  q_ = Eigen::MatrixXd(r) - vertex_derivatives_ * x_;
-  if (mesh.symmetric()) {
-    numeric::SparseMatrix symmetric = symmetric_changes(mesh, angles.cotangent);
-    symmetric_.swap(symmetric);
-    q_ = symmetric_.transpose() * q_.eval();
-  }
-  gram_.setZero(q_.cols(), q_.cols());
-  gram_.selfadjointView<Eigen::Lower>().rankUpdate(q_.transpose());
-  return true;
-}
-
-bool PennerSystem::solve(const IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
-                         const PennerAngles& angles, PennerDirection& direction,
-                         ExecutionContext& context) {
-  if (!prepare(mesh, loops, angles, context)) return false;
-  const auto vertex_count = static_cast<Eigen::Index>(angles.vertices.value.size());
-  const Eigen::Map<const Eigen::VectorXd> g(angles.vertices.value.data(), vertex_count);
-  Eigen::MatrixXd right = -g;
-  Eigen::VectorXd s = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(mesh.edge_count()));
-  if (!angles.loops.empty()) {
-    const Eigen::Map<const Eigen::VectorXd> f(angles.loops.data(),
-                                              static_cast<Eigen::Index>(angles.loops.size()));
-    s = q_ * Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(gram_).solve(f - x_.transpose() * g);
-    if (mesh.symmetric()) s = symmetric_ * s.eval();
-    right += vertex_derivatives_.transpose() * s;
-  }
-  remove_means(right);
-  const Eigen::MatrixXd u = laplacian_.solve_columns(right, context);
-  direction.scale.assign(u.data(), u.data() + vertex_count);
-  direction.stretch.assign(s.data(), s.data() + s.size());
-  direction.scale_range = u.maxCoeff() - u.minCoeff();
-  direction.most_stretch = s.cwiseAbs().maxCoeff();
-  const double middle = 0.5 * (u.maxCoeff() + u.minCoeff());
-  for (double& value : direction.scale) value -= middle;
-  return std::isfinite(direction.scale_range) && std::isfinite(direction.most_stretch);
-}
-
-Eigen::MatrixXd PennerSystem::norm_of_turns() const {
-  return Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(gram_).solve(
-      Eigen::MatrixXd::Identity(gram_.rows(), gram_.cols()));
-}
-
-using conformal::FineVector;
-using conformal::MetricEngine;
-using intrinsic::FlipRecord;
 
 namespace {
+
+class PennerSystem {
+ public:
+  // False if the Laplacian is not positive definite to working precision or an angle has no
+  // cotangent. Cost: that of prepare().
+  bool solve(const LoopedMetric& metric, const PennerAngles& angles, PennerDirection& direction,
+             ExecutionContext& context) {
+    if (!prepare(metric, angles, context)) return false;
+    const IntrinsicMesh& mesh = metric.mesh();
+    const auto vertex_count = static_cast<Eigen::Index>(angles.vertices.value.size());
+    const Eigen::Map<const Eigen::VectorXd> g(angles.vertices.value.data(), vertex_count);
+    Eigen::MatrixXd right = -g;
+    Eigen::VectorXd s = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(mesh.edge_count()));
+    if (!angles.loops.empty()) {
+      const Eigen::Map<const Eigen::VectorXd> f(angles.loops.data(),
+                                                static_cast<Eigen::Index>(angles.loops.size()));
+      s = q_ * Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(gram_).solve(f - x_.transpose() * g);
+      if (mesh.symmetric()) s = symmetric_ * s.eval();
+      right += vertex_derivatives_.transpose() * s;
+    }
+    remove_means(right);
+    const Eigen::MatrixXd u = laplacian_.solve_columns(right, context);
+    direction.scale.assign(u.data(), u.data() + vertex_count);
+    direction.stretch.assign(s.data(), s.data() + s.size());
+    direction.scale_range = u.maxCoeff() - u.minCoeff();
+    direction.most_stretch = s.cwiseAbs().maxCoeff();
+    const double middle = 0.5 * (u.maxCoeff() + u.minCoeff());
+    for (double& value : direction.scale) value -= middle;
+    return std::isfinite(direction.scale_range) && std::isfinite(direction.most_stretch);
+  }
+  // What of it depends on the metric alone. Cost: a factorization, 2 g solutions, O(g^2 #E).
+  bool prepare(const LoopedMetric& metric, const PennerAngles& angles, ExecutionContext& context) {
+    const IntrinsicMesh& mesh = metric.mesh();
+    if (!std::isfinite(angles.max_error)) return false;
+    if (!laplacian_.factorize(mesh, angles.vertices, context)) return false;
+    if (metric.loops.size() == 0) return true;
+    const auto vertex_count = static_cast<Eigen::Index>(angles.vertices.value.size());
+    const numeric::SparseMatrix r = loop_derivatives(mesh, metric.loops, angles.cotangent);
+    Eigen::MatrixXd a = by_vertices(mesh, vertex_count, r);
+    remove_means(a);
+    x_ = -laplacian_.solve_columns(a, context);
+    SparseRows derivatives = vertex_derivatives(mesh, vertex_count, angles.cotangent);
+    vertex_derivatives_.swap(derivatives);
+    q_ = Eigen::MatrixXd(r) - vertex_derivatives_ * x_;
+    if (mesh.symmetric()) {
+      numeric::SparseMatrix symmetric = symmetric_changes(mesh, angles.cotangent);
+      symmetric_.swap(symmetric);
+      q_ = symmetric_.transpose() * q_.eval();
+    }
+    gram_.setZero(q_.cols(), q_.cols());
+    gram_.selfadjointView<Eigen::Lower>().rankUpdate(q_.transpose());
+    return true;
+  }
+  Eigen::MatrixXd turn_norm() const {
+    return Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(gram_).solve(
+        Eigen::MatrixXd::Identity(gram_.rows(), gram_.cols()));
+  }
+  // Lent for conformal changes of the metric, with its order and memory; prepare() comes next.
+  conformal::NewtonSystem& laplacian() { return laplacian_; }
+
+ private:
+  conformal::NewtonSystem laplacian_;
+  // Kept from step to step for their memory; of gram_ only the lower half is set.
+  Eigen::MatrixXd x_, q_, gram_;
+  SparseRows vertex_derivatives_;
+  numeric::SparseMatrix symmetric_;
+};
 
 // Sufficient decrease (Armijo): the share of what a step promises to first order that it must
 // reach.
@@ -280,53 +337,95 @@ constexpr int kConeIterations = 50;
 // Steps after each of which the cones were met again that leave more than half of the error are a
 // stall.
 constexpr std::size_t kPatience = 5;
-// A flip costs as much as it has crossings with the loops, which grow with every flip.
-void carry_further(const MetricEngine& engine, std::size_t from, intrinsic::LoopCarrier& loops,
-                   const ExecutionContext& context) {
-  const std::vector<FlipRecord>& flips = engine.flips();
-  for (std::size_t i = from; i < flips.size(); ++i) {
-    context.check();
-    for (int k = 0; k < flips[i].plain.count; ++k) loops.flip(flips[i].plain.edges[at(k)]);
-  }
-}
-
 double norm_of(const std::vector<double>& values) {
   double squares = 0.0;
   for (const double x : values) squares += x * x;
   return std::sqrt(squares);
 }
 
+double largest_of(const std::vector<double>& values) {
+  double largest = 1e-300;
+  for (const double x : values) largest = std::max(largest, std::abs(x));
+  return largest;
+}
+
+// Changes the logarithms of all lengths by `step` times these. False if it could not follow.
+bool stretch_by(MetricEngine& engine, const std::vector<double>& direction, double step,
+                ExecutionContext& context) {
+  std::vector<double> part = direction;
+  for (double& d : part) d *= step;
+  engine.stretch(part, context);
+  return engine.restore_delaunay(context);
+}
+
+// Halves a step, from `first` on while it is longer than `least`, until the norm of all errors
+// falls (Armijo). move(step) changes the engine, false if it could not follow. `angles`: before and
+// after; false, and everything is as it was, if no step does.
+template <typename Move>
+bool descend(LoopedMetric& metric, const PennerTargets& targets, double first, double least,
+             const Move& move, PennerAngles& angles, ExecutionContext& context) {
+  const intrinsic::LoopCarrier saved = metric.loops;
+  const std::size_t followed = metric.followed;
+  metric.engine->remember();
+  for (double step = first; step > least; step *= 0.5) {
+    if (move(step)) {
+      metric.follow(context);
+      PennerAngles trial = measure(metric, targets, context);
+      if (trial.norm < (1.0 - kArmijo * step) * angles.norm) {
+        angles = std::move(trial);
+        return true;
+      }
+    }
+    metric.engine->go_back();
+    metric.loops = saved;
+    metric.followed = followed;
+  }
+  return false;
+}
+
+// Iterates while step(), which changes the metric and `angles`, goes on: to the tolerance, and with
+// `polish` on from there.
+template <typename Step>
+void iterate(LoopedMetric& metric, const PennerTargets& targets, const PennerNewtonOptions& options,
+             bool polish, PennerAngles& angles, PennerRun& run, const Step& step,
+             ExecutionContext& context) {
+  debug_require("loops and metric", "they have one triangulation",
+                [&] { return metric.loops.mesh().next == metric.mesh().next; });
+  angles = measure(metric, targets, context);
+  run.error_history.push_back(angles.max_error);
+  double before = std::numeric_limits<double>::infinity();
+  while (angles.max_error > options.tolerance ||
+         (polish && angles.max_error < kWorthwhileGain * before)) {
+    if (angles.max_error == 0.0) break;
+    run.end = PennerEnd::kIterations;
+    if (run.iterations >= options.max_iterations) break;
+    context.check();
+    before = angles.max_error;
+    run.end = PennerEnd::kStalled;
+    if (!step()) break;
+    ++run.iterations;
+    run.error_history.push_back(angles.max_error);
+  }
+  if (angles.max_error <= options.tolerance) run.end = PennerEnd::kConverged;
+  run.error = angles.max_error;
+}
+
 class PennerNewton {
  public:
-  PennerNewton(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
-               const PennerTargets& targets, const PennerNewtonOptions& options,
-               ExecutionContext& context)
-      : engine_(engine), loops_(loops), targets_(targets), options_(options), context_(context) {}
+  PennerNewton(LoopedMetric& metric, const PennerTargets& targets,
+               const PennerNewtonOptions& options, ExecutionContext& context)
+      : at_(metric), targets_(targets), options_(options), context_(context) {}
 
   PennerRun run() {
-    measure(*engine_, loops_, targets_, angles_, context_);
-    run_.error_history.push_back(angles_.max_error);
-    double before = std::numeric_limits<double>::infinity();
-    run_.end = PennerEnd::kConverged;
-    while (angles_.max_error > options_.tolerance || angles_.max_error < kWorthwhileGain * before) {
-      if (angles_.max_error == 0.0) break;
-      run_.end = PennerEnd::kIterations;
-      if (run_.iterations >= options_.max_iterations) break;
-      context_.check();
-      before = angles_.max_error;
-      run_.end = PennerEnd::kStalled;
-      if (!solve() || no_progress() || !(restoring_ ? restored_step() : plain_step())) break;
-      ++run_.iterations;
-      run_.error_history.push_back(angles_.max_error);
-      run_.end = PennerEnd::kConverged;
-    }
-    if (angles_.max_error <= options_.tolerance) run_.end = PennerEnd::kConverged;
-    run_.error = angles_.max_error;
+    const auto step = [&] {
+      return solve() && !no_progress() && (restoring_ ? restored_step() : plain_step());
+    };
+    iterate(at_, targets_, options_, true, angles_, run_, step, context_);
     return std::move(run_);
   }
 
  private:
-  bool solve() { return system_.solve(engine_->mesh(), loops_, angles_, direction_, context_); }
+  bool solve() { return system_.solve(at_, angles_, direction_, context_); }
 
   bool no_progress() const {
     const std::size_t now = run_.error_history.size();
@@ -345,41 +444,38 @@ class PennerNewton {
     scale.high.reserve(direction_.scale.size());
     for (const double u : direction_.scale) scale.high.push_back(0.5 * step * u);
     engine.scale(scale, context_);
-    std::vector<double> stretch;
-    stretch.reserve(direction_.stretch.size());
-    for (const double s : direction_.stretch) stretch.push_back(step * s);
-    engine.stretch(stretch, context_);
-    return engine.restore_delaunay(context_);
+    return stretch_by(engine, direction_.stretch, step, context_);
   }
 
   bool plain_step() {
     const double first = first_step();
-    const auto move_by = [&](double step) { return move(*engine_, step); };
-    if (descend(*engine_, loops_, targets_, first, kShortStep * first, move_by, angles_, context_))
-      return true;
+    const auto move_by = [&](double step) { return move(*at_.engine, step); };
+    if (descend(at_, targets_, first, kShortStep * first, move_by, angles_, context_)) return true;
     if (angles_.max_error <= options_.tolerance) return false;
     restoring_ = true;
     return restore_here() && (angles_.max_error <= options_.tolerance || restored_step());
   }
 
   // Meets the cones by conformal changes alone.
-  bool meet_cones(MetricEngine& engine, double loop_error) {
+  bool meet_cones(LoopedMetric& metric, double loop_error) {
     conformal::NewtonOptions newton;
     newton.tolerance = std::max(0.1 * options_.tolerance, kCones * loop_error);
     newton.max_iterations = kConeIterations;
-    newton.more_bits = engine.bits() == 53;
+    newton.more_bits = metric.engine->bits() == 53;
     conformal::Descent descent = conformal::Descent::kLineSearch;
-    return run_newton(engine, system_.laplacian(), newton, descent, context_).end ==
-           conformal::NewtonEnd::kConverged;
+    if (run_newton(*metric.engine, system_.laplacian(), newton, descent, context_).end !=
+        conformal::NewtonEnd::kConverged)
+      return false;
+    metric.follow(context_);
+    return true;
   }
 
   bool restore_here() {
     if (norm_of(angles_.vertices.value) <= kCones * norm_of(angles_.loops)) return true;
-    std::unique_ptr<MetricEngine> trial = engine_->copy();
-    if (!meet_cones(*trial, norm_of(angles_.loops))) return false;
-    carry_further(*trial, engine_->flips().size(), loops_, context_);
-    engine_ = std::move(trial);
-    measure(*engine_, loops_, targets_, angles_, context_);
+    LoopedMetric trial = at_;
+    if (!meet_cones(trial, norm_of(angles_.loops))) return false;
+    at_ = std::move(trial);
+    angles_ = measure(at_, targets_, context_);
     return solve();
   }
 
@@ -388,15 +484,12 @@ class PennerNewton {
     const double first = first_step();
     const double before = norm_of(angles_.loops);
     for (double step = first; step >= kSmallestRestoredStep * first; step *= 0.5) {
-      std::unique_ptr<MetricEngine> trial = engine_->copy();
-      if (!move(*trial, step) || !meet_cones(*trial, before)) continue;
-      intrinsic::LoopCarrier carried = loops_;
-      carry_further(*trial, engine_->flips().size(), carried, context_);
-      measure(*trial, carried, targets_, trial_, context_);
-      if (!(norm_of(trial_.loops) < (1.0 - kArmijo * step) * before)) continue;
-      engine_ = std::move(trial);
-      loops_ = std::move(carried);
-      std::swap(angles_, trial_);
+      LoopedMetric trial = at_;
+      if (!move(*trial.engine, step) || !meet_cones(trial, before)) continue;
+      PennerAngles angles = measure(trial, targets_, context_);
+      if (!(norm_of(angles.loops) < (1.0 - kArmijo * step) * before)) continue;
+      at_ = std::move(trial);
+      angles_ = std::move(angles);
       ++run_.restored;
       restoring_ = step < 1.0;
       return true;
@@ -404,52 +497,29 @@ class PennerNewton {
     return false;
   }
 
-  std::unique_ptr<MetricEngine>& engine_;
-  intrinsic::LoopCarrier& loops_;
+  LoopedMetric& at_;
   const PennerTargets& targets_;
   const PennerNewtonOptions& options_;
   ExecutionContext& context_;
   PennerSystem system_;
-  PennerAngles angles_, trial_;
+  PennerAngles angles_;
   PennerDirection direction_;
   bool restoring_ = false;
   PennerRun run_;
 };
 
-}  // namespace
+// The shortest change of the logarithms of edge lengths that meets the linearised equations for
+// cone and loop angles (Capouellez, Zorin 2024): d = w + J' m with J d = g, nearest to a wish w.
+//
+// Unlike PennerSystem it counts conformal changes as well: it is what keeps a metric near
+// another one, and what has to be factorized is J J', with twelve neighbours a vertex.
 
-bool descend(MetricEngine& engine, intrinsic::LoopCarrier& loops, const PennerTargets& targets,
-             double first, double least, const std::function<bool(double step)>& move,
-             PennerAngles& angles, ExecutionContext& context) {
-  const intrinsic::LoopCarrier saved = loops;
-  const std::size_t flips = engine.flips().size();
-  PennerAngles trial;
-  engine.remember();
-  for (double step = first; step > least; step *= 0.5) {
-    if (move(step)) {
-      carry_further(engine, flips, loops, context);
-      measure(engine, loops, targets, trial, context);
-      if (trial.norm < (1.0 - kArmijo * step) * angles.norm) {
-        std::swap(angles, trial);
-        return true;
-      }
-    }
-    engine.go_back();
-    loops = saved;
-  }
-  return false;
-}
-
-PennerRun run_penner(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
-                     const PennerTargets& targets, const PennerNewtonOptions& options,
-                     ExecutionContext& context) {
-  require_same_mesh(*engine, loops);
-  return PennerNewton(engine, loops, targets, options, context).run();
-}
-
-bool ShortestSystem::solve(const IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
-                           const PennerAngles& angles, const std::vector<double>& wish,
-                           std::vector<double>& direction, ExecutionContext& context) {
+// Empty if J J' is not positive definite to working precision. `wish`: per edge. Cost: an analysis
+// and a factorization of the vertices' part, O(genus) solutions; loops enter by their Schur
+// complement.
+std::vector<double> shortest_change(const LoopedMetric& metric, const PennerAngles& angles,
+                                    const std::vector<double>& wish, ExecutionContext& context) {
+  const IntrinsicMesh& mesh = metric.mesh();
   const auto vertex_count = static_cast<Eigen::Index>(angles.vertices.value.size());
   const Eigen::Index n = vertex_count - 1;
   const SparseRows jt = vertex_derivatives(mesh, vertex_count, angles.cotangent);
@@ -464,8 +534,9 @@ bool ShortestSystem::solve(const IntrinsicMesh& mesh, const intrinsic::LoopCarri
   product.makeCompressed();
   numeric::SparseMatrix lower = product.triangularView<Eigen::Lower>();
   lower.makeCompressed();
-  cholesky_.analyze(lower, context);
-  if (!cholesky_.factorize(lower, context)) return false;
+  numeric::SparseCholesky cholesky;
+  cholesky.analyze(lower, context);
+  if (!cholesky.factorize(lower, context)) return {};
   Eigen::VectorXd w =
       Eigen::Map<const Eigen::VectorXd>(wish.data(), static_cast<Eigen::Index>(wish.size()));
   if (mesh.symmetric()) {
@@ -477,28 +548,52 @@ bool ShortestSystem::solve(const IntrinsicMesh& mesh, const intrinsic::LoopCarri
   const Eigen::Map<const Eigen::VectorXd> g(angles.vertices.value.data(), n);
   const Eigen::VectorXd right = g - rows * w;
   Eigen::VectorXd d = w;
-  if (loops.size() > 0) {
-    numeric::SparseMatrix q = loop_derivatives(mesh, loops, angles.cotangent);
+  if (metric.loops.size() > 0) {
+    numeric::SparseMatrix q = loop_derivatives(mesh, metric.loops, angles.cotangent);
     if (mesh.symmetric()) q = numeric::SparseMatrix(symmetric.transpose() * q);
     const Eigen::MatrixXd mixed = rows * q;
-    const Eigen::MatrixXd x = cholesky_.solve(mixed, context);
+    const Eigen::MatrixXd x = cholesky.solve(mixed, context);
     const Eigen::Map<const Eigen::VectorXd> f(angles.loops.data(),
-                                              static_cast<Eigen::Index>(loops.size()));
+                                              static_cast<Eigen::Index>(metric.loops.size()));
     const Eigen::MatrixXd schur = Eigen::MatrixXd(q.transpose() * q) - mixed.transpose() * x;
     const Eigen::VectorXd m =
         numeric::solve_symmetric(schur, f - q.transpose() * w - x.transpose() * right);
     d += q * m;
     const Eigen::VectorXd rest = right - mixed * m;
-    d += cut * cholesky_.solve(rest, context);
+    d += cut * cholesky.solve(rest, context);
   } else {
-    d += cut * cholesky_.solve(right, context);
+    d += cut * cholesky.solve(right, context);
   }
   if (mesh.symmetric()) d = symmetric * d.eval();
-  direction.assign(d.data(), d.data() + d.size());
-  return d.allFinite();
+  return d.allFinite() ? std::vector<double>(d.begin(), d.end()) : std::vector<double>{};
 }
 
-namespace {
+// Newton's method for cone and loop angles by the shortest steps, from the input's own metric
+// (Capouellez, Zorin 2024, Algorithm 1, in the coordinates of the current triangulation).
+//
+// The way from the conformal metric (run_penner()) is shorter, refines less and keeps to the
+// shape. But where cones are far from a handle, that handle is exponentially large in the conformal
+// metric, its loops turn by next to nothing, and making it larger still brings them nearer to
+// nothing for free, with no end. Here every change of a length costs.
+
+// As run_penner(). Loses its quadratic end to rounding earlier: run_penner() may follow.
+PennerRun run_shortest(LoopedMetric& metric, const PennerTargets& targets,
+                       const PennerNewtonOptions& options, ExecutionContext& context) {
+  constexpr double kMostNewtonChange = 1.0;  // of a logarithm of a length in one step
+  constexpr double kLeastShareOfStep = 1e-3;
+  PennerRun run;
+  PennerAngles angles;
+  const std::vector<double> no_wish(metric.mesh().edge_count(), 0.0);
+  const auto step = [&] {
+    const std::vector<double> change = shortest_change(metric, angles, no_wish, context);
+    if (change.empty()) return false;
+    const double first = std::min(1.0, kMostNewtonChange / largest_of(change));
+    const auto move = [&](double by) { return stretch_by(*metric.engine, change, by, context); };
+    return descend(metric, targets, first, kLeastShareOfStep * first, move, angles, context);
+  };
+  iterate(metric, targets, options, false, angles, run, step, context);
+  return run;
+}
 
 // log(exp(a) + exp(b)).
 double log_sum(double a, double b) {
@@ -506,6 +601,20 @@ double log_sum(double a, double b) {
 }
 
 }  // namespace
+
+Eigen::MatrixXd norm_of_turns(const LoopedMetric& metric, const PennerAngles& angles,
+                              ExecutionContext& context) {
+  PennerSystem system;
+  const auto count = static_cast<Eigen::Index>(metric.loops.size());
+  return count > 0 && system.prepare(metric, angles, context)
+             ? system.turn_norm()
+             : Eigen::MatrixXd::Identity(count, count);
+}
+
+PennerRun run_penner(LoopedMetric& metric, const PennerTargets& targets,
+                     const PennerNewtonOptions& options, ExecutionContext& context) {
+  return PennerNewton(metric, targets, options, context).run();
+}
 
 ReferenceMetric::ReferenceMetric(const intrinsic::FlippedMetric& metric) {
   std::vector<double> length = intrinsic::to_doubles(metric.initial_length);
@@ -570,57 +679,6 @@ double scaling_energy(const std::vector<double>& scale, const std::vector<double
   return std::sqrt((larger / whole) * (smaller / whole));
 }
 
-namespace {
-
-constexpr double kMostNewtonChange = 1.0;  // of a logarithm of a length in one step
-constexpr double kLeastShareOfStep = 1e-3;
-
-double largest_of(const std::vector<double>& values) {
-  double largest = 1e-300;
-  for (const double x : values) largest = std::max(largest, std::abs(x));
-  return largest;
-}
-
-// Changes the logarithms of all lengths by `step` times these.
-bool stretch_by(MetricEngine& engine, const std::vector<double>& direction, double step,
-                ExecutionContext& context) {
-  std::vector<double> part = direction;
-  for (double& d : part) d *= step;
-  engine.stretch(part, context);
-  return engine.restore_delaunay(context);
-}
-
-}  // namespace
-
-PennerRun run_shortest(std::unique_ptr<conformal::MetricEngine>& engine,
-                       intrinsic::LoopCarrier& loops, const PennerTargets& targets,
-                       const PennerNewtonOptions& options, ExecutionContext& context) {
-  require_same_mesh(*engine, loops);
-  PennerRun run;
-  ShortestSystem system;
-  PennerAngles angles;
-  const std::vector<double> no_wish(engine->mesh().edge_count(), 0.0);
-  std::vector<double> direction;
-  measure(*engine, loops, targets, angles, context);
-  run.error_history.push_back(angles.max_error);
-  run.end = PennerEnd::kIterations;
-  while (angles.max_error > options.tolerance && run.iterations < options.max_iterations) {
-    context.check();
-    run.end = PennerEnd::kStalled;
-    if (!system.solve(engine->mesh(), loops, angles, no_wish, direction, context)) break;
-    const double first = std::min(1.0, kMostNewtonChange / largest_of(direction));
-    const auto move = [&](double step) { return stretch_by(*engine, direction, step, context); };
-    if (!descend(*engine, loops, targets, first, kLeastShareOfStep * first, move, angles, context))
-      break;
-    ++run.iterations;
-    run.error_history.push_back(angles.max_error);
-    run.end = PennerEnd::kIterations;
-  }
-  if (angles.max_error <= options.tolerance) run.end = PennerEnd::kConverged;
-  run.error = angles.max_error;
-  return run;
-}
-
 conformal::EngineInput start_of(const conformal::ConformalMetric& metric,
                                 const std::vector<double>& target) {
   conformal::EngineInput input;
@@ -659,108 +717,70 @@ CarriedMetric::CarriedMetric(const conformal::ConformalMetric& metric, const Pen
                              intrinsic::LoopCarrier loops, ExecutionContext& context)
     : input_(
           std::make_shared<const conformal::EngineInput>(start_of(metric, targets.vertex_angle))),
-      engine_(make_engine(*input_, 53, context)),
-      loops_(std::move(loops)),
+      at_(make_engine(*input_, 53, context), std::move(loops), context),
       reference_(metric) {
-  if (!started()) return;
-  intrinsic::replay_flips(engine_->flips(), 0, engine_->flips().size(), context,
-                          [&](EdgeId e) { loops_.flip(e); });
-  follow(context);
+  if (started()) follow(context);
 }
 
-void CarriedMetric::follow(ExecutionContext& context) {
-  intrinsic::replay_flips(engine_->flips(), followed_, engine_->flips().size(), context,
+void CarriedMetric::follow(const ExecutionContext& context) {
+  at_.follow(context);
+  intrinsic::replay_flips(at_.engine->flips(), followed_, at_.followed, context,
                           [&](EdgeId e) { reference_.flip(e); });
-  followed_ = engine_->flips().size();
+  followed_ = at_.followed;
 }
 
 PennerRun CarriedMetric::meet(const PennerTargets& targets, Meeting how,
                               const PennerNewtonOptions& options, ExecutionContext& context) {
   const PennerRun result = how == Meeting::kConformal
-                               ? run_penner(engine_.own, loops_, targets, options, context)
-                               : run_shortest(engine_.own, loops_, targets, options, context);
+                               ? run_penner(at_, targets, options, context)
+                               : run_shortest(at_, targets, options, context);
   follow(context);
   return result;
 }
 
-PennerAngles CarriedMetric::angles(const PennerTargets& targets, ExecutionContext& context) const {
-  PennerAngles angles;
-  measure(*engine_.own, loops_, targets, angles, context);
-  return angles;
-}
-
-std::vector<double> CarriedMetric::way_back(const PennerTargets& targets, ShortestSystem& system,
-                                            ExecutionContext& context) const {
-  std::vector<double> wish = reference_.ratios(engine_->lengths()), direction;
-  for (double& w : wish) w = -w;
-  if (!system.solve(engine_->mesh(), loops_, angles(targets, context), wish, direction, context))
-    direction.clear();
-  return direction;
-}
-
-bool CarriedMetric::stretch(const std::vector<double>& direction, double step,
-                            ExecutionContext& context) {
-  const std::size_t first = engine_->flips().size();
-  if (!stretch_by(*engine_.own, direction, step, context)) return false;
-  intrinsic::replay_flips(engine_->flips(), first, engine_->flips().size(), context,
-                          [&](EdgeId e) { loops_.flip(e); });
-  return true;
-}
-
-std::vector<double> CarriedMetric::scale() const {
-  return vertex_means(engine_->mesh(), reference_.ratios(engine_->lengths()));
-}
-
 double CarriedMetric::distance() const {
   double sum = 0.0;
-  for (const double r : reference_.ratios(engine_->lengths())) sum += r * r;
+  for (const double r : ratios()) sum += r * r;
   return std::isfinite(sum) ? sum : HUGE_VAL;
 }
 
 void CarriedMetric::append_to(conformal::ConformalMetric& metric,
                               const ExecutionContext& context) const {
-  append(*engine_.own, metric, context);
-  set_scale(metric, scale());
+  append(*at_.engine, metric, context);
+  set_scale(metric, vertex_means(at_.mesh(), ratios()));
 }
 
-namespace {
-
-// A step towards the input's metric changes no logarithm of a length by more than this, is halved
-// so many times, and meets the angles in so many.
-constexpr double kMostNearingChange = 3.0;
-struct NearingWay {
-  int halvings, newton_steps;
-};
-constexpr NearingWay kConformalWay{6, 20}, kShortestWay{3, 10};
-
-}  // namespace
-
-int come_near(CarriedMetric& metric, const PennerTargets& targets, Meeting how,
-              const Nearing& options, const std::vector<double>& area, ExecutionContext& context) {
-  const NearingWay& way = how == Meeting::kConformal ? kConformalWay : kShortestWay;
-  PennerNewtonOptions newton;
-  newton.tolerance = options.tolerance;
-  newton.max_iterations = way.newton_steps;
-  double distance = metric.distance();
-  ShortestSystem system;
+int CarriedMetric::come_near(const PennerTargets& targets, Meeting how, const Nearing& options,
+                             const std::vector<double>& area, ExecutionContext& context) {
+  // A step changes no logarithm of a length by more than this, is halved so many times, and meets
+  // the angles in so many.
+  constexpr double kMostNearingChange = 3.0;
+  const int halvings = how == Meeting::kConformal ? 6 : 3;
+  const PennerNewtonOptions newton{options.tolerance, how == Meeting::kConformal ? 20 : 10};
+  double now = distance();
   int steps = 0;
-  for (; steps < options.most && !(scaling_energy(metric.scale(), area) <= options.enough);
-       ++steps) {
-    const std::vector<double> direction = metric.way_back(targets, system, context);
-    if (direction.empty()) break;
-    double step = std::min(1.0, kMostNearingChange / largest_of(direction));
-    const double before = distance;
-    for (int halving = 0; distance == before && halving < way.halvings; ++halving, step *= 0.5) {
+  for (; steps < options.most; ++steps) {
+    std::vector<double> wish = ratios();
+    if (scaling_energy(vertex_means(at_.mesh(), wish), area) <= options.enough) break;
+    for (double& w : wish) w = -w;
+    // The shortest change that leads to the input's metric to first order, the angles kept.
+    const std::vector<double> change =
+        shortest_change(at_, angles(targets, context), wish, context);
+    if (change.empty()) break;
+    double step = std::min(1.0, kMostNearingChange / largest_of(change));
+    const double before = now;
+    for (int halving = 0; now == before && halving < halvings; ++halving, step *= 0.5) {
       context.check();
-      CarriedMetric trial = metric.copy();
-      if (!trial.stretch(direction, step, context) ||
-          trial.meet(targets, how, newton, context).end != PennerEnd::kConverged ||
+      CarriedMetric trial = copy();
+      if (!stretch_by(*trial.at_.engine, change, step, context)) continue;
+      trial.at_.follow(context);
+      if (trial.meet(targets, how, newton, context).end != PennerEnd::kConverged ||
           !(trial.distance() < before))
         continue;
-      distance = trial.distance();
-      metric = std::move(trial);
+      now = trial.distance();
+      *this = std::move(trial);
     }
-    if (distance == before) break;
+    if (now == before) break;
   }
   return steps;
 }
