@@ -35,7 +35,7 @@ admissible cut | 5.2.1, 5.3 | seamless/padding/padding make_admissible_cut | adm
 [seamless map](method/seamless.md) | 5 | seamless/exact/seamless_map compute_seamless_map | seamless | seamless | seamless
 seamless map with pins | figure 3.9 | python/flipfree/calls/matching.py with_pins | result.with_pins | seamless | seamless
 [cross field](method/field-aligned.md) | 6.3 | field/compute compute_cross_field | cross_field | field_aligned | field
-signature of a field | 6.2 | field/compute read_signature | signature | field_aligned | field
+signature of a field | 6.2 | field/cross_field signature_of | signature | field_aligned | field
 field with a signature | 6.3 | field/prescribed field_with_signature | Signature | field_aligned | field
 rerouted cut | 6.5 | holonomy/field_aligned field_cut | admissible_cut | cut | cut
 map along a field | 6 | holonomy/field_aligned compute_field_aligned_map | field_aligned | field_aligned | field
