@@ -94,8 +94,6 @@ class BigFloat {
   friend BigFloat sqrt(const BigFloat& a) { return unary(a, mpfr_sqrt); }
   friend BigFloat exp(const BigFloat& a) { return unary(a, mpfr_exp); }
   friend BigFloat log(const BigFloat& a) { return unary(a, mpfr_log); }
-  friend BigFloat sin(const BigFloat& a) { return unary(a, mpfr_sin); }
-  friend BigFloat cos(const BigFloat& a) { return unary(a, mpfr_cos); }
   friend BigFloat abs(const BigFloat& a) {
     BigFloat r(a);
     mpfr_abs(r.value_, r.value_, MPFR_RNDN);
@@ -146,7 +144,6 @@ struct ScalarTraits;
 template <>
 struct ScalarTraits<double> {
   static constexpr bool kIsDouble = true;
-  static constexpr int kMaxBits = 53;
   static double make(double value, int /*bits*/) { return value; }
   static double pi(int /*bits*/) { return std::numbers::pi; }
   // 2^exponent. As a double it is zero where runs have more than a thousand bits.
@@ -167,7 +164,6 @@ struct ScalarTraits<double> {
 template <int Limbs>
 struct ScalarTraits<BigFloat<Limbs>> {
   static constexpr bool kIsDouble = false;
-  static constexpr int kMaxBits = BigFloat<Limbs>::kMaxBits;
   static BigFloat<Limbs> make(double value, int bits) { return BigFloat<Limbs>(value, bits); }
   static BigFloat<Limbs> pi(int bits) { return BigFloat<Limbs>::pi(bits); }
   static BigFloat<Limbs> power_of_two(int exponent, int bits) {

@@ -17,6 +17,8 @@ namespace flipfree::numeric {
 
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
 
+class Multifrontal;
+
 class SparseCholesky {
  public:
   SparseCholesky();
@@ -38,13 +40,10 @@ class SparseCholesky {
   Eigen::MatrixXd solve(const Eigen::Ref<const Eigen::MatrixXd>& rhs,
                         ExecutionContext& context) const;
 
-  // Nonzeros of the factor predicted by the analysis, and the flops of one factorization.
-  std::int64_t factor_nonzeros() const;
-  double factor_flops() const;
-
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  std::unique_ptr<Multifrontal> numeric_;  // null: nothing is analysed
+  Index unknowns_ = 0;
+  bool factorized_ = false;
 };
 
 }  // namespace flipfree::numeric

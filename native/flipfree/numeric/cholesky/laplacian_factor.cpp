@@ -1,10 +1,11 @@
 #include "flipfree/numeric/cholesky/laplacian_factor.h"
 
-#include <Eigen/OrderingMethods>
-#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "flipfree/base/lists.h"
+#include "flipfree/numeric/cholesky/symbolic_cholesky.h"
 #include "flipfree/numeric/scalar.h"
 
 namespace flipfree::numeric {
@@ -14,49 +15,27 @@ constexpr std::size_t kCheckEvery = 1024;  // columns
 
 }  // namespace
 
-void LaplacianFactor::order(Index vertices, const std::vector<Coupling>& couplings) {
-  const Index n = vertices - 1;
-  std::vector<Eigen::Triplet<double, Index>> entries;
-  entries.reserve(2 * couplings.size() + at(n));
-  for (Index i = 0; i < n; ++i) entries.emplace_back(i, i, 1.0);
-  for (const Coupling& c : couplings) {
-    if (c.high == n) continue;
-    entries.emplace_back(c.low, c.high, 1.0);
-    entries.emplace_back(c.high, c.low, 1.0);
-  }
-  Eigen::SparseMatrix<double, Eigen::ColMajor, Index> pattern(n, n);
-  pattern.setFromTriplets(entries.begin(), entries.end());
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> permutation;
-  Eigen::AMDOrdering<Index>()(pattern, permutation);
-  // AMD lists the vertices in elimination order.
-  position_.assign(at(n), 0);
-  for (Index i = 0; i < n; ++i) position_[at(permutation.indices()[i])] = i;
-}
-
 bool LaplacianFactor::factorize(Index vertices, const std::vector<Coupling>& couplings,
                                 ExecutionContext& context) {
   const Index n = vertices - 1;
-  order(vertices, couplings);
+  position_ = inverse(minimum_degree({at(n), [&](const auto& add) {
+                                        for (const Coupling& c : couplings) {
+                                          if (c.high == n) continue;
+                                          add(c.low, c.high);
+                                          add(c.high, c.low);
+                                        }
+                                      }}));
   // Columns of the permuted strictly lower triangle, and each vertex' weight to the fixed one.
-  std::vector<double> excess(at(n), 0.0);
-  std::vector<std::size_t> column(at(n) + 1, 0);
-  const auto ends = [&](const Coupling& c) {
-    const Index a = position_[at(c.low)];
-    const Index b = position_[at(c.high)];
-    return std::pair(std::min(a, b), std::max(a, b));
-  };
-  for (const Coupling& c : couplings) {
-    if (c.high == n) {
-      excess[at(position_[at(c.low)])] += c.weight;
-    } else {
-      ++column[at(ends(c).first) + 1];
+  const Lists<std::pair<Index, double>> columns(at(n), [&](const auto& add) {
+    for (const Coupling& c : couplings) {
+      if (c.high == n) continue;
+      const auto [low, high] = std::minmax({position_[at(c.low)], position_[at(c.high)]});
+      add(low, {high, c.weight});
     }
-  }
-  for (std::size_t i = 0; i < at(n); ++i) column[i + 1] += column[i];
-  std::vector<std::pair<Index, double>> entry(column[at(n)]);
-  std::vector<std::size_t> fill(column.begin(), column.end() - 1);
+  });
+  std::vector<double> excess(at(n), 0.0);
   for (const Coupling& c : couplings) {
-    if (c.high != n) entry[fill[at(ends(c).first)]++] = {ends(c).second, c.weight};
+    if (c.high == n) excess[at(position_[at(c.low)])] += c.weight;
   }
 
   start_.assign(1, 0);
@@ -90,8 +69,7 @@ bool LaplacianFactor::factorize(Index vertices, const std::vector<Coupling>& cou
       }
       sum[at(i)] += w;
     };
-    for (std::size_t p = column[at(j)]; p < column[at(j) + 1]; ++p)
-      add(entry[p].first, entry[p].second);
+    for (const auto& [row, weight] : columns[j]) add(row, weight);
     for (Index k = first[at(j)]; k != kInvalid;) {
       const Index following = next[at(k)];
       const std::size_t p = cursor[at(k)]++;

@@ -37,8 +37,6 @@ class LaplacianFactor {
   void solve(std::vector<T>& b, const ExecutionContext& context) const;
 
  private:
-  void order(Index vertices, const std::vector<Coupling>& couplings);
-
   std::vector<Index>
       position_;  // vertex -> place in the elimination order (approximate minimum degree)
   std::vector<std::size_t> start_;  // columns of the factor: strictly lower part, magnitudes

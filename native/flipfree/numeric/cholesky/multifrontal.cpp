@@ -56,9 +56,7 @@ struct Multifrontal::Stack {
 
 void Multifrontal::assemble_panel(Index s, const double* values, double* panel) const {
   std::fill(panel, panel + (panel_[at(s) + 1] - panel_[at(s)]), 0.0);
-  for (std::int64_t e = entry_begin_[at(s)]; e < entry_begin_[at(s) + 1]; ++e) {
-    panel[entry_target_[at(e)]] += values[entry_source_[at(e)]];
-  }
+  for (const Entry& entry : entries_[s]) panel[entry.target] += values[entry.source];
 }
 
 namespace {
@@ -84,45 +82,26 @@ inline void add_column(const double* source, const Index* relative, Index begin,
 
 }  // namespace
 
-// Above the diagonal, within diagonal blocks, updates hold nothing of meaning and neither does
-// their sum.
-void Multifrontal::add_to_panel(Index child, const double* update, double* panel,
-                                const ExecutionContext* parallel) const {
+// Adds the part of a child's update that lies in its parent's panel, or that below it, in the
+// parent's update. Above the diagonal, within diagonal blocks, updates hold nothing of meaning and
+// neither does their sum.
+void Multifrontal::add_child(Index child, const double* update, bool in_panel, double* target,
+                             const ExecutionContext* parallel) const {
   const Index parent = s_.parent[at(child)];
-  const std::int64_t ld_child = below(child);
-  const std::int64_t ld = width(parent) + below(parent);
-  const Index* relative = s_.relative.data() + s_.rows_begin[at(child)];
-  const Index rows = s_.rows_below(child);
-  const auto in_panel = static_cast<Index>(
-      std::lower_bound(relative, relative + rows, s_.columns(parent)) - relative);
-  tiles(parallel, in_panel, kTile, [&](Index begin, Index end) {
-    for (Index j = begin; j < end; ++j) {
-      for (Index k = 0; k < block_; ++k) {
-        add_column(update + (wide(block_) * j + k) * ld_child, relative, j, rows, block_,
-                   panel + (wide(block_) * relative[j] + k) * ld);
-      }
-    }
-  });
-}
-
-void Multifrontal::add_to_update(Index child, const double* update, double* target,
-                                 const ExecutionContext* parallel) const {
-  const Index parent = s_.parent[at(child)];
-  const std::int64_t ld_child = below(child);
-  const std::int64_t ld = below(parent);
   const Index* relative = s_.relative.data() + s_.rows_begin[at(child)];
   const Index rows = s_.rows_below(child);
   const Index columns = s_.columns(parent);
-  const auto in_panel =
+  const auto split =
       static_cast<Index>(std::lower_bound(relative, relative + rows, columns) - relative);
-  tiles(parallel, rows - in_panel, kTile, [&](Index begin, Index end) {
-    for (Index j = in_panel + begin; j < in_panel + end; ++j) {
+  // Relative rows count from the top of the parent's front; its update starts below the columns.
+  const Index top = in_panel ? 0 : columns;
+  const Index first = in_panel ? 0 : split;
+  const std::int64_t ld = below(parent) + (in_panel ? width(parent) : 0);
+  tiles(parallel, in_panel ? split : rows - split, kTile, [&](Index begin, Index end) {
+    for (Index j = first + begin; j < first + end; ++j) {
       for (Index k = 0; k < block_; ++k) {
-        // Relative rows count from the top of the parent's front; its update starts below the
-        // columns.
-        double* column = target + (wide(block_) * (relative[j] - columns) + k) * ld;
-        add_column(update + (wide(block_) * j + k) * ld_child, relative, j, rows, block_,
-                   column - wide(block_) * columns);
+        add_column(update + (wide(block_) * j + k) * below(child), relative, j, rows, block_,
+                   target + (wide(block_) * (relative[j] - top) + k) * ld - wide(block_) * top);
       }
     }
   });
@@ -186,24 +165,16 @@ bool Multifrontal::eliminate(Index s, const double* values, Stack& stack,
   if (parallel != nullptr && front_flops(s) < kTileFlops) parallel = nullptr;
   double* panel = factor_ + panel_[at(s)];
   assemble_panel(s, values, panel);
-  const Index children_begin = child_begin_[at(s)];
-  const Index children_end = child_begin_[at(s) + 1];
-  Index on_stack = 0;
-  for (Index c = children_begin; c < children_end; ++c) {
-    if (task_of_[at(child_[at(c)])] == kInvalid) ++on_stack;
-  }
-  std::size_t next = stack.updates.size() - at(on_stack);
-  const std::size_t first = next;
-  const auto update_of = [&](Index child) {
+  const auto on_stack = std::count_if(children_[s].begin(), children_[s].end(),
+                                      [&](Index child) { return task_of_[at(child)] == kInvalid; });
+  const std::size_t first = stack.updates.size() - static_cast<std::size_t>(on_stack);
+  std::size_t next = first;
+  const auto update_of = [&](Index child) -> const double* {
     const Index task = task_of_[at(child)];
-    if (task != kInvalid)
-      return static_cast<const double*>(memory_.handed.get() + tasks_[at(task)].update);
-    return static_cast<const double*>(stack.base + stack.updates[next++].second);
+    if (task != kInvalid) return memory_.handed.get() + tasks_[at(task)].update;
+    return stack.base + stack.updates[next++].second;
   };
-  for (Index c = children_begin; c < children_end; ++c) {
-    const Index child = child_[at(c)];
-    add_to_panel(child, update_of(child), panel, parallel);
-  }
+  for (const Index child : children_[s]) add_child(child, update_of(child), true, panel, parallel);
   if (!factor_panel(s, panel, parallel)) return false;
 
   const std::int64_t own = wide(below(s)) * below(s);
@@ -211,10 +182,8 @@ bool Multifrontal::eliminate(Index s, const double* values, Stack& stack,
   if (own > 0) {
     form_update(s, panel, update, parallel);
     next = first;
-    for (Index c = children_begin; c < children_end; ++c) {
-      const Index child = child_[at(c)];
-      add_to_update(child, update_of(child), update, parallel);
-    }
+    for (const Index child : children_[s])
+      add_child(child, update_of(child), false, update, parallel);
   }
   const std::int64_t place = on_stack > 0 ? stack.updates[first].second : stack.top;
   if (place != stack.top) std::copy(update, update + own, stack.base + place);
@@ -292,22 +261,16 @@ Multifrontal::Multifrontal(Supernodes supernodes, Index block, Index size_, cons
     : s_(std::move(supernodes)), block_(block), size_(size_), memory_(std::move(memory)) {
   const Index count = s_.count();
   panel_.assign(1, 0);
-  child_begin_.assign(at(count) + 1, 0);
   for (Index s = 0; s < count; ++s) {
-    const std::int64_t c = width(s);
-    const std::int64_t r = below(s);
-    panel_.push_back(panel_.back() + c * (c + r));
-    factor_nonzeros_ += c * (c + 1) / 2 + c * r;
+    panel_.push_back(panel_.back() + wide(width(s)) * (width(s) + below(s)));
     total_flops_ += front_flops(s);
     widest_below_ = std::max(widest_below_, below(s));
-    if (s_.parent[at(s)] != kInvalid) ++child_begin_[at(s_.parent[at(s)]) + 1];
   }
-  std::partial_sum(child_begin_.begin(), child_begin_.end(), child_begin_.begin());
-  child_.resize(at(child_begin_.back()));
-  std::vector<Index> next(child_begin_.begin(), child_begin_.end() - 1);
-  for (Index s = 0; s < count; ++s) {
-    if (s_.parent[at(s)] != kInvalid) child_[at(next[at(s_.parent[at(s)])]++)] = s;
-  }
+  children_ = Lists<Index>(at(count), [&](const auto& add) {
+    for (Index s = 0; s < count; ++s) {
+      if (s_.parent[at(s)] != kInvalid) add(s_.parent[at(s)], s);
+    }
+  });
   plan_entries(column, row, context);
   context.check();
   plan_tasks();
@@ -320,64 +283,44 @@ double Multifrontal::front_flops(Index s) const {
          1e3;  // the constant stands for the overhead of a front
 }
 
-// Lists, per supernode, which values go where in its panel. Counting sort by supernode.
+// Lists, per supernode, which values go where in its panel.
 void Multifrontal::plan_entries(const Index* column, const Index* row,
                                 const ExecutionContext& context) {
   const auto place = [&](Index unknown) {
     return block_ * s_.position[at(unknown / block_)] + unknown % block_;
   };
-  const auto supernode = [&](Index unknown) { return s_.of_column[at(unknown / block_)]; };
-  entry_begin_.assign(at(s_.count()) + 1, 0);
-  std::int64_t total = 0;
-  for (Index j = 0; j < size_; ++j) {
-    if (j % 65536 == 0) context.check();
-    const Index pj = place(j);
-    for (Index e = column[j]; e < column[j + 1]; ++e) {
-      if (row[e] < j) continue;
-      ++entry_begin_[at(supernode(std::min(pj, place(row[e])))) + 1];
-      ++total;
+  // First the later of an entry's two places. It becomes one in the panel where the front's rows
+  // are at hand.
+  entries_ = Lists<Entry>(at(s_.count()), [&](const auto& add) {
+    for (Index j = 0; j < size_; ++j) {
+      if (j % 65536 == 0) context.check();
+      for (Index e = column[j]; e < column[j + 1]; ++e) {
+        if (row[e] < j) continue;
+        const auto [low, high] = std::minmax({place(j), place(row[e])});
+        add(s_.of_column[at(low / block_)], {e, high});
+      }
     }
-  }
-  context.check();
-  std::partial_sum(entry_begin_.begin(), entry_begin_.end(), entry_begin_.begin());
-  entry_source_.resize(at(total));
-  entry_target_.resize(at(total));
-  std::vector<Index> lower(at(total));
-  std::vector<std::int64_t> next(entry_begin_.begin(), entry_begin_.end() - 1);
-  for (Index j = 0; j < size_; ++j) {
-    if (j % 65536 == 0) context.check();
-    const Index pj = place(j);
-    for (Index e = column[j]; e < column[j + 1]; ++e) {
-      if (row[e] < j) continue;
-      const Index low = std::min(pj, place(row[e]));
-      const Index s = supernode(low);
-      const std::int64_t slot = next[at(s)]++;
-      entry_source_[at(slot)] = e;
-      lower[at(slot)] = low;
-      // For now the higher place; turned into an offset below, where the front's rows are at hand.
-      entry_target_[at(slot)] = std::max(pj, place(row[e]));
-    }
-  }
-  context.check();
+  });
+  std::vector<Index> column_of(at(column[size_]));  // of each value
+  for (Index j = 0; j < size_; ++j)
+    std::fill(column_of.begin() + column[j], column_of.begin() + column[j + 1], j);
   parallel_for(context, at(s_.count()), 4096, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t n = begin; n < end; ++n) {
       const auto s = static_cast<Index>(n);
       const Index first = s_.first[n];
-      const Index last = s_.first[n + 1];
       const auto rows_begin = s_.rows.begin() + s_.rows_begin[n];
       const auto rows_end = s_.rows.begin() + s_.rows_begin[n + 1];
       const std::int64_t ld = width(s) + below(s);
-      for (std::int64_t slot = entry_begin_[n]; slot < entry_begin_[n + 1]; ++slot) {
-        const Index low = lower[at(slot)];
-        const Index high = entry_target_[at(slot)];
-        const Index vertex = high / block_;
+      for (Entry& entry : entries_[s]) {
+        const Index low = std::min(place(column_of[at(entry.source)]), place(row[entry.source]));
+        const Index vertex = entry.target / block_;
         const Index in_front =
-            vertex < last
+            vertex < s_.first[n + 1]
                 ? vertex - first
                 : s_.columns(s) + static_cast<Index>(
                                       std::lower_bound(rows_begin, rows_end, vertex) - rows_begin);
-        entry_target_[at(slot)] = static_cast<Index>((low - wide(block_) * first) * ld +
-                                                     wide(block_) * in_front + high % block_);
+        entry.target = static_cast<Index>((low - wide(block_) * first) * ld +
+                                          wide(block_) * in_front + entry.target % block_);
       }
     }
   });
@@ -406,13 +349,11 @@ void Multifrontal::plan_tasks() {
     const auto [cost, s] = open.top();
     open.pop();
     if (cost <= most) {
-      tasks_.push_back({begin[at(s)], s, cost, 0});
+      tasks_.push_back({begin[at(s)], s});
       continue;
     }
     top_.push_back(s);
-    for (Index c = child_begin_[at(s)]; c < child_begin_[at(s) + 1]; ++c) {
-      open.emplace(flops[at(child_[at(c)])], child_[at(c)]);
-    }
+    for (const Index child : children_[s]) open.emplace(flops[at(child)], child);
   }
   std::sort(top_.begin(), top_.end());
   task_of_.assign(at(count), kInvalid);
@@ -438,8 +379,7 @@ std::int64_t Multifrontal::stack_need(const std::vector<Index>& supernodes) cons
     const std::int64_t own = wide(below(s)) * below(s);
     most = std::max(most, now + own);
     now += own;
-    for (Index c = child_begin_[at(s)]; c < child_begin_[at(s) + 1]; ++c) {
-      const Index child = child_[at(c)];
+    for (const Index child : children_[s]) {
       if (task_of_[at(child)] == kInvalid) now -= wide(below(child)) * below(child);
     }
   }

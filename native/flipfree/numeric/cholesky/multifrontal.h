@@ -73,15 +73,11 @@ class Multifrontal {
   // In place: rhs is size x count, column-major.
   void solve(double* rhs, Index count, const ExecutionContext& context) const;
 
-  std::int64_t factor_nonzeros() const { return factor_nonzeros_; }
-  double flops() const { return total_flops_; }
-
  private:
   // A subtree that one thread handles alone: supernodes [begin, root], contiguous in postorder.
   struct Task {
     Index begin = 0;
     Index root = 0;
-    double flops = 0;
     std::int64_t update = 0;  // where its root's update matrix goes in handed_
   };
   // Where the update matrices of one run live, and where each child's is.
@@ -94,10 +90,8 @@ class Multifrontal {
   double front_flops(Index s) const;
   std::int64_t stack_need(const std::vector<Index>& supernodes) const;
   void assemble_panel(Index s, const double* values, double* panel) const;
-  void add_to_panel(Index child, const double* update, double* panel,
-                    const ExecutionContext* parallel) const;
-  void add_to_update(Index child, const double* update, double* target,
-                     const ExecutionContext* parallel) const;
+  void add_child(Index child, const double* update, bool in_panel, double* target,
+                 const ExecutionContext* parallel) const;
   bool eliminate(Index s, const double* values, Stack& stack, const ExecutionContext* parallel);
   bool factor_panel(Index s, double* panel, const ExecutionContext* parallel) const;
   void form_update(Index s, const double* panel, double* update,
@@ -113,11 +107,12 @@ class Multifrontal {
   std::vector<std::int64_t> panel_;  // supernode -> start of its panel in factor_
   FactorMemory memory_;
   double* factor_ = nullptr;
-  std::vector<std::int64_t> entry_begin_;  // supernode -> entries of the matrix in its panel
-  std::vector<Index> entry_source_;        // index into values
-  std::vector<Index> entry_target_;        // offset in the panel
-  std::vector<Index> child_begin_;         // children, ascending
-  std::vector<Index> child_;
+  // An entry of the matrix: its index in the values, and its place in the panel.
+  struct Entry {
+    Index source, target;
+  };
+  Lists<Entry> entries_;        // of each supernode's panel
+  Lists<Index> children_;       // of each supernode, ascending
   std::vector<Task> tasks_;     // by falling cost
   std::vector<Index> task_of_;  // supernode -> task whose root it is, or kInvalid
   std::vector<Index> top_;      // supernodes above all tasks, ascending
@@ -126,7 +121,6 @@ class Multifrontal {
   std::int64_t top_stack_ = 0;
   std::mutex stacks_mutex_;
   Index widest_below_ = 0;
-  std::int64_t factor_nonzeros_ = 0;
   double total_flops_ = 0;
   std::mutex progress_mutex_;
   double done_flops_ = 0;

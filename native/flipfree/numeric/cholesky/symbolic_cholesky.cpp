@@ -10,27 +10,18 @@
 namespace flipfree::numeric {
 namespace {
 
-std::vector<Index> inverse(const std::vector<Index>& order) {
-  std::vector<Index> position(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i) position[at(order[i])] = static_cast<Index>(i);
-  return position;
-}
-
 // Calls visit(j) for the columns j != i adjacent to column i.
 template <typename Visit>
 void for_adjacent(const Graph& graph, const std::vector<Index>& order,
                   const std::vector<Index>& position, Index i, Visit visit) {
-  const Index v = order[at(i)];
-  for (Index entry = graph.offset[at(v)]; entry < graph.offset[at(v) + 1]; ++entry) {
-    visit(position[at(graph.neighbour[at(entry)])]);
-  }
+  for (const Index u : graph[order[at(i)]]) visit(position[at(u)]);
 }
 
 // Parent of each column: the first row below the diagonal of the factor. Path compression over
 // virtual ancestors.
 std::vector<Index> elimination_tree(const Graph& graph, const std::vector<Index>& order,
                                     const std::vector<Index>& position) {
-  const Index count = graph.count();
+  const Index count = graph.size();
   std::vector<Index> parent(at(count), kInvalid);
   std::vector<Index> ancestor(at(count), kInvalid);
   for (Index i = 0; i < count; ++i) {
@@ -89,7 +80,7 @@ std::vector<Index> column_counts(const Graph& graph, const std::vector<Index>& o
                                  const std::vector<Index>& parent) {
   std::vector<Index> counts(parent.size(), 1);
   std::vector<Index> row(parent.size(), kInvalid);  // the last one in which the column was met
-  for (Index i = 0; i < graph.count(); ++i) {
+  for (Index i = 0; i < graph.size(); ++i) {
     row[at(i)] = i;
     for_adjacent(graph, order, position, i, [&](Index j) {
       for (; j < i && row[at(j)] != i; j = parent[at(j)]) {
@@ -163,7 +154,7 @@ void find_rows(const Graph& graph, Supernodes& s, const ExecutionContext& contex
   const Index count = s.count();
   s.rows_begin.assign(1, 0);
   s.parent.assign(at(count), kInvalid);
-  std::vector<Index> mark(at(graph.count()), kInvalid);
+  std::vector<Index> mark(at(graph.size()), kInvalid);
   std::vector<Index> child(at(count), kInvalid);
   std::vector<Index> sibling(at(count), kInvalid);
   std::vector<Index> rows;
@@ -213,22 +204,26 @@ void find_relative(Supernodes& s) {
   }
 }
 
-// Elimination position -> vertex.
+}  // namespace
+
+std::vector<Index> inverse(const std::vector<Index>& order) {
+  std::vector<Index> position(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) position[at(order[i])] = static_cast<Index>(i);
+  return position;
+}
+
 std::vector<Index> minimum_degree(const Graph& graph) {
   std::vector<Eigen::Triplet<char, Index>> entries;
-  for (Index v = 0; v < graph.count(); ++v) {
+  for (Index v = 0; v < graph.size(); ++v) {
     entries.emplace_back(v, v, 1);  // a vertex without is taken for one with very many neighbours
-    for (Index i = graph.offset[at(v)]; i < graph.offset[at(v) + 1]; ++i)
-      entries.emplace_back(graph.neighbour[at(i)], v, 1);
+    for (const Index u : graph[v]) entries.emplace_back(u, v, 1);
   }
-  Eigen::SparseMatrix<char, Eigen::ColMajor, Index> pattern(graph.count(), graph.count());
+  Eigen::SparseMatrix<char, Eigen::ColMajor, Index> pattern(graph.size(), graph.size());
   pattern.setFromTriplets(entries.begin(), entries.end());
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> order;
   Eigen::AMDOrdering<Index>()(pattern, order);
-  return {order.indices().data(), order.indices().data() + graph.count()};
+  return {order.indices().data(), order.indices().data() + graph.size()};
 }
-
-}  // namespace
 
 Supernodes analyze_supernodes(const Graph& graph, const ExecutionContext& context) {
   Supernodes s;
