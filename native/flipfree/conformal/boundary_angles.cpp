@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -11,56 +10,11 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/conformal/metric.h"
-#include "flipfree/conformal/newton.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/numeric/dense_factors.h"
 
 namespace flipfree::conformal {
-
-namespace {
-
-constexpr int kMaxIterations = 100;
-
-}  // namespace
-
-PinnedMetric compute_pinned_metric(const mesh::Surface& surface, const std::vector<double>& target,
-                                   const std::vector<char>& pinned, double tolerance,
-                                   ExecutionContext& context) {
-  EngineInput input;
-  input.vertex_count = static_cast<Index>(surface.vertices.rows());
-  input.setup = intrinsic::build_intrinsic_mesh(input.vertex_count, surface.faces);
-  input.positions = &surface.vertices;
-  input.target = target;
-  for (std::size_t v = 0; v < pinned.size(); ++v) {
-    if (pinned[v]) input.target[v] = 0.0;
-  }
-  PinnedMetric result{std::vector<double>(pinned.size(), 0.0), target};
-  const std::unique_ptr<MetricEngine> engine = make_engine(input, 53, context);
-  if (!engine->started()) return result;
-  NewtonOptions newton;
-  newton.tolerance = tolerance;
-  newton.max_iterations = kMaxIterations;
-  newton.pinned = &pinned;
-  NewtonSystem system(pinned);
-  newton.more_bits = false;
-  Descent descent = Descent::kUnknown;
-  const NewtonRun run = run_newton(*engine, system, newton, descent, context);
-  result.error = run.error;
-  result.iterations = run.iterations;
-  result.converged = run.end == NewtonEnd::kConverged;
-  constexpr double kAccuracy = 1e-13;
-  Gradient gradient;
-  engine->evaluate(kAccuracy, gradient, context);
-  ConformalMetric metric;
-  engine->finish(metric, false, context);
-  const auto base = std::find(pinned.begin(), pinned.end(), 1) - pinned.begin();
-  for (std::size_t v = 0; v < pinned.size(); ++v) {
-    if (pinned[v]) result.angles[v] = -gradient.value[v];
-    result.u[v] = metric.scale_factors[v] - metric.scale_factors[static_cast<std::size_t>(base)];
-  }
-  return result;
-}
 
 namespace {
 
@@ -288,13 +242,14 @@ void make_free(const mesh::Surface& surface, const Shape& shape, std::vector<dou
                ExecutionContext& context) {
   std::vector<char> pinned(angles.size(), 0);
   for (std::size_t v = 0; v < pinned.size(); ++v) pinned[v] = shape.on_boundary[v];
-  const PinnedMetric metric =
+  const ConformalMetric metric =
       compute_pinned_metric(surface, angles, pinned, kBoundaryTolerance, context);
   for (std::size_t v = 0; v < pinned.size(); ++v) {
-    if (metric.angles[v] > 0.0 && metric.error <= 1e-6) continue;
+    if (metric.angles[v] > 0.0 && metric.angle_error <= 1e-6) continue;
     throw_not_converged(ErrorCode::kIterationLimit,
                         "No metric with u = 0 on the boundary was found (largest angle error " +
-                            std::to_string(metric.error) + "). Use a straight or round boundary.",
+                            std::to_string(metric.angle_error) +
+                            "). Use a straight or round boundary.",
                         ElementKind::kVertex, {static_cast<Index>(v)});
   }
   angles = metric.angles;

@@ -2,7 +2,6 @@
 // straight or round.
 #pragma once
 
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -42,30 +41,5 @@ void close_gauss_bonnet(std::vector<double>& angles, const std::vector<bool>& on
 // The same for angles that were measured: NotConverged, since no demand of the caller is at fault.
 void close_measured_angles(std::vector<double>& angles, const std::vector<bool>& on_boundary,
                            Index euler, double tolerance);
-
-// The conformal metric with scale factor fixed (u = 0) at some vertices and prescribed angles at
-// all others: free boundaries, and cones whose angle follows from the surface (thesis 4.2.1: the
-// energy restricted to a subspace of u is convex as well; Springborn, Schröder, Pinkall 2008,
-// section 6: u = 0 on the boundary distorts least).
-//
-// Uses the same engine and the same energy-free line search as the metric of prescribed angles, in
-// double: its result are target angles, which the full solver then meets to any accuracy.
-
-struct PinnedMetric {
-  std::vector<double> u;  // #V: logarithmic scale factors, 0 where pinned
-  std::vector<double>
-      angles;  // #V: total angles reached; at vertices that are not pinned the targets
-  // Largest angle error at vertices that are not pinned.
-  double error = std::numeric_limits<double>::infinity();
-  int iterations = 0;
-  bool converged = false;
-};
-
-// `target`: #V, read where pinned[v] = 0. Preconditions: valid connected surface, at least one pin.
-// Does not throw for lack of convergence (targets that no metric meets): says so in the result.
-// Cost: as the metric in double.
-PinnedMetric compute_pinned_metric(const mesh::Surface& surface, const std::vector<double>& target,
-                                   const std::vector<char>& pinned, double tolerance,
-                                   ExecutionContext& context);
 
 }  // namespace flipfree::conformal

@@ -16,6 +16,7 @@
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/distortion/rounding.h"
+#include "flipfree/distortion/seams/seams.h"
 #include "flipfree/intrinsic/layout/layout.h"
 #include "flipfree/intrinsic/overlay.h"
 #include "flipfree/mesh/cut.h"
@@ -76,18 +77,13 @@ Error needs_refinement(const std::vector<FaceId>& faces) {
 // flip a triangle. False, and the map unchanged, if there are none.
 bool repair_rounding(certify::Parametrization& map, ExecutionContext& context) {
   const mesh::Adjacency& adjacency = map.surface.adjacency();
-  const mesh::CutMesh cut =
-      mesh::cut_along(map.surface.faces, adjacency, mesh::uv_cuts(adjacency, map.uv));
-  Points2 uv(static_cast<Eigen::Index>(cut.vertex_origin.size()), 2);
-  for (Index c = 0; c < static_cast<Index>(map.uv.rows()); ++c) {
-    uv.row(cut.faces(c / 3, c % 3)) = map.uv.row(c);
-  }
-  const Outcome<Points2f> stored =
-      attempt([&] { return distortion::round_to_storage(cut.faces, uv, {}, context, map.stats); });
-  if (!stored) return false;
-  for (Index c = 0; c < static_cast<Index>(map.uv32.rows()); ++c)
-    map.uv32.row(c) = (*stored).row(cut.faces(c / 3, c % 3));
-  return true;
+  const distortion::CutMap cut =
+      distortion::cut_map(map.surface, adjacency, mesh::uv_cuts(adjacency, map.uv), map.uv);
+  Outcome<Points2f> stored = attempt([&] {
+    return distortion::round_to_storage(cut.surface.faces, cut.uv, {}, context, map.stats);
+  });
+  if (stored) map.uv32 = distortion::corners_of(cut, stored->cast<double>()).cast<float>();
+  return static_cast<bool>(stored);
 }
 
 // Largest difference, over the vertices with a prescribed angle, between that angle and the one of
@@ -192,7 +188,7 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
     std::optional<intrinsic::MetricOverlay> made;
     parallel_for(context, 2, 1, [&](std::size_t task, std::size_t, std::size_t) {
       if (task == 0) {
-        made = intrinsic::overlay_metric(solved.metric, solved.split.get(), adjacency,
+        made = intrinsic::overlay_metric(solved.metric, solved.split.get(), surface,
                                          options.max_crossings, context);
       } else {
         cuts = mesh::cut_to_disks(surface, adjacency, given, prescribed.cones, avoided, context);
@@ -209,8 +205,7 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
   {
     const ProgressRange range(context, 0.3, 0.8);
     const auto lay_out = [&] {
-      layout = intrinsic::lay_out_metric(surface, adjacency, *overlay, cuts, options.refinement,
-                                         context);
+      layout = intrinsic::lay_out_metric(surface, *overlay, cuts, options.refinement, context);
     };
     lay_out();
     if (options.spread > 0.0 && !layout.map.invalid.empty()) {

@@ -22,7 +22,7 @@ namespace flipfree::conformal {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 void check_options(const MetricOptions& options) {
   if (!(options.tolerance > 0.0) || !std::isfinite(options.tolerance)) {
@@ -33,10 +33,6 @@ void check_options(const MetricOptions& options) {
                   "precision must be \"auto\" or 53 to 4096 mantissa bits, not " +
                       std::to_string(options.bits) + ".");
   }
-}
-
-void check_topology(const std::vector<Error>& defects) {
-  if (!defects.empty()) throw InvalidInput(defects.front());
 }
 
 // Six significant digits.
@@ -83,18 +79,6 @@ std::vector<double> edge_lengths(const intrinsic::IntrinsicSetup& setup, const P
   return result;
 }
 
-Index euler_characteristic(const intrinsic::IntrinsicSetup& setup, Index vertex_count,
-                           Index face_count) {
-  const intrinsic::IntrinsicMesh& m = setup.mesh;
-  Index edges = static_cast<Index>(m.edge_count());
-  if (m.symmetric()) {
-    edges = static_cast<Index>(std::count_if(
-        m.edge_label.begin(), m.edge_label.end(),
-        [](intrinsic::EdgeLabel label) { return label != intrinsic::EdgeLabel::kTwo; }));
-  }
-  return vertex_count - edges + face_count;
-}
-
 // The engine's input without targets. `lengths`: #F x 3 (metric.h), or null: those of the vertex
 // positions. Throws InvalidInput as compute_conformal_metric(). With lengths the positions are not
 // read.
@@ -103,22 +87,18 @@ EngineInput checked_input(const mesh::Surface& surface, const Points3* lengths,
   check_options(options);
   if (lengths != nullptr && lengths->rows() != surface.faces.rows())
     throw_invalid(ErrorCode::kBadShape, "lengths must have one row per face.");
-  EngineInput input;
-  input.vertex_count = static_cast<Index>(surface.vertices.rows());
   mesh::ValidateOptions rules;
   rules.require_connected = true;
   rules.allow_isolated_vertices = false;
-  if (lengths == nullptr) {
-    check_topology(mesh::find_defects(surface, rules));
-  } else {
-    rules.reject_zero_area = false;
-    check_topology(
-        mesh::find_defects({Points3::Zero(input.vertex_count, 3), surface.faces}, rules));
-  }
-  input.setup = intrinsic::build_intrinsic_mesh(input.vertex_count, surface.faces);
-  if (lengths == nullptr) {
-    input.positions = &surface.vertices;
-  } else {
+  rules.reject_zero_area = lengths == nullptr;
+  const std::vector<Error> defects =
+      lengths == nullptr
+          ? mesh::find_defects(surface, rules)
+          : mesh::find_defects({Points3::Zero(surface.vertices.rows(), 3), surface.faces}, rules);
+  if (!defects.empty()) throw InvalidInput(defects.front());
+  EngineInput input = input_of(surface);
+  if (lengths != nullptr) {
+    input.positions = nullptr;
     input.edge_length = edge_lengths(input.setup, *lengths);
   }
   return input;
@@ -131,7 +111,10 @@ std::vector<double> checked_targets(const std::vector<double>& target, const Eng
   const intrinsic::IntrinsicSetup& setup = input.setup;
   const Index vertex_count = input.vertex_count;
   const auto face_count = static_cast<Index>(setup.input_halfedge.size() / 3);
-  const Index euler = euler_characteristic(setup, vertex_count, face_count);
+  // A boundary has as many edges as vertices.
+  const auto boundary =
+      static_cast<Index>(std::count(setup.on_boundary.begin(), setup.on_boundary.end(), true));
+  const Index euler = vertex_count - (face_count + boundary) / 2;
   if (target.size() != static_cast<std::size_t>(vertex_count)) {
     throw_invalid(ErrorCode::kBadShape, "target_angles has " + std::to_string(target.size()) +
                                             " entries for " + std::to_string(vertex_count) +
@@ -163,13 +146,13 @@ std::vector<double> checked_targets(const std::vector<double>& target, const Eng
                          short_text(static_cast<double>(curvature)) +
                          ", but 2 pi times the Euler "
                          "characteristic " +
-                         std::to_string(euler) + " is " + short_text(2.0 * kPi * euler) +
+                         std::to_string(euler) + " is " + short_text(2.0 * pi * euler) +
                          " (Gauss-Bonnet). Add " + short_text(static_cast<double>(missing)) +
-                         " radians (" + short_text(static_cast<double>(missing) / (0.5 * kPi)) +
+                         " radians (" + short_text(static_cast<double>(missing) / (0.5 * pi)) +
                          " quarter turns) to the sum of the target angles.",
                      {"angle sum",
                       {{"sum", {static_cast<double>(sum)}},
-                       {"needed", {std::numbers::pi * static_cast<double>(face_count)}}}});
+                       {"needed", {pi * static_cast<double>(face_count)}}}});
   }
   std::vector<double> spread = target;
   for (double& t : spread) t += share;
@@ -182,41 +165,7 @@ constexpr std::size_t kLongWay = 4;
 constexpr double kFineAngles =
     1e-13;                           // radians: what the angles of a result are known to, at least
 constexpr double kFinishing = 0.05;  // seconds
-
-// Whether all lengths are in the range of numbers, which few bits may leave.
-bool has_lengths(const ConformalMetric& metric) {
-  return std::visit(
-      [](const auto& lengths) {
-        using T = typename std::decay_t<decltype(lengths)>::value_type;
-        return std::all_of(lengths.begin(), lengths.end(), [](const T& length) {
-          return numeric::ScalarTraits<T>::finite(length) && length > T(0.0);
-        });
-      },
-      metric.length);
-}
-
-// The metric where the last run ended, its true angles and why it ended there. A metric that was
-// reached is worth kFinishing seconds more than there are; for want of time doubles are enough.
-void finish_result(MetricEngine& engine, const EngineInput& input, const MetricOptions& options,
-                   const NewtonRun& run, ConformalMetric& result, ExecutionContext& context) {
-  const double seconds = std::max(kFinishing, context.seconds_left());
-  const Grace finishing(context);
-  const TimeLimit limit(context, seconds);
-  result.converged = run.end == NewtonEnd::kConverged;
-  engine.finish(result, result.converged, context);
-  Gradient gradient;
-  // Sums of thousands of angles at one cone are off by 1e-10 in doubles, whatever was reached.
-  const bool in_time = result.converged || run.end == NewtonEnd::kPrecision;
-  const bool fine = in_time && options.tolerance < kFineAngles;
-  engine.evaluate(fine ? options.tolerance : kFineAngles, gradient, context);
-  result.angle_error = gradient.max_error;
-  result.angles.resize(input.target.size());
-  for (std::size_t v = 0; v < input.target.size(); ++v)
-    result.angles[v] = input.target[v] - gradient.value[v];
-  result.stats["noise"] = run.noise;
-  result.end = run.end;
-  result.stats["stopped_by"] = std::string(name_of(run.end));
-}
+constexpr int kMostPinnedSteps = 100;
 
 // The input face whose sides come nearest to breaking the triangle inequality, as doubles see it.
 FaceId flattest_face(const EngineInput& input) {
@@ -258,6 +207,23 @@ FaceId flattest_face(const EngineInput& input) {
                       ElementKind::kFace, {face});
 }
 
+// Says what a metric that did not converge reached.
+[[noreturn]] void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options) {
+  const bool seconds = metric.end == NewtonEnd::kSeconds;
+  const char* cure =
+      seconds ? "Allow more seconds (max_seconds), or spread the curvature over more vertices."
+      : metric.end == NewtonEnd::kIterations
+          ? "Spread the curvature over more vertices, or remove nearly degenerate triangles."
+      : options.bits != 0 ? "Use precision=\"auto\" or more bits."
+                          : "Spread the curvature over more vertices.";
+  throw_not_converged(seconds ? ErrorCode::kTimeLimit : ErrorCode::kIterationLimit,
+                      "The conformal metric was not reached: the largest angle error is " +
+                          short_text(metric.angle_error) + " radians after " +
+                          std::to_string(metric.iterations) + " Newton steps with " +
+                          std::to_string(metric.bits) + " bits (stopped by " + name_of(metric.end) +
+                          "). " + cure);
+}
+
 // The rungs of the precision ladder: Newton in double, and from where rounding decides, with ever
 // more bits.
 class Ladder {
@@ -265,6 +231,8 @@ class Ladder {
   Ladder(const EngineInput& input, const MetricOptions& options, ExecutionContext& context)
       : input_(input), options_(options), context_(context), limit_(options.max_seconds) {
     newton_.tolerance = options.tolerance;
+    newton_.pinned = input.pinned;
+    if (input.pinned != nullptr) system_ = NewtonSystem(*input.pinned);
   }
 
   ConformalMetric climb() {
@@ -370,13 +338,13 @@ class Ladder {
                            input_, options_);
     // Where a replay had no time, the long way has led to the metric as well.
     const bool reached = last_.end == NewtonEnd::kConverged;
-    finish_result(*engine_, input_, options_, reached ? last_ : run, result_, context_);
+    measure(reached ? last_ : run);
     result_.stats["seconds"] = watch_.seconds();
     result_.stats["precision_rungs"] = std::int64_t{rungs_};
     result_.stats["evaluations"] = std::int64_t{evaluations_};
     result_.stats["relaxed_iterations"] = std::int64_t{relaxed_};
     result_.stats["intrinsic_refinement"] = std::int64_t{0};
-    if (!std::isfinite(result_.angle_error) || !has_lengths(result_)) {
+    if (!std::isfinite(result_.angle_error) || !intrinsic::are_lengths(result_.length)) {
       if (run.end == NewtonEnd::kSeconds)
         throw_out_of_time("No metric with angles in the range of numbers was reached",
                           options_.max_seconds, "or remove nearly degenerate triangles");
@@ -384,6 +352,27 @@ class Ladder {
     }
     if (!result_.converged && options_.require_convergence) throw_not_reached(result_, options_);
     return std::move(result_);
+  }
+
+  // The metric where this run ended, its true angles and why it ended there. A metric that was
+  // reached is worth kFinishing seconds more than there are; for want of time doubles are enough.
+  void measure(const NewtonRun& run) {
+    const double seconds = std::max(kFinishing, context_.seconds_left());
+    const Grace finishing(context_);
+    const TimeLimit limit(context_, seconds);
+    result_.converged = run.end == NewtonEnd::kConverged;
+    engine_->finish(result_, result_.converged, context_);
+    Gradient gradient;
+    // Sums of thousands of angles at one cone are off by 1e-10 in doubles, whatever was reached.
+    const bool in_time = result_.converged || run.end == NewtonEnd::kPrecision;
+    const bool fine = in_time && options_.tolerance < kFineAngles;
+    engine_->evaluate(fine ? options_.tolerance : kFineAngles, gradient, context_);
+    result_.angle_error = gradient.max_error;
+    result_.angles = input_.target;
+    for (std::size_t v = 0; v < gradient.value.size(); ++v) result_.angles[v] -= gradient.value[v];
+    result_.stats["noise"] = run.noise;
+    result_.end = run.end;
+    result_.stats["stopped_by"] = std::string(name_of(run.end));
   }
 
   const EngineInput& input_;
@@ -415,25 +404,31 @@ ConformalMetric compute_conformal_metric(const mesh::Surface& surface,
   return metric;
 }
 
-void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options) {
-  const bool seconds = metric.end == NewtonEnd::kSeconds;
-  const char* cure =
-      seconds ? "Allow more seconds (max_seconds), or spread the curvature over more vertices."
-      : metric.end == NewtonEnd::kIterations
-          ? "Spread the curvature over more vertices, or remove nearly degenerate triangles."
-      : options.bits != 0 ? "Use precision=\"auto\" or more bits."
-                          : "Spread the curvature over more vertices.";
-  throw_not_converged(seconds ? ErrorCode::kTimeLimit : ErrorCode::kIterationLimit,
-                      "The conformal metric was not reached: the largest angle error is " +
-                          short_text(metric.angle_error) + " radians after " +
-                          std::to_string(metric.iterations) + " Newton steps with " +
-                          std::to_string(metric.bits) + " bits (stopped by " + name_of(metric.end) +
-                          "). " + cure);
+ConformalMetric compute_pinned_metric(const mesh::Surface& surface,
+                                      const std::vector<double>& target,
+                                      const std::vector<char>& pinned, double tolerance,
+                                      ExecutionContext& context) {
+  EngineInput input = input_of(surface);
+  input.target = target;
+  input.pinned = &pinned;
+  for (std::size_t v = 0; v < target.size(); ++v) {
+    if (pinned[v]) input.target[v] = 0.0;
+  }
+  MetricOptions options;
+  options.tolerance = tolerance;
+  options.max_iterations = kMostPinnedSteps;
+  options.require_convergence = false;
+  ConformalMetric metric = Ladder(input, options, context).climb();
+  metric.angle_error = 0.0;
+  for (std::size_t v = 0; v < target.size(); ++v) {
+    if (pinned[v]) continue;
+    metric.angle_error = std::max(metric.angle_error, std::abs(metric.angles[v] - target[v]));
+    metric.angles[v] = target[v];
+  }
+  return metric;
 }
 
 namespace {
-
-using std::numbers::pi;
 
 constexpr int kMostRefinedSteps = 150;  // of Newton's method: if it helps, it helps soon
 constexpr double kLeastSeconds = 1e-3;  // what a run that has no time left is given
@@ -445,59 +440,42 @@ constexpr std::int64_t kMostGrowth = 30;
 constexpr std::int64_t kMostAnyway = 1000;
 constexpr std::int64_t kMostEver = 5'000'000;
 
-// The surface with points added where its intrinsic Delaunay triangulation is bad; null if it is
-// not, or cannot be split.
-std::unique_ptr<intrinsic::SplitSurface> refine_start(const mesh::Surface& surface,
-                                                      const Points3* lengths, Stats& stats,
-                                                      const ExecutionContext& context) {
-  const auto vertices = static_cast<Index>(surface.vertices.rows());
-  const Points3 sides =
-      lengths != nullptr ? *lengths : intrinsic::lengths_of(surface.vertices, surface.faces);
-  // Edges that doubles cannot tell from points: there is nothing to work with.
-  if (!sides.allFinite() || !(sides.minCoeff() > 0.0)) return nullptr;
-  const intrinsic::FlatSurface flat = intrinsic::make_flat_surface(vertices, surface.faces, sides);
-  intrinsic::RefinementOptions options;
-  options.max_added =
-      static_cast<Index>(std::clamp<std::int64_t>(kMostGrowth * vertices, kMostAnyway, kMostEver));
-  const intrinsic::RefinementPoints found =
-      intrinsic::find_refinement_points(flat, options, context);
-  stats["smallest_start_angle"] = found.smallest_angle;
-  stats["refinement_complete"] = static_cast<std::int64_t>(found.complete);
-  auto split = std::make_unique<intrinsic::SplitSurface>();
-  if (found.points.empty() || !intrinsic::split_surface(flat, found.points, context, *split))
-    return nullptr;
-  return split;
-}
-
-std::vector<double> refined_targets(const std::vector<double>& target_angles,
-                                    const intrinsic::SplitSurface& split) {
-  std::vector<double> targets = target_angles;
-  for (const char boundary : split.added_on_boundary) targets.push_back(boundary ? pi : 2 * pi);
-  return targets;
-}
-
-// The metric of the refined surface as far as it is reached; its `split` is null where there is
-// nothing to refine.
+// The metric of the surface with points added where its intrinsic Delaunay triangulation is bad, as
+// far as it is reached; `split` is null where it is not bad, or cannot be split.
 RefinedMetric from_refined_start(const mesh::Surface& surface, const Points3* lengths,
                                  const std::vector<double>& target_angles,
                                  const MetricOptions& options, ExecutionContext& context) {
   const Stopwatch watch;
   RefinedMetric result;
-  Stats stats;
-  result.split = refine_start(surface, lengths, stats, context);
-  if (result.split == nullptr) return result;
-  stats["seconds_refinement"] = watch.seconds();
-  const intrinsic::SplitSurface& split = *result.split;
-  stats["intrinsic_refinement"] = static_cast<std::int64_t>(split.added.size());
+  const auto vertices = static_cast<Index>(surface.vertices.rows());
+  const Points3 sides =
+      lengths != nullptr ? *lengths : intrinsic::lengths_of(surface.vertices, surface.faces);
+  // Edges that doubles cannot tell from points: there is nothing to work with.
+  if (!sides.allFinite() || !(sides.minCoeff() > 0.0)) return result;
+  const intrinsic::FlatSurface flat = intrinsic::make_flat_surface(vertices, surface.faces, sides);
+  intrinsic::RefinementOptions refinement;
+  refinement.max_added =
+      static_cast<Index>(std::clamp<std::int64_t>(kMostGrowth * vertices, kMostAnyway, kMostEver));
+  const auto found = intrinsic::find_refinement_points(flat, refinement, context);
+  auto split = std::make_unique<intrinsic::SplitSurface>();
+  if (found.points.empty() || !intrinsic::split_surface(flat, found.points, context, *split))
+    return result;
+  const double seconds = watch.seconds();
   MetricOptions share = options;
   share.max_seconds = kFirstShare * options.max_seconds;
   share.max_iterations = std::min(options.max_iterations, kMostRefinedSteps);
   share.require_convergence = false;
-  result.metric = compute_conformal_metric({Points3::Zero(split.vertex_count, 3), split.faces},
-                                           refined_targets(target_angles, split), share, context,
-                                           &split.lengths);
-  result.metric.added = split.added;
-  for (const auto& [name, value] : stats) result.metric.stats[name] = value;
+  std::vector<double> targets = target_angles;
+  for (const char boundary : split->added_on_boundary) targets.push_back(boundary ? pi : 2 * pi);
+  result.metric = compute_conformal_metric({Points3::Zero(split->vertex_count, 3), split->faces},
+                                           targets, share, context, &split->lengths);
+  result.metric.added = split->added;
+  Stats& stats = result.metric.stats;
+  stats["smallest_start_angle"] = found.smallest_angle;
+  stats["refinement_complete"] = static_cast<std::int64_t>(found.complete);
+  stats["seconds_refinement"] = seconds;
+  stats["intrinsic_refinement"] = static_cast<std::int64_t>(split->added.size());
+  result.split = std::move(split);
   return result;
 }
 

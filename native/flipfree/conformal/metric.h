@@ -45,10 +45,19 @@ ConformalMetric compute_conformal_metric(const mesh::Surface& surface,
                                          const MetricOptions& options, ExecutionContext& context,
                                          const Points3* lengths = nullptr);
 
-// Newton's method in double, and from where rounding decides, with ever more bits.
-
-// NotConverged, saying what a metric that did not converge reached.
-[[noreturn]] void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options);
+// The conformal metric with one scale factor at all `pinned` vertices (flags, one at least), whose
+// angles follow from the surface, and prescribed angles at all others: free boundaries, and cones
+// (thesis 4.2.1: the energy restricted to a subspace of u is convex as well; Springborn, Schröder,
+// Pinkall 2008, section 6: u = 0 on the boundary distorts least). By the engine and the line search
+// of the metric of prescribed angles; its result are target angles, the prescribed ones bit for
+// bit, which the full solver then meets to any accuracy.
+// `target`: #V, read where pinned[v] = 0. `angle_error` is that of the vertices not pinned.
+// Precondition: a valid connected surface. Targets that no metric meets are no error: the result
+// says so. Errors: NotConverged, where triangles are so degenerate that no angle was measured.
+ConformalMetric compute_pinned_metric(const mesh::Surface& surface,
+                                      const std::vector<double>& target,
+                                      const std::vector<char>& pinned, double tolerance,
+                                      ExecutionContext& context);
 
 // The conformal metric from a refined start: points are added so that the intrinsic Delaunay
 // triangulation has no needles (delaunay_refinement.h), then the metric of the refined surface is

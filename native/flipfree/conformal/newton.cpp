@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <utility>
 
@@ -64,20 +63,30 @@ double norm(const std::vector<double>& a) {
   return largest * std::sqrt(sum);
 }
 
-// The engine on the ray u + step d.
-class Ray {
+class Newton {
  public:
-  Ray(MetricEngine& engine, const FineVector& direction, const NewtonOptions& options,
-      NewtonRun& run)
-      : engine_(engine), direction_(direction), options_(options), run_(run) {
-    part_.high.resize(direction.high.size());
-    part_.low.resize(direction.low.size());
-    part_.full.resize(direction.full.size());
+  Newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
+         ExecutionContext& context)
+      : engine_(engine), system_(system), options_(options), context_(context) {
+    const std::size_t most = kTestsAnyway + kTestsPerEdge * engine.mesh().edge_count();
+    most_tests_ = most - std::min(most, options.earlier_tests);
+  }
+
+  NewtonRun run;
+  void iterate(Descent& descent);
+
+ private:
+  // The engine starts on the ray u + step d.
+  void start_ray() {
+    step_ = 0.0;
+    part_.high.resize(direction_.high.size());
+    part_.low.resize(direction_.low.size());
+    part_.full.resize(direction_.full.size());
   }
 
   // Moves to `step` and evaluates there. False if the engine could not follow; it is then somewhere
   // on the ray still.
-  bool move(double step, Gradient& gradient, ExecutionContext& context) {
+  bool move(double step, Gradient& gradient) {
     const double change = 0.5 * (step - step_);
     for (std::size_t v = 0; v < part_.high.size(); ++v) {
       const numeric::Pair moved = numeric::two_product(change, direction_.high[v]);
@@ -85,21 +94,21 @@ class Ray {
       if (!part_.low.empty()) part_.low[v] = moved.low + change * direction_.low[v];
       if (!part_.full.empty()) part_.full[v] = direction_.full[v] * numeric::BigFloat<16>(change);
     }
-    engine_.scale(part_, context);
+    engine_.scale(part_, context_);
     step_ = step;
-    ++run_.evaluations;
-    if (!engine_.restore_delaunay(context)) return false;
-    evaluate(gradient, context);
+    ++run.evaluations;
+    if (!engine_.restore_delaunay(context_)) return false;
+    evaluate(gradient);
     return std::isfinite(gradient.max_error);
   }
 
-  void evaluate(Gradient& gradient, ExecutionContext& context) {
-    engine_.evaluate(kCoarse, gradient, context);
+  void evaluate(Gradient& gradient) {
+    engine_.evaluate(kCoarse, gradient, context_);
     if (engine_.bits() > 53) {
-      if (gradient.max_error < kCoarseUntil) engine_.evaluate(kFine, gradient, context);
+      if (gradient.max_error < kCoarseUntil) engine_.evaluate(kFine, gradient, context_);
       // Close to the end sums of thousands of angles at one vertex need more than double.
       if (gradient.max_error < std::max(1e-9, 1e2 * options_.tolerance))
-        engine_.evaluate(std::min(options_.tolerance, 1e-15), gradient, context);
+        engine_.evaluate(std::min(options_.tolerance, 1e-15), gradient, context_);
     }
     if (options_.pinned == nullptr || !std::isfinite(gradient.max_error)) return;
     gradient.max_error = 0.0;
@@ -109,15 +118,19 @@ class Ray {
     }
   }
 
-  double step() const { return step_; }
+  // Have Delaunay tests led nowhere?
+  bool worn_out() const { return engine_.exact_tests() > most_tests_; }
+  bool line_search(double first_step, bool ask_norm, const Gradient& start, Gradient& trial);
+  bool relax(const Relaxation& how, Gradient& gradient);
+  bool relaxed_step(double first_step, const Gradient& start, Gradient& trial);
 
- private:
   MetricEngine& engine_;
-  const FineVector& direction_;
+  NewtonSystem& system_;
   const NewtonOptions& options_;
-  double step_ = 0.0;
-  NewtonRun& run_;
-  FineVector part_;
+  ExecutionContext& context_;
+  std::size_t most_tests_ = 0;
+  FineVector direction_, part_;  // part_: scratch
+  double step_ = 0.0;            // along the direction
 };
 
 // Algorithm 3, LineSearch. The midpoint of the Armijo-like condition is only evaluated when the
@@ -125,14 +138,14 @@ class Ray {
 // test of the loop anyway. A step that halves the norm of the gradient is taken unseen: near
 // needles the projected gradient is a difference of far larger numbers. On return the engine stands
 // at the step taken and `trial` is the gradient there. False if no step can be told from rounding.
-bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<double>& d,
-                 double slope, const Gradient& start, Gradient& trial, ExecutionContext& context) {
+bool Newton::line_search(double first_step, bool ask_norm, const Gradient& start, Gradient& trial) {
+  const std::vector<double>& d = direction_.high;
   const double start_norm = norm(start.value);
   double step = first_step;
   double descending = 0.0;  // largest step seen at which the energy still descends
   bool known = false;       // trial belongs to `step` already
   for (bool first = true;; first = false) {
-    const bool moved = known || ray.move(step, trial, context);
+    const bool moved = known || move(step, trial);
     known = false;
     if (moved && first && norm(trial.value) <= kMuchLess * start_norm) return true;
     const double projected = moved ? dot(d, trial.value) : std::numeric_limits<double>::infinity();
@@ -140,16 +153,15 @@ bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<d
       if (!ask_norm || norm(trial.value) < start_norm) return true;
       if (descending == 0.0) descending = step;
     } else if (first && moved) {
-      if (ray.move(0.5 * step, trial, context)) {
-        if (0.5 * (projected + dot(d, trial.value)) <= kAlpha * slope) {
-          return ray.move(step, trial, context);
+      if (move(0.5 * step, trial)) {
+        if (0.5 * (projected + dot(d, trial.value)) <= kAlpha * system_.slope()) {
+          return move(step, trial);
         }
         known = true;
       }
     }
     step *= 0.5;
-    if (descending > 0.0 && step < kNormStep * first_step)
-      return ray.move(descending, trial, context);
+    if (descending > 0.0 && step < kNormStep * first_step) return move(descending, trial);
     if (step < kSmallestStep * first_step) return false;
   }
 }
@@ -161,8 +173,8 @@ bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<d
 // fits again. It leaves the minimum of the convex energy where it is. The worst come first: a
 // vertex whose scale is far too small is joined to hundreds of others, and each of their flips
 // would pass by it.
-bool relax(MetricEngine& engine, Ray& ray, const Relaxation& how, Gradient& gradient,
-           const std::function<bool()>& worn_out, ExecutionContext& context) {
+bool Newton::relax(const Relaxation& how, Gradient& gradient) {
+  const auto stop = [&] { return worn_out(); };
   std::vector<VertexId> list;
   for (int sweep = 0; sweep < how.sweeps; ++sweep) {
     list.clear();
@@ -174,8 +186,8 @@ bool relax(MetricEngine& engine, Ray& ray, const Relaxation& how, Gradient& grad
       return std::abs(gradient.value[static_cast<std::size_t>(a)]) >
              std::abs(gradient.value[static_cast<std::size_t>(b)]);
     });
-    if (!engine.relax(list, 0.1 * how.error, worn_out, context)) return false;
-    ray.evaluate(gradient, context);
+    if (!engine_.relax(list, 0.1 * how.error, stop, context_)) return false;
+    evaluate(gradient);
     if (!std::isfinite(gradient.max_error)) return false;
   }
   return true;
@@ -185,107 +197,93 @@ bool relax(MetricEngine& engine, Ray& ray, const Relaxation& how, Gradient& grad
 // which repairs what one step length for all has spoiled; taken if the energy has become less.
 // Where the difference drowns in rounding, the norm of the gradient decides. Otherwise half the
 // step, from the same start.
-bool relaxed_step(MetricEngine& engine, const FineVector& direction, double first_step,
-                  const NewtonOptions& options, const Gradient& start, Gradient& trial,
-                  const std::function<bool()>& worn_out, NewtonRun& run,
-                  ExecutionContext& context) {
+bool Newton::relaxed_step(double first_step, const Gradient& start, Gradient& trial) {
   const double start_norm = norm(start.value);
   const Relaxation how{std::min(kThorough.error, kLessError * start.max_error), kThorough.sweeps};
-  const Energy before = engine.energy(context);
-  engine.remember();
+  const Energy before = engine_.energy(context_);
+  engine_.remember();
   for (double step = first_step; step > kNormStep * first_step; step *= 0.5) {
-    Ray ray(engine, direction, options, run);
-    if (ray.move(step, trial, context) && relax(engine, ray, how, trial, worn_out, context)) {
-      const Energy after = engine.energy(context);
+    start_ray();
+    if (move(step, trial) && relax(how, trial)) {
+      const Energy after = engine_.energy(context_);
       const double change = after.value - before.value;
       const double noise = before.noise + after.noise;
       const bool undecided = std::abs(change) <= noise;
-      const double bound = engine.bits() > 53 ? start_norm : kMuchLess * start_norm;
+      const double bound = engine_.bits() > 53 ? start_norm : kMuchLess * start_norm;
       if (change < -noise || (undecided && norm(trial.value) < bound)) return true;
       // By convexity the energy has become less if it still falls along the way done.
-      if (undecided && engine.bits() > 53 && dot(engine.moved(), trial.value) < 0.0) return true;
+      if (undecided && engine_.bits() > 53 && dot(engine_.moved(), trial.value) < 0.0) return true;
       // In double, whose kinks are rounded off, creeping on would only cost time.
-      if (undecided && engine.bits() <= 53) {
-        engine.go_back();
+      if (undecided && engine_.bits() <= 53) {
+        engine_.go_back();
         return false;
       }
     }
-    engine.go_back();
+    engine_.go_back();
   }
   return false;
 }
 
 // Algorithm 3.
-void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
-             Descent& descent, NewtonRun& run, ExecutionContext& context) {
-  const std::size_t most = kTestsAnyway + kTestsPerEdge * engine.mesh().edge_count();
-  const std::size_t most_tests = most - std::min(most, options.earlier_tests);
-  const auto worn_out = [&] { return engine.exact_tests() > most_tests; };
+void Newton::iterate(Descent& descent) {
   // Where time ends in the middle of a step, the engine goes back to where that began.
-  const bool limited = options.max_seconds > 0.0;
-  if (limited) engine.remember();
-  Gradient gradient;
-  Gradient trial;
-  FineVector direction;
-  {
-    Ray here(engine, direction, options, run);
-    here.evaluate(gradient, context);
-  }
+  const bool limited = options_.max_seconds > 0.0;
+  if (limited) engine_.remember();
+  Gradient gradient, trial;
+  evaluate(gradient);
   run.error_history.push_back(gradient.max_error);
   if (descent == Descent::kUnknown) {
     descent = gradient.max_error > kFar ? Descent::kRelaxed : Descent::kLineSearch;
   }
   bool hard = false;  // the norm decrease, a heuristic, is no longer asked for
-  const double start_error = std::max(gradient.max_error, options.tolerance);
+  const double start_error = std::max(gradient.max_error, options_.tolerance);
   for (;;) {
     run.error = gradient.max_error;
     run.noise = gradient.noise;
-    if (run.error <= options.tolerance) {
+    if (run.error <= options_.tolerance) {
       run.end = NewtonEnd::kConverged;
       return;
     }
-    if (run.iterations >= options.max_iterations || worn_out()) {
+    if (run.iterations >= options_.max_iterations || worn_out()) {
       run.end = NewtonEnd::kIterations;
       return;
     }
     // Most of the way is measured in digits of the error.
     const double way =
-        std::log(start_error / run.error) / std::log(start_error / options.tolerance + 1.0);
+        std::log(start_error / run.error) / std::log(start_error / options_.tolerance + 1.0);
     const double fraction = std::isfinite(way) ? std::clamp(way, 0.0, 1.0) : 0.0;
-    context.report("conformal metric", fraction);
-    const ProgressRange still(context, fraction, fraction);  // factorizations report as well
+    context_.report("conformal metric", fraction);
+    const ProgressRange still(context_, fraction, fraction);  // factorizations report as well
     run.end = NewtonEnd::kPrecision;
     if (gradient.noise > 0.1 * run.error ||
-        (options.more_bits && descent == Descent::kRelaxed && gradient.noise > kMostNoise)) {
+        (options_.more_bits && descent == Descent::kRelaxed && gradient.noise > kMostNoise)) {
       run.reason = "gradient below its noise";
       return;
     }
-    if (!system.solve(engine.mesh(), gradient, engine.bits(), direction, context)) {
+    if (!system_.solve(engine_.mesh(), gradient, engine_.bits(), direction_, context_)) {
       run.reason = "no descent direction";
       return;
     }
     double range = 0.0;
-    for (const double x : direction.high) range = std::max(range, 2.0 * std::abs(x));
+    for (const double x : direction_.high) range = std::max(range, 2.0 * std::abs(x));
     const bool relaxed = descent == Descent::kRelaxed;
-    const bool quick = engine.bits() == 53 && !relaxed;
+    const bool quick = engine_.bits() == 53 && !relaxed;
     const double first_step = std::min(1.0, (quick ? kQuickStepRange : kStepRange) / range);
     bool found = false;
     if (relaxed) {
-      found = relaxed_step(engine, direction, first_step, options, gradient, trial, worn_out, run,
-                           context);
+      found = relaxed_step(first_step, gradient, trial);
       ++run.relaxed_iterations;
     }
     // The energy is known in double only, whatever the bits; the slope along a ray is not.
-    if (!found && (!relaxed || engine.bits() > 53)) {
-      Ray ray(engine, direction, options, run);
-      found = line_search(ray, first_step, !hard, direction.high, system.slope(), gradient, trial,
-                          context);
-      const bool cut = ray.step() < kShortStep;
+    if (!found && (!relaxed || engine_.bits() > 53)) {
+      start_ray();
+      found = line_search(first_step, !hard, gradient, trial);
+      const bool cut = step_ < kShortStep;
       hard = hard || (found && cut);
       const Relaxation& how = cut ? kThorough : kQuick;
-      if (found && (cut || (quick && (ray.step() < 1.0 || trial.max_error > how.error)))) {
+      if (found && (cut || (quick && (step_ < 1.0 || trial.max_error > how.error)))) {
         ++run.relaxed_iterations;
-        if (!relax(engine, ray, how, trial, worn_out, context)) {
+        if (!relax(how, trial)) {
           run.reason = "relaxation left the range of numbers";
           return;
         }
@@ -295,7 +293,7 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
       run.reason = "no step along the direction";
       return;
     }
-    if (limited) engine.remember();
+    if (limited) engine_.remember();
     std::swap(gradient, trial);
     ++run.iterations;
     run.error_history.push_back(gradient.max_error);
@@ -306,18 +304,18 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
 
 NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
                      Descent& descent, ExecutionContext& context) {
-  NewtonRun run;
+  Newton newton(engine, system, options, context);
   const bool in_time = ended_in_time([&] {
     const TimeLimit limit(context, limit_of(options.max_seconds));
-    iterate(engine, system, options, descent, run, context);
+    newton.iterate(descent);
   });
   if (!in_time) {
     if (!(options.max_seconds > 0.0)) throw TimeIsOver();
     engine.go_back();
-    run.end = NewtonEnd::kSeconds;
-    run.reason = "time was over during a step";
+    newton.run.end = NewtonEnd::kSeconds;
+    newton.run.reason = "time was over during a step";
   }
-  return run;
+  return std::move(newton.run);
 }
 
 }  // namespace flipfree::conformal

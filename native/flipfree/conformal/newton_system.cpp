@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "flipfree/base/lists.h"
+
 namespace flipfree::conformal {
 
 namespace {
@@ -40,24 +42,15 @@ double difference_along(const numeric::Coupling& c, const FineVector& d) {
                         : (d.full[j] - d.full[i]).to_double();
 }
 
-// Infinite if an entry is not a number: comparisons with it would pass it by.
-class Largest {
- public:
-  void add(double value) {
-    const double size =
-        std::isnan(value) ? std::numeric_limits<double>::infinity() : std::abs(value);
-    value_ = std::max(value_, size);
+// Infinite if an entry of the range is not a number: comparisons with it would pass it by.
+template <typename Iterator>
+double largest_of(Iterator begin, Iterator end) {
+  double largest = 0.0;
+  for (; begin != end; ++begin) {
+    const double size = std::abs(*begin);
+    largest = std::isnan(size) ? std::numeric_limits<double>::infinity() : std::max(largest, size);
   }
-  double value() const { return value_; }
-
- private:
-  double value_ = 0.0;
-};
-
-double largest_of(const std::vector<double>& x) {
-  Largest largest;
-  for (const double value : x) largest.add(value);
-  return largest.value();
+  return largest;
 }
 
 }  // namespace
@@ -92,37 +85,31 @@ void NewtonSystem::by_unknowns(std::vector<T>& values) const {
 
 bool NewtonSystem::collect_couplings(const intrinsic::IntrinsicMesh& mesh,
                                      const Gradient& gradient) {
-  const std::size_t n = at(row_count(gradient.value.size()));
-  // Edges of copy 2 couple the same unknowns as their mirror images; only their part from symmetric
-  // faces is not zero.
-  unsorted_.clear();
-  for (std::size_t e = 0; e < mesh.edge_count(); ++e) {
-    const Index a = row_of(mesh.unknown[at(mesh.origin[2 * e])]);
-    const Index b = row_of(mesh.unknown[at(mesh.origin[2 * e + 1])]);
-    if (a == b || mesh.label_of_edge(static_cast<EdgeId>(e)) == intrinsic::EdgeLabel::kDiagonal)
-      continue;
-    const double w = gradient.half_cotangent[2 * e] + gradient.half_cotangent[2 * e + 1];
-    if (w == 0.0 && mesh.label_of_edge(static_cast<EdgeId>(e)) == intrinsic::EdgeLabel::kTwo)
-      continue;
-    unsorted_.push_back({std::min(a, b), std::max(a, b), w});
-  }
-  // Sorted by (low, high): two stable counting sorts.
-  const auto sort_by = [&](auto key) {
-    bucket_.assign(n + 1, 0);
-    for (const numeric::Coupling& c : unsorted_) ++bucket_[at(key(c)) + 1];
-    for (std::size_t i = 0; i < n; ++i) bucket_[i + 1] += bucket_[i];
-    couplings_.resize(unsorted_.size());
-    for (const numeric::Coupling& c : unsorted_) couplings_[at(bucket_[at(key(c))]++)] = c;
-    unsorted_.swap(couplings_);
-  };
-  sort_by([](const numeric::Coupling& c) { return c.high; });
-  sort_by([](const numeric::Coupling& c) { return c.low; });
+  // By the lower row, then the higher one. Edges of copy 2 couple the same unknowns as their mirror
+  // images; only their part from symmetric faces is not zero.
+  using intrinsic::EdgeLabel;
+  Lists<numeric::Coupling> by_low(at(row_count(gradient.value.size())), [&](const auto& add) {
+    for (std::size_t e = 0; e < mesh.edge_count(); ++e) {
+      const Index a = row_of(mesh.unknown[at(mesh.origin[2 * e])]);
+      const Index b = row_of(mesh.unknown[at(mesh.origin[2 * e + 1])]);
+      const EdgeLabel label = mesh.label_of_edge(static_cast<EdgeId>(e));
+      if (a == b || label == EdgeLabel::kDiagonal) continue;
+      const double w = gradient.half_cotangent[2 * e] + gradient.half_cotangent[2 * e + 1];
+      if (w != 0.0 || label != EdgeLabel::kTwo)
+        add(std::min(a, b), {std::min(a, b), std::max(a, b), w});
+    }
+  });
   couplings_.clear();
-  for (const numeric::Coupling& c : unsorted_) {
-    if (!couplings_.empty() && couplings_.back().low == c.low && couplings_.back().high == c.high) {
-      couplings_.back().weight += c.weight;
-    } else {
-      couplings_.push_back(c);
+  for (Index low = 0; low < by_low.size(); ++low) {
+    const auto list = by_low[low];
+    std::stable_sort(list.begin(), list.end(),
+                     [](const auto& c, const auto& d) { return c.high < d.high; });
+    for (const numeric::Coupling& c : list) {
+      if (!couplings_.empty() && couplings_.back().low == low && couplings_.back().high == c.high) {
+        couplings_.back().weight += c.weight;
+      } else {
+        couplings_.push_back(c);
+      }
     }
   }
   // Delaunay weights are not negative; what rounding says otherwise is zero.
@@ -135,32 +122,17 @@ bool NewtonSystem::collect_couplings(const intrinsic::IntrinsicMesh& mesh,
 }
 
 void NewtonSystem::build_matrix(Index last) {
-  matrix_.resize(last, last);
-  matrix_.resizeNonZeros(last + static_cast<Index>(couplings_.size()));
-  Index* outer = matrix_.outerIndexPtr();
-  Index* inner = matrix_.innerIndexPtr();
-  double* value = matrix_.valuePtr();
-  Index position = 0;
-  std::size_t next = 0;
-  for (Index column = 0; column < last; ++column) {
-    outer[column] = position;
-    inner[position] = column;
-    value[position] = 0.0;
-    ++position;
-    for (; next < couplings_.size() && couplings_[next].low == column; ++next) {
-      if (couplings_[next].high == last) continue;
-      inner[position] = couplings_[next].high;
-      value[position] = -couplings_[next].weight;
-      ++position;
-    }
-  }
-  outer[last] = position;
-  matrix_.resizeNonZeros(position);
-  value = matrix_.valuePtr();
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  entries.reserve(at(last) + 3 * couplings_.size());
+  for (Index i = 0; i < last; ++i) entries.emplace_back(i, i, 0.0);
   for (const numeric::Coupling& c : couplings_) {
-    value[outer[c.low]] += c.weight;
-    if (c.high != last) value[outer[c.high]] += c.weight;
+    entries.emplace_back(c.low, c.low, c.weight);
+    if (c.high == last) continue;
+    entries.emplace_back(c.high, c.high, c.weight);
+    entries.emplace_back(c.high, c.low, -c.weight);
   }
+  matrix_.resize(last, last);
+  matrix_.setFromTriplets(entries.begin(), entries.end());
 }
 
 double NewtonSystem::residual(const std::vector<double>& g, const FineVector& d,
@@ -172,9 +144,7 @@ double NewtonSystem::residual(const std::vector<double>& g, const FineVector& d,
     r[at(c.low)] += flow;
     r[at(c.high)] -= flow;
   }
-  Largest largest;
-  for (std::size_t i = 0; i + 1 < r.size(); ++i) largest.add(r[i]);
-  return largest.value();
+  return largest_of(r.begin(), r.end() - 1);
 }
 
 double NewtonSystem::rounding(const FineVector& d) const {
@@ -208,15 +178,20 @@ bool NewtonSystem::factorize(const intrinsic::IntrinsicMesh& mesh, const Gradien
   if (!collect_couplings(mesh, gradient)) return false;
   const Index last = row_count(gradient.value.size()) - 1;
   build_matrix(last);
-  return last == 0 || factorize(context);
+  use_accurate_ = last > 0 && !factorize(context);
+  return !use_accurate_ || accurate_.factorize(last + 1, couplings_, context);
 }
 
 Eigen::MatrixXd NewtonSystem::solve_columns(const Eigen::Ref<const Eigen::MatrixXd>& columns,
                                             ExecutionContext& context) const {
   const Eigen::Index last = columns.rows() - 1;
-  Eigen::MatrixXd x(columns.rows(), columns.cols());
-  if (last > 0) x.topRows(last) = cholesky_.solve(columns.topRows(last), context);
-  x.row(last).setZero();
+  Eigen::MatrixXd x = Eigen::MatrixXd::Zero(columns.rows(), columns.cols());
+  if (last > 0 && !use_accurate_) x.topRows(last) = cholesky_.solve(columns.topRows(last), context);
+  for (Eigen::Index k = 0; use_accurate_ && k < columns.cols(); ++k) {
+    std::vector<double> column(columns.col(k).begin(), columns.col(k).end());
+    accurate_.solve(column, context);
+    x.col(k) = Eigen::Map<const Eigen::VectorXd>(column.data(), columns.rows());
+  }
   return x;
 }
 
@@ -282,9 +257,9 @@ double NewtonSystem::by_accurate_factor(const std::vector<double>& g, double err
       r[at(c.low)] += flow;
       r[at(c.high)] -= flow;
     }
-    Largest largest;
-    for (std::size_t i = 0; i + 1 < n; ++i) largest.add(r[i].to_double());
-    residual_left = largest.value();
+    std::vector<double> rounded;
+    for (std::size_t i = 0; i + 1 < n; ++i) rounded.push_back(r[i].to_double());
+    residual_left = largest_of(rounded.begin(), rounded.end());
     if (!(residual_left < 0.5 * before)) {
       residual_left = before;
       std::swap(d.full, last);
@@ -313,7 +288,8 @@ bool NewtonSystem::solve(const intrinsic::IntrinsicMesh& mesh, const Gradient& g
     use_accurate_ = true;
     residual_left = by_accurate_factor(g, error, bits, d, context);
   }
-  if (!(residual_left < 0.5 * error) || !std::isfinite(largest_of(d.high))) return false;
+  if (!(residual_left < 0.5 * error) || !std::isfinite(largest_of(d.high.begin(), d.high.end())))
+    return false;
   slope_ = 0.0;
   for (const numeric::Coupling& c : couplings_) {
     const double difference = difference_along(c, d);

@@ -69,8 +69,6 @@ class NewtonSystem {
   std::vector<Index> row_;  // of each unknown, where some are pinned
   Index last_row_ = 0;
   std::vector<numeric::Coupling> couplings_;  // one per pair of different unknowns, weight > = 0
-  std::vector<numeric::Coupling> unsorted_;
-  std::vector<Index> bucket_;
   numeric::SparseMatrix matrix_;
   std::vector<Index> analysed_outer_;
   std::vector<Index> analysed_inner_;

@@ -28,6 +28,28 @@ namespace {
 
 using std::numbers::pi;
 
+struct Extremes {
+  VertexId low = 0, high = 0;
+  double middle = 0.0, range = 0.0;
+};
+Extremes extremes_of(const std::vector<double>& u) {
+  const auto [low, high] = std::minmax_element(u.begin(), u.end());
+  return {static_cast<VertexId>(low - u.begin()), static_cast<VertexId>(high - u.begin()),
+          0.5 * (*low + *high), *high - *low};
+}
+
+// The vertex not taken whose u is farthest from the middle; kInvalid if none is farther than this.
+VertexId farthest(const std::vector<double>& u, const std::vector<char>& taken, double middle,
+                  double most) {
+  VertexId best = kInvalid;
+  for (std::size_t v = 0; v < u.size(); ++v) {
+    if (taken[v] || !(std::abs(u[v] - middle) > most)) continue;
+    most = std::abs(u[v] - middle);
+    best = static_cast<VertexId>(v);
+  }
+  return best;
+}
+
 // Cones of the linear conformal problem (the first Newton step): -L u = K - sum of charges, with
 // u = 0 at base vertices. A charge is a cone's curvature.
 class LinearPlacement {
@@ -37,7 +59,7 @@ class LinearPlacement {
   // cannot be factorized.
   LinearPlacement(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient,
                   std::vector<char> base, ExecutionContext& context)
-      : base_(std::move(base)), laplacian_(base_) {
+      : taken_(std::move(base)), laplacian_(taken_) {
     if (!laplacian_.factorize(mesh, gradient, context)) {
       throw_not_converged(
           ErrorCode::kFactorizationFailed,
@@ -54,6 +76,7 @@ class LinearPlacement {
   void add(VertexId v, ExecutionContext& context) {
     green_.push_back(response(v, context));
     cones.push_back(v);
+    taken_[at(v)] = 1;
     const auto k = static_cast<Eigen::Index>(cones.size());
     Eigen::MatrixXd a(k, k);
     Eigen::VectorXd b(k);
@@ -72,17 +95,7 @@ class LinearPlacement {
     }
   }
   // The vertex that is neither pinned nor a cone with the largest |u|; kInvalid if u = 0.
-  VertexId extreme() const {
-    VertexId best = kInvalid;
-    double most = 0.0;
-    for (std::size_t v = 0; v < u.size(); ++v) {
-      if (base_[v] || !(std::abs(u[v]) > most)) continue;
-      if (std::find(cones.begin(), cones.end(), static_cast<VertexId>(v)) != cones.end()) continue;
-      most = std::abs(u[v]);
-      best = static_cast<VertexId>(v);
-    }
-    return best;
-  }
+  VertexId extreme() const { return farthest(u, taken_, 0.0, 0.0); }
   // Largest minus smallest u, the base's zero included.
   double range() const {
     const auto [low, high] = std::minmax_element(u.begin(), u.end());
@@ -102,7 +115,7 @@ class LinearPlacement {
   Eigen::VectorXd charge;  // per cone
 
  private:
-  std::vector<char> base_;
+  std::vector<char> taken_;  // the base, and cones
   NewtonSystem laplacian_;
   double total_curvature_ = 0.0;  // of the surface
   std::vector<double> free_;
@@ -161,16 +174,6 @@ constexpr std::size_t kMostNumbers = 32'000'000;  // of responses kept: 256 MB
 constexpr double kLeastGain = 1e-3;               // of the cost, relative
 constexpr double kMostConeSteps = 1e6;            // of negative curvature at one cone
 
-struct Extremes {
-  VertexId low = 0, high = 0;
-  double middle = 0.0, range = 0.0;
-};
-Extremes extremes_of(const std::vector<double>& u) {
-  const auto [low, high] = std::minmax_element(u.begin(), u.end());
-  return {static_cast<VertexId>(low - u.begin()), static_cast<VertexId>(high - u.begin()),
-          0.5 * (*low + *high), *high - *low};
-}
-
 // One quantum more at `to`, one less at `from`; kInvalid: none.
 struct Exchange {
   VertexId to = kInvalid, from = kInvalid;
@@ -200,7 +203,8 @@ class Searcher {
         if (c < least) least = c, best = x;
       }
       if (best.to == kInvalid && best.from == kInvalid) return move > 0;
-      apply(u, best);
+      cost(u, best);
+      std::swap(u, scratch_);
       change(cones, best.to, 1);
       change(cones, best.from, -1);
     }
@@ -296,40 +300,24 @@ class Searcher {
     return list;
   }
 
-  template <typename Visit>
-  void after(const std::vector<double>& u, const Exchange& x, const Visit& visit) {
-    const std::vector<double>* plus = x.to == kInvalid ? nullptr : &response(x.to);
-    const std::vector<double>* minus = x.from == kInvalid ? nullptr : &response(x.from);
-    for (std::size_t v = 0; v < u.size(); ++v) {
-      double value = u[v];
-      if (plus != nullptr) value += problem_.options.quantum * (*plus)[v];
-      if (minus != nullptr) value -= problem_.options.quantum * (*minus)[v];
-      visit(v, value);
-    }
-  }
-
-  // A high power of the distance from the middle of the range: nearly the largest one, but it also
-  // falls when only one of several peaks does.
+  // Of u after the exchange, which is left in scratch_: a high power of the distance from the
+  // middle of the range, nearly the largest one, but it also falls when only one of several peaks
+  // does.
   double cost(const std::vector<double>& u, const Exchange& x) {
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    scratch_.resize(u.size());
-    after(u, x, [&](std::size_t v, double value) {
-      scratch_[v] = value;
-      low = std::min(low, value);
-      high = std::max(high, value);
-    });
-    const double middle = 0.5 * (low + high), unit = 2.0 / problem_.allowed;
+    scratch_ = u;
+    for (const auto& [v, quantum] : {std::pair(x.to, problem_.options.quantum),
+                                     std::pair(x.from, -problem_.options.quantum)}) {
+      if (v == kInvalid) continue;
+      const std::vector<double>& potential = response(v);
+      for (std::size_t w = 0; w < u.size(); ++w) scratch_[w] += quantum * potential[w];
+    }
+    const double middle = extremes_of(scratch_).middle, unit = 2.0 / problem_.allowed;
     double sum = 0.0;
     for (const double value : scratch_) {
       const double d = (value - middle) * unit, d2 = d * d, d4 = d2 * d2;
       sum += d4 * d4 * d4;
     }
     return sum;
-  }
-
-  void apply(std::vector<double>& u, const Exchange& x) {
-    after(u, x, [&](std::size_t v, double value) { scratch_[v] = value; });
-    u = scratch_;
   }
 
   const LinearPlacement& linear_;
@@ -420,27 +408,9 @@ void check_options(const SuggestConesOptions& options) {
   }
 }
 
-double range_of(const std::vector<double>& u) {
-  const auto [low, high] = std::minmax_element(u.begin(), u.end());
-  return *high - *low;
-}
-
 // Of a range of logarithms; finite.
 double ratio_of(double range) {
   return std::min(std::exp(range), std::numeric_limits<double>::max());
-}
-
-VertexId extreme_of(const std::vector<double>& u, const std::vector<char>& pinned) {
-  const auto [low, high] = std::minmax_element(u.begin(), u.end());
-  const double middle = 0.5 * (*low + *high);
-  VertexId best = kInvalid;
-  double most = -1.0;
-  for (std::size_t v = 0; v < u.size(); ++v) {
-    if (pinned[v] || !(std::abs(u[v] - middle) > most)) continue;
-    most = std::abs(u[v] - middle);
-    best = static_cast<VertexId>(v);
-  }
-  return best;
 }
 
 Problem make_problem(const mesh::Surface& surface, const SuggestConesOptions& options,
@@ -475,17 +445,17 @@ void place_linearly(const Problem& p, double allowed, LinearPlacement& linear,
 }
 
 // Does the metric give its cones positive angles?
-bool is_usable(const PinnedMetric& metric) {
-  return !metric.angles.empty() && metric.error <= kUsableError &&
+bool is_usable(const ConformalMetric& metric) {
+  return !metric.angles.empty() && metric.angle_error <= kUsableError &&
          std::all_of(metric.angles.begin(), metric.angles.end(),
                      [](double angle) { return angle > 0.0; });
 }
 
 // The true metric with u = 0 at the cones; more cones at its extremes until the bound holds.
-PinnedMetric place_truly(const Problem& p, std::vector<char> pinned, std::vector<VertexId>& cones,
-                         ExecutionContext& context) {
+ConformalMetric place_truly(const Problem& p, std::vector<char> pinned,
+                            std::vector<VertexId>& cones, ExecutionContext& context) {
   for (const VertexId v : cones) pinned[at(v)] = 1;
-  PinnedMetric metric;
+  ConformalMetric metric;
   std::size_t measured = 0;  // cones of `metric`
   const bool in_time = ended_in_time([&] {
     for (int round = 0; round < kTrueRounds; ++round) {
@@ -498,10 +468,11 @@ PinnedMetric place_truly(const Problem& p, std::vector<char> pinned, std::vector
       bool positive = true;
       for (const double angle : metric.angles)
         positive = positive && angle >= p.options.least_angle;
-      const bool usable = metric.converged || metric.error < kUsableError;
-      if (usable && positive && range_of(metric.u) <= p.allowed) break;
+      const bool usable = metric.converged || metric.angle_error < kUsableError;
+      if (usable && positive && metric.scale_range <= p.allowed) break;
       if (static_cast<Index>(cones.size()) >= p.options.max_cones) break;
-      const VertexId v = extreme_of(metric.u, pinned);
+      const std::vector<double>& u = metric.scale_factors;
+      const VertexId v = farthest(u, pinned, extremes_of(u).middle, -1.0);
       if (v == kInvalid) break;
       pinned[at(v)] = 1;
       cones.push_back(v);
@@ -513,7 +484,7 @@ PinnedMetric place_truly(const Problem& p, std::vector<char> pinned, std::vector
     cones.resize(measured);
   }
   for (std::size_t v = 0; v < metric.angles.size(); ++v) {
-    if (!(metric.angles[v] > 0.0) || !(metric.error <= kUsableError)) {
+    if (!(metric.angles[v] > 0.0) || !(metric.angle_error <= kUsableError)) {
       throw_not_converged(ErrorCode::kIterationLimit,
                           "No cones with positive angles were found with at most " +
                               std::to_string(p.options.max_cones) +
@@ -535,23 +506,23 @@ struct MeasuredCones {
 MeasuredCones measure(const Problem& p, const ConeSteps& cones, ExecutionContext& context) {
   MeasuredCones out{cones, p.flat, {}};
   for (const auto& [v, steps] : cones) out.target_angles[at(v)] -= steps * p.options.quantum;
+  ConformalMetric reached;
   if (p.closed) {
     close_gauss_bonnet(out.target_angles, p.on_boundary, p.euler, kQuantumSpread);
     MetricOptions check;
     check.tolerance = kCheckTolerance;
     check.require_convergence = false;
-    auto reached = compute_conformal_metric(p.surface, out.target_angles, check, context);
-    if (reached.converged) out.u = std::move(reached.scale_factors);
+    reached = compute_conformal_metric(p.surface, out.target_angles, check, context);
+    if (!reached.converged) return out;
   } else {
     const std::vector<char> boundary(p.on_boundary.begin(), p.on_boundary.end());
-    auto metric =
+    reached =
         compute_pinned_metric(p.surface, out.target_angles, boundary, kPinnedTolerance, context);
-    if (metric.error < kUsableError) {
-      out.target_angles = std::move(metric.angles);
-      out.u = std::move(metric.u);
-    }
+    if (!(reached.angle_error < kUsableError)) return out;
+    out.target_angles = std::move(reached.angles);
   }
-  if (!out.u.empty()) out.range = range_of(out.u);
+  out.u = std::move(reached.scale_factors);
+  out.range = reached.scale_range;
   return out;
 }
 
@@ -631,10 +602,7 @@ SuggestedCones cones_in_time(const mesh::Surface& surface, const SuggestConesOpt
   rules.allow_isolated_vertices = false;
   mesh::validate(surface, rules, context);
 
-  EngineInput input;
-  input.vertex_count = static_cast<Index>(surface.vertices.rows());
-  input.setup = intrinsic::build_intrinsic_mesh(input.vertex_count, surface.faces);
-  input.positions = &surface.vertices;
+  EngineInput input = input_of(surface);
   const Problem p = make_problem(surface, options, input.setup.on_boundary);
   input.target = p.flat;
 
@@ -654,9 +622,9 @@ SuggestedCones cones_in_time(const mesh::Surface& surface, const SuggestConesOpt
   }
   LinearPlacement linear(engine->mesh(), gradient, pinned, context);
   place_linearly(p, p.allowed, linear, out.cones, context);
-  const PinnedMetric metric = place_truly(p, std::move(pinned), out.cones, context);
+  const ConformalMetric metric = place_truly(p, std::move(pinned), out.cones, context);
   out.target_angles = metric.angles;
-  out.scale_ratio = ratio_of(range_of(metric.u));
+  out.scale_ratio = ratio_of(metric.scale_range);
   if (options.quantum > 0.0) quantise(p, linear, out, context);
   close_measured_angles(out.target_angles, p.on_boundary, p.euler, kSpread);
   std::erase_if(out.cones,

@@ -292,7 +292,6 @@ std::vector<DualLoop> boundary_strips(const mesh::Surface& surface) {
 
 Signature signature_of(const mesh::Surface& surface, const CrossField& field,
                        const ExecutionContext& context) {
-  const mesh::Adjacency& adjacency = surface.adjacency();
   Signature signature;
   signature.cones = cone_turns(measure_frames(surface), field);
   const auto add = [&](std::vector<DualLoop> loops) {
@@ -302,9 +301,7 @@ Signature signature_of(const mesh::Surface& surface, const CrossField& field,
       signature.loops.push_back({std::move(loop), turns});
     }
   };
-  add(intrinsic::tree_cotree(surface.faces, adjacency, intrinsic::steps_across(surface, adjacency),
-                             context)
-          .loops);
+  add(intrinsic::tree_cotree(surface, context).loops);
   add(boundary_strips(surface));
   return signature;
 }

@@ -194,8 +194,7 @@ class Prescriber {
         surface_(frames.surface),
         adjacency_(surface_.adjacency()),
         context_(context),
-        tree_(intrinsic::tree_cotree(surface_.faces, adjacency_,
-                                     intrinsic::steps_across(surface_, adjacency_), context)),
+        tree_(intrinsic::tree_cotree(surface_, context)),
         field_{std::vector<double>(at(surface_.faces.rows()), 0.0),
                std::vector<Index>(at(surface_.faces.size()), 0)} {
     find_borders();

@@ -184,10 +184,7 @@ seamless::Strips strips_of(const Refinement& refined, const Aligning& to) {
       strips.emplace_back(std::move(loop), turns);
     }
   };
-  const mesh::Adjacency& adjacency = refined.surface.adjacency();
-  add(intrinsic::tree_cotree(refined.surface.faces, adjacency,
-                             intrinsic::steps_across(refined.surface, adjacency), to.context)
-          .loops);
+  add(intrinsic::tree_cotree(refined.surface, to.context).loops);
   add(field::boundary_strips(refined.surface));
   return strips;
 }

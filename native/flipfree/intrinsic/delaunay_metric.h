@@ -6,7 +6,11 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <limits>
+#include <optional>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -30,12 +34,6 @@ struct ChecksPer {
   static constexpr std::size_t kFlips = kIsDouble ? 1024 : 64;
   static constexpr std::size_t kLogarithms = kIsDouble ? 2048 : 32;
 };
-
-// Is it a length that can be worked with?
-template <typename T>
-bool is_usable_length(const T& x) {
-  return numeric::ScalarTraits<T>::finite(x) && x > T(0.0);
-}
 
 template <typename T>
 class DelaunayMetric {
@@ -95,10 +93,10 @@ class DelaunayMetric {
   // Puts an edge, or its mirror image in copy 1, in line.
   void put_in_line(EdgeId e);
   void clear_line();
-  // Flips e symmetrically: lengths, connectivity, record, rounded lengths and stars. False, and
-  // nothing done, if lengths would leave the exponent range. `plain`: the plain flips it was.
+  // Flips e symmetrically: lengths, connectivity, record, rounded lengths and stars. Null, and
+  // nothing done, if lengths would leave the exponent range; else its record, valid until the next.
   template <FlipRule kRule>
-  bool flip(EdgeId e, FlipType type, PlainFlips& plain);
+  const FlipRecord* flip(EdgeId e, FlipType type);
 
   // The half-edges of a face, and its shape. `accuracy`: error of the angles that is good enough;
   // where no x is too small for that, rounded lengths serve.
@@ -229,15 +227,10 @@ template <FlipRule kRule>
 bool DelaunayMetric<T>::make_delaunay(const ExecutionContext& context) {
   stack_.clear();
   round_lengths();
-  FlipType type = FlipType::kInterior;
-  for (std::size_t e = mesh_.edge_count(); e-- > 0;) {
-    if (e % ChecksPer<T>::kTests == 0) context.check();
-    queued_[e] = 0;
-    if (violates_delaunay(static_cast<EdgeId>(e)) &&
-        flip_type(mesh_, static_cast<EdgeId>(e), type)) {
-      queued_[e] = 1;
-      stack_.push_back(static_cast<EdgeId>(e));
-    }
+  for (auto e = static_cast<EdgeId>(mesh_.edge_count()); e-- > 0;) {
+    if (at(e) % ChecksPer<T>::kTests == 0) context.check();
+    queued_[at(e)] = violates_delaunay(e) && flip_type(mesh_, e);
+    if (queued_[at(e)] != 0) stack_.push_back(e);
   }
   return empty_line<kRule>(context);
 }
@@ -246,17 +239,16 @@ template <typename T>
 template <FlipRule kRule>
 bool DelaunayMetric<T>::empty_line(const ExecutionContext& context) {
   const std::size_t cap = kMostFlips * mesh_.edge_count() + kFlipsAnyway;
-  FlipType type = FlipType::kInterior;
   std::size_t done = 0;
   while (!stack_.empty()) {
     const EdgeId e = stack_.back();
     stack_.pop_back();
     queued_[at(e)] = 0;
-    if (!flip_type(mesh_, e, type) || !violates_delaunay(e)) continue;
-    PlainFlips plain;
-    if (!flip<kRule>(e, type, plain)) return false;
-    for (int i = 0; i < plain.count; ++i) {
-      const EdgeId p = plain.edges[static_cast<std::size_t>(i)];
+    const std::optional<FlipType> type = flip_type(mesh_, e);
+    if (!type || !violates_delaunay(e)) continue;
+    const FlipRecord* flipped = flip<kRule>(e, *type);
+    if (flipped == nullptr) return false;
+    for (const EdgeId p : flipped->plain) {
       put_in_line(p);
       for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
         const HalfedgeId n = mesh_.next[at(h)];
@@ -272,14 +264,11 @@ bool DelaunayMetric<T>::empty_line(const ExecutionContext& context) {
 
 template <typename T>
 template <FlipRule kRule>
-bool DelaunayMetric<T>::flip(EdgeId e, FlipType type, PlainFlips& plain) {
+const FlipRecord* DelaunayMetric<T>::flip(EdgeId e, FlipType type) {
   FlipLengths<T> lengths(length_);
   const FlipStencil stencil = flip_stencil(mesh_, e, type);
-  plain = stencil.plain;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const EdgeId p = plain.edges[i];
-    if (p != kInvalid) before_[i] = length_[at(p)];
-  }
+  auto before = before_.begin();
+  for (const EdgeId p : stencil.plain) *before++ = length_[at(p)];
   if constexpr (kRule == FlipRule::kPtolemy) {
     lengths.ptolemy(stencil);
   } else {
@@ -288,27 +277,24 @@ bool DelaunayMetric<T>::flip(EdgeId e, FlipType type, PlainFlips& plain) {
   for (const EdgeId made :
        {stencil.new_side, stencil.new_cross, stencil.new_diagonal, stencil.new_diagonal2}) {
     if (made == kInvalid || is_usable_length(length_[at(made)])) continue;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const EdgeId p = plain.edges[i];
-      if (p != kInvalid) length_[at(p)] = before_[i];
-    }
-    return false;
+    before = before_.begin();
+    for (const EdgeId p : stencil.plain) length_[at(p)] = *before++;
+    return nullptr;
   }
   flip_symmetrically(mesh_, stencil);
-  flips_.push_back({type, plain});
+  flips_.push_back({type, stencil.plain});
   for (const EdgeId changed : {stencil.e, stencil.new_side, stencil.new_side2, stencil.new_cross,
                                stencil.new_diagonal, stencil.new_diagonal2}) {
     update_shadow(changed);
   }
-  if (star_.empty()) return true;
-  for (const EdgeId p : plain.edges) {
-    if (p == kInvalid) continue;
+  for (const EdgeId p : stencil.plain) {
+    if (star_.empty()) break;
     for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
       HalfedgeId g = h;
       for (int k = 0; k < 3; ++k, g = mesh_.next[at(g)]) star_[at(mesh_.origin[at(g)])] = g;
     }
   }
-  return true;
+  return &flips_.back();
 }
 
 template <typename T>
@@ -352,6 +338,70 @@ void DelaunayMetric<T>::go_back() {
   flips_.resize(memory_.flips);
   star_.clear();
   shadow_valid_ = false;
+}
+
+// The Delaunay condition of edge e while the scale factor u of v moves: low + high exp(u) >= 0 up
+// to a positive factor. An edge c with the sides a, b of one of its triangles contributes
+// a / b + b / a - c c / (a b), and every length grows with exp(u / 2) per end at v.
+template <typename S>
+struct FlipTerms {
+  S low = S(0.0), high = S(0.0);
+  S size = S(0.0);  // of what was added
+};
+template <typename S>
+FlipTerms<S> flip_terms(const IntrinsicMesh& mesh, const std::vector<S>& length, VertexId v,
+                        EdgeId e) {
+  FlipTerms<S> terms;
+  const HalfedgeId h0 = 2 * e;
+  const bool from = mesh.origin[at(h0)] == v;
+  const bool to = mesh.origin[at(h0 + 1)] == v;
+  const S& c = length[at(e)];
+  for (const HalfedgeId h : {h0, h0 + 1}) {
+    const HalfedgeId n = mesh.next[at(h)];
+    const HalfedgeId p = mesh.next[at(n)];
+    const bool apex = mesh.origin[at(p)] == v;
+    const S& a = length[at(n >> 1)];  // from h's end to the apex
+    const S& b = length[at(p >> 1)];  // from the apex to h's start
+    const S inverse = S(1.0) / (a * b);
+    const S ab = a * a * inverse;
+    const S ba = b * b * inverse;
+    const S cc = c * c * inverse;
+    terms.size += ab + ba + cc;
+    // Times exp(u) if neither end is v, exp(u / 2) if one is.
+    const bool starts = (h == h0) ? from : to;  // v is where h starts
+    const bool ends = (h == h0) ? to : from;
+    (starts ? terms.low : terms.high) += ab;
+    (ends ? terms.low : terms.high) += ba;
+    (apex ? terms.low : terms.high) -= cc;
+  }
+  return terms;
+}
+
+// The change of u from which on e is not Delaunay, while u falls (`shrinks`) or grows; on the other
+// side of 0 where it is not Delaunay now; nothing if it never comes to that.
+template <typename T>
+std::optional<double> flip_place(const DelaunayMetric<T>& metric, VertexId v, EdgeId e,
+                                 bool shrinks) {
+  const auto place = [&](const auto& terms) -> std::optional<double> {
+    const auto zero = std::decay_t<decltype(terms.low)>(0.0);
+    if (!(shrinks ? terms.low < zero : terms.high < zero)) return std::nullopt;
+    // No root: it never is Delaunay.
+    const double never = std::numeric_limits<double>::infinity();
+    if (shrinks ? !(terms.high > zero) : !(terms.low > zero))
+      return shrinks ? std::log1p(1.0) : -never;
+    const double slack = numeric::ratio(terms.low + terms.high, terms.high);
+    return slack < 1.0 ? std::log1p(-slack) : -never;
+  };
+  if constexpr (!numeric::ScalarTraits<T>::kIsDouble) {
+    // Share of the sum that must be left of it, for a double to say where the root is.
+    constexpr double kLeft = 1e-7;
+    if (const std::vector<double>* rounded = metric.rounded_lengths()) {
+      const FlipTerms<double> terms = flip_terms(metric.mesh(), *rounded, v, e);
+      if (std::isfinite(terms.size) && std::abs(terms.low + terms.high) > kLeft * terms.size)
+        return place(terms);
+    }
+  }
+  return place(flip_terms(metric.mesh(), metric.lengths(), v, e));
 }
 
 }  // namespace flipfree::intrinsic

@@ -25,17 +25,6 @@ std::size_t size_of(const Scalars& values) {
   return std::visit([](const auto& v) { return v.size(); }, values);
 }
 
-bool are_lengths(const Scalars& values) {
-  return std::visit(
-      [](const auto& v) {
-        using T = typename std::decay_t<decltype(v)>::value_type;
-        return std::all_of(v.begin(), v.end(), [](const T& x) {
-          return numeric::ScalarTraits<T>::finite(x) && x > T(0.0);
-        });
-      },
-      values);
-}
-
 }  // namespace
 
 std::vector<double> to_doubles(const Scalars& values) {
@@ -46,6 +35,15 @@ std::vector<double> to_doubles(const Scalars& values) {
 
 std::vector<long double> widened(const Scalars& values) {
   return converted<long double>(values, [](const auto& x) { return numeric::widen(x); });
+}
+
+bool are_lengths(const Scalars& values) {
+  return std::visit(
+      [](const auto& v) {
+        using T = typename std::decay_t<decltype(v)>::value_type;
+        return std::all_of(v.begin(), v.end(), [](const T& x) { return is_usable_length(x); });
+      },
+      values);
 }
 
 std::string find_broken_invariant(const FlippedMetric& metric) {
@@ -67,10 +65,8 @@ std::string find_broken_invariant(const FlippedMetric& metric) {
       return "corner " + std::to_string(c) + " of the input has no half-edge of its own";
   }
   FlipMesh mesh = metric.initial;
-  for (const FlipRecord& record : metric.flips) {
-    for (int k = 0; k < record.plain.count; ++k)
-      flip_edge(mesh, record.plain.edges[static_cast<std::size_t>(k)]);
-  }
+  for (const FlipRecord& record : metric.flips)
+    for (const EdgeId e : record.plain) flip_edge(mesh, e);
   if (mesh.next != metric.mesh.next) return "the flips do not lead to the final mesh";
   return {};
 }

@@ -15,6 +15,12 @@
 
 namespace flipfree::intrinsic {
 
+// Is it a length that can be worked with?
+template <typename T>
+bool is_usable_length(const T& x) {
+  return numeric::ScalarTraits<T>::finite(x) && x > T(0.0);
+}
+
 // Numbers in the precision of a run: plain doubles, or MPFR numbers of up to 256, 1024 or 4096
 // bits. Use std::visit.
 using Scalars = Variant<std::vector<double>, std::vector<numeric::BigFloat<4>>,
@@ -23,6 +29,8 @@ using Scalars = Variant<std::vector<double>, std::vector<numeric::BigFloat<4>>,
 // Rounded to double, and to 80-bit numbers, which have the range that lengths may need.
 std::vector<double> to_doubles(const Scalars& values);
 std::vector<long double> widened(const Scalars& values);
+// Whether all are positive and in the range of numbers, which few bits may leave.
+bool are_lengths(const Scalars& values);
 
 // How the triangulation changed, in order. Euclidean flips (intrinsic flips of the initial
 // Euclidean metric, thesis "MakeDelaunay") come first: their number is
@@ -61,8 +69,7 @@ void replay_flips(const std::vector<FlipRecord>& flips, std::size_t from, std::s
   constexpr std::size_t kFlipsPerCheck = 65536;
   for (std::size_t i = from; i < to; ++i) {
     if (i % kFlipsPerCheck == kFlipsPerCheck - 1) context.check();
-    const PlainFlips& plain = flips[i].plain;
-    for (int k = 0; k < plain.count; ++k) visit(plain.edges[static_cast<std::size_t>(k)]);
+    for (const EdgeId e : flips[i].plain) visit(e);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <queue>
 #include <string>
 #include <utility>
@@ -109,18 +110,10 @@ std::pair<DualLoop, DualLoop> path_between(const mesh::Adjacency& adjacency, con
   return {std::move(up), std::move(down)};
 }
 
-std::vector<VertexId> boundary_as_points(const Triangles& faces, const mesh::Adjacency& adjacency) {
-  std::vector<VertexId> stands_for(adjacency.vertex_halfedge.size());
-  for (std::size_t v = 0; v < stands_for.size(); ++v) stands_for[v] = static_cast<VertexId>(v);
-  for (const std::vector<VertexId>& loop : mesh::boundary_loops(faces, adjacency)) {
-    for (const VertexId v : loop) stands_for[at(v)] = loop.front();
-  }
-  return stands_for;
-}
-
-}  // namespace
-
-std::vector<double> steps_across(const mesh::Surface& surface, const mesh::Adjacency& adjacency) {
+// From centre to centre of the faces beside each edge, over its middle: per half-edge; 0 at the
+// boundary.
+std::vector<double> steps_across(const mesh::Surface& surface) {
+  const mesh::Adjacency& adjacency = surface.adjacency();
   std::vector<double> half(adjacency.opposite.size());
   for (HalfedgeId h = 0; at(h) < half.size(); ++h) {
     const Vector3 a = surface.vertices.row(mesh::source(surface.faces, h));
@@ -136,8 +129,21 @@ std::vector<double> steps_across(const mesh::Surface& surface, const mesh::Adjac
   return step;
 }
 
-TreeCotree tree_cotree(const Triangles& faces, const mesh::Adjacency& adjacency,
-                       const std::vector<double>& step, const ExecutionContext& context) {
+std::vector<VertexId> boundary_as_points(const Triangles& faces, const mesh::Adjacency& adjacency) {
+  std::vector<VertexId> stands_for(adjacency.vertex_halfedge.size());
+  std::iota(stands_for.begin(), stands_for.end(), 0);
+  for (const std::vector<VertexId>& loop : mesh::boundary_loops(faces, adjacency)) {
+    for (const VertexId v : loop) stands_for[at(v)] = loop.front();
+  }
+  return stands_for;
+}
+
+}  // namespace
+
+TreeCotree tree_cotree(const mesh::Surface& surface, const ExecutionContext& context) {
+  const Triangles& faces = surface.faces;
+  const mesh::Adjacency& adjacency = surface.adjacency();
+  const std::vector<double> step = steps_across(surface);
   const DualTree tree = dual_tree(adjacency, step, context);
   TreeCotree out;
   out.stands_for = boundary_as_points(faces, adjacency);
@@ -206,12 +212,12 @@ EdgeChain chain_of(const Triangles& faces, const mesh::Adjacency& adjacency, con
   return chain;
 }
 
-std::vector<DualLoop> strips_between(const Triangles& faces, const mesh::Adjacency& adjacency,
-                                     const std::vector<double>& step,
+std::vector<DualLoop> strips_between(const mesh::Surface& surface,
                                      const ExecutionContext& context) {
-  const DualTree tree = dual_tree(adjacency, step, context);
+  const mesh::Adjacency& adjacency = surface.adjacency();
+  const DualTree tree = dual_tree(adjacency, steps_across(surface), context);
   std::vector<HalfedgeId> nearest;  // to the root, of each boundary loop
-  for (const auto& boundary : mesh::boundary_halfedge_loops(faces, adjacency)) {
+  for (const auto& boundary : mesh::boundary_halfedge_loops(surface.faces, adjacency)) {
     nearest.push_back(
         *std::min_element(boundary.begin(), boundary.end(), [&](HalfedgeId a, HalfedgeId b) {
           const double x = tree.distance[at(a / 3)], y = tree.distance[at(b / 3)];

@@ -61,14 +61,9 @@ struct TreeCotree {
   std::vector<VertexId> stands_for;
 };
 
-// From centre to centre of the faces beside each edge, over its middle: per half-edge; 0 at the
-// boundary. Cost: O(#F).
-std::vector<double> steps_across(const mesh::Surface& surface, const mesh::Adjacency& adjacency);
-
-// `step`: per half-edge, how far it is across the edge, the same on both sides. Precondition: a
-// valid surface. Cost: O(#F log #F) and the loops.
-TreeCotree tree_cotree(const Triangles& faces, const mesh::Adjacency& adjacency,
-                       const std::vector<double>& step, const ExecutionContext& context);
+// Tree paths run from centre to centre of faces, over the middles of edges. Precondition: a valid
+// surface. Cost: O(#F log #F) and the loops.
+TreeCotree tree_cotree(const mesh::Surface& surface, const ExecutionContext& context);
 
 // The chain of tree edges from what one vertex stands for to what another one does, of the same
 // component. Cost: O(its length + depth of the tree).
@@ -82,9 +77,7 @@ EdgeChain chain_of(const Triangles& faces, const mesh::Adjacency& adjacency, con
 
 // Shortest strips from the first boundary loop of a connected surface to each other one: half-edges
 // as of a loop, before them that of the boundary at which the strip begins. Cost: as tree_cotree().
-std::vector<DualLoop> strips_between(const Triangles& faces, const mesh::Adjacency& adjacency,
-                                     const std::vector<double>& step,
-                                     const ExecutionContext& context);
+std::vector<DualLoop> strips_between(const mesh::Surface& surface, const ExecutionContext& context);
 
 // Dual loops on a triangulation that is flipped: each stays in its homotopy class on the surface
 // without its vertices, so that its holonomy angle changes with the metric only, never with a flip.

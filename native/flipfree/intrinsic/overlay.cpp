@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -14,6 +13,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
+#include "flipfree/base/lists.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/intrinsic/symmetric_flips.h"
@@ -31,26 +31,22 @@ OverlayCoordinates::OverlayCoordinates(FlipMesh mesh)
       current_(input_),
       crossings_(input_.next.size(), -1),
       roundabout_(input_.next.size(), 0),
-      star_begin_(at(count_vertices(input_)) + 1, 0),
-      star_(input_.next.size()) {
-  const auto count = static_cast<Index>(input_.halfedge_count());
-  for (HalfedgeId h = 0; h < count; ++h) ++star_begin_[at(input_.origin_of(h)) + 1];
-  for (std::size_t v = 1; v < star_begin_.size(); ++v) star_begin_[v] += star_begin_[v - 1];
-  std::vector<char> placed(at(count), 0);
-  for (HalfedgeId first = 0; first < count; ++first) {
-    if (placed[at(first)]) continue;
-    const Index begin = star_begin_[at(input_.origin_of(first))];
-    Index place = 0;
+      star_(at(count_vertices(input_)), [&](const auto& add) {
+        for (HalfedgeId h = 0; at(h) < input_.halfedge_count(); ++h) add(input_.origin_of(h), h);
+      }) {
+  for (VertexId v = 0; v < star_.size(); ++v) {
+    const std::span<HalfedgeId> star = star_[v];
+    const HalfedgeId first = star.front();
     HalfedgeId h = first;
+    Index place = 0;
     do {
-      star_[at(begin + place)] = h;
+      star[at(place)] = h;
       roundabout_[at(h)] = place++;
-      placed[at(h)] = 1;
       h = input_.rotate_ccw(h);
     } while (h != first);
-    if (place != degree(input_.origin_of(first))) {
-      throw InternalError("overlay: the half-edges out of vertex " +
-                          std::to_string(input_.origin_of(first)) + " are not one cycle");
+    if (at(place) != star.size()) {
+      throw InternalError("overlay: the half-edges out of vertex " + std::to_string(v) +
+                          " are not one cycle");
     }
   }
 }
@@ -65,8 +61,7 @@ CornerCounts OverlayCoordinates::corner(HalfedgeId h) const {
 Index OverlayCoordinates::roundabout_after(HalfedgeId h) const {
   const std::int64_t between = corner(h).emanating + (shared(h) ? 1 : 0);
   const std::int64_t place = roundabout(h) + between;
-  const Index size = degree(current_.origin_of(h));
-  return static_cast<Index>(place % size);
+  return static_cast<Index>(place % std::ssize(star_[current_.origin_of(h)]));
 }
 
 void OverlayCoordinates::flip(HalfedgeId h) {
@@ -98,18 +93,17 @@ std::vector<CurveStart> find_starts(const OverlayCoordinates& coordinates) {
   std::vector<CurveStart> start(mesh.halfedge_count());
   for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); ++h) {
     const VertexId v = mesh.origin_of(h);
-    const Index degree = coordinates.degree(v);
-    const HalfedgeId* star = coordinates.star(v);
-    Index place = coordinates.roundabout(h);
+    const std::span<const HalfedgeId> star = coordinates.star(v);
+    std::size_t place = at(coordinates.roundabout(h));
     const auto assign = [&](std::int32_t rank) {
       CurveStart& s = start[at(star[place])];
       if (s.halfedge != kInvalid) broken(star[place], "starts in two corners");
       s = {h, rank};
-      place = place + 1 == degree ? 0 : place + 1;
+      place = place + 1 == star.size() ? 0 : place + 1;
     };
     if (coordinates.shared(h)) assign(-1);
     const std::int64_t count = coordinates.corner(h).emanating;
-    if (count > degree) broken(star[place], "starts in a corner with too many others");
+    if (count > std::ssize(star)) broken(star[place], "starts in a corner with too many others");
     for (std::int32_t i = 0; i < count; ++i) assign(i);
   }
   return start;
@@ -201,56 +195,40 @@ OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const O
   positions.on_edge.resize(trace.crossings.size());
   positions.on_curve.resize(trace.crossings.size());
   positions.log_weight.resize(trace.crossings.size());
-  const auto locate = [&](std::size_t c, std::vector<Reach>& ahead) {
-    const auto crossings = trace.of_curve(c);
-    if (crossings.empty()) return;
-    const std::size_t count = crossings.size();
-    // From the far end b, backwards: the reach of b to the ends of each crossed half-edge.
-    ahead.resize(count);
-    {
-      const HalfedgeId last = FlipMesh::opposite(crossings[count - 1].through);
-      // `last` runs target -> source of the crossed half-edge; its next leaves the source, its
-      // previous the apex.
-      ahead[count - 1] = {length(mesh.next_of(last)), length(mesh.previous(last))};
-      for (std::size_t i = count - 1; i-- > 0;) {
-        // The triangle between crossings i and i + 1: sides `near` (crossed before) and `far`
-        // (crossed after) share one vertex; the other end of `near` is new as seen from b.
-        const HalfedgeId near = FlipMesh::opposite(crossings[i].through);
-        const HalfedgeId far = crossings[i + 1].through;
-        const Reach& r = ahead[i + 1];
-        const HalfedgeId third =
-            far == mesh.next_of(near) ? mesh.previous(near) : mesh.next_of(near);
-        // b's lengths to the ends of `near` (source(near) = target of the crossed half-edge i).
-        if (far == mesh.next_of(near)) {
-          // far: source(crossed) -> apex, shared vertex = source(crossed i) = source(far).
-          const long double fresh =
-              (r.source * length(third) + r.target * length(near)) / length(far);
-          ahead[i] = {r.source, fresh};
-        } else {
-          // far: apex -> target(crossed i), shared vertex = target(far).
-          const long double fresh =
-              (r.target * length(third) + r.source * length(near)) / length(far);
-          ahead[i] = {fresh, r.target};
-        }
+  // From the start of a curve to the ends of each half-edge that it crosses, in order.
+  const auto reach = [&](std::size_t count, const auto& through, std::vector<Reach>& reaches) {
+    reaches.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+      const HalfedgeId h = through(i);
+      if (i == 0) {
+        reaches.push_back({length(mesh.previous(h)), length(mesh.next_of(h))});
+        continue;
       }
+      // Ptolemy across the half-edge before, whose ends are seen from the other side.
+      const HalfedgeId near = FlipMesh::opposite(through(i - 1));
+      const HalfedgeId next = mesh.next_of(near), previous = mesh.previous(near);
+      const Reach last = reaches.back();
+      const long double apex =
+          (last.source * length(previous) + last.target * length(next)) / length(near);
+      reaches.push_back(h == next ? Reach{last.source, apex} : Reach{apex, last.target});
     }
-    const HalfedgeId first = crossings[0].through;
-    Reach behind{length(mesh.previous(first)), length(mesh.next_of(first))};
+  };
+  const auto locate = [&](std::size_t c, std::vector<Reach>& from_start,
+                          std::vector<Reach>& from_end) {
+    const auto crossings = trace.of_curve(c);
+    const std::size_t count = crossings.size();
+    reach(
+        count, [&](std::size_t i) { return crossings[i].through; }, from_start);
+    reach(
+        count, [&](std::size_t i) { return FlipMesh::opposite(crossings[count - 1 - i].through); },
+        from_end);
     const VertexId a = coordinates.input().origin_of(trace.curves[c]);
     const VertexId b = coordinates.input().origin_of(FlipMesh::opposite(trace.curves[c]));
     const long double ratio = std::exp(scale[at(b)] - scale[at(a)]);
     for (std::size_t i = 0; i < count; ++i) {
-      if (i > 0) {
-        const HalfedgeId near = FlipMesh::opposite(crossings[i - 1].through);
-        const HalfedgeId far = crossings[i].through;
-        // Ptolemy across `near`: fresh = (a to one end * opposite side + ...) / near; `behind` is
-        // for the crossed half-edge i - 1, whose source is target(near).
-        const HalfedgeId next = mesh.next_of(near), previous = mesh.previous(near);
-        const long double apex =
-            (behind.source * length(previous) + behind.target * length(next)) / length(near);
-        behind = far == next ? Reach{behind.source, apex} : Reach{apex, behind.target};
-      }
-      const Reach& r = ahead[i];
+      const Reach& behind = from_start[i];
+      const Reach& back = from_end[count - 1 - i];
+      const Reach r{back.target, back.source};
       const std::size_t id = static_cast<std::size_t>(trace.begin[c]) + i;
       // Ratios first: products of two lengths may leave even this range.
       const long double across = (behind.source / behind.target) * (r.source / r.target);
@@ -270,8 +248,8 @@ OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const O
   constexpr std::size_t kCurvesPerChunk = 4096;
   parallel_for(context, trace.curves.size(), kCurvesPerChunk,
                [&](std::size_t begin, std::size_t end, std::size_t) {
-                 std::vector<Reach> ahead;
-                 for (std::size_t c = begin; c < end; ++c) locate(c, ahead);
+                 std::vector<Reach> from_start, from_end;
+                 for (std::size_t c = begin; c < end; ++c) locate(c, from_start, from_end);
                });
   return positions;
 }
@@ -296,13 +274,12 @@ Spot apex_over(long double c, long double a, long double b) {
 // Euclidean lengths on the Delaunay start.
 class StartLengths {
  public:
-  StartLengths(const FlippedMetric& metric, const std::vector<long double>& initial_length)
+  StartLengths(const FlippedMetric& metric, const std::vector<long double>& initial_length,
+               const ExecutionContext& context)
       : length_(initial_length) {
     FlipMesh mesh = metric.initial;
-    for (std::size_t i = 0; i < metric.euclidean_flips; ++i) {
-      const PlainFlips& plain = metric.flips[i].plain;
-      for (int k = 0; k < plain.count; ++k) flip(mesh, plain.edges[static_cast<std::size_t>(k)]);
-    }
+    replay_flips(metric.flips, 0, metric.euclidean_flips, context,
+                 [&](EdgeId e) { flip(mesh, e); });
   }
   bool trusted() const { return trusted_; }
   long double of(HalfedgeId h) const { return length_[at(h >> 1)]; }
@@ -325,6 +302,23 @@ class StartLengths {
   std::vector<long double> length_;
   bool trusted_ = true;
 };
+
+// Calls visit(crossings) for each edge that is crossed, with the ids in order along its even
+// half-edge.
+template <typename Visit>
+void for_each_edge(const OverlayTrace& trace, const Visit& visit) {
+  Lists<std::size_t> by_edge(trace.start.size() / 2, [&](const auto& add) {
+    for (std::size_t i = 0; i < trace.crossings.size(); ++i)
+      add(trace.crossings[i].through >> 1, i);
+  });
+  for (EdgeId e = 0; e < by_edge.size(); ++e) {
+    const std::span<std::size_t> ids = by_edge[e];
+    std::sort(ids.begin(), ids.end(), [&](std::size_t a, std::size_t b) {
+      return trace.crossings[a].position < trace.crossings[b].position;
+    });
+    if (!ids.empty()) visit(ids);
+  }
+}
 
 class StraightLines {
  public:
@@ -381,16 +375,16 @@ Between scaled(const Between& b, long double source, long double target) {
 class Straightener {
  public:
   Straightener(const FlippedMetric& metric, const OverlayTrace& trace,
-               const std::vector<long double>& scale, OverlayPositions& positions)
-      : metric_(metric), trace_(trace), scale_(scale), positions_(positions) {
-    made_later_.assign(metric.mesh.edge_count(), 0);
-    for (std::size_t i = metric.euclidean_flips; i < metric.flips.size(); ++i) {
-      const PlainFlips& plain = metric.flips[i].plain;
-      for (int k = 0; k < plain.count; ++k)
-        made_later_[at(plain.edges[static_cast<std::size_t>(k)])] = 1;
-    }
-    wish_.resize(trace.crossings.size());
-    for (Wish& w : wish_) w.on_edge.source = -1.0;
+               const std::vector<long double>& scale, OverlayPositions& positions,
+               const ExecutionContext& context)
+      : metric_(metric),
+        trace_(trace),
+        scale_(scale),
+        positions_(positions),
+        made_later_(metric.mesh.edge_count(), 0),
+        wish_(trace.crossings.size()) {
+    replay_flips(metric.flips, metric.euclidean_flips, metric.flips.size(), context,
+                 [&](EdgeId e) { made_later_[at(e)] = 1; });
   }
 
   // The same crossings in D and in T: those of edges that both have, in the same order. Different
@@ -422,37 +416,23 @@ class Straightener {
 
   // Moves the crossings of every edge whose places are in order.
   void move_on_edges(const ExecutionContext& context) {
-    std::vector<std::size_t> order;
-    for (std::size_t i = 0; i < trace_.crossings.size(); ++i) {
-      if (!made_later_[at(trace_.crossings[i].through >> 1)]) order.push_back(i);
-    }
-    const auto forward = [&](std::size_t i) { return (trace_.crossings[i].through & 1) == 0; };
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      const EdgeId ea = trace_.crossings[a].through >> 1, eb = trace_.crossings[b].through >> 1;
-      if (ea != eb) return ea < eb;
-      return trace_.crossings[a].position < trace_.crossings[b].position;
-    });
-    context.check();
-    for (std::size_t begin = 0; begin < order.size();) {
-      const EdgeId e = trace_.crossings[order[begin]].through >> 1;
-      std::size_t end = begin;
+    for_each_edge(trace_, [&](std::span<const std::size_t> ids) {
+      if (made_later_[at(trace_.crossings[ids.front()].through >> 1)]) return;
       double last = 0.0;
       bool ordered = true;
-      for (; end < order.size() && trace_.crossings[order[end]].through >> 1 == e; ++end) {
-        const Between& b = wish_[order[end]].on_edge;
-        const double share = forward(order[end]) ? b.target : b.source;
+      for (const std::size_t id : ids) {
+        const Between& b = wish_[id].on_edge;
+        const double share = trace_.crossings[id].through % 2 == 0 ? b.target : b.source;
         ordered = ordered && b.source > 0.0 && b.target > 0.0 && share > last;
         last = share;
       }
-      for (std::size_t i = begin; i < end; ++i) {
-        if (ordered) {
-          positions_.on_edge[order[i]] = wish_[order[i]].on_edge;
-          positions_.log_weight[order[i]] = wish_[order[i]].log_weight;
-        }
-        ++(ordered ? result.moved : result.kept);
+      (ordered ? result.moved : result.kept) += ids.size();
+      for (std::size_t i = 0; ordered && i < ids.size(); ++i) {
+        positions_.on_edge[ids[i]] = wish_[ids[i]].on_edge;
+        positions_.log_weight[ids[i]] = wish_[ids[i]].log_weight;
       }
-      begin = end;
-    }
+    });
+    context.check();
   }
 
   // Along a curve: known places are taken if they are in order, others keep their share of the way
@@ -494,7 +474,7 @@ class Straightener {
 
  private:
   struct Wish {
-    Between on_edge, on_curve;
+    Between on_edge{-1.0, 0.0}, on_curve;  // a negative source: none
     double log_weight = 0.0;
   };
   const FlippedMetric& metric_;
@@ -512,7 +492,7 @@ StraightCurves follow_straight(const FlippedMetric& metric, const OverlayCoordin
                                const std::vector<long double>& initial_length,
                                const ExecutionContext& context) {
   StraightCurves out;
-  const StartLengths lengths(metric, initial_length);
+  const StartLengths lengths(metric, initial_length, context);
   if (!lengths.trusted()) return out;
   const OverlayTrace trace =
       trace_overlay(start, curves, std::numeric_limits<std::int64_t>::max(), context);
@@ -534,7 +514,7 @@ Straightened straighten(const FlippedMetric& metric, const OverlayTrace& trace,
                         const StraightCurves& straight, const std::vector<long double>& scale,
                         OverlayPositions& positions, const ExecutionContext& context) {
   if (straight.begin.empty()) return {};
-  Straightener straightener(metric, trace, scale, positions);
+  Straightener straightener(metric, trace, scale, positions, context);
   std::vector<std::size_t> bent;  // curves that are not edges of the Delaunay start
   for (std::size_t c = 0; c < trace.curves.size(); ++c)
     if (!straight.of_curve(c).empty()) bent.push_back(c);
@@ -610,23 +590,15 @@ void spread_crossings(const OverlayTrace& trace, double share, OverlayPositions&
       positions.on_curve[i] = spread(positions.on_curve[i], i - first, end - first, share, least);
     }
   }
-  std::vector<std::size_t> order(trace.crossings.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  const auto edge = [&](std::size_t i) { return trace.crossings[i].through >> 1; };
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    if (edge(a) != edge(b)) return edge(a) < edge(b);
-    return trace.crossings[a].position < trace.crossings[b].position;
-  });
-  for (std::size_t first = 0, end = 0; first < order.size(); first = end) {
-    while (end < order.size() && edge(order[end]) == edge(order[first])) ++end;
+  for_each_edge(trace, [&](std::span<const std::size_t> ids) {
     double least = 0.0;
-    for (std::size_t i = first; i < end; ++i) {
-      Between& b = positions.on_edge[order[i]];
-      const bool forward = (trace.crossings[order[i]].through & 1) == 0;
-      const Between moved = spread(forward ? b : reversed(b), i - first, end - first, share, least);
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      Between& b = positions.on_edge[ids[i]];
+      const bool forward = trace.crossings[ids[i]].through % 2 == 0;
+      const Between moved = spread(forward ? b : reversed(b), i, ids.size(), share, least);
       b = forward ? moved : reversed(moved);
     }
-  }
+  });
 }
 
 }  // namespace flipfree::intrinsic

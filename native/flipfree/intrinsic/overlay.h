@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/base/lists.h"
 #include "flipfree/base/types.h"
 #include "flipfree/intrinsic/flipped_metric.h"
 #include "flipfree/intrinsic/intrinsic_mesh.h"
@@ -139,12 +140,7 @@ class OverlayCoordinates {
   CornerCounts corner(HalfedgeId h) const;
 
   // The half-edges of M0 out of vertex v in counter-clockwise order.
-  const HalfedgeId* star(VertexId v) const {
-    return star_.data() + star_begin_[static_cast<std::size_t>(v)];
-  }
-  Index degree(VertexId v) const {
-    return star_begin_[static_cast<std::size_t>(v) + 1] - star_begin_[static_cast<std::size_t>(v)];
-  }
+  std::span<const HalfedgeId> star(VertexId v) const { return star_[v]; }
   // Place in star(source(h)) of the first curve at or counter-clockwise after half-edge h of T.
   Index roundabout(HalfedgeId h) const { return roundabout_[static_cast<std::size_t>(h)]; }
 
@@ -155,8 +151,7 @@ class OverlayCoordinates {
   FlipMesh current_;
   std::vector<std::int64_t> crossings_;  // #H, equal on both half-edges of an edge; -1 = shared
   std::vector<Index> roundabout_;        // #H
-  std::vector<Index> star_begin_;        // #V + 1
-  std::vector<HalfedgeId> star_;         // #H
+  Lists<HalfedgeId> star_;               // of every vertex
 };
 
 // The common refinement of the input triangulation M0 and the final one T, read off the normal

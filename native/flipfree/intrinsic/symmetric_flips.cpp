@@ -91,14 +91,11 @@ HalfedgeId half_in_face(const IntrinsicMesh& m, EdgeId e, FaceId f) {
 
 }  // namespace
 
-bool flip_type(const IntrinsicMesh& m, EdgeId e, FlipType& type) {
+std::optional<FlipType> flip_type(const IntrinsicMesh& m, EdgeId e) {
   const FaceId f = m.face[at(2 * e)];
   const FaceId g = m.face[at(2 * e + 1)];
-  if (f == g) return false;
-  if (!m.symmetric()) {
-    type = FlipType::kInterior;
-    return true;
-  }
+  if (f == g) return std::nullopt;
+  if (!m.symmetric()) return FlipType::kInterior;
   const FaceLabel lf = m.face_label[at(f)];
   const FaceLabel lg = m.face_label[at(g)];
   const auto symmetric = [](FaceLabel l) {
@@ -107,32 +104,25 @@ bool flip_type(const IntrinsicMesh& m, EdgeId e, FlipType& type) {
   switch (m.edge_label[at(e)]) {
     case EdgeLabel::kDiagonal:
     case EdgeLabel::kTwo:
-      return false;
+      return std::nullopt;
     case EdgeLabel::kParallel:
-      if (symmetric(lf)) return false;
-      type = FlipType::kParallel;
-      return true;
+      if (symmetric(lf)) return std::nullopt;
+      return FlipType::kParallel;
     case EdgeLabel::kPerpendicular:
-      if (lf == FaceLabel::kQuad && lg == FaceLabel::kQuad) {
-        type = FlipType::kQuadQuad;
-        // A quadrilateral glued to itself across the line bounds a loop without a vertex; it cannot
-        // arise.
-        return quad_corner(m, 2 * e).diagonal != (quad_corner(m, 2 * e + 1).diagonal ^ 1);
-      }
-      type = lf == lg ? FlipType::kPerpendicular : FlipType::kTriangleQuad;
-      return true;
+      if (lf != lg) return FlipType::kTriangleQuad;
+      if (lf != FaceLabel::kQuad) return FlipType::kPerpendicular;
+      // A quadrilateral glued to itself across the line bounds a loop without a vertex; it cannot
+      // arise.
+      if (quad_corner(m, 2 * e).diagonal == (quad_corner(m, 2 * e + 1).diagonal ^ 1))
+        return std::nullopt;
+      return FlipType::kQuadQuad;
     case EdgeLabel::kOne:
-      if (symmetric(lf) && symmetric(lg)) return false;
-      if (!symmetric(lf) && !symmetric(lg)) {
-        type = FlipType::kInterior;
-      } else if (lf == FaceLabel::kQuad || lg == FaceLabel::kQuad) {
-        type = FlipType::kQuad;
-      } else {
-        type = FlipType::kTriangle;
-      }
-      return true;
+      if (symmetric(lf) && symmetric(lg)) return std::nullopt;
+      if (!symmetric(lf) && !symmetric(lg)) return FlipType::kInterior;
+      return lf == FaceLabel::kQuad || lg == FaceLabel::kQuad ? FlipType::kQuad
+                                                              : FlipType::kTriangle;
   }
-  return false;
+  return std::nullopt;
 }
 
 FlipStencil flip_stencil(const IntrinsicMesh& m, EdgeId e, FlipType type) {
@@ -238,7 +228,7 @@ void flip_symmetrically(IntrinsicMesh& m, const FlipStencil& s) {
   const bool cross_was_inside =
       s.new_cross != kInvalid &&
       m.face_label[at(m.face[at(2 * s.new_cross)])] == FaceLabel::kTriangle;
-  for (int i = 0; i < s.plain.count; ++i) flip_edge(m, s.plain.edges[static_cast<std::size_t>(i)]);
+  for (const EdgeId e : s.plain) flip_edge(m, e);
   if (!m.symmetric()) return;
   const HalfedgeId h = 2 * s.e;
   switch (s.type) {

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "flipfree/base/types.h"
 #include "flipfree/intrinsic/intrinsic_mesh.h"
@@ -29,13 +30,15 @@ inline constexpr int kFlipTypes = 7;
 struct PlainFlips {
   int count = 0;
   std::array<EdgeId, 3> edges{kInvalid, kInvalid, kInvalid};
+  const EdgeId* begin() const { return edges.data(); }
+  const EdgeId* end() const { return edges.data() + count; }
 };
 
-// Which flip the edge would get, by its labels and those of its faces. False if its type is never
+// Which flip the edge would get, by its labels and those of its faces. None if its type is never
 // non-Delaunay (Proposition 3: an edge with a symmetric face on both sides that does not cross the
 // line), if it is a diagonal or in copy 2 (its mirror image is flipped instead), or if both its
 // sides are the same face.
-bool flip_type(const IntrinsicMesh& mesh, EdgeId e, FlipType& type);
+std::optional<FlipType> flip_type(const IntrinsicMesh& mesh, EdgeId e);
 
 // The edges around an edge that is about to be flipped symmetrically, and which lengths its flip
 // creates. Letters: a, c are the ends of a flipped edge of copy 1, b the apex beside it, primes are

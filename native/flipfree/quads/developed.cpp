@@ -5,7 +5,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/intrinsic/layout/development.h"
+#include "flipfree/intrinsic/layout/layout.h"
 
 namespace flipfree::quads {
 

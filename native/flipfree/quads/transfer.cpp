@@ -110,25 +110,17 @@ std::optional<certify::Parametrization> imprinted(const Carried& from,
                                                   intrinsic::EdgePointMap points,
                                                   ExecutionContext& context, Stats& stats) {
   const auto own = from.surface.vertices.rows();
-  const auto flags = [&](const mesh::EdgeFlags& of_halfedges) {
-    std::vector<char> flagged;
-    for (const HalfedgeId h : points.edge_halfedge) flagged.push_back(of_halfedges[at(h)]);
-    return flagged;
-  };
   mesh::EdgeFlags on_line(at(3 * from.surface.faces.rows()), 0);
   for (const HalfedgeId h : from.lines)
     on_line[at(h)] = on_line[at(from.adjacency.opposite[at(h)])] = 1;
   std::optional<certify::Parametrization> best;
   while (true) {
-    intrinsic::RefinedLayout layout =
-        intrinsic::refine_map(from.surface, from.adjacency, points, intrinsic::Refinement::kAuto,
-                              intrinsic::Storage::k64And32, context);
+    intrinsic::RefinedLayout layout = intrinsic::refine_map(
+        from.surface, points, intrinsic::Refinement::kAuto, intrinsic::Storage::k64And32, context);
     if (!layout.invalid.empty()) return best;
     if (best && layout.surface.vertices.rows() >= best->surface.vertices.rows()) return best;
-    const IndexPairs cuts =
-        intrinsic::edges_on(from.surface.faces, points, flags(from.cuts), layout);
-    const IndexPairs lines =
-        intrinsic::edges_on(from.surface.faces, points, flags(on_line), layout);
+    const IndexPairs cuts = intrinsic::edges_on(from.surface.faces, points, from.cuts, layout);
+    const IndexPairs lines = intrinsic::edges_on(from.surface.faces, points, on_line, layout);
     certify::Parametrization fine;
     conformal::take_map(layout, fine);
     const mesh::Adjacency& adjacency = fine.surface.adjacency();

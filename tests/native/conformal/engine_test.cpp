@@ -13,10 +13,7 @@ namespace {
 // Angles of all vertices 2 pi but for one cone, which takes what is left: of a closed surface,
 // which must outlive the result.
 EngineInput flat_but_one(const mesh::Surface& surface, VertexId cone) {
-  EngineInput input;
-  input.vertex_count = static_cast<Index>(surface.vertices.rows());
-  input.setup = intrinsic::build_intrinsic_mesh(input.vertex_count, surface.faces);
-  input.positions = &surface.vertices;
+  EngineInput input = input_of(surface);
   const double pi = std::numbers::pi;
   input.target.assign(static_cast<std::size_t>(input.vertex_count), 2.0 * pi);
   double sum = 0.0;

@@ -102,10 +102,9 @@ void expect_consistent(const ConformalMetric& m, const std::vector<double>& targ
   intrinsic::FlipLengths<double> lengths(length);
   for (std::size_t i = 0; i < m.flips.size(); ++i) {
     const EdgeId e = m.flips[i].plain.edges[0];
-    intrinsic::FlipType type = intrinsic::FlipType::kInterior;
-    ASSERT_TRUE(intrinsic::flip_type(mesh, e, type));
+    const auto type = intrinsic::flip_type(mesh, e);
     ASSERT_EQ(type, m.flips[i].type);
-    const intrinsic::FlipStencil stencil = intrinsic::flip_stencil(mesh, e, type);
+    const intrinsic::FlipStencil stencil = intrinsic::flip_stencil(mesh, e, *type);
     ASSERT_EQ(stencil.plain.edges, m.flips[i].plain.edges);
     if (i < m.euclidean_flips) {
       lengths.euclidean(stencil);

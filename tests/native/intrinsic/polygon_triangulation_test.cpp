@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "flipfree/base/plane.h"
+
 namespace flipfree::intrinsic::polygon_triangulation_test {
 namespace {
 
@@ -13,13 +15,13 @@ namespace {
 template <typename Place>
 std::vector<PolygonVertex> side_polygon(Index count, const Place& place) {
   std::vector<PolygonVertex> polygon;
-  const auto add = [&](std::uint8_t sides, double x, double y, std::array<double, 2> uv) {
+  const auto add = [&](std::uint8_t sides, double x, double y, const Vector2& uv) {
     PolygonVertex v;
     v.id = static_cast<Index>(polygon.size());
     v.sides = sides;
     v.domain = {x, y};
     v.uv = uv;
-    v.uv32 = {static_cast<float>(uv[0]), static_cast<float>(uv[1])};
+    v.stored = as_stored(uv);
     polygon.push_back(v);
   };
   add(0b101, 0, 0, {0, 0});
@@ -48,9 +50,7 @@ TEST(PolygonTriangulation, NeverUsesATriangleWithinOneSide) {
   // The image of the side bulges outward, so triangles along it would be positive in UV, but flat
   // in the input.
   for (const Index count : {1, 5, 20, 80}) {
-    const auto polygon = side_polygon(count, [](double t) {
-      return std::array<double, 2>{t, t * (t - 1)};
-    });
+    const auto polygon = side_polygon(count, [](double t) { return Vector2{t, t * (t - 1)}; });
     std::vector<PolygonTriangle> triangles;
     ASSERT_TRUE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles, ExecutionContext()))
         << count;
@@ -66,13 +66,12 @@ TEST(PolygonTriangulation, NeverUsesATriangleWithinOneSide) {
 
 TEST(PolygonTriangulation, DecidesOnTheStoredValues) {
   // Positive in 64 bits by less than the spacing of 32-bit numbers.
-  auto polygon = side_polygon(0, [](double) { return std::array<double, 2>{0, 0}; });
+  auto polygon = side_polygon(0, [](double) { return Vector2{0, 0}; });
   const double shift = 1.0 + 1e-12;
   polygon[0].uv = {1.0, 1.0};
   polygon[1].uv = {2.0, 2.0};
   polygon[2].uv = {1.5, 1.5 * shift};
-  for (PolygonVertex& v : polygon)
-    v.uv32 = {static_cast<float>(v.uv[0]), static_cast<float>(v.uv[1])};
+  for (PolygonVertex& v : polygon) v.stored = as_stored(v.uv);
   std::vector<PolygonTriangle> triangles;
   EXPECT_TRUE(triangulate_polygon(polygon, {}, Storage::k64Only, triangles, ExecutionContext()));
   EXPECT_FALSE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles, ExecutionContext()));
@@ -89,7 +88,7 @@ TEST(PolygonTriangulation, AnglesTellAWideCornerFromANarrowOne) {
     vertex.sides = sides;
     vertex.domain = {x, y};
     vertex.uv = {u, v};
-    vertex.uv32 = {static_cast<float>(u), static_cast<float>(v)};
+    vertex.stored = as_stored(vertex.uv);
     polygon.push_back(vertex);
   };
   // Corner 0 in the origin; side 1, from corner 1 to corner 2, runs around it by `wide`.

@@ -14,7 +14,6 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
-#include "flipfree/conformal/engine/flip_place.h"
 #include "flipfree/intrinsic/delaunay_metric.h"
 #include "flipfree/intrinsic/flip_lengths.h"
 #include "flipfree/numeric/lobachevsky.h"
@@ -112,8 +111,7 @@ class ScalarEngine final : public MetricEngine {
     using std::exp;
     constexpr double kStageRange = 2.0;
     std::vector<T> part(x.size());
-    double low = std::numeric_limits<double>::infinity();
-    double high = -low;
+    double low = std::numeric_limits<double>::infinity(), high = -low;
     for (std::size_t v = 0; v < x.size(); ++v) {
       part[v] = Traits::from_big(x[v], bits_);
       low = std::min(low, Traits::to_double(part[v]));
@@ -154,23 +152,12 @@ class ScalarEngine final : public MetricEngine {
     parallel_for(context, mesh().face_count(), intrinsic::ChecksPer<double>::kLogarithms,
                  [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                    smallest[chunk] = visit_faces(begin, end, accuracy, [&](const Shape& face) {
-                     // tan(angle / 2) = radius / x; the two smallest angles are computed, the third
-                     // completes pi.
-                     double rest = 0.5 * kPi;
-                     double angle[3];
-                     for (int k = 0; k < 3; ++k) {
-                       const double t = face.shape.half_tangent(k);
-                       if (k != face.widest) {
-                         angle[k] = std::atan(t);
-                         rest -= angle[k];
-                       }
-                       if (mesh().label_of_edge(face.h[k] >> 1) != intrinsic::EdgeLabel::kDiagonal)
-                         out.half_cotangent[at(face.h[k])] = 0.25 * face.weight * (1.0 / t - t);
-                     }
-                     angle[face.widest] = rest;
+                     set_cotangents(face, out);
+                     double half[3];
+                     half_angles(face, half);
                      // The angle opposite h[k] sits at the origin of h[k + 2].
                      for (int k = 0; k < 3; ++k)
-                       angle_[at(face.h[(k + 2) % 3])] = 2.0 * face.weight * angle[k];
+                       angle_[at(face.h[(k + 2) % 3])] = 2.0 * face.weight * half[k];
                    });
                  });
     for (std::size_t h = 0; h < angle_.size(); ++h)
@@ -212,12 +199,7 @@ class ScalarEngine final : public MetricEngine {
     };
     visit_all_faces(kEnergyAccuracy, context, [&](const Shape& face) {
       double half[3];
-      half[face.widest] = 0.5 * kPi;
-      for (int k = 0; k < 3; ++k) {
-        if (k == face.widest) continue;
-        half[k] = std::atan(face.shape.half_tangent(k));
-        half[face.widest] -= half[k];
-      }
+      half_angles(face, half);
       for (int k = 0; k < 3; ++k) {
         add(face.weight * ((4.0 * half[k] - kPi) * logarithm[at(face.h[k] >> 1)]));
         add(face.weight * 2.0 * numeric::lobachevsky(2.0 * half[k]));
@@ -288,16 +270,11 @@ class ScalarEngine final : public MetricEngine {
       sum += u[v];
     }
     const T mean = sum / T(static_cast<double>(u.size()));
-    result.scale_factors.resize(u.size());
-    double low = std::numeric_limits<double>::infinity();
-    double high = -low;
-    for (std::size_t v = 0; v < u.size(); ++v) {
-      u[v] -= mean;
-      result.scale_factors[v] = Traits::to_double(u[v]);
-      low = std::min(low, result.scale_factors[v]);
-      high = std::max(high, result.scale_factors[v]);
-    }
-    result.scale_range = high - low;
+    result.scale_factors.clear();
+    for (T& x : u) result.scale_factors.push_back(Traits::to_double(x -= mean));
+    const auto [low, high] =
+        std::minmax_element(result.scale_factors.begin(), result.scale_factors.end());
+    result.scale_range = *high - *low;
     const T shrink = exp(-mean);
     std::vector<T> length = metric_.lengths();
     for (T& l : length) l *= shrink;
@@ -356,17 +333,8 @@ class ScalarEngine final : public MetricEngine {
   }
 
   double face_weight(std::size_t f) const {
-    if (!mesh().symmetric()) return 1.0;
-    switch (mesh().face_label[f]) {
-      case intrinsic::FaceLabel::kOne:
-        return 1.0;
-      case intrinsic::FaceLabel::kTwo:
-        return 0.0;
-      case intrinsic::FaceLabel::kTriangle:
-      case intrinsic::FaceLabel::kQuad:
-        return 0.5;
-    }
-    return 0.0;
+    constexpr double kWeights[] = {1.0, 0.0, 0.5, 0.5};  // of copies 1 and 2, symmetric faces
+    return mesh().symmetric() ? kWeights[static_cast<std::size_t>(mesh().face_label[f])] : 1.0;
   }
 
   // The widest angle is opposite the smallest x.
@@ -386,6 +354,13 @@ class ScalarEngine final : public MetricEngine {
     for (std::size_t v = target_.size(); v < mesh().vertex_count(); ++v) {
       mirror_[at(mesh().unknown[v])] = static_cast<VertexId>(v);
     }
+  }
+
+  // Of v and its mirror image.
+  template <typename Visit>
+  void around_both(VertexId v, const Visit& visit) const {
+    metric_.around(v, visit);
+    if (mirror_[at(v)] != kInvalid) metric_.around(mirror_[at(v)], visit);
   }
 
   struct StarAngle {
@@ -416,10 +391,7 @@ class ScalarEngine final : public MetricEngine {
       star.reach =
           std::min(star.reach, 4.0 * std::min(x[o] / (1.0 + x[o]), std::min(x[k], x[p]) / turn));
     };
-    metric_.around(v, corner);
-    if (mesh().symmetric()) {
-      if (mirror_[at(v)] != kInvalid) metric_.around(mirror_[at(v)], corner);
-    }
+    around_both(v, corner);
     const double share = !mesh().symmetric() ? 1.0 : 0.5;
     star.slope *= 0.25 * share;
     star.angle *= 2.0 * share;
@@ -505,11 +477,6 @@ class ScalarEngine final : public MetricEngine {
   // all far vertices change over, one by one, and single cones of genus 80 are not reached.
   StarMove move_star(VertexId v, double step, std::size_t most_events, ExecutionContext& context) {
     StarMove move;
-    if (mesh().symmetric()) {
-      move.step = step;
-      move.followed = scale_star(v, std::expm1(0.5 * step), context);
-      return move;
-    }
     const auto later = [](const StarEvent& a, const StarEvent& b) {
       const double x = std::abs(a.step);
       const double y = std::abs(b.step);
@@ -517,22 +484,22 @@ class ScalarEngine final : public MetricEngine {
     };
     event_version_.resize(mesh().edge_count(), 0);
     events_.clear();
-    metric_.around(v, [&](HalfedgeId h) {
-      add_event(v, h >> 1, step, 0.0);
-      add_event(v, mesh().next[at(h)] >> 1, step, 0.0);
-    });
+    // Symmetric flips are left to the end of the move.
+    if (!mesh().symmetric()) {
+      metric_.around(v, [&](HalfedgeId h) {
+        add_event(v, h >> 1, step, 0.0);
+        add_event(v, mesh().next[at(h)] >> 1, step, 0.0);
+      });
+    }
     std::make_heap(events_.begin(), events_.end(), later);
     most_events = std::min(most_events, 2 * mesh().edge_count());  // what rounding could still do
-    intrinsic::FlipType type = intrinsic::FlipType::kInterior;
     while (!events_.empty()) {
       std::pop_heap(events_.begin(), events_.end(), later);
       const StarEvent event = events_.back();
       events_.pop_back();
-      if (event.version != event_version_[at(event.e)] ||
-          !intrinsic::flip_type(mesh(), event.e, type))
-        continue;
-      intrinsic::PlainFlips plain;
-      if (!metric_.template flip<FlipRule::kPtolemy>(event.e, type, plain)) return move;
+      const std::optional<intrinsic::FlipType> type = intrinsic::flip_type(mesh(), event.e);
+      if (event.version != event_version_[at(event.e)] || !type) continue;
+      if (metric_.template flip<FlipRule::kPtolemy>(event.e, *type) == nullptr) return move;
       if (++move.events % kCheckFlips == 0) context.check();
       if (move.events >= most_events) {
         step = event.step;
@@ -584,8 +551,7 @@ class ScalarEngine final : public MetricEngine {
       metric_.put_in_line(h >> 1);
       metric_.put_in_line(mesh().next[at(h)] >> 1);
     };
-    metric_.around(v, scale_one);
-    if (mesh().symmetric() && mirror_[at(v)] != kInvalid) metric_.around(mirror_[at(v)], scale_one);
+    around_both(v, scale_one);
     return metric_.template empty_line<FlipRule::kPtolemy>(context);
   }
 
@@ -620,6 +586,23 @@ class ScalarEngine final : public MetricEngine {
     return smallest;
   }
 
+  // tan(angle / 2) = radius / x; the two smallest angles are computed, the third completes pi.
+  static void half_angles(const Shape& face, double half[3]) {
+    half[face.widest] = 0.5 * kPi;
+    for (int k = 0; k < 3; ++k) {
+      if (k == face.widest) continue;
+      half[k] = std::atan(face.shape.half_tangent(k));
+      half[face.widest] -= half[k];
+    }
+  }
+  void set_cotangents(const Shape& face, Gradient& out) const {
+    for (int k = 0; k < 3; ++k) {
+      const double t = face.shape.half_tangent(k);
+      if (mesh().label_of_edge(face.h[k] >> 1) != intrinsic::EdgeLabel::kDiagonal)
+        out.half_cotangent[at(face.h[k])] = 0.25 * face.weight * (1.0 / t - t);
+    }
+  }
+
   template <typename Visit>
   double visit_all_faces(double accuracy, ExecutionContext& context, const Visit& visit) const {
     double smallest = 1.0;
@@ -632,7 +615,8 @@ class ScalarEngine final : public MetricEngine {
   }
 
   // Everything in T, for accuracies beyond double. Target angles are doubles; what their sum misses
-  // of Gauss-Bonnet by rounding is spread evenly, since no metric could meet it.
+  // of Gauss-Bonnet by rounding is spread evenly, since no metric could meet it; where some angles
+  // are as they come, they take it.
   void evaluate_exactly(Gradient& out, ExecutionContext& context) {
     using std::atan2;
     using std::sqrt;
@@ -643,6 +627,7 @@ class ScalarEngine final : public MetricEngine {
     out.half_cotangent.assign(mesh().halfedge_count(), 0.0);
     const T half_pi = Traits::pi(bits_) / T(2.0);
     const double smallest = visit_all_faces(0.0, context, [&](const Shape& face) {
+      set_cotangents(face, out);
       const auto& h = face.h;
       const T& a = metric_.length(h[0]);
       const T& b = metric_.length(h[1]);
@@ -656,10 +641,6 @@ class ScalarEngine final : public MetricEngine {
       T rest = half_pi;
       const T twice = T(2.0 * face.weight);
       for (int k = 0; k < 3; ++k) {
-        const double t = face.shape.half_tangent(k);
-        if (mesh().label_of_edge(h[k] >> 1) != intrinsic::EdgeLabel::kDiagonal) {
-          out.half_cotangent[at(h[k])] = 0.25 * face.weight * (1.0 / t - t);
-        }
         if (k == face.widest) continue;
         const T angle = atan2(r, y[k]);
         rest -= angle;
@@ -680,9 +661,9 @@ class ScalarEngine final : public MetricEngine {
     const T total = Traits::pi(bits_) * T(static_cast<double>(triangles));
     T sum = Traits::make(0.0, bits_);
     for (const double t : target_) sum += T(t);
-    const T share = (total - sum) / T(static_cast<double>(unknowns));
-    exact_target_.resize(unknowns);
-    for (std::size_t v = 0; v < unknowns; ++v) exact_target_[v] = T(target_[v]) + share;
+    T share = Traits::make(0.0, bits_);
+    if (input_.pinned == nullptr) share = (total - sum) / T(static_cast<double>(unknowns));
+    for (const double t : target_) exact_target_.push_back(T(t) + share);
   }
 
   // The half-cotangents of the two angles opposite an edge are huge and opposite where the angles
@@ -718,9 +699,8 @@ class ScalarEngine final : public MetricEngine {
     const double weight = face_weight(at(mesh().face[h]));
     const bool diagonal =
         mesh().label_of_edge(static_cast<EdgeId>(h >> 1)) == intrinsic::EdgeLabel::kDiagonal;
-    if (weight == 0.0 || diagonal) return;
     const T square = half_tangent_square(static_cast<HalfedgeId>(h));
-    if (!(square > T(0.0))) return;
+    if (weight == 0.0 || diagonal || !(square > T(0.0))) return;
     out.half_cotangent[h] =
         0.25 * weight * Traits::to_double(T(1.0) - square) / std::sqrt(Traits::to_double(square));
   }
@@ -760,6 +740,16 @@ class ScalarEngine final : public MetricEngine {
 };
 
 }  // namespace
+
+EngineInput input_of(const mesh::Surface& surface) {
+  const auto count = static_cast<Index>(surface.vertices.rows());
+  return {intrinsic::build_intrinsic_mesh(count, surface.faces),
+          count,
+          &surface.vertices,
+          {},
+          {},
+          nullptr};
+}
 
 std::unique_ptr<MetricEngine> make_engine(const EngineInput& input, int bits,
                                           ExecutionContext& context) {

@@ -20,6 +20,7 @@
 #include "flipfree/intrinsic/flipped_metric.h"
 #include "flipfree/intrinsic/intrinsic_mesh.h"
 #include "flipfree/intrinsic/symmetric_flips.h"
+#include "flipfree/mesh/surface.h"
 
 namespace flipfree::conformal {
 // What the search for a discretely conformally equivalent metric found (metric.h).
@@ -166,7 +167,12 @@ struct EngineInput {
   const Points3* positions = nullptr;  // lengths come from positions,
   std::vector<double> edge_length;     // or are given per edge of the mesh
   std::vector<double> target;          // per input vertex
+  // Flags of those whose angles are as they come, whose targets are 0; null: none.
+  const std::vector<char>* pinned = nullptr;
 };
+
+// From the positions of a valid surface, without targets.
+EngineInput input_of(const mesh::Surface& surface);
 
 // Starts at u = 0 with the Euclidean intrinsic Delaunay triangulation of the input. bits 53 is
 // double, up to 4096 MPFR.

@@ -1,17 +1,535 @@
 #include "flipfree/intrinsic/layout/layout.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
+#include <cstddef>
 #include <limits>
+#include <map>
+#include <numeric>
+#include <string>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
+#include "flipfree/base/error.h"
+#include "flipfree/base/parallel.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/intrinsic/layout/development.h"
+#include "flipfree/numeric/scalar.h"
 
 namespace flipfree::intrinsic {
-
 namespace {
+
+// Laying the final flat metric out in the plane, along the edges of the user's own triangulation:
+// every corner of an input face and every crossing of an input edge with the final triangulation
+// gets its place.
+//
+// The surface is developed input face by input face, the largest first (a spanning tree of the
+// uncut dual over long developed edges), so that errors of large triangles do not pass through
+// small ones. Directions are carried as unit vectors beside positions: a small triangle far from
+// the origin keeps its shape until the last addition.
+//
+// Guarantee: away from cuts neighbouring faces get equal places bit for bit; across a cut the two
+// sides differ by a rigid motion up to the angle error of the metric.
+
+// A place in the plane; 80-bit numbers for their range. Squares stay in it, so no scaling is
+// needed.
+using Place = std::complex<long double>;
+
+struct Development {
+  std::vector<Place> corner;         // 3 #F
+  std::vector<double> corner_angle;  // 3 #F: angle between the first pieces of a corner's two
+                                     // sides, may pass 2 pi; 0 in faces without crossings
+  // Per crossing: left and right of its curve; equal away from cuts.
+  std::vector<std::array<Place, 2>> crossing;
+  std::vector<Index> chart_of_face;  // #F
+  Index chart_count = 0;
+  // Largest distance between two developments of one place, over the largest developed edge: how
+  // well the flat metric closes.
+  double closing_error = 0.0;
+};
+
+// The overlay of a triangulation M0 with the final one, T.
+struct TracedMesh {
+  const Overlay& overlay;
+  const std::vector<HalfedgeId>& halfedge_of_corner;  // 3 #F: of M0, corner k to k + 1
+  std::vector<Index> curve_of_edge;  // #E of M0: curve that traces it, kInvalid = none
+  std::vector<char> cut;             // #E of M0: is it a cut or boundary?
+};
+
+// The crossings of a curve, along it or back.
+struct Crossings {
+  std::int64_t begin, end;
+  bool forward;
+  Crossings(const OverlayTrace& trace, Index curve, bool along)
+      : begin(trace.begin[at(curve)]), end(trace.begin[at(curve) + 1]), forward(along) {}
+  std::int64_t count() const { return end - begin; }
+  std::size_t id(std::int64_t i) const { return at(forward ? begin + i : end - 1 - i); }
+  // A place between the ends of the curve, or of what it crosses, as seen from there.
+  Between seen(const Between& b) const { return forward ? b : Between{b.target, b.source}; }
+};
+
+// Longest edge over shortest up to which double is enough: a thousand roundings of the largest
+// place are then 1e-7 of the shortest edge. And fourth powers of lengths must be representable.
+constexpr double kMildRatio = 1 << 20;
+constexpr double kLargestMild = 1e60;
+
+// A half-edge of T in the plane: place of its source, unit direction.
+template <typename Real>
+struct Frame {
+  Real x{0.0}, y{0.0}, dx{1.0}, dy{0.0};
+};
+
+template <typename Real>
+struct Angle {
+  Real cosine{1.0}, sine{0.0};
+};
+
+// Follows the half-edges of the user's triangulation M0 through the triangles of the final one, T,
+// in the plane. A frame says where a half-edge of T lies: the place of its source and its
+// direction. From the frame at one end of a half-edge of M0 that at its other end follows, and from
+// there, turning around the vertex, that of the next half-edge of M0.
+template <typename Real>
+class FaceDeveloper {
+ public:
+  FaceDeveloper(const TracedMesh& input, std::vector<Real> lengths, const ExecutionContext& context)
+      : input_(input),
+        trace_(input.overlay.trace),
+        mesh_(input.overlay.coordinates.current()),
+        halfedges_(input.halfedge_of_corner),
+        context_(context),
+        lengths_(std::move(lengths)),
+        angles_(mesh_.halfedge_count()),
+        corner_of_(mesh_.halfedge_count(), kInvalid),
+        mate_(halfedges_.size(), kInvalid),
+        placed_(halfedges_.size(), 0) {
+    parallel_for(context, angles_.size(), 4096,
+                 [&](std::size_t begin, std::size_t end, std::size_t) {
+                   for (std::size_t h = begin; h < end; ++h)
+                     angles_[h] = corner_angle(static_cast<HalfedgeId>(h));
+                 });
+    for (CornerId c = 0; c < corner_count(); ++c) corner_of_[at(halfedge(c))] = c;
+    for (CornerId c = 0; c < corner_count(); ++c) {
+      if (input.cut[at(halfedge(c) >> 1)] == 0) mate_[at(c)] = corner_of_[at(opposite(c))];
+    }
+    development_.corner.resize(halfedges_.size());
+    development_.crossing.resize(trace_.crossings.size());
+    development_.chart_of_face.assign(halfedges_.size() / 3, kInvalid);
+  }
+
+  Development run() {
+    for (const FaceId root : faces_by_size()) {
+      if (is_done(root)) continue;
+      place_root(root);
+      while (!fronts_.empty()) place_next();
+      ++development_.chart_count;
+    }
+    measure_angles();
+    development_.closing_error =
+        largest_ > 0 ? static_cast<double>(std::sqrt(gap_ / largest_)) : 0.0;
+    return std::move(development_);
+  }
+
+ private:
+  using F = Frame<Real>;
+  // An uncut input edge over which the next face may be developed: frames of start(g) and
+  // start(opposite(g)), g the half-edge of the corner in the face to be entered.
+  struct EdgeFrames {
+    F at_source, at_target;
+  };
+
+  const CurveStart& start(HalfedgeId g) const { return trace_.start[at(g)]; }
+  Place place(const F& f) const { return {numeric::widen(f.x), numeric::widen(f.y)}; }
+  long double length(HalfedgeId h) const { return numeric::widen(lengths_[at(h >> 1)]); }
+  Crossings crossings_of(HalfedgeId g) const {
+    const Index curve = input_.curve_of_edge[at(g >> 1)];
+    return {trace_, curve, trace_.curves[at(curve)] == g};
+  }
+
+  // From the frame of start(from) to that of start(to), the next half-edge of M0 around their
+  // source, counter-clockwise or clockwise.
+  F rotate(F frame, HalfedgeId from, HalfedgeId to, bool ccw) const {
+    const CurveStart &a = start(from), &b = start(to);
+    if (a.halfedge == b.halfedge && (ccw ? b.place > a.place : b.place < a.place)) return frame;
+    HalfedgeId h = a.halfedge;
+    for (std::size_t guard = 0; guard <= mesh_.halfedge_count(); ++guard) {
+      if (!ccw) h = mesh_.next_of(FlipMesh::opposite(h));
+      const Angle<Real>& angle = angles_[at(h)];
+      turn(frame, angle.cosine, ccw ? angle.sine : -angle.sine);
+      if (ccw) h = mesh_.rotate_ccw(h);
+      if (h == b.halfedge) return frame;
+    }
+    throw InternalError("layout: input half-edge " + std::to_string(to) +
+                        " was not found around its source");
+  }
+
+  // Angle from the first piece of half-edge `from` of M0 counter-clockwise to that of `to`, the
+  // next one around.
+  double angle_between(HalfedgeId from, HalfedgeId to) const {
+    const CurveStart &a = start(from), &b = start(to);
+    double sum = offset(to) - offset(from);
+    if (a.halfedge == b.halfedge && b.place > a.place) return sum;
+    HalfedgeId h = a.halfedge;
+    do {
+      const Angle<Real>& angle = angles_[at(h)];
+      sum += std::atan2(static_cast<double>(numeric::widen(angle.sine)),
+                        static_cast<double>(numeric::widen(angle.cosine)));
+      h = mesh_.rotate_ccw(h);
+    } while (h != b.halfedge);
+    return sum;
+  }
+
+  // Follows half-edge g of M0, no edge of T, from the frame of start(g) to that of
+  // start(opposite(g)). Calls visit(crossing id, place) in order along g.
+  template <typename Visit>
+  F follow(F frame, HalfedgeId g, const Visit& visit) const {
+    const Crossings crossings = crossings_of(g);
+    HalfedgeId h = start(g).halfedge;
+    for (std::int64_t i = 0; i < crossings.count(); ++i) {
+      const std::size_t id = crossings.id(i);
+      // Against the curve's own direction it is the opposite half-edge through which a face is
+      // left.
+      const HalfedgeId recorded = trace_.crossings[id].through;
+      const HalfedgeId through = crossings.forward ? recorded : FlipMesh::opposite(recorded);
+      for (int k = 0; h != through; ++k) {
+        if (k == 3)
+          throw InternalError("layout: input half-edge " + std::to_string(g) +
+                              " jumps between faces");
+        to_next(frame, h);
+      }
+      const Real t(crossings.seen(input_.overlay.positions.on_edge[id]).target);
+      const Real& l = lengths_[at(h >> 1)];
+      visit(id, Place{numeric::widen(frame.x + frame.dx * l * t),
+                      numeric::widen(frame.y + frame.dy * l * t)});
+      to_opposite(frame, h);
+    }
+    to_next(frame, h);
+    to_next(frame, h);
+    if (h != start(FlipMesh::opposite(g)).halfedge) {
+      throw InternalError("layout: input half-edge " + std::to_string(g) +
+                          " ends in the wrong corner");
+    }
+    return frame;
+  }
+
+  // Angle from the half-edge of T at which half-edge g of M0 starts to g's first piece.
+  double offset(HalfedgeId g) const {
+    const CurveStart& s = start(g);
+    if (s.shared()) return 0.0;
+    const Crossings crossings = crossings_of(g);
+    // The opposite side runs from the target of h; seen against the curve its ends are swapped.
+    const Between near = crossings.seen(input_.overlay.positions.on_edge[crossings.id(0)]);
+    const Angle<Real>& angle = angles_[at(s.halfedge)];
+    const long double a = length(s.halfedge) * near.source;
+    const long double b = length(mesh_.previous(s.halfedge)) * near.target;
+    return static_cast<double>(
+        std::atan2(b * numeric::widen(angle.sine), a + b * numeric::widen(angle.cosine)));
+  }
+  static void turn(F& f, const Real& c, const Real& s) {
+    const Real x = f.dx * c - f.dy * s;
+    f.dy = f.dx * s + f.dy * c;
+    f.dx = x;
+  }
+  void to_target(F& f, HalfedgeId h) const {
+    const Real& l = lengths_[at(h >> 1)];
+    f.x = f.x + f.dx * l;
+    f.y = f.y + f.dy * l;
+  }
+  // The frame of h becomes that of the next half-edge, or of the opposite one, and so does h.
+  void to_next(F& f, HalfedgeId& h) const {
+    to_target(f, h);
+    h = mesh_.next_of(h);
+    turn(f, -angles_[at(h)].cosine, angles_[at(h)].sine);  // by pi - angle
+  }
+  void to_opposite(F& f, HalfedgeId& h) const {
+    to_target(f, h);
+    h = FlipMesh::opposite(h);
+    f.dx = -f.dx;
+    f.dy = -f.dy;
+  }
+  // The angle at the source of h in its face, by half-angle formulas that keep small angles
+  // relatively accurate.
+  Angle<Real> corner_angle(HalfedgeId h) const {
+    using std::sqrt;
+    const Real& a = lengths_[at(h >> 1)];
+    const Real& b = lengths_[at(mesh_.previous(h) >> 1)];
+    const Real& c = lengths_[at(mesh_.next_of(h) >> 1)];
+    const Real zero(0.0), two(2.0);
+    const auto positive = [&](const Real& x) { return x > zero ? x : zero; };
+    const Real p =
+        (a > b) ? positive(c - (a - b)) * (c + (a - b)) : positive(c - (b - a)) * (c + (b - a));
+    const Real q = positive((a + b) - c) * ((a + b) + c);
+    // tan^2(angle / 2) = p / q; cos = (q - p) / (q + p), sin = 2 sqrt(p q) / (p + q).
+    const Real sum = p + q;
+    if (!(sum > zero)) return {};
+    const Real inverse = Real(1.0) / sum;
+    return {(q - p) * inverse, two * sqrt(p * q) * inverse};
+  }
+
+  Index corner_count() const { return static_cast<Index>(halfedges_.size()); }
+  HalfedgeId halfedge(CornerId c) const { return halfedges_[at(c)]; }
+  HalfedgeId opposite(CornerId c) const { return FlipMesh::opposite(halfedge(c)); }
+  // The corner whose half-edge is opposite to that of c; kInvalid at cuts.
+  CornerId mate(CornerId c) const { return mate_[at(c)]; }
+  bool is_done(FaceId f) const { return development_.chart_of_face[at(f)] != kInvalid; }
+  // Is the edge of this corner placed already, from its other side?
+  bool known(CornerId c) const { return mate(c) != kInvalid && is_done(mate(c) / 3); }
+
+  // The face with the longest final edge goes first, in every chart.
+  std::vector<FaceId> faces_by_size() const {
+    std::vector<long double> size(halfedges_.size() / 3, 0);
+    for (CornerId c = 0; c < corner_count(); ++c)
+      size[at(c / 3)] = std::max(size[at(c / 3)], length(start(halfedge(c)).halfedge));
+    std::vector<FaceId> faces(size.size());
+    std::iota(faces.begin(), faces.end(), 0);
+    std::stable_sort(faces.begin(), faces.end(),
+                     [&](FaceId a, FaceId b) { return size[at(a)] > size[at(b)]; });
+    return faces;
+  }
+
+  // The first edge of the root face lies along the x axis at its start.
+  void place_root(FaceId root) {
+    const CornerId c = 3 * root, n = next_corner(c), p = previous_corner(c);
+    development_.chart_of_face[at(root)] = development_.chart_count;
+    const F x = F{};
+    const F y = develop_edge(c, x, false);
+    settle(c, place(x));
+    settle(n, place(y));
+    settle(p, place(develop_edge(n, rotate(y, opposite(c), halfedge(n), false), false)));
+    develop_edge(p, rotate(x, halfedge(c), opposite(p), true), true);
+  }
+
+  void place_next() {
+    constexpr Index kFacesPerCheck = 1024;
+    const auto front = fronts_.extract(fronts_.begin());
+    const EdgeFrames& edge = front.mapped();
+    const CornerId c = front.key().second, n = next_corner(c), p = previous_corner(c);
+    if (is_done(c / 3)) return;
+    development_.chart_of_face[at(c / 3)] = development_.chart_count;
+    if (++done_ % kFacesPerCheck == 0) context_.check();
+    settle(c, place(edge.at_source));
+    settle(n, place(edge.at_target));
+    const F left = rotate(edge.at_source, halfedge(c), opposite(p), true);
+    const F right = rotate(edge.at_target, opposite(c), halfedge(n), false);
+    if (!known(n)) settle(p, place(develop_edge(n, right, false)));
+    if (!known(p)) settle(p, place(develop_edge(p, left, true)));
+  }
+
+  // Gives every corner of the uncut fan around `c` this place, unless one has it already.
+  void settle(CornerId c, const Place& p) {
+    if (placed_[at(c)] != 0) {
+      gap_ = std::max(gap_, std::norm(development_.corner[at(c)] - p));
+      return;
+    }
+    const auto set = [&](CornerId d) {
+      development_.corner[at(d)] = p;
+      placed_[at(d)] = 1;
+    };
+    set(c);
+    CornerId d = c;
+    while ((d = mate(previous_corner(d))) != kInvalid) {  // counter-clockwise
+      if (d == c) return;
+      set(d);
+    }
+    d = c;
+    while ((d = mate(d)) != kInvalid) {  // clockwise
+      d = next_corner(d);
+      set(d);
+    }
+  }
+
+  // Places the crossings of the half-edge of `c` from the frame at one end; queues its other side.
+  F develop_edge(CornerId c, const F& from, bool backwards) {
+    const HalfedgeId g = halfedge(c);
+    const HalfedgeId along = backwards ? FlipMesh::opposite(g) : g;
+    const bool cut = mate(c) == kInvalid;
+    F to = from;
+    if (start(along).shared()) {
+      HalfedgeId h = start(along).halfedge;
+      to_opposite(to, h);
+    } else {
+      const std::size_t side = crossings_of(g).forward ? 0 : 1;
+      to = follow(from, along, [&](std::size_t id, const Place& p) {
+        development_.crossing[id][side] = p;
+        if (!cut) development_.crossing[id][1 - side] = p;
+      });
+    }
+    const F &source = backwards ? to : from, &target = backwards ? from : to;
+    const long double square = std::norm(place(source) - place(target));
+    largest_ = std::max(largest_, square);
+    // No place may be no number.
+    if (!cut && !known(c))
+      fronts_.emplace(std::pair(square > 0 ? -square : 0, mate(c)), EdgeFrames{target, source});
+    return to;
+  }
+
+  void measure_angles() {
+    development_.corner_angle.assign(halfedges_.size(), 0.0);
+    std::vector<FaceId> faces;  // with crossings
+    for (std::size_t curve = 0; curve < trace_.curves.size(); ++curve) {
+      if (trace_.of_curve(curve).empty()) continue;
+      const HalfedgeId g = trace_.curves[curve];
+      for (const CornerId c : {corner_of_[at(g)], corner_of_[at(FlipMesh::opposite(g))]})
+        if (c != kInvalid) faces.push_back(c / 3);
+    }
+    sort_unique(faces);
+    parallel_for(context_, faces.size(), 512, [&](std::size_t begin, std::size_t end, std::size_t) {
+      for (std::size_t i = begin; i < end; ++i) {
+        for (CornerId c = 3 * faces[i]; c < 3 * faces[i] + 3; ++c)
+          development_.corner_angle[at(c)] =
+              angle_between(halfedge(c), opposite(previous_corner(c)));
+      }
+    });
+  }
+
+  const TracedMesh& input_;
+  const OverlayTrace& trace_;
+  const FlipMesh& mesh_;
+  const std::vector<HalfedgeId>& halfedges_;  // of M0, per corner
+  const ExecutionContext& context_;
+  std::vector<Real> lengths_;
+  std::vector<Angle<Real>> angles_;
+  std::vector<CornerId> corner_of_;  // half-edge of M0 -> corner
+  std::vector<CornerId> mate_;       // per corner
+  Development development_;
+  std::vector<char> placed_;  // corners whose place is known
+  // By the edge's square, the longest first, and the corner of the face that is entered over it.
+  std::map<std::pair<long double, CornerId>, EdgeFrames> fronts_;
+  // Squares.
+  long double largest_ = 0;  // developed edge
+  long double gap_ = 0;      // between two developments of one place
+  Index done_ = 0;
+};
+
+// Doubles are developed in double where lengths differ little, else in 80 bits, since the shortest
+// edges must not drown in the rounding of places far away.
+Development develop_traced(const TracedMesh& input, const Scalars& lengths,
+                           const ExecutionContext& context) {
+  return std::visit(
+      [&]<typename Real>(const std::vector<Real>& all) {
+        if constexpr (std::is_same_v<Real, double>) {
+          const auto [low, high] = std::minmax_element(all.begin(), all.end());
+          const bool mild =
+              *high < kMildRatio * *low && *high<kLargestMild&& * low> 1 / kLargestMild;
+          if (!mild) {
+            return FaceDeveloper<long double>(
+                       input, std::vector<long double>(all.begin(), all.end()), context)
+                .run();
+          }
+        }
+        return FaceDeveloper<Real>(input, all, context).run();
+      },
+      lengths);
+}
+
+// The development of the input: places of its corners, and of points along its edges.
+//
+// On the input's own triangulation the points are where its edges cross the final one. On a
+// refined start (split_surface.h) every edge of the input is a chain of pieces with crossings of
+// their own, joined by added vertices: these become points of the edge like the others. Vertices
+// added inside faces are not needed: a face's image is known from its boundary.
+struct InputDevelopment {
+  Development development;          // of the input's corners and faces; `crossing` has the points
+  std::vector<std::int64_t> begin;  // #E + 1: points of edge e, in order along its half-edge
+  std::vector<Between> along;       // per point: between the ends of its edge, on the input
+};
+
+// The developed angle at a corner; in faces without crossings it is that of their three places.
+double corner_angle(const Development& development, CornerId c) {
+  if (development.corner_angle[at(c)] != 0.0) return development.corner_angle[at(c)];
+  const Place& p = development.corner[at(c)];
+  const Place a = development.corner[at(next_corner(c))] - p;
+  const Place b = development.corner[at(previous_corner(c))] - p;
+  return static_cast<double>(std::arg(std::conj(a) * b));
+}
+
+// Appends the points of one input edge: `h` is its half-edge.
+void write_chain(const MetricOverlay& fine, const Development& development, HalfedgeId h,
+                 InputDevelopment& out) {
+  const SplitSurface& split = *fine.split;
+  const Index begin = split.piece_begin[at(h)], end = split.piece_begin[at(h) + 1];
+  for (Index i = begin; i < end; ++i) {
+    const HalfedgeId g = split.piece[at(i)];
+    const double from = split.piece_from[at(i)];
+    const double to = i + 1 < end ? split.piece_from[at(i + 1)] : 1.0;
+    const Index e = fine.edges.of_corner[at(g)];
+    const Crossings crossings(fine.overlay.trace, e, fine.edges.halfedge[at(e)] == g);
+    for (std::int64_t k = 0; k < crossings.count(); ++k) {
+      const std::size_t id = crossings.id(k);
+      const auto [s, t] = crossings.seen(fine.overlay.positions.on_curve[id]);
+      out.along.push_back({s * (1.0 - from) + t * (1.0 - to), s * from + t * to});
+      const auto& [left, right] = development.crossing[id];
+      out.development.crossing.push_back(crossings.forward ? std::array{left, right}
+                                                           : std::array{right, left});
+    }
+    if (i + 1 == end) break;
+    // The vertex at the end of the piece.
+    const HalfedgeId o = fine.adjacency.opposite[at(g)];
+    const Place left = development.corner[at(next_corner(g))];
+    out.along.push_back({1.0 - to, to});
+    out.development.crossing.push_back({left, o == kInvalid ? left : development.corner[at(o)]});
+  }
+}
+
+// The layout of the input from that of the surface it was split into.
+InputDevelopment composed(const MetricOverlay& overlaid, const Development& fine,
+                          const InputEdges& edges) {
+  const SplitSurface& split = *overlaid.split;
+  const auto corner_count = static_cast<CornerId>(split.corner_begin.size()) - 1;
+  InputDevelopment out;
+  Development& development = out.development;
+  development.chart_count = fine.chart_count;
+  development.closing_error = fine.closing_error;
+  development.chart_of_face.resize(at(corner_count / 3));
+  development.corner.resize(at(corner_count));
+  development.corner_angle.assign(at(corner_count), 0.0);
+  for (CornerId c = 0; c < corner_count; ++c) {
+    for (Index i = split.corner_begin[at(c)]; i < split.corner_begin[at(c) + 1]; ++i) {
+      const CornerId own = split.corner[at(i)];
+      development.corner[at(c)] = fine.corner[at(own)];
+      development.corner_angle[at(c)] += corner_angle(fine, own);
+      development.chart_of_face[at(c / 3)] = fine.chart_of_face[at(own / 3)];
+    }
+  }
+  out.begin.push_back(0);
+  for (const HalfedgeId h : edges.halfedge) {
+    write_chain(overlaid, fine, h, out);
+    out.begin.push_back(static_cast<std::int64_t>(out.along.size()));
+  }
+  return out;
+}
+
+// The cuts on the triangulation that the metric was computed on.
+mesh::EdgeFlags on_pieces(const mesh::EdgeFlags& cuts, const SplitSurface& split) {
+  mesh::EdgeFlags flags(static_cast<std::size_t>(3 * split.faces.rows()), false);
+  for (std::size_t h = 0; h < cuts.size(); ++h) {
+    for (Index i = split.piece_begin[h]; cuts[h] && i < split.piece_begin[h + 1]; ++i)
+      flags[at(split.piece[at(i)])] = true;
+  }
+  return flags;
+}
+
+// Along `cuts` (flags of the input's half-edges) neighbours part. `edges`: of the input.
+InputDevelopment develop(const MetricOverlay& overlaid, const InputEdges& edges,
+                         const mesh::EdgeFlags& cuts, const ExecutionContext& context) {
+  const FlippedMetric& metric = *overlaid.metric;
+  const bool split = overlaid.split != nullptr;
+  const mesh::EdgeFlags own_cuts = split ? on_pieces(cuts, *overlaid.split) : cuts;
+  TracedMesh input{overlaid.overlay, metric.input_halfedge,
+                   std::vector<Index>(metric.initial.edge_count(), kInvalid),
+                   std::vector<char>(metric.initial.edge_count(), 0)};
+  for (std::size_t e = 0; e < overlaid.edges.halfedge.size(); ++e) {
+    const HalfedgeId h = overlaid.edges.halfedge[e];
+    const EdgeId own = FlipMesh::edge(metric.input_halfedge[at(h)]);
+    input.curve_of_edge[at(own)] = static_cast<Index>(e);
+    input.cut[at(own)] = overlaid.adjacency.opposite[at(h)] == kInvalid || own_cuts[at(h)];
+  }
+  Development own = develop_traced(input, metric.length, context);
+  if (split) return composed(overlaid, own, edges);
+  return {std::move(own), overlaid.overlay.trace.begin, overlaid.overlay.positions.on_curve};
+}
 
 // Turns every chart so that its longest boundary edge is horizontal, sets
 // charts side by side, and scales the whole into the unit square.
@@ -20,81 +538,69 @@ struct ChartPlacement {
   std::vector<Place> shift;      // per chart, added after turning
   long double scale = 1;
   Place origin;  // subtracted last but one, before scaling
+  Place placed(const Place& p, Index chart) const {
+    return p * direction[at(chart)] + shift[at(chart)];
+  }
   Vector2 apply(const Place& p, Index chart) const {
-    const Place& d = direction[static_cast<std::size_t>(chart)];
-    const Place& s = shift[static_cast<std::size_t>(chart)];
-    const long double x = p.x * d.x - p.y * d.y + s.x - origin.x;
-    const long double y = p.x * d.y + p.y * d.x + s.y - origin.y;
-    return {static_cast<double>(x * scale), static_cast<double>(y * scale)};
+    const Place q = (placed(p, chart) - origin) * scale;
+    return {static_cast<double>(q.real()), static_cast<double>(q.imag())};
   }
 };
 
 ChartPlacement place_charts(const Development& development, const mesh::Adjacency& adjacency) {
-  ChartPlacement placement;
   const auto corner_count = static_cast<CornerId>(development.corner.size());
-  struct Box {
-    long double x0 = std::numeric_limits<long double>::infinity(), y0 = x0, x1 = -x0, y1 = -x0;
-    void add(long double x, long double y) {
-      x0 = std::min(x0, x), x1 = std::max(x1, x);
-      y0 = std::min(y0, y), y1 = std::max(y1, y);
-    }
-  };
+  const std::size_t charts = at(development.chart_count);
+  using Box = Eigen::AlignedBox<long double, 2>;
   // Of edges that are about as long the first: rounding must not turn the map.
   constexpr long double kAboutAsLong = 1 - 1e-6L;
-  std::vector<Place> longest(at(development.chart_count), Place{0, 0});
-  std::vector<long double> most(at(development.chart_count), 0);
+  std::vector<Place> longest(charts, Place{0, 0});
+  std::vector<long double> most(charts, 0);
   const auto over_boundary = [&](const auto& visit) {
     for (CornerId c = 0; c < corner_count; ++c) {
-      if (adjacency.opposite[at(c)] != kInvalid) continue;
-      const Place &p = development.corner[at(c)], &q = development.corner[at(next_corner(c))];
-      visit(at(development.chart_of_face[at(c / 3)]), Place{q.x - p.x, q.y - p.y});
+      if (adjacency.opposite[at(c)] == kInvalid)
+        visit(at(development.chart_of_face[at(c / 3)]),
+              development.corner[at(next_corner(c))] - development.corner[at(c)]);
     }
   };
-  over_boundary([&](std::size_t chart, const Place& d) {
-    most[chart] = std::max(most[chart], std::hypot(d.x, d.y));
-  });
+  over_boundary(
+      [&](std::size_t chart, const Place& d) { most[chart] = std::max(most[chart], std::abs(d)); });
   over_boundary([&](std::size_t chart, const Place& d) {
     Place& best = longest[chart];
-    if (best.x == 0 && best.y == 0 && std::hypot(d.x, d.y) >= kAboutAsLong * most[chart]) best = d;
+    if (best == Place{0, 0} && std::abs(d) >= kAboutAsLong * most[chart]) best = d;
   });
-  for (Place& d : longest) {
-    const long double norm = std::hypot(d.x, d.y);
-    d = norm > 0 ? Place{d.x / norm, -d.y / norm} : Place{1, 0};
-  }
-  placement.direction = std::move(longest);
-  std::vector<Box> boxes(at(development.chart_count));
+  for (Place& d : longest) d = std::abs(d) > 0 ? std::conj(d) / std::abs(d) : Place{1, 0};
+  ChartPlacement placement{std::move(longest), std::vector<Place>(charts, Place{0, 0}), 1, {}};
+  std::vector<Box> boxes(charts);
   for (CornerId c = 0; c < corner_count; ++c) {
-    const std::size_t chart = at(development.chart_of_face[at(c / 3)]);
-    const Place& d = placement.direction[chart];
-    const Place& p = development.corner[at(c)];
-    boxes[chart].add(p.x * d.x - p.y * d.y, p.x * d.y + p.y * d.x);
+    const Index chart = development.chart_of_face[at(c / 3)];
+    const Place p = placement.placed(development.corner[at(c)], chart);
+    boxes[at(chart)].extend(Box::VectorType(p.real(), p.imag()));
   }
   // Shelves: charts by height in rows about as wide as the whole is high.
   long double area = 0, widest = 0;
   for (const Box& b : boxes) {
-    area += (b.x1 - b.x0) * (b.y1 - b.y0);
-    widest = std::max(widest, b.x1 - b.x0);
+    area += b.volume();
+    widest = std::max(widest, b.sizes().x());
   }
   const long double row_width = std::max(widest, std::sqrt(area) * 1.1L);
-  std::vector<Index> order(boxes.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<Index>(i);
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
-    return boxes[at(a)].y1 - boxes[at(a)].y0 > boxes[at(b)].y1 - boxes[at(b)].y0;
+  std::vector<std::size_t> order(boxes.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return boxes[a].sizes().y() > boxes[b].sizes().y();
   });
-  placement.shift.resize(boxes.size());
   long double x = 0, y = 0, shelf = 0, width = 0;
   const long double gap = boxes.size() > 1 ? row_width * 0.01L : 0;
-  for (const Index i : order) {
-    const Box& b = boxes[at(i)];
-    if (x > 0 && x + (b.x1 - b.x0) > row_width * 1.0001L) {
+  for (const std::size_t i : order) {
+    const Box& b = boxes[i];
+    if (x > 0 && x + b.sizes().x() > row_width * 1.0001L) {
       y += shelf + gap;
       x = shelf = 0;
     }
-    placement.shift[at(i)] = {x - b.x0, y - b.y0};
-    x += b.x1 - b.x0;
+    placement.shift[i] = {x - b.min().x(), y - b.min().y()};
+    x += b.sizes().x();
     width = std::max(width, x);
     x += gap;
-    shelf = std::max(shelf, b.y1 - b.y0);
+    shelf = std::max(shelf, b.sizes().y());
   }
   placement.scale = 1 / std::max(width, y + shelf);
   return placement;
@@ -136,17 +642,11 @@ Place finest_place(const Development& development, const ChartPlacement& placeme
   Place best;
   long double least = std::numeric_limits<long double>::infinity();
   for (const FaceId f : faces) {
-    const auto at_corner = [&](Index k) { return development.corner[at(3 * f + k)]; };
-    const Place a = at_corner(0), b = at_corner(1), c = at_corner(2);
-    const long double size =
-        std::max(std::hypot(b.x - a.x, b.y - a.y), std::hypot(c.x - a.x, c.y - a.y));
-    if (size < least) {
-      least = size;
-      const Index chart = development.chart_of_face[at(f)];
-      const Place& d = placement.direction[at(chart)];
-      const Place& t = placement.shift[at(chart)];
-      best = {a.x * d.x - a.y * d.y + t.x, a.x * d.y + a.y * d.x + t.y};
-    }
+    const Place* const p = &development.corner[at(3 * f)];
+    const long double size = std::max(std::abs(p[1] - p[0]), std::abs(p[2] - p[0]));
+    if (!(size < least)) continue;
+    least = size;
+    best = placement.placed(p[0], development.chart_of_face[at(f)]);
   }
   return best;
 }
@@ -155,43 +655,54 @@ Place finest_place(const Development& development, const ChartPlacement& placeme
 // square, then, where that is too coarse, with the origin moved to the finest
 // place. If none can be stored in 32 bits, the best one for 64. Cuts become
 // edges of the map.
-void refine_and_round(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                      const InputDevelopment& developed, const InputEdges& edges,
-                      const mesh::EdgeFlags& cuts, Refinement refinement, MetricLayout& best,
-                      const ExecutionContext& context) {
+void refine_and_round(const mesh::Surface& surface, const InputDevelopment& developed,
+                      const InputEdges& edges, const mesh::EdgeFlags& cuts, Refinement refinement,
+                      MetricLayout& best, const ExecutionContext& context) {
   constexpr int kOrigins = 3;
-  const Development& development = developed.development;
-  ChartPlacement placement = place_charts(development, adjacency);
+  const mesh::Adjacency& adjacency = surface.adjacency();
+  ChartPlacement placement = place_charts(developed.development, adjacency);
   ChartPlacement best_placement = placement;
-  std::vector<char> cut;
-  for (const HalfedgeId h : edges.halfedge) cut.push_back(cuts[at(h)] ? 1 : 0);
   EdgePointMap points;
   for (int attempt = 0; attempt < kOrigins; ++attempt) {
     points = to_edge_points(developed, placement, edges, adjacency);
-    RefinedLayout refined =
-        refine_map(surface, adjacency, points, refinement, Storage::k64And32, context);
+    RefinedLayout refined = refine_map(surface, points, refinement, Storage::k64And32, context);
     if (attempt > 0 && refined.invalid.size() >= best.too_small.size()) break;
     best.too_small = refined.invalid;
     best.map = std::move(refined);
     best_placement = placement;
     best.origin_moves = attempt;
     if (best.too_small.empty()) break;
-    placement.origin = finest_place(development, placement, best.too_small);
+    placement.origin = finest_place(developed.development, placement, best.too_small);
   }
   if (!best.too_small.empty()) {
     points = to_edge_points(developed, best_placement, edges, adjacency);
-    best.map = refine_map(surface, adjacency, points, refinement, Storage::k64Only, context);
+    best.map = refine_map(surface, points, refinement, Storage::k64Only, context);
   }
-  best.cut_edges = edges_on(surface.faces, points, cut, best.map);
+  best.cut_edges = edges_on(surface.faces, points, cuts, best.map);
 }
 
 }  // namespace
 
+InputEdges number_edges(const mesh::Adjacency& adjacency) {
+  InputEdges edges;
+  edges.of_corner.assign(adjacency.opposite.size(), kInvalid);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o != kInvalid && o < h) {
+      edges.of_corner[at(h)] = edges.of_corner[at(o)];
+    } else {
+      edges.of_corner[at(h)] = static_cast<Index>(edges.halfedge.size());
+      edges.halfedge.push_back(h);
+    }
+  }
+  return edges;
+}
+
 MetricOverlay overlay_metric(const FlippedMetric& metric, const SplitSurface* split,
-                             const mesh::Adjacency& adjacency, std::int64_t max_crossings,
+                             const mesh::Surface& surface, std::int64_t max_crossings,
                              const ExecutionContext& context) {
-  mesh::Adjacency own =
-      split == nullptr ? adjacency : mesh::build_adjacency(split->vertex_count, split->faces);
+  mesh::Adjacency own = split == nullptr ? surface.adjacency()
+                                         : mesh::build_adjacency(split->vertex_count, split->faces);
   InputEdges edges = number_edges(own);
   std::vector<HalfedgeId> curves;
   curves.reserve(edges.halfedge.size());
@@ -200,20 +711,20 @@ MetricOverlay overlay_metric(const FlippedMetric& metric, const SplitSurface* sp
           build_overlay(metric, curves, max_crossings, context)};
 }
 
-MetricLayout lay_out_metric(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                            const MetricOverlay& overlaid, const mesh::EdgeFlags& cuts,
-                            Refinement refinement, ExecutionContext& context) {
+MetricLayout lay_out_metric(const mesh::Surface& surface, const MetricOverlay& overlaid,
+                            const mesh::EdgeFlags& cuts, Refinement refinement,
+                            ExecutionContext& context) {
   MetricLayout out;
   Stopwatch watch;
   context.report("layout", 0.0);
-  const InputEdges edges = number_edges(adjacency);
+  const InputEdges edges = number_edges(surface.adjacency());
   const InputDevelopment developed = develop(overlaid, edges, cuts, context);
   out.chart_count = developed.development.chart_count;
   out.closing_error = developed.development.closing_error;
   out.seconds_layout = watch.seconds();
   watch.restart();
   context.report("refinement", 0.4);
-  refine_and_round(surface, adjacency, developed, edges, cuts, refinement, out, context);
+  refine_and_round(surface, developed, edges, cuts, refinement, out, context);
   out.seconds_refine = watch.seconds();
   return out;
 }

@@ -13,7 +13,6 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/intrinsic/flipped_metric.h"
-#include "flipfree/intrinsic/layout/development.h"
 #include "flipfree/intrinsic/layout/refine_map.h"
 #include "flipfree/intrinsic/overlay.h"
 #include "flipfree/intrinsic/refined_start/split_surface.h"
@@ -25,10 +24,26 @@ namespace flipfree::intrinsic {
 
 inline constexpr std::int64_t kMaxCrossings = 20'000'000;
 
-// A metric with its overlay. `adjacency`: of the input. `metric` and `split` must outlive the
-// result. Errors, cost: build_overlay().
+// The edges of a mesh in corner order.
+struct InputEdges {
+  std::vector<HalfedgeId> halfedge;  // #E: the corner first seen
+  std::vector<Index> of_corner;      // 3 #F
+};
+InputEdges number_edges(const mesh::Adjacency& adjacency);
+
+// A metric with its overlay.
+struct MetricOverlay {
+  const FlippedMetric* metric = nullptr;
+  const SplitSurface* split = nullptr;  // the refined start that the metric was computed on, if any
+  // Of the triangulation that the metric was computed on.
+  mesh::Adjacency adjacency;
+  InputEdges edges;
+  Overlay overlay;  // of all its edges
+};
+// `surface`: the input. `metric` and `split` must outlive the result. Errors, cost:
+// build_overlay().
 MetricOverlay overlay_metric(const FlippedMetric& metric, const SplitSurface* split,
-                             const mesh::Adjacency& adjacency, std::int64_t max_crossings,
+                             const mesh::Surface& surface, std::int64_t max_crossings,
                              const ExecutionContext& context);
 
 struct MetricLayout {
@@ -38,16 +53,17 @@ struct MetricLayout {
   // best (map.invalid).
   std::vector<FaceId> too_small;
   Index chart_count = 0;
-  double closing_error = 0.0;  // development.h
-  int origin_moves = 0;        // for the finest places to be stored
+  // Largest distance between two developments of one place, over the largest developed edge.
+  double closing_error = 0.0;
+  int origin_moves = 0;  // for the finest places to be stored
   double seconds_layout = 0.0;
   double seconds_refine = 0.0;
 };
 // `cuts`: edges of the input, which with the boundary leave disks, cones on
 // their boundaries. The map fills the unit square, charts side by side. Reports
 // "layout" and "refinement". Cost: O(#F + crossings) and that of refine_map().
-MetricLayout lay_out_metric(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                            const MetricOverlay& overlaid, const mesh::EdgeFlags& cuts,
-                            Refinement refinement, ExecutionContext& context);
+MetricLayout lay_out_metric(const mesh::Surface& surface, const MetricOverlay& overlaid,
+                            const mesh::EdgeFlags& cuts, Refinement refinement,
+                            ExecutionContext& context);
 
 }  // namespace flipfree::intrinsic

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::intrinsic {
@@ -12,6 +13,11 @@ namespace flipfree::intrinsic {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
+
+// Angle of a triangle at a in UV, counter-clockwise from b to c.
+double corner_angle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c) {
+  return turn(b.uv - a.uv, c.uv - a.uv);
+}
 
 // Least-cost triangulation by dynamic programming over diagonals (Klincsek 1980). A vertex is
 // complete when the triangle that joins the two chains ending in it is chosen; its angles must then
@@ -92,31 +98,24 @@ class ExactTriangulation {
 bool valid_triangle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c,
                     Storage storage) {
   if ((a.sides & b.sides & c.sides) != 0) return false;
-  return (storage == Storage::k64Only ||
-          numeric::orientation(a.uv32.data(), b.uv32.data(), c.uv32.data()) > 0) &&
-         numeric::orientation(a.uv.data(), b.uv.data(), c.uv.data()) > 0 &&
-         numeric::orientation(a.domain.data(), b.domain.data(), c.domain.data()) > 0;
+  return (storage == Storage::k64Only || numeric::orientation(a.stored, b.stored, c.stored) > 0) &&
+         numeric::orientation(a.uv, b.uv, c.uv) > 0 &&
+         numeric::orientation(a.domain, b.domain, c.domain) > 0;
 }
 
 double distortion_cost(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c) {
-  const double e1x = b.domain[0] - a.domain[0], e1y = b.domain[1] - a.domain[1];
-  const double e2x = c.domain[0] - a.domain[0], e2y = c.domain[1] - a.domain[1];
-  const double f1x = b.uv[0] - a.uv[0], f1y = b.uv[1] - a.uv[1];
-  const double f2x = c.uv[0] - a.uv[0], f2y = c.uv[1] - a.uv[1];
-  const double area = e1x * e2y - e1y * e2x;
-  const double image = f1x * f2y - f1y * f2x;
+  const Vector2 e1 = b.domain - a.domain, e2 = c.domain - a.domain;
+  const Vector2 f1 = b.uv - a.uv, f2 = c.uv - a.uv;
   // |J|^2 = |f1 (x) e2' - f2 (x) e1'|^2 / area^2 with e' the quarter-turned edges.
-  const double j00 = f1x * e2y - f2x * e1y, j01 = f2x * e1x - f1x * e2x;
-  const double j10 = f1y * e2y - f2y * e1y, j11 = f2y * e1x - f1y * e2x;
-  const double squared = (j00 * j00 + j01 * j01 + j10 * j10 + j11 * j11) / area;
-  const double cost = squared / (2.0 * image);  // = |J|^2 area / (2 det J), det J = image / area
+  const Vector2 x = f1.x() * e2 - f2.x() * e1, y = f1.y() * e2 - f2.y() * e1;
+  const double squared =
+      (x.y() * x.y() + x.x() * x.x() + y.y() * y.y() + y.x() * y.x()) / cross(e1, e2);
+  const double cost = squared / (2.0 * cross(f1, f2));  // |J|^2 area / (2 det J), det J = f / e
   return cost > 0.0 && cost < kNever ? cost : 1e300;
 }
 
-double corner_angle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c) {
-  const double ux = b.uv[0] - a.uv[0], uy = b.uv[1] - a.uv[1];
-  const double vx = c.uv[0] - a.uv[0], vy = c.uv[1] - a.uv[1];
-  return std::atan2(ux * vy - uy * vx, ux * vx + uy * vy);
+double distortion(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c) {
+  return distortion_cost(a, b, c) / twice_area(a.domain, b.domain, c.domain);
 }
 
 bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
@@ -128,12 +127,12 @@ bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
 }
 
 std::vector<std::array<Index, 2>> face_chords(const std::array<Index, 3>& count,
-                                              const std::vector<SidePlace>& place) {
+                                              const std::vector<PolygonVertex>& polygon) {
   // Per side, the position in the polygon of every corner and point; kInvalid where it is missing.
   std::array<std::vector<Index>, 3> position;
   for (std::size_t k = 0; k < 3; ++k) position[k].assign(at(count[k]) + 1, kInvalid);
-  for (std::size_t i = 0; i < place.size(); ++i)
-    position[at(place[i].side)][at(place[i].place)] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < polygon.size(); ++i)
+    position[at(polygon[i].place.side)][at(polygon[i].place.place)] = static_cast<Index>(i);
   std::vector<std::array<Index, 2>> chords;
   const auto add = [&](Index a, Index b) {
     if (a != kInvalid && b != kInvalid) chords.push_back({std::min(a, b), std::max(a, b)});

@@ -15,13 +15,19 @@
 
 namespace flipfree::intrinsic {
 
+// Where a vertex of the polygon lies: 0 is the first corner of that side, 1 its first point.
+struct SidePlace {
+  Index side = 0;
+  Index place = 0;
+};
+
 struct PolygonVertex {
-  Index id = kInvalid;     // the caller's name for it
+  Index id = kInvalid;  // the caller's name for it
+  SidePlace place;
   std::uint8_t sides = 0;  // bit k: lies on side k of the input triangle (corners lie on two)
-  std::array<double, 2>
-      domain{};  // place in the input triangle, any affine frame of positive orientation
-  std::array<double, 2> uv{};
-  std::array<float, 2> uv32{};
+  Vector2 domain;          // place in the input triangle, any affine frame of positive orientation
+  Vector2 uv;
+  Vector2 stored;  // uv as 32 bits have it
 };
 using PolygonTriangle = std::array<Index, 3>;  // positions in the polygon
 
@@ -36,8 +42,9 @@ bool valid_triangle(const PolygonVertex& a, const PolygonVertex& b, const Polygo
 // frame of the domain that is isometric to the surface gives the same.
 double distortion_cost(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c);
 
-// Angle of a triangle at a in UV, counter-clockwise from b to c.
-double corner_angle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c);
+// The same over the domain's area: 1 is conformal.
+double distortion(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c);
+
 // Sums of angles are the right ones if they differ by less than this (radians): wrong ones differ
 // by a full turn.
 inline constexpr double kAngleSlack = 1.0;
@@ -62,16 +69,10 @@ bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
 // face that is crossed a thousand times falls into small convex pieces, where a search among all
 // diagonals (polygon_triangulation.h) takes its cube.
 
-// Where a vertex of the polygon lies: 0 is the first corner of that side, 1 its first point.
-struct SidePlace {
-  Index side = 0;
-  Index place = 0;
-};
-
 // Pairs (i, j), i < j, of positions in a polygon: the chords both of whose ends are there. `count`:
 // points on each side, in use or not. Cost: O(polygon).
 std::vector<std::array<Index, 2>> face_chords(const std::array<Index, 3>& count,
-                                              const std::vector<SidePlace>& place);
+                                              const std::vector<PolygonVertex>& polygon);
 
 // The polygon's triangles, each part between chords by itself; false if one of these has none.
 // Chords do not cross. Where points of the polygon are not those of an overlay, or some are

@@ -18,7 +18,7 @@
 #include "flipfree/base/types.h"
 #include "flipfree/intrinsic/layout/polygon_triangulation.h"
 #include "flipfree/intrinsic/overlay.h"
-#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 
@@ -63,9 +63,9 @@ struct RefinedLayout {
   std::vector<FaceId> invalid;     // input faces without a triangulation that is valid as stored
 };
 
-// The edges of the input that are flagged (per edge of `map`), as vertex pairs of the layout.
-IndexPairs edges_on(const Triangles& faces, const EdgePointMap& map,
-                    const std::vector<char>& flagged, const RefinedLayout& layout);
+// The edges of the input whose half-edges of `map` are flagged, as vertex pairs of the layout.
+IndexPairs edges_on(const Triangles& faces, const EdgePointMap& map, const mesh::EdgeFlags& flagged,
+                    const RefinedLayout& layout);
 
 // Empty if every face lies in its parent, every parent is covered with the right orientation, and,
 // where none is `invalid`, every UV triangle is positive by exact test. Otherwise what is broken.
@@ -79,8 +79,7 @@ enum class Refinement {
 };
 
 // Cost: O(#F + points) plus O(k^3) per triangulated polygon of k points, k small after thinning.
-RefinedLayout refine_map(const mesh::Surface& input, const mesh::Adjacency& adjacency,
-                         const EdgePointMap& map, Refinement refinement, Storage storage,
-                         const ExecutionContext& context);
+RefinedLayout refine_map(const mesh::Surface& input, const EdgePointMap& map, Refinement refinement,
+                         Storage storage, const ExecutionContext& context);
 
 }  // namespace flipfree::intrinsic

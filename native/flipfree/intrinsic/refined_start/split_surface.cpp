@@ -131,9 +131,10 @@ class FaceTriangulation {
 };
 
 struct SidePoint {
-  HalfedgeId edge;  // the lower of the edge's half-edges
-  double share;     // along it
-  VertexId vertex;
+  HalfedgeId edge;             // the lower of the edge's half-edges
+  double share;                // along it
+  VertexId vertex = kInvalid;  // when they are numbered
+  auto operator<=>(const SidePoint&) const = default;
 };
 
 class Splitter {
@@ -152,13 +153,9 @@ class Splitter {
       fill(f);
     }
     const auto count = static_cast<Eigen::Index>(faces_.size());
-    out_.faces.resize(count, 3);
-    out_.lengths.resize(count, 3);
+    out_.faces = Eigen::Map<const Triangles>(faces_.front().data(), count, 3);
+    out_.lengths = Eigen::Map<const Points3>(lengths_.front().data(), count, 3);
     for (Eigen::Index f = 0; f < count; ++f) {
-      for (int k = 0; k < 3; ++k) {
-        out_.faces(f, k) = faces_[static_cast<std::size_t>(f)][static_cast<std::size_t>(k)];
-        out_.lengths(f, k) = lengths_[static_cast<std::size_t>(f)][static_cast<std::size_t>(k)];
-      }
       const auto l = out_.lengths.row(f);
       if (!(l[0] + l[1] > l[2] && l[1] + l[2] > l[0] && l[2] + l[0] > l[1])) return false;
     }
@@ -191,30 +188,21 @@ class Splitter {
       }
       const HalfedgeId h = canonical(p.edge);
       const double share = quantised(h == p.edge ? p.share : 1.0 - p.share);
-      if (share > 0.0 && share < 1.0) sides_.push_back({h, share, kInvalid});
+      if (share > 0.0 && share < 1.0) sides_.push_back({h, share});
     }
-    std::sort(sides_.begin(), sides_.end(), [](const SidePoint& a, const SidePoint& b) {
-      return a.edge != b.edge ? a.edge < b.edge : a.share < b.share;
-    });
-    sides_.erase(std::unique(sides_.begin(), sides_.end(),
-                             [](const SidePoint& a, const SidePoint& b) {
-                               return a.edge == b.edge && a.share == b.share;
-                             }),
-                 sides_.end());
+    sort_unique(sides_);
     for (SidePoint& p : sides_) {
-      Vector3 weight = Vector3::Zero();
-      weight[p.edge % 3] = 1.0 - p.share;
-      weight[next_corner(p.edge) % 3] = p.share;
-      p.vertex = add_vertex(p.edge / 3, weight, surface_.half[at(p.edge)].opposite == kInvalid);
+      p.vertex = add_vertex(p.edge / 3, on_side(p.edge % 3, p.share),
+                            surface_.half[at(p.edge)].opposite == kInvalid);
     }
   }
 
-  std::pair<std::size_t, std::size_t> on_side(HalfedgeId h) const {
-    const auto less = [](const SidePoint& a, HalfedgeId e) { return a.edge < e; };
-    const auto first = std::lower_bound(sides_.begin(), sides_.end(), h, less);
-    const auto last = std::lower_bound(first, sides_.end(), h + 1, less);
-    return {static_cast<std::size_t>(first - sides_.begin()),
-            static_cast<std::size_t>(last - sides_.begin())};
+  // Weights of a place on side k of a face.
+  static Vector3 on_side(Index k, double share) {
+    Vector3 weight = Vector3::Zero();
+    weight[k] = 1.0 - share;
+    weight[(k + 1) % 3] = share;
+    return weight;
   }
 
   FaceTriangulation::Point point_at(FaceId f, const Vector2& affine) const {
@@ -230,14 +218,12 @@ class Splitter {
     side_share_.assign(3, {-1, 0.0});
     for (Index k = 0; k < 3; ++k) {
       const HalfedgeId h = 3 * f + k, e = canonical(h);
-      const auto [first, last] = on_side(e);
-      for (std::size_t i = first; i < last; ++i) {
-        const double share = h == e ? sides_[i].share : 1.0 - sides_[i].share;
-        const Vector2 affine = k == 0   ? Vector2(share, 0.0)
-                               : k == 1 ? Vector2(1.0 - share, share)
-                                        : Vector2(0.0, 1.0 - share);
-        local_.insert(point_at(f, affine));
-        vertex_.push_back(sides_[i].vertex);
+      auto p = std::lower_bound(sides_.begin(), sides_.end(), e,
+                                [](const SidePoint& a, HalfedgeId e) { return a.edge < e; });
+      for (; p != sides_.end() && p->edge == e; ++p) {
+        const double share = h == e ? p->share : 1.0 - p->share;
+        local_.insert(point_at(f, on_side(k, share).tail<2>()));
+        vertex_.push_back(p->vertex);
         side_share_.push_back({k, share});
       }
     }

@@ -15,7 +15,7 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/conformal/map.h"
 #include "flipfree/distortion/seams/seams.h"
-#include "flipfree/intrinsic/layout/development.h"
+#include "flipfree/intrinsic/layout/layout.h"
 #include "flipfree/intrinsic/layout/refine_map.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
@@ -208,24 +208,23 @@ class TakingBack {
   void thin_out(certify::Parametrization& map) {
     const auto points = edge_point_map(input_, map);
     if (!points) return;
-    intrinsic::RefinedLayout layout =
-        intrinsic::refine_map(input_, adjacency_, *points, intrinsic::Refinement::kAuto,
-                              intrinsic::Storage::k64And32, context_);
+    intrinsic::RefinedLayout layout = intrinsic::refine_map(
+        input_, *points, intrinsic::Refinement::kAuto, intrinsic::Storage::k64And32, context_);
     if (!layout.invalid.empty()) return;
-    std::vector<char> cut(points->edge_halfedge.size(), 0);  // per edge of the input
+    mesh::EdgeFlags cut(points->edge_of.size(), 0);  // of half-edges that stand for their edge
     std::set<std::pair<VertexId, VertexId>> whole;
     for (Eigen::Index e = 0; e < map.cut_edges.rows(); ++e) {
       const auto [a, v] = std::minmax(map.cut_edges(e, 0), map.cut_edges(e, 1));
       whole.emplace(a, v);
       for (int k = 0; v >= input_.vertices.rows() && k < 3; ++k) {
         if (map.vertex_barycentric(v, k) == 0.0)
-          cut[at(points->edge_of[at(3 * map.vertex_parent[at(v)] + (k + 1) % 3)])] = 1;
+          cut[at(points->edge_halfedge[at(
+              points->edge_of[at(3 * map.vertex_parent[at(v)] + (k + 1) % 3)])])] = 1;
       }
     }
-    for (std::size_t e = 0; e < cut.size(); ++e) {
-      const HalfedgeId h = points->edge_halfedge[e];
+    for (const HalfedgeId h : points->edge_halfedge) {
       if (whole.contains(std::minmax(mesh::source(input_.faces, h), mesh::target(input_.faces, h))))
-        cut[e] = 1;
+        cut[at(h)] = 1;
     }
     certify::Parametrization fewer;
     fewer.cut_edges = intrinsic::edges_on(input_.faces, *points, cut, layout);

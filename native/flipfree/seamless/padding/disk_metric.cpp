@@ -365,7 +365,7 @@ class Halver {
   // share.
   HalfedgeId own_corner(HalfedgeId h) const {
     const VertexId v = coordinates_.current().origin_of(h);
-    return corner_[at(coordinates_.star(v)[coordinates_.roundabout(h)])];
+    return corner_[at(coordinates_.star(v)[at(coordinates_.roundabout(h))])];
   }
 
   void mark_inside(HalfTriangulation& half) {
@@ -480,10 +480,7 @@ class Halver {
 std::optional<ConformalMetric> own_metric(const mesh::Surface& disk,
                                           const std::vector<double>& angle,
                                           ExecutionContext& context) {
-  conformal::EngineInput input;
-  input.vertex_count = static_cast<Index>(disk.vertices.rows());
-  input.setup = intrinsic::build_intrinsic_mesh(input.vertex_count, disk.faces);
-  input.positions = &disk.vertices;
+  conformal::EngineInput input = conformal::input_of(disk);
   input.target = angle;
   const auto engine = make_engine(input, 53, context);
   if (!engine->started()) return {};

@@ -31,13 +31,11 @@ using conformal::MetricEngine;
 
 std::vector<LoopTurn> loops_to_turn(const mesh::Surface& surface, bool aligned,
                                     const ExecutionContext& context) {
-  const mesh::Adjacency& adjacency = surface.adjacency();
-  const std::vector<double> step = intrinsic::steps_across(surface, adjacency);
   std::vector<LoopTurn> loops;
-  for (auto& loop : intrinsic::tree_cotree(surface.faces, adjacency, step, context).loops)
+  for (auto& loop : intrinsic::tree_cotree(surface, context).loops)
     loops.push_back({std::move(loop), 0});
   if (!aligned) return loops;
-  for (auto& strip : intrinsic::strips_between(surface.faces, adjacency, step, context))
+  for (auto& strip : intrinsic::strips_between(surface, context))
     loops.push_back({std::move(strip), 0, true});
   return loops;
 }

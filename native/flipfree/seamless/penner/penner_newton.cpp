@@ -200,8 +200,7 @@ void LoopedMetric::follow(const ExecutionContext& context) {
   for (; followed < flips.size(); ++followed) {
     // A flip costs as much as it has crossings with the loops, which grow with every flip.
     context.check();
-    for (int k = 0; k < flips[followed].plain.count; ++k)
-      loops.flip(flips[followed].plain.edges[at(k)]);
+    for (const EdgeId e : flips[followed].plain) loops.flip(e);
   }
 }
 
@@ -631,8 +630,7 @@ ReferenceMetric::ReferenceMetric(const intrinsic::FlippedMetric& metric) {
   logarithm_.reserve(length.size());
   for (const double l : length) logarithm_.push_back(std::log(l));
   for (std::size_t i = metric.euclidean_flips; i < metric.flips.size(); ++i) {
-    const intrinsic::PlainFlips& plain = metric.flips[i].plain;
-    for (int k = 0; k < plain.count; ++k) flip(plain.edges[at(k)]);
+    for (const EdgeId e : metric.flips[i].plain) flip(e);
   }
 }
 
