@@ -57,8 +57,7 @@ class Unwrapping {
     check_options();
     const mesh::EdgeFlags seams = mesh::flag_edges(surface_.faces, adjacency_, options_.cuts);
     lap("seconds_validate");
-    if (options_.uncuttable.rows() > 0)
-      uncuttable_ = mesh::flag_edges(surface_.faces, adjacency_, options_.uncuttable);
+    uncuttable_ = flags_of(surface_, options_.uncuttable);
     make_charts(seams);
     lap("seconds_islands");
     if (!options_.seams.find) flatten();
@@ -100,15 +99,15 @@ class Unwrapping {
     if (options_.seams.find) {
       const ProgressRange range(context_, 0.05, 0.92);
       const TimeLimit limit(context_, seconds_to_flatten());
-      AutoIslands found = find_islands(working_, surface_.vertices, adjacency_, seams, uncuttable_,
-                                       options_, context_, stats_);
+      AutoIslands found =
+          find_islands(working_, surface_, seams, uncuttable_, options_, context_, stats_);
       uv_ = std::move(found.uv);
       islands_ = std::move(found.islands);
     } else {
       const ProgressRange range(context_, 0.02, 0.05);
-      islands_ = make_islands(working_, adjacency_, seams, uncuttable_,
-                              options_.cut_extremities && options_.pins.empty(), context_,
-                              {pinned_vertices(surface_, options_.pins), {}, true});
+      islands_ = make_islands(working_, seams, uncuttable_, context_,
+                              {.pinned = pinned_vertices(surface_, options_.pins),
+                               .extremities = options_.cut_extremities && options_.pins.empty()});
     }
     pins_ = pins_by_chart(islands_, options_.pins);
     stats_["opened_charts"] = static_cast<std::int64_t>(islands_.opened);
@@ -117,8 +116,7 @@ class Unwrapping {
   void flatten() {
     const ProgressRange range(context_, 0.05, 0.92);
     const TimeLimit limit(context_, seconds_to_flatten());
-    uv_ = flatten_islands(islands_, working_, adjacency_, uncuttable_, pins_, options_, context_,
-                          stats_);
+    uv_ = flatten_islands(islands_, working_, uncuttable_, pins_, options_, context_, stats_);
   }
 
   // Charts that cannot be stored are halved, and again.
@@ -154,22 +152,18 @@ class Unwrapping {
       for (const auto& [v, target] : own) chart.fixed.push_back(v);
     }
     const auto round = [&](const std::vector<Points2>& placed) {
-      std::int64_t repaired = 0;
-      auto stored = store_charts(islands_.charts, placed, kept, unstorable, repaired, context_);
+      StoredCharts stored = store_charts(islands_.charts, placed, kept, context_);
+      unstorable = std::move(stored.unstorable);
       for (auto& [c, error] : unstorable) error = in_terms_of_input(std::move(error), islands_, c);
       if (!unstorable.empty()) throw NotConverged(unstorable.front().second);
-      stats_["rounding.repaired"] = repaired;
-      return stored;
+      stats_["rounding.repaired"] = stored.repaired;
+      return std::move(stored.uv);
     };
     unstorable.clear();
     const ProgressRange range(context_, 0.92, 0.95);
     PlacedCharts placed =
         place_charts(islands_.charts, uv_, moved, placing, {}, Points2(0, 2), round, context_);
-    stats_["fill"] = placed.fill;
-    stats_["margin_met"] = static_cast<std::int64_t>(placed.margin_met);
-    stats_["kept_places"] = static_cast<std::int64_t>(placed.kept);
-    stats_["tile"] = static_cast<std::int64_t>(placed.tile);
-    stats_["enlarged_islands"] = static_cast<std::int64_t>(placed.enlarged);
+    report(placed, stats_);
     return placed;
   }
 
@@ -179,20 +173,18 @@ class Unwrapping {
     for (const auto& [c, error] : unstorable) {
       const mesh::Chart& chart = islands_.charts[c];
       if (!pins_[c].empty()) return false;
-      const mesh::Adjacency& own_adjacency = chart.surface.adjacency();
       const mesh::EdgeFlags spared = part_of(chart, uncuttable_);
       mesh::EdgeFlags own;
       for (const bool thin_alone : {false, true}) {
-        if (!any_flag(own))
-          own = halving_cut(chart.surface, own_adjacency, uv_[c], spared, thin_alone, context_);
+        if (!any_flag(own)) own = halving_cut(chart.surface, uv_[c], spared, thin_alone, context_);
       }
-      for (std::size_t h = 0; h < own.size(); ++h) further[corner_of(chart, h)] = own[h];
+      put_part(chart, own, further);
     }
     if (!any_flag(further)) return false;
     Points2 corners(surface_.faces.size(), 2);
     for (std::size_t c = 0; c < islands_.charts.size(); ++c)
       put_corners(islands_.charts[c], uv_[c], corners);
-    cut_further(islands_, surface_, adjacency_, further);
+    cut_further(islands_, surface_, further);
     uv_.clear();
     for (const mesh::Chart& chart : islands_.charts) uv_.push_back(by_vertex(chart, corners));
     return true;

@@ -37,24 +37,19 @@ namespace flipfree::unwrap {
 
 namespace {
 
-using HalfedgeLoop = std::vector<HalfedgeId>;
-
-std::vector<double> edge_lengths(const mesh::Surface& chart, const HalfedgeLoop& loop) {
-  std::vector<double> lengths;
-  for (const HalfedgeId h : loop) lengths.push_back(edge_length(chart, h));
-  return lengths;
-}
-
 // A flip-free start: holes filled virtually, the outer loop on a circle.
 Points2 embed_on_circle(const mesh::Surface& chart, ExecutionContext& context, Stats& stats) {
-  std::vector<HalfedgeLoop> loops = mesh::boundary_halfedge_loops(chart.faces, chart.adjacency());
+  std::vector<std::vector<HalfedgeId>> loops =
+      mesh::boundary_halfedge_loops(chart.faces, chart.adjacency());
   std::swap(loops[0], loops[longest_loop(chart, loops)]);
   const mesh::Surface filled = mesh::fill_holes(chart, {loops.begin() + 1, loops.end()});
   std::vector<VertexId> rim;
-  rim.reserve(loops[0].size());
-  for (const HalfedgeId h : loops[0]) rim.push_back(mesh::source(chart.faces, h));
-  const Points2 circle =
-      embedding::place_boundary(embedding::BoundaryShape::kCircle, edge_lengths(chart, loops[0]));
+  std::vector<double> sides;
+  for (const HalfedgeId h : loops[0]) {
+    rim.push_back(mesh::source(chart.faces, h));
+    sides.push_back(edge_length(chart, h));
+  }
+  const Points2 circle = embedding::place_boundary(embedding::BoundaryShape::kCircle, sides);
   // The optimiser starts from 64 bits; only its result is rounded.
   embedding::EmbedOptions options;
   options.float32 = false;
@@ -143,52 +138,39 @@ Points2 better_start(const mesh::Surface& chart, Points2 circle, ExecutionContex
   return usable(flat) && energy_of(chart, flat) < most ? flat : circle;
 }
 
-// Two of the pins, which are sorted by their points, that may not be at one point: neighbours in
-// that order or, with `joined`, those of one edge. {first, second}, both kInvalid if there are
-// none. Cost: O(pins), with `joined` O(#V + #F).
-std::array<Index, 2> coincident_pins(const mesh::Surface& chart, bool joined,
-                                     const VertexPins& sorted, const ExecutionContext& context) {
-  const auto count = static_cast<Index>(sorted.size());
-  std::vector<Index> place(sorted.size(), 0);  // a number per point
-  for (Index i = 1; i < count; ++i) {
-    const bool same = sorted[at(i)].second == sorted[at(i - 1)].second;
-    if (same && !joined) return {i - 1, i};
-    place[at(i)] = place[at(i - 1)] + (same ? 0 : 1);
-  }
-  std::array<Index, 2> found{kInvalid, kInvalid};
-  if (!joined || count == 0 || place.back() == count - 1) return found;
-  std::vector<Index> pin_of(at(static_cast<Index>(chart.vertices.rows())), kInvalid);
-  for (Index i = 0; i < count; ++i) pin_of[at(sorted[at(i)].first)] = i;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(chart.faces.size()); ++h) {
-    if (h % 65536 == 0) context.check();
-    const Index a = pin_of[at(mesh::source(chart.faces, h))];
-    const Index b = pin_of[at(mesh::target(chart.faces, h))];
-    if (a == kInvalid || b == kInvalid || place[at(a)] != place[at(b)]) continue;
-    const Index first = std::min(a, b);
-    const Index second = std::max(a, b);
-    if (found[1] == kInvalid || second < found[1] || (second == found[1] && first > found[0]))
-      found = {first, second};
-  }
-  return found;
-}
-
 // A chart that does not overlap itself has no two vertices at one point; another one has no edge
 // between them.
 void reject_coincident_pins(const mesh::Surface& chart, bool bijective, const VertexPins& pins,
                             const ExecutionContext& context) {
-  VertexPins sorted = pins;
-  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
-    return a.second.x() != b.second.x() ? a.second.x() < b.second.x() : a.second.y() < b.second.y();
-  });
-  const auto [first, second] = coincident_pins(chart, !bijective, sorted, context);
-  if (second == kInvalid) return;
-  const auto& [vertex, point] = sorted[at(second)];
-  throw_infeasible(ErrorCode::kContradictoryPins,
-                   "Two vertices of one chart are pinned to the same point (" +
-                       std::to_string(point.x()) + ", " + std::to_string(point.y()) +
-                       "). Unpin one of them or move its pin.",
-                   {"same place", {{"place", {point.x(), point.y()}}}}, ElementKind::kVertex,
-                   {sorted[at(first)].first, vertex});
+  const auto refuse = [](const VertexPins::value_type& a, const VertexPins::value_type& b) {
+    const Vector2& point = b.second;
+    throw_infeasible(ErrorCode::kContradictoryPins,
+                     "Two vertices of one chart are pinned to the same point (" +
+                         std::to_string(point.x()) + ", " + std::to_string(point.y()) +
+                         "). Unpin one of them or move its pin.",
+                     {"same place", {{"place", {point.x(), point.y()}}}}, ElementKind::kVertex,
+                     {a.first, b.first});
+  };
+  if (bijective) {
+    VertexPins sorted = pins;
+    std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+      return std::pair(a.second.x(), a.second.y()) < std::pair(b.second.x(), b.second.y());
+    });
+    const auto twice =
+        std::adjacent_find(sorted.begin(), sorted.end(),
+                           [](const auto& a, const auto& b) { return a.second == b.second; });
+    if (twice != sorted.end()) refuse(*twice, *(twice + 1));
+    return;
+  }
+  if (pins.empty()) return;
+  std::vector<const VertexPins::value_type*> pin_of(at(chart.vertices.rows()), nullptr);
+  for (const auto& pin : pins) pin_of[at(pin.first)] = &pin;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(chart.faces.size()); ++h) {
+    if (h % 65536 == 0) context.check();
+    const auto* a = pin_of[at(mesh::source(chart.faces, h))];
+    const auto* b = pin_of[at(mesh::target(chart.faces, h))];
+    if (a != nullptr && b != nullptr && a->second == b->second) refuse(*a, *b);
+  }
 }
 
 distortion::MinimizeOptions minimize_options(const FlattenOptions& options) {
@@ -242,12 +224,10 @@ FlatChart without_overlap(const mesh::Surface& chart, const FlattenOptions& opti
   } else {
     flat.uv = std::move(apart);
   }
-  const mesh::Adjacency& adjacency = chart.adjacency();
-  mesh::EdgeFlags cut = separating_cut(chart, adjacency, free, pairs, options.tolerated_overlap,
-                                       options.uncuttable, context);
+  mesh::EdgeFlags cut =
+      separating_cut(chart, free, pairs, options.tolerated_overlap, options.uncuttable, context);
   // What is tolerated may need no cut at all; where holding apart has not helped, a cut has to.
-  if (!any_flag(cut))
-    cut = separating_cut(chart, adjacency, free, pairs, 0.0, options.uncuttable, context);
+  if (!any_flag(cut)) cut = separating_cut(chart, free, pairs, 0.0, options.uncuttable, context);
   if (any_flag(cut)) {
     flat.uv = std::move(free);
     flat.cut = std::move(cut);
@@ -349,45 +329,10 @@ Points2 by_fewer(const mesh::Surface& chart, const FlattenOptions& options,
   return {};
 }
 
-}  // namespace
-
-FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& options,
-                        ExecutionContext& context, Stats& stats) {
-  reject_coincident_pins(chart, options.bijective, options.pins, context);
-  FlatChart flat;
-  if (options.pins.empty()) {
-    {
-      const ProgressRange range(context, 0.0, 0.3);
-      flat.uv = by_fewer(chart, options, context);
-    }
-    if (flat.uv.rows() > 0) {
-      const ProgressRange range(context, 0.3, 1.0);
-      lower_distortion(chart, options, Start::kNear, flat, context, stats);
-      if (flat.cut.empty())
-        keep_storable(chart, minimize_options(options), flat.uv, context, stats);
-      return flat;
-    }
-  }
-  {
-    const ProgressRange range(context, 0.0, 0.2);
-    flat.uv = embed_on_circle(chart, context, stats);
-  }
-  // From here on there is a map: without pins, less time only leaves it more distorted.
-  if (options.pins.empty()) {
-    {
-      const ProgressRange range(context, 0.2, 0.3);
-      improve_in_time(context, stats, [&] { flat.uv = better_start(chart, flat.uv, context); });
-    }
-    const ProgressRange range(context, 0.3, 1.0);
-    lower_distortion(chart, options, Start::kFar, flat, context, stats);
-    if (flat.cut.empty()) keep_storable(chart, minimize_options(options), flat.uv, context, stats);
-    return flat;
-  }
-  Points2 uv = std::move(flat.uv);
-  {
-    const ProgressRange range(context, 0.2, 0.3);
-    uv = better_start(chart, uv, context);
-  }
+// From a map near the least distorted one, which is put where the pins want it, to one that meets
+// them.
+FlatChart pulled_to_pins(const mesh::Surface& chart, const FlattenOptions& options, Points2 uv,
+                         ExecutionContext& context, Stats& stats) {
   distortion::MinimizeOptions minimize = minimize_options(options);
   {
     const ProgressRange range(context, 0.3, 0.6);
@@ -397,10 +342,7 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
       stats["optimise_failure"] = failure.error().message;
     }
   }
-  // The free map, put where the pins want it, is the start from which they are pulled to their
-  // places.
   const ProgressRange range(context, 0.6, 1.0);
-  minimize.acceptable = options.acceptable;
   distortion::TargetsResult result =
       distortion::minimize_with_targets(chart, uv, options.pins, minimize, context);
   report(result, stats);
@@ -417,6 +359,40 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
   for (const auto& [v, target] : options.pins) minimize.fixed.push_back(v);
   keep_storable(chart, minimize, result.uv, context, stats);
   return {std::move(result.uv), {}};
+}
+
+}  // namespace
+
+FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& options,
+                        ExecutionContext& context, Stats& stats) {
+  reject_coincident_pins(chart, options.bijective, options.pins, context);
+  FlatChart flat;
+  Start start = Start::kNear;
+  if (options.pins.empty()) {
+    const ProgressRange range(context, 0.0, 0.3);
+    flat.uv = by_fewer(chart, options, context);
+  }
+  if (flat.uv.rows() == 0) {
+    start = Start::kFar;
+    {
+      const ProgressRange range(context, 0.0, 0.2);
+      flat.uv = embed_on_circle(chart, context, stats);
+    }
+    const ProgressRange range(context, 0.2, 0.3);
+    const auto improve = [&] { flat.uv = better_start(chart, flat.uv, context); };
+    // From here on there is a map: without pins, less time only leaves it more distorted.
+    if (options.pins.empty()) {
+      improve_in_time(context, stats, improve);
+    } else {
+      improve();
+    }
+  }
+  if (!options.pins.empty())
+    return pulled_to_pins(chart, options, std::move(flat.uv), context, stats);
+  const ProgressRange range(context, 0.3, 1.0);
+  lower_distortion(chart, options, start, flat, context, stats);
+  if (flat.cut.empty()) keep_storable(chart, minimize_options(options), flat.uv, context, stats);
+  return flat;
 }
 
 std::vector<char> pinned_vertices(const mesh::Surface& surface,
@@ -464,7 +440,7 @@ void refuse_pins_on_added_cuts(const Islands& islands, const ChartPins& pins) {
 
 ChartPins pins_of_charts(const std::vector<mesh::Chart>& charts,
                          const std::vector<certify::CornerPin>& pins, Index corners,
-                         const std::function<void(std::size_t, VertexId)>& refuse) {
+                         const std::vector<VertexId>* vertex_origin) {
   ChartPins result(charts.size());
   if (pins.empty()) return result;
   certify::require_storable_pins(pins, corners);
@@ -485,7 +461,14 @@ ChartPins pins_of_charts(const std::vector<mesh::Chart>& charts,
     const auto twice = std::adjacent_find(
         own.begin(), own.end(), [](const auto& a, const auto& b) { return a.first == b.first; });
     if (twice == own.end()) continue;
-    if (refuse) refuse(c, twice->first);
+    if (vertex_origin != nullptr) {
+      const VertexId origin = (*vertex_origin)[at(charts[c].vertices[at(twice->first)])];
+      throw_invalid(ErrorCode::kBadPins,
+                    "Vertex " + vertex_id(origin) +
+                        " is pinned to two different places within one chart. Mark a seam "
+                        "between them or unpin one.",
+                    ElementKind::kVertex, {origin});
+    }
     throw_invalid(ErrorCode::kBadPins,
                   "Two corners that share one place in the map are pinned to different places. "
                   "Unpin one of them.");
@@ -494,16 +477,9 @@ ChartPins pins_of_charts(const std::vector<mesh::Chart>& charts,
 }
 
 ChartPins pins_by_chart(const Islands& islands, const std::vector<certify::CornerPin>& pins) {
-  ChartPins result = pins_of_charts(
-      islands.charts, pins, static_cast<Index>(islands.mesh.faces.size()),
-      [&](std::size_t c, VertexId v) {
-        const VertexId origin = islands.mesh.vertex_origin[at(islands.charts[c].vertices[at(v)])];
-        throw_invalid(ErrorCode::kBadPins,
-                      "Vertex " + vertex_id(origin) +
-                          " is pinned to two different places within one chart. Mark a seam "
-                          "between them or unpin one.",
-                      ElementKind::kVertex, {origin});
-      });
+  ChartPins result =
+      pins_of_charts(islands.charts, pins, static_cast<Index>(islands.mesh.faces.size()),
+                     &islands.mesh.vertex_origin);
   if (!pins.empty()) refuse_pins_on_added_cuts(islands, result);
   return result;
 }
@@ -562,115 +538,67 @@ void for_charts(const Islands& islands, ExecutionContext& context, Stats& stats,
     note_time_limit(stats);
 }
 
-class Flattening {
- public:
-  Flattening(Islands& islands, const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-             const mesh::EdgeFlags& uncuttable, const ChartPins& pins, const UnwrapOptions& options)
-      : islands_(islands),
-        surface_(surface),
-        adjacency_(adjacency),
-        uncuttable_(uncuttable),
-        pins_(pins),
-        options_(options),
-        uv_(3 * surface.faces.rows(), 2),
-        divided_(at(surface.faces.rows()), 1),
-        piece_(divided_.size(), 0) {}
-
-  void use(const KnownMaps& known) {
-    uv_ = known.corner_uv;
-    for (std::size_t f = 0; f < divided_.size(); ++f) {
-      divided_[f] = known.of_face[f] == KnownMaps::kFlat ? 0 : 1;
-      piece_[f] = known.of_face[f] == KnownMaps::kPiece ? 1 : 0;
-    }
+// Lays the charts flat whose map `maps` does not have; true if some of them have to be cut, which
+// is done: their pieces are known to be such then.
+bool flatten_unknown(Islands& islands, const mesh::Surface& surface,
+                     const mesh::EdgeFlags& uncuttable, const ChartPins& pins,
+                     const UnwrapOptions& options, KnownMaps& maps, ExecutionContext& context,
+                     Stats& stats) {
+  std::vector<FlatChart> flat(islands.charts.size());
+  for_charts(islands, context, stats,
+             [&](std::size_t c, ExecutionContext& chart_context, Stats& chart_stats) {
+               const mesh::Chart& chart = islands.charts[c];
+               const char known = maps.of_face[at(chart.faces.front())];
+               if (known == KnownMaps::kFlat) return;
+               FlattenOptions own_options(options);
+               if (known == KnownMaps::kNothing && !pins.empty()) own_options.pins = pins[c];
+               own_options.may_add_cuts =
+                   options.bijective && options.may_add_cuts && own_options.pins.empty();
+               if (own_options.may_add_cuts) own_options.uncuttable = part_of(chart, uncuttable);
+               const mesh::InOwnUnit own(chart.surface);
+               flat[c] =
+                   known == KnownMaps::kNothing
+                       ? flatten_chart(own.surface(), own_options, chart_context, chart_stats)
+                       : flatten_piece(own.surface(), by_vertex(chart, maps.corner_uv) / own.unit(),
+                                       own_options, chart_context, chart_stats);
+               // Pins have a unit of their own.
+               if (own_options.pins.empty()) flat[c].uv *= own.unit();
+             });
+  mesh::EdgeFlags further(at(surface.faces.size()), 0);
+  std::fill(maps.of_face.begin(), maps.of_face.end(), KnownMaps::kFlat);
+  for (std::size_t c = 0; c < flat.size(); ++c) {
+    const mesh::Chart& chart = islands.charts[c];
+    if (flat[c].uv.rows() > 0) put_corners(chart, flat[c].uv, maps.corner_uv);
+    put_part(chart, flat[c].cut, further);
+    for (std::size_t f = 0; f < chart.faces.size() && !flat[c].cut.empty(); ++f)
+      maps.of_face[at(chart.faces[f])] = KnownMaps::kPiece;
   }
-
-  std::vector<Points2> run(ExecutionContext& context, Stats& stats) {
-    const auto added = [&] { return std::count(islands_.added.begin(), islands_.added.end(), 1); };
-    const auto before = added();
-    constexpr double kFirstShare = 0.7;
-    double end = kFirstShare;
-    double begin = 0.0;
-    bool cut = true;
-    for (int round = 0; cut; ++round) {
-      const ProgressRange range(context, begin, end);
-      begin = end;
-      end += 0.5 * (1.0 - end);
-      cut = flatten(round, context, stats);
-    }
-    stats["overlap_cuts"] = static_cast<std::int64_t>((added() - before) / 2);
-    std::vector<Points2> uv;
-    for (const mesh::Chart& chart : islands_.charts) uv.push_back(by_vertex(chart, uv_));
-    return uv;
-  }
-
- private:
-  // Flattens the charts of `divided_` faces; true if some of them have to be cut, which is done.
-  bool flatten(int round, ExecutionContext& context, Stats& stats) {
-    std::vector<FlatChart> flat(islands_.charts.size());
-    for_charts(islands_, context, stats,
-               [&](std::size_t c, ExecutionContext& chart_context, Stats& chart_stats) {
-                 const mesh::Chart& chart = islands_.charts[c];
-                 if (divided_[at(chart.faces.front())] == 0) return;
-                 FlattenOptions flatten = options_of(c, round);
-                 const mesh::InOwnUnit own(chart.surface);
-                 const bool piece = piece_[at(chart.faces.front())] != 0;
-                 flat[c] = round == 0 && !piece
-                               ? flatten_chart(own.surface(), flatten, chart_context, chart_stats)
-                               : flatten_piece(own.surface(), by_vertex(chart, uv_) / own.unit(),
-                                               flatten, chart_context, chart_stats);
-                 if (!flatten.pins.empty()) return;  // pins have a unit of their own
-                 flat[c].uv *= own.unit();
-               });
-    mesh::EdgeFlags further(adjacency_.opposite.size(), 0);
-    std::fill(divided_.begin(), divided_.end(), 0);
-    bool cut = false;
-    for (std::size_t c = 0; c < flat.size(); ++c) {
-      if (flat[c].uv.rows() == 0) continue;
-      const mesh::Chart& chart = islands_.charts[c];
-      put_corners(chart, flat[c].uv, uv_);
-      if (flat[c].cut.empty()) continue;
-      cut = true;
-      for (std::size_t h = 0; h < corner_count(chart); ++h)
-        further[corner_of(chart, h)] = flat[c].cut[h];
-      for (const FaceId f : chart.faces) divided_[at(f)] = 1;
-    }
-    if (cut) cut_further(islands_, surface_, adjacency_, further);
-    return cut;
-  }
-
-  FlattenOptions options_of(std::size_t c, int round) const {
-    FlattenOptions flatten;
-    flatten.bijective = options_.bijective;
-    flatten.max_iterations = options_.max_iterations;
-    flatten.tolerance = options_.tolerance;
-    flatten.acceptable = options_.acceptable;
-    if (round == 0 && !pins_.empty()) flatten.pins = pins_[c];
-    flatten.may_add_cuts = options_.bijective && options_.may_add_cuts && flatten.pins.empty();
-    if (flatten.may_add_cuts) flatten.uncuttable = part_of(islands_.charts[c], uncuttable_);
-    return flatten;
-  }
-
-  Islands& islands_;
-  const mesh::Surface& surface_;
-  const mesh::Adjacency& adjacency_;
-  const mesh::EdgeFlags& uncuttable_;
-  const ChartPins& pins_;
-  const UnwrapOptions& options_;
-  Points2 uv_;                 // per corner of the surface
-  std::vector<char> divided_;  // per face: its chart is to be flattened next
-  std::vector<char> piece_;    // per face: uv_ is known from the start
-};
+  const bool is_cut = std::count(maps.of_face.begin(), maps.of_face.end(), KnownMaps::kPiece) > 0;
+  if (is_cut) cut_further(islands, surface, further);
+  return is_cut;
+}
 
 }  // namespace
 
 std::vector<Points2> flatten_islands(Islands& islands, const mesh::Surface& surface,
-                                     const mesh::Adjacency& adjacency,
                                      const mesh::EdgeFlags& uncuttable, const ChartPins& pins,
                                      const UnwrapOptions& options, ExecutionContext& context,
                                      Stats& stats, const KnownMaps* known) {
-  Flattening flattening(islands, surface, adjacency, uncuttable, pins, options);
-  if (known != nullptr) flattening.use(*known);
-  return flattening.run(context, stats);
+  KnownMaps maps = known != nullptr ? *known : KnownMaps(surface.faces);
+  const auto added = [&] { return std::count(islands.added.begin(), islands.added.end(), 1); };
+  const auto before = added();
+  constexpr double kFirstShare = 0.7;
+  double begin = 0.0;
+  double end = kFirstShare;
+  for (bool is_cut = true; is_cut;) {
+    const ProgressRange range(context, begin, end);
+    begin = std::exchange(end, end + 0.5 * (1.0 - end));
+    is_cut = flatten_unknown(islands, surface, uncuttable, pins, options, maps, context, stats);
+  }
+  stats["overlap_cuts"] = static_cast<std::int64_t>((added() - before) / 2);
+  std::vector<Points2> uv;
+  for (const mesh::Chart& chart : islands.charts) uv.push_back(by_vertex(chart, maps.corner_uv));
+  return uv;
 }
 
 }  // namespace flipfree::unwrap

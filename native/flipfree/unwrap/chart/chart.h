@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -24,8 +23,10 @@ using VertexPins = std::vector<std::pair<VertexId, Vector2>>;
 // A chart of more triangles is searched for seams, and laid flat, by fewer of them first.
 inline constexpr Eigen::Index kManyFaces = 24000;
 
-struct FlattenOptions {
-  bool bijective = true;  // the chart may not overlap itself
+struct FlattenOptions : DescentOptions {
+  FlattenOptions() = default;
+  explicit FlattenOptions(const DescentOptions& descent) : DescentOptions(descent) {}
+
   // Where the chart cannot be laid out without overlap at a distortion near that of its free map,
   // it may be cut. Never with pins.
   bool may_add_cuts = false;
@@ -37,10 +38,7 @@ struct FlattenOptions {
   double most_energy = std::numeric_limits<double>::infinity();
   int held_steps = 100;        // of holding apart, before a cut is the better way
   mesh::EdgeFlags uncuttable;  // of the chart's half-edges, may be empty; see separating_cut()
-  int max_iterations = 200;
-  double tolerance = 1e-4;
-  bool acceptable = true;  // ExecutionContext::accept() ends the descent
-  VertexPins pins;         // met bit for bit
+  VertexPins pins;             // met bit for bit
 };
 
 // A finished chart, or one that is to be cut into pieces for flatten_piece().
@@ -67,10 +65,10 @@ using ChartPins = std::vector<VertexPins>;  // per chart, ascending by vertex, e
 
 // Corner pins of a mesh with so many corners as pins of its charts' vertices. Throws InvalidInput
 // (kBadPins) for corners that do not exist, places that are not finite, and two places for one
-// vertex of a chart: by refuse(chart, vertex) if there is one.
+// vertex of a chart, which it names if it has the charts' vertices' origin.
 ChartPins pins_of_charts(const std::vector<mesh::Chart>& charts,
                          const std::vector<certify::CornerPin>& pins, Index corners,
-                         const std::function<void(std::size_t, VertexId)>& refuse = {});
+                         const std::vector<VertexId>* vertex_origin = nullptr);
 
 // The same of islands. Throws NotConverged (kBadPins) as well, where an added cut had to run
 // through a pin.
@@ -87,6 +85,9 @@ Error in_terms_of_input(Error error, const Islands& islands, std::size_t c);
 // What is known of charts already. A chart whose map overlaps itself may have been divided: then
 // its pieces are charts of the islands, with their parts of its map (flatten_piece()).
 struct KnownMaps {
+  explicit KnownMaps(const Triangles& faces)
+      : corner_uv(faces.size(), 2), of_face(at(faces.rows()), kNothing) {}
+
   static constexpr char kNothing = 0;
   static constexpr char kFlat = 1;
   static constexpr char kPiece = 2;
@@ -100,7 +101,6 @@ struct KnownMaps {
 // largest chart. Throws what flatten_chart() throws, in terms of the user's mesh. Charts that are
 // flat in `known` keep their maps.
 std::vector<Points2> flatten_islands(Islands& islands, const mesh::Surface& surface,
-                                     const mesh::Adjacency& adjacency,
                                      const mesh::EdgeFlags& uncuttable, const ChartPins& pins,
                                      const UnwrapOptions& options, ExecutionContext& context,
                                      Stats& stats, const KnownMaps* known = nullptr);

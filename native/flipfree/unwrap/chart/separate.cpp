@@ -166,11 +166,11 @@ enum class Side : char { kNone, kFirst, kSecond };
 
 class Separator {
  public:
-  Separator(const mesh::Surface& chart, const mesh::Adjacency& adjacency, const Points2& uv,
-            double tolerated, const mesh::EdgeFlags& uncuttable, ExecutionContext& context)
-      : chart_(chart), adjacency_(adjacency), tolerated_(tolerated), context_(context) {
+  Separator(const mesh::Surface& chart, const Points2& uv, double tolerated,
+            const mesh::EdgeFlags& uncuttable, ExecutionContext& context)
+      : chart_(chart), adjacency_(chart.adjacency()), tolerated_(tolerated), context_(context) {
     for (FaceId f = 0; f < chart.faces.rows(); ++f) area_.push_back(uv_area(chart.faces, uv, f));
-    cut_.assign(adjacency.opposite.size(), 0);
+    cut_.assign(adjacency_.opposite.size(), 0);
     weigh_edges(uncuttable);
   }
 
@@ -359,11 +359,10 @@ class Separator {
 
 }  // namespace
 
-mesh::EdgeFlags separating_cut(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                               const Points2& uv, const std::vector<FacePair>& overlapping,
-                               double tolerated, const mesh::EdgeFlags& uncuttable,
-                               ExecutionContext& context) {
-  return Separator(chart, adjacency, uv, tolerated, uncuttable, context).run(overlapping);
+mesh::EdgeFlags separating_cut(const mesh::Surface& chart, const Points2& uv,
+                               const std::vector<FacePair>& overlapping, double tolerated,
+                               const mesh::EdgeFlags& uncuttable, ExecutionContext& context) {
+  return Separator(chart, uv, tolerated, uncuttable, context).run(overlapping);
 }
 
 namespace {
@@ -379,8 +378,9 @@ bool is_thin(const mesh::Surface& chart, FaceId f) {
 
 // Per face the first one of those that stay together: polygons, and every thin face with a
 // neighbour that is none, or with what leads to one, across the longest edges.
-std::vector<FaceId> blocks_of(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                              const mesh::EdgeFlags& uncuttable, bool thin_alone) {
+std::vector<FaceId> blocks_of(const mesh::Surface& chart, const mesh::EdgeFlags& uncuttable,
+                              bool thin_alone) {
+  const std::vector<HalfedgeId>& opposite = chart.adjacency().opposite;
   const auto count = static_cast<FaceId>(chart.faces.rows());
   DisjointSets sets(count);
   std::vector<char> stands;  // of a first face: can its block be an island?
@@ -392,7 +392,7 @@ std::vector<FaceId> blocks_of(const mesh::Surface& chart, const mesh::Adjacency&
   };
   std::vector<std::pair<double, HalfedgeId>> thin;
   for (HalfedgeId h = 0; h < 3 * count; ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
+    const HalfedgeId o = opposite[at(h)];
     if (o < h) continue;
     if (!uncuttable.empty() && uncuttable[at(h)] != 0) join(h / 3, o / 3);
     if (!thin_alone && (is_thin(chart, h / 3) || is_thin(chart, o / 3)))
@@ -401,7 +401,7 @@ std::vector<FaceId> blocks_of(const mesh::Surface& chart, const mesh::Adjacency&
   std::sort(thin.begin(), thin.end());
   for (const auto& [length, h] : thin) {
     const FaceId a = sets.find(h / 3);
-    const FaceId b = sets.find(adjacency.opposite[at(h)] / 3);
+    const FaceId b = sets.find(opposite[at(h)] / 3);
     if (stands[at(a)] == 0 || stands[at(b)] == 0) join(a, b);
   }
   std::vector<FaceId> first;
@@ -452,13 +452,14 @@ std::vector<Index> grown_half(const mesh::Adjacency& adjacency, const std::vecto
 
 }  // namespace
 
-mesh::EdgeFlags halving_cut(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                            const Points2& uv, const mesh::EdgeFlags& uncuttable, bool thin_alone,
+mesh::EdgeFlags halving_cut(const mesh::Surface& chart, const Points2& uv,
+                            const mesh::EdgeFlags& uncuttable, bool thin_alone,
                             ExecutionContext& context) {
+  const mesh::Adjacency& adjacency = chart.adjacency();
   const auto count = at(chart.faces.rows());
   mesh::EdgeFlags cut(adjacency.opposite.size(), 0);
   if (count < 2) return cut;
-  const std::vector<FaceId> block = blocks_of(chart, adjacency, uncuttable, thin_alone);
+  const std::vector<FaceId> block = blocks_of(chart, uncuttable, thin_alone);
   const std::vector<FaceId> order = along_axis(chart.faces, uv);
   std::vector<FacePair> ends;  // of the first and the last quarter, as if they lay on each other
   for (std::size_t i = 0; i < std::max<std::size_t>(count / 4, 1); ++i) {
@@ -471,7 +472,7 @@ mesh::EdgeFlags halving_cut(const mesh::Surface& chart, const mesh::Adjacency& a
     return o != kInvalid && side[h / 3] != side[at(o / 3)];
   };
   for (std::size_t h = 0; h < cut.size(); ++h) spared[h] = differ(block, h) ? 0 : 1;
-  const mesh::EdgeFlags least = separating_cut(chart, adjacency, uv, ends, 0.0, spared, context);
+  const mesh::EdgeFlags least = separating_cut(chart, uv, ends, 0.0, spared, context);
   // Every block goes where its first face is.
   const std::vector<Index> piece = mesh::components_between(adjacency, least).of_face;
   std::vector<Index> side(count);

@@ -18,43 +18,42 @@
 namespace flipfree::unwrap {
 namespace {
 
-bool is_sphere(const mesh::Surface& piece, const mesh::Adjacency& adjacency) {
-  const mesh::Topology shape = mesh::topology(piece.faces, adjacency);
+bool is_sphere(const mesh::Surface& piece) {
+  const mesh::Topology shape = mesh::topology(piece.faces, piece.adjacency());
   return shape.boundary_loops == 0 && shape.genus() == 0;
 }
 
 }  // namespace
 
-Islands make_islands(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                     const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
-                     bool extremities, ExecutionContext& context, const Opening& opening) {
+Islands make_islands(const mesh::Surface& surface, const mesh::EdgeFlags& seams,
+                     const mesh::EdgeFlags& uncuttable, ExecutionContext& context,
+                     const Opening& opening) {
   Islands islands{seams, mesh::EdgeFlags(seams.size(), 0), {}, {}};
   std::vector<char> opened(at(surface.faces.rows()), 0);  // faces of charts that were cut
-  // Cuts every chart along what find(chart, adjacency) flags of its edges. Returns how many.
+  // Cuts every chart along what find(chart) flags of its edges (none: nothing). Returns how many.
   const auto cut_charts = [&](auto find) {
     mesh::EdgeFlags further(seams.size(), 0);
     Index count = 0;
     for (const mesh::Chart& chart : islands.charts) {
       context.check();
-      const mesh::EdgeFlags own = find(chart, chart.surface.adjacency());
+      const mesh::EdgeFlags own = find(chart);
       if (!any_flag(own)) continue;
       ++count;
-      for (std::size_t h = 0; h < own.size(); ++h) further[corner_of(chart, h)] = own[h];
+      put_part(chart, own, further);
       for (const FaceId f : chart.faces) opened[at(f)] = 1;
     }
-    if (count > 0) cut_further(islands, surface, adjacency, further);
+    if (count > 0) cut_further(islands, surface, further);
     return count;
   };
-  const auto open_up = [&](const mesh::Chart& chart, const mesh::Adjacency& local) {
-    if (!opening.spheres && is_sphere(chart.surface, local))
-      return mesh::EdgeFlags(local.opposite.size(), 0);
+  const auto open_up = [&](const mesh::Chart& chart) {
+    if (!opening.spheres && is_sphere(chart.surface)) return mesh::EdgeFlags();
     std::vector<char> avoided;
     for (std::size_t i = 0; i < chart.vertices.size() && !opening.pinned.empty(); ++i)
       avoided.push_back(opening.pinned[at(islands.mesh.vertex_origin[at(chart.vertices[i])])]);
-    return mesh::planar_cut(chart.surface, local, context, part_of(chart, uncuttable), avoided,
-                            part_of(chart, opening.cost));
+    return mesh::planar_cut(chart.surface, chart.surface.adjacency(), context,
+                            part_of(chart, uncuttable), avoided, part_of(chart, opening.cost));
   };
-  cut_further(islands, surface, adjacency, {});
+  cut_further(islands, surface, {});
   // One round opens every piece; seams around a handle can leave a part that needs another. Each
   // round lowers the genus or opens a closed piece.
   constexpr int kMostRounds = 64;
@@ -62,23 +61,28 @@ Islands make_islands(const mesh::Surface& surface, const mesh::Adjacency& adjace
   Index last = islands.opened;
   for (int round = 1; round < kMostRounds && last > 0; ++round) last = cut_charts(open_up);
   if (last > 0) throw InternalError("a chart could not be cut open; please report this mesh");
-  if (extremities && islands.opened > 0) {
-    cut_charts([&](const mesh::Chart& chart, const mesh::Adjacency& local) {
+  if (opening.extremities && islands.opened > 0) {
+    cut_charts([&](const mesh::Chart& chart) {
       return opened[at(chart.faces.front())] == 0
                  ? mesh::EdgeFlags()
-                 : cut_to_extremities(chart.surface, local, part_of(chart, uncuttable), context);
+                 : cut_to_extremities(chart.surface, part_of(chart, uncuttable), context);
     });
   }
   return islands;
 }
 
-void cut_further(Islands& islands, const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                 const mesh::EdgeFlags& further) {
+void cut_further(Islands& islands, const mesh::Surface& surface, const mesh::EdgeFlags& further) {
   for (std::size_t h = 0; h < further.size(); ++h) {
     if (further[h] && !islands.cut[h]) islands.cut[h] = islands.added[h] = 1;
   }
-  islands.mesh = mesh::cut_along(surface.faces, adjacency, islands.cut);
+  islands.mesh = mesh::cut_along(surface.faces, surface.adjacency(), islands.cut);
   islands.charts = mesh::split_into_charts(surface.vertices, islands.mesh);
+}
+
+std::vector<double> face_areas(const mesh::Surface& surface) {
+  std::vector<double> area;
+  for (FaceId f = 0; f < surface.faces.rows(); ++f) area.push_back(face_area(surface, f));
+  return area;
 }
 
 double weighted_percentile(std::vector<std::pair<double, double>> weighted, double share) {
@@ -131,11 +135,11 @@ constexpr double kMostCotangent = 1e3;
 
 }  // namespace
 
-ScaleField::ScaleField(const mesh::Surface& surface, const mesh::Adjacency& adjacency)
+ScaleField::ScaleField(const mesh::Surface& surface)
     : surface_(surface),
-      adjacency_(adjacency),
-      half_cotangent_(adjacency.opposite.size()),
-      defect_(adjacency.vertex_halfedge.size(), 2.0 * std::numbers::pi) {
+      adjacency_(surface.adjacency()),
+      half_cotangent_(at(surface.faces.size())),
+      defect_(at(surface.vertices.rows()), 2.0 * std::numbers::pi) {
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(half_cotangent_.size()); ++h) {
     const CornerId apex = previous_corner(h);
     const VertexId v = surface.faces(apex / 3, apex % 3);
@@ -215,9 +219,9 @@ struct Moments {
 
 }  // namespace
 
-std::vector<Hill> hills(const Triangles& faces, const mesh::Adjacency& adjacency,
-                        const std::vector<double>& u, const std::vector<double>& area,
-                        const std::vector<char>& reach) {
+std::vector<Hill> hills(const mesh::Surface& surface, const std::vector<double>& u,
+                        const std::vector<double>& area, const std::vector<char>& reach) {
+  const mesh::Adjacency& adjacency = surface.adjacency();
   std::vector<VertexId> order;
   for (std::size_t v = 0; v < u.size(); ++v) {
     if (u[v] != 0.0) order.push_back(static_cast<VertexId>(v));
@@ -242,7 +246,7 @@ std::vector<Hill> hills(const Triangles& faces, const mesh::Adjacency& adjacency
     const HalfedgeId start = adjacency.vertex_halfedge[at(v)];
     HalfedgeId h = start;
     do {  // v lies inside: the fan is closed
-      const VertexId w = mesh::target(faces, h);
+      const VertexId w = mesh::target(surface.faces, h);
       h = mesh::rotate_ccw(adjacency, h);
       if (seen[at(w)] == 0 || u[at(v)] * u[at(w)] < 0.0) continue;
       VertexId a = sets.find(v);
@@ -273,8 +277,9 @@ constexpr int kSlitRounds = 4;
 
 }  // namespace
 
-mesh::EdgeFlags cut_to_extremities(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                                   const mesh::EdgeFlags& uncuttable, ExecutionContext& context) {
+mesh::EdgeFlags cut_to_extremities(const mesh::Surface& chart, const mesh::EdgeFlags& uncuttable,
+                                   ExecutionContext& context) {
+  const mesh::Adjacency& adjacency = chart.adjacency();
   mesh::EdgeFlags cut(adjacency.opposite.size(), 0);
   const std::size_t vertices = adjacency.vertex_halfedge.size();
   std::vector<char> open(vertices, 0);  // on the boundary or on a slit
@@ -288,13 +293,13 @@ mesh::EdgeFlags cut_to_extremities(const mesh::Surface& chart, const mesh::Adjac
   }
   const std::vector<double> even(vertices, 1.0);
   const std::vector<char> all(vertices, 1);
-  ScaleField scale(chart, adjacency);
+  ScaleField scale(chart);
   mesh::ShortestPaths paths(chart.faces, adjacency, length);
   for (VertexId v = 0; v < static_cast<VertexId>(vertices); ++v) {
     if (open[at(v)]) paths.add_source(v);
   }
   for (int round = 0; round < kSlitRounds; ++round) {
-    std::vector<Hill> ends = hills(chart.faces, adjacency, scale.solve(open, context), even, all);
+    std::vector<Hill> ends = hills(chart, scale.solve(open, context), even, all);
     std::erase_if(ends, [](const Hill& hill) {
       return !(hill.height > kHigh && hill.height - hill.foot > kProminence);
     });

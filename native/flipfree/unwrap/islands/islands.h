@@ -52,8 +52,16 @@ constexpr Stretch stretch_bound(double stretch) {
   return {0.5 * (stretch + 1.0 / stretch), 1.0 + 3.0 * (stretch - 1.0)};
 }
 
+// How charts are laid flat.
+struct DescentOptions {
+  bool bijective = true;     // no chart overlaps itself
+  bool acceptable = true;    // ExecutionContext::accept() ends the descents
+  int max_iterations = 200;  // of the optimiser, per chart
+  double tolerance = 1e-4;   // share of the energy that a step must still promise
+};
+
 // What an unwrap is asked for (unwrap.h).
-struct UnwrapOptions {
+struct UnwrapOptions : DescentOptions {
   IndexPairs cuts;        // seam edges as vertex pairs
   IndexPairs uncuttable;  // edges that automatic cuts avoid: diagonals of polygons
   std::vector<certify::CornerPin>
@@ -64,17 +72,13 @@ struct UnwrapOptions {
   // #F, or empty: triangles of one polygon, which stay in one piece (islands of their own if need
   // be). Where it is empty, `uncuttable` tells them.
   std::vector<Index> polygon;
-  SeamOptions seams;      // beyond `cuts`; not with pins
-  bool bijective = true;  // no chart overlaps itself
+  SeamOptions seams;  // beyond `cuts`; not with pins
   // Charts that have to be cut open anyway are slit to their extremities too (extremities.h). Not
   // done if there are pins: both sides of a slit through a pinned vertex would share its place.
   bool cut_extremities = true;
   // With `bijective`, charts without pins that cannot be laid out without overlap at a distortion
   // near that of their free map are cut along further edges (separate.h) instead of crushed.
   bool may_add_cuts = true;
-  bool acceptable = true;    // ExecutionContext::accept() ends the descents
-  int max_iterations = 200;  // of the optimiser, per chart
-  double tolerance = 1e-4;   // share of the energy that a step must still promise
   // Of the clock; 0: no limit. Charts that are flat by then are made no better.
   double max_seconds = 0;
   double margin = 0.005;  // between charts, in units of the unit square
@@ -97,30 +101,36 @@ struct Opening {
   std::vector<char> pinned;  // per vertex, or empty: passed through only where nothing else is left
   std::vector<double> cost;  // per half-edge, or empty: of cuts, instead of lengths
   bool spheres = true;       // false: closed pieces of genus 0 stay closed
+  // Charts that had to be opened are also slit to their extremities (cut_to_extremities()); pieces
+  // whose seams were enough never are.
+  bool extremities = false;
 };
 
 // Cuts along the seams; every piece that is closed or has handles is cut further along a short cut
 // graph (mesh/cut_graph.h) until each chart is connected, of genus 0 and has a boundary. Holes
 // stay. A seam that opens nothing (a single edge inside a chart) is not a cut of the result.
-// With `extremities`, charts that had to be opened are also slit to theirs (extremities.h); pieces
-// whose seams were enough never are.
 // Added cuts avoid the flagged edges of `uncuttable` (may be empty); see planar_cut.
 // Precondition: a validated surface. Cost: O(#F log #F), and a sparse
-// factorization or two with `extremities`.
-Islands make_islands(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                     const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
-                     bool extremities, ExecutionContext& context, const Opening& opening = {});
+// factorization or two with extremities.
+Islands make_islands(const mesh::Surface& surface, const mesh::EdgeFlags& seams,
+                     const mesh::EdgeFlags& uncuttable, ExecutionContext& context,
+                     const Opening& opening = {});
 
 // Cuts the islands along further edges of the surface, which count as added, and numbers the charts
 // anew.
-void cut_further(Islands& islands, const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                 const mesh::EdgeFlags& further);
+void cut_further(Islands& islands, const mesh::Surface& surface, const mesh::EdgeFlags& further);
 
 // Positions scaled by one power of two, which is exact, so that squares neither overflow nor vanish
 // whatever the user's unit is; every component is moved to the origin on its own, so that none of
 // them is lost beside one that is large or far away.
 // Cost: O(#V + #F).
 Points3 normalised(const Points3& positions, const Triangles& faces);
+
+// Flags of the edges given as vertex pairs; empty without any.
+inline mesh::EdgeFlags flags_of(const mesh::Surface& surface, const IndexPairs& edges) {
+  return edges.rows() == 0 ? mesh::EdgeFlags{}
+                           : mesh::flag_edges(surface.faces, surface.adjacency(), edges);
+}
 
 // Values by corner of a surface, by vertex of its charts.
 
@@ -138,6 +148,13 @@ std::vector<Value> part_of(const mesh::Chart& chart, const std::vector<Value>& c
   for (std::size_t h = 0; h < corner_count(chart) && !corners.empty(); ++h)
     own.push_back(corners[corner_of(chart, h)]);
   return own;
+}
+
+// The chart's values per corner (none: none) as a part of those of the surface.
+template <typename Value>
+void put_part(const mesh::Chart& chart, const std::vector<Value>& own,
+              std::vector<Value>& corners) {
+  for (std::size_t h = 0; h < own.size(); ++h) corners[corner_of(chart, h)] = own[h];
 }
 
 // The map of a surface (3 #F x 2) by vertex (#V x 2), and of one of its charts.
@@ -173,6 +190,11 @@ inline Vector3 face_normal(const mesh::Surface& surface, FaceId f) {
   const Vector3 a = surface.vertices.row(surface.faces(f, 1)).transpose() - p;
   return a.cross(surface.vertices.row(surface.faces(f, 2)).transpose() - p);
 }
+
+inline double face_area(const mesh::Surface& surface, FaceId f) {
+  return 0.5 * face_normal(surface, f).norm();
+}
+std::vector<double> face_areas(const mesh::Surface& surface);
 
 // Between the normals of two faces, radians.
 inline double bend_between(const mesh::Surface& surface, FaceId f, FaceId g) {
@@ -257,8 +279,8 @@ inline bool any_flag(const std::vector<char>& flags) {
 // slivers are clamped: only heuristics depend on them.
 class ScaleField {
  public:
-  // Both must outlive this. Cost: O(#F).
-  ScaleField(const mesh::Surface& surface, const mesh::Adjacency& adjacency);
+  // The surface must outlive this. Cost: O(#F).
+  explicit ScaleField(const mesh::Surface& surface);
 
   // u, #V; all zero if the system cannot be solved. open: #V flags, at least one in every
   // component; every vertex that is not open lies inside. Cost: one factorization with #V unknowns.
@@ -288,9 +310,8 @@ struct Hill {
 // no seam may reach are left out. Deterministic. Vertices are taken from the
 // highest down, and where two hills meet, the lower one ends (persistence; Edelsbrunner, Letscher,
 // Zomorodian 2002). Cost: O(#V log #V).
-std::vector<Hill> hills(const Triangles& faces, const mesh::Adjacency& adjacency,
-                        const std::vector<double>& u, const std::vector<double>& area,
-                        const std::vector<char>& reach);
+std::vector<Hill> hills(const mesh::Surface& surface, const std::vector<double>& u,
+                        const std::vector<double>& area, const std::vector<char>& reach);
 
 // Where an automatic cut is too short: the extremities of a chart (fingers, legs, horns), which a
 // flat map would have to shrink by orders of magnitude.
@@ -305,7 +326,7 @@ std::vector<Hill> hills(const Triangles& faces, const mesh::Adjacency& adjacency
 // chart cut along them stays connected and planar. `uncuttable` as in planar_cut(). Precondition:
 // connected, planar, with a boundary. Cost: a few rounds of one factorization with #V unknowns and
 // O(#F log #F).
-mesh::EdgeFlags cut_to_extremities(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                                   const mesh::EdgeFlags& uncuttable, ExecutionContext& context);
+mesh::EdgeFlags cut_to_extremities(const mesh::Surface& chart, const mesh::EdgeFlags& uncuttable,
+                                   ExecutionContext& context);
 
 }  // namespace flipfree::unwrap

@@ -144,12 +144,9 @@ PackedCharts read_charts(const std::vector<mesh::Chart>& charts, const Points2& 
 std::vector<Points2f> round_packed(const std::vector<mesh::Chart>& charts,
                                    const PackedCharts& packed, const std::vector<Points2>& uv,
                                    const ExecutionContext& context) {
-  Unstorable unstorable;
-  std::int64_t repaired = 0;
-  std::vector<Points2f> stored =
-      store_charts(charts, uv, packed.kept, unstorable, repaired, context);
-  if (unstorable.empty()) return stored;
-  auto& [c, error] = unstorable.front();
+  StoredCharts stored = store_charts(charts, uv, packed.kept, context);
+  if (stored.unstorable.empty()) return std::move(stored.uv);
+  auto& [c, error] = stored.unstorable.front();
   error.elements = first_elements(faces_at(error, charts[c].surface.faces));
   error.kind = ElementKind::kFace;
   for (Index& f : error.elements) f = charts[c].faces[at(f)];
@@ -252,12 +249,8 @@ certify::Parametrization pack_clean(const mesh::Surface& surface, Points2 corner
   certify::require_certificate(map, "The packed map");
   map.stats["charts"] = static_cast<std::int64_t>(charts.size());
   map.stats["density"] = areas_of(charts, placed.uv, packed.moved).density();
-  map.stats["kept_places"] = static_cast<std::int64_t>(placed.kept);
-  map.stats["tile"] = static_cast<std::int64_t>(placed.tile);
-  map.stats["enlarged_islands"] = static_cast<std::int64_t>(placed.enlarged);
+  report(placed, map.stats);
   map.stats["tiles"] = static_cast<std::int64_t>(placed.tiles);
-  map.stats["fill"] = placed.fill;
-  map.stats["margin_met"] = static_cast<std::int64_t>(placed.margin_met);
   map.stats["stacked"] = static_cast<std::int64_t>(placed.stacked);
   map.stats["energy"] = map.certificate.energy;
   map.stats["seconds"] = watch.seconds();

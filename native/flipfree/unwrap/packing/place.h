@@ -9,6 +9,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/stats.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/unwrap/packing/nest/nest.h"
@@ -61,6 +62,9 @@ struct PlacedCharts {
   double fill = 0.0;  // share of the tiles that charts cover that moved, stacked ones once
 };
 
+// "tile", "fill", "margin_met", "kept_places", "enlarged_islands".
+void report(const PlacedCharts& placed, Stats& stats);
+
 // What a chart keeps when it is stored.
 struct KeptAsStored {
   bool bijective = true;        // it does not overlap itself
@@ -77,11 +81,14 @@ certify::Parametrization map_of_charts(const mesh::Surface& surface, const Index
                                        const std::vector<Points2f>& stored);
 
 // The values to be stored, chart by chart (distortion/rounding.h); nothing for those in
-// `unstorable`. repaired: triangles that rounding alone would have flipped.
-std::vector<Points2f> store_charts(const std::vector<mesh::Chart>& charts,
-                                   const std::vector<Points2>& uv,
-                                   const std::vector<KeptAsStored>& kept, Unstorable& unstorable,
-                                   std::int64_t& repaired, const ExecutionContext& context);
+// `unstorable`.
+struct StoredCharts {
+  std::vector<Points2f> uv;
+  Unstorable unstorable;
+  std::int64_t repaired = 0;  // triangles that rounding alone would have flipped
+};
+StoredCharts store_charts(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& uv,
+                          const std::vector<KeptAsStored>& kept, const ExecutionContext& context);
 
 // Is no item on top of another or of what stays (3 k x 2: triangles)?
 bool disjoint(const std::vector<mesh::Chart>& charts, const Items& items,

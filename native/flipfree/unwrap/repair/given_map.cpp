@@ -23,12 +23,16 @@ namespace {
 
 constexpr double kDrawnOutOverMedian = 4.0;
 
+// A place that only faces have which are flipped, collapsed, or drawn out more than 4 times as far
+// as the map's median, becomes the next one's around its vertex, not across an edge of `seams` (may
+// be empty), if that makes all of these faces as good as others. uv: 3 #F x 2, finite. Cost: O(#F
+// log #F).
 class Rejoining {
  public:
-  Rejoining(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-            const mesh::EdgeFlags& seams, Points2& uv)
-      : surface_(surface), adjacency_(adjacency), seams_(seams), uv_(uv) {}
+  Rejoining(const mesh::Surface& surface, const mesh::EdgeFlags& seams, Points2& uv)
+      : surface_(surface), adjacency_(surface.adjacency()), seams_(seams), uv_(uv) {}
 
+  // Corners with a flag in `fixed` (3 #F, may be empty) stay. Returns how many were joined.
   Index run(const std::vector<char>& fixed) {
     find_limit();
     if (!(scale_ > 0.0)) return 0;
@@ -175,20 +179,12 @@ class Rejoining {
   double limit_ = 0.0;  // of the energy of a good face
 };
 
-// A place that only faces have which are flipped, collapsed, or drawn out more than 4 times as far
-// as the map's median, becomes the next one's around its vertex, not across an edge of `seams` (may
-// be empty), if that makes all of these faces as good as others. Corners with a flag in `fixed`
-// (3 #F, may be empty) stay. uv: 3 #F x 2, finite. Returns how many corners were joined. Cost: O(#F
-// log #F).
-Index rejoin_torn(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                  const mesh::EdgeFlags& seams, const std::vector<char>& fixed, Points2& uv) {
-  return Rejoining(surface, adjacency, seams, uv).run(fixed);
-}
-
 // Gives corners without a value that of one beside them at their vertex, as read_map() says, or
 // else what is a guess: flags of these.
-std::vector<char> complete(const Triangles& faces, const mesh::Adjacency& adjacency,
-                           const mesh::EdgeFlags& seams, Points2& uv) {
+std::vector<char> complete(const mesh::Surface& surface, const mesh::EdgeFlags& seams,
+                           Points2& uv) {
+  const Triangles& faces = surface.faces;
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const auto count = static_cast<CornerId>(uv.rows());
   std::vector<char> given(at(count));
   std::vector<char> placed(adjacency.vertex_halfedge.size(), 0);  // some corner of it is given
@@ -253,12 +249,12 @@ std::vector<char> complete(const Triangles& faces, const mesh::Adjacency& adjace
 
 }  // namespace
 
-GivenMap read_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                  const Points2& corner_uv, const mesh::EdgeFlags& seams,
-                  const std::vector<certify::CornerPin>& pins) {
+GivenMap read_map(const mesh::Surface& surface, const Points2& corner_uv,
+                  const mesh::EdgeFlags& seams, const std::vector<certify::CornerPin>& pins) {
+  const mesh::Adjacency& adjacency = surface.adjacency();
   GivenMap map;
   map.uv = corner_uv;
-  std::vector<char> guessed = complete(surface.faces, adjacency, seams, map.uv);
+  std::vector<char> guessed = complete(surface, seams, map.uv);
   std::vector<char> fixed;
   if (!pins.empty()) {
     certify::require_corners(pins, static_cast<Index>(surface.faces.size()));
@@ -266,7 +262,7 @@ GivenMap read_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency
     for (const certify::CornerPin& pin : pins) fixed[at(pin.corner)] = 1;
   }
   const Points2 completed = map.uv;
-  map.rejoined = rejoin_torn(surface, adjacency, seams, fixed, map.uv);
+  map.rejoined = Rejoining(surface, seams, map.uv).run(fixed);
   for (CornerId c = 0; c < static_cast<CornerId>(guessed.size()); ++c) {
     if (map.uv.row(c) != completed.row(c)) guessed[at(c)] = 0;  // it has a neighbour's now
   }

@@ -33,9 +33,8 @@ struct GivenMap {
 // A pin moves all corners that share its corner's place. Throws InvalidInput (kBadPins): one of a
 // corner that does not exist or at a place that UVs cannot store, two places for one vertex of a
 // chart. Precondition: a validated surface. Cost: O(#F).
-GivenMap read_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                  const Points2& corner_uv, const mesh::EdgeFlags& seams,
-                  const std::vector<certify::CornerPin>& pins);
+GivenMap read_map(const mesh::Surface& surface, const Points2& corner_uv,
+                  const mesh::EdgeFlags& seams, const std::vector<certify::CornerPin>& pins);
 
 // Where the texture shows the map: its charts' places and pins, see CertifyRequest::aspect.
 struct SeenMap {

@@ -32,6 +32,41 @@ constexpr double kOddSize = 5.0;
 // Mean energy of a mirrored chart that is not worth turning over.
 constexpr double kMostMirroredEnergy = 5.0;
 
+// A part of a chart with the map that it has there.
+struct Piece {
+  mesh::Chart chart;                    // faces of the whole; vertices of its own
+  std::vector<VertexId> vertex_origin;  // of the whole
+  Points2 uv;                           // #V x 2
+};
+
+// What the whole falls into along `cut` (empty: nothing). corner_uv: 3 #F x 2 of the whole.
+std::vector<Piece> pieces_of(const mesh::Surface& whole, const mesh::EdgeFlags& cut,
+                             const Points2& corner_uv) {
+  const mesh::CutMesh mesh =
+      mesh::cut_along(whole.faces, whole.adjacency(),
+                      cut.empty() ? mesh::EdgeFlags(at(whole.faces.size()), 0) : cut);
+  std::vector<Piece> pieces;
+  for (mesh::Chart& chart : mesh::split_into_charts(whole.vertices, mesh)) {
+    Piece& piece = pieces.emplace_back();
+    piece.uv = by_vertex(chart, corner_uv);
+    for (const VertexId v : chart.vertices)
+      piece.vertex_origin.push_back(mesh.vertex_origin[at(v)]);
+    std::iota(chart.vertices.begin(), chart.vertices.end(), 0);
+    piece.chart = std::move(chart);
+  }
+  return pieces;
+}
+
+// Turns and moves a map so that its points `from` come near `to`; what a flip by rounding costs
+// that direction has no place.
+Place put_near(const Triangles& faces, const Points2& from, const Points2& to, Points2& uv,
+               const ExecutionContext& context) {
+  Points2 placed = moved(fit_motion(from, to), uv);
+  if (!distortion::is_flip_free(faces, placed, context)) return Place::kNone;
+  uv = std::move(placed);
+  return Place::kWhereItWas;
+}
+
 class ChartMender {
  public:
   ChartMender(const ChartToMend& given, const RepairOptions& options, ExecutionContext& context)
@@ -51,35 +86,34 @@ class ChartMender {
     const bool flipped_only = mirror(uv);
     find_density(uv);
     const Points2 before = uv;
-    if (anew || !(damaged_.density > 0.0) || !has_border()) {
-      flatten(before);
-      return std::move(result_);
-    }
-    const std::vector<double> energies = face_energies(own_.surface(), uv, damaged_.density);
-    const bool bad = find_damage(damaged_, uv, energies, healthy_energy(damaged_.area, energies),
-                                 false, context_)
-                         .count > 0;
-    const bool odd = has_odd_size();
-    const bool poor = flipped_only && mean_of(energies) > kMostMirroredEnergy;
-    if (((bad || flipped_only) && odd) || poor) {
-      if (odd) damaged_.density = given_.density * own_.unit();
-      flatten(before);
-      return std::move(result_);
-    }
-    if (flipped_only) result_.change = Change::kMirrored;
-    if (bad || (options_.overlaps != SelfOverlaps::kKeep && overlaps(uv))) {
-      if (!mend_in_place(damaged_, uv, context_) && bad) {
-        flatten(before);
-        return std::move(result_);
-      }
-      if (uv != before) result_.change = Change::kUnfolded;
-    }
-    take(uv);
-    if (options_.overlaps != SelfOverlaps::kKeep) part_from_itself(before, uv);
+    const bool can_keep = !anew && damaged_.density > 0.0 && has_border() &&
+                          unfolds(uv, flipped_only) && parted_from_itself(uv);
+    if (!can_keep) flatten(before);
     return std::move(result_);
   }
 
  private:
+  // Mends in place what is damaged; false if the chart has to be made anew.
+  bool unfolds(Points2& uv, bool flipped_only) {
+    const Points2 before = uv;
+    const std::vector<double> energies = face_energies(own_.surface(), uv, damaged_.density);
+    const bool bad = any_flag(find_damage(
+        damaged_, uv, energies, healthy_energy(damaged_.area, energies), false, context_));
+    const bool odd = has_odd_size();
+    if (flipped_only && mean_of(energies) > kMostMirroredEnergy && !odd) return false;
+    if ((bad || flipped_only) && odd) {
+      damaged_.density = given_.density * own_.unit();
+      return false;
+    }
+    if (flipped_only) result_.change = Change::kMirrored;
+    if (bad || (options_.overlaps != SelfOverlaps::kKeep && overlaps(uv))) {
+      if (!mend_in_place(damaged_, uv, context_) && bad) return false;
+      if (uv != before) result_.change = Change::kUnfolded;
+    }
+    take(uv);
+    return true;
+  }
+
   bool has_border() const {
     return std::find(adjacency_.opposite.begin(), adjacency_.opposite.end(), kInvalid) !=
            adjacency_.opposite.end();
@@ -105,7 +139,7 @@ class ChartMender {
   }
 
   void find_density(const Points2& uv) {
-    const Density own = density_of(own_.surface(), damaged_.area, uv, damaged_.unknown);
+    const Density own = density_of(own_.surface(), uv, damaged_.unknown);
     healthy_place_ = own.share >= kEnoughHealthy;
     const bool pinned = own.value > 0.0 && !given_.pins.empty();
     damaged_.density = healthy_place_ || pinned ? own.value : given_.density * own_.unit();
@@ -136,6 +170,9 @@ class ChartMender {
 
   // The whole chart, as an unwrap maps it, at its former size, direction and place.
   void flatten(const Points2& before) {
+    const bool has_density = result_.has_density;
+    result_ = {};
+    result_.has_density = has_density;
     result_.change = Change::kAnew;
     const mesh::Surface& surface = own_.surface();
     std::vector<certify::CornerPin> pins;
@@ -149,17 +186,17 @@ class ChartMender {
     unwrapping.tolerance = options_.tolerance;
     unwrapping.acceptable = false;
     Opening opening;
-    if (!pins.empty()) opening.pinned = pinned_vertices(surface, pins);
-    Islands islands = make_islands(surface, adjacency_, given_.seams, given_.uncuttable,
-                                   pins.empty(), context_, opening);
-    const ChartPins chart_pins = pins_by_chart(islands, pins);
+    opening.pinned = pinned_vertices(surface, pins);
+    opening.extremities = pins.empty();
+    Islands islands = make_islands(surface, given_.seams, given_.uncuttable, context_, opening);
     Stats ignored;
-    std::vector<Points2> flat = flatten_islands(islands, surface, adjacency_, given_.uncuttable,
-                                                chart_pins, unwrapping, context_, ignored);
+    std::vector<Points2> flat =
+        flatten_islands(islands, surface, given_.uncuttable, pins_by_chart(islands, pins),
+                        unwrapping, context_, ignored);
     result_.cut = islands.cut;
     result_.uv.resize(faces_.size(), 2);
-    result_.place.assign(at(static_cast<Index>(faces_.rows())), Place::kStays);
-    result_.remade.assign(result_.place.size(), 0);
+    result_.place.resize(at(faces_.rows()));
+    result_.remade.resize(result_.place.size());
     const ChartPins of_pieces = pins_by_chart(islands, pins);
     for (std::size_t c = 0; c < islands.charts.size(); ++c) {
       const mesh::Chart& piece = islands.charts[c];
@@ -181,9 +218,9 @@ class ChartMender {
       return Place::kNone;
     }
     const mesh::Chart& piece = islands.charts[c];
-    const double own = density_of(piece.surface, face_areas(piece.surface), uv).value;
+    const double own = density_of(piece.surface, uv).value;
     uv *= damaged_.density / (own > 0.0 ? own : 1.0);
-    std::vector<char> open(piece.vertices.size(), 0);
+    std::vector<char> is_open(piece.vertices.size(), 0);
     const auto origin = [&](VertexId v) {
       return islands.mesh.vertex_origin[at(piece.vertices[at(v)])];
     };
@@ -197,64 +234,49 @@ class ChartMender {
       area += own;
       if (numeric::orientation(corner(0), corner(1), corner(2)) <= 0) continue;
       healthy += own;
-      for (Index k = 0; k < 3; ++k) open[at(piece.surface.faces(f, k))] = 1;
+      for (Index k = 0; k < 3; ++k) is_open[at(piece.surface.faces(f, k))] = 1;
     }
-    const auto count = static_cast<Eigen::Index>(std::count(open.begin(), open.end(), 1));
-    if (!healthy_place_ || healthy < kEnoughHealthy * area || count == 0) return Place::kNone;
-    Points2 from(count, 2);
-    Points2 to(count, 2);
-    Eigen::Index row = 0;
-    for (std::size_t v = 0; v < open.size(); ++v) {
-      if (open[v] == 0) continue;
-      from.row(row) = uv.row(static_cast<Eigen::Index>(v));
-      to.row(row++) = before.row(origin(static_cast<VertexId>(v)));
+    std::vector<VertexId> open;
+    std::vector<VertexId> there;
+    for (VertexId v = 0; v < static_cast<VertexId>(is_open.size()); ++v) {
+      if (is_open[at(v)] == 0) continue;
+      open.push_back(v);
+      there.push_back(origin(v));
     }
-    Points2 placed = moved(fit_motion(from, to), uv);
-    // A direction that costs a flip by rounding is given up.
-    if (!distortion::is_flip_free(piece.surface.faces, placed, context_)) return Place::kNone;
-    uv = std::move(placed);
-    return Place::kWhereItWas;
+    if (!healthy_place_ || healthy < kEnoughHealthy * area || open.empty()) return Place::kNone;
+    return put_near(piece.surface.faces, uv(open, Eigen::all), before(there, Eigen::all), uv,
+                    context_);
   }
 
-  // `uv` is flip-free.
-  void part_from_itself(const Points2& before, const Points2& uv) {
-    if (!overlaps(uv)) return;
+  // `uv` is flip-free. False if it lies on itself and cannot be cut.
+  bool parted_from_itself(const Points2& uv) {
+    if (options_.overlaps == SelfOverlaps::kKeep || !overlaps(uv)) return true;
     const std::vector<FacePair> pairs = overlapping_faces(faces_, uv, context_);
-    if (options_.overlaps == SelfOverlaps::kOpen || pairs.empty() || !cut_apart(pairs, uv)) {
-      result_ = {};
-      flatten(before);
-    }
+    return options_.overlaps != SelfOverlaps::kOpen && !pairs.empty() && cut_apart(pairs, uv);
   }
 
   // The largest piece and those with pins stay, the others go to where there is room, as they are.
   bool cut_apart(const std::vector<FacePair>& pairs, const Points2& uv) {
     mesh::EdgeFlags cut =
-        separating_cut(own_.surface(), adjacency_, uv, pairs, 0.0, given_.uncuttable, context_);
+        separating_cut(own_.surface(), uv, pairs, 0.0, given_.uncuttable, context_);
     if (!any_flag(cut)) return false;
-    const mesh::CutMesh mesh = mesh::cut_along(faces_, adjacency_, cut);
-    const std::vector<mesh::Chart> pieces = mesh::split_into_charts(own_.surface().vertices, mesh);
+    const std::vector<Piece> pieces = pieces_of(own_.surface(), cut, by_corner(faces_, uv));
     std::size_t largest = 0;
     double most = -1.0;
-    std::vector<char> pinned(pieces.size(), 0);
     for (std::size_t p = 0; p < pieces.size(); ++p) {
+      if (overlaps_itself(pieces[p].chart.surface.faces, pieces[p].uv, context_)) return false;
       double area = 0.0;
-      for (const FaceId f : pieces[p].faces) area += uv_area(faces_, uv, f);
-      for (const VertexId v : pieces[p].vertices)
-        pinned[p] |= damaged_.pinned[at(mesh.vertex_origin[at(v)])];
-      if (area <= most) continue;
-      most = area;
-      largest = p;
+      for (const FaceId f : pieces[p].chart.faces) area += uv_area(faces_, uv, f);
+      if (area > most) largest = p;
+      most = std::max(most, area);
     }
-    take(uv);
     for (std::size_t p = 0; p < pieces.size(); ++p) {
-      const mesh::Chart& piece = pieces[p];
-      Points2 own(piece.surface.vertices.rows(), 2);
-      for (Eigen::Index v = 0; v < own.rows(); ++v)
-        own.row(v) = uv.row(mesh.vertex_origin[at(piece.vertices[at(v)])]);
-      if (overlaps_itself(piece.surface.faces, own, context_)) return false;
-      const Place place = pinned[p] != 0 || p == largest ? Place::kStays : Place::kNone;
-      put_corners(piece, own, result_.uv);
-      for (const FaceId f : piece.faces) result_.place[at(f)] = place;
+      const std::vector<VertexId>& origin = pieces[p].vertex_origin;
+      const bool stays = p == largest || std::any_of(origin.begin(), origin.end(), [&](VertexId v) {
+                           return damaged_.pinned[at(v)] != 0;
+                         });
+      for (const FaceId f : pieces[p].chart.faces)
+        result_.place[at(f)] = stays ? Place::kStays : Place::kNone;
     }
     result_.cut = std::move(cut);
     result_.was_cut = true;
@@ -279,22 +301,16 @@ Error in_terms_of_surface(Error error, const ChartToMend& given) {
   return error;
 }
 
-ChartDensity own_density(const mesh::Chart& chart, const Points2& places) {
-  const mesh::InOwnUnit own(chart.surface);
-  const std::vector<double> areas = face_areas(own.surface());
-  const Density density = density_of(own.surface(), areas, places);
-  if (density.share < kEnoughHealthy) return {};
-  return {density.value / own.unit(),
-          density.share * mesh::area_of(own.surface()) * own.unit() * own.unit()};
-}
-
 }  // namespace
 
 double common_density(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& places) {
   std::vector<std::pair<double, double>> known;
   for (std::size_t c = 0; c < charts.size(); ++c) {
-    const ChartDensity own = own_density(charts[c], places[c]);
-    if (own.value > 0.0 && own.area > 0.0) known.emplace_back(own.value, own.area);
+    const mesh::InOwnUnit own(charts[c].surface);
+    const Density density = density_of(own.surface(), places[c]);
+    const double area = density.area * own.unit() * own.unit();
+    if (density.share >= kEnoughHealthy && density.value > 0.0 && area > 0.0)
+      known.emplace_back(density.value / own.unit(), area);
   }
   return weighted_percentile(std::move(known));
 }
@@ -306,32 +322,6 @@ MendedChart mend_chart(const ChartToMend& given, const RepairOptions& options, b
 }
 
 namespace {
-
-using Pins = VertexPins;
-
-// A part of a chart with the map that it has there.
-struct Piece {
-  mesh::Chart chart;                    // faces of the whole; vertices of its own
-  std::vector<VertexId> vertex_origin;  // of the whole
-  Points2 uv;                           // #V x 2
-};
-
-// What the whole falls into along `cut` (empty: nothing). corner_uv: 3 #F x 2 of the whole.
-std::vector<Piece> pieces_of(const mesh::Surface& whole, const mesh::Adjacency& adjacency,
-                             const mesh::EdgeFlags& cut, const Points2& corner_uv) {
-  const mesh::CutMesh mesh = mesh::cut_along(
-      whole.faces, adjacency, cut.empty() ? mesh::EdgeFlags(adjacency.opposite.size(), 0) : cut);
-  std::vector<Piece> pieces;
-  for (mesh::Chart& chart : mesh::split_into_charts(whole.vertices, mesh)) {
-    Piece& piece = pieces.emplace_back();
-    piece.uv = by_vertex(chart, corner_uv);
-    for (const VertexId v : chart.vertices)
-      piece.vertex_origin.push_back(mesh.vertex_origin[at(v)]);
-    std::iota(chart.vertices.begin(), chart.vertices.end(), 0);
-    piece.chart = std::move(chart);
-  }
-  return pieces;
-}
 
 double energy_in_own_unit(const mesh::Surface& surface, const Points2& uv) {
   const mesh::InOwnUnit own(surface);
@@ -364,16 +354,11 @@ class Judgement {
  public:
   Judgement(const ChartToMend& given, const RepairOptions& options, MendedChart& mended,
             ExecutionContext& context)
-      : given_(given),
-        options_(options),
-        mended_(mended),
-        context_(context),
-        adjacency_(given.chart.surface.adjacency()) {}
+      : given_(given), options_(options), mended_(mended), context_(context) {}
 
   void run() {
     const mesh::EdgeFlags cut = mended_.cut;
-    for (const Piece& piece : pieces_of(given_.chart.surface, adjacency_, cut, mended_.uv))
-      judge(piece);
+    for (const Piece& piece : pieces_of(given_.chart.surface, cut, mended_.uv)) judge(piece);
   }
 
  private:
@@ -384,7 +369,7 @@ class Judgement {
     if (!(energy > kStretchedRatio)) return;
     const bool count_only = options_.stretched != StretchedIslands::kImprove;
     if (count_only && surface.faces.rows() > kMostJudged) return;
-    const Pins pins = pins_of(piece);
+    const VertexPins pins = pins_of(piece);
     bool holds_pins = true;
     Outcome<MendedChart> anew = unwrapped(piece, pins);
     if (!anew && !pins.empty()) {
@@ -392,7 +377,7 @@ class Judgement {
       anew = unwrapped(piece, {});
     }
     if (!anew) return;  // nothing to compare with
-    const std::vector<Piece> parts = pieces_of(surface, surface.adjacency(), anew->cut, anew->uv);
+    const std::vector<Piece> parts = pieces_of(surface, anew->cut, anew->uv);
     const double bound = kStretchedRatio * energy_of_all(parts);
     if (energy <= bound) return;
     if (count_only) {
@@ -414,8 +399,8 @@ class Judgement {
     mended_.stretched.left += now > bound;
   }
 
-  Pins pins_of(const Piece& piece) const {
-    Pins pins;
+  VertexPins pins_of(const Piece& piece) const {
+    VertexPins pins;
     for (std::size_t v = 0; v < piece.vertex_origin.size(); ++v) {
       const auto found = std::lower_bound(
           given_.pins.begin(), given_.pins.end(), piece.vertex_origin[v],
@@ -426,7 +411,7 @@ class Judgement {
     return pins;
   }
 
-  Outcome<MendedChart> unwrapped(const Piece& piece, const Pins& pins) const {
+  Outcome<MendedChart> unwrapped(const Piece& piece, const VertexPins& pins) const {
     const std::vector<char> known(piece.vertex_origin.size(), 0);
     const ChartToMend whole{piece.chart,
                             piece.vertex_origin,
@@ -453,7 +438,7 @@ class Judgement {
   }
 
   // As it was where that fails.
-  Points2 improved_in_place(const Piece& piece, const Pins& pins) const {
+  Points2 improved_in_place(const Piece& piece, const VertexPins& pins) const {
     const mesh::InOwnUnit own(piece.chart.surface);
     distortion::MinimizeOptions minimize;
     minimize.max_iterations = options_.max_iterations;
@@ -479,12 +464,12 @@ class Judgement {
       take(piece, before, pins_of(before), part.uv);
     }
     if (cut.empty()) return;
-    if (mended_.cut.empty()) mended_.cut.assign(adjacency_.opposite.size(), 0);
+    if (mended_.cut.empty()) mended_.cut.assign(at(given_.chart.surface.faces.size()), 0);
     for (std::size_t h = 0; h < cut.size(); ++h) mended_.cut[corner_of(piece.chart, h)] |= cut[h];
   }
 
   // `uv` as the map of the part, at the size and the place of the piece.
-  void take(const Piece& piece, const Piece& part, const Pins& pins, Points2 uv) {
+  void take(const Piece& piece, const Piece& part, const VertexPins& pins, Points2 uv) {
     Place place = Place::kStays;
     if (pins.empty()) {
       place = put_back(part, meant_density(piece.chart.surface, piece.uv, given_.density), uv);
@@ -501,17 +486,13 @@ class Judgement {
     const double own = median_density(part.chart.surface, uv);
     if (!(density > 0.0) || !(own > 0.0)) return Place::kNone;
     uv *= density / own;
-    Points2 placed = moved(fit_motion(uv, part.uv), uv);
-    if (!distortion::is_flip_free(part.chart.surface.faces, placed, context_)) return Place::kNone;
-    uv = std::move(placed);
-    return Place::kWhereItWas;
+    return put_near(part.chart.surface.faces, uv, part.uv, uv, context_);
   }
 
   const ChartToMend& given_;
   const RepairOptions& options_;
   MendedChart& mended_;
   ExecutionContext& context_;
-  const mesh::Adjacency& adjacency_;
 };
 
 }  // namespace

@@ -88,12 +88,8 @@ struct MendedChart {
 MendedChart mend_chart(const ChartToMend& given, const RepairOptions& options, bool anew,
                        ExecutionContext& context);
 
-// Density of the chart's positive faces, and their area: see density_of(DamagedChart).
-struct ChartDensity {
-  double value = 0.0;
-  double area = 0.0;
-};
-// Of a map as a whole: the median of its charts', by area. 0 if none has one.
+// Density (density_of()) of a map as a whole: the median of its charts', by area. 0 if none has
+// one.
 double common_density(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& places);
 
 // Islands whose map is valid, but drawn out more than it has to be.

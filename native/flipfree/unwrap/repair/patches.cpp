@@ -61,17 +61,6 @@ bool winds_once(const DamagedChart& chart, const Points2& uv, VertexId v) {
   return turns == 1;
 }
 
-}  // namespace
-
-std::vector<double> face_areas(const mesh::Surface& surface) {
-  std::vector<double> area(at(static_cast<Index>(surface.faces.rows())));
-  for (FaceId f = 0; f < surface.faces.rows(); ++f)
-    area[at(f)] = 0.5 * face_normal(surface, f).norm();
-  return area;
-}
-
-namespace {
-
 // Flags of the vertices at exactly the same place as another one.
 std::vector<char> stacked_vertices(const Points2& uv) {
   std::vector<VertexId> order(at(static_cast<Index>(uv.rows())));
@@ -89,8 +78,9 @@ std::vector<char> stacked_vertices(const Points2& uv) {
 
 }  // namespace
 
-Density density_of(const mesh::Surface& surface, const std::vector<double>& areas,
-                   const Points2& uv, const std::vector<char>& unknown) {
+Density density_of(const mesh::Surface& surface, const Points2& uv,
+                   const std::vector<char>& unknown) {
+  const std::vector<double> areas = face_areas(surface);
   std::vector<char> stacked = stacked_vertices(uv);
   for (std::size_t v = 0; v < unknown.size(); ++v) stacked[v] |= unknown[v];
   const auto usable = [&](FaceId f) {
@@ -113,12 +103,12 @@ Density density_of(const mesh::Surface& surface, const std::vector<double>& area
   for (FaceId f = 0; f < surface.faces.rows(); ++f) {
     if (energies[at(f)] <= kOrdinary && usable(f)) healthy += areas[at(f)];
   }
-  return {value, healthy / total};
+  return {value, healthy, healthy / total};
 }
 
 double median_density(const mesh::Surface& surface, const Points2& uv) {
   const mesh::InOwnUnit own(surface);
-  return density_of(own.surface(), face_areas(own.surface()), uv).value / own.unit();
+  return density_of(own.surface(), uv).value / own.unit();
 }
 
 std::vector<double> face_energies(const mesh::Surface& surface, const Points2& uv, double density) {
@@ -151,19 +141,15 @@ Healthy healthy_energy(const std::vector<double>& area, const std::vector<double
   return healthy;
 }
 
-Damage find_damage(const DamagedChart& chart, const Points2& uv,
-                   const std::vector<double>& energies, const Healthy& healthy, bool spoilt,
-                   const ExecutionContext& context) {
+std::vector<char> find_damage(const DamagedChart& chart, const Points2& uv,
+                              const std::vector<double>& energies, const Healthy& healthy,
+                              bool spoilt, const ExecutionContext& context) {
   const Triangles& faces = chart.surface.faces;
-  Damage damage;
-  damage.bad.assign(at(static_cast<Index>(faces.rows())), 0);
+  std::vector<char> bad(at(faces.rows()), 0);
   std::vector<char> touched(chart.unknown.size(), 0);  // vertices of faces that are not positive
   std::vector<FaceId> front;
   const auto add = [&](FaceId f) {
-    if (damage.bad[at(f)] != 0) return;
-    damage.bad[at(f)] = 1;
-    ++damage.count;
-    front.push_back(f);
+    if (std::exchange(bad[at(f)], 1) == 0) front.push_back(f);
   };
   for (const FaceId f : distortion::flipped_faces(faces, uv, context)) {
     for (Index k = 0; k < 3; ++k) touched[at(faces(f, k))] = 1;
@@ -175,9 +161,8 @@ Damage find_damage(const DamagedChart& chart, const Points2& uv,
       if (chart.unknown[at(faces(f, k))] != 0) add(f);
     }
   }
-  const auto around = [&](VertexId v, auto visit) { for_faces_around(chart.adjacency, v, visit); };
   for (VertexId v = 0; v < static_cast<VertexId>(touched.size()); ++v) {
-    if (touched[at(v)] == 0 && !winds_once(chart, uv, v)) around(v, add);
+    if (touched[at(v)] == 0 && !winds_once(chart, uv, v)) for_faces_around(chart.adjacency, v, add);
   }
   std::vector<char> looked_around(touched.size(), 0);
   while (!front.empty()) {
@@ -185,12 +170,12 @@ Damage find_damage(const DamagedChart& chart, const Points2& uv,
     front.pop_back();
     for (Index k = 0; k < 3; ++k) {
       if (std::exchange(looked_around[at(faces(f, k))], 1) != 0) continue;
-      around(faces(f, k), [&](FaceId g) {
+      for_faces_around(chart.adjacency, faces(f, k), [&](FaceId g) {
         if (energies[at(g)] > kDrawnOutBeside * healthy.median) add(g);
       });
     }
   }
-  return damage;
+  return bad;
 }
 
 namespace {
@@ -227,6 +212,7 @@ struct Patch {
   std::vector<FaceId> faces;       // of the chart
   std::vector<VertexId> vertices;  // of the chart
   std::vector<char> fixed;
+  std::vector<VertexId> held;  // the fixed ones
   Points2 uv;
   bool solved = false;
 };
@@ -261,15 +247,11 @@ std::vector<Patch> patches_of(const DamagedChart& chart, const std::vector<char>
     }
     std::sort(patch.faces.begin(), patch.faces.end());
     mesh::Part part = mesh::part_of(faces, patch.faces, local);
-    patch.surface.faces = std::move(part.faces);
     patch.vertices = std::move(part.vertices);
-    const auto count = static_cast<Eigen::Index>(patch.vertices.size());
-    patch.surface.vertices.resize(count, 3);
-    patch.uv.resize(count, 2);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const VertexId v = patch.vertices[at(i)];
-      patch.surface.vertices.row(i) = chart.surface.vertices.row(v);
-      patch.uv.row(i) = uv.row(v);
+    patch.surface = {chart.surface.vertices(patch.vertices, Eigen::all), std::move(part.faces)};
+    patch.uv = uv(patch.vertices, Eigen::all);
+    for (const VertexId v : patch.vertices) {
+      if (free[at(v)] == 0) patch.held.push_back(static_cast<VertexId>(patch.fixed.size()));
       patch.fixed.push_back(free[at(v)] == 0);
     }
   }
@@ -280,14 +262,8 @@ std::vector<Patch> patches_of(const DamagedChart& chart, const std::vector<char>
 void even_out(Patch& patch) {
   constexpr int kSweeps = 60;
   const auto count = patch.uv.rows();
-  Eigen::RowVector2d middle = Eigen::RowVector2d::Zero();
-  double fixed = 0;
-  for (Eigen::Index v = 0; v < count; ++v) {
-    if (patch.fixed[at(v)] == 0) continue;
-    middle += patch.uv.row(v);
-    fixed += 1;
-  }
-  middle /= fixed;
+  const Eigen::RowVector2d middle =
+      patch.uv(patch.held, Eigen::all).colwise().sum() / static_cast<double>(patch.held.size());
   std::vector<std::vector<Index>> neighbours(at(count));
   const Triangles& faces = patch.surface.faces;
   for (Eigen::Index f = 0; f < faces.rows(); ++f) {
@@ -310,18 +286,10 @@ void even_out(Patch& patch) {
   }
 }
 
-std::vector<VertexId> held(const Patch& patch) {
-  std::vector<VertexId> vertices;
-  for (std::size_t v = 0; v < patch.fixed.size(); ++v) {
-    if (patch.fixed[v] != 0) vertices.push_back(static_cast<VertexId>(v));
-  }
-  return vertices;
-}
-
 // Least distortion at the chart's density, from a map that is flip-free.
 void relax_patch(Patch& patch, double density, ExecutionContext& context) {
   distortion::MinimizeOptions minimize;
-  minimize.fixed = held(patch);
+  minimize.fixed = patch.held;
   minimize.unit = density;
   auto relaxed = attempt([&] {
     return distortion::with_own_map([&] {
@@ -359,11 +327,11 @@ class Mender {
       DamagedChart now = chart_;
       now.unknown = unknown_;
       energies_ = face_energies(chart_.surface, uv_, chart_.density);
-      const Damage damage = find_damage(now, uv_, energies_, healthy_, true, context_);
-      if (damage.count == 0) return true;
+      const std::vector<char> bad = find_damage(now, uv_, energies_, healthy_, true, context_);
+      if (!any_flag(bad)) return true;
       if (round == std::size(kGrowingRings)) return false;
       const std::vector<char> free =
-          round == 0 ? cover(damage.bad) : free_around(chart_, damage.bad, kGrowingRings[round]);
+          round == 0 ? cover(bad) : free_around(chart_, bad, kGrowingRings[round]);
       std::vector<Patch> patches = patches_of(chart_, free, uv_);
       // Parts that are as large as the chart come to nothing more than unwrapping it does.
       std::erase_if(patches, [&](const Patch& patch) { return !worth_it(patch, round); });
@@ -382,9 +350,7 @@ class Mender {
 
  private:
   bool worth_it(const Patch& patch, std::size_t round) const {
-    const bool held_somewhere =
-        std::find(patch.fixed.begin(), patch.fixed.end(), 1) != patch.fixed.end();
-    return held_somewhere &&
+    return !patch.held.empty() &&
            (round == 0 || static_cast<double>(patch.faces.size()) <=
                               kMostOfChart * static_cast<double>(chart_.area.size()));
   }
@@ -435,10 +401,7 @@ class Mender {
       relax_patch(patch, chart_.density, context);
       patch.solved = bearable(patch);
     };
-    if (patches.size() == 1) {
-      one(patches.front(), context_);
-      return;
-    }
+    if (patches.size() == 1) return one(patches.front(), context_);
     parallel_for(context_, patches.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
       ExecutionContext part(&context_, 1);
       one(patches[i], part);
@@ -467,9 +430,8 @@ class Mender {
   double energy_around(const Patch& patch) const {
     double sum = 0.0;
     double area = 0.0;
-    for (std::size_t v = 0; v < patch.vertices.size(); ++v) {
-      if (patch.fixed[v] == 0) continue;
-      for_faces_around(chart_.adjacency, patch.vertices[v], [&](FaceId f) {
+    for (const VertexId v : patch.held) {
+      for_faces_around(chart_.adjacency, patch.vertices[at(v)], [&](FaceId f) {
         if (std::binary_search(patch.faces.begin(), patch.faces.end(), f)) return;
         if (!(energies_[at(f)] <= kMostAround * healthy_.median)) return;
         sum += chart_.area[at(f)] * energies_[at(f)];

@@ -23,17 +23,16 @@ struct DamagedChart {
   double density = 0.0;
 };
 
-std::vector<double> face_areas(const mesh::Surface& surface);
-
 // Square root of the median, by area, of UV area over area of the positive faces without stacked
 // vertices, nor `unknown` ones (#V flags; empty: none); 0 without any.
 struct Density {
   double value = 0.0;
-  double share =
-      0.0;  // of the surface's area, in those of these faces with an energy of at most 10
+  double area = 0.0;   // of those of these faces with an energy of at most 10
+  double share = 0.0;  // that of the surface's area
 };
-Density density_of(const mesh::Surface& surface, const std::vector<double>& areas,
-                   const Points2& uv, const std::vector<char>& unknown = {});
+// Of a surface in a unit of its own.
+Density density_of(const mesh::Surface& surface, const Points2& uv,
+                   const std::vector<char>& unknown = {});
 
 // The value alone, of a surface and a map in any units.
 double median_density(const mesh::Surface& surface, const Points2& uv);
@@ -53,13 +52,9 @@ Healthy healthy_energy(const std::vector<double>& area, const std::vector<double
 // vertex that winds more than once, or beside such and drawn out more than 4 times as much as
 // the median. Of a chart that is `spoilt` anyway, also faces drawn out more than 25 times as much,
 // wherever they are. Cost: O(#F).
-struct Damage {
-  std::vector<char> bad;  // #F
-  Index count = 0;
-};
-Damage find_damage(const DamagedChart& chart, const Points2& uv,
-                   const std::vector<double>& energies, const Healthy& healthy, bool spoilt,
-                   const ExecutionContext& context);
+std::vector<char> find_damage(const DamagedChart& chart, const Points2& uv,
+                              const std::vector<double>& energies, const Healthy& healthy,
+                              bool spoilt, const ExecutionContext& context);
 
 // Parts of a chart whose vertices are placed anew between neighbours that stay where they are.
 

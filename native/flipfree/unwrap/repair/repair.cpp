@@ -52,18 +52,18 @@ bool meet(const Eigen::AlignedBox2d& a, const Eigen::AlignedBox2d& b) {
 
 // Mended charts, put where they belong and stored.
 
-struct ChartToSettle {
-  Points2 uv;  // #V x 2
-  Place place = Place::kStays;
-  KeptAsStored kept;  // does not overlap itself, pinned vertices
-  Points2 before;     // #V x 2, or empty: as `uv`. What it lay on there, it may lie on.
-};
-
-struct SettledCharts {
-  std::vector<Points2> uv;
+// The charts of a result, on their way to where they are stored. By chart:
+struct Charts {
+  std::vector<mesh::Chart> charts;
+  std::vector<std::size_t> source;  // chart of the given map
+  std::vector<Points2> uv;          // #V x 2
+  std::vector<Points2> before;      // #V x 2. What it lay on there, it may lie on
+  std::vector<Place> place;
+  std::vector<char> remade;        // MendedChart::remade
+  std::vector<KeptAsStored> kept;  // does not overlap itself, pinned vertices
+  std::vector<char> moved;         // to where there is room
   std::vector<Points2f> stored;
-  std::vector<char> moved;
-  std::vector<std::size_t> unstorable;  // charts that 32 bits do not hold; then nothing else counts
+  std::vector<std::size_t> of_face;  // per face of the surface: its chart
 };
 
 // The corners of those faces that may meet the box, and an island of that number for each.
@@ -94,26 +94,6 @@ bool share_area(const Triangles& faces_a, const Points2& uv_a, const Triangles& 
 constexpr double kSameDensity = 1.1;
 constexpr double kMost = 2.0 / 3.0;
 
-// The density (median_density()) that two thirds by area of the charts that are not remade, or of
-// all if there are no others, have within a tenth; 0 if they have none in common.
-double common(const std::vector<mesh::Chart>& charts, const std::vector<double>& densities,
-              const std::vector<char>& remade) {
-  const bool all = std::find(remade.begin(), remade.end(), 0) == remade.end();
-  std::vector<std::pair<double, double>> standing;  // and area
-  double total = 0.0;
-  for (std::size_t c = 0; c < charts.size(); ++c) {
-    if ((remade[c] != 0 && !all) || !(densities[c] > 0.0)) continue;
-    standing.emplace_back(densities[c], mesh::area_of(charts[c].surface));
-    total += standing.back().second;
-  }
-  const double median = weighted_percentile(standing);
-  double same = 0.0;
-  for (const auto& [density, area] : standing) {
-    if (density <= kSameDensity * median && median <= kSameDensity * density) same += area;
-  }
-  return same >= kMost * total ? median : 0.0;
-}
-
 // Of the search for a layout of charts none of which has a size of its own (NestOptions).
 constexpr double kEffort = 0.2;
 // Share of its density below which a layout has no room for charts.
@@ -124,32 +104,27 @@ constexpr double kShrunk = 0.999;
 // with one that stays - and `all`, or it did not before, or has no `before`. Throws Cancelled,
 // TimeIsOver. Cost: O(n log n) and a comparison of boxes for charts above each other, O(#F) of a
 // pair whose boxes meet.
-void move_apart(const std::vector<mesh::Chart>& charts, const std::vector<ChartToSettle>& mended,
-                bool all, std::vector<char>& moved, const ExecutionContext& context) {
-  const auto near_its_place = [](const ChartToSettle& chart) {
-    return chart.place == Place::kWhereItWas;
-  };
+void move_apart(Charts& own, bool all, const ExecutionContext& context) {
+  const std::vector<mesh::Chart>& charts = own.charts;
   std::vector<std::size_t> order;
-  std::vector<char> may_move(charts.size());
+  std::vector<char> may_move;
   std::vector<Eigen::AlignedBox2d> boxes;
   for (std::size_t c = 0; c < charts.size(); ++c) {
-    boxes.push_back(bounds_of(mended[c].uv));
-    may_move[c] = mended[c].kept.fixed.empty() && (all || near_its_place(mended[c]));
-    if (moved[c] == 0) order.push_back(c);
+    boxes.push_back(bounds_of(own.uv[c]));
+    may_move.push_back(own.kept[c].fixed.empty() && (all || own.place[c] == Place::kWhereItWas));
+    if (own.moved[c] == 0) order.push_back(c);
   }
-  if (std::none_of(mended.begin(), mended.end(), near_its_place)) {
+  if (std::find(own.place.begin(), own.place.end(), Place::kWhereItWas) == own.place.end()) {
     Items staying;
-    std::vector<Points2> uv;
-    for (const ChartToSettle& chart : mended) uv.push_back(chart.uv);
     for (const std::size_t c : order) staying.push_back({c});
-    if (!all || disjoint(charts, staying, uv, Points2(0, 2))) return;
+    if (!all || disjoint(charts, staying, own.uv, Points2(0, 2))) return;
   }
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return std::pair(!may_move[a], charts[a].faces.size()) >
            std::pair(!may_move[b], charts[b].faces.size());
   });
   const auto before = [&](std::size_t c) -> const Points2& {
-    return mended[c].before.rows() > 0 ? mended[c].before : mended[c].uv;
+    return own.before[c].rows() > 0 ? own.before[c] : own.uv[c];
   };
   // By size, up to the next power of two, and by left end.
   std::map<int, std::multimap<double, std::size_t>> staying;
@@ -157,17 +132,17 @@ void move_apart(const std::vector<mesh::Chart>& charts, const std::vector<ChartT
     context.check();
     const auto in_the_way = [&](const auto& entry) {
       const std::size_t d = entry.second;
-      const Triangles &own = charts[c].surface.faces, &its = charts[d].surface.faces;
-      return meet(boxes[c], boxes[d]) && share_area(own, mended[c].uv, its, mended[d].uv) &&
-             (all || mended[c].before.rows() == 0 || !share_area(own, before(c), its, before(d)));
+      const Triangles &faces = charts[c].surface.faces, &its = charts[d].surface.faces;
+      return meet(boxes[c], boxes[d]) && share_area(faces, own.uv[c], its, own.uv[d]) &&
+             (all || own.before[c].rows() == 0 || !share_area(faces, before(c), its, before(d)));
     };
     const auto any_in_the_way = [&](const auto& of_size) {
       const auto& [size, others] = of_size;
       return std::any_of(others.lower_bound(boxes[c].min().x() - std::ldexp(1.0, size)),
                          others.upper_bound(boxes[c].max().x()), in_the_way);
     };
-    moved[c] = may_move[c] && std::any_of(staying.begin(), staying.end(), any_in_the_way);
-    if (moved[c] == 0)
+    own.moved[c] = may_move[c] && std::any_of(staying.begin(), staying.end(), any_in_the_way);
+    if (own.moved[c] == 0)
       staying[std::ilogb(boxes[c].sizes().maxCoeff()) + 1].emplace(boxes[c].min().x(), c);
   }
 }
@@ -197,72 +172,54 @@ void put_beside(const std::vector<char>& moved, double margin, std::vector<Point
   }
 }
 
-// Nothing where all tiles are full.
-template <typename Place>
-std::optional<PlacedCharts> attempt_placing(Place place) {
-  try {
-    return place();
-  } catch (const InvalidInput& e) {
-    if (e.error().code != ErrorCode::kBadOption) throw;
-    return std::nullopt;
-  }
-}
-
 // Charts without a place, those near to it that lie on others, and with options.disjoint all that
 // lie on larger ones, are packed where the unit square has room for them, or put to the right of
 // it and of the map; the others stay. sized: the charts' sizes mean something, and are kept; else
-// those that move get the largest common scale. Throws what place_charts() throws.
-SettledCharts settle(const std::vector<mesh::Chart>& charts, std::vector<ChartToSettle> mended,
-                     bool sized, const RepairOptions& options, ExecutionContext& context) {
-  SettledCharts settled;
-  settled.moved.resize(charts.size());
-  for (std::size_t c = 0; c < charts.size(); ++c)
-    settled.moved[c] = mended[c].place == Place::kNone;
-  move_apart(charts, mended, options.disjoint, settled.moved, context);
-  std::vector<KeptAsStored> kept;
-  for (ChartToSettle& chart : mended) {
-    settled.uv.push_back(std::move(chart.uv));
-    kept.push_back(std::move(chart.kept));
-  }
+// those that move get the largest common scale. Returns the charts that 32 bits do not hold; if
+// there are any, nothing else counts. Throws what place_charts() throws.
+std::vector<std::size_t> settle(Charts& own, bool sized, const RepairOptions& options,
+                                ExecutionContext& context) {
+  for (const Place place : own.place) own.moved.push_back(place == Place::kNone);
+  move_apart(own, options.disjoint, context);
   Unstorable unstorable;
   const auto store = [&](const std::vector<Points2>& uv) {
-    std::int64_t repaired = 0;
-    std::vector<Points2f> stored = store_charts(charts, uv, kept, unstorable, repaired, context);
+    StoredCharts stored = store_charts(own.charts, uv, own.kept, context);
+    unstorable = std::move(stored.unstorable);
     if (!unstorable.empty()) throw NotConverged(unstorable.front().second);
-    return stored;
+    return std::move(stored.uv);
   };
   try {
-    if (std::find(settled.moved.begin(), settled.moved.end(), 1) == settled.moved.end()) {
-      settled.stored = store(settled.uv);
-      return settled;
+    if (any_flag(own.moved)) {
+      PlacingOptions placing;
+      placing.margin = options.margin;
+      placing.effort = sized ? 0.0 : kEffort;
+      // On a texture that is no square they would be bent by turning.
+      const bool stays_upright = sized || options.aspect != 1.0;
+      placing.rotation = stays_upright ? Rotation::kNone : Rotation::kStraight;
+      placing.scale_true = !sized;
+      const double density = areas_of(own.charts, own.uv, own.moved).density();
+      if (sized) placing.density = density;
+      try {
+        PlacedCharts placed =
+            place_charts(own.charts, own.uv, own.moved, placing, {}, Points2(0, 2), store, context);
+        if (!sized || areas_of(own.charts, placed.uv, own.moved).density() >= kShrunk * density) {
+          own.uv = std::move(placed.uv);
+          own.stored = std::move(placed.stored);
+          return {};
+        }
+      } catch (const InvalidInput& e) {
+        if (e.error().code != ErrorCode::kBadOption) throw;  // all tiles are full
+      }
+      // Where the square has no room for their size, they keep that.
+      put_beside(own.moved, options.margin, own.uv);
     }
-    PlacingOptions placing;
-    placing.margin = options.margin;
-    placing.effort = sized ? 0.0 : kEffort;
-    // On a texture that is no square they would be bent by turning.
-    const bool stays_upright = sized || options.aspect != 1.0;
-    placing.rotation = stays_upright ? Rotation::kNone : Rotation::kStraight;
-    placing.scale_true = !sized;
-    const double density = areas_of(charts, settled.uv, settled.moved).density();
-    if (sized) placing.density = density;
-    const std::optional<PlacedCharts> placed = attempt_placing([&] {
-      return place_charts(charts, settled.uv, settled.moved, placing, {}, Points2(0, 2), store,
-                          context);
-    });
-    // Where the square has no room for their size, they keep that.
-    if (!placed ||
-        (sized && areas_of(charts, placed->uv, settled.moved).density() < kShrunk * density)) {
-      put_beside(settled.moved, options.margin, settled.uv);
-      settled.stored = store(settled.uv);
-      return settled;
-    }
-    settled.uv = placed->uv;
-    settled.stored = placed->stored;
+    own.stored = store(own.uv);
   } catch (const NotConverged&) {
     if (unstorable.empty()) throw;
-    for (const auto& [c, error] : unstorable) settled.unstorable.push_back(c);
   }
-  return settled;
+  std::vector<std::size_t> charts;
+  for (const auto& [c, error] : unstorable) charts.push_back(c);
+  return charts;
 }
 
 // Corners of faces that use a vertex twice, which no chart has: where another corner at their
@@ -310,6 +267,15 @@ void follow_neighbours(const std::vector<FaceId>& collapsed, const mesh::Surface
   if (map.agreed.rows() > 0) follow(map.agreed);
 }
 
+certify::CertifyRequest request_of(const RepairOptions& options) {
+  certify::CertifyRequest request;
+  request.pins = options.pins;
+  request.require_bijective = options.overlaps != SelfOverlaps::kKeep;
+  request.require_disjoint = options.disjoint && options.pins.empty();
+  request.aspect = options.aspect;
+  return request;
+}
+
 class Repair {
  public:
   Repair(const mesh::Surface& surface, const Points2& corner_uv, const RepairOptions& options,
@@ -319,10 +285,8 @@ class Repair {
         context_(context),
         adjacency_(surface.adjacency()),
         seams_(mesh::flag_edges(surface.faces, adjacency_, options.cuts)),
-        uncuttable_(options.uncuttable.rows() == 0
-                        ? mesh::EdgeFlags{}
-                        : mesh::flag_edges(surface.faces, adjacency_, options.uncuttable)),
-        given_(read_map(surface, adjacency_, corner_uv, seams_, options.pins)),
+        uncuttable_(flags_of(surface, options.uncuttable)),
+        given_(read_map(surface, corner_uv, seams_, options.pins)),
         seen_(on_texture(given_, options.aspect)),
         density_(common_density(given_.charts, seen_.places)),
         mended_(given_.charts.size()),
@@ -361,18 +325,15 @@ class Repair {
       map.uv *= std::min(options_.aspect, 1.0);
       map = Repair(surface_, Points2(map.uv), options_, context_).mended_map();
     }
-    std::erase_if(map.stats, [](const auto& entry) {
-      return !std::set<std::string>{"charts", "added_cuts", "energy", "max_energy"}.contains(
-          entry.first);
-    });
-    map.stats.insert(stats_.begin(), stats_.end());  // of the map before
-    const auto charts = std::get<std::int64_t>(map.stats["charts"]);
-    for (const char* name : {"charts_anew", "charts_moved"}) map.stats[name] = charts;
-    for (const char* name : {"charts_mirrored", "charts_unfolded", "charts_cut", "charts_improved",
-                             "charts_stretched_anew", "stretched_charts", "corners_kept"})
-      map.stats[name] = std::int64_t{0};
-    map.stats["added_vertices"] = std::int64_t{0};
-    map.stats["added_cuts"] = added;
+    Stats stats = stats_;  // of the map before
+    for (const char* name : {"charts", "energy", "max_energy"}) stats[name] = map.stats[name];
+    for (const char* name : {"charts_anew", "charts_moved"}) stats[name] = stats["charts"];
+    for (const char* name :
+         {"charts_mirrored", "charts_unfolded", "charts_cut", "charts_improved",
+          "charts_stretched_anew", "stretched_charts", "corners_kept", "added_vertices"})
+      stats[name] = std::int64_t{0};
+    stats["added_cuts"] = added;
+    map.stats = std::move(stats);
     return map;
   }
 
@@ -386,13 +347,13 @@ class Repair {
       context_.report("placing charts", 0.86);
       collect();
       const ProgressRange range(context_, 0.86, 0.95);
-      settled_ = settle(charts_, to_settle_, sized_, options_, context_);
+      const std::vector<std::size_t> unstorable = settle(made_, sized_, options_, context_);
       wanted.assign(wanted.size(), 0);
-      for (const std::size_t c : settled_.unstorable) want_anew(c, wanted);
+      for (const std::size_t c : unstorable) want_anew(c, wanted);
       if (any_flag(wanted)) continue;
-      if (!settled_.unstorable.empty()) throw_unstorable();
+      if (!unstorable.empty()) throw_unstorable(made_.charts[unstorable.front()].faces.front());
       certify::Parametrization map = finished();
-      for (const FaceId f : map.certificate.failed_faces) want_anew(chart_of_face_[at(f)], wanted);
+      for (const FaceId f : map.certificate.failed_faces) want_anew(made_.of_face[at(f)], wanted);
       if (map.certificate.ok || !any_flag(wanted)) {
         certify::require_certificate(map, "The repaired map");
         return map;
@@ -402,18 +363,17 @@ class Repair {
 
   // c: a chart of the result. That of the given map which it comes from is made anew, once.
   void want_anew(std::size_t c, std::vector<char>& wanted) {
-    const std::size_t given = source_[c];
+    const std::size_t given = made_.source[c];
     if (anew_[given] != 0 || mended_[given].change == Change::kAnew) return;
     wanted[given] = anew_[given] = 1;
   }
 
-  [[noreturn]] void throw_unstorable() const {
-    const mesh::Chart& chart = charts_[settled_.unstorable.front()];
+  [[noreturn]] static void throw_unstorable(FaceId first) {
     throw_not_converged(ErrorCode::kRoundingFlips,
-                        "The chart of face " + face_id(chart.faces.front()) +
+                        "The chart of face " + face_id(first) +
                             " has triangles too small for the 32 bits that are stored. Enlarge it, "
                             "or mark seams that cut its long and thin parts off.",
-                        ElementKind::kFace, {chart.faces.front()});
+                        ElementKind::kFace, {first});
   }
 
   void mend_one(std::size_t c, ExecutionContext& context) {
@@ -441,86 +401,96 @@ class Repair {
 
   // The charts of the result, from the mended ones and their further cuts.
   void collect() {
-    const std::size_t corners = 3 * at(static_cast<Index>(surface_.faces.rows()));
-    uv_.resize(static_cast<Eigen::Index>(corners), 2);
-    mesh::EdgeFlags cuts = given_.cuts;
-    std::vector<Place> place(corners / 3, Place::kStays);
-    std::vector<char> remade(corners / 3);
-    std::vector<std::size_t> given_chart(corners / 3);
+    made_ = {};
+    cuts_ = given_.cuts;
     sized_ = true;
-    Points2 before;  // that stretched islands were made better
-    for (const MendedChart& mended : mended_) {
-      if (mended.before.rows() > 0) before.resize(uv_.rows(), 2);
-    }
+    std::vector<std::size_t> source(at(surface_.faces.rows()));
+    std::vector<Place> place(source.size());
+    std::vector<char> remade(source.size());
+    Points2 uv(surface_.faces.size(), 2);
+    Points2 before(uv.rows(), 2);  // that stretched islands were made better
     for (std::size_t c = 0; c < mended_.size(); ++c) {
       const mesh::Chart& chart = given_.charts[c];
-      const Points2& own_before = mended_[c].before.rows() > 0 ? mended_[c].before : mended_[c].uv;
-      sized_ = sized_ && mended_[c].has_density;
-      for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
-        const std::size_t corner = corner_of(chart, h);
-        const auto stored_place = [&](const Points2& uv) {
-          return certify::row_from_texture(uv.row(static_cast<Eigen::Index>(h)), options_.aspect,
-                                           given_.places[c].row(chart.surface.faces.data()[h]));
-        };
-        uv_.row(static_cast<Eigen::Index>(corner)) = stored_place(mended_[c].uv);
-        if (before.rows() > 0)
-          before.row(static_cast<Eigen::Index>(corner)) = stored_place(own_before);
-        if (!mended_[c].cut.empty()) cuts[corner] |= mended_[c].cut[h];
-        place[corner / 3] = mended_[c].place[h / 3];
-        remade[corner / 3] = mended_[c].remade[h / 3];
-        given_chart[corner / 3] = c;
+      const MendedChart& mended = mended_[c];
+      sized_ = sized_ && mended.has_density;
+      const auto stored_places = [&](const Points2& own, Points2& corners) {
+        for (std::size_t h = 0; h < at(own.rows()); ++h) {
+          corners.row(static_cast<Eigen::Index>(corner_of(chart, h))) =
+              certify::row_from_texture(own.row(static_cast<Eigen::Index>(h)), options_.aspect,
+                                        given_.places[c].row(chart.surface.faces.data()[h]));
+        }
+      };
+      stored_places(mended.uv, uv);
+      stored_places(mended.before, before);
+      for (std::size_t h = 0; h < mended.cut.size(); ++h)
+        cuts_[corner_of(chart, h)] |= mended.cut[h];
+      for (std::size_t f = 0; f < chart.faces.size(); ++f) {
+        place[at(chart.faces[f])] = mended.place[f];
+        remade[at(chart.faces[f])] = mended.remade[f];
+        source[at(chart.faces[f])] = c;
       }
     }
-    cuts_ = std::move(cuts);
-    charts_ = mesh::split_into_charts(surface_.vertices,
-                                      mesh::cut_along(surface_.faces, adjacency_, cuts_));
-    chart_of_face_.resize(corners / 3);
-    source_.clear();
-    to_settle_.clear();
-    for (std::size_t c = 0; c < charts_.size(); ++c) {
-      const mesh::Chart& chart = charts_[c];
-      ChartToSettle& own = to_settle_.emplace_back();
-      source_.push_back(given_chart[at(chart.faces.front())]);
-      own.place = place[at(chart.faces.front())];
-      own.uv = by_vertex(chart, uv_);
-      if (mended_[source_.back()].before.rows() > 0) own.before = by_vertex(chart, before);
-      for (const FaceId f : chart.faces) chart_of_face_[at(f)] = c;
+    made_.charts = mesh::split_into_charts(surface_.vertices,
+                                           mesh::cut_along(surface_.faces, adjacency_, cuts_));
+    made_.of_face.resize(source.size());
+    made_.kept.resize(made_.charts.size());
+    for (std::size_t c = 0; c < made_.charts.size(); ++c) {
+      const mesh::Chart& chart = made_.charts[c];
+      const std::size_t first = at(chart.faces.front());
+      made_.source.push_back(source[first]);
+      made_.place.push_back(place[first]);
+      made_.remade.push_back(remade[first]);
+      made_.uv.push_back(by_vertex(chart, uv));
+      made_.before.push_back(mended_[source[first]].before.rows() > 0 ? by_vertex(chart, before)
+                                                                      : Points2(0, 2));
+      for (const FaceId f : chart.faces) made_.of_face[at(f)] = c;
     }
     for (const certify::CornerPin& pin : options_.pins) {
-      const std::size_t c = chart_of_face_[at(pin.corner / 3)];
-      const mesh::Chart& chart = charts_[c];
+      const std::size_t c = made_.of_face[at(pin.corner / 3)];
+      const mesh::Chart& chart = made_.charts[c];
       const auto f = std::lower_bound(chart.faces.begin(), chart.faces.end(), pin.corner / 3) -
                      chart.faces.begin();
-      to_settle_[c].kept.fixed.push_back(chart.surface.faces(f, pin.corner % 3));
+      made_.kept[c].fixed.push_back(chart.surface.faces(f, pin.corner % 3));
     }
-    if (options_.stretched == StretchedIslands::kImprove && sized_) take_one_scale(remade);
-    parallel_for(context_, charts_.size(), 16,
+    if (options_.stretched == StretchedIslands::kImprove && sized_) take_one_scale();
+    parallel_for(context_, made_.charts.size(), 16,
                  [&](std::size_t begin, std::size_t end, std::size_t) {
                    const ExecutionContext part(&context_, 1);
                    for (std::size_t c = begin; c < end; ++c)
-                     to_settle_[c].kept.bijective =
-                         !overlaps_itself(charts_[c].surface.faces, to_settle_[c].uv, part);
+                     made_.kept[c].bijective =
+                         !overlaps_itself(made_.charts[c].surface.faces, made_.uv[c], part);
                  });
   }
 
-  // Where most of what stands has one scale. remade: per face.
-  void take_one_scale(const std::vector<char>& remade) {
+  // Where most of what stands has one scale: charts that are remade take the density
+  // (median_density()) that two thirds by area of those that are not, or of all if there are no
+  // others, have within a tenth.
+  void take_one_scale() {
+    const bool all = std::find(made_.remade.begin(), made_.remade.end(), 0) == made_.remade.end();
     std::vector<double> densities;
-    std::vector<char> of_chart;
-    for (std::size_t c = 0; c < charts_.size(); ++c) {
-      densities.push_back(median_density(charts_[c].surface,
-                                         certify::on_texture(to_settle_[c].uv, options_.aspect)));
-      of_chart.push_back(remade[at(charts_[c].faces.front())]);
+    std::vector<std::pair<double, double>> standing;  // density, area
+    double total = 0.0;
+    for (std::size_t c = 0; c < made_.charts.size(); ++c) {
+      const mesh::Surface& chart = made_.charts[c].surface;
+      densities.push_back(median_density(chart, certify::on_texture(made_.uv[c], options_.aspect)));
+      if ((made_.remade[c] != 0 && !all) || !(densities[c] > 0.0)) continue;
+      standing.emplace_back(densities[c], mesh::area_of(chart));
+      total += standing.back().second;
     }
-    const double density = common(charts_, densities, of_chart);
-    for (std::size_t c = 0; c < charts_.size(); ++c) {
-      const double factor = density / densities[c];
-      if (of_chart[c] == 0 || !std::isnormal(factor) || factor == 1.0) continue;
-      const Points2& uv = to_settle_[c].uv;
+    const double median = weighted_percentile(standing);
+    double same = 0.0;
+    for (const auto& [density, area] : standing) {
+      if (density <= kSameDensity * median && median <= kSameDensity * density) same += area;
+    }
+    if (same < kMost * total) return;
+    for (std::size_t c = 0; c < made_.charts.size(); ++c) {
+      const double factor = median / densities[c];
+      if (made_.remade[c] == 0 || !std::isnormal(factor) || factor == 1.0) continue;
+      const Points2& uv = made_.uv[c];
       const Eigen::RowVector2d middle = uv.colwise().mean();
       Points2 other = (factor * (uv.rowwise() - middle)).rowwise() + middle;
-      if (distortion::is_flip_free(charts_[c].surface.faces, other, context_))
-        to_settle_[c].uv = std::move(other);
+      if (distortion::is_flip_free(made_.charts[c].surface.faces, other, context_))
+        made_.uv[c] = std::move(other);
     }
   }
 
@@ -528,42 +498,34 @@ class Repair {
     const Grace finishing(context_);
     context_.report("certifying", 0.95);
     certify::Parametrization map =
-        map_of_charts(surface_, mesh::flagged_edges(surface_.faces, adjacency_, cuts_), charts_,
-                      settled_.uv, settled_.stored);
+        map_of_charts(surface_, mesh::flagged_edges(surface_.faces, adjacency_, cuts_),
+                      made_.charts, made_.uv, made_.stored);
     map.stats = stats_;
-    certify::CertifyRequest request;
-    request.pins = options_.pins;
-    request.require_bijective = options_.overlaps != SelfOverlaps::kKeep;
-    request.require_disjoint = options_.disjoint && options_.pins.empty();
-    request.aspect = options_.aspect;
-    certify::certify_map(map, surface_, request, context_);
+    certify::certify_map(map, surface_, request_of(options_), context_);
     count(map);
     return map;
   }
 
   void count(certify::Parametrization& map) const {
     Stats& stats = map.stats;
-    const auto changed = [&](Change change) {
-      return static_cast<std::int64_t>(
-          std::count_if(mended_.begin(), mended_.end(),
-                        [&](const MendedChart& chart) { return chart.change == change; }));
+    for (const char* name : {"charts_mirrored", "charts_unfolded", "charts_anew", "charts_cut",
+                             "charts_improved", "charts_stretched_anew", "stretched_charts"})
+      stats[name] = std::int64_t{0};
+    const auto add = [&](const char* name, std::int64_t more) {
+      std::get<std::int64_t>(stats[name]) += more;
     };
-    stats["charts"] = static_cast<std::int64_t>(charts_.size());
-    stats["charts_mirrored"] = changed(Change::kMirrored);
-    stats["charts_unfolded"] = changed(Change::kUnfolded);
-    stats["charts_anew"] = changed(Change::kAnew);
-    stats["charts_cut"] = static_cast<std::int64_t>(std::count_if(
-        mended_.begin(), mended_.end(), [](const MendedChart& chart) { return chart.was_cut; }));
-    const auto stretched = [&](std::int64_t StretchedPieces::*count) {
-      std::int64_t sum = 0;
-      for (const MendedChart& chart : mended_) sum += chart.stretched.*count;
-      return sum;
-    };
-    stats["charts_improved"] = stretched(&StretchedPieces::improved);
-    stats["charts_stretched_anew"] = stretched(&StretchedPieces::anew);
-    stats["stretched_charts"] = stretched(&StretchedPieces::left);
+    for (const MendedChart& chart : mended_) {
+      add("charts_mirrored", chart.change == Change::kMirrored);
+      add("charts_unfolded", chart.change == Change::kUnfolded);
+      add("charts_anew", chart.change == Change::kAnew);
+      add("charts_cut", chart.was_cut);
+      add("charts_improved", chart.stretched.improved);
+      add("charts_stretched_anew", chart.stretched.anew);
+      add("stretched_charts", chart.stretched.left);
+    }
+    stats["charts"] = static_cast<std::int64_t>(made_.charts.size());
     stats["charts_moved"] =
-        static_cast<std::int64_t>(std::count(settled_.moved.begin(), settled_.moved.end(), 1));
+        static_cast<std::int64_t>(std::count(made_.moved.begin(), made_.moved.end(), 1));
     stats["added_cuts"] =
         static_cast<std::int64_t>(std::count(cuts_.begin(), cuts_.end(), 1) -
                                   std::count(given_.cuts.begin(), given_.cuts.end(), 1)) /
@@ -590,21 +552,10 @@ class Repair {
   std::vector<MendedChart> mended_;
   std::vector<char> anew_;  // per given chart: it was not storable otherwise
   // The result.
-  Points2 uv_;
   mesh::EdgeFlags cuts_;
-  std::vector<mesh::Chart> charts_;
-  std::vector<ChartToSettle> to_settle_;
-  std::vector<std::size_t> source_;  // per chart: of the given map
-  std::vector<std::size_t> chart_of_face_;
+  Charts made_;
   bool sized_ = true;
-  SettledCharts settled_;
 };
-
-// As repair() says, without "seconds".
-certify::Parametrization repair_clean(const mesh::Surface& surface, const Points2& corner_uv,
-                                      const RepairOptions& options, ExecutionContext& context) {
-  return Repair(surface, corner_uv, options, context).run();
-}
 
 // A mesh that is no clean surface: by way of one (mesh/separated), with corner_uv as its map.
 certify::Parametrization repair_separated(const mesh::Surface& surface, const Points2& corner_uv,
@@ -624,27 +575,16 @@ certify::Parametrization repair_separated(const mesh::Surface& surface, const Po
   own.pins = separated.pins(options.pins);
   const Points2 own_uv = separated.corners(corner_uv);
   const certify::Parametrization solved =
-      separated.solve([&] { return repair_clean(separated.surface(), own_uv, own, context); });
-  certify::CertifyRequest request;
-  request.pins = options.pins;
-  request.aspect = options.aspect;
+      separated.solve([&] { return Repair(separated.surface(), own_uv, own, context).run(); });
+  certify::CertifyRequest request = request_of(options);
+  request.require_bijective = request.require_disjoint = false;  // judged once all corners follow
   certify::Parametrization map = separated.on_input(solved, request, context);
   follow_neighbours(separated.separated().collapsed, surface, corner_uv, options.pins, map);
-  return map;
-}
-
-certify::Parametrization repair_any(const mesh::Surface& surface, const Points2& corner_uv,
-                                    const RepairOptions& options, ExecutionContext& context) {
-  certify::Parametrization map = repair_separated(surface, corner_uv, options, context);
   const Grace judging(context);
-  certify::CertifyRequest request;
+  request = request_of(options);
   request.surface = &surface;
   request.uv = &map.uv;
   request.uv32 = &map.uv32;
-  request.pins = options.pins;
-  request.require_bijective = options.overlaps != SelfOverlaps::kKeep;
-  request.require_disjoint = options.disjoint && options.pins.empty();
-  request.aspect = options.aspect;
   map.certificate = certify::certify_any(request, context);
   map.stats["corners_kept"] = (map.uv.array() == corner_uv.array()).rowwise().all().count();
   map.stats["energy"] = map.certificate.energy;
@@ -664,8 +604,8 @@ certify::Parametrization repair(const mesh::Surface& surface, const Points2& cor
                    distortion::require_corner_uv(surface, corner_uv);
                    certify::Parametrization map =
                        certify::is_clean(surface, context)
-                           ? repair_clean(surface, corner_uv, options, context)
-                           : repair_any(surface, corner_uv, options, context);
+                           ? Repair(surface, corner_uv, options, context).run()
+                           : repair_separated(surface, corner_uv, options, context);
                    map.stats["seconds"] = watch.seconds();
                    const Grace finishing(context);
                    context.report("done", 1.0);

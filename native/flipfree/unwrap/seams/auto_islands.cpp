@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
@@ -15,10 +16,10 @@
 #include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/seams/costs.h"
+#include "flipfree/unwrap/seams/made_parts.h"
 #include "flipfree/unwrap/seams/nets.h"
 #include "flipfree/unwrap/seams/search.h"
 #include "flipfree/unwrap/seams/sheet.h"
-#include "flipfree/unwrap/seams/symmetric.h"
 #include "flipfree/unwrap/seams/tubes.h"
 
 namespace flipfree::unwrap {
@@ -39,313 +40,469 @@ std::vector<double> positive(const mesh::Surface& surface, std::vector<double> c
 constexpr double kHidden = 0.5;
 constexpr double kSeen = 2.0;
 
-void prefer_hidden(std::vector<double>& cost, const Triangles& faces,
-                   const std::vector<double>& exposure) {
+void prefer_hidden(const mesh::Surface& placed, std::vector<double>& cost,
+                   ExecutionContext& context) {
+  const Triangles& faces = placed.faces;
+  const std::vector<double> seen_at = exposure(placed, context);
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost.size()); ++h) {
     const double seen =
-        0.5 * (exposure[at(mesh::source(faces, h))] + exposure[at(mesh::target(faces, h))]);
+        0.5 * (seen_at[at(mesh::source(faces, h))] + seen_at[at(mesh::target(faces, h))]);
     cost[at(h)] *= std::clamp(std::sqrt(seen), kHidden, kSeen);
   }
-}
-
-KnownMaps nothing_known(const Triangles& faces) {
-  return {Points2(3 * faces.rows(), 2), std::vector<char>(at(faces.rows()), KnownMaps::kNothing)};
-}
-
-bool all_known(const KnownMaps& known) {
-  const auto& of_face = known.of_face;
-  return std::find(of_face.begin(), of_face.end(), KnownMaps::kNothing) == of_face.end();
-}
-
-// The map (#V x 2) of a chart, as known.
-void take_down(const mesh::Chart& chart, const Points2& uv, char kind, KnownMaps& known) {
-  put_corners(chart, uv, known.corner_uv);
-  for (const FaceId f : chart.faces) known.of_face[at(f)] = kind;
 }
 
 bool is_within(const Stretch& bound, const mesh::Surface& chart, const Points2& uv) {
   return stretch_of(chart, by_corner(chart.faces, uv)).within(bound);
 }
 
-void add_flags(const mesh::EdgeFlags& more, mesh::EdgeFlags& flags) {
-  for (std::size_t h = 0; h < flags.size(); ++h) flags[h] |= more[h];
-}
-
-// Adds the maps of the islands that the given seams bound, or that nets would cut, none of which
-// had to be opened, within the bound of stretch and not on themselves: what is cut well enough is
-// cut no further.
-void add_known(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-               const mesh::EdgeFlags& seams, const mesh::EdgeFlags& nets,
-               const mesh::EdgeFlags& uncuttable, Islands& islands, const UnwrapOptions& options,
-               ExecutionContext& context, Stats& stats, KnownMaps& known) {
-  KnownMaps passed = known;
-  std::vector<char> candidate(islands.charts.size(), 0);
-  for (std::size_t c = 0; c < candidate.size(); ++c) {
-    const mesh::Chart& chart = islands.charts[c];
-    if (known.of_face[at(chart.faces.front())] != KnownMaps::kNothing) continue;
-    const mesh::Adjacency& local = chart.surface.adjacency();
-    const bool opened = any_flag(part_of(chart, islands.added));
-    const bool in_nets = any_flag(part_of(chart, nets));
-    for (std::size_t h = 0; h < local.opposite.size() && !opened; ++h) {
-      if (local.opposite[h] == kInvalid && (in_nets || seams[corner_of(chart, h)] != 0))
-        candidate[c] = 1;
-    }
-    // The others are passed over as if they were known.
-    if (candidate[c] == 0)
-      for (const FaceId f : chart.faces) passed.of_face[at(f)] = KnownMaps::kFlat;
-  }
-  if (!any_flag(candidate)) return;
-  // What cannot be flattened whole is searched like what is stretched, and so is what lies on
-  // itself: nets with many holes take minutes to be held apart, and are cut in the end.
-  UnwrapOptions whole = options;
-  whole.bijective = false;
-  Outcome<std::vector<Points2>> uv = attempt([&] {
-    return flatten_islands(islands, surface, adjacency, uncuttable, ChartPins{}, whole, context,
-                           stats, &passed);
-  });
-  if (!uv) return;
-  const Stretch bound = stretch_bound(options.seams.stretch);
-  for (std::size_t c = 0; c < candidate.size(); ++c) {
-    const mesh::Surface& chart = islands.charts[c].surface;
-    if (candidate[c] != 0 && is_within(bound, chart, (*uv)[c]) &&
-        !(options.bijective && overlaps_itself(chart.faces, (*uv)[c], context)))
-      take_down(islands.charts[c], (*uv)[c], KnownMaps::kFlat, known);
-  }
-}
-
 // Charts are searched again, for what they have become since, with a bound that is tighter by this.
 constexpr int kSearchRounds = 4;
 constexpr double kTighterEachRound = 0.8;
 
-class Finder {
+class IslandFinder {
  public:
-  Finder(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-         const mesh::EdgeFlags& uncuttable, const UnwrapOptions& options, std::vector<double> cost,
-         Islands islands, KnownMaps known)
+  IslandFinder(const mesh::Surface& surface, const mesh::Surface& placed,
+               const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
+               const UnwrapOptions& options, std::vector<double> cost, ExecutionContext& context,
+               Stats& stats)
       : surface_(surface),
-        adjacency_(adjacency),
+        placed_(placed),
+        seams_(seams),
         uncuttable_(uncuttable),
         options_(options),
+        bound_(stretch_bound(options.seams.stretch)),
+        context_(context),
+        stats_(stats),
         cost_(std::move(cost)),
-        islands_(std::move(islands)),
-        known_(std::move(known)) {}
+        known_(surface.faces) {}
 
-  AutoIslands run(ExecutionContext& context, Stats& stats) {
-    const Stretch bound = stretch_bound(options_.seams.stretch);
-    Stretch aim = bound;
-    std::vector<Points2> uv;
+  AutoIslands run(const Mirror& mirror) {
+    try {
+      find(mirror);
+    } catch (const TimeIsOver&) {
+      // Seams alone will do where there are some.
+      if (!options_.seams.edges_only || islands_.cut.empty()) throw;
+      uv_.clear();
+    }
+    return {std::move(islands_), std::move(uv_)};
+  }
+
+ private:
+  void find(const Mirror& mirror) {
+    mesh::EdgeFlags wanted =
+        with_sharp_edges(surface_, seams_, never_seams(cost_), options_.seams.sharp_angle);
+    const Tubes tubes = find_tubes(surface_, wanted, cost_, options_.polygon, bound_);
+    const mesh::EdgeFlags nets = nets_beside(tubes, wanted, mirror);
+    const mesh::EdgeFlags& first = any_flag(seams_) ? seams_ : wanted;
+    double begin = 0.0;
+    if (any_flag(first) || any_flag(nets)) {
+      open(first, {});
+      begin = 0.2;
+      const ProgressRange range(context_, 0.0, begin);
+      add_known(first, nets);
+      if (all_known()) return flatten();
+    }
+    // Where nets leave nothing to be opened, what is seen decides nothing yet.
+    bool seen = !any_flag(nets);
+    if (seen) prefer_hidden(placed_, cost_, context_);
+    for (std::size_t h = 0; h < cost_.size(); ++h) {
+      if (known_.of_face[h / 3] == KnownMaps::kNothing) {
+        wanted[h] |= nets[h];
+        continue;
+      }
+      cost_[h] = mesh::ShortestPaths::kUnreached;
+      if (any_flag(seams_)) wanted[h] = seams_[h];
+    }
+    open(wanted, positive(surface_, cost_));
+    if (!seen && any_flag(islands_.added)) {
+      prefer_hidden(placed_, cost_, context_);
+      seen = true;
+      open(wanted, positive(surface_, cost_));
+    }
+    for (const mesh::Chart& chart : islands_.charts) {
+      const FaceId f = chart.faces.front();
+      if (known_.of_face[at(f)] == KnownMaps::kNothing && tubes.of_face[at(f)] != 0)
+        take_down(chart, by_vertex(chart, tubes.corner_uv), KnownMaps::kFlat);
+    }
+    if (any_flag(nets)) {
+      const ProgressRange range(context_, begin, begin + 0.1);
+      begin += 0.1;
+      add_known(nets, {});
+      if (all_known()) return flatten();
+    }
+    if (!seen) prefer_hidden(placed_, cost_, context_);
+    const ProgressRange range(context_, begin, 1.0);
+    search_until_within();
+  }
+
+  // The cuts of tubes, and nets of all else.
+  mesh::EdgeFlags nets_beside(const Tubes& tubes, const mesh::EdgeFlags& seams,
+                              const Mirror& mirror) const {
+    mesh::EdgeFlags nets = seams;
+    for (std::size_t h = 0; h < nets.size(); ++h) nets[h] |= tubes.cut[h];
+    nets = net_seams(surface_, nets, mirrored_costs(surface_.faces, mirror, cost_), tubes.is_rim,
+                     context_);
+    for (std::size_t h = 0; h < nets.size(); ++h)
+      if (tubes.of_face[h / 3] != 0 || tubes.cut[h] != 0) nets[h] = tubes.cut[h];
+    return nets;
+  }
+
+  // cost: per half-edge, or empty: of cuts, instead of lengths.
+  void open(const mesh::EdgeFlags& cut, std::vector<double> cost) {
+    islands_ = make_islands(surface_, cut, uncuttable_, context_, {{}, std::move(cost), false});
+  }
+
+  void flatten() {
+    uv_ = flatten_islands(islands_, surface_, uncuttable_, ChartPins{}, options_, context_, stats_,
+                          &known_);
+  }
+
+  char known(const mesh::Chart& chart) const { return known_.of_face[at(chart.faces.front())]; }
+
+  bool all_known() const {
+    const auto& of_face = known_.of_face;
+    return std::find(of_face.begin(), of_face.end(), KnownMaps::kNothing) == of_face.end();
+  }
+
+  // The map (#V x 2) of a chart, as known.
+  void take_down(const mesh::Chart& chart, const Points2& uv, char kind) {
+    put_corners(chart, uv, known_.corner_uv);
+    for (const FaceId f : chart.faces) known_.of_face[at(f)] = kind;
+  }
+
+  // Adds the maps of the islands that `seams` bound, or that nets would cut, none of which had to
+  // be opened, within the bound of stretch and not on themselves: what is cut well enough is cut no
+  // further.
+  void add_known(const mesh::EdgeFlags& seams, const mesh::EdgeFlags& nets) {
+    KnownMaps passed = known_;
+    std::vector<char> candidate;
+    for (const mesh::Chart& chart : islands_.charts) {
+      const std::vector<HalfedgeId>& opposite = chart.surface.adjacency().opposite;
+      const bool in_nets = any_flag(part_of(chart, nets));
+      bool bounded = false;
+      for (std::size_t h = 0; h < opposite.size() && !bounded; ++h)
+        bounded = opposite[h] == kInvalid && (in_nets || seams[corner_of(chart, h)] != 0);
+      candidate.push_back(known(chart) == KnownMaps::kNothing && bounded &&
+                          !any_flag(part_of(chart, islands_.added)));
+      // The others are passed over as if they were known.
+      for (std::size_t f = 0; f < chart.faces.size() && candidate.back() == 0; ++f)
+        passed.of_face[at(chart.faces[f])] = KnownMaps::kFlat;
+    }
+    if (!any_flag(candidate)) return;
+    // What cannot be flattened whole is searched like what is stretched, and so is what lies on
+    // itself: nets with many holes take minutes to be held apart, and are cut in the end.
+    UnwrapOptions whole = options_;
+    whole.bijective = false;
+    Outcome<std::vector<Points2>> uv = attempt([&] {
+      return flatten_islands(islands_, surface_, uncuttable_, ChartPins{}, whole, context_, stats_,
+                             &passed);
+    });
+    for (std::size_t c = 0; c < candidate.size() && uv; ++c) {
+      const mesh::Surface& chart = islands_.charts[c].surface;
+      if (candidate[c] != 0 && is_within(bound_, chart, (*uv)[c]) &&
+          !(options_.bijective && overlaps_itself(chart.faces, (*uv)[c], context_)))
+        take_down(islands_.charts[c], (*uv)[c], KnownMaps::kFlat);
+    }
+  }
+
+  void search_until_within() {
+    Stretch aim = bound_;
     double begin = 0.0;
     for (int round = 0;; ++round) {
       const double end = begin + 0.5 * (1.0 - begin);
       if (round < kSearchRounds) {
-        const ProgressRange range(context, begin, begin + 0.7 * (end - begin));
-        search(aim, context);
+        const ProgressRange range(context_, begin, begin + 0.7 * (end - begin));
+        search(aim);
       }
-      const ProgressRange range(context, begin + 0.7 * (end - begin), end);
+      const ProgressRange range(context_, begin + 0.7 * (end - begin), end);
       begin = end;
-      try {
-        uv = flatten_islands(islands_, surface_, adjacency_, uncuttable_, ChartPins{}, options_,
-                             context, stats, &known_);
-      } catch (const TimeIsOver&) {
-        if (options_.seams.edges_only) break;
-        throw;
+      flatten();
+      if (!any_above()) return;
+      if (context_.time_is_over() || (options_.acceptable && context_.accepted())) {
+        note_time_limit(stats_);
+        return;
       }
-      if (!any_above(bound, uv)) break;
-      if (context.time_is_over() || (options_.acceptable && context.accepted())) {
-        note_time_limit(stats);
-        break;
-      }
-      if (round + 1 >= kSearchRounds && !halve(context)) break;
+      if (round + 1 >= kSearchRounds && !halve()) return;
       aim.energy = 1.0 + kTighterEachRound * (aim.energy - 1.0);
     }
-    return {std::move(islands_), std::move(uv)};
   }
 
- private:
   // Slits for the charts without a map that is known, and maps for those that can have one.
-  void search(const Stretch& aim, ExecutionContext& context) {
-    mesh::EdgeFlags further(adjacency_.opposite.size(), 0);
+  void search(const Stretch& aim) {
+    mesh::EdgeFlags further(cost_.size(), 0);
     const std::size_t count = islands_.charts.size();
-    SharedProgress progress(context, 0.0);
-    parallel_for(context, count, 1, [&](std::size_t c, std::size_t, std::size_t) {
-      ExecutionContext part(&context, count == 1 ? context.threads : 1, &progress,
+    SharedProgress progress(context_, 0.0);
+    parallel_for(context_, count, 1, [&](std::size_t c, std::size_t, std::size_t) {
+      ExecutionContext part(&context_, count == 1 ? context_.threads : 1, &progress,
                             1.0 / static_cast<double>(count));
-      if (known_.of_face[at(islands_.charts[c].faces.front())] == KnownMaps::kNothing)
+      if (known(islands_.charts[c]) == KnownMaps::kNothing)
         search_chart(islands_.charts[c], aim, further, part);
       const Grace done_with(part);
       part.report("finding seams", 1.0);
     });
-    cut_further(islands_, surface_, adjacency_, further);
+    cut_further(islands_, surface_, further);
   }
 
   void search_chart(const mesh::Chart& chart, const Stretch& aim, mesh::EdgeFlags& further,
                     ExecutionContext& context) {
     const mesh::InOwnUnit own(chart.surface);
-    const mesh::Adjacency& local = chart.surface.adjacency();
     std::vector<double> cost = part_of(chart, cost_);
     for (double& c : cost) c /= own.unit();
     const SlitOptions options{aim, options_.bijective, options_.may_add_cuts, options_.acceptable};
-    const Slits slits = find_slits(own.surface(), local, cost, options, context);
-    for (std::size_t h = 0; h < cost.size(); ++h) {
+    const Slits slits = find_slits(own.surface(), cost, options, context);
+    put_part(chart, slits.cut, further);
+    for (std::size_t h = 0; h < at(slits.corner_uv.rows()); ++h) {
       const std::size_t corner = corner_of(chart, h);
-      further[corner] = slits.cut[h];
-      if (slits.corner_uv.rows() == 0) continue;
-      const auto row = static_cast<Eigen::Index>(corner);
-      const auto own_row = static_cast<Eigen::Index>(h);
-      known_.corner_uv.row(row) = own.unit() * slits.corner_uv.row(own_row);
+      known_.corner_uv.row(static_cast<Eigen::Index>(corner)) =
+          own.unit() * slits.corner_uv.row(static_cast<Eigen::Index>(h));
       known_.of_face[corner / 3] = slits.divided ? KnownMaps::kPiece : KnownMaps::kFlat;
     }
   }
 
   // Cuts the charts in two of which no map is known, in the sense of any_above(). False if none can
   // be.
-  bool halve(ExecutionContext& context) {
+  bool halve() {
     if (!options_.may_add_cuts) return false;
-    mesh::EdgeFlags further(adjacency_.opposite.size(), 0);
-    bool any = false;
+    mesh::EdgeFlags further(cost_.size(), 0);
     for (const mesh::Chart& chart : islands_.charts) {
-      if (known_.of_face[at(chart.faces.front())] != KnownMaps::kNothing) continue;
+      if (known(chart) != KnownMaps::kNothing) continue;
+      const Points2 uv = by_vertex(chart, known_.corner_uv);
       const mesh::EdgeFlags cut =
-          halving_cut(chart.surface, chart.surface.adjacency(), by_vertex(chart, known_.corner_uv),
-                      never_seams(part_of(chart, cost_)), false, context);
-      const bool is_cut = any_flag(cut);
-      any = any || is_cut;
-      for (std::size_t h = 0; h < corner_count(chart); ++h) {
-        const std::size_t corner = corner_of(chart, h);
-        further[corner] = cut[h];
-        known_.of_face[corner / 3] = is_cut ? KnownMaps::kPiece : KnownMaps::kFlat;
-      }
+          halving_cut(chart.surface, uv, never_seams(part_of(chart, cost_)), false, context_);
+      put_part(chart, cut, further);
+      for (const FaceId f : chart.faces)
+        known_.of_face[at(f)] = any_flag(cut) ? KnownMaps::kPiece : KnownMaps::kFlat;
     }
-    cut_further(islands_, surface_, adjacency_, further);
-    return any;
+    cut_further(islands_, surface_, further);
+    return any_flag(further);
   }
 
   // Takes down the maps, but of charts above the bound. True if there are such.
-  bool any_above(const Stretch& bound, const std::vector<Points2>& uv) {
-    bool any = false;
+  bool any_above() {
     for (std::size_t c = 0; c < islands_.charts.size(); ++c) {
       const mesh::Chart& chart = islands_.charts[c];
-      const bool within = is_within(bound, chart.surface, uv[c]);
-      any = any || !within;
-      take_down(chart, uv[c], within ? KnownMaps::kFlat : KnownMaps::kNothing, known_);
+      const bool within = is_within(bound_, chart.surface, uv_[c]);
+      take_down(chart, uv_[c], within ? KnownMaps::kFlat : KnownMaps::kNothing);
     }
-    return any;
+    return !all_known();
   }
 
-  const mesh::Surface& surface_;
-  const mesh::Adjacency& adjacency_;
+  const mesh::Surface& surface_;  // in its own unit
+  const mesh::Surface& placed_;   // where the user has it
+  const mesh::EdgeFlags& seams_;
   const mesh::EdgeFlags& uncuttable_;
   const UnwrapOptions& options_;
+  const Stretch bound_;
+  ExecutionContext& context_;
+  Stats& stats_;
   std::vector<double> cost_;  // per half-edge
-  Islands islands_;
   KnownMaps known_;
+  Islands islands_;
+  std::vector<Points2> uv_;  // per chart, once all are flat
 };
 
-AutoIslands search_islands(const mesh::Surface& surface, const Points3& placed,
-                           const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams,
-                           const mesh::EdgeFlags& uncuttable, const Mirror& mirror,
-                           std::vector<double> cost, const UnwrapOptions& options,
-                           ExecutionContext& context, Stats& stats) {
-  KnownMaps known = nothing_known(surface.faces);
-  const auto known_flat = [&](Islands islands) -> AutoIslands {
-    std::vector<Points2> uv = flatten_islands(islands, surface, adjacency, uncuttable, ChartPins{},
-                                              options, context, stats, &known);
-    return {std::move(islands), std::move(uv)};
+// What symmetric seams may cost, over what was found.
+constexpr double kMostForSymmetry = 1.28;
+// What a further island costs, as a share of all seams.
+constexpr double kPriceOfIsland = 0.03;
+// More islands than were found only for nets, which are not stretched.
+constexpr Stretch kNets = {1.002, 1.2};
+
+// Per half-edge, on which side of the plane its edge lies: 1, -1, or 0 in the middle.
+std::vector<int> sides_of(const mesh::Surface& surface, const Mirror& mirror) {
+  const auto way = [&](VertexId v) -> Vector3 {
+    return (surface.vertices.row(v) - surface.vertices.row(mirror.image[at(v)])).transpose();
   };
-  // False where time is over and seams alone will do.
-  const auto known_in_time = [&](const mesh::EdgeFlags& bounds, const mesh::EdgeFlags& of_nets,
-                                 Islands& islands) {
-    try {
-      add_known(surface, adjacency, bounds, of_nets, uncuttable, islands, options, context, stats,
-                known);
-    } catch (const TimeIsOver&) {
-      if (options.seams.edges_only) return false;
-      throw;
-    }
-    return true;
-  };
-  double begin = 0.0;
-  mesh::EdgeFlags wanted =
-      with_sharp_edges(surface, adjacency, seams, never_seams(cost), options.seams.sharp_angle);
-  const Tubes tubes = find_tubes(surface, adjacency, wanted, cost, options.polygon,
-                                 stretch_bound(options.seams.stretch));
-  mesh::EdgeFlags nets = wanted;
-  add_flags(tubes.cut, nets);
-  nets = net_seams(surface, adjacency, nets,
-                   mirror.empty() ? cost : mirrored_costs(surface.faces, mirror, cost),
-                   tubes.is_rim, context);
-  for (std::size_t h = 0; h < nets.size(); ++h)
-    if (tubes.of_face[h / 3] != 0 || tubes.cut[h] != 0) nets[h] = tubes.cut[h];
-  const mesh::EdgeFlags& first = any_flag(seams) ? seams : wanted;
-  if (any_flag(first) || any_flag(nets)) {
-    Islands given =
-        make_islands(surface, adjacency, first, uncuttable, false, context, {{}, {}, false});
-    begin = 0.2;
-    const ProgressRange range(context, 0.0, begin);
-    if (!known_in_time(first, nets, given)) return {std::move(given), {}};
-    if (all_known(known)) return known_flat(std::move(given));
+  Vector3 normal = Vector3::Zero();
+  for (const VertexId v : surface.faces.triangles().reshaped()) {
+    if (way(v).squaredNorm() > normal.squaredNorm()) normal = way(v);
   }
-  const auto see = [&] {
-    prefer_hidden(cost, surface.faces, exposure(placed, surface.faces, adjacency, context));
-  };
-  bool seen = !any_flag(nets);
-  if (seen) see();
-  const bool by_seams = any_flag(seams);
-  for (std::size_t h = 0; h < cost.size(); ++h) {
-    if (known.of_face[h / 3] == KnownMaps::kNothing) {
-      wanted[h] |= nets[h];
-      continue;
-    }
-    cost[h] = mesh::ShortestPaths::kUnreached;
-    if (by_seams) wanted[h] = seams[h];
+  const double least = 1e-4 * normal.squaredNorm();
+  std::vector<int> sides(at(static_cast<Index>(surface.faces.size())));
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(sides.size()); ++h) {
+    const double x =
+        normal.dot(way(mesh::source(surface.faces, h)) + way(mesh::target(surface.faces, h)));
+    sides[at(h)] = x > least ? 1 : x < -least ? -1 : 0;
   }
-  const auto open_islands = [&] {
-    return make_islands(surface, adjacency, wanted, uncuttable, false, context,
-                        {{}, positive(surface, cost), false});
-  };
-  Islands islands = open_islands();
-  // Where nets leave nothing to be opened, what is seen decides nothing yet.
-  if (!seen && any_flag(islands.added)) {
-    see();
-    seen = true;
-    islands = open_islands();
-  }
-  for (const mesh::Chart& chart : islands.charts) {
-    const FaceId f = chart.faces.front();
-    if (known.of_face[at(f)] == KnownMaps::kNothing && tubes.of_face[at(f)] != 0)
-      take_down(chart, by_vertex(chart, tubes.corner_uv), KnownMaps::kFlat, known);
-  }
-  if (any_flag(nets)) {
-    const ProgressRange range(context, begin, begin + 0.1);
-    begin += 0.1;
-    if (!known_in_time(nets, {}, islands)) return {std::move(islands), {}};
-    if (all_known(known)) return known_flat(std::move(islands));
-  }
-  if (!seen) see();
-  const ProgressRange range(context, begin, 1.0);
-  return Finder(surface, adjacency, uncuttable, options, std::move(cost), std::move(islands),
-                std::move(known))
-      .run(context, stats);
+  return sides;
 }
+
+// Seams as they are on this side of the plane, and their images; 0: those of both sides.
+mesh::EdgeFlags mirrored_cut(const mesh::EdgeFlags& cut, const Mirror& mirror,
+                             const std::vector<int>& sides, int side) {
+  mesh::EdgeFlags result = cut;
+  for (std::size_t h = 0; h < cut.size(); ++h) {
+    const HalfedgeId image = mirror.edge[h];
+    if (image == kInvalid || sides[h] * side > 0) continue;
+    result[h] = cut[at(image)];
+    if (sides[h] * side == 0) result[h] |= cut[h];
+  }
+  return result;
+}
+
+// Islands that a plane maps onto each other, and what is made of them.
+class Symmetrizer {
+ public:
+  Symmetrizer(const AutoIslands& found, const mesh::Surface& surface,
+              const mesh::EdgeFlags& uncuttable, const std::vector<double>& cost,
+              const Mirror& mirror, const UnwrapOptions& options, ExecutionContext& context)
+      : found_(found.islands),
+        surface_(surface),
+        uncuttable_(uncuttable),
+        cost_(cost),
+        options_(options),
+        context_(context),
+        area_(mesh::area_of(surface)),
+        cut_(found_.cut),
+        before_(surface.faces.size(), 2) {
+    std::vector<Index> island(at(surface.faces.rows()));
+    for (std::size_t c = 0; c < found.uv.size(); ++c) {
+      for (const FaceId f : found_.charts[c].faces) island[at(f)] = static_cast<Index>(c);
+      put_corners(found_.charts[c], found.uv[c], before_);
+    }
+    corner_uv_ = before_;
+    const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
+    DisjointSets sets(static_cast<Index>(found.uv.size()));
+    for (std::size_t h = 0; h < cut_.size(); ++h) {
+      const HalfedgeId image = mirror.edge[h];
+      if (image == kInvalid || opposite[h] == kInvalid || cut_[h] != 0) continue;
+      for (const HalfedgeId other : {image, opposite[at(image)]})
+        sets.join(island[h / 3], island[at(other / 3)]);
+    }
+    for (const Index i : island) group_.push_back(sets.find(i));
+    count_ = counts(found_);
+    most_ = prices(cut_, count_);
+    for (double& most : most_) most *= kMostForSymmetry;
+  }
+
+  // Takes seams of a side for the groups in which they are usable, and cost less than what is
+  // there.
+  void use(const mesh::EdgeFlags& cut) {
+    const Islands islands = make_islands(surface_, cut, uncuttable_, context_);
+    const std::vector<std::size_t> count = counts(islands);
+    const std::vector<double> price = prices(cut, count);
+    std::vector<char> is_better(most_.size(), 0);
+    for (std::size_t g = 0; g < most_.size(); ++g) is_better[g] = price[g] <= most_[g] ? 1 : 0;
+    for (std::size_t h = 0; h < cut.size(); ++h)
+      if (islands.added[h] != 0) is_better[at(group_[h / 3])] = 0;
+    Points2 corner_uv = before_;
+    for (const mesh::Chart& chart : islands.charts) {
+      const std::size_t group = group_of(chart);
+      const mesh::EdgeFlags own = part_of(chart, cut);
+      const mesh::EdgeFlags before = part_of(chart, found_.cut);
+      if (is_better[group] == 0 || own == before) continue;
+      const bool has_more = count[group] > count_[group];
+      const Stretch bound = has_more ? kNets : stretch_bound(options_.seams.stretch);
+      const bool is_part = std::equal(own.begin(), own.end(), before.begin(), std::greater_equal());
+      if ((has_more && mesh::area_of(chart.surface) < kSliver * area_) ||
+          !lay_flat(chart, is_part, bound, corner_uv))
+        is_better[group] = 0;
+    }
+    for (std::size_t h = 0; h < cut.size(); ++h) {
+      if (is_better[at(group_[h / 3])] == 0) continue;
+      cut_[h] = cut[h];
+      const auto row = static_cast<Eigen::Index>(h);
+      corner_uv_.row(row) = corner_uv.row(row);
+      most_[at(group_[h / 3])] = price[at(group_[h / 3])];
+    }
+  }
+
+  AutoIslands result() const {
+    AutoIslands result{make_islands(surface_, cut_, uncuttable_, context_), {}};
+    for (const mesh::Chart& chart : result.islands.charts)
+      result.uv.push_back(by_vertex(chart, corner_uv_));
+    for (std::size_t h = 0; h < cut_.size(); ++h) {
+      const bool was_given = found_.cut[h] != 0 && found_.added[h] == 0;
+      result.islands.added[h] = result.islands.cut[h] != 0 && !was_given ? 1 : 0;
+    }
+    return result;
+  }
+
+ private:
+  std::size_t group_of(const mesh::Chart& chart) const { return at(group_[at(chart.faces[0])]); }
+
+  // Per group, as what follows.
+  std::vector<std::size_t> counts(const Islands& islands) const {
+    std::vector<std::size_t> count(found_.charts.size(), 0);
+    for (const mesh::Chart& chart : islands.charts) ++count[group_of(chart)];
+    return count;
+  }
+  std::vector<double> prices(const mesh::EdgeFlags& cut,
+                             const std::vector<std::size_t>& islands) const {
+    std::vector<double> price(islands.size(), 0.0);
+    for (std::size_t h = 0; h < cut.size(); ++h)
+      if (cut[h] != 0) price[at(group_[h / 3])] += std::min(cost_[h], kForbidden);
+    for (std::size_t g = 0; g < price.size(); ++g)
+      price[g] *= 1.0 + kPriceOfIsland * static_cast<double>(islands[g]);
+    return price;
+  }
+
+  // False if the island is no map within the bound. A part of what was keeps its map, unless it
+  // has one without stretch.
+  bool lay_flat(const mesh::Chart& chart, bool is_part, const Stretch& bound,
+                Points2& corner_uv) const {
+    const mesh::InOwnUnit own(chart.surface);
+    const bool keeps = is_part && is_within(bound, chart.surface, by_vertex(chart, corner_uv));
+    FlattenOptions flatten(options_);
+    for (const bool bijective : {false, true}) {
+      Stats ignored;
+      flatten.bijective = bijective;
+      Outcome<FlatChart> flat =
+          attempt([&] { return flatten_chart(own.surface(), flatten, context_, ignored); });
+      if (!flat) return keeps;
+      flat->uv *= own.unit();
+      const bool is_net = is_within(kNets, chart.surface, flat->uv);
+      if (!is_net && (keeps || !is_within(bound, chart.surface, flat->uv))) return keeps;
+      if (bijective || !options_.bijective) {
+        put_corners(chart, flat->uv, corner_uv);
+        return true;
+      }
+      // What is not stretched gives no way.
+      if (is_net && overlaps_itself(chart.surface.faces, flat->uv, context_)) return keeps;
+    }
+    return keeps;
+  }
+
+  const Islands& found_;
+  const mesh::Surface& surface_;
+  const mesh::EdgeFlags& uncuttable_;
+  const std::vector<double>& cost_;
+  const UnwrapOptions& options_;
+  ExecutionContext& context_;
+  const double area_;
+  mesh::EdgeFlags cut_;
+  Points2 before_;
+  Points2 corner_uv_;
+  std::vector<Index> group_;        // per face
+  std::vector<std::size_t> count_;  // per group: islands that were found
+  std::vector<double> most_;        // per group: what its seams may cost
+};
+
 }  // namespace
 
-AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
-                         const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams,
-                         const mesh::EdgeFlags& uncuttable, const UnwrapOptions& options,
-                         ExecutionContext& context, Stats& stats) {
-  const std::vector<double> cost = edge_costs(surface, adjacency, uncuttable, options.seams);
-  const mesh::Surface as_placed{placed, surface.faces};
-  const Mirror mirror = find_mirror(mesh::InOwnUnit(as_placed).surface(), adjacency, cost);
+AutoIslands find_islands(const mesh::Surface& surface, const mesh::Surface& placed,
+                         const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
+                         const UnwrapOptions& options, ExecutionContext& context, Stats& stats) {
+  const std::vector<double> cost = edge_costs(surface, uncuttable, options.seams);
+  const mesh::InOwnUnit in_own_unit(placed);
+  const Mirror mirror = find_mirror(in_own_unit.surface(), cost);
   AutoIslands found;
   {
     const ProgressRange range(context, 0.0, 0.95);
-    found = search_islands(surface, placed, adjacency, seams, uncuttable, mirror, cost, options,
-                           context, stats);
+    found =
+        IslandFinder(surface, placed, seams, uncuttable, options, cost, context, stats).run(mirror);
   }
+  if (found.uv.empty() || mirror.empty()) return found;
   const ProgressRange range(context, 0.95, 1.0);
-  make_symmetric(found.islands, found.uv, surface, placed, adjacency, mirror, cost, seams,
-                 uncuttable, options, context);
-  return found;
+  const std::vector<int> sides = sides_of(in_own_unit.surface(), mirror);
+  const mesh::EdgeFlags& cut = found.islands.cut;
+  if (mirrored_cut(cut, mirror, sides, 0) == cut || mirrored_cut(seams, mirror, sides, 0) != seams)
+    return found;
+  Symmetrizer symmetrizer(found, surface, uncuttable, cost, mirror, options, context);
+  ended_in_time([&] {
+    for (const int side : {1, -1, 0}) symmetrizer.use(mirrored_cut(cut, mirror, sides, side));
+  });
+  return symmetrizer.result();
 }
 
 namespace {
@@ -354,18 +511,14 @@ IndexPairs find_on_clean(const mesh::Surface& surface, const UnwrapOptions& opti
                          ExecutionContext& context) {
   const mesh::Adjacency& adjacency = surface.adjacency();
   const mesh::EdgeFlags seams = mesh::flag_edges(surface.faces, adjacency, options.cuts);
-  const mesh::EdgeFlags uncuttable =
-      options.uncuttable.rows() == 0
-          ? mesh::EdgeFlags{}
-          : mesh::flag_edges(surface.faces, adjacency, options.uncuttable);
+  const mesh::EdgeFlags uncuttable = flags_of(surface, options.uncuttable);
   const mesh::Surface working{normalised(surface.vertices, surface.faces), surface.faces};
   UnwrapOptions own = options;
   own.seams.edges_only = true;
   own.acceptable = false;
   Stats ignored;
   const mesh::EdgeFlags cut =
-      find_islands(working, surface.vertices, adjacency, seams, uncuttable, own, context, ignored)
-          .islands.cut;
+      find_islands(working, surface, seams, uncuttable, own, context, ignored).islands.cut;
   return mesh::flagged_edges(surface.faces, adjacency, cut);
 }
 

@@ -16,15 +16,21 @@ struct AutoIslands {
 };
 
 // The surface cut along `seams` and along what was found beyond them, every chart flat: no flip,
-// and no chart on itself with options.bijective. placed: the user's positions, for what is seen.
-// Seams do not run along `uncuttable` edges where there is another way. Precondition: a validated
-// surface at ordinary coordinates, no pins. Throws what flatten_islands() throws. Stats: those of
-// flatten_islands() and "seams_energy". Cost: some ten Newton systems and some tens of scalar ones
-// per chart.
-AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
-                         const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams,
-                         const mesh::EdgeFlags& uncuttable, const UnwrapOptions& options,
-                         ExecutionContext& context, Stats& stats);
+// and no chart on itself with options.bijective. placed: the same where the user has it, for what
+// is seen and what is symmetric. Seams do not run along `uncuttable` edges where there is another
+// way. Precondition: a validated surface at ordinary coordinates, no pins. Throws what
+// flatten_islands() throws; with options.seams.edges_only there may be no maps once time is over.
+// Stats: those of flatten_islands(). Cost: some ten Newton systems and some tens of scalar ones per
+// chart.
+//
+// Where `placed` has a plane that maps it to itself (find_mirror), but not all seams to seams,
+// every group of islands that it maps onto each other gets the seams of one side and their images,
+// or all seams and their images, whichever cost least. Groups stay as they are where these cost
+// much more than what was found, and where an island would have to be opened or would not keep the
+// bound of stretch; all do where `seams`, which stay, are not symmetric.
+AutoIslands find_islands(const mesh::Surface& surface, const mesh::Surface& placed,
+                         const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
+                         const UnwrapOptions& options, ExecutionContext& context, Stats& stats);
 
 // Automatic seams by themselves: the edges, without the map that they allow.
 

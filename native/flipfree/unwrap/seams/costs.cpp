@@ -98,8 +98,9 @@ double bend_factor(const mesh::Surface& surface, HalfedgeId h, HalfedgeId o) {
   return 1.0 - sharpness * (1.0 - (a.dot(over) > 0.0 ? kHollowCost : kCreaseCost));
 }
 
-std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                               const mesh::EdgeFlags& uncuttable, const SeamOptions& options) {
+std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::EdgeFlags& uncuttable,
+                               const SeamOptions& options) {
+  const mesh::Adjacency& adjacency = surface.adjacency();
   const Weights weights(options);
   if (!weights.empty())
     mesh::flag_edges(surface.faces, adjacency, options.weighted);  // refuses what is no edge
@@ -129,13 +130,13 @@ mesh::EdgeFlags never_seams(const std::vector<double>& cost) {
   return never;
 }
 
-mesh::EdgeFlags with_sharp_edges(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                                 mesh::EdgeFlags seams, const mesh::EdgeFlags& uncuttable,
-                                 double sharp_angle) {
+mesh::EdgeFlags with_sharp_edges(const mesh::Surface& surface, mesh::EdgeFlags seams,
+                                 const mesh::EdgeFlags& uncuttable, double sharp_angle) {
   if (!(sharp_angle > 0.0)) return seams;
+  const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
   const double least = std::cos(sharp_angle);
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(seams.size()); ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
+    const HalfedgeId o = opposite[at(h)];
     if (o < h || (!uncuttable.empty() && uncuttable[at(h)] != 0)) continue;
     const Vector3 a = normal_of(surface, h / 3);
     const Vector3 b = normal_of(surface, o / 3);
@@ -293,11 +294,11 @@ std::vector<FaceId> picture_of(const Points3& places, const Triangles& faces, co
 }
 
 // Per face, how much it bends towards its neighbours for its size.
-std::vector<double> bends_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                             const std::vector<double>& area) {
+std::vector<double> bends_of(const mesh::Surface& surface, const std::vector<double>& area) {
+  const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
   std::vector<double> bend(area.size(), 0.0);
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(opposite.size()); ++h) {
+    const HalfedgeId o = opposite[at(h)];
     if (o == kInvalid || !(area[at(h / 3)] > 0.0) || !(area[at(o / 3)] > 0.0)) continue;
     bend[at(h / 3)] += edge_length(surface, h) * bend_between(surface, h / 3, o / 3) /
                        (area[at(h / 3)] + area[at(o / 3)]);
@@ -307,19 +308,17 @@ std::vector<double> bends_of(const mesh::Surface& surface, const mesh::Adjacency
 
 }  // namespace
 
-std::vector<double> exposure(const Points3& positions, const Triangles& faces,
-                             const mesh::Adjacency& adjacency, ExecutionContext& context) {
-  const Points3 places = in_own_unit(positions, faces);
-  const mesh::Surface surface{places, faces};
-  std::vector<double> area;
-  for (FaceId f = 0; f < faces.rows(); ++f) area.push_back(0.5 * face_normal(surface, f).norm());
-  const std::vector<double> bend = bends_of(surface, adjacency, area);
+std::vector<double> exposure(const mesh::Surface& surface, ExecutionContext& context) {
+  const Triangles& faces = surface.faces;
+  const mesh::Surface placed{in_own_unit(surface.vertices, faces), surface.faces};
+  const std::vector<double> area = face_areas(placed);
+  const std::vector<double> bend = bends_of(placed, area);
   const auto pixels = static_cast<double>(kPixels * faces.rows());
   const int side = std::clamp(static_cast<int>(std::sqrt(pixels)), kLeastSide, kMostSide);
   std::vector<std::vector<FaceId>> pictures(kDirections);
   std::vector<double> shows(kDirections, 0.0);
   parallel_for(context, kDirections, 1, [&](std::size_t d, std::size_t, std::size_t) {
-    pictures[d] = picture_of(places, faces, frame_of(static_cast<int>(d)), side, context);
+    pictures[d] = picture_of(placed.vertices, faces, frame_of(static_cast<int>(d)), side, context);
     for (const FaceId f : pictures[d]) {
       if (f != kInvalid) shows[d] += bend[at(f)];
     }
@@ -337,7 +336,7 @@ std::vector<double> exposure(const Points3& positions, const Triangles& faces,
   // A face of a ball is in sight from half of all directions, under half its size on the mean.
   const double full = 0.25 * total * unit_of(side) * unit_of(side);
   Eigen::ArrayX2d sums =
-      Eigen::ArrayX2d::Zero(positions.rows(), 2);  // light, and what would be full
+      Eigen::ArrayX2d::Zero(surface.vertices.rows(), 2);  // light, and what would be full
   for (FaceId f = 0; f < faces.rows(); ++f) {
     for (Index k = 0; k < 3; ++k)
       sums.row(faces(f, k)) += Eigen::Array2d(light[at(f)], full * area[at(f)]).transpose();
@@ -348,7 +347,7 @@ std::vector<double> exposure(const Points3& positions, const Triangles& faces,
       for (Index k = 0; k < 3; ++k) sums.row(faces(f, k)) += own.row(faces(f, next_corner(k)));
     }
   }
-  std::vector<double> result(at(static_cast<Index>(positions.rows())), 1.0);
+  std::vector<double> result(at(surface.vertices.rows()), 1.0);
   for (std::size_t v = 0; v < result.size(); ++v) {
     const auto sum = sums.row(static_cast<Eigen::Index>(v));
     if (sum[1] > 0.0) result[v] = sum[0] / sum[1];

@@ -16,8 +16,8 @@ namespace flipfree::unwrap {
 // seam shows less, times the caller's weight; infinite for edges of `uncuttable` (may be empty).
 // Throws InvalidInput for weights that are negative or no numbers, or not one for each edge, and
 // kNotAnEdge. Cost: O(#F).
-std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                               const mesh::EdgeFlags& uncuttable, const SeamOptions& options);
+std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::EdgeFlags& uncuttable,
+                               const SeamOptions& options);
 
 // Flags of the half-edges that cost without end.
 mesh::EdgeFlags never_seams(const std::vector<double>& cost);
@@ -26,9 +26,8 @@ double bend_factor(const mesh::Surface& surface, HalfedgeId h, HalfedgeId o);
 
 // Flags of the edges between faces that differ by more than the angle, beside those of `seams`; not
 // of `uncuttable` (may be empty) ones, nor of faces too thin to tell. Cost: O(#F).
-mesh::EdgeFlags with_sharp_edges(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                                 mesh::EdgeFlags seams, const mesh::EdgeFlags& uncuttable,
-                                 double sharp_angle);
+mesh::EdgeFlags with_sharp_edges(const mesh::Surface& surface, mesh::EdgeFlags seams,
+                                 const mesh::EdgeFlags& uncuttable, double sharp_angle);
 
 // What is asked of a mesh that is no clean surface: how it is separated into one, and the same of
 // that (but for places to stay close to). Throws what edge_costs() throws.
@@ -40,9 +39,8 @@ UnwrapOptions on_separated(const certify::SeparatedMap& separated, const UnwrapO
 // is drawn from evenly distributed directions, faces hiding what lies behind them; a direction
 // counts by how much the seen faces bend, a face that is drawn by the share of its projection that
 // is seen. Faces are seen from behind as well, so that their orientation does not matter.
-// positions: any that are finite. Deterministic, the same for any number of threads. Cost: O(#F)
+// surface: any finite positions. Deterministic, the same for any number of threads. Cost: O(#F)
 // per direction, some tens of them.
-std::vector<double> exposure(const Points3& positions, const Triangles& faces,
-                             const mesh::Adjacency& adjacency, ExecutionContext& context);
+std::vector<double> exposure(const mesh::Surface& surface, ExecutionContext& context);
 
 }  // namespace flipfree::unwrap

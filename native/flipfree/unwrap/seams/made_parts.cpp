@@ -38,50 +38,39 @@ constexpr double kBevelAngle = 0.88;
 constexpr double kBevelTurn = 1.5;
 constexpr double kBevelDepth = 0.15;
 
-Vector3 place(const mesh::Surface& surface, VertexId v) {
-  return surface.vertices.row(v).transpose();
-}
-
 double longest_of(const Corners& p) {
   return std::max({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
 }
 
 }  // namespace
 
-Shapes shapes_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                 const mesh::EdgeFlags& seams) {
-  const Triangles& faces = surface.faces;
-  const std::vector<double> zero(at(surface.vertices.rows()), 0.0);
-  Shapes shapes{faces,
-                adjacency,
-                seams,
-                0.0,
-                {},
-                {},
-                zero,
-                zero,
-                {},
-                {},
-                std::vector<double>(at(static_cast<Index>(faces.rows())), 0.0)};
-  std::vector<double> corners = zero;
-  std::vector<char> is_border(at(surface.vertices.rows()), 0);
-  double whole = 0.0;
+Shapes::Shapes(const mesh::Surface& whole, const mesh::EdgeFlags& given)
+    : surface(whole),
+      faces(whole.faces),
+      adjacency(whole.adjacency()),
+      seams(given),
+      curvature(at(whole.vertices.rows()), 0.0),
+      bend(curvature),
+      soft(at(faces.rows()), 0.0) {
+  std::vector<double> corners(curvature.size(), 0.0);
+  std::vector<char> is_border(corners.size(), 0);
+  double sum = 0.0;
   for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
     std::array<Vector3, 3> p;
-    for (Index k = 0; k < 3; ++k) p[at(k)] = place(surface, faces(f, k));
+    for (Index k = 0; k < 3; ++k) p[at(k)] = surface.vertices.row(faces(f, k)).transpose();
     const Vector3 e = p[1] - p[0];
     const Vector3 d = p[2] - p[0];
     const double length = e.norm();
     const double doubled = e.cross(d).norm();
-    shapes.area.push_back(0.5 * doubled);
-    whole += 0.5 * doubled;
-    shapes.flat.push_back(
+    area.push_back(0.5 * doubled);
+    sum += 0.5 * doubled;
+    flat.push_back(
         {Vector2::Zero(), Vector2(length, 0.0),
          length > 0.0 ? Vector2(e.dot(d) / length, doubled / length) : Vector2(d.norm(), 0.0)});
     for (Index k = 0; k < 3; ++k) {
       const Vector3 a = p[at((k + 1) % 3)] - p[at(k)];
       const Vector3 b = p[at((k + 2) % 3)] - p[at(k)];
-      shapes.curvature[at(faces(f, k))] -= std::atan2(a.cross(b).norm(), a.dot(b));
+      curvature[at(faces(f, k))] -= std::atan2(a.cross(b).norm(), a.dot(b));
       corners[at(faces(f, k))] += 1.0;
       const HalfedgeId h = 3 * f + k;
       if (adjacency.opposite[at(h)] != kInvalid && seams[at(h)] == 0) continue;
@@ -89,20 +78,18 @@ Shapes shapes_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
     }
   }
   for (std::size_t v = 0; v < is_border.size(); ++v) {
-    const double own = shapes.curvature[v] + 2 * std::numbers::pi;
-    shapes.curvature[v] = is_border[v] != 0 ? 0.0 : std::abs(own) / corners[v];
+    const double own = curvature[v] + 2 * std::numbers::pi;
+    curvature[v] = is_border[v] != 0 ? 0.0 : std::abs(own) / corners[v];
   }
-  shapes.size = std::sqrt(whole);
-  return shapes;
+  size = std::sqrt(sum);
 }
 
-std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                               const mesh::EdgeFlags& seams, const std::vector<double>& cost,
-                               Shapes& shapes) {
-  const mesh::Components components = mesh::components_between(adjacency, seams);
+std::vector<MadePart> parts_of(const std::vector<double>& cost, Shapes& shapes) {
+  const mesh::Surface& surface = shapes.surface;
+  const Triangles& faces = shapes.faces;
+  const mesh::Components components = mesh::components_between(shapes.adjacency, shapes.seams);
   std::vector<MadePart> parts(at(components.count));
   shapes.place.resize(components.of_face.size());
-  const Triangles& faces = surface.faces;
   const auto width = [&](FaceId f) {
     const double longest = longest_of(shapes.flat[at(f)]);
     return shapes.area[at(f)] / (longest * longest);
@@ -112,7 +99,7 @@ std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacen
     for (const bool in_polygon : {true, false}) {
       if (width(shaped) >= kNeedle) break;
       for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-        const HalfedgeId o = adjacency.opposite[at(h)];
+        const HalfedgeId o = shapes.adjacency.opposite[at(h)];
         if (o == kInvalid || (cost[at(h)] == mesh::ShortestPaths::kUnreached) != in_polygon)
           continue;
         const FaceId other = o / 3 < f ? shapes.shaped[at(o / 3)] : o / 3;
@@ -127,35 +114,33 @@ std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacen
     part.area += shapes.area[at(f)];
     part.extent = std::max(part.extent, longest_of(shapes.flat[at(f)]));
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-      const HalfedgeId o = adjacency.opposite[at(h)];
-      if (o == kInvalid || o < h || seams[at(h)] != 0) continue;
+      const HalfedgeId o = shapes.adjacency.opposite[at(h)];
+      if (o == kInvalid || o < h || shapes.seams[at(h)] != 0) continue;
       if (cost[at(h)] == mesh::ShortestPaths::kUnreached) {
         part.joined.push_back(h);
         continue;
       }
-      const Vector3 side =
-          place(surface, mesh::target(faces, h)) - place(surface, mesh::source(faces, h));
-      const double plain = side.norm() * bend_factor(surface, h, o);
+      const double length = edge_length(surface, h);
+      const double plain = length * bend_factor(surface, h, o);
       const double weight = plain > 0.0 ? cost[at(h)] / plain : 1.0;
       const double angle = bend_between(surface, shapes.shaped[at(f)], shapes.shaped[at(o / 3)]);
       for (const VertexId v : {mesh::source(faces, h), mesh::target(faces, h)})
         shapes.bend[at(v)] = std::max(shapes.bend[at(v)], angle);
-      part.hinges.push_back({h, side.norm(), weight, angle});
+      part.hinges.push_back({h, length, weight, angle});
     }
   }
   for (MadePart& part : parts) part.extent = std::max(part.extent, part.size());
   return parts;
 }
 
-std::optional<double> flat_if_hard(const mesh::Surface& surface, const Shapes& shapes,
-                                   const MadePart& part) {
+std::optional<double> flat_if_hard(const Shapes& shapes, const MadePart& part) {
   if (part.hinges.empty() || !(part.extent < kWire * part.size())) return {};
   Regions flat(shapes, part, kFlatAngle);
   Regions smooth(shapes, part, kSmoothAngle);
   // Faces of a fine mesh bend little from each to the next one, however much in all.
   std::vector<Vector3> direction(part.faces.size(), Vector3::Zero());
   for (const FaceId f : part.faces)
-    direction[at(flat.of(f))] += shapes.area[at(f)] * face_normal(surface, f).normalized();
+    direction[at(flat.of(f))] += shapes.area[at(f)] * face_normal(shapes.surface, f).normalized();
   const auto is_plane = [&](Index region) {
     return direction[at(region)].norm() >= std::cos(kPlateAngle) * flat.area(region);
   };
@@ -176,11 +161,11 @@ void soften(Shapes& shapes, FaceId f) {
   shapes.soft[at(f)] = 2.0 * kBevelDepth * shapes.area[at(f)] / longest_of(shapes.flat[at(f)]);
 }
 
-std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, MadePart& part) {
+std::vector<HalfedgeId> bevels_of(Shapes& shapes, MadePart& part) {
   part.bevelled = true;
   Regions flat(shapes, part, kPlateAngle);
   const auto angle = [&](FaceId f, FaceId g) {
-    return bend_between(surface, shapes.shaped[at(f)], shapes.shaped[at(g)]);
+    return bend_between(shapes.surface, shapes.shaped[at(f)], shapes.shaped[at(g)]);
   };
   const auto beyond = [&](HalfedgeId h) { return shapes.adjacency.opposite[at(h)]; };
   std::unordered_map<Index, std::vector<HalfedgeId>> around;

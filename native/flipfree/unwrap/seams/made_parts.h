@@ -45,6 +45,9 @@ struct MadePart {
 
 // What all parts share.
 struct Shapes {
+  Shapes(const mesh::Surface& whole, const mesh::EdgeFlags& given);
+
+  const mesh::Surface& surface;
   const Triangles& faces;
   const mesh::Adjacency& adjacency;
   const mesh::EdgeFlags& seams;
@@ -61,14 +64,9 @@ struct Shapes {
   std::vector<double> soft;  // per face: how deep others may lie in it; bevels
 };
 
-Shapes shapes_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                 const mesh::EdgeFlags& seams);
-
 // The connected parts between seams. Edges of infinite `cost` (per half-edge) are none of their
 // hinges.
-std::vector<MadePart> parts_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                               const mesh::EdgeFlags& seams, const std::vector<double>& cost,
-                               Shapes& shapes);
+std::vector<MadePart> parts_of(const std::vector<double>& cost, Shapes& shapes);
 
 // Faces joined across edges that bend by less than an angle, or are no seams.
 class Regions {
@@ -108,8 +106,7 @@ class Regions {
 
 // What share of a part is flat, in regions that count; nothing where that and what is rolled is too
 // little for a hard surface.
-std::optional<double> flat_if_hard(const mesh::Surface& surface, const Shapes& shapes,
-                                   const MadePart& part);
+std::optional<double> flat_if_hard(const Shapes& shapes, const MadePart& part);
 
 // Lets others lie in a face of a bevel.
 void soften(Shapes& shapes, FaceId f);
@@ -117,6 +114,6 @@ void soften(Shapes& shapes, FaceId f);
 // Edges inside what flat faces have of the bevels around them, of which larger ones have all. First
 // those along which they grew. Hinges between them get the angle from flat face to flat face; faces
 // become soft.
-std::vector<HalfedgeId> bevels_of(const mesh::Surface& surface, Shapes& shapes, MadePart& part);
+std::vector<HalfedgeId> bevels_of(Shapes& shapes, MadePart& part);
 
 }  // namespace flipfree::unwrap

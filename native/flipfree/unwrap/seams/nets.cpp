@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "flipfree/base/plane.h"
+#include "flipfree/unwrap/packing/nest/shape.h"
 #include "flipfree/unwrap/seams/made_parts.h"
 
 namespace flipfree::unwrap {
@@ -26,8 +27,6 @@ constexpr double kCrossLost = 0.05;
 // Nets are not longer than this, in roots of the whole surface's area, unless they were before:
 // what is longer leaves most of a texture empty.
 constexpr double kLongest = 1.8;
-// In which lengths are measured, to half a per cent.
-constexpr std::size_t kSpanDirections = 16;
 // Shares of a part's area: of a net that counts; and what nets that count must have of all nets of
 // a hard part.
 constexpr double kNet = 0.04;
@@ -68,40 +67,6 @@ bool apart(const Corners& a, const Corners& b, double care) {
 bool overlap(const Corners& a, const Corners& b, double care) {
   return !apart(a, b, care) && !apart(b, a, care);
 }
-
-// How far points reach in some directions of the half plane.
-struct Spans {
-  std::array<double, kSpanDirections> low;
-  std::array<double, kSpanDirections> high;
-  Spans() {
-    low.fill(std::numeric_limits<double>::infinity());
-    high.fill(-std::numeric_limits<double>::infinity());
-  }
-  void add(const Vector2& p) {
-    for (std::size_t i = 0; i < kSpanDirections; ++i) {
-      static const std::array<Vector2, kSpanDirections> directions = [] {
-        std::array<Vector2, kSpanDirections> all;
-        for (std::size_t k = 0; k < kSpanDirections; ++k) {
-          const double angle = std::numbers::pi * static_cast<double>(k) / kSpanDirections;
-          all[k] = {std::cos(angle), std::sin(angle)};
-        }
-        return all;
-      }();
-      const double x = directions[i].dot(p);
-      low[i] = std::min(low[i], x);
-      high[i] = std::max(high[i], x);
-    }
-  }
-  // Across the direction in which it is narrowest.
-  double length() const {
-    std::size_t narrowest = 0;
-    for (std::size_t i = 1; i < kSpanDirections; ++i) {
-      if (high[i] - low[i] < high[narrowest] - low[narrowest]) narrowest = i;
-    }
-    const std::size_t across = (narrowest + kSpanDirections / 2) % kSpanDirections;
-    return high[across] - low[across];
-  }
-};
 
 // What must hold besides no overlap where nets are joined.
 struct Rules {
@@ -496,18 +461,18 @@ void flag_part(const Shapes& shapes, const MadePart& part, const std::vector<Hal
 
 }  // namespace
 
-mesh::EdgeFlags net_seams(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                          const mesh::EdgeFlags& seams, const std::vector<double>& cost,
-                          const std::vector<char>& is_rim, const ExecutionContext& context) {
-  mesh::EdgeFlags flags(adjacency.opposite.size(), 0);
-  Shapes shapes = shapes_of(surface, adjacency, seams);
-  for (MadePart& part : parts_of(surface, adjacency, seams, cost, shapes)) {
+mesh::EdgeFlags net_seams(const mesh::Surface& surface, const mesh::EdgeFlags& seams,
+                          const std::vector<double>& cost, const std::vector<char>& is_rim,
+                          const ExecutionContext& context) {
+  mesh::EdgeFlags flags(seams.size(), 0);
+  Shapes shapes(surface, seams);
+  for (MadePart& part : parts_of(cost, shapes)) {
     context.check();
-    const auto flat = flat_if_hard(surface, shapes, part);
+    const auto flat = flat_if_hard(shapes, part);
     if (!flat) continue;
     std::vector<HalfedgeId> bevels;
     if (*flat >= kBevelled) {
-      bevels = bevels_of(surface, shapes, part);
+      bevels = bevels_of(shapes, part);
     } else {
       for (const FaceId f : part.faces)
         if (!is_rim.empty() && is_rim[at(f)] != 0) soften(shapes, f);

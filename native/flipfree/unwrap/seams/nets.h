@@ -24,8 +24,8 @@ namespace flipfree::unwrap {
 // each of the smaller net's faces.
 //
 // After mesh unfolding by a tree of faces (Schlickenrieder 1997, "Nets of Polyhedra").
-mesh::EdgeFlags net_seams(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                          const mesh::EdgeFlags& seams, const std::vector<double>& cost,
-                          const std::vector<char>& is_rim, const ExecutionContext& context);
+mesh::EdgeFlags net_seams(const mesh::Surface& surface, const mesh::EdgeFlags& seams,
+                          const std::vector<double>& cost, const std::vector<char>& is_rim,
+                          const ExecutionContext& context);
 
 }  // namespace flipfree::unwrap

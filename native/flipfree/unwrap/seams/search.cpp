@@ -62,27 +62,21 @@ constexpr int kHeldTrialSteps = 40;
 constexpr double kTolerated = 0.1;
 
 // The chart with its corners separated along `cut` (mesh/cut.h).
-mesh::Surface slit_surface(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                           const mesh::EdgeFlags& cut) {
-  mesh::CutMesh mesh = mesh::cut_along(chart.faces, adjacency, cut);
-  mesh::Surface slit;
-  slit.faces = std::move(mesh.faces);
-  slit.vertices.resize(static_cast<Eigen::Index>(mesh.vertex_origin.size()), 3);
-  for (std::size_t v = 0; v < mesh.vertex_origin.size(); ++v)
-    slit.vertices.row(static_cast<Eigen::Index>(v)) = chart.vertices.row(mesh.vertex_origin[v]);
-  return slit;
+mesh::Surface slit_surface(const mesh::Surface& chart, const mesh::EdgeFlags& cut) {
+  mesh::CutMesh mesh = mesh::cut_along(chart.faces, chart.adjacency(), cut);
+  return {chart.vertices(mesh.vertex_origin, Eigen::all), std::move(mesh.faces)};
 }
 
 // The chart along `cut`: not on itself if that is asked, with an energy of at most
 // options.most_energy if that can be; else with what it is cut along to be divided as well, and the
 // map that overlaps.
-Slits lay_flat(const mesh::Surface& chart, const mesh::Adjacency& adjacency, mesh::EdgeFlags cut,
-               FlattenOptions options, ExecutionContext& context) {
+Slits lay_flat(const mesh::Surface& chart, mesh::EdgeFlags cut, FlattenOptions options,
+               ExecutionContext& context) {
   options.held_steps = kHeldTrialSteps;
   options.tolerated_overlap = kTolerated;
   options.acceptable = false;
   Stats ignored;
-  const mesh::Surface slit = slit_surface(chart, adjacency, cut);
+  const mesh::Surface slit = slit_surface(chart, cut);
   const FlatChart flat = flatten_chart(slit, options, context, ignored);
   Slits slits{std::move(cut), by_corner(slit.faces, flat.uv), !flat.cut.empty(), {}};
   slits.stretch = stretch_of(chart, slits.corner_uv);
@@ -115,15 +109,13 @@ double cost_of(const mesh::EdgeFlags& cut, const std::vector<double>& cost) {
 class SlitSearch {
  public:
   // As find_slits(); all must outlive this.
-  SlitSearch(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-             const std::vector<double>& cost, const Mirror& mirror, const SlitOptions& options,
-             ExecutionContext& context)
+  SlitSearch(const mesh::Surface& chart, const std::vector<double>& cost, const Mirror& mirror,
+             const SlitOptions& options, ExecutionContext& context)
       : chart_(chart),
-        adjacency_(adjacency),
         cost_(cost),
         options_(options),
         context_(context),
-        sheet_(chart, adjacency, cost, mirror),
+        sheet_(chart, cost, mirror),
         share_(kFirstShare) {}
 
   // Slits for this bound: beyond those of the last call, with a lower one.
@@ -170,7 +162,7 @@ class SlitSearch {
   // Relaxes the map of the chart cut along the slits, from the last one where there is one; it has
   // no flip, and may overlap itself.
   Stretch relax() {
-    slit_ = slit_surface(chart_, adjacency_, sheet_.cut());
+    slit_ = slit_surface(chart_, sheet_.cut());
     Stats ignored;
     if (corner_uv_.rows() == 0) {
       FlattenOptions options;
@@ -211,7 +203,7 @@ class SlitSearch {
     // Above the bound already, it is not what holding apart is measured by.
     if (stretch.energy <= options_.bound.energy) flatten.most_energy = options_.bound.energy;
     flatten.uncuttable = never_seams(cost_);
-    Slits held = lay_flat(chart_, adjacency_, sheet_.cut(), flatten, context_);
+    Slits held = lay_flat(chart_, sheet_.cut(), flatten, context_);
     if (!held.divided) {
       if (held.stretch.within(options_.bound)) {
         take(std::move(held), slit);
@@ -220,7 +212,7 @@ class SlitSearch {
       // Anything that keeps the bound is better.
       if (best_.cut.empty() || best_cost_ == kInfinite) take(std::move(held), kInfinite);
     } else {
-      const Index pieces = mesh::components_between(adjacency_, held.cut).count;
+      const Index pieces = mesh::components_between(chart_.adjacency(), held.cut).count;
       const double cost =
           cost_of(held.cut, cost_) * (1.0 + kPriceOfPiece * static_cast<double>(pieces - 1));
       if (best_.cut.empty() || cost < best_cost_) take(std::move(held), cost);
@@ -230,7 +222,6 @@ class SlitSearch {
   }
 
   const mesh::Surface& chart_;
-  const mesh::Adjacency& adjacency_;
   const std::vector<double>& cost_;
   SlitOptions options_;
   ExecutionContext& context_;
@@ -264,8 +255,8 @@ using Ways = std::vector<std::vector<VertexId>>;
 // What an edge between the few costs: its length, times the harmonic mean of what the edges around
 // its ends cost for theirs, times what its own bend makes of it.
 std::vector<double> costs_of_few(const mesh::Surface& chart, const mesh::Decimated& few,
-                                 const mesh::Adjacency& adjacency,
                                  const std::vector<double>& cost) {
+  const mesh::Adjacency& adjacency = few.surface.adjacency();
   std::vector<double> length(few.origin.size(), 0.0);
   std::vector<double> cheapness(few.origin.size(), 0.0);
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost.size()); ++h) {
@@ -319,19 +310,17 @@ std::vector<char> neighbourhood(const mesh::Decimated& few, const Ways& ways) {
 
 class SlitCarrier {
  public:
-  SlitCarrier(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-              const std::vector<double>& cost, const SlitOptions& options,
-              ExecutionContext& context)
-      : chart_(chart), adjacency_(adjacency), cost_(cost), options_(options), context_(context) {}
+  SlitCarrier(const mesh::Surface& chart, const std::vector<double>& cost,
+              const SlitOptions& options, ExecutionContext& context)
+      : chart_(chart), cost_(cost), options_(options), context_(context) {}
 
   Slits run() {
     Slits best;
     try {
       context_.report("finding seams", 0.0);
       const mesh::Decimated few = mesh::decimate(chart_, kFewTriangles, context_);
-      const mesh::Adjacency& adjacency = few.surface.adjacency();
-      const std::vector<double> cost = costs_of_few(chart_, few, adjacency, cost_);
-      SlitSearch search(few.surface, adjacency, cost, kNoMirror, options_, context_);
+      const std::vector<double> cost = costs_of_few(chart_, few, cost_);
+      SlitSearch search(few.surface, cost, kNoMirror, options_, context_);
       Stretch aim = options_.bound;
       double done = 0.2;
       for (int round = 0; round < kCarryingRounds; ++round) {
@@ -352,7 +341,7 @@ class SlitCarrier {
         flatten.most_energy = options_.bound.energy;
         flatten.uncuttable = never_seams(cost_);
         flatten.tolerance = kTrialTolerance;
-        best = lay_flat(chart_, adjacency_, std::move(cut), flatten, context_);
+        best = lay_flat(chart_, std::move(cut), flatten, context_);
         const Stretch& stretch = best.stretch;
         if (stretch.within(options_.bound) || search.exhausted()) break;
         aim.energy = tighter(aim.energy, stretch.energy, options_.bound.energy);
@@ -377,7 +366,7 @@ class SlitCarrier {
           near[at(mesh::target(chart_.faces, h))] == 0)
         cost[at(h)] = kInfinite;
     }
-    Sheet sheet(chart_, adjacency_, cost);
+    Sheet sheet(chart_, cost);
     for (const std::vector<VertexId>& way : ways) {
       if (!sheet.slit_between(few.origin[at(way.front())], few.origin[at(way.back())], context_))
         return {};
@@ -386,7 +375,6 @@ class SlitCarrier {
   }
 
   const mesh::Surface& chart_;
-  const mesh::Adjacency& adjacency_;
   const std::vector<double>& cost_;
   const SlitOptions& options_;
   ExecutionContext& context_;
@@ -394,16 +382,15 @@ class SlitCarrier {
 
 }  // namespace
 
-Slits find_slits(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                 const std::vector<double>& cost, const SlitOptions& options,
-                 ExecutionContext& context) {
+Slits find_slits(const mesh::Surface& chart, const std::vector<double>& cost,
+                 const SlitOptions& options, ExecutionContext& context) {
   if (chart.faces.rows() > kManyFaces) {
-    Slits slits = SlitCarrier(chart, adjacency, cost, options, context).run();
+    Slits slits = SlitCarrier(chart, cost, options, context).run();
     if (!slits.cut.empty()) return slits;
   }
-  const Mirror mirror = find_mirror(chart, adjacency, cost);
-  const std::vector<double> own = mirror.empty() ? cost : mirrored_costs(chart.faces, mirror, cost);
-  return SlitSearch(chart, adjacency, own, mirror, options, context).run(options.bound);
+  const Mirror mirror = find_mirror(chart, cost);
+  const std::vector<double> own = mirrored_costs(chart.faces, mirror, cost);
+  return SlitSearch(chart, own, mirror, options, context).run(options.bound);
 }
 
 }  // namespace flipfree::unwrap

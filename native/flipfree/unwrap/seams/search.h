@@ -39,8 +39,7 @@ struct SlitOptions {
 // searched by few of their vertices; every slit found there becomes a shortest path of the chart
 // through the neighbourhood of what went into the vertices along it. Precondition: connected,
 // planar; with a boundary, or closed.
-Slits find_slits(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                 const std::vector<double>& cost, const SlitOptions& options,
-                 ExecutionContext& context);
+Slits find_slits(const mesh::Surface& chart, const std::vector<double>& cost,
+                 const SlitOptions& options, ExecutionContext& context);
 
 }  // namespace flipfree::unwrap

@@ -26,11 +26,10 @@ constexpr double kOnPlane = 0.8;
 
 class Matcher {
  public:
-  Matcher(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-          const std::vector<double>& cost)
-      : chart_(chart), adjacency_(adjacency), cost_(cost) {
-    for (std::size_t v = 0; v < adjacency.vertex_halfedge.size(); ++v) {
-      if (adjacency.vertex_halfedge[v] == kInvalid) continue;
+  Matcher(const mesh::Surface& chart, const std::vector<double>& cost)
+      : chart_(chart), adjacency_(chart.adjacency()), cost_(cost) {
+    for (std::size_t v = 0; v < adjacency_.vertex_halfedge.size(); ++v) {
+      if (adjacency_.vertex_halfedge[v] == kInvalid) continue;
       used_.push_back(static_cast<VertexId>(v));
       middle_ += place(used_.back());
     }
@@ -189,15 +188,14 @@ class Matcher {
 
 }  // namespace
 
-Mirror find_mirror(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                   const std::vector<double>& cost) {
-  return Matcher(chart, adjacency, cost).run();
+Mirror find_mirror(const mesh::Surface& chart, const std::vector<double>& cost) {
+  return Matcher(chart, cost).run();
 }
 
 std::vector<double> mirrored_costs(const Triangles& faces, const Mirror& mirror,
                                    std::vector<double> cost) {
   const std::vector<double> own = cost;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost.size()); ++h) {
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mirror.edge.size()); ++h) {
     if (mirror.edge[at(h)] == kInvalid) continue;
     cost[at(h)] = 0.5 * (own[at(h)] + own[at(mirror.edge[at(h)])]);
     const VertexId a = mesh::source(faces, h);
@@ -223,20 +221,19 @@ mesh::Surface filled_but_for_longest(const mesh::Surface& chart,
 
 }  // namespace
 
-Sheet::Sheet(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-             const std::vector<double>& cost, const Mirror& mirror)
+Sheet::Sheet(const mesh::Surface& chart, const std::vector<double>& cost, const Mirror& mirror)
     : chart_(chart),
       mirror_(mirror),
-      loops_(mesh::boundary_halfedge_loops(chart.faces, adjacency)),
-      real_(static_cast<HalfedgeId>(adjacency.opposite.size())),
+      loops_(mesh::boundary_halfedge_loops(chart.faces, chart.adjacency())),
+      real_(static_cast<HalfedgeId>(cost.size())),
       surface_(filled_but_for_longest(chart, loops_)),
       adjacency_(surface_.adjacency()),
-      scale_(surface_, adjacency_),
+      scale_(surface_),
       cost_(adjacency_.opposite.size(), 0.0),
       area_(adjacency_.vertex_halfedge.size(), 0.0),
       open_(adjacency_.vertex_halfedge.size(), 0),
       loop_of_(adjacency_.vertex_halfedge.size(), kInvalid),
-      cut_(adjacency.opposite.size(), 0),
+      cut_(cost.size(), 0),
       paths_(surface_.faces, adjacency_, cost_) {
   for (std::size_t h = 0; h < cost.size(); ++h) {
     const HalfedgeId o = adjacency_.opposite[h];
@@ -313,7 +310,7 @@ bool Sheet::slit_best(const std::vector<double>& u, std::size_t most, ExecutionC
   std::vector<char> reach(open_.size());
   for (VertexId v = 0; v < static_cast<VertexId>(reach.size()); ++v)
     reach[at(v)] = paths_.distance(v) < mesh::ShortestPaths::kUnreached ? 1 : 0;
-  for (const Hill& hill : hills(surface_.faces, adjacency_, u, area_, reach)) {
+  for (const Hill& hill : hills(surface_, u, area_, reach)) {
     const double length = paths_.distance(hill.peak);
     if (!(hill.gain > 0.0)) continue;
     ends.push_back({hill.peak, hill.gain / std::max(length, 1e-300)});
@@ -352,7 +349,7 @@ VertexId Sheet::steepest(const std::vector<double>& u, VertexId otherwise) const
     if (cost_[at(h)] < mesh::ShortestPaths::kUnreached)
       reach[at(mesh::source(surface_.faces, h))] = 1;
   }
-  for (const Hill& hill : hills(surface_.faces, adjacency_, u, area_, reach)) {
+  for (const Hill& hill : hills(surface_, u, area_, reach)) {
     if (hill.gain > best.gain) best = hill;
   }
   return best.peak;

@@ -29,10 +29,10 @@ inline const Mirror kNoMirror;
 // to a hundred-thousandth of the size, all edges that may be seams to such edges, and borders to
 // borders. The diagonals of polygons need not match, as long as their cost is infinite. Empty where
 // there is none, or costs differ, as where one side is painted. cost: per half-edge. Cost: O(#F).
-Mirror find_mirror(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                   const std::vector<double>& cost);
+Mirror find_mirror(const mesh::Surface& chart, const std::vector<double>& cost);
 
-// Costs that are the same on both sides; less on the plane. Cost: O(#F).
+// Costs that are the same on both sides; less on the plane; all as they are without a mirror.
+// Cost: O(#F).
 std::vector<double> mirrored_costs(const Triangles& faces, const Mirror& mirror,
                                    std::vector<double> cost);
 
@@ -46,8 +46,8 @@ class Sheet {
   // chart: connected, planar; must outlive this. cost: per half-edge, both sides the same, infinite
   // where no slit may run. mirror: of the chart, may be empty; otherwise every slit comes with its
   // image, as far as that leads to what is open.
-  Sheet(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-        const std::vector<double>& cost, const Mirror& mirror = kNoMirror);
+  Sheet(const mesh::Surface& chart, const std::vector<double>& cost,
+        const Mirror& mirror = kNoMirror);
 
   // A closed chart is slit between two hills: no slit ends in the middle of nowhere. True if it had
   // to be opened anyhow.

@@ -33,11 +33,11 @@ constexpr double kRoundBend = 0.2;
 constexpr double kSame = 0.03;
 
 // Per face the root of the area of its connected part.
-std::vector<double> sizes_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency) {
-  const mesh::Components parts = mesh::face_components(adjacency);
+std::vector<double> sizes_of(const mesh::Surface& surface) {
+  const mesh::Components parts = mesh::face_components(surface.adjacency());
   std::vector<double> area(at(parts.count), 0.0);
   for (std::size_t f = 0; f < parts.of_face.size(); ++f)
-    area[at(parts.of_face[f])] += 0.5 * face_normal(surface, static_cast<FaceId>(f)).norm();
+    area[at(parts.of_face[f])] += face_area(surface, static_cast<FaceId>(f));
   std::vector<double> sizes;
   for (const Index part : parts.of_face) sizes.push_back(std::sqrt(area[at(part)]));
   return sizes;
@@ -50,7 +50,7 @@ std::vector<char> steps_of(const mesh::Surface& surface, const std::vector<Quad>
   for (const Quad& quad : quads) {
     double area = 0.0;
     double longest = 0.0;
-    for (const HalfedgeId h : quad.diagonal) area += 0.5 * face_normal(surface, h / 3).norm();
+    for (const HalfedgeId h : quad.diagonal) area += face_area(surface, h / 3);
     for (const HalfedgeId h : quad.side) longest = std::max(longest, edge_length(surface, h));
     for (const HalfedgeId h : quad.diagonal)
       is_step[at(h / 3)] = area < kStepWidth * sizes[at(h / 3)] * longest ? 1 : 0;
@@ -77,22 +77,21 @@ std::vector<std::vector<Index>> rings_of(const Grids& all) {
 }
 
 // Seams, and creases, but those of steps, and those of what goes round about a tube with corners.
-mesh::EdgeFlags ends_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                        const Grids& all, const std::vector<std::vector<Index>>& rings,
+mesh::EdgeFlags ends_of(const mesh::Surface& surface, const Grids& all,
+                        const std::vector<std::vector<Index>>& rings,
                         const std::vector<char>& is_step, mesh::EdgeFlags seams) {
-  const auto bend = [&](HalfedgeId h) {
-    return bend_between(surface, h / 3, adjacency.opposite[at(h)] / 3);
-  };
+  const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
+  const auto bend = [&](HalfedgeId h) { return bend_between(surface, h / 3, opposite[at(h)] / 3); };
   std::vector<char> is_round(seams.size(), 0);
   for (const std::vector<Index>& ring : rings) {
     if (std::any_of(ring.begin(), ring.end(),
                     [&](Index side) { return bend(all.edge(side)) < kRoundBend; }))
       continue;
     for (const Index side : ring)
-      is_round[at(all.edge(side))] = is_round[at(adjacency.opposite[at(all.edge(side))])] = 1;
+      is_round[at(all.edge(side))] = is_round[at(opposite[at(all.edge(side))])] = 1;
   }
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(seams.size()); ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
+    const HalfedgeId o = opposite[at(h)];
     if (o > h && is_step[at(h / 3)] == 0 && is_step[at(o / 3)] == 0 && is_round[at(h)] == 0 &&
         bend(h) >= kCrease)
       seams[at(h)] = seams[at(o)] = 1;
@@ -103,10 +102,10 @@ mesh::EdgeFlags ends_of(const mesh::Surface& surface, const mesh::Adjacency& adj
 // The grids of a surface that may be tubes, by island.
 class TubeFinder {
  public:
-  TubeFinder(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-             const mesh::EdgeFlags& ends, const std::vector<double>& cost, Grids grids)
+  TubeFinder(const mesh::Surface& surface, const mesh::EdgeFlags& ends,
+             const std::vector<double>& cost, Grids grids)
       : surface_(surface),
-        adjacency_(adjacency),
+        adjacency_(surface.adjacency()),
         ends_(ends),
         cost_(cost),
         grids_(std::move(grids)) {
@@ -279,17 +278,18 @@ class TubeFinder {
 
 }  // namespace
 
-Tubes find_tubes(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                 const mesh::EdgeFlags& seams, const std::vector<double>& cost,
-                 const std::vector<Index>& polygon, const Stretch& bound) {
-  std::vector<Quad> quads = quads_of(surface, adjacency.opposite, polygon, polygon.empty());
-  const std::vector<double> sizes = sizes_of(surface, adjacency);
+Tubes find_tubes(const mesh::Surface& surface, const mesh::EdgeFlags& seams,
+                 const std::vector<double>& cost, const std::vector<Index>& polygon,
+                 const Stretch& bound) {
+  const std::vector<HalfedgeId>& opposite = surface.adjacency().opposite;
+  std::vector<Quad> quads = quads_of(surface, opposite, polygon, polygon.empty());
+  const std::vector<double> sizes = sizes_of(surface);
   const std::vector<char> is_step = steps_of(surface, quads, sizes);
-  const Grids all = grids_of(adjacency.opposite, quads, seams);
+  const Grids all = grids_of(opposite, quads, seams);
   const std::vector<std::vector<Index>> rings = rings_of(all);
-  const mesh::EdgeFlags ends = ends_of(surface, adjacency, all, rings, is_step, seams);
-  Grids grids = grids_of(adjacency.opposite, std::move(quads), ends);
-  Tubes tubes = TubeFinder(surface, adjacency, ends, cost, std::move(grids)).run(sizes, bound);
+  const mesh::EdgeFlags ends = ends_of(surface, all, rings, is_step, seams);
+  Grids grids = grids_of(opposite, std::move(quads), ends);
+  Tubes tubes = TubeFinder(surface, ends, cost, std::move(grids)).run(sizes, bound);
   for (const std::vector<Index>& ring : rings) {
     const auto is_narrow = [&](Index side) {
       const HalfedgeId h = all.edge(side);

@@ -21,8 +21,8 @@ struct Tubes {
 // which joins their ends to them. Steps, bevels and the corners of what goes round about are no
 // creases. They are cut where it costs least by `cost` (per half-edge). polygon: as quads_of(),
 // whose pairs are taken where it is empty. Precondition: a validated surface. Cost: O(#F log #F).
-Tubes find_tubes(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                 const mesh::EdgeFlags& seams, const std::vector<double>& cost,
-                 const std::vector<Index>& polygon, const Stretch& bound);
+Tubes find_tubes(const mesh::Surface& surface, const mesh::EdgeFlags& seams,
+                 const std::vector<double>& cost, const std::vector<Index>& polygon,
+                 const Stretch& bound);
 
 }  // namespace flipfree::unwrap

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "support/corner_maps.h"
 #include "support/shapes.h"
 #include "support/thread_seconds.h"
 
@@ -14,7 +13,7 @@ namespace {
 std::vector<double> exposure_of(const mesh::Surface& surface, int threads = 1) {
   ExecutionContext context;
   context.threads = threads;
-  return exposure(surface.vertices, surface.faces, test::adjacency_of(surface), context);
+  return exposure(surface, context);
 }
 
 TEST(Exposure, of_a_ball_is_one_everywhere) {
@@ -86,9 +85,8 @@ TEST(Exposure, of_spokes_takes_little_more_than_of_a_ball) {
   const auto seconds = [](const mesh::Surface& surface) {
     ExecutionContext context;
     context.threads = 1;
-    const mesh::Adjacency adjacency = test::adjacency_of(surface);
     const double begin = test::thread_seconds();
-    exposure(surface.vertices, surface.faces, adjacency, context);
+    exposure(surface, context);
     return test::thread_seconds() - begin;
   };
   EXPECT_LT(seconds(test::sphere(10000, 2)), 12.0 * seconds(test::sphere(100, 100)));

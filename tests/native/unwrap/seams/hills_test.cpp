@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "support/corner_maps.h"
 #include "support/shapes.h"
 
 namespace flipfree::unwrap::hills_test {
@@ -14,13 +13,12 @@ namespace {
 // A 12 x 4 grid, vertex (column, row) = 13 row + column, with a field that is zero on its border.
 struct Field {
   mesh::Surface surface = test::grid(12, 4);
-  mesh::Adjacency adjacency = test::adjacency_of(surface);
   std::vector<double> u = std::vector<double>(65, 0.0);
   std::vector<double> area = std::vector<double>(65, 1.0);
   std::vector<char> reach = std::vector<char>(65, 1);
 
   std::vector<Hill> found() const {
-    std::vector<Hill> hills = unwrap::hills(surface.faces, adjacency, u, area, reach);
+    std::vector<Hill> hills = unwrap::hills(surface, u, area, reach);
     std::sort(hills.begin(), hills.end(),
               [](const Hill& a, const Hill& b) { return a.peak < b.peak; });
     return hills;

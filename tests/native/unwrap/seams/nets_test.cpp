@@ -7,17 +7,14 @@
 #include <numbers>
 
 #include "flipfree/unwrap/seams/costs.h"
-#include "support/corner_maps.h"
 #include "support/shapes.h"
 
 namespace flipfree::unwrap::nets_test {
 namespace {
 
 mesh::EdgeFlags nets_of(const mesh::Surface& surface) {
-  const mesh::Adjacency adjacency = test::adjacency_of(surface);
-  const std::vector<double> cost = edge_costs(surface, adjacency, {}, {});
-  const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
-  return net_seams(surface, adjacency, none, cost, {}, ExecutionContext());
+  const std::vector<double> cost = edge_costs(surface, {}, {});
+  return net_seams(surface, mesh::EdgeFlags(cost.size(), 0), cost, {}, ExecutionContext());
 }
 
 std::ptrdiff_t edges_of(const mesh::EdgeFlags& flags) {
@@ -69,7 +66,7 @@ double most_curvature_inside(const mesh::Surface& surface, const mesh::EdgeFlags
 }
 
 Index islands_of(const mesh::Surface& surface, const mesh::EdgeFlags& flags) {
-  return mesh::components_between(test::adjacency_of(surface), flags).count;
+  return mesh::components_between(surface.adjacency(), flags).count;
 }
 
 TEST(Nets, plates_with_holes_unfold_without_stretch) {

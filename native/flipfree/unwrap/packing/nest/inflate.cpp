@@ -37,7 +37,7 @@ class Dynamics {
  public:
   Dynamics(const std::vector<Shape>& shapes, const NestOptions& options) : margin_(options.margin) {
     for (const Shape& s : shapes) {
-      for (const Loop& loop : s.loops) add(loop);
+      for (const Loop& loop : s.loops) outlines_.add(loop, bodies_.size());
       const double square = std::max(s.radius * s.radius, 1e-18);
       const bool turns = options.rotation == Rotation::kFree ||
                          (options.rotation == Rotation::kStraight && !s.upright);
@@ -46,10 +46,10 @@ class Dynamics {
     }
     const double low = -0.5 * margin_;
     const double high = 1.0 - low;
-    add({{low, low}, {high, low}, {high, high}, {low, high}});
-    for (const Loop& loop : options.fixed) add(loop);
+    outlines_.add({{low, low}, {high, low}, {high, high}, {low, high}}, bodies_.size());
+    for (const Loop& loop : options.fixed) outlines_.add(loop, bodies_.size());
     bodies_.emplace_back();
-    places_.resize(static_cast<Eigen::Index>(corners_.size()), 2);
+    places_.resize(static_cast<Eigen::Index>(outlines_.corners.size()), 2);
   }
 
   // Pushes shapes apart until all gaps are wide enough; false if they do not become so.
@@ -73,20 +73,12 @@ class Dynamics {
   }
 
  private:
-  // Of the next body.
-  void add(const Loop& loop) {
-    const auto first = static_cast<Index>(corners_.size());
-    const auto count = static_cast<Index>(loop.size());
-    for (Index i = 0; i < count; ++i) {
-      outlines_.edges.push_back({first + i, first + (i + 1) % count});
-      outlines_.vertices.push_back(first + i);
-      corners_.emplace_back(loop[at(i)], bodies_.size());
-    }
-  }
+  const Body& body_of(Index corner) const { return bodies_[outlines_.owner[at(corner)]]; }
+  Body& body_of(Index corner) { return bodies_[outlines_.owner[at(corner)]]; }
 
   Vector2 place_of(Index corner) const {
-    const auto& [local, body] = corners_[at(corner)];
-    return bodies_[body].light > 0.0 ? bodies_[body].pose(local, scale_) : local;
+    const Vector2& local = outlines_.corners[at(corner)];
+    return body_of(corner).light > 0.0 ? body_of(corner).pose(local, scale_) : local;
   }
 
   // Finds the corners and edges of different bodies that may come too near each other until the
@@ -95,7 +87,7 @@ class Dynamics {
     for (Index c = 0; c < places_.rows(); ++c) places_.row(c) = place_of(c).transpose();
     for (Body& b : bodies_) b.moved = 0.0;
     const double reach = (1.0 + kCare + 2.0 * kMoved) * least_;
-    const distortion::BoundaryGrid grid(outlines_, places_);
+    const distortion::BoundaryGrid grid(outlines_.boundary, places_);
     double narrowest = std::numeric_limits<double>::infinity();
     pairs_.clear();
     std::vector<Index> near;
@@ -104,8 +96,8 @@ class Dynamics {
       grid.near(p, reach, near);
       work -= kLookWork + static_cast<double>(near.size());
       for (const Index e : near) {
-        const auto& [from, to] = outlines_.edges[at(e)];
-        if (corners_[at(from)].second == corners_[at(c)].second) continue;
+        const auto& [from, to] = outlines_.boundary.edges[at(e)];
+        if (outlines_.owner[at(from)] == outlines_.owner[at(c)]) continue;
         const double distance =
             distance_to_segment(p, places_.row(from).transpose(), places_.row(to).transpose());
         if (distance <= reach) pairs_.emplace_back(c, e);
@@ -117,9 +109,9 @@ class Dynamics {
 
   // Moves and turns the two bodies apart, by their masses.
   void correct(Index corner, Index edge) {
-    const auto& [from, to] = outlines_.edges[at(edge)];
-    Body& a = bodies_[corners_[at(corner)].second];
-    Body& b = bodies_[corners_[at(from)].second];
+    const auto& [from, to] = outlines_.boundary.edges[at(edge)];
+    Body& a = body_of(corner);
+    Body& b = body_of(from);
     const Vector2 p = place_of(corner);
     const Vector2 q = place_of(from);
     const Vector2 side = place_of(to) - q;
@@ -164,8 +156,7 @@ class Dynamics {
   double least_ = 0.0;  // gap
   // The last one is what is fixed, with the tile's border half of the margin outside.
   std::vector<Body> bodies_;
-  std::vector<std::pair<Vector2, std::size_t>> corners_;  // where in which body
-  distortion::Boundary outlines_;
+  Outlines outlines_;                           // of bodies, where they are at scale 1
   Points2 places_;                              // of the corners
   std::vector<std::pair<Index, Index>> pairs_;  // corner and edge
 };

@@ -14,7 +14,6 @@
 #include "flipfree/base/plane.h"
 
 namespace flipfree::unwrap {
-
 namespace {
 
 // The corner strictly between first and last (cyclic) that is farthest from their line.
@@ -68,10 +67,6 @@ Loop simplified(const Loop& loop, double tolerance) {
   return result;
 }
 
-}  // namespace
-
-namespace {
-
 // Directions modulo a quarter turn, in bins of half a degree; a cross is three of them.
 constexpr int kCrossBins = 180;
 constexpr double kCrossBin = kQuarterTurn / kCrossBins;
@@ -123,32 +118,40 @@ constexpr double kStraight = 0.25;
 // Of the least width over the largest.
 constexpr double kRound = 0.95;
 
-bool is_round(const std::vector<Loop>& outlines) {
-  constexpr int kDirections = 16;
-  double least = std::numeric_limits<double>::infinity();
-  double most = 0.0;
-  for (int i = 0; i < kDirections; ++i) {
-    const double angle = 2.0 * kQuarterTurn * i / kDirections;
-    const Vector2 direction(std::cos(angle), std::sin(angle));
-    double low = std::numeric_limits<double>::infinity();
-    double high = -low;
-    for (const Loop& loop : outlines) {
-      for (const Vector2& p : loop) {
-        low = std::min(low, p.dot(direction));
-        high = std::max(high, p.dot(direction));
-      }
+}  // namespace
+
+void Spans::add(const Vector2& p) {
+  static const std::array<Vector2, kDirections> directions = [] {
+    std::array<Vector2, kDirections> all;
+    for (std::size_t k = 0; k < kDirections; ++k) {
+      const double angle = std::numbers::pi * static_cast<double>(k) / kDirections;
+      all[k] = {std::cos(angle), std::sin(angle)};
     }
-    least = std::min(least, high - low);
-    most = std::max(most, high - low);
-  }
-  return least > kRound * most;
+    return all;
+  }();
+  for (std::size_t i = 0; i < kDirections; ++i) spans_[i].add(directions[i].dot(p));
 }
 
-}  // namespace
+double Spans::length() const {
+  std::size_t narrowest = 0;
+  for (std::size_t i = 1; i < kDirections; ++i)
+    if (width(i) < width(narrowest)) narrowest = i;
+  return width((narrowest + kDirections / 2) % kDirections);
+}
+
+double Spans::roundness() const {
+  Span widths;
+  for (std::size_t i = 0; i < kDirections; ++i) widths.add(width(i));
+  return widths.low / widths.high;
+}
 
 Vector2 straight_axis(const std::vector<Loop>& outlines) {
   const MainCross cross = main_cross(outlines);
-  return cross.share > kStraight || is_round(outlines) ? cross.turn : Vector2::Zero();
+  if (cross.share > kStraight) return cross.turn;
+  Spans spans;
+  for (const Loop& loop : outlines)
+    for (const Vector2& p : loop) spans.add(p);
+  return spans.roundness() > kRound ? cross.turn : Vector2::Zero();
 }
 
 Loop triangle_of(const Points2& corners, Eigen::Index i) {
@@ -236,20 +239,20 @@ struct StripSide {
   }
 };
 
+// Of the cells [first, last] of a row those in word w.
+Word word_of(int w, int first, int last) {
+  Word word = ~Word{0};
+  if (w == first / 64) word <<= first % 64;
+  if (w == last / 64) word &= ~Word{0} >> (63 - last % 64);
+  return word;
+}
+
 // Sets the cells [first, last] of a row, cut to the row's `width`.
 void set_cells(Word* row, int width, double first, double last) {
   const int a = static_cast<int>(std::clamp(std::floor(first), 0.0, static_cast<double>(width)));
   const int b = static_cast<int>(std::clamp(std::floor(last), -1.0, width - 1.0));
   if (a > b) return;
-  const Word head = ~Word{0} << (a % 64);
-  const Word tail = ~Word{0} >> (63 - b % 64);
-  if (a / 64 == b / 64) {
-    row[a / 64] |= head & tail;
-    return;
-  }
-  row[a / 64] |= head;
-  for (int w = a / 64 + 1; w < b / 64; ++w) row[w] = ~Word{0};
-  row[b / 64] |= tail;
+  for (int w = a / 64; w <= b / 64; ++w) row[w] |= word_of(w, a, b);
 }
 
 // Where an outline crosses the middle of a row.
@@ -397,18 +400,11 @@ constexpr int kMostWords = 128;  // tiles of at most 8192 cells
 // Powers of two up to `cells`. What the library's function returns differs between its versions.
 int levels_of(int cells) { return static_cast<int>(std::bit_width(static_cast<unsigned>(cells))); }
 
-// The first `count` words of into |= from shifted to lower cells by `by`; `from` has `words` words
-// and an empty one more.
-void or_shifted(const Word* from, int by, int words, Word* into, int count) {
-  const int skip = by / 64;
+// Word w of a row shifted to lower cells by `by`; the row has an empty word more.
+Word shifted(const Word* row, int by, int w) {
+  const int i = w + by / 64;
   const int bits = by % 64;
-  count = std::min(count, words - skip);
-  if (bits == 0) {
-    for (int w = 0; w < count; ++w) into[w] |= from[w + skip];
-    return;
-  }
-  for (int w = 0; w < count; ++w)
-    into[w] |= (from[w + skip] >> bits) | (from[w + skip + 1] << (64 - bits));
+  return (row[i] >> bits) | (row[i + 1] << 1 << (63 - bits));
 }
 
 }  // namespace
@@ -429,17 +425,10 @@ void Tile::widen(int row, int first, int last) {
     const Word* from = level(k - 1, row);
     Word* into = level(k, row);
     const int step = 1 << (k - 1);
-    const int skip = step / 64;
-    const int bits = step % 64;
     // A level's cell looks as far to the right as its runs are long.
     const int begin = std::max(0, first - (2 * step + 63) / 64);
-    const int inside = std::min(last + 1, words_ - skip);
-    if (bits == 0) {
-      for (int w = begin; w < inside; ++w) into[w] = from[w] | from[w + skip];
-    } else {
-      for (int w = begin; w < inside; ++w)
-        into[w] = from[w] | (from[w + skip] >> bits) | (from[w + skip + 1] << (64 - bits));
-    }
+    const int inside = std::min(last + 1, words_ - step / 64);
+    for (int w = begin; w < inside; ++w) into[w] = from[w] | shifted(from, step, w);
     for (int w = std::max(begin, inside); w <= last; ++w) into[w] = from[w];
   }
 }
@@ -461,13 +450,13 @@ std::optional<Cell> Tile::lowest(const Mask& mask, int from, int to) const {
     for (int phase = 0; phase < kStride && !all; ++phase) {
       for (int i = phase; i < mask.height && !all; i += kStride) {
         const int j = i + half < mask.height ? i + half : i + half - mask.height;
-        for (int r = mask.row_begin[at(j)]; r < mask.row_begin[at(j) + 1]; ++r) {
-          const Run& run = mask.runs[at(r)];
+        for (const Run& run : mask.row(j)) {
           const int k = levels_of(run.last - run.first + 1) - 1;
           const Word* row = level(k, y + j);
-          or_shifted(row, run.first, words_, blocked.data(), words);
-          const int second = run.last + 1 - (1 << k);
-          if (second != run.first) or_shifted(row, second, words_, blocked.data(), words);
+          for (const int by : {run.first, run.last + 1 - (1 << k)}) {
+            const int inside = std::min(words, words_ - by / 64);
+            for (int w = 0; w < inside; ++w) blocked[at(w)] |= shifted(row, by, w);
+          }
         }
         ++rows;
         Word free = 0;
@@ -491,15 +480,10 @@ bool Tile::fits(const Mask& mask, const Cell& cell) const {
   if (cell.x < 0 || cell.y < 0 || cell.x + mask.width > cells_ || cell.y + mask.height > cells_)
     return false;
   for (int j = 0; j < mask.height; ++j) {
-    for (int r = mask.row_begin[at(j)]; r < mask.row_begin[at(j) + 1]; ++r) {
-      const Run& run = mask.runs[at(r)];
+    for (const Run& run : mask.row(j)) {
       const int k = levels_of(run.last - run.first + 1) - 1;
-      const Word* row = level(k, cell.y + j);
-      const int first = cell.x + run.first;
-      const int second = cell.x + run.last + 1 - (1 << k);
-      if (((row[first / 64] >> (first % 64)) & 1) != 0 ||
-          ((row[second / 64] >> (second % 64)) & 1) != 0)
-        return false;
+      for (const int x : {cell.x + run.first, cell.x + run.last + 1 - (1 << k)})
+        if (((level(k, cell.y + j)[x / 64] >> (x % 64)) & 1) != 0) return false;
     }
   }
   return true;
@@ -508,12 +492,8 @@ bool Tile::fits(const Mask& mask, const Cell& cell) const {
 int Tile::taken(int y, int first, int last) const {
   if (y < 0 || y >= cells_ || first < 0 || last >= cells_) return last - first + 1;
   int count = 0;
-  for (int w = first / 64; w <= last / 64; ++w) {
-    Word word = level(0, y)[w];
-    if (w == first / 64) word &= ~Word{0} << (first % 64);
-    if (w == last / 64) word &= ~Word{0} >> (63 - last % 64);
-    count += std::popcount(word);
-  }
+  for (int w = first / 64; w <= last / 64; ++w)
+    count += std::popcount(level(0, y)[w] & word_of(w, first, last));
   return count;
 }
 
@@ -521,9 +501,9 @@ double Tile::contact(const Mask& mask, const Cell& cell) const {
   int touched = 0;
   for (int j = 0; j < mask.height; ++j) {
     const int y = cell.y + j;
-    for (int r = mask.row_begin[at(j)]; r < mask.row_begin[at(j) + 1]; ++r) {
-      const int first = cell.x + mask.runs[at(r)].first;
-      const int last = cell.x + mask.runs[at(r)].last;
+    for (const Run& run : mask.row(j)) {
+      const int first = cell.x + run.first;
+      const int last = cell.x + run.last;
       // Where the mask fits, no cell of its own is taken.
       touched += taken(y, first - 1, first - 1) + taken(y, last + 1, last + 1) +
                  taken(y - 1, first, last) + taken(y + 1, first, last);

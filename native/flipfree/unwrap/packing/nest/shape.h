@@ -2,17 +2,30 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "flipfree/base/types.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 
 namespace flipfree::unwrap {
 
 using Loop = std::vector<Vector2>;  // closed; what it bounds on the left
+
+// From the least to the largest of some numbers.
+struct Span {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+  void add(double x) {
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+};
 
 // One item about its own origin, at scale 1: the outlines of its islands, with fewer corners than
 // they have. Points of which an outline winds around other than 0 times are inside.
@@ -46,6 +59,24 @@ inline double distance_to_segment(const Vector2& p, const Vector2& a, const Vect
   return (p - a - t * side).norm();
 }
 
+// Closed outlines of several owners, as one boundary over numbered corners.
+struct Outlines {
+  std::vector<Vector2> corners;
+  std::vector<std::size_t> owner;  // per corner, and of the edge from there to the next one
+  distortion::Boundary boundary;   // its edges and vertices
+
+  void add(const Loop& loop, std::size_t of) {
+    const auto first = static_cast<Index>(corners.size());
+    const auto count = static_cast<Index>(loop.size());
+    for (Index i = 0; i < count; ++i) {
+      boundary.edges.push_back({first + i, first + (i + 1) % count});
+      boundary.vertices.push_back(first + i);
+      corners.push_back(loop[at(i)]);
+      owner.push_back(of);
+    }
+  }
+};
+
 // A shape of these outlines, whose middle goes to the origin; `middle` receives where it was.
 // Outlines that are no more than points get a corner each. Loops must be finite.
 Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& middle);
@@ -58,19 +89,25 @@ Vector2 straight_axis(const std::vector<Loop>& outlines);
 // smallest, up to a quarter of a degree. Cost: 360 times the corners.
 Vector2 squarest_turn(const Shape& shape);
 
+// How far points reach in some directions of the half plane.
+class Spans {
+ public:
+  void add(const Vector2& p);
+  // Across the direction in which it is narrowest.
+  double length() const;
+  // Of the least over the largest.
+  double roundness() const;
+
+ private:
+  static constexpr std::size_t kDirections = 16;  // lengths are right to half a per cent
+  double width(std::size_t i) const { return spans_[i].high - spans_[i].low; }
+
+  std::array<Span, kDirections> spans_;
+};
+
 // Shapes as cells of a grid, 64 to a word.
 
 using Word = std::uint64_t;
-
-// The x of what lies in a row.
-struct Span {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -std::numeric_limits<double>::infinity();
-  void add(double x) {
-    low = std::min(low, x);
-    high = std::max(high, x);
-  }
-};
 
 // Cells from `first` to `last` of a row, both included.
 struct Run {
@@ -85,6 +122,9 @@ struct Mask {
   std::vector<Word> bits;
   std::vector<int> row_begin;  // height + 1: the runs of each row
   std::vector<Run> runs;
+  std::span<const Run> row(int j) const {
+    return {runs.data() + row_begin[at(j)], runs.data() + row_begin[at(j) + 1]};
+  }
   Vector2 origin = Vector2::Zero();  // of the item from the mask's lower left corner, in cells
 };
 
