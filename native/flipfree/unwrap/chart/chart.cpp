@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -523,9 +522,7 @@ namespace {
 template <typename Solve>
 void for_charts(const Islands& islands, ExecutionContext& context, Stats& stats, Solve solve) {
   std::vector<Stats> own(islands.charts.size());
-  std::vector<std::size_t> order(own.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  order = largest_first(islands.charts, std::move(order));
+  const std::vector<std::size_t> order = largest_first(islands.charts);
   for_each_chart(islands.charts, order, "flattening charts", context,
                  [&](std::size_t c, ExecutionContext& part) {
                    with_errors(

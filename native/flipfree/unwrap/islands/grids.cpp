@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <numeric>
+#include <map>
+#include <set>
 #include <span>
 #include <tuple>
 #include <unordered_map>
@@ -39,64 +40,48 @@ HalfedgeId longest_side(const mesh::Surface& surface, FaceId f) {
   return longest;
 }
 
-// Of each quad its island, its lower side and its cell.
-class Walk {
- public:
-  explicit Walk(Grids& grids) : grids_(grids) {
-    grids.island.assign(grids.quads.size(), kInvalid);
-    grids.turn.assign(grids.quads.size(), 0);
-    grids.cell.assign(grids.quads.size(), {0, 0});
-    Index count = 0;
-    for (Index seed = 0; seed < static_cast<Index>(grids.quads.size()); ++seed) {
-      if (grids.island[at(seed)] != kInvalid) continue;
-      grids.island[at(seed)] = count++;
-      walk_from(seed);
-    }
-  }
-
- private:
+// Gives each quad its island, its lower side and its cell.
+void number_cells(Grids& grids) {
+  grids.island.assign(grids.quads.size(), kInvalid);
+  grids.turn.assign(grids.quads.size(), 0);
+  grids.cell.assign(grids.quads.size(), {0, 0});
   // The next quad, if it has no place yet: it has one then.
-  Index step(Index quad, Index way) {
-    const Index beyond = grids_.across[at(4 * quad + (grids_.turn[at(quad)] + way) % 4)];
-    if (beyond == kInvalid || grids_.island[at(beyond / 4)] != kInvalid) return kInvalid;
+  const auto step = [&](Index quad, Index way) {
+    const Index beyond = grids.across[at(4 * quad + (grids.turn[at(quad)] + way) % 4)];
+    if (beyond == kInvalid || grids.island[at(beyond / 4)] != kInvalid) return kInvalid;
     const Index next = beyond / 4;
-    grids_.island[at(next)] = grids_.island[at(quad)];
-    grids_.turn[at(next)] = (beyond - way + 2) % 4;
+    grids.island[at(next)] = grids.island[at(quad)];
+    grids.turn[at(next)] = (beyond - way + 2) % 4;
     for (std::size_t k = 0; k < 2; ++k)
-      grids_.cell[at(next)][k] = grids_.cell[at(quad)][k] + kSteps[at(way)][k];
+      grids.cell[at(next)][k] = grids.cell[at(quad)][k] + kSteps[at(way)][k];
     return next;
-  }
-
-  void walk_from(Index seed) {
-    std::vector<Index> line = {seed};
+  };
+  Index count = 0;
+  for (Index seed = 0; seed < static_cast<Index>(grids.quads.size()); ++seed) {
+    if (grids.island[at(seed)] != kInvalid) continue;
+    grids.island[at(seed)] = count++;
+    // Columns first, then what lies beside them.
+    std::deque<std::pair<Index, bool>> next = {{seed, true}};
     for (const Index way : {1, 3}) {
-      for (Index q = step(seed, way); q != kInvalid; q = step(q, way)) line.push_back(q);
+      for (Index q = step(seed, way); q != kInvalid; q = step(q, way)) next.emplace_front(q, true);
     }
-    std::deque<Index> later;
-    while (!line.empty() || !later.empty()) {
-      const bool is_column = !line.empty();
-      const Index q = is_column ? line.back() : later.front();
-      if (is_column) {
-        line.pop_back();
-        later.push_back(q);
-      } else {
-        later.pop_front();
-      }
+    while (!next.empty()) {
+      const auto [q, is_column] = next.front();
+      next.pop_front();
+      if (is_column) next.emplace_back(q, false);
       for (const Index way : is_column ? std::array{0, 2} : std::array{1, 3}) {
-        if (const Index next = step(q, way); next != kInvalid) line.push_back(next);
+        if (const Index n = step(q, way); n != kInvalid) next.emplace_front(n, true);
       }
     }
   }
-
-  Grids& grids_;
-};
+}
 
 // Finds irregular and misplaced quads, each once.
 void find_faults(Grids& grids) {
-  const auto count = static_cast<Index>(grids.quads.size());
-  for (Index q = 0; q < count; ++q) {
+  std::set<std::tuple<Index, GridCell>> taken;
+  for (Index q = 0; q < static_cast<Index>(grids.quads.size()); ++q) {
     bool is_irregular = false;
-    bool is_misplaced = false;
+    bool is_misplaced = !taken.emplace(grids.island[at(q)], grids.cell[at(q)]).second;
     for (Index j = 0; j < 4; ++j) {
       Index around = 4 * q + j;
       for (int turn = 0; turn < 4 && around != kInvalid; ++turn) {
@@ -119,55 +104,40 @@ void find_faults(Grids& grids) {
     if (is_irregular) grids.irregular.push_back(q);
     if (is_misplaced) grids.misplaced.push_back(q);
   }
-  std::vector<Index> order(at(count));
-  std::iota(order.begin(), order.end(), 0);
-  const auto place = [&](Index q) { return std::tuple(grids.island[at(q)], grids.cell[at(q)]); };
-  std::sort(order.begin(), order.end(),
-            [&](Index a, Index b) { return std::tuple(place(a), a) < std::tuple(place(b), b); });
-  for (std::size_t i = 1; i < order.size(); ++i) {
-    if (place(order[i]) == place(order[i - 1])) grids.misplaced.push_back(order[i]);
-  }
 }
 
 // Per quad where its column (axis 0) or row begins and ends.
 std::vector<std::array<double, 2>> lines_of(const mesh::Surface& surface, const Grids& grids,
                                             std::size_t axis) {
-  std::vector<Index> order(grids.quads.size());
-  std::iota(order.begin(), order.end(), 0);
-  const auto line = [&](Index q) {
-    return std::tuple(grids.island[at(q)], grids.cell[at(q)][axis]);
+  struct Line {
+    double sum = 0.0;  // of its quads' widths
+    double count = 0.0;
+    std::array<double, 2> ends{};
   };
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return line(a) < line(b); });
-  std::vector<std::array<double, 2>> lines(order.size());
+  std::map<std::pair<Index, Index>, Line> lines;  // by island
+  const auto line_of = [&](std::size_t q) -> Line& {
+    return lines[{grids.island[q], grids.cell[q][axis]}];
+  };
+  for (std::size_t q = 0; q < grids.quads.size(); ++q) {
+    Line& line = line_of(q);
+    line.count += 1.0;
+    for (const Index way : {0, 2}) {
+      const Index side = way + static_cast<Index>(axis);
+      line.sum += 0.5 * edge_length(surface, grids.side(static_cast<Index>(q), side));
+    }
+  }
   double widest = 0.0;
-  const auto for_lines = [&](auto&& visit) {
-    for (std::size_t i = 0; i < order.size();) {
-      std::size_t end = i;
-      while (end < order.size() && line(order[end]) == line(order[i])) ++end;
-      visit(i, end);
-      i = end;
-    }
-  };
-  for_lines([&](std::size_t begin, std::size_t end) {
-    double sum = 0.0;
-    for (std::size_t i = begin; i < end; ++i) {
-      for (const Index way : {0, 2})
-        sum += 0.5 * edge_length(surface, grids.side(order[i], way + static_cast<Index>(axis)));
-    }
-    const double width = sum / static_cast<double>(end - begin);
-    widest = std::max(widest, width);
-    for (std::size_t i = begin; i < end; ++i) lines[at(order[i])][1] = width;
-  });
+  for (const auto& [place, line] : lines) widest = std::max(widest, line.sum / line.count);
   double reached = 0.0;
   Index island = kInvalid;
-  for_lines([&](std::size_t begin, std::size_t end) {
-    const double width = std::max(lines[at(order[begin])][1], kThinnestLine * widest);
-    if (std::exchange(island, grids.island[at(order[begin])]) != grids.island[at(order[begin])])
-      reached = 0.0;
-    const double begins = std::exchange(reached, reached + width);
-    for (std::size_t i = begin; i < end; ++i) lines[at(order[i])] = {begins, reached};
-  });
-  return lines;
+  for (auto& [place, line] : lines) {
+    if (std::exchange(island, place.first) != place.first) reached = 0.0;
+    line.ends[0] = reached;
+    line.ends[1] = reached += std::max(line.sum / line.count, kThinnestLine * widest);
+  }
+  std::vector<std::array<double, 2>> ends;
+  for (std::size_t q = 0; q < grids.quads.size(); ++q) ends.push_back(line_of(q).ends);
+  return ends;
 }
 
 // Of faces that share an edge with one other, wound like them.
@@ -268,7 +238,7 @@ Grids grids_of(const std::vector<HalfedgeId>& opposite, std::vector<Quad> quads,
       grids.across.push_back(o == kInvalid ? kInvalid : side_at[at(o)]);
     }
   }
-  Walk{grids};
+  number_cells(grids);
   find_faults(grids);
   return grids;
 }

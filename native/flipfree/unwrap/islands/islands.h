@@ -231,13 +231,16 @@ double weighted_percentile(std::vector<std::pair<double, double>> weighted, doub
 
 using distortion::overlaps_itself;
 
-// Chosen charts, those of most faces first.
+// The charts, or those chosen (flags), those of most faces first.
 inline std::vector<std::size_t> largest_first(const std::vector<mesh::Chart>& charts,
-                                              std::vector<std::size_t> chosen) {
-  std::stable_sort(chosen.begin(), chosen.end(), [&](std::size_t a, std::size_t b) {
+                                              const std::vector<char>& chosen = {}) {
+  std::vector<std::size_t> order;
+  for (std::size_t c = 0; c < charts.size(); ++c)
+    if (chosen.empty() || chosen[c] != 0) order.push_back(c);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return charts[a].faces.size() > charts[b].faces.size();
   });
-  return chosen;
+  return order;
 }
 
 // Calls solve(chart, context) for all in `order` (largest_first()). One that holds half of all

@@ -35,58 +35,48 @@ struct PackedCharts {
 };
 
 void check_options(const Points2& corner_uv, const PackOptions& options) {
-  if (options.first_tile < 0 || options.first_tile >= kTiles) {
-    throw_invalid(ErrorCode::kBadOption, "There are tiles 0 to 99 (UDIM 1001 to 1100), not " +
-                                             std::to_string(options.first_tile) + ".");
-  }
-  if (options.tiles < 1 || options.first_tile + options.tiles > kTiles) {
-    throw_invalid(ErrorCode::kBadOption,
-                  "UDIM has tiles 1001 to 1100: from " + std::to_string(1001 + options.first_tile) +
-                      " on there are " + std::to_string(kTiles - options.first_tile) + ", not " +
-                      std::to_string(options.tiles) + ".");
-  }
+  const auto require = [](bool holds, ErrorCode code, const std::string& what) {
+    if (!holds) throw_invalid(code, what);
+  };
+  const auto text = [](auto number) { return std::to_string(number); };
+  const Index first = options.first_tile;
+  require(first >= 0 && first < kTiles, ErrorCode::kBadOption,
+          "There are tiles 0 to 99 (UDIM 1001 to 1100), not " + text(first) + ".");
+  require(options.tiles >= 1 && first + options.tiles <= kTiles, ErrorCode::kBadOption,
+          "UDIM has tiles 1001 to 1100: from " + text(1001 + first) + " on there are " +
+              text(kTiles - first) + ", not " + text(options.tiles) + ".");
   for (const std::vector<Index>* numbers : {&options.groups, &options.layouts}) {
-    if (!numbers->empty() && 3 * static_cast<Eigen::Index>(numbers->size()) != corner_uv.rows())
-      throw_invalid(ErrorCode::kBadShape, "Groups and layouts need one number per face.");
+    require(numbers->empty() || 3 * static_cast<Eigen::Index>(numbers->size()) == corner_uv.rows(),
+            ErrorCode::kBadShape, "Groups and layouts need one number per face.");
   }
   if (!options.layouts.empty()) {
-    if (options.together || options.place_like != nullptr || options.tiles > 1) {
-      throw_invalid(ErrorCode::kBadOption,
-                    "Layouts have a tile each. Give no layouts, or one tile and neither together "
-                    "nor place_like.");
-    }
+    require(!options.together && options.place_like == nullptr && options.tiles == 1,
+            ErrorCode::kBadOption,
+            "Layouts have a tile each. Give no layouts, or one tile and neither together nor "
+            "place_like.");
     const std::set<Index> numbers(options.layouts.begin(), options.layouts.end());
-    const std::size_t room = at(kTiles - options.first_tile);
-    if (!options.share_tile && numbers.size() > room) {
-      throw_invalid(ErrorCode::kBadOption, "From that tile on UDIM has " + std::to_string(room) +
-                                               ", not one for each of " +
-                                               std::to_string(numbers.size()) +
-                                               " layouts. Let them share a tile.");
-    }
+    const std::size_t room = at(kTiles - first);
+    require(options.share_tile || numbers.size() <= room, ErrorCode::kBadOption,
+            "From that tile on UDIM has " + text(room) + ", not one for each of " +
+                text(numbers.size()) + " layouts. Let them share a tile.");
   }
-  if (!options.groups.empty() && (options.together || options.stack)) {
-    throw_invalid(ErrorCode::kBadOption,
-                  "Groups move as one. Give no groups, or neither together nor stack.");
-  }
+  require(options.groups.empty() || (!options.together && !options.stack), ErrorCode::kBadOption,
+          "Groups move as one. Give no groups, or neither together nor stack.");
   for (const CornerId c : options.unmoved) {
     if (c < 0 || c >= corner_uv.rows()) {
       throw_invalid(ErrorCode::kIndexOutOfRange,
                     "Corner " + corner_id(c) + " that shall stay does not exist.");
     }
   }
-  if (options.obstacles.rows() % 3 != 0)
-    throw_invalid(ErrorCode::kBadShape, "Obstacles need three rows per triangle.");
-  if (!options.obstacles.allFinite()) {
-    throw_invalid(ErrorCode::kNotFinite,
-                  "An obstacle has a coordinate that is not finite. Leave it out.");
-  }
+  require(options.obstacles.rows() % 3 == 0, ErrorCode::kBadShape,
+          "Obstacles need three rows per triangle.");
+  require(options.obstacles.allFinite(), ErrorCode::kNotFinite,
+          "An obstacle has a coordinate that is not finite. Leave it out.");
   if (options.place_like == nullptr) return;
-  if (options.place_like->rows() != corner_uv.rows())
-    throw_invalid(ErrorCode::kBadShape, "The former UVs need one row per face corner.");
-  if (options.together) {
-    throw_invalid(ErrorCode::kBadOption,
-                  "Former places are kept chart by chart. Give no place_like, or not together.");
-  }
+  require(options.place_like->rows() == corner_uv.rows(), ErrorCode::kBadShape,
+          "The former UVs need one row per face corner.");
+  require(!options.together, ErrorCode::kBadOption,
+          "Former places are kept chart by chart. Give no place_like, or not together.");
 }
 
 // What stays may lie on top of itself, so may what moves as one; stacked charts shall.

@@ -32,18 +32,16 @@ class Rejoining {
   Rejoining(const mesh::Surface& surface, const mesh::EdgeFlags& seams, Points2& uv)
       : surface_(surface), adjacency_(surface.adjacency()), seams_(seams), uv_(uv) {}
 
-  // Corners with a flag in `fixed` (3 #F, may be empty) stay. Returns how many were joined.
+  // Corners with a flag in `fixed` (3 #F) stay. Returns how many were joined.
   Index run(const std::vector<char>& fixed) {
     find_limit();
     if (!(scale_ > 0.0)) return 0;
     const mesh::CutMesh cut =
         mesh::cut_along(surface_.faces, adjacency_, mesh::uv_cuts(adjacency_, uv_));
-    const std::vector<char> good = good_faces();
     const std::size_t places = cut.vertex_origin.size();
     std::vector<char> stray(places, 1);
     for (CornerId c = 0; c < static_cast<CornerId>(surface_.faces.size()); ++c) {
-      if (good[at(c / 3)] != 0 || (!fixed.empty() && fixed[at(c)] != 0))
-        stray[at(cut.faces.data()[c])] = 0;
+      if (energy_of(c / 3) <= limit_ || fixed[at(c)] != 0) stray[at(cut.faces.data()[c])] = 0;
     }
     // The places beside, seen from the first and the last corner of each stray one.
     std::vector<std::array<CornerId, 2>> candidates(places, {kInvalid, kInvalid});
@@ -122,12 +120,6 @@ class Rejoining {
 
   double energy_of(FaceId f) const {
     return 0.25 * (parts_(f, 0) / scale_ + parts_(f, 1) * scale_);
-  }
-
-  std::vector<char> good_faces() const {
-    std::vector<char> good(at(static_cast<Index>(surface_.faces.rows())));
-    for (FaceId f = 0; f < surface_.faces.rows(); ++f) good[at(f)] = energy_of(f) <= limit_;
-    return good;
   }
 
   // Of two candidates that with which the faces of the place come out best.
@@ -255,12 +247,9 @@ GivenMap read_map(const mesh::Surface& surface, const Points2& corner_uv,
   GivenMap map;
   map.uv = corner_uv;
   std::vector<char> guessed = complete(surface, seams, map.uv);
-  std::vector<char> fixed;
-  if (!pins.empty()) {
-    certify::require_corners(pins, static_cast<Index>(surface.faces.size()));
-    fixed.assign(guessed.size(), 0);
-    for (const certify::CornerPin& pin : pins) fixed[at(pin.corner)] = 1;
-  }
+  certify::require_corners(pins, static_cast<Index>(surface.faces.size()));
+  std::vector<char> fixed(guessed.size(), 0);
+  for (const certify::CornerPin& pin : pins) fixed[at(pin.corner)] = 1;
   const Points2 completed = map.uv;
   map.rejoined = Rejoining(surface, seams, map.uv).run(fixed);
   for (CornerId c = 0; c < static_cast<CornerId>(guessed.size()); ++c) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -42,15 +41,6 @@ void place_like(const Triangles& faces, const Points2& like, double scale, bool 
   if (!distortion::is_flip_free(faces, placed, context)) return;
   if (bijective && overlaps_itself(faces, placed, context)) return;
   uv = std::move(placed);
-}
-
-// Names the chart by its first face: elements of a chart are no elements of the user's mesh.
-Error in_chart(const Error& error, const mesh::Chart& chart) {
-  Error named = error;
-  named.message = "Chart at face " + face_id(chart.faces.front()) + ": " + error.message;
-  named.kind = ElementKind::kFace;
-  named.elements = {chart.faces.front()};
-  return named;
 }
 
 // From the texture to UVs, with every pin at its place. What rounding on the way would fold stays
@@ -124,7 +114,11 @@ void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, doub
     throw_out_of_time("The pins were not reached", options.max_seconds,
                       "or move pins nearer to where their surroundings are");
   } catch (const NotConverged& e) {
-    throw NotConverged(in_chart(e.error(), chart));
+    // Elements of a chart are no elements of the user's mesh.
+    const FaceId first = chart.faces.front();
+    throw_not_converged(e.error().code,
+                        "Chart at face " + face_id(first) + ": " + e.error().message,
+                        ElementKind::kFace, {first});
   }
 }
 
@@ -152,9 +146,7 @@ certify::Parametrization improve_clean(const mesh::Surface& surface, const Point
   request.measure_overlaps = false;
   request.aspect = options.aspect;
   const double energy_before = certify::certify(request, context).energy;
-  std::vector<std::size_t> order(charts.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  order = largest_first(charts, std::move(order));
+  const std::vector<std::size_t> order = largest_first(charts);
   bool hurried = false;
   {
     const ProgressRange range(context, 0.05, 0.93);

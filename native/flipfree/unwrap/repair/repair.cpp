@@ -376,27 +376,22 @@ class Repair {
                         ElementKind::kFace, {first});
   }
 
-  void mend_one(std::size_t c, ExecutionContext& context) {
-    const ChartToMend chart{given_.charts[c],
-                            given_.vertex_origin,
-                            seen_.places[c],
-                            given_.unknown[c],
-                            seen_.pins[c],
-                            part_of(given_.charts[c], seams_),
-                            part_of(given_.charts[c], uncuttable_),
-                            density_};
-    mended_[c] = mend_chart(chart, options_, anew_[c] != 0, context);
-    judge_stretched(chart, options_, mended_[c], context);
-  }
-
   void mend(const std::vector<char>& wanted) {
-    std::vector<std::size_t> chosen;
-    for (std::size_t c = 0; c < wanted.size(); ++c) {
-      if (wanted[c] != 0) chosen.push_back(c);
-    }
-    chosen = largest_first(given_.charts, std::move(chosen));
-    for_each_chart(given_.charts, chosen, "mending charts", context_,
-                   [&](std::size_t c, ExecutionContext& part) { mend_one(c, part); });
+    const auto mend_one = [&](std::size_t c, ExecutionContext& context) {
+      const mesh::Chart& given = given_.charts[c];
+      const ChartToMend chart{given,
+                              given_.vertex_origin,
+                              seen_.places[c],
+                              given_.unknown[c],
+                              seen_.pins[c],
+                              part_of(given, seams_),
+                              part_of(given, uncuttable_),
+                              density_};
+      mended_[c] = mend_chart(chart, options_, anew_[c] != 0, context);
+      judge_stretched(chart, options_, mended_[c], context);
+    };
+    for_each_chart(given_.charts, largest_first(given_.charts, wanted), "mending charts", context_,
+                   mend_one);
   }
 
   // The charts of the result, from the mended ones and their further cuts.

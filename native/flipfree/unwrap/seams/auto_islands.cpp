@@ -248,8 +248,7 @@ class IslandFinder {
     const mesh::InOwnUnit own(chart.surface);
     std::vector<double> cost = part_of(chart, cost_);
     for (double& c : cost) c /= own.unit();
-    const SlitOptions options{aim, options_.bijective, options_.may_add_cuts, options_.acceptable};
-    const Slits slits = find_slits(own.surface(), cost, options, context);
+    const Slits slits = find_slits(own.surface(), cost, aim, options_, context);
     put_part(chart, slits.cut, further);
     for (std::size_t h = 0; h < at(slits.corner_uv.rows()); ++h) {
       const std::size_t corner = corner_of(chart, h);

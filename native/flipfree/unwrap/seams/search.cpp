@@ -110,7 +110,7 @@ class SlitSearch {
  public:
   // As find_slits(); all must outlive this.
   SlitSearch(const mesh::Surface& chart, const std::vector<double>& cost, const Mirror& mirror,
-             const SlitOptions& options, ExecutionContext& context)
+             const UnwrapOptions& options, ExecutionContext& context)
       : chart_(chart),
         cost_(cost),
         options_(options),
@@ -120,7 +120,7 @@ class SlitSearch {
 
   // Slits for this bound: beyond those of the last call, with a lower one.
   Slits run(const Stretch& bound) {
-    options_.bound = bound_ = bound;
+    asked_ = bound_ = bound;
     best_ = {};
     held_ = 0;
     std::optional<MapInHand> in_hand;
@@ -201,11 +201,11 @@ class SlitSearch {
     FlattenOptions flatten;
     flatten.may_add_cuts = options_.may_add_cuts;
     // Above the bound already, it is not what holding apart is measured by.
-    if (stretch.energy <= options_.bound.energy) flatten.most_energy = options_.bound.energy;
+    if (stretch.energy <= asked_.energy) flatten.most_energy = asked_.energy;
     flatten.uncuttable = never_seams(cost_);
     Slits held = lay_flat(chart_, sheet_.cut(), flatten, context_);
     if (!held.divided) {
-      if (held.stretch.within(options_.bound)) {
+      if (held.stretch.within(asked_)) {
         take(std::move(held), slit);
         return true;
       }
@@ -223,13 +223,14 @@ class SlitSearch {
 
   const mesh::Surface& chart_;
   const std::vector<double>& cost_;
-  SlitOptions options_;
+  const UnwrapOptions& options_;
   ExecutionContext& context_;
   Sheet sheet_;
   mesh::Surface slit_;  // of the last map
   Points2 uv_;
   Points2 corner_uv_;  // no rows before the first map
   double share_;
+  Stretch asked_;
   Stretch bound_;  // of maps that may overlap
   int held_ = 0;
   bool exhausted_ = false;
@@ -310,9 +311,9 @@ std::vector<char> neighbourhood(const mesh::Decimated& few, const Ways& ways) {
 
 class SlitCarrier {
  public:
-  SlitCarrier(const mesh::Surface& chart, const std::vector<double>& cost,
-              const SlitOptions& options, ExecutionContext& context)
-      : chart_(chart), cost_(cost), options_(options), context_(context) {}
+  SlitCarrier(const mesh::Surface& chart, const std::vector<double>& cost, const Stretch& bound,
+              const UnwrapOptions& options, ExecutionContext& context)
+      : chart_(chart), cost_(cost), bound_(bound), options_(options), context_(context) {}
 
   Slits run() {
     Slits best;
@@ -321,7 +322,7 @@ class SlitCarrier {
       const mesh::Decimated few = mesh::decimate(chart_, kFewTriangles, context_);
       const std::vector<double> cost = costs_of_few(chart_, few, cost_);
       SlitSearch search(few.surface, cost, kNoMirror, options_, context_);
-      Stretch aim = options_.bound;
+      Stretch aim = bound_;
       double done = 0.2;
       for (int round = 0; round < kCarryingRounds; ++round) {
         const Slits found = search.run(aim);
@@ -338,14 +339,14 @@ class SlitCarrier {
         FlattenOptions flatten;
         flatten.bijective = options_.bijective;
         flatten.may_add_cuts = may_divide;
-        flatten.most_energy = options_.bound.energy;
+        flatten.most_energy = bound_.energy;
         flatten.uncuttable = never_seams(cost_);
         flatten.tolerance = kTrialTolerance;
         best = lay_flat(chart_, std::move(cut), flatten, context_);
         const Stretch& stretch = best.stretch;
-        if (stretch.within(options_.bound) || search.exhausted()) break;
-        aim.energy = tighter(aim.energy, stretch.energy, options_.bound.energy);
-        aim.ratio = tighter(aim.ratio, stretch.ratio, options_.bound.ratio);
+        if (stretch.within(bound_) || search.exhausted()) break;
+        aim.energy = tighter(aim.energy, stretch.energy, bound_.energy);
+        aim.ratio = tighter(aim.ratio, stretch.ratio, bound_.ratio);
       }
     } catch (const TimeIsOver&) {
       // What is slit by then is slit.
@@ -376,21 +377,22 @@ class SlitCarrier {
 
   const mesh::Surface& chart_;
   const std::vector<double>& cost_;
-  const SlitOptions& options_;
+  const Stretch& bound_;
+  const UnwrapOptions& options_;
   ExecutionContext& context_;
 };
 
 }  // namespace
 
-Slits find_slits(const mesh::Surface& chart, const std::vector<double>& cost,
-                 const SlitOptions& options, ExecutionContext& context) {
+Slits find_slits(const mesh::Surface& chart, const std::vector<double>& cost, const Stretch& bound,
+                 const UnwrapOptions& options, ExecutionContext& context) {
   if (chart.faces.rows() > kManyFaces) {
-    Slits slits = SlitCarrier(chart, cost, options, context).run();
+    Slits slits = SlitCarrier(chart, cost, bound, options, context).run();
     if (!slits.cut.empty()) return slits;
   }
   const Mirror mirror = find_mirror(chart, cost);
   const std::vector<double> own = mirrored_costs(chart.faces, mirror, cost);
-  return SlitSearch(chart, own, mirror, options, context).run(options.bound);
+  return SlitSearch(chart, own, mirror, options, context).run(bound);
 }
 
 }  // namespace flipfree::unwrap

@@ -24,13 +24,6 @@ struct Slits {
   Stretch stretch;       // of the map
 };
 
-struct SlitOptions {
-  Stretch bound = stretch_bound(1.25);
-  bool bijective = true;     // the map may not overlap itself
-  bool may_add_cuts = true;  // a chart that would lie on itself may be divided
-  bool acceptable = true;    // accept() ends the search where the slits will do (context.h)
-};
-
 // cost: per half-edge, both sides the same, infinite where no slit may run. Slits run along
 // shortest paths from the boundary, or from other slits, to where the chart's conformal map would
 // change lengths most (Hill), as many as it takes for the least distorted map to have a mean
@@ -39,7 +32,10 @@ struct SlitOptions {
 // searched by few of their vertices; every slit found there becomes a shortest path of the chart
 // through the neighbourhood of what went into the vertices along it. Precondition: connected,
 // planar; with a boundary, or closed.
-Slits find_slits(const mesh::Surface& chart, const std::vector<double>& cost,
-                 const SlitOptions& options, ExecutionContext& context);
+//
+// Of the options: bijective, may_add_cuts (a chart that would lie on itself may be divided), and
+// acceptable (accept() ends the search where the slits will do, context.h).
+Slits find_slits(const mesh::Surface& chart, const std::vector<double>& cost, const Stretch& bound,
+                 const UnwrapOptions& options, ExecutionContext& context);
 
 }  // namespace flipfree::unwrap
