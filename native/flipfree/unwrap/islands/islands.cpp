@@ -201,21 +201,12 @@ std::vector<double> ScaleField::solve(const std::vector<char>& open, ExecutionCo
 
 namespace {
 
-// Moments of |u| over a hill.
-struct Moments {
-  double area = 0.0;
-  double height = 0.0;
-  double square = 0.0;
+// Moments of |u| over a hill: its area, and the integrals of |u| and its square.
+using Moments = Eigen::Array3d;
 
-  void add(const Moments& other) {
-    area += other.area;
-    height += other.height;
-    square += other.square;
-  }
-  double above(double foot) const {
-    return std::max(square - 2.0 * foot * height + foot * foot * area, 0.0);
-  }
-};
+double above(double foot, const Moments& m) {
+  return std::max(m[2] - 2.0 * foot * m[1] + foot * foot * m[0], 0.0);
+}
 
 }  // namespace
 
@@ -253,14 +244,14 @@ std::vector<Hill> hills(const mesh::Surface& surface, const std::vector<double>&
       VertexId b = sets.find(w);
       if (a == b) continue;
       if (lower(b, a)) std::swap(a, b);
-      if (a != v) finish(a, moments[at(a)].above(height(v)), height(v));
+      if (a != v) finish(a, above(height(v), moments[at(a)]), height(v));
       sets.join(a, b);
-      moments[at(b)].add(moments[at(a)]);
+      moments[at(b)] += moments[at(a)];
       if (end[at(b)] == kInvalid) end[at(b)] = end[at(a)];
     } while (h != start);
   }
   for (const VertexId v : order) {
-    if (sets.find(v) == v) finish(v, moments[at(v)].square, 0.0);
+    if (sets.find(v) == v) finish(v, moments[at(v)][2], 0.0);
   }
   return found;
 }

@@ -73,7 +73,7 @@ struct UnwrapOptions : DescentOptions {
   // be). Where it is empty, `uncuttable` tells them.
   std::vector<Index> polygon;
   SeamOptions seams;  // beyond `cuts`; not with pins
-  // Charts that have to be cut open anyway are slit to their extremities too (extremities.h). Not
+  // Charts that have to be cut open anyway are slit to their extremities too. Not
   // done if there are pins: both sides of a slit through a pinned vertex would share its place.
   bool cut_extremities = true;
   // With `bijective`, charts without pins that cannot be laid out without overlap at a distortion

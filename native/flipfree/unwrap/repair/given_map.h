@@ -19,7 +19,7 @@ struct GivenMap {
   mesh::EdgeFlags cuts;                 // where the values on the two sides of an edge differ
   std::vector<mesh::Chart> charts;      // chart.vertices number the places that corners share
   std::vector<VertexId> vertex_origin;  // of these places: vertex of the surface
-  Index rejoined = 0;                   // corners that were torn off (rejoin.h)
+  Index rejoined = 0;                   // corners that were torn off
   // Per chart: its vertices' places (#V x 2); those that had none that 32 bits hold, so that theirs
   // is only a guess; and its pins, ascending by vertex.
   std::vector<Points2> places;

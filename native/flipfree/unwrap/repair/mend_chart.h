@@ -60,7 +60,7 @@ struct ChartToMend {
   double density = 0.0;        // of the other charts, see DamagedChart; 0: not known
 };
 
-// How many pieces of a chart are stretched, or were (stretched_islands.h).
+// How many pieces of a chart are stretched, or were (judge_stretched()).
 struct StretchedPieces {
   std::int64_t improved = 0;  // where they are
   std::int64_t anew = 0;      // unwrapped again

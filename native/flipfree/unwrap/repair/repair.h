@@ -21,7 +21,7 @@ namespace flipfree::unwrap {
 // values bit for bit, and so do vertices of the others that need not move. Stats: of the map before
 // "flips_before", "winding_failures_before", "overlaps_before", "island_overlaps_before" (-1: not
 // measured), "energy_before" (infinite with flips), "corners_without_place", "corners_rejoined"
-// (rejoin.h); of the result "charts", "charts_mirrored", "charts_unfolded", "charts_anew",
+// (read_map()); of the result "charts", "charts_mirrored", "charts_unfolded", "charts_anew",
 // "charts_cut", "charts_moved", "charts_improved" and "charts_stretched_anew" (stretched ones, made
 // better where they are and unwrapped again), "stretched_charts" (those that still are),
 // "added_cuts", "corners_kept" (of 3 #F), "energy", "max_energy", "seconds". Any triangles: what is

@@ -309,85 +309,70 @@ std::vector<char> neighbourhood(const mesh::Decimated& few, const Ways& ways) {
   return of_chart;
 }
 
-class SlitCarrier {
- public:
-  SlitCarrier(const mesh::Surface& chart, const std::vector<double>& cost, const Stretch& bound,
-              const UnwrapOptions& options, ExecutionContext& context)
-      : chart_(chart), cost_(cost), bound_(bound), options_(options), context_(context) {}
-
-  Slits run() {
-    Slits best;
-    try {
-      context_.report("finding seams", 0.0);
-      const mesh::Decimated few = mesh::decimate(chart_, kFewTriangles, context_);
-      const std::vector<double> cost = costs_of_few(chart_, few, cost_);
-      SlitSearch search(few.surface, cost, kNoMirror, options_, context_);
-      Stretch aim = bound_;
-      double done = 0.2;
-      for (int round = 0; round < kCarryingRounds; ++round) {
-        const Slits found = search.run(aim);
-        if (search.opened_anyhow()) return {};
-        mesh::EdgeFlags cut = carried(few, search.made());
-        if (cut.empty()) return {};
-        if (best.cut.empty()) best.cut = cut;
-        context_.report("finding seams", done);
-        const ProgressRange range(context_, done, done + 0.5 * (1.0 - done));
-        done += 0.5 * (1.0 - done);
-        // What the few need not be divided for may need some more slits, rather than to be divided.
-        const bool may_divide =
-            options_.may_add_cuts && (found.divided || round + 1 == kCarryingRounds);
-        FlattenOptions flatten;
-        flatten.bijective = options_.bijective;
-        flatten.may_add_cuts = may_divide;
-        flatten.most_energy = bound_.energy;
-        flatten.uncuttable = never_seams(cost_);
-        flatten.tolerance = kTrialTolerance;
-        best = lay_flat(chart_, std::move(cut), flatten, context_);
-        const Stretch& stretch = best.stretch;
-        if (stretch.within(bound_) || search.exhausted()) break;
-        aim.energy = tighter(aim.energy, stretch.energy, bound_.energy);
-        aim.ratio = tighter(aim.ratio, stretch.ratio, bound_.ratio);
-      }
-    } catch (const TimeIsOver&) {
-      // What is slit by then is slit.
-    } catch (const NotConverged&) {
-      // Whoever lays the chart flat says why it cannot be.
-    }
-    return best;
+// The slits of the few on the chart; empty if there is no way for one of them.
+mesh::EdgeFlags carried(const mesh::Surface& chart, std::vector<double> cost,
+                        const mesh::Decimated& few, const Ways& ways, ExecutionContext& context) {
+  const Grace carrying(context);
+  const std::vector<char> near = neighbourhood(few, ways);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost.size()); ++h) {
+    if (near[at(mesh::source(chart.faces, h))] == 0 || near[at(mesh::target(chart.faces, h))] == 0)
+      cost[at(h)] = kInfinite;
   }
-
- private:
-  // The slits of the few on the chart; empty if there is no way for one of them.
-  mesh::EdgeFlags carried(const mesh::Decimated& few, const Ways& ways) {
-    const Grace carrying(context_);
-    const std::vector<char> near = neighbourhood(few, ways);
-    std::vector<double> cost = cost_;
-    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost.size()); ++h) {
-      if (near[at(mesh::source(chart_.faces, h))] == 0 ||
-          near[at(mesh::target(chart_.faces, h))] == 0)
-        cost[at(h)] = kInfinite;
-    }
-    Sheet sheet(chart_, cost);
-    for (const std::vector<VertexId>& way : ways) {
-      if (!sheet.slit_between(few.origin[at(way.front())], few.origin[at(way.back())], context_))
-        return {};
-    }
-    return sheet.cut();
+  Sheet sheet(chart, cost);
+  for (const std::vector<VertexId>& way : ways) {
+    if (!sheet.slit_between(few.origin[at(way.front())], few.origin[at(way.back())], context))
+      return {};
   }
+  return sheet.cut();
+}
 
-  const mesh::Surface& chart_;
-  const std::vector<double>& cost_;
-  const Stretch& bound_;
-  const UnwrapOptions& options_;
-  ExecutionContext& context_;
-};
+// Of a large chart, by way of fewer triangles; none where these do not tell.
+Slits find_by_fewer(const mesh::Surface& chart, const std::vector<double>& cost,
+                    const Stretch& bound, const UnwrapOptions& options, ExecutionContext& context) {
+  Slits best;
+  try {
+    context.report("finding seams", 0.0);
+    const mesh::Decimated few = mesh::decimate(chart, kFewTriangles, context);
+    const std::vector<double> cost_of_few = costs_of_few(chart, few, cost);
+    SlitSearch search(few.surface, cost_of_few, kNoMirror, options, context);
+    Stretch aim = bound;
+    double done = 0.2;
+    for (int round = 0; round < kCarryingRounds; ++round) {
+      const Slits found = search.run(aim);
+      if (search.opened_anyhow()) return {};
+      mesh::EdgeFlags cut = carried(chart, cost, few, search.made(), context);
+      if (cut.empty()) return {};
+      if (best.cut.empty()) best.cut = cut;
+      context.report("finding seams", done);
+      const ProgressRange range(context, done, done + 0.5 * (1.0 - done));
+      done += 0.5 * (1.0 - done);
+      // What the few need not be divided for may need some more slits, rather than to be divided.
+      FlattenOptions flatten;
+      flatten.bijective = options.bijective;
+      flatten.may_add_cuts =
+          options.may_add_cuts && (found.divided || round + 1 == kCarryingRounds);
+      flatten.most_energy = bound.energy;
+      flatten.uncuttable = never_seams(cost);
+      flatten.tolerance = kTrialTolerance;
+      best = lay_flat(chart, std::move(cut), flatten, context);
+      if (best.stretch.within(bound) || search.exhausted()) break;
+      aim.energy = tighter(aim.energy, best.stretch.energy, bound.energy);
+      aim.ratio = tighter(aim.ratio, best.stretch.ratio, bound.ratio);
+    }
+  } catch (const TimeIsOver&) {
+    // What is slit by then is slit.
+  } catch (const NotConverged&) {
+    // Whoever lays the chart flat says why it cannot be.
+  }
+  return best;
+}
 
 }  // namespace
 
 Slits find_slits(const mesh::Surface& chart, const std::vector<double>& cost, const Stretch& bound,
                  const UnwrapOptions& options, ExecutionContext& context) {
   if (chart.faces.rows() > kManyFaces) {
-    Slits slits = SlitCarrier(chart, cost, bound, options, context).run();
+    Slits slits = find_by_fewer(chart, cost, bound, options, context);
     if (!slits.cut.empty()) return slits;
   }
   const Mirror mirror = find_mirror(chart, cost);
