@@ -39,8 +39,7 @@ class Dynamics {
     for (const Shape& s : shapes) {
       for (const Loop& loop : s.loops) outlines_.add(loop, bodies_.size());
       const double square = std::max(s.radius * s.radius, 1e-18);
-      const bool turns = options.rotation == Rotation::kFree ||
-                         (options.rotation == Rotation::kStraight && !s.upright);
+      const bool turns = may_turn(s, options.rotation);
       bodies_.push_back({{}, s.radius, 1.0 / square, turns ? 2.0 / (square * square) : 0.0});
       slack_ = std::max(slack_, s.slack);
     }

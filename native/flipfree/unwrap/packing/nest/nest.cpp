@@ -202,11 +202,8 @@ class Nester {
 
  private:
   std::vector<Vector2> turns_of(const Shape& shape, double share) const {
-    const bool straight = options_.rotation == Rotation::kStraight;
     if (options_.rotation == Rotation::kNone) return {Vector2(1.0, 0.0)};
-    if (options_.rotation == Rotation::kQuarters || (straight && shape.upright))
-      return even_turns(4);
-    if (shapes_.size() > kManyShapes) return even_turns(4);
+    if (!may_turn(shape, options_.rotation) || shapes_.size() > kManyShapes) return even_turns(4);
     std::vector<Vector2> turns = even_turns(8);
     if (share < kMuch) return turns;
     const Vector2 t = squarest_turn(shape);
@@ -374,12 +371,27 @@ class Nester {
   double bound_ = 0.0;                       // no larger scale is of use
 };
 
+// The only shape in an empty tile: as square as it may turn, in the lower left corner.
+Layout nest_alone(const Shape& shape, const NestOptions& options) {
+  Pose pose;
+  if (may_turn(shape, options.rotation)) pose.turn = squarest_turn(shape);
+  Eigen::AlignedBox2d box;
+  for (const Loop& loop : shape.loops)
+    for (const Vector2& p : loop) box.extend(pose(p, 1.0));
+  const double extent = box.sizes().maxCoeff() + 2.0 * shape.slack;
+  const double most = (1.0 - options.margin) / extent;
+  const double scale = options.scale > 0.0 ? std::min(options.scale, most) : most;
+  pose.centre = Vector2::Constant(0.5 * options.margin + scale * shape.slack) - scale * box.min();
+  return {{pose}, scale};
+}
+
 }  // namespace
 
 Layout nest(const std::vector<Shape>& shapes, const NestOptions& options,
             ExecutionContext& context) {
   if (shapes.empty()) return {};
   context.report("packing", 0.1);
+  if (shapes.size() == 1 && options.fixed.empty()) return nest_alone(shapes.front(), options);
   const Nester nester(shapes, options);
   Filling best = nester.search(context);
   if (!(best.scale > 0.0)) return {};

@@ -21,6 +21,11 @@ struct NestOptions {
   double effort = 1.0;       // at most, about seconds for some hundred shapes
 };
 
+// By less than quarters?
+inline bool may_turn(const Shape& shape, Rotation rotation) {
+  return rotation == Rotation::kFree || (rotation == Rotation::kStraight && !shape.upright);
+}
+
 struct Layout {
   std::vector<Pose> poses;
   double scale = 0.0;  // 0: none was found
