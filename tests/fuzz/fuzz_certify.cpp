@@ -6,7 +6,6 @@
 #include "finding.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/measures.h"
-#include "flipfree/certify/overlap.h"
 #include "judge.h"
 #include "planar_maps.h"
 #include "targets.h"

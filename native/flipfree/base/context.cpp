@@ -13,9 +13,6 @@
 #include "flipfree/base/error.h"
 
 namespace flipfree {
-#ifndef _WIN32
-#endif
-
 namespace {
 
 // Of a process and not of those that it forks.

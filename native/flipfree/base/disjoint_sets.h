@@ -16,9 +16,9 @@ class DisjointSets {
 
   // The representative of i's set.
   Index find(Index i) {
-    while (parent_[static_cast<std::size_t>(i)] != i) {
-      Index& p = parent_[static_cast<std::size_t>(i)];
-      p = parent_[static_cast<std::size_t>(p)];
+    while (parent_[at(i)] != i) {
+      Index& p = parent_[at(i)];
+      p = parent_[at(p)];
       i = p;
     }
     return i;

@@ -105,7 +105,7 @@ Error out_of_time(const std::string& what, double max_seconds, const std::string
   message << what << " in the time allowed";
   if (max_seconds > 0) message << " (max_seconds = " << max_seconds << ")";
   message << ". Allow more time, " << cure << ".";
-  return {ErrorCode::kTimeLimit, message.str(), ElementKind::kNone, {}};
+  return {ErrorCode::kTimeLimit, message.str()};
 }
 
 void throw_out_of_time(const std::string& what, double max_seconds, const std::string& cure) {

@@ -69,10 +69,10 @@ struct Witness {
 // What failed, where, and what to do about it.
 struct Error {
   ErrorCode code = ErrorCode::kInternal;
-  std::string message;  // one sentence what and where, one sentence cure; ids are marked
+  std::string message{};  // one sentence what and where, one sentence cure; ids are marked
   ElementKind kind = ElementKind::kNone;
-  std::vector<Index>
-      elements;       // ids of the elements at fault (edges as vertex pairs), at most 1000
+  // Ids of the elements at fault (edges as vertex pairs), at most 1000.
+  std::vector<Index> elements{};
   Witness witness{};  // of Infeasible only
 };
 
@@ -128,20 +128,19 @@ class NotConverged : public Exception {
 };
 class Cancelled : public Exception {
  public:
-  Cancelled()
-      : Exception({ErrorCode::kCancelled, "Cancelled by the caller.", ElementKind::kNone, {}}) {}
+  Cancelled() : Exception({ErrorCode::kCancelled, "Cancelled by the caller."}) {}
 };
 // Thrown by ExecutionContext::check() when a TimeLimit is over. Not a NotConverged: those who give
 // a way up on that and take another must not go on. Whoever set the limit catches it, and returns
 // what was found in time or throws NotConverged (kTimeLimit).
 class TimeIsOver : public Exception {
  public:
-  TimeIsOver() : Exception({ErrorCode::kTimeLimit, "Time is over.", ElementKind::kNone, {}}) {}
+  TimeIsOver() : Exception({ErrorCode::kTimeLimit, "Time is over."}) {}
 };
 class InternalError : public Exception {
  public:
   explicit InternalError(std::string message)
-      : Exception({ErrorCode::kInternal, std::move(message), ElementKind::kNone, {}}) {}
+      : Exception({ErrorCode::kInternal, std::move(message)}) {}
 };
 
 // Throws InvalidInput with these parts.

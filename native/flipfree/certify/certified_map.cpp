@@ -19,7 +19,7 @@ void agree_with_storage(Parametrization& map, const CertifyRequest& request,
   }
   CertifyRequest again = request;
   again.uv = &mixed;
-  again.parent = nullptr;  // the same subdivision
+  again.provenance = {};  // the same subdivision
   if (certify(again, context).ok) {
     map.agreed = std::move(mixed);
     return;
@@ -46,10 +46,7 @@ void certify_map(Parametrization& map, const mesh::Surface& input, const Certify
   request.surface = &map.surface;
   request.uv = &map.uv;
   request.uv32 = &map.uv32;
-  request.parent = &input;
-  request.parent_face = &map.parent_face;
-  request.vertex_parent = &map.vertex_parent;
-  request.vertex_barycentric = &map.vertex_barycentric;
+  request.provenance = {&input, &map.parent_face, &map.vertex_parent, &map.vertex_barycentric};
   map.certificate = certify(request, context);
   if (map.certificate.ok) agree_with_storage(map, request, context);
 }
@@ -63,9 +60,9 @@ Certificate in_input_faces(const Parametrization& map) {
   Certificate certificate = map.certificate;
   bool refined = false;
   for (FaceId& f : certificate.failed_faces) {
-    if (static_cast<std::size_t>(f) >= map.parent_face.size()) continue;
-    refined = refined || map.parent_face[static_cast<std::size_t>(f)] != f;
-    f = map.parent_face[static_cast<std::size_t>(f)];
+    if (at(f) >= map.parent_face.size()) continue;
+    refined = refined || map.parent_face[at(f)] != f;
+    f = map.parent_face[at(f)];
   }
   sort_unique(certificate.failed_faces);
   if (refined) note_refined_numbers(certificate);
@@ -80,6 +77,35 @@ void note_refined_numbers(Certificate& certificate) {
 
 void require_certificate(const Parametrization& map, const char* what) {
   if (!map.certificate.ok) throw CertificateFailed(what, in_input_faces(map));
+}
+
+void set_refinement(Parametrization& map, const mesh::RefinedSurface& refined) {
+  const mesh::Provenance where = mesh::provenance_of(refined);
+  map.surface = mesh::to_surface(refined);
+  map.parent_face = where.face;
+  map.vertex_parent.clear();
+  map.vertex_barycentric.resize(map.surface.vertices.rows(), 3);
+  for (std::size_t v = 0; v < where.vertex.size(); ++v) {
+    map.vertex_parent.push_back(where.vertex[v].face);
+    map.vertex_barycentric.row(static_cast<Eigen::Index>(v)) = where.vertex[v].weight;
+  }
+}
+
+void set_identity_provenance(Parametrization& map) {
+  const Eigen::Index face_count = map.surface.faces.rows();
+  const Eigen::Index vertex_count = map.surface.vertices.rows();
+  map.parent_face.resize(at(face_count));
+  map.vertex_parent.assign(at(vertex_count), kInvalid);
+  map.vertex_barycentric = Points3::Zero(vertex_count, 3);
+  for (FaceId f = 0; f < face_count; ++f) {
+    map.parent_face[at(f)] = f;
+    for (Index k = 0; k < 3; ++k) {
+      const VertexId v = map.surface.faces(f, k);
+      if (map.vertex_parent[at(v)] != kInvalid) continue;
+      map.vertex_parent[at(v)] = f;
+      map.vertex_barycentric(v, k) = 1.0;
+    }
+  }
 }
 
 }  // namespace flipfree::certify

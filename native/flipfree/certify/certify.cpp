@@ -11,7 +11,6 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/base/tolerances.h"
 #include "flipfree/certify/measures.h"
-#include "flipfree/certify/overlap.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
 
@@ -76,8 +75,8 @@ struct Certifier {
         form.flips = flipped_faces(form.uv);
       } else if (task < 4) {
         form.energy = symmetric_dirichlet(surface, form.uv, request.aspect);
-      } else if (request.parent != nullptr) {
-        provenance = check_provenance(surface, provenance_of_request());
+      } else if (request.provenance.parent != nullptr) {
+        provenance = check_provenance(surface, request.provenance);
       }
     });
     for (Form& form : forms) form.cuts = mesh::uv_cuts(adjacency, form.given);
@@ -96,10 +95,6 @@ struct Certifier {
         form.overlaps = boundary_overlaps(surface.faces, adjacency, form.cuts, form.uv);
       }
     });
-  }
-
-  Provenance provenance_of_request() const {
-    return {request.parent, request.parent_face, request.vertex_parent, request.vertex_barycentric};
   }
 
   void judge_mirrored() {
@@ -130,12 +125,8 @@ struct Certifier {
   void add_angles() {
     angle_sum.assign(adjacency.vertex_halfedge.size(), 0.0);
     const Points2& uv = forms[0].uv;
-    for (CornerId c = 0; c < uv.rows(); ++c) {
-      const Vector2 p = uv.row(c);
-      angle_sum[at(surface.faces(c / 3, c % 3))] +=
-          turn(Vector2(uv.row(next_corner(c)).transpose() - p),
-               Vector2(uv.row(previous_corner(c)).transpose() - p));
-    }
+    for (CornerId c = 0; c < uv.rows(); ++c)
+      angle_sum[at(mesh::source(surface.faces, c))] += corner_angle(uv, c);
   }
 
   void fail(const std::string& sentence, const std::vector<FaceId>& faces) {
@@ -178,7 +169,7 @@ struct Certifier {
     if (!bad.empty()) {
       fail("G2: the map winds more than once around " + counted(bad.size(), "vertex", "vertices") +
                ", first vertex " + vertex_id(bad[0]),
-           {adjacency.vertex_halfedge[static_cast<std::size_t>(bad[0])] / 3});
+           {adjacency.vertex_halfedge[at(bad[0])] / 3});
     }
   }
 
@@ -192,7 +183,7 @@ struct Certifier {
     }
     certificate.pin_failures = missed;
     if (missed > 0) {
-      fail("G3: " + counted(static_cast<std::size_t>(missed), "pin is", "pins are") +
+      fail("G3: " + counted(at(missed), "pin is", "pins are") +
                " not met bit for bit, first at vertex " +
                vertex_id(surface.faces(first / 3, first % 3)),
            {first / 3});
@@ -270,11 +261,11 @@ struct Certifier {
     std::vector<char> judged(vertex_count, 0);
     for (std::size_t v = 0; v < vertex_count; ++v) {
       const HalfedgeId h = adjacency.vertex_halfedge[v];
-      judged[v] = h != kInvalid && adjacency.opposite[static_cast<std::size_t>(h)] != kInvalid;
+      judged[v] = h != kInvalid && adjacency.opposite[at(h)] != kInvalid;
     }
     for (const auto& [v, angle] : request.cone_angles) {
-      target_angle[static_cast<std::size_t>(v)] = angle;
-      judged[static_cast<std::size_t>(v)] = 1;
+      target_angle[at(v)] = angle;
+      judged[at(v)] = 1;
     }
     std::int64_t wrong = 0;
     VertexId first = kInvalid;
@@ -284,8 +275,8 @@ struct Certifier {
     }
     certificate.cone_failures = wrong;
     if (wrong > 0) {
-      const HalfedgeId there = adjacency.vertex_halfedge[static_cast<std::size_t>(first)];
-      fail("G5: " + counted(static_cast<std::size_t>(wrong), "vertex has", "vertices have") +
+      const HalfedgeId there = adjacency.vertex_halfedge[at(first)];
+      fail("G5: " + counted(at(wrong), "vertex has", "vertices have") +
                " another total angle than prescribed, first vertex " + vertex_id(first) + " with " +
                std::to_string(angle_sum[at(first)]) + " instead of " +
                std::to_string(target_angle[at(first)]),
@@ -301,10 +292,10 @@ struct Certifier {
     const std::string first = ", first at face " + face_id(shown.faces[0]);
     if (shown.contacts > 0) {
       fail("The boundary of a chart meets itself in " +
-               counted(static_cast<std::size_t>(shown.contacts), "place", "places") + first,
+               counted(at(shown.contacts), "place", "places") + first,
            shown.faces);
     } else {
-      fail(counted(static_cast<std::size_t>(shown.turned_loops), "hole or slit of a chart is",
+      fail(counted(at(shown.turned_loops), "hole or slit of a chart is",
                    "holes or slits of charts are") +
                " turned inside out, so that the chart covers points twice" + first,
            shown.faces);
@@ -318,8 +309,7 @@ struct Certifier {
     certificate.island_overlaps = shown.pairs;
     certificate.island_overlap_faces = shown.faces;
     if (shown.pairs > 0 && request.require_disjoint) {
-      fail(counted(static_cast<std::size_t>(shown.pairs), "pair of charts overlaps",
-                   "pairs of charts overlap") +
+      fail(counted(at(shown.pairs), "pair of charts overlaps", "pairs of charts overlap") +
                ", first at face " + face_id(shown.faces[0]),
            shown.faces);
     }
@@ -352,7 +342,7 @@ struct Certifier {
     std::vector<Index> missed;
     for (const Form& form : forms) {
       const std::vector<Index> own =
-          missed_features(request.features, surface, adjacency, provenance_of_request(), form.uv);
+          missed_features(request.features, surface, adjacency, request.provenance, form.uv);
       missed.insert(missed.end(), own.begin(), own.end());
     }
     sort_unique(missed);
@@ -367,7 +357,7 @@ struct Certifier {
   }
 
   void check_provenance_of_refinement() {
-    if (request.parent == nullptr) return;
+    if (request.provenance.parent == nullptr) return;
     certificate.provenance_failures = provenance.failures;
     if (provenance.failures > 0)
       fail("G7: the refined mesh does not subdivide the input: " + provenance.first,

@@ -53,11 +53,8 @@ struct CertifyRequest {
   IndexPairs features;
   bool require_features = true;
 
-  // G7: the input that surface refines, with provenance. If null, the surface is the input itself.
-  const mesh::Surface* parent = nullptr;
-  const std::vector<FaceId>* parent_face = nullptr;
-  const std::vector<FaceId>* vertex_parent = nullptr;
-  const Points3* vertex_barycentric = nullptr;
+  // G7: the input that surface refines. Its parent null: the surface is the input itself.
+  Provenance provenance{};
 };
 
 // The 64-bit map is cut where its own values differ across an edge, the stored one where the stored

@@ -74,9 +74,8 @@ Points3 symmetric_dirichlet_parts(const mesh::Surface& surface, const Points2& c
                                   double aspect) {
   Points3 parts(surface.faces.rows(), 3);
   for (FaceId f = 0; f < surface.faces.rows(); ++f) {
-    const Vector3 p = surface.vertices.row(surface.faces(f, 0));
-    const Vector3 e1 = surface.vertices.row(surface.faces(f, 1)).transpose() - p;
-    const Vector3 e2 = surface.vertices.row(surface.faces(f, 2)).transpose() - p;
+    const auto [a, b, c] = surface.corners(f);
+    const Vector3 e1 = b - a, e2 = c - a;
     const Vector2 q = corner_uv.row(3 * f);
     Vector2 d1 = corner_uv.row(3 * f + 1).transpose() - q;
     Vector2 d2 = corner_uv.row(3 * f + 2).transpose() - q;
@@ -186,7 +185,7 @@ struct Checker {
         }
         continue;
       }
-      const FaceId f = (*provenance.vertex_parent)[static_cast<std::size_t>(v)];
+      const FaceId f = (*provenance.vertex_parent)[at(v)];
       const Vector3 weights = provenance.vertex_barycentric->row(v);
       if (f < 0 || f >= parent.faces.rows() || !(weights.minCoeff() >= 0.0) ||
           !(std::abs(weights.sum() - 1.0) <= kProvenanceTolerance)) {
@@ -221,7 +220,7 @@ struct Checker {
       return weight == 0.0;
     };
     if (v < parent.vertices.rows()) return add(v, 1.0);
-    const FaceId own = (*provenance.vertex_parent)[static_cast<std::size_t>(v)];
+    const FaceId own = (*provenance.vertex_parent)[at(v)];
     if (own < 0 || own >= parent.faces.rows()) return false;
     if (own == f) {
       weights = provenance.vertex_barycentric->row(v).transpose();
@@ -239,12 +238,12 @@ struct Checker {
     std::vector<double> covered(static_cast<std::size_t>(parent.faces.rows()), 0.0);
     std::vector<FaceId> first(covered.size(), kInvalid);
     for (FaceId f = 0; f < refined.faces.rows(); ++f) {
-      const FaceId p = (*provenance.parent_face)[static_cast<std::size_t>(f)];
+      const FaceId p = (*provenance.parent_face)[at(f)];
       if (p < 0 || p >= parent.faces.rows()) {
         fail("face " + face_id(f) + " has no parent face", f);
         continue;
       }
-      FaceId& first_part = first[static_cast<std::size_t>(p)];
+      FaceId& first_part = first[at(p)];
       if (first_part == kInvalid) first_part = f;
       Vector3 a;
       Vector3 b;
@@ -258,7 +257,7 @@ struct Checker {
       if (!(area >= -kProvenanceTolerance)) {
         fail("face " + face_id(f) + " is turned over within its parent face " + face_id(p), f);
       }
-      covered[static_cast<std::size_t>(p)] += area;
+      covered[at(p)] += area;
     }
     for (std::size_t p = 0; p < covered.size(); ++p) {
       if (!(std::abs(covered[p] - 1.0) <= kProvenanceTolerance)) {
@@ -272,18 +271,16 @@ struct Checker {
     const mesh::Adjacency& adjacency = refined.adjacency();
     const mesh::Adjacency& across = provenance.parent->adjacency();
     const auto neighbour = [](const mesh::Adjacency& of, HalfedgeId h) {
-      const HalfedgeId o = of.opposite[static_cast<std::size_t>(h)];
+      const HalfedgeId o = of.opposite[at(h)];
       return o == kInvalid ? kInvalid : o / 3;
     };
     for (FaceId f = 0; f < refined.faces.rows(); ++f) {
-      const FaceId p = (*provenance.parent_face)[static_cast<std::size_t>(f)];
+      const FaceId p = (*provenance.parent_face)[at(f)];
       Vector3 corner[3];
       for (Index k = 0; k < 3; ++k) weights_in(refined.faces(f, k), p, corner[k]);
       for (Index k = 0; k < 3; ++k) {
         const FaceId other = neighbour(adjacency, 3 * f + k);
-        const FaceId parent = other == kInvalid
-                                  ? kInvalid
-                                  : (*provenance.parent_face)[static_cast<std::size_t>(other)];
+        const FaceId parent = other == kInvalid ? kInvalid : (*provenance.parent_face)[at(other)];
         bool glued = parent == p;
         for (Index m = 0; m < 3 && !glued; ++m) {
           const bool along_side = corner[k][m] <= kProvenanceTolerance &&
@@ -343,15 +340,10 @@ std::vector<Index> quarter_turns_around(const mesh::Adjacency& adjacency,
   std::vector<Index> turns(adjacency.vertex_halfedge.size(), kInvalid);
   for (std::size_t v = 0; v < turns.size(); ++v) {
     const HalfedgeId start = adjacency.vertex_halfedge[v];
-    if (start == kInvalid || adjacency.opposite[static_cast<std::size_t>(start)] == kInvalid)
-      continue;
-    Index total = 0;
-    HalfedgeId h = start;
-    do {
-      total += entered_by(corner_uv, h);
-      h = mesh::rotate_ccw(adjacency, h);
-    } while (h != kInvalid && h != start);
-    turns[v] = total;
+    if (start == kInvalid || adjacency.opposite[at(start)] == kInvalid) continue;
+    turns[v] = 0;
+    mesh::for_each_outgoing(adjacency, static_cast<VertexId>(v),
+                            [&](HalfedgeId h) { turns[v] += entered_by(corner_uv, h); });
   }
   return turns;
 }
@@ -363,7 +355,7 @@ Index quarter_turns_along(const mesh::Adjacency& adjacency, const Points2& corne
   for (std::size_t i = 0; i < strip.size(); ++i) {
     const HalfedgeId leaving = strip[(i + 1) % strip.size()];
     if (strip[i] < 0 || strip[i] >= count || leaving < 0 || leaving >= count) return kNoStrip;
-    const HalfedgeId entered = adjacency.opposite[static_cast<std::size_t>(strip[i])];
+    const HalfedgeId entered = adjacency.opposite[at(strip[i])];
     if (entered == kInvalid || entered / 3 != leaving / 3 || entered == leaving) return kNoStrip;
     // The corner between both edges: on the left hand it is where the entered one begins.
     const bool right = leaving == next_corner(entered);
@@ -405,8 +397,8 @@ std::vector<SeamMeasure> measure_seams(const mesh::Adjacency& adjacency,
                                        const mesh::EdgeFlags& cuts, const Points2& corner_uv) {
   std::vector<SeamMeasure> measures;
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cuts.size()); ++h) {
-    const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
-    if (o < h || !cuts[static_cast<std::size_t>(h)]) continue;
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o < h || !cuts[at(h)]) continue;
     Vector here = vector(corner_uv, h, next_corner(h));
     // The same edge seen from the other side, in the same direction.
     const Vector there = vector(corner_uv, next_corner(o), o);
@@ -442,13 +434,9 @@ std::vector<VertexId> winding_failures(const mesh::Adjacency& adjacency,
   std::vector<VertexId> failures;
   for (std::size_t v = 0; v < turns.size(); ++v) {
     if (turns[v] == kInvalid || turns[v] == 4) continue;
-    const HalfedgeId start = adjacency.vertex_halfedge[v];
     bool uncut = true;
-    HalfedgeId h = start;
-    do {
-      uncut = uncut && !cuts[at(h)];
-      h = mesh::rotate_ccw(adjacency, h);
-    } while (h != start);  // an inner vertex: its faces close around it
+    mesh::for_each_outgoing(adjacency, static_cast<VertexId>(v),
+                            [&](HalfedgeId h) { uncut = uncut && !cuts[at(h)]; });
     if (uncut) failures.push_back(static_cast<VertexId>(v));
   }
   return failures;
@@ -556,9 +544,7 @@ bool goes_straight(HalfedgeId in, HalfedgeId out, const mesh::Adjacency& adjacen
   const HalfedgeId first = next_corner(in);
   HalfedgeId h = first;
   do {
-    const Vector2 p = uv.row(h);
-    turned += turn(Vector2(uv.row(next_corner(h)).transpose() - p),
-                   Vector2(uv.row(previous_corner(h)).transpose() - p));
+    turned += corner_angle(uv, h);
     if (h == out) return std::lround(turned / (0.5 * std::numbers::pi)) == 2;
     const HalfedgeId o = adjacency.opposite[at(h)];
     h = o == kInvalid ? kInvalid : next_corner(o);
@@ -568,15 +554,15 @@ bool goes_straight(HalfedgeId in, HalfedgeId out, const mesh::Adjacency& adjacen
 
 }  // namespace
 
+double corner_angle(const Points2& corner_uv, CornerId c) {
+  const auto p = corner_uv.row(c);
+  return turn(corner_uv.row(next_corner(c)) - p, corner_uv.row(previous_corner(c)) - p);
+}
+
 void throw_no_edge(VertexId a, VertexId b, Eigen::Index vertex_count) {
-  std::vector<Index> existing;
-  for (const VertexId v : {a, b}) {
-    if (v >= 0 && v < vertex_count) existing.push_back(v);
-  }
-  throw_invalid(ErrorCode::kNotAnEdge,
-                "Feature " + vertex_id(a) + "-" + vertex_id(b) +
-                    " is no edge of the mesh. Name pairs of vertices that an edge joins.",
-                ElementKind::kVertex, std::move(existing));
+  mesh::throw_no_edge("Feature " + vertex_id(a) + "-" + vertex_id(b) +
+                          " is no edge of the mesh. Name pairs of vertices that an edge joins.",
+                      a, b, static_cast<Index>(vertex_count));
 }
 
 std::vector<Index> missed_features(const IndexPairs& features, const mesh::Surface& surface,

@@ -1,4 +1,4 @@
-#include "flipfree/certify/overlap.h"
+#include "flipfree/certify/measures.h"
 
 #include <CGAL/box_intersection_d.h>
 #include <Eigen/Geometry>
@@ -38,7 +38,7 @@ std::optional<Triangle> triangle_of(const Points2& corner_uv, FaceId f) {
   for (Index k = 0; k < 3; ++k) {
     const Vector2 p = corner_uv.row(3 * f + k).transpose();
     if (!p.allFinite()) return std::nullopt;
-    t.at[static_cast<std::size_t>(k)] = p;
+    t.at[at(k)] = p;
     t.box.extend(p);
   }
   const int turn = numeric::orientation(t.at[0], t.at[1], t.at[2]);
@@ -107,12 +107,12 @@ std::optional<std::pair<FaceId, FaceId>> meeting(const ChartTriangles& a, const 
 
 IslandOverlaps island_overlaps(const mesh::Components& charts, const Points2& corner_uv) {
   IslandOverlaps result;
-  const auto count = static_cast<std::size_t>(charts.count);
+  const auto count = at(charts.count);
   if (count < 2) return result;
   std::vector<Box> bounds(count);
   std::vector<std::vector<FaceId>> faces(count);
   for (std::size_t f = 0; f < charts.of_face.size(); ++f) {
-    const auto c = static_cast<std::size_t>(charts.of_face[f]);
+    const auto c = at(charts.of_face[f]);
     faces[c].push_back(static_cast<FaceId>(f));
     for (Index k = 0; k < 3; ++k) {
       const Vector2 p = corner_uv.row(3 * static_cast<Eigen::Index>(f) + k).transpose();
@@ -168,14 +168,12 @@ std::int64_t count_contacts(const std::vector<Segment>& segments, std::vector<Fa
         const Segment& s = *first.handle();
         const Segment& t = *second.handle();
         // Equal points of different vertices count as well: the chart touches itself there.
-        const auto touch = [](VertexId p, VertexId q, const Vector2& x, const Vector2& y) {
-          return p != q && x == y;
-        };
-        if (!numeric::segments_conflict(s.a, s.b, t.a, t.b) && !touch(s.from, t.from, s.a, t.a) &&
-            !touch(s.from, t.to, s.a, t.b) && !touch(s.to, t.from, s.b, t.a) &&
-            !touch(s.to, t.to, s.b, t.b)) {
-          return;
-        }
+        const std::pair<VertexId, Vector2> of_s[] = {{s.from, s.a}, {s.to, s.b}};
+        const std::pair<VertexId, Vector2> of_t[] = {{t.from, t.a}, {t.to, t.b}};
+        bool meet = numeric::segments_conflict(s.a, s.b, t.a, t.b);
+        for (const auto& [p, x] : of_s)
+          for (const auto& [q, y] : of_t) meet = meet || (p != q && x == y);
+        if (!meet) return;
         ++contacts;
         if (named.size() < kMostElements) {
           named.push_back(s.halfedge / 3);
@@ -228,7 +226,7 @@ Overlaps boundary_overlaps(const Triangles& faces, const mesh::Adjacency& adjace
   const mesh::CutMesh cut_mesh = mesh::cut_along(faces, adjacency, cuts);
   const mesh::Adjacency cut_adjacency =
       mesh::build_adjacency(static_cast<Index>(cut_mesh.vertex_origin.size()), cut_mesh.faces);
-  std::vector<std::vector<Loop>> boundary(static_cast<std::size_t>(charts.count));
+  std::vector<std::vector<Loop>> boundary(at(charts.count));
   for (Loop& loop : mesh::boundary_halfedge_loops(cut_mesh.faces, cut_adjacency))
     boundary[at(charts.of_face[at(loop.front() / 3)])].push_back(std::move(loop));
   Overlaps overlaps;

@@ -21,9 +21,9 @@ namespace flipfree::certify {
 namespace {
 
 // Per corner of the input, the corner of the separated surface; kInvalid of faces without triangle.
-std::vector<CornerId> corners_from_input(const mesh::SeparatedSurface& separated,
-                                         std::size_t input_corners) {
-  std::vector<CornerId> result(input_corners, kInvalid);
+std::vector<CornerId> corners_from_input(const mesh::SeparatedSurface& separated) {
+  std::vector<CornerId> result(3 * (separated.face_origin.size() + separated.collapsed.size()),
+                               kInvalid);
   for (CornerId c = 0; c < static_cast<CornerId>(separated.surface.faces.size()); ++c)
     result[at(separated.corner_origin(c))] = c;
   return result;
@@ -42,11 +42,11 @@ struct SortedPins {
   std::vector<CornerPin> collapsed;  // of corners of the input's faces without a triangle
 };
 
-SortedPins sorted_pins(const mesh::SeparatedSurface& separated, std::size_t input_corners,
+SortedPins sorted_pins(const mesh::SeparatedSurface& separated,
                        const std::vector<CornerPin>& of_input) {
   if (of_input.empty()) return {};
-  require_corners(of_input, static_cast<Index>(input_corners));
-  const std::vector<CornerId> corner = corners_from_input(separated, input_corners);
+  const std::vector<CornerId> corner = corners_from_input(separated);
+  require_corners(of_input, static_cast<Index>(corner.size()));
   SortedPins result;
   for (const CornerPin& pin : of_input) {
     if (corner[at(pin.corner)] != kInvalid) {
@@ -97,15 +97,15 @@ struct SortedLoops {
 };
 
 // What turns to the left on faces that were turned over turns to the right on the surface.
-SortedLoops sorted_loops(const mesh::SeparatedSurface& separated, std::size_t input_corners,
+SortedLoops sorted_loops(const mesh::SeparatedSurface& separated,
                          const std::vector<std::pair<std::vector<HalfedgeId>, Index>>& of_input) {
   SortedLoops result;
   if (of_input.empty()) return result;
-  const std::vector<CornerId> corner = corners_from_input(separated, input_corners);
+  const std::vector<CornerId> corner = corners_from_input(separated);
   for (const auto& [loop, turns] : of_input) {
     std::vector<HalfedgeId> moved;
     for (const HalfedgeId h : loop) {
-      const bool exists = h >= 0 && at(h) < input_corners;
+      const bool exists = h >= 0 && at(h) < corner.size();
       const CornerId from = exists ? corner[at(h)] : kInvalid;
       if (from == kInvalid) break;
       const CornerId to = corner[at(next_corner(h))];
@@ -215,7 +215,6 @@ IndexPairs sorted_features(const mesh::SeparatedSurface& separated, const IndexP
 // On the user's positions; `request` in terms of the input, uv of its corners.
 Certificate judge(const mesh::SeparatedSurface& separated, const CertifyRequest& request,
                   const ExecutionContext& context) {
-  const auto corners = static_cast<std::size_t>(request.uv->rows());
   const Points2 uv = taken_from_input(separated, *request.uv);
   Points2f uv32;
   if (request.uv32 != nullptr) uv32 = taken_from_input(separated, *request.uv32);
@@ -226,15 +225,15 @@ Certificate judge(const mesh::SeparatedSurface& separated, const CertifyRequest&
   own.mirrored.clear();
   if (!request.mirrored.empty())
     for (const FaceId f : separated.face_origin) own.mirrored.push_back(request.mirrored.at(at(f)));
-  const SortedPins pins = sorted_pins(separated, corners, request.pins);
+  const SortedPins pins = sorted_pins(separated, request.pins);
   own.pins = pins.moved;
   SortedCones cones = sorted_cones(separated, request.cone_angles);
   own.cone_angles = std::move(cones.moved);
   own.require_distortion = request.require_distortion && any_shape(separated.surface);
-  SortedLoops loops = sorted_loops(separated, corners, request.loops);
+  SortedLoops loops = sorted_loops(separated, request.loops);
   own.loops = std::move(loops.moved);
   own.features = sorted_features(separated, request.features);
-  own.parent = nullptr;
+  own.provenance = {};
   Certificate result = in_input_terms(separated, certify(own, context));
   if (result.feature_edges >= 0) result.feature_edges = request.features.rows();
   judge_collapsed_pins(pins.collapsed, request, result);
@@ -259,7 +258,7 @@ template <typename Values>
 void fill_collapsed(const mesh::Surface& input, const mesh::SeparatedSurface& separated,
                     const std::vector<CornerPin>& pins, Values& uv) {
   if (separated.collapsed.empty()) return;
-  std::vector<CornerId> any(at(static_cast<Index>(input.vertices.rows())), kInvalid);
+  std::vector<CornerId> any(at(input.vertices.rows()), kInvalid);
   for (CornerId c = 0; c < static_cast<CornerId>(separated.surface.faces.size()); ++c) {
     const CornerId o = separated.corner_origin(c);
     CornerId& of_vertex = any[at(input.faces(o / 3, o % 3))];
@@ -324,15 +323,13 @@ IndexPairs SeparatedMap::edges_of_input(const IndexPairs& of_surface) const {
 }
 
 std::vector<CornerPin> SeparatedMap::pins(const std::vector<CornerPin>& of_input) const {
-  SortedPins sorted =
-      sorted_pins(separated_, static_cast<std::size_t>(input_.faces.size()), of_input);
+  SortedPins sorted = sorted_pins(separated_, of_input);
   require_one_place(std::move(sorted.collapsed));
   return std::move(sorted.moved);
 }
 
 std::vector<CornerId> SeparatedMap::corners(const std::vector<CornerId>& of_input) const {
-  const std::vector<CornerId> corner =
-      corners_from_input(separated_, static_cast<std::size_t>(input_.faces.size()));
+  const std::vector<CornerId> corner = corners_from_input(separated_);
   std::vector<CornerId> result;
   for (const CornerId c : of_input) {
     if (corner[at(c)] != kInvalid) result.push_back(corner[at(c)]);
@@ -357,21 +354,17 @@ Parametrization SeparatedMap::on_input(const Parametrization& solved, const Cert
   Parametrization map;
   map.surface = input_;
   map.stats = solved.stats;
-  const Eigen::Index corners = input_.faces.size();
-  map.uv.resize(corners, 2);
-  map.uv32.resize(corners, 2);
-  if (solved.agreed.rows() > 0) map.agreed.resize(corners, 2);
-  for (CornerId c = 0; c < static_cast<CornerId>(solved.uv.rows()); ++c) {
-    const CornerId o = separated_.corner_origin(c);
-    map.uv.row(o) = solved.uv.row(c);
-    map.uv32.row(o) = solved.uv32.row(c);
-    if (solved.agreed.rows() > 0) map.agreed.row(o) = solved.agreed.row(c);
-  }
-  const std::vector<CornerPin> pins =
-      sorted_pins(separated_, static_cast<std::size_t>(corners), request.pins).collapsed;
-  fill_collapsed(input_, separated_, pins, map.uv);
-  fill_collapsed(input_, separated_, pins, map.uv32);
-  if (map.agreed.rows() > 0) fill_collapsed(input_, separated_, pins, map.agreed);
+  const std::vector<CornerPin> pins = sorted_pins(separated_, request.pins).collapsed;
+  const auto bring = [&](const auto& solved_uv, auto& uv) {
+    if (solved_uv.rows() == 0) return;
+    uv.resize(input_.faces.size(), 2);
+    for (CornerId c = 0; c < static_cast<CornerId>(solved_uv.rows()); ++c)
+      uv.row(separated_.corner_origin(c)) = solved_uv.row(c);
+    fill_collapsed(input_, separated_, pins, uv);
+  };
+  bring(solved.uv, map.uv);
+  bring(solved.uv32, map.uv32);
+  bring(solved.agreed, map.agreed);
   map.cut_edges = edges_of_input(solved.cut_edges);
   set_identity_provenance(map);
   CertifyRequest own = request;

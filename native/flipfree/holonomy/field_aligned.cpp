@@ -24,7 +24,6 @@
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/cut_graph.h"
 #include "flipfree/mesh/face_area.h"
-#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/exact/parts.h"
 #include "flipfree/seamless/exact/take_back.h"

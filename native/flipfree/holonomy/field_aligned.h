@@ -16,7 +16,6 @@
 #include "flipfree/field/compute.h"
 #include "flipfree/field/cross_field.h"
 #include "flipfree/holonomy/needed_topology.h"
-#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/exact/seamless_map.h"
 #include "flipfree/seamless/padding/padding.h"

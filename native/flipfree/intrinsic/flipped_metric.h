@@ -10,7 +10,7 @@
 #include "flipfree/base/stats.h"
 #include "flipfree/intrinsic/intrinsic_mesh.h"
 #include "flipfree/intrinsic/symmetric_flips.h"
-#include "flipfree/mesh/refined/provenance.h"
+#include "flipfree/mesh/surface.h"
 #include "flipfree/numeric/scalar.h"
 
 namespace flipfree::intrinsic {

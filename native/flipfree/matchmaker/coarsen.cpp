@@ -9,7 +9,6 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/request.h"
@@ -196,8 +195,8 @@ class VertexRemover {
   // Symmetric Dirichlet energy at the map's scale.
   double energy(VertexId a, VertexId b, VertexId c) const {
     const auto position = [&](VertexId v) { return map_.surface.position[at(v)]; };
-    const Vector3 points[3] = {position(a), position(b), position(c)};
-    const distortion::RestTriangle rest = distortion::unfold(points, distortion::kFlattestRest);
+    const distortion::RestTriangle rest =
+        distortion::unfold({position(a), position(b), position(c)}, distortion::kFlattestRest);
     const auto place = [&](VertexId v) { return map_.uv.row(v).data(); };
     const distortion::Jacobian j = distortion::jacobian(rest, place(a), place(b), place(c));
     const double square = 0.25 * (j.a * j.a + j.b * j.b + j.c * j.c + j.d * j.d);

@@ -7,7 +7,7 @@
 
 #include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/distortion/energy/rest_shapes.h"
+#include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/valid_map.h"
 #include "flipfree/matchmaker/request.h"
 

@@ -1,5 +1,6 @@
 #include "flipfree/mesh/adjacency.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <iterator>
 
@@ -12,7 +13,7 @@ Adjacency build_adjacency(Index vertex_count, const Triangles& faces) {
   const auto halfedges = static_cast<Index>(3 * faces.rows());
   Adjacency adjacency;
   adjacency.opposite.assign(static_cast<std::size_t>(halfedges), kInvalid);
-  adjacency.vertex_halfedge.assign(static_cast<std::size_t>(vertex_count), kInvalid);
+  adjacency.vertex_halfedge.assign(at(vertex_count), kInvalid);
 
   // By the smaller end point; a list is a vertex' degree long. Partner through a scratch table
   // indexed by the other end point: linear even where one vertex has huge degree.
@@ -53,6 +54,15 @@ const Adjacency& Faces::adjacency(Index vertex_count) const {
   if (std::ssize(shared_->adjacency->vertex_halfedge) != vertex_count)
     throw InternalError("surface: its faces were asked for with another number of vertices");
   return *shared_->adjacency;
+}
+
+std::array<Vector3, 3> Surface::corners(FaceId f) const {
+  return {vertices.row(faces(f, 0)), vertices.row(faces(f, 1)), vertices.row(faces(f, 2))};
+}
+
+Vector3 Surface::area_vector(FaceId f) const {
+  const auto [a, b, c] = corners(f);
+  return (b - a).cross(c - a);
 }
 
 std::vector<std::vector<HalfedgeId>> boundary_halfedge_loops(const Triangles& faces,

@@ -22,12 +22,23 @@ inline VertexId target(const Triangles& faces, HalfedgeId h) {
 // Outgoing half-edge after h in counter-clockwise order around its source; kInvalid past a
 // boundary.
 inline HalfedgeId rotate_ccw(const Adjacency& adjacency, HalfedgeId h) {
-  return adjacency.opposite[static_cast<std::size_t>(previous_corner(h))];
+  return adjacency.opposite[at(previous_corner(h))];
 }
 // Outgoing half-edge after h in clockwise order around its source; kInvalid past a boundary.
 inline HalfedgeId rotate_cw(const Adjacency& adjacency, HalfedgeId h) {
-  const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
+  const HalfedgeId o = adjacency.opposite[at(h)];
   return o == kInvalid ? kInvalid : next_corner(o);
+}
+
+// Calls visit(h) for the half-edges that leave v, counter-clockwise; none if v is isolated.
+template <typename Visit>
+void for_each_outgoing(const Adjacency& adjacency, VertexId v, const Visit& visit) {
+  const HalfedgeId first = adjacency.vertex_halfedge[at(v)];
+  for (HalfedgeId h = first; h != kInvalid;) {
+    visit(h);
+    h = rotate_ccw(adjacency, h);
+    if (h == first) break;
+  }
 }
 
 // Closed chains of boundary vertices, surface on the left, each starting at its smallest vertex id,

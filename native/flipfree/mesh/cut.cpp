@@ -10,32 +10,29 @@
 
 namespace flipfree::mesh {
 
+void throw_no_edge(std::string message, VertexId a, VertexId b, Index vertex_count) {
+  std::vector<Index> existing{a, b};
+  std::erase_if(existing, [&](VertexId v) { return v < 0 || v >= vertex_count; });
+  throw_invalid(ErrorCode::kNotAnEdge, std::move(message), ElementKind::kVertex, existing);
+}
+
 void throw_not_an_edge(const IndexPairs& vertex_pairs, Eigen::Index i, Index vertex_count) {
-  const VertexId a = vertex_pairs(i, 0);
-  const VertexId b = vertex_pairs(i, 1);
-  std::vector<Index> existing;
-  for (const VertexId v : {a, b}) {
-    if (v >= 0 && v < vertex_count) existing.push_back(v);
-  }
-  throw_invalid(ErrorCode::kNotAnEdge,
-                "Cut " + std::to_string(i) + " (vertices " + vertex_id(a) + " and " + vertex_id(b) +
+  const VertexId a = vertex_pairs(i, 0), b = vertex_pairs(i, 1);
+  throw_no_edge("Cut " + std::to_string(i) + " (vertices " + vertex_id(a) + " and " + vertex_id(b) +
                     ") is not an edge of the mesh. Give pairs of vertices that an edge joins.",
-                ElementKind::kVertex, existing);
+                a, b, vertex_count);
 }
 
 EdgeFlags flag_edges(const Triangles& faces, const Adjacency& adjacency,
                      const IndexPairs& vertex_pairs) {
   EdgeFlags flags(adjacency.opposite.size(), 0);
   const auto vertex_count = static_cast<Index>(adjacency.vertex_halfedge.size());
-  const auto outgoing = [&](VertexId from, VertexId to) -> HalfedgeId {
-    const HalfedgeId start = adjacency.vertex_halfedge[at(from)];
-    HalfedgeId h = start;
-    while (h != kInvalid) {
-      if (target(faces, h) == to) return h;
-      h = rotate_ccw(adjacency, h);
-      if (h == start) break;
-    }
-    return kInvalid;
+  const auto outgoing = [&](VertexId from, VertexId to) {
+    HalfedgeId found = kInvalid;
+    for_each_outgoing(adjacency, from, [&](HalfedgeId h) {
+      if (target(faces, h) == to) found = h;
+    });
+    return found;
   };
   for (Eigen::Index i = 0; i < vertex_pairs.rows(); ++i) {
     const VertexId a = vertex_pairs(i, 0);
@@ -44,9 +41,7 @@ EdgeFlags flag_edges(const Triangles& faces, const Adjacency& adjacency,
     // A boundary edge has a half-edge in one direction only.
     HalfedgeId h = in_range ? outgoing(a, b) : kInvalid;
     if (h == kInvalid && in_range) h = outgoing(b, a);
-    if (h == kInvalid) {
-      throw_not_an_edge(vertex_pairs, i, vertex_count);
-    }
+    if (h == kInvalid) throw_not_an_edge(vertex_pairs, i, vertex_count);
     const HalfedgeId o = adjacency.opposite[at(h)];
     if (o == kInvalid) continue;
     flags[at(h)] = flags[at(o)] = 1;
@@ -56,15 +51,10 @@ EdgeFlags flag_edges(const Triangles& faces, const Adjacency& adjacency,
 
 IndexPairs flagged_edges(const Triangles& faces, const Adjacency& adjacency,
                          const EdgeFlags& flags) {
-  std::vector<Index> pairs;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
-    if (!flags[at(h)] || h > adjacency.opposite[at(h)]) continue;
-    const VertexId a = source(faces, h);
-    const VertexId b = target(faces, h);
-    pairs.push_back(std::min(a, b));
-    pairs.push_back(std::max(a, b));
-  }
-  return Eigen::Map<const IndexPairs>(pairs.data(), static_cast<Eigen::Index>(pairs.size() / 2), 2);
+  std::vector<VertexPair> pairs;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h)
+    if (flags[at(h)] != 0 && h < adjacency.opposite[at(h)]) pairs.push_back(ends(faces, h));
+  return rows_of(pairs);
 }
 
 EdgeFlags uv_cuts(const Adjacency& adjacency, const Points2& corner_uv) {
@@ -114,22 +104,18 @@ CutMesh cut_along(const Triangles& faces, const Adjacency& adjacency, const Edge
 
 std::vector<Chart> split_into_charts(const Points3& positions, const CutMesh& mesh) {
   const auto vertex_count = static_cast<Index>(mesh.vertex_origin.size());
-  const Adjacency adjacency = build_adjacency(vertex_count, mesh.faces);
-  const Components components = face_components(adjacency);
-  std::vector<Chart> charts(static_cast<std::size_t>(components.count));
-  for (FaceId f = 0; f < mesh.faces.rows(); ++f) {
+  const Components components = face_components(build_adjacency(vertex_count, mesh.faces));
+  std::vector<Chart> charts(at(components.count));
+  for (FaceId f = 0; f < mesh.faces.rows(); ++f)
     charts[at(components.of_face[at(f)])].faces.push_back(f);
-  }
-  std::vector<VertexId> local(static_cast<std::size_t>(vertex_count), kInvalid);
+  std::vector<VertexId> local(at(vertex_count), kInvalid);
   for (Chart& chart : charts) {
     Part part = part_of(mesh.faces, chart.faces, local);
     chart.surface.faces = std::move(part.faces);
     chart.vertices = std::move(part.vertices);
-    chart.surface.vertices.resize(static_cast<Eigen::Index>(chart.vertices.size()), 3);
-    for (std::size_t i = 0; i < chart.vertices.size(); ++i) {
-      chart.surface.vertices.row(static_cast<Eigen::Index>(i)) =
-          positions.row(mesh.vertex_origin[at(chart.vertices[i])]);
-    }
+    std::vector<VertexId> origin;
+    for (const VertexId v : chart.vertices) origin.push_back(mesh.vertex_origin[at(v)]);
+    chart.surface.vertices = positions(origin, Eigen::all);
   }
   return charts;
 }
@@ -137,17 +123,14 @@ std::vector<Chart> split_into_charts(const Points3& positions, const CutMesh& me
 Surface fill_holes(const Surface& surface, const std::vector<std::vector<HalfedgeId>>& loops) {
   Eigen::Index added_faces = 0;
   for (const auto& loop : loops) added_faces += static_cast<Eigen::Index>(loop.size());
-  Surface filled;
-  Points3& vertices = filled.vertices;
-  Triangles faces;
-  vertices.resize(surface.vertices.rows() + static_cast<Eigen::Index>(loops.size()), 3);
-  vertices.topRows(surface.vertices.rows()) = surface.vertices;
-  faces.resize(surface.faces.rows() + added_faces, 3);
+  const Eigen::Index count = surface.vertices.rows();
+  Points3 vertices(count + static_cast<Eigen::Index>(loops.size()), 3);
+  vertices.topRows(count) = surface.vertices;
+  Triangles faces(surface.faces.rows() + added_faces, 3);
   faces.topRows(surface.faces.rows()) = surface.faces.triangles();
   Eigen::Index next_face = surface.faces.rows();
   for (std::size_t i = 0; i < loops.size(); ++i) {
-    const auto center =
-        static_cast<VertexId>(surface.vertices.rows() + static_cast<Eigen::Index>(i));
+    const auto center = static_cast<VertexId>(count + static_cast<Eigen::Index>(i));
     Vector3 sum = Vector3::Zero();
     for (const HalfedgeId h : loops[i]) {
       sum += surface.vertices.row(source(surface.faces, h)).transpose();
@@ -155,8 +138,7 @@ Surface fill_holes(const Surface& surface, const std::vector<std::vector<Halfedg
     }
     vertices.row(center) = (sum / static_cast<double>(loops[i].size())).transpose();
   }
-  filled.faces = std::move(faces);
-  return filled;
+  return {std::move(vertices), std::move(faces)};
 }
 
 }  // namespace flipfree::mesh

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "flipfree/mesh/adjacency.h"
@@ -19,6 +20,8 @@ using EdgeFlags = std::vector<char>;
 EdgeFlags flag_edges(const Triangles& faces, const Adjacency& adjacency,
                      const IndexPairs& vertex_pairs);
 
+// Throws an InvalidInput kNotAnEdge that names those of the two vertices that exist.
+[[noreturn]] void throw_no_edge(std::string message, VertexId a, VertexId b, Index vertex_count);
 // Throws that InvalidInput, for pair i.
 [[noreturn]] void throw_not_an_edge(const IndexPairs& vertex_pairs, Eigen::Index i,
                                     Index vertex_count);

@@ -372,7 +372,7 @@ std::string find_broken_disks(const Surface& surface, const Adjacency& adjacency
                               const EdgeFlags& cut, const std::vector<VertexId>& cones) {
   const Triangles& faces = surface.faces;
   if (cut.size() != adjacency.opposite.size()) return "not one flag per half-edge";
-  std::vector<char> open(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  std::vector<char> open(at(surface.vertices.rows()), 0);
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
     const HalfedgeId o = adjacency.opposite[at(h)];
     if (o == kInvalid ? cut[at(h)] != 0 : (cut[at(h)] != 0) != (cut[at(o)] != 0))
@@ -387,9 +387,7 @@ std::string find_broken_disks(const Surface& surface, const Adjacency& adjacency
   const std::vector<Chart> charts =
       split_into_charts(surface.vertices, cut_along(faces, adjacency, cut));
   for (const Chart& chart : charts) {
-    const auto vertices = static_cast<Index>(chart.surface.vertices.rows());
-    const Triangles& own = chart.surface.faces;
-    if (!topology(own, build_adjacency(vertices, own)).is_disk())
+    if (!topology(chart.surface.faces, chart.surface.adjacency()).is_disk())
       return "the piece of face " + std::to_string(chart.faces.front()) + " is no disk";
   }
   return {};

@@ -35,10 +35,9 @@ bool have_little_area(const Points3& positions, const Triangles& faces,
   if (!(extent > 0.0) || !std::isfinite(extent)) return false;
   const double unit = std::ldexp(1.0, -std::ilogb(extent));
   const auto area = [&](FaceId f) {
-    const Vector3 a = unit * positions.row(faces(f, 0));
-    const Vector3 ab = unit * positions.row(faces(f, 1)).transpose() - a;
-    const Vector3 ac = unit * positions.row(faces(f, 2)).transpose() - a;
-    return ab.cross(ac).norm();
+    const auto p = [&](int k) -> Vector3 { return unit * positions.row(faces(f, k)); };
+    const Vector3 a = p(0);
+    return (p(1) - a).cross(p(2) - a).norm();
   };
   double own = 0.0;
   for (const FaceId f : some) own += area(f);
@@ -105,12 +104,8 @@ InOwnUnit::InOwnUnit(const Surface& surface) : given_(surface) {
 
 double area_of(const Surface& surface) {
   double twice = 0.0;
-  for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
-    const Vector3 a = surface.vertices.row(surface.faces(f, 0));
-    const Vector3 b = surface.vertices.row(surface.faces(f, 1));
-    const Vector3 c = surface.vertices.row(surface.faces(f, 2));
-    twice += (b - a).cross(c - a).norm();
-  }
+  for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f)
+    twice += surface.area_vector(f).norm();
   return 0.5 * twice;
 }
 

@@ -86,19 +86,9 @@ class Joiner {
       for (std::size_t i = 1; i < sides.size(); ++i) join(sides[i - 1], sides[i]);
       return;
     }
-    for (std::size_t i = 1; i < sides.size(); ++i) {
-      if (same(sides[i - 1], sides[i])) {
-        join(sides[i - 1], sides[i]);
-      } else if (near(sides[i - 1], sides[i])) {
-        ++nearly_joined_;
-      }
-    }
-    if (sides.size() > 2) join_others(sides);
-  }
-
- private:
-  // Of more than two, also those that do not follow each other.
-  void join_others(std::vector<Side>& sides) {
+    for (std::size_t i = 1; i < sides.size(); ++i)
+      if (!same(sides[i - 1], sides[i]) && near(sides[i - 1], sides[i])) ++nearly_joined_;
+    // Of more than two, also those that do not follow each other.
     const auto numbers = [&](const Side& s) {
       const Points2f& uv = *uv_;
       return std::array{uv(s.low, 0), uv(s.low, 1), uv(s.high, 0), uv(s.high, 1)};
@@ -106,11 +96,11 @@ class Joiner {
     std::erase_if(sides, [&](const Side& s) { return !same(s, s); });  // no numbers: no order
     std::sort(sides.begin(), sides.end(),
               [&](const Side& a, const Side& b) { return numbers(a) < numbers(b); });
-    for (std::size_t i = 1; i < sides.size(); ++i) {
+    for (std::size_t i = 1; i < sides.size(); ++i)
       if (same(sides[i - 1], sides[i])) join(sides[i - 1], sides[i]);
-    }
   }
 
+ private:
   // The smallest face stands for all.
   void join(const Side& a, const Side& b) {
     const auto [first, other] = std::minmax({faces_.find(a.low / 3), faces_.find(b.low / 3)});

@@ -40,18 +40,16 @@ void ShortestPaths::add_source(VertexId v) {
 void ShortestPaths::grow(const ExecutionContext& context) {
   std::size_t steps = 0;
   while (!queue_.empty()) {
-    const auto [d, v] = queue_.pop();
-    if (d > distance(v)) continue;
+    const std::pair<double, VertexId> nearest = queue_.pop();
+    const VertexId from = nearest.second;
+    if (nearest.first > distance(from)) continue;
     if ((++steps & 0xfff) == 0) context.check();
-    const HalfedgeId start = adjacency_.vertex_halfedge[at(v)];
-    for (HalfedgeId h = start; h != kInvalid;) {
-      relax(v, target(faces_, h), h);
-      const HalfedgeId next = rotate_ccw(adjacency_, h);
+    for_each_outgoing(adjacency_, from, [&](HalfedgeId h) {
+      relax(from, target(faces_, h), h);
       // The fan's last edge has no half-edge that leaves v.
-      if (next == kInvalid) relax(v, source(faces_, previous_corner(h)), previous_corner(h));
-      if (next == start) break;
-      h = next;
-    }
+      const HalfedgeId last = previous_corner(h);
+      if (adjacency_.opposite[at(last)] == kInvalid) relax(from, source(faces_, last), last);
+    });
   }
 }
 

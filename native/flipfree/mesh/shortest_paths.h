@@ -28,10 +28,10 @@ class ShortestPaths {
   // they bring nearer; O(#F log #F) at most.
   void grow(const ExecutionContext& context);
 
-  double distance(VertexId v) const { return distance_[static_cast<std::size_t>(v)]; }
+  double distance(VertexId v) const { return distance_[at(v)]; }
   // The edge by which the shortest path arrives at v: the half-edge that points at v, or the only
   // one that a boundary edge has. kInvalid at sources and at vertices that no path reaches.
-  HalfedgeId arrival(VertexId v) const { return arrival_[static_cast<std::size_t>(v)]; }
+  HalfedgeId arrival(VertexId v) const { return arrival_[at(v)]; }
   // The vertex before v on its path. Precondition: arrival(v) is valid.
   VertexId before(VertexId v) const;
 

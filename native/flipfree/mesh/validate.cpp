@@ -89,22 +89,17 @@ void check_vertices(const Surface& surface, const ValidateOptions& options,
                     std::vector<Error>& defects) {
   const auto vertex_count = static_cast<Index>(surface.vertices.rows());
   const Adjacency& adjacency = surface.adjacency();
-  std::vector<Index> degree(static_cast<std::size_t>(vertex_count), 0);
+  std::vector<Index> degree(at(vertex_count), 0);
   for (const VertexId v : surface.faces.triangles().reshaped()) ++degree[at(v)];
   Finding pinched{ErrorCode::kNonManifoldVertex, ElementKind::kVertex, {}};
   Finding isolated{ErrorCode::kIsolatedVertex, ElementKind::kVertex, {}};
   for (VertexId v = 0; v < vertex_count; ++v) {
-    const HalfedgeId start = adjacency.vertex_halfedge[at(v)];
-    if (start == kInvalid) {
+    if (adjacency.vertex_halfedge[at(v)] == kInvalid) {
       isolated.add({v});
       continue;
     }
     Index fan = 0;
-    HalfedgeId h = start;
-    do {
-      ++fan;
-      h = rotate_ccw(adjacency, h);
-    } while (h != kInvalid && h != start);
+    for_each_outgoing(adjacency, v, [&](HalfedgeId) { ++fan; });
     if (fan != degree[at(v)]) pinched.add({v});
   }
   report(defects, pinched, "joins parts of the surface that share no edge",
@@ -118,17 +113,13 @@ void check_vertices(const Surface& surface, const ValidateOptions& options,
     defects.push_back({ErrorCode::kDisconnected,
                        "The mesh has " + std::to_string(t.components) +
                            " connected parts where one is needed. Separate by Loose Parts and "
-                           "treat them one by one.",
-                       ElementKind::kNone,
-                       {}});
+                           "treat them one by one."});
   } else if (options.require_disk && !t.is_disk()) {
     defects.push_back({ErrorCode::kNotADisk,
                        "The mesh is not a disk: it has " + std::to_string(t.boundary_loops) +
                            " boundary loops and genus " + std::to_string(t.genus()) +
                            ". Cut it open with seams, or delete faces, until one boundary loop and "
-                           "no handle is left.",
-                       ElementKind::kNone,
-                       {}});
+                           "no handle is left."});
   }
 }
 
@@ -163,10 +154,7 @@ std::vector<Error> value_defects(const Surface& surface) {
   const auto vertex_count = static_cast<Index>(surface.vertices.rows());
   const auto face_count = static_cast<Index>(surface.faces.rows());
   if (face_count == 0) {
-    return {{ErrorCode::kEmptyMesh,
-             "The mesh has no faces. Add at least one triangle.",
-             ElementKind::kNone,
-             {}}};
+    return {{ErrorCode::kEmptyMesh, "The mesh has no faces. Add at least one triangle."}};
   }
   Finding range{ErrorCode::kIndexOutOfRange, ElementKind::kFace, {}};
   Finding repeated{ErrorCode::kRepeatedCorner, ElementKind::kFace, {}};

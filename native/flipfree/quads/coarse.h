@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/certify/parametrization.h"
 #include "flipfree/quads/flat_surface.h"
 
 namespace flipfree::quads {
@@ -23,8 +24,8 @@ namespace flipfree::quads {
 // Areas by `edge`, in the map's integers, are positive. Each half-edge leaves its vertex on the map
 // in the sector of the corner `start`, which begins at the corner's half-edge and ends before the
 // next one, as the vector i^start_turn edge. `feature`: 1 of parts of features, along an axis of
-// the map: never flipped, and stays along it. `integer`: the same edge in quads, as integers.h
-// chooses.
+// the map: never flipped, and stays along it. `integer`: the same edge in quads, as
+// choose_integers() does.
 struct CoarseSurface : FlatSurface {
   bool has_integers = false;
 };
@@ -53,5 +54,47 @@ bool is_delaunay(const FlatSurface& surface, HalfedgeId h, Gauss Side::*of = &Si
 // Per vertex of the map one half-edge of the coarse surface that leaves it, on the border the one
 // from which around() sees all; kInvalid where it was taken out.
 std::vector<HalfedgeId> leaving(const FlatSurface& surface, std::size_t vertices);
+
+// A seamless map made ready for whole numbers: as integers, and on its cones and corners alone.
+
+struct Prepared {
+  FlatMap flat;
+  std::vector<Index> quarters;       // per vertex of the map
+  std::vector<HalfedgeId> features;  // of the map, both of each edge, along an axis
+  CoarseSurface coarse;
+};
+
+// Precondition: the map's border, if it has one, runs along the axes (flat.oblique is empty). Its
+// features that run along an axis are kept. Throws as coarse_surface().
+Prepared prepare(FlatMap flat, const certify::Parametrization& map,
+                 const ExecutionContext& context);
+
+struct Scales {
+  std::vector<Index> component;  // per face of the coarse surface
+  std::vector<double> scale;     // per component: quads per length of the map's integers, for one
+                                 // quad in all
+  double area = 0.0;             // of the surface
+};
+
+// Every component has its share of the quads by its area on the surface, whatever its size in the
+// map.
+Scales scales_of(const Prepared& p, const certify::Parametrization& map);
+
+// Half-edges of the map, of features that run beside another one at less than a tenth of a quad
+// where there are `wanted` quads: of each such pair those of the shorter line between two vertices
+// of the coarse surface. Kept, they would be a whole quad apart, and shear what is around.
+std::vector<HalfedgeId> close_features(const Prepared& p, const Scales& scales, double wanted);
+
+// Chooses the integers of the surface, of `wanted` quads in all by `scales`. `count`: how many
+// quads there shall be, for whose sake lengths give way where that costs least; 0: as many as come
+// out. Valid integers that are there already, of about that scale, are what it begins at; else it
+// rounds. Flips edges so that triangles are well shaped in the new metric; areas stay positive by
+// the edges and by the integers. False if no integers with positive areas were found. Throws
+// Cancelled, TimeIsOver.
+bool choose_integers(CoarseSurface& coarse, const Prepared& p, const Scales& scales, double wanted,
+                     double count, ExecutionContext& context);
+
+// Twice the area of all triangles by their integers: twice the number of quads.
+std::int64_t twice_area_in_quads(const CoarseSurface& coarse);
 
 }  // namespace flipfree::quads

@@ -47,8 +47,7 @@ FlatMap flat_map(const certify::Parametrization& map) {
   const double largest = uv.size() == 0 ? 0.0 : static_cast<double>(uv.cwiseAbs().maxCoeff());
   if (!(largest / unit < 0.25 * static_cast<double>(kLongest)))
     refuse("The map's stored coordinates lie on no common grid. Give a map that is seamless.");
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), faces);
+  const mesh::Adjacency& adjacency = map.surface.adjacency();
   FlatMap flat;
   flat.unit = unit;
   FlatSurface& s = flat.surface;
@@ -84,6 +83,13 @@ FlatMap flat_map(const certify::Parametrization& map) {
     s[h].turn = turn;
   }
   return flat;
+}
+
+DisjointSets components(const FlatSurface& surface, std::size_t vertices) {
+  DisjointSets parts(static_cast<Index>(vertices));
+  for (HalfedgeId h = 0; h < surface.halfedges(); ++h)
+    parts.join(surface[h].source, surface.target(h));
+  return parts;
 }
 
 std::vector<Index> quarters_around(const FlatSurface& surface, std::size_t vertices) {

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/seamless/seams.h"
 
@@ -72,8 +73,8 @@ struct FlatSurface {
   Index halfedges() const { return static_cast<Index>(sides.size()); }
   Index faces() const { return halfedges() / 3; }
   VertexId target(HalfedgeId h) const { return sides[at(next_corner(h))].source; }
-  std::int64_t twice_area(FaceId f) const {
-    return cross(sides[at(3 * f)].edge, sides[at(3 * f + 1)].edge);
+  std::int64_t twice_area(FaceId f, Gauss Side::*of = &Side::edge) const {
+    return cross(sides[at(3 * f)].*of, sides[at(3 * f + 1)].*of);
   }
 };
 
@@ -86,6 +87,9 @@ struct FlatMap {
   std::vector<HalfedgeId> oblique;  // on the border, along no axis
 };
 FlatMap flat_map(const certify::Parametrization& map);
+
+// Vertices that hang together.
+DisjointSets components(const FlatSurface& surface, std::size_t vertices);
 
 // Quarter turns of the angle around every vertex; 0 for those that no face uses.
 std::vector<Index> quarters_around(const FlatSurface& surface, std::size_t vertices);

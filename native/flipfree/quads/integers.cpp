@@ -1,4 +1,21 @@
-#include "flipfree/quads/integers.h"
+// Integers for the edges of a coarse surface: the same flat surface, by a small change of its
+// shape, as one of whole squares.
+//
+// Unknown is a Gaussian integer for every edge, in the chart of its face, with the map's quarter
+// turns; triangles close, edges of borders and features keep their axis, every area is positive and
+// every vertex has its angle: then no cone, corner or border is merged with another, and the area
+// of the surface is the number of quads. Edges are rounded; what triangles then lack is sent along
+// cheapest dual paths from one to another, a unit turning with the charts that it passes; then
+// closed dual paths that lower the energy, symmetric Dirichlet of the change of shape, are applied
+// as long as there are any (cancelling of negative cycles). No solver, no tolerance: whatever is
+// tried, the conditions are kept in integers.
+//
+// Deviations from Bommes, Campen, Ebke, Alliez, Kobbelt, "Integer-Grid Maps for Reliable Quad
+// Meshing" (2013), Campen, Bommes, Kobbelt, "Quantized Global Parametrization" (2015), and
+// Heistermann, Warnett, Bommes, "Min-Deviation-Flow in Bi-directed Graphs for T-Mesh Quantization"
+// (2023): no motorcycle graph and no T-mesh; lengths of arcs become vectors of edges, flow in a
+// network becomes flow in the dual of a triangulation times the four directions.
+#include "flipfree/quads/coarse.h"
 
 #include <algorithm>
 #include <array>
@@ -21,16 +38,18 @@ constexpr double kPull = 10.0;
 
 class Descent {
  public:
-  Descent(CoarseSurface& coarse, const FlatSurface& map, const std::vector<Index>& quarters,
-          const std::vector<Index>& component, std::vector<double> scale, double count,
-          ExecutionContext& context)
+  // Lengths of the map in quads, where there are `wanted` of them.
+  Descent(CoarseSurface& coarse, const Prepared& p, const Scales& scales, double wanted,
+          double count, ExecutionContext& context)
       : coarse_(coarse),
-        map_(map),
-        quarters_(quarters),
-        component_(component),
-        scale_(std::move(scale)),
+        map_(p.flat.surface),
+        quarters_(p.quarters),
+        component_(scales.component),
+        scale_(scales.scale),
         count_(count),
-        context_(context) {}
+        context_(context) {
+    scale_by(std::sqrt(wanted));
+  }
 
   void scale_by(double factor) {
     for (double& s : scale_) s *= factor;
@@ -88,9 +107,7 @@ class Descent {
   Vector2 wish(HalfedgeId h) const {
     return scale_[at(component_[at(h / 3)])] * as_vector(coarse_[h].edge);
   }
-  std::int64_t area(FaceId f) const {
-    return cross(coarse_[3 * f].integer, coarse_[3 * f + 1].integer);
-  }
+  std::int64_t area(FaceId f) const { return coarse_.twice_area(f, &Side::integer); }
   double corner_angle(HalfedgeId h) const {
     return turn(as_vector(coarse_[h].integer), as_vector(-coarse_[previous_corner(h)].integer));
   }
@@ -370,16 +387,13 @@ class Descent {
 
   // Takes the steps if that lowers the energy.
   bool apply(const std::vector<std::size_t>& steps) {
-    std::vector<FaceId> faces;
-    for (const std::size_t index : steps) faces.push_back(static_cast<FaceId>(index / 24));
-    std::vector<FaceId> once = faces;
-    std::sort(once.begin(), once.end());
-    once.erase(std::unique(once.begin(), once.end()), once.end());
+    std::vector<FaceId> once;
+    for (const std::size_t index : steps) once.push_back(static_cast<FaceId>(index / 24));
+    sort_unique(once);
     std::vector<VertexId> vertices;
     for (const FaceId f : once)
       for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) vertices.push_back(coarse_[h].source);
-    std::sort(vertices.begin(), vertices.end());
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    sort_unique(vertices);
     const auto doubled = [&] {
       std::int64_t all = 0;
       for (const FaceId f : once) all += area(f);
@@ -488,14 +502,13 @@ class Descent {
 
 }  // namespace
 
-bool choose_integers(CoarseSurface& coarse, const FlatSurface& map,
-                     const std::vector<Index>& quarters, const std::vector<Index>& component,
-                     const std::vector<double>& scale, double count, ExecutionContext& context) {
+bool choose_integers(CoarseSurface& coarse, const Prepared& p, const Scales& scales, double wanted,
+                     double count, ExecutionContext& context) {
   constexpr int kRounds = 8, kFewRounds = 2;
   // So many times twice as large, where rounding leaves a triangle without area.
   constexpr int kMostSteps = 12;
   if (coarse.has_integers) {
-    Descent descent(coarse, map, quarters, component, scale, count, context);
+    Descent descent(coarse, p, scales, wanted, count, context);
     if (descent.is_valid()) {
       descent.descend(kRounds);
       return descent.is_valid();
@@ -507,7 +520,7 @@ bool choose_integers(CoarseSurface& coarse, const FlatSurface& map,
   double least = kInfinite;
   for (int step = 0; step <= kMostSteps && (step < 2 || least == kInfinite); ++step) {
     CoarseSurface tried = given;
-    Descent descent(tried, map, quarters, component, scale, count, context);
+    Descent descent(tried, p, scales, wanted, count, context);
     descent.scale_by(std::ldexp(1.0, step));
     if (!descent.round()) break;
     descent.descend(kFewRounds);
@@ -526,8 +539,7 @@ bool choose_integers(CoarseSurface& coarse, const FlatSurface& map,
 
 std::int64_t twice_area_in_quads(const CoarseSurface& coarse) {
   std::int64_t sum = 0;
-  for (FaceId f = 0; f < coarse.faces(); ++f)
-    sum += cross(coarse[3 * f].integer, coarse[3 * f + 1].integer);
+  for (FaceId f = 0; f < coarse.faces(); ++f) sum += coarse.twice_area(f, &Side::integer);
   return sum;
 }
 

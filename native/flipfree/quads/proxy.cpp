@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <queue>
 #include <tuple>
 #include <utility>
@@ -11,27 +10,12 @@
 #include "flipfree/holonomy/needed_topology.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/islands.h"
 #include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/quads/box_tree.h"
 #include "flipfree/quads/places.h"
-#include "flipfree/quads/relax.h"
 
 namespace flipfree::quads {
-
-namespace {
-
-// Per vertex: is it on the border of the quads?
-std::vector<char> rim_of(const std::vector<Quad>& quads, std::size_t vertices) {
-  std::map<std::pair<VertexId, VertexId>, int> uses;
-  for (const Quad& quad : quads)
-    for (std::size_t k = 0; k < 4; ++k) ++uses[std::minmax(quad[k], quad[(k + 1) % 4])];
-  std::vector<char> rim(vertices, 0);
-  for (const auto& [side, count] : uses)
-    if (count == 1) rim[at(side.first)] = rim[at(side.second)] = 1;
-  return rim;
-}
-
-}  // namespace
 
 DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features, double longest,
                        std::size_t most, const ExecutionContext& context) {
@@ -86,9 +70,7 @@ DividedSurface divided(const mesh::Surface& surface, const IndexPairs& features,
     pieces.emplace_back(a, b);
     made.whole.push_back(std::max(side, adjacency.opposite[at(side)]));
   }
-  made.features.resize(static_cast<Eigen::Index>(pieces.size()), 2);
-  for (std::size_t i = 0; i < pieces.size(); ++i)
-    made.features.row(static_cast<Eigen::Index>(i)) << pieces[i].first, pieces[i].second;
+  made.features = mesh::rows_of(pieces);
   return made;
 }
 
@@ -111,7 +93,8 @@ BroughtBack bring_back(const mesh::Surface& whole, const IndexPairs& features,
   }
   const BoxTree in_faces(faces), on_border(borders);
   const auto count = static_cast<std::size_t>(places.rows());
-  const std::vector<char> rim = rim_of(quads, count);
+  std::vector<char> rim(count, 0);
+  for (const auto& [a, b] : border_sides(quads)) rim[at(a)] = rim[at(b)] = 1;
   BroughtBack back;
   for (std::size_t v = 0; v < count; ++v) {
     if (v % 256 == 0) context.check();
@@ -129,7 +112,7 @@ BroughtBack bring_back(const mesh::Surface& whole, const IndexPairs& features,
   std::vector<Freedom> freedom;
   for (const char on : on_lines(whole, lines, back.spots))
     freedom.push_back(on != 0 ? Freedom::kHeld : Freedom::kFree);
-  relax(whole, adjacency, quads, lines, freedom, kRounds, back.spots, context);
+  relax(whole, quads, lines, freedom, kRounds, back.spots, context);
   for (const Quad& quad : quads) {
     Vector3 middle = Vector3::Zero();
     for (const VertexId v : quad) middle += 0.25 * position(whole, back.spots[at(v)]);

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/quads/places.h"
 #include "flipfree/quads/quad_certificate.h"

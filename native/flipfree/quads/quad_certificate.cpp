@@ -16,11 +16,11 @@ namespace {
 
 // A side of a quad: side 4 q + k runs from corner k to the next one.
 struct QuadSide {
-  VertexId low, high;
+  std::pair<VertexId, VertexId> ends;  // the lower one first
   Index side;
   bool forth;  // from low to high
   bool operator<(const QuadSide& o) const {
-    return std::tie(low, high, side) < std::tie(o.low, o.high, o.side);
+    return std::tie(ends, side) < std::tie(o.ends, o.side);
   }
 };
 
@@ -29,7 +29,7 @@ std::vector<QuadSide> sorted_sides(const std::vector<Quad>& quads) {
   for (std::size_t q = 0; q < quads.size(); ++q) {
     for (std::size_t k = 0; k < 4; ++k) {
       const VertexId a = quads[q][k], b = quads[q][(k + 1) % 4];
-      sides.push_back({std::min(a, b), std::max(a, b), static_cast<Index>(4 * q + k), a < b});
+      sides.push_back({std::minmax(a, b), static_cast<Index>(4 * q + k), a < b});
     }
   }
   std::sort(sides.begin(), sides.end());
@@ -42,7 +42,7 @@ std::vector<Index> mates_of(const std::vector<Quad>& quads) {
   const std::vector<QuadSide> sides = sorted_sides(quads);
   for (std::size_t i = 0; i + 1 < sides.size(); ++i) {
     const QuadSide &a = sides[i], &b = sides[i + 1];
-    if (a.low != b.low || a.high != b.high) continue;
+    if (a.ends != b.ends) continue;
     mate[at(a.side)] = b.side;
     mate[at(b.side)] = a.side;
   }
@@ -121,8 +121,7 @@ double farthest(const BoxTree& tree, const std::vector<Vector3>& points,
 
 void add_middles(std::vector<std::pair<VertexId, VertexId>> sides, const Points3& vertices,
                  std::vector<Vector3>& points) {
-  std::sort(sides.begin(), sides.end());
-  sides.erase(std::unique(sides.begin(), sides.end()), sides.end());
+  sort_unique(sides);
   for (const auto& [a, b] : sides) points.emplace_back(0.5 * (vertices.row(a) + vertices.row(b)));
 }
 
@@ -135,10 +134,9 @@ void measure_distances(const QuadRequest& request, const ExecutionContext& conte
   std::vector<std::pair<VertexId, VertexId>> sides;
   std::vector<char> known(at(surface.vertices.rows()), 0);
   for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
-    std::array<Vector3, 3> t;
+    const std::array<Vector3, 3> t = surface.corners(f);
     for (int k = 0; k < 3; ++k) {
       const VertexId v = surface.faces(f, k);
-      t[at(k)] = surface.vertices.row(v);
       if (known[at(v)] == 0) on_surface.push_back(t[at(k)]);
       known[at(v)] = 1;
       sides.push_back(std::minmax(v, surface.faces(f, (k + 1) % 3)));
@@ -161,20 +159,22 @@ void measure_distances(const QuadRequest& request, const ExecutionContext& conte
     on_quads.emplace_back(0.25 * (p[0] + p[1] + p[2] + p[3]));
   }
   add_middles(std::move(sides), *request.vertices, on_quads);
-  Vector3 low = of_surface[0][0], high = low;
-  for (const auto& t : of_surface) {
-    for (const Vector3& p : t) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-  }
-  const double diagonal = (high - low).norm();
+  Eigen::AlignedBox3d box;
+  for (const auto& t : of_surface)
+    for (const Vector3& p : t) box.extend(p);
+  const double diagonal = box.diagonal().norm();
   c.to_surface = farthest(BoxTree(of_surface), on_quads, context) / diagonal;
   c.to_quads = farthest(BoxTree(of_quads), on_surface, context) / diagonal;
 }
 
 std::string several(std::size_t n, const std::string& one, const std::string& many) {
   return std::to_string(n) + " " + (n == 1 ? one : many);
+}
+
+// "<n> <one or many><what>", if there are any.
+void note(std::size_t n, const std::string& one, const std::string& many, const std::string& what,
+          std::vector<std::string>& failures) {
+  if (n > 0) failures.push_back(several(n, one, many) + what);
 }
 
 // Vertices that do not lie where their face and weights say, by more than rounding.
@@ -211,21 +211,19 @@ std::vector<std::string> quad_defects(const std::vector<Quad>& quads, Index vert
     twice += repeated ? 1 : 0;
   }
   std::vector<std::string> defects;
-  if (twice > 0) defects.push_back(several(twice, "quad uses", "quads use") + " a vertex twice");
+  note(twice, "quad uses", "quads use", " a vertex twice", defects);
   const std::vector<QuadSide> sides = sorted_sides(quads);
   std::size_t doubled = 0;
   for (std::size_t i = 0; i < sides.size();) {
     std::size_t j = i;
     int forth = 0;
-    for (; j < sides.size() && sides[j].low == sides[i].low && sides[j].high == sides[i].high; ++j)
-      forth += sides[j].forth ? 1 : 0;
+    for (; j < sides.size() && sides[j].ends == sides[i].ends; ++j) forth += sides[j].forth ? 1 : 0;
     const std::size_t faces = j - i;
     if (faces > 2 || (faces == 2 && forth != 1)) ++doubled;
     i = j;
   }
-  if (doubled > 0)
-    defects.push_back(several(doubled, "pair of vertices is", "pairs of vertices are") +
-                      " joined by more than one edge");
+  note(doubled, "pair of vertices is", "pairs of vertices are", " joined by more than one edge",
+       defects);
   if (!defects.empty()) return defects;
   // One fan of quads around every vertex: as many as one meets by going round.
   const std::vector<Index> mate = mates_of(quads);
@@ -248,10 +246,19 @@ std::vector<std::string> quad_defects(const std::vector<Quad>& quads, Index vert
   }
   std::size_t pinched = 0;
   for (std::size_t v = 0; v < corners.size(); ++v) pinched += corners[v] != met[v] ? 1 : 0;
-  if (pinched > 0)
-    defects.push_back(several(pinched, "vertex has", "vertices have") +
-                      " more than one fan of quads");
+  note(pinched, "vertex has", "vertices have", " more than one fan of quads", defects);
   return defects;
+}
+
+std::vector<std::pair<VertexId, VertexId>> border_sides(const std::vector<Quad>& quads) {
+  const std::vector<QuadSide> sides = sorted_sides(quads);
+  std::vector<std::pair<VertexId, VertexId>> alone;
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const bool shared = (i > 0 && sides[i - 1].ends == sides[i].ends) ||
+                        (i + 1 < sides.size() && sides[i + 1].ends == sides[i].ends);
+    if (!shared) alone.push_back(sides[i].ends);
+  }
+  return alone;
 }
 
 QuadCertificate certify_quads(const QuadRequest& request, const ExecutionContext& context) {
@@ -265,9 +272,8 @@ QuadCertificate certify_quads(const QuadRequest& request, const ExecutionContext
   if (request.count >= 0 && request.count != static_cast<std::int64_t>(quads.size()))
     c.failures.push_back("there are " + std::to_string(quads.size()) +
                          " quads, but the area of the map is " + std::to_string(request.count));
-  if (const std::size_t off = misplaced(request); off > 0)
-    c.failures.push_back(several(off, "vertex does", "vertices do") +
-                         " not lie where its parent face and weights say");
+  note(misplaced(request), "vertex does", "vertices do",
+       " not lie where its parent face and weights say", c.failures);
   context.check();
   std::vector<Index> around(at(vertices), 0);
   for (const Quad& q : quads)
@@ -288,10 +294,7 @@ QuadCertificate certify_quads(const QuadRequest& request, const ExecutionContext
                            described(of_surface));
     const std::vector<Index> mate = mates_of(quads);
     std::vector<char> rim(at(vertices), 0);
-    for (std::size_t s = 0; s < mate.size(); ++s) {
-      if (mate[s] != kInvalid) continue;
-      rim[at(quads[s / 4][s % 4])] = rim[at(quads[s / 4][(s + 1) % 4])] = 1;
-    }
+    for (const auto& [a, b] : border_sides(quads)) rim[at(a)] = rim[at(b)] = 1;
     for (VertexId v = 0; v < vertices; ++v) {
       if (around[at(v)] == (rim[at(v)] != 0 ? 2 : 4)) continue;
       c.irregular.push_back(v);
@@ -303,16 +306,12 @@ QuadCertificate certify_quads(const QuadRequest& request, const ExecutionContext
     std::size_t wrong = 0;
     for (std::size_t v = 0; v < around.size(); ++v)
       wrong += around[v] != (*request.around)[v] ? 1 : 0;
-    if (wrong > 0)
-      c.failures.push_back(several(wrong, "vertex has", "vertices have") +
-                           " another number of quads than the map has quarter turns there");
+    note(wrong, "vertex has", "vertices have",
+         " another number of quads than the map has quarter turns there", c.failures);
   }
   for (std::size_t q = 0; q < quads.size(); ++q) {
     const auto p = [&](std::size_t k) { return Vector3(request.vertices->row(quads[q][k])); };
-    const FaceId f = (*request.quad_parent)[q];
-    const Vector3 a = surface.vertices.row(surface.faces(f, 0));
-    const Vector3 normal = (Vector3(surface.vertices.row(surface.faces(f, 1))) - a)
-                               .cross(Vector3(surface.vertices.row(surface.faces(f, 2))) - a);
+    const Vector3 normal = surface.area_vector((*request.quad_parent)[q]);
     if (!((p(2) - p(0)).cross(p(3) - p(1)).dot(normal) > 0.0))
       c.turned.push_back(static_cast<Index>(q));
   }

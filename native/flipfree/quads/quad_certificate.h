@@ -55,6 +55,9 @@ struct QuadRequest {
 // Cost: O(#quads log #quads).
 std::vector<std::string> quad_defects(const std::vector<Quad>& quads, Index vertices);
 
+// The sides that only one quad has, the lower vertex first, ascending. Cost: as quad_defects().
+std::vector<std::pair<VertexId, VertexId>> border_sides(const std::vector<Quad>& quads);
+
 // Throws Cancelled, TimeIsOver.
 QuadCertificate certify_quads(const QuadRequest& request, const ExecutionContext& context);
 

@@ -17,11 +17,9 @@
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/quads/cells.h"
-#include "flipfree/quads/integers.h"
+#include "flipfree/quads/coarse.h"
 #include "flipfree/quads/places.h"
-#include "flipfree/quads/prepared.h"
 #include "flipfree/quads/proxy.h"
-#include "flipfree/quads/relax.h"
 #include "flipfree/quads/transfer.h"
 #include "flipfree/seamless/request.h"
 
@@ -85,17 +83,7 @@ bool keeps_border(const Cells& cells, const CoarseSurface& coarse) {
     const Gauss q = coarse[h].integer;
     if (coarse[h].opposite == kInvalid) length += std::abs(q.x) + std::abs(q.y);
   }
-  std::vector<std::pair<VertexId, VertexId>> sides;
-  for (const Quad& quad : cells.quads)
-    for (std::size_t k = 0; k < 4; ++k) sides.push_back(std::minmax({quad[k], quad[(k + 1) % 4]}));
-  std::sort(sides.begin(), sides.end());
-  for (std::size_t i = 0; i < sides.size();) {
-    std::size_t j = i;
-    while (j < sides.size() && sides[j] == sides[i]) ++j;
-    length -= j - i == 1 ? 1 : 0;
-    i = j;
-  }
-  return length == 0;
+  return length == static_cast<std::int64_t>(border_sides(cells.quads).size());
 }
 
 Attempt attempt_with(CoarseSurface coarse, const ExecutionContext& context) {
@@ -111,10 +99,7 @@ Attempt attempt_with(CoarseSurface coarse, const ExecutionContext& context) {
 // Integers for about `wanted` quads; `coarse` is where they begin.
 std::optional<Attempt> attempt_at(CoarseSurface coarse, const Prepared& p, const Scales& scales,
                                   double wanted, double count, ExecutionContext& context) {
-  std::vector<double> scale = scales.scale;
-  for (double& s : scale) s *= std::sqrt(wanted);
-  if (!choose_integers(coarse, p.flat.surface, p.quarters, scales.component, scale, count, context))
-    return std::nullopt;
+  if (!choose_integers(coarse, p, scales, wanted, count, context)) return std::nullopt;
   if (twice_area_in_quads(coarse) > 4 * kMostQuads) return std::nullopt;
   return attempt_with(std::move(coarse), context);
 }
@@ -182,7 +167,7 @@ Attempt attempt_of_map(const Prepared& p, const ExecutionContext& context) {
   }
   double cells = 0.0;  // the sum of products may be too large for 64 bits
   for (FaceId f = 0; f < coarse.faces(); ++f)
-    cells += 0.5 * static_cast<double>(cross(coarse[3 * f].integer, coarse[3 * f + 1].integer));
+    cells += 0.5 * static_cast<double>(coarse.twice_area(f, &Side::integer));
   if (cells > static_cast<double>(kMostQuads))
     throw_invalid(ErrorCode::kBadOption, "The map has " + std::to_string(std::llround(cells)) +
                                              " cells, more than 10000000. Scale it down by a "
@@ -191,15 +176,12 @@ Attempt attempt_of_map(const Prepared& p, const ExecutionContext& context) {
 }
 
 // Edges of the map that quads run along: the border, features, and what is sharp.
-mesh::EdgeFlags lines_of(const certify::Parametrization& map, const mesh::Adjacency& adjacency) {
+mesh::EdgeFlags lines_of(const certify::Parametrization& map) {
   constexpr double kSharp = 0.8;  // cosine of the angle between normals: 37 degrees
+  const mesh::Adjacency& adjacency = map.surface.adjacency();
   std::vector<Vector3> normal;
-  for (FaceId f = 0; f < static_cast<FaceId>(map.surface.faces.rows()); ++f) {
-    const Vector3 a = map.surface.vertices.row(map.surface.faces(f, 0));
-    const Vector3 b = map.surface.vertices.row(map.surface.faces(f, 1));
-    const Vector3 c = map.surface.vertices.row(map.surface.faces(f, 2));
-    normal.push_back((b - a).cross(c - a).normalized());
-  }
+  for (FaceId f = 0; f < static_cast<FaceId>(map.surface.faces.rows()); ++f)
+    normal.push_back(map.surface.area_vector(f).normalized());
   mesh::EdgeFlags lines(adjacency.opposite.size(), 0);
   for (HalfedgeId h = 0; at(h) < lines.size(); ++h) {
     const HalfedgeId o = adjacency.opposite[at(h)];
@@ -224,15 +206,15 @@ std::vector<Freedom> freedom_of(const mesh::Surface& surface, const mesh::EdgeFl
 
 // The face at the middle of a quad: where one gets from its corners, or from where its centre was,
 // over the surface; of these ways, which part at creases, the one that ends nearest.
-FaceId face_at_middle(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                      const Quad& quad, const std::vector<Spot>& spots, const Spot& centre) {
+FaceId face_at_middle(const mesh::Surface& surface, const Quad& quad,
+                      const std::vector<Spot>& spots, const Spot& centre) {
   Vector3 middle = Vector3::Zero();
   for (const VertexId v : quad) middle += 0.25 * position(surface, spots[at(v)]);
   FaceId nearest = kInvalid;
   double least = 0.0;
   for (std::size_t k = 0; k <= 4; ++k) {
     const Spot& from = k == 4 ? centre : spots[at(quad[k])];
-    const Spot spot = slide(surface, adjacency, {}, from, middle - position(surface, from));
+    const Spot spot = slide(surface, {}, from, middle - position(surface, from));
     const double off = (position(surface, spot) - middle).squaredNorm();
     if (nearest != kInvalid && off >= least) continue;
     nearest = spot.face;
@@ -275,26 +257,18 @@ void set_corners(const mesh::Surface& surface, const std::vector<Spot>& spots, Q
   mesh.barycentric.resize(count, 3);
   mesh.parent_face.clear();
   for (Eigen::Index v = 0; v < count; ++v) {
-    const Spot& spot = spots[at(v)];
-    mesh.parent_face.push_back(spot.face);
-    mesh.barycentric.row(v) = spot.weight.transpose();
-    mesh.vertices.row(v) = position(surface, spot).transpose();
+    mesh.parent_face.push_back(spots[at(v)].face);
+    mesh.barycentric.row(v) = spots[at(v)].weight;
+    mesh.vertices.row(v) = position(surface, spots[at(v)]);
   }
 }
 
 // `around` and `count` as of QuadRequest.
 void certify(const mesh::Surface& surface, const std::vector<Index>* around, std::int64_t count,
              QuadMesh& mesh, const ExecutionContext& context) {
-  QuadRequest request;
-  request.surface = &surface;
-  request.vertices = &mesh.vertices;
-  request.quads = &mesh.quads;
-  request.parent_face = &mesh.parent_face;
-  request.barycentric = &mesh.barycentric;
-  request.quad_parent = &mesh.quad_parent;
-  request.around = around;
-  request.count = count;
-  mesh.certificate = certify_quads(request, context);
+  mesh.certificate = certify_quads({&surface, &mesh.vertices, &mesh.quads, &mesh.parent_face,
+                                    &mesh.barycentric, &mesh.quad_parent, around, count},
+                                   context);
   if (!mesh.certificate.ok)
     throw_not_converged(ErrorCode::kCertificateFailed,
                         "The quads fail their certificate: " + mesh.certificate.failures[0] +
@@ -309,28 +283,26 @@ QuadMesh finished(const Prepared& p, Attempt made, const certify::Parametrizatio
   const std::vector<Spot> centres =
       spots_of(made.cells.centres, made.coarse, p.flat.surface, context);
   mesh.quads = std::move(made.cells.quads);
-  const mesh::Adjacency& adjacency = map.surface.adjacency();
   {
+    constexpr int kRounds = 30;
     const ProgressRange range(context, 0.3, 0.8);
-    const mesh::EdgeFlags lines = lines_of(map, adjacency);
-    relax(map.surface, adjacency, mesh.quads, lines,
-          freedom_of(map.surface, lines, made.cells.corners, spots), options.relax_rounds, spots,
-          context);
+    const mesh::EdgeFlags lines = lines_of(map);
+    relax(map.surface, mesh.quads, lines, freedom_of(map.surface, lines, made.cells.corners, spots),
+          kRounds, spots, context);
   }
   std::vector<Index> around;
   for (const Carrier& carrier : made.cells.corners) {
-    if (carrier.at_vertex)
-      around.push_back(p.quarters[at(made.coarse[carrier.halfedge].source)]);
-    else
-      around.push_back(carrier.on_edge && made.coarse[carrier.halfedge].opposite == kInvalid ? 2
-                                                                                             : 4);
+    const Side& side = made.coarse[carrier.halfedge];
+    around.push_back(carrier.at_vertex                              ? p.quarters[at(side.source)]
+                     : carrier.on_edge && side.opposite == kInvalid ? 2
+                                                                    : 4);
   }
   std::vector<Spot> corners;
   for (const Spot& spot : spots) corners.push_back(on_input(map, surface, spot));
   set_corners(surface, corners, mesh);
   for (std::size_t q = 0; q < mesh.quads.size(); ++q)
-    mesh.quad_parent.push_back(map.parent_face[at(
-        face_at_middle(map.surface, adjacency, mesh.quads[q], spots, centres[q]))]);
+    mesh.quad_parent.push_back(
+        map.parent_face[at(face_at_middle(map.surface, mesh.quads[q], spots, centres[q]))]);
   context.report("certifying", 0.8);
   certify(surface, &around, twice_area_in_quads(made.coarse) / 2, mesh, context);
   std::int64_t flat_kept = 0;

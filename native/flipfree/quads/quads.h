@@ -3,11 +3,11 @@
 //   divided()          proxy.h             first: no triangles much longer than quads
 //   flat_map()         flat_surface.h      the map as integers
 //   coarse_surface()   coarse.h            its cones and corners, triangulated
-//   choose_integers()  integers.h          edges in whole quads
+//   choose_integers()  coarse.h            edges in whole quads
 //   extract_cells()    cells.h             the quads
 //   spots_of()         places.h            where their corners lie
 //   integer_map()      transfer.h          the integers as a map
-//   relax()            relax.h             made more regular
+//   relax()            places.h            made more regular
 //   bring_back()       proxy.h             from few triangles to many
 //   certify_quads()    quad_certificate.h  judged
 #pragma once
@@ -36,7 +36,6 @@ struct QuadOptions {
   // a quad one is let go, and counted in pieces of the map: "features_close".
   IndexPairs features;
   bool with_map = false;  // QuadMesh::map as well
-  int relax_rounds = 30;
 };
 
 struct QuadMesh {

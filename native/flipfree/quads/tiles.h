@@ -10,7 +10,7 @@ struct TileOptions {
   double tile = 1.0;    // how long the side of a tile shall be on the surface
   IndexPairs features;  // edges of the map's faces that shall lie on lines between tiles, where
                         // they run along an axis
-  bool prefer_translations = false;  // seams that turn are made shorter (turned_seams.h)
+  bool prefer_translations = false;  // seams that turn are made shorter
   double max_seconds = 0.0;
 };
 

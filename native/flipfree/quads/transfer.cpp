@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -11,9 +12,9 @@
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/conformal/map.h"
 #include "flipfree/distortion/seams/seams.h"
+#include "flipfree/intrinsic/layout/layout.h"
 #include "flipfree/intrinsic/layout/refine_map.h"
 #include "flipfree/mesh/cut_graph.h"
-#include "flipfree/quads/developed.h"
 #include "flipfree/quads/places.h"
 #include "flipfree/seamless/exact/take_back.h"
 
@@ -21,12 +22,206 @@ namespace flipfree::quads {
 
 namespace {
 
+// The map by the whole numbers that were chosen for its coarse surface: affine on each of the
+// coarse triangles, so that no triangle flips once their edges are drawn on the map.
+class Developed {
+ public:
+  // `coarse`: of `map`, with its integers. Cost: the coarse triangles that the map's edges cross.
+  Developed(const FlatSurface& map, const CoarseSurface& coarse, const ExecutionContext& context)
+      : map_(map),
+        coarse_(coarse),
+        from_(at(map.halfedges())),
+        moved_(at(map.halfedges())),
+        bends_(at(map.halfedges())) {
+    for (HalfedgeId e = 0; e < coarse.halfedges(); ++e) depart_from_corner(e);
+    for (std::size_t i = 0; i < queue_.size(); ++i) {
+      if (i % 1024 == 0) context.check();
+      cross(queue_[i]);
+    }
+  }
+
+  // Per half-edge of the map, in the chart of its face: from one end to the other.
+  const std::vector<Vector2>& edges() const { return moved_; }
+
+  // Where the half-edge's source lies from a point of whole numbers, in the half-edge's chart.
+  Vector2 from_whole(HalfedgeId h) const {
+    return turned(image(from_[at(h)].place), -from_[at(h)].turn);
+  }
+
+  // The map with a point wherever one of its edges crosses a coarse one. `corner_uv`: 3 #F x 2, by
+  // edges(); `adjacency`: of the map's triangles.
+  intrinsic::EdgePointMap points(const Points2& corner_uv, const mesh::Adjacency& adjacency) const {
+    intrinsic::EdgePointMap points;
+    points.corner_uv = corner_uv;
+    intrinsic::InputEdges edges = intrinsic::number_edges(adjacency);
+    points.begin.push_back(0);
+    for (const HalfedgeId h : edges.halfedge) {
+      const HalfedgeId o = map_[h].opposite;
+      for (const Bend& bend : bends_[at(h)]) {
+        const Vector2 left = corner_uv.row(h).transpose() + bend.place;
+        Vector2 right = left;
+        if (o != kInvalid)
+          right = corner_uv.row(next_corner(o)).transpose() + turned(bend.place, map_[h].turn);
+        points.points.push_back({{1.0 - bend.along, bend.along}, left, right});
+      }
+      points.begin.push_back(static_cast<std::int64_t>(points.points.size()));
+    }
+    points.edge_halfedge = std::move(edges.halfedge);
+    points.edge_of = std::move(edges.of_corner);
+    // Angles, as parts between coarse edges: of each it is known that it is less than half a turn.
+    std::vector<std::vector<HalfedgeId>> coarse_at(at(map_.halfedges()));
+    for (HalfedgeId e = 0; e < coarse_.halfedges(); ++e)
+      coarse_at[at(coarse_[e].start)].push_back(e);
+    for (CornerId c = 0; c < map_.halfedges(); ++c) {
+      std::vector<HalfedgeId>& between = coarse_at[at(c)];
+      const auto old = [&](HalfedgeId e) { return turned(coarse_[e].edge, coarse_[e].start_turn); };
+      std::sort(between.begin(), between.end(),
+                [&](HalfedgeId a, HalfedgeId b) { return quads::cross(old(a), old(b)) > 0; });
+      Vector2 last = first_piece(c);
+      double angle = 0.0;
+      const auto add = [&](const Vector2& next) {
+        const double part = flipfree::turn(last, next);
+        angle += part < -1e-9 ? part + 2.0 * std::numbers::pi : part;
+        last = next;
+      };
+      for (const HalfedgeId e : between)
+        add(turned(as_vector(coarse_[e].integer), coarse_[e].start_turn));
+      add(last_piece(previous_corner(c)));
+      points.corner_angle.push_back(angle);
+    }
+    return points;
+  }
+
+ private:
+  // How a half-edge of the map leaves its vertex: the vertex's place on the coarse surface, in its
+  // old integers; and by how many quarters vectors in the half-edge's chart turn to be ones there.
+  struct Departure {
+    Place place;
+    Index turn = 0;
+  };
+  // Where a half-edge crosses a coarse edge: share of its length, and from its source.
+  struct Bend {
+    double along;
+    Vector2 place;
+  };
+
+  bool is_known(HalfedgeId h) const { return from_[at(h)].place.face != kInvalid; }
+
+  void set(HalfedgeId h, Place place, Index turn) {
+    if (h == kInvalid || is_known(h)) return;
+    from_[at(h)] = {place, turn & 3};
+    queue_.push_back(h);
+  }
+
+  // The map's half-edges at the vertex of e, counter-clockwise of e by less than half a turn.
+  void depart_from_corner(HalfedgeId e) {
+    CornerId c = coarse_[e].start;
+    Index turn = coarse_[e].start_turn;  // from e's chart to that of c
+    Gauss way = turned(coarse_[e].edge, turn);
+    if (quads::cross(way, map_[c].edge) == 0) set(c, {e / 3, origin(coarse_, e)}, -turn);
+    while (true) {
+      const HalfedgeId last = previous_corner(c);
+      const Gauss next = -map_[last].edge;
+      if (quads::cross(way, next) <= 0 || map_[last].opposite == kInvalid) return;
+      const auto [corner, more] = sector_of(coarse_, e, turned(next, -turn));
+      turn += map_[last].turn;
+      way = turned(way, map_[last].turn);
+      c = map_[last].opposite;
+      set(c, {corner / 3, origin(coarse_, corner)}, more - turn);
+    }
+  }
+
+  // The affine image of a place, in whole numbers from the first corner of its face.
+  Vector2 image(const Place& place) const {
+    const std::size_t h = at(3 * place.face);
+    const Gauss first = coarse_.sides[h].edge, second = first + coarse_.sides[h + 1].edge;
+    const auto area = static_cast<double>(quads::cross(first, second));
+    return static_cast<double>(quads::cross(place.at, second)) / area *
+               as_vector(coarse_.sides[h].integer) +
+           static_cast<double>(quads::cross(first, place.at)) / area *
+               (as_vector(coarse_.sides[h].integer) + as_vector(coarse_.sides[h + 1].integer));
+  }
+
+  void cross(HalfedgeId h) {
+    const Departure from = from_[at(h)];
+    Vector2 start = image(from.place);
+    Index turn = from.turn;
+    const Gauss end = from.place.at + turned(map_[h].edge, from.turn);
+    // One side of each edge says where it is crossed.
+    const bool bends = map_[h].opposite == kInvalid || h < map_[h].opposite;
+    const auto crossed = [&](HalfedgeId out, Gauss a, Gauss b) {
+      const HalfedgeId o = coarse_[out].opposite;
+      const Index by = coarse_[out].turn;
+      const Gauss place = origin(coarse_, out), edge = coarse_[out].edge;
+      const std::int64_t before = quads::cross(place - a, edge), all = quads::cross(b - a, edge);
+      // Not where it begins or ends on the coarse edge.
+      if (bends && before != 0 && before != all) {
+        const auto area = static_cast<double>(all);
+        const double share = static_cast<double>(quads::cross(a - place, b - a)) / area;
+        const Vector2 bend = as_vector(origin(coarse_, out, &Side::integer)) - start -
+                             share * as_vector(coarse_[out].integer);
+        bends_[at(h)].push_back({static_cast<double>(before) / area, turned(bend, -turn)});
+      }
+      start = as_vector(origin(coarse_, next_corner(o), &Side::integer)) +
+              turned(Vector2(start - as_vector(origin(coarse_, out, &Side::integer))), by);
+      turn += by;
+    };
+    const Place to = walk(coarse_, from.place, end, crossed);
+    if (to.face == kInvalid) throw InternalError("quads: an edge of the map leaves the surface");
+    moved_[at(h)] = turned(Vector2(image(to) - start), -turn);
+    spread(next_corner(h), to, turn);
+  }
+
+  // The same place for all half-edges at a vertex of the map; those at coarse vertices are known.
+  void spread(HalfedgeId first, const Place& place, Index turn) {
+    if (is_known(first)) return;
+    set(first, place, turn);
+    Index ccw = turn, cw = turn;
+    for (HalfedgeId h = first;;) {
+      const HalfedgeId last = previous_corner(h);
+      h = map_[last].opposite;
+      if (h == first) return;
+      if (h == kInvalid) break;
+      ccw -= map_[last].turn;
+      set(h, place, ccw);
+    }
+    for (HalfedgeId h = first; map_[h].opposite != kInvalid;) {
+      cw -= map_[h].turn;
+      h = next_corner(map_[h].opposite);
+      set(h, place, cw);
+    }
+  }
+
+  // From the half-edge's source as far as it is straight.
+  Vector2 first_piece(HalfedgeId h) const {
+    const HalfedgeId o = map_[h].opposite;
+    if (!bends_[at(h)].empty()) return bends_[at(h)].front().place;
+    if (o == kInvalid || bends_[at(o)].empty()) return moved_[at(h)];
+    return turned(Vector2(bends_[at(o)].back().place - moved_[at(o)]), map_[o].turn);
+  }
+
+  // From its target, backwards.
+  Vector2 last_piece(HalfedgeId h) const {
+    const HalfedgeId o = map_[h].opposite;
+    if (!bends_[at(h)].empty()) return bends_[at(h)].back().place - moved_[at(h)];
+    if (o == kInvalid || bends_[at(o)].empty()) return -moved_[at(h)];
+    return turned(bends_[at(o)].front().place, map_[o].turn);
+  }
+
+  const FlatSurface& map_;
+  const CoarseSurface& coarse_;
+  std::vector<Departure> from_;
+  std::vector<Vector2> moved_;
+  std::vector<std::vector<Bend>> bends_;
+  std::vector<HalfedgeId> queue_;
+};
+
 // Points of the cut map by its edges, face after face; one place per chart is given.
 template <typename Base>
 Points2 laid_out(const distortion::CutMap& cut, const std::vector<Vector2>& edges,
                  const Base& base) {
   const Triangles& faces = cut.surface.faces;
-  const mesh::Adjacency adjacency = mesh::build_adjacency(static_cast<Index>(cut.uv.rows()), faces);
+  const mesh::Adjacency& adjacency = cut.surface.adjacency();
   Points2 uv(cut.uv.rows(), 2);
   std::vector<char> placed(at(cut.uv.rows()), 0), reached(at(faces.rows()), 0);
   const auto place = [&](VertexId v, const Vector2& p) {
@@ -57,9 +252,9 @@ Points2 laid_out(const distortion::CutMap& cut, const std::vector<Vector2>& edge
 
 // The surface cut along `cuts`, with corners at `uv`, and of what is to stay along the axes the
 // border, if `aligned`, and `lines`: half-edges inside, of each edge one.
-distortion::CutMap cut_of(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                          const mesh::EdgeFlags& cuts, const Points2& uv, bool aligned,
-                          const std::vector<HalfedgeId>& lines) {
+distortion::CutMap cut_of(const mesh::Surface& surface, const mesh::EdgeFlags& cuts,
+                          const Points2& uv, bool aligned, const std::vector<HalfedgeId>& lines) {
+  const mesh::Adjacency& adjacency = surface.adjacency();
   distortion::CutMap cut = distortion::cut_map(surface, adjacency, cuts, uv);
   if (aligned) cut.straight = distortion::straight_boundary(cut, adjacency);
   for (const HalfedgeId line : lines) {
@@ -82,21 +277,9 @@ certify::Parametrization with_uv(certify::Parametrization map, Points2 corner_uv
   return map;
 }
 
-// A vertex in a face that holds it, as weights of the face's corners.
-Vector3 weights_in(FaceId f, VertexId v, const mesh::Surface& coarse,
-                   const certify::Parametrization& fine) {
-  Vector3 weights = Vector3::Zero();
-  for (int i = 0; i < 3; ++i)
-    for (int k = 0; k < 3; ++k)
-      if (coarse.faces(f, k) == coarse.faces(fine.vertex_parent[at(v)], i))
-        weights[k] += fine.vertex_barycentric(v, i);
-  return weights;
-}
-
 // What is carried: a map of `surface` (its corners at `uv`, cut along `cuts`).
 struct Carried {
   const mesh::Surface& surface;
-  const mesh::Adjacency& adjacency;
   mesh::EdgeFlags cuts;
   Points2 uv;                     // of corners
   bool aligned;                   // its border
@@ -112,7 +295,7 @@ std::optional<certify::Parametrization> imprinted(const Carried& from,
   const auto own = from.surface.vertices.rows();
   mesh::EdgeFlags on_line(at(3 * from.surface.faces.rows()), 0);
   for (const HalfedgeId h : from.lines)
-    on_line[at(h)] = on_line[at(from.adjacency.opposite[at(h)])] = 1;
+    on_line[at(h)] = on_line[at(from.surface.adjacency().opposite[at(h)])] = 1;
   std::optional<certify::Parametrization> best;
   while (true) {
     intrinsic::RefinedLayout layout = intrinsic::refine_map(
@@ -135,8 +318,8 @@ std::optional<certify::Parametrization> imprinted(const Carried& from,
       before.row(c) = weights.transpose() * from.uv.middleRows<3>(3 * parent);
     }
     const distortion::CutMap cut =
-        cut_of(fine.surface, adjacency, mesh::flag_edges(fine.surface.faces, adjacency, cuts),
-               before, from.aligned, fine.features);
+        cut_of(fine.surface, mesh::flag_edges(fine.surface.faces, adjacency, cuts), before,
+               from.aligned, fine.features);
     Points2 goal(cut.uv.rows(), 2);
     std::vector<char> held(at(cut.uv.rows()), 0);
     for (CornerId c = 0; c < static_cast<CornerId>(before.rows()); ++c) {
@@ -163,33 +346,31 @@ std::optional<certify::Parametrization> integer_map(const certify::Parametrizati
                                                     ExecutionContext& context, Stats& stats) {
   const FlatSurface& flat = prepared.flat.surface;
   // Every component at its new scale.
-  DisjointSets parts(static_cast<Index>(prepared.quarters.size()));
-  for (HalfedgeId h = 0; h < flat.halfedges(); ++h) parts.join(flat[h].source, flat.target(h));
+  DisjointSets parts = components(flat, prepared.quarters.size());
   std::vector<double> old_area(prepared.quarters.size(), 0.0), new_area = old_area;
   for (FaceId f = 0; f < chosen.faces(); ++f) {
     const std::size_t part = at(parts.find(chosen[3 * f].source));
     old_area[part] += static_cast<double>(chosen.twice_area(f));
-    new_area[part] += static_cast<double>(cross(chosen[3 * f].integer, chosen[3 * f + 1].integer));
+    new_area[part] += static_cast<double>(chosen.twice_area(f, &Side::integer));
   }
-  Carried from{map.surface,
-               map.surface.adjacency(),
-               {},
-               map.uv32.cast<double>(),
-               prepared.flat.oblique.empty(),
-               {},
-               std::vector<char>(prepared.quarters.size(), 0)};
-  from.cuts = mesh::cut_to_disks(map.surface, from.adjacency,
-                                 mesh::uv_cuts(from.adjacency, from.uv), {}, {}, context);
+  const mesh::Adjacency& adjacency = map.surface.adjacency();
+  const Points2 given = map.uv32.cast<double>();
+  Carried from{
+      map.surface,
+      mesh::cut_to_disks(map.surface, adjacency, mesh::uv_cuts(adjacency, given), {}, {}, context),
+      given,
+      prepared.flat.oblique.empty(),
+      {},
+      std::vector<char>(prepared.quarters.size(), 0)};
   for (const HalfedgeId h : prepared.features)
-    if (h < from.adjacency.opposite[at(h)]) from.lines.push_back(h);
+    if (h < adjacency.opposite[at(h)]) from.lines.push_back(h);
   const std::vector<HalfedgeId> corner = leaving(chosen, prepared.quarters.size());
   for (std::size_t v = 0; v < corner.size(); ++v) from.held[v] = corner[v] != kInvalid ? 1 : 0;
   for (HalfedgeId h = 0; h < flat.halfedges(); ++h) {
     const std::size_t part = at(parts.find(flat[h].source));
     from.uv.row(h) *= std::sqrt(new_area[part] / old_area[part]) / prepared.flat.unit;
   }
-  const distortion::CutMap cut =
-      cut_of(from.surface, from.adjacency, from.cuts, from.uv, from.aligned, from.lines);
+  const distortion::CutMap cut = cut_of(from.surface, from.cuts, from.uv, from.aligned, from.lines);
   const Developed developed(flat, chosen, context);
   const Points2 goal = laid_out(cut, developed.edges(), [&](HalfedgeId h) -> Vector2 {
     const Vector2 lattice = developed.from_whole(h);
@@ -201,8 +382,9 @@ std::optional<certify::Parametrization> integer_map(const certify::Parametrizati
     held[at(mesh::source(cut.surface.faces, h))] = from.held[at(flat[h].source)];
   if (const auto whole = distortion::carried_to(cut, goal, held, context, stats))
     return with_uv(map, distortion::corners_of(cut, *whole));
-  std::optional<certify::Parametrization> fine = imprinted(
-      from, developed.points(distortion::corners_of(cut, goal), from.adjacency), context, stats);
+  std::optional<certify::Parametrization> fine =
+      imprinted(from, developed.points(distortion::corners_of(cut, goal), from.surface.adjacency()),
+                context, stats);
   if (!fine) return std::nullopt;
   // On the map's own surface so far.
   for (FaceId& parent : fine->parent_face) parent = map.parent_face[at(parent)];
@@ -231,14 +413,12 @@ std::optional<certify::Parametrization> rounded_map(const certify::Parametrizati
     const Gauss e = flat.surface[h].edge;
     if (adjacency.opposite[at(h)] != kInvalid && (e.x == 0 || e.y == 0)) lines.push_back(h);
   }
-  const distortion::CutMap cut = cut_of(map.surface, adjacency, mesh::uv_cuts(adjacency, uv),
-                                        scale * uv, flat.oblique.empty(), lines);
+  const distortion::CutMap cut =
+      cut_of(map.surface, mesh::uv_cuts(adjacency, uv), scale * uv, flat.oblique.empty(), lines);
   // Cones, and of components without them one vertex.
   const std::vector<Index> quarters =
       quarters_around(flat.surface, at(map.surface.vertices.rows()));
-  DisjointSets parts(static_cast<Index>(quarters.size()));
-  for (HalfedgeId h = 0; h < flat.surface.halfedges(); ++h)
-    parts.join(flat.surface[h].source, flat.surface.target(h));
+  DisjointSets parts = components(flat.surface, quarters.size());
   const std::vector<HalfedgeId> first = leaving(flat.surface, quarters.size());
   std::vector<char> has_cone(quarters.size(), 0), held(at(cut.uv.rows()), 0);
   const auto is_cone = [&](VertexId v) {

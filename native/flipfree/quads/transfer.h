@@ -6,7 +6,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/certify/parametrization.h"
-#include "flipfree/quads/prepared.h"
+#include "flipfree/quads/coarse.h"
 
 namespace flipfree::quads {
 

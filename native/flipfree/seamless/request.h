@@ -14,7 +14,6 @@
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
-#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::seamless {

@@ -15,7 +15,7 @@
 #include "flipfree/certify/separated_map.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/face_area.h"
-#include "flipfree/mesh/separated/orientation.h"
+#include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/unwrap/chart/chart.h"
 #include "flipfree/unwrap/chart/separate.h"
 #include "flipfree/unwrap/islands/islands.h"

@@ -7,7 +7,6 @@
 #include <limits>
 #include <random>
 
-#include "flipfree/certify/overlap.h"
 #include "fuzz/rational.h"
 #include "support/corner_maps.h"
 #include "support/dense.h"

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "flipfree/certify/certify.h"
-#include "flipfree/certify/overlap.h"
+#include "flipfree/certify/measures.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "distortion/random_maps.h"
-#include "flipfree/distortion/energy/rest_shapes.h"
 #include "fuzz/rational.h"
 
 namespace flipfree::distortion::energy_test {

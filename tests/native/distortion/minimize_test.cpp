@@ -6,7 +6,6 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "support/shapes.h"
 

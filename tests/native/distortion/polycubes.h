@@ -149,10 +149,8 @@ inline distortion::CutMap cut_map_of(const Unfolded& u) {
 // All of a square's inner vertices in one spot that is far narrower than the grid of 24 bits.
 inline distortion::CutMap crowded() {
   distortion::CutMap map = cut_map_of(unfold(polycubes()[2], 5, 3));
-  const distortion::SeamConstraints c =
-      distortion::eliminate_seams(static_cast<Index>(map.surface.vertices.rows()),
-                                  map.surface.faces, map.seams, {}, ExecutionContext());
-  Points2 nodes = distortion::nodes_of(c, map.surface.faces, map.seams, map.uv);
+  const distortion::SeamConstraints c = distortion::eliminate_seams(map, ExecutionContext());
+  Points2 nodes = distortion::nodes_of(c, map, map.uv);
   for (Index n = 0; n < c.position_count(); ++n) {
     // Squares of 5 x 5 cells at multiples of 5: shrink what lies strictly inside the first one.
     const Vector2 p = nodes.row(n);
@@ -166,9 +164,8 @@ inline distortion::CutMap crowded() {
 // The map with all nodes moved at random by at most `amount`, as long as nothing folds.
 inline distortion::CutMap perturbed(distortion::CutMap map, double amount, unsigned seed) {
   const ExecutionContext context;
-  const distortion::SeamConstraints c = distortion::eliminate_seams(
-      static_cast<Index>(map.surface.vertices.rows()), map.surface.faces, map.seams, {}, context);
-  const Points2 nodes = distortion::nodes_of(c, map.surface.faces, map.seams, map.uv);
+  const distortion::SeamConstraints c = distortion::eliminate_seams(map, context);
+  const Points2 nodes = distortion::nodes_of(c, map, map.uv);
   for (;; amount *= 0.5) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> move(-amount, amount);

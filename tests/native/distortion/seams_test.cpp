@@ -127,9 +127,8 @@ TEST(EliminateSeams, every_choice_of_nodes_keeps_seams_and_straight_edges) {
         map.straight.push_back({h, d.y() == 0.0 ? (d.x() > 0.0 ? 0 : 2) : (d.y() > 0.0 ? 1 : 3)});
       }
       ExecutionContext context;
-      const SeamConstraints constraints = eliminate_seams(
-          static_cast<Index>(map.uv.rows()), map.surface.faces, map.seams, map.straight, context);
-      const auto nodes = nodes_of(constraints, map.surface.faces, map.seams, map.uv);
+      const SeamConstraints constraints = eliminate_seams(map, context);
+      const auto nodes = nodes_of(constraints, map, map.uv);
       EXPECT_LT((map_of(constraints, nodes) - map.uv).cwiseAbs().maxCoeff(), 1e-9);
       Points2 moved = nodes;
       std::uniform_real_distribution<double> anywhere(-5.0, 5.0);

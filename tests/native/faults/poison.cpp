@@ -7,7 +7,6 @@
 #include "flipfree/base/stats.h"
 #include "flipfree/conformal/newton_system.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/newton_system.h"
 #include "flipfree/distortion/rounding.h"

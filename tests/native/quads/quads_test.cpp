@@ -9,7 +9,6 @@
 #include "flipfree/field/compute.h"
 #include "flipfree/holonomy/field_aligned.h"
 #include "flipfree/quads/coarse.h"
-#include "flipfree/quads/integers.h"
 #include "support/shapes.h"
 
 namespace flipfree::quads::quads_test {

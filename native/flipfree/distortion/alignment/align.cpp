@@ -9,8 +9,8 @@
 
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 #include "flipfree/distortion/seams/constraints.h"
 #include "flipfree/distortion/seams/seam_system.h"
@@ -55,8 +55,7 @@ class Aligner {
       : faces_(map.surface.faces),
         options_(options),
         context_(context),
-        constraints_(eliminate_seams(static_cast<Index>(map.surface.vertices.rows()), faces_,
-                                     map.seams, map.straight, context)),
+        constraints_(eliminate_seams(map, context)),
         rest_(build_rest_shapes(map.surface, context).triangles),
         system_(constraints_, faces_, std::vector<char>(static_cast<std::size_t>(map.uv.rows()), 0),
                 context),
@@ -131,10 +130,7 @@ class Aligner {
 
  private:
   Jacobian jacobian_of(std::size_t f, const Points2& uv) const {
-    const auto point = [&](int k) {
-      return uv.data() + 2 * static_cast<std::ptrdiff_t>(faces_(static_cast<Eigen::Index>(f), k));
-    };
-    return jacobian(rest_[f], point(0), point(1), point(2));
+    return jacobian(rest_[f], faces_, f, uv);
   }
 
   double alignment(const Points2& uv) const {
@@ -227,9 +223,8 @@ class Aligner {
 
 // The map that meets its constraints and is nearest by its free coordinates.
 Points2 straightened(const CutMap& map, const ExecutionContext& context) {
-  const SeamConstraints constraints = eliminate_seams(
-      static_cast<Index>(map.uv.rows()), map.surface.faces, map.seams, map.straight, context);
-  return map_of(constraints, nodes_of(constraints, map.surface.faces, map.seams, map.uv));
+  const SeamConstraints constraints = eliminate_seams(map, context);
+  return map_of(constraints, nodes_of(constraints, map, map.uv));
 }
 
 // The feature that begins nearest to a face in the map.
@@ -252,7 +247,7 @@ std::vector<StraightEdge> kept(const Triangles& faces, const std::vector<Straigh
   constexpr double kNear = 0.0175;
   std::vector<StraightEdge> left;
   std::vector<double> off;
-  std::vector<std::vector<std::size_t>> of_vertex(static_cast<std::size_t>(uv.rows()));
+  std::vector<std::vector<std::size_t>> of_vertex(at(uv.rows()));
   for (std::size_t i = 0; i < features.size(); ++i) {
     const Vector2 along = vector_along(faces, uv, features[i]);
     off.push_back(std::abs(std::atan2(along.y(), along.x())));
@@ -351,17 +346,13 @@ Points2 angles_off(const CutMap& map, const std::vector<double>& direction, cons
   Points2 angles(map.surface.faces.rows(), 2);
   for (std::size_t f = 0; f < rest.size(); ++f) {
     const auto row = static_cast<Eigen::Index>(f);
-    const auto point = [&](int k) {
-      return uv.data() + 2 * static_cast<std::ptrdiff_t>(map.surface.faces(row, k));
-    };
-    const Jacobian j = jacobian(rest[f], point(0), point(1), point(2));
+    const Jacobian j = jacobian(rest[f], map.surface.faces, f, uv);
     const Target t = target_of(rest[f], direction[f], 1.0);
     // What J^-1 takes the axes to, against the direction and the one to the left of it.
     const Vector2 u(j.d, -j.c), v(-j.b, j.a);  // times the determinant, which is positive
     const Vector2 d(t.a, t.b);
     const auto off = [&](const Vector2& axis) {
-      const double turn = std::atan2(d.x() * axis.y() - d.y() * axis.x(), d.dot(axis));
-      return std::abs(std::remainder(turn, 0.5 * std::numbers::pi));
+      return std::abs(std::remainder(turn(d, axis), kQuarterTurn));
     };
     angles.row(row) << 0.5 * (off(u) + off(v)), rest[f].weight;
   }

@@ -18,6 +18,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 
 #include "flipfree/base/types.h"
 
@@ -42,6 +43,13 @@ struct Jacobian {
   double a, b, c, d, determinant;
 };
 Jacobian jacobian(const RestTriangle& rest, const double* p0, const double* p1, const double* p2);
+// Of face f of a map, #V x 2.
+inline Jacobian jacobian(const RestTriangle& rest, const Triangles& faces, std::size_t f,
+                         const Points2& uv) {
+  const Index* v = faces.data() + 3 * f;
+  const auto point = [&](int k) { return uv.data() + 2 * static_cast<std::ptrdiff_t>(v[k]); };
+  return jacobian(rest, point(0), point(1), point(2));
+}
 
 // f(J), not weighted.
 double symmetric_dirichlet(const Jacobian& j);

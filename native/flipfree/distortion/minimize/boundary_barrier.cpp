@@ -30,9 +30,7 @@ Boundary find_boundary(Index vertex_count, const Triangles& faces) {
     boundary.edges.push_back({mesh::source(faces, h), mesh::target(faces, h)});
     boundary.vertices.push_back(mesh::source(faces, h));
   }
-  std::sort(boundary.vertices.begin(), boundary.vertices.end());
-  boundary.vertices.erase(std::unique(boundary.vertices.begin(), boundary.vertices.end()),
-                          boundary.vertices.end());
+  sort_unique(boundary.vertices);
   return boundary;
 }
 

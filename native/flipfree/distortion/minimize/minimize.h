@@ -11,10 +11,68 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/distortion/energy/minimize_options.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/base/types.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::distortion {
+
+// How a descent of the symmetric Dirichlet energy goes, and when it ends (minimize.h).
+
+struct MinimizeOptions {
+  int max_iterations = 200;
+  // Stop when a full Newton step promises to lower the energy by less than this share of it. The
+  // step is still taken.
+  double tolerance = 1e-4;
+  // A map of at most this energy (mean, 1: isometric) is good enough: what hinders steps there is
+  // not worked off.
+  double enough = 0;
+  // Vertices that keep their initial UV bit for bit.
+  std::vector<VertexId> fixed;
+  // The chart's boundary may not touch itself. Precondition: it does not in the initial map.
+  bool bijective = false;
+  // With `bijective`: the boundary is held apart from the first step on, for maps that are known to
+  // overlap without. Otherwise only where a descent without has ended in an overlap.
+  bool held_apart = false;
+  // With `bijective`, where the descent without holding apart ends in an overlap: not null, and its
+  // map is put here; the last map of the descent that did not overlap is the result, as it is.
+  Points2* overlapping = nullptr;
+  // With `overlapping`: the descent goes no further than to the first map that overlaps.
+  bool ends_at_overlap = false;
+  // Also try steps beyond the full Newton step, doubled while the energy falls, up to 8 times. The
+  // convexified Hessian is too stiff where maps are drawn out far; there this takes a third of the
+  // steps. Not while parts of the boundary are held apart.
+  bool lengthen = false;
+  // Rounds of pulling that minimize_with_targets() may spend on the way.
+  int max_pulls = 200;
+  // UV length of a surface length 1 at which the energy is measured, for charts that are a part of
+  // another; 0: whatever is best for the chart. Needs fixed vertices; not with `bijective`.
+  double unit = 0;
+  // The result is the caller's: accept() ends the descent once the energy is bearable, as the end
+  // of its time does (not the way to targets before it).
+  bool acceptable = false;
+  // A step whose system has no factorization ends the descent with the last map instead of an
+  // exception.
+  bool keep_last = false;
+};
+
+// Why a descent ended. kOverlap: MinimizeOptions::overlapping; kNotFactorized: keep_last.
+enum class Stop { kConverged, kStalled, kIterationLimit, kTimeLimit, kOverlap, kNotFactorized };
+
+struct Minimized {
+  Points2 uv;
+  Stop stop = Stop::kConverged;
+  double energy_start = 0;
+  double energy = 0;  // of uv
+  double seconds = 0;
+  int iterations = 0;
+  int progressive_iterations = 0;
+  int factorizations = 0;  // Newton systems that were solved
+  bool barrier = false;    // did the boundary have to be held apart?
+};
+
+// The figures as "distortion.*".
+void report(const Minimized& descent, Stats& stats);
 
 // chart: one disk-like or any other oriented manifold piece, already cut (one UV per vertex).
 // initial_uv: #V x 2.
@@ -52,5 +110,15 @@ struct TargetsResult : Minimized {
 TargetsResult minimize_with_targets(const mesh::Surface& chart, const Points2& initial_uv,
                                     const std::vector<std::pair<VertexId, Vector2>>& targets,
                                     const MinimizeOptions& options, ExecutionContext& context);
+
+// A better place to start from than a circle: the spectral conformal map with free boundary
+// (Mullen, Tong, Alliez, Desbrun 2008). It carries no guarantee, so callers test it exactly and
+// keep their own map if it fails.
+
+// #V x 2, or 0 x 2 if the conformal energy could not be factorized. `seed` (#V x 2) starts the
+// inverse iteration and decides the orientation. Nothing is guaranteed about flips or overlaps.
+// Cost: one factorization with 2 #V unknowns and a few solves.
+Points2 spectral_conformal_map(const mesh::Surface& chart, const Points2& seed,
+                               ExecutionContext& context);
 
 }  // namespace flipfree::distortion

@@ -1,5 +1,6 @@
 #include "flipfree/distortion/minimize/minimizer.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,10 +9,17 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::distortion {
+
 namespace {
 
 // A map with a larger mean is not taken for somebody who accepts it as it is: nothing can be done
@@ -47,9 +55,9 @@ Minimizer::Minimizer(const Triangles& faces, RestShapes rest, const mesh::Surfac
       context_(context),
       steps_(steps),
       uv_(initial),
-      fixed_(static_cast<std::size_t>(initial.rows()), 0),
+      fixed_(at(initial.rows()), 0),
       rest_(std::move(rest)) {
-  for (const VertexId v : options.fixed) fixed_[static_cast<std::size_t>(v)] = 1;
+  for (const VertexId v : options.fixed) fixed_[at(v)] = 1;
   if (options.bijective) barrier_.emplace(*surface);
   if (options.fixed.empty()) normalise();
   if (options.unit > 0) {
@@ -136,17 +144,17 @@ bool Minimizer::add_contacts(const std::vector<BoundaryBarrier::Contact>& contac
     for (int i = 0; i < 3; ++i) {
       for (int j = i; j < 3; ++j) {
         const double c = contact.curvature * factor[i] * factor[j];
-        const double block[3] = {c * n.x() * n.x(), c * n.x() * n.y(), c * n.y() * n.y()};
+        const double uu = c * n.x() * n.x(), uv = c * n.x() * n.y(), vv = c * n.y() * n.y();
+        const VertexId v = contact.vertices[at(i)];
         if (i != j) {
-          if (!system_->add_pair(contact.vertices[static_cast<std::size_t>(i)],
-                                 contact.vertices[static_cast<std::size_t>(j)], block)) {
-            return false;
-          }
+          const double block[4] = {uu, uv, uv, vv};
+          if (!system_->add_block(v, contact.vertices[at(j)], block)) return false;
           continue;
         }
+        const double block[3] = {uu, uv, vv};
         const double gradient[2] = {contact.slope * factor[i] * n.x(),
                                     contact.slope * factor[i] * n.y()};
-        system_->add(contact.vertices[static_cast<std::size_t>(i)], gradient, block);
+        system_->add(v, gradient, block);
       }
     }
   }
@@ -336,6 +344,276 @@ void report(const Minimized& descent, Stats& stats) {
   stats["distortion.energy"] = descent.energy;
   stats["distortion.seconds"] = descent.seconds;
   stats["distortion.stop"] = std::string(kStops.at(static_cast<std::size_t>(descent.stop)));
+}
+
+void check_start(const mesh::Surface& chart, const Points2& uv, const MinimizeOptions& options,
+                 const ExecutionContext& context) {
+  if (chart.faces.rows() == 0) throw_invalid(ErrorCode::kEmptyMesh, "The chart has no faces.");
+  if (uv.rows() != chart.vertices.rows()) {
+    throw_invalid(ErrorCode::kBadShape, "The initial map has " + std::to_string(uv.rows()) +
+                                            " points for " + std::to_string(chart.vertices.rows()) +
+                                            " vertices.");
+  }
+  for (const VertexId v : options.fixed) {
+    if (v < 0 || v >= uv.rows()) {
+      throw_invalid(ErrorCode::kBadPins, "Fixed vertex " + vertex_id(v) + " does not exist.",
+                    ElementKind::kVertex, {v});
+    }
+  }
+  auto flipped = flipped_faces(chart.faces, uv, context);
+  if (!flipped.empty()) {
+    const std::string count = std::to_string(flipped.size());
+    const std::string first = face_id(flipped.front());
+    throw_invalid(ErrorCode::kFlippedMap,
+                  "The initial map has " + count +
+                      " flipped or collapsed triangles, the first is face " + first +
+                      ". Unwrap it instead of improving it.",
+                  ElementKind::kFace, first_elements(flipped));
+  }
+  if (options.bijective) {
+    const Boundary boundary = find_boundary(static_cast<Index>(uv.rows()), chart.faces);
+    const auto pairs = BoundaryGrid(boundary, uv).conflicts(1, context);
+    if (!pairs.empty()) {
+      const auto& e = boundary.edges[at(pairs[0][0])];
+      const auto& f = boundary.edges[at(pairs[0][1])];
+      throw_invalid(ErrorCode::kBadOption,
+                    "The initial map's boundary meets itself, first at the edges (" +
+                        vertex_id(e[0]) + ", " + vertex_id(e[1]) + ") and (" + vertex_id(f[0]) +
+                        ", " + vertex_id(f[1]) + "). Unwrap it anew, or allow overlaps.",
+                    ElementKind::kEdge, {e[0], e[1], f[0], f[1]});
+    }
+    const auto turned = turned_loops(boundary, uv);
+    if (!turned.empty()) {
+      const std::vector<VertexId>& loop = boundary.loops[turned.front()];
+      throw_invalid(ErrorCode::kBadOption,
+                    "The initial map covers points twice: the hole or slit at vertex " +
+                        vertex_id(loop.front()) +
+                        " is turned inside out. Unwrap it anew, or allow overlaps.",
+                    ElementKind::kVertex, {loop.front()});
+    }
+  }
+}
+
+Minimized minimize_distortion(const mesh::Surface& chart, const Points2& initial_uv,
+                              const MinimizeOptions& options, ExecutionContext& context) {
+  check_start(chart, initial_uv, options, context);
+  Minimizer minimizer(chart.faces, build_rest_shapes(chart, context), &chart, initial_uv, options,
+                      context);
+  return minimizer.run();
+}
+
+namespace {
+
+// Targets go this far towards the first flip at once, with so many steps of recovery in between;
+// they have got stuck when this many rounds in a row brought them no more than a hundredth nearer.
+constexpr double kPullShare = 0.7;
+constexpr int kRecoveries = 3;
+constexpr int kIdlePulls = 8;
+
+}  // namespace
+
+// Turns, scales and moves the whole map to where the targets are met best in the mean. Only if
+// nothing is fixed yet, and the exact tests still hold.
+void Minimizer::align(const std::vector<std::pair<VertexId, Vector2>>& targets) {
+  Points2 from(static_cast<Eigen::Index>(targets.size()), 2), to = from;
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    from.row(static_cast<Eigen::Index>(i)) = uv_.row(targets[i].first);
+    to.row(static_cast<Eigen::Index>(i)) = targets[i].second.transpose();
+  }
+  Similarity motion = fit_similarity(from, to);
+  // Targets that are reflected or scattered have no direction; then only the size is taken over.
+  const double size = std::sqrt((to.rowwise() - to.colwise().mean()).squaredNorm() /
+                                (from.rowwise() - from.colwise().mean()).squaredNorm());
+  if (std::isnormal(size) && motion.linear.norm() < 0.2 * size)
+    motion = about_means({size, 0.0}, from, to);
+  trial_ = moved(motion, uv_);
+  if (acceptable()) uv_.swap(trial_);
+}
+
+// The Newton step with the targets' remaining way prescribed: minimises the quadratic model over
+// all other vertices. It goes as far as triangles stay open, then the map recovers with the targets
+// held, and again.
+double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets) {
+  if (targets.empty()) return 1.0;
+  barrier_on_ = barrier_.has_value();
+  if (options_.fixed.size() == targets.size()) align(targets);
+  sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+  for (const auto& [v, target] : targets) fixed_[at(v)] = 1;
+  system_.reset();
+  const auto distance = [&] {
+    double sum = 0;
+    for (const auto& [v, target] : targets) sum += (target - uv_.row(v).transpose()).norm();
+    return sum;
+  };
+  const double whole = distance();
+  double left = whole;
+  int idle = 0;
+  for (int round = 0; left > 0 && round < options_.max_pulls && idle < kIdlePulls; ++round) {
+    const ProgressRange range(context_, progress_, 1.0);
+    context_.report("moving to the targets", 0.5 * (1 - left / whole));
+    Points2 motion = Points2::Zero(uv_.rows(), 2);
+    for (const auto& [v, target] : targets) motion.row(v) = target.transpose() - uv_.row(v);
+    const double scale = scale_of(sums_);
+    frozen_scale_ = scale;
+    scale_rest(rest_.triangles, scale, context_, working_);
+    assemble(scale, false);
+    system_->add_prescribed(motion);
+    system_->solve(direction_, context_);
+    ++done_.factorizations;
+    direction_ += motion;  // the system leaves fixed vertices where they are
+    const double most =
+        std::min(1.0, kPullShare * step_to_first_flip(faces_, uv_, direction_, context_));
+    const double gone = halved_step(most, uv_, direction_, trial_, [&](double step) {
+      for (const auto& [v, target] : targets) {
+        if (step == 1.0) trial_.row(v) = target.transpose();
+      }
+      return acceptable();
+    });
+    if (gone > 0) {
+      uv_.swap(trial_);
+      sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+    } else {
+      ++idle;
+    }
+    const double now = distance();
+    idle = now < 0.99 * left ? 0 : idle + 1;
+    left = now;
+    for (int i = 0; i < kRecoveries && left > 0; ++i) {
+      frozen_scale_ = 0;
+      const Step result = iterate(worst(sums_) > 10 * kProgressiveBound);
+      ++done_.iterations;
+      if (result != Step::kTaken) break;
+    }
+  }
+  frozen_scale_ = 0;
+  barrier_on_ = false;
+  return whole > 0 ? 1 - left / whole : 1.0;
+}
+
+TargetsResult minimize_with_targets(const mesh::Surface& chart, const Points2& initial_uv,
+                                    const std::vector<std::pair<VertexId, Vector2>>& targets,
+                                    const MinimizeOptions& options, ExecutionContext& context) {
+  MinimizeOptions held = options;
+  for (const auto& [v, target] : targets) {
+    held.fixed.push_back(v);
+    if (!target.allFinite()) {
+      throw_invalid(ErrorCode::kBadPins,
+                    "The target of vertex " + vertex_id(v) + " is not finite. Correct it.",
+                    ElementKind::kVertex, {v});
+    }
+  }
+  std::sort(held.fixed.begin(), held.fixed.end());
+  const auto twice = std::adjacent_find(held.fixed.begin(), held.fixed.end());
+  if (twice != held.fixed.end()) {
+    throw_invalid(ErrorCode::kBadPins,
+                  "Vertex " + vertex_id(*twice) + " is pinned twice. Give it one place.",
+                  ElementKind::kVertex, {*twice});
+  }
+  check_start(chart, initial_uv, held, context);
+  Minimizer minimizer(chart.faces, build_rest_shapes(chart, context), &chart, initial_uv, held,
+                      context);
+  TargetsResult result;
+  {
+    const ProgressRange range(context, 0.0, 0.5);
+    result.fraction = minimizer.pull(targets);
+  }
+  const ProgressRange range(context, 0.5, 1.0);
+  static_cast<Minimized&>(result) = minimizer.run();
+  for (const auto& [v, target] : targets) {
+    if (result.uv.row(v) != target.transpose()) result.missed.push_back(v);
+  }
+  std::sort(result.missed.begin(), result.missed.end());
+  return result;
+}
+
+namespace {
+
+// Relative to the mean diagonal: keeps the matrix definite (its kernel are the translations and, on
+// developable surfaces, the similarities) without moving the smallest other eigenvectors visibly.
+constexpr double kShift = 1e-11;
+constexpr int kInverseIterations = 5;
+
+// Lower triangle of the conformal energy (Dirichlet energy with cotangent weights, minus the image
+// area); unknown 2 v + d is coordinate d of v. The area is a sum over boundary edges ij of (x_i y_j
+// - x_j y_i) / 2, so that the two coordinates meet at the boundary only.
+numeric::SparseMatrix conformal_energy(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                                       const ExecutionContext& context) {
+  const auto n = static_cast<Index>(chart.vertices.rows());
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  entries.reserve(at(6 * chart.faces.size()));
+  const auto add = [&](Index i, Index j, double value) {
+    entries.emplace_back(std::max(i, j), std::min(i, j), value);
+  };
+  double trace = 0.0;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(chart.faces.size()); ++h) {
+    if (h % 8192 == 0) context.check();
+    const CornerId apex = previous_corner(h);
+    const VertexId v = mesh::source(chart.faces, h), w = mesh::target(chart.faces, h);
+    const Vector3 p = chart.vertices.row(chart.faces(apex / 3, apex % 3));
+    const Vector3 a = chart.vertices.row(v).transpose() - p;
+    const Vector3 b = chart.vertices.row(w).transpose() - p;
+    const double weight = 0.5 * a.dot(b) / a.cross(b).norm();
+    for (Index d = 0; d < 2; ++d) {
+      add(2 * v + d, 2 * v + d, weight);
+      add(2 * w + d, 2 * w + d, weight);
+      add(2 * v + d, 2 * w + d, -weight);
+    }
+    trace += 4 * weight;
+    if (adjacency.opposite[at(h)] != kInvalid) continue;
+    add(2 * v, 2 * w + 1, -0.5);
+    add(2 * v + 1, 2 * w, 0.5);
+  }
+  const double shift = kShift * trace / (2.0 * n);
+  for (Index i = 0; i < 2 * n; ++i) add(i, i, shift);
+  numeric::SparseMatrix matrix(2 * n, 2 * n);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  context.check();
+  return matrix;
+}
+
+}  // namespace
+
+Points2 spectral_conformal_map(const mesh::Surface& chart, const Points2& seed,
+                               ExecutionContext& context) {
+  const Eigen::Index n = chart.vertices.rows();
+  const mesh::Adjacency& adjacency = chart.adjacency();
+  const numeric::SparseMatrix matrix = conformal_energy(chart, adjacency, context);
+  numeric::SparseCholesky cholesky;
+  cholesky.analyze(matrix, context);
+  if (!cholesky.factorize(matrix, context)) return Points2(0, 2);
+
+  // Inverse iteration for the smallest eigenvectors with mass on the boundary only, translations
+  // projected out.
+  std::vector<double> mass(at(n), 0.0);
+  double total = 0.0;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(3 * chart.faces.rows()); ++h) {
+    if (adjacency.opposite[at(h)] != kInvalid) continue;
+    for (const VertexId v : {mesh::source(chart.faces, h), mesh::target(chart.faces, h)}) {
+      mass[at(v)] += 1.0;
+      total += 1.0;
+    }
+  }
+  const auto centre_and_normalise = [&](Eigen::VectorXd& x) {
+    Vector2 mean = Vector2::Zero();
+    for (Eigen::Index v = 0; v < n; ++v) mean += mass[at(v)] * x.segment<2>(2 * v);
+    mean /= total;
+    double square = 0.0;
+    for (Eigen::Index v = 0; v < n; ++v) {
+      x.segment<2>(2 * v) -= mean;
+      square += mass[at(v)] * x.segment<2>(2 * v).squaredNorm();
+    }
+    x /= std::sqrt(square);
+  };
+  Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(seed.data(), 2 * n);
+  centre_and_normalise(x);
+  for (int iteration = 0; iteration < kInverseIterations; ++iteration) {
+    Eigen::VectorXd rhs = x;
+    for (Eigen::Index v = 0; v < n; ++v) rhs.segment<2>(2 * v) *= mass[at(v)];
+    x = cholesky.solve(rhs, context);
+    centre_and_normalise(x);
+    if (!x.allFinite()) return Points2(0, 2);
+  }
+  return Eigen::Map<const Points2>(x.data(), n, 2);
 }
 
 }  // namespace flipfree::distortion

@@ -9,9 +9,8 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/minimize_options.h"
-#include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
+#include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/minimize/newton_system.h"
 
 namespace flipfree::distortion {

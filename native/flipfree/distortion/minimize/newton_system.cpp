@@ -7,7 +7,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/lists.h"
 #include "flipfree/base/parallel.h"
-#include "flipfree/distortion/energy/rest_shapes.h"
+#include "flipfree/distortion/energy/energy.h"
 
 namespace flipfree::distortion {
 namespace {
@@ -36,8 +36,8 @@ NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixe
   context.check();
   build_pattern(faces, couplings, context);
   context.check();
-  face_gradient_.resize(6 * static_cast<std::size_t>(faces.rows()));
-  face_hessian_.resize(kHessianEntries * static_cast<std::size_t>(faces.rows()));
+  face_gradient_.resize(6 * at(faces.rows()));
+  face_hessian_.resize(kHessianEntries * at(faces.rows()));
   gradient_.resize(2 * vertex_of_.size());
   if (!vertex_of_.empty()) cholesky_.analyze(matrix_, context);
 }
@@ -62,7 +62,7 @@ void NewtonSystem::build_pattern(const Triangles& faces,
   auto next_extra = extra.begin();
 
   // Column of block i: its diagonal block, then its neighbours j > i ascending.
-  slot_.assign(static_cast<std::size_t>(faces.size()), kInvalid);
+  slot_.assign(at(faces.size()), kInvalid);
   const auto unknowns = static_cast<Index>(2 * count);
   matrix_.resize(unknowns, unknowns);
   Index* column = matrix_.outerIndexPtr();
@@ -107,16 +107,14 @@ void NewtonSystem::build_pattern(const Triangles& faces,
 double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
                               ExecutionContext& context) {
   const auto of_face = [&](std::size_t f, double* gradient, double* hessian) {
-    const Index* v = faces_.data() + 3 * f;
-    const auto point = [&](int k) { return uv.data() + 2 * static_cast<std::ptrdiff_t>(v[k]); };
-    const Jacobian j = jacobian(rest[f], point(0), point(1), point(2));
+    const Jacobian j = jacobian(rest[f], faces_, f, uv);
     return rest[f].weight * symmetric_dirichlet_derivatives(rest[f], j, gradient, hessian, soft);
   };
   return assemble(of_face, context);
 }
 
 double NewtonSystem::assemble(const FaceEnergy& of_face, ExecutionContext& context) {
-  const auto count = static_cast<std::size_t>(faces_.rows());
+  const auto count = at(faces_.rows());
   const double energy = sum_of(context, count, kGrain, [&](std::size_t f) {
     return of_face(f, &face_gradient_[6 * f], &face_hessian_[kHessianEntries * f]);
   });
@@ -141,22 +139,15 @@ double NewtonSystem::assemble(const FaceEnergy& of_face, ExecutionContext& conte
                      second[0] += h[3 * k + 2];
                      // The block of the half-edge that leaves this corner has this vertex first,
                      // the one that enters has it second.
-                     const CornerId next = next_corner(c);
-                     const CornerId previous = previous_corner(c);
-                     if (number_of_[at(faces_.data()[next])] > static_cast<Index>(i)) {
-                       const double* block = h + 9 + 4 * k;
-                       const std::size_t s = 2 * at(slot_[at(c)]);
+                     for (const CornerId e : {c, previous_corner(c)}) {
+                       const bool leaves = e == c;
+                       const CornerId other = leaves ? next_corner(c) : e;
+                       if (number_of_[at(faces_.data()[other])] <= static_cast<Index>(i)) continue;
+                       const double* block = h + 9 + 4 * (at(e) % 3);
+                       const std::size_t s = 2 * at(slot_[at(e)]);
                        first[2 + s] += block[0];
-                       first[3 + s] += block[1];
-                       second[1 + s] += block[2];
-                       second[2 + s] += block[3];
-                     }
-                     if (number_of_[at(faces_.data()[previous])] > static_cast<Index>(i)) {
-                       const double* block = h + 9 + 4 * (at(previous) % 3);
-                       const std::size_t s = 2 * at(slot_[at(previous)]);
-                       first[2 + s] += block[0];
-                       first[3 + s] += block[2];
-                       second[1 + s] += block[1];
+                       first[3 + s] += block[leaves ? 1 : 2];
+                       second[1 + s] += block[leaves ? 2 : 1];
                        second[2 + s] += block[3];
                      }
                    }
@@ -197,11 +188,6 @@ void NewtonSystem::add(VertexId v, const double gradient[2], const double block[
   first[0] += block[0];
   first[1] += block[1];
   matrix_.valuePtr()[column[2 * i + 1]] += block[2];
-}
-
-bool NewtonSystem::add_pair(VertexId v, VertexId w, const double block[3]) {
-  const double whole[4] = {block[0], block[1], block[1], block[2]};
-  return add_block(v, w, whole);
 }
 
 bool NewtonSystem::add_block(VertexId v, VertexId w, const double block[4]) {

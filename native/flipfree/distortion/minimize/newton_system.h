@@ -16,7 +16,7 @@ namespace flipfree::distortion {
 
 class NewtonSystem {
  public:
-  // `couplings` are vertex pairs beyond the mesh's edges that add_pair() will be called for; their
+  // `couplings` are vertex pairs beyond the mesh's edges that add_block() will be called for; their
   // vertices need no face. `fixed` has one entry per vertex.
   NewtonSystem(const Triangles& faces, const std::vector<char>& fixed,
                const std::vector<std::array<VertexId, 2>>& couplings, ExecutionContext& context);
@@ -39,10 +39,8 @@ class NewtonSystem {
   // Adds to the assembled system: symmetric 2 x 2 diagonal block (uu, uv, vv) and gradient of
   // vertex v. Nothing happens if it is fixed.
   void add(VertexId v, const double gradient[2], const double block[3]);
-  // Adds a symmetric block (uu, uv, vv) between two different vertices. Nothing happens if one is
-  // fixed. Returns false if the pair is neither an edge nor a coupling.
-  [[nodiscard]] bool add_pair(VertexId v, VertexId w, const double block[3]);
-  // The same for any block (uu, uv, vu, vv), first letter for v.
+  // Adds a block (uu, uv, vu, vv), first letter for v, between two different vertices. Nothing
+  // happens if one is fixed. Returns false if the pair is neither an edge nor a coupling.
   [[nodiscard]] bool add_block(VertexId v, VertexId w, const double block[4]);
 
   // direction = -H^-1 gradient, zero on fixed vertices. The diagonal is raised by the least

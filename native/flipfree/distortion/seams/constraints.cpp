@@ -13,29 +13,28 @@
 
 namespace flipfree::distortion {
 
+namespace {
+
+// A half-edge in the map.
+Vector2 along(const CutMap& map, HalfedgeId h) {
+  return map.uv.row(mesh::target(map.surface.faces, h)) -
+         map.uv.row(mesh::source(map.surface.faces, h));
+}
+
+}  // namespace
+
 CutMap cut_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                const mesh::EdgeFlags& cuts, const Points2& corner_uv) {
   const mesh::CutMesh cut = mesh::cut_along(surface.faces, adjacency, cuts);
   CutMap map;
-  const auto count = static_cast<Eigen::Index>(cut.vertex_origin.size());
-  map.surface.faces = cut.faces;
-  map.surface.vertices.resize(count, 3);
-  map.uv.resize(count, 2);
-  for (Eigen::Index v = 0; v < count; ++v) {
-    map.surface.vertices.row(v) =
-        surface.vertices.row(cut.vertex_origin[static_cast<std::size_t>(v)]);
-  }
+  map.surface = {surface.vertices(cut.vertex_origin, Eigen::all), cut.faces};
+  map.uv.resize(map.surface.vertices.rows(), 2);
   for (auto c = static_cast<CornerId>(corner_uv.rows()) - 1; c >= 0; --c)
-    map.uv.row(cut.faces(c / 3, c % 3)) = corner_uv.row(c);
+    map.uv.row(mesh::source(cut.faces, c)) = corner_uv.row(c);
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cuts.size()); ++h) {
-    const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
-    if (o < h || !cuts[static_cast<std::size_t>(h)]) continue;
-    const auto vector = [&](CornerId from, CornerId to) -> Vector2 {
-      return (map.uv.row(cut.faces(to / 3, to % 3)) - map.uv.row(cut.faces(from / 3, from % 3)))
-          .transpose();
-    };
-    const Vector2 a = vector(h, next_corner(h));
-    const Vector2 b = vector(next_corner(o), o);
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o < h || !cuts[at(h)]) continue;
+    const Vector2 a = along(map, h), b = -along(map, o);
     // |R^k a - b| is least where their product is largest.
     const std::array<double, 4> product = {a.dot(b), cross(a, b), -a.dot(b), -cross(a, b)};
     const auto best = std::max_element(product.begin(), product.end()) - product.begin();
@@ -47,12 +46,9 @@ CutMap cut_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
 std::vector<StraightEdge> straight_boundary(const CutMap& map, const mesh::Adjacency& adjacency) {
   std::vector<StraightEdge> edges;
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
-    if (adjacency.opposite[static_cast<std::size_t>(h)] != kInvalid) continue;
-    const HalfedgeId n = next_corner(h);
-    const Vector2 along =
-        (map.uv.row(map.surface.faces(n / 3, n % 3)) - map.uv.row(map.surface.faces(h / 3, h % 3)))
-            .transpose();
-    const std::array<double, 4> forward = {along.x(), along.y(), -along.x(), -along.y()};
+    if (adjacency.opposite[at(h)] != kInvalid) continue;
+    const Vector2 e = along(map, h);
+    const std::array<double, 4> forward = {e.x(), e.y(), -e.x(), -e.y()};
     const auto best = std::max_element(forward.begin(), forward.end()) - forward.begin();
     edges.push_back({h, static_cast<Index>(best)});
   }
@@ -178,16 +174,15 @@ StraightLines straight_lines(Index vertex_count, const Triangles& faces,
 
 class Builder {
  public:
-  Builder(Index vertex_count, const Triangles& faces, const std::vector<SeamEdge>& seams,
-          const std::vector<StraightEdge>& straight, const ExecutionContext& context)
+  Builder(const CutMap& map, const ExecutionContext& context)
       : context_(context),
-        vertex_count_(vertex_count),
-        seam_count_(static_cast<Index>(seams.size())),
-        at_(arcs_of(vertex_count, faces, seams)),
-        copies_(at(vertex_count)),
-        cones_(at(vertex_count)),
-        real_(!straight.empty()),
-        lines_(straight_lines(vertex_count, faces, straight)) {}
+        vertex_count_(static_cast<Index>(map.uv.rows())),
+        seam_count_(static_cast<Index>(map.seams.size())),
+        at_(arcs_of(vertex_count_, map.surface.faces, map.seams)),
+        copies_(at(vertex_count_)),
+        cones_(at(vertex_count_)),
+        real_(!map.straight.empty()),
+        lines_(straight_lines(vertex_count_, map.surface.faces, map.straight)) {}
 
   SeamConstraints build() {
     for (VertexId v = 0; v < vertex_count_; ++v) {
@@ -214,6 +209,10 @@ class Builder {
   static LinearForm checked(std::optional<LinearForm> form) {
     if (!form) too_large();
     return std::move(*form);
+  }
+
+  void add_row(LinearForm row) {
+    if (!row.empty()) rows_.push_back(std::move(row));
   }
 
   // The copies of one vertex of the surface, from the first one.
@@ -244,7 +243,7 @@ class Builder {
     LinearForm difference = checked(sum(to.shift, {-1, 0}, shift));
     const GaussianInteger factor = quarter_turn(turns) + -quarter_turn(to.turns);
     if (factor.is_zero()) {
-      if (!difference.empty()) rows_.push_back(std::move(difference));
+      add_row(std::move(difference));
       return;
     }
     // z = difference / factor.
@@ -260,9 +259,8 @@ class Builder {
       cone = std::move(found);
       return;
     }
-    LinearForm row = checked(sum({}, {found.divisor, 0}, cone.form));
-    row = checked(sum(row, {-cone.divisor, 0}, found.form));
-    if (!row.empty()) rows_.push_back(std::move(row));
+    const LinearForm row = checked(sum({}, {found.divisor, 0}, cone.form));
+    add_row(checked(sum(row, {-cone.divisor, 0}, found.form)));
   }
 
   // With straight edges the unknowns are real: translations in two parts, then lines.
@@ -284,15 +282,11 @@ class Builder {
     return out;
   }
   void split_rows() {
-    std::vector<LinearForm> rows;
-    for (const LinearForm& row : rows_) {
+    for (const LinearForm& row : std::exchange(rows_, {})) {
       const LinearForm both = over_unknowns(row);
-      for (const Index turn : {0, 1}) {
-        LinearForm part = imaginary_part(checked(sum({}, quarter_turn(turn), both)));
-        if (!part.empty()) rows.push_back(std::move(part));
-      }
+      for (const Index turn : {0, 1})
+        add_row(imaginary_part(checked(sum({}, quarter_turn(turn), both))));
     }
-    rows_ = std::move(rows);
   }
 
   // Vertices by the lines through them: in the first copy's frame a line of direction d is where
@@ -328,14 +322,12 @@ class Builder {
     }
     const Index turn = (((direction - edge.direction) % 4) + 4) % 4;
     if (turn % 2 == 0) {
-      LinearForm row = checked(sum(q, {turn == 0 ? -1 : 1, 0}, edge.across));
-      if (!row.empty()) rows_.push_back(std::move(row));
+      add_row(checked(sum(q, {turn == 0 ? -1 : 1, 0}, edge.across)));
       return;
     }
     LinearForm along = checked(sum({}, {turn == 1 ? -1 : 1, 0}, q));
     if (edge.corner) {
-      LinearForm row = checked(sum(along, {-1, 0}, edge.along));
-      if (!row.empty()) rows_.push_back(std::move(row));
+      add_row(checked(sum(along, {-1, 0}, edge.along)));
       return;
     }
     edge.corner = true;
@@ -465,11 +457,8 @@ std::pair<Index, Index> SeamConstraints::position_of(VertexId v) const {
   return {kInvalid, 0};
 }
 
-SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
-                                const std::vector<SeamEdge>& seams,
-                                const std::vector<StraightEdge>& straight,
-                                const ExecutionContext& context) {
-  return Builder(vertex_count, faces, seams, straight, context).build();
+SeamConstraints eliminate_seams(const CutMap& map, const ExecutionContext& context) {
+  return Builder(map, context).build();
 }
 
 namespace {
@@ -483,8 +472,7 @@ Vector2 product(const GaussianInteger& factor, const Vector2& p) {
 
 }  // namespace
 
-Points2 nodes_of(const SeamConstraints& constraints, const Triangles& faces,
-                 const std::vector<SeamEdge>& seams, const Points2& uv) {
+Points2 nodes_of(const SeamConstraints& constraints, const CutMap& map, const Points2& uv) {
   Points2 nodes = Points2::Zero(constraints.node_count(), 2);
   const auto turned_back = [&](VertexId v, Index direction) {
     return product(quarter_turn(-direction), uv.row(v).transpose());
@@ -495,9 +483,9 @@ Points2 nodes_of(const SeamConstraints& constraints, const Triangles& faces,
   }
   const auto shift_across = [&](Index e) -> Vector2 {
     const auto point = [&](CornerId c) -> Vector2 {
-      return uv.row(mesh::source(faces, c)).transpose();
+      return uv.row(mesh::source(map.surface.faces, c)).transpose();
     };
-    const auto& [h, o, r] = seams[at(e)];
+    const auto& [h, o, r] = map.seams[at(e)];
     const GaussianInteger turn = quarter_turn(r);
     return 0.5 * (point(next_corner(o)) - product(turn, point(h)) + point(o) -
                   product(turn, point(next_corner(h))));

@@ -103,32 +103,26 @@ struct SeamConstraints {
   std::pair<Index, Index> position_of(VertexId v) const;
   // Is v the very position of its node?
   bool is_own_node(VertexId v) const {
-    const auto first = static_cast<std::size_t>(begin[static_cast<std::size_t>(v)]);
-    return begin[static_cast<std::size_t>(v) + 1] == begin[static_cast<std::size_t>(v)] + 1 &&
-           terms[first].node < position_count() &&
-           position[static_cast<std::size_t>(terms[first].node)] == v &&
-           real[static_cast<std::size_t>(terms[first].node)] == 0 &&
-           terms[first].factor == numeric::GaussianInteger{1, 0} &&
-           divisor[static_cast<std::size_t>(v)] == 1;
+    const NodeTerm& first = terms[at(begin[at(v)])];
+    return begin[at(v) + 1] == begin[at(v)] + 1 && first.node < position_count() &&
+           position[at(first.node)] == v && real[at(first.node)] == 0 &&
+           first.factor == numeric::GaussianInteger{1, 0} && divisor[at(v)] == 1;
   }
 };
 
-// `vertex_count` and `faces` of the cut surface. Throws InvalidInput (kBadOption) naming the faces
-// at a seam edge whose ends do not pair up, NotConverged (kFactorizationFailed) if translations
-// depend on each other through numbers beyond 64 bits or grids finer than 2^12 steps.
+// Throws InvalidInput (kBadOption) naming the faces at a seam edge whose ends do not pair up,
+// NotConverged (kFactorizationFailed) if translations depend on each other through numbers beyond
+// 64 bits or grids finer than 2^12 steps.
 // Cost: that of the elimination, with one row per vertex of the seams, two per end of a seam at a
 // straight boundary and one per crossing of a seam with straight edges or cone on them.
-SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
-                                const std::vector<SeamEdge>& seams,
-                                const std::vector<StraightEdge>& straight,
-                                const ExecutionContext& context);
+SeamConstraints eliminate_seams(const CutMap& map, const ExecutionContext& context);
 
 // From the free coordinates of a seamless map to the map, and back.
 
-// The nodes of a map that meets the constraints up to rounding: translations are the means over
-// their seam edges' ends, lines those over their vertices.
-Points2 nodes_of(const SeamConstraints& constraints, const Triangles& faces,
-                 const std::vector<SeamEdge>& seams, const Points2& uv);
+// The nodes of `uv`, another map of the same surface and seams that meets the constraints up to
+// rounding: translations are the means over their seam edges' ends, lines those over their
+// vertices.
+Points2 nodes_of(const SeamConstraints& constraints, const CutMap& map, const Points2& uv);
 // The map of given nodes, in floating point.
 Points2 map_of(const SeamConstraints& constraints, const Points2& nodes);
 

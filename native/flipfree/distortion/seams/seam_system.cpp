@@ -152,12 +152,9 @@ double SeamSystem::add_seam_faces(const std::vector<RestTriangle>& rest, const P
     context.check();
     double gradient[6];
     double hessian[kHessianEntries];
-    const auto point = [&](int k) {
-      return uv.data() + 2 * static_cast<std::ptrdiff_t>(faces_(f, k));
-    };
     const RestTriangle& r = rest[at(f)];
-    energy += r.weight * symmetric_dirichlet_derivatives(
-                             r, jacobian(r, point(0), point(1), point(2)), gradient, hessian, soft);
+    energy += r.weight * symmetric_dirichlet_derivatives(r, jacobian(r, faces_, at(f), uv),
+                                                         gradient, hessian, soft);
     add_face(f, gradient, hessian);
   }
   return energy;

@@ -9,7 +9,6 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/distortion/minimize/newton_system.h"
-#include "flipfree/distortion/point_repair.h"
 #include "flipfree/distortion/seams/constraints.h"
 
 namespace flipfree::distortion {

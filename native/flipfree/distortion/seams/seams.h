@@ -3,7 +3,7 @@
 //
 //   eliminate_seams()      which coordinates are free                  constraints.h
 //   Minimizer, SeamSystem  less distortion in the free coordinates     seam_system.h
-//   round_to_grid()        exact transitions in 64 and in 32 bits      exact_grid.h
+//   round_to_grid()        exact transitions in 64 and in 32 bits
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/certify/parametrization.h"
-#include "flipfree/distortion/energy/minimize_options.h"
+#include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/seams/constraints.h"
 
 namespace flipfree::distortion {
@@ -40,7 +40,7 @@ struct ExactMap {
 // is what optimisation and rounding change in addition. Guarantee: flip-free, and every seam edge
 // exact, in 64 and in 32 bits; edges of a branch share one translation. Optimised, the map is in
 // the surface's own unit (best global scale 1), centred; else as large as it was, centred. stats:
-// "distortion.*" (minimize.h), "rounding.*" (exact_grid.h),
+// "distortion.*" (minimize.h), "rounding.*",
 // "seams.nodes", "seams.translations", "seams.step" (grid of the translations in steps of the
 // other's), "seams.misfit" (largest distance of the initial map from its seams, as a share of its
 // extent), "time_limit_reached". Throws InvalidInput, NotConverged (kRoundingFlips,
@@ -53,7 +53,7 @@ ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionCon
 Minimized less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context);
 
 // A map that flips at most `most` triangles with these opened, if moving vertices on a grid of 24
-// bits can do it (exact_grid.h); it meets its seams as before. How often it winds around a vertex
+// bits can do it; it meets its seams as before. How often it winds around a vertex
 // is for the caller to check.
 std::optional<Points2> opened_on_grid(const CutMap& map, std::size_t most,
                                       ExecutionContext& context);

@@ -19,7 +19,6 @@
 #include "flipfree/intrinsic/layout/polygon_triangulation.h"
 #include "flipfree/intrinsic/overlay.h"
 #include "flipfree/mesh/cut.h"
-#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::intrinsic {

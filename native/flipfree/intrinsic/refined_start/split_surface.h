@@ -11,7 +11,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/intrinsic/refined_start/delaunay_refinement.h"
-#include "flipfree/mesh/refined/provenance.h"
+#include "flipfree/mesh/surface.h"
 
 namespace flipfree::intrinsic {
 

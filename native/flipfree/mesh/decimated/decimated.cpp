@@ -120,9 +120,7 @@ class Decimator {
       const Decimated::Gone& g = few.gone[i];
       few.into[at(g.vertex)] = few.into[at(few.rings[g.ring + at(g.into)])];
     }
-    few.surface.vertices.resize(static_cast<Eigen::Index>(few.origin.size()), 3);
-    for (std::size_t i = 0; i < few.origin.size(); ++i)
-      few.surface.vertices.row(static_cast<Eigen::Index>(i)) = place(few.origin[i]).transpose();
+    few.surface.vertices = surface_.vertices(few.origin, Eigen::all);
     Triangles faces = mesh_.faces();
     for (VertexId& v : faces.reshaped()) v = few.into[at(v)];
     few.surface.faces = std::move(faces);
@@ -390,19 +388,19 @@ class Prolongation {
   // Into the angle of the ring at its corner j, which is below two pi: from near it all of the ring
   // is seen.
   Vector2 bisector(std::size_t j) const {
+    return turned(uv((j + 1) % size_) - uv(j), 0.5 * angle_at(j));
+  }
+  double angle_at(std::size_t j) const {
     double whole = 0.0;
     for (std::size_t i = 1; i + 1 < size_; ++i)
       whole += turn(uv((j + i) % size_) - uv(j), uv((j + i + 1) % size_) - uv(j));
-    return turned(uv((j + 1) % size_) - uv(j), 0.5 * whole);
+    return whole;
   }
 
   // From the end j of the open ring to its other end; outward from there where the ring's angle is
   // too large for it, to where the next of the ring is still seen from its inner side.
   Vector2 along_boundary(std::size_t j) const {
-    double whole = 0.0;
-    for (std::size_t i = 1; i + 1 < size_; ++i)
-      whole += turn(uv((j + i) % size_) - uv(j), uv((j + i + 1) % size_) - uv(j));
-    const double most = std::min(whole, kMostTurn);
+    const double most = std::min(angle_at(j), kMostTurn);
     return j == 0 ? turned(uv(1) - uv(0), most) : turned(uv(j - 1) - uv(j), -most);
   }
 
@@ -499,8 +497,7 @@ class Prolongation {
 Points2 prolong(const Surface& whole, const Decimated& few, const Points2& uv, bool keep_boundary,
                 const ExecutionContext& context) {
   Points2 all(static_cast<Eigen::Index>(few.into.size()), 2);
-  for (std::size_t i = 0; i < few.origin.size(); ++i)
-    all.row(few.origin[i]) = uv.row(static_cast<Eigen::Index>(i));
+  all(few.origin, Eigen::all) = uv;
   Prolongation prolongation(whole, few, keep_boundary, all);
   std::size_t end = few.rings.size();
   for (std::size_t i = few.gone.size(); i-- > 0;) {

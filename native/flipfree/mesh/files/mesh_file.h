@@ -28,7 +28,7 @@ bool holds_corner_uv(Format format);
 // polygon has none.
 struct MeshFile {
   Points3 vertices;             // #V x 3, used by faces or not
-  Triangles faces;              // #F x 3, polygons as they lie (read_mesh.cpp)
+  Triangles faces;              // #F x 3, polygons as they lie (mesh_file.cpp)
   std::vector<Index> polygons;  // #F, ascending: the file's polygon that a triangle is part of
   Triangles corners;            // #F x 3: which corner of the file, counted through its polygons
   Points2f uv;                  // 3 #F x 2, NaN where a polygon has none; no rows if none has

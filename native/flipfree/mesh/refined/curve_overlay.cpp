@@ -7,12 +7,6 @@
 #include "flipfree/base/error.h"
 
 namespace flipfree::mesh {
-namespace {
-
-using Mesh = EditableTriangulation;
-
-}  // namespace
-
 CurveOverlay::CurveOverlay(RefinedSurface& surface)
     : surface_(surface), mesh_(surface.mesh), base_vertices_(surface.mesh.vertex_count()) {
   parent_.assign(static_cast<std::size_t>(mesh_.face_slots()), kInvalid);
@@ -28,7 +22,7 @@ bool CurveOverlay::on_base_edge(HalfedgeId h) const {
 }
 
 bool CurveOverlay::borders(HalfedgeId h) const {
-  return mesh_.mark(h) != Mesh::kUnmarked || on_base_edge(h);
+  return mesh_.mark(h) != EditableTriangulation::kUnmarked || on_base_edge(h);
 }
 
 // The cell of h's face, its outline from the source of h on.
@@ -59,7 +53,7 @@ void CurveOverlay::cut(const Cell& cell, VertexId there, Index mark) {
   const auto& loop = cell.outline;
   const auto end =
       static_cast<std::size_t>(std::find(loop.begin(), loop.end(), there) - loop.begin());
-  std::vector<Mesh::Triangle> triangles;
+  std::vector<EditableTriangulation::Triangle> triangles;
   for (std::size_t i = 1; i + 1 < loop.size(); ++i) {
     if (i < end) triangles.push_back({loop[0], loop[i], loop[i + 1]});
     if (i > end) triangles.push_back({loop[end], loop[i], loop[i + 1]});
@@ -88,8 +82,9 @@ bool CurveOverlay::is_on_cell(HalfedgeId h, VertexId v) const {
 
 VertexId CurveOverlay::cross(VertexId here, VertexId a, VertexId b, Index mark) {
   const HalfedgeId crossed = mesh_.find(a, b);
-  if (crossed == kInvalid || mesh_.is_boundary(crossed) || mesh_.mark(crossed) != Mesh::kUnmarked ||
-      !on_base_edge(crossed) || here == a || here == b)
+  if (crossed == kInvalid || mesh_.is_boundary(crossed) ||
+      mesh_.mark(crossed) != EditableTriangulation::kUnmarked || !on_base_edge(crossed) ||
+      here == a || here == b)
     return kInvalid;
   const HalfedgeId from = outgoing_with(here, [&](HalfedgeId h) {
     const FaceId base = mesh_.parent(h / 3);
@@ -120,7 +115,7 @@ VertexId CurveOverlay::cross(VertexId here, VertexId a, VertexId b, Index mark) 
 
 bool CurveOverlay::reach(VertexId here, VertexId there, Index mark) {
   if (const HalfedgeId h = mesh_.find(here, there); h != kInvalid) {
-    if (mesh_.mark(h) != Mesh::kUnmarked) return false;
+    if (mesh_.mark(h) != EditableTriangulation::kUnmarked) return false;
     mesh_.set_mark(h, mark);
     return true;
   }

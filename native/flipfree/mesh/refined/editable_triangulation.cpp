@@ -14,7 +14,7 @@ EditableTriangulation::EditableTriangulation(Index vertex_count, const Triangles
   opposite_ = adjacency.opposite;
   outgoing_ = adjacency.vertex_halfedge;
   mark_.assign(source_.size(), kUnmarked);
-  parent_.resize(static_cast<std::size_t>(faces.rows()));
+  parent_.resize(at(faces.rows()));
   for (std::size_t f = 0; f < parent_.size(); ++f) parent_[f] = static_cast<FaceId>(f);
 }
 
@@ -31,18 +31,18 @@ HalfedgeId EditableTriangulation::find(VertexId a, VertexId b) const {
 }
 
 void EditableTriangulation::set_mark(HalfedgeId h, Index mark) {
-  at(mark_, h) = mark;
+  mark_[at(h)] = mark;
   const HalfedgeId o = opposite(h);
-  if (o != kInvalid) at(mark_, o) = mark;
+  if (o != kInvalid) mark_[at(o)] = mark;
 }
 
 void EditableTriangulation::link(HalfedgeId a, HalfedgeId b) {
-  if (a != kInvalid) at(opposite_, a) = b;
-  if (b != kInvalid) at(opposite_, b) = a;
+  if (a != kInvalid) opposite_[at(a)] = b;
+  if (b != kInvalid) opposite_[at(b)] = a;
 }
 
 void EditableTriangulation::offer_outgoing(VertexId v, HalfedgeId h) {
-  if (outgoing(v) == kInvalid || is_boundary(h) || !is_boundary(outgoing(v))) at(outgoing_, v) = h;
+  if (outgoing(v) == kInvalid || is_boundary(h) || !is_boundary(outgoing(v))) outgoing_[at(v)] = h;
 }
 
 FaceId EditableTriangulation::add_face(VertexId a, VertexId b, VertexId c, FaceId parent) {
@@ -59,11 +59,11 @@ FaceId EditableTriangulation::add_face(VertexId a, VertexId b, VertexId c, FaceI
   }
   const std::array<VertexId, 3> corners = {a, b, c};
   for (Index k = 0; k < 3; ++k) {
-    at(source_, 3 * f + k) = corners[static_cast<std::size_t>(k)];
-    at(opposite_, 3 * f + k) = kInvalid;
-    at(mark_, 3 * f + k) = kUnmarked;
+    source_[at(3 * f + k)] = corners[static_cast<std::size_t>(k)];
+    opposite_[at(3 * f + k)] = kInvalid;
+    mark_[at(3 * f + k)] = kUnmarked;
   }
-  at(parent_, f) = parent;
+  parent_[at(f)] = parent;
   return f;
 }
 
@@ -86,13 +86,13 @@ VertexId EditableTriangulation::split_edge(HalfedgeId h) {
   const FaceId f2 = add_face(s, b, c, parent(h / 3));
   const HalfedgeId bc_opposite = opposite(h_next);
   link(3 * f2 + 1, bc_opposite);
-  at(mark_, 3 * f2 + 1) = mark(h_next);
-  at(source_, h_next) = s;
+  mark_[at(3 * f2 + 1)] = mark(h_next);
+  source_[at(h_next)] = s;
   link(h_next, 3 * f2 + 2);
-  at(mark_, h_next) = kUnmarked;
-  at(mark_, 3 * f2) = edge_mark;
-  at(outgoing_, s) = 3 * f2;
-  if (outgoing(b) == h_next) at(outgoing_, b) = 3 * f2 + 1;
+  mark_[at(h_next)] = kUnmarked;
+  mark_[at(3 * f2)] = edge_mark;
+  outgoing_[at(s)] = 3 * f2;
+  if (outgoing(b) == h_next) outgoing_[at(b)] = 3 * f2 + 1;
   if (o == kInvalid) return s;
 
   const HalfedgeId o_previous = previous_corner(o);
@@ -100,14 +100,14 @@ VertexId EditableTriangulation::split_edge(HalfedgeId h) {
   const FaceId g2 = add_face(b, s, d, parent(o / 3));
   const HalfedgeId db_opposite = opposite(o_previous);
   link(3 * g2 + 2, db_opposite);
-  at(mark_, 3 * g2 + 2) = mark(o_previous);
-  at(source_, o) = s;
+  mark_[at(3 * g2 + 2)] = mark(o_previous);
+  source_[at(o)] = s;
   link(o_previous, 3 * g2 + 1);
-  at(mark_, o_previous) = kUnmarked;
+  mark_[at(o_previous)] = kUnmarked;
   link(3 * f2, 3 * g2);
-  at(mark_, 3 * g2) = edge_mark;
-  if (outgoing(b) == o) at(outgoing_, b) = 3 * g2;
-  if (outgoing(d) == o_previous) at(outgoing_, d) = 3 * g2 + 2;
+  mark_[at(3 * g2)] = edge_mark;
+  if (outgoing(b) == o) outgoing_[at(b)] = 3 * g2;
+  if (outgoing(d) == o_previous) outgoing_[at(d)] = 3 * g2 + 2;
   return s;
 }
 
@@ -119,18 +119,18 @@ VertexId EditableTriangulation::split_face(FaceId f) {
   const FaceId f1 = add_face(old[1], old[2], s, parent(f));
   const FaceId f2 = add_face(old[2], old[0], s, parent(f));
   link(3 * f1, opposite(3 * f + 1));
-  at(mark_, 3 * f1) = mark(3 * f + 1);
+  mark_[at(3 * f1)] = mark(3 * f + 1);
   link(3 * f2, opposite(3 * f + 2));
-  at(mark_, 3 * f2) = mark(3 * f + 2);
-  if (outgoing(old[1]) == 3 * f + 1) at(outgoing_, old[1]) = 3 * f1;
-  if (outgoing(old[2]) == 3 * f + 2) at(outgoing_, old[2]) = 3 * f2;
-  at(source_, 3 * f + 2) = s;
-  at(mark_, 3 * f + 1) = kUnmarked;
-  at(mark_, 3 * f + 2) = kUnmarked;
+  mark_[at(3 * f2)] = mark(3 * f + 2);
+  if (outgoing(old[1]) == 3 * f + 1) outgoing_[at(old[1])] = 3 * f1;
+  if (outgoing(old[2]) == 3 * f + 2) outgoing_[at(old[2])] = 3 * f2;
+  source_[at(3 * f + 2)] = s;
+  mark_[at(3 * f + 1)] = kUnmarked;
+  mark_[at(3 * f + 2)] = kUnmarked;
   link(3 * f + 1, 3 * f1 + 2);
   link(3 * f1 + 1, 3 * f2 + 2);
   link(3 * f2 + 1, 3 * f + 2);
-  at(outgoing_, s) = 3 * f + 2;
+  outgoing_[at(s)] = 3 * f + 2;
   return s;
 }
 
@@ -172,10 +172,10 @@ void EditableTriangulation::replace(std::span<const FaceId> faces,
     }
   }
   for (std::size_t i = faces.size(); i-- > 0;) {
-    for (Index k = 0; k < 3; ++k) at(source_, 3 * faces[i] + k) = kInvalid;
+    for (Index k = 0; k < 3; ++k) source_[at(3 * faces[i] + k)] = kInvalid;
     free_.push_back(faces[i]);
   }
-  for (const VertexId v : touched) at(outgoing_, v) = kInvalid;
+  for (const VertexId v : touched) outgoing_[at(v)] = kInvalid;
   std::vector<HalfedgeId> made;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const FaceId f = add_face(triangles[t][0], triangles[t][1], triangles[t][2], parents[t]);
@@ -187,7 +187,7 @@ void EditableTriangulation::replace(std::span<const FaceId> faces,
     });
     if (outer != outline.end()) {
       link(h, outer->opposite);
-      at(mark_, h) = outer->mark;
+      mark_[at(h)] = outer->mark;
       continue;
     }
     const auto mate = std::find_if(made.begin(), made.end(), [&](HalfedgeId g) {
@@ -257,8 +257,7 @@ void EditableTriangulation::check_invariants() const {
     const HalfedgeId h = outgoing(v);
     if (h == kInvalid) continue;
     require(alive(h / 3) && source(h) == v, "outgoing half-edge belongs to another vertex");
-    require(!on_boundary[static_cast<std::size_t>(v)] || is_boundary(h),
-            "outgoing is not on the boundary");
+    require(!on_boundary[at(v)] || is_boundary(h), "outgoing is not on the boundary");
   }
 }
 

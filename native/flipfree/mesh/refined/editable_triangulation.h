@@ -27,15 +27,15 @@ class EditableTriangulation {
   Index vertex_count() const { return static_cast<Index>(outgoing_.size()); }
   Index halfedge_slots() const { return static_cast<Index>(source_.size()); }
   Index face_slots() const { return halfedge_slots() / 3; }
-  bool alive(FaceId f) const { return at(source_, 3 * f) != kInvalid; }
+  bool alive(FaceId f) const { return source_[at(3 * f)] != kInvalid; }
 
-  VertexId source(HalfedgeId h) const { return at(source_, h); }
-  VertexId target(HalfedgeId h) const { return at(source_, next_corner(h)); }
+  VertexId source(HalfedgeId h) const { return source_[at(h)]; }
+  VertexId target(HalfedgeId h) const { return source_[at(next_corner(h))]; }
   VertexId apex(HalfedgeId h) const {
-    return at(source_, previous_corner(h));
+    return source_[at(previous_corner(h))];
   }  // third corner of h's face
-  HalfedgeId opposite(HalfedgeId h) const { return at(opposite_, h); }
-  bool is_boundary(HalfedgeId h) const { return at(opposite_, h) == kInvalid; }
+  HalfedgeId opposite(HalfedgeId h) const { return opposite_[at(h)]; }
+  bool is_boundary(HalfedgeId h) const { return opposite_[at(h)] == kInvalid; }
   // One of the two half-edges of h's edge, the same for both.
   HalfedgeId edge(HalfedgeId h) const {
     const HalfedgeId o = opposite(h);
@@ -43,8 +43,8 @@ class EditableTriangulation {
   }
   // Outgoing half-edge; of a boundary vertex the one on the boundary, from which rotate_ccw visits
   // the whole fan.
-  HalfedgeId outgoing(VertexId v) const { return at(outgoing_, v); }
-  HalfedgeId rotate_ccw(HalfedgeId h) const { return at(opposite_, previous_corner(h)); }
+  HalfedgeId outgoing(VertexId v) const { return outgoing_[at(v)]; }
+  HalfedgeId rotate_ccw(HalfedgeId h) const { return opposite_[at(previous_corner(h))]; }
   HalfedgeId rotate_cw(HalfedgeId h) const {
     const HalfedgeId o = opposite(h);
     return o == kInvalid ? kInvalid : next_corner(o);
@@ -57,10 +57,10 @@ class EditableTriangulation {
   HalfedgeId find(VertexId a, VertexId b) const;
   Triangle corners(FaceId f) const { return {source(3 * f), source(3 * f + 1), source(3 * f + 2)}; }
 
-  Index mark(HalfedgeId h) const { return at(mark_, h); }
+  Index mark(HalfedgeId h) const { return mark_[at(h)]; }
   void set_mark(HalfedgeId h, Index mark);
-  FaceId parent(FaceId f) const { return at(parent_, f); }
-  void set_parent(FaceId f, FaceId parent) { at(parent_, f) = parent; }
+  FaceId parent(FaceId f) const { return parent_[at(f)]; }
+  void set_parent(FaceId f, FaceId parent) { parent_[at(f)] = parent; }
 
   // Puts a new vertex on the edge of h = a -> b and joins it to the apexes; afterwards h runs from
   // a to it.
@@ -96,14 +96,6 @@ class EditableTriangulation {
   void check_invariants() const;
 
  private:
-  template <typename T>
-  static T& at(std::vector<T>& values, Index i) {
-    return values[static_cast<std::size_t>(i)];
-  }
-  template <typename T>
-  static const T& at(const std::vector<T>& values, Index i) {
-    return values[static_cast<std::size_t>(i)];
-  }
   FaceId add_face(VertexId a, VertexId b, VertexId c, FaceId parent);
   void link(HalfedgeId a, HalfedgeId b);
   // Makes outgoing(v) the boundary half-edge if h is one.

@@ -232,10 +232,7 @@ RefinedMap compacted_map(const RefinedMap& map) {
   RefinedMap result;
   std::vector<VertexId> old_vertex;
   result.surface = compacted(map.surface, old_vertex);
-  result.uv.resize(static_cast<Eigen::Index>(old_vertex.size()), 2);
-  for (std::size_t v = 0; v < old_vertex.size(); ++v) {
-    result.uv.row(static_cast<Eigen::Index>(v)) = map.uv.row(old_vertex[v]);
-  }
+  result.uv = map.uv(old_vertex, Eigen::all);
   debug_check("compacted_map", [&] { return find_broken_map(result.surface, result.uv); });
   return result;
 }
@@ -342,8 +339,7 @@ std::string find_broken_provenance(const Surface& input, const Triangles& refine
     if (std::string broken = broken_point(provenance.vertex[v], face_count); !broken.empty())
       return "vertex " + std::to_string(v) + " " + broken;
   }
-  if (provenance.face.size() != static_cast<std::size_t>(refined.rows()))
-    return "not one parent per face";
+  if (provenance.face.size() != at(refined.rows())) return "not one parent per face";
   for (Index f = 0; f < static_cast<Index>(refined.rows()); ++f) {
     const FaceId parent = provenance.face[at(f)];
     if (parent < 0 || parent >= face_count) return "face " + std::to_string(f) + " has no parent";

@@ -15,7 +15,6 @@
 
 #include "flipfree/base/types.h"
 #include "flipfree/mesh/refined/editable_triangulation.h"
-#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::mesh {

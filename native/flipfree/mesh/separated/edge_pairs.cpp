@@ -114,16 +114,12 @@ class Pairer {
       return 0.0;
     }
     double sum = kAnyPair - across_[i].dot(across_[k]);
-    if (input_.polygon != nullptr && (*input_.polygon)[at(a / 3)] == (*input_.polygon)[at(b / 3)])
-      sum += kSamePolygon;
+    if (same_number(input_.polygon, a / 3, b / 3)) sum += kSamePolygon;
     if (start(a) != start(b)) {
       sum += kSameWinding;
       if (behind(i, k)) sum += kConvex;
     }
-    if (input_.material != nullptr &&
-        (*input_.material)[at(a / 3)] == (*input_.material)[at(b / 3)]) {
-      sum += kSameMaterial;
-    }
+    if (same_number(input_.material, a / 3, b / 3)) sum += kSameMaterial;
     return sum > kLeastWorth ? sum : 0.0;
   }
 
@@ -137,7 +133,7 @@ class Pairer {
 }  // namespace
 
 std::vector<char> flag_pairs(const Triangles& faces, Index vertex_count, const IndexPairs* pairs) {
-  std::vector<char> flags(static_cast<std::size_t>(faces.size()), 0);
+  std::vector<char> flags(at(faces.size()), 0);
   if (pairs == nullptr || pairs->rows() == 0) return flags;
   const std::vector<VertexPair> sorted = sorted_pairs(*pairs);
   std::vector<char> low_end(at(vertex_count), 0);
@@ -163,7 +159,7 @@ bool continues_in_map(const Triangles& faces, const Points2& corner_uv, Halfedge
 
 EdgePairs pair_edges(const PairingInput& input, const ExecutionContext& context) {
   EdgePairs result;
-  result.mate.assign(static_cast<std::size_t>(input.faces.size()), kInvalid);
+  result.mate.assign(at(input.faces.size()), kInvalid);
   const std::vector<char> none;
   Pairer pairer(input, none, result);
   for_each_edge(static_cast<Index>(input.positions.rows()), input.faces, context,
@@ -181,6 +177,75 @@ void pair_crowds(const PairingInput& input, const std::vector<char>& turned, Edg
     const EdgeUse& edge = pairs.crowded[i];
     if (input.at_seam[at(edge.front())] == 0) pairer.pair_crowd(edge);
   }
+}
+
+namespace {
+
+// Half-edges of one group and between the same vertices, where there are just two of them.
+template <typename Group>
+std::vector<std::pair<HalfedgeId, HalfedgeId>> twos(const Triangles& faces,
+                                                    std::vector<HalfedgeId> halfedges,
+                                                    Group group) {
+  const auto key = [&](HalfedgeId h) { return std::pair(group(h), ends(faces, h)); };
+  std::sort(halfedges.begin(), halfedges.end(), [&](HalfedgeId g, HalfedgeId h) {
+    return std::pair(key(g), g) < std::pair(key(h), h);
+  });
+  std::vector<std::pair<HalfedgeId, HalfedgeId>> found;
+  for (std::size_t i = 0, next = 0; i < halfedges.size(); i = next) {
+    while (next < halfedges.size() && key(halfedges[next]) == key(halfedges[i])) ++next;
+    if (next - i == 2) found.emplace_back(halfedges[i], halfedges[i + 1]);
+  }
+  return found;
+}
+
+}  // namespace
+
+std::vector<Index> polygons_of(const Triangles& faces, Index vertex_count,
+                               const IndexPairs& diagonals) {
+  const std::vector<char> flags = flag_pairs(faces, vertex_count, &diagonals);
+  std::vector<HalfedgeId> flagged;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
+    if (flags[at(h)] != 0) flagged.push_back(h);
+  }
+  DisjointSets joined(static_cast<Index>(faces.rows()));
+  for (const auto& [h, o] : twos(faces, std::move(flagged), [](HalfedgeId) { return 0; }))
+    joined.join(h / 3, o / 3);
+  std::vector<Index> polygon;
+  for (FaceId f = 0; f < faces.rows(); ++f) polygon.push_back(joined.find(f));
+  return polygon;
+}
+
+IndexPairs sides_of_torn_polygons(const Triangles& faces, const std::vector<Index>& polygon,
+                                  const Points2f& corner_uv) {
+  const auto polygon_of = [&](HalfedgeId h) { return polygon[at(h / 3)]; };
+  std::vector<Index> several = polygon;
+  std::sort(several.begin(), several.end());
+  std::vector<Index> once;
+  for (std::size_t i = 0, next = 0; i < several.size(); i = next) {
+    while (next < several.size() && several[next] == several[i]) ++next;
+    if (next - i == 1) once.push_back(several[i]);
+  }
+  std::vector<HalfedgeId> halfedges;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(faces.size()); ++h) {
+    if (!std::binary_search(once.begin(), once.end(), polygon_of(h))) halfedges.push_back(h);
+  }
+  const auto inside = twos(faces, halfedges, polygon_of);
+  const Points2 uv = corner_uv.cast<double>();
+  std::vector<Index> torn;
+  for (const auto& [h, o] : inside) {
+    if (!continues_in_map(faces, uv, h, o)) torn.push_back(polygon_of(h));
+  }
+  if (torn.empty()) return IndexPairs(0, 2);
+  std::sort(torn.begin(), torn.end());
+  std::vector<char> diagonal(at(faces.size()), 0);
+  for (const auto& [h, o] : inside) diagonal[at(h)] = diagonal[at(o)] = 1;
+  std::vector<VertexPair> sides;
+  for (const HalfedgeId h : halfedges) {
+    if (diagonal[at(h)] == 0 && std::binary_search(torn.begin(), torn.end(), polygon_of(h)))
+      sides.push_back(ends(faces, h));
+  }
+  sort_unique(sides);
+  return rows_of(sides);
 }
 
 Fans split_fans(const Triangles& faces, const IndexPairs& cuts) {
@@ -252,34 +317,25 @@ class SheetMaker {
     return o == kInvalid ? kInvalid : next_corner(o);
   }
 
-  // Outgoing half-edges of the fan around h's source, counter-clockwise.
-  void collect_fan(HalfedgeId h, std::vector<HalfedgeId>& fan, bool& closed) const {
+  // Outgoing half-edges of the fan around h's source, counter-clockwise; true if it is closed.
+  bool collect_fan(HalfedgeId h, std::vector<HalfedgeId>& fan) const {
     HalfedgeId first = h;
-    closed = false;
-    for (HalfedgeId g = rotate_cw(h); g != kInvalid; g = rotate_cw(g)) {
-      if (g == h) {
-        closed = true;
-        break;
-      }
-      first = g;
-    }
+    HalfedgeId g = rotate_cw(h);
+    for (; g != kInvalid && g != h; g = rotate_cw(g)) first = g;
+    const bool closed = g == h;
     if (closed) first = h;
-    fan.clear();
-    for (HalfedgeId g = first; g != kInvalid;) {
-      fan.push_back(g);
-      g = rotate_ccw(g);
-      if (g == first) break;
-    }
+    fan.assign(1, first);
+    for (g = rotate_ccw(first); g != kInvalid && g != first; g = rotate_ccw(g)) fan.push_back(g);
+    return closed;
   }
 
   void number_fans() {
     result_.vertex.assign(opposite_.size(), kInvalid);
     result_.origin.clear();
     std::vector<HalfedgeId> fan;
-    bool closed = false;
     for (CornerId c = 0; c < static_cast<CornerId>(opposite_.size()); ++c) {
       if (result_.vertex[at(c)] != kInvalid) continue;
-      collect_fan(c, fan, closed);
+      collect_fan(c, fan);
       for (const HalfedgeId h : fan)
         result_.vertex[at(h)] = static_cast<VertexId>(result_.origin.size());
       result_.origin.push_back(faces_(c / 3, c % 3));
@@ -287,9 +343,7 @@ class SheetMaker {
   }
 
   std::pair<VertexId, VertexId> ends(HalfedgeId h) const {
-    const VertexId a = result_.vertex[at(h)];
-    const VertexId b = result_.vertex[at(next_corner(h))];
-    return {std::min(a, b), std::max(a, b)};
+    return std::minmax({result_.vertex[at(h)], result_.vertex[at(next_corner(h))]});
   }
 
   // Cuts fans where several edges have the same two ends; false if there are none.
@@ -349,8 +403,7 @@ class SheetMaker {
     const HalfedgeId any =
         result_.vertex[at(edge.front())] == low ? edge.front() : next_corner(edge.front());
     std::vector<HalfedgeId> fan;
-    bool closed = false;
-    collect_fan(any, fan, closed);
+    const bool closed = collect_fan(any, fan);
     std::vector<std::pair<std::size_t, HalfedgeId>> places;  // in the fan, and which unit
     for (std::size_t i = 0; i < fan.size(); ++i) {
       const HalfedgeId unit = unit_at(edge, fan[i]);
@@ -368,7 +421,7 @@ class SheetMaker {
   }
   bool inside_polygon(HalfedgeId h) const {
     const HalfedgeId o = opposite_[at(h)];
-    return polygon_ != nullptr && o != kInvalid && (*polygon_)[at(h / 3)] == (*polygon_)[at(o / 3)];
+    return o != kInvalid && same_number(polygon_, h / 3, o / 3);
   }
   // Of the first `length` spokes behind fan[from], the one in the middle, or the nearest to it that
   // is no diagonal if there is one.

@@ -29,6 +29,11 @@ struct PairingInput {
   const std::vector<Index>* polygon = nullptr;   // #F
 };
 
+// Have two faces the same number (#F, null: none has one)?
+inline bool same_number(const std::vector<Index>* numbers, FaceId f, FaceId g) {
+  return numbers != nullptr && (*numbers)[at(f)] == (*numbers)[at(g)];
+}
+
 // 3 #F: half-edges between the vertices of one of the pairs (null: none). Pairs that are no edge
 // are ignored. Cost: O(#F log #pairs).
 std::vector<char> flag_pairs(const Triangles& faces, Index vertex_count, const IndexPairs* pairs);
@@ -46,6 +51,20 @@ EdgePairs pair_edges(const PairingInput& input, const ExecutionContext& context)
 // O(k^2) for edges of k faces.
 void pair_crowds(const PairingInput& input, const std::vector<char>& turned, EdgePairs& pairs,
                  const ExecutionContext& context);
+
+// Polygons of which the triangles are left. A corner of a polygon has one
+// UV, so that a map that is cut along a diagonal cannot be written.
+
+// #F: the same number for triangles that meet at a diagonal (a vertex pair), no others. Where more
+// than two meet, diagonals do not tell which go together, and none are joined. Cost: O(#F log #F).
+std::vector<Index> polygons_of(const Triangles& faces, Index vertex_count,
+                               const IndexPairs& diagonals);
+
+// The sides of all polygons (#F, numbers) that the map (3 #F x 2) is cut through: seams there, and
+// these polygons are islands of their own, in one piece. Vertex pairs, each once. Cost: O(#F log
+// #F).
+IndexPairs sides_of_torn_polygons(const Triangles& faces, const std::vector<Index>& polygon,
+                                  const Points2f& corner_uv);
 
 // Vertices where faces touch only in a point, separated: what user interfaces cut out of a mesh
 // ("the selected faces") often has such points, and the stages want manifold vertices.

@@ -11,19 +11,238 @@
 #include <utility>
 #include <vector>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/base/random.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/islands.h"
 #include "flipfree/mesh/separated/edge_pairs.h"
-#include "flipfree/mesh/separated/orientation.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/numeric/predicates.h"
 
 namespace flipfree::mesh {
 
 namespace {
+
+// One winding for every part of a surface.
+
+struct Orientation {
+  std::vector<char> turned;  // #F: the face is to be turned over
+  // Lower half-edges of the mates that were undone, ascending: of surfaces with one side, and
+  // others. Those of crowded edges are not among them.
+  std::vector<HalfedgeId> one_sided, opposed;
+};
+
+// Parts are faces joined by mates, but not at seams (3 #F). Within each, faces are turned until
+// mates run in opposite directions; the least area is turned, the first face stays if both ways
+// are equal. Mates that still run in one direction are undone:
+//   - at seams;
+//   - where faces contradict each other that are joined by others which all agree (a Moebius strip
+//     that is wound along); what then still comes back to itself from its other side is cut
+//     between the fronts of a breadth-first walk.
+// With a map of the faces (3 #F x 2, or null), parts that hang together with contradicting windings
+// or crowded edges, across seams too, are turned until most of their area in the map is positive:
+// which way they were meant is not to be known. Mates within a polygon (input.polygon) are undone
+// only if that alone has one side. Cost: O(#F).
+class Orienter {
+ public:
+  Orienter(const PairingInput& input, EdgePairs& pairs)
+      : positions_(input.positions),
+        faces_(input.faces),
+        closed_(input.at_seam),
+        corner_uv_(input.corner_uv),
+        polygon_(input.polygon),
+        pairs_(pairs),
+        mate_(pairs.mate) {
+    // Areas are compared only: in a unit in which they neither overflow nor vanish.
+    const double extent = positions_.size() == 0 ? 0.0 : positions_.cwiseAbs().maxCoeff();
+    unit_ = extent > 0.0 ? 1.0 / extent : 1.0;
+    if (!std::isfinite(unit_)) unit_ = 1.0;
+    side_.assign(at(faces_.rows()), kUnknown);
+    if (corner_uv_ != nullptr) find_contradictions();
+  }
+
+  Orientation run(const ExecutionContext& context) {
+    if (corner_uv_ == nullptr) close_where_regions_contradict_themselves();
+    constexpr Index kCheckEvery = 1 << 14;
+    for (FaceId f = 0; f < faces_.rows(); ++f) {
+      if (f % kCheckEvery == 0) context.check();
+      if (side_[at(f)] == kUnknown) orient_part(f);
+    }
+    Orientation result;
+    result.turned = side_;
+    const std::vector<HalfedgeId> opposed = opposed_mates();
+    if (!opposed.empty()) list(opposed, result);
+    for (const HalfedgeId h : opposed) {
+      mate_[at(mate_[at(h)])] = kInvalid;
+      mate_[at(h)] = kInvalid;
+    }
+    return result;
+  }
+
+ private:
+  static constexpr char kUnknown = 2;
+
+  bool same_direction(HalfedgeId h, HalfedgeId o) const {
+    return source(faces_, h) == source(faces_, o);
+  }
+  bool agree(HalfedgeId h, HalfedgeId o) const {
+    return same_direction(h, o) == (side_[at(h / 3)] != side_[at(o / 3)]);
+  }
+  double area(FaceId f) const {
+    const auto p = [&](int k) -> Vector3 { return unit_ * positions_.row(faces_(f, k)); };
+    const Vector3 a = p(0), b = p(1), c = p(2);
+    return (b - a).cross(c - a).norm();
+  }
+
+  void close(HalfedgeId h) { closed_[at(h)] = closed_[at(mate_[at(h)])] = 1; }
+  bool are_of_polygon(FaceId f, FaceId g) const { return same_number(polygon_, f, g); }
+
+  // Faces that all agree and still contradict each other somewhere are a surface with one side
+  // (around a vertex, or a handle, contradictions are even in number): no turning helps there.
+  void close_where_regions_contradict_themselves() {
+    DisjointSets region(static_cast<Index>(faces_.rows()));
+    std::vector<HalfedgeId> opposed;
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
+      const HalfedgeId o = mate_[at(h)];
+      if (o < h || closed_[at(h)] != 0) continue;
+      if (!same_direction(h, o)) {
+        region.join(h / 3, o / 3);
+      } else if (!are_of_polygon(h / 3, o / 3)) {
+        opposed.push_back(h);
+      }
+    }
+    for (const HalfedgeId h : opposed) {
+      if (region.find(h / 3) == region.find(mate_[at(h)] / 3)) close(h);
+    }
+  }
+
+  // The lower half-edges, ascending.
+  std::vector<HalfedgeId> opposed_mates() const {
+    std::vector<HalfedgeId> result;
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
+      if (mate_[at(h)] > h && !agree(h, mate_[at(h)])) result.push_back(h);
+    }
+    return result;
+  }
+
+  // By what is to be seen with a map and without: all mates across seams too, but no crowd.
+  void list(const std::vector<HalfedgeId>& opposed, Orientation& result) const {
+    std::vector<char> crowded(mate_.size(), 0);
+    for (const EdgeUse& use : pairs_.crowded) {
+      for (const HalfedgeId h : use) crowded[at(h)] = 1;
+    }
+    // Every face twice, once a side: f and count + f.
+    const auto count = static_cast<Index>(faces_.rows());
+    DisjointSets sides(2 * count);
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
+      const HalfedgeId o = mate_[at(h)];
+      if (o < h || crowded[at(h)] != 0) continue;
+      const Index across = same_direction(h, o) ? count : 0;
+      sides.join(h / 3, o / 3 + across);
+      sides.join(h / 3 + count, o / 3 + count - across);
+    }
+    for (const HalfedgeId h : opposed) {
+      if (crowded[at(h)] != 0) continue;
+      const bool one = sides.find(h / 3) == sides.find(h / 3 + count);
+      (one ? result.one_sided : result.opposed).push_back(h);
+    }
+  }
+
+  // Marks the faces that hang together with contradicting windings.
+  void find_contradictions() {
+    DisjointSets joined(static_cast<Index>(faces_.rows()));
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
+      if (mate_[at(h)] > h) joined.join(h / 3, mate_[at(h)] / 3);
+    }
+    for (const auto* uses : {&pairs_.crowded, &pairs_.loose}) {
+      for (const EdgeUse& use : *uses) {
+        for (const HalfedgeId h : use) joined.join(h / 3, use.front() / 3);
+      }
+    }
+    std::vector<char> twisted(side_.size(), 0);
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
+      const HalfedgeId o = mate_[at(h)];
+      if (o > h && same_direction(h, o)) twisted[at(joined.find(h / 3))] = 1;
+    }
+    for (const auto* uses : {&pairs_.crowded, &pairs_.loose}) {
+      for (const EdgeUse& use : *uses) twisted[at(joined.find(use.front() / 3))] = 1;
+    }
+    contradicted_.assign(side_.size(), 0);
+    for (FaceId f = 0; f < faces_.rows(); ++f) contradicted_[at(f)] = twisted[at(joined.find(f))];
+  }
+  // With the exact sign, so that a part of slivers that are all positive is.
+  double map_area(FaceId f) const {
+    const Vector2 a = corner_uv_->row(3 * f);
+    const Vector2 b = corner_uv_->row(3 * f + 1);
+    const Vector2 c = corner_uv_->row(3 * f + 2);
+    return numeric::orientation(a, b, c) *
+           std::max(std::abs(cross(b - a, c - a)), std::numeric_limits<double>::min());
+  }
+
+  // The side of o's face that goes with that of h's.
+  char side_across(HalfedgeId h, HalfedgeId o) const {
+    return same_direction(h, o) != (side_[at(h / 3)] != 0) ? 1 : 0;
+  }
+  // A face, and all that is joined to it inside its polygon: no front meets another in there.
+  void take(FaceId first, char side) {
+    side_[at(first)] = side;
+    std::size_t i = part_.size();
+    part_.push_back(first);
+    if (polygon_ == nullptr) return;
+    for (; i < part_.size(); ++i) {
+      const FaceId f = part_[i];
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+        const HalfedgeId o = mate_[at(h)];
+        if (o == kInvalid || closed_[at(h)] != 0 || side_[at(o / 3)] != kUnknown) continue;
+        if (!are_of_polygon(f, o / 3)) continue;
+        side_[at(o / 3)] = side_across(h, o);
+        part_.push_back(o / 3);
+      }
+    }
+  }
+
+  // Breadth first, so that the fronts of a one-sided part meet along a short cut.
+  void orient_part(FaceId first) {
+    part_.clear();
+    take(first, 0);
+    double kept = 0.0;
+    double turned = 0.0;
+    for (std::size_t i = 0; i < part_.size(); ++i) {
+      const FaceId f = part_[i];
+      (side_[at(f)] == 0 ? kept : turned) += area(f);
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+        const HalfedgeId o = mate_[at(h)];
+        if (o == kInvalid || closed_[at(h)] != 0 || side_[at(o / 3)] != kUnknown) continue;
+        take(o / 3, side_across(h, o));
+      }
+    }
+    if (corner_uv_ != nullptr && contradicted_[at(first)] != 0) {
+      double positive = 0.0;
+      for (const FaceId f : part_) positive += side_[at(f)] == 0 ? map_area(f) : -map_area(f);
+      turned = positive < 0.0 ? 1.0 : 0.0;
+      kept = 0.0;
+    }
+    if (turned > kept) {
+      for (const FaceId f : part_) side_[at(f)] = side_[at(f)] == 0 ? 1 : 0;
+    }
+  }
+
+  const Points3& positions_;
+  const Triangles& faces_;
+  std::vector<char> closed_;  // 3 #F: no part goes on there
+  const Points2* corner_uv_;
+  const std::vector<Index>* polygon_;
+  const EdgePairs& pairs_;
+  std::vector<HalfedgeId>& mate_;
+  double unit_ = 1.0;
+  std::vector<char> side_;
+  std::vector<FaceId> part_;
+  std::vector<char> contradicted_;  // per face, where there is a map
+};
 
 constexpr std::size_t kMostListed = 1000;
 
@@ -32,7 +251,7 @@ void check_meaning(const Surface& input, const SeparateOptions& options) {
     if (defect.code != ErrorCode::kRepeatedCorner) throw InvalidInput(defect);
   }
   const auto per_face = [&](const std::vector<Index>* numbers, const char* what) {
-    if (numbers != nullptr && numbers->size() != static_cast<std::size_t>(input.faces.rows()))
+    if (numbers != nullptr && numbers->size() != at(input.faces.rows()))
       throw_invalid(ErrorCode::kBadShape, std::string(what) + " need one number per face.");
   };
   per_face(options.material, "Materials");
@@ -66,7 +285,7 @@ class Separator {
       std::vector<char> turned;
       if (map == nullptr) {
         EdgePairs others = pairs;
-        turned = orient(pairing, others, context_).turned;
+        turned = Orienter(pairing, others).run(context_).turned;
       }
       pair_crowds(pairing, turned, pairs, context_);
     }
@@ -75,7 +294,7 @@ class Separator {
       if (o != kInvalid && !continues_in_map(faces_, *map, h, o)) at_seam[at(h)] = 1;
     }
     const std::vector<HalfedgeId> paired = pairs.mate;
-    const Orientation orientation = orient(pairing, pairs, context_);
+    const Orientation orientation = Orienter(pairing, pairs).run(context_);
     list_edges(MendKind::kCrowdedEdge, firsts(pairs.crowded));
     list_edges(MendKind::kOneSidedEdge, orientation.one_sided);
     list_edges(MendKind::kOpposedEdge, orientation.opposed);
@@ -162,11 +381,7 @@ class Separator {
     for (CornerId c = 0; c < static_cast<CornerId>(sheets.vertex.size()); ++c)
       faces(c / 3, c % 3) = sheets.vertex[at(c)];
     result_.surface.faces = std::move(faces);
-    result_.surface.vertices.resize(static_cast<Eigen::Index>(result_.vertex_origin.size()), 3);
-    for (std::size_t v = 0; v < result_.vertex_origin.size(); ++v) {
-      result_.surface.vertices.row(static_cast<Eigen::Index>(v)) =
-          input_.vertices.row(result_.vertex_origin[v]);
-    }
+    result_.surface.vertices = input_.vertices(result_.vertex_origin, Eigen::all);
     list_shapes();
     std::sort(result_.mends.begin(), result_.mends.end(),
               [](const Mend& a, const Mend& b) { return a.kind < b.kind; });
@@ -329,9 +544,8 @@ struct MeanLength {
 
 // Over the longest edge. Precondition: the face has a shape.
 double height_of(const Surface& surface, FaceId f) {
-  const Vector3 p = surface.vertices.row(surface.faces(f, 0));
-  Vector3 a = surface.vertices.row(surface.faces(f, 1)).transpose() - p;
-  Vector3 b = surface.vertices.row(surface.faces(f, 2)).transpose() - p;
+  const auto [p, q, r] = surface.corners(f);
+  Vector3 a = q - p, b = r - p;
   const double longest = std::max({a.stableNorm(), b.stableNorm(), (b - a).stableNorm()});
   a /= longest;  // a product of lengths may be no number
   b /= longest;
@@ -363,16 +577,17 @@ Points3 rest_positions(const Surface& surface) {
   std::vector<FaceId> flat = shapeless_faces(surface.vertices, surface.faces);
   Points3 result = surface.vertices;
   if (flat.empty()) return result;
-  std::vector<char> moves(at(static_cast<Index>(surface.vertices.rows())), 0);
-  for (const FaceId f : flat) {
-    for (Index k = 0; k < 3; ++k) moves[at(surface.faces(f, k))] = 1;
-  }
+  std::vector<char> moves;
+  const auto find_moves = [&] {
+    moves.assign(at(surface.vertices.rows()), 0);
+    for (const FaceId f : flat)
+      for (Index k = 0; k < 3; ++k) moves[at(surface.faces(f, k))] = 1;
+  };
+  find_moves();
   std::vector<MeanLength> around(moves.size());
   MeanLength all;
   for (CornerId c = 0; c < static_cast<CornerId>(surface.faces.size()); ++c) {
-    const VertexId a = surface.faces(c / 3, c % 3);
-    const CornerId n = next_corner(c);
-    const VertexId b = surface.faces(n / 3, n % 3);
+    const VertexId a = source(surface.faces, c), b = target(surface.faces, c);
     const double length = (surface.vertices.row(b) - surface.vertices.row(a)).stableNorm();
     around[at(a)].add(length);
     around[at(b)].add(length);
@@ -395,10 +610,7 @@ Points3 rest_positions(const Surface& surface) {
       result.row(row) = surface.vertices.row(row) + shift * direction_of(row, round).transpose();
     }
     flat = shapeless_faces(result, surface.faces);
-    moves.assign(moves.size(), 0);
-    for (const FaceId f : flat) {
-      for (Index k = 0; k < 3; ++k) moves[at(surface.faces(f, k))] = 1;
-    }
+    find_moves();
   }
   return result;
 }

@@ -3,7 +3,7 @@
 //
 //   pair_edges()     which faces continue each other across each edge        edge_pairs.h
 //   pair_crowds()    the same where more than two meet
-//   orient()         one winding per part, one-sided parts cut               orientation.h
+//   Orienter         one winding per part, one-sided parts cut
 //   separate()       a vertex of its own for every fan of paired faces
 //
 // The user's mesh stays what it is: vertices are doubled, faces turned over, edges opened, and

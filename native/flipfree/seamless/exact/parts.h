@@ -11,7 +11,6 @@
 #include "flipfree/base/types.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/distortion/seams/constraints.h"
-#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/request.h"
 

@@ -20,7 +20,6 @@
 #include "flipfree/intrinsic/intrinsic_mesh.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
-#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/numeric/scalar.h"
 

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/request.h"

@@ -18,7 +18,6 @@
 #include "flipfree/certify/measures.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
-#include "flipfree/distortion/minimize/conformal_start.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/valid_map.h"

@@ -15,7 +15,6 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/measures.h"
-#include "flipfree/certify/overlap.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/cut.h"

@@ -22,7 +22,7 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/base/types.h"
 #include "flipfree/certify/certified_map.h"
-#include "flipfree/certify/overlap.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/certify/separated_map.h"
 #include "flipfree/certify/texture.h"
 #include "flipfree/distortion/energy/energy.h"
