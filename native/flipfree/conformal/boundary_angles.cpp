@@ -25,7 +25,6 @@ constexpr int kCircleRounds = 60;
 constexpr double kCircleTolerance = 1e-9;  // relative change of boundary lengths
 
 struct Shape {
-  const mesh::Adjacency& adjacency;
   std::vector<std::vector<VertexId>> loops;
   std::vector<bool> on_boundary;
   Index euler = 0;
@@ -36,13 +35,12 @@ Shape shape_of(const mesh::Surface& surface, const ExecutionContext& context) {
   rules.require_connected = true;
   rules.allow_isolated_vertices = false;
   mesh::validate(surface, rules, context);
-  Shape shape{surface.adjacency(), {}, {}, 0};
-  shape.loops = mesh::boundary_loops(surface.faces, shape.adjacency);
-  shape.on_boundary.assign(at(static_cast<Index>(surface.vertices.rows())), false);
+  Shape shape{mesh::boundary_loops(surface.faces, surface.adjacency()),
+              std::vector<bool>(at(surface.vertices.rows()), false),
+              mesh::topology(surface.faces, surface.adjacency()).euler()};
   for (const auto& loop : shape.loops) {
     for (const VertexId v : loop) shape.on_boundary[at(v)] = true;
   }
-  shape.euler = mesh::topology(surface.faces, shape.adjacency).euler();
   return shape;
 }
 

@@ -106,6 +106,10 @@ double stored_angle_error(const certify::Parametrization& map,
   return largest;
 }
 
+// An interior vertex is a cone, and lies on a cut, if its target differs from 2 pi by more
+// (radians).
+constexpr double kFlatTolerance = 1e-8;
+
 struct Prescribed {
   std::vector<VertexId> cones;  // interior vertices that are not flat
   certify::CertifyRequest
@@ -113,12 +117,12 @@ struct Prescribed {
 };
 
 Prescribed prescribed_angles(const std::vector<double>& target_angles,
-                             const std::vector<bool>& on_boundary, double flat_tolerance) {
+                             const std::vector<bool>& on_boundary) {
   Prescribed out;
   for (std::size_t v = 0; v < target_angles.size(); ++v) {
     const auto id = static_cast<VertexId>(v);
     const bool cone =
-        !on_boundary[v] && std::abs(target_angles[v] - 2 * std::numbers::pi) > flat_tolerance;
+        !on_boundary[v] && std::abs(target_angles[v] - 2 * std::numbers::pi) > kFlatTolerance;
     if (cone) out.cones.push_back(id);
     if (cone || (on_boundary[v] && target_angles[v] > 0))
       out.request.cone_angles.emplace_back(id, target_angles[v]);
@@ -170,8 +174,7 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
       options.uncuttable.rows() == 0
           ? mesh::EdgeFlags{}
           : mesh::flag_edges(surface.faces, adjacency, options.uncuttable);
-  const Prescribed prescribed =
-      prescribed_angles(target_angles, solved.metric.on_boundary, options.flat_tolerance);
+  const Prescribed prescribed = prescribed_angles(target_angles, solved.metric.on_boundary);
 
   ConformalMapResult result;
   certify::Parametrization& map = result.map;
@@ -188,8 +191,7 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
     std::optional<intrinsic::MetricOverlay> made;
     parallel_for(context, 2, 1, [&](std::size_t task, std::size_t, std::size_t) {
       if (task == 0) {
-        made = intrinsic::overlay_metric(solved.metric, solved.split.get(), surface,
-                                         options.max_crossings, context);
+        made = intrinsic::overlay_metric(solved.metric, solved.split.get(), surface, context);
       } else {
         cuts = mesh::cut_to_disks(surface, adjacency, given, prescribed.cones, avoided, context);
       }

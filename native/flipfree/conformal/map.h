@@ -24,10 +24,6 @@ struct ConformalMapOptions {
   intrinsic::Refinement refinement = intrinsic::Refinement::kAuto;
   MetricOptions metric;        // its max_seconds are those of the whole map
   bool refined_start = false;  // metric.h
-  // An interior vertex is a cone, and lies on a cut, if its target differs from 2 pi by more
-  // (radians).
-  double flat_tolerance = 1e-8;
-  std::int64_t max_crossings = intrinsic::kMaxCrossings;
   // Where 64 bits do not hold the map: crossings of the overlay are spread by this share
   // (intrinsic/overlay.h). The map is then the metric's at the vertices only. 0:
   // never.

@@ -234,11 +234,11 @@ class Prescriber {
 
   void find_chains() {
     for (std::size_t i = 0; i < tree_.loops.size(); ++i)
-      chains_.push_back(intrinsic::chain_of(surface_.faces, adjacency_, tree_, i));
+      chains_.push_back(intrinsic::chain_of(surface_, tree_, i));
     for (std::size_t i = 1; i < borders_.size(); ++i) {
       const VertexId from = borders_[i - 1], to = borders_[i];
       if (root_[at(from)] == root_[at(to)])
-        chains_.push_back(intrinsic::tree_path(surface_.faces, adjacency_, tree_, from, to));
+        chains_.push_back(intrinsic::tree_path(surface_, tree_, from, to));
     }
   }
 

@@ -66,25 +66,6 @@ void glue(IntrinsicMesh& m, HalfedgeId a, HalfedgeId b, HalfedgeId c, FaceId f) 
   m.face_halfedge[at(f)] = a;
 }
 
-// Numbers the edges in the order of their first half-edge: fills `input_halfedge` and
-// `on_boundary`. Returns the number of edges.
-Index number_edges(const Triangles& faces, const mesh::Adjacency& adjacency,
-                   IntrinsicSetup& setup) {
-  Index edges = 0;
-  for (Index h = 0; h < 3 * static_cast<Index>(faces.rows()); ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    if (o == kInvalid) {
-      setup.input_halfedge[at(h)] = 2 * edges++;
-      setup.on_boundary[at(mesh::source(faces, h))] = true;
-    } else if (h < o) {
-      setup.input_halfedge[at(h)] = 2 * edges;
-      setup.input_halfedge[at(o)] = 2 * edges + 1;
-      ++edges;
-    }
-  }
-  return edges;
-}
-
 // Adds the mirrored copy: its vertices, the interior edges from `edges` on, its faces.
 void add_mirror_image(const Triangles& faces, const mesh::Adjacency& adjacency, Index edges,
                       IntrinsicSetup& setup) {
@@ -186,13 +167,33 @@ void pair_by_reflection(IntrinsicMesh& m, HalfedgeId a, HalfedgeId b) {
   m.reflection[at(b ^ 1)] = a ^ 1;
 }
 
+InputEdges number_edges(const mesh::Adjacency& adjacency) {
+  InputEdges edges;
+  edges.of_corner.assign(adjacency.opposite.size(), kInvalid);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o != kInvalid && o < h) {
+      edges.of_corner[at(h)] = edges.of_corner[at(o)];
+    } else {
+      edges.of_corner[at(h)] = static_cast<Index>(edges.halfedge.size());
+      edges.halfedge.push_back(h);
+    }
+  }
+  return edges;
+}
+
 IntrinsicSetup build_intrinsic_mesh(Index vertex_count, const Triangles& faces) {
   const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, faces);
   const Index face_count = static_cast<Index>(faces.rows());
   IntrinsicSetup setup;
-  setup.input_halfedge.assign(at(3 * face_count), kInvalid);
   setup.on_boundary.assign(at(vertex_count), false);
-  const Index edges = number_edges(faces, adjacency, setup);
+  const InputEdges numbered = number_edges(adjacency);
+  for (HalfedgeId h = 0; h < 3 * face_count; ++h) {
+    const EdgeId e = numbered.of_corner[at(h)];
+    setup.input_halfedge.push_back(numbered.halfedge[at(e)] == h ? 2 * e : 2 * e + 1);
+    if (adjacency.opposite[at(h)] == kInvalid) setup.on_boundary[at(mesh::source(faces, h))] = true;
+  }
+  const auto edges = static_cast<Index>(numbered.halfedge.size());
   const Index boundary_edges = 2 * edges - 3 * face_count;
   const bool cover = boundary_edges > 0;
   const Index all_edges = cover ? 2 * edges - boundary_edges : edges;

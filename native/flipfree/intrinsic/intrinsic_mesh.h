@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "flipfree/base/types.h"
+#include "flipfree/mesh/surface.h"
 
 namespace flipfree::intrinsic {
 // The connectivity of a closed triangulation that is flipped: half-edges with two maps (thesis
@@ -114,6 +115,13 @@ struct IntrinsicMesh : FlipMesh {
   // For half-edges of perpendicular edges: does it run from copy 1 to copy 2?
   bool leaves_one(HalfedgeId h) const { return (starts_in_two[at(h >> 1)] != 0) == ((h & 1) != 0); }
 };
+
+// The edges of a mesh in corner order.
+struct InputEdges {
+  std::vector<HalfedgeId> halfedge;  // #E: the corner first seen
+  std::vector<Index> of_corner;      // 3 #F
+};
+InputEdges number_edges(const mesh::Adjacency& adjacency);
 
 // The mesh of a user's surface and where its corners went.
 struct IntrinsicSetup {

@@ -183,12 +183,12 @@ TreeCotree tree_cotree(const mesh::Surface& surface, const ExecutionContext& con
   return out;
 }
 
-EdgeChain tree_path(const Triangles& faces, const mesh::Adjacency& adjacency,
-                    const TreeCotree& tree, VertexId from, VertexId to) {
+EdgeChain tree_path(const mesh::Surface& surface, const TreeCotree& tree, VertexId from,
+                    VertexId to) {
   const auto to_root = [&](VertexId v) {
     EdgeChain chain;
     for (HalfedgeId up = tree.to_parent[at(tree.stands_for[at(v)])]; up != kInvalid;
-         up = tree.to_parent[at(tree.stands_for[at(mesh::target(faces, up))])])
+         up = tree.to_parent[at(tree.stands_for[at(mesh::target(surface.faces, up))])])
       chain.push_back(up);
     return chain;
   };
@@ -198,16 +198,15 @@ EdgeChain tree_path(const Triangles& faces, const mesh::Adjacency& adjacency,
     before.pop_back();
   }
   for (auto up = before.rbegin(); up != before.rend(); ++up)
-    chain.push_back(adjacency.opposite[at(*up)]);
+    chain.push_back(surface.adjacency().opposite[at(*up)]);
   return chain;
 }
 
-EdgeChain chain_of(const Triangles& faces, const mesh::Adjacency& adjacency, const TreeCotree& tree,
-                   std::size_t i) {
+EdgeChain chain_of(const mesh::Surface& surface, const TreeCotree& tree, std::size_t i) {
   // h is left by the loop, so it runs from the loop's right to its left.
   const HalfedgeId h = tree.left_over[i];
   EdgeChain chain =
-      tree_path(faces, adjacency, tree, mesh::target(faces, h), mesh::source(faces, h));
+      tree_path(surface, tree, mesh::target(surface.faces, h), mesh::source(surface.faces, h));
   chain.insert(chain.begin(), h);
   return chain;
 }

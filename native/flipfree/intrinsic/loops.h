@@ -67,13 +67,12 @@ TreeCotree tree_cotree(const mesh::Surface& surface, const ExecutionContext& con
 
 // The chain of tree edges from what one vertex stands for to what another one does, of the same
 // component. Cost: O(its length + depth of the tree).
-EdgeChain tree_path(const Triangles& faces, const mesh::Adjacency& adjacency,
-                    const TreeCotree& tree, VertexId from, VertexId to);
+EdgeChain tree_path(const mesh::Surface& surface, const TreeCotree& tree, VertexId from,
+                    VertexId to);
 
 // The closed chain of edges through left_over[i]. It crosses loops[i] once, from the right of it to
 // its left, and no other loop. Cost: O(its length + depth of the tree).
-EdgeChain chain_of(const Triangles& faces, const mesh::Adjacency& adjacency, const TreeCotree& tree,
-                   std::size_t i);
+EdgeChain chain_of(const mesh::Surface& surface, const TreeCotree& tree, std::size_t i);
 
 // Shortest strips from the first boundary loop of a connected surface to each other one: half-edges
 // as of a loop, before them that of the boundary at which the strip begins. Cost: as tree_cotree().

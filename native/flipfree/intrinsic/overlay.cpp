@@ -320,58 +320,48 @@ void for_each_edge(const OverlayTrace& trace, const Visit& visit) {
   }
 }
 
-class StraightLines {
- public:
-  StraightLines(const FlipMesh& mesh, const StartLengths& lengths)
-      : mesh_(mesh), lengths_(lengths) {}
-
-  // Writes one crossing for each of `crossings` to `out`.
-  void follow(const CurveStart& start, std::span<const Crossing> crossings, StraightCrossing* out) {
-    ends_.clear();
-    // The start lies at the origin, the side before the line on the x axis.
-    Spot p{lengths_.of(start.halfedge), 0};
-    Spot q = lengths_.apex(mesh_, start.halfedge);
-    Spot apex;
-    for (std::size_t i = 0; i < crossings.size(); ++i) {
-      ends_.push_back({p, q});
-      const HalfedgeId o = FlipMesh::opposite(crossings[i].through);
-      const Spot local = lengths_.apex(mesh_, o);
-      const long double l = lengths_.of(o);
-      const Spot x{(p.x - q.x) / l, (p.y - q.y) / l};
-      apex = {q.x + local.x * x.x - local.y * x.y, q.y + local.x * x.y + local.y * x.x};
-      if (i + 1 == crossings.size()) break;
-      (crossings[i + 1].through == mesh_.next_of(o) ? q : p) = apex;
-    }
-    const long double whole = apex.dot(apex);
-    for (std::size_t i = 0; i < crossings.size(); ++i) {
-      const auto& [a, b] = ends_[i];
-      const long double right = -apex.cross(a), left = apex.cross(b);
-      StraightCrossing& s = out[i];
-      s.through = crossings[i].through;
-      s.on_edge.source = -1.0;
-      if (right > 0 && left > 0) {
-        const long double sum = right + left;
-        const Spot hit{(a.x * left + b.x * right) / sum, (a.y * left + b.y * right) / sum};
-        const long double along = hit.dot(apex) / whole;
-        if (along > 0 && along < 1) {
-          s.on_edge = {static_cast<double>(left / sum), static_cast<double>(right / sum)};
-          s.on_curve = {static_cast<double>(1 - along), static_cast<double>(along)};
-        }
-      }
-    }
+// The straight line over `mesh` that starts so, where it meets what the curve crosses. `ends`:
+// scratch.
+void follow_line(const FlipMesh& mesh, const StartLengths& lengths, const CurveStart& start,
+                 std::span<const Crossing> crossings, std::vector<std::array<Spot, 2>>& ends,
+                 StraightCrossing* out) {
+  ends.clear();
+  // The start lies at the origin, the side before the line on the x axis.
+  Spot p{lengths.of(start.halfedge), 0};
+  Spot q = lengths.apex(mesh, start.halfedge);
+  Spot apex;
+  for (std::size_t i = 0; i < crossings.size(); ++i) {
+    ends.push_back({p, q});
+    const HalfedgeId o = FlipMesh::opposite(crossings[i].through);
+    const Spot local = lengths.apex(mesh, o);
+    const long double l = lengths.of(o);
+    const Spot x{(p.x - q.x) / l, (p.y - q.y) / l};
+    apex = {q.x + local.x * x.x - local.y * x.y, q.y + local.x * x.y + local.y * x.x};
+    if (i + 1 == crossings.size()) break;
+    (crossings[i + 1].through == mesh.next_of(o) ? q : p) = apex;
   }
-
- private:
-  const FlipMesh& mesh_;
-  const StartLengths& lengths_;
-  std::vector<std::array<Spot, 2>> ends_;
-};
+  const long double whole = apex.dot(apex);
+  for (std::size_t i = 0; i < crossings.size(); ++i) {
+    const auto& [a, b] = ends[i];
+    const long double right = -apex.cross(a), left = apex.cross(b), sum = right + left;
+    out[i].through = crossings[i].through;
+    out[i].on_edge.source = -1.0;
+    if (!(right > 0 && left > 0)) continue;
+    const Spot hit{(a.x * left + b.x * right) / sum, (a.y * left + b.y * right) / sum};
+    const long double along = hit.dot(apex) / whole;
+    if (!(along > 0 && along < 1)) continue;
+    out[i].on_edge = {static_cast<double>(left / sum), static_cast<double>(right / sum)};
+    out[i].on_curve = {static_cast<double>(1 - along), static_cast<double>(along)};
+  }
+}
 
 Between scaled(const Between& b, long double source, long double target) {
   const long double s = b.source * source, t = b.target * target, sum = s + t;
   return {static_cast<double>(s / sum), static_cast<double>(t / sum)};
 }
 
+// `trace`, `positions`: of the final triangulation, of the curves that were followed straight;
+// `scale`: u per vertex of the mesh.
 class Straightener {
  public:
   Straightener(const FlippedMetric& metric, const OverlayTrace& trace,
@@ -387,6 +377,23 @@ class Straightener {
                  [&](EdgeId e) { made_later_[at(e)] = 1; });
   }
 
+  // Cost: O(#E + crossings log crossings).
+  Straightened run(const StraightCurves& straight, const ExecutionContext& context) {
+    std::vector<std::size_t> bent;  // curves that are not edges of the Delaunay start
+    for (std::size_t c = 0; c < trace_.curves.size(); ++c)
+      if (!straight.of_curve(c).empty()) bent.push_back(c);
+    constexpr std::size_t kCurvesPerChunk = 1024;
+    parallel_for(context, bent.size(), kCurvesPerChunk,
+                 [&](std::size_t begin, std::size_t end, std::size_t) {
+                   for (std::size_t i = begin; i < end; ++i)
+                     match(bent[i], straight.of_curve(bent[i]));
+                 });
+    move_on_edges(context);
+    for (const std::size_t c : bent) move_on_curve(c);
+    return result_;
+  }
+
+ private:
   // The same crossings in D and in T: those of edges that both have, in the same order. Different
   // curves may be matched at the same time.
   void match(std::size_t curve, std::span<const StraightCrossing> straight) {
@@ -426,7 +433,7 @@ class Straightener {
         ordered = ordered && b.source > 0.0 && b.target > 0.0 && share > last;
         last = share;
       }
-      (ordered ? result.moved : result.kept) += ids.size();
+      (ordered ? result_.moved : result_.kept) += ids.size();
       for (std::size_t i = 0; ordered && i < ids.size(); ++i) {
         positions_.on_edge[ids[i]] = wish_[ids[i]].on_edge;
         positions_.log_weight[ids[i]] = wish_[ids[i]].log_weight;
@@ -462,7 +469,8 @@ class Straightener {
                                   (1.0 - share) * new_from.target + share * new_to.target};
       }
       if (known == last) break;
-      result.largest_move = std::max(result.largest_move, std::abs(new_to.target - old_to.target));
+      result_.largest_move =
+          std::max(result_.largest_move, std::abs(new_to.target - old_to.target));
       positions_.on_curve[known] = new_to;
       old_from = old_to;
       new_from = new_to;
@@ -470,9 +478,6 @@ class Straightener {
     }
   }
 
-  Straightened result;
-
- private:
   struct Wish {
     Between on_edge{-1.0, 0.0}, on_curve;  // a negative source: none
     double log_weight = 0.0;
@@ -483,6 +488,7 @@ class Straightener {
   OverlayPositions& positions_;
   std::vector<char> made_later_;  // #E: by a Ptolemy flip
   std::vector<Wish> wish_;
+  Straightened result_;
 };
 
 // The straight lines of `curves`. `start`: coordinates after the Euclidean flips alone. Cost: O(#E
@@ -498,35 +504,15 @@ StraightCurves follow_straight(const FlippedMetric& metric, const OverlayCoordin
       trace_overlay(start, curves, std::numeric_limits<std::int64_t>::max(), context);
   out.begin = trace.begin;
   out.crossings.resize(trace.crossings.size());
-  StraightLines lines(start.current(), lengths);
+  std::vector<std::array<Spot, 2>> ends;
   for (std::size_t c = 0; c < curves.size(); ++c) {
     if (c % 1024 == 0) context.check();
     const auto crossings = trace.of_curve(c);
     if (crossings.empty()) continue;
-    lines.follow(trace.start[at(curves[c])], crossings, out.crossings.data() + out.begin[c]);
+    follow_line(start.current(), lengths, trace.start[at(curves[c])], crossings, ends,
+                out.crossings.data() + out.begin[c]);
   }
   return out;
-}
-
-// `trace`, `positions`: of the final triangulation, the same curves; `scale`: u per vertex of the
-// mesh. Cost: O(#E + crossings log crossings).
-Straightened straighten(const FlippedMetric& metric, const OverlayTrace& trace,
-                        const StraightCurves& straight, const std::vector<long double>& scale,
-                        OverlayPositions& positions, const ExecutionContext& context) {
-  if (straight.begin.empty()) return {};
-  Straightener straightener(metric, trace, scale, positions, context);
-  std::vector<std::size_t> bent;  // curves that are not edges of the Delaunay start
-  for (std::size_t c = 0; c < trace.curves.size(); ++c)
-    if (!straight.of_curve(c).empty()) bent.push_back(c);
-  constexpr std::size_t kCurvesPerChunk = 1024;
-  parallel_for(context, bent.size(), kCurvesPerChunk,
-               [&](std::size_t begin, std::size_t end, std::size_t) {
-                 for (std::size_t i = begin; i < end; ++i)
-                   straightener.match(bent[i], straight.of_curve(bent[i]));
-               });
-  straightener.move_on_edges(context);
-  for (const std::size_t c : bent) straightener.move_on_curve(c);
-  return straightener.result;
 }
 
 }  // namespace
@@ -560,8 +546,10 @@ Overlay build_overlay(const FlippedMetric& metric, const std::vector<HalfedgeId>
       straight = follow_straight(metric, *start, curves, widened(metric.initial_length), context);
     }
   });
-  overlay.straightened =
-      straighten(metric, overlay.trace, straight, scale, overlay.positions, context);
+  if (!straight.begin.empty()) {
+    Straightener straightener(metric, overlay.trace, scale, overlay.positions, context);
+    overlay.straightened = straightener.run(straight, context);
+  }
   return overlay;
 }
 

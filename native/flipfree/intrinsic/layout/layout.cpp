@@ -683,24 +683,9 @@ void refine_and_round(const mesh::Surface& surface, const InputDevelopment& deve
 
 }  // namespace
 
-InputEdges number_edges(const mesh::Adjacency& adjacency) {
-  InputEdges edges;
-  edges.of_corner.assign(adjacency.opposite.size(), kInvalid);
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    if (o != kInvalid && o < h) {
-      edges.of_corner[at(h)] = edges.of_corner[at(o)];
-    } else {
-      edges.of_corner[at(h)] = static_cast<Index>(edges.halfedge.size());
-      edges.halfedge.push_back(h);
-    }
-  }
-  return edges;
-}
-
 MetricOverlay overlay_metric(const FlippedMetric& metric, const SplitSurface* split,
-                             const mesh::Surface& surface, std::int64_t max_crossings,
-                             const ExecutionContext& context) {
+                             const mesh::Surface& surface, const ExecutionContext& context) {
+  constexpr std::int64_t kMaxCrossings = 20'000'000;
   mesh::Adjacency own = split == nullptr ? surface.adjacency()
                                          : mesh::build_adjacency(split->vertex_count, split->faces);
   InputEdges edges = number_edges(own);
@@ -708,7 +693,7 @@ MetricOverlay overlay_metric(const FlippedMetric& metric, const SplitSurface* sp
   curves.reserve(edges.halfedge.size());
   for (const HalfedgeId h : edges.halfedge) curves.push_back(metric.input_halfedge[at(h)]);
   return {&metric, split, std::move(own), std::move(edges),
-          build_overlay(metric, curves, max_crossings, context)};
+          build_overlay(metric, curves, kMaxCrossings, context)};
 }
 
 MetricLayout lay_out_metric(const mesh::Surface& surface, const MetricOverlay& overlaid,

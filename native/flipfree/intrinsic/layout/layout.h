@@ -22,15 +22,6 @@
 
 namespace flipfree::intrinsic {
 
-inline constexpr std::int64_t kMaxCrossings = 20'000'000;
-
-// The edges of a mesh in corner order.
-struct InputEdges {
-  std::vector<HalfedgeId> halfedge;  // #E: the corner first seen
-  std::vector<Index> of_corner;      // 3 #F
-};
-InputEdges number_edges(const mesh::Adjacency& adjacency);
-
 // A metric with its overlay.
 struct MetricOverlay {
   const FlippedMetric* metric = nullptr;
@@ -43,8 +34,7 @@ struct MetricOverlay {
 // `surface`: the input. `metric` and `split` must outlive the result. Errors, cost:
 // build_overlay().
 MetricOverlay overlay_metric(const FlippedMetric& metric, const SplitSurface* split,
-                             const mesh::Surface& surface, std::int64_t max_crossings,
-                             const ExecutionContext& context);
+                             const mesh::Surface& surface, const ExecutionContext& context);
 
 struct MetricLayout {
   RefinedLayout map;

@@ -75,11 +75,9 @@ class ExactTriangulation {
         if (!fits(k, left.at_end + corner_angle(p_[k], p_[j], p_[i]) + right.at_start)) continue;
         chain.at_start = left.at_start + corner_angle(p_[i], p_[k], p_[j]);
         chain.at_end = right.at_end + corner_angle(p_[j], p_[i], p_[k]);
-      }
-      // The ends are not complete yet, but can only grow.
-      if (!angles_.empty() &&
-          (chain.at_start > angles_[i] + kAngleSlack || chain.at_end > angles_[j] + kAngleSlack)) {
-        continue;
+        // The ends are not complete yet, but can only grow.
+        if (chain.at_start > angles_[i] + kAngleSlack || chain.at_end > angles_[j] + kAngleSlack)
+          continue;
       }
       best = chain;
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <utility>
@@ -396,19 +397,19 @@ class MapRefiner {
     return true;
   }
 
+  const PolygonVertex& vertex(Index id) const {
+    return *std::find_if(polygon_.begin(), polygon_.end(),
+                         [&](const PolygonVertex& v) { return v.id == id; });
+  }
+  double distortion_of(const Triangle& t) const {
+    return distortion(vertex(t[0]), vertex(t[1]), vertex(t[2]));
+  }
+
   // The face's triangulation with the fan of `id` replaced by triangles without it.
   bool without(FaceId f, Index id, std::vector<Triangle>& result) {
     build_polygon(f, polygon_);
-    const auto position = [&](Index v) {
-      for (std::size_t i = 0; i < polygon_.size(); ++i) {
-        if (polygon_[i].id == v) return i;
-      }
-      return polygon_.size();
-    };
-    const std::size_t own = position(id), n = polygon_.size();
-    hole_.clear();
-    double worst_before = 1.0;
-    std::vector<std::array<Index, 2>> link;
+    double worst = 1.0;
+    std::map<Index, Index> link;
     for (const Triangle& t : triangles(f)) {
       std::size_t k = 0;
       while (k < 3 && t[k] != id) ++k;
@@ -416,26 +417,22 @@ class MapRefiner {
         result.push_back(t);
         continue;
       }
-      const Index b = t[(k + 1) % 3], c = t[(k + 2) % 3];
-      link.push_back({b, c});
-      worst_before = std::max(
-          worst_before, distortion(polygon_[own], polygon_[position(b)], polygon_[position(c)]));
+      link.emplace(t[(k + 1) % 3], t[(k + 2) % 3]);
+      worst = std::max(worst, distortion_of(t));
     }
     // The fan runs from the point after p on its side to the point before it.
+    const std::size_t own = static_cast<std::size_t>(&vertex(id) - polygon_.data());
+    const std::size_t n = polygon_.size();
     Index v = polygon_[(own + 1) % n].id;
-    const Index last = polygon_[(own + n - 1) % n].id;
-    hole_.push_back(polygon_[position(v)]);
-    for (std::size_t guard = 0; v != last && guard <= link.size(); ++guard) {
-      for (const auto& [b, c] : link) {
-        if (b == v) {
-          v = c;
-          hole_.push_back(polygon_[position(v)]);
-          break;
-        }
-      }
+    hole_.assign(1, vertex(v));
+    while (v != polygon_[(own + n - 1) % n].id) {
+      const auto next = link.extract(v);
+      if (next.empty()) return false;
+      v = next.mapped();
+      hole_.push_back(vertex(v));
     }
-    if (v != last || !triangulate_polygon(hole_, {}, storage_, local_, context_)) return false;
-    const double bound = std::max(kGoodDistortion, 2.0 * worst_before);
+    if (!triangulate_polygon(hole_, {}, storage_, local_, context_)) return false;
+    const double bound = std::max(kGoodDistortion, 2.0 * worst);
     for (const PolygonTriangle& t : local_) {
       const PolygonVertex &a = hole_[at(t[0])], &b = hole_[at(t[1])], &c = hole_[at(t[2])];
       if (!(distortion(a, b, c) <= bound)) return false;
