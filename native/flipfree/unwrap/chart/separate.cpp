@@ -209,9 +209,9 @@ class Separator {
     Points3 normals(chart_.faces.rows(), 3);
     centre_.resize(chart_.faces.rows(), 3);
     for (FaceId f = 0; f < chart_.faces.rows(); ++f) {
-      normals.row(f) = face_normal(chart_, f).normalized().transpose();
-      const auto corner = [&](Index k) { return chart_.vertices.row(chart_.faces(f, k)); };
-      centre_.row(f) = (corner(0) + corner(1) + corner(2)) / 3.0;
+      normals.row(f) = chart_.area_vector(f).normalized().transpose();
+      const auto [a, b, c] = chart_.corners(f);
+      centre_.row(f) = ((a + b + c) / 3.0).transpose();
     }
     cost_.assign(cut_.size(), 0.0);
     double longest = 0.0;
@@ -373,7 +373,7 @@ constexpr double kThinnestStored = 1e-5;
 bool is_thin(const mesh::Surface& chart, FaceId f) {
   double longest = 0.0;
   for (Index k = 0; k < 3; ++k) longest = std::max(longest, edge_length(chart, 3 * f + k));
-  return !(face_normal(chart, f).norm() > kThinnestStored * longest * longest);
+  return !(chart.area_vector(f).norm() > kThinnestStored * longest * longest);
 }
 
 // Per face the first one of those that stay together: polygons, and every thin face with a

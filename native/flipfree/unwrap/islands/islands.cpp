@@ -177,14 +177,11 @@ std::vector<double> ScaleField::solve(const std::vector<char>& open, ExecutionCo
   for (Index row = 0; row < count; ++row) {
     if (row % 8192 == 0) context.check();
     double diagonal = 0.0;
-    const HalfedgeId start = adjacency_.vertex_halfedge[at(vertex[at(row)])];
-    HalfedgeId h = start;
-    do {
+    mesh::for_each_outgoing(adjacency_, vertex[at(row)], [&](HalfedgeId h) {
       diagonal += weight(h);
       const Index other = unknown[at(mesh::target(surface_.faces, h))];
       if (other > row) entries.emplace_back(other, row, -weight(h));
-      h = mesh::rotate_ccw(adjacency_, h);
-    } while (h != start);
+    });
     entries.emplace_back(row, row, diagonal);
     right[row] = defect_[at(vertex[at(row)])];
   }
@@ -234,21 +231,18 @@ std::vector<Hill> hills(const mesh::Surface& surface, const std::vector<double>&
     seen[at(v)] = 1;
     if (reach[at(v)] != 0) end[at(v)] = v;
     moments[at(v)] = {area[at(v)], area[at(v)] * height(v), area[at(v)] * height(v) * height(v)};
-    const HalfedgeId start = adjacency.vertex_halfedge[at(v)];
-    HalfedgeId h = start;
-    do {  // v lies inside: the fan is closed
+    mesh::for_each_outgoing(adjacency, v, [&](HalfedgeId h) {
       const VertexId w = mesh::target(surface.faces, h);
-      h = mesh::rotate_ccw(adjacency, h);
-      if (seen[at(w)] == 0 || u[at(v)] * u[at(w)] < 0.0) continue;
+      if (seen[at(w)] == 0 || u[at(v)] * u[at(w)] < 0.0) return;
       VertexId a = sets.find(v);
       VertexId b = sets.find(w);
-      if (a == b) continue;
+      if (a == b) return;
       if (lower(b, a)) std::swap(a, b);
       if (a != v) finish(a, above(height(v), moments[at(a)]), height(v));
       sets.join(a, b);
       moments[at(b)] += moments[at(a)];
       if (end[at(b)] == kInvalid) end[at(b)] = end[at(a)];
-    } while (h != start);
+    });
   }
   for (const VertexId v : order) {
     if (sets.find(v) == v) finish(v, moments[at(v)][2], 0.0);

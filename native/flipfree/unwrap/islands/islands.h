@@ -184,22 +184,15 @@ inline double edge_length(const mesh::Surface& surface, HalfedgeId h) {
       .norm();
 }
 
-// Its length is twice the face's area.
-inline Vector3 face_normal(const mesh::Surface& surface, FaceId f) {
-  const Vector3 p = surface.vertices.row(surface.faces(f, 0));
-  const Vector3 a = surface.vertices.row(surface.faces(f, 1)).transpose() - p;
-  return a.cross(surface.vertices.row(surface.faces(f, 2)).transpose() - p);
-}
-
 inline double face_area(const mesh::Surface& surface, FaceId f) {
-  return 0.5 * face_normal(surface, f).norm();
+  return 0.5 * surface.area_vector(f).norm();
 }
 std::vector<double> face_areas(const mesh::Surface& surface);
 
 // Between the normals of two faces, radians.
 inline double bend_between(const mesh::Surface& surface, FaceId f, FaceId g) {
-  const Vector3 n = face_normal(surface, f);
-  const Vector3 m = face_normal(surface, g);
+  const Vector3 n = surface.area_vector(f);
+  const Vector3 m = surface.area_vector(g);
   return std::atan2(n.cross(m).norm(), n.dot(m));
 }
 

@@ -34,12 +34,7 @@ constexpr double kOrdinary = 10.0;
 
 template <typename Visit>
 void for_faces_around(const mesh::Adjacency& adjacency, VertexId v, Visit visit) {
-  const HalfedgeId start = adjacency.vertex_halfedge[at(v)];
-  for (HalfedgeId h = start; h != kInvalid;) {
-    visit(static_cast<FaceId>(h / 3));
-    h = mesh::rotate_ccw(adjacency, h);
-    if (h == start) break;
-  }
+  mesh::for_each_outgoing(adjacency, v, [&](HalfedgeId h) { visit(static_cast<FaceId>(h / 3)); });
 }
 
 // Interior vertices whose faces, all positive, wind around them other than once (certify/measures:
@@ -51,13 +46,11 @@ bool winds_once(const DamagedChart& chart, const Points2& uv, VertexId v) {
     return uv(p, 1) > uv(v, 1) || (uv(p, 1) == uv(v, 1) && uv(p, 0) > uv(v, 0));
   };
   Index turns = 0;
-  HalfedgeId h = start;
-  do {
+  mesh::for_each_outgoing(chart.adjacency, v, [&](HalfedgeId h) {
     const bool from = upper(mesh::target(chart.surface.faces, h));
     const bool to = upper(mesh::source(chart.surface.faces, previous_corner(h)));
     if (!from && to) ++turns;
-    h = mesh::rotate_ccw(chart.adjacency, h);
-  } while (h != start);
+  });
   return turns == 1;
 }
 

@@ -16,7 +16,6 @@
 #include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/seams/costs.h"
-#include "flipfree/unwrap/seams/made_parts.h"
 #include "flipfree/unwrap/seams/nets.h"
 #include "flipfree/unwrap/seams/search.h"
 #include "flipfree/unwrap/seams/sheet.h"

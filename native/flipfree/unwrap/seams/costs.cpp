@@ -31,9 +31,9 @@ constexpr double kThinnestWithNormal = 1e-8;
 
 // Zero where the face has no shape that would tell.
 Vector3 normal_of(const mesh::Surface& surface, FaceId f) {
-  const Vector3 p = surface.vertices.row(surface.faces(f, 0));
-  const Vector3 a = surface.vertices.row(surface.faces(f, 1)).transpose() - p;
-  const Vector3 b = surface.vertices.row(surface.faces(f, 2)).transpose() - p;
+  const auto [p, q, r] = surface.corners(f);
+  const Vector3 a = q - p;
+  const Vector3 b = r - p;
   const Vector3 normal = a.cross(b);
   const double length = normal.norm();
   const double longest = std::max({a.squaredNorm(), b.squaredNorm(), (b - a).squaredNorm()});

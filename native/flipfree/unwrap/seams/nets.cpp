@@ -7,16 +7,53 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <numeric>
+#include <optional>
+#include <queue>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/base/types.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/shortest_paths.h"
+#include "flipfree/mesh/surface.h"
+#include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/nest/shape.h"
-#include "flipfree/unwrap/seams/made_parts.h"
+#include "flipfree/unwrap/seams/costs.h"
 
 namespace flipfree::unwrap {
 namespace {
+
+// Radians between the normals of two faces: up to the first they are one flat face, up to the
+// second one smooth region.
+constexpr double kFlatAngle = 0.017;
+constexpr double kSmoothAngle = 0.44;
+// Between the normals of two faces of what bevels belong to.
+constexpr double kPlateAngle = 0.04;
+// Shares of a part's area: of a region that counts, and what regions that count must have of a hard
+// part.
+constexpr double kRegion = 0.01;
+constexpr double kHardRegions = 0.1;
+// A smooth region whose inner vertices have less curvature (radians, sum of absolute values) is
+// rolled.
+constexpr double kRolled = 0.05;
+// Area of a needle, over its longest side's square.
+constexpr double kNeedle = 1e-3;
+// What has an edge longer than this, in roots of its area, is a wire or has a needle.
+constexpr double kWire = 16.0;
+// Bevels are narrower than this, in roots of the part's area, all together than that; they bend
+// less than this from face to face, and away from their flat face than that. Around rims they bend
+// into themselves: they overlap from a share of the width up to them on.
+constexpr double kBevelWidth = 0.03;
+constexpr double kBevelReach = 0.09;
+constexpr double kBevelAngle = 0.88;
+constexpr double kBevelTurn = 1.5;
+constexpr double kBevelDepth = 0.15;
 
 // Two sides of an edge lie on each other up to this share of the part's size (root of its area);
 // triangles overlap from this share on.
@@ -50,6 +87,291 @@ constexpr int kBins = 180;
 constexpr double kCellsToFaces = 2.0;
 constexpr double kFewestCells = 4.0;
 constexpr double kMostCells = 64.0;
+
+// An edge of a part between faces that may be apart.
+struct Hinge {
+  HalfedgeId h = kInvalid;  // the lower one of the edge's two
+  double length = 0.0;
+  double weight = 1.0;  // times the length: what joining it is worth, as the caller says
+  double angle = 0.0;   // where a flat face has bevels, from it to what is beyond them
+};
+
+using Corners = std::array<Vector2, 3>;
+
+// A connected part of the surface: what is measured of it.
+struct MadePart {
+  std::vector<FaceId> faces;
+  std::vector<Hinge> hinges;       // edges that may become seams
+  std::vector<HalfedgeId> joined;  // edges that may not
+  double area = 0.0;
+  double extent = 0.0;  // the longest edge, or size() if that is longer
+  bool bevelled = false;
+  double size() const { return std::sqrt(area); }
+};
+
+// What all parts share.
+struct Shapes {
+  Shapes(const mesh::Surface& whole, const mesh::EdgeFlags& given)
+      : surface(whole),
+        faces(whole.faces),
+        adjacency(whole.adjacency()),
+        seams(given),
+        curvature(at(whole.vertices.rows()), 0.0),
+        bend(curvature),
+        soft(at(faces.rows()), 0.0) {
+    std::vector<double> corners(curvature.size(), 0.0);
+    std::vector<char> is_border(corners.size(), 0);
+    double sum = 0.0;
+    for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+      const std::array<Vector3, 3> p = surface.corners(f);
+      const Vector3 e = p[1] - p[0];
+      const Vector3 d = p[2] - p[0];
+      const double length = e.norm();
+      const double doubled = e.cross(d).norm();
+      area.push_back(0.5 * doubled);
+      sum += 0.5 * doubled;
+      flat.push_back(
+          {Vector2::Zero(), Vector2(length, 0.0),
+           length > 0.0 ? Vector2(e.dot(d) / length, doubled / length) : Vector2(d.norm(), 0.0)});
+      for (Index k = 0; k < 3; ++k) {
+        const Vector3 a = p[at((k + 1) % 3)] - p[at(k)];
+        const Vector3 b = p[at((k + 2) % 3)] - p[at(k)];
+        curvature[at(faces(f, k))] -= std::atan2(a.cross(b).norm(), a.dot(b));
+        corners[at(faces(f, k))] += 1.0;
+        const HalfedgeId h = 3 * f + k;
+        if (adjacency.opposite[at(h)] != kInvalid && seams[at(h)] == 0) continue;
+        is_border[at(mesh::source(faces, h))] = is_border[at(mesh::target(faces, h))] = 1;
+      }
+    }
+    for (std::size_t v = 0; v < is_border.size(); ++v) {
+      const double own = curvature[v] + 2 * std::numbers::pi;
+      curvature[v] = is_border[v] != 0 ? 0.0 : std::abs(own) / corners[v];
+    }
+    size = std::sqrt(sum);
+  }
+
+  const mesh::Surface& surface;
+  const Triangles& faces;
+  const mesh::Adjacency& adjacency;
+  const mesh::EdgeFlags& seams;
+  double size = 0.0;          // root of the whole area
+  std::vector<double> area;   // per face
+  std::vector<Corners> flat;  // per face, laid into the plane
+  // Per vertex: the size of its angle defect over the number of its corners, 0 at borders and
+  // seams; and the largest angle between faces at an edge there.
+  std::vector<double> curvature;
+  std::vector<double> bend;
+  std::vector<Index> place;  // per face: its number among its part's
+  // Per face: itself, or beside it one that is no needle, of its polygon if there is: how it bends.
+  std::vector<FaceId> shaped;
+  std::vector<double> soft;  // per face: how deep others may lie in it; bevels
+};
+
+// Faces joined across edges that bend by less than an angle, or are no seams.
+class Regions {
+ public:
+  Regions(const Shapes& shapes, const MadePart& part, double angle)
+      : shapes_(shapes),
+        sets_(static_cast<Index>(part.faces.size())),
+        area_(part.faces.size(), 0.0),
+        curvature_(part.faces.size(), 0.0) {
+    const auto join = [&](HalfedgeId h) {
+      sets_.join(shapes.place[at(h / 3)], shapes.place[at(shapes.adjacency.opposite[at(h)] / 3)]);
+    };
+    for (const HalfedgeId h : part.joined) join(h);
+    for (const Hinge& hinge : part.hinges) {
+      if (hinge.angle < angle) join(hinge.h);
+    }
+    for (const FaceId f : part.faces) {
+      area_[at(of(f))] += shapes.area[at(f)];
+      for (Index k = 0; k < 3; ++k) {
+        const std::size_t v = at(shapes.faces(f, k));
+        if (shapes.bend[v] < angle) curvature_[at(of(f))] += shapes.curvature[v];
+      }
+    }
+  }
+
+  Index of(FaceId f) { return sets_.find(shapes_.place[at(f)]); }
+  double area(Index region) const { return area_[at(region)]; }
+  // Sum of the sizes of angle defects at the vertices inside, at which no edge bends more.
+  double curvature(Index region) const { return curvature_[at(region)]; }
+
+ private:
+  const Shapes& shapes_;
+  DisjointSets sets_;  // of the part's faces
+  std::vector<double> area_;
+  std::vector<double> curvature_;
+};
+
+double longest_of(const Corners& p) {
+  return std::max({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
+}
+
+// The connected parts between seams. Edges of infinite `cost` (per half-edge) are none of their
+// hinges.
+std::vector<MadePart> parts_of(const std::vector<double>& cost, Shapes& shapes) {
+  const mesh::Surface& surface = shapes.surface;
+  const Triangles& faces = shapes.faces;
+  const mesh::Components components = mesh::components_between(shapes.adjacency, shapes.seams);
+  std::vector<MadePart> parts(at(components.count));
+  shapes.place.resize(components.of_face.size());
+  const auto width = [&](FaceId f) {
+    const double longest = longest_of(shapes.flat[at(f)]);
+    return shapes.area[at(f)] / (longest * longest);
+  };
+  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+    FaceId& shaped = shapes.shaped.emplace_back(f);
+    for (const bool in_polygon : {true, false}) {
+      if (width(shaped) >= kNeedle) break;
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+        const HalfedgeId o = shapes.adjacency.opposite[at(h)];
+        if (o == kInvalid || (cost[at(h)] == mesh::ShortestPaths::kUnreached) != in_polygon)
+          continue;
+        const FaceId other = o / 3 < f ? shapes.shaped[at(o / 3)] : o / 3;
+        if (width(other) > width(shaped)) shaped = other;
+      }
+    }
+  }
+  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+    MadePart& part = parts[at(components.of_face[at(f)])];
+    shapes.place[at(f)] = static_cast<Index>(part.faces.size());
+    part.faces.push_back(f);
+    part.area += shapes.area[at(f)];
+    part.extent = std::max(part.extent, longest_of(shapes.flat[at(f)]));
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      const HalfedgeId o = shapes.adjacency.opposite[at(h)];
+      if (o == kInvalid || o < h || shapes.seams[at(h)] != 0) continue;
+      if (cost[at(h)] == mesh::ShortestPaths::kUnreached) {
+        part.joined.push_back(h);
+        continue;
+      }
+      const double length = edge_length(surface, h);
+      const double plain = length * bend_factor(surface, h, o);
+      const double weight = plain > 0.0 ? cost[at(h)] / plain : 1.0;
+      const double angle = bend_between(surface, shapes.shaped[at(f)], shapes.shaped[at(o / 3)]);
+      for (const VertexId v : {mesh::source(faces, h), mesh::target(faces, h)})
+        shapes.bend[at(v)] = std::max(shapes.bend[at(v)], angle);
+      part.hinges.push_back({h, length, weight, angle});
+    }
+  }
+  for (MadePart& part : parts) part.extent = std::max(part.extent, part.size());
+  return parts;
+}
+
+// What share of a part is flat, in regions that count; nothing where that and what is rolled is too
+// little for a hard surface.
+std::optional<double> flat_if_hard(const Shapes& shapes, const MadePart& part) {
+  if (part.hinges.empty() || !(part.extent < kWire * part.size())) return {};
+  Regions flat(shapes, part, kFlatAngle);
+  Regions smooth(shapes, part, kSmoothAngle);
+  // Faces of a fine mesh bend little from each to the next one, however much in all.
+  std::vector<Vector3> direction(part.faces.size(), Vector3::Zero());
+  for (const FaceId f : part.faces)
+    direction[at(flat.of(f))] += shapes.area[at(f)] * shapes.surface.area_vector(f).normalized();
+  const auto is_plane = [&](Index region) {
+    return direction[at(region)].norm() >= std::cos(kPlateAngle) * flat.area(region);
+  };
+  double hard = 0.0;
+  double flat_area = 0.0;
+  for (const FaceId f : part.faces) {
+    const bool is_flat = flat.area(flat.of(f)) >= kRegion * part.area && is_plane(flat.of(f));
+    const bool is_rolled = smooth.area(smooth.of(f)) >= kRegion * part.area &&
+                           smooth.curvature(smooth.of(f)) < kRolled;
+    if (is_flat || is_rolled) hard += shapes.area[at(f)];
+    if (is_flat) flat_area += shapes.area[at(f)];
+  }
+  if (hard < kHardRegions * part.area) return {};
+  return flat_area / part.area;
+}
+
+// Lets others lie in a face of a bevel.
+void soften(Shapes& shapes, FaceId f) {
+  shapes.soft[at(f)] = 2.0 * kBevelDepth * shapes.area[at(f)] / longest_of(shapes.flat[at(f)]);
+}
+
+// Edges inside what flat faces have of the bevels around them, of which larger ones have all. First
+// those along which they grew. Hinges between them get the angle from flat face to flat face; faces
+// become soft.
+std::vector<HalfedgeId> bevels_of(Shapes& shapes, MadePart& part) {
+  part.bevelled = true;
+  Regions flat(shapes, part, kPlateAngle);
+  const auto angle = [&](FaceId f, FaceId g) {
+    return bend_between(shapes.surface, shapes.shaped[at(f)], shapes.shaped[at(g)]);
+  };
+  const auto beyond = [&](HalfedgeId h) { return shapes.adjacency.opposite[at(h)]; };
+  std::unordered_map<Index, std::vector<HalfedgeId>> around;
+  for (const Hinge& hinge : part.hinges) {
+    for (const HalfedgeId h : {hinge.h, beyond(hinge.h)}) {
+      if (hinge.angle >= kPlateAngle && hinge.angle < kBevelAngle)
+        around[flat.of(h / 3)].push_back(h);
+    }
+  }
+  std::unordered_map<Index, FaceId> owner;
+  std::vector<std::pair<double, FaceId>> plates;  // the largest first, those of one size by number
+  for (const FaceId f : part.faces) {
+    const Index region = flat.of(f);
+    const double area = flat.area(region);
+    if (area >= kRegion * part.area && owner.emplace(region, f).second)
+      plates.emplace_back(-std::round(1e3 * area / part.area), f);
+  }
+  std::sort(plates.begin(), plates.end());
+  std::vector<HalfedgeId> inside;
+  std::unordered_map<Index, double> depth;
+  // What is parallel to a plate beyond a step goes to the nearest one, with the step; then one
+  // plate after the other takes what is left.
+  for (const bool to_parallels : {true, false}) {
+    using Reach = std::tuple<std::size_t, double, HalfedgeId, FaceId>;  // turn, width; into; from
+    std::priority_queue<Reach, std::vector<Reach>, std::greater<>> next;
+    std::unordered_map<Index, std::pair<HalfedgeId, double>> into;  // and the width up to there
+    const auto go_on = [&](Index region, std::size_t turn, double reached, FaceId plate) {
+      for (const HalfedgeId h : around[region]) {
+        const HalfedgeId o = beyond(h);
+        const auto own = owner.find(flat.of(o / 3));
+        if (own != owner.end() && own->second != plate) continue;
+        const Vector2 side =
+            shapes.flat[at(o / 3)][at((o % 3 + 1) % 3)] - shapes.flat[at(o / 3)][at(o % 3)];
+        const double width = flat.area(flat.of(o / 3)) / side.norm();
+        if (width < kBevelWidth * part.size() && reached + width < kBevelReach * part.size() &&
+            angle(plate, o / 3) < kBevelTurn)
+          next.emplace(turn, reached + width, o, plate);
+      }
+    };
+    for (std::size_t i = 0; i < plates.size(); ++i)
+      go_on(flat.of(plates[i].second), to_parallels ? 0 : i, 0.0, plates[i].second);
+    while (!next.empty()) {
+      const auto [turn, width, h, plate] = next.top();
+      next.pop();
+      Index region = flat.of(h / 3);
+      if (!into.emplace(region, std::pair(h, width)).second) continue;
+      go_on(region, turn, width, plate);
+      if (to_parallels && angle(plate, h / 3) >= kPlateAngle) continue;
+      while (owner.emplace(region, plate).second) {
+        const auto& [entry, reached] = into.at(region);
+        inside.push_back(entry);
+        depth[region] = kBevelDepth * reached;
+        region = flat.of(beyond(entry) / 3);
+      }
+    }
+  }
+  for (Hinge& hinge : part.hinges) {
+    const HalfedgeId o = beyond(hinge.h);
+    const auto a = owner.find(flat.of(hinge.h / 3));
+    const auto b = owner.find(flat.of(o / 3));
+    if (hinge.angle < kFlatAngle || (a == owner.end() && b == owner.end())) continue;
+    const FaceId f = a == owner.end() ? hinge.h / 3 : a->second;
+    const FaceId g = b == owner.end() ? o / 3 : b->second;
+    if (f == g || angle(f, g) < kFlatAngle) {
+      inside.push_back(hinge.h);
+    } else {
+      hinge.angle = angle(f, g);
+    }
+  }
+  for (const FaceId f : part.faces) {
+    const auto own = depth.find(flat.of(f));
+    if (own != depth.end()) shapes.soft[at(f)] = own->second;
+  }
+  return inside;
+}
 
 // Is one of a's sides, or of b's, a line beside which the other lies up to `care`? Both
 // counter-clockwise.
@@ -85,24 +407,21 @@ class Nets {
               std::clamp(kCellsToFaces * std::sqrt(static_cast<double>(part.faces.size())),
                          kFewestCells, kMostCells)) {
     for (const FaceId f : part.faces) {
+      const auto i = static_cast<Index>(members_.size());
       at_.push_back(shapes.flat[at(f)]);
-      net_.push_back(static_cast<Index>(members_.size()));
-      members_.push_back({static_cast<Index>(members_.size())});
+      net_.push_back(i);
+      members_.push_back({i});
+      Spans& spans = spans_.emplace_back();
+      for (const Vector2& p : at_.back()) spans.add(p);
+      enter(i);
     }
     is_joined_.assign(3 * at_.size(), 0);
     bins_.resize(members_.size());
-    spans_.resize(members_.size());
-    for (std::size_t i = 0; i < at_.size(); ++i) {
-      for (const Vector2& p : at_[i]) spans_[i].add(p);
-    }
-    for (std::size_t i = 0; i < at_.size(); ++i) enter(static_cast<Index>(i));
     is_forced_ = is_joined_;
     force(part.joined);
   }
 
   bool is_joined(HalfedgeId h) const { return is_joined_[at(corner(h))] != 0; }
-  Index net_of(FaceId f) const { return net_[at(shapes_.place[at(f)])]; }
-  const std::vector<Index>& members(Index net) const { return members_[at(net)]; }
   std::size_t count() const { return members_.size(); }
   double area_of(Index net) const {
     double sum = 0.0;
@@ -134,8 +453,7 @@ class Nets {
       if (gap(h) <= kMeets * part_.size()) mark(h);
       return;
     }
-    if (members_[at(a)].size() < members_[at(b)].size()) return join_nets(o, rules);
-    join_nets(h, rules);
+    join_nets(members_[at(a)].size() < members_[at(b)].size() ? o : h, rules);
   }
 
   // Whatever comes to lie on what; nets between which there are several of these edges lie in their
@@ -313,12 +631,8 @@ class Nets {
   // The cross along which most of it runs: its middle bin.
   static int cross_of(const Bins& bins) {
     int best = 0;
-    double most = -1.0;
-    for (int i = 0; i < kBins; ++i) {
-      const double now = along(bins, i);
-      if (now > most) best = i;
-      most = std::max(most, now);
-    }
+    for (int i = 1; i < kBins; ++i)
+      if (along(bins, i) > along(bins, best)) best = i;
     return best;
   }
   static double along(const Bins& bins, int i) {
@@ -329,9 +643,7 @@ class Nets {
     return along(bins, cross_of(bins)) >= least * length_of(bins);
   }
   static double length_of(const Bins& bins) {
-    double sum = 0.0;
-    for (const double b : bins) sum += b;
-    return sum;
+    return std::accumulate(bins.begin(), bins.end(), 0.0);
   }
 
   // Longer than nets may be, and than either is.

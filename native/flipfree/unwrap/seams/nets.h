@@ -9,6 +9,12 @@
 
 namespace flipfree::unwrap {
 
+// Up to this angle, radians between the normals of two faces, a net runs over a bend like over a
+// smooth region (of bevels with one or two segments).
+inline constexpr double kBendAngle = 0.61;
+// Share of the area of what is no island of its own.
+inline constexpr double kSliver = 0.002;
+
 // Flags of edges along which the surface falls into nets: faces unfolded rigidly onto the plane and
 // joined edge by edge, flat ones first, then rolled ones, then across creases, the longest edges
 // before the shorter. Two nets are joined where they do not overlap and most of their outlines

@@ -240,7 +240,7 @@ Sheet::Sheet(const mesh::Surface& chart, const std::vector<double>& cost, const 
     if (o < real_) cost_[h] = cost[h];
   }
   for (FaceId f = 0; f < chart.faces.rows(); ++f) {
-    const double area = face_normal(chart, f).norm() / 6.0;
+    const double area = chart.area_vector(f).norm() / 6.0;
     for (Index k = 0; k < 3; ++k) area_[at(chart.faces(f, k))] += area;
   }
   double total = 0.0;

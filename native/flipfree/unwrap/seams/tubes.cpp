@@ -12,7 +12,7 @@
 #include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/unwrap/islands/grids.h"
 #include "flipfree/unwrap/islands/islands.h"
-#include "flipfree/unwrap/seams/made_parts.h"
+#include "flipfree/unwrap/seams/nets.h"
 #include "flipfree/unwrap/seams/search.h"
 
 namespace flipfree::unwrap {

@@ -331,31 +331,25 @@ void draw(const std::vector<Loop>& loops, double radius, int width, int height, 
   }
 }
 
+// The first cell of a row from x on that is set, or that is not; `end` if there is none.
+int next_cell(const Word* row, int x, int end, bool is_set) {
+  for (; x < end; x = (x / 64 + 1) * 64) {
+    const Word word = (is_set ? row[x / 64] : ~row[x / 64]) >> (x % 64);
+    if (word != 0) return x + std::countr_zero(word);
+  }
+  return end;
+}
+
 void find_runs(Mask& mask) {
-  mask.row_begin.reserve(at(mask.height) + 1);
   mask.row_begin.assign(1, 0);
   mask.runs.reserve(at(mask.height));
-  for (int row = 0; row < mask.height; ++row) {
-    const Word* bits = &mask.bits[at(row * mask.words)];
-    int x = 0;
-    const int end = 64 * mask.words;
-    while (x < end) {
-      const Word ones = bits[x / 64] >> (x % 64);
-      if (ones == 0) {
-        x = (x / 64 + 1) * 64;
-        continue;
-      }
-      const int first = x + std::countr_zero(ones);
-      x = first;
-      while (x < end) {
-        const Word zeros = ~bits[x / 64] >> (x % 64);
-        if (zeros != 0) {
-          x += std::countr_zero(zeros);
-          break;
-        }
-        x = (x / 64 + 1) * 64;
-      }
-      mask.runs.push_back({first, std::min(x, end) - 1});
+  const int end = 64 * mask.words;
+  for (int j = 0; j < mask.height; ++j) {
+    const Word* row = &mask.bits[at(j * mask.words)];
+    for (int x = next_cell(row, 0, end, true); x < end;) {
+      const int beyond = next_cell(row, x, end, false);
+      mask.runs.push_back({x, beyond - 1});
+      x = next_cell(row, beyond, end, true);
     }
     mask.row_begin.push_back(static_cast<int>(mask.runs.size()));
   }
