@@ -424,32 +424,6 @@ std::vector<FaceId> along_axis(const Triangles& faces, const Points2& uv) {
   return order;
 }
 
-// The blocks from that of `seed` on, ring by ring, up to about half of all faces, and the others.
-std::vector<Index> grown_half(const mesh::Adjacency& adjacency, const std::vector<FaceId>& block,
-                              FaceId seed) {
-  const std::size_t count = block.size();
-  std::vector<std::vector<FaceId>> faces(count);  // by the block's first
-  for (std::size_t f = 0; f < count; ++f) faces[at(block[f])].push_back(static_cast<FaceId>(f));
-  std::vector<Index> side(count, 0);
-  std::vector<FaceId> queue;
-  const auto take = [&](FaceId first) {
-    for (const FaceId f : faces[at(first)]) {
-      side[at(f)] = 1;
-      queue.push_back(f);
-    }
-  };
-  take(block[at(seed)]);
-  for (std::size_t i = 0; i < queue.size() && 2 * queue.size() < count; ++i) {
-    for (Index k = 0; k < 3; ++k) {
-      const HalfedgeId o = adjacency.opposite[at(3 * queue[i] + k)];
-      if (o == kInvalid || side[at(o / 3)] != 0) continue;
-      const FaceId first = block[at(o / 3)];
-      if (queue.size() + faces[at(first)].size() < count) take(first);
-    }
-  }
-  return side;
-}
-
 }  // namespace
 
 mesh::EdgeFlags halving_cut(const mesh::Surface& chart, const Points2& uv,
@@ -477,8 +451,6 @@ mesh::EdgeFlags halving_cut(const mesh::Surface& chart, const Points2& uv,
   const std::vector<Index> piece = mesh::components_between(adjacency, least).of_face;
   std::vector<Index> side(count);
   for (std::size_t f = 0; f < count; ++f) side[f] = piece[at(block[f])];
-  if (std::adjacent_find(side.begin(), side.end(), std::not_equal_to<>()) == side.end())
-    side = grown_half(adjacency, block, order.front());
   for (std::size_t h = 0; h < cut.size(); ++h) cut[h] = differ(side, h) ? 1 : 0;
   return cut;
 }

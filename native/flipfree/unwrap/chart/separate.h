@@ -32,10 +32,10 @@ mesh::EdgeFlags separating_cut(const mesh::Surface& chart, const Points2& uv,
                                const std::vector<FacePair>& overlapping, double tolerated,
                                const mesh::EdgeFlags& uncuttable, ExecutionContext& context);
 
-// Flags of a short cut between the two ends of the chart's map (#V x 2), by about half of its faces
-// where no short one is found. Faces with an `uncuttable` edge between them (may be empty) stay
-// together, and faces that are but lines, which cannot be stored alone, stay with a neighbour
-// unless thin_alone; all 0 where nothing else is left. Cost: that of separating_cut().
+// Flags of a short cut between the two ends of the chart's map (#V x 2). Faces with an `uncuttable`
+// edge between them (may be empty) stay together, and faces that are but lines, which cannot be
+// stored alone, stay with a neighbour unless thin_alone; all 0 where nothing else is left. Cost:
+// that of separating_cut().
 mesh::EdgeFlags halving_cut(const mesh::Surface& chart, const Points2& uv,
                             const mesh::EdgeFlags& uncuttable, bool thin_alone,
                             ExecutionContext& context);
