@@ -54,7 +54,7 @@ void fuzz_embed(Bytes bytes) {
   Points2 initial(vertices, 2);
   if ((wishes & 32) != 0) {
     for (double& x : initial.reshaped()) x = bytes.number();
-    options.initial = &initial;
+    options.initial = initial;
   }
   ExecutionContext context;
   const TimeLimit limit(context, 5.0);

@@ -173,11 +173,11 @@ struct Ladder {
 
   void climb() {
     if (options.method == EmbedMethod::kProgressive) {
-      progressive(options.initial != nullptr || options.start_from_tutte, 0.0);
+      progressive(options.initial || options.start_from_tutte, 0.0);
       return;
     }
     if (first_map_holds() || options.method == EmbedMethod::kTutte) return;
-    progressive(options.initial != nullptr, kFirstShare);
+    progressive(options.initial.has_value(), kFirstShare);
   }
 
   PlanarMap start_map(const Points2& uv) {
@@ -191,7 +191,7 @@ struct Ladder {
   // The initial map if there is one, else Tutte's: is it certified?
   bool first_map_holds() {
     const bool alone = options.method == EmbedMethod::kTutte;
-    const bool tutte = alone || options.initial == nullptr;
+    const bool tutte = alone || !options.initial;
     const Stopwatch watch;
     const Points2 uv = tutte ? tutte_map() : initial_map();
     result.stats["seconds_tutte"] = watch.seconds();
@@ -209,7 +209,7 @@ struct Ladder {
     const ProgressRange range(context, done, 1.0);
     if (from_map) {
       const Outcome<bool> valid = attempt_part([&] {
-        PlanarMap map = start_map(options.initial != nullptr ? initial_map() : tutte_map());
+        PlanarMap map = start_map(options.initial ? initial_map() : tutte_map());
         result.stats["tutte_flips"] = count_bad(map);
         return finish(map, ProgressiveStart::kInitial);
       });
@@ -315,7 +315,7 @@ Embedding embed_disk_refined(const Disk& disk, const EmbedOptions& options,
                              ExecutionContext& context) {
   require_disk(disk);
   require_convex(disk.boundary, disk.loop);
-  if (options.initial != nullptr &&
+  if (options.initial &&
       (options.initial->rows() != disk.vertex_count || !options.initial->allFinite())) {
     throw_invalid(ErrorCode::kBadShape,
                   "The initial map must have one finite position per vertex (" +

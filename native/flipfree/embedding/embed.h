@@ -5,6 +5,7 @@
 //   progressive  the thesis' Algorithms 1 and 2, from the map that was given, then from nothing
 #pragma once
 
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -51,8 +52,8 @@ struct EmbedOptions {
   // get values that are 32-bit floats already; boundary vertices keep the positions given (their
   // rounding is judged).
   bool float32 = true;
-  // Start map (#V x 2, may be invalid or random); null: Tutte. Only inner positions are used.
-  const Points2* initial = nullptr;
+  // Start map (#V x 2, may be invalid or random); none: Tutte. Only inner positions are used.
+  std::optional<Points2> initial;
   // kProgressive without initial: start from Tutte's map, or from nothing.
   bool start_from_tutte = true;
 };

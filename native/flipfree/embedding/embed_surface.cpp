@@ -136,9 +136,7 @@ Boundary placed_boundary(const mesh::Surface& surface, const EmbedSurfaceOptions
 
 template <typename Points>
 Points corner_uv(const Triangles& faces, const Points& uv) {
-  Points corners(faces.size(), 2);
-  for (CornerId c = 0; c < faces.size(); ++c) corners.row(c) = uv.row(faces.data()[c]);
-  return corners;
+  return uv(faces.reshaped<Eigen::RowMajor>(), Eigen::all);
 }
 
 double energy_of(const mesh::Surface& surface, const Points2& uv) {
@@ -188,13 +186,9 @@ class SurfaceEmbedder {
   // Embeds the surface, refined where it must be.
   Rung embed() {
     const ProgressRange range(context_, 0.0, options_.optimise ? 0.3 : 0.95);
-    EmbedOptions embed;
-    embed.method = options_.method;
-    embed.initial = options_.initial ? &*options_.initial : nullptr;
-    embed.start_from_tutte = options_.start_from_tutte;
     Embedding embedding;
     try {
-      embedding = embed_disk_refined(disk(), embed, context_);
+      embedding = embed_disk_refined(disk(), options_, context_);
     } catch (const NotConverged& e) {
       throw NotConverged(with_cure(e.error()));
     }

@@ -5,15 +5,12 @@
 // -> values that survive storage -> certificate.
 #pragma once
 
-#include <optional>
-#include <vector>
-
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/embedding/embed.h"
 
 namespace flipfree::embedding {
 
-struct EmbedSurfaceOptions {
+struct EmbedSurfaceOptions : EmbedOptions {
   // Where the boundary goes: `polygon` (one position per vertex of `loop`, counter-clockwise) if
   // given, else `shape`.
   BoundaryShape shape = BoundaryShape::kCircle;
@@ -21,10 +18,7 @@ struct EmbedSurfaceOptions {
   // Boundary vertices in order; empty: the surface's own loop from its smallest vertex. May run
   // against the surface's orientation, then so does the polygon.
   std::vector<VertexId> loop;
-  std::optional<Points2> initial;  // #V x 2
-  EmbedMethod method = EmbedMethod::kLadder;
-  bool start_from_tutte = true;  // kProgressive without initial
-  bool optimise = false;         // symmetric Dirichlet of the surface, boundary fixed
+  bool optimise = false;  // symmetric Dirichlet of the surface, boundary fixed
   int max_iterations = 200;
   double max_seconds =
       0;  // of the clock; 0: no limit. The optimisation ends with what it has by then

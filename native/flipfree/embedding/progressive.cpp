@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/embedding/star.h"
@@ -30,18 +30,10 @@ void for_each_kept(const PlanarMesh& mesh, HalfedgeId h, const Visit& visit) {
   for (HalfedgeId g = mesh.rotate(h); g / 3 != last; g = mesh.rotate(g)) visit(g);
 }
 
-// What the star of m looks like once it is merged into its neighbour.
-struct CollapsedStar {
-  int invalid = std::numeric_limits<int>::max();
-  double energy = HUGE_VAL;
-  HalfedgeId halfedge = kInvalid;
-  bool better_than(const CollapsedStar& other) const {
-    return invalid != other.invalid ? invalid < other.invalid : energy < other.energy;
-  }
-};
-
-CollapsedStar collapsed_star(const PlanarMap& map, HalfedgeId h) {
-  CollapsedStar outcome{0, 0.0, h};
+// What the star of h's source looks like once it is merged into its target: how many faces are
+// invalid, and the largest energy of the others. The less, the better.
+std::pair<int, double> collapsed_star(const PlanarMap& map, HalfedgeId h) {
+  std::pair<int, double> outcome(0, 0.0);
   const VertexId v0 = map.mesh.target(h);
   const Vector2 p0 = map.at(v0);
   for_each_kept(map.mesh, h, [&](HalfedgeId g) {
@@ -50,9 +42,9 @@ CollapsedStar collapsed_star(const PlanarMap& map, HalfedgeId h) {
     const double energy =
         triangle_energy(p0, map.at(q), map.at(r), map.unit * map.share[at(g / 3)]);
     if (!(energy < map.invalid_energy) || !map.positive(v0, q, r)) {
-      ++outcome.invalid;
+      ++outcome.first;
     } else {
-      outcome.energy = std::max(outcome.energy, energy);
+      outcome.second = std::max(outcome.second, energy);
     }
   });
   return outcome;
@@ -92,6 +84,13 @@ void collapse_vertex(PlanarMap& map, HalfedgeId h) {
   map.mesh.collapse(h);
 }
 
+// Algorithm 1 with a work queue instead of sweeps over the invalid set: every invalid face is
+// collapsed along that edge of its three which satisfies the link condition and leaves the fewest
+// invalid faces; faces that a collapse made invalid join the set; when nothing collapses any more,
+// the set grows by one ring. Vertices whose neighbours all lie on the boundary cannot be collapsed;
+// if their star is invalid they are moved into its kernel. Guarantee: after run() every face is
+// valid. Appends to `record`. Cost: near-linear in the number of faces touched. Throws NotConverged
+// (kNoRoomInPolygon) if a vertex that cannot be collapsed has no valid position.
 class Simplifier {
  public:
   Simplifier(PlanarMap& map, CollapseRecord& record, ExecutionContext& context)
@@ -131,7 +130,9 @@ class Simplifier {
       if (!map_.mesh.is_alive(f)) continue;
       state_[at(f)] = kFree;
       if (!invalid(f) && !grown_) continue;
-      if (++steps_ % kReportEvery == 0) report();
+      // Nobody knows how far it is: every face once is half of the way.
+      if (const auto steps = static_cast<double>(++steps_); steps_ % kReportEvery == 0)
+        context_.report("repairing", kShare * steps / (steps + static_cast<double>(state_.size())));
       if (!collapse_face(f)) {
         state_[at(f)] = kStuck;
         stuck_.push_back(f);
@@ -145,16 +146,8 @@ class Simplifier {
     head_ = 0;
   }
 
-  // Nobody knows how far it is: every face once is half of the way.
-  void report() {
-    const auto steps = static_cast<double>(steps_);
-    context_.report("repairing", kShare * steps / (steps + static_cast<double>(state_.size())));
-  }
-
   void requeue_stuck() {
-    std::vector<FaceId> stuck;
-    stuck.swap(stuck_);
-    for (const FaceId f : stuck) {
+    for (const FaceId f : std::exchange(stuck_, {})) {
       if (is_stuck(f)) enqueue(f);
     }
   }
@@ -177,27 +170,26 @@ class Simplifier {
     // by Theorem 3.8 each inner vertex left in it is alone between boundary vertices.
     for (const FaceId f : stuck) {
       if (!invalid(f)) continue;
-      for (const VertexId v : map_.mesh.corners(f)) {
+      const auto [a, b, c] = map_.mesh.corners(f);
+      for (const VertexId v : {a, b, c}) {
         if (!map_.mesh.is_boundary(v)) place_alone(map_, v, star_);
       }
-      if (!map_.positive(f)) throw_unplaceable(f);
+      if (!map_.positive(f)) {
+        throw_not_converged(
+            ErrorCode::kNoRoomInPolygon,
+            "The face with vertices " + vertex_id(a) + ", " + vertex_id(b) + ", " + vertex_id(c) +
+                " cannot be positive in the required precision. Use a larger or less flat polygon.",
+            ElementKind::kVertex, {a, b, c});
+      }
       if (!is_valid_face(map_, f)) state_[at(f)] = kAccepted;
     }
     grown_ = false;
     requeue_stuck();
   }
 
-  [[noreturn]] void throw_unplaceable(FaceId f) {
-    const auto [a, b, c] = map_.mesh.corners(f);
-    throw_not_converged(
-        ErrorCode::kNoRoomInPolygon,
-        "The face with vertices " + vertex_id(a) + ", " + vertex_id(b) + ", " + vertex_id(c) +
-            " cannot be positive in the required precision. Use a larger or less flat polygon.",
-        ElementKind::kVertex, {a, b, c});
-  }
-
   bool collapse_face(FaceId f) {
-    CollapsedStar best;
+    HalfedgeId best = kInvalid;
+    std::pair<int, double> least;
     for (const bool hubs : {false, true}) {
       for (HalfedgeId k = 3 * f; k < 3 * f + 3; ++k) {
         const HalfedgeId o = map_.mesh.opposite(k);
@@ -206,19 +198,20 @@ class Simplifier {
           // Removing a hub costs its degree: only where nothing else can be removed.
           if ((map_.mesh.degree(map_.mesh.source(h)) > kMaxQueuedDegree) != hubs) continue;
           if (!map_.mesh.can_collapse(h)) continue;
-          const CollapsedStar outcome = collapsed_star(map_, h);
-          if (outcome.better_than(best)) best = outcome;
+          const std::pair<int, double> outcome = collapsed_star(map_, h);
+          if (best != kInvalid && outcome >= least) continue;
+          best = h;
+          least = outcome;
         }
       }
-      if (best.halfedge != kInvalid) break;
+      if (best != kInvalid) break;
     }
-    if (best.halfedge == kInvalid) return false;
-    const VertexId v0 = map_.mesh.target(best.halfedge);
-    collapse_vertex(map_, best.halfedge);
-    record_.push_back(best.halfedge);
-    if (best.invalid > 0 && map_.mesh.degree(v0) <= kMaxQueuedDegree) {
+    if (best == kInvalid) return false;
+    const VertexId v0 = map_.mesh.target(best);
+    collapse_vertex(map_, best);
+    record_.push_back(best);
+    if (least.first > 0 && map_.mesh.degree(v0) <= kMaxQueuedDegree)
       centre_in_kernel(map_, v0, star_);
-    }
     // Its star may be invalid now, or stuck faces in it may have become collapsible.
     map_.mesh.for_each_outgoing(map_.mesh.outgoing(v0), [&](HalfedgeId h) {
       if (state_[at(h / 3)] == kStuck || !is_valid_face(map_, h / 3)) enqueue(h / 3);
@@ -244,9 +237,8 @@ std::vector<VertexId> vertices_left(const PlanarMap& map, const CollapseRecord& 
   for (const HalfedgeId h : record) removed[at(map.mesh.source(h))] = 1;
   std::vector<VertexId> left;
   for (VertexId v = 0; v < map.mesh.vertex_count(); ++v) {
-    if (map.mesh.outgoing(v) != kInvalid && !map.mesh.is_boundary(v) && removed[at(v)] == 0) {
+    if (map.mesh.outgoing(v) != kInvalid && !map.mesh.is_boundary(v) && removed[at(v)] == 0)
       left.push_back(v);
-    }
   }
   return left;
 }
@@ -261,30 +253,18 @@ void split_vertex(PlanarMap& map, HalfedgeId h) {
   for_each_kept(map.mesh, h, [&](HalfedgeId k) { share(map, k) *= factor; });
 }
 
-// Algorithm 1 with a work queue instead of sweeps over the invalid set: every invalid face is
-// collapsed along that edge of its three which satisfies the link condition and leaves the fewest
-// invalid faces; faces that a collapse made invalid join the set; when nothing collapses any more,
-// the set grows by one ring. Vertices whose neighbours all lie on the boundary cannot be collapsed;
-// if their star is invalid they are moved into its kernel. Guarantee: on return every face is
-// valid. Appends to `record`. Cost: near-linear in the number of faces touched. Throws NotConverged
-// (kNoRoomInPolygon) if a vertex that cannot be collapsed has no valid position.
-void collapse_invalid(PlanarMap& map, CollapseRecord& record, ExecutionContext& context) {
-  Simplifier(map, record, context).run();
-}
-
 // Collapses every inner vertex that can be, lowest degree first, in rounds of independent vertices,
 // and puts what remains (one vertex per part of the disk between chords) into its kernel: the start
 // from nothing.
 void collapse_all(PlanarMap& map, CollapseRecord& record, ExecutionContext& context) {
   // Rounds: in each, vertices of low degree that touch no vertex removed or grown in the same
   // round.
-  const Index n = map.mesh.vertex_count();
-  std::vector<VertexId> alive = vertices_left(map, record);
-  std::vector<Index> blocked(at(n),
+  std::vector<Index> blocked(at(map.mesh.vertex_count()),
                              kInvalid);  // round in which the vertex was touched
-  std::vector<char> removed(at(n), 0);
-  const Size total = alive.size();
-  for (Index round = 0; !alive.empty(); ++round) {
+  const Size total = vertices_left(map, record).size();
+  for (Index round = 0;; ++round) {
+    const std::vector<VertexId> alive = vertices_left(map, record);
+    if (alive.empty()) return;
     context.report("simplifying",
                    1.0 - static_cast<double>(alive.size()) / static_cast<double>(total));
     Size sum = 0;
@@ -294,11 +274,11 @@ void collapse_all(PlanarMap& map, CollapseRecord& record, ExecutionContext& cont
     std::stable_sort(order.begin(), order.end(), [&](VertexId a, VertexId b) {
       return map.mesh.degree(a) < map.mesh.degree(b);
     });
-    Size collapsed = 0;
+    const Size before = record.size();
     Size steps = 0;
     for (const VertexId v : order) {
       if (blocked[at(v)] == round) continue;
-      if (map.mesh.degree(v) > bound && collapsed > 0) break;
+      if (map.mesh.degree(v) > bound && record.size() > before) break;
       if (++steps % 256 == 0) context.check();
       // Into the neighbour of lowest degree that the link condition allows.
       HalfedgeId best = kInvalid;
@@ -314,14 +294,12 @@ void collapse_all(PlanarMap& map, CollapseRecord& record, ExecutionContext& cont
                                  [&](HalfedgeId h) { blocked[at(map.mesh.target(h))] = round; });
       collapse_vertex(map, best);
       record.push_back(best);
-      removed[at(v)] = 1;
-      ++collapsed;
     }
-    if (collapsed == 0) break;
-    std::erase_if(alive, [&](VertexId v) { return removed[at(v)] != 0; });
+    if (record.size() > before) continue;
+    Star star;
+    for (const VertexId v : alive) place_alone(map, v, star);
+    return;
   }
-  Star star;
-  for (const VertexId v : alive) place_alone(map, v, star);
 }
 
 // Phase 2 of progressive embedding: put one vertex back (thesis 3.2.2, Algorithm 2, Lemma 3.11).
@@ -329,12 +307,6 @@ void collapse_all(PlanarMap& map, CollapseRecord& record, ExecutionContext& cont
 constexpr double kStep = 0.8;   // thesis 3.2.2
 constexpr int kMaxSteps = 75;   // thesis 3.2.2
 constexpr Size kMaxGoals = 24;  // rays tried around vertices of high degree, evenly spread
-
-// Angle from direction u counter-clockwise to w, in [0, 2 pi).
-double positive_turn(const Vector2& u, const Vector2& w) {
-  const double angle = turn(u, w);
-  return angle < 0 ? angle + 2 * std::numbers::pi : angle;
-}
 
 // Largest energy over the closed star with its centre at p.
 double worst_energy(const Star& star, const Vector2& p) {
@@ -418,11 +390,11 @@ bool insert_vertex(PlanarMap& map, HalfedgeId h, Star& star) {
   const VertexId v0 = map.mesh.target(h);
   const Vector2 p0 = map.at(v0);
   const Vector2 before = map.at(m);
-  const double angle = positive_turn(map.at(map.mesh.apex(h)) - p0, map.at(map.mesh.apex(g)) - p0);
+  const double angle = turn(map.at(map.mesh.apex(h)) - p0, map.at(map.mesh.apex(g)) - p0);
   split_vertex(map, h);
   map.move(m, p0);
   // m's fan runs from a counter-clockwise to b.
-  const bool m_moves = angle < std::numbers::pi;
+  const bool m_moves = angle >= 0 && angle < std::numbers::pi;
   if (place_mover(map, m_moves ? h : g, star) || place_mover(map, m_moves ? g : h, star))
     return true;
   map.move(v0, p0);
@@ -471,7 +443,7 @@ void progressive_embedding(PlanarMap& map, ProgressiveStart start, ExecutionCont
     const ProgressRange range(context, 0.0, 0.2);
     collapse_all(map, record, context);
   } else {
-    collapse_invalid(map, record, context);
+    Simplifier(map, record, context).run();
   }
 
   std::vector<VertexId> alive = vertices_left(map, record);

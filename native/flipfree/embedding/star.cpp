@@ -363,18 +363,12 @@ class RoomFinder {
     // Derivative of orientation(p, q, r) along the row.
     const double slope = row_axis_ == 1 ? q.y() - r.y() : r.x() - q.x();
     if (inside.empty()) return;
-    if (slope == 0.0) {
-      if (!positive(inside.low)) inside.high = inside.low - 1;
-      return;
-    }
     // The last admissible value on the side where they end.
     const bool rises = slope > 0.0;
     std::int64_t good = rises ? inside.high : inside.low;
     std::int64_t bad = rises ? inside.low - 1 : inside.high + 1;
-    if (!positive(good)) {
-      inside.high = inside.low - 1;
-      return;
-    }
+    if (!positive(good)) inside.high = inside.low - 1;
+    if (inside.empty() || slope == 0.0) return;
     while (count({std::min(good, bad), std::max(good, bad)}) > 2) {
       const std::int64_t middle = between(std::min(good, bad), std::max(good, bad));
       (positive(middle) ? good : bad) = middle;

@@ -177,10 +177,6 @@ StarView view_from(const Vector2& centre, const std::vector<Vector2>& pins) {
   return view;
 }
 
-bool tells_apart(const StarView& view) {
-  return std::adjacent_find(view.angle.begin(), view.angle.end()) == view.angle.end();
-}
-
 // Where the hub lies seen from the targets, and which pin has its first arm.
 struct Side {
   Vector2 right = {1, 0};  // from the hub to the targets
@@ -388,7 +384,8 @@ std::vector<StarView> star_views(const std::vector<Vector2>& pins) {
   for (int x = 0; x < kCentres; ++x) {
     for (int y = 0; y < kCentres; ++y) {
       StarView view = view_from({place(x), place(y)}, pins);
-      if (tells_apart(view)) views.push_back(std::move(view));
+      if (std::ranges::adjacent_find(view.angle) == view.angle.end())
+        views.push_back(std::move(view));
     }
   }
   return views;
@@ -441,14 +438,14 @@ double length_of(const PlaneMap& plane) {
 }
 
 // Brings the star to rest with the pins where they are; its energy is its cost.
-void relax_star(Candidate& candidate, const std::vector<char>& pinned, ExecutionContext& context) {
+void relax_star(Candidate& candidate, const std::vector<VertexId>& pins,
+                ExecutionContext& context) {
   PlaneMap& plane = candidate.plane;
   distortion::MinimizeOptions options;
   options.max_iterations = kStepsOfStar;
   options.lengthen = true;
   for (std::size_t v = 0; v < plane.vertex.size(); ++v) {
-    const VertexId w = plane.vertex[v];
-    if (w != kInvalid && w < static_cast<VertexId>(pinned.size()) && pinned[at(w)] != 0)
+    if (std::binary_search(pins.begin(), pins.end(), plane.vertex[v]))
       options.fixed.push_back(static_cast<VertexId>(v));
   }
   std::optional<distortion::TargetsResult> rest =
@@ -460,12 +457,11 @@ void relax_star(Candidate& candidate, const std::vector<char>& pinned, Execution
 // Stars that promise most.
 std::vector<Candidate> best_stars(const mesh::RefinedMap& disk, const Constraints& constraints,
                                   ExecutionContext& context) {
-  std::vector<Vector2> pins;
-  for (const PinnedVertex& p : constraints.pins) pins.emplace_back(disk.uv.row(p.vertex));
-  const std::vector<char> pinned =
-      flags_of(held_vertices(disk.surface, constraints), disk.surface.position.size());
+  std::vector<Vector2> places;
+  for (const PinnedVertex& p : constraints.pins) places.emplace_back(disk.uv.row(p.vertex));
+  const std::vector<VertexId> pins = held_vertices(disk.surface, constraints);
   std::vector<Candidate> all;
-  for (StarView& view : star_views(pins)) {
+  for (StarView& view : star_views(places)) {
     context.check();
     mesh::RefinedMap split = disk;
     std::optional<PlaneMap> plane = make_star(split, constraints, view, context);
@@ -478,7 +474,7 @@ std::vector<Candidate> best_stars(const mesh::RefinedMap& disk, const Constraint
   parallel_for(context, all.size(), 1, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t i = begin; i < end; ++i) {
       ExecutionContext part(&context, 1);
-      relax_star(all[i], pinned, part);
+      relax_star(all[i], pins, part);
     }
   });
   keep_best(all, kLifted);

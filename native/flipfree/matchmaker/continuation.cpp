@@ -123,11 +123,9 @@ constexpr double kMostFolded = 0.2;
 Points2 flatten(const mesh::RefinedSurface& surface, ExecutionContext& context) {
   std::vector<Vector3> rim;
   for (const VertexId v : surface.boundary) rim.push_back(surface.position[at(v)]);
-  Points2 uv;
-  {
-    const ProgressRange range(context, 0.0, 0.2);
-    uv = onto_circle(surface, surface.boundary, side_lengths(rim), context);
-  }
+  const Points2 uv = in_range(context, 0.0, 0.2, [&] {
+    return onto_circle(surface, surface.boundary, side_lengths(rim), context);
+  });
   const ProgressRange range(context, 0.2, 0.6);
   distortion::MinimizeOptions minimize;
   minimize.max_iterations = 60;
@@ -403,11 +401,8 @@ std::optional<Solution> move_there(const Problem& problem, ExecutionContext& con
             coarse_to_fine(map.surface, constraints, context, stats))
       return Solution{std::move(*fine), "coarse to fine"};
   }
-  std::optional<Points2> start;
-  {
-    const ProgressRange range(context, 0.4, 0.5);
-    start = first_try(map.surface, constraints, context);
-  }
+  std::optional<Points2> start =
+      in_range(context, 0.4, 0.5, [&] { return first_try(map.surface, constraints, context); });
   if (!start) return std::nullopt;
   map.uv = std::move(*start);
   const Index keep = map.surface.mesh.vertex_count();

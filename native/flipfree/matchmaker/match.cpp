@@ -214,11 +214,8 @@ class DiskMatcher {
 
   Matched run() {
     const Stopwatch watch;
-    Matched matched;
-    {
-      const ProgressRange range(context_, 0.0, 0.85);
-      matched.solution = solve(problem_, context_, stats_);
-    }
+    Matched matched{
+        in_range(context_, 0.0, 0.85, [&] { return solve(problem_, context_, stats_); }), {}};
     mesh::RefinedMap& found = matched.solution.map;
     stats_["seconds_map"] = watch.seconds();
     if (bijective_ && distortion::overlaps_itself(found.surface.mesh.faces(), found.uv, context_)) {
@@ -294,9 +291,7 @@ certify::Parametrization to_parametrization(const mesh::RefinedMap& solution,
   certify::Parametrization map;
   certify::set_refinement(map, solution.surface);
   map.uv = unwrap::by_corner(map.surface.faces, solution.uv);
-  map.uv32.resize(map.surface.faces.size(), 2);
-  for (CornerId c = 0; c < map.surface.faces.size(); ++c)
-    map.uv32.row(c) = uv32.row(map.surface.faces.data()[c]);
+  map.uv32 = uv32(map.surface.faces.triangles().reshaped<Eigen::RowMajor>(), Eigen::all);
   map.cut_edges.resize(0, 2);
   return map;
 }
@@ -367,12 +362,6 @@ void remove_fans(mesh::RefinedMap& map, Points2f& uv32, const mesh::Surface& pie
   map.surface = mesh::compacted(map.surface, old);
   map.uv = Points2(map.uv(old, Eigen::all));
   uv32 = Points2f(uv32(old, Eigen::all));
-}
-
-// The solver's ids without those of the fans, which the caller does not know.
-Error of_input(Error error, const mesh::Surface& input) {
-  return renumbered(std::move(error), known_in(static_cast<Index>(input.vertices.rows()),
-                                               static_cast<Index>(input.faces.rows())));
 }
 
 // Lets the holes deform. A valid map that cannot be improved stays as it is.
@@ -489,11 +478,17 @@ certify::Parametrization match_in_time(const mesh::Surface& piece, const MatchRe
 
 certify::Parametrization match(const mesh::Surface& surface, const MatchRequest& request,
                                const MatchOptions& options, ExecutionContext& context) {
-  return in_time(context, options.max_seconds, kNoMapFound, kMoreTimeOr, [&] {
-    mesh::validate(surface, {}, context);
-    return with_errors([&](const Error& error) { return of_input(error, surface); },
-                       [&] { return match_in_time(surface, request, options, context); });
-  });
+  // Without the ids of the fans, which the caller does not know.
+  const auto of_input = [&](const Error& error) {
+    return renumbered(error, known_in(static_cast<Index>(surface.vertices.rows()),
+                                      static_cast<Index>(surface.faces.rows())));
+  };
+  return in_time(context, options.max_seconds, "No map that meets all constraints was found",
+                 "pin fewer vertices, or move pins nearer to where their surroundings are", [&] {
+                   mesh::validate(surface, {}, context);
+                   return with_errors(
+                       of_input, [&] { return match_in_time(surface, request, options, context); });
+                 });
 }
 
 }  // namespace flipfree::matchmaker

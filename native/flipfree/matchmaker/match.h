@@ -34,9 +34,4 @@ namespace flipfree::matchmaker {
 certify::Parametrization match(const mesh::Surface& surface, const MatchRequest& request,
                                const MatchOptions& options, ExecutionContext& context);
 
-// What is said when time was over before there was a map, and what helps besides more time.
-constexpr const char* kNoMapFound = "No map that meets all constraints was found";
-constexpr const char* kMoreTimeOr =
-    "pin fewer vertices, or move pins nearer to where their surroundings are";
-
 }  // namespace flipfree::matchmaker

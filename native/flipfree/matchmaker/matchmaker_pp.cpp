@@ -66,11 +66,7 @@ class PatchEmbedder {
  public:
   PatchEmbedder(mesh::RefinedSurface& surface, const TargetDomain& domain,
                 const ConvexPartition& partition, const Paths& paths)
-      : surface_(surface),
-        mesh_(surface.mesh),
-        domain_(domain),
-        partition_(partition),
-        paths_(paths) {}
+      : surface_(surface), domain_(domain), partition_(partition), paths_(paths) {}
 
   Points2 run(ExecutionContext& context) {
     std::vector<SurfacePatch> patches;
@@ -245,7 +241,7 @@ class PatchEmbedder {
   }
 
   mesh::RefinedSurface& surface_;
-  Mesh& mesh_;
+  Mesh& mesh_ = surface_.mesh;
   const TargetDomain& domain_;
   const ConvexPartition& partition_;
   const Paths& paths_;
@@ -253,27 +249,6 @@ class PatchEmbedder {
   std::vector<Index> local_;
   std::vector<bool> visited_;
 };
-
-// given[e] for every edge of the partition, from the target's list.
-Paths given_paths(const Target& target, const ConvexPartition& partition) {
-  Paths given(partition.edges.size());
-  std::map<std::pair<VertexId, VertexId>, std::size_t> edge_between;
-  for (std::size_t e = 0; e < given.size(); ++e) {
-    const auto& edge = partition.edges[e];
-    edge_between[{target.domain.vertex_of(edge.a), target.domain.vertex_of(edge.b)}] = e;
-  }
-  for (std::vector<VertexId> path : target.given) {
-    auto found = edge_between.find({path.front(), path.back()});
-    if (found == edge_between.end()) {
-      std::reverse(path.begin(), path.end());
-      found = edge_between.find({path.front(), path.back()});
-    }
-    if (found == edge_between.end())
-      throw InternalError("a prescribed path is no edge of the target");
-    if (!partition.edges[found->second].boundary) given[found->second] = std::move(path);
-  }
-  return given;
-}
 
 // Guarantee: the result exists for every target that full_target() accepts, up to the resolution of
 // 64-bit coordinates (NotConverged if a piece of the target is thinner). With a free boundary the
@@ -284,11 +259,9 @@ mesh::RefinedMap run_matchmaker(const mesh::RefinedSurface& surface, const Const
   mesh::RefinedSurface work = constraints.free_boundary() ? mesh::with_collar(surface) : surface;
   const Target target = full_target(work, constraints, context);
   const ConvexPartition partition = merge_convex(target.domain);
-  Paths paths;
-  {
-    const ProgressRange range(context, 0.0, 0.5);
-    paths = trace_paths(work, target.domain, partition, given_paths(target, partition), context);
-  }
+  const Paths paths = in_range(context, 0.0, 0.5, [&] {
+    return trace_paths(work, target.domain, partition, target.given, context);
+  });
   const ProgressRange range(context, 0.5, 1.0);
   const Points2 uv = PatchEmbedder(work, target.domain, partition, paths).run(context);
   return mesh::compacted_map({std::move(work), uv});  // without collar and unused vertices
@@ -298,11 +271,8 @@ mesh::RefinedMap run_matchmaker(const mesh::RefinedSurface& surface, const Const
 
 mesh::RefinedMap guaranteed(const mesh::RefinedSurface& surface, const Constraints& constraints,
                             bool bijective, ExecutionContext& context, Stats& stats) {
-  mesh::RefinedMap fine;
-  {
-    const ProgressRange range(context, 0.0, 0.3);
-    fine = run_matchmaker(surface, constraints, context);
-  }
+  mesh::RefinedMap fine =
+      in_range(context, 0.0, 0.3, [&] { return run_matchmaker(surface, constraints, context); });
   {
     const ProgressRange range(context, 0.3, 0.65);
     const TimeLimit share(context, kShareOfStep * context.seconds_left());

@@ -351,11 +351,9 @@ mesh::RefinedMap pinned_first_frame(const mesh::RefinedSurface& surface,
                                     const OutlineHomotopy& homotopy, const Constraints& constraints,
                                     ExecutionContext& context, Stats& stats) {
   const Constraints disk = at_first_frame(surface, homotopy);
-  mesh::RefinedMap map;
-  {
-    const ProgressRange range(context, 0.0, 0.5);
-    map = on_outline(surface, disk.outline, constraints.edges, context);
-  }
+  mesh::RefinedMap map = in_range(context, 0.0, 0.5, [&] {
+    return on_outline(surface, disk.outline, constraints.edges, context);
+  });
   if (homotopy.pins().empty()) return map;
   const ProgressRange range(context, 0.5, 1.0);
   mesh::RefinedMap pinned = map;
@@ -376,17 +374,14 @@ std::optional<mesh::RefinedMap> through_homotopy(const Problem& problem, Executi
   // Where sheets overlap, pins ride along; else they find their places in the end.
   const bool riding = problem.overlapping() && !constraints.pins.empty();
   const OutlineHomotopy homotopy(sheets.domain, riding ? sheets.pins : std::vector<SheetPin>{});
-  mesh::RefinedMap map;
-  {
-    const ProgressRange range(context, 0.0, 0.4);
-    map = pinned_first_frame(problem.surface, homotopy, constraints, context, stats);
-  }
-  {
-    const ProgressRange range(context, 0.4, 0.9);
+  mesh::RefinedMap map = in_range(context, 0.0, 0.4, [&] {
+    return pinned_first_frame(problem.surface, homotopy, constraints, context, stats);
+  });
+  const bool reached = in_range(context, 0.4, 0.9, [&] {
     const Index limit = kOutlineRefinement * problem.surface.input_vertices();
-    OutlineMover mover(map, homotopy, constraints.edges, context);
-    if (!mover.run(limit)) return std::nullopt;
-  }
+    return OutlineMover(map, homotopy, constraints.edges, context).run(limit);
+  });
+  if (!reached) return std::nullopt;
   const ProgressRange range(context, 0.9, 1.0);
   if (!riding && move_pins(map, constraints, true, true, context, stats) == nullptr)
     return std::nullopt;

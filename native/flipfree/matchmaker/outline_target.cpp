@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "flipfree/base/plane.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
@@ -164,16 +165,27 @@ Target embedded_target(const mesh::RefinedSurface& surface, const Constraints& c
   return target;
 }
 
-// An outline that overlaps itself, with a slit to every pin that has a path. Throws Infeasible
+// An outline that overlaps itself, with a slit to every pin that has a path: its triangles, where
+// corners that are the two sides of a slit share a vertex, whose edges are fixed, made Delaunay by
+// flips. Throws Infeasible
 // (kNotSelfOverlapping), or NotConverged with that code where the slits may be at fault.
 TargetDomain immersed_outline(const mesh::RefinedSurface& surface, const Constraints& constraints,
                               const ExecutionContext& context) {
   const SlitOutline slit = cut_slits(surface, constraints);
   const std::optional<Triangles> triangles = find_self_overlap(slit.corners, context);
   if (!triangles) refuse_outline(constraints);
-  TargetDomain domain = triangulate_immersed(
-      slit.corners, slit.vertex, static_cast<Index>(slit.mesh_vertex.size()), *triangles);
-  domain.mesh_vertex = slit.mesh_vertex;
+  const auto count = static_cast<Index>(slit.mesh_vertex.size());
+  Triangles faces = *triangles;
+  for (Index& corner : faces.reshaped()) corner = slit.vertex[at(corner)];
+  TargetDomain domain{mesh::EditableTriangulation(count, faces), std::vector<Vector2>(at(count)),
+                      slit.mesh_vertex,
+                      mesh::boundary_loops(faces, mesh::build_adjacency(count, faces)).front()};
+  const std::size_t n = slit.corners.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    domain.point[at(slit.vertex[i])] = slit.corners[i];
+    domain.fix(slit.vertex[i], slit.vertex[(i + 1) % n]);
+  }
+  make_delaunay(domain);
   return domain;
 }
 
@@ -248,7 +260,7 @@ std::deque<std::pair<Index, Index>> crossed_edges(const TargetDomain& domain, In
 // Makes the segment between two vertices a fixed edge, by flips of the edges that it crosses
 // (Sloan 1993): of these one at least can be flipped at any time, and every flip in a convex
 // quadrilateral brings one nearer to crossing no more.
-void insert_line(TargetDomain& domain, Index a, Index b) {
+void insert_line(TargetDomain& domain, Index a, Index b, Index mark) {
   mesh::EditableTriangulation& mesh = domain.triangulation;
   if (mesh.find(a, b) == kInvalid) {
     auto crossed = crossed_edges(domain, a, b);
@@ -271,7 +283,7 @@ void insert_line(TargetDomain& domain, Index a, Index b) {
       if (side(a, b, c) * side(a, b, d) < 0) crossed.emplace_back(c, d);
     }
   }
-  mesh.set_mark(mesh.find(a, b), TargetDomain::kFixedEdge);
+  domain.fix(a, b, mark);
 }
 
 // Takes an inner vertex out of the triangulation. Its star is seen whole from it, hence a simple
@@ -482,8 +494,9 @@ Target full_target(const mesh::RefinedSurface& surface, const Constraints& const
   const std::map<VertexId, Index> corner = insert_pins(sheets);
   Target target{std::move(sheets.domain), constraints.paths};
   for (const auto& [a, b] : constraints.edges) target.given.push_back({a, b});
+  Index mark = TargetDomain::kFixedEdge;
   for (const std::vector<VertexId>& path : target.given)
-    insert_line(target.domain, corner.at(path.front()), corner.at(path.back()));
+    insert_line(target.domain, corner.at(path.front()), corner.at(path.back()), ++mark);
   make_delaunay(target.domain);
   return target;
 }

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <set>
 #include <tuple>
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
@@ -52,37 +52,16 @@ bool is_locally_convex(const Polygon& polygon) {
 }
 
 std::optional<std::pair<Index, Index>> first_conflict(const Polygon& polygon) {
-  const std::size_t n = polygon.size();
-  const auto begin = [&](std::size_t e) -> const Vector2& { return polygon[e]; };
-  const auto end = [&](std::size_t e) -> const Vector2& { return polygon[(e + 1) % n]; };
-  std::vector<std::size_t> order(n);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  const auto low = [&](std::size_t e) { return std::min(begin(e).x(), end(e).x()); };
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return low(a) != low(b) ? low(a) < low(b) : a < b;
-  });
-  std::vector<std::size_t> open;
-  for (const std::size_t e : order) {
-    std::size_t kept = 0;
-    for (const std::size_t f : open) {
-      if (std::max(begin(f).x(), end(f).x()) < low(e)) continue;
-      open[kept++] = f;
-      if (std::max(begin(f).y(), end(f).y()) < std::min(begin(e).y(), end(e).y()) ||
-          std::max(begin(e).y(), end(e).y()) < std::min(begin(f).y(), end(f).y())) {
-        continue;
-      }
-      const bool neighbours = (e + 1) % n == f || (f + 1) % n == e;
-      // Corners of edges that are not neighbours must differ as well.
-      const bool corners_meet = !neighbours && (begin(e) == begin(f) || begin(e) == end(f) ||
-                                                end(e) == begin(f) || end(e) == end(f));
-      if (corners_meet || numeric::segments_conflict(begin(e), end(e), begin(f), end(f))) {
-        return std::pair(static_cast<Index>(std::min(e, f)), static_cast<Index>(std::max(e, f)));
-      }
-    }
-    open.resize(kept);
-    open.push_back(e);
+  distortion::Boundary boundary;
+  const auto n = static_cast<Index>(polygon.size());
+  for (Index i = 0; i < n; ++i) {
+    boundary.edges.push_back({i, (i + 1) % n});
+    boundary.vertices.push_back(i);
   }
-  return std::nullopt;
+  const Points2 uv = rows_of(polygon);
+  const auto found = distortion::BoundaryGrid(boundary, uv).conflicts(1, ExecutionContext());
+  if (found.empty()) return std::nullopt;
+  return std::minmax(found[0][0], found[0][1]);
 }
 
 int locate_in_polygon(const Polygon& polygon, const Vector2& point) {
@@ -207,17 +186,14 @@ class Reader {
 
  private:
   void check_vertex(VertexId v) const {
-    if (v < 0 || v >= surface_.input_vertices()) {
-      throw_invalid(ErrorCode::kIndexOutOfRange,
-                    "A constraint names " + vertex_name(v) +
-                        ", which does not exist. Name vertices of the mesh.");
-    }
-    if (surface_.mesh.outgoing(v) == kInvalid) {
-      throw_invalid(ErrorCode::kIndexOutOfRange,
-                    "A constraint names " + vertex_name(v) +
-                        ", which belongs to no face. Name vertices of the mesh.",
-                    ElementKind::kVertex, {v});
-    }
+    const bool exists = v >= 0 && v < surface_.input_vertices();
+    if (exists && surface_.mesh.outgoing(v) != kInvalid) return;
+    throw_invalid(ErrorCode::kIndexOutOfRange,
+                  "A constraint names " + vertex_name(v) +
+                      (exists ? ", which belongs to no face." : ", which does not exist.") +
+                      " Name vertices of the mesh.",
+                  exists ? ElementKind::kVertex : ElementKind::kNone,
+                  exists ? std::vector<VertexId>{v} : std::vector<VertexId>{});
   }
 
   // A target beyond what is stored can be met by no map, and exact predicates need finite sums.

@@ -26,8 +26,7 @@ int turning_number(const Polygon& polygon);
 bool is_locally_convex(const Polygon& polygon);
 
 // Two edges (numbered by their first corner) that meet where they must not, if there are any: the
-// polygon is simple exactly if there are none. Cost: O(n log n + pairs of edges whose x-ranges
-// overlap).
+// polygon is simple exactly if there are none. Cost: O(n + pairs of edges near each other).
 std::optional<std::pair<Index, Index>> first_conflict(const Polygon& polygon);
 
 // Where a point lies: 1 strictly inside, 0 on the polygon, -1 outside (even-odd rule). Cost: O(n).

@@ -10,7 +10,6 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/mesh/adjacency.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
@@ -26,12 +25,6 @@ using Cdt = CGAL::Constrained_Delaunay_triangulation_2<
     CGAL::No_constraint_intersection_tag>;
 
 using Mesh = mesh::EditableTriangulation;
-
-void fix(TargetDomain& domain, Index a, Index b) {
-  const HalfedgeId h = domain.triangulation.find(a, b);
-  if (h == kInvalid) throw InternalError("a fixed edge is not in the target's triangulation");
-  domain.triangulation.set_mark(h, TargetDomain::kFixedEdge);
-}
 
 // info() of a face becomes true if it lies outside the outline, of the first n vertices: reachable
 // from infinity without crossing it.
@@ -59,6 +52,12 @@ void mark_outside(Cdt& cdt, Index n) {
 
 }  // namespace
 
+void TargetDomain::fix(Index a, Index b, Index mark) {
+  const HalfedgeId h = triangulation.find(a, b);
+  if (h == kInvalid) throw InternalError("a fixed edge is not in the target's triangulation");
+  triangulation.set_mark(h, mark);
+}
+
 Polygon TargetDomain::outline_points() const {
   Polygon points;
   for (const Index v : outline) points.push_back(at(v));
@@ -80,13 +79,11 @@ TargetDomain triangulate_embedded(const Polygon& outline, std::span<const Vector
   if (cdt.number_of_vertices() != domain.point.size())
     throw InternalError("target points coincide");
   const auto n = static_cast<Index>(outline.size());
-  std::vector<std::pair<Index, Index>> fixed;
   for (Index i = 0; i < n; ++i) {
     domain.outline.push_back(i);
-    fixed.emplace_back(i, (i + 1) % n);
+    cdt.insert_constraint(handle[at(i)], handle[at((i + 1) % n)]);
   }
-  fixed.insert(fixed.end(), fixed_edges.begin(), fixed_edges.end());
-  for (const auto& [a, b] : fixed) cdt.insert_constraint(handle[at(a)], handle[at(b)]);
+  for (const auto& [a, b] : fixed_edges) cdt.insert_constraint(handle[at(a)], handle[at(b)]);
   mark_outside(cdt, n);
   std::vector<Mesh::Triangle> triangles;
   for (const Cdt::Face_handle f : cdt.finite_face_handles()) {
@@ -94,7 +91,9 @@ TargetDomain triangulate_embedded(const Polygon& outline, std::span<const Vector
       triangles.push_back({f->vertex(0)->info(), f->vertex(1)->info(), f->vertex(2)->info()});
   }
   domain.triangulation = Mesh(static_cast<Index>(domain.point.size()), rows_of(triangles));
-  for (const auto& [a, b] : fixed) fix(domain, a, b);
+  for (Index i = 0; i < n; ++i) domain.fix(i, (i + 1) % n);
+  Index mark = TargetDomain::kFixedEdge;
+  for (const auto& [a, b] : fixed_edges) domain.fix(a, b, ++mark);
   return domain;
 }
 
@@ -136,24 +135,6 @@ void make_delaunay(TargetDomain& domain) {
       queue.push_back(pair);
     }
   }
-}
-
-TargetDomain triangulate_immersed(const Polygon& outline, std::span<const Index> corner_vertex,
-                                  Index vertex_count, const Triangles& triangles) {
-  TargetDomain domain;
-  domain.point.resize(at(vertex_count));
-  domain.mesh_vertex.assign(at(vertex_count), kInvalid);
-  const std::size_t n = outline.size();
-  for (std::size_t i = 0; i < n; ++i) domain.point[at(corner_vertex[i])] = outline[i];
-  Triangles faces = triangles;
-  for (Eigen::Index i = 0; i < faces.size(); ++i) {
-    faces.data()[i] = corner_vertex[at(faces.data()[i])];
-  }
-  domain.triangulation = Mesh(vertex_count, faces);
-  for (std::size_t i = 0; i < n; ++i) fix(domain, corner_vertex[i], corner_vertex[(i + 1) % n]);
-  domain.outline = mesh::boundary_loops(faces, mesh::build_adjacency(vertex_count, faces)).front();
-  make_delaunay(domain);
-  return domain;
 }
 
 std::vector<FaceId> sheets_at(const TargetDomain& domain, const Vector2& point) {
@@ -223,8 +204,8 @@ ConvexPartition partition_by(const TargetDomain& domain, const std::vector<bool>
     if (!mesh.is_boundary(h)) {
       edge_of[at(mesh.opposite(h))] = static_cast<Index>(partition.edges.size());
     }
-    partition.edges.push_back(
-        {mesh.source(h), mesh.target(h), mesh.is_boundary(h), mesh.mark(h) != Mesh::kUnmarked});
+    const Index given = mesh.mark(h) > TargetDomain::kFixedEdge ? mesh.mark(h) - 1 : kInvalid;
+    partition.edges.push_back({mesh.source(h), mesh.target(h), mesh.is_boundary(h), given});
   }
   std::vector<bool> done(edge_of.size(), false);
   for (HalfedgeId first = 0; first < mesh.halfedge_slots(); ++first) {
@@ -367,22 +348,17 @@ Carrier::Carrier(const mesh::RefinedSurface& surface, const Points2& uv, const T
   }
 }
 
-Vector2 Carrier::ride(FaceId f, const Vector2& p, const std::vector<Vector2>& there) const {
-  if (f == kInvalid) return p;
-  const Mesh::Triangle t = domain_.triangulation.corners(f);
-  const Vector2 &a = here_[at(t[0])], &b = here_[at(t[1])], &c = here_[at(t[2])];
-  if (!(twice_area(a, b, c) > 0)) return p;
-  const Vector3 w = barycentric(a, b, c, p);
-  return w[0] * there[at(t[0])] + w[1] * there[at(t[1])] + w[2] * there[at(t[2])];
-}
-
 Points2 Carrier::vertices(const std::vector<Vector2>& there) const {
-  Points2 result(uv_.rows(), 2);
-  for (Eigen::Index v = 0; v < uv_.rows(); ++v) {
-    const auto i = at(v);
-    const Vector2 p = corner_[i] != kInvalid ? there[at(corner_[i])]
-                                             : ride(face_[i], uv_.row(v).transpose(), there);
-    result.row(v) = p.transpose();
+  Points2 result = uv_;
+  for (std::size_t v = 0; v < face_.size(); ++v) {
+    const auto row = static_cast<Eigen::Index>(v);
+    if (corner_[v] != kInvalid) result.row(row) = there[at(corner_[v])].transpose();
+    if (corner_[v] != kInvalid || face_[v] == kInvalid) continue;
+    const auto [i, j, k] = domain_.triangulation.corners(face_[v]);
+    const Vector2 &a = here_[at(i)], &b = here_[at(j)], &c = here_[at(k)];
+    if (!(twice_area(a, b, c) > 0)) continue;
+    const Vector3 w = barycentric(a, b, c, uv_.row(row));
+    result.row(row) = (w[0] * there[at(i)] + w[1] * there[at(j)] + w[2] * there[at(k)]).transpose();
   }
   return result;
 }

@@ -3,8 +3,8 @@
 //
 // The disk is abstract: several of its vertices may share a point of the plane where an immersed
 // target overlaps itself. Every vertex stands for one mesh vertex. Half-edges of the triangulation
-// carry marks: kUnmarked for edges that can be dropped, kFixedEdge for those that a line or the
-// outline prescribes.
+// carry marks: kUnmarked for edges that can be dropped, kFixedEdge for those that the outline or a
+// slit prescribes, 1 + i for the prescribed path number i.
 #pragma once
 
 #include <span>
@@ -26,6 +26,8 @@ struct TargetDomain {
 
   const Vector2& at(Index v) const { return point[static_cast<std::size_t>(v)]; }
   VertexId vertex_of(Index v) const { return mesh_vertex[static_cast<std::size_t>(v)]; }
+  // Marks the edge of two vertices. Throws InternalError if there is none.
+  void fix(Index a, Index b, Index mark = kFixedEdge);
   // Where the outline's vertices lie.
   Polygon outline_points() const;
 };
@@ -36,13 +38,6 @@ struct TargetDomain {
 // caller, who can name them).
 TargetDomain triangulate_embedded(const Polygon& outline, std::span<const Vector2> inner,
                                   std::span<const std::pair<Index, Index>> fixed_edges);
-
-// An immersed target: the outline's triangles as found by find_self_overlap, where corners of the
-// outline that are the two sides of a slit share a vertex: `corner_vertex` gives the vertex of each
-// corner, `vertex_count` their number. Slit edges become fixed edges. Afterwards the triangulation
-// is made Delaunay by flips.
-TargetDomain triangulate_immersed(const Polygon& outline, std::span<const Index> corner_vertex,
-                                  Index vertex_count, const Triangles& triangles);
 
 // The triangles (sheets) whose closure contains the point; a point on an edge or a vertex of the
 // triangulation counts once, by the lowest of the faces around it.
@@ -61,7 +56,7 @@ struct ConvexPartition {
   struct Edge {
     Index a, b;     // domain vertices
     bool boundary;  // runs along the outline, the domain on the left of a -> b
-    bool fixed;
+    Index given;    // number of the prescribed path that it is, or kInvalid
   };
   struct Side {
     Index edge;
@@ -94,13 +89,14 @@ ConvexPartition merge_convex(const TargetDomain& domain);
 // Paths by partition edge, each from the mesh vertex of `a` to that of `b`, both included.
 using Paths = std::vector<std::vector<VertexId>>;
 
-// `given[e]`, if not empty, prescribes the path of edge e along existing mesh edges. Outline edges
+// `given`: the prescribed paths, along existing mesh edges. Outline edges
 // follow the mesh boundary. Marks of mesh edges become the partition edge that runs along them.
 // Throws InvalidInput (kBadPins) if given paths contradict each other, NotConverged if paths wind
 // beyond all measure, InternalError if the preconditions (matching orders on the boundary) do not
 // hold.
 Paths trace_paths(mesh::RefinedSurface& surface, const TargetDomain& domain,
-                  const ConvexPartition& partition, const Paths& given, ExecutionContext& context);
+                  const ConvexPartition& partition, const std::vector<std::vector<VertexId>>& given,
+                  ExecutionContext& context);
 
 // Carries a map along when the triangulated polygon under it changes shape.
 
@@ -129,8 +125,6 @@ class Carrier {
   Points2 vertices(const std::vector<Vector2>& there) const;
 
  private:
-  Vector2 ride(FaceId f, const Vector2& p, const std::vector<Vector2>& there) const;
-
   const Points2& uv_;
   const TargetDomain& domain_;
   const std::vector<Vector2>& here_;

@@ -49,11 +49,7 @@ class PathSearch {
   // taken[v]: no path may pass through v.
   PathSearch(const mesh::RefinedSurface& surface, const mesh::CurveOverlay& overlay,
              const std::vector<bool>& taken)
-      : surface_(surface),
-        mesh_(surface.mesh),
-        overlay_(overlay),
-        taken_(taken),
-        crossing_cost_(kCrossingCost * mean_length()) {}
+      : surface_(surface), overlay_(overlay), taken_(taken) {}
 
   // Steps after `from`, the last of them `to`. Paths cross free edges (unmarked, inner) and pass
   // through free vertices. Throws InternalError if there is none. Cost: O(k log k) for k faces that
@@ -190,10 +186,10 @@ class PathSearch {
   }
 
   const mesh::RefinedSurface& surface_;
-  const mesh::EditableTriangulation& mesh_;
+  const Mesh& mesh_ = surface_.mesh;
   const mesh::CurveOverlay& overlay_;
   const std::vector<bool>& taken_;
-  double crossing_cost_;
+  double crossing_cost_ = kCrossingCost * mean_length();
   double length_ = 0;
   std::vector<Label> label_;  // per node
   std::priority_queue<std::pair<double, std::size_t>, std::vector<std::pair<double, std::size_t>>,
@@ -210,14 +206,7 @@ class Tracer {
  public:
   Tracer(mesh::RefinedSurface& surface, const TargetDomain& domain,
          const ConvexPartition& partition)
-      : surface_(surface),
-        mesh_(surface.mesh),
-        overlay_(surface),
-        domain_(domain),
-        partition_(partition),
-        paths_(partition.edges.size()),
-        search_(surface, overlay_, taken_),
-        added_from_(mesh_.vertex_count()) {
+      : surface_(surface), domain_(domain), partition_(partition) {
     taken_.assign(at(mesh_.vertex_count()), false);
     for (const VertexId v : surface.outer_boundary) taken_[at(v)] = true;
     for (const VertexId v : domain.mesh_vertex) taken_[at(v)] = true;
@@ -227,6 +216,8 @@ class Tracer {
     overlay_.finish();
     return std::move(paths_);
   }
+
+  bool traced(Index e) const { return !paths_[at(e)].empty(); }
 
   void lay_outline(Index e) {
     const auto& edge = partition_.edges[at(e)];
@@ -296,7 +287,6 @@ class Tracer {
 
  private:
   VertexId mesh_vertex(Index domain_vertex) const { return domain_.vertex_of(domain_vertex); }
-  bool traced(Index e) const { return !paths_[at(e)].empty(); }
 
   // Half-edge with which the traced path of edge e leaves mesh vertex v (its inner side for
   // arriving boundary edges is found by the caller): kInvalid if e arrives along the boundary and
@@ -364,22 +354,22 @@ class Tracer {
     return true;
   }
 
-  const mesh::RefinedSurface& surface_;
-  Mesh& mesh_;
-  mesh::CurveOverlay overlay_;
+  mesh::RefinedSurface& surface_;
+  Mesh& mesh_ = surface_.mesh;
+  mesh::CurveOverlay overlay_{surface_};
   const TargetDomain& domain_;
   const ConvexPartition& partition_;
-  Paths paths_;
+  Paths paths_ = Paths(partition_.edges.size());
   std::vector<bool> taken_;  // on a path, the boundary, or a pin
-  PathSearch search_;
-  Index added_from_;
+  PathSearch search_{surface_, overlay_, taken_};
+  Index added_from_ = mesh_.vertex_count();
 };
 
 // Joins the points inside to the outline (Prim 1957): of all edges that join one more, always that
 // with the shortest path, laid at once. Paths get longer as others come in between, so a length
-// that was measured before is a lower bound. Settled edges join their ends at no cost.
+// that was measured before is a lower bound. Traced edges join their ends at no cost.
 void grow_tree(Tracer& tracer, const TargetDomain& domain, const ConvexPartition& partition,
-               std::vector<bool>& settled, ExecutionContext& context) {
+               ExecutionContext& context) {
   using Candidate = std::pair<double, Index>;
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue;
   std::vector<bool> reached(domain.point.size(), false);
@@ -396,7 +386,7 @@ void grow_tree(Tracer& tracer, const TargetDomain& domain, const ConvexPartition
         const auto& edge = partition.edges[at(e)];
         const Index other = at(edge.a) == v ? edge.b : edge.a;
         if (edge.boundary || reached[at(other)]) continue;
-        if (settled[at(e)]) {
+        if (tracer.traced(e)) {
           pending.push_back(other);
         } else {
           queue.emplace(tracer.least_cost_of(e), e);
@@ -419,37 +409,23 @@ void grow_tree(Tracer& tracer, const TargetDomain& domain, const ConvexPartition
     context.report("tracing paths",
                    0.5 * static_cast<double>(count) / static_cast<double>(reached.size()));
     tracer.trace(e, context);
-    settled[at(e)] = true;
     pending.push_back(a ? edge.b : edge.a);
     reach_pending();
   }
 }
 
-// Outline and given paths; returns which edges they are.
-std::vector<bool> lay_first(Tracer& tracer, const ConvexPartition& partition, const Paths& given) {
-  std::vector<bool> settled;
-  for (std::size_t e = 0; e < given.size(); ++e) {
-    settled.push_back(!given[e].empty());
-    if (partition.edges[e].boundary) tracer.lay_outline(static_cast<Index>(e));
-  }
-  for (std::size_t e = 0; e < given.size(); ++e) {
-    if (settled[e]) tracer.lay_given(static_cast<Index>(e), given[e]);
-  }
-  return settled;
-}
-
-// The partition's edges but for the outline and those that are settled. As settled ones join all
-// points to the outline, each of the rest divides one piece in two; the longest in the target come
-// first, which leave parts of about the same size.
-std::vector<Index> dividing_order(const TargetDomain& domain, const ConvexPartition& partition,
-                                  const std::vector<bool>& settled) {
+// The partition's edges that are not traced. As the others join all points to the outline, each of
+// these divides one piece in two; the longest in the target come first, which leave parts of about
+// the same size.
+std::vector<Index> dividing_order(const Tracer& tracer, const TargetDomain& domain,
+                                  const ConvexPartition& partition) {
   std::vector<Index> order;
-  for (std::size_t e = 0; e < settled.size(); ++e) {
-    if (!settled[e] && !partition.edges[e].boundary) order.push_back(static_cast<Index>(e));
+  for (Index e = 0; e < static_cast<Index>(partition.edges.size()); ++e) {
+    if (!tracer.traced(e)) order.push_back(e);
   }
   const auto length = [&](Index e) {
     const auto& edge = partition.edges[at(e)];
-    return (domain.point[at(edge.a)] - domain.point[at(edge.b)]).norm();
+    return (domain.at(edge.a) - domain.at(edge.b)).norm();
   };
   std::stable_sort(order.begin(), order.end(),
                    [&](Index a, Index b) { return length(a) > length(b); });
@@ -459,11 +435,22 @@ std::vector<Index> dividing_order(const TargetDomain& domain, const ConvexPartit
 }  // namespace
 
 Paths trace_paths(mesh::RefinedSurface& surface, const TargetDomain& domain,
-                  const ConvexPartition& partition, const Paths& given, ExecutionContext& context) {
+                  const ConvexPartition& partition, const std::vector<std::vector<VertexId>>& given,
+                  ExecutionContext& context) {
   Tracer tracer(surface, domain, partition);
-  std::vector<bool> settled = lay_first(tracer, partition, given);
-  grow_tree(tracer, domain, partition, settled, context);
-  const std::vector<Index> order = dividing_order(domain, partition, settled);
+  const auto edges = static_cast<Index>(partition.edges.size());
+  for (Index e = 0; e < edges; ++e) {
+    if (partition.edges[at(e)].boundary) tracer.lay_outline(e);
+  }
+  for (Index e = 0; e < edges; ++e) {
+    const auto& edge = partition.edges[at(e)];
+    if (edge.boundary || edge.given == kInvalid) continue;
+    std::vector<VertexId> path = given[at(edge.given)];
+    if (path.front() != domain.vertex_of(edge.a)) std::ranges::reverse(path);
+    tracer.lay_given(e, path);
+  }
+  grow_tree(tracer, domain, partition, context);
+  const std::vector<Index> order = dividing_order(tracer, domain, partition);
   for (std::size_t i = 0; i < order.size(); ++i) {
     context.report("tracing paths",
                    0.5 + 0.5 * static_cast<double>(i) / static_cast<double>(order.size()));

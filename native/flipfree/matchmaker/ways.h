@@ -20,6 +20,13 @@
 
 namespace flipfree::matchmaker {
 
+// step(), as this part of the progress.
+template <typename Step>
+auto in_range(ExecutionContext& context, double begin, double end, const Step& step) {
+  const ProgressRange range(context, begin, end);
+  return step();
+}
+
 // The disk onto its polygon in 64 bits. Throws NotConverged where it cannot be.
 Points2 embedded(const embedding::Disk& disk, ExecutionContext& context);
 
