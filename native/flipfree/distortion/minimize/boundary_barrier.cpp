@@ -170,16 +170,11 @@ bool overlaps_itself(const Triangles& faces, const Points2& uv, const ExecutionC
   return overlaps_itself(find_boundary(static_cast<Index>(uv.rows()), faces), uv, context);
 }
 
-namespace {
-
-// Reach of the barrier as a share of the surface's edge length: small enough that at low distortion
-// a vertex is out of reach of the edges next to its own.
-constexpr double kReach = 0.3;
-
-}  // namespace
-
 BoundaryBarrier::BoundaryBarrier(const mesh::Surface& chart)
     : boundary_(find_boundary(static_cast<Index>(chart.vertices.rows()), chart.faces)) {
+  // Reach of the barrier as a share of the surface's edge length: small enough that at low
+  // distortion a vertex is out of reach of the edges next to its own.
+  constexpr double kReach = 0.3;
   boundary_.edges.clear();
   boundary_.vertices.clear();
   for (const std::vector<VertexId>& loop : boundary_.loops) {

@@ -44,6 +44,54 @@ constexpr double kBarrierWeight = 1.0;
 // halved whenever a step promises less than the share kSettled of the energy.
 constexpr double kFarReach = 8.0;
 constexpr double kSettled = 5e-3;
+// Targets go this far towards the first flip at once, with so many steps of recovery in between;
+// they have got stuck when this many rounds in a row brought them no more than a hundredth nearer.
+constexpr double kPullShare = 0.7;
+constexpr int kRecoveries = 3;
+constexpr int kIdlePulls = 8;
+
+// Relative to the mean diagonal: keeps the matrix definite (its kernel are the translations and, on
+// developable surfaces, the similarities) without moving the smallest other eigenvectors visibly.
+constexpr double kShift = 1e-11;
+constexpr int kInverseIterations = 5;
+
+// Lower triangle of the conformal energy (Dirichlet energy with cotangent weights, minus the image
+// area); unknown 2 v + d is coordinate d of v. The area is a sum over boundary edges ij of (x_i y_j
+// - x_j y_i) / 2, so that the two coordinates meet at the boundary only.
+numeric::SparseMatrix conformal_energy(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                                       const ExecutionContext& context) {
+  const auto n = static_cast<Index>(chart.vertices.rows());
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  entries.reserve(at(6 * chart.faces.size()));
+  const auto add = [&](Index i, Index j, double value) {
+    entries.emplace_back(std::max(i, j), std::min(i, j), value);
+  };
+  double trace = 0.0;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(chart.faces.size()); ++h) {
+    if (h % 8192 == 0) context.check();
+    const CornerId apex = previous_corner(h);
+    const VertexId v = mesh::source(chart.faces, h), w = mesh::target(chart.faces, h);
+    const Vector3 p = chart.vertices.row(chart.faces(apex / 3, apex % 3));
+    const Vector3 a = chart.vertices.row(v).transpose() - p;
+    const Vector3 b = chart.vertices.row(w).transpose() - p;
+    const double weight = 0.5 * a.dot(b) / a.cross(b).norm();
+    for (Index d = 0; d < 2; ++d) {
+      add(2 * v + d, 2 * v + d, weight);
+      add(2 * w + d, 2 * w + d, weight);
+      add(2 * v + d, 2 * w + d, -weight);
+    }
+    trace += 4 * weight;
+    if (adjacency.opposite[at(h)] != kInvalid) continue;
+    add(2 * v, 2 * w + 1, -0.5);
+    add(2 * v + 1, 2 * w, 0.5);
+  }
+  const double shift = kShift * trace / (2.0 * n);
+  for (Index i = 0; i < 2 * n; ++i) add(i, i, shift);
+  numeric::SparseMatrix matrix(2 * n, 2 * n);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  context.check();
+  return matrix;
+}
 
 }  // namespace
 
@@ -402,16 +450,6 @@ Minimized minimize_distortion(const mesh::Surface& chart, const Points2& initial
   return minimizer.run();
 }
 
-namespace {
-
-// Targets go this far towards the first flip at once, with so many steps of recovery in between;
-// they have got stuck when this many rounds in a row brought them no more than a hundredth nearer.
-constexpr double kPullShare = 0.7;
-constexpr int kRecoveries = 3;
-constexpr int kIdlePulls = 8;
-
-}  // namespace
-
 // Turns, scales and moves the whole map to where the targets are met best in the mean. Only if
 // nothing is fixed yet, and the exact tests still hold.
 void Minimizer::align(const std::vector<std::pair<VertexId, Vector2>>& targets) {
@@ -525,53 +563,6 @@ TargetsResult minimize_with_targets(const mesh::Surface& chart, const Points2& i
   std::sort(result.missed.begin(), result.missed.end());
   return result;
 }
-
-namespace {
-
-// Relative to the mean diagonal: keeps the matrix definite (its kernel are the translations and, on
-// developable surfaces, the similarities) without moving the smallest other eigenvectors visibly.
-constexpr double kShift = 1e-11;
-constexpr int kInverseIterations = 5;
-
-// Lower triangle of the conformal energy (Dirichlet energy with cotangent weights, minus the image
-// area); unknown 2 v + d is coordinate d of v. The area is a sum over boundary edges ij of (x_i y_j
-// - x_j y_i) / 2, so that the two coordinates meet at the boundary only.
-numeric::SparseMatrix conformal_energy(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                                       const ExecutionContext& context) {
-  const auto n = static_cast<Index>(chart.vertices.rows());
-  std::vector<Eigen::Triplet<double, Index>> entries;
-  entries.reserve(at(6 * chart.faces.size()));
-  const auto add = [&](Index i, Index j, double value) {
-    entries.emplace_back(std::max(i, j), std::min(i, j), value);
-  };
-  double trace = 0.0;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(chart.faces.size()); ++h) {
-    if (h % 8192 == 0) context.check();
-    const CornerId apex = previous_corner(h);
-    const VertexId v = mesh::source(chart.faces, h), w = mesh::target(chart.faces, h);
-    const Vector3 p = chart.vertices.row(chart.faces(apex / 3, apex % 3));
-    const Vector3 a = chart.vertices.row(v).transpose() - p;
-    const Vector3 b = chart.vertices.row(w).transpose() - p;
-    const double weight = 0.5 * a.dot(b) / a.cross(b).norm();
-    for (Index d = 0; d < 2; ++d) {
-      add(2 * v + d, 2 * v + d, weight);
-      add(2 * w + d, 2 * w + d, weight);
-      add(2 * v + d, 2 * w + d, -weight);
-    }
-    trace += 4 * weight;
-    if (adjacency.opposite[at(h)] != kInvalid) continue;
-    add(2 * v, 2 * w + 1, -0.5);
-    add(2 * v + 1, 2 * w, 0.5);
-  }
-  const double shift = kShift * trace / (2.0 * n);
-  for (Index i = 0; i < 2 * n; ++i) add(i, i, shift);
-  numeric::SparseMatrix matrix(2 * n, 2 * n);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  context.check();
-  return matrix;
-}
-
-}  // namespace
 
 Points2 spectral_conformal_map(const mesh::Surface& chart, const Points2& seed,
                                ExecutionContext& context) {

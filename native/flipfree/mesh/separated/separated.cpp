@@ -50,23 +50,22 @@ struct Orientation {
 class Orienter {
  public:
   Orienter(const PairingInput& input, EdgePairs& pairs)
-      : positions_(input.positions),
+      : input_(input),
         faces_(input.faces),
         closed_(input.at_seam),
-        corner_uv_(input.corner_uv),
-        polygon_(input.polygon),
         pairs_(pairs),
         mate_(pairs.mate) {
     // Areas are compared only: in a unit in which they neither overflow nor vanish.
-    const double extent = positions_.size() == 0 ? 0.0 : positions_.cwiseAbs().maxCoeff();
+    const double extent =
+        input_.positions.size() == 0 ? 0.0 : input_.positions.cwiseAbs().maxCoeff();
     unit_ = extent > 0.0 ? 1.0 / extent : 1.0;
     if (!std::isfinite(unit_)) unit_ = 1.0;
     side_.assign(at(faces_.rows()), kUnknown);
-    if (corner_uv_ != nullptr) find_contradictions();
+    if (input_.corner_uv != nullptr) find_contradictions();
   }
 
   Orientation run(const ExecutionContext& context) {
-    if (corner_uv_ == nullptr) close_where_regions_contradict_themselves();
+    if (input_.corner_uv == nullptr) close_where_regions_contradict_themselves();
     constexpr Index kCheckEvery = 1 << 14;
     for (FaceId f = 0; f < faces_.rows(); ++f) {
       if (f % kCheckEvery == 0) context.check();
@@ -93,13 +92,13 @@ class Orienter {
     return same_direction(h, o) == (side_[at(h / 3)] != side_[at(o / 3)]);
   }
   double area(FaceId f) const {
-    const auto p = [&](int k) -> Vector3 { return unit_ * positions_.row(faces_(f, k)); };
+    const auto p = [&](int k) -> Vector3 { return unit_ * input_.positions.row(faces_(f, k)); };
     const Vector3 a = p(0), b = p(1), c = p(2);
     return (b - a).cross(c - a).norm();
   }
 
   void close(HalfedgeId h) { closed_[at(h)] = closed_[at(mate_[at(h)])] = 1; }
-  bool are_of_polygon(FaceId f, FaceId g) const { return same_number(polygon_, f, g); }
+  bool are_of_polygon(FaceId f, FaceId g) const { return same_number(input_.polygon, f, g); }
 
   // Faces that all agree and still contradict each other somewhere are a surface with one side
   // (around a vertex, or a handle, contradictions are even in number): no turning helps there.
@@ -176,9 +175,9 @@ class Orienter {
   }
   // With the exact sign, so that a part of slivers that are all positive is.
   double map_area(FaceId f) const {
-    const Vector2 a = corner_uv_->row(3 * f);
-    const Vector2 b = corner_uv_->row(3 * f + 1);
-    const Vector2 c = corner_uv_->row(3 * f + 2);
+    const Vector2 a = input_.corner_uv->row(3 * f);
+    const Vector2 b = input_.corner_uv->row(3 * f + 1);
+    const Vector2 c = input_.corner_uv->row(3 * f + 2);
     return numeric::orientation(a, b, c) *
            std::max(std::abs(cross(b - a, c - a)), std::numeric_limits<double>::min());
   }
@@ -192,7 +191,7 @@ class Orienter {
     side_[at(first)] = side;
     std::size_t i = part_.size();
     part_.push_back(first);
-    if (polygon_ == nullptr) return;
+    if (input_.polygon == nullptr) return;
     for (; i < part_.size(); ++i) {
       const FaceId f = part_[i];
       for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
@@ -220,7 +219,7 @@ class Orienter {
         take(o / 3, side_across(h, o));
       }
     }
-    if (corner_uv_ != nullptr && contradicted_[at(first)] != 0) {
+    if (input_.corner_uv != nullptr && contradicted_[at(first)] != 0) {
       double positive = 0.0;
       for (const FaceId f : part_) positive += side_[at(f)] == 0 ? map_area(f) : -map_area(f);
       turned = positive < 0.0 ? 1.0 : 0.0;
@@ -231,11 +230,9 @@ class Orienter {
     }
   }
 
-  const Points3& positions_;
+  const PairingInput& input_;
   const Triangles& faces_;
   std::vector<char> closed_;  // 3 #F: no part goes on there
-  const Points2* corner_uv_;
-  const std::vector<Index>* polygon_;
   const EdgePairs& pairs_;
   std::vector<HalfedgeId>& mate_;
   double unit_ = 1.0;
