@@ -25,7 +25,7 @@ void check(const FieldOptions& options, const mesh::Surface& surface) {
   check_sizing(options.sizing, surface);
   if (options.loops && !options.cones) refuse("loops need cones: give both.");
   if (!options.cones) return;
-  if (options.cones->size() != static_cast<std::size_t>(surface.vertices.rows()))
+  if (options.cones->size() != at(surface.vertices.rows()))
     throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
 }
 
@@ -42,7 +42,7 @@ void follow_boundary(const Frames& own, const Frames& frames, CrossField& field,
                      ExecutionContext& context) {
   constexpr double kPull = 10.0;  // beside weights that are about one
   const auto faces = static_cast<Index>(field.angle.size());
-  Wishes wishes = no_wishes(faces);
+  Wishes wishes(faces);
   follow_edges(own, mesh::EdgeFlags(at(3 * faces), 0), true, 1.0, wishes);
   std::vector<double> pull;
   for (const char held : wishes.held) pull.push_back(held == 0 ? 0.0 : kPull);
@@ -78,7 +78,7 @@ FoundField compute(const mesh::Surface& surface, const FieldOptions& options,
   check(options, surface);
   const Frames own = measure_frames(surface);
   const Frames frames = options.sizing.empty() ? own : sized_frames(own, options.sizing);
-  Wishes wishes = no_wishes(static_cast<Index>(surface.faces.rows()));
+  Wishes wishes(static_cast<Index>(surface.faces.rows()));
   FoundField found;
   found.field = options.cones ? field_with_signature(frames, *options.cones, options.loops, context)
                               : guided_field(own, frames, options, wishes, context);
@@ -94,7 +94,7 @@ FoundField compute(const mesh::Surface& surface, const FieldOptions& options,
   std::int64_t cones = 0, sharp = 0;
   for (std::size_t v = 0; v < found.cones.size(); ++v) {
     const HalfedgeId h = adjacency.vertex_halfedge[v];
-    if (h == kInvalid || adjacency.opposite[static_cast<std::size_t>(h)] == kInvalid) continue;
+    if (h == kInvalid || adjacency.opposite[at(h)] == kInvalid) continue;
     cones += found.cones[v] != 4;
     sharp += found.cones[v] <= 1;
   }
@@ -177,11 +177,11 @@ FoundField compute_cross_field(const mesh::Surface& surface, const FieldOptions&
 CrossField read_field(const mesh::Surface& surface, const GivenField& given,
                       const ExecutionContext& context) {
   mesh::validate(surface, {}, context);
-  const auto faces = static_cast<std::size_t>(surface.faces.rows());
+  const auto faces = at(surface.faces.rows());
   const auto fits = [&](std::size_t count, std::size_t of_each) {
     return count == 0 || count == of_each * faces;
   };
-  const auto directions = static_cast<std::size_t>(given.directions.rows());
+  const auto directions = at(given.directions.rows());
   if (!fits(directions, 1) || !fits(given.rotation.size(), 3) || !fits(given.quarters.size(), 3)) {
     throw_invalid(ErrorCode::kBadShape, "The field is not one of this mesh, which has " +
                                             std::to_string(faces) +

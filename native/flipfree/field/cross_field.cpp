@@ -174,7 +174,7 @@ Points3 directions_of(const mesh::Surface& surface, const std::vector<double>& a
 }
 
 std::vector<double> angles_of(const mesh::Surface& surface, const Points3& directions) {
-  std::vector<double> angle(at(static_cast<Index>(surface.faces.rows())));
+  std::vector<double> angle(at(surface.faces.rows()));
   std::vector<FaceId> none;
   for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
     const Axes axes = axes_of(surface, f);
@@ -199,7 +199,7 @@ std::vector<double> angles_of(const mesh::Surface& surface, const Points3& direc
 }
 
 std::vector<double> face_areas(const mesh::Surface& surface) {
-  std::vector<double> area(at(static_cast<Index>(surface.faces.rows())));
+  std::vector<double> area(at(surface.faces.rows()));
   for (FaceId f = 0; at(f) < area.size(); ++f) {
     const auto [a, b] = mesh::sides_at(surface, 3 * f);
     area[at(f)] = 0.5 * a.cross(b).norm();
@@ -233,8 +233,7 @@ Index around_corner(CornerId c) { return c % 3 == 0 ? -2 : 2; }
 
 // d(h), to the nearest quarter turn.
 Index nearest_quarter(const Frames& frames, const CrossField& field, HalfedgeId h) {
-  return static_cast<Index>(
-      std::lround(from_edge(frames, field.angle, h) / (0.5 * std::numbers::pi)));
+  return static_cast<Index>(std::lround(from_edge(frames, field.angle, h) / (kQuarterTurn)));
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ Frames measure_frames(const mesh::Surface& surface);
 
 // d(h) above.
 inline double from_edge(const Frames& frames, const std::vector<double>& angle, HalfedgeId h) {
-  return angle[static_cast<std::size_t>(h / 3)] - frames.direction[static_cast<std::size_t>(h)];
+  return angle[at(h / 3)] - frames.direction[at(h)];
 }
 
 // The field with these directions whose rotation lies in [-pi/4, pi/4] across every edge: every

@@ -8,16 +8,13 @@
 #include <functional>
 #include <iterator>
 #include <limits>
-#include <optional>
 #include <queue>
 #include <string>
 #include <unordered_map>
 #include <utility>
-#include <vector>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/field/cross_field.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/numeric/dense_factors.h"
@@ -144,7 +141,7 @@ std::optional<std::vector<std::int64_t>> whole_solution(const Eigen::MatrixXd& a
                                                         const std::vector<std::int64_t>& b,
                                                         bool may_depend) {
   constexpr std::int64_t kMost = std::int64_t{1} << 30;  // products stay in range
-  const auto rows = static_cast<std::size_t>(a.rows()), count = static_cast<std::size_t>(a.cols());
+  const auto rows = at(a.rows()), count = at(a.cols());
   // Column j: that of a, and below it which columns of a it is a sum of.
   std::vector<std::vector<std::int64_t>> column(count, std::vector<std::int64_t>(rows + count));
   for (std::size_t j = 0; j < count; ++j) {

@@ -10,7 +10,6 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/lists.h"
-#include "flipfree/field/cross_field.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/numeric/cholesky/cholesky.h"
@@ -442,7 +441,7 @@ struct Bending {
 
 Bending measure_bending(const mesh::Surface& surface) {
   const mesh::Adjacency& adjacency = surface.adjacency();
-  const auto vertices = static_cast<std::size_t>(surface.vertices.rows());
+  const auto vertices = at(surface.vertices.rows());
   Bending bending{std::vector<Matrix3>(vertices, Matrix3::Zero()),
                   std::vector<double>(vertices, 0.0), 0.0};
   const auto faces = static_cast<FaceId>(surface.faces.rows());
@@ -471,11 +470,6 @@ Bending measure_bending(const mesh::Surface& surface) {
 }
 
 }  // namespace
-
-Wishes no_wishes(Index faces) {
-  return {Crosses::Ones(faces), std::vector<double>(at(faces), 0.0),
-          std::vector<char>(at(faces), 0)};
-}
 
 void follow_curvature(const mesh::Surface& surface, double alignment, Wishes& wishes) {
   if (alignment <= 0.0) return;
@@ -568,7 +562,7 @@ std::vector<double> curvature_sizing(const mesh::Surface& surface, double share)
 
 void check_sizing(const std::vector<double>& sizing, const mesh::Surface& surface) {
   if (sizing.empty()) return;
-  if (sizing.size() != static_cast<std::size_t>(surface.vertices.rows()))
+  if (sizing.size() != at(surface.vertices.rows()))
     throw_invalid(ErrorCode::kBadShape, "sizing needs one number per vertex.");
   for (std::size_t v = 0; v < sizing.size(); ++v) {
     if (sizing[v] > 0.0 && std::isfinite(sizing[v])) continue;

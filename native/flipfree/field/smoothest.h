@@ -20,6 +20,9 @@ using Crosses = Eigen::VectorXcd;
 
 // What each face is asked for, per face of the surface.
 struct Wishes {
+  explicit Wishes(Index faces)  // none at all
+      : cross(Crosses::Ones(faces)), weight(at(faces), 0.0), held(at(faces), 0) {}
+
   Crosses cross;               // unit numbers; anything where neither weight nor held
   std::vector<double> weight;  // of |u - cross|^2, per share of the component's area
   std::vector<char> held;      // u is the cross
@@ -32,9 +35,6 @@ Crosses smoothest(const Frames& frames, const Wishes& wishes, std::vector<double
                   ExecutionContext& context);
 
 // What a cross field is asked to follow: curvature, sharp edges, the boundary.
-
-// No wish at all.
-Wishes no_wishes(Index faces);
 
 // Principal directions, each weighing as much as the surface is curved differently along and across
 // them: nothing on spheres and planes. `alignment` in [0, 1): 0 nothing, 0.5 as much as smoothness

@@ -8,9 +8,7 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
-#include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
@@ -19,15 +17,12 @@
 #include "flipfree/distortion/alignment/align.h"
 #include "flipfree/distortion/seams/seams.h"
 #include "flipfree/field/smoothest.h"
-#include "flipfree/holonomy/needed_topology.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/cut_graph.h"
 #include "flipfree/mesh/face_area.h"
-#include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/exact/parts.h"
 #include "flipfree/seamless/exact/take_back.h"
-#include "flipfree/seamless/padding/padding.h"
 #include "flipfree/seamless/request.h"
 
 namespace flipfree::holonomy {

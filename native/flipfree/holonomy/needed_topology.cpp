@@ -132,7 +132,7 @@ NeededTopology needed_topology(const mesh::Surface& surface, const field::CrossF
   NeededTopology needed;
   needed.cones = std::move(border.cones());
   needed.border = std::move(border.quarters());
-  std::vector<FaceId> own(static_cast<std::size_t>(surface.faces.rows()));
+  std::vector<FaceId> own(at(surface.faces.rows()));
   std::iota(own.begin(), own.end(), FaceId{0});
   needed.loops =
       turned_loops({surface, surface, own}, needed.cones, field, needed.border, aligned, context);

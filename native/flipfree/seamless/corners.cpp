@@ -6,8 +6,6 @@
 #include <limits>
 #include <numeric>
 #include <span>
-#include <string>
-#include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"

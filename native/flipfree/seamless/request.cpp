@@ -4,15 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <optional>
-#include <string>
 #include <utility>
 
-#include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/certified_map.h"
-#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/seamless/corners.h"
 
@@ -213,7 +209,7 @@ bool has_boundary(const mesh::Surface& surface) {
 void check_request(const mesh::Surface& surface, const std::vector<Index>& cones,
                    ExecutionContext& context) {
   check_surface(surface, context);
-  if (cones.size() != static_cast<std::size_t>(surface.vertices.rows()))
+  if (cones.size() != at(surface.vertices.rows()))
     throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
   for (std::size_t v = 0; v < cones.size(); ++v) {
     if (cones[v] < kNotGiven) throw_too_sharp(static_cast<VertexId>(v), cones[v]);

@@ -8,13 +8,9 @@
 #include <numeric>
 #include <string>
 #include <utility>
-#include <vector>
 
-#include "flipfree/base/context.h"
-#include "flipfree/base/error.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
-#include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/corners.h"
 
 namespace flipfree::seamless {

@@ -6,10 +6,7 @@
 #include <numeric>
 #include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
-#include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
@@ -22,7 +19,6 @@
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/separated/edge_pairs.h"
-#include "flipfree/mesh/surface.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/seamless/corners.h"
 #include "flipfree/seamless/exact/parts.h"

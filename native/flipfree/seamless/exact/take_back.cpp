@@ -6,18 +6,14 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
-#include <optional>
 #include <set>
 #include <utility>
-#include <vector>
 
 #include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/conformal/map.h"
 #include "flipfree/distortion/seams/seams.h"
 #include "flipfree/intrinsic/layout/layout.h"
-#include "flipfree/intrinsic/layout/refine_map.h"
-#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/cut_graph.h"
 #include "flipfree/seamless/exact/parts.h"
@@ -35,13 +31,13 @@ constexpr double kFewFlips = 0.02;
 
 // Total angles at the first `count` vertices, those of the input.
 std::vector<double> vertex_angles(Eigen::Index count, const certify::Parametrization& map) {
-  std::vector<double> angle(static_cast<std::size_t>(map.surface.vertices.rows()), 0.0);
+  std::vector<double> angle(at(map.surface.vertices.rows()), 0.0);
   for (CornerId c = 0; c < static_cast<CornerId>(map.uv.rows()); ++c) {
     const Vector2 p = map.uv.row(c);
     angle[at(map.surface.faces(c / 3, c % 3))] += turn(
         map.uv.row(next_corner(c)).transpose() - p, map.uv.row(previous_corner(c)).transpose() - p);
   }
-  angle.resize(static_cast<std::size_t>(count));
+  angle.resize(at(count));
   return angle;
 }
 
@@ -104,7 +100,7 @@ certify::Parametrization on_own_triangles(const mesh::Surface& input,
   certify::Parametrization own;
   own.surface = input;
   own.uv.resize(3 * input.faces.rows(), 2);
-  std::vector<Motion> link(static_cast<std::size_t>(3 * input.faces.rows()));
+  std::vector<Motion> link(at(3 * input.faces.rows()));
   for (CornerId c = 0; c < static_cast<CornerId>(map.uv.rows()); ++c) {
     const VertexId v = map.surface.faces(c / 3, c % 3);
     if (v >= static_cast<VertexId>(input.vertices.rows())) continue;
@@ -277,7 +273,7 @@ std::optional<intrinsic::EdgePointMap> edge_point_map(const mesh::Surface& input
   }
   intrinsic::EdgePointMap out;
   out.corner_uv = Points2::Zero(3 * input.faces.rows(), 2);
-  out.corner_angle.assign(static_cast<std::size_t>(3 * input.faces.rows()), 0.0);
+  out.corner_angle.assign(at(3 * input.faces.rows()), 0.0);
   out.edge_halfedge = edges.halfedge;
   out.edge_of = edges.of_corner;
   out.begin.assign(edges.halfedge.size() + 1, 0);

@@ -6,16 +6,12 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
-#include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/intrinsic/overlay.h"
-#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/numeric/cholesky/laplacian_factor.h"
 #include "flipfree/seamless/penner/penner_newton.h"

@@ -11,8 +11,6 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/seamless/padding/loops.h"
-#include "flipfree/seamless/padding/paths.h"
 
 namespace flipfree::seamless {
 

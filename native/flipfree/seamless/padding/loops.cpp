@@ -262,13 +262,12 @@ SheetSearch turning_search(const TurnMeter& meter, const std::vector<double>& le
                            std::int64_t sheets) {
   constexpr double kSheetsPerQuarter = 2.0;
   constexpr std::size_t kWaysPerSheet = 2;  // looked at, per vertex
-  return {
-      meter.canvas(),
-      left,
-      {[&meter](HalfedgeId arrival, const SheetSearch::Visit& visit) {
-         meter.for_each_turn(arrival, visit);
-       },
-       kSheetsPerQuarter / kQuarterTurn, sheets, kWaysPerSheet * static_cast<std::size_t>(sheets)}};
+  return {meter.canvas(),
+          left,
+          {[&meter](HalfedgeId arrival, const SheetSearch::Visit& visit) {
+             meter.for_each_turn(arrival, visit);
+           },
+           kSheetsPerQuarter / kQuarterTurn, sheets, kWaysPerSheet * at(sheets)}};
 }
 
 Loops draw_loops(Canvas& canvas, const std::vector<VertexId>& first, Index genus,

@@ -11,7 +11,6 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/conformal/engine/engine.h"
-#include "flipfree/seamless/padding/disk_metric.h"
 #include "flipfree/seamless/penner/penner_newton.h"
 #include "flipfree/seamless/seams.h"
 

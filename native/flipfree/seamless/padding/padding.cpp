@@ -8,9 +8,7 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
-#include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/base/stats.h"
@@ -24,7 +22,6 @@
 #include "flipfree/seamless/padding/hole_chain.h"
 #include "flipfree/seamless/padding/padded_metric.h"
 #include "flipfree/seamless/padding/paths.h"
-#include "flipfree/seamless/padding/reroute.h"
 #include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {
@@ -79,7 +76,7 @@ PennerMap map_padded(const Component& component, const CutMaker& make_cut) {
   stats["seconds_cut"] = watch.seconds();
   stats["cut_vertices"] = static_cast<std::int64_t>(cut.surface.vertices.rows() - own_count);
   std::vector<Index> all = cones;
-  all.resize(static_cast<std::size_t>(cut.surface.vertices.rows()), 4);
+  all.resize(at(cut.surface.vertices.rows()), 4);
   PennerOptions own = component.options;
   own.uncuttable = edges_left(own.uncuttable, cut.surface);
   PennerMap result;
@@ -96,7 +93,7 @@ PennerMap map_padded(const Component& component, const CutMaker& make_cut) {
     }
     result = map_from_metric(cut.surface, all, std::move(metric), own, context);
   } catch (const NotConverged&) {
-    std::vector<VertexId> vertices(static_cast<std::size_t>(own_count));
+    std::vector<VertexId> vertices(at(own_count));
     std::iota(vertices.begin(), vertices.end(), VertexId{0});
     rethrow_placed(cut.provenance.face, vertices);
   }

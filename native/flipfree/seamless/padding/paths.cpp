@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <queue>
 #include <set>
-#include <utility>
 
 #include "flipfree/base/error.h"
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdlib>
-#include <functional>
 #include <map>
 #include <numeric>
 #include <set>
@@ -12,7 +11,6 @@
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
-#include "flipfree/seamless/padding/paths.h"
 #include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {
@@ -427,7 +425,7 @@ std::set<Index> next_changes(const std::vector<Index>& cones, Index wanted) {
   // In a good order no sum is farther from 0 and `wanted` than the largest change.
   const Index most = std::abs(wanted) + *changes.rbegin();
   const auto slot = [most](Index sum) { return static_cast<std::size_t>(sum + most); };
-  std::vector<Index> terms(2 * static_cast<std::size_t>(most) + 1, kInvalid);  // per sum, fewest
+  std::vector<Index> terms(2 * at(most) + 1, kInvalid);  // per sum, fewest
   terms[slot(0)] = 0;
   std::vector<Index> sums = {0};
   for (std::size_t i = 0; i < sums.size() && terms[slot(wanted)] == kInvalid; ++i) {

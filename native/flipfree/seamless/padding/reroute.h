@@ -33,7 +33,7 @@ struct BranchGraph {
   std::vector<Branch> branches;
   std::vector<Index> next_end;  // per end: the next one around its node, counter-clockwise
 
-  const Branch& branch_of(Index end) const { return branches[static_cast<std::size_t>(end / 2)]; }
+  const Branch& branch_of(Index end) const { return branches[at(end / 2)]; }
   VertexId node(Index end) const {
     const std::vector<VertexId>& vertices = branch_of(end).vertices;
     return end % 2 == 0 ? vertices.front() : vertices.back();

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <numeric>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -15,7 +14,6 @@
 #include "flipfree/certify/certify.h"
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/conformal/map.h"
-#include "flipfree/intrinsic/loops.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/validate.h"
@@ -359,7 +357,7 @@ void add_penner_figures(const PennerMetric& metric, Stats& stats) {
 // Turns a connected map with an aligned boundary so that this runs along the axes.
 void turn_boundary_to_axes(certify::Parametrization& map) {
   const mesh::Adjacency& adjacency = map.surface.adjacency();
-  const std::vector<Index> one_chart(static_cast<std::size_t>(map.surface.faces.rows()), 0);
+  const std::vector<Index> one_chart(at(map.surface.faces.rows()), 0);
   turn_to_axes(
       one_chart, 1, [&](HalfedgeId h) { return adjacency.opposite[at(h)] == kInvalid; }, map.uv);
   map.uv32 = map.uv.cast<float>();
@@ -537,7 +535,7 @@ PennerMap map_each_component(const mesh::Surface& surface, const std::vector<Ind
                              const PennerOptions& options, const ComponentMapper& map_one,
                              ExecutionContext& context) {
   check_surface(surface, context);
-  if (given.size() != static_cast<std::size_t>(surface.vertices.rows()))
+  if (given.size() != at(surface.vertices.rows()))
     throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
   const std::vector<Index> cones = flat_inside(given, surface);
   std::vector<FaceId> all(at(surface.faces.rows()));

@@ -4,9 +4,7 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
-#include <utility>
 
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
