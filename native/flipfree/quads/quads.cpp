@@ -223,8 +223,7 @@ FaceId face_at_middle(const mesh::Surface& surface, const Quad& quad,
   return nearest;
 }
 
-// The smoothest field, a little along curvature, unless that makes more cones inside of two quarter
-// turns or less.
+// The smoothest field, a little along curvature.
 field::CrossField own_field(const mesh::Surface& surface, const IndexPairs& features,
                             const std::vector<double>& sizing, ExecutionContext& context) {
   field::FieldOptions options;
@@ -234,21 +233,7 @@ field::CrossField own_field(const mesh::Surface& surface, const IndexPairs& feat
   options.reach = kReach;
   options.sizing = sizing;
   options.alignment = kAlignment;
-  field::FoundField along = field::compute_cross_field(surface, options, context);
-  const mesh::Adjacency& adjacency = surface.adjacency();
-  const auto sharp = [&](const std::vector<Index>& cones) {
-    Index count = 0;
-    for (std::size_t v = 0; v < cones.size(); ++v) {
-      const bool inside = adjacency.opposite[at(adjacency.vertex_halfedge[v])] != kInvalid;
-      count += inside && cones[v] <= 2 ? 1 : 0;
-    }
-    return count;
-  };
-  if (sharp(along.cones) == 0) return std::move(along.field);
-  options.alignment = 0.0;
-  field::FoundField smooth = field::compute_cross_field(surface, options, context);
-  return sharp(smooth.cones) < sharp(along.cones) ? std::move(smooth.field)
-                                                  : std::move(along.field);
+  return field::compute_cross_field(surface, options, context).field;
 }
 
 void set_corners(const mesh::Surface& surface, const std::vector<Spot>& spots, QuadMesh& mesh) {
@@ -339,8 +324,7 @@ double wanted_quads(const QuadOptions& options, double area) {
 std::vector<double> sizing_of(const DividedSurface& fine, const mesh::Surface& surface,
                               const QuadOptions& options) {
   std::vector<double> sizing;
-  if (options.adaptive > 0.0)
-    sizing = field::curvature_sizing(fine.surface, options.adaptive);
+  if (options.adaptive > 0.0) sizing = field::curvature_sizing(fine.surface, options.adaptive);
   if (options.sizing.empty()) return sizing;
   const std::vector<double> asked =
       holonomy::carried_sizing(surface, fine.provenance, options.sizing);
