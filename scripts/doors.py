@@ -119,8 +119,8 @@ def _labels() -> dict[str, str]:
 
 def _bound() -> set[str]:
     """Solvers of the compiled module."""
-    text = "".join(path.read_text() for path in (ROOT / "native" / "python" / "bind").glob("*.cpp"))
-    return set(re.findall(r'def_job\(module, "(\w+)"', text))
+    text = (ROOT / "native" / "python" / "module.cpp").read_text()
+    return set(re.findall(r'def_job\(\s*module, "(\w+)"', text))
 
 
 def missing() -> list[str]:

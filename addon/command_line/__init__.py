@@ -16,7 +16,7 @@ from pathlib import Path
 
 import bpy
 
-from flipfree.batch import arguments, numbers, worker
+from flipfree.batch import arguments, worker
 from flipfree.batch.plan import PlanError
 
 from .. import records
@@ -51,7 +51,7 @@ def _one_file(given) -> bool:
 
 def _run_one_file(given) -> int:
     command = COMMANDS[given.command]
-    numbers.refuse_together(vars(given))
+    arguments.refuse_together(vars(given))
     objects = files.read(Path(given.inputs[0]), merge=not given.no_merge)
     if not objects:
         print(f"{given.inputs[0]}: no meshes in this file", file=sys.stderr)

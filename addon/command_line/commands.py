@@ -13,7 +13,7 @@ import math
 
 import bpy
 
-from flipfree.batch import arguments, numbers
+from flipfree.batch import arguments
 
 from .. import texture
 from ..operators.options import MapOperator
@@ -103,8 +103,8 @@ def _add(parser, name: str, option) -> None:
         parser.add_argument(flag, choices=choices, default=option.default, help=text)
     elif option.type == "STRING":
         parser.add_argument(flag, default=option.default, help=text)
-    elif name in numbers.KINDS.keys() - _OWN_RANGE:
-        parser.add_argument(flag, type=numbers.KINDS[name], default=_default(option), help=text)
+    elif name in arguments.KINDS.keys() - _OWN_RANGE:
+        parser.add_argument(flag, type=arguments.KINDS[name], default=_default(option), help=text)
     else:
         parser.add_argument(flag, type=_number(option), default=_default(option), help=text)
 
@@ -119,17 +119,17 @@ def _default(option):
 def _number(option):
     low, high = option.hard_min, option.hard_max
     if option.type == "INT":
-        return numbers.whole(low, high)
+        return arguments.whole(low, high)
     if option.subtype == "ANGLE":
         low, high = math.degrees(low), math.degrees(high)
     low, high = (float(f"{bound:.{_DIGITS}g}") for bound in (low, high))
-    return numbers.real(low, high if high < 1e30 else math.inf)
+    return arguments.real(low, high if high < 1e30 else math.inf)
 
 
 def _add_aspect(parser) -> None:
     parser.add_argument(
         "--aspect",
-        type=lambda text: text if text == IMAGE else numbers.aspect(text),
+        type=lambda text: text if text == IMAGE else arguments.aspect(text),
         default=1.0,
         metavar="W:H",
         help="of the texture, if it is no square: 2, 16:9, 2048x1024; image: that of the first object's material",

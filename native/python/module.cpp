@@ -1,27 +1,73 @@
 // The compiled module flipfree._native: thin, boring, no logic.
+#include <algorithm>
 #include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <vector>
 
-#include "casters.h"
-#include "flipfree/base/error.h"
+#include "bindings.h"
 #include "flipfree/certify/certified_map.h"
-#include "job.h"
+#include "flipfree/certify/separated_map.h"
+#include "flipfree/conformal/boundary_angles.h"
+#include "flipfree/conformal/suggest_cones.h"
+#include "flipfree/embedding/embed_surface.h"
+#include "flipfree/holonomy/field_aligned.h"
+#include "flipfree/holonomy/needed_topology.h"
+#include "flipfree/matchmaker/match.h"
+#include "flipfree/mesh/files/mesh_file.h"
+#include "flipfree/mesh/islands.h"
+#include "flipfree/mesh/separated/edge_pairs.h"
+#include "flipfree/mesh/validate.h"
+#include "flipfree/quads/box_tree.h"
+#include "flipfree/quads/tiles.h"
+#include "flipfree/seamless/exact/seamless_map.h"
+#include "flipfree/seamless/padding/padding.h"
+#include "flipfree/seamless/request.h"
+#include "flipfree/unwrap/islands/grids.h"
+#include "flipfree/unwrap/packing/pack.h"
+#include "flipfree/unwrap/repair/improve.h"
+#include "flipfree/unwrap/repair/repair.h"
+#include "flipfree/unwrap/seams/auto_islands.h"
+#include "flipfree/unwrap/unwrap.h"
 
 namespace flipfree::python {
 
-using namespace pybind11::literals;
+template <>
+constexpr std::array kWords<embedding::BoundaryShape>{"circle", "square", "triangle"};
+template <>
+constexpr std::array kWords<embedding::EmbedMethod>{"ladder", "progressive", "tutte"};
+template <>
+constexpr std::array kWords<matchmaker::MatchEngine>{"auto", "first try", "outline", "arms",
+                                                     "matchmaker"};
+template <>
+constexpr std::array kWords<unwrap::SelfOverlaps>{"cut", "open", "keep"};
+template <>
+constexpr std::array kWords<unwrap::StretchedIslands>{"", "keep", "improve"};
+template <>
+constexpr std::array kWords<unwrap::Rotation>{"none", "quarters", "straight", "free"};
+template <>
+constexpr std::array kWords<conformal::BoundaryGoal>{"free", "straight", "circle"};
+template <>
+constexpr std::array kWords<intrinsic::Refinement>{"auto", "never", "full"};
+template <>
+constexpr std::array kWords<seamless::Engine>{"auto", "penner", "padding"};
+template <>
+constexpr std::array kWords<seamless::Boundary>{"aligned", "aligned_or_free", "free"};
 
 namespace {
 
-// "vertex", "edge", ...
-const char* kind_name(ElementKind kind) {
-  constexpr std::array kNames = {"none", "vertex", "edge", "face", "corner"};
-  return kNames.at(static_cast<std::size_t>(kind));
-}
+using field::GivenField;
+using Cones = std::optional<std::vector<Index>>;
+using Ids = std::vector<Index>;
+using Places = std::optional<Points2>;
 
 // Raises flipfree.errors.<name>.
 void raise(const char* name, const Error& error, const py::object& certificate = py::none()) {
   const py::object type = py::module_::import("flipfree.errors").attr(name);
-  const py::object instance = type("certificate"_a = certificate, **to_python(error));
+  const py::object instance = type(py::arg("certificate") = certificate, **to_python(error));
   PyErr_SetObject(type.ptr(), instance.ptr());
 }
 
@@ -42,89 +88,256 @@ void translate(std::exception_ptr failure) {
   }
 }
 
-// (quarter turns, translations).
-template <typename Transitions>
-py::tuple transitions_of(const Transitions& transitions) {
-  std::vector<Index> turns;
-  Points2 translations(static_cast<Eigen::Index>(transitions.size()), 2);
-  for (const auto& t : transitions) {
-    translations.row(static_cast<Eigen::Index>(turns.size())) = t.translation.transpose();
-    turns.push_back(t.quarter_turns);
+// Meshes, files and certificates.
+
+auto split_fans(const Triangles& faces, const IndexPairs& cuts) {
+  mesh::Fans fans = mesh::split_fans(faces, cuts);
+  return std::tuple(std::move(fans.faces), std::move(fans.origin));
+}
+
+auto islands(const Triangles& faces, const std::optional<Points2f>& corner_uv) {
+  mesh::Islands found = mesh::islands_of(faces, corner_uv ? &*corner_uv : nullptr);
+  return std::tuple(std::move(found.first), found.nearly_joined);
+}
+
+auto separate(const Points3& vertices, const Triangles& faces, const IndexPairs& seams,
+              const std::vector<Index>& materials, const std::vector<Index>& polygons) {
+  mesh::SeparateOptions options;
+  options.seams = &seams;
+  if (!materials.empty()) options.material = &materials;
+  if (!polygons.empty()) options.polygon = &polygons;
+  mesh::SeparatedSurface found = mesh::separate({vertices, faces}, options, ExecutionContext());
+  return std::tuple(mesh::rest_positions(found.surface), found.surface.faces.triangles(),
+                    std::move(found.vertex_origin), std::move(found.face_origin),
+                    std::vector<Index>(found.turned.begin(), found.turned.end()),
+                    std::move(found.collapsed), std::move(found.mends));
+}
+
+auto read_mesh(const std::string& path, std::string_view content) {
+  mesh::MeshFile file = mesh::read_mesh(content, mesh::format_of(path));
+  return std::tuple(std::move(file.vertices), std::move(file.faces), std::move(file.polygons),
+                    std::move(file.corners), std::move(file.uv));
+}
+
+py::bytes write_mesh(const std::string& path, const Points3& vertices, const Triangles& faces,
+                     const std::vector<Index>& polygons, const Triangles& corners,
+                     const Points2f& uv) {
+  const std::string content =
+      mesh::write_mesh({vertices, faces, polygons, corners, uv}, mesh::format_of(path));
+  const py::gil_scoped_acquire acquire;
+  return py::bytes(content);
+}
+
+// The input's vertices and faces, and where the map's faces and vertices lie in it.
+using Parent = std::tuple<Points3, Triangles, std::vector<FaceId>, std::vector<FaceId>, Points3>;
+
+// The input's vertices and faces, and where the map's faces and vertices lie in it.
+using Parent = std::tuple<Points3, Triangles, Ids, Ids, Points3>;
+
+certify::CertifyRequest read_certify(OptionReader& read) {
+  certify::CertifyRequest request;
+  FLIPFREE_EACH(read, request, mirrored, find_mirrored, pins, aspect, features, cone_angles,
+                require_seamless)
+  request.require_cones = read("loops", request.loops);
+  read("bijective", request.require_bijective);
+  read("disjoint", request.require_disjoint);
+  return request;
+}
+
+certify::Certificate certify_map(const mesh::Surface& surface, const Points2& uv,
+                                 const std::optional<Parent>& parent,
+                                 certify::CertifyRequest request, ExecutionContext& context) {
+  const Points2f stored = uv.cast<float>();
+  if (!parent) {
+    request.surface = &surface;
+    request.uv = &uv;
+    request.uv32 = &stored;
+    return certify::certify_any(request, context);
   }
-  return py::make_tuple(std::move(turns), std::move(translations));
+  mesh::validate(surface, {.reject_zero_area = false}, context);
+  certify::Parametrization map;
+  map.surface = surface;
+  map.uv = uv;
+  map.uv32 = stored;
+  mesh::Surface input;
+  std::tie(input.vertices, input.faces, map.parent_face, map.vertex_parent,
+           map.vertex_barycentric) = *parent;
+  certify::certify_map(map, input, request, context);
+  return map.certificate;
+}
+
+// Maps.
+
+matchmaker::MatchRequest read_request(OptionReader& read) {
+  using matchmaker::Polygon;
+  matchmaker::MatchRequest request;
+  const auto [pinned, targets] = read.value<std::pair<Ids, Polygon>>("points");
+  for (std::size_t i = 0; i < pinned.size(); ++i) request.points.push_back({pinned[i], targets[i]});
+  for (auto& [vertices, polyline] : read.value<std::vector<std::pair<Ids, Polygon>>>("lines"))
+    request.lines.push_back({vertices, polyline});
+  FLIPFREE_EACH(read, request, boundary_loop, boundary_uv, paths, movable)
+  return request;
+}
+
+// What conformal metric and map are of.
+struct Metric {
+  std::vector<double> target_angles;
+  std::optional<Points3> lengths;
+
+  const Points3* own_lengths() const { return lengths ? &*lengths : nullptr; }
+};
+
+conformal::ConformalMapOptions read_map(OptionReader& read) {
+  conformal::ConformalMapOptions options;
+  FLIPFREE_EACH(read, options, cuts, uncuttable, refinement)
+  FLIPFREE_EACH(read, options.metric, tolerance, bits, max_seconds, require_convergence,
+                max_iterations)
+  read("intrinsic_refinement", options.refined_start);
+  return options;
+}
+
+template <typename Options>
+Options read_seamless(OptionReader& read) {
+  Options options;
+  FLIPFREE_EACH(read, options, boundary, optimise, exact, max_seconds)
+  read("engine", options.which);
+  read("uncuttable", options.engine.uncuttable);
+  read("max_iterations", options.engine.max_iterations);
+  if constexpr (std::is_same_v<Options, seamless::SeamlessOptions>) {
+    options.max_iterations = options.engine.max_iterations;
+  } else {
+    FLIPFREE_EACH(read, options, sizing, features, reroute)
+  }
+  return options;
+}
+
+field::FieldOptions read_field(OptionReader& read) {
+  field::FieldOptions options;
+  FLIPFREE_EACH(read, options, alignment, edges, let_go, boundary, edge_weight, simplify, sizing,
+                cones, loops, max_seconds)
+  return options;
+}
+
+// A map as it is stored.
+certify::Parametrization map_of(const mesh::Surface& surface, const Points2f& uv) {
+  certify::Parametrization map;
+  map.surface = surface;
+  map.uv32 = uv;
+  certify::set_identity_provenance(map);
+  return map;
+}
+
+// The faces that are nearest to points, and the weights there.
+auto nearest(const Points3& vertices, const Triangles& faces, const Points3& points) {
+  std::vector<std::array<Vector3, 3>> triangles;
+  for (const auto& face : faces.rowwise())
+    triangles.push_back({vertices.row(face[0]), vertices.row(face[1]), vertices.row(face[2])});
+  const quads::BoxTree tree(std::move(triangles));
+  std::vector<FaceId> parents;
+  Points3 weights(points.rows(), 3);
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const quads::BoxTree::Nearest found = tree.nearest(points.row(i).transpose());
+    parents.push_back(static_cast<FaceId>(found.triangle));
+    weights.row(i) = found.weights.transpose();
+  }
+  return std::tuple(std::move(parents), std::move(weights));
+}
+
+certify::Parametrization follow(const mesh::Surface& surface,
+                                const std::optional<GivenField>& given,
+                                const field::FieldOptions& made,
+                                const holonomy::AlignedOptions& options,
+                                ExecutionContext& context) {
+  const auto find = [&] {
+    if (!given) return holonomy::compute_map_along_features(surface, made, options, context);
+    return holonomy::compute_field_aligned_map(surface, field::read_field(surface, *given, context),
+                                               options, context);
+  };
+  return in_time(context, options.max_seconds, "The field-aligned map was not reached",
+                 "or simplify the field", find);
+}
+
+void require_closed(const mesh::Adjacency& adjacency) {
+  for (HalfedgeId h = 0; static_cast<std::size_t>(h) < adjacency.opposite.size(); ++h) {
+    if (adjacency.opposite[static_cast<std::size_t>(h)] != kInvalid) continue;
+    throw_invalid(ErrorCode::kBadOption,
+                  "The surface is open at face " + face_id(h / 3) +
+                      ", and admissible cuts are of closed ones. Close its holes.",
+                  ElementKind::kFace, {h / 3});
+  }
+}
+
+using Sectors = std::vector<std::pair<VertexId, FaceId>>;
+
+// (refined surface, its parent faces, parents and weights of its vertices, branches as vertices,
+// (vertex, first face) of each right angle at a node and of each flat sector there).
+using FoundCut =
+    std::tuple<Points3, Triangles, Ids, Ids, Points3, std::vector<Ids>, Sectors, Sectors, Stats>;
+
+FoundCut described(holonomy::RefinedPieces&& pieces, Stats stats) {
+  const Triangles& faces = pieces.surface.faces;
+  std::vector<Ids> branches;
+  Sectors corners, flat;
+  FaceId first = 0;
+  for (const seamless::AdmissibleCut& cut : pieces.cuts) {
+    const auto placed = [&](HalfedgeId h) {
+      return std::pair{mesh::source(faces, h + 3 * first), h / 3 + first};
+    };
+    const mesh::Adjacency& adjacency = cut.surface.adjacency();
+    for (const HalfedgeId h : cut.flat_sectors) flat.push_back(placed(h));
+    for (const Ids& branch : cut.branches) {
+      Ids& path = branches.emplace_back();
+      for (const HalfedgeId h : branch) path.push_back(placed(h).first);
+      path.push_back(mesh::target(faces, branch.back() + 3 * first));
+      // Both ends are nodes, at each of which the sector to the left of the branch begins.
+      const HalfedgeId back = adjacency.opposite[static_cast<std::size_t>(branch.back())];
+      for (const HalfedgeId h : {branch.front(), back}) {
+        if (std::ranges::find(cut.flat_sectors, h) == cut.flat_sectors.end())
+          corners.push_back(placed(h));
+      }
+    }
+    first += static_cast<FaceId>(cut.surface.faces.rows());
+  }
+  auto [parents, weights] = places_of(pieces.provenance.vertex);
+  return FoundCut(std::move(pieces.surface.vertices), pieces.surface.faces.triangles(),
+                  std::move(pieces.provenance.face), std::move(parents), std::move(weights),
+                  std::move(branches), std::move(corners), std::move(flat), std::move(stats));
+}
+
+// With the cones given, or with those of a field and turning as it does (thesis 5.2.1, 6.5).
+FoundCut admissible_cut(const mesh::Surface& surface, const Cones& cones,
+                        const std::optional<GivenField>& given, bool reroute,
+                        ExecutionContext& context) {
+  mesh::validate(surface, {}, context);
+  require_closed(surface.adjacency());
+  std::optional<field::CrossField> own;
+  if (given) {
+    own = field::read_field(surface, *given, context);
+  } else {
+    seamless::check_request(surface, *cones, context);
+  }
+  const Ids wanted =
+      own ? holonomy::needed_topology(surface, *own, true, 0.0, context).cones : *cones;
+  seamless::Reroutings done;
+  holonomy::RefinedPieces pieces =
+      holonomy::field_cut(surface, own && reroute ? &*own : nullptr, wanted, done, context);
+  if (!own) return described(std::move(pieces), {});
+  return described(std::move(pieces), {{"loops", static_cast<std::int64_t>(done.loops)},
+                                       {"guided", static_cast<std::int64_t>(done.shortest)},
+                                       {"fallback", static_cast<std::int64_t>(done.fallback)},
+                                       {"quarters", static_cast<std::int64_t>(done.quarters)}});
+}
+
+auto read_any_field(const Points3& vertices, const Triangles& faces, const GivenField& given) {
+  const mesh::Surface surface{vertices, faces};
+  return field::describe(surface, field::read_field(surface, given, ExecutionContext()));
 }
 
 }  // namespace
-
-py::object to_python(const Error& error) {
-  py::dict witness;
-  if (!error.witness.rule.empty()) witness["rule"] = error.witness.rule;
-  for (const auto& [key, numbers] : error.witness.numbers) {
-    witness[py::str(key)] = py::list(py::cast(numbers));
-  }
-  return py::dict("message"_a = rendered(error.message), "code"_a = describe(error.code),
-                  "kind"_a = kind_name(error.kind), "elements"_a = error.elements,
-                  "witness"_a = witness);
-}
-
-py::object to_python(const Stats& stats) {
-  py::dict d;
-  for (const auto& [name, value] : stats) {
-    if (const auto* text = std::get_if<std::string>(&value)) {
-      d[py::str(name)] = rendered(*text);
-    } else {
-      std::visit([&, &key = name](const auto& v) { d[py::str(key)] = py::cast(v); }, value);
-    }
-  }
-  return d;
-}
-
-py::object to_python(const mesh::Mend& mend) {
-  return py::make_tuple(describe(mend.kind), kind_name(mend.element), mend.count, mend.elements);
-}
-
-py::object to_python(const certify::Certificate& c) {
-  IndexPairs ends(static_cast<Eigen::Index>(c.seams.size()), 2);
-  for (std::size_t i = 0; i < c.seams.size(); ++i) {
-    ends.row(static_cast<Eigen::Index>(i)) << c.seams[i].from, c.seams[i].to;
-  }
-  std::vector<std::string> failures;
-  for (const std::string& failure : c.failures) failures.push_back(rendered(failure));
-  return py::dict(
-      "ok"_a = c.ok, "triangles"_a = c.triangles, "flips64"_a = c.flips64, "flips32"_a = c.flips32,
-      "mirrored_islands"_a = c.mirrored_islands, "mirrored_faces"_a = c.mirrored_faces,
-      "winding_failures"_a = c.winding_failures, "pin_failures"_a = c.pin_failures,
-      "seam_failures"_a = c.seam_failures, "seam_edges"_a = c.seam_edges,
-      "seams_exact64"_a = c.seams_exact64, "seams_exact32"_a = c.seams_exact32,
-      "seam_deviation"_a = c.seam_deviation, "seam_vertices"_a = std::move(ends),
-      "seam_transitions"_a = transitions_of(c.seams), "quarter_cones"_a = c.quarter_cones,
-      "cone_failures"_a = c.cone_failures, "holonomy_failures"_a = c.holonomy_failures,
-      "feature_edges"_a = c.feature_edges, "features_missed"_a = c.features_missed,
-      "provenance_failures"_a = c.provenance_failures, "overlaps"_a = c.overlaps,
-      "island_overlaps"_a = c.island_overlaps, "island_overlap_faces"_a = c.island_overlap_faces,
-      "energy"_a = c.energy, "max_energy"_a = c.max_energy, "energy_p99"_a = c.energy_p99,
-      "mends"_a = c.mends, "failures"_a = std::move(failures), "failed_faces"_a = c.failed_faces);
-}
-
-py::object to_python(certify::Parametrization&& map) {
-  const auto corners = [](auto&& values) {
-    return py::object(py::cast(std::move(values)).attr("reshape")(-1, 3, 2));
-  };
-  const bool agreed = map.agreed.rows() == map.uv.rows();
-  const py::object uv64 = corners(std::move(map.uv));
-  return py::dict(
-      "vertices"_a = std::move(map.surface.vertices), "faces"_a = map.surface.faces.triangles(),
-      "uv64"_a = uv64, "uv"_a = agreed ? corners(std::move(map.agreed)) : uv64,
-      "_uv32"_a = corners(std::move(map.uv32)), "parent_face"_a = std::move(map.parent_face),
-      "vertex_parent"_a = std::move(map.vertex_parent),
-      "vertex_barycentric"_a = std::move(map.vertex_barycentric),
-      "cut_edges"_a = std::move(map.cut_edges), "transitions"_a = transitions_of(map.transitions),
-      "certificate"_a = map.certificate, "stats"_a = map.stats);
-}
-
 }  // namespace flipfree::python
 
 PYBIND11_MODULE(_native, module) {
+  using namespace flipfree;
   using namespace flipfree::python;
   module.doc() = "Compiled solver of Flipfree UV; use the package `flipfree`, not this module.";
   module.attr("version") = FLIPFREE_VERSION;
@@ -135,9 +348,163 @@ PYBIND11_MODULE(_native, module) {
       .def("accept", &Job::accept)
       .def("progress", &Job::progress)
       .def("result", &Job::result);
-  bind_conformal(module);
-  bind_maps(module);
-  bind_meshes(module);
-  bind_quads(module);
-  bind_seamless(module);
+
+  const py::call_guard<py::gil_scoped_release> without_gil;
+  module.def("split_fans", &split_fans, without_gil);
+  module.def("islands", &islands, without_gil);
+  module.def("separate", &separate, without_gil);
+  module.def("read_mesh", &read_mesh, without_gil);
+  module.def("write_mesh", &write_mesh, without_gil);
+  module.def("nearest", &nearest, without_gil);
+  module.def("read_field", &read_any_field, without_gil);
+
+  const auto uv = option<Points2>("uv");
+  const auto uv32 = option<Points2f>("uv32");
+  const auto cones = option<Cones>("cones");
+  const auto given_field = option<std::optional<GivenField>>("field");
+  const auto place_like = option<Places>("place_like");
+  def_job(module, "certify", "The map was not judged", "or certify fewer faces at once",
+          prepared(&certify_map, uv, option<std::optional<Parent>>("parent"), read_certify));
+
+  // Disks, and whatever has a boundary.
+  def_job(module, "embed",
+          prepared(&embedding::embed_surface,
+                   FLIPFREE_READER(embedding::EmbedSurfaceOptions, shape, polygon, loop, initial,
+                                   start_from_tutte, method, optimise, tolerance, max_iterations,
+                                   max_seconds)));
+  def_job(module, "match",
+          prepared(&matchmaker::match, read_request,
+                   FLIPFREE_READER(matchmaker::MatchOptions, engine, optimise, bijective,
+                                   max_iterations, max_seconds)));
+
+  // Any triangles.
+  const auto read_unwrap = FLIPFREE_READER(
+      unwrap::UnwrapOptions, cuts, uncuttable, pins, bijective, may_add_cuts, cut_extremities,
+      tolerance, margin, effort, max_seconds, material, polygon, seams.find, seams.stretch,
+      seams.sharp_angle, seams.weighted, seams.weights, max_iterations);
+  const auto unwrap_like = [](const auto& surface, const Places& places,
+                              unwrap::UnwrapOptions options, auto& context) {
+    options.place_like = places ? &*places : nullptr;
+    return unwrap::unwrap(surface, options, context);
+  };
+  def_job(module, "unwrap", prepared(unwrap_like, place_like, read_unwrap));
+  def_job(module, "auto_seams", prepared(&unwrap::find_seams, read_unwrap));
+  def_job(module, "rectify", "The islands were not straightened",
+          "or straighten fewer faces at once",
+          prepared(&unwrap::rectify,
+                   FLIPFREE_READER(unwrap::RectifyOptions, corner_uv, polygon, cuts)));
+  const auto improve = [](const auto& surface, const Points2& corner_uv, bool repair,
+                          const auto& options, auto& context) {
+    return repair ? unwrap::improve_any(surface, corner_uv, options, context)
+                  : unwrap::improve(surface, corner_uv, options, context);
+  };
+  def_job(module, "improve",
+          prepared(improve, uv, option<bool>("repair"),
+                   FLIPFREE_READER(unwrap::ImproveOptions, pins, keep_bijective, tolerance, aspect,
+                                   max_iterations, max_seconds)));
+  def_job(
+      module, "repair",
+      prepared(&unwrap::repair, uv,
+               FLIPFREE_READER(unwrap::RepairOptions, cuts, uncuttable, pins, overlaps, stretched,
+                               disjoint, margin, tolerance, aspect, max_iterations, max_seconds)));
+  const auto pack_like = [](const auto& surface, const Points2& corner_uv, const Places& places,
+                            unwrap::PackOptions options, auto& context) {
+    options.place_like = places ? &*places : nullptr;
+    return unwrap::pack(surface, corner_uv, options, context);
+  };
+  def_job(module, "pack", "The charts were not packed", "or pack fewer faces at once",
+          prepared(pack_like, uv, place_like,
+                   FLIPFREE_READER(unwrap::PackOptions, margin, rotation, together, scale_true,
+                                   keep_bijective, unmoved, obstacles, groups, layouts, share_tile,
+                                   stack, stack_mirrored, effort, first_tile, tiles, density)));
+
+  // Conformal metrics and maps, and the angles for them.
+  const auto read_metric = FLIPFREE_READER(Metric, target_angles, lengths);
+  const auto metric = [](const auto& surface, const Metric& of, const auto& options,
+                         auto& context) {
+    return conformal::compute_refined_metric(surface, of.own_lengths(), of.target_angles,
+                                             options.metric, options.refined_start, context)
+        .metric;
+  };
+  def_job(module, "conformal_metric", prepared(metric, read_metric, read_map));
+  const auto map = [](const auto& surface, const Metric& of, const auto& options, auto& context) {
+    return conformal::conformal_map(surface, of.own_lengths(), of.target_angles, options, context);
+  };
+  def_job(module, "conformal", prepared(map, read_metric, read_map));
+  const auto suggest = [](const auto& surface, const auto& options, auto& context) {
+    const conformal::SuggestedCones found = conformal::suggest_cones(surface, options, context);
+    return std::tuple(found.target_angles, found.cones, found.scale_ratio, found.bound_holds);
+  };
+  def_job(module, "suggest_cones",
+          prepared(suggest, FLIPFREE_READER(conformal::SuggestConesOptions, bound, max_cones,
+                                            quantum, least_angle, max_seconds)));
+  def_job(module, "boundary_angles",
+          prepared(&conformal::boundary_angles,
+                   FLIPFREE_READER(conformal::BoundaryAnglesOptions, boundary, cones, corners,
+                                   max_seconds)));
+
+  // Seamless maps, cross fields, and maps that follow them.
+  const auto seamless_map = [](const auto& surface, const Cones& given, const auto& options,
+                               auto& context) {
+    return given ? seamless::compute_seamless_map(surface, *given, options, context)
+                 : seamless::map_with_suggested_cones(surface, options, context);
+  };
+  def_job(module, "seamless",
+          prepared(seamless_map, cones, read_seamless<seamless::SeamlessOptions>));
+  const auto read_made = [](OptionReader& read) {
+    OptionReader made(read.value<py::dict>("made"));
+    const field::FieldOptions options = read_field(made);
+    made.end();
+    return options;
+  };
+  def_job(module, "field_aligned",
+          prepared(&follow, given_field, read_made, read_seamless<holonomy::AlignedOptions>));
+  def_job(module, "admissible_cut", "The cut was not found", "or ask for fewer cones",
+          prepared(&admissible_cut, cones, given_field, option<bool>("reroute")));
+  const auto make_field = [](const auto& surface, const auto& options, auto& context) {
+    field::FoundField found = field::compute_cross_field(surface, options, context);
+    return std::tuple(field::describe(surface, found.field), std::move(found.stats));
+  };
+  def_job(module, "cross_field", prepared(make_field, read_field));
+  const auto signature_of = [](const auto& surface, const GivenField& given, auto& context) {
+    const field::Signature found =
+        field::signature_of(surface, field::read_field(surface, given, context), context);
+    return std::tuple(found.cones, found.loops);
+  };
+  def_job(module, "field_signature", "The signature was not reached",
+          "or ask for that of fewer faces", prepared(signature_of, option<GivenField>("field")));
+
+  // Quads from a surface, and from a map; maps for textures that repeat.
+  const auto read_quads = FLIPFREE_READER(quads::QuadOptions, target, edge_length, features, sizing,
+                                          adaptive, with_map);
+  const char* const missing = "The quads were not reached";
+  def_job(module, "quads", missing, "or ask for fewer quads",
+          prepared(&quads::quads_of_surface, given_field, read_quads));
+  const auto judge = [](const auto& surface, const Points3& vertices, const Ids& corners,
+                        const Ids& parent_face, const Points3& barycentric, const Ids& quad_parent,
+                        auto& context) {
+    std::vector<quads::Quad> quads;
+    for (std::size_t i = 0; i + 3 < corners.size(); i += 4)
+      quads.push_back({corners[i], corners[i + 1], corners[i + 2], corners[i + 3]});
+    return quads::certify_quads(
+        {&surface, &vertices, &quads, &parent_face, &barycentric, &quad_parent, nullptr, -1},
+        context);
+  };
+  def_job(
+      module, "certify_quads", "The quads were not judged", "or ask for fewer quads",
+      prepared(judge, option<Points3>("vertices"), option<Ids>("quads"), option<Ids>("parent_face"),
+               option<Points3>("barycentric"), option<Ids>("quad_parent")));
+  const auto of_map = [](const auto& surface, const Points2f& stored, auto& context) {
+    return quads::quads_of_map(map_of(surface, stored), surface, {}, context);
+  };
+  def_job(module, "quads_from_map", missing, "or take a map of fewer cells",
+          prepared(of_map, uv32));
+  const auto fit = [](const auto& surface, const Points2f& stored, const auto& options,
+                      auto& context) {
+    return quads::fit_tiles(map_of(surface, stored), options, context);
+  };
+  def_job(module, "fit_tiles",
+          prepared(fit, uv32,
+                   FLIPFREE_READER(quads::TileOptions, tile, prefer_translations, features,
+                                   max_seconds)));
 }

@@ -304,7 +304,7 @@ std::vector<double> angles_in_time(const mesh::Surface& surface,
   for (const auto& [v, angle] : options.cones) angles[at(v)] = angle;
   context.report("boundary", 0.0);
   if (!shape.loops.empty()) {
-    switch (options.shape) {
+    switch (options.boundary) {
       case BoundaryGoal::kFree:
         make_free(surface, shape, angles, context);
         close_measured_angles(angles, shape.on_boundary, shape.euler, 1e-6);

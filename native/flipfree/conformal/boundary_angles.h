@@ -18,7 +18,7 @@ enum class BoundaryGoal {
 };
 
 struct BoundaryAnglesOptions {
-  BoundaryGoal shape = BoundaryGoal::kFree;
+  BoundaryGoal boundary = BoundaryGoal::kFree;
   std::vector<std::pair<VertexId, double>>
       cones;                      // interior vertices and their total angle; all others 2 pi
   std::vector<VertexId> corners;  // for kStraight

@@ -420,7 +420,7 @@ std::vector<double> free_angles(const mesh::Surface& surface, const std::vector<
   const Border border = border_of(surface);
   const Index needed = needed_turning(border, cones);
   conformal::BoundaryAnglesOptions options;
-  options.shape = conformal::BoundaryGoal::kFree;
+  options.boundary = conformal::BoundaryGoal::kFree;
   for (std::size_t v = 0; v < cones.size(); ++v) {
     const auto id = static_cast<VertexId>(v);
     if (!border.on_boundary[v] && cones[v] != 4)

@@ -25,10 +25,10 @@ namespace flipfree::seamless {
 
 enum class Boundary {
   kAligned,        // straight along the axes, corners in quarter turns
+  kAlignedOrFree,  // free in connected parts for which no aligned map is found
   kFree,           // as near to the surface's own metric as the inside allows
   kTurning,        // the same, but every curve of it turns in all as the given corners do
   kGiven,          // aligned in connected parts whose boundary angles are all given, free in others
-  kAlignedOrFree,  // free in connected parts for which no aligned map is found
 };
 
 // An angle that is not given: inside, the vertex is flat.

@@ -10,11 +10,19 @@ from . import jobs
 from ._native import version as __version__
 from .calls.certification import certify
 from .calls.conformal import boundary_angles, conformal, conformal_metric, suggest_cones
-from .calls.cuts import AdmissibleCut, admissible_cut
 from .calls.improving import improve, rectify, repair
 from .calls.matching import embed, match
 from .calls.mesh_files import MeshFile, read, write
-from .calls.seamless import CrossField, Signature, cross_field, field_aligned, seamless, signature
+from .calls.seamless import (
+    AdmissibleCut,
+    CrossField,
+    Signature,
+    admissible_cut,
+    cross_field,
+    field_aligned,
+    seamless,
+    signature,
+)
 from .calls.unwrapping import auto_seams, pack, unwrap
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
 from .points import SurfaceMap, compose

@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 import sys
 
-from .batch import arguments, numbers, worker
-from .batch.models.unit import COMMANDS, FORMATS, engine_of, unit_of, versions
+from .batch import arguments, worker
+from .batch.models import commands as commands  # they declare themselves
+from .batch.models.model import COMMANDS, FORMATS, engine_of, unit_of, versions
 from .batch.plan import PlanError
 
 
@@ -18,12 +19,12 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument(
         "--dask", metavar="ADDRESS", help="solve on the workers of this Dask scheduler"
     )
-    commands = made.add_subparsers(dest="command", required=True)
+    subparsers = made.add_subparsers(dest="command", required=True)
     for name, command in COMMANDS.items():
-        added = commands.add_parser(name, help=command.text)
+        added = subparsers.add_parser(name, help=command.text)
         arguments.add_run_arguments(added, writes=command.writes)
         arguments.add_model_arguments(added)
-        numbers.add_options(added, command.usage)
+        arguments.add_options(added, command.usage)
     return made
 
 

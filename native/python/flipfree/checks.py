@@ -13,7 +13,7 @@ import numpy as np
 import numpy.ma
 import numpy.typing as npt
 
-from .errors import InvalidInput, bad_option, bad_pins, bad_shape, out_of_range
+from .errors import InvalidInput, bad_option, bad_pins, bad_shape, not_finite, out_of_range
 from .results import FloatArray, IntArray, Mesh, Parametrization, in_unit
 
 Number = TypeVar("Number", int, float)
@@ -300,28 +300,23 @@ def refuse_beyond_storage(array: FloatArray, name: str) -> None:
         return  # of a million faces what follows would be felt
     beyond = np.isfinite(array) & (np.abs(array) > LARGEST_UV)
     if beyond.any():
-        raise InvalidInput(
-            f"{name} has the coordinate {array[beyond][0]:g}, more than UVs can store (3.4e38). Scale it down.",
-            code="coordinate is not finite",
+        raise not_finite(
+            f"{name} has the coordinate {array[beyond][0]:g}, more than UVs can store (3.4e38). Scale it down."
         )
 
 
 def as_items(
-    values: Any, name: str, meaning: str, code: str = "array of the wrong shape"
+    values: Any, name: str, meaning: str, bad: Callable[[str], InvalidInput] = bad_shape
 ) -> list[tuple[Any, Any]]:
     """The items of a dict, none for None; ``meaning`` says in the complaint what it should be."""
     if values is None:
         return []
     if not isinstance(values, Mapping):
-        raise InvalidInput(
-            f"{name} must be a dict {meaning}, not {type(values).__name__}.", code=code
-        )
+        raise bad(f"{name} must be a dict {meaning}, not {type(values).__name__}.")
     try:
         return [(key, value) for key, value in values.items()]
     except Exception as error:  # a mapping of the caller's own
-        raise InvalidInput(
-            f"{name} must be a dict {meaning}; its items cannot be read: {error}.", code=code
-        ) from None
+        raise bad(f"{name} must be a dict {meaning}; its items cannot be read: {error}.") from None
 
 
 def as_vertex_map(values: Any, name: str, meaning: str) -> dict[int, Any]:
@@ -374,7 +369,7 @@ def pins_to_corners(pins: Pins | None, faces: IntArray) -> tuple[IntArray, Float
     """{vertex or (face, corner): (u, v)} as corner ids 3 f + k and their targets; a vertex pins all its corners."""
     targets: list[tuple[int, FloatArray]] = []
     by_vertex: dict[int, FloatArray] = {}
-    for key, value in as_items(pins, "pins", "{vertex or (face, corner): (u, v)}", "bad pins"):
+    for key, value in as_items(pins, "pins", "{vertex or (face, corner): (u, v)}", bad_pins):
         name = f"pins[{shown(key)}]"
         place = as_floats(value, name)
         if place.shape != (2,) or not np.isfinite(place).all():
@@ -400,7 +395,7 @@ def pins_to_corners(pins: Pins | None, faces: IntArray) -> tuple[IntArray, Float
         largest = int(flat.max(initial=-1))  # beyond it, nobody here knows whether they exist
         lost = [v for v in sorted(missing) if 0 <= v <= largest][:1000]
         text = f"pins names vertex {shown(min(missing))}, which belongs to no face."
-        raise InvalidInput(text, code="bad pins", kind="vertex", elements=lost)
+        raise bad_pins(text, "vertex", lost)
     pinned = np.flatnonzero(np.isin(flat, list(by_vertex))).tolist() if by_vertex else ()
     targets += [(corner, by_vertex[int(flat[corner])]) for corner in pinned]
     corners, places = [corner for corner, _ in targets], [place for _, place in targets]
@@ -425,8 +420,11 @@ OPTIONS: dict[str, Callable[[Any, str], Any]] = {
         (as_flag, "share_tile simplify stack_mirrored stack_similar tiled together with_map"),
         (partial(as_indices, columns=2), "cuts features uncuttable"),
         (as_indices, "corners groups layouts movable unmoved"),
-        (lambda word, _name: word, "boundary engine intrinsic_refinement method overlaps"),
-        (lambda word, _name: word, "rotation stretched"),
+        (lambda word, _name: word, "boundary engine method overlaps rotation stretched"),
+        (
+            lambda word, name: as_choice(word, name, ("auto", "on", "off")) == "on",
+            "intrinsic_refinement",
+        ),
         (
             real("the texture's width over its height", least=1.0 / MOST_ASPECT, most=MOST_ASPECT),
             "aspect",
@@ -466,15 +464,22 @@ _OPTIONAL = set(
     "unmoved".split()
 )
 
+#: Those that the solver calls otherwise.
+_SOLVERS = {
+    **dict(iterations="max_iterations", materials="material", polygons="polygon"),
+    **dict(sharp_angle="seams.sharp_angle", stack_similar="stack", stretch="seams.stretch"),
+}
+
 
 def checked(given: Mapping[str, Any], names: str = "") -> dict[str, Any]:
-    """A call's options, of its local variables, one of which is their mesh: those with these names, which blanks part, or all
-    that are known here."""
+    """A call's options by the solver's names, of its local variables, one of which is their mesh: those with these names, which
+    blanks part, or all that are known here."""
     found = {}
     for name in names.split() or [name for name in (*OF_MESH, *OPTIONS) if name in given]:
         value = given[name]
         if value is None and name in _OPTIONAL:
             continue
         of_mesh = OF_MESH.get(name)
-        found[name] = of_mesh(value, name, given["mesh"]) if of_mesh else OPTIONS[name](value, name)
+        option = of_mesh(value, name, given["mesh"]) if of_mesh else OPTIONS[name](value, name)
+        found[_SOLVERS.get(name, name)] = option
     return found

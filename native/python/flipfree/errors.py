@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from .results import Certificate, ConformalMetric, Parametrization
@@ -41,20 +41,24 @@ class InvalidInput(FlipfreeError, ValueError):
     """The input is malformed; the message names the place and the cure."""
 
 
-def bad_option(message: str, kind: str = "none", elements: Any = ()) -> InvalidInput:
-    return InvalidInput(message, code="bad option", kind=kind, elements=elements)
+def _invalid(code: str) -> Callable[..., InvalidInput]:
+    """What makes errors with this code."""
+
+    def made(message: str, kind: str = "none", elements: Any = ()) -> InvalidInput:
+        return InvalidInput(message, code=code, kind=kind, elements=elements)
+
+    return made
 
 
-def out_of_range(message: str, kind: str = "none", elements: Any = ()) -> InvalidInput:
-    return InvalidInput(message, code="index out of range", kind=kind, elements=elements)
-
-
-def bad_pins(message: str) -> InvalidInput:
-    return InvalidInput(message, code="bad pins")
-
-
-def bad_shape(message: str) -> InvalidInput:
-    return InvalidInput(message, code="array of the wrong shape")
+bad_angles = _invalid("bad angles")
+bad_boundary = _invalid("bad boundary")
+bad_file = _invalid("malformed file")
+bad_option = _invalid("bad option")
+bad_pins = _invalid("bad pins")
+bad_shape = _invalid("array of the wrong shape")
+no_access = _invalid("file not accessible")
+not_finite = _invalid("coordinate is not finite")
+out_of_range = _invalid("index out of range")
 
 
 class Infeasible(FlipfreeError):

@@ -32,6 +32,9 @@ class Limits(TypedDict, total=False):
     progress: Progress | None
 
 
+#: By the name of each call of a solver what starts its job.
+JOBS: dict[str, Callable[..., Job[Any]]] = {}
+
 #: Seconds between two calls of a progress function.
 POLL_SECONDS = 0.05
 
@@ -261,7 +264,7 @@ def solver_call(declared: Callable[Arguments, Job[Result]]) -> Callable[Argument
     blocking.__dict__["__signature__"] = signature.replace(
         parameters=[*own, *limits, progress], return_annotation=result
     )
-    blocking.__dict__["_start_job"] = start
+    blocking.__dict__["_start_job"] = JOBS[declared.__name__] = start
     return cast("Callable[Arguments, Result]", blocking)
 
 

@@ -72,7 +72,7 @@ Call conformal_call(std::string name, const mesh::Surface& surface,
 Call angles_call(std::string name, const mesh::Surface& surface, conformal::BoundaryGoal shape) {
   return {std::move(name), [=](ExecutionContext& context, double max_seconds) {
             conformal::BoundaryAnglesOptions options;
-            options.shape = shape;
+            options.boundary = shape;
             options.max_seconds = max_seconds;
             const std::vector<double> angles =
                 conformal::boundary_angles(surface, options, context);

@@ -16,9 +16,9 @@ namespace flipfree::unwrap {
 
 // What happens to a chart that lies on itself though no triangle is flipped.
 enum class SelfOverlaps {
-  kKeep,  // it stays
-  kOpen,  // it is held apart: no further cut
   kCut,   // it falls into pieces that are put side by side
+  kOpen,  // it is held apart: no further cut
+  kKeep,  // it stays
 };
 
 // What becomes of islands that are drawn out more than an unwrap of them is (mend_chart.h).

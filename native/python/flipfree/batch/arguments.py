@@ -1,21 +1,129 @@
-"""Arguments that every command of a batch has, and a run from them."""
+"""Options of the command lines, the arguments that every command of a batch has, and a run from them. What no model can be solved
+with is refused before any is."""
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import io
+import math
 import os
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from ..checks import usable_cores
-from . import numbers
+from .. import checks
+from ..calls.conformal import LEAST_BITS, MOST_BITS
+from ..checks import LARGEST_COUNT, MOST_ASPECT, Within, usable_cores
+from ..quads import MOST_QUADS
 from .child import Engine, Limits, NotStarted, memory_can_be_limited
 from .plan import Formats, Item, PlanError, one_file, plan, shard
 from .run import Progress, Work, on_dask, on_this_machine, results_in, run, sorted_out
+
+Number = TypeVar("Number", int, float)
+
+
+def real(
+    least: float = -math.inf, most: float = math.inf, **bounds: float
+) -> Callable[[str], float]:
+    """For argparse: a number as of checks.real."""
+    return _of_text(checks.real("a number", least=least, most=most, **bounds), float)
+
+
+def whole(least: int, most: int = LARGEST_COUNT) -> Callable[[str], int]:
+    """For argparse: a whole number within the bounds."""
+    return _of_text(checks.whole(least, most), int)
+
+
+def _of_text(within: Within[Number], kind: Callable[[str], Number]) -> Callable[[str], Number]:
+    def number(text: str) -> Number:
+        with contextlib.suppress(ValueError):
+            value = within.number(kind(text))
+            if value is not None:
+                return value
+        raise argparse.ArgumentTypeError(f"must be {within.words}, not {text!r}")
+
+    return number
+
+
+def precision(text: str) -> int:
+    """For argparse: mantissa bits, 0 for as many as it takes."""
+    return 0 if text in ("auto", "0") else whole(LEAST_BITS, MOST_BITS)(text)
+
+
+def aspect(text: str) -> float:
+    """For argparse: the shape of a texture, as one number or as two."""
+    width, _, height = text.replace("x", ":").partition(":")
+    try:
+        value = float(width) / float(height or 1.0)
+    except (ValueError, ZeroDivisionError):
+        value = float("nan")
+    if not 1.0 / MOST_ASPECT <= value <= MOST_ASPECT:
+        raise argparse.ArgumentTypeError(
+            f"must be a texture's width over its height, such as 2, 16:9 or 2048x1024, within {MOST_ASPECT:g} either way, "
+            f"not {text!r}"
+        )
+    return value
+
+
+#: Types of the options that have a value and are no word.
+KINDS: dict[str, Callable[[str], Any]] = {
+    "adaptive": real(0.0, 100.0),
+    "aspect": aspect,
+    "bound": real(above=1.0),
+    "curvature": real(0.0, 1.0),
+    "edge_weight": real(0.01, 1.0),
+    "effort": real(0.0, 1000.0),
+    "iterations": whole(0),
+    "out": Path,
+    "precision": precision,
+    "sharp_from": real(0.0, 180.0),
+    "stretch": real(above=1.0, most=100.0),
+    "target": whole(1, MOST_QUADS),
+    "tile": whole(1001, 1100),
+    "tiles": whole(1, 100),
+    **dict.fromkeys(("edge_length", "margin_pixels", "tile_size"), real(0.0)),
+    **dict.fromkeys(("jobs", "texture_size", "threads", "tile_count"), whole(1)),
+    **dict.fromkeys(("max_seconds", "memory", "timeout"), real(above=0.0)),
+}
+
+
+def add_options(parser: argparse.ArgumentParser, usage: str) -> None:
+    """Those of a text, one a line, what it is after two blanks; indented lines go on.
+
+    --quiet      a flag
+    --field a|b  a choice, the first one by default
+    --bound=4    a value of the type that it has above, or a word; nothing after the sign: none by default, '': no letters
+    """
+    for line in filter(None, usage.replace("\n    ", " ").splitlines()):
+        form, _, text = line.partition("  ")
+        word, _, choices = form.partition(" ")
+        word, given, default = word.partition("=")
+        if given:
+            kind = KINDS.get(word[2:].replace("-", "_"), str)
+            value = kind(default.strip("'")) if default else None
+            parser.add_argument(word, type=kind, default=value, help=text)
+        elif choices:
+            words = choices.split("|")
+            parser.add_argument(word, choices=words, default=words[0], help=text)
+        else:
+            parser.add_argument(word, action="store_true", help=text)
+
+
+def refuse_together(options: dict[str, Any]) -> None:
+    """What only several numbers are at fault for. Raises PlanError."""
+    if "margin_pixels" in options and not options["margin_pixels"] < options["texture_size"] / 2:
+        raise PlanError(
+            f"--margin-pixels {options['margin_pixels']:g}: it must be below half of the {options['texture_size']} pixels "
+            "of --texture-size. Give fewer pixels, or a larger texture."
+        )
+    if options.get("tiles", 1) > 1 and options.get("aspect", 1.0) != 1.0:
+        raise PlanError(
+            "--aspect: islands are spread over several --tiles only where these are squares. Leave one of them out."
+        )
+
 
 #: Of a run, not of how a model is solved.
 _OF_RUN = {
@@ -46,7 +154,7 @@ def add_run_arguments(parser: argparse.ArgumentParser, *, writes: bool) -> None:
     """writes: the command has outputs."""
     text = "files, folders, patterns; @FILE: a list, one a line"
     parser.add_argument("inputs", nargs="+", metavar="INPUT", help=text)
-    numbers.add_options(parser, (_OUTPUTS if writes else "") + _RUN)
+    add_options(parser, (_OUTPUTS if writes else "") + _RUN)
     text = "solve on the workers of the Dask scheduler of this address"
     parser.add_argument("--dask", default=argparse.SUPPRESS, help=text)
     text = "after a bad model go on with the others; exit status 0"
@@ -57,10 +165,10 @@ def add_run_arguments(parser: argparse.ArgumentParser, *, writes: bool) -> None:
 def add_model_arguments(parser: argparse.ArgumentParser, *, has_limit: bool = False) -> None:
     """How models are read, and how long one is worked on, whatever is made of them. has_limit: the command has an option for
     that."""
-    numbers.add_options(parser, "--no-merge  vertices that a file has twice stay apart")
+    add_options(parser, "--no-merge  vertices that a file has twice stay apart")
     if not has_limit:
         limit = "seconds of the solver, which then returns the best map so far"
-        numbers.add_options(parser, f"--max-seconds=  {limit}")
+        add_options(parser, f"--max-seconds=  {limit}")
 
 
 def with_lists(words: list[str], inside: tuple[Path, ...] = ()) -> list[str]:
@@ -116,7 +224,7 @@ def main(
     }
     limits = Limits(given.timeout, given.memory)
     try:
-        numbers.refuse_together(options)
+        refuse_together(options)
         if given.memory is not None and not memory_can_be_limited():
             raise PlanError(
                 "--memory: this system does not say how much a process has. Leave it out."

@@ -2,7 +2,7 @@
 
     parent --{"settings"}--> child --ready--> parent --request--> child --answer--> parent --request--> ...
 
-Requests and answers go through the child's standard input and output (process/pipes.py); what else it prints there is kept
+Requests and answers go through the child's standard input and output (process/client.py); what else it prints there is kept
 for the report of a crash. A child that dies takes the request with it, which is tried once more in a fresh one if others were
 solved there before: no model pays for what another left behind.
 """
@@ -18,7 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..process import pipes
+from ..process.client import Child as Process
+from ..process.client import how_ended
 
 if sys.platform == "win32":
     from ..process import windows
@@ -66,7 +67,7 @@ class Child:
         """stop: when it is set, a model that is being solved is given up (``solve`` returns None)."""
         self._engine, self._limits = engine, limits
         self._stop = stop or threading.Event()
-        self._process: pipes.Child | None = None
+        self._process: Process | None = None
         self._solved = 0  # by this process
 
     def solve(self, request: Mapping[str, Any]) -> Record | None:
@@ -93,12 +94,12 @@ class Child:
         if process is not None:
             process.end()
 
-    def _start(self) -> pipes.Child:
+    def _start(self) -> Process:
         """The process; where all is to be stopped, it may not be ready."""
         self._solved = 0
         engine = self._engine
         try:
-            process = pipes.Child(engine.command, engine.environment)
+            process = Process(engine.command, engine.environment)
         except OSError as error:
             raise NotStarted(f"{engine.command[0]} cannot be started: {error}") from error
         self._process = process
@@ -111,7 +112,7 @@ class Child:
         return process
 
     def _answer(
-        self, process: pipes.Child, seconds: float | None, memory: float | None
+        self, process: Process, seconds: float | None, memory: float | None
     ) -> Record | None:
         """Waits for it; None if all is to be stopped."""
         end = None if seconds is None else time.monotonic() + seconds
@@ -133,10 +134,10 @@ class Child:
         return None
 
 
-def _death(process: pipes.Child, peak: float) -> Record:
+def _death(process: Process, peak: float) -> Record:
     status = process.wait()
     killed = ", perhaps because the machine ran out of memory: fewer --jobs, or --memory, keep it from that"
-    how = pipes.how_ended(status, killed)
+    how = how_ended(status, killed)
     said = f" Last it said: {process.said[-1]}" if process.said else ""
     return _lost("crash", f"its process {how}.{said}", peak)
 
@@ -151,7 +152,7 @@ def _lost(reason: str, message: str, peak: float) -> Record:
     }
 
 
-def resident(process: pipes.Child) -> float:
+def resident(process: Process) -> float:
     """Memory of a process in MB; 0 where the system does not say."""
     if sys.platform == "win32":
         return windows.memory(int(process._handle))[0]

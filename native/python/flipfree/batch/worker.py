@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import FlipfreeError, Infeasible, InvalidInput
-from ..process.pipes import die_with, say
+from ..process.client import die_with, say
 from .results import Record
 
 if sys.platform == "win32":

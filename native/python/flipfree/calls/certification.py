@@ -70,7 +70,7 @@ def certify(
     mesh = as_mesh(vertices, faces)
     options = checked(locals(), "uv pins tiled seamless features bijective disjoint aspect")
     is_tiled = options.pop("tiled")
-    options["seamless"] = options["seamless"] or is_tiled
+    options["require_seamless"] = options.pop("seamless") or is_tiled
     angles = as_angles(cones)
     if signature is not None:
         if cones is not None:
@@ -79,7 +79,7 @@ def certify(
             )
         turns, loops = as_signature(signature, mesh)
         angles = [(int(v), float(turns[v] * (np.pi / 2))) for v in signature.cones]
-        options |= dict(seamless=True, loops=loops or [])
+        options |= dict(require_seamless=True, loops=loops or [])
     if parent is not None:
         if not isinstance(parent, (tuple, list)) or len(parent) != 5:
             raise bad_option(
@@ -98,7 +98,7 @@ def certify(
         options["find_mirrored"] = bool(as_choice(mirrored, "mirrored", ("islands",)))
     else:
         options |= checked(locals(), "mirrored")
-    options["cones"] = angles
+    options["cone_angles"] = angles
     with np.errstate(over="ignore"):
         stored = options["uv"].astype(np.float32)
 

@@ -202,7 +202,9 @@ def rectify(
         each place is named), NotConverged, Cancelled.
     """
     mesh = as_mesh(vertices, faces)
-    finding = checked(locals(), "cuts polygons" if uv is None else "cuts polygons uv")
+    finding = checked(locals(), "cuts polygons")
+    if uv is not None:
+        finding["corner_uv"] = checked(locals(), "uv")["uv"]
     options = checked(locals(), "margin aspect")
 
     def stages() -> Stages[Parametrization]:

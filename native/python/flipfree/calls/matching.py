@@ -9,8 +9,7 @@ from typing import Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from .. import _native, checks
-from ..errors import Infeasible, InvalidInput, NotConverged, bad_option, bad_shape, require
+from .. import _native, checks, errors
 from ..job import Job, Limits, StagedJob, Stages, job_of, solver_call, start_job
 from ..points import of_pieces, split_edges
 from ..results import FloatArray, IntArray, Mesh, Parametrization, parametrization_from
@@ -38,20 +37,17 @@ def _on_polygon(mesh: Mesh, corners: Any) -> tuple[IntArray, FloatArray]:
     given, the others on straight sides between these, by length."""
     given = checks.as_vertex_places(corners, "corners")
     if len(given) < 3:
-        raise InvalidInput(
-            "corners must name three vertices of the boundary at least.", code="bad boundary"
-        )
+        raise errors.bad_boundary("corners must name three vertices of the boundary at least.")
     if mesh.faces.min(initial=0) < 0 or mesh.faces.max(initial=-1) >= len(mesh.scaled):
         return np.zeros(0, np.int32), np.zeros((0, 2))  # refused by name where the mesh is
     first = next(iter(given))
     loop = next((found for found in boundary_loops(mesh.faces) if first in found), [])
     lost = sorted(given.keys() - set(loop))
     if lost:
-        raise InvalidInput(
+        raise errors.bad_boundary(
             f"corners names vertex {checks.shown(lost[0])}, which is not on the boundary that the others are on. Leave it out.",
-            code="bad boundary",
-            kind="vertex",
-            elements=lost[:1],
+            "vertex",
+            lost[:1],
         )
     loop = loop[loop.index(first) :] + loop[: loop.index(first)]
     points = mesh.scaled[loop]
@@ -115,7 +111,7 @@ def embed(
     options = checks.checked(locals(), "optimise iterations tolerance method")
     loop = checks.as_optional_indices(boundary_loop, "boundary_loop")
     if corners is not None and not (isinstance(boundary, str) and boundary == "corners"):
-        raise bad_option(
+        raise errors.bad_option(
             f"corners are for boundary='corners', not {checks.shown(boundary)}. Give one of them."
         )
     if isinstance(boundary, str):
@@ -123,7 +119,7 @@ def embed(
         if shape == "corners":
             loop, options["polygon"] = _on_polygon(mesh, corners)
         else:
-            options["boundary"] = shape
+            options["shape"] = shape
     else:
         options["polygon"] = checks.as_places(boundary, "boundary")
     if initial_uv is not None:
@@ -141,7 +137,7 @@ def _lines(lines: Lines | None) -> list[tuple[IntArray, FloatArray]]:
         name = f"lines[{i}]"
         pair = checks.as_list(line, name, of)
         if len(pair) != 2:
-            raise bad_shape(f"{name} must be {of}.")
+            raise errors.bad_shape(f"{name} must be {of}.")
         result.append((checks.as_indices(pair[0], name), checks.as_places(pair[1], name)))
     return result
 
@@ -201,7 +197,7 @@ def match(
             chain = np.concatenate([checks.as_indices([vertex], "paths"), chain])
         chains.append(chain)
     if boundary_uv is None and boundary_loop is not None:
-        raise InvalidInput("boundary_loop is given without boundary_uv.", code="bad boundary")
+        raise errors.bad_boundary("boundary_loop is given without boundary_uv.")
     mesh = checks.as_mesh(vertices, faces)
     options = checks.checked(locals())
     options |= dict(
@@ -270,12 +266,11 @@ def _moved_to_pins(
         if v not in copy and not (
             len(rows) and (stored[rows] == np.array(target, np.float32)).all()
         ):
-            raise InvalidInput(
+            raise errors.bad_pins(
                 f"Vertex {checks.shown(v)} lies on a cut or on the boundary, which stay where they are, or is none of the map. "
                 "Pin vertices inside.",
-                code="bad pins",
-                kind="vertex",
-                elements=[v],
+                "vertex",
+                [v],
             )
     inside = {copy[v]: target for v, target in pins.items() if v in copy}
     for v, target in inside.items():
@@ -286,14 +281,14 @@ def _moved_to_pins(
     try:
         moved = yield job_of(improve)(found, pins=corners, keep_bijective=False, **limits), 0.4
         moved = found.at(moved)
-    except (Infeasible, NotConverged):
+    except (errors.Infeasible, errors.NotConverged):
         moved = yield from _moved_by_match(found, faces, origin, stored, inside, limits)
     turned = bool(len(found.transitions.quarter_turns))
     cones = {v: k * np.pi / 2 for v, k in found.certificate.quarter_cones.tolist() if k != 4}
     how: dict[str, Any] = dict(pins=pins, cones=cones if turned else None, seamless=turned)
     judging = job_of(certify)(moved.vertices, moved.faces, moved.uv, **how, **limits)
     certificate = yield judging, 1.0
-    require(certificate, "The pins are met, but the map is not valid")
+    errors.require(certificate, "The pins are met, but the map is not valid")
     return replace(moved, certificate=certificate)
 
 
@@ -368,7 +363,7 @@ def _moved_by_match(
     )
     split = split[np.isin(edge_keys(split), edge_keys(origin[rim]))]
     if len(split):
-        raise NotConverged(
+        raise errors.NotConverged(
             f"The pins were met only with a vertex on the edge {checks.shown(split[0].tolist())}, which is a cut or the boundary "
             "and stays. Move them away from it.",
             code="bad pins",

@@ -12,16 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from .. import _native, checks
-from ..errors import InvalidInput, bad_option, bad_shape, out_of_range
+from .. import _native, checks, errors
 from ..job import ours_only
 from ..results import FloatArray, IntArray, Parametrization
 from ..rewriting import obj, ply
 from ..rewriting.polygons import NewMap
 from ..texts import counted
-
-NO_ACCESS = "file not accessible"
-MALFORMED = "malformed file"
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +64,7 @@ def as_path(path: Any) -> Path:
     except Exception:  # not a path, or one that fails
         text = None
     if not isinstance(text, str) or not text or "\0" in text:
-        raise bad_option(f"path must be the path of a file, not {checks.shown(path)}.")
+        raise errors.bad_option(f"path must be the path of a file, not {checks.shown(path)}.")
     return Path(text)
 
 
@@ -77,26 +73,24 @@ def _named(path: Path) -> Iterator[None]:
     """Complaints about a file's content say which file."""
     try:
         yield
-    except InvalidInput as error:
-        raise InvalidInput(
-            f"{path}: {error}", code=MALFORMED, kind=error.kind, elements=error.elements
-        ) from None
+    except errors.InvalidInput as error:
+        raise errors.bad_file(f"{path}: {error}", error.kind, error.elements) from None
 
 
-def no_access(path: Path, doing: str, error: Exception) -> InvalidInput:
+def not_accessible(path: Path, doing: str, error: Exception) -> errors.InvalidInput:
     reason = getattr(error, "strerror", None) or error
-    return InvalidInput(
-        f"{path} cannot be {doing}: {reason}. Check the path and its permissions.", code=NO_ACCESS
+    return errors.no_access(
+        f"{path} cannot be {doing}: {reason}. Check the path and its permissions."
     )
 
 
 def _content_of(file: Path) -> bytes:
     try:
         if file.exists() and not file.is_file():
-            raise InvalidInput(f"{file} is not a file. Give the path of one.", code=NO_ACCESS)
+            raise errors.no_access(f"{file} is not a file. Give the path of one.")
         return file.read_bytes()
     except OSError as error:
-        raise no_access(file, "read", error) from error
+        raise not_accessible(file, "read", error) from error
 
 
 def _mesh_of(file: Path, content: bytes) -> MeshFile:
@@ -148,20 +142,19 @@ def write(
     face_array = checks.as_indices(faces, "faces", 3)
     positions = checks.as_floats(vertices, "vertices", 3)
     if face_array.size and not (0 <= face_array.min() and face_array.max() < len(positions)):
-        raise out_of_range(
+        raise errors.out_of_range(
             f"faces has an index that is none of the {counted(len(positions), 'vertex', 'vertices')}. Correct it."
         )
     if not np.isfinite(positions).all():
-        raise InvalidInput(
-            "vertices has a coordinate that is NaN or infinite. Delete or move it.",
-            code="coordinate is not finite",
+        raise errors.not_finite(
+            "vertices has a coordinate that is NaN or infinite. Delete or move it."
         )
     corner_uv = np.zeros((0, 2)) if uv is None else checks.as_corner_uv(uv, "uv", len(face_array))
     checks.refuse_beyond_storage(corner_uv, "uv")
     polygons = checks.as_face_numbers(polygons, "polygons", len(face_array))
     own_corners = checks.as_optional_indices(corners, "corners", 3)
     if corners is not None and len(own_corners) != len(face_array):
-        raise bad_shape("corners must have one row per face.")
+        raise errors.bad_shape("corners must have one row per face.")
     if keep is not None:
         content = _kept(as_path(keep), file, mesh, positions, face_array, corner_uv)
     else:
@@ -183,7 +176,7 @@ def _kept(
     """The content of ``source`` with these texture coordinates (3 m, 2); none: without any."""
     ending = file.suffix.lower()
     if source.suffix.lower() != ending or ending not in _REWRITERS:
-        raise bad_option(
+        raise errors.bad_option(
             f"keep must be a file of the type of path, .obj or .ply, not {source.name} for {file.name}. Leave it out."
         )
     content = _content_of(source)
@@ -196,7 +189,7 @@ def _kept(
         or (len(faces) and not 0 <= parent.min() <= parent.max() < len(old.faces))
         or (not is_map and (len(vertices) != count or len(faces) != len(old.faces)))
     ):
-        raise bad_option(
+        raise errors.bad_option(
             f"keep names {source}, which has another mesh. Give the file that the mesh was read from."
         )
     origins, weights = np.zeros((0, 3), np.int32), np.zeros((0, 3))
@@ -209,11 +202,10 @@ def _kept(
     is_known = np.isfinite(uv).all(axis=(1, 2)) | np.isnan(uv).all(axis=(1, 2))
     odd = np.flatnonzero(~is_known)
     if len(odd):
-        raise InvalidInput(
+        raise errors.bad_file(
             f"Face {odd[0]} has a texture coordinate that is not finite. Unwrap it again, or leave uv out.",
-            code=MALFORMED,
-            kind="face",
-            elements=odd[:1].tolist(),
+            "face",
+            odd[:1].tolist(),
         )
     own = _own_vertices(faces, old.faces[parent], vertices)
     new = NewMap(old.faces, old.polygons, own, uv, parent, vertices[count:], origins, weights)
@@ -247,7 +239,7 @@ def _parts(mesh: Any) -> list[Any]:
         parts = []
     if len(parts) in (2, 3):
         return [*parts, None, None, None][:5]
-    raise bad_shape(
+    raise errors.bad_shape(
         "write takes a Parametrization, a MeshFile, (vertices, faces) or (vertices, faces, uv)."
     )
 
@@ -258,7 +250,7 @@ def _replace(file: Path, content: bytes) -> None:
     try:
         target = file.resolve()
         if target.exists() and not target.is_file():
-            raise InvalidInput(f"{file} is not a file. Give the path of one.", code=NO_ACCESS)
+            raise errors.no_access(f"{file} is not a file. Give the path of one.")
         beside = target.with_name(f".{target.name}.{os.getpid()}.part")
         with beside.open("xb") as stream:
             part = beside
@@ -266,7 +258,7 @@ def _replace(file: Path, content: bytes) -> None:
         part.replace(target)
         part = None
     except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle, before Python 3.13
-        raise no_access(file, "written", error) from error
+        raise not_accessible(file, "written", error) from error
     finally:
         if part is not None:
             part.unlink(missing_ok=True)

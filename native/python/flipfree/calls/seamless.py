@@ -1,5 +1,6 @@
 """Seamless maps, whose seams match by quarter turns and translations; cross fields, four directions in every face, a quarter
-turn apart; maps with exactly the cones and turning numbers of these; and files of fields: .rawfield (Directional), .ffield
+turn apart; maps with exactly the cones and turning numbers of these; the cuts into disks with right angles that padding starts
+from (thesis 5.2.1, 6.5); and files of fields: .rawfield (Directional), .ffield
 (Myles, Pietroni, Zorin 2014), and rotation forms."""
 
 from __future__ import annotations
@@ -7,13 +8,13 @@ from __future__ import annotations
 import gzip
 import json
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
 from .. import _native, checks
-from ..errors import InvalidInput, bad_option, bad_shape, out_of_range
+from ..errors import bad_angles, bad_file, bad_option, bad_shape, out_of_range
 from ..job import Job, Limits, ours_only, solver_call, start_job
 from ..results import (
     FloatArray,
@@ -21,11 +22,12 @@ from ..results import (
     Mesh,
     Parametrization,
     ReadOnly,
+    all_frozen,
     frozen,
     parametrization_from,
 )
 from ..texts import counted
-from .mesh_files import MALFORMED, as_path, no_access
+from .mesh_files import as_path, not_accessible
 
 #: Quarter turns are whole numbers below this, either way.
 _MOST_TURNS = 2**20
@@ -144,10 +146,9 @@ class Signature:
                 for loop in told.get("loops", [])
             ]
         except OSError as error:
-            raise no_access(place, "read", error) from None
+            raise not_accessible(place, "read", error) from None
         except (AttributeError, KeyError, TypeError, ValueError) as error:
-            why = f"{place}: it holds no signature: {error!r}."
-            raise InvalidInput(why, code=MALFORMED) from None
+            raise bad_file(f"{place}: it holds no signature: {error!r}.") from None
         return Signature(cones, loops)
 
     @ours_only
@@ -164,7 +165,7 @@ class Signature:
         try:
             place.write_text(json.dumps(told) + "\n", encoding="utf-8")
         except OSError as error:
-            raise no_access(place, "written", error) from None
+            raise not_accessible(place, "written", error) from None
 
 
 def _described(mesh: Mesh, arrays: FieldArrays) -> FieldArrays:
@@ -233,12 +234,11 @@ def as_quarter_turns(
         number = checks.whole_number(value)
         if number is None or not least <= number < _MOST_TURNS:
             more = ", 1 or more" if least == 1 else ""
-            raise InvalidInput(
+            raise bad_angles(
                 f"{name}[{vertex}] must be a whole number of quarter turns{more}, not {checks.shown(value)}. "
                 "Give 3 for the corner of a cube, 4 for flat, 5 for a saddle.",
-                code="bad angles",
-                kind="vertex",
-                elements=[vertex],
+                "vertex",
+                [vertex],
             )
         turns[vertex] = number
     return turns
@@ -428,7 +428,7 @@ def field_aligned(
         )
     mesh = checks.as_mesh(vertices, faces)
     options = checks.checked(locals())
-    options["iterations"] = checks.whole(1)(iterations, "iterations")
+    options["max_iterations"] = checks.whole(1)(iterations, "iterations")
     made = checks.checked(locals(), "sizing") | _of_signature(signature, mesh)
     made["boundary"] = boundary == "aligned"
     if features is not None:
@@ -504,13 +504,103 @@ def seamless(
     return start_job(_native.seamless, mesh, options, limits, parametrization_from)
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class AdmissibleCut(ReadOnly):
+    """A closed surface cut along branches that meet at right angles. Its arrays are read-only.
+
+    Every component of what is left is a disk, of which ``len(corners in it) == 4 + sum(k - 4 for its cones)`` (thesis
+    Definition 5.4). Nodes have four branches, all of whose sectors are corners, or three, one of whose sectors is flat.
+
+    Attributes:
+        vertices: (n', 3), the input's first. faces: (m', 3), refined where branches needed room.
+        parent_face: (m',) input face that contains each. vertex_parent: (n',) input face with each vertex.
+        vertex_barycentric: (n', 3) its place there.
+        branches: vertex ids along each, from node to node; disjoint but for their ends, none through a cone.
+        corners: (c, 2) right angles: the node, and the first face of the sector counter-clockwise.
+        flat: (t, 2) the same of the flat sectors of nodes with three branches.
+        stats: with a field, "loops", "quarters", "guided" and "fallback": how branches were rerouted to turn as it does.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    parent_face: IntArray
+    vertex_parent: IntArray
+    vertex_barycentric: FloatArray
+    branches: list[IntArray]
+    corners: IntArray
+    flat: IntArray
+    stats: dict[str, Any]
+
+    def __repr__(self) -> str:
+        parts = (
+            counted(len(self.branches), "branch", "branches"),
+            counted(len(self.corners), "corner"),
+        )
+        return f"<AdmissibleCut: {', '.join(parts)}>"
+
+    @property
+    def cut_edges(self) -> IntArray:
+        """(s, 2) vertex pairs of all branches."""
+        pairs = [np.column_stack([branch[:-1], branch[1:]]) for branch in self.branches]
+        return np.concatenate([np.zeros((0, 2), np.int32), *pairs])
+
+
+def _cut_from(data: Any, mesh: Mesh) -> AdmissibleCut:
+    names = (field.name for field in fields(AdmissibleCut))
+    found = dict(zip(names, data, strict=True))
+    found["vertices"] = mesh.restored(found["vertices"])
+    found["branches"] = [frozen(path) for path in found["branches"]]
+    for name in ("corners", "flat"):
+        found[name] = np.array(found[name], np.int32).reshape(-1, 2)
+    return AdmissibleCut(**all_frozen(found))
+
+
+@solver_call
+def admissible_cut(
+    vertices: Any,
+    faces: Any,
+    cones: Any = None,
+    *,
+    field: CrossField | None = None,
+    reroute: bool = True,
+    **limits: Unpack[Limits],
+) -> Job[AdmissibleCut]:
+    """The cut that the engine "padding" of ``seamless`` and ``field_aligned`` starts from.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented, closed; any number of components.
+        cones: {vertex: k}: total angle k pi / 2, as for ``seamless``; all others are flat. None with a field.
+        field: cones are the field's, and loops of the cut turn as it does. reroute: False: as they happen to.
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
+        threads: as elsewhere. progress: called with (stage, fraction); returning False cancels.
+
+    Returns:
+        The cut; a sphere has none.
+
+    Raises:
+        InvalidInput (the mesh, open ones too; a cone), Infeasible (Gauss-Bonnet; cones that no surface of this genus has),
+        NotConverged, Cancelled.
+    """
+    if field is not None and cones is not None:
+        raise bad_option(
+            "Both cones and field are given. Give one of them: a field has cones of its own."
+        )
+    mesh = checks.as_mesh(vertices, faces)
+    options = checks.checked(locals(), "reroute")
+    if field is not None:
+        options["field"] = arrays_of(field, mesh.faces)
+    else:
+        options["cones"] = as_quarter_turns(cones, "cones", len(mesh.scaled), 4, 1)
+    return start_job(_native.admissible_cut, mesh, options, limits, _cut_from)
+
+
 def read_field_file(path: Any, vertices: FloatArray, faces: IntArray) -> FieldArrays:
     """The field that the file holds for this mesh."""
     place = as_path(path)
     try:
         raw = gzip.open(place, "rb").read() if place.suffix == ".gz" else place.read_bytes()
     except (OSError, EOFError) as error:
-        raise no_access(place, "read", error) from None
+        raise not_accessible(place, "read", error) from None
     text = raw.decode("latin-1")
     try:
         match place.suffix.lower():
@@ -523,7 +613,7 @@ def read_field_file(path: Any, vertices: FloatArray, faces: IntArray) -> FieldAr
         _need(len(numbers) == count, f"{found} instead of {count}, one for each half-edge.")
         return FieldArrays(rotation=numbers)
     except ValueError as error:
-        raise InvalidInput(f"{place}: {error}", code=MALFORMED) from None
+        raise bad_file(f"{place}: {error}") from None
 
 
 def _need(holds: Any, what: str) -> None:
@@ -620,7 +710,7 @@ def write_field_file(path: Any, vertices: FloatArray, faces: IntArray, data: Fie
     try:
         place.write_bytes(gzip.compress(content) if kind == ".gz" else content)
     except OSError as error:
-        raise no_access(place, "written", error) from None
+        raise not_accessible(place, "written", error) from None
 
 
 def _rawfield(vertices: FloatArray, faces: IntArray, directions: FloatArray) -> str:

@@ -102,7 +102,7 @@ def unwrap(
     mesh = checks.as_mesh(vertices, faces)
     options = _options(locals())
     find = checks.as_choice(seams, "seams", ("given", "auto")) == "auto"
-    options["find_seams"] = find and not len(options["pins"][0])
+    options["seams.find"] = find and not len(options["pins"][0])
     return start_job(_native.unwrap, mesh, options, limits, parametrization_from)
 
 
@@ -147,15 +147,16 @@ def auto_seams(
         InvalidInput, NotConverged, Cancelled.
     """
     mesh = checks.as_mesh(vertices, faces)
-    options = _options(locals()) | dict(find_seams=True, **_as_weights(weights))
+    options = _options(locals()) | _as_weights(weights)
+    options["seams.find"] = True
     return start_job(_native.auto_seams, mesh, options, limits, lambda data, _mesh: data)
 
 
 def _options(given: dict[str, Any]) -> dict[str, Any]:
     """Those of unwrap and auto_seams."""
     options = checks.checked(given)
-    if "polygons" in options:
-        inside = _edges_inside(options["polygons"], given["mesh"].faces)
+    if "polygon" in options:
+        inside = _edges_inside(options["polygon"], given["mesh"].faces)
         given_edges = options.get("uncuttable", inside[:0])
         options["uncuttable"] = np.concatenate([given_edges, inside])
     return options
@@ -181,7 +182,7 @@ def _as_weights(values: Any) -> dict[str, Any]:
         raise bad_shape(
             f"weights has {counted(len(pairs), 'edge')} and {counted(len(numbers), 'factor')}. Give one factor for each edge."
         )
-    return dict(weighted=pairs, weights=numbers)
+    return {"seams.weighted": pairs, "seams.weights": numbers}
 
 
 #: What a certificate says of distortion.

@@ -10,7 +10,7 @@ namespace flipfree::unwrap {
 
 // kStraight: quarter turns for shapes whose outlines run along the axes (straight_axis), which look
 // askew in any other direction; eighths of a turn for the others.
-enum class Rotation { kFree, kStraight, kQuarters, kNone };
+enum class Rotation { kNone, kQuarters, kStraight, kFree };
 
 struct NestOptions {
   double margin = 0.002;  // least gap, positive; half of it to the tile's border
