@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mesh_files import data_folder, read_mesh
+from surfaces import bumpy_grid, open_edges
 
 
 @dataclass
@@ -23,14 +24,10 @@ class Disk:
 
 def boundary_loop(faces: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """The single boundary loop, surface on the left; empty if closed."""
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
-    n = int(edges.max()) + 1
-    forward, backward = edges[:, 0] * n + edges[:, 1], edges[:, 1] * n + edges[:, 0]
-    open_edges = edges[~np.isin(forward, backward)]
-    if len(open_edges) == 0:
+    following = dict(open_edges(faces).tolist())
+    if not following:
         return np.zeros(0, np.int32)
-    following = dict(open_edges.tolist())
-    start = int(open_edges[:, 0].min())
+    start = min(following)
     loop = [start]
     while following[loop[-1]] != start and len(loop) <= len(following):
         loop.append(following[loop[-1]])
@@ -40,17 +37,11 @@ def boundary_loop(faces: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
 
 def tube(sectors: int, rings: int) -> Disk:
     """Tube closed at its far end, open at ring 0; uniform Tutte maps decay exponentially with `rings`."""
-    angle = 2 * np.pi * np.arange(sectors) / sectors
-    points = np.stack(
-        [
-            np.tile(np.cos(angle), rings),
-            np.tile(np.sin(angle), rings),
-            np.repeat(np.arange(rings), sectors),
-        ],
-        -1,
-    )
-    points = np.vstack([points, [[0, 0, rings]]])
     index = np.arange(sectors * rings).reshape(rings, sectors)
+    angle = 2 * np.pi * np.arange(sectors) / sectors
+    ring = np.column_stack([np.cos(angle), np.sin(angle)])
+    points = np.column_stack([np.tile(ring, (rings, 1)), index.ravel() // sectors])
+    points = np.vstack([points, [[0, 0, rings]]])
     a, c = index[:-1], index[1:]
     b, d = np.roll(a, -1, 1), np.roll(c, -1, 1)
     sides = np.concatenate(
@@ -85,15 +76,18 @@ def stacked(vertices: int, kind: str = "random", seed: int = 1) -> Disk:
 
 def wavy_grid(columns: int, rows: int) -> Disk:
     """A disk with 2 columns rows triangles over the unit square."""
-    x, y = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1))
-    z = 0.1 * np.sin(5 * np.pi * x) * np.sin(4 * np.pi * y)
-    index = np.arange((columns + 1) * (rows + 1)).reshape(rows + 1, columns + 1)
-    a, b = index[:-1, :-1].ravel(), index[:-1, 1:].ravel()
-    c, d = index[1:, 1:].ravel(), index[1:, :-1].ravel()
-    faces = np.stack([np.stack([a, b, c], 1), np.stack([a, c, d], 1)], 1).reshape(-1, 3)
-    return Disk(
-        f"grid {columns} x {rows}", np.stack([x, y, z], -1).reshape(-1, 3), faces.astype(np.int32)
-    )
+    vertices, faces = bumpy_grid(columns, rows, 0.0)
+    x, y, _ = vertices.T
+    vertices[:, 2] = 0.1 * np.sin(5 * np.pi * x) * np.sin(4 * np.pi * y)
+    return Disk(f"grid {columns} x {rows}", vertices, faces)
+
+
+def _of_quads(corners: npt.ArrayLike) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+    """Places and triangles of quads that are given by the places of their corners, (q, 4, d)."""
+    places = np.asarray(corners)
+    points, index = np.unique(places.reshape(-1, places.shape[2]), axis=0, return_inverse=True)
+    quad = index.reshape(-1, 4)
+    return points, np.concatenate([quad[:, [0, 1, 2]], quad[:, [0, 2, 3]]]).astype(np.int32)
 
 
 def _by_texture(name: str, path: Path) -> Disk:
@@ -157,9 +151,7 @@ def fingers(levels: int, rings: int) -> Disk:
                 quads.append([(x, y, z), (x + 1, y, z), (x + 1, y, z + 1), (x, y, z + 1)])
             for z in range(b, a):
                 quads.append([(x + 1, y, z), (x, y, z), (x, y, z + 1), (x + 1, y, z + 1)])
-    points, index = np.unique(np.array(quads).reshape(-1, 3), axis=0, return_inverse=True)
-    corner = index.reshape(-1, 4)
-    faces = np.concatenate([corner[:, [0, 1, 2]], corner[:, [0, 2, 3]]]).astype(np.int32)
+    points, faces = _of_quads(quads)
     return Disk(f"fingers {levels} x {rings}", points.astype(np.float64), faces)
 
 
@@ -185,8 +177,6 @@ def corridors(width: int, size: int, seed: int = 0) -> Disk:
         for i in range(x * width, (x + 1) * width)
         for j in range(y * width, (y + 1) * width)
     ]
-    points, index = np.unique(np.array(corners).reshape(-1, 2), axis=0, return_inverse=True)
-    quad = index.reshape(-1, 4)
-    faces = np.concatenate([quad[:, [0, 1, 2]], quad[:, [0, 2, 3]]]).astype(np.int32)
+    points, faces = _of_quads(corners)
     flat = np.column_stack([points / width, np.zeros(len(points))])
     return Disk(f"corridors {width} x {size}", flat, faces)

@@ -22,6 +22,16 @@ def data_folder() -> Path | None:
     return folder if folder.is_dir() else None
 
 
+def shared(name: str) -> Path:
+    """A file of the shared data folder; the test that asks for it is skipped without."""
+    file = (data_folder() or ROOT) / name
+    if not file.exists():
+        import pytest  # benchmarks have none
+
+        pytest.skip("the shared data folder is not here (FLIPFREE_DATA)")
+    return file
+
+
 @dataclass
 class MeshFile:
     vertices: npt.NDArray[np.float64]  # (n, 3)

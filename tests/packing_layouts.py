@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from judges.disjoint_sets import DisjointSets
+from surfaces import joined
 
 Array = npt.NDArray[np.float64]
 Faces = npt.NDArray[np.int32]
@@ -44,24 +45,15 @@ def flat(uv: Array) -> Layout:
 
 def drawn(kind: str, count: int, seed: int) -> Layout:
     random = np.random.default_rng(seed)
-    vertices: list[Array] = []
-    faces: list[Faces] = []
-    island: list[npt.NDArray[np.int32]] = []
-    start = 0
+    parts = []
     for i in range(count):
         points, triangles = shape(kind, random)
         angle = random.uniform(0.0, 2.0 * np.pi)
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
         points = points @ turn.T + [4.0 * (i % 100), 4.0 * (i // 100)]
-        vertices.append(np.column_stack([points, np.zeros(len(points))]))
-        faces.append(triangles + start)
-        island.append(np.full(len(triangles), i, np.int32))
-        start += len(points)
-    return Layout(
-        np.concatenate(vertices),
-        np.concatenate(faces).astype(np.int32),
-        np.concatenate(island),
-    )
+        parts.append((np.column_stack([points, np.zeros(len(points))]), triangles))
+    sizes = [len(triangles) for _, triangles in parts]
+    return Layout(*joined(*parts), np.repeat(np.arange(count, dtype=np.int32), sizes))
 
 
 def shape(kind: str, random: np.random.Generator) -> tuple[Array, Faces]:

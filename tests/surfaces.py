@@ -51,10 +51,25 @@ def compact(vertices: npt.NDArray[np.float64], faces: npt.ArrayLike) -> Mesh:
     return vertices[used], ids.reshape(-1, 3).astype(np.int32)
 
 
+def joined(*meshes: tuple[npt.ArrayLike, npt.ArrayLike]) -> Mesh:
+    """All of them as one, in this order."""
+    points = [np.asarray(vertices, float) for vertices, _ in meshes]
+    first = np.cumsum([0, *map(len, points)])
+    faces = [np.asarray(own) + at for (_, own), at in zip(meshes, first, strict=False)]
+    return np.concatenate(points), np.concatenate(faces).astype(np.int32)
+
+
 def areas_of(vertices: npt.NDArray[np.float64], faces: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """(m,) of the triangles in space."""
     a, b, c = np.moveaxis(vertices[np.asarray(faces)], 1, 0)
     areas: npt.NDArray[np.float64] = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    return areas
+
+
+def signed_areas(uv: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """(m,) of triangles (m, 3, 2) of the plane, positive if counter-clockwise."""
+    a, b, c = np.moveaxis(np.asarray(uv, np.float64), 1, 0)
+    areas: npt.NDArray[np.float64] = ((b - a) * (c - a)[:, ::-1] @ [1.0, -1.0]) / 2
     return areas
 
 

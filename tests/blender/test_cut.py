@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import shapes
 
+from judges.disjoint_sets import DisjointSets
+
 
 def torus(cones):
     ob = shapes.primitive("torus", major_segments=24, minor_segments=12, generate_uvs=True)
@@ -28,17 +30,11 @@ def disks(ob):
     for f, corners in enumerate(faces):
         for side in zip(corners, corners[1:] + corners[:1], strict=True):
             beside.setdefault(frozenset(side), []).append(f)
-    part = list(range(len(faces)))
-
-    def root(f):
-        while part[f] != f:
-            f = part[f]
-        return f
-
+    part = DisjointSets(len(faces))
     for side, both in beside.items():
         if side not in seams and len(both) == 2:
-            part[root(both[0])] = root(both[1])
-    return len({root(f) for f in range(len(faces))})
+            part.join(*both)
+    return len({part.find(f) for f in range(len(faces))})
 
 
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])

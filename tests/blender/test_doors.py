@@ -6,8 +6,8 @@ import functools
 
 import pytest
 
-from flipfree.batch import numbers
-from flipfree.batch.models.unit import COMMANDS
+from flipfree.batch import arguments
+from flipfree.batch.models.commands import COMMANDS
 
 # Of Blender's files: pins, cones, seams and attributes are marked there, or written there.
 IN_BLENDER = {
@@ -39,7 +39,7 @@ def options(add):
 def test_both_command_lines_have_the_same_options(part, name):
     table = part("command_line.commands")
     ours = options(functools.partial(table.add_options, table.COMMANDS[name]))
-    theirs = options(lambda parser: numbers.add_options(parser, COMMANDS[name].usage))
+    theirs = options(lambda parser: arguments.add_options(parser, COMMANDS[name].usage))
     assert ours.keys() - theirs.keys() <= IN_BLENDER | {"max_seconds"}, name
     assert theirs.keys() - ours.keys() <= IN_PACKAGE, name
     for word in ours.keys() & theirs.keys():

@@ -12,25 +12,14 @@ import shapes
 import flipfree as ff
 
 from judges.seams import seam_count
+from surfaces import of_cubes, plate
 
 
 def holed(genus=2, cuts=1):
     """A bar of cubes with holes, its quads divided."""
-    cells = {(x, y) for x in range(2 * genus + 1) for y in range(3) if y != 1 or x % 2 == 0}
-    vertices, faces = {}, []
-
-    def v(*p):
-        return vertices.setdefault(p, len(vertices))
-
-    for x, y in sorted(cells):
-        faces.append((v(x, y, 1), v(x + 1, y, 1), v(x + 1, y + 1, 1), v(x, y + 1, 1)))
-        faces.append((v(x, y, 0), v(x, y + 1, 0), v(x + 1, y + 1, 0), v(x + 1, y, 0)))
-        sides = {(-1, 0): ((x, y + 1), (x, y)), (1, 0): ((x + 1, y), (x + 1, y + 1))}
-        sides |= {(0, -1): ((x, y), (x + 1, y)), (0, 1): ((x + 1, y + 1), (x, y + 1))}
-        for (dx, dy), (a, b) in sides.items():
-            if (x + dx, y + dy) not in cells:
-                faces.append((v(*a, 0), v(*b, 0), v(*b, 1), v(*a, 1)))
-    ob = shapes.add("Holed", list(vertices), faces)
+    vertices, faces = of_cubes(plate(genus))
+    faces = faces.reshape(-1, 6)[:, [0, 1, 2, 5]].tolist()
+    ob = shapes.add("Holed", vertices, faces)
     if cuts:
         bm = bmesh.new()
         bm.from_mesh(ob.data)

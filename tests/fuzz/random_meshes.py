@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from surfaces import bumpy_grid, cylinder, octahedron_sphere, shuffled, torus
+from surfaces import bumpy_grid, cylinder, joined, octahedron_sphere, shuffled, torus
 
 
 @dataclass
@@ -41,7 +41,7 @@ def two_components(random: np.random.Generator) -> tuple[Any, Any]:
     a, f = bumpy_grid(int(random.integers(1, 4)), int(random.integers(1, 4)))
     b, g = octahedron_sphere(0) if random.random() < 0.5 else bumpy_grid(2, 2)
     b = b * 10.0 ** random.integers(-12, 13) + 3
-    return np.vstack([a, b]), np.vstack([f, g + len(a)])
+    return joined((a, f), (b, g))
 
 
 def closed_surface(random: np.random.Generator) -> tuple[Any, Any]:
@@ -50,8 +50,8 @@ def closed_surface(random: np.random.Generator) -> tuple[Any, Any]:
     vertices, faces = meshes[random.integers(2)]
     if random.random() < 0.3:
         other = meshes[random.integers(2)]
-        faces = np.vstack([faces, other[1] + len(vertices)])
-        vertices = np.vstack([vertices, other[0] * 10.0 ** random.integers(-6, 7) + 3])
+        beside = other[0] * 10.0 ** random.integers(-6, 7) + 3
+        vertices, faces = joined((vertices, faces), (beside, other[1]))
     return vertices, faces
 
 

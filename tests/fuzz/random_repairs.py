@@ -26,7 +26,7 @@ import flipfree as ff
 
 from judges.any_triangles import judge_any
 from judges.coverage import coverage
-from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
+from surfaces import areas_of, bumpy_grid, cylinder, octahedron_sphere, torus
 
 MODELS = ["bimba1.obj", "cow.obj", "hand_lowres.obj", "octopus.obj", "horse_quad.obj", "snail.obj"]
 LIMIT = 120.0
@@ -325,9 +325,6 @@ def beside_by_island(
     """Per island of a map its energy over that of its faces in another map, whose islands may be smaller."""
     island, energy = island_energies(vertices, faces, uv)
     _, other = island_energies(vertices, faces, reference)
-    corners = vertices[faces]
-    area = np.linalg.norm(
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-    )
+    area = areas_of(vertices, faces)
     ratio: Floats = np.bincount(island, area * energy) / np.bincount(island, area * other)
     return ratio

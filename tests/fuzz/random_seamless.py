@@ -30,6 +30,7 @@ from surfaces import (
     compact,
     cylinder,
     euler,
+    joined,
     octahedron_sphere,
     of_cubes,
     open_edges,
@@ -211,7 +212,7 @@ def random_surface(
     shapes: Sequence[Callable[[Random], Shape]], parts: int, boundary: str, random: Random
 ) -> Case:
     """Some of these shapes side by side, or through each other."""
-    vertices, faces, found, what, sound, start = [], [], [], [], True, 0
+    made, found, what, sound, start = [], [], [], True, 0
     for _ in range(parts):
         shape = shapes[random.integers(len(shapes))]
         v, f = shape(random)
@@ -223,15 +224,14 @@ def random_surface(
             small = random.random() < 0.1
             v = v * 10.0 ** (random.uniform(-250, 100) if small else random.uniform(-3, 3))
             v = v + (0.0 if small or random.random() < 0.5 else 4.0 * start)
-        vertices.append(v)
-        faces.append(f + start)
+        made.append((v, f))
         start += len(v)
-    points = np.concatenate(vertices)
+    points, faces = joined(*made)
     if random.random() < 0.3:
         points *= 10.0 ** random.uniform(-30, 30)
         what.append("another unit")
     what.append(boundary)
-    return Case(Mesh(points, np.concatenate(faces).astype(np.int32), what), found, sound, boundary)
+    return Case(Mesh(points, faces, what), found, sound, boundary)
 
 
 def closed_cones(part: Part, random: Random) -> tuple[dict[int, int], bool]:

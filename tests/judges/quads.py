@@ -9,25 +9,13 @@ from fractions import Fraction
 from math import ceil, floor
 from typing import Any
 
-Point = tuple[Fraction, Fraction]
+from .rational import Point, cross, minus, turned
+
 HALF = Fraction(1, 2)
-
-
-def _turned(p: Point, quarters: int) -> Point:
-    x, y = p
-    return [(x, y), (-y, x), (-x, -y), (y, -x)][quarters % 4]
-
-
-def _less(p: Point, q: Point) -> Point:
-    return p[0] - q[0], p[1] - q[1]
 
 
 def _plus(p: Point, q: Point) -> Point:
     return p[0] + q[0], p[1] + q[1]
-
-
-def _cross(p: Point, q: Point) -> Fraction:
-    return p[0] * q[1] - p[1] * q[0]
 
 
 class Extraction:
@@ -45,10 +33,10 @@ class Extraction:
         other = self.across[f][k]
         assert other is not None, "a cell leaves the surface"
         g, j = other
-        edge = _less(self.uv[f][(k + 1) % 3], self.uv[f][k])
-        back = _less(self.uv[g][j], self.uv[g][(j + 1) % 3])
-        (turn,) = (t for t in range(4) if _turned(edge, t) == back)
-        return g, _plus(self.uv[g][(j + 1) % 3], _turned(_less(p, self.uv[f][k]), turn))
+        edge = minus(self.uv[f][(k + 1) % 3], self.uv[f][k])
+        back = minus(self.uv[g][j], self.uv[g][(j + 1) % 3])
+        (turn,) = (t for t in range(4) if turned(edge, t) == back)
+        return g, _plus(self.uv[g][(j + 1) % 3], turned(minus(p, self.uv[f][k]), turn))
 
     def _developed(self, start: int) -> list[Point]:
         """Of every face a lattice point of its chart."""
@@ -67,7 +55,7 @@ class Extraction:
 
     def _side(self, f: int, k: int, p: Point) -> Fraction:
         a, b = self.uv[f][k], self.uv[f][(k + 1) % 3]
-        return _cross(_less(b, a), _less(p, a))
+        return cross(minus(b, a), minus(p, a))
 
     def _centres(self, f: int) -> Iterator[Point]:
         ox, oy = self.origin[f]
@@ -124,7 +112,7 @@ class Extraction:
         while stack:
             h, r, turn = stack.pop()
             if (h, r) == (g, q):
-                return lambda p: _plus(q, _turned(_less(p, at), turn))
+                return lambda p: _plus(q, turned(minus(p, at), turn))
             for k in range(3):
                 other = self.across[h][k]
                 if self._side(h, k, r) != 0 or other is None:
@@ -134,8 +122,8 @@ class Extraction:
                     continue
                 seen.add(place)
                 shifted = self._carried(h, k, _plus(r, (Fraction(1), Fraction(0))))[1]
-                step = _less(shifted, place[1])
-                more = next(t for t in range(4) if _turned((Fraction(1), Fraction(0)), t) == step)
+                step = minus(shifted, place[1])
+                more = next(t for t in range(4) if turned((Fraction(1), Fraction(0)), t) == step)
                 stack.append((*place, turn + more))
         raise AssertionError
 

@@ -19,6 +19,19 @@ def triangles_of(uv: npt.ArrayLike) -> list[list[Point]]:
     ]
 
 
+def turned(p: Point, quarters: int) -> Point:
+    x, y = p
+    return [(x, y), (-y, x), (-x, -y), (y, -x)][quarters % 4]
+
+
+def minus(p: Point, q: Point) -> Point:
+    return p[0] - q[0], p[1] - q[1]
+
+
+def cross(p: Point, q: Point) -> Fraction:
+    return p[0] * q[1] - p[1] * q[0]
+
+
 def turn(a: Point, b: Point, c: Point) -> Fraction:
     """Twice the signed area."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-Point = tuple[Fraction, Fraction]
+from .rational import Point, cross, minus, turned
 
 
 @dataclass(frozen=True)
@@ -24,20 +24,6 @@ class SeamCount:
     cones: dict[int, int]
     # and of all boundary vertices, if none of their edges is slanted.
     corners: dict[int, int]
-
-
-def turned(p: Point, k: int) -> Point:
-    for _ in range(k % 4):
-        p = (-p[1], p[0])
-    return p
-
-
-def minus(p: Point, q: Point) -> Point:
-    return (p[0] - q[0], p[1] - q[1])
-
-
-def cross(p: Point, q: Point) -> Fraction:
-    return p[0] * q[1] - p[1] * q[0]
 
 
 def crossings(direction: Point, end: Point, ray: Point) -> int:

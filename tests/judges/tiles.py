@@ -6,16 +6,7 @@ from collections import Counter
 from fractions import Fraction
 from typing import Any
 
-Point = tuple[Fraction, Fraction]
-
-
-def _turned(p: Point, quarters: int) -> Point:
-    x, y = p
-    return [(x, y), (-y, x), (-x, -y), (y, -x)][quarters % 4]
-
-
-def _less(p: Point, q: Point) -> Point:
-    return p[0] - q[0], p[1] - q[1]
+from .rational import Point, minus, turned
 
 
 def _whole(p: Point) -> bool:
@@ -53,16 +44,16 @@ def off_tiles(faces: Any, uv: Any, features: Any = ()) -> Counter[str]:
             oblique |= set() if along else {a, b}
             continue
         r, s = places[other[0]][(other[1] + 1) % 3], places[other[0]][other[1]]
-        (turn,) = (t for t in range(4) if _turned(_less(q, p), t) == _less(s, r))
-        if a < b and not _whole(_less(r, _turned(p, turn))):
+        (turn,) = (t for t in range(4) if turned(minus(q, p), t) == minus(s, r))
+        if a < b and not _whole(minus(r, turned(p, turn))):
             found["seam edge"] += 1
     angle: Counter[int] = Counter()
     stands: dict[int, bool] = {}
     for i, face in enumerate(faces):
         for k in range(3):
             v = int(face[k])
-            out = _less(places[i][(k + 1) % 3], places[i][k])
-            back = _less(places[i][(k + 2) % 3], places[i][k])
+            out = minus(places[i][(k + 1) % 3], places[i][k])
+            back = minus(places[i][(k + 2) % 3], places[i][k])
             # Less than half a turn: directions are counted where they enter a quadrant.
             angle[v] += (_quadrant(back) - _quadrant(out)) % 4
             stands[v] = stands.get(v, True) and _whole(places[i][k])

@@ -7,19 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
+from surfaces import bumpy_grid, cylinder, joined, octahedron_sphere, torus
 
 Mesh = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
 Random = np.random.Generator
-
-
-def joined(meshes: list[Mesh]) -> Mesh:
-    """Side by side in one list."""
-    offsets = np.cumsum([0] + [len(v) for v, _ in meshes])
-    return (
-        np.vstack([v for v, _ in meshes]),
-        np.vstack([f + o for (_, f), o in zip(meshes, offsets, strict=False)]),
-    )
 
 
 def welded(mesh: Mesh, digits: int = 9) -> Mesh:
@@ -56,7 +47,7 @@ def book(random: Random) -> Mesh:
         x, y = vertices[:, 0] - vertices[:, 0].min(), vertices[:, 1]
         leaf = np.column_stack([x * np.cos(angle), x * np.sin(angle), y])
         leaves.append((leaf, np.asarray(faces)[:, ::-1] if random.random() < 0.5 else faces))
-    return welded(joined(leaves))
+    return welded(joined(*leaves))
 
 
 def t_wall(random: Random) -> Mesh:
@@ -67,13 +58,13 @@ def t_wall(random: Random) -> Mesh:
     wall = np.column_stack([x, 0 * x, y])
     middle = np.unique(x)[columns // 2]
     stem = np.column_stack([0 * x + middle, x - x.min(), y])
-    return welded(joined([(wall, faces), (stem, faces)]))
+    return welded(joined((wall, faces), (stem, faces)))
 
 
 def bow_tie(random: Random) -> Mesh:
     """Parts that touch in one vertex."""
     parts = [sheet(random) for _ in range(int(random.integers(2, 5)))]
-    vertices, faces = joined(parts)
+    vertices, faces = joined(*parts)
     firsts = np.cumsum([0] + [len(v) for v, _ in parts[:-1]])
     for first in firsts[1:]:
         faces[faces == first] = 0
@@ -161,7 +152,7 @@ def mixed(random: Random) -> Mesh:
     parts = [
         KINDS[random.integers(len(KINDS) - 1)](random) for _ in range(int(random.integers(2, 4)))
     ]
-    vertices, faces = joined(parts)
+    vertices, faces = joined(*parts)
     for _ in range(int(random.integers(0, 6))):
         a, b = random.integers(len(vertices), size=2)
         faces[faces == a] = b

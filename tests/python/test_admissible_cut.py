@@ -10,7 +10,7 @@ import pytest
 import flipfree as ff
 
 from judges import holonomy
-from mesh_files import data_folder, read_mesh
+from mesh_files import read_mesh, shared
 from sampling import sampled
 from surfaces import Mesh, bumpy_grid, octahedron_sphere, of_cubes, plate, torus
 
@@ -198,10 +198,7 @@ def test_tori_are_cut_into_disks_with_right_angles(cones: dict[int, int]) -> Non
 
 @pytest.mark.parametrize("odd", [True, False])
 def test_two_handles_along_a_field_or_as_they_come(odd: bool) -> None:
-    folder = data_folder()
-    if folder is None or not (folder / "fields" / "eight766.obj").exists():
-        pytest.skip("the shared data folder is not here (FLIPFREE_DATA)")
-    mesh = read_mesh(folder / "fields" / "eight766.obj")
+    mesh = read_mesh(shared("fields/eight766.obj"))
     cones = {int(v): 5 for v in np.random.default_rng(3).permutation(len(mesh.vertices))[:8]}
     if not odd:
         assert_admissible(ff.admissible_cut(mesh.vertices, mesh.faces, cones), cones)

@@ -7,22 +7,15 @@ import pytest
 
 import flipfree as ff
 
-from surfaces import bumpy_grid
+from surfaces import bumpy_grid, joined, signed_areas
 
 
 def sheets(count: int = 6) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Bumpy sheets of several sizes, each a chart: its map is its x, y."""
     vertices, faces = bumpy_grid(6, 6)
-    n = len(vertices)
     parts = [vertices * (1.0 + 0.3 * i) + [9.0 * i, 0, 0] for i in range(count)]
-    both = np.concatenate(parts)
-    triangles = np.concatenate([faces + n * i for i in range(count)]).astype(np.int32)
+    both, triangles = joined(*((part, faces) for part in parts))
     return both, triangles, both[triangles][:, :, :2].copy()
-
-
-def areas(uv: np.ndarray) -> np.ndarray:
-    a, b = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-    return 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 
 
 @pytest.mark.parametrize("aspect", [2.0, 0.5, 16 / 9, 3 / 4])
@@ -32,7 +25,7 @@ def test_islands_keep_their_shape_on_the_texture_and_lie_in_the_unit_square(aspe
     packed = ff.pack(vertices, faces, stretched, aspect=aspect, scale_true=True, margin=0.01)
     uv = packed.uv32().astype(np.float64)
     assert packed.certificate.ok and packed.certificate.island_overlaps == 0
-    assert (areas(uv) > 0).all() and uv.min() >= 0.0 and uv.max() <= 1.0
+    assert (signed_areas(uv) > 0).all() and uv.min() >= 0.0 and uv.max() <= 1.0
     assert packed.stats["tile"] == 0 and packed.stats["margin_met"]
     # In pixels: similar to the surface seen from above, all at one scale.
     pixels = uv * [aspect, 1.0]
@@ -129,7 +122,7 @@ def test_improve_ends_where_the_texture_shows_the_best_map(aspect: float) -> Non
     assert np.allclose(
         found.uv.reshape(-1, 2).mean(axis=0), uv.reshape(-1, 2).mean(axis=0), atol=0.05
     )
-    assert areas(found.uv).sum() == pytest.approx(areas(uv).sum(), rel=0.1)
+    assert signed_areas(found.uv).sum() == pytest.approx(signed_areas(uv).sum(), rel=0.1)
 
 
 def test_improve_makes_what_would_leave_its_tile_smaller() -> None:
@@ -137,7 +130,7 @@ def test_improve_makes_what_would_leave_its_tile_smaller() -> None:
     found = ff.improve((vertices, faces, uv), aspect=2.0)
     assert found.certificate.ok and found.stats["left_tiles"] == 0
     assert 0 <= found.uv.min() and found.uv.max() <= 1
-    assert areas(found.uv).sum() < areas(uv).sum()
+    assert signed_areas(found.uv).sum() < signed_areas(uv).sum()
 
 
 def test_improve_meets_pins_bit_for_bit_on_any_texture() -> None:

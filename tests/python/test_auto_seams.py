@@ -12,7 +12,7 @@ from broken_meshes import KINDS, broken_mesh
 import flipfree as ff
 
 from judges.charts import charts_of
-from surfaces import bumpy_grid, cylinder, octahedron_sphere, of_cubes, torus
+from surfaces import bumpy_grid, cylinder, edges_of, octahedron_sphere, of_cubes, torus
 
 #: Mean energy that the default stretch of 1.25 allows.
 BOUND = 1.025
@@ -104,38 +104,24 @@ def test_a_flat_sheet_needs_no_seam() -> None:
 
 
 def test_a_tube_gets_one_seam_along_it() -> None:
-    sectors, rings = 24, 9
-    angle, height = np.meshgrid(
-        2 * np.pi * np.arange(sectors) / sectors, np.linspace(0, 5, rings + 1), indexing="ij"
-    )
-    vertices = np.stack([np.cos(angle), np.sin(angle), height], -1).reshape(-1, 3)
-    faces = []
-    for s in range(sectors):
-        for r in range(rings):
-            a, b = s * (rings + 1) + r, (s + 1) % sectors * (rings + 1) + r
-            faces += [[a, b, b + 1], [a, b + 1, a + 1]]
+    vertices, faces = cylinder(24, 9)
+    vertices *= [1.0, 1.0, 2.5]
     seams = ff.auto_seams(vertices, faces)
-    assert len(seams) == rings
+    assert len(seams) == 9
     assert length_of(vertices, seams) == pytest.approx(5.0)
+
+
+def bent(tube: np.ndarray, angle: float, radius: float) -> np.ndarray:
+    """A tube along an arc of this angle and radius, a quarter as wide."""
+    turn, out = tube[:, 2] * angle / 2, radius + 0.25 * tube[:, 0]
+    return np.stack([out * np.cos(turn), 0.25 * tube[:, 1], out * np.sin(turn)], 1)
 
 
 def test_a_bent_pipe_is_no_bundle_of_flat_strips() -> None:
     """Half a ring whose facets around it bend like those of a made thing, and are rolled along it."""
-    columns, sectors = 24, 12
-    along, around = np.meshgrid(
-        np.pi * np.arange(columns + 1) / columns,
-        2 * np.pi * np.arange(sectors) / sectors,
-        indexing="ij",
-    )
-    radius = 1 + 0.25 * np.cos(around)
-    places = (radius * np.cos(along), radius * np.sin(along), 0.25 * np.sin(around))
-    faces = []
-    for c in range(columns):
-        for s in range(sectors):
-            a, b = sectors * c + s, sectors * c + (s + 1) % sectors
-            faces += [[a, a + sectors, b + sectors], [a, b + sectors, b]]
-    polygons = np.arange(columns * sectors, dtype=np.int32).repeat(2)
-    found = ff.unwrap(np.stack(places, -1).reshape(-1, 3), np.array(faces), polygons=polygons)
+    vertices, faces = cylinder(12, 24)
+    polygons = np.arange(len(faces) // 2, dtype=np.int32).repeat(2)
+    found = ff.unwrap(bent(vertices, np.pi, 1.0), faces, polygons=polygons)
     assert found.stats["charts"] == 1
 
 
@@ -181,14 +167,13 @@ def test_nets_of_what_is_symmetric_are_symmetric_unless_given_seams_are_not(
 @pytest.mark.parametrize("forbidden", ["nothing", "lines", "all lines"])
 def test_bent_tubes_lie_straight_and_open_along_the_cheapest_line(forbidden: str) -> None:
     vertices, faces = cylinder(16, 12)
-    turn, radius = vertices[:, 2] * np.pi / 4, 2 + 0.25 * vertices[:, 0]
-    bent = np.stack([radius * np.cos(turn), 0.25 * vertices[:, 1], radius * np.sin(turn)], 1)
     along = {"nothing": [], "lines": [5, 6, 7, 8, 9, 10, 11], "all lines": list(range(16))}
     never = np.array(
         [(line + 16 * (line % 12), line + 16 * (line % 12) + 16) for line in along[forbidden]],
         np.int32,
     ).reshape(-1, 2)
-    found = ff.unwrap(bent, faces, polygons=np.arange(len(faces)) // 2, uncuttable=never)
+    arc = bent(vertices, np.pi / 2, 2.0)
+    found = ff.unwrap(arc, faces, polygons=np.arange(len(faces)) // 2, uncuttable=never)
     assert found.stats["charts"] == 1 and not as_set(found.cut_edges) & as_set(never)
     opened = set((found.cut_edges % 16).ravel().tolist())
     if forbidden == "all lines":
@@ -211,9 +196,8 @@ def test_given_seams_stay() -> None:
     vertices, faces, diagonals = cube(4)
     belt = [
         edge
-        for edge in sorted({tuple(sorted((f[k], f[k - 1]))) for f in faces for k in range(3)})
-        if np.all(vertices[list(edge), 2] == 0.5)
-        and np.ptp(vertices[list(edge)], axis=0).max() < 0.3
+        for edge in edges_of(faces)
+        if np.all(vertices[edge, 2] == 0.5) and np.ptp(vertices[edge], axis=0).max() < 0.3
     ]
     seams = ff.auto_seams(vertices, faces, cuts=belt, uncuttable=diagonals)
     assert as_set(np.array(belt)) < as_set(seams)
@@ -228,9 +212,7 @@ def test_sharp_edges_are_seams_if_asked() -> None:
 
 def test_weights_lead_seams_and_forbid_them() -> None:
     vertices, faces = octahedron_sphere(4)
-    edges = np.array(
-        sorted(as_set(faces[:, [0, 1]]) | as_set(faces[:, [1, 2]]) | as_set(faces[:, [2, 0]]))
-    )
+    edges = edges_of(faces)
     share = {}
     for factor in (1.0, 20.0, np.inf):
         # Of both halves: a sphere's seams without weights lie anywhere.
@@ -241,11 +223,6 @@ def test_weights_lead_seams_and_forbid_them() -> None:
             seams = ff.auto_seams(vertices, faces, weights=weights, stretch=1.3)
             share[factor] += len(as_set(seams) & as_set(edges[front])) / len(seams)
     assert share[1.0] > 1.3 * share[20.0] > share[np.inf] == 0.0
-
-
-def edges_of(faces: np.ndarray) -> np.ndarray:
-    sides = [faces[:, [k, (k + 1) % 3]] for k in range(3)]
-    return np.unique(np.sort(np.concatenate(sides), axis=1), axis=0).astype(np.int32)
 
 
 def test_sharp_edges_of_infinite_weight_are_no_seams() -> None:
@@ -294,8 +271,7 @@ def test_a_handle_that_uncuttable_edges_leave_closed_is_refused() -> None:
 def test_meshes_that_are_no_clean_surface_get_seams(kind: Callable[..., Any]) -> None:
     vertices, faces = kind(np.random.default_rng(7))
     seams = ff.auto_seams(vertices, faces)
-    used = {(int(min(f[k], f[k - 1])), int(max(f[k], f[k - 1]))) for f in faces for k in range(3)}
-    assert as_set(seams) <= used
+    assert as_set(seams) <= as_set(edges_of(faces))
     assert ff.unwrap(vertices, faces, seams="auto").certificate.ok
 
 

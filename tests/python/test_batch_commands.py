@@ -21,12 +21,7 @@ pytestmark = [pytest.mark.sample(24), pytest.mark.usefixtures("here")]
 
 def write(name, *meshes):
     """All meshes as parts of one file."""
-    vertices, faces, count = [], [], 0
-    for mesh in meshes:
-        vertices.append(mesh[0])
-        faces.append(mesh[1] + count)
-        count += len(mesh[0])
-    ff.write(name, (np.concatenate(vertices), np.concatenate(faces).astype(np.int32)))
+    ff.write(name, surfaces.joined(*meshes))
 
 
 def test_repair_gives_places_to_faces_that_have_none():

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import os
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import flipfree as ff
 
+from mesh_files import shared
 from surfaces import bumpy_grid, octahedron_sphere, of_cubes, prism_with_cones, strip_of_needles
-
-DATA = Path(os.environ.get("FLIPFREE_DATA", Path(__file__).parents[3] / "shared" / "data"))
 
 
 def random_targets(count: int, faces: int, seed: int) -> np.ndarray:
@@ -146,11 +143,8 @@ def test_seconds_that_are_over_end_metric_and_map(refinement: str) -> None:
     ],
 )
 def test_pairs_of_the_shared_data_are_met(name: str, angles: str, iterations: int) -> None:
-    folder = DATA / "conformal"
-    if not (folder / f"{name}.obj").exists():
-        pytest.skip(f"{folder / name}.obj is missing (set FLIPFREE_DATA)")
-    given = ff.read(folder / f"{name}.obj")
-    target = np.loadtxt(folder / f"{name}{angles}_Th_hat")
+    given = ff.read(shared(f"conformal/{name}.obj"))
+    target = np.loadtxt(shared(f"conformal/{name}{angles}_Th_hat"))
     metric = ff.conformal_metric(given.vertices, given.faces, target, iterations=iterations)
     assert metric.angle_error <= 1e-10
 

@@ -13,7 +13,7 @@ import flipfree as ff
 from flipfree.calls.seamless import halfedges_of_strip
 
 from judges import fields, holonomy
-from mesh_files import data_folder, read_mesh
+from mesh_files import read_mesh, shared
 from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
 
 CLOSED = {"sphere": octahedron_sphere(3), "torus": torus()}
@@ -30,10 +30,7 @@ def strips(signature: ff.Signature, faces: np.ndarray) -> list[list[int]]:
 
 
 def test_the_fields_of_the_shared_data_have_the_cones_that_lie_beside_them() -> None:
-    folder = data_folder()
-    models = sorted((folder / "fields").glob("*_Th_hat")) if folder else []
-    if not models:
-        pytest.skip("the shared data folder is not here (FLIPFREE_DATA)")
+    models = sorted(shared("fields").glob("*_Th_hat"))
     assert len(models) == 10
     for path in models:
         name = str(path).removesuffix("_Th_hat")
@@ -54,13 +51,10 @@ def test_the_fields_of_the_shared_data_have_the_cones_that_lie_beside_them() -> 
 def test_raw_fields_of_the_shared_data_have_the_singularities_that_lie_beside_them(
     name: str,
 ) -> None:
-    folder = data_folder()
-    if folder is None or not (folder / "fields" / f"{name}.rawfield").exists():
-        pytest.skip("the shared data folder is not here (FLIPFREE_DATA)")
-    mesh = read_mesh(folder / "fields" / f"{name}.off")
-    field = ff.CrossField.read(folder / "fields" / f"{name}.rawfield", mesh.vertices, mesh.faces)
+    mesh = read_mesh(shared(f"fields/{name}.off"))
+    field = ff.CrossField.read(shared(f"fields/{name}.rawfield"), mesh.vertices, mesh.faces)
     signature = ff.signature(mesh.vertices, mesh.faces, field)
-    lines = (folder / "fields" / f"{name}.sings").read_text().splitlines()[1:]
+    lines = shared(f"fields/{name}.sings").read_text().splitlines()[1:]
     given = {int(v): 4 - int(index) for v, index in (line.split() for line in lines if line)}
     assert signature.cones == given
 

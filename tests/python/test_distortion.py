@@ -8,19 +8,17 @@ import pytest
 import flipfree as ff
 from flipfree.distortion import BOUND_ENERGY, STRETCH_BOUND, energies
 
-from surfaces import bumpy_grid
+from surfaces import bumpy_grid, joined
 
 
 def sheets(widths, heights):
     """((vertices, faces, uv) of unit squares side by side, each mapped to its width by its height."""
     square = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], float)
-    vertices, faces, uv = [], [], []
-    for i, size in enumerate(zip(widths, heights, strict=True)):
-        vertices.append(np.c_[square + [2.0 * i, 0.0], np.zeros(4)])
-        for triangle in ((0, 1, 2), (0, 2, 3)):
-            faces.append(4 * i + np.array(triangle))
-            uv.append(square[list(triangle)] * size + [3.0 * i, 0.0])
-    return np.concatenate(vertices), np.array(faces, np.int32), np.array(uv)
+    halves = np.array([(0, 1, 2), (0, 2, 3)])
+    sizes = zip(widths, heights, strict=True)
+    uv = [square[halves] * size + [3.0 * i, 0.0] for i, size in enumerate(sizes)]
+    parts = [(np.c_[square + [2.0 * i, 0.0], np.zeros(4)], halves) for i in range(len(uv))]
+    return *joined(*parts), np.concatenate(uv)
 
 
 def test_a_map_of_stretch_s_has_the_energy_of_s():

@@ -10,8 +10,8 @@ import flipfree as ff
 
 from judges import fields, holonomy
 from judges.seams import seam_count
-from mesh_files import data_folder, read_mesh
-from surfaces import bumpy_grid, compact, cylinder, octahedron_sphere, torus
+from mesh_files import read_mesh, shared
+from surfaces import areas_of, bumpy_grid, compact, cylinder, octahedron_sphere, signed_areas, torus
 
 
 def judged_alike(
@@ -66,10 +66,7 @@ def test_padding_follows_a_field_along_a_rerouted_cut(genus: int, given: list[in
 
 
 def test_padding_follows_fields_among_even_cones_that_turn_by_odd_numbers() -> None:
-    folder = data_folder()
-    if folder is None or not (folder / "fields" / "eight766.obj").exists():
-        pytest.skip("the shared data folder is not here (FLIPFREE_DATA)")
-    mesh = read_mesh(folder / "fields" / "eight766.obj")
+    mesh = read_mesh(shared("fields/eight766.obj"))
     vertices, faces = mesh.vertices, mesh.faces
     places = np.random.default_rng(5).permutation(len(vertices))
     cones = {int(v): k for v, k in zip(places, [6] * 6 + [2] * 2, strict=False)}
@@ -85,13 +82,9 @@ def test_padding_follows_fields_among_even_cones_that_turn_by_odd_numbers() -> N
 
 @pytest.mark.parametrize("name", ["torus", "eight766", "1146164", "rocker-arm2500"])
 def test_fields_of_the_shared_data_are_followed(name: str) -> None:
-    folder = data_folder()
-    if folder is None:
-        pytest.skip("the shared data folder is not here (FLIPFREE_DATA)")
-    mesh = read_mesh(folder / "fields" / f"{name}.obj")
-    field = ff.CrossField.read(
-        folder / "fields" / f"{name}_kappa_hat.gz", mesh.vertices, mesh.faces
-    )
+    mesh = read_mesh(shared(f"fields/{name}.obj"))
+    given = shared(f"fields/{name}_kappa_hat.gz")
+    field = ff.CrossField.read(given, mesh.vertices, mesh.faces)
     map = ff.field_aligned(mesh.vertices, mesh.faces, field=field)
     assert map.certificate.ok
     assert judged_alike(mesh.vertices, mesh.faces, field, map, 2)
@@ -240,12 +233,8 @@ def test_a_field_that_knows_the_sizes_lets_the_map_have_them() -> None:
 
     def spread(map: ff.Parametrization) -> float:
         """Of the sizes reached over those that were asked for, logarithms."""
-        a, b = map.uv[:, 1] - map.uv[:, 0], map.uv[:, 2] - map.uv[:, 0]
-        corners = map.vertices[map.faces]
-        area = np.linalg.norm(
-            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-        )
-        reached = 0.5 * np.log((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / area)
+        area = areas_of(map.vertices, map.faces)
+        reached = 0.5 * np.log(signed_areas(map.uv) / area)
         wished = np.log(sizing)[faces[map.parent_face]].mean(axis=1)
         off = reached - wished
         return float(np.sqrt(np.average((off - np.average(off, weights=area)) ** 2, weights=area)))

@@ -9,7 +9,7 @@ import pytest
 
 import flipfree as ff
 
-from mesh_files import data_folder, read_mesh
+from mesh_files import read_mesh, shared
 from surfaces import bumpy_grid, octahedron_sphere, torus
 
 
@@ -103,10 +103,7 @@ def test_pins_that_cannot_be_are_named() -> None:
 
 
 def test_maps_that_overlap_themselves_keep_their_sheets() -> None:
-    folder = data_folder()
-    if folder is None or not (folder / "fields" / "eight766.obj").exists():
-        pytest.skip("the shared data folder is not here (FLIPFREE_DATA)")
-    mesh = read_mesh(folder / "fields" / "eight766.obj")
+    mesh = read_mesh(shared("fields/eight766.obj"))
     found = ff.field_aligned(mesh.vertices, mesh.faces)
     moved = found.with_pins(pins_near(found, 3, 2))
     assert moved.certificate.ok and moved.certificate.seams_exact32 == moved.certificate.seam_edges

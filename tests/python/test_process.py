@@ -151,12 +151,12 @@ def test_a_result_is_handed_out_once(process):
 def test_writing_to_a_dead_process_is_no_signal():
     """Inside Blender, where nothing ignores SIGPIPE, it would end the session."""
     script = (
-        "import os, signal, subprocess, sys\nfrom flipfree.process import pipes\n"
+        "import os, signal, subprocess, sys\nfrom flipfree.process import client\n"
         "signal.signal(signal.SIGPIPE, signal.SIG_DFL)\n"
         "child = subprocess.Popen([sys.executable, '-c', ''], bufsize=0, stdin=subprocess.PIPE)\n"
-        "child.wait()\nassert not pipes.send(child.stdin, b'hello')\n"
+        "child.wait()\nassert not client.send(child.stdin, b'hello')\n"
         "assert signal.SIGPIPE not in signal.pthread_sigmask(signal.SIG_BLOCK, [])\n"
-        "child.stdin.close()\nassert not pipes.send(child.stdin, b'hello')\nprint('alive')\n"
+        "child.stdin.close()\nassert not client.send(child.stdin, b'hello')\nprint('alive')\n"
     )
     search = str(Path(ff.__file__).parents[1])
     found = subprocess.run(

@@ -9,12 +9,22 @@ import numpy as np
 import pytest
 
 import flipfree as ff
-from flipfree.mirrored import half_of
+from flipfree.quads import half_of
 from flipfree.separated import named_on_input
 
 from judges.quads import Extraction, fingerprint
-from mesh_files import data_folder, read_mesh
-from surfaces import compact, cylinder, edges_of, euler, octahedron_sphere, open_edges, prism, torus
+from mesh_files import read_mesh, shared
+from surfaces import (
+    compact,
+    cylinder,
+    edges_of,
+    euler,
+    octahedron_sphere,
+    open_edges,
+    prism,
+    signed_areas,
+    torus,
+)
 
 
 def irregular(mesh: ff.QuadMesh) -> Counter[int]:
@@ -76,8 +86,7 @@ def test_cells_are_those_of_a_judge_in_fractions(name: str, seed: int) -> None:
     vertices, faces, uv = mapped
     mesh = ff.quads_from_map(maps.parametrization(mapped))
     check(mesh, vertices, faces)
-    a, b = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-    area = (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2
+    area = signed_areas(uv).sum()
     assert len(mesh.quads) == area
     corners = mesh.certificate.irregular[:, 0]
     # A vertex of the map that is a cone or a corner; on a torus any.
@@ -296,7 +305,7 @@ def test_adaptive_quads_are_denser_where_it_bends_more() -> None:
         with pytest.raises(ff.InvalidInput, match="adaptive"):
             ff.quads(vertices, faces, target=800, adaptive=wrong)
     # Densities alone would have cones of one quarter turn there.
-    mesh = read_mesh(data_folder() / "general/camel_f_withSUV.obj")
+    mesh = read_mesh(shared("general/camel_f_withSUV.obj"))
     check(ff.quads(mesh.vertices, mesh.faces, target=2000, adaptive=50), mesh.vertices, mesh.faces)
 
 
@@ -418,7 +427,7 @@ def test_handles_stay_and_counts_are_met() -> None:
         ("fields/gtorus004_fine.obj", 4, (100, 1000)),
         ("embedding/tube_n16_L200.obj", 0, (2000,)),  # 8 coarse triangles, 140 long and 5 wide
     ):
-        given = read_mesh(data_folder() / name)
+        given = read_mesh(shared(name))
         for target in targets:
             mesh = ff.quads(given.vertices, given.faces, target=target)
             check(mesh, given.vertices, given.faces)

@@ -13,7 +13,7 @@ import pytest
 import flipfree as ff
 
 from judges.seams import seam_count
-from surfaces import Mesh, bumpy_grid, octahedron_sphere, shuffled, torus
+from surfaces import Mesh, bumpy_grid, joined, octahedron_sphere, shuffled, torus
 
 Call = Callable[[np.ndarray, np.ndarray], ff.Parametrization]
 
@@ -69,16 +69,14 @@ def test_a_speck_beside_a_large_part_is_enlarged_until_32_bits_hold_it(
     name: str, size: float
 ) -> None:
     vertices, faces = torus()
-    both = np.vstack([vertices, size * vertices])
-    result = MAPS[name](both, np.vstack([faces, faces + len(vertices)]))
+    both, pair = joined((vertices, faces), (size * vertices, faces))
+    result = MAPS[name](both, pair)
     assert result.certificate.ok and result.stats["enlarged_islands"] == 1
     assert (result.vertices[: len(both)] == both).all()
     judged = seam_count(result.faces, result.uv32())
     assert judged.flipped == 0 and (name == "unwrap" or judged.exact == judged.edges > 0)
     assert result.certificate.energy < 1.5
-    alone = MAPS[name](
-        np.vstack([vertices, 1e-2 * vertices]), np.vstack([faces, faces + len(vertices)])
-    )
+    alone = MAPS[name](*joined((vertices, faces), (1e-2 * vertices, faces)))
     assert "enlarged_islands" not in alone.stats or alone.stats["enlarged_islands"] == 0
 
 
@@ -158,8 +156,7 @@ def test_components_of_very_different_size_are_each_in_their_own_unit(ratio: flo
     vertices, faces = bumpy_grid(5, 4)
     alone = ff.unwrap(vertices, faces, max_seconds=20.0, seams="given")
     ratio = 2.0 ** np.round(np.log2(ratio))
-    both = np.vstack([vertices, vertices * ratio])
-    twice = np.vstack([faces, faces + len(vertices)])
+    both, twice = joined((vertices, faces), (vertices * ratio, faces))
 
     def shape(uv: np.ndarray) -> np.ndarray:
         """Edge lengths, as shares of the whole."""

@@ -1,4 +1,4 @@
-"""Properties of seamless maps over generated surfaces, by a judge that knows the UVs only."""
+"""Properties of seamless maps over generated surfaces, by judges that know the UVs only, in rationals."""
 
 from __future__ import annotations
 
@@ -11,16 +11,19 @@ import flipfree as ff
 
 from judges import holonomy
 from judges.seams import seam_count
-from judges.unfoldings import unfolding
+from judges.unfoldings import SHAPES, unfolding
 from surfaces import (
+    areas_of,
     bumpy_grid,
     compact,
     edges_of,
+    joined,
     octahedron_sphere,
     of_cubes,
     plate,
     prism,
     shuffled,
+    signed_areas,
     torus,
 )
 
@@ -83,8 +86,8 @@ def test_optimising_lowers_the_energy() -> None:
 
 def two_parts() -> tuple[np.ndarray, np.ndarray]:
     """A torus inside a sphere of ten times its size."""
-    a, b = torus(), octahedron_sphere(3)
-    return np.concatenate([a[0], 10.0 * b[0]]), np.concatenate([a[1], b[1] + len(a[0])])
+    ball, faces = octahedron_sphere(3)
+    return joined(torus(), (10.0 * ball, faces))
 
 
 def test_without_cones_some_are_suggested_for_every_part() -> None:
@@ -105,18 +108,9 @@ def test_parts_lie_beside_each_other_at_the_scale_of_the_surface() -> None:
     first = map.parent_face < len(torus()[1])
     a, b = map.uv[first].reshape(-1, 2), map.uv[~first].reshape(-1, 2)
     assert (a.max(0) < b.min(0)).any() or (b.max(0) < a.min(0)).any()
-
-    def area(uv: np.ndarray) -> float:
-        p, q = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-        return float((p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum() / 2)
-
-    def surface(part: np.ndarray) -> float:
-        p = map.vertices[map.faces[part]]
-        sides = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-        return float(np.linalg.norm(sides, axis=1).sum() / 2)
-
-    assert area(map.uv[first]) == pytest.approx(surface(first), rel=0.1)
-    assert area(map.uv[~first]) == pytest.approx(surface(~first), rel=0.1)
+    for part in (first, ~first):
+        own = areas_of(map.vertices, map.faces[part]).sum()
+        assert signed_areas(map.uv[part]).sum() == pytest.approx(own, rel=0.1)
 
 
 def test_suggested_cones_can_be_given() -> None:
@@ -232,17 +226,13 @@ def test_padding_avoids_the_edges_that_it_has_not_split_and_takes_all_others() -
 def test_parts_without_room_for_corners_are_free_wherever_they_stand_among_the_others() -> None:
     # Single triangles have three corners, and a boundary turns by four quarters; a square and a sheet have room.
     square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
-    vertices, faces, triangles = [square], [np.array([(0, 1, 2), (0, 2, 3)])], 30
-    for k in range(triangles):
-        faces.append(np.array([(4 + 3 * k, 5 + 3 * k, 6 + 3 * k)]))
-        vertices.append(np.array([(2.0 + 2 * k, 0, 0), (3.0 + 2 * k, 0, 0), (2.0 + 2 * k, 1, 0)]))
-    result = ff.seamless(
-        np.concatenate(vertices), np.concatenate(faces), boundary="aligned_or_free"
-    )
+    parts = [(square[[0, 1, 3]] + [2.0 + 2 * k, 0, 0], [(0, 1, 2)]) for k in range(30)]
+    mesh = joined((square, [(0, 1, 2), (0, 2, 3)]), *parts)
+    result = ff.seamless(*mesh, boundary="aligned_or_free")
     assert result.certificate.ok
-    assert result.stats["freed_boundaries"] == triangles
+    assert result.stats["freed_boundaries"] == len(parts)
     with pytest.raises(ff.Infeasible):
-        ff.seamless(np.concatenate(vertices), np.concatenate(faces), boundary="aligned")
+        ff.seamless(*mesh, boundary="aligned")
 
 
 @pytest.mark.parametrize("cells", [12, 20, 33])
@@ -263,16 +253,8 @@ def test_corners_that_are_given_are_never_freed() -> None:
 
 
 def test_a_sliver_that_cannot_be_optimised_leaves_the_map_as_it_was() -> None:
-    n = 4
-    x, y = np.meshgrid(np.arange(float(n)), np.arange(float(n)))
-    vertices = np.stack([x, y, 0 * x], -1).reshape(-1, 3)
-    lower = np.array([j * n + i for j in range(n - 1) for i in range(n - 1)])
-    faces = np.vstack(
-        [
-            np.stack([lower, lower + 1, lower + n + 1], -1),
-            np.stack([lower, lower + n + 1, lower + n], -1),
-        ]
-    )
+    vertices, faces = bumpy_grid(3, 3, 0.0)
+    vertices *= 3.0
     vertices[0] = vertices[1] - (1e-10, 0, 0)
     result = ff.seamless(vertices, faces)
     assert result.certificate.ok and result.certificate.energy < 1.1
@@ -304,19 +286,11 @@ def test_needles_that_padding_cannot_cut_are_not_blamed_on_edges_that_it_made() 
 def test_a_torus_pressed_flat_to_nothing_is_given_up_by_padding_without_a_limit() -> None:
     # Six of its nine vertices coincide in pairs but for 1e-50 of its width: thousands of bits, one
     # attempt after the other, made minutes of it.
-    turn = 2 * np.pi / 3
-    i, j = (k.ravel() for k in np.indices((3, 3)))
-    ring = 2 + np.cos(turn * j)
-    vertices = np.stack(
-        [ring * np.cos(turn * i), ring * np.sin(turn * i), 1e-50 * np.sin(turn * j)], -1
-    )
-    east, north = 3 * ((i + 1) % 3) + j, 3 * i + (j + 1) % 3
-    both = 3 * ((i + 1) % 3) + (j + 1) % 3
-    own = 3 * i + j
-    faces = np.stack([own, east, both, own, both, north], -1).reshape(-1, 3)
+    vertices, faces = torus(3, 3, 0.5)
+    vertices[:, 2] *= 1e-50
     before = time.process_time()
     with pytest.raises(ff.NotConverged, match="Merge vertices") as failed:
-        ff.seamless(vertices, faces, {7: 3, 0: 3, 2: 2, 1: 8}, engine="padding", max_seconds=200)
+        ff.seamless(vertices, faces, {5: 3, 0: 3, 6: 2, 3: 8}, engine="padding", max_seconds=200)
     assert failed.value.code != "time limit reached"
     assert time.process_time() - before < 20
 
@@ -332,3 +306,30 @@ def test_cones_of_one_quarter_turn_are_met_by_both_engines(
     assert found.stats["engine"] == engine and found.certificate.ok
     assert found.certificate.seams_exact32 == found.certificate.seam_edges
     assert {v: k for v, k in found.certificate.quarter_cones.tolist() if k != 4} == cones
+
+
+def test_certificate_and_judge_agree_on_maps_that_are_not_exact() -> None:
+    wrong = 0
+    for seed in range(30):
+        given = unfolding(SHAPES["bar"], 2, seed)
+        certificate = ff.certify(given.vertices, given.faces, given.uv, seamless=True)
+        judged = seam_count(given.faces, given.uv)
+        assert (judged.edges, judged.exact) == (certificate.seam_edges, certificate.seams_exact64)
+        stored = seam_count(given.faces, given.uv.astype(np.float32))
+        assert stored.edges - stored.exact == certificate.seam_edges - certificate.seams_exact32
+        assert not certificate.ok
+        assert 0 < certificate.seam_deviation < 1e-12 * np.abs(given.uv).max()
+        wrong += judged.edges - judged.exact
+    assert wrong > 0
+
+
+def test_cones_are_judged_exactly_where_the_map_is_seamless() -> None:
+    vertices, faces = octahedron_sphere(2)
+    map = ff.seamless(vertices, faces)
+    cones = dict(map.certificate.quarter_cones.tolist())
+    assert cones == seam_count(faces, map.uv64).cones
+    angles = {v: k * np.pi / 2 for v, k in cones.items()}
+    assert ff.certify(vertices, faces, map.uv64, seamless=True, cones=angles).ok
+    angles.pop(next(iter(angles)))
+    missing = ff.certify(vertices, faces, map.uv64, seamless=True, cones=angles)
+    assert missing.cone_failures == 1

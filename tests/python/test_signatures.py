@@ -14,7 +14,7 @@ import flipfree as ff
 from flipfree.calls.seamless import halfedges_of_strip
 
 from judges import fields
-from mesh_files import data_folder, read_mesh
+from mesh_files import read_mesh, shared
 from surfaces import bumpy_grid, compact, cylinder, open_edges, torus
 
 
@@ -41,10 +41,7 @@ def test_one_loop_of_a_torus_turns_as_asked_and_the_other_as_it_likes(
 
 
 def test_some_loops_of_two_handles_are_met_and_all_of_them_as_before() -> None:
-    folder = data_folder()
-    if folder is None or not (folder / "fields" / "eight766.obj").exists():
-        pytest.skip("the shared data folder is not here (FLIPFREE_DATA)")
-    mesh = read_mesh(folder / "fields" / "eight766.obj")
+    mesh = read_mesh(shared("fields/eight766.obj"))
     vertices, faces = mesh.vertices, mesh.faces
     cones = {int(v): 5 for v in np.random.default_rng(3).permutation(len(vertices))[:8]}
     near = ff.cross_field(vertices, faces, signature=ff.Signature(cones, []))

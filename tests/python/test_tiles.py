@@ -7,7 +7,7 @@ import pytest
 
 import flipfree as ff
 
-from surfaces import bumpy_grid
+from surfaces import bumpy_grid, joined
 
 
 def two_sheets(tiles, size=0.9):
@@ -15,12 +15,9 @@ def two_sheets(tiles, size=0.9):
     sheet, its_faces = bumpy_grid(6, 6)
     low, high = sheet.min(axis=0), sheet.max(axis=0)
     flat = ((sheet - low) / (high - low).max())[:, :2] * [size, size / 2] + [1.0 - size, 0.02]
-    vertices, faces, uv = [], [], []
-    for i, tile in enumerate(tiles):
-        vertices.append(sheet + [20.0 * i, 0.0, 0.0])
-        faces.append(its_faces + i * len(sheet))
-        uv.append(flat[its_faces] + np.array(tile))
-    return np.concatenate(vertices), np.concatenate(faces), np.concatenate(uv)
+    parts = [(sheet + [20.0 * i, 0.0, 0.0], its_faces) for i in range(len(tiles))]
+    uv = [flat[its_faces] + np.array(tile) for tile in tiles]
+    return *joined(*parts), np.concatenate(uv)
 
 
 def boxes(uv, count):

@@ -23,11 +23,9 @@ enum class Outcome { kResult, kNoMemory, kGaveUp };
 // what is no fault of theirs: they are failures of the test, as any foreign exception is.
 Outcome outcome_of(const Call& call, int threads, std::int64_t at, bool and_all_later,
                    const std::string& expected) {
-  ExecutionContext context;
-  context.threads = threads;
   try {
     const FailingAllocations failing(at, and_all_later);
-    const std::string bytes = call.run(context, 0);
+    const std::string bytes = result_of(call, threads);
     EXPECT_TRUE(bytes == expected) << "another result, allocation " << at;
     return Outcome::kResult;
   } catch (const std::bad_alloc&) {
@@ -40,25 +38,17 @@ Outcome outcome_of(const Call& call, int threads, std::int64_t at, bool and_all_
   return Outcome::kGaveUp;
 }
 
-std::string result_of(const Call& call, int threads) {
-  ExecutionContext context;
-  context.threads = threads;
-  return call.run(context, 0);
-}
-
 // Up to `most` of the allocations by which the call's places differ, and a tenth as many of all.
 std::vector<std::int64_t> chosen_allocations(const Call& call, int most, std::int64_t& total) {
-  ExecutionContext context;
-  context.threads = 1;
   std::vector<std::int64_t> chosen;
   {
     const FailingAllocations counted(0);
-    const std::string bytes = call.run(context, 0);
+    result_of(call, 1);
     total = counted.count();
   }
   {
     const AllocationPlaces places;
-    const std::string bytes = call.run(context, 0);
+    result_of(call, 1);
     const std::vector<std::int64_t> numbers = places.numbers();
     for (const std::int64_t i : spread(static_cast<std::int64_t>(numbers.size()), most))
       chosen.push_back(numbers[static_cast<std::size_t>(i - 1)]);

@@ -189,6 +189,12 @@ std::string bytes_of_valid(const certify::Parametrization& map, const mesh::Surf
   return bytes;
 }
 
+std::string result_of(const Call& call, int threads) {
+  ExecutionContext context;
+  context.threads = threads;
+  return call.run(context, 0);
+}
+
 std::string identifier(const std::string& name) {
   std::string result;
   for (const char c : name) {

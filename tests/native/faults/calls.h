@@ -35,6 +35,9 @@ std::vector<Call> map_calls();
 std::vector<Call> conformal_calls();
 std::vector<Call> seamless_calls();
 
+// What the call returns on so many threads, without a limit of time.
+std::string result_of(const Call& call, int threads);
+
 // The name of a call as GoogleTest takes it: letters, digits and underscores.
 std::string identifier(const std::string& name);
 

@@ -35,22 +35,21 @@ Outcome outcome_of(const Call& call, ExecutionContext& context, double max_secon
   return Outcome::kAnother;
 }
 
-std::string result_of(const Call& call) {
-  ExecutionContext context;
-  return call.run(context, 0);
-}
-
 // A clock that stands still, and says when it is asked for the n-th time.
 struct CountingClock {
   std::atomic<std::int64_t> asked{0};
   std::int64_t at = -1;
   double jump = 0;  // seconds, from the moment on
-  void install(ExecutionContext& context, std::function<void()> at_the_moment = {}) {
-    context.clock = [this, at_the_moment = std::move(at_the_moment)] {
+  // What becomes of the call with this clock, on one thread.
+  Outcome outcome_of(const Call& call, void (ExecutionContext::*at_the_moment)() = nullptr) {
+    ExecutionContext context;
+    context.threads = 1;
+    context.clock = [&, at_the_moment] {
       const std::int64_t n = ++asked;
-      if (n == at && at_the_moment) at_the_moment();
+      if (n == at && at_the_moment != nullptr) (context.*at_the_moment)();
       return at >= 0 && n >= at ? jump : 0.0;
     };
+    return interruption_test::outcome_of(call, context, kLongTime);
   }
 };
 
@@ -58,49 +57,26 @@ class Interruption : public testing::TestWithParam<Call> {};
 
 TEST_P(Interruption, may_come_at_any_check) {
   const Call& call = GetParam();
-  const std::string expected = result_of(call);
+  const std::string expected = result_of(call, 2);
   CountingClock whole;
-  {
-    ExecutionContext context;
-    context.threads = 1;
-    whole.install(context);
-    outcome_of(call, context, kLongTime);
-  }
+  whole.outcome_of(call);
   ASSERT_GT(whole.asked, 2);
   int cancelled = 0;
   int limited = 0;
   for (const std::int64_t at : spread(whole.asked, sample_count(25))) {
-    {
-      CountingClock clock;
-      clock.at = at;
-      ExecutionContext context;
-      context.threads = 1;
-      clock.install(context, [&] { context.cancel(); });
-      const Outcome outcome = outcome_of(call, context, kLongTime);
-      EXPECT_NE(outcome, Outcome::kTimeLimit);
-      cancelled += outcome == Outcome::kCancelled ? 1 : 0;
-    }
-    {
-      CountingClock clock;
-      clock.at = at;
-      ExecutionContext context;
-      context.threads = 1;
-      clock.install(context, [&] { context.accept(); });
-      EXPECT_EQ(outcome_of(call, context, kLongTime), Outcome::kResult);
-    }
+    const Outcome stopped = CountingClock{.at = at}.outcome_of(call, &ExecutionContext::cancel);
+    EXPECT_NE(stopped, Outcome::kTimeLimit);
+    cancelled += stopped == Outcome::kCancelled ? 1 : 0;
+    EXPECT_EQ(CountingClock{.at = at}.outcome_of(call, &ExecutionContext::accept),
+              Outcome::kResult);
     // All time is over, or only the share that one of several ways has of it.
     for (const double jump : {2.0, 0.95, 0.6}) {
-      CountingClock clock;
-      clock.at = at;
-      clock.jump = jump * kLongTime;
-      ExecutionContext context;
-      context.threads = 1;
-      clock.install(context);
-      const Outcome outcome = outcome_of(call, context, kLongTime);
+      CountingClock late{.at = at, .jump = jump * kLongTime};
+      const Outcome outcome = late.outcome_of(call);
       EXPECT_NE(outcome, Outcome::kCancelled);
       limited += outcome == Outcome::kTimeLimit ? 1 : 0;
     }
-    ASSERT_TRUE(result_of(call) == expected) << "after an interruption at check " << at;
+    ASSERT_TRUE(result_of(call, 2) == expected) << "after an interruption at check " << at;
   }
   EXPECT_GT(cancelled, 0);
   std::printf("%s: %lld checks, %d cancelled, %d out of time\n", call.name.c_str(),

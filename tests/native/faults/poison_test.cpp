@@ -76,10 +76,8 @@ TEST_P(PoisonedStep, ends_in_our_exception_or_a_certified_result) {
     std::int64_t total = 0;
     std::string expected;
     {
-      ExecutionContext context;
-      context.threads = 1;
       const Poison counted(step, 0, false);
-      expected = call.run(context, 0);
+      expected = result_of(call, 1);
       total = counted.count();
     }
     if (total > 0) ++reached;
@@ -95,9 +93,7 @@ TEST_P(PoisonedStep, ends_in_our_exception_or_a_certified_result) {
         gave_up += outcome == Outcome::kGaveUp ? 1 : 0;
       }
     }
-    ExecutionContext context;
-    context.threads = 1;
-    EXPECT_TRUE(call.run(context, 0) == expected) << call.name << " afterwards";
+    EXPECT_TRUE(result_of(call, 1) == expected) << call.name << " afterwards";
   }
   EXPECT_GT(reached, 0) << "no call takes this step: is the symbol in poison.cpp still its name?";
   std::printf("%s: %d calls take it, %d runs, %d certified results, %d gave up\n", name.c_str(),

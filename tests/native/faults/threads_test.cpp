@@ -41,19 +41,13 @@ TEST(Threads, that_are_not_given_are_done_without) {
   std::this_thread::sleep_for(std::chrono::milliseconds(1500));
   const std::vector<Call> calls = all_calls();
   std::vector<std::string> expected;
-  for (const Call& call : calls) {
-    ExecutionContext context;
-    context.threads = 1;
-    expected.push_back(call.run(context, 0));
-  }
+  for (const Call& call : calls) expected.push_back(result_of(call, 1));
   int without = 0;
   for (const int given : {0, 1, 2}) {
     for (std::size_t i = 0; i < calls.size(); ++i) {
-      ExecutionContext context;
-      context.threads = 4;
       to_be_given = given;
       refused = 0;
-      const std::string bytes = calls[i].run(context, 0);
+      const std::string bytes = result_of(calls[i], 4);
       to_be_given = -1;
       EXPECT_TRUE(bytes == expected[i]) << calls[i].name << ", " << given << " threads";
       without += refused > 0 ? 1 : 0;

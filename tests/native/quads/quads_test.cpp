@@ -61,7 +61,7 @@ TEST(FlatSurface, FlipsThereAndBackLeaveTheSameSurface) {
 
 TEST(Coarse, IsTheSameSurfaceOnItsConesAndCorners) {
   for (const mesh::Surface& surface : {test::sphere(16, 9), test::torus(24, 12),
-                                       test::cylinder(12, 5), test::perforated_plate(2, 2)}) {
+                                       test::cylinder(12, 5), test::of_cubes(test::plate(2), 2)}) {
     const auto count = static_cast<std::size_t>(surface.vertices.rows());
     const certify::Parametrization map = map_of(surface);
     const FlatSurface flat = flat_map(map).surface;

@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 #include <random>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -28,6 +29,30 @@ Triangles lattice_faces(Index columns, Index rows, Id id) {
   return faces;
 }
 
+// The points place(i, j) as vertices id(i, j), joined; where several have one id, the first
+// decides.
+template <typename Id, typename Place>
+mesh::Surface lattice(Index columns, Index rows, Index vertices, Id id, Place place) {
+  mesh::Surface surface;
+  surface.vertices.resize(vertices, 3);
+  for (Index j = rows; j >= 0; --j) {
+    for (Index i = columns; i >= 0; --i) surface.vertices.row(id(i, j)) = place(i, j).transpose();
+  }
+  surface.faces = lattice_faces(columns, rows, id);
+  return surface;
+}
+
+// Of radius 1, open at both ends.
+mesh::Surface rolled(Index sectors, Index rings, double step) {
+  return lattice(
+      sectors, rings, sectors * (rings + 1),
+      [=](Index i, Index j) { return j * sectors + i % sectors; },
+      [=](Index i, Index j) {
+        const double phi = 2 * pi * i / sectors;
+        return Vector3(std::cos(phi), std::sin(phi), j * step);
+      });
+}
+
 Triangles as_rows(const std::vector<std::array<VertexId, 3>>& faces) {
   return Eigen::Map<const Triangles>(faces.data()->data(), static_cast<Eigen::Index>(faces.size()),
                                      3);
@@ -36,19 +61,14 @@ Triangles as_rows(const std::vector<std::array<VertexId, 3>>& faces) {
 }  // namespace
 
 mesh::Surface bumpy_grid(Index columns, Index rows, double height, double frequency) {
-  mesh::Surface surface;
-  surface.vertices.resize((columns + 1) * (rows + 1), 3);
-  const auto id = [&](Index i, Index j) { return j * (columns + 1) + i; };
-  for (Index j = 0; j <= rows; ++j) {
-    for (Index i = 0; i <= columns; ++i) {
-      const double x = static_cast<double>(i) / columns;
-      const double y = static_cast<double>(j) / rows;
-      surface.vertices.row(id(i, j)) << x, y,
-          height * std::sin(frequency * pi * x) * std::sin(frequency * pi * y);
-    }
-  }
-  surface.faces = lattice_faces(columns, rows, id);
-  return surface;
+  return lattice(
+      columns, rows, (columns + 1) * (rows + 1),
+      [=](Index i, Index j) { return j * (columns + 1) + i; },
+      [=](Index i, Index j) {
+        const double x = static_cast<double>(i) / columns;
+        const double y = static_cast<double>(j) / rows;
+        return Vector3(x, y, height * std::sin(frequency * pi * x) * std::sin(frequency * pi * y));
+      });
 }
 
 mesh::Surface grid(Index columns, Index rows) { return bumpy_grid(columns, rows, 0.0, 1.0); }
@@ -67,98 +87,77 @@ mesh::Surface sphere(Index sectors, Index rings) {
           std::sin(theta) * std::sin(phi), std::cos(theta);
     }
   }
-  std::vector<Index> faces;
-  for (Index i = 0; i < sectors; ++i) faces.insert(faces.end(), {0, id(i, 1), id(i + 1, 1)});
+  std::vector<std::array<VertexId, 3>> faces;
+  for (Index i = 0; i < sectors; ++i) faces.push_back({0, id(i, 1), id(i + 1, 1)});
   for (Index j = 1; j + 1 < rings; ++j) {
     for (Index i = 0; i < sectors; ++i) {
-      faces.insert(faces.end(), {id(i, j), id(i, j + 1), id(i + 1, j + 1)});
-      faces.insert(faces.end(), {id(i, j), id(i + 1, j + 1), id(i + 1, j)});
+      faces.push_back({id(i, j), id(i, j + 1), id(i + 1, j + 1)});
+      faces.push_back({id(i, j), id(i + 1, j + 1), id(i + 1, j)});
     }
   }
-  for (Index i = 0; i < sectors; ++i)
-    faces.insert(faces.end(), {1, id(i + 1, rings - 1), id(i, rings - 1)});
-  surface.faces = Triangles(
-      Eigen::Map<const Triangles>(faces.data(), static_cast<Eigen::Index>(faces.size() / 3), 3));
+  for (Index i = 0; i < sectors; ++i) faces.push_back({1, id(i + 1, rings - 1), id(i, rings - 1)});
+  surface.faces = as_rows(faces);
   return surface;
 }
 
 mesh::Surface torus(Index sectors, Index rings, double minor) {
-  mesh::Surface surface;
-  surface.vertices.resize(sectors * rings, 3);
-  const auto id = [&](Index i, Index j) { return (j % rings) * sectors + i % sectors; };
-  for (Index j = 0; j < rings; ++j) {
-    for (Index i = 0; i < sectors; ++i) {
-      const double phi = 2 * pi * i / sectors;
-      const double theta = 2 * pi * j / rings;
-      const double r = 1 + minor * std::cos(theta);
-      surface.vertices.row(id(i, j)) << r * std::cos(phi), r * std::sin(phi),
-          minor * std::sin(theta);
-    }
-  }
-  surface.faces = lattice_faces(sectors, rings, id);
-  return surface;
+  return lattice(
+      sectors, rings, sectors * rings,
+      [=](Index i, Index j) { return (j % rings) * sectors + i % sectors; },
+      [=](Index i, Index j) {
+        const double phi = 2 * pi * i / sectors;
+        const double theta = 2 * pi * j / rings;
+        const double r = 1 + minor * std::cos(theta);
+        return Vector3(r * std::cos(phi), r * std::sin(phi), minor * std::sin(theta));
+      });
 }
 
-mesh::Surface cylinder(Index sectors, Index rings) {
-  mesh::Surface surface;
-  surface.vertices.resize(sectors * (rings + 1), 3);
-  const auto id = [&](Index i, Index j) { return j * sectors + i % sectors; };
-  for (Index j = 0; j <= rings; ++j) {
-    for (Index i = 0; i < sectors; ++i) {
-      const double phi = 2 * pi * i / sectors;
-      surface.vertices.row(id(i, j)) << std::cos(phi), std::sin(phi),
-          static_cast<double>(j) / rings;
+mesh::Surface cylinder(Index sectors, Index rings) { return rolled(sectors, rings, 1.0 / rings); }
+
+std::vector<Cell> plate(Index holes) {
+  std::vector<Cell> cells;
+  for (Index x = 0; x < 2 * holes + 1; ++x) {
+    for (Index y = 0; y < 3; ++y) {
+      if (x % 2 == 0 || y != 1) cells.push_back({x, y, 0});
     }
   }
-  surface.faces = lattice_faces(sectors, rings, id);
-  return surface;
+  return cells;
 }
 
-mesh::Surface perforated_plate(Index holes, Index fineness) {
-  const Index width = 2 * holes + 1;
-  const auto filled = [&](Index x, Index y, Index z) {
-    const bool inside = x >= 0 && x < width && y >= 0 && y < 3 && z == 0;
-    return inside && !(y == 1 && x % 2 == 1);
-  };
-  std::map<std::array<Index, 3>, VertexId> ids;
-  std::vector<std::array<Index, 3>> faces;
-  const auto id = [&](const std::array<Index, 3>& p) {
-    return ids.try_emplace(p, static_cast<VertexId>(ids.size())).first->second;
-  };
-  // A square of a cube's side: from `corner` along the axes u and v, which turn counter-clockwise
-  // as seen from outside.
-  const auto add_side = [&](std::array<Index, 3> corner, std::size_t u, std::size_t v) {
-    for (Index& c : corner) c *= fineness;
-    const auto point = [&](Index i, Index j) {
-      std::array<Index, 3> p = corner;
-      p[u] += i;
-      p[v] += j;
-      return id(p);
-    };
-    for (Index i = 0; i < fineness; ++i) {
-      for (Index j = 0; j < fineness; ++j) {
-        faces.push_back({point(i, j), point(i + 1, j), point(i + 1, j + 1)});
-        faces.push_back({point(i, j), point(i + 1, j + 1), point(i, j + 1)});
+mesh::Surface of_cubes(const std::vector<Cell>& cells, Index n) {
+  const std::set<Cell> solid(cells.begin(), cells.end());
+  std::map<Cell, VertexId> ids;  // in units of 1/n
+  std::vector<std::array<VertexId, 3>> faces;
+  for (const Cell& cell : solid) {
+    for (Index side = 0; side < 6; ++side) {
+      const auto axis = at(side / 2);
+      const bool up = side % 2 == 1;
+      Cell other = cell;
+      other[axis] += up ? 1 : -1;
+      if (solid.contains(other)) continue;
+      // Two axes that turn counter-clockwise seen from outside.
+      const std::size_t first = (axis + (up ? 1 : 2)) % 3, second = (axis + (up ? 2 : 1)) % 3;
+      const auto id = [&](Index x, Index y) {
+        Cell p = {cell[0] * n, cell[1] * n, cell[2] * n};
+        p[axis] += up ? n : 0;
+        p[first] += x;
+        p[second] += y;
+        return ids.try_emplace(p, static_cast<VertexId>(ids.size())).first->second;
+      };
+      for (Index x = 0; x < n; ++x) {
+        for (Index y = 0; y < n; ++y) {
+          faces.push_back({id(x, y), id(x + 1, y), id(x + 1, y + 1)});
+          faces.push_back({id(x, y), id(x + 1, y + 1), id(x, y + 1)});
+        }
       }
     }
-  };
-  for (Index x = 0; x < width; ++x) {
-    for (Index y = 0; y < 3; ++y) {
-      if (!filled(x, y, 0)) continue;
-      if (!filled(x + 1, y, 0)) add_side({x + 1, y, 0}, 1, 2);
-      if (!filled(x - 1, y, 0)) add_side({x, y, 0}, 2, 1);
-      if (!filled(x, y + 1, 0)) add_side({x, y + 1, 0}, 2, 0);
-      if (!filled(x, y - 1, 0)) add_side({x, y, 0}, 0, 2);
-      add_side({x, y, 1}, 0, 1);
-      add_side({x, y, 0}, 1, 0);
-    }
   }
-  mesh::Surface s;
-  s.vertices.resize(static_cast<Eigen::Index>(ids.size()), 3);
-  for (const auto& [p, v] : ids) s.vertices.row(v) << p[0], p[1], p[2];
-  s.vertices /= fineness;
-  s.faces = as_rows(faces);
-  return s;
+  mesh::Surface surface;
+  surface.vertices.resize(static_cast<Eigen::Index>(ids.size()), 3);
+  for (const auto& [p, v] : ids) surface.vertices.row(v) << p[0], p[1], p[2];
+  surface.vertices /= n;
+  surface.faces = as_rows(faces);
+  return surface;
 }
 
 mesh::Surface tetrahedron() {
@@ -170,30 +169,14 @@ mesh::Surface tetrahedron() {
 }
 
 mesh::Surface tube(Index sectors, Index rings) {
-  mesh::Surface surface;
-  surface.vertices.resize(sectors * rings + 1, 3);
-  Triangles faces(2 * sectors * (rings - 1) + sectors, 3);
-  for (Index r = 0; r < rings; ++r) {
-    for (Index s = 0; s < sectors; ++s) {
-      const double angle = 2 * std::numbers::pi * s / sectors;
-      surface.vertices.row(r * sectors + s) << std::cos(angle), std::sin(angle), r;
-    }
-  }
+  mesh::Surface surface = rolled(sectors, rings - 1, 1.0);
   const VertexId tip = sectors * rings;
+  surface.vertices.conservativeResize(tip + 1, 3);
   surface.vertices.row(tip) << 0, 0, rings;
-  Index f = 0;
-  for (Index r = 0; r < rings; ++r) {
-    for (Index s = 0; s < sectors; ++s) {
-      const VertexId a = r * sectors + s;
-      const VertexId b = r * sectors + (s + 1) % sectors;
-      if (r + 1 == rings) {
-        faces.row(f++) << a, b, tip;
-        continue;
-      }
-      faces.row(f++) << a, b, b + sectors;
-      faces.row(f++) << a, b + sectors, a + sectors;
-    }
-  }
+  Triangles faces = surface.faces;
+  faces.conservativeResize(faces.rows() + sectors, 3);
+  for (Index s = 0; s < sectors; ++s)
+    faces.bottomRows(sectors).row(s) << tip - sectors + s, tip - sectors + (s + 1) % sectors, tip;
   surface.faces = std::move(faces);
   return surface;
 }

@@ -1,6 +1,9 @@
 // Meshes that tests generate, each small enough to reason about or scalable by an argument.
 #pragma once
 
+#include <array>
+#include <vector>
+
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::test {
@@ -17,9 +20,12 @@ mesh::Surface sphere(Index sectors, Index rings);
 mesh::Surface torus(Index sectors, Index rings, double minor = 0.4);
 // Open cylinder of radius 1, unit height; two boundary loops.
 mesh::Surface cylinder(Index sectors, Index rings);
-// Boundary of a flat plate of cubes, (2 holes + 1) x 3 x 1, with `holes` square holes through it;
-// closed, of that genus. Every square is cut into 2 fineness^2 triangles.
-mesh::Surface perforated_plate(Index holes, Index fineness);
+using Cell = std::array<Index, 3>;
+// Cubes of a flat plate, (2 holes + 1) x 3 x 1, with so many square holes through it.
+std::vector<Cell> plate(Index holes);
+// The surface of unit cubes, no two of which touch in an edge or a corner only; closed. Every
+// square is n x n cells of two triangles each, (0, 0) (1, 0) (1, 1) and (0, 0) (1, 1) (0, 1).
+mesh::Surface of_cubes(const std::vector<Cell>& cells, Index n);
 // Regular tetrahedron, closed.
 mesh::Surface tetrahedron();
 

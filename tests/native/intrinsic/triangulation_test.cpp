@@ -1,21 +1,22 @@
-// Intrinsic Delaunay refinement: angles of the refined start, and provenance of its vertices.
-#include "flipfree/intrinsic/refined_start/delaunay_refinement.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
-
 #include <cmath>
-
 #include <numbers>
 #include <vector>
 
+#include "flipfree/intrinsic/delaunay_test.h"
+#include "flipfree/intrinsic/refined_start/delaunay_refinement.h"
 #include "flipfree/intrinsic/refined_start/split_surface.h"
+#include "flipfree/numeric/scalar.h"
 #include "support/shapes.h"
 
-namespace flipfree::intrinsic::delaunay_refinement_test {
+namespace flipfree::intrinsic::triangulation_test {
 namespace {
 
+using numeric::BigFloat;
+
+// Intrinsic Delaunay refinement: angles of the refined start, and provenance of its vertices.
 constexpr double kPi = std::numbers::pi;
 
 // A prism over a regular polygon as CAD programs write it: long needles around, caps fanned from
@@ -138,5 +139,72 @@ TEST(Refinement, StopsAtItsLimitAndSaysSo) {
   EXPECT_EQ(r.split.vertex_count, 240 + 20);
 }
 
+TEST(DelaunayTest, SignsOfKitesAreThoseOfTheirAngles) {
+  const double side = std::sqrt(0.5);
+  EXPECT_EQ(delaunay_sign(1.0, 1.0, 1.0, 1.0, 1.0), 1);
+  EXPECT_EQ(delaunay_sign(1.0, 0.6, 0.6, 0.6, 0.6), -1);
+  EXPECT_EQ(delaunay_sign(1.0, side, side, side, side), 0);
+  EXPECT_FALSE(violates_delaunay_in_full(1.0, 1.0, 1.0, 1.0, 1.0, 53));
+  EXPECT_TRUE(violates_delaunay_in_full(1.0, 0.6, 0.6, 0.6, 0.6, 53));
+}
+
+// Roundings of 2048 bits are no doubles: they must not be taken for violations.
+TEST(DelaunayTest, ARoundingIsNoViolationWithAnyNumberOfBits) {
+  using Number = BigFloat<64>;
+  for (const int bits : {53, 128, 1024, 2048, 4096}) {
+    const Number one(1.0, bits);
+    const Number rounding = Number::power_of_two(1 - bits, bits);
+    const Number half = Number(0.5, bits);
+    const Number side = sqrt(half) * (one - rounding);
+    EXPECT_FALSE(violates_delaunay_in_full(one, side, side, side, side, bits)) << bits;
+    const Number beyond = sqrt(half) * (one - Number(64.0, bits) * rounding);
+    EXPECT_TRUE(violates_delaunay_in_full(one, beyond, beyond, beyond, beyond, bits)) << bits;
+  }
+}
+
+TEST(TriangleShape, HalfTangentsOfTheEgyptianTriangle) {
+  // 3, 4, 5: the inner radius is 1, so tan of half the angles is 1 / (6 - side).
+  const TriangleShape shape = shape_in_full(3.0, 4.0, 5.0, 53);
+  EXPECT_NEAR(shape.half_tangent(0), 1.0 / 3.0, 1e-15);
+  EXPECT_NEAR(shape.half_tangent(1), 1.0 / 2.0, 1e-15);
+  EXPECT_NEAR(shape.half_tangent(2), 1.0, 1e-15);
+  EXPECT_NEAR(half_tangent_square(3.0, 4.0, 5.0), 1.0 / 9.0, 1e-15);
+}
+
+TEST(TriangleShape, NeedlesKeepTheirSmallAngleWithMoreBits) {
+  // Height 2^-40 over the middle of a base of length 2, sides sqrt(1 + 2^-80): the angles beside
+  // the base are atan(2^-40), which doubles cannot tell from nothing.
+  const int bits = 200;
+  const double height = std::ldexp(1.0, -40);
+  const BigFloat<4> square(height * height, bits);
+  const BigFloat<4> side = sqrt(BigFloat<4>(1.0, bits) + square);
+  const TriangleShape shape = shape_in_full(BigFloat<4>(2.0, bits), side, side, bits);
+  const double expected = std::tan(0.5 * std::atan(height));
+  EXPECT_NEAR(shape.half_tangent(1), expected, 1e-14 * expected);
+  EXPECT_NEAR(shape.half_tangent(2), expected, 1e-14 * expected);
+  EXPECT_FALSE(rounded_lengths_serve(shape_in_full(2.0, 1.0, 1.0, 53).x, 1e-3));
+}
+
+// 2^-2048 is no double.
+TEST(TriangleShape, ABrokenTriangleInequalityReadsAsBarelyValidWithAnyNumberOfBits) {
+  using Number = BigFloat<32>;
+  const int bits = 2048;
+  const TriangleShape shape =
+      shape_in_full(Number(3.0, bits), Number(1.0, bits), Number(1.0, bits), bits);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_GT(shape.x[k], 0.0);
+    EXPECT_TRUE(std::isfinite(shape.half_tangent(k)));
+  }
+  EXPECT_GT(shape.half_tangent(0), 1e7);
+}
+
+TEST(TriangleShape, RoundedLengthsServeWhereNoDifferenceIsSmall) {
+  double x[3];
+  perimeter_differences(1.0, 1.0, 1.0, x);
+  for (const double difference : x) EXPECT_NEAR(difference, 1.0 / 3.0, 1e-15);
+  EXPECT_TRUE(rounded_lengths_serve(x, 1e-14));
+  EXPECT_FALSE(rounded_lengths_serve(x, 1e-16));
+}
+
 }  // namespace
-}  // namespace flipfree::intrinsic::delaunay_refinement_test
+}  // namespace flipfree::intrinsic::triangulation_test
