@@ -38,6 +38,9 @@ namespace {
 // needed.
 using Place = std::complex<long double>;
 
+// By the package's own mathematics, which has no cabsl and no cargl.
+long double length(const Place& p) { return std::hypot(p.real(), p.imag()); }
+
 struct Development {
   std::vector<Place> corner;         // 3 #F
   std::vector<double> corner_angle;  // 3 #F: angle between the first pieces of a corner's two
@@ -442,7 +445,8 @@ double corner_angle(const Development& development, CornerId c) {
   const Place& p = development.corner[at(c)];
   const Place a = development.corner[at(next_corner(c))] - p;
   const Place b = development.corner[at(previous_corner(c))] - p;
-  return static_cast<double>(std::arg(std::conj(a) * b));
+  const Place turn = std::conj(a) * b;
+  return static_cast<double>(std::atan2(turn.imag(), turn.real()));
 }
 
 // Appends the points of one input edge: `h` is its half-edge.
@@ -563,12 +567,12 @@ ChartPlacement place_charts(const Development& development, const mesh::Adjacenc
     }
   };
   over_boundary(
-      [&](std::size_t chart, const Place& d) { most[chart] = std::max(most[chart], std::abs(d)); });
+      [&](std::size_t chart, const Place& d) { most[chart] = std::max(most[chart], length(d)); });
   over_boundary([&](std::size_t chart, const Place& d) {
     Place& best = longest[chart];
-    if (best == Place{0, 0} && std::abs(d) >= kAboutAsLong * most[chart]) best = d;
+    if (best == Place{0, 0} && length(d) >= kAboutAsLong * most[chart]) best = d;
   });
-  for (Place& d : longest) d = std::abs(d) > 0 ? std::conj(d) / std::abs(d) : Place{1, 0};
+  for (Place& d : longest) d = length(d) > 0 ? std::conj(d) / length(d) : Place{1, 0};
   ChartPlacement placement{std::move(longest), std::vector<Place>(charts, Place{0, 0}), 1, {}};
   std::vector<Box> boxes(charts);
   for (CornerId c = 0; c < corner_count; ++c) {
@@ -643,7 +647,7 @@ Place finest_place(const Development& development, const ChartPlacement& placeme
   long double least = std::numeric_limits<long double>::infinity();
   for (const FaceId f : faces) {
     const Place* const p = &development.corner[at(3 * f)];
-    const long double size = std::max(std::abs(p[1] - p[0]), std::abs(p[2] - p[0]));
+    const long double size = std::max(length(p[1] - p[0]), length(p[2] - p[0]));
     if (!(size < least)) continue;
     least = size;
     best = placement.placed(p[0], development.chart_of_face[at(f)]);
