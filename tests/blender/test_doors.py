@@ -7,7 +7,8 @@ import functools
 import pytest
 
 from flipfree.batch import arguments
-from flipfree.batch.models.commands import COMMANDS
+from flipfree.batch.models import commands as commands  # they declare themselves
+from flipfree.batch.models.model import COMMANDS
 
 # Of Blender's files: pins, cones, seams and attributes are marked there, or written there.
 IN_BLENDER = {
