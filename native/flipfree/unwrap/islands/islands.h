@@ -98,9 +98,10 @@ struct Islands {
 
 // How pieces are opened.
 struct Opening {
-  std::vector<char> pinned;  // per vertex, or empty: passed through only where nothing else is left
-  std::vector<double> cost;  // per half-edge, or empty: of cuts, instead of lengths
-  bool spheres = true;       // false: closed pieces of genus 0 stay closed
+  // Per vertex, or empty: passed through only where nothing else is left.
+  std::vector<char> pinned = {};
+  std::vector<double> cost = {};  // per half-edge, or empty: of cuts, instead of lengths
+  bool spheres = true;            // false: closed pieces of genus 0 stay closed
   // Charts that had to be opened are also slit to their extremities (cut_to_extremities()); pieces
   // whose seams were enough never are.
   bool extremities = false;
