@@ -6,7 +6,7 @@
     quads.py certified [--targets 500,2000,10000] [--folders fields,general,embedding,seams,hard] [--json FILE]
     quads.py features [--targets 2000] [--folders fields,hard] [--blender PROGRAM] [--json FILE]
     quads.py tiles [--targets 200] [--folders fields,hard] [--json FILE]
-    quads.py many [--targets 20000] [--json FILE]
+    quads.py many [--targets 20000] [--json FILE]      (package trimesh)
 
 Instant Meshes is asked for a quarter of the count, as it divides each face into four at the end. Angles: degrees that corners are off 90. Irregular: inner vertices with other than 4 quads, those of the border with other than 2. Kept:
 manifold, and Euler characteristic and number of components as the surface has them. Turned: quads that look against the surface where

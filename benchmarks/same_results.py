@@ -160,7 +160,7 @@ def write(path: Path, given: argparse.Namespace) -> int:
                 continue
             call = getattr(ff, name, None)
             takes = inspect.signature(call).parameters if call else {}
-            if not named.keys() <= takes.keys():
+            if call is None or not named.keys() <= takes.keys():
                 continue  # an earlier build's
             limits = {"max_seconds": given.seconds, "threads": 1}
             named = named | {n: limit for n, limit in limits.items() if n in takes}

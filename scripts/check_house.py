@@ -207,8 +207,24 @@ def complaints_about_python(package: Path) -> list[str]:
     return complaints + too_long(package, (".py",))
 
 
+def names_of_what_is_gone(root: Path) -> list[str]:
+    """Sources that comments of the native code name, and no folder has any more."""
+    paths = [
+        p for folder in ("native", "tests", "benchmarks") for p in (root / folder).rglob("*.[hc]*")
+    ]
+    there = {path.name for path in paths} | {"eigen.h", "stl.h"}  # pybind11's
+    return [
+        f"{path}:{number}: names {name}, which is no file"
+        for path in sorted(paths)
+        for number, line in enumerate(path.read_text().splitlines(), 1)
+        for name in re.findall(r"\b\w+\.(?:h|cpp)\b", line.partition("//")[2])
+        if name not in there
+    ]
+
+
 def complaints(root: Path) -> list[str]:
     return [
+        *names_of_what_is_gone(root),
         *complaints_about_native(root),
         *too_long(root / "native" / "python", (".h", ".cpp")),
         *complaints_about_python(root / "native" / "python" / "flipfree"),

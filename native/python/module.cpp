@@ -129,9 +129,6 @@ py::bytes write_mesh(const std::string& path, const Points3& vertices, const Tri
 }
 
 // The input's vertices and faces, and where the map's faces and vertices lie in it.
-using Parent = std::tuple<Points3, Triangles, std::vector<FaceId>, std::vector<FaceId>, Points3>;
-
-// The input's vertices and faces, and where the map's faces and vertices lie in it.
 using Parent = std::tuple<Points3, Triangles, Ids, Ids, Points3>;
 
 certify::CertifyRequest read_certify(OptionReader& read) {

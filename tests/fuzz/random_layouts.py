@@ -51,7 +51,7 @@ def case(seed: int, _slack: float, said: list[str]) -> str:
         if error.code not in ("bad option", "flipped map"):
             raise Finding(f"{error.code}: {error}") from None
         return error.code
-    # So many islands get no more (packing/boxes/pack_rectangles.h).
+    # So many islands get no more (unwrap/packing).
     most = 0.899 / (np.ceil(np.sqrt(layout.islands)) + 1)
     margin = min(pixels / options["texture_size"], most)
     stored = packed.uv32().astype(np.float64)

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <string>
 #include <utility>
 
@@ -545,7 +544,7 @@ bool goes_straight(HalfedgeId in, HalfedgeId out, const mesh::Adjacency& adjacen
   HalfedgeId h = first;
   do {
     turned += corner_angle(uv, h);
-    if (h == out) return std::lround(turned / (0.5 * std::numbers::pi)) == 2;
+    if (h == out) return std::lround(turned / kQuarterTurn) == 2;
     const HalfedgeId o = adjacency.opposite[at(h)];
     h = o == kInvalid ? kInvalid : next_corner(o);
   } while (h != kInvalid && h != first);

@@ -144,8 +144,6 @@ std::vector<Index> missed_features(const IndexPairs& features, const mesh::Surfa
 // Throws that InvalidInput.
 [[noreturn]] void throw_no_edge(VertexId a, VertexId b, Eigen::Index vertex_count);
 
-// Does a chart cover any point of the plane twice? Decided exactly, from its boundary alone.
-
 // Do different charts cover a common piece of the plane? Decided exactly.
 
 struct IslandOverlaps {
@@ -160,6 +158,8 @@ struct IslandOverlaps {
 // whose bounding boxes are apart; else O(#F log #F) for the trees of those that are not, and the
 // descent into them, which ends at a pair's first two triangles.
 IslandOverlaps island_overlaps(const mesh::Components& charts, const Points2& corner_uv);
+
+// Does a chart cover any point of the plane twice? Decided exactly, from its boundary alone.
 
 struct Overlaps {
   // Pairs of boundary edges of the same chart that meet elsewhere than in a shared vertex.
@@ -179,8 +179,8 @@ struct Overlaps {
 // region with one outer loop, and the loops of its holes run clockwise. Docs: guarantees.md.
 //
 // No place means that every chart is one-to-one; touching counts as meeting. Different charts are
-// not compared (island_overlap.h). Precondition: no flipped face, finite UVs. Cost: O(#boundary log
-// #boundary + #contacts).
+// not compared (island_overlaps()). Precondition: no flipped face, finite UVs. Cost: O(#boundary
+// log #boundary + #contacts).
 Overlaps boundary_overlaps(const Triangles& faces, const mesh::Adjacency& adjacency,
                            const mesh::EdgeFlags& cuts, const Points2& corner_uv);
 

@@ -21,8 +21,8 @@ struct NewtonOptions {
   std::size_t earlier_tests = 0;  // Delaunay tests in full precision of the rungs before
 };
 
-// How steps are found: by the line search of Algorithm 3, or, where the start is far away or a line
-// search stalled, by the energy after relaxation.
+// How steps are found: by the line search of Algorithm 3, or, where the start is far away, by the
+// energy after relaxation.
 enum class Descent {
   kUnknown,  // decided by the first gradient
   kLineSearch,

@@ -88,7 +88,9 @@ bool NewtonSystem::collect_couplings(const intrinsic::IntrinsicMesh& mesh,
   // By the lower row, then the higher one. Edges of copy 2 couple the same unknowns as their mirror
   // images; only their part from symmetric faces is not zero.
   using intrinsic::EdgeLabel;
-  Lists<numeric::Coupling> by_low(at(row_count(gradient.value.size())), [&](const auto& add) {
+  using Couplings = Lists<numeric::Coupling>;
+  const std::size_t rows = at(row_count(gradient.value.size()));
+  const Couplings by_high(rows, [&](const auto& add) {
     for (std::size_t e = 0; e < mesh.edge_count(); ++e) {
       const Index a = row_of(mesh.unknown[at(mesh.origin[2 * e])]);
       const Index b = row_of(mesh.unknown[at(mesh.origin[2 * e + 1])]);
@@ -96,15 +98,16 @@ bool NewtonSystem::collect_couplings(const intrinsic::IntrinsicMesh& mesh,
       if (a == b || label == EdgeLabel::kDiagonal) continue;
       const double w = gradient.half_cotangent[2 * e] + gradient.half_cotangent[2 * e + 1];
       if (w != 0.0 || label != EdgeLabel::kTwo)
-        add(std::min(a, b), {std::min(a, b), std::max(a, b), w});
+        add(std::max(a, b), {std::min(a, b), std::max(a, b), w});
     }
+  });
+  const Couplings by_low(rows, [&](const auto& add) {
+    for (Index high = 0; high < by_high.size(); ++high)
+      for (const numeric::Coupling& c : by_high[high]) add(c.low, c);
   });
   couplings_.clear();
   for (Index low = 0; low < by_low.size(); ++low) {
-    const auto list = by_low[low];
-    std::stable_sort(list.begin(), list.end(),
-                     [](const auto& c, const auto& d) { return c.high < d.high; });
-    for (const numeric::Coupling& c : list) {
+    for (const numeric::Coupling& c : by_low[low]) {
       if (!couplings_.empty() && couplings_.back().low == low && couplings_.back().high == c.high) {
         couplings_.back().weight += c.weight;
       } else {
@@ -122,17 +125,21 @@ bool NewtonSystem::collect_couplings(const intrinsic::IntrinsicMesh& mesh,
 }
 
 void NewtonSystem::build_matrix(Index last) {
-  std::vector<Eigen::Triplet<double, Index>> entries;
-  entries.reserve(at(last) + 3 * couplings_.size());
-  for (Index i = 0; i < last; ++i) entries.emplace_back(i, i, 0.0);
-  for (const numeric::Coupling& c : couplings_) {
-    entries.emplace_back(c.low, c.low, c.weight);
-    if (c.high == last) continue;
-    entries.emplace_back(c.high, c.high, c.weight);
-    entries.emplace_back(c.high, c.low, -c.weight);
-  }
+  // Couplings are sorted by columns, the lower numbers.
   matrix_.resize(last, last);
-  matrix_.setFromTriplets(entries.begin(), entries.end());
+  matrix_.reserve(last + std::ssize(couplings_));
+  auto next = couplings_.begin();
+  for (Index column = 0; column < last; ++column) {
+    matrix_.startVec(column);
+    matrix_.insertBack(column, column) = 0.0;
+    for (; next != couplings_.end() && next->low == column; ++next)
+      if (next->high != last) matrix_.insertBack(next->high, column) = -next->weight;
+  }
+  matrix_.finalize();
+  for (const numeric::Coupling& c : couplings_) {
+    matrix_.valuePtr()[matrix_.outerIndexPtr()[c.low]] += c.weight;
+    if (c.high != last) matrix_.valuePtr()[matrix_.outerIndexPtr()[c.high]] += c.weight;
+  }
 }
 
 double NewtonSystem::residual(const std::vector<double>& g, const FineVector& d,

@@ -1,5 +1,5 @@
 // The Newton direction: cotan Laplacian of the current triangulation, factorized by
-// numeric/cholesky.h, refined in double.
+// numeric/cholesky/cholesky.h, refined in double.
 #pragma once
 
 #include <vector>

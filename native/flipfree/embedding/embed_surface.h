@@ -10,6 +10,7 @@
 
 namespace flipfree::embedding {
 
+// float32 stays true: UVs are stored as floats, and judged as stored.
 struct EmbedSurfaceOptions : EmbedOptions {
   // Where the boundary goes: `polygon` (one position per vertex of `loop`, counter-clockwise) if
   // given, else `shape`.

@@ -14,8 +14,6 @@ namespace flipfree::embedding {
 
 namespace {
 
-using Size = std::size_t;
-
 constexpr Size kSmallRing = 64;
 
 // Sum of S (1 + (D0 / D)^2) over a star with its centre at some point, infinite unless every D > 0;
@@ -152,10 +150,6 @@ double improve_vertex(PlanarMap& map, VertexId v, Star& star) {
   }
   return 0.0;
 }
-
-}  // namespace
-
-namespace {
 
 Vector2 sum_of(const std::vector<Vector2>& points) {
   Vector2 sum = Vector2::Zero();

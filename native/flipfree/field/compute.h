@@ -41,8 +41,8 @@ struct FieldOptions {
 struct FoundField {
   CrossField field;
   std::vector<Index> cones;  // of it, per vertex
-  Stats stats;  // "let_go" (edges), "cancelled", "spread" (simplify.h), "cones", "sharp_cones" (of
-                // one quarter turn or less), "seconds"
+  Stats stats;  // "let_go" (edges), "cancelled", "spread" (prescribed.h), "cones", "sharp_cones"
+                // (of one quarter turn or less), "seconds"
 };
 
 // Any number of components, with or without boundary (prescribed signatures: without). Throws

@@ -35,9 +35,7 @@ struct Axes {
   Vector3 x, y;
 };
 Axes axes_of(const mesh::Surface& surface, FaceId f) {
-  const Vector3 a = surface.vertices.row(surface.faces(f, 0));
-  const Vector3 b = surface.vertices.row(surface.faces(f, 1));
-  const Vector3 c = surface.vertices.row(surface.faces(f, 2));
+  const auto [a, b, c] = surface.corners(f);
   const Vector3 x = unit(b - a);
   // The longer of the other sides, and twice, so that needles keep a normal.
   Vector3 y = unit((c - a).squaredNorm() > (c - b).squaredNorm() ? c - a : c - b);

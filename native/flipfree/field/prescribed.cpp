@@ -264,7 +264,9 @@ class Prescriber {
         continue;
       }
       // Along `up` the matching is lowered: its source gains, its target loses.
-      add_along(surface_, {up}, -static_cast<Index>(lacking[at(*v)]), field_);
+      const auto by = static_cast<Index>(lacking[at(*v)]);
+      field_.matching[at(up)] -= by;
+      field_.matching[at(adjacency_.opposite[at(up)])] += by;
       lacking[at(parent_over(up))] += std::exchange(lacking[at(*v)], 0);
     }
   }
@@ -298,11 +300,13 @@ class Prescriber {
   // How often each loop crosses each chain, from right to left.
   Eigen::MatrixXd crossings(const std::vector<LoopTurn>& loops) const {
     Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(std::ssize(loops), std::ssize(chains_));
+    CrossField on{{}, std::vector<Index>(adjacency_.opposite.size(), 0)};
     for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
-      const std::vector<Index> on = raised_by(chains_[at(j)]);
+      add_along(surface_, chains_[at(j)], 1, on);
       for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-        for (const HalfedgeId h : loops[at(i)].loop) matrix(i, j) += on[at(h)];
+        for (const HalfedgeId h : loops[at(i)].loop) matrix(i, j) += on.matching[at(h)];
       }
+      add_along(surface_, chains_[at(j)], -1, on);
     }
     return matrix;
   }

@@ -1,5 +1,5 @@
 // A cross field with the cones and turning numbers that are asked for, exactly: integers first,
-// then the smoothest directions that go with them (relax.h).
+// then the smoothest directions that go with them.
 //
 // Across edges along a chain the matching may be raised by one: the chain's first vertex loses a
 // quarter turn, its last one gains it, and every loop that it crosses turns by one more. Chains of

@@ -216,6 +216,7 @@ OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const O
   const auto locate = [&](std::size_t c, std::vector<Reach>& from_start,
                           std::vector<Reach>& from_end) {
     const auto crossings = trace.of_curve(c);
+    if (crossings.empty()) return;
     const std::size_t count = crossings.size();
     reach(
         count, [&](std::size_t i) { return crossings[i].through; }, from_start);

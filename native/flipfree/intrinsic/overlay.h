@@ -1,6 +1,6 @@
 // How the edges of the input triangulation run over the final one of a metric: exact in how they
-// cross (overlay_coordinates.h, overlay_trace.h), and where, in doubles (overlay_positions.h,
-// overlay_straight.h).
+// cross (OverlayCoordinates, OverlayTrace), and where, in doubles (OverlayPositions,
+// StraightCurves).
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ namespace flipfree::intrinsic {
 //          \   /        such curves would cross.
 //            l
 //
-// Who keeps them: overlay_coordinates.h for the input's edges over an intrinsic triangulation, with
+// Who keeps them: OverlayCoordinates for the input's edges over an intrinsic triangulation, with
 // the place of each curve around its vertices; matchmaker's moving pins for arcs in a polygon, with
 // their vertices' places in the plane. Both flip a mesh of their own kind; the numbers are these.
 
@@ -96,10 +96,10 @@ inline FlippedCrossings after_flip(const QuadCrossings& q) {
 // and Gillespie, Sharp, Crane 2021, "Integer coordinates for intrinsic geometry processing". The
 // isotopy class is exact: there is no floating-point number here, and it does not matter whether a
 // flip was Euclidean or a Ptolemy flip (thesis 4.2.4, 4.5). Where the curves meet geometrically is
-// the business of overlay_positions.h.
+// the business of locate_crossings().
 //
 // h runs from i to j with face (h, hn, hp) on its left, o = h ^ 1 from j to i. Letters of
-// overlay_coordinates.cpp:
+// overlay.cpp:
 //
 //            k
 //          / | \             hn = next[h]: j -> k, hp: k -> i,
@@ -156,7 +156,7 @@ class OverlayCoordinates {
 
 // The common refinement of the input triangulation M0 and the final one T, read off the normal
 // coordinates: every edge of M0 as a chain of half-edges of T that it crosses. Combinatorial and
-// exact; see overlay_coordinates.h.
+// exact; see OverlayCoordinates.
 
 // Where a half-edge g of M0 leaves its source vertex in T.
 //   shared: g is the half-edge h of T;
@@ -211,7 +211,7 @@ OverlayTrace trace_overlay(const OverlayCoordinates& coordinates, std::vector<Ha
 // charts (4.9) flip by flip gives the same points.
 //
 // Edges of M0 that are not Delaunay at the start were flipped with their Euclidean length. Their
-// curves are drawn as geodesics of the Delaunay start too; overlay_straight.h moves their crossings
+// curves are drawn as geodesics of the Delaunay start too; build_overlay() moves their crossings
 // to the true places afterwards.
 
 // A point between the ends of a half-edge: (1 - t) source + t target, both weights with full

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"

@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "flipfree/base/plane.h"
-#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/distortion/valid_map.h"
 #include "flipfree/embedding/embed.h"
@@ -429,8 +428,7 @@ std::optional<Solution> move_there(const Problem& problem, ExecutionContext& con
 std::optional<Solution> by_continuation(const Problem& problem, ExecutionContext& context,
                                         Stats& stats) {
   std::optional<Solution> solution = move_there(problem, context, stats);
-  if (solution && problem.options.bijective &&
-      distortion::overlaps_itself(solution->map.surface.mesh.faces(), solution->map.uv, context))
+  if (solution && problem.options.bijective && overlaps(solution->map, context))
     return std::nullopt;
   return solution;
 }

@@ -11,7 +11,6 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/valid_map.h"
 #include "flipfree/matchmaker/outline_target.h"
@@ -218,7 +217,7 @@ class DiskMatcher {
         in_range(context_, 0.0, 0.85, [&] { return solve(problem_, context_, stats_); }), {}};
     mesh::RefinedMap& found = matched.solution.map;
     stats_["seconds_map"] = watch.seconds();
-    if (bijective_ && distortion::overlaps_itself(found.surface.mesh.faces(), found.uv, context_)) {
+    if (bijective_ && overlaps(found, context_)) {
       throw_not_converged(ErrorCode::kLineSearchStalled,
                           "All pins can be met without a flip, but the piece then overlaps "
                           "itself. Allow overlaps, or move a pin.");

@@ -4,7 +4,6 @@
 
 #include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/outline_target.h"
 #include "flipfree/matchmaker/relax.h"
@@ -286,9 +285,7 @@ mesh::RefinedMap guaranteed(const mesh::RefinedSurface& surface, const Constrain
   mesh::RefinedMap coarse = fine;
   coarsen(coarse, held_vertices(surface, constraints), surface.mesh.vertex_count(), {}, context,
           stats);
-  const bool spoilt =
-      bijective && distortion::overlaps_itself(coarse.surface.mesh.faces(), coarse.uv, context);
-  return spoilt ? fine : coarse;
+  return bijective && overlaps(coarse, context) ? fine : coarse;
 }
 
 }  // namespace flipfree::matchmaker

@@ -28,38 +28,45 @@ std::optional<Triangles> find_self_overlap(const Polygon& polygon,
   // corner.
   using Bits = boost::dynamic_bitset<>;
   std::vector<Bits> from(n, Bits(n)), to(n, Bits(n));  // by i the j, by j the i
-  std::vector<std::vector<std::size_t>> apex(n, std::vector<std::size_t>(n, Bits::npos));
-  const auto close = [&](std::size_t i, std::size_t j, std::size_t k) {
+  std::vector<std::vector<Index>> apex(n, std::vector<Index>(n, kInvalid));
+  const auto close = [&](std::size_t i, std::size_t j, Index k) {
     from[i].set(j);
     to[j].set(i);
     apex[i][j] = k;
   };
-  for (std::size_t i = 0; i + 1 < n; ++i) close(i, i + 1, Bits::npos);
-  Bits both;
+  for (std::size_t i = 0; i + 1 < n; ++i) close(i, i + 1, kInvalid);
   for (std::size_t j = 2; j < n; ++j) {
     context.check();
     // Descending i: (i, k) with k < j was decided in earlier rounds, (k, j) with k > i earlier in
     // this one.
     for (std::size_t i = j - 1; i-- > 0;) {
-      both = from[i];
-      both &= to[j];
-      std::size_t k = both.find_next(i);
+      const Bits &one = from[i], &other = to[j];
+      // The first after k that both have; each leaps over what the other lacks.
+      const auto next_common = [&](std::size_t k) {
+        k = one.find_next(k);
+        while (k != Bits::npos && !other[k]) {
+          k = other.find_next(k);
+          if (k != Bits::npos && !one[k]) k = one.find_next(k);
+        }
+        return k;
+      };
+      std::size_t k = next_common(i);
       while (k != Bits::npos && numeric::orientation(polygon[i], polygon[k], polygon[j]) <= 0)
-        k = both.find_next(k);
-      if (k != Bits::npos) close(i, j, k);
+        k = next_common(k);
+      if (k != Bits::npos) close(i, j, static_cast<Index>(k));
     }
   }
-  if (apex[0][n - 1] == Bits::npos) return std::nullopt;
+  if (apex[0][n - 1] == kInvalid) return std::nullopt;
   std::vector<mesh::EditableTriangulation::Triangle> triangles;
   std::vector<std::pair<std::size_t, std::size_t>> chords = {{0, n - 1}};
   while (!chords.empty()) {
     const auto [i, j] = chords.back();
     chords.pop_back();
-    const std::size_t k = apex[i][j];
-    if (k == Bits::npos) continue;
-    triangles.push_back({static_cast<Index>(i), static_cast<Index>(k), static_cast<Index>(j)});
-    chords.emplace_back(i, k);
-    chords.emplace_back(k, j);
+    const Index k = apex[i][j];
+    if (k == kInvalid) continue;
+    triangles.push_back({static_cast<Index>(i), k, static_cast<Index>(j)});
+    chords.emplace_back(i, at(k));
+    chords.emplace_back(at(k), j);
   }
   return rows_of(triangles);
 }

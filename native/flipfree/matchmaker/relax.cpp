@@ -8,6 +8,7 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/valid_map.h"
 #include "flipfree/matchmaker/request.h"
 
@@ -43,7 +44,8 @@ distortion::MinimizeOptions minimize_options(int steps, std::vector<VertexId> fi
   return options;
 }
 
-// Adds to sums[i] the angle of corner i of a triangle whose corners are `place` of 0, 1, 2.
+// add(k, angle at corner k) for the corners of a triangle, which lie at place(0), place(1),
+// place(2).
 template <typename Place, typename Add>
 void add_angles(const Place& place, const Add& add) {
   for (std::size_t k = 0; k < 3; ++k) {
@@ -137,6 +139,11 @@ bool winds_more(const mesh::RefinedMap& map, const Patch& patch, FaceId valid, c
     if (gain[i] >= std::numbers::pi && !mesh.is_boundary_vertex(patch.vertices[i])) return true;
   }
   return false;
+}
+
+bool overlaps(const mesh::RefinedMap& map, ExecutionContext& context) {
+  const Grace judging(context);
+  return distortion::overlaps_itself(map.surface.mesh.faces(), map.uv, context);
 }
 
 Energy measured(const mesh::RefinedMap& map, const ExecutionContext& context) {

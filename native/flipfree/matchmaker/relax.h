@@ -69,6 +69,10 @@ std::vector<VertexId> beside_added(const mesh::EditableTriangulation& mesh, Inde
 bool relax_near_added(mesh::RefinedMap& map, std::vector<VertexId> seeds, Index keep,
                       const std::vector<VertexId>& fixed, int steps, ExecutionContext& context);
 
+// Does the image of the boundary meet itself? Exact, and whatever time is left: what was found in
+// time is not lost by being judged.
+bool overlaps(const mesh::RefinedMap& map, ExecutionContext& context);
+
 // The map's energy against the surface at rest, whose area is length^2.
 struct Energy {
   distortion::EnergySums sums;

@@ -46,14 +46,18 @@ Adjacency build_adjacency(Index vertex_count, const Triangles& faces) {
 }
 
 const Adjacency& Faces::adjacency(Index vertex_count) const {
-  const std::lock_guard lock(shared_->mutex);
-  if (shared_->adjacency == nullptr) {
-    shared_->adjacency =
-        std::make_unique<const Adjacency>(build_adjacency(vertex_count, shared_->triangles));
+  const Adjacency* made = shared_->made.load(std::memory_order_acquire);
+  if (made == nullptr) {
+    const std::lock_guard lock(shared_->mutex);
+    std::unique_ptr<const Adjacency>& own = shared_->adjacency;
+    if (own == nullptr)
+      own = std::make_unique<const Adjacency>(build_adjacency(vertex_count, shared_->triangles));
+    made = own.get();
+    shared_->made.store(made, std::memory_order_release);
   }
-  if (std::ssize(shared_->adjacency->vertex_halfedge) != vertex_count)
+  if (std::ssize(made->vertex_halfedge) != vertex_count)
     throw InternalError("surface: its faces were asked for with another number of vertices");
-  return *shared_->adjacency;
+  return *made;
 }
 
 std::array<Vector3, 3> Surface::corners(FaceId f) const {

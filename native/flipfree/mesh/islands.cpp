@@ -88,6 +88,10 @@ class Joiner {
     }
     for (std::size_t i = 1; i < sides.size(); ++i)
       if (!same(sides[i - 1], sides[i]) && near(sides[i - 1], sides[i])) ++nearly_joined_;
+    if (sides.size() == 2) {
+      if (same(sides[0], sides[1])) join(sides[0], sides[1]);
+      return;
+    }
     // Of more than two, also those that do not follow each other.
     const auto numbers = [&](const Side& s) {
       const Points2f& uv = *uv_;

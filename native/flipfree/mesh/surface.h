@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -56,6 +57,7 @@ class Faces {
     Triangles triangles;
     std::mutex mutex;
     std::unique_ptr<const Adjacency> adjacency;
+    std::atomic<const Adjacency*> made = nullptr;  // what is asked for in loops takes no lock
   };
   std::shared_ptr<Shared> shared_;
 };

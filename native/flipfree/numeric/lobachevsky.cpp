@@ -6,7 +6,7 @@
 namespace flipfree::numeric {
 namespace {
 
-// zeta(2), zeta(4), ...; beyond, 1 + 4^-n is exact to double.
+// zeta(2), zeta(4), ...; beyond, 1 + 4^-n is near enough.
 constexpr double kZeta[] = {1.6449340668482264, 1.0823232337111382, 1.0173430619844491,
                             1.0040773561979443, 1.0009945751278181, 1.0002460865533080,
                             1.0000612481350587, 1.0000152822594086, 1.0000038172932650,

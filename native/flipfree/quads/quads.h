@@ -30,7 +30,7 @@ struct QuadOptions {
   // How dense quads shall be: lengths of the map as AlignedOptions::sizing has them; empty: all
   // alike.
   std::vector<double> sizing;
-  double adaptive = 0.0;  // in [0, 1]: besides, by the surface's curvature (field/guidance.h)
+  double adaptive = 0.0;  // in [0, 1]: besides, by the surface's curvature (field/smoothest.h)
   // Edges that shall be rows of quad edges (holonomy/field_aligned.h); what cannot be is counted in
   // the stats "features_missed" of "features". Of two at less than a tenth of
   // a quad one is let go, and counted in pieces of the map: "features_close".

@@ -1,7 +1,6 @@
 #include "flipfree/conformal/engine/engine.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>

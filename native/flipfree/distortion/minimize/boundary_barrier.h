@@ -1,7 +1,7 @@
 // Barrier that keeps a chart's boundary from meeting itself: for every boundary vertex p and
 // boundary edge ab that does not end in p, (h / d - 1)^2 where their distance d is below h, after
 // Smith, Schaefer 2015, "Bijective Parameterization with Free Boundaries". It only steers; what is
-// accepted is decided by the exact test of boundary_grid.h.
+// accepted is decided by the exact test of BoundaryGrid.
 #pragma once
 
 #include <array>

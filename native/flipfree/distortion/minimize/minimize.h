@@ -17,7 +17,7 @@
 
 namespace flipfree::distortion {
 
-// How a descent of the symmetric Dirichlet energy goes, and when it ends (minimize.h).
+// How a descent of the symmetric Dirichlet energy goes, and when it ends.
 
 struct MinimizeOptions {
   int max_iterations = 200;

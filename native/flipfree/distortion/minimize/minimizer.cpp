@@ -16,6 +16,7 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::distortion {
@@ -69,11 +70,8 @@ numeric::SparseMatrix conformal_energy(const mesh::Surface& chart, const mesh::A
   double trace = 0.0;
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(chart.faces.size()); ++h) {
     if (h % 8192 == 0) context.check();
-    const CornerId apex = previous_corner(h);
     const VertexId v = mesh::source(chart.faces, h), w = mesh::target(chart.faces, h);
-    const Vector3 p = chart.vertices.row(chart.faces(apex / 3, apex % 3));
-    const Vector3 a = chart.vertices.row(v).transpose() - p;
-    const Vector3 b = chart.vertices.row(w).transpose() - p;
+    const auto [a, b] = mesh::sides_at(chart, previous_corner(h));
     const double weight = 0.5 * a.dot(b) / a.cross(b).norm();
     for (Index d = 0; d < 2; ++d) {
       add(2 * v + d, 2 * v + d, weight);

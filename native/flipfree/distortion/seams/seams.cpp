@@ -151,19 +151,18 @@ Points2 on_finest_grid(const SeamConstraints& constraints, const CutMap& map, co
   }
 }
 
-// `uv` is flip-free by the exact test and meets the constraints up to rounding; `seams` are those
-// that the constraints were made of. Every component is
-// centred at the origin, not scaled. Guarantee: every
-// triangle is positively oriented and every seam edge's two sides are related by its quarter turn
-// and by the translation given, exactly; edges of one branch have one translation, up to their
-// units. `unit`: components are centred by multiples of it, and translations, lines and held places
-// that are multiples of it stay so, as far as the grid is fine enough; 0: there is none. `held`:
-// nodes that no repair moves (flags; empty: none). Triangles that rounding would fold are opened
-// again by moving free positions around them on the grid, or in 64 bits over a region that grows as
-// far as it must. stats: "rounding.repaired" (free positions that are not at their nearest grid
-// point), "rounding.folded" (triangles that plain rounding folds), "rounding.opened" (times that a
-// region was opened), "rounding.step". Throws NotConverged (kRoundingFlips) naming the faces if the
-// map needs more than 24 bits. Cost: O(#F), plus the repairs.
+// `uv` is flip-free by the exact test and meets the constraints up to rounding. Every component is
+// centred at the origin, not scaled. Guarantee: every triangle is positively oriented and every
+// seam edge's two sides are related by its quarter turn and by the translation given, exactly;
+// edges of one branch have one translation, up to their units. `unit`: components are centred by
+// multiples of it, and translations, lines and held places that are multiples of it stay so, as far
+// as the grid is fine enough; 0: there is none. `held`: nodes that no repair moves (flags; empty:
+// none). Triangles that rounding would fold are opened again by moving free positions around them
+// on the grid, or in 64 bits over a region that grows as far as it must. stats: "rounding.repaired"
+// (free positions that are not at their nearest grid point), "rounding.folded" (triangles that
+// plain rounding folds), "rounding.opened" (times that a region was opened), "rounding.step".
+// Throws NotConverged (kRoundingFlips) naming the faces if the map needs more than 24 bits. Cost:
+// O(#F), plus the repairs.
 GridMap round_to_grid(const SeamConstraints& constraints, const CutMap& map, const Points2& uv,
                       ExecutionContext& context, Stats& stats, double unit = 0.0,
                       const std::vector<char>& held = {}) {

@@ -8,7 +8,6 @@
 // FlippedMetric, flat but for cones on the cut.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "flipfree/base/context.h"

@@ -67,7 +67,7 @@ bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
 // many points each side has tells which chords these are (as normal coordinates do). Between two
 // neighbouring chords lies a part of one triangle of T: convex, with three to six corners. So a
 // face that is crossed a thousand times falls into small convex pieces, where a search among all
-// diagonals (polygon_triangulation.h) takes its cube.
+// diagonals (triangulate_polygon()) takes its cube.
 
 // Pairs (i, j), i < j, of positions in a polygon: the chords both of whose ends are there. `count`:
 // points on each side, in use or not. Cost: O(polygon).

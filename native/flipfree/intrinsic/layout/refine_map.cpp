@@ -266,10 +266,11 @@ class MapRefiner {
   std::vector<FaceId> find_bad() const {
     return indices_where(context_, slot_.size(), kFacesPerChunk, [&](std::size_t i) {
       const auto f = static_cast<FaceId>(i);
-      std::vector<PolygonVertex> p;
+      thread_local std::vector<PolygonVertex> p;  // its memory is kept
       build_polygon(f, p);
-      return !valid_triangle(p[0], p[1], p[2], storage_) ||
-             !angles_are_developed(developed_angles(f, p), p, {{p[0].id, p[1].id, p[2].id}});
+      if (!valid_triangle(p[0], p[1], p[2], storage_)) return true;
+      const std::vector<double> angles = developed_angles(f, p);
+      return !angles.empty() && !angles_are_developed(angles, p, {{p[0].id, p[1].id, p[2].id}});
     });
   }
 
@@ -506,6 +507,7 @@ class MapRefiner {
     Triangles faces(static_cast<Index>(total), 3);
     out.uv.resize(faces.size(), 2);
     for (FaceId f = 0; at(f) < slot_.size(); ++f) {
+      if (f % 1024 == 0) context_.check();
       auto row = static_cast<Index>(out.provenance.face.size());
       if (slot_[at(f)] == kInvalid) {
         faces.row(row) = input_.faces.row(f);
@@ -513,9 +515,9 @@ class MapRefiner {
         out.provenance.face.push_back(f);
         continue;
       }
-      if (f % 256 == 0) context_.check();
       build_polygon(f, polygon_);
       for (const Triangle& t : triangulations_[at(slot_[at(f)])]) {
+        if (row % 1024 == 0) context_.check();
         for (Index k = 0; k < 3; ++k) {
           const Index id = t[at(k)];
           faces(row, k) = id < vertex_count_ ? id : out.edge_vertex[at(id - vertex_count_)];

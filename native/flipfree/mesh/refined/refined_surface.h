@@ -100,7 +100,7 @@ std::string find_broken_invariant(const RefinedSurface& surface);
 // are asked for their sum alone, up to rounding, and faces need not turn as their parents do:
 // between stages the surface may be one in the plane that only helps to find the user's, whose
 // weights are its coordinates, of either sign. What a stage hands on as a map of the user's surface
-// is asked for find_broken_invariant() as well (matchmaker/ways/solve.cpp). `uv`: #V x 2.
+// is asked for find_broken_invariant() as well (matchmaker/match.cpp). `uv`: #V x 2.
 std::string find_broken_map(const RefinedSurface& surface, const Points2& uv);
 
 // Empty if this can be where `refined` lies on `input`: parents exist, weights are not negative and

@@ -29,7 +29,7 @@ enum class MendKind {
   kPinchedVertex,   // vertices where fans touch: one copy each
   kDuplicateFace,   // faces with the same vertices as an earlier one: sheets of their own
   kRepeatedCorner,  // faces that use a vertex twice: they have no triangle
-  kZeroAreaFace,    // faces without a shape (face_area.h): they get one (rest_positions.h)
+  kZeroAreaFace,    // faces without a shape (face_area.h): they get one (rest_positions())
   kZeroLengthEdge,  // edges whose ends coincide: likewise
 };
 // "edges with more than two faces", for a list of what was mended.

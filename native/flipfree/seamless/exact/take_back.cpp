@@ -11,6 +11,7 @@
 
 #include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/conformal/map.h"
 #include "flipfree/distortion/seams/seams.h"
 #include "flipfree/intrinsic/layout/layout.h"
@@ -32,11 +33,8 @@ constexpr double kFewFlips = 0.02;
 // Total angles at the first `count` vertices, those of the input.
 std::vector<double> vertex_angles(Eigen::Index count, const certify::Parametrization& map) {
   std::vector<double> angle(at(map.surface.vertices.rows()), 0.0);
-  for (CornerId c = 0; c < static_cast<CornerId>(map.uv.rows()); ++c) {
-    const Vector2 p = map.uv.row(c);
-    angle[at(map.surface.faces(c / 3, c % 3))] += turn(
-        map.uv.row(next_corner(c)).transpose() - p, map.uv.row(previous_corner(c)).transpose() - p);
-  }
+  for (CornerId c = 0; c < static_cast<CornerId>(map.uv.rows()); ++c)
+    angle[at(mesh::source(map.surface.faces, c))] += certify::corner_angle(map.uv, c);
   angle.resize(at(count));
   return angle;
 }

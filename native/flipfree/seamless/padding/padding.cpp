@@ -240,7 +240,7 @@ bool can_be_twisted(const std::vector<Index>& cones, Index genus) {
          cones_with_excess(cones, 4 * genus - 6);
 }
 // All between which a path can leave parts that fit the cones. Preconditions:
-// draw_chain_with_t_nodes() or draw_twisted_chain(), then divide_branches(); pattern_for() is
+// draw_chain_with_t_nodes() or draw_twisted_chain(), then BranchGraph::divide(); pattern_for() is
 // kTwoTNodes, or can_be_twisted().
 
 std::vector<JoinedSectors> joinable_sectors(Canvas& canvas,
@@ -283,7 +283,8 @@ void draw_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors
 
 // From a hole to anywhere on the boundary, but if it is to the facing side of the same branch to
 // the same vertex: with two T-nodes, or one node. The shortest one, or one around a single cone,
-// likewise. Preconditions: draw_hole_chain(), then divide_branches(); pattern_for() is kExtraPath.
+// likewise. Preconditions: draw_hole_chain(), then BranchGraph::divide(); pattern_for() is
+// kExtraPath.
 void draw_extra_path(Canvas& canvas, Index genus) {
   const DiskBoundary boundary(canvas);
   const std::vector<Index>& cones = canvas.cones();

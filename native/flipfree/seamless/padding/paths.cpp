@@ -192,8 +192,9 @@ DiskBoundary::DiskBoundary(Canvas& drawn_on)
   HalfedgeId start = kInvalid;  // drawn, at a node
   for (VertexId v = 0; start == kInvalid; ++v) {
     if (v == canvas.vertex_count()) throw InternalError("curves without a node");
+    if (!canvas.on_curve(v)) continue;
     const std::vector<HalfedgeId> drawn = canvas.drawn_around(v);
-    if (canvas.on_curve(v) && drawn.size() > 2) start = drawn.front();
+    if (drawn.size() > 2) start = drawn.front();
   }
   HalfedgeId h = start;
   do {

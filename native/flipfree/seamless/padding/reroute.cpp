@@ -414,7 +414,8 @@ Index quarters_off(const std::vector<Index>& changes, Index least) {
 
 // Of the shortest sums of such changes, the same cone as often as it takes, that make `wanted`: all
 // that one may begin with. So taking one after the other ends. Breadth first over the sums.
-// Precondition: least_change() divides `wanted`, which is not 0. Cost: O((wanted + largest excess)
+// Precondition: the greatest common divisor of all k - 4 divides `wanted`, which is not 0. Cost:
+// O((wanted + largest excess)
 // * number of different ones).
 std::set<Index> next_changes(const std::vector<Index>& cones, Index wanted) {
   std::set<Index> changes;

@@ -25,7 +25,6 @@ namespace flipfree::seamless {
 
 using conformal::ConformalMetric;
 using conformal::EngineInput;
-using conformal::MetricEngine;
 
 std::vector<LoopTurn> loops_to_turn(const mesh::Surface& surface, bool aligned,
                                     const ExecutionContext& context) {

@@ -458,7 +458,6 @@ class PennerNewton {
     conformal::NewtonOptions newton;
     newton.tolerance = std::max(0.1 * options_.tolerance, kCones * loop_error);
     newton.max_iterations = kConeIterations;
-    newton.more_bits = metric.engine->bits() == 53;
     conformal::Descent descent = conformal::Descent::kLineSearch;
     if (run_newton(*metric.engine, system_.laplacian(), newton, descent, context_).end !=
         conformal::NewtonEnd::kConverged)

@@ -4,12 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <map>
-#include <numeric>
-#include <optional>
-#include <set>
-#include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -57,7 +52,7 @@ struct Charts {
   std::vector<mesh::Chart> charts;
   std::vector<std::size_t> source;  // chart of the given map
   std::vector<Points2> uv;          // #V x 2
-  std::vector<Points2> before;      // #V x 2. What it lay on there, it may lie on
+  std::vector<Points2> before;      // as uv, or empty. What it lay on there, it may lie on
   std::vector<Place> place;
   std::vector<char> remade;        // MendedChart::remade
   std::vector<KeptAsStored> kept;  // does not overlap itself, pinned vertices

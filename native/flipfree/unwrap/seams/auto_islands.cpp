@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
@@ -76,13 +77,7 @@ class IslandFinder {
         known_(surface.faces) {}
 
   AutoIslands run(const Mirror& mirror) {
-    try {
-      find(mirror);
-    } catch (const TimeIsOver&) {
-      // Seams alone will do where there are some.
-      if (!options_.seams.edges_only || islands_.cut.empty()) throw;
-      uv_.clear();
-    }
+    find(mirror);
     return {std::move(islands_), std::move(uv_)};
   }
 
@@ -98,19 +93,20 @@ class IslandFinder {
       open(first, {});
       begin = 0.2;
       const ProgressRange range(context_, 0.0, begin);
-      add_known(first, nets);
+      if (!in_time([&] { add_known(first, nets); })) return;
       if (all_known()) return flatten();
     }
     // Where nets leave nothing to be opened, what is seen decides nothing yet.
     bool seen = !any_flag(nets);
     if (seen) prefer_hidden(placed_, cost_, context_);
+    const bool by_seams = any_flag(seams_);
     for (std::size_t h = 0; h < cost_.size(); ++h) {
       if (known_.of_face[h / 3] == KnownMaps::kNothing) {
         wanted[h] |= nets[h];
         continue;
       }
       cost_[h] = mesh::ShortestPaths::kUnreached;
-      if (any_flag(seams_)) wanted[h] = seams_[h];
+      if (by_seams) wanted[h] = seams_[h];
     }
     open(wanted, positive(surface_, cost_));
     if (!seen && any_flag(islands_.added)) {
@@ -126,12 +122,25 @@ class IslandFinder {
     if (any_flag(nets)) {
       const ProgressRange range(context_, begin, begin + 0.1);
       begin += 0.1;
-      add_known(nets, {});
+      if (!in_time([&] { add_known(nets, {}); })) return;
       if (all_known()) return flatten();
     }
     if (!seen) prefer_hidden(placed_, cost_, context_);
     const ProgressRange range(context_, begin, 1.0);
     search_until_within();
+  }
+
+  // False where time is over and seams alone will do.
+  template <typename Step>
+  bool in_time(Step step) {
+    try {
+      step();
+    } catch (const TimeIsOver&) {
+      if (!options_.seams.edges_only) throw;
+      uv_.clear();
+      return false;
+    }
+    return true;
   }
 
   // The cuts of tubes, and nets of all else.
@@ -215,8 +224,7 @@ class IslandFinder {
       }
       const ProgressRange range(context_, begin + 0.7 * (end - begin), end);
       begin = end;
-      flatten();
-      if (!any_above()) return;
+      if (!in_time([&] { flatten(); }) || !any_above()) return;
       if (context_.time_is_over() || (options_.acceptable && context_.accepted())) {
         note_time_limit(stats_);
         return;
@@ -268,8 +276,8 @@ class IslandFinder {
       const mesh::EdgeFlags cut =
           halving_cut(chart.surface, uv, never_seams(part_of(chart, cost_)), false, context_);
       put_part(chart, cut, further);
-      for (const FaceId f : chart.faces)
-        known_.of_face[at(f)] = any_flag(cut) ? KnownMaps::kPiece : KnownMaps::kFlat;
+      const char kind = any_flag(cut) ? KnownMaps::kPiece : KnownMaps::kFlat;
+      for (const FaceId f : chart.faces) known_.of_face[at(f)] = kind;
     }
     cut_further(islands_, surface_, further);
     return any_flag(further);

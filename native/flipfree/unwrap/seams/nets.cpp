@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
+#include <functional>
 #include <numbers>
 #include <numeric>
 #include <optional>

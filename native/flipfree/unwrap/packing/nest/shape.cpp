@@ -450,6 +450,7 @@ std::optional<Cell> Tile::lowest(const Mask& mask, int from, int to) const {
           for (const int by : {run.first, run.last + 1 - (1 << k)}) {
             const int inside = std::min(words, words_ - by / 64);
             for (int w = 0; w < inside; ++w) blocked[at(w)] |= shifted(row, by, w);
+            if (run.first == run.last + 1 - (1 << k)) break;  // both are one
           }
         }
         ++rows;
