@@ -14,6 +14,8 @@ namespace flipfree::embedding {
 
 namespace {
 
+using Size = std::size_t;
+
 constexpr Size kSmallRing = 64;
 
 // Sum of S (1 + (D0 / D)^2) over a star with its centre at some point, infinite unless every D > 0;
@@ -250,8 +252,6 @@ void SmoothingQueue::run(PlanarMap& map, std::size_t steps, double tolerance) {
 }
 
 namespace {
-
-using Size = std::size_t;
 
 // Floating-point numbers in order: consecutive numbers have consecutive ordinals; both zeros have
 // ordinal 0.
