@@ -14,9 +14,11 @@ from flipfree.calls.seamless import halfedges_of_strip
 
 from judges import fields, holonomy
 from mesh_files import read_mesh, shared
-from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
+from surfaces import bumpy_grid, cylinder, joined, octahedron_sphere, torus
 
+SPECK = torus()[0] * 1e-93, torus()[1]  # beside others: squares of its areas are no numbers
 CLOSED = {"sphere": octahedron_sphere(3), "torus": torus()}
+JUDGED = {**CLOSED, "sphere and speck": joined(CLOSED["sphere"], SPECK)}
 
 
 def cones_of(signature: ff.Signature, count: int) -> np.ndarray:
@@ -59,13 +61,13 @@ def test_raw_fields_of_the_shared_data_have_the_singularities_that_lie_beside_th
     assert signature.cones == given
 
 
-@pytest.mark.parametrize("name", CLOSED)
+@pytest.mark.parametrize("name", JUDGED)
 @pytest.mark.parametrize("alignment", [0.0, 0.6])
 def test_the_judge_finds_the_same_cones_and_turns(name: str, alignment: float) -> None:
-    vertices, faces = CLOSED[name]
+    vertices, faces = JUDGED[name]
     field = ff.cross_field(vertices, faces, alignment=alignment)
     signature = ff.signature(vertices, faces, field)
-    assert len(signature.loops) == (2 if name == "torus" else 0)
+    assert len(signature.loops) == (0 if name == "sphere" else 2)
     judged = fields.judge(vertices, faces, field.rotation, strips(signature, faces))
     assert (judged.cones == cones_of(signature, len(vertices))).all()
     assert judged.turns == [turns for _, turns in signature.loops]

@@ -74,9 +74,15 @@ Frames measure_frames(const mesh::Surface& surface) {
   const auto count = static_cast<Index>(surface.faces.rows());
   Frames frames{surface, std::vector<double>(at(3 * count)), std::vector<double>(at(3 * count))};
   for (FaceId f = 0; f < count; ++f) {
+    // Times a power of two, which is exact: beside a large part, squares of a small one's areas
+    // vanish among doubles.
+    const auto [side, other] = mesh::sides_at(surface, 3 * f);
+    const double unit =
+        std::exp2(-std::ilogb(std::max(side.cwiseAbs().maxCoeff(), other.cwiseAbs().maxCoeff())));
     for (CornerId c = 3 * f; c < 3 * f + 3; ++c) {
       const auto [a, b] = mesh::sides_at(surface, c);
-      frames.corner[at(c)] = std::atan2(a.cross(b).norm(), a.dot(b));
+      frames.corner[at(c)] =
+          std::atan2((a * unit).cross(b * unit).norm(), (a * unit).dot(b * unit));
     }
     frames.direction[at(3 * f)] = 0.0;
     frames.direction[at(3 * f + 1)] = kPi - frames.corner[at(3 * f + 1)];
