@@ -130,9 +130,12 @@ std::string find_broken_invariant(const mesh::Surface& input, const RefinedLayou
 
 namespace {
 
-// Points nearer to each other or to an end than this part of their edge are not told apart: the
-// 32-bit positions that Blender stores could not hold them either.
+// Points nearer to each other or to an end than this part of their edge are not told apart where a
+// face has a triangulation without: the 32-bit positions that Blender stores could not hold them
+// either.
 constexpr double kLeastGap = 1e-6;
+// As doubles hold them.
+constexpr double kFinestGap = 1e-14;
 // A point is taken out if the triangles around it get no more distorted by it than this (K = |J|^2
 // / (2 det J), 1 = conformal), or twice what they were.
 constexpr double kGoodDistortion = 8.0;
@@ -301,16 +304,15 @@ class MapRefiner {
     return true;
   }
 
-  // Makes the points of h's edge active that can be told apart from each other; true if any was not
+  // Makes the points of h's edge active that lie so far from each other; true if any was not
   // before.
-  bool activate_edge(HalfedgeId h, bool all) {
+  bool activate_edge(HalfedgeId h, double gap) {
     const Index e = map_.edge_of[at(h)];
     const HalfedgeId own = map_.edge_halfedge[at(e)];
     const HalfedgeId other = opposite(own);
     const auto same = [this](const Vector2& a, const Vector2& b) {
       return storage_ == Storage::k64Only ? a == b : as_stored(a) == as_stored(b);
     };
-    const double gap = all ? 1e-14 : kLeastGap;
     double last = 0.0;
     Vector2 left = map_.corner_uv.row(own);
     Vector2 right = other == kInvalid ? left : Vector2(map_.corner_uv.row(next_corner(other)));
@@ -343,20 +345,21 @@ class MapRefiner {
       if (i % 256 == 0) context_.check();
       const FaceId f = queue[i];
       waiting[at(f)] = 0;
-      if (!all && triangulate(f)) {
-        failed[at(f)] = 0;
-        continue;
-      }
-      for (Index k = 0; k < 3; ++k) {
-        const HalfedgeId h = 3 * f + k;
-        if (!activate_edge(h, all)) continue;
-        const HalfedgeId o = opposite(h);
-        if (o != kInvalid && !waiting[at(o / 3)]) {
-          waiting[at(o / 3)] = 1;
-          queue.push_back(o / 3);
+      bool done = !all && triangulate(f);
+      for (const double gap : {kLeastGap, kFinestGap}) {
+        if (done || (all && gap != kFinestGap)) continue;
+        for (Index k = 0; k < 3; ++k) {
+          const HalfedgeId h = 3 * f + k;
+          if (!activate_edge(h, gap)) continue;
+          const HalfedgeId o = opposite(h);
+          if (o != kInvalid && !waiting[at(o / 3)]) {
+            waiting[at(o / 3)] = 1;
+            queue.push_back(o / 3);
+          }
         }
+        done = triangulate(f);
       }
-      failed[at(f)] = !triangulate(f);
+      failed[at(f)] = !done;
     }
     for (FaceId f = 0; f < static_cast<FaceId>(failed.size()); ++f) {
       if (!failed[at(f)]) continue;
