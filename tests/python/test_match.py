@@ -306,8 +306,19 @@ def test_vertices_of_a_line_lie_on_its_points_or_are_spread_between_them_by_leng
     assert np.abs(places_of(result)[row] - [[2.0 * i, 0.0] for i in range(5)]).max() < 1e-6
 
 
-def test_a_line_with_more_points_than_vertices_gets_more_vertices() -> None:
-    vertices, faces = bumpy_grid(6, 6)
+def sheet_with_holes() -> tuple[np.ndarray, np.ndarray]:
+    """12 x 12 squares but for 2 x 2 and 1 x 2 of them."""
+    vertices, faces = bumpy_grid(12, 12)
+    x, y = 12 * vertices[faces].mean(axis=1)[:, :2].T
+    hole = (x > 2) & (x < 4) & (y > 3) & (y < 5) | (x > 8) & (x < 9) & (y > 6) & (y < 8)
+    return vertices, faces[~hole]
+
+
+@pytest.mark.parametrize("make", [lambda: bumpy_grid(6, 6), sheet_with_holes])
+def test_a_line_with_more_points_than_vertices_gets_more_vertices(
+    make: Callable[[], tuple[np.ndarray, np.ndarray]],
+) -> None:
+    vertices, faces = make()
     points = [(0.0, 0.0), (1.0, 1.0), (2.0, 1.0), (3.0, 0.0)]
     result = ff.match(vertices, faces, lines=[([15, 16], points)])
     assert result.certificate.ok and result.stats["added_vertices"] >= 2
@@ -316,14 +327,6 @@ def test_a_line_with_more_points_than_vertices_gets_more_vertices() -> None:
     assert (ids[0], ids[-1]) == (15, 16)
     for a, b in zip(ids, ids[1:], strict=False):
         assert ((result.faces == a).any(1) & (result.faces == b).any(1)).any()
-
-
-def sheet_with_holes() -> tuple[np.ndarray, np.ndarray]:
-    """12 x 12 squares but for 2 x 2 and 1 x 2 of them."""
-    vertices, faces = bumpy_grid(12, 12)
-    x, y = 12 * vertices[faces].mean(axis=1)[:, :2].T
-    hole = (x > 2) & (x < 4) & (y > 3) & (y < 5) | (x > 8) & (x < 9) & (y > 6) & (y < 8)
-    return vertices, faces[~hole]
 
 
 @pytest.mark.parametrize(

@@ -349,8 +349,10 @@ mesh::Surface as_disk(const mesh::Surface& piece, const std::vector<Loop>& holes
   return disk;
 }
 
-// Takes the fans away again: what is left is a map of the piece.
-void remove_fans(mesh::RefinedMap& map, Points2f& uv32, const mesh::Surface& piece) {
+// Takes the fans away again: what is left is a map of the piece. Vertices that were added are
+// numbered without the fans' centres then, those of `held` too.
+void remove_fans(mesh::RefinedMap& map, Points2f& uv32, std::vector<PinnedVertex>& held,
+                 const mesh::Surface& piece) {
   mesh::EditableTriangulation& mesh = map.surface.mesh;
   for (FaceId f = 0; f < mesh.face_slots(); ++f) {
     if (mesh.alive(f) && mesh.parent(f) >= static_cast<FaceId>(piece.faces.rows()))
@@ -361,6 +363,10 @@ void remove_fans(mesh::RefinedMap& map, Points2f& uv32, const mesh::Surface& pie
   map.surface = mesh::compacted(map.surface, old);
   map.uv = Points2(map.uv(old, Eigen::all));
   uv32 = Points2f(uv32(old, Eigen::all));
+  for (PinnedVertex& p : held) {
+    const auto kept = std::lower_bound(old.begin(), old.end(), p.vertex);
+    p.vertex = static_cast<VertexId>(kept - old.begin());
+  }
 }
 
 // Lets the holes deform. A valid map that cannot be improved stays as it is.
@@ -448,13 +454,13 @@ certify::Parametrization match_in_time(const mesh::Surface& piece, const MatchRe
     matched = DiskMatcher({refined, constraints, options}, bijective, context, stats).run();
   }
   mesh::RefinedMap& found = matched.solution.map;
-  if (!holes.empty()) remove_fans(found, matched.uv32, piece);
+  std::vector<PinnedVertex> held = held_to_the_end(found.surface, constraints);
+  if (!holes.empty()) remove_fans(found, matched.uv32, held, piece);
   certify::Parametrization map = to_parametrization(found, matched.uv32);
   map.stats = std::move(stats);
   certify::CertifyRequest extra;
   extra.require_bijective = bijective;
-  extra.pins = corner_pins(map.surface.faces, at(map.surface.vertices.rows()),
-                           held_to_the_end(found.surface, constraints));
+  extra.pins = corner_pins(map.surface.faces, at(map.surface.vertices.rows()), held);
   if (!holes.empty() && options.optimise) {
     const ProgressRange range(context, 0.7, 0.95);
     release_holes(map, extra, options, context);
