@@ -62,10 +62,6 @@ def is_disk(case: Case) -> bool:
     return len(boundary_loop_or_none(case[2])) > 0 and euler(case[2]) == 1
 
 
-def is_closed(case: Case) -> bool:
-    return len(boundary_loop_or_none(case[2])) == 0
-
-
 def boundary_loop_or_none(faces: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     try:
         return boundary_loop(faces)
@@ -159,6 +155,11 @@ def public_calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
         "signature": lambda c, s: ff.signature(c[1], c[2], plain_field(c), max_seconds=s),
         "boundary_angles, free": on_mesh(ff.boundary_angles),
         "boundary_angles, circle": on_mesh(ff.boundary_angles, boundary="circle"),
+        "seamless": on_mesh(ff.seamless),
+        "seamless, padding": on_mesh(ff.seamless, engine="padding"),
+        "admissible_cut": lambda c, s: ff.admissible_cut(
+            c[1], c[2], field=plain_field(c), max_seconds=s
+        ),
         # Linear, without a limit: within any.
         "split_fans": lambda c, _: ff.split_fans(c[2]),
         "islands": lambda c, _: ff.islands(c[2]),
@@ -177,18 +178,10 @@ def public_calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
         "rectify": on_mesh(ff.rectify),
         "certify": lambda c, s: on_map(partial(ff.certify, bijective=True), c, s),
     }
-    closed: dict[str, Call] = {
-        "seamless": on_mesh(ff.seamless),
-        "seamless, padding": on_mesh(ff.seamless, engine="padding"),
-        "admissible_cut": lambda c, s: ff.admissible_cut(
-            c[1], c[2], field=plain_field(c), max_seconds=s
-        ),
-    }
     takes: list[tuple[dict[str, Call], Callable[[Case], bool]]] = [
         (any_mesh, lambda _: True),
         (disks, is_disk),
         (mapped, lambda case: maps.of(case) is not None),
-        (closed, is_closed),
     ]
     return {name: (call, suits) for group, suits in takes for name, call in group.items()}
 
