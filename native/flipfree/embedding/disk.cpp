@@ -29,19 +29,6 @@ std::vector<double> raised(const std::vector<double>& lengths, double share) {
   return result;
 }
 
-// Does the direction of the edges pass from the lower to the upper half-plane exactly once?
-bool winds_once(const Points2& p) {
-  const Index n = static_cast<Index>(p.rows());
-  const auto upper = [&](Index i) {
-    const Index j = (i + 1) % n;
-    const double dy = p(j, 1) - p(i, 1);
-    return dy > 0 || (dy == 0 && p(j, 0) > p(i, 0));
-  };
-  int passes = 0;
-  for (Index i = 0; i < n; ++i) passes += !upper(i) && upper((i + 1) % n);
-  return passes == 1;
-}
-
 // On the unit circle, as stored if some of these shares of the mean keeps that strictly convex.
 Points2 place_circle(const std::vector<double>& lengths, std::initializer_list<double> shares) {
   const auto place = [&](double share) {
@@ -115,13 +102,37 @@ Points2 spread_on_circle(const std::vector<double>& edge_lengths) {
   return place_circle(edge_lengths, {0.02});
 }
 
+int turning_number(const Points2& polygon) {
+  const auto n = static_cast<Index>(polygon.rows());
+  // Is the direction from a to b in [0, pi)? Comparing coordinates is exact, subtracting them is
+  // not.
+  const auto points_up = [](const Vector2& a, const Vector2& b) {
+    return b.y() > a.y() || (b.y() == a.y() && b.x() > a.x());
+  };
+  int turns = 0;
+  for (Index i = 0; i < n; ++i) {
+    const Vector2 previous = polygon.row((i + n - 1) % n), corner = polygon.row(i);
+    const Vector2 next = polygon.row((i + 1) % n);
+    const bool up_before = points_up(previous, corner);
+    const bool up_after = points_up(corner, next);
+    if (up_before == up_after) continue;
+    // The direction passes the positive x-axis counter-clockwise exactly when it turns left out of
+    // the lower half circle into the upper one; clockwise when it turns right (or back) out of the
+    // upper one.
+    const int side = numeric::orientation(previous, corner, next);
+    if (side > 0 && up_after) ++turns;
+    if (side <= 0 && up_before) --turns;
+  }
+  return turns;
+}
+
 bool is_strictly_convex(const Points2& p) {
   const auto n = static_cast<Index>(p.rows());
   if (n < 3) return false;
   for (Index i = 0; i < n; ++i) {
     if (numeric::orientation(p.row(i), p.row((i + 1) % n), p.row((i + 2) % n)) <= 0) return false;
   }
-  return winds_once(p);
+  return turning_number(p) == 1;
 }
 
 Points2 place_boundary(BoundaryShape shape, const std::vector<double>& edge_lengths) {
@@ -196,7 +207,7 @@ void require_convex(const Points2& p, const std::vector<VertexId>& loop) {
     throw_invalid(ErrorCode::kNotConvex,
                   "All boundary points lie on one line. Give a polygon with an interior.");
   }
-  if (!winds_once(p)) {
+  if (turning_number(p) != 1) {
     throw_invalid(ErrorCode::kNotConvex,
                   "The polygon winds more than once. Give a simple convex polygon.");
   }

@@ -37,6 +37,12 @@ Points2 spread_on_circle(const std::vector<double>& edge_lengths);
 // the result is judged by its own exact check. `loop` gives the vertex ids that messages name.
 void require_convex(const Points2& polygon, const std::vector<VertexId>& loop);
 
+// How many times the direction of travel turns counter-clockwise in one round of a closed polygon
+// (#corners x 2): 1 for a simple counter-clockwise one, 0 for a figure-eight. A reversal (a spike,
+// where the polygon goes back along itself) is the tip of a slit: its inner angle is 2 pi, so it
+// turns right by pi. Precondition: consecutive corners differ. Exact. Cost: O(n).
+int turning_number(const Points2& polygon);
+
 // Every three consecutive points turn strictly left (exact), and the polygon winds once.
 bool is_strictly_convex(const Points2& polygon);
 

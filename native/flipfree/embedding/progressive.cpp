@@ -335,15 +335,7 @@ bool place_mover(PlanarMap& map, HalfedgeId g, Star& star) {
   Vector2 best = p0;
   const auto try_goal = [&](const Vector2& goal) {
     const Vector2 d = goal - p0;
-    // Largest step that keeps the triangles with p0 in place positive, in floating point.
-    double bound = 1.0;
-    for (Size i = 1; i + 1 < n; ++i) {
-      const Vector2 q = star.at[i] - p0;
-      const Vector2 r = star.at[i + 1] - p0;
-      const double area = cross(q, r);
-      const double slope = -(d.x() * (r.y() - q.y()) - d.y() * (r.x() - q.x()));
-      if (slope < 0 && area > 0) bound = std::min(bound, area / -slope);
-    }
+    const double bound = step_to_boundary(star, p0, d);
     double t = 1.0;
     int k = 0;
     if (bound < 1.0 && bound > 0.0) {

@@ -77,19 +77,6 @@ Vector2 newton_direction(const Quadratic& e) {
   return {-(c.x() * along - c.y() * across), -(c.y() * along + c.x() * across)};
 }
 
-// Largest t with D(p + t d) >= 0 for all triangles.
-double step_to_boundary(const Star& star, const Vector2& p, const Vector2& d) {
-  double largest = HUGE_VAL;
-  for (Size i = 0; i < star.size(); ++i) {
-    const Vector2& q = star.at[i];
-    const Vector2& r = star.at[star.next(i)];
-    const double area = cross(q - p, r - p);
-    const double slope = (q.y() - r.y()) * d.x() + (r.x() - q.x()) * d.y();
-    if (slope < 0) largest = std::min(largest, area / -slope);
-  }
-  return largest;
-}
-
 double smallest_edge(const Star& star, const Vector2& p) {
   double smallest = HUGE_VAL;
   for (const Vector2& q : star.at) smallest = std::min(smallest, (q - p).squaredNorm());
@@ -115,6 +102,18 @@ void gather_star(const PlanarMap& map, HalfedgeId first, Star& star) {
     star.at.push_back(map.at(star.ring.back()));
     star.target.push_back(2 * map.unit * map.share[at(h / 3)]);
   });
+}
+
+double step_to_boundary(const Star& star, const Vector2& p, const Vector2& d) {
+  double largest = HUGE_VAL;
+  for (Size i = 0; i < star.size(); ++i) {
+    const Vector2& q = star.at[i];
+    const Vector2& r = star.at[star.next(i)];
+    const double area = cross(q - p, r - p);
+    const double slope = (q.y() - r.y()) * d.x() + (r.x() - q.x()) * d.y();
+    if (slope < 0 && area > 0) largest = std::min(largest, area / -slope);
+  }
+  return largest;
 }
 
 bool star_positive(const PlanarMap& map, const Star& star, const Vector2& p) {
@@ -285,101 +284,77 @@ std::uint64_t count(const Interval& range) {
 std::int64_t beyond(std::int64_t low, std::uint64_t steps) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(low) + steps);
 }
-std::int64_t between(std::int64_t low, std::int64_t high) {
-  return beyond(low, (count({low, high}) - 1) / 2);
+
+// What is left of a range that begins or ends with positive numbers, and has all of them there.
+template <typename Positive>
+Interval positive_part(Interval range, bool at_end, const Positive& positive) {
+  std::int64_t good = at_end ? range.high : range.low;
+  std::int64_t bad = at_end ? range.low - 1 : range.high + 1;
+  if (!positive(good)) return {};
+  for (std::int64_t middle; (middle = std::midpoint(good, bad)) != good;)
+    (positive(middle) ? good : bad) = middle;
+  (at_end ? range.low : range.high) = good;
+  return range;
 }
-
-class RoomFinder {
- public:
-  RoomFinder(const PlanarMap& map, const Star& star) : map_(map), star_(star) {
-    Eigen::AlignedBox2d box;
-    for (const Vector2& q : star.at) box.extend(q);
-    // Grid values within the box; its ends themselves cannot be strictly inside.
-    for (const Index axis : {0, 1}) {
-      range_[at(axis)] = {to_ordinal(box.min()[axis], map.float32),
-                          to_ordinal(box.max()[axis], map.float32)};
-    }
-  }
-
-  Room run(std::uint64_t budget) {
-    row_axis_ = count(range_[0]) < count(range_[1]) ? 0 : 1;
-    const Interval rows = range_[at(row_axis_)];
-    const std::uint64_t total = count(rows);
-    const std::uint64_t most = std::max<std::uint64_t>(64, budget / star_.ring.size());
-    Room room;
-    room.exact = total <= most;
-    const std::uint64_t looked = std::min(total, most);
-    std::uint64_t widest = 0;
-    for (std::uint64_t k = 0; k < looked; ++k) {
-      const auto offset = room.exact ? static_cast<double>(k)
-                                     : static_cast<double>(total) * (static_cast<double>(k) + 0.5) /
-                                           static_cast<double>(looked);
-      const double row =
-          from_ordinal(beyond(rows.low, static_cast<std::uint64_t>(offset)), map_.float32);
-      const Interval inside = admissible(row);
-      if (inside.empty()) continue;
-      const std::uint64_t width = count(inside);
-      const auto limit = std::numeric_limits<std::uint64_t>::max() / 2;
-      room.points = std::min(limit, room.points + std::min(limit, width));
-      if (width > widest) {
-        widest = width;
-        room.middle = point(row, beyond(inside.low, width / 2));
-      }
-    }
-    return room;
-  }
-
- private:
-  Vector2 point(double row, std::int64_t ordinal) const {
-    Vector2 p;
-    p[row_axis_] = row;
-    p[1 - row_axis_] = from_ordinal(ordinal, map_.float32);
-    return p;
-  }
-
-  // Values along the row on the positive side of all edges: orientation is linear along the row, so
-  // each edge keeps a half-line.
-  Interval admissible(double row) const {
-    Interval inside = range_[at(1 - row_axis_)];
-    for (Size i = 0; i < star_.size() && !inside.empty(); ++i) {
-      const Size j = star_.next(i);
-      keep(row, star_.at[i], star_.at[j], inside);
-      if (map_.stored.rows() > 0)
-        keep(row, map_.stored.row(star_.ring[i]), map_.stored.row(star_.ring[j]), inside);
-    }
-    return inside;
-  }
-
-  void keep(double row, const Vector2& q, const Vector2& r, Interval& inside) const {
-    const auto positive = [&](std::int64_t ordinal) {
-      return numeric::orientation(point(row, ordinal), q, r) > 0;
-    };
-    // Derivative of orientation(p, q, r) along the row.
-    const double slope = row_axis_ == 1 ? q.y() - r.y() : r.x() - q.x();
-    if (inside.empty()) return;
-    // The last admissible value on the side where they end.
-    const bool rises = slope > 0.0;
-    std::int64_t good = rises ? inside.high : inside.low;
-    std::int64_t bad = rises ? inside.low - 1 : inside.high + 1;
-    if (!positive(good)) inside.high = inside.low - 1;
-    if (inside.empty() || slope == 0.0) return;
-    while (count({std::min(good, bad), std::max(good, bad)}) > 2) {
-      const std::int64_t middle = between(std::min(good, bad), std::max(good, bad));
-      (positive(middle) ? good : bad) = middle;
-    }
-    (rises ? inside.low : inside.high) = good;
-  }
-
-  const PlanarMap& map_;
-  const Star& star_;
-  std::array<Interval, 2> range_;
-  Index row_axis_ = 0;
-};
 
 }  // namespace
 
 Room find_room(const PlanarMap& map, const Star& star, std::uint64_t budget) {
-  return RoomFinder(map, star).run(budget);
+  Eigen::AlignedBox2d box;
+  for (const Vector2& q : star.at) box.extend(q);
+  // Grid values within the box; its ends themselves cannot be strictly inside.
+  const auto within = [&](Index axis) -> Interval {
+    return {to_ordinal(box.min()[axis], map.float32), to_ordinal(box.max()[axis], map.float32)};
+  };
+  const Index across = count(within(0)) < count(within(1)) ? 0 : 1;  // the axis that rows share
+  const auto point = [&](double row, std::int64_t ordinal) {
+    Vector2 p;
+    p[across] = row;
+    p[1 - across] = from_ordinal(ordinal, map.float32);
+    return p;
+  };
+  // Values along the row on the positive side of all edges: orientation is linear along the row, so
+  // each edge keeps a half-line, the end or the beginning as its derivative has it.
+  const auto admissible = [&](double row) {
+    Interval inside = within(1 - across);
+    const auto keep = [&](const Vector2& q, const Vector2& r) {
+      const double slope = across == 1 ? q.y() - r.y() : r.x() - q.x();
+      if (inside.empty()) return;
+      inside = positive_part(inside, slope > 0.0, [&](std::int64_t ordinal) {
+        return numeric::orientation(point(row, ordinal), q, r) > 0;
+      });
+    };
+    for (Size i = 0; i < star.size() && !inside.empty(); ++i) {
+      const Size j = star.next(i);
+      keep(star.at[i], star.at[j]);
+      if (map.stored.rows() > 0) keep(map.stored.row(star.ring[i]), map.stored.row(star.ring[j]));
+    }
+    return inside;
+  };
+  const Interval rows = within(across);
+  const std::uint64_t total = count(rows);
+  const std::uint64_t most = std::max<std::uint64_t>(64, budget / star.ring.size());
+  Room room;
+  room.exact = total <= most;
+  const std::uint64_t looked = std::min(total, most);
+  std::uint64_t widest = 0;
+  for (std::uint64_t k = 0; k < looked; ++k) {
+    const auto offset = room.exact ? static_cast<double>(k)
+                                   : static_cast<double>(total) * (static_cast<double>(k) + 0.5) /
+                                         static_cast<double>(looked);
+    const double row =
+        from_ordinal(beyond(rows.low, static_cast<std::uint64_t>(offset)), map.float32);
+    const Interval inside = admissible(row);
+    if (inside.empty()) continue;
+    const std::uint64_t width = count(inside);
+    const auto limit = std::numeric_limits<std::uint64_t>::max() / 2;
+    room.points = std::min(limit, room.points + std::min(limit, width));
+    if (width > widest) {
+      widest = width;
+      room.middle = point(row, beyond(inside.low, width / 2));
+    }
+  }
+  return room;
 }
 
 std::string narrowest_extent(const Star& star) {

@@ -37,6 +37,10 @@ struct Star {
 // The ring begins with the target of `first`.
 void gather_star(const PlanarMap& map, HalfedgeId first, Star& star);
 
+// The largest t for which no triangle of the star around p + t d has lost its area, of those that
+// have one around p.
+double step_to_boundary(const Star& star, const Vector2& p, const Vector2& d);
+
 // Is every triangle of the star with its centre v at p positive (exact, as given and as stored)? v
 // itself is not read.
 bool star_positive(const PlanarMap& map, const Star& star, const Vector2& p);

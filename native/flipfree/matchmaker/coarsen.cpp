@@ -10,6 +10,7 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/untangle.h"
+#include "flipfree/embedding/disk.h"
 #include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/request.h"
 #include "flipfree/numeric/predicates.h"
@@ -173,7 +174,7 @@ class VertexRemover {
     if (!turned_over) {
       const bool repeats = polygon.front() == polygon.back() ||
                            std::adjacent_find(polygon.begin(), polygon.end()) != polygon.end();
-      if (repeats || turning_number(polygon) != 1) return false;
+      if (repeats || embedding::turning_number(rows_of(polygon)) != 1) return false;
     }
     // As stored: triangles between held vertices could not be repaired when the map is rounded.
     Polygon stored;
@@ -370,42 +371,41 @@ constexpr std::array<Index, 2> kWorthwhileUntangling = {7, 12};
 constexpr int kUnfoldings = 2;
 constexpr int kStepsOfUnfolding = 30;
 
-class Coarsener {
- public:
-  Coarsener(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-            ExecutionContext& context)
-      : map_(map), held_(held), keep_(keep), context_(context) {}
+struct Coarsener {
+  mesh::RefinedMap& map;
+  const std::vector<VertexId>& held;
+  Index keep;
+  ExecutionContext& context;
 
   void run(const CoarsenOptions& options) {
     {
-      const ProgressRange range(context_, 0.0, 0.5);
+      const ProgressRange range(context, 0.0, 0.5);
       remove_plainly();
     }
-    const ProgressRange rest(context_, 0.5, 1.0);
-    if (added() > options.most_untangled * keep_) return;
+    const ProgressRange rest(context, 0.5, 1.0);
+    if (added() > options.most_untangled * keep) return;
     if (options.unfold) unfold();
     untangle();
   }
 
- private:
-  Index added() const { return map_.surface.mesh.vertex_count() - keep_; }
+  Index added() const { return map.surface.mesh.vertex_count() - keep; }
 
-  std::vector<VertexId> beside() const { return beside_added(map_.surface.mesh, keep_); }
+  std::vector<VertexId> beside() const { return beside_added(map.surface.mesh, keep); }
 
   // Near these and what is added still. False when the map is too squeezed; what is removed is
   // removed.
   bool relaxed(const std::vector<VertexId>& seeds, int steps) {
-    return relax_near_added(map_, seeds, keep_, held_, steps, context_);
+    return relax_near_added(map, seeds, keep, held, steps, context);
   }
 
   void remove_plainly() {
     for (int round = 0; round < kRounds && added() > 0; ++round) {
       const double share = 1.0 / kRounds;
-      const ProgressRange range(context_, round * share, (round + 1) * share);
-      context_.report("taking refinement back", 0.0);
+      const ProgressRange range(context, round * share, (round + 1) * share);
+      context.report("taking refinement back", 0.0);
       const Index before = added();
       const std::vector<VertexId> seeds = beside();
-      const Index removed = thin_out(map_, held_, keep_, context_);
+      const Index removed = thin_out(map, held, keep, context);
       if (removed == 0 || !relaxed(seeds, kStepsOfRound) || 100 * removed < kWorthwhile * before)
         return;
     }
@@ -414,7 +414,7 @@ class Coarsener {
   void unfold() {
     for (int i = 0; i < kUnfoldings && added() > 0; ++i) {
       relaxed(beside(), kStepsOfUnfolding);
-      unfold_wholes(map_, held_, keep_, context_);
+      unfold_wholes(map, held, keep, context);
     }
   }
 
@@ -422,30 +422,25 @@ class Coarsener {
     int rings = 1;
     for (int round = 0; round < kUntanglingRounds && added() > 0; ++round) {
       const double share = 1.0 / kUntanglingRounds;
-      const ProgressRange range(context_, round * share, (round + 1) * share);
+      const ProgressRange range(context, round * share, (round + 1) * share);
       const Index before = added();
       const std::vector<VertexId> seeds = beside();
-      remove_by_untangling(map_, held_, keep_, rings, context_);
-      map_ = mesh::compacted_map(map_);
+      remove_by_untangling(map, held, keep, rings, context);
+      map = mesh::compacted_map(map);
       relaxed(seeds, kStepsOfUntangling);
-      thin_out(map_, held_, keep_, context_);
+      thin_out(map, held, keep, context);
       if (kWorthwhileUntangling[at(rings - 1)] * (before - added()) >= before) continue;
       if (at(rings) == kWorthwhileUntangling.size()) return;
       ++rings;
     }
   }
-
-  mesh::RefinedMap& map_;
-  const std::vector<VertexId>& held_;
-  Index keep_;
-  ExecutionContext& context_;
 };
 
 }  // namespace
 
 void coarsen(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
              const CoarsenOptions& options, ExecutionContext& context, Stats& stats) {
-  if (ended_in_time([&] { Coarsener(map, held, keep, context).run(options); })) return;
+  if (ended_in_time([&] { Coarsener{map, held, keep, context}.run(options); })) return;
   map = mesh::compacted_map(map);  // valid after every step, but of vertices that are gone
   note_time_limit(stats);
 }

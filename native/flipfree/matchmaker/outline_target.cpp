@@ -5,9 +5,10 @@
 #include <boost/dynamic_bitset.hpp>
 #include <deque>
 #include <map>
-#include <tuple>
+#include <span>
 
 #include "flipfree/base/plane.h"
+#include "flipfree/embedding/disk.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -23,7 +24,7 @@ namespace {
 std::optional<Triangles> find_self_overlap(const Polygon& polygon,
                                            const ExecutionContext& context) {
   const std::size_t n = polygon.size();
-  if (turning_number(polygon) < 1 || n < 3) return std::nullopt;
+  if (embedding::turning_number(rows_of(polygon)) < 1 || n < 3) return std::nullopt;
   // Which chords (i, j), i < j, close a sub-polygon i..j that is triangulated, and by which third
   // corner.
   using Bits = boost::dynamic_bitset<>;
@@ -214,40 +215,39 @@ TargetDomain immersed_outline(const mesh::RefinedSurface& surface, const Constra
       ElementKind::kVertex, {p.vertex});
 }
 
-// Infeasible (kContradictoryPins) if the pin lies on a corner or a fixed edge of its triangle.
-void check_off_edges(const TargetDomain& domain, const PinnedVertex& p, FaceId sheet) {
-  const mesh::EditableTriangulation& mesh = domain.triangulation;
-  for (HalfedgeId h = 3 * sheet; h < 3 * sheet + 3; ++h) {
-    const Vector2& a = domain.point[at(mesh.source(h))];
-    const Vector2& b = domain.point[at(mesh.target(h))];
-    if (a == p.uv || (mesh.mark(h) != mesh::EditableTriangulation::kUnmarked &&
-                      numeric::orientation(a, b, p.uv) == 0)) {
-      throw_contradiction("Vertex " + vertex_id(p.vertex) +
-                              " is pinned to a point on the boundary's targets, or on another pin. "
-                              "Move it.",
-                          {"segments meet", {{"segments", numbers_of({a, b, p.uv, p.uv})}}},
-                          {p.vertex});
-    }
-  }
-}
-
 std::string line_name(VertexId a, VertexId b) {
   return "The line through vertices " + vertex_id(a) + ", " + vertex_id(b);
 }
 
-[[noreturn]] void refuse_line(const TargetDomain& domain, Index from, VertexId a, VertexId b) {
+// The line from domain vertex a to b meets an edge that may not be crossed, if it does not leave
+// the domain, or meet a vertex (kInvalid).
+[[noreturn]] void refuse_line(const TargetDomain& domain, const Constraints& constraints, Index a,
+                              Index b, HalfedgeId met = kInvalid) {
+  const mesh::EditableTriangulation& mesh = domain.triangulation;
+  const VertexId v = domain.vertex_of(a), w = domain.vertex_of(b);
+  if (met == kInvalid || mesh.mark(met) <= static_cast<Index>(constraints.paths.size())) {
+    throw_contradiction(
+        line_name(v, w) + " leaves the boundary's targets, or meets a pin or another line.",
+        {"line leaves", {{"place", numbers_of({domain.at(a)})}}}, {v, w});
+  }
+  const Index c = mesh.source(met), d = mesh.target(met);
+  const std::vector<VertexId> vertices = {v, w, domain.vertex_of(c), domain.vertex_of(d)};
   throw_contradiction(
-      line_name(a, b) + " leaves the boundary's targets, or meets a pin or another line.",
-      {"line leaves", {{"place", numbers_of({domain.at(from)})}}}, {a, b});
+      line_name(v, w) + " crosses the one through vertices " + vertex_id(vertices[2]) + ", " +
+          vertex_id(vertices[3]) + " on one sheet. Move one of them.",
+      {"segments meet",
+       {{"segments", numbers_of({domain.at(a), domain.at(b), domain.at(c), domain.at(d)})}}},
+      vertices);
 }
 
 // Edges that the segment from a to b crosses, each from its right to its left.
-std::deque<std::pair<Index, Index>> crossed_edges(const TargetDomain& domain, Index a, Index b) {
+std::deque<std::pair<Index, Index>> crossed_edges(const TargetDomain& domain,
+                                                  const Constraints& constraints, Index a,
+                                                  Index b) {
   const mesh::EditableTriangulation& mesh = domain.triangulation;
   const auto side = [&](Index v) {
     return numeric::orientation(domain.at(a), domain.at(b), domain.at(v));
   };
-  const auto refuse = [&] { refuse_line(domain, a, domain.vertex_of(a), domain.vertex_of(b)); };
   HalfedgeId g = kInvalid;
   mesh.for_each_outgoing(a, [&](HalfedgeId h) {
     if (side(mesh.target(h)) < 0 && side(mesh.apex(h)) > 0) g = next_corner(h);
@@ -255,7 +255,8 @@ std::deque<std::pair<Index, Index>> crossed_edges(const TargetDomain& domain, In
   std::deque<std::pair<Index, Index>> crossed;
   while (true) {
     // A vertex on the segment, another line, or the outline.
-    if (g == kInvalid || mesh.is_boundary(g) || mesh.mark(g) != mesh.kUnmarked) refuse();
+    if (g == kInvalid || mesh.is_boundary(g) || mesh.mark(g) != mesh.kUnmarked)
+      refuse_line(domain, constraints, a, b, g);
     crossed.emplace_back(mesh.source(g), mesh.target(g));
     const HalfedgeId o = mesh.opposite(g);
     const Index v = mesh.apex(o);
@@ -267,16 +268,17 @@ std::deque<std::pair<Index, Index>> crossed_edges(const TargetDomain& domain, In
 // Makes the segment between two vertices a fixed edge, by flips of the edges that it crosses
 // (Sloan 1993): of these one at least can be flipped at any time, and every flip in a convex
 // quadrilateral brings one nearer to crossing no more.
-void insert_line(TargetDomain& domain, Index a, Index b, Index mark) {
+void insert_line(TargetDomain& domain, const Constraints& constraints, Index a, Index b,
+                 Index mark) {
   mesh::EditableTriangulation& mesh = domain.triangulation;
   if (mesh.find(a, b) == kInvalid) {
-    auto crossed = crossed_edges(domain, a, b);
+    auto crossed = crossed_edges(domain, constraints, a, b);
     const auto side = [&](Index p, Index q, Index v) {
       return numeric::orientation(domain.at(p), domain.at(q), domain.at(v));
     };
     std::size_t steps = 1000 + crossed.size() * crossed.size() * 10;
     while (!crossed.empty()) {
-      if (steps-- == 0) refuse_line(domain, a, domain.vertex_of(a), domain.vertex_of(b));
+      if (steps-- == 0) refuse_line(domain, constraints, a, b);
       const auto [p, q] = crossed.front();
       crossed.pop_front();
       const HalfedgeId h = mesh.find(p, q);
@@ -313,115 +315,48 @@ void remove_inner(TargetDomain& domain, Index v, std::vector<SheetPin>& pins,
     triangles.push_back({corner(0), corner(1), corner(2)});
   }
   const std::vector<FaceId> parents(triangles.size(), 0);
-  const VertexId self = domain.mesh_vertex[at(v)];
-  mesh.replace(star, triangles, parents);
-  std::vector<FaceId> fresh;
-  for (const auto& t : triangles) {
-    const HalfedgeId h = mesh.find(t[0], t[1]);
-    for (const HalfedgeId g : {h, mesh.opposite(h)}) {
-      if (g != kInvalid && mesh.source(g) == t[0] && mesh.apex(g) == t[2]) fresh.push_back(g / 3);
-    }
-  }
+  mesh.replace(star, triangles, parents);  // in the slots of the star's first faces
+  const std::span fresh(star.begin(), triangles.size());
   for (SheetPin& p : pins) {
-    const bool inside =
-        p.pin.vertex == self || std::find(star.begin(), star.end(), p.face) != star.end();
-    if (!inside) continue;
-    for (const FaceId f : fresh) {
-      if (holds(domain, domain.point, f, p.pin.uv)) {
-        p.face = f;
-        break;
-      }
-    }
+    if (p.pin.vertex != domain.vertex_of(v) && std::ranges::find(star, p.face) == star.end())
+      continue;
+    p.face = *std::ranges::find_if(
+        fresh, [&](FaceId f) { return holds(domain, domain.point, f, p.pin.uv); });
   }
-}
-
-// Where a line begins: a corner of the outline, or a pin and its triangle.
-struct LineEnd {
-  VertexId vertex;
-  FaceId face;
-  Index corner;
-  Vector2 place;
-
-  // The triangle that holds the point, along a straight line from here; kInvalid if that leaves the
-  // domain.
-  FaceId find(const TargetDomain& domain, const Vector2& point) const {
-    return find_along(domain, domain.point, face, corner, place, point);
-  }
-};
-
-// By vertex, of those whose sheet is known.
-std::map<VertexId, LineEnd> line_ends(const SheetTarget& target) {
-  std::map<VertexId, LineEnd> ends;
-  for (const SheetPin& p : target.pins) {
-    if (p.face != kInvalid) ends.insert({p.pin.vertex, {p.pin.vertex, p.face, kInvalid, p.pin.uv}});
-  }
-  for (const Index d : target.domain.outline) {
-    const VertexId v = target.domain.vertex_of(d);
-    ends.insert({v, {v, kInvalid, d, target.domain.at(d)}});
-  }
-  return ends;
 }
 
 // Pins at the ends of lines whose sheet is known tell that of the next.
 void follow_lines(SheetTarget& target, const Constraints& constraints) {
+  const TargetDomain& domain = target.domain;
+  // Where a line begins: a pin and its triangle, or a corner of the outline.
+  struct LineEnd {
+    FaceId face;
+    Index corner;
+    Vector2 place;
+  };
+  std::map<VertexId, LineEnd> known;
   std::map<VertexId, SheetPin*> pins;
-  for (SheetPin& p : target.pins) pins.emplace(p.pin.vertex, &p);
-  std::map<VertexId, LineEnd> known = line_ends(target);
+  for (SheetPin& p : target.pins) {
+    pins.emplace(p.pin.vertex, &p);
+    if (p.face != kInvalid) known.insert({p.pin.vertex, {p.face, kInvalid, p.pin.uv}});
+  }
+  for (const Index d : domain.outline)
+    known.insert({domain.vertex_of(d), {kInvalid, d, domain.at(d)}});
   for (bool changed = true; changed;) {
     changed = false;
     for (const auto& edge : constraints.edges) {
       for (const auto& [a, b] : {edge, std::pair(edge.second, edge.first)}) {
-        const auto from = known.find(a);
-        if (from == known.end() || known.contains(b)) continue;
-        SheetPin& next = *pins.at(b);
-        next.face = from->second.find(target.domain, next.pin.uv);
-        if (next.face == kInvalid) {
+        if (!known.contains(a) || known.contains(b)) continue;
+        const auto& [face, corner, place] = known.at(a);
+        auto& [pin, next] = *pins.at(b);
+        next = find_along(domain, domain.point, face, corner, place, pin.uv);
+        if (next == kInvalid) {
           throw_contradiction(line_name(a, b) + " leaves the boundary's targets.",
-                              {"line leaves", {{"place", numbers_of({next.pin.uv})}}}, {a, b});
+                              {"line leaves", {{"place", numbers_of({pin.uv})}}}, {a, b});
         }
-        known.insert({b, {b, next.face, kInvalid, next.pin.uv}});
+        known.insert({b, {next, kInvalid, pin.uv}});
         changed = true;
       }
-    }
-  }
-}
-
-// Do segments cross, each with its ends strictly on both sides of the other?
-bool cross_properly(const LineEnd& a, const LineEnd& b, const LineEnd& c, const LineEnd& d) {
-  const auto parts = [](const LineEnd& p, const LineEnd& q, const LineEnd& r, const LineEnd& s) {
-    return numeric::orientation(p.place, q.place, r.place) *
-               numeric::orientation(p.place, q.place, s.place) <
-           0;
-  };
-  return parts(a, b, c, d) && parts(c, d, a, b);
-}
-
-// Where lines a -> b and c -> d cross in the plane, on which sheet is each of them? Walked to from
-// both ends; on the same one if all four walks agree.
-void refuse_crossings(const SheetTarget& target, const Constraints& constraints,
-                      const ExecutionContext& context) {
-  const std::map<VertexId, LineEnd> ends = line_ends(target);
-  const auto& edges = constraints.edges;
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    context.check();
-    const LineEnd& a = ends.at(edges[i].first);
-    const LineEnd& b = ends.at(edges[i].second);
-    for (std::size_t j = 0; j < i; ++j) {
-      const LineEnd& c = ends.at(edges[j].first);
-      const LineEnd& d = ends.at(edges[j].second);
-      if (!cross_properly(a, b, c, d)) continue;
-      const double right = twice_area(a.place, b.place, c.place);
-      const double left = twice_area(a.place, b.place, d.place);
-      const Vector2 meeting = c.place + right / (right - left) * (d.place - c.place);
-      const FaceId there = a.find(target.domain, meeting);
-      if (there == kInvalid || b.find(target.domain, meeting) != there ||
-          c.find(target.domain, meeting) != there || d.find(target.domain, meeting) != there)
-        continue;
-      throw_contradiction(
-          line_name(a.vertex, b.vertex) + " crosses the one through vertices " +
-              vertex_id(c.vertex) + ", " + vertex_id(d.vertex) + " on one sheet. Move one of them.",
-          {"segments meet", {{"segments", numbers_of({a.place, b.place, c.place, d.place})}}},
-          {a.vertex, b.vertex, c.vertex, d.vertex});
     }
   }
 }
@@ -456,22 +391,40 @@ SheetTarget sheet_target(const mesh::RefinedSurface& surface, const Constraints&
     follow_lines(result, constraints);
     find_only_sheets(true);
   }
-  std::map<std::tuple<double, double, FaceId>, VertexId> taken;
-  for (const SheetPin& p : result.pins) {
-    check_off_edges(result.domain, p.pin, p.face);
-    const auto [other, added] =
-        taken.try_emplace({p.pin.uv.x(), p.pin.uv.y(), p.face}, p.pin.vertex);
-    if (added) continue;
-    throw_contradiction(
-        "Vertices " + vertex_id(other->second) + " and " + vertex_id(p.pin.vertex) +
-            " are pinned to the same point of one sheet. Move or release one of them.",
-        {"same place", {{"place", numbers_of({p.pin.uv})}}}, {other->second, p.pin.vertex});
-  }
-  if (!constraints.simple_outline) refuse_crossings(result, constraints, context);
   return result;
 }
 
 namespace {
+
+// Puts a pin into a triangle that holds it. Infeasible (kContradictoryPins) where another one or
+// the outline is.
+Index insert_pin(TargetDomain& domain, FaceId sheet, const PinnedVertex& pin) {
+  mesh::EditableTriangulation& mesh = domain.triangulation;
+  HalfedgeId on_edge = kInvalid;
+  for (HalfedgeId h = 3 * sheet; h < 3 * sheet + 3; ++h) {
+    const Vector2& a = domain.at(mesh.source(h));
+    const Vector2& b = domain.at(mesh.target(h));
+    if (a == pin.uv && !mesh.is_boundary_vertex(mesh.source(h))) {
+      const VertexId other = domain.vertex_of(mesh.source(h));
+      throw_contradiction(
+          "Vertices " + vertex_id(other) + " and " + vertex_id(pin.vertex) +
+              " are pinned to the same point of one sheet. Move or release one of them.",
+          {"same place", {{"place", numbers_of({a})}}}, {other, pin.vertex});
+    }
+    if (numeric::orientation(a, b, pin.uv) != 0) continue;
+    if (a == pin.uv || mesh.mark(h) != mesh.kUnmarked) {
+      throw_contradiction("Vertex " + vertex_id(pin.vertex) +
+                              " is pinned to a point on the boundary's targets, or on another pin. "
+                              "Move it.",
+                          {"segments meet", {{"segments", numbers_of({a, b, pin.uv, pin.uv})}}},
+                          {pin.vertex});
+    }
+    on_edge = h;
+  }
+  domain.point.push_back(pin.uv);
+  domain.mesh_vertex.push_back(pin.vertex);
+  return on_edge == kInvalid ? mesh.split_face(sheet) : mesh.split_edge(on_edge);
+}
 
 // Puts every pin into its sheet, as a vertex of the triangulation. Returns which vertex stands for
 // each mesh vertex.
@@ -479,14 +432,14 @@ std::map<VertexId, Index> insert_pins(SheetTarget& target) {
   TargetDomain& domain = target.domain;
   mesh::EditableTriangulation& mesh = domain.triangulation;
   std::map<VertexId, Index> corner;
-  for (const Index d : domain.outline) corner.emplace(domain.mesh_vertex[at(d)], d);
+  for (const Index d : domain.outline) corner.emplace(domain.vertex_of(d), d);
   // What a face is divided into has it for its parent.
   for (FaceId f = 0; f < mesh.face_slots(); ++f) mesh.set_parent(f, f);
   for (const SheetPin& p : target.pins) {
     FaceId f = 0;
     while (!mesh.alive(f) || mesh.parent(f) != p.face || !holds(domain, domain.point, f, p.pin.uv))
       ++f;
-    corner.emplace(p.pin.vertex, insert_point(domain, f, p.pin.uv, p.pin.vertex));
+    corner.emplace(p.pin.vertex, insert_pin(domain, f, p.pin));
   }
   return corner;
 }
@@ -503,7 +456,8 @@ Target full_target(const mesh::RefinedSurface& surface, const Constraints& const
   for (const auto& [a, b] : constraints.edges) target.given.push_back({a, b});
   Index mark = TargetDomain::kFixedEdge;
   for (const std::vector<VertexId>& path : target.given)
-    insert_line(target.domain, corner.at(path.front()), corner.at(path.back()), ++mark);
+    insert_line(target.domain, constraints, corner.at(path.front()), corner.at(path.back()),
+                ++mark);
   make_delaunay(target.domain);
   return target;
 }

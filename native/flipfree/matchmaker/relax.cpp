@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <map>
 #include <numbers>
 
 #include "flipfree/base/failure.h"
@@ -42,16 +43,6 @@ distortion::MinimizeOptions minimize_options(int steps, std::vector<VertexId> fi
   options.fixed = std::move(fixed);
   options.lengthen = true;
   return options;
-}
-
-// add(k, angle at corner k) for the corners of a triangle, which lie at place(0), place(1),
-// place(2).
-template <typename Place, typename Add>
-void add_angles(const Place& place, const Add& add) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vector2 apex = place(k);
-    add(k, turn(place((k + 1) % 3) - apex, place((k + 2) % 3) - apex));
-  }
 }
 
 }  // namespace
@@ -118,27 +109,24 @@ Patch make_patch(const mesh::RefinedMap& map, const std::vector<Mesh::Triangle>&
 bool winds_more(const mesh::RefinedMap& map, const Patch& patch, FaceId valid, const Points2& uv,
                 const std::vector<FaceId>& replaced) {
   const Mesh& mesh = map.surface.mesh;
-  const Triangles& faces = patch.surface.faces;
-  std::vector<double> gain(patch.vertices.size(), 0.0);
+  std::map<VertexId, double> gain;  // of angle around it
+  const auto add = [&](double sign, const Points2& corners, const Mesh::Triangle& vertices) {
+    for (Index k = 0; k < 3; ++k) {
+      const auto [next, last] = std::pair((k + 1) % 3, (k + 2) % 3);
+      gain[vertices[at(k)]] += sign * turn(corners.row(next) - corners.row(k),
+                                           corners.row(last) - corners.row(k));
+    }
+  };
   for (FaceId f = 0; f < valid; ++f) {
-    const auto corner = [&](std::size_t k) { return faces(f, static_cast<Index>(k)); };
-    add_angles([&](std::size_t k) -> Vector2 { return uv.row(corner(k)); },
-               [&](std::size_t k, double angle) { gain[at(corner(k))] += angle; });
+    const auto corner = patch.surface.faces.row(f);
+    const auto vertex = [&](Index k) { return patch.vertices[at(corner[k])]; };
+    add(1.0, uv(corner, Eigen::all), {vertex(0), vertex(1), vertex(2)});
   }
-  for (const FaceId f : replaced) {
-    const Mesh::Triangle t = mesh.corners(f);
-    add_angles([&](std::size_t k) -> Vector2 { return map.uv.row(t[k]); },
-               [&](std::size_t k, double angle) {
-                 const auto found =
-                     std::lower_bound(patch.vertices.begin(), patch.vertices.end(), t[k]);
-                 if (found != patch.vertices.end() && *found == t[k])
-                   gain[at(found - patch.vertices.begin())] -= angle;
-               });
-  }
-  for (std::size_t i = 0; i < gain.size(); ++i) {
-    if (gain[i] >= std::numbers::pi && !mesh.is_boundary_vertex(patch.vertices[i])) return true;
-  }
-  return false;
+  for (const FaceId f : replaced)
+    add(-1.0, map.uv(mesh.corners(f), Eigen::all), mesh.corners(f));
+  return std::ranges::any_of(gain, [&](const auto& of) {
+    return of.second >= std::numbers::pi && !mesh.is_boundary_vertex(of.first);
+  });
 }
 
 bool overlaps(const mesh::RefinedMap& map, ExecutionContext& context) {

@@ -9,38 +9,10 @@
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
+#include "flipfree/embedding/disk.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
-
-namespace {
-
-// Is the direction from a to b in [0, pi)? Comparing coordinates is exact, subtracting them is not.
-bool points_up(const Vector2& a, const Vector2& b) {
-  return b.y() > a.y() || (b.y() == a.y() && b.x() > a.x());
-}
-
-}  // namespace
-
-int turning_number(const Polygon& polygon) {
-  const std::size_t n = polygon.size();
-  int turns = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vector2& previous = polygon[(i + n - 1) % n];
-    const Vector2& corner = polygon[i];
-    const Vector2& next = polygon[(i + 1) % n];
-    const bool up_before = points_up(previous, corner);
-    const bool up_after = points_up(corner, next);
-    if (up_before == up_after) continue;
-    // The direction passes the positive x-axis counter-clockwise exactly when it turns left out of
-    // the lower half circle into the upper one; clockwise when it turns right (or back) out of the
-    // upper one.
-    const int side = numeric::orientation(previous, corner, next);
-    if (side > 0 && up_after) ++turns;
-    if (side <= 0 && up_before) --turns;
-  }
-  return turns;
-}
 
 bool is_locally_convex(const Polygon& polygon) {
   const std::size_t n = polygon.size();
@@ -134,7 +106,7 @@ void refuse_reversed_line(const mesh::EditableTriangulation& mesh,
                           const std::vector<VertexId>& chain, const Polygon& polyline) {
   if (polyline.front() != polyline.back()) return;  // a vertex with two targets
   const Polygon corners(polyline.begin(), polyline.end() - 1);
-  const int turns = corners.size() < 3 ? 0 : turning_number(corners);
+  const int turns = corners.size() < 3 ? 0 : embedding::turning_number(rows_of(corners));
   if (turns != 1 && turns != -1) return;  // lines that cross are named later
   std::vector<char> wall(at(mesh.halfedge_slots()), 0);
   FaceId left = kInvalid;
@@ -376,7 +348,7 @@ class Reader {
 
   void check_outline() {
     if (result_.free_boundary()) return;
-    result_.turning_number = turning_number(result_.outline);
+    result_.turning_number = embedding::turning_number(rows_of(result_.outline));
     const auto conflict = first_conflict(result_.outline);
     result_.simple_outline = !conflict;
     if (result_.turning_number == -1 && !conflict) {

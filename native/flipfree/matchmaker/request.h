@@ -15,12 +15,6 @@ namespace flipfree::matchmaker {
 // left. What is asked of it is decided exactly.
 using Polygon = std::vector<Vector2>;
 
-// How many times the direction of travel turns counter-clockwise in one round: 1 for a simple
-// counter-clockwise polygon, 0 for a figure-eight. A reversal (a spike, where the polygon goes back
-// along itself) is the tip of a slit: its inner angle is 2 pi, so it turns right by pi.
-// Precondition: consecutive corners differ. Cost: O(n).
-int turning_number(const Polygon& polygon);
-
 // Does it nowhere turn right? Convex polygons are so, and some that wind more than once. Cost:
 // O(n).
 bool is_locally_convex(const Polygon& polygon);

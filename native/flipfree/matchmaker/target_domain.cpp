@@ -2,7 +2,6 @@
 
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Triangulation_face_base_with_info_2.h>
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
 
 #include <algorithm>
@@ -18,36 +17,18 @@ namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<Index, Kernel>;
-using FaceBase = CGAL::Constrained_triangulation_face_base_2<
-    Kernel, CGAL::Triangulation_face_base_with_info_2<bool, Kernel>>;
+using FaceBase = CGAL::Constrained_triangulation_face_base_2<Kernel>;
 using Cdt = CGAL::Constrained_Delaunay_triangulation_2<
     Kernel, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>,
     CGAL::No_constraint_intersection_tag>;
 
 using Mesh = mesh::EditableTriangulation;
 
-// info() of a face becomes true if it lies outside the outline, of the first n vertices: reachable
-// from infinity without crossing it.
-void mark_outside(Cdt& cdt, Index n) {
-  const auto on_outline = [&](const Cdt::Edge& e) {
-    const Index a = e.first->vertex(Cdt::cw(e.second))->info();
-    const Index b = e.first->vertex(Cdt::ccw(e.second))->info();
-    return cdt.is_constrained(e) && a < n && b < n && ((a + 1) % n == b || (b + 1) % n == a);
-  };
-  for (const Cdt::Face_handle f : cdt.all_face_handles()) f->info() = false;
-  std::vector<Cdt::Face_handle> stack = {cdt.infinite_face()};
-  cdt.infinite_face()->info() = true;
-  while (!stack.empty()) {
-    const Cdt::Face_handle f = stack.back();
-    stack.pop_back();
-    for (int k = 0; k < 3; ++k) {
-      const Cdt::Face_handle g = f->neighbor(k);
-      const bool both_infinite = cdt.is_infinite(f) && cdt.is_infinite(g);
-      if (g->info() || (!both_infinite && on_outline({f, k}))) continue;
-      g->info() = true;
-      stack.push_back(g);
-    }
-  }
+// Does a triangle of this triangulation, counter-clockwise, lie inside the outline, of the first n
+// vertices? Outside are pockets of the convex hull, whose corners are the outline's in reverse.
+bool is_inside(const Mesh::Triangle& t, Index n) {
+  const auto [a, b, c] = t;
+  return std::max({a, b, c}) >= n || (a < b) + (b < c) + (c < a) == 2;
 }
 
 }  // namespace
@@ -84,12 +65,10 @@ TargetDomain triangulate_embedded(const Polygon& outline, std::span<const Vector
     cdt.insert_constraint(handle[at(i)], handle[at((i + 1) % n)]);
   }
   for (const auto& [a, b] : fixed_edges) cdt.insert_constraint(handle[at(a)], handle[at(b)]);
-  mark_outside(cdt, n);
   std::vector<Mesh::Triangle> triangles;
-  for (const Cdt::Face_handle f : cdt.finite_face_handles()) {
-    if (!f->info())
-      triangles.push_back({f->vertex(0)->info(), f->vertex(1)->info(), f->vertex(2)->info()});
-  }
+  for (const Cdt::Face_handle f : cdt.finite_face_handles())
+    triangles.push_back({f->vertex(0)->info(), f->vertex(1)->info(), f->vertex(2)->info()});
+  std::erase_if(triangles, [&](const Mesh::Triangle& t) { return !is_inside(t, n); });
   domain.triangulation = Mesh(static_cast<Index>(domain.point.size()), rows_of(triangles));
   for (Index i = 0; i < n; ++i) domain.fix(i, (i + 1) % n);
   Index mark = TargetDomain::kFixedEdge;
@@ -154,19 +133,6 @@ std::vector<FaceId> sheets_at(const TargetDomain& domain, const Vector2& point) 
     if (first) sheets.push_back(f);
   }
   return sheets;
-}
-
-Index insert_point(TargetDomain& domain, FaceId sheet, const Vector2& point, VertexId mesh_vertex) {
-  Mesh& mesh = domain.triangulation;
-  HalfedgeId on_edge = kInvalid;
-  for (HalfedgeId h = 3 * sheet; h < 3 * sheet + 3; ++h) {
-    if (numeric::orientation(domain.at(mesh.source(h)), domain.at(mesh.target(h)), point) == 0)
-      on_edge = h;
-  }
-  const Index v = on_edge == kInvalid ? mesh.split_face(sheet) : mesh.split_edge(on_edge);
-  domain.point.push_back(point);
-  domain.mesh_vertex.push_back(mesh_vertex);
-  return v;
 }
 
 namespace {

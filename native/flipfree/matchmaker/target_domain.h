@@ -42,9 +42,6 @@ TargetDomain triangulate_embedded(const Polygon& outline, std::span<const Vector
 // The triangles (sheets) whose closure contains the point; a point on an edge or a vertex of the
 // triangulation counts once, by the lowest of the faces around it.
 std::vector<FaceId> sheets_at(const TargetDomain& domain, const Vector2& point);
-// Inserts a point into a sheet. Returns the new domain vertex.
-// Precondition: the point is no vertex of that face and on no boundary edge.
-Index insert_point(TargetDomain& domain, FaceId sheet, const Vector2& point, VertexId mesh_vertex);
 
 // Flips unmarked edges until all of them are locally Delaunay.
 void make_delaunay(TargetDomain& domain);
