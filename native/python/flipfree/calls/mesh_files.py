@@ -15,8 +15,7 @@ import numpy as np
 from .. import _native, checks, errors
 from ..job import ours_only
 from ..results import FloatArray, IntArray, Parametrization
-from ..rewriting import obj, ply
-from ..rewriting.polygons import NewMap
+from ..rewriting import NewMap, rewritten_obj, rewritten_ply
 from ..texts import counted
 
 
@@ -208,11 +207,13 @@ def _kept(
             odd[:1].tolist(),
         )
     own = _own_vertices(faces, old.faces[parent], vertices)
-    new = NewMap(old.faces, old.polygons, own, uv, parent, vertices[count:], origins, weights)
+    assert old.corners is not None
+    of_file = old.faces, old.polygons, old.corners
+    new = NewMap(*of_file, own, uv, parent, vertices[count:], origins, weights)
     return _REWRITERS[ending](content, new)
 
 
-_REWRITERS = {".obj": obj.rewritten, ".ply": ply.rewritten}
+_REWRITERS = {".obj": rewritten_obj, ".ply": rewritten_ply}
 
 
 def _own_vertices(faces: IntArray, parents: IntArray, vertices: FloatArray) -> IntArray:
