@@ -33,10 +33,9 @@ from model_files import SUFFIXES, Unreadable, read_model
 from runner import Options, Row, main, table, timed
 
 import flipfree as ff
-from flipfree.batch.child import Engine, Limits
+from flipfree.batch.child import Engine, Limits, Unit, serve
 from flipfree.batch.plan import Item
 from flipfree.batch.run import Work, on_this_machine
-from flipfree.batch.worker import Unit, serve
 from flipfree.distortion import BOUND_ENERGY
 
 from judges.any_triangles import judge_any

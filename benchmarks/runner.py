@@ -26,7 +26,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from flipfree.batch.worker import peak_megabytes
+from flipfree.batch.child import peak_megabytes
 
 from mesh_files import data_folder
 

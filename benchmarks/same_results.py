@@ -49,7 +49,7 @@ class Keeper(pickle.Pickler):
     """Knows what the package returns by its public name: modules move."""
 
     def reducer_override(self, one: Any) -> Any:
-        public = type(one).__name__ in ff.__all__ and hasattr(one, "__dict__")
+        public = hasattr(ff, type(one).__name__) and hasattr(one, "__dict__")
         return (made, (type(one).__name__, vars(one))) if public else NotImplemented
 
 

@@ -75,18 +75,20 @@ DOORS = tuple(map(_door, _ROWS.strip().splitlines()))
 #: Of the package, what is no algorithm.
 _HELPERS = set("islands jobs quads_from_map read separate split_fans write".split())
 #: Of the compiled module, what a door of another name calls.
-_PARTS = {"certify_quads": "quads", "field_signature": "signature", "quads_from_map": "quads"}
+_PARTS = {
+    "certify_quads": "quads",
+    "field_signature": "signature",
+    "judged": "compose",
+    "quads_from_map": "quads",
+}
 
 
 def _public() -> set[str]:
     tree = ast.parse((PACKAGE / "__init__.py").read_text())
-    (names,) = (
-        ast.literal_eval(node.value)
-        for node in tree.body
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__"
-    )
+    imported = (node.names for node in tree.body if isinstance(node, ast.ImportFrom))
+    names = {str(alias.asname) for aliases in imported for alias in aliases}
     results = (PACKAGE / "results.py").read_text()
-    return set(names) | {f"result.{name}" for name in re.findall(r"    def (\w+)\(", results)}
+    return names | {f"result.{name}" for name in re.findall(r"    def (\w+)\(", results)}
 
 
 def _package_commands() -> set[str]:

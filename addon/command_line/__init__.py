@@ -16,7 +16,7 @@ from pathlib import Path
 
 import bpy
 
-from flipfree.batch import arguments, worker
+from flipfree.batch import arguments, child
 from flipfree.batch.plan import PlanError
 
 from .. import records
@@ -77,7 +77,7 @@ def _run_one_file(given) -> int:
 def main(argv: list[str]) -> int:
     """The command; returns its exit status."""
     if argv == ["--worker"]:
-        return worker.serve(unit.unit_of)
+        return child.serve(unit.unit_of)
     try:
         given = _parser().parse_args(arguments.with_lists(argv))
     except PlanError as error:

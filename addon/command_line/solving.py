@@ -4,7 +4,7 @@
 import argparse
 from dataclasses import dataclass
 
-from flipfree.batch.worker import in_command_line_terms
+from flipfree.batch.child import in_command_line_terms
 
 from .. import aspect, errors, modal, records
 from ..meshes import mesh_io

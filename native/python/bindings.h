@@ -10,6 +10,11 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <boost/preprocessor/seq/for_each.hpp>
+#include <boost/preprocessor/stringize.hpp>
+#include <boost/preprocessor/tuple/elem.hpp>
+#include <boost/preprocessor/variadic/to_seq.hpp>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -150,15 +155,9 @@ struct ResultCaster {
 };
 template <>
 struct type_caster<flipfree::Stats> : ResultCaster {};
-template <typename Result, typename... Results>
-constexpr bool is_one_of = (std::is_same_v<Result, Results> || ...);
 template <typename Result>
-struct type_caster<
-    Result, std::enable_if_t<is_one_of<
-                Result, flipfree::Error, flipfree::mesh::Mend, flipfree::certify::Certificate,
-                flipfree::certify::Parametrization, flipfree::conformal::ConformalMetric,
-                flipfree::conformal::ConformalMapResult, flipfree::quads::QuadCertificate,
-                flipfree::quads::QuadMesh>>> : ResultCaster {};
+requires requires(Result result) { flipfree::python::to_python(std::move(result)); }
+struct type_caster<Result> : ResultCaster {};
 
 }  // namespace pybind11::detail
 
@@ -259,15 +258,9 @@ class OptionReader {
 // FLIPFREE_EACH(visit, value, cuts, seams.find) is visit("cuts", value.cuts); visit("seams.find",
 // value.seams.find);
 #define FLIPFREE_EACH(visit, value, ...) \
-  FLIPFREE_REPEATED(FLIPFREE_REPEATED(FLIPFREE_FIRST(visit, value, __VA_ARGS__)))
-#define FLIPFREE_FIRST(visit, value, member, ...) \
-  visit(#member, value.member);                   \
-  __VA_OPT__(FLIPFREE_REST FLIPFREE_NONE(visit, value, __VA_ARGS__))
-#define FLIPFREE_REST() FLIPFREE_FIRST
-#define FLIPFREE_NONE ()
-#define FLIPFREE_REPEATED(...) FLIPFREE_AGAIN(FLIPFREE_AGAIN(FLIPFREE_AGAIN(__VA_ARGS__)))
-#define FLIPFREE_AGAIN(...) FLIPFREE_ONCE(FLIPFREE_ONCE(FLIPFREE_ONCE(__VA_ARGS__)))
-#define FLIPFREE_ONCE(...) __VA_ARGS__
+  BOOST_PP_SEQ_FOR_EACH(FLIPFREE_MEMBER, (visit, value), BOOST_PP_VARIADIC_TO_SEQ(__VA_ARGS__))
+#define FLIPFREE_MEMBER(_, of, member) \
+  BOOST_PP_TUPLE_ELEM(0, of)(BOOST_PP_STRINGIZE(member), BOOST_PP_TUPLE_ELEM(1, of).member);
 
 // What reads a solver's options of this type: these members, by their names.
 #define FLIPFREE_READER(Options, ...)         \

@@ -62,7 +62,6 @@ namespace {
 using field::GivenField;
 using Cones = std::optional<std::vector<Index>>;
 using Ids = std::vector<Index>;
-using Places = std::optional<Points2>;
 
 // Raises flipfree.errors.<name>.
 void raise(const char* name, const Error& error, const py::object& certificate = py::none()) {
@@ -240,6 +239,16 @@ auto nearest(const Points3& vertices, const Triangles& faces, const Points3& poi
   return std::tuple(std::move(parents), std::move(weights));
 }
 
+// Any map of its own triangles, judged.
+certify::Parametrization judged(const mesh::Surface& surface, const Points2& uv,
+                                ExecutionContext& context) {
+  certify::Certificate certificate = certify_map(surface, uv, std::nullopt, {}, context);
+  certify::Parametrization map = map_of(surface, uv.cast<float>());
+  map.uv = uv;
+  map.certificate = std::move(certificate);
+  return map;
+}
+
 certify::Parametrization follow(const mesh::Surface& surface,
                                 const std::optional<GivenField>& given,
                                 const field::FieldOptions& made,
@@ -254,24 +263,21 @@ certify::Parametrization follow(const mesh::Surface& surface,
                  "or simplify the field", find);
 }
 
-void require_closed(const mesh::Adjacency& adjacency) {
-  for (HalfedgeId h = 0; static_cast<std::size_t>(h) < adjacency.opposite.size(); ++h) {
-    if (adjacency.opposite[static_cast<std::size_t>(h)] != kInvalid) continue;
-    throw_invalid(ErrorCode::kBadOption,
-                  "The surface is open at face " + face_id(h / 3) +
-                      ", and admissible cuts are of closed ones. Close its holes.",
-                  ElementKind::kFace, {h / 3});
-  }
+void require_closed(const std::vector<HalfedgeId>& opposite) {
+  const auto open = std::ranges::find(opposite, kInvalid) - opposite.begin();
+  if (open == std::ssize(opposite)) return;
+  const auto face = static_cast<FaceId>(open / 3);
+  throw_invalid(ErrorCode::kBadOption,
+                "The surface is open at face " + face_id(face) +
+                    ", and admissible cuts are of closed ones. Close its holes.",
+                ElementKind::kFace, {face});
 }
 
 using Sectors = std::vector<std::pair<VertexId, FaceId>>;
 
 // (refined surface, its parent faces, parents and weights of its vertices, branches as vertices,
-// (vertex, first face) of each right angle at a node and of each flat sector there).
-using FoundCut =
-    std::tuple<Points3, Triangles, Ids, Ids, Points3, std::vector<Ids>, Sectors, Sectors, Stats>;
-
-FoundCut described(holonomy::RefinedPieces&& pieces, Stats stats) {
+// (vertex, first face) of each right angle at a node and of each flat sector there, stats).
+auto described(holonomy::RefinedPieces&& pieces, Stats stats) {
   const Triangles& faces = pieces.surface.faces;
   std::vector<Ids> branches;
   Sectors corners, flat;
@@ -296,17 +302,17 @@ FoundCut described(holonomy::RefinedPieces&& pieces, Stats stats) {
     first += static_cast<FaceId>(cut.surface.faces.rows());
   }
   auto [parents, weights] = places_of(pieces.provenance.vertex);
-  return FoundCut(std::move(pieces.surface.vertices), pieces.surface.faces.triangles(),
-                  std::move(pieces.provenance.face), std::move(parents), std::move(weights),
-                  std::move(branches), std::move(corners), std::move(flat), std::move(stats));
+  return std::tuple(std::move(pieces.surface.vertices), pieces.surface.faces.triangles(),
+                    std::move(pieces.provenance.face), std::move(parents), std::move(weights),
+                    std::move(branches), std::move(corners), std::move(flat), std::move(stats));
 }
 
 // With the cones given, or with those of a field and turning as it does (thesis 5.2.1, 6.5).
-FoundCut admissible_cut(const mesh::Surface& surface, const Cones& cones,
-                        const std::optional<GivenField>& given, bool reroute,
-                        ExecutionContext& context) {
+auto admissible_cut(const mesh::Surface& surface, const Cones& cones,
+                    const std::optional<GivenField>& given, bool reroute,
+                    ExecutionContext& context) {
   mesh::validate(surface, {}, context);
-  require_closed(surface.adjacency());
+  require_closed(surface.adjacency().opposite);
   std::optional<field::CrossField> own;
   if (given) {
     own = field::read_field(surface, *given, context);
@@ -359,9 +365,10 @@ PYBIND11_MODULE(_native, module) {
   const auto uv32 = option<Points2f>("uv32");
   const auto cones = option<Cones>("cones");
   const auto given_field = option<std::optional<GivenField>>("field");
-  const auto place_like = option<Places>("place_like");
   def_job(module, "certify", "The map was not judged", "or certify fewer faces at once",
           prepared(&certify_map, uv, option<std::optional<Parent>>("parent"), read_certify));
+  def_job(module, "judged", "The maps were not judged", "or compose maps of fewer faces",
+          prepared(&judged, uv));
 
   // Disks, and whatever has a boundary.
   def_job(module, "embed",
@@ -378,13 +385,8 @@ PYBIND11_MODULE(_native, module) {
   const auto read_unwrap = FLIPFREE_READER(
       unwrap::UnwrapOptions, cuts, uncuttable, pins, bijective, may_add_cuts, cut_extremities,
       tolerance, margin, effort, max_seconds, material, polygon, seams.find, seams.stretch,
-      seams.sharp_angle, seams.weighted, seams.weights, max_iterations);
-  const auto unwrap_like = [](const auto& surface, const Places& places,
-                              unwrap::UnwrapOptions options, auto& context) {
-    options.place_like = places ? &*places : nullptr;
-    return unwrap::unwrap(surface, options, context);
-  };
-  def_job(module, "unwrap", prepared(unwrap_like, place_like, read_unwrap));
+      seams.sharp_angle, seams.weighted, seams.weights, max_iterations, place_like);
+  def_job(module, "unwrap", prepared(&unwrap::unwrap, read_unwrap));
   def_job(module, "auto_seams", prepared(&unwrap::find_seams, read_unwrap));
   def_job(module, "rectify", "The islands were not straightened",
           "or straighten fewer faces at once",
@@ -404,16 +406,12 @@ PYBIND11_MODULE(_native, module) {
       prepared(&unwrap::repair, uv,
                FLIPFREE_READER(unwrap::RepairOptions, cuts, uncuttable, pins, overlaps, stretched,
                                disjoint, margin, tolerance, aspect, max_iterations, max_seconds)));
-  const auto pack_like = [](const auto& surface, const Points2& corner_uv, const Places& places,
-                            unwrap::PackOptions options, auto& context) {
-    options.place_like = places ? &*places : nullptr;
-    return unwrap::pack(surface, corner_uv, options, context);
-  };
   def_job(module, "pack", "The charts were not packed", "or pack fewer faces at once",
-          prepared(pack_like, uv, place_like,
+          prepared(&unwrap::pack, uv,
                    FLIPFREE_READER(unwrap::PackOptions, margin, rotation, together, scale_true,
                                    keep_bijective, unmoved, obstacles, groups, layouts, share_tile,
-                                   stack, stack_mirrored, effort, first_tile, tiles, density)));
+                                   stack, stack_mirrored, effort, first_tile, tiles, density,
+                                   place_like)));
 
   // Conformal metrics and maps, and the angles for them.
   const auto read_metric = FLIPFREE_READER(Metric, target_angles, lengths);

@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 import flipfree as ff
-from flipfree.batch import arguments, worker
+from flipfree.batch import arguments, child
 from flipfree.batch.child import Engine
 from flipfree.batch.plan import Formats, PlanError
 from flipfree.batch.results import MEASURED
@@ -94,7 +94,7 @@ def engine_of(settings):
 
 def main(argv):
     if argv == ["--worker"]:
-        return worker.serve(unit_of)
+        return child.serve(unit_of)
     parser = argparse.ArgumentParser()
     parser.set_defaults(command="copy")
     arguments.add_run_arguments(parser, writes=True)

@@ -20,7 +20,7 @@ from surfaces import bumpy_grid, octahedron_sphere
 #: The package's functions that solve, by name: those that report progress.
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     name: getattr(ff, name)
-    for name in ff.__all__
+    for name in vars(ff)
     if inspect.isfunction(getattr(ff, name))
     and "progress" in inspect.signature(getattr(ff, name)).parameters
 }

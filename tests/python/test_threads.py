@@ -144,7 +144,7 @@ def test_all_calls_that_take_threads_are_here() -> None:
 
     taking = {
         name
-        for name in ff.__all__
+        for name in vars(ff)
         if inspect.isfunction(getattr(ff, name))
         and "threads" in inspect.signature(getattr(ff, name)).parameters
     }

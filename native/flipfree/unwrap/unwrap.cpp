@@ -85,7 +85,7 @@ class Unwrapping {
 
   void check_options() {
     stats_["time_limit_reached"] = std::int64_t{0};
-    if (options_.place_like != nullptr) require_corners(surface_, *options_.place_like);
+    if (options_.place_like) require_corners(surface_, *options_.place_like);
     if (options_.seams.find && !options_.pins.empty()) {
       throw_invalid(ErrorCode::kBadPins,
                     "Seams cannot be found where there are pins, whose place would be on both "
@@ -236,11 +236,9 @@ certify::Parametrization unwrap_separated(const mesh::Surface& surface,
                                           const UnwrapOptions& options, ExecutionContext& context) {
   const certify::SeparatedMap separated(surface, separating(options), context);
   UnwrapOptions own = on_separated(separated, options);
-  Points2 places;
-  if (options.place_like != nullptr) {
+  if (options.place_like) {
     require_corners(surface, *options.place_like);
-    places = separated.corners(*options.place_like);
-    own.place_like = &places;
+    own.place_like = separated.corners(*options.place_like);
   }
   const certify::Parametrization solved =
       separated.solve([&] { return Unwrapping(separated.surface(), own, context).run(); });

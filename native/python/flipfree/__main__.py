@@ -1,11 +1,9 @@
 """The command line: `python -m flipfree COMMAND INPUT... --out FOLDER`, see docs/batch.md."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 
-from .batch import arguments, worker
+from .batch import arguments, child
 from .batch.models import commands as commands  # they declare themselves
 from .batch.models.model import COMMANDS, FORMATS, engine_of, unit_of, versions
 from .batch.plan import PlanError
@@ -30,7 +28,7 @@ def parser() -> argparse.ArgumentParser:
 
 def main(argv: list[str]) -> int:
     if argv == ["--worker"]:
-        return worker.serve(unit_of)
+        return child.serve(unit_of)
     try:
         given = parser().parse_args(arguments.with_lists(argv))
     except PlanError as error:

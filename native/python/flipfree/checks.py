@@ -1,7 +1,5 @@
 """Checks and conversions of arguments. Every complaint names the argument and what it may be."""
 
-from __future__ import annotations
-
 import operator
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -11,10 +9,9 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 import numpy.ma
-import numpy.typing as npt
 
 from .errors import InvalidInput, bad_option, bad_pins, bad_shape, not_finite, out_of_range
-from .results import FloatArray, IntArray, Mesh, Parametrization, in_unit
+from .results import Array, FloatArray, IntArray, Mesh, Parametrization, in_unit
 
 Number = TypeVar("Number", int, float)
 
@@ -78,8 +75,8 @@ class Within(Generic[Number]):
     def __init__(
         self, kind: Callable[[Any], Number | None], noun: str, bounds: Mapping[str, float]
     ) -> None:
-        """bounds: "from", "to", "above", "below", of which the last two are excluded themselves."""
-        told = (f" {word} {bound:.10g}" for word, bound in bounds.items() if np.isfinite(bound))
+        """bounds: "least", "most", "above", "below", of which the last two are excluded themselves."""
+        told = (f" {_FITS[name][0]} {at:.10g}" for name, at in bounds.items() if np.isfinite(at))
         self.words = noun + "".join(told)
         self._kind: Callable[[Any], Number | None] = kind
         self._bounds = bounds
@@ -88,7 +85,7 @@ class Within(Generic[Number]):
         """None where it is none of these."""
         number = self._kind(value)
         fits = number is not None and all(
-            _FITS[word](number, bound) for word, bound in self._bounds.items()
+            _FITS[name][1](number, bound) for name, bound in self._bounds.items()
         )
         return number if fits else None
 
@@ -99,17 +96,18 @@ class Within(Generic[Number]):
         return number
 
 
-_FITS = {"from": operator.ge, "to": operator.le, "above": operator.gt, "below": operator.lt}
+_FITS: dict[str, tuple[str, Callable[[float, float], bool]]] = {
+    **dict(least=("from", operator.ge), most=("to", operator.le)),
+    **dict(above=("above", operator.gt), below=("below", operator.lt)),
+}
 
 
 def real(noun: str = "a finite number", **bounds: float) -> Within[float]:
-    """bounds: ``least``, ``most``, ``above``, ``below``."""
-    named = {{"least": "from", "most": "to"}.get(word, word): at for word, at in bounds.items()}
-    return Within(real_number, noun, {"above": -np.inf, "below": np.inf} | named)
+    return Within(real_number, noun, {"above": -np.inf, "below": np.inf} | bounds)
 
 
 def whole(least: int = 0, most: int = LARGEST_COUNT, noun: str = "a whole number") -> Within[int]:
-    return Within(whole_number, noun, {"from": least, "to": most})
+    return Within(whole_number, noun, {"least": least, "most": most})
 
 
 as_positive = real(above=0.0)
@@ -149,7 +147,7 @@ def as_choice(value: Any, name: str, choices: Sequence[str], otherwise: str = ""
     raise bad_option(f"{name} must be one of {', '.join(choices)}{otherwise}, not {shown(value)}.")
 
 
-def _as_array(values: Any, name: str, of: str, convert: Callable[[Any], Any]) -> npt.NDArray[Any]:
+def _as_array(values: Any, name: str, of: str, convert: Callable[[Any], Any]) -> Array:
     """``values`` as an array of integers or floats; ``of`` says what its elements should be, convert makes one of an object."""
     try:
         array = np.asarray(values)
@@ -181,7 +179,7 @@ def _not_an_array(name: str, of: str, reason: str) -> InvalidInput:
     return bad_shape(f"{name} is not an array of {of}: {reason}.")
 
 
-def _shaped(array: npt.NDArray[Any], name: str, columns: int | None) -> npt.NDArray[Any]:
+def _shaped(array: Array, name: str, columns: int | None) -> Array:
     if array.size == 0 and (array.ndim == 1 or array.shape[0] == 0):
         array = array.reshape((0,) if columns is None else (0, columns))
     wanted = "(n,)" if columns is None else f"(n, {columns})"
@@ -190,7 +188,7 @@ def _shaped(array: npt.NDArray[Any], name: str, columns: int | None) -> npt.NDAr
     return array
 
 
-def _to_floats(array: npt.NDArray[Any]) -> FloatArray:
+def _to_floats(array: Array) -> FloatArray:
     with np.errstate(all="ignore"):  # longer floats may become infinite: refused where used
         return np.ascontiguousarray(array, dtype=np.float64)
 
@@ -471,15 +469,15 @@ _SOLVERS = {
 }
 
 
-def checked(given: Mapping[str, Any], names: str = "") -> dict[str, Any]:
-    """A call's options by the solver's names, of its local variables, one of which is their mesh: those with these names, which
-    blanks part, or all that are known here."""
-    found = {}
+def checked(given: Mapping[str, Any], names: str = "") -> tuple[Mesh, dict[str, Any]]:
+    """A call's mesh, and its options by the solver's names, of its local variables: those with these names, which blanks part, or
+    all that are known here."""
+    mesh, found = as_mesh(given["vertices"], given["faces"]), {}
     for name in names.split() or [name for name in (*OF_MESH, *OPTIONS) if name in given]:
         value = given[name]
         if value is None and name in _OPTIONAL:
             continue
         of_mesh = OF_MESH.get(name)
-        option = of_mesh(value, name, given["mesh"]) if of_mesh else OPTIONS[name](value, name)
+        option = of_mesh(value, name, mesh) if of_mesh else OPTIONS[name](value, name)
         found[_SOLVERS.get(name, name)] = option
-    return found
+    return mesh, found

@@ -6,8 +6,6 @@ of the surface is above and half below: at the scale of the least mean, which th
 crushed makes all others look stretched. So a map with a mean above the bound has triangles and islands above it here as well.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -75,8 +73,7 @@ def percentiles(values: Array, weights: Array, shares: Sequence[int]) -> list[fl
 
 
 def _dot(a: Array, b: Array) -> Array:
-    found: Array = np.einsum("ij,ij->i", a, b)
-    return found
+    return np.asarray(np.einsum("ij,ij->i", a, b))
 
 
 def needles(vertices: Array, faces: Array, energy: Array) -> int:

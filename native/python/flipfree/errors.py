@@ -1,7 +1,5 @@
 """Exceptions of the public functions. No other exception leaves them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

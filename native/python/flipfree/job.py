@@ -16,7 +16,7 @@ from typing import Any, Generic, NoReturn, ParamSpec, TypedDict, TypeVar, cast
 
 from .checks import as_seconds, as_threads, real_number, shown
 from .errors import Cancelled, FlipfreeError, NotConverged, bad_option
-from .results import Mesh
+from .results import Mesh, Parametrization, parametrization_from
 
 Result = TypeVar("Result")
 Arguments = ParamSpec("Arguments")
@@ -59,13 +59,16 @@ def _raise_ours(error: Exception) -> NoReturn:
     ) from error
 
 
-def ours_only(start: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """``start``, from which no other exceptions come than the package's, and Python's own for arguments that it lacks."""
-    signature = inspect.signature(start)
+def ours_only(
+    start: Callable[Arguments, Result], signature: inspect.Signature | None = None
+) -> Callable[Arguments, Result]:
+    """``start``, from which no other exceptions come than the package's, and Python's own for arguments that it lacks, or that
+    the signature does."""
+    known = signature or inspect.signature(start)
 
     @wraps(start)
     def guarded(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
-        signature.bind(*args, **kwargs)
+        known.bind(*args, **kwargs)
         try:
             return start(*args, **kwargs)
         except Exception as error:
@@ -88,8 +91,7 @@ class Job(Generic[Result]):
         number = real_number(seconds)
         if number is None or number != number:
             raise bad_option(f"seconds must be a number, not {shown(seconds)}.")
-        ended: bool = self._native.wait(min(max(number, 0.0), LONGEST_WAIT))
-        return ended
+        return bool(self._native.wait(min(max(number, 0.0), LONGEST_WAIT)))
 
     def progress(self) -> tuple[str, float]:
         """(stage, fraction) as last reported; the fraction never falls."""
@@ -136,6 +138,17 @@ def start_job(
     options = options | {"max_seconds": as_seconds(limits.get("max_seconds"), "max_seconds")}
     native = call(mesh.scaled, mesh.faces, options, as_threads(limits.get("threads")))
     return Job(native, lambda data: convert(data, mesh))
+
+
+def start_map(
+    call: Callable[..., Any],
+    mesh: Mesh,
+    options: dict[str, Any],
+    limits: Limits,
+    aspect: float = 1.0,
+) -> Job[Parametrization]:
+    """The same of a call that returns a map. aspect: of the texture on which its distortion is measured."""
+    return start_job(call, mesh, options, limits, partial(parametrization_from, aspect=aspect))
 
 
 #: What a StagedJob is made of: yields (job, share of the progress at its end), and returns the result.
@@ -248,12 +261,7 @@ def solver_call(declared: Callable[Arguments, Job[Result]]) -> Callable[Argument
     )
     job_signature = signature.replace(parameters=[*own, *limits])
     result = str(signature.return_annotation).removeprefix("Job[").removesuffix("]")
-    guarded = cast("Callable[..., Job[Result]]", ours_only(declared))
-
-    @wraps(declared)
-    def start(*args: Any, **kwargs: Any) -> Job[Result]:
-        job_signature.bind(*args, **kwargs)
-        return guarded(*args, **kwargs)
+    start = ours_only(cast("Callable[..., Job[Result]]", declared), job_signature)
 
     @wraps(declared)
     def blocking(*args: Any, progress: Progress | None = None, **kwargs: Any) -> Result:

@@ -4,18 +4,16 @@ A map is known on the pieces of an overlay: the triangles of the result, each in
 on every piece, or projective where the result has ``log_weight``.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from .checks import as_corner_uv, as_floats, as_indices, as_map, as_places
+from . import _native
+from .checks import as_floats, as_indices, as_map, as_places, checked
 from .errors import bad_option, bad_shape, out_of_range
-from .job import ours_only
-from .results import FloatArray, IntArray, Parametrization, Transitions, frozen
+from .job import ours_only, run, start_map
+from .results import Array, FloatArray, IntArray, Parametrization
 
 #: What weights may be below zero by rounding.
 _SLACK = 1e-12
@@ -41,8 +39,7 @@ def map_points(found: Parametrization, faces: Any, barycentrics: Any) -> FloatAr
     deepest = np.lexsort((shares.min(axis=1), query))[np.cumsum(end - begin) - 1]
     piece, shares = piece[deepest], np.maximum(shares[deepest], 0.0)
     shares = _normalised(shares * _projective(found, piece))
-    uv: FloatArray = np.einsum("qk,qkd->qd", shares, found.uv[piece])
-    return uv
+    return np.asarray(np.einsum("qk,qkd->qd", shares, found.uv[piece]))
 
 
 @ours_only
@@ -71,18 +68,17 @@ def _points_of(
     return face, weights
 
 
-def corners_in_parents(found: Parametrization, piece: npt.NDArray[Any]) -> FloatArray:
+def corners_in_parents(found: Parametrization, piece: Array) -> FloatArray:
     """(q, 3, 3) weights of the corners of these faces of the result in the input's faces that contain them."""
     vertex = found.faces[piece]
     named = found.input_faces[found.vertex_parent[vertex]]
     wanted = found.input_faces[found.parent_face[piece]]
     same = (named[..., None] == wanted[:, None, None]).astype(np.float64)
-    weights: FloatArray = np.einsum("qcj,qcjk->qck", found.vertex_barycentric[vertex], same)
-    return weights
+    return np.asarray(np.einsum("qcj,qcjk->qck", found.vertex_barycentric[vertex], same))
 
 
 def on_input(
-    found: Parametrization, piece: npt.NDArray[Any], weights: FloatArray
+    found: Parametrization, piece: Array, weights: FloatArray
 ) -> tuple[IntArray, FloatArray]:
     """Points in faces of the result as such in the input's faces."""
     places = np.einsum("qc,qck->qk", weights, corners_in_parents(found, piece))
@@ -95,9 +91,9 @@ def of_pieces(given: Parametrization, made: Parametrization) -> Parametrization:
     parent, added = on_input(given, made.vertex_parent[new], made.vertex_barycentric[new])
     return replace(
         made,
-        parent_face=frozen(given.parent_face[made.parent_face]),
-        vertex_parent=frozen(np.concatenate([given.vertex_parent, parent])),
-        vertex_barycentric=frozen(np.concatenate([given.vertex_barycentric, added])),
+        parent_face=given.parent_face[made.parent_face],
+        vertex_parent=np.concatenate([given.vertex_parent, parent]),
+        vertex_barycentric=np.concatenate([given.vertex_barycentric, added]),
         input_faces=given.input_faces,
     )
 
@@ -107,8 +103,7 @@ def split_edges(found: Parametrization, old: int, faces: IntArray) -> IntArray:
     weights = found.vertex_barycentric[old:]
     on_edge = (weights == 0.0).any(axis=1)
     ends = faces[found.vertex_parent[old:][on_edge]]
-    found_ends: IntArray = ends[weights[on_edge] != 0.0].reshape(-1, 2)
-    return found_ends
+    return np.asarray(ends[weights[on_edge] != 0.0].reshape(-1, 2))
 
 
 def _shares(corner: FloatArray, point: FloatArray) -> FloatArray:
@@ -117,22 +112,19 @@ def _shares(corner: FloatArray, point: FloatArray) -> FloatArray:
     part = np.einsum("qd,qcd->qc", point, np.cross(after, before))
     whole = np.einsum("qd,qd->q", corner[:, 0], np.cross(corner[:, 1], corner[:, 2]))
     with np.errstate(divide="ignore", invalid="ignore"):
-        shares: FloatArray = np.where(whole[:, None] > 0.0, part / whole[:, None], -np.inf)
-    return shares
+        return np.asarray(np.where(whole[:, None] > 0.0, part / whole[:, None], -np.inf))
 
 
-def _projective(found: Parametrization, piece: npt.NDArray[Any]) -> FloatArray:
+def _projective(found: Parametrization, piece: Array) -> FloatArray:
     """(q, 3) weights of the corners of these faces: the largest is 1."""
     if found.log_weight is None:
         return np.ones((len(piece), 3))
     logs = found.log_weight[found.faces[piece]]
-    weights: FloatArray = np.exp(logs - logs.max(axis=1, keepdims=True))
-    return weights
+    return np.asarray(np.exp(logs - logs.max(axis=1, keepdims=True)))
 
 
 def _normalised(weights: FloatArray) -> FloatArray:
-    shares: FloatArray = weights / weights.sum(axis=1, keepdims=True)
-    return shares
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 
 
 class Finder:
@@ -239,31 +231,8 @@ def _map_of(name: str, given: Any) -> Parametrization:
     if isinstance(given, Parametrization):
         return given
     vertices, faces, uv = as_map(given, name)
-    from .calls.certification import certify
-
-    told = certify(vertices, faces, uv)
-    points, triangles = as_floats(vertices, "vertices", 3), as_indices(faces, "faces", 3)
-    places = as_corner_uv(uv, "uv", len(triangles)).reshape(-1, 3, 2)
-    parent, weights = np.zeros(len(points), np.int32), np.zeros((len(points), 3))
-    every = np.arange(len(triangles), dtype=np.int32)
-    for k in range(3):
-        parent[triangles[:, k]], weights[triangles[:, k]] = every, 0.0
-        weights[triangles[:, k], k] = 1.0
-    return Parametrization(
-        vertices=points,
-        faces=triangles,
-        uv=places,
-        uv64=places,
-        parent_face=every,
-        vertex_parent=parent,
-        vertex_barycentric=weights,
-        cut_edges=np.zeros((0, 2), np.int32),
-        transitions=Transitions(np.zeros(0, np.int32), np.zeros((0, 2))),
-        certificate=told,
-        stats={},
-        _uv32=places.astype(np.float32),
-        input_faces=triangles,
-    )
+    mesh, options = checked(locals(), "uv")
+    return run(start_map(_native.judged, mesh, options, {}))
 
 
 @ours_only

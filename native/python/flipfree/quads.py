@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Unpack
 
 import numpy as np
-import numpy.typing as npt
 
 from . import _native, checks
 from .calls.certification import with_tiles
@@ -16,13 +15,13 @@ from .errors import bad_option, require
 from .job import Job, Limits, StagedJob, Stages, job_of, solver_call, start_job
 from .points import of_pieces
 from .results import (
+    Flags,
     FloatArray,
     IntArray,
+    Ints,
     Mesh,
     Parametrization,
     ReadOnly,
-    all_frozen,
-    frozen,
     in_unit,
     parametrization_from,
 )
@@ -34,7 +33,7 @@ MOST_QUADS = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class QuadCertificate:
+class QuadCertificate(ReadOnly):
     """What was measured about a quad mesh, from its arrays and the surface alone.
 
     Attributes:
@@ -109,15 +108,12 @@ class QuadMesh(ReadOnly):
 def _quad_mesh_from(data: dict[str, Any], mesh: Mesh) -> QuadMesh:
     found_map = None if data["map"] is None else parametrization_from(data["map"], mesh)
     data = data | dict(vertices=in_unit(data["vertices"], -mesh.exponent), map=found_map)
-    return QuadMesh(**all_frozen(data) | dict(certificate=_certificate_from(data["certificate"])))
+    return QuadMesh(**data | dict(certificate=_certificate_from(data["certificate"])))
 
 
 def _certificate_from(data: dict[str, Any]) -> QuadCertificate:
-    found = dict(data)
-    irregular = np.stack([found["irregular"], found.pop("valence")], axis=1)
-    return QuadCertificate(
-        **found | dict(irregular=frozen(irregular), turned=frozen(found["turned"]))
-    )
+    data["irregular"] = np.stack([data["irregular"], data.pop("valence")], axis=1)
+    return QuadCertificate(**data)
 
 
 @solver_call
@@ -168,13 +164,10 @@ def quads(
         raise bad_option(
             "Give either target, how many quads, or edge_length, how long their sides are."
         )
-    mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals(), "with_map")
+    mesh, options = checks.checked(locals(), "with_map sizing features")
     options["adaptive"] = 0.01 * checks.real(least=0.0, most=100.0)(adaptive, "adaptive")
     if target is not None:
         options["target"] = checks.real(above=0.0, most=MOST_QUADS)(target, "target")
-    edges = checks.as_optional_indices(features, "features", 2)
-    sizes = checks.checked(locals(), "sizing").get("sizing")
     clean = None if field is not None else separate(mesh.given, mesh.faces)
     if symmetry is not None:
         axis = "xyz".index(checks.as_choice(symmetry, "symmetry", ("x", "y", "z")))
@@ -183,30 +176,26 @@ def quads(
                 "A field cannot be given together with symmetry: the half gets one of its own."
             )
         half = half_of(mesh.given, mesh.faces, axis)
-        how = dict(
-            target=None if target is None else 0.5 * options["target"],
-            edge_length=edge_length,
-            features=None if features is None else half.edges(edges),
-            sizing=None if sizes is None else half.of_vertices(sizes),
-            adaptive=adaptive,
-        )
+        how = dict(edge_length=edge_length, adaptive=adaptive, **_carried(options, half))
+        if target is not None:
+            how["target"] = 0.5 * options["target"]
         return StagedJob(_mirrored(mesh, half, axis, how, limits))
     if clean is None:
         options["field"] = arrays_of(field, mesh.faces)
     elif clean.mends:
         mesh = checks.as_mesh(clean.vertices, clean.faces)
-        edges = clean.edges(edges)
-        sizes = None if sizes is None else sizes[clean.vertex_origin]
+        options |= _carried(options, clean)
     if target is None:
         length = checks.as_positive(edge_length, "edge_length")
         options["edge_length"] = float(np.ldexp(length, -mesh.exponent))
-    if features is not None:
-        options["features"] = edges
-    if sizes is not None:
-        options["sizing"] = sizes
-
     job = start_job(_native.quads, mesh, options, limits, _quad_mesh_from)
     return StagedJob(_on_input(job, clean)) if clean is not None and clean.mends else job
+
+
+def _carried(options: dict[str, Any], surface: Half | SeparatedSurface) -> dict[str, Any]:
+    """Those of the options that belong to edges and vertices, on what was made of their mesh."""
+    known = {"features": surface.edges, "sizing": surface.of_vertices}
+    return {name: carry(options[name]) for name, carry in known.items() if name in options}
 
 
 def _on_input(job: Job[QuadMesh], clean: SeparatedSurface) -> Stages[QuadMesh]:
@@ -217,9 +206,9 @@ def _on_input(job: Job[QuadMesh], clean: SeparatedSurface) -> Stages[QuadMesh]:
     found.stats["separated"] = sum(mend.count for mend in clean.mends)
     return replace(
         found,
-        parent_face=frozen(parent),
-        quad_parent=frozen(clean.face_origin[found.quad_parent]),
-        barycentric=frozen(weights),
+        parent_face=parent,
+        quad_parent=clean.face_origin[found.quad_parent],
+        barycentric=weights,
         map=None if found.map is None else clean.on_input(found.map),
     )
 
@@ -229,10 +218,8 @@ def _mirrored(
 ) -> Stages[QuadMesh]:
     """Quads of one half, and what the two halves are together."""
     clean = separate(half.vertices, half.faces)
-    if clean.mends and how["features"] is not None:
-        how["features"] = clean.edges(how["features"])
-    if clean.mends and how["sizing"] is not None:
-        how["sizing"] = how["sizing"][clean.vertex_origin]
+    if clean.mends:
+        how |= _carried(how, clean)
     with (
         named_on_input(half.origin[:, 0], half.parent),
         named_on_input(clean.vertex_origin, clean.face_origin),
@@ -262,23 +249,21 @@ def _mirrored(
         parent, weights = half.on_faces(*own)
         there = in_unit(points[other], mesh.exponent)
         parent[other], weights[other] = _native.nearest(mesh.scaled, mesh.faces, there)
-        return frozen(parent.astype(np.int32)), frozen(weights)
+        return parent.astype(np.int32), weights
 
     parents, weights = on_input(parents, weights, places)
     middle = places[corners].mean(axis=1)
     of_quads, _ = on_input(of_quads, np.full((len(middle), 3), 1.0 / 3.0), middle)
     return replace(
         found,
-        vertices=frozen(places),
-        quads=frozen(corners),
+        vertices=places,
+        quads=corners,
         parent_face=parents,
         barycentric=weights,
         quad_parent=of_quads,
         certificate=certificate,
     )
 
-
-Ints = npt.NDArray[np.int64]
 
 #: Vertices this near to the plane, as a share of the extent, are on it.
 _ON = 1e-6
@@ -353,7 +338,7 @@ def half_of(vertices: FloatArray, faces: IntArray, axis: int) -> Half:
     return Half(points, numbers, origin, along, np.append(whole, across[row]), own)
 
 
-def on_plane(vertices: FloatArray, polygons: Any, axis: int) -> npt.NDArray[np.bool_]:
+def on_plane(vertices: FloatArray, polygons: Any, axis: int) -> Flags:
     """(n,) vertices of sides with one polygon that lie on the plane."""
     ends = np.stack([polygons, np.roll(polygons, -1, axis=1)], -1).reshape(-1, 2)
     sides, uses = np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
@@ -443,8 +428,7 @@ def fit_tiles(
     """
     given = map_or_arrays if isinstance(map_or_arrays, Parametrization) else None
     vertices, faces, uv = checks.as_map(map_or_arrays, "fit_tiles")
-    mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals(), "uv prefer_translations")
+    mesh, options = checks.checked(locals(), "uv prefer_translations")
     checks.refuse_beyond_storage(options["uv"], "uv")
     edges = checks.as_optional_indices(features, "features", 2)
     if given is not None:

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from .distortion import LEVELS, energies, level_of, needles, stretched
+from .distortion import Array as Array
 from .texts import above_bound, counted, mended, mirrored, needles_named
 
+Flags = npt.NDArray[np.bool_]
+Ints = npt.NDArray[np.int64]
+Float32Array = npt.NDArray[np.float32]
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
+Value = TypeVar("Value")
 
 #: Names of the symmetric flip types in the order of ``ConformalMetric.flip_counts`` (faces left and right of the edge).
 FLIP_TYPES = tuple("(1,1,1) (1,par,2) (t,perp,t) (1,1,t) (t,perp,q) (1,1,q) (q,perp,q)".split())
@@ -48,11 +53,27 @@ class Mesh:
         return result
 
 
+def frozen(value: Value) -> Value:
+    """``value``, an array or several, read-only from now on."""
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    elif isinstance(value, (list, tuple)):
+        for one in value:
+            frozen(one)
+    return value
+
+
 class ReadOnly:
-    """Copies and pickles forget that arrays are read-only."""
+    """Of dataclasses whose arrays nobody may change; copies and pickles would forget that."""
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if isinstance(value, np.ndarray) and value.flags.writeable:
+                self.__dict__[name] = frozen(value.view())  # it may be the caller's own
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(all_frozen(state))
+        self.__dict__.update(state)
+        self.__post_init__()
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +85,7 @@ class Transitions(ReadOnly):
 
 
 @dataclass(frozen=True, eq=False)
-class Mend:
+class Mend(ReadOnly):
     """What a mesh that is no clean surface was separated for; the mesh itself stays as it is.
 
     Attributes:
@@ -87,7 +108,7 @@ TURNED = "faces wound against their part"
 
 
 @dataclass(frozen=True, eq=False)
-class Certificate:
+class Certificate(ReadOnly):
     """What was measured about a map, on the given values and after rounding to what is stored. Counts of -1 and figures of
     nan: not measured.
 
@@ -232,7 +253,7 @@ class Parametrization(ReadOnly):
     transitions: Transitions
     certificate: Certificate
     stats: dict[str, Any]
-    _uv32: npt.NDArray[np.float32]
+    _uv32: Float32Array
     input_faces: IntArray
     log_weight: FloatArray | None = None
 
@@ -248,7 +269,7 @@ class Parametrization(ReadOnly):
         changes = {"certificate": other.certificate, "log_weight": None} | changes
         return replace(self, uv=other.uv, uv64=other.uv64, _uv32=other._uv32, **changes)
 
-    def uv32(self) -> npt.NDArray[np.float32]:
+    def uv32(self) -> Float32Array:
         """The (m', 3, 2) values that Blender stores: ``uv`` rounded to nearest. A copy."""
         return self._uv32.copy()
 
@@ -340,8 +361,8 @@ class ConformalMetric:
             refinement, numbered from n on in ``faces``: u, the input face in which each lies, and its weights there.
     """
 
-    scale_factors: npt.NDArray[np.float64]
-    angles: npt.NDArray[np.float64]
+    scale_factors: FloatArray
+    angles: FloatArray
     angle_error: float
     scale_range: float
     flips: int
@@ -350,29 +371,15 @@ class ConformalMetric:
     iterations: int
     bits: int
     converged: bool
-    error_history: npt.NDArray[np.float64]
+    error_history: FloatArray
     symmetric: bool
-    added_scale_factors: npt.NDArray[np.float64]
-    added_parent: npt.NDArray[np.int32]
-    added_barycentric: npt.NDArray[np.float64]
-    faces: npt.NDArray[np.int32]
-    log_lengths: npt.NDArray[np.float64]
+    added_scale_factors: FloatArray
+    added_parent: IntArray
+    added_barycentric: FloatArray
+    faces: IntArray
+    log_lengths: FloatArray
     face_labels: npt.NDArray[np.int8]
     stats: dict[str, Any]
-
-
-def frozen(array: Any) -> Any:
-    """``array``, read-only from now on."""
-    array.flags.writeable = False
-    return array
-
-
-def all_frozen(data: dict[str, Any]) -> dict[str, Any]:
-    """The same, all arrays in it."""
-    for value in data.values():
-        if isinstance(value, np.ndarray):
-            frozen(value)
-    return data
 
 
 def certificate_from(
@@ -394,32 +401,25 @@ def certificate_from(
             data["needles"] = needles(mesh.scaled, mesh.faces, energy)
     for name in ("quarter_cones", "features_missed"):
         data[name] = np.array(data[name], np.int32).reshape(-1, 2)
-    data["mends"] = mends_from(data["mends"])
-    data["seam_transitions"] = Transitions(*map(frozen, data["seam_transitions"]))
-    return Certificate(**all_frozen(data))
-
-
-def mends_from(data: list[tuple[str, str, int, IntArray]]) -> tuple[Mend, ...]:
-    return tuple(Mend(what, kind, count, frozen(ids)) for what, kind, count, ids in data)
+    data["mends"] = tuple(Mend(*mend) for mend in data["mends"])
+    data["seam_transitions"] = Transitions(*data["seam_transitions"])
+    return Certificate(**data)
 
 
 def parametrization_from(data: dict[str, Any], mesh: Mesh, aspect: float = 1.0) -> Parametrization:
     """aspect: of the texture on which distortion is measured."""
-    vertices = mesh.restored(data["vertices"])
     refined = replace(mesh, scaled=data["vertices"], faces=data["faces"])
-    certificate = certificate_from(data["certificate"], refined, data["_uv32"], aspect)
-    return Parametrization(
-        **all_frozen(data)
-        | {
-            "vertices": frozen(vertices),
-            "transitions": Transitions(*map(frozen, data["transitions"])),
-            "certificate": certificate,
-            "input_faces": frozen(mesh.faces.copy()),
-        }
+    made = dict(
+        vertices=mesh.restored(data["vertices"]),
+        transitions=Transitions(*data["transitions"]),
+        certificate=certificate_from(data["certificate"], refined, data["_uv32"], aspect),
+        input_faces=mesh.faces.copy(),
     )
+    frozen([*data.values()])  # one array may have two names
+    return Parametrization(**data | made)
 
 
-def metric_from(data: dict[str, Any], exponent: int = 0) -> ConformalMetric:
+def metric_from(data: dict[str, Any], _mesh: Mesh, exponent: int) -> ConformalMetric:
     """Of lengths in units of 2 to the exponent."""
     metric = ConformalMetric(**data)
     if exponent:

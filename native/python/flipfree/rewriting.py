@@ -22,9 +22,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .results import FloatArray, IntArray
-
-Float32Array = npt.NDArray[np.float32]
+from .results import Array, Flags, Float32Array, FloatArray, IntArray, Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +44,9 @@ class NewMap:
     origins: IntArray
     weights: FloatArray
 
-    def interpolated(self, values: npt.NDArray[Any]) -> FloatArray:
+    def interpolated(self, values: Array) -> FloatArray:
         """What each new vertex has of values (n, d) of the file's vertices."""
-        found: FloatArray = np.einsum("ak,akd->ad", self.weights, values[self.origins])
-        return found
+        return np.asarray(np.einsum("ak,akd->ad", self.weights, values[self.origins]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +66,7 @@ class OnPolygons:
     faces: list[list[tuple[int, int]]]
 
 
-def on_polygons(counts: npt.NDArray[np.int64], new: NewMap) -> OnPolygons:
+def on_polygons(counts: Ints, new: NewMap) -> OnPolygons:
     """counts: (p,) corners of each of the file's polygons."""
     ends, old = np.cumsum(counts), int(counts.sum())
     # The reader passes those of fewer than three over.
@@ -101,7 +98,7 @@ def on_polygons(counts: npt.NDArray[np.int64], new: NewMap) -> OnPolygons:
     )
 
 
-def _on_triangles(new: NewMap) -> tuple[Float32Array, npt.NDArray[np.bool_]]:
+def _on_triangles(new: NewMap) -> tuple[Float32Array, Flags]:
     """(m, 3, 2) UVs of the file's triangles, and which of them the map has as they are."""
     count = len(new.triangles)
     row = np.zeros(count, np.int64)
@@ -208,7 +205,7 @@ def _resolved(word: bytes, so_far: int) -> int:
     return so_far + 1 + index if index < 0 else index
 
 
-def _numbered(placed: OnPolygons) -> tuple[npt.NDArray[np.int64], list[bytes]]:
+def _numbered(placed: OnPolygons) -> tuple[Ints, list[bytes]]:
     """Of all corners the numbers of their texture coordinates, 0 for none, and these as lines: in the order of the faces that use
     them, those of one vertex with the same bits once."""
     order = np.array([k for faces in placed.faces for a, b in faces for k in range(a, b)], np.int64)
@@ -465,11 +462,11 @@ class _Body:
         order: Any = "big" if self._order == ">" else "little"
         return int.from_bytes(cell, order, signed=kind[0] == "i")
 
-    def numbers(self, kind: str, cells: Iterable[bytes]) -> npt.NDArray[Any]:
+    def numbers(self, kind: str, cells: Iterable[bytes]) -> Array:
         """What is written there."""
         return np.frombuffer(b"".join(cells), self._order + kind)
 
-    def cells(self, kind: str, values: npt.NDArray[Any]) -> Cells:
+    def cells(self, kind: str, values: Array) -> Cells:
         """Values that are to be written."""
         width, values = self._width(kind), values if kind[0] == "f" else np.rint(values)
         text = values.astype(self._order + kind).tobytes()
@@ -498,10 +495,10 @@ class _Words(_Body):
     def _number(self, kind: str, cell: bytes) -> int:
         return int(cell)
 
-    def numbers(self, kind: str, cells: Iterable[bytes]) -> npt.NDArray[Any]:
+    def numbers(self, kind: str, cells: Iterable[bytes]) -> Array:
         return np.array(b" ".join(cells).split()).astype(float if kind[0] == "f" else int)
 
-    def cells(self, kind: str, values: npt.NDArray[Any]) -> Cells:
+    def cells(self, kind: str, values: Array) -> Cells:
         form = {"f4": "%.9g", "f8": "%r"}.get(kind, "%d")
         words = [(form % value).encode() for value in values.tolist()]
         return lambda a, b: b" ".join(words[a:b])

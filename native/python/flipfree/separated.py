@@ -3,8 +3,6 @@
 ``unwrap``, ``improve``, ``pack`` and ``certify`` do this themselves.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -18,10 +16,10 @@ from . import _native
 from .checks import as_corner_uv, as_face_numbers, as_indices, as_mesh, as_optional_indices
 from .errors import FlipfreeError, InvalidInput, bad_shape
 from .job import ours_only
-from .results import FloatArray, IntArray, Mend, Parametrization, Transitions, frozen, mends_from
+from .results import Array, Flags, FloatArray, IntArray, Mend, Parametrization, Transitions, frozen
 
 Value = TypeVar("Value")
-OfCorners = Callable[[npt.NDArray[Any], npt.NDArray[Any]], npt.NDArray[Any]]
+OfCorners = Callable[[Array, Array], Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +40,7 @@ class SeparatedSurface:
     faces: IntArray
     vertex_origin: IntArray
     face_origin: IntArray
-    turned: npt.NDArray[np.bool_]
+    turned: Flags
     collapsed: IntArray
     mends: tuple[Mend, ...]
     input_vertices: FloatArray
@@ -54,6 +52,10 @@ class SeparatedSurface:
             v: of_vertices[o] for v, o in enumerate(self.vertex_origin.tolist()) if o in of_vertices
         }
 
+    def of_vertices(self, values: Array) -> Array:
+        """Values (n, ...) at vertices of the input at those of this surface."""
+        return values[self.vertex_origin]
+
     def edges(self, pairs: Any) -> IntArray:
         """(s', 2) edges that come from these (s, 2) vertex pairs of the input, such as seams."""
         wanted = edge_keys(as_indices(pairs, "pairs", 2))
@@ -61,7 +63,7 @@ class SeparatedSurface:
         chosen = np.isin(edge_keys(self.vertex_origin[ends]), wanted)
         return np.unique(np.sort(ends[chosen], axis=1), axis=0).astype(np.int32)
 
-    def corners(self, values: npt.ArrayLike) -> npt.NDArray[Any]:
+    def corners(self, values: npt.ArrayLike) -> Array:
         """Values (m, 3, ...) at corners of the input, such as UVs, at those of this surface (m', 3, ...)."""
         given = np.asarray(values)
         if given.shape[:2] != (len(self.input_faces), 3):
@@ -70,9 +72,7 @@ class SeparatedSurface:
             )
         return turned_over(given[self.face_origin], self.turned)
 
-    def on_faces(
-        self, faces: npt.NDArray[Any], weights: FloatArray
-    ) -> tuple[npt.NDArray[Any], FloatArray]:
+    def on_faces(self, faces: Array, weights: FloatArray) -> tuple[Array, FloatArray]:
         """Points in faces of this surface as such in faces of the input."""
         return self.face_origin[faces], turned_over(weights, self.turned[faces])
 
@@ -86,19 +86,19 @@ class SeparatedSurface:
         arrays, of_corners = self.carried(result)
         at = self._points_of_collapsed(arrays["numbers"][result.faces])
 
-        def with_collapsed(values: npt.NDArray[Any]) -> Any:
+        def with_collapsed(values: Array) -> Any:
             there = np.where((at >= 0)[..., None], values.reshape(-1, 2)[at], 0.0)
-            return frozen(of_corners(values, there))
+            return of_corners(values, there)
 
         number = arrays.pop("numbers")
         certificate = replace(
             result.certificate,
             mends=self.mends,
-            seam_vertices=frozen(number[result.certificate.seam_vertices]),
+            seam_vertices=number[result.certificate.seam_vertices],
         )
         return replace(
             result,
-            **{name: frozen(array) for name, array in arrays.items()},
+            **arrays,
             uv=with_collapsed(result.uv),
             uv64=with_collapsed(result.uv64),
             _uv32=with_collapsed(result.uv32()),
@@ -117,10 +117,9 @@ class SeparatedSurface:
         parent_face = np.concatenate([self.face_origin[result.parent_face], self.collapsed])
         order = np.argsort(parent_face, kind="stable")
 
-        def of_corners(values: npt.NDArray[Any], others: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        def of_corners(values: Array, others: Array) -> Array:
             mine = turned_over(values, swapped)
-            both: npt.NDArray[Any] = np.concatenate([mine, others.astype(values.dtype)])[order]
-            return both
+            return np.asarray(np.concatenate([mine, others.astype(values.dtype)])[order])
 
         new_parent = result.vertex_parent[old:]
         weights = result.vertex_barycentric[old:]
@@ -153,19 +152,18 @@ class SeparatedSurface:
         return np.where(at >= 0, at, at.max(axis=1, keepdims=True, initial=-1))
 
 
-def edge_keys(pairs: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
+def edge_keys(pairs: Array) -> Array:
     """A number for each pair (s, 2) of vertices, whichever comes first."""
     wide = pairs.astype(np.int64)
-    keys: npt.NDArray[np.int64] = wide.min(axis=1) << 32 | wide.max(axis=1)
-    return keys
+    return np.asarray(wide.min(axis=1) << 32 | wide.max(axis=1))
 
 
-def sides(faces: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def sides(faces: Array) -> Array:
     """(3 m, 2) from each corner to the next: all first sides, all second ones, all third ones."""
     return np.concatenate([faces[:, (k, (k + 1) % 3)] for k in range(3)])
 
 
-def edges_on(faces: IntArray, ends: npt.NDArray[Any], pairs: npt.NDArray[Any]) -> IntArray:
+def edges_on(faces: IntArray, ends: Array, pairs: Array) -> IntArray:
     """(k, 2) sides of faces that lie on these edges (s, 2) of another mesh. ends: (n, 2) the vertices there between which each
     vertex lies, one of them twice where it is that one, -1 where it lies on no edge."""
     side = np.unique(np.sort(sides(faces), axis=1), axis=0)
@@ -194,7 +192,7 @@ def folds(vertices: FloatArray, faces: IntArray, angle: float, within: Any = ())
     return np.unique(np.sort(ends[chosen], axis=1), axis=0).astype(np.int32)
 
 
-def edges_of_quads(faces: IntArray, polygons: IntArray, within: npt.NDArray[Any]) -> IntArray:
+def edges_of_quads(faces: IntArray, polygons: IntArray, within: Array) -> IntArray:
     """(s, 2) edges of polygons of two triangles, those of the keys ``within`` left out. polygons: (m,) that of each triangle."""
     pairs = np.sort(sides(faces[np.bincount(polygons)[polygons] == 2]), axis=1)
     pairs = np.unique(pairs, axis=0).astype(np.int32)
@@ -223,7 +221,7 @@ def boundary_loops(faces: IntArray) -> list[list[int]]:
     return loops
 
 
-def turned_over(values: npt.NDArray[Any], turned: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:
+def turned_over(values: Array, turned: Flags) -> Array:
     """(m, 3, ...) with the second and third of each of these rows in the other order."""
     result = values.copy()
     result[turned, 1], result[turned, 2] = values[turned, 2], values[turned, 1]
@@ -267,9 +265,8 @@ def separate(
     placed = mesh.given[vertex_origin]
     placed[moved] = np.ldexp(rest[moved], mesh.exponent)
     arrays = (placed, triangles, vertex_origin, face_origin, turned.astype(bool), collapsed)
-    for array in arrays:
-        frozen(array)
-    return SeparatedSurface(*arrays, mends_from(mends), mesh.given, mesh.faces)
+    told = tuple(Mend(*mend) for mend in mends)
+    return SeparatedSurface(*frozen(arrays), told, mesh.given, mesh.faces)
 
 
 @ours_only
@@ -336,7 +333,7 @@ def parts_of(clean: SeparatedSurface) -> Iterator[tuple[IntArray, IntArray, IntA
 
 
 @contextmanager
-def named_on_input(vertices: npt.NDArray[Any], faces: npt.NDArray[Any]) -> Iterator[None]:
+def named_on_input(vertices: Array, faces: Array) -> Iterator[None]:
     """Errors that name what is a part's name what is the input's, which has these numbers for its vertices and faces."""
     try:
         yield
@@ -358,7 +355,7 @@ def joined(vertices: FloatArray, pieces: list[Piece], names: str) -> dict[str, A
     at corners, which blanks part."""
     count = len(vertices)
     first_parent, first_weights = np.zeros(count, np.int32), np.zeros((count, 3))
-    rows: dict[str, list[npt.NDArray[Any]]] = {
+    rows: dict[str, list[Array]] = {
         "vertices": [vertices],
         "vertex_parent": [first_parent],
         "vertex_barycentric": [first_weights],
@@ -369,7 +366,7 @@ def joined(vertices: FloatArray, pieces: list[Piece], names: str) -> dict[str, A
         count += added
         first_parent[used] = own[found.vertex_parent[:old]]
         first_weights[used] = found.vertex_barycentric[:old]
-        columns: dict[str, npt.NDArray[Any]] = {
+        columns: dict[str, Array] = {
             "vertices": found.vertices[old:],
             "faces": number[found.faces],
             "parent_face": own[found.parent_face],

@@ -1,7 +1,5 @@
 """Numbers of things in words."""
 
-from __future__ import annotations
-
 import re
 
 from .distortion import STRETCH_BOUND

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -83,9 +84,9 @@ struct UnwrapOptions : DescentOptions {
   double max_seconds = 0;
   double margin = 0.005;  // between charts, in units of the unit square
   double effort = 0.2;    // of the search for a dense layout (packing/nest); 0: boxes
-  // Former corner UVs (3 #F x 2) whose places are kept if that leaves a usable layout (place.h), or
-  // null. Otherwise all charts without pins are packed, clear of those with pins.
-  const Points2* place_like = nullptr;
+  // Former corner UVs (3 #F x 2) whose places are kept if that leaves a usable layout (place.h).
+  // Otherwise all charts without pins are packed, clear of those with pins.
+  std::optional<Points2> place_like;
 };
 
 struct Islands {

@@ -50,8 +50,7 @@ void check_options(const Points2& corner_uv, const PackOptions& options) {
             ErrorCode::kBadShape, "Groups and layouts need one number per face.");
   }
   if (!options.layouts.empty()) {
-    require(!options.together && options.place_like == nullptr && options.tiles == 1,
-            ErrorCode::kBadOption,
+    require(!options.together && !options.place_like && options.tiles == 1, ErrorCode::kBadOption,
             "Layouts have a tile each. Give no layouts, or one tile and neither together nor "
             "place_like.");
     const std::set<Index> numbers(options.layouts.begin(), options.layouts.end());
@@ -72,7 +71,7 @@ void check_options(const Points2& corner_uv, const PackOptions& options) {
           "Obstacles need three rows per triangle.");
   require(options.obstacles.allFinite(), ErrorCode::kNotFinite,
           "An obstacle has a coordinate that is not finite. Leave it out.");
-  if (options.place_like == nullptr) return;
+  if (!options.place_like) return;
   require(options.place_like->rows() == corner_uv.rows(), ErrorCode::kBadShape,
           "The former UVs need one row per face corner.");
   require(!options.together, ErrorCode::kBadOption,
@@ -263,11 +262,7 @@ certify::Parametrization pack_separated(const mesh::Surface& surface, const Poin
     for (const FaceId f : separated.separated().face_origin) of_faces.push_back((*numbers)[at(f)]);
     *numbers = std::move(of_faces);
   }
-  Points2 places;
-  if (options.place_like != nullptr) {
-    places = separated.corners(*options.place_like);
-    own.place_like = &places;
-  }
+  if (options.place_like) own.place_like = separated.corners(*options.place_like);
   const certify::Parametrization solved = separated.solve(
       [&] { return pack_clean(separated.surface(), separated.corners(corner_uv), own, context); });
   certify::CertifyRequest request;

@@ -138,7 +138,7 @@ class Placing {
   PlacedCharts run() {
     const Index enlarged = align();
     PlacedCharts placed;
-    if (options_.place_like == nullptr || !at_former_places(placed)) placed = packed();
+    if (!options_.place_like || !at_former_places(placed)) placed = packed();
     placed.enlarged = enlarged;
     return placed;
   }

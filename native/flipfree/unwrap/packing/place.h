@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -37,8 +38,8 @@ struct PlacingOptions {
   // it, else the largest that there is room for. 0: that of the charts that stay, if scale_true and
   // there are any; else the largest.
   double density = 0.0;
-  // Former corner UVs (3 #F x 2) whose places are kept if that leaves a usable layout, or null.
-  const Points2* place_like = nullptr;
+  // Former corner UVs (3 #F x 2) whose places are kept if that leaves a usable layout.
+  std::optional<Points2> place_like;
 };
 
 // Charts of equal number turn and scale together; empty: each by itself.

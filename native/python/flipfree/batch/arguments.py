@@ -1,8 +1,6 @@
 """Options of the command lines, the arguments that every command of a batch has, and a run from them. What no model can be solved
 with is refused before any is."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import io

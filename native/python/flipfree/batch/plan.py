@@ -1,7 +1,5 @@
 """What is to be done: files, folders and patterns -> items, each with its output, before anything is solved."""
 
-from __future__ import annotations
-
 import glob
 import os
 import re

@@ -1,7 +1,5 @@
 """The file of results: one line of JSON per input, there as soon as the input is done, and what it says on resuming."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -87,25 +87,16 @@ def on_this_machine(jobs: int) -> Runner:
     """That many models at a time, each in a child process."""
 
     def runner(items: Sequence[Item], work: Work, stop: threading.Event) -> Records:
-        here = threading.local()
-        children: list[Child] = []
-
         def begin() -> None:
-            here.child = Child(work.engine, work.limits, stop)
-            children.append(here.child)
+            _here.child, _here.work = Child(work.engine, work.limits, stop), work
 
         pool = ThreadPoolExecutor(max(min(jobs, len(items)), 1), initializer=begin)
-        solved = [pool.submit(lambda one: solve_item(here.child, one, work), one) for one in items]
+        solved = [pool.submit(solve_on_thread, item, work) for item in items]
         try:
-            for future in as_completed(solved):
-                record = future.result()
-                if record is not None:
-                    yield record
+            yield from filter(None, (future.result() for future in as_completed(solved)))
         finally:
             stop.set()
             pool.shutdown(cancel_futures=True)
-            for child in children:
-                child.close()
 
     return runner
 
@@ -113,15 +104,12 @@ def on_this_machine(jobs: int) -> Runner:
 #: Times that a model is given up by the scheduler, after several workers each, before it counts as failed.
 _MOST_DEATHS = 4
 
-_here = threading.local()  # of a worker's thread: its child, which outlives a model
+_here = threading.local()  # of a thread that solves: its child, which ends with it
 
 
-def solve_on_worker(item: Item, work: Work) -> Record | None:
-    """Runs on the worker; the thread's child goes from one model to the next as long as the work is the same."""
-    known = getattr(_here, "child", None)
-    if known is None or _here.work != work:
-        if known is not None:
-            known.close()
+def solve_on_thread(item: Item, work: Work) -> Record | None:
+    """Runs here or on a worker; the thread's child goes from one model to the next as long as the work is the same."""
+    if getattr(_here, "work", None) != work:
         _here.child, _here.work = Child(work.engine, work.limits), work
     child: Child = _here.child
     return solve_item(child, item, work)
@@ -149,7 +137,7 @@ def _solved(client: Any, items: Sequence[Item], work: Work) -> Records:
     import distributed
 
     def submitted(item: Item) -> Any:
-        return client.submit(solve_on_worker, item, work, pure=False)
+        return client.submit(solve_on_thread, item, work, pure=False)
 
     item_of = {submitted(item): item for item in items}
     deaths: collections.Counter[Item] = collections.Counter()

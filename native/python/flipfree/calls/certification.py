@@ -67,8 +67,9 @@ def certify(
     Raises:
         InvalidInput (a mesh that is none, arrays of the wrong shape), NotConverged (time is over), Cancelled.
     """
-    mesh = as_mesh(vertices, faces)
-    options = checked(locals(), "uv pins tiled seamless features bijective disjoint aspect")
+    names = "uv pins tiled seamless features bijective disjoint aspect"
+    find_mirrored = isinstance(mirrored, str)
+    mesh, options = checked(locals(), names if find_mirrored else f"{names} mirrored")
     is_tiled = options.pop("tiled")
     options["require_seamless"] = options.pop("seamless") or is_tiled
     angles = as_angles(cones)
@@ -94,10 +95,8 @@ def certify(
             as_indices(parent[3], "vertex_parent"),
             as_floats(parent[4], "vertex_barycentric", 3),
         )
-    if isinstance(mirrored, str):
+    if find_mirrored:
         options["find_mirrored"] = bool(as_choice(mirrored, "mirrored", ("islands",)))
-    else:
-        options |= checked(locals(), "mirrored")
     options["cone_angles"] = angles
     with np.errstate(over="ignore"):
         stored = options["uv"].astype(np.float32)

@@ -9,19 +9,10 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from .. import _native, checks
+from .. import _native, checks, results
 from ..errors import NotConverged
 from ..job import Job, Limits, solver_call, start_job
-from ..results import (
-    ConformalMetric,
-    FloatArray,
-    IntArray,
-    Mesh,
-    Parametrization,
-    frozen,
-    metric_from,
-    parametrization_from,
-)
+from ..results import ConformalMetric, FloatArray, IntArray, Mesh, Parametrization
 
 #: What ``precision`` may be.
 LEAST_BITS, MOST_BITS = 53, 4096
@@ -35,16 +26,17 @@ def precision_bits(precision: int | str) -> int:
     return bits(precision, "precision")
 
 
-def _of_angles(given: Mapping[str, Any], mesh: Mesh) -> tuple[dict[str, Any], int]:
-    """What metric and map have in common: their options, and the exponent of the metric's unit."""
-    options, exponent = checks.checked(given), mesh.exponent
+def _of_angles(given: Mapping[str, Any]) -> tuple[Mesh, dict[str, Any], int]:
+    """What metric and map have in common: mesh, options, and the exponent of the metric's unit."""
+    mesh, options = checks.checked(given)
+    exponent = mesh.exponent
     if given["lengths"] is not None:
         options["lengths"], exponent = checks.as_lengths(given["lengths"])
     options |= dict(
         bits=precision_bits(given["precision"]),
         target_angles=checks.as_floats(given["target_angles"], "target_angles"),
     )
-    return options, exponent
+    return mesh, options, exponent
 
 
 @solver_call
@@ -87,28 +79,24 @@ def conformal_metric(
         InvalidInput: the mesh, an angle, or a length; names the place. Infeasible: Gauss-Bonnet fails; names the
         remainder. NotConverged: says what was reached. Cancelled.
     """
-    mesh = checks.as_mesh(vertices, faces)
-    options, exponent = _of_angles(locals(), mesh)
-
-    def convert(data: dict[str, Any], _mesh: Mesh) -> ConformalMetric:
-        return metric_from(data, exponent)
-
+    mesh, options, exponent = _of_angles(locals())
+    convert = partial(results.metric_from, exponent=exponent)
     return start_job(_native.conformal_metric, mesh, options, limits, convert)
 
 
 def _result_from(data: dict[str, Any], mesh: Mesh, metric_exponent: int) -> Parametrization:
     error = data["error"]
     if error is None:
-        parametrization = parametrization_from(data["map"], mesh)
+        parametrization = results.parametrization_from(data["map"], mesh)
         parametrization.stats.update(data["figures"])
         weights = data["log_weight"]
-        return replace(parametrization, log_weight=frozen(weights) if len(weights) else None)
+        return replace(parametrization, log_weight=weights if len(weights) else None)
     failure = NotConverged(**error)
     if len(data["map"]["faces"]):
-        best = parametrization_from(data["map"], mesh)
+        best = results.parametrization_from(data["map"], mesh)
         failure.parametrization = best
         failure.certificate = best.certificate
-    failure.metric = metric_from(data["metric"], metric_exponent)
+    failure.metric = results.metric_from(data["metric"], mesh, metric_exponent)
     raise failure
 
 
@@ -160,8 +148,7 @@ def conformal(
     if not (isinstance(original_triangles, str) and original_triangles == "auto"):
         never = checks.as_flag(original_triangles, "original_triangles", ", or 'auto'")
         refinement = "never" if never else "full"
-    mesh = checks.as_mesh(vertices, faces)
-    options, exponent = _of_angles(locals(), mesh)
+    mesh, options, exponent = _of_angles(locals())
     options["refinement"] = refinement
     convert = partial(_result_from, metric_exponent=exponent)
     return start_job(_native.conformal, mesh, options, limits, convert)
@@ -233,8 +220,7 @@ def suggest_cones(
     Raises:
         InvalidInput, NotConverged (no positive angles with so few cones), Cancelled.
     """
-    mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals())
+    mesh, options = checks.checked(locals())
     options["quantum"] = np.pi / 2 if checks.as_flag(quarter_turns, "quarter_turns") else 0.0
     return start_job(_native.suggest_cones, mesh, options, limits, _suggestion)
 
@@ -264,6 +250,6 @@ def boundary_angles(
     Raises:
         InvalidInput, Infeasible (Gauss-Bonnet; names the remainder), NotConverged, Cancelled.
     """
-    mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals()) | dict(cones=checks.as_angles(cones))
+    mesh, options = checks.checked(locals())
+    options["cones"] = checks.as_angles(cones)
     return start_job(_native.boundary_angles, mesh, options, limits, lambda data, _mesh: data)

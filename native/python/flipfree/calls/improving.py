@@ -5,24 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, Unpack
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _native
-from ..checks import Pins, as_map, as_mesh, checked, refuse_beyond_storage
+from ..checks import Pins, as_map, checked, refuse_beyond_storage
 from ..errors import FlipfreeError
-from ..job import Job, Limits, StagedJob, Stages, job_of, solver_call, start_job
-from ..results import (
-    Certificate,
-    FloatArray,
-    IntArray,
-    Parametrization,
-    frozen,
-    parametrization_from,
-)
+from ..job import Job, Limits, StagedJob, Stages, job_of, solver_call, start_job, start_map
+from ..results import Certificate, Flags, FloatArray, IntArray, Ints, Parametrization
 from ..separated import islands
 from .certification import certify
 from .unwrapping import pack
@@ -66,12 +57,10 @@ def improve(
         InvalidInput (without ``repair`` also for a map with flipped triangles, which are named), NotConverged, Cancelled.
     """
     vertices, faces, uv = as_map(map_or_arrays, "improve")
-    mesh = as_mesh(vertices, faces)
-    options = checked(locals())
+    mesh, options = checked(locals())
     refuse_beyond_storage(options["uv"], "uv")
     aspect, bijective = options["aspect"], options["keep_bijective"]
-    convert = partial(parametrization_from, aspect=aspect)
-    job = start_job(_native.improve, mesh, options, limits, convert)
+    job = start_map(_native.improve, mesh, options, limits, aspect=aspect)
 
     def bring(found: Parametrization, seen: Strays) -> Stages[Parametrization]:
         uv = moved_back(found, seen)
@@ -138,11 +127,9 @@ def repair(
     Raises:
         InvalidInput, NotConverged (also for pins that no map on these triangles was found for), Cancelled.
     """
-    mesh = as_mesh(vertices, faces)
-    options = checked(locals())
+    mesh, options = checked(locals())
     margin, aspect = options["margin"], options["aspect"]
-    convert = partial(parametrization_from, aspect=aspect)
-    job = start_job(_native.repair, mesh, options, limits, convert)
+    job = start_map(_native.repair, mesh, options, limits, aspect=aspect)
     if aspect != 1.0:  # packing is of squares
         return job
 
@@ -201,11 +188,10 @@ def rectify(
         InvalidInput (codes "no quad"; "no grid": where three or five quads meet inside, or an island lies on itself; a face of
         each place is named), NotConverged, Cancelled.
     """
-    mesh = as_mesh(vertices, faces)
-    finding = checked(locals(), "cuts polygons")
+    mesh, options = checked(locals(), "margin aspect")
+    _, finding = checked(locals(), "cuts polygons" + " uv" * (uv is not None))
     if uv is not None:
-        finding["corner_uv"] = checked(locals(), "uv")["uv"]
-    options = checked(locals(), "margin aspect")
+        finding["corner_uv"] = finding.pop("uv")
 
     def stages() -> Stages[Parametrization]:
         job = start_job(_native.rectify, mesh, finding, limits, lambda data, _mesh: data)
@@ -227,12 +213,12 @@ class Strays:
         stray: (k,) whether it has left its tile. held: (k,) whether it has pins, and so stays where it is.
     """
 
-    island: npt.NDArray[np.int64]
+    island: Ints
     low: FloatArray
     high: FloatArray
     tile: FloatArray
-    stray: npt.NDArray[np.bool_]
-    held: npt.NDArray[np.bool_]
+    stray: Flags
+    held: Flags
 
 
 def strays(found: Parametrization, before: FloatArray, pinned: IntArray) -> Strays:
@@ -251,9 +237,7 @@ def strays(found: Parametrization, before: FloatArray, pinned: IntArray) -> Stra
     return Strays(island, low, high, tile, left, held)
 
 
-def _boxes(
-    uv: FloatArray, island: npt.NDArray[np.int64], count: int
-) -> tuple[FloatArray, FloatArray]:
+def _boxes(uv: FloatArray, island: Ints, count: int) -> tuple[FloatArray, FloatArray]:
     low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
     with np.errstate(invalid="ignore"):  # of places that are no numbers: no tile has them
         np.minimum.at(low, island, uv.min(axis=1))
@@ -307,4 +291,4 @@ def _at(
     if not judged.ok:
         return found
     judged = replace(judged, mends=found.certificate.mends)
-    return replace(found, uv=frozen(uv), uv64=uv, _uv32=frozen(stored), certificate=judged)
+    return replace(found, uv=uv, uv64=uv, _uv32=stored, certificate=judged)

@@ -7,12 +7,11 @@ from dataclasses import replace
 from typing import Any, Unpack
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _native, checks, errors
-from ..job import Job, Limits, StagedJob, Stages, job_of, solver_call, start_job
+from ..job import Job, Limits, StagedJob, Stages, job_of, solver_call, start_map
 from ..points import of_pieces, split_edges
-from ..results import FloatArray, IntArray, Mesh, Parametrization, parametrization_from
+from ..results import Array, Flags, FloatArray, IntArray, Mesh, Parametrization
 from ..separated import (
     SeparatedSurface,
     boundary_loops,
@@ -107,8 +106,7 @@ def embed(
     Raises:
         InvalidInput, Infeasible (the polygon has no room in these numbers), NotConverged, Cancelled.
     """
-    mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals(), "optimise iterations tolerance method")
+    mesh, options = checks.checked(locals(), "optimise iterations tolerance method")
     loop = checks.as_optional_indices(boundary_loop, "boundary_loop")
     if corners is not None and not (isinstance(boundary, str) and boundary == "corners"):
         raise errors.bad_option(
@@ -128,7 +126,7 @@ def embed(
         loop=loop,
         start_from_tutte=checks.as_choice(start, "start", ("tutte", "nothing")) == "tutte",
     )
-    return start_job(_native.embed, mesh, options, limits, parametrization_from)
+    return start_map(_native.embed, mesh, options, limits)
 
 
 def _lines(lines: Lines | None) -> list[tuple[IntArray, FloatArray]]:
@@ -198,8 +196,7 @@ def match(
         chains.append(chain)
     if boundary_uv is None and boundary_loop is not None:
         raise errors.bad_boundary("boundary_loop is given without boundary_uv.")
-    mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals())
+    mesh, options = checks.checked(locals())
     options |= dict(
         points=(
             checks.as_indices(list(targets), "points"),
@@ -210,11 +207,11 @@ def match(
         boundary_uv=checks.as_places([] if boundary_uv is None else boundary_uv, "boundary_uv"),
         paths=chains,
     )
-    return start_job(_native.match, mesh, options, limits, parametrization_from)
+    return start_map(_native.match, mesh, options, limits)
 
 
 def held_by_pins(
-    found: Parametrization, faces: IntArray, pinned: npt.NDArray[np.bool_]
+    found: Parametrization, faces: IntArray, pinned: Flags
 ) -> dict[int, tuple[float, float]]:
     """Of a map that met pins: its vertices that may not move any more, as pins. They are the pinned ones of the input, whose
     faces these are, and new ones on edges between two of them, which may be a line or a part of the boundary."""
@@ -228,7 +225,7 @@ def held_by_pins(
 
 
 def edges_between_pins(
-    faces: IntArray, edges: npt.NDArray[Any], pinned: Sequence[int], outline: Sequence[int]
+    faces: IntArray, edges: Array, pinned: Sequence[int], outline: Sequence[int]
 ) -> list[list[int]]:
     """Of these (s, 2) edges, as lists, those between two pinned vertices that are to stay straight where triangles beside them
     are subdivided: not those of triangles with three pins, which have no room to bend, and not those between two vertices of

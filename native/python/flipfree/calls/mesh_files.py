@@ -1,10 +1,8 @@
 """Read and write: meshes with texture coordinates in OBJ, PLY, OFF and STL files."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -16,6 +14,7 @@ from .. import _native, checks, errors
 from ..job import ours_only
 from ..results import FloatArray, IntArray, Parametrization
 from ..rewriting import NewMap, rewritten_obj, rewritten_ply
+from ..separated import edge_keys, sides
 from ..texts import counted
 
 
@@ -44,17 +43,14 @@ class MeshFile:
         file's charts."""
         if self.uv is None:
             return np.zeros((0, 2), np.int32)
-        ends = np.stack([self.faces, np.roll(self.faces, -1, axis=1)], -1).reshape(-1, 2)
-        sides = np.stack([self.uv, np.roll(self.uv, -1, axis=1)], -2).reshape(-1, 2, 2)
+        ends, places = sides(self.faces), sides(self.uv)
         backward = ends[:, 0] > ends[:, 1]
-        ends[backward] = ends[backward, ::-1]
-        sides[backward] = sides[backward, ::-1]
-        edges, first, edge = np.unique(ends, axis=0, return_index=True, return_inverse=True)
-        edge = edge.reshape(-1)
-        known = sides[first][edge]
-        same = (sides == known) | (np.isnan(sides) & np.isnan(known))
-        differing: IntArray = edges[np.unique(edge[~same.all(axis=(1, 2))])]
-        return differing
+        places[backward] = places[backward, ::-1]
+        _, first, edge = np.unique(edge_keys(ends), return_index=True, return_inverse=True)
+        known = places[first[edge]]
+        same = (places == known) | (np.isnan(places) & np.isnan(known))
+        differing = np.unique(edge[~same.all(axis=(1, 2))])
+        return np.sort(ends[first[differing]], axis=1)
 
 
 def as_path(path: Any) -> Path:
@@ -83,7 +79,7 @@ def not_accessible(path: Path, doing: str, error: Exception) -> errors.InvalidIn
     )
 
 
-def _content_of(file: Path) -> bytes:
+def content_of(file: Path) -> bytes:
     try:
         if file.exists() and not file.is_file():
             raise errors.no_access(f"{file} is not a file. Give the path of one.")
@@ -112,7 +108,7 @@ def read(path: str | os.PathLike[str]) -> MeshFile:
             message names the line or element, and what to do.
     """
     file = as_path(path)
-    return _mesh_of(file, _content_of(file))
+    return _mesh_of(file, content_of(file))
 
 
 @ours_only
@@ -161,7 +157,7 @@ def write(
             stored = corner_uv.astype(np.float32)
             mesh_arrays = positions, face_array, polygons, own_corners, stored
             content = _native.write_mesh(os.fsencode(file), *mesh_arrays)
-    _replace(file, content)
+    write_whole(file, content)
 
 
 def _kept(
@@ -178,7 +174,7 @@ def _kept(
         raise errors.bad_option(
             f"keep must be a file of the type of path, .obj or .ply, not {source.name} for {file.name}. Leave it out."
         )
-    content = _content_of(source)
+    content = content_of(source)
     old = _mesh_of(source, content)
     is_map = isinstance(mesh, Parametrization)
     parent = mesh.parent_face if is_map else np.arange(len(faces), dtype=np.int32)
@@ -245,21 +241,19 @@ def _parts(mesh: Any) -> list[Any]:
     )
 
 
-def _replace(file: Path, content: bytes) -> None:
+def write_whole(file: Path, content: bytes) -> None:
     """Writes beside the file first, so that a full disk does not cost what is there."""
-    part = None
+    beside = None
     try:
         target = file.resolve()
         if target.exists() and not target.is_file():
             raise errors.no_access(f"{file} is not a file. Give the path of one.")
         beside = target.with_name(f".{target.name}.{os.getpid()}.part")
-        with beside.open("xb") as stream:
-            part = beside
-            stream.write(content)
-        part.replace(target)
-        part = None
+        beside.write_bytes(content)
+        beside.replace(target)
     except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle, before Python 3.13
         raise not_accessible(file, "written", error) from error
     finally:
-        if part is not None:
-            part.unlink(missing_ok=True)
+        if beside is not None:
+            with suppress(OSError):
+                beside.unlink()

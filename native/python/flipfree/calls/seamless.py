@@ -15,19 +15,10 @@ import numpy as np
 
 from .. import _native, checks
 from ..errors import bad_angles, bad_file, bad_option, bad_shape, out_of_range
-from ..job import Job, Limits, ours_only, solver_call, start_job
-from ..results import (
-    FloatArray,
-    IntArray,
-    Mesh,
-    Parametrization,
-    ReadOnly,
-    all_frozen,
-    frozen,
-    parametrization_from,
-)
+from ..job import Job, Limits, ours_only, solver_call, start_job, start_map
+from ..results import FloatArray, IntArray, Mesh, Parametrization, ReadOnly, frozen
 from ..texts import counted
-from .mesh_files import as_path, not_accessible
+from .mesh_files import as_path, content_of, not_accessible, write_whole
 
 #: Quarter turns are whole numbers below this, either way.
 _MOST_TURNS = 2**20
@@ -64,7 +55,7 @@ class CrossField(ReadOnly):
     stats: dict[str, Any] | None = None
 
     def __post_init__(self) -> None:
-        directions = frozen(checks.as_floats(self.directions, "directions", 3).copy())
+        directions = checks.as_floats(self.directions, "directions", 3).copy()
         object.__setattr__(self, "directions", directions)
         for name, convert in (("matching", checks.as_indices), ("rotation", checks.as_floats)):
             given = getattr(self, name)
@@ -75,7 +66,8 @@ class CrossField(ReadOnly):
                 raise bad_shape(
                     f"{name} has {counted(len(array), 'row')}, directions {len(directions)}. Give one for each face."
                 )
-            object.__setattr__(self, name, frozen(array.copy()))
+            object.__setattr__(self, name, array.copy())
+        super().__post_init__()
 
     def __repr__(self) -> str:
         return f"<CrossField: {counted(len(self.directions), 'face')}>"
@@ -138,15 +130,14 @@ class Signature:
     def read(path: str | os.PathLike[str]) -> Signature:
         """Of a JSON file: ``{"cones": {"12": 3}, "loops": [{"faces": [4, 7, 9], "turns": 1}]}``, both optional."""
         place = as_path(path)
+        content = content_of(place)
         try:
-            told = json.loads(place.read_text(encoding="utf-8"))
+            told = json.loads(content)
             cones = {int(v): int(k) for v, k in told.get("cones", {}).items()}
             loops = [
                 (checks.as_indices(loop["faces"], "faces"), int(loop["turns"]))
                 for loop in told.get("loops", [])
             ]
-        except OSError as error:
-            raise not_accessible(place, "read", error) from None
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise bad_file(f"{place}: it holds no signature: {error!r}.") from None
         return Signature(cones, loops)
@@ -154,18 +145,9 @@ class Signature:
     @ours_only
     def write(self, path: str | os.PathLike[str]) -> None:
         """To such a file."""
-        told = {
-            "cones": {str(v): k for v, k in self.cones.items()},
-            "loops": [
-                {"faces": np.asarray(faces).tolist(), "turns": int(turns)}
-                for faces, turns in self.loops
-            ],
-        }
-        place = as_path(path)
-        try:
-            place.write_text(json.dumps(told) + "\n", encoding="utf-8")
-        except OSError as error:
-            raise not_accessible(place, "written", error) from None
+        loops = [{"faces": np.asarray(ids).tolist(), "turns": int(k)} for ids, k in self.loops]
+        told = {"cones": {str(v): k for v, k in self.cones.items()}, "loops": loops}
+        write_whole(as_path(path), json.dumps(told).encode() + b"\n")
 
 
 def _described(mesh: Mesh, arrays: FieldArrays) -> FieldArrays:
@@ -316,8 +298,7 @@ def cross_field(
     Raises:
         InvalidInput, Infeasible (cones that do not add up), NotConverged, Cancelled.
     """
-    mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals(), "simplify alignment edge_weight sizing")
+    mesh, options = checks.checked(locals(), "simplify alignment edge_weight sizing")
     options |= dict(
         let_go=options["simplify"],
         edges=checks.as_optional_indices(sharp_edges, "sharp_edges", 2),
@@ -426,11 +407,11 @@ def field_aligned(
         raise bad_option(
             "Both field and signature are given. Give one of them: a field has a signature of its own."
         )
-    mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals())
+    mesh, options = checks.checked(locals())
     options["max_iterations"] = checks.whole(1)(iterations, "iterations")
-    made = checks.checked(locals(), "sizing") | _of_signature(signature, mesh)
-    made["boundary"] = boundary == "aligned"
+    made = _of_signature(signature, mesh) | dict(boundary=boundary == "aligned")
+    if sizing is not None:
+        made["sizing"] = options["sizing"]
     if features is not None:
         if not options["optimise"]:
             raise bad_option("features need the map to follow the field. Set optimise=True.")
@@ -439,7 +420,7 @@ def field_aligned(
     options["made"] = made
     if field is not None:
         options["field"] = arrays_of(field, mesh.faces)
-    return start_job(_native.field_aligned, mesh, options, limits, parametrization_from)
+    return start_map(_native.field_aligned, mesh, options, limits)
 
 
 @solver_call
@@ -497,11 +478,10 @@ def seamless(
         InvalidInput (the mesh; a cone; names the place), Infeasible (Gauss-Bonnet, with what is missing; cones that no
         surface of this genus has), NotConverged, Cancelled.
     """
-    mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals())
+    mesh, options = checks.checked(locals())
     if cones is not None:
         options["cones"] = as_quarter_turns(cones, "cones", len(mesh.scaled), 0, 1)
-    return start_job(_native.seamless, mesh, options, limits, parametrization_from)
+    return start_map(_native.seamless, mesh, options, limits)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -549,10 +529,10 @@ def _cut_from(data: Any, mesh: Mesh) -> AdmissibleCut:
     names = (field.name for field in fields(AdmissibleCut))
     found = dict(zip(names, data, strict=True))
     found["vertices"] = mesh.restored(found["vertices"])
-    found["branches"] = [frozen(path) for path in found["branches"]]
+    frozen(found["branches"])
     for name in ("corners", "flat"):
         found[name] = np.array(found[name], np.int32).reshape(-1, 2)
-    return AdmissibleCut(**all_frozen(found))
+    return AdmissibleCut(**found)
 
 
 @solver_call
@@ -585,8 +565,7 @@ def admissible_cut(
         raise bad_option(
             "Both cones and field are given. Give one of them: a field has cones of its own."
         )
-    mesh = checks.as_mesh(vertices, faces)
-    options = checks.checked(locals(), "reroute")
+    mesh, options = checks.checked(locals(), "reroute")
     if field is not None:
         options["field"] = arrays_of(field, mesh.faces)
     else:
@@ -597,21 +576,14 @@ def admissible_cut(
 def read_field_file(path: Any, vertices: FloatArray, faces: IntArray) -> FieldArrays:
     """The field that the file holds for this mesh."""
     place = as_path(path)
+    raw = content_of(place)
     try:
-        raw = gzip.open(place, "rb").read() if place.suffix == ".gz" else place.read_bytes()
+        raw = gzip.decompress(raw) if place.suffix == ".gz" else raw
     except (OSError, EOFError) as error:
         raise not_accessible(place, "read", error) from None
-    text = raw.decode("latin-1")
+    read, _ = _FORMATS.get(place.suffix.lower(), _ROTATION)
     try:
-        match place.suffix.lower():
-            case ".rawfield":
-                return _read_rawfield(text, faces)
-            case ".ffield":
-                return _read_ffield(text, vertices, faces)
-        numbers, count = _numbers(text.split()), faces.size
-        found = counted(len(numbers), "number")
-        _need(len(numbers) == count, f"{found} instead of {count}, one for each half-edge.")
-        return FieldArrays(rotation=numbers)
+        return read(raw.decode("latin-1"), vertices, faces)
     except ValueError as error:
         raise bad_file(f"{place}: {error}") from None
 
@@ -628,7 +600,18 @@ def _numbers(words: list[str]) -> FloatArray:
     return numbers
 
 
-def _read_rawfield(text: str, faces: IntArray) -> FieldArrays:
+def _read_rotation(text: str, _vertices: FloatArray, faces: IntArray) -> FieldArrays:
+    numbers, count = _numbers(text.split()), faces.size
+    found = counted(len(numbers), "number")
+    _need(len(numbers) == count, f"{found} instead of {count}, one for each half-edge.")
+    return FieldArrays(rotation=numbers)
+
+
+def _rotation(_vertices: FloatArray, _faces: IntArray, data: FieldArrays) -> str:
+    return "".join(f"{value!r}\n" for value in data.rotation.tolist())
+
+
+def _read_rawfield(text: str, _vertices: FloatArray, faces: IntArray) -> FieldArrays:
     numbers = _numbers(text.split())
     begins = len(numbers) > 1 and numbers[0] == 4
     _need(begins, "it does not begin with 4, the number of vectors of a cross.")
@@ -692,28 +675,20 @@ def _turned(vertices: FloatArray, faces: IntArray, angles: FloatArray) -> FloatA
         return np.zeros((len(faces), 3))  # the mesh is refused by name where the field is read
     with np.errstate(all="ignore"):
         along, left = _frames(vertices, faces)
-        turned: FloatArray = np.cos(angles)[:, None] * along + np.sin(angles)[:, None] * left
-    return turned
+        return np.asarray(np.cos(angles)[:, None] * along + np.sin(angles)[:, None] * left)
 
 
 def write_field_file(path: Any, vertices: FloatArray, faces: IntArray, data: FieldArrays) -> None:
     """The field, all three arrays, to a file of the kind that its name says."""
     place = as_path(path)
     kind = place.suffix.lower()
-    if kind == ".rawfield":
-        text = _rawfield(vertices, faces, data.directions)
-    elif kind == ".ffield":
-        text = _ffield(vertices, faces, data.directions, data.quarters)
-    else:
-        text = "".join(f"{value!r}\n" for value in data.rotation.tolist())
-    content = text.encode()
-    try:
-        place.write_bytes(gzip.compress(content) if kind == ".gz" else content)
-    except OSError as error:
-        raise not_accessible(place, "written", error) from None
+    _, text = _FORMATS.get(kind, _ROTATION)
+    content = text(vertices, faces, data).encode()
+    write_whole(place, gzip.compress(content) if kind == ".gz" else content)
 
 
-def _rawfield(vertices: FloatArray, faces: IntArray, directions: FloatArray) -> str:
+def _rawfield(vertices: FloatArray, faces: IntArray, data: FieldArrays) -> str:
+    directions = data.directions
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
@@ -723,9 +698,8 @@ def _rawfield(vertices: FloatArray, faces: IntArray, directions: FloatArray) -> 
     return "\n".join([f"4 {len(faces)}", *lines, ""])
 
 
-def _ffield(
-    vertices: FloatArray, faces: IntArray, directions: FloatArray, quarters: IntArray
-) -> str:
+def _ffield(vertices: FloatArray, faces: IntArray, data: FieldArrays) -> str:
+    directions, _, quarters = data
     along, left = _frames(vertices, faces)
     angles = np.arctan2((directions * left).sum(axis=1), (directions * along).sum(axis=1))
     jumps = (-quarters % 4).reshape(-1, 3)
@@ -737,3 +711,8 @@ def _ffield(
     ends = np.roll(faces, -1, axis=1)
     lines += [" ".join(map(str, row)) for row in np.concatenate([ends, jumps], axis=1).tolist()]
     return "\n".join([*lines, ""])
+
+
+_ROTATION = _read_rotation, _rotation
+#: Ending of a file that is no rotation form -> how it is read, and what is written.
+_FORMATS = {".rawfield": (_read_rawfield, _rawfield), ".ffield": (_read_ffield, _ffield)}

@@ -16,16 +16,8 @@ from .. import _native, checks
 from ..checks import Pins
 from ..distortion import STRETCH_BOUND
 from ..errors import NotConverged, bad_option, bad_shape, require
-from ..job import Job, Limits, StagedJob, Stages, job_of, solver_call, start_job
-from ..results import (
-    Certificate,
-    FloatArray,
-    IntArray,
-    Mesh,
-    Parametrization,
-    frozen,
-    parametrization_from,
-)
+from ..job import Job, Limits, StagedJob, Stages, job_of, solver_call, start_job, start_map
+from ..results import FloatArray, IntArray, Mesh, Parametrization, parametrization_from
 from ..texts import counted
 from .certification import certify
 
@@ -99,11 +91,10 @@ def unwrap(
     Raises:
         InvalidInput, Infeasible, NotConverged, Cancelled.
     """
-    mesh = checks.as_mesh(vertices, faces)
-    options = _options(locals())
+    mesh, options = _options(locals())
     find = checks.as_choice(seams, "seams", ("given", "auto")) == "auto"
     options["seams.find"] = find and not len(options["pins"][0])
-    return start_job(_native.unwrap, mesh, options, limits, parametrization_from)
+    return start_map(_native.unwrap, mesh, options, limits)
 
 
 @solver_call
@@ -146,20 +137,19 @@ def auto_seams(
     Raises:
         InvalidInput, NotConverged, Cancelled.
     """
-    mesh = checks.as_mesh(vertices, faces)
-    options = _options(locals()) | _as_weights(weights)
-    options["seams.find"] = True
+    mesh, options = _options(locals())
+    options |= {"seams.find": True, **_as_weights(weights)}
     return start_job(_native.auto_seams, mesh, options, limits, lambda data, _mesh: data)
 
 
-def _options(given: dict[str, Any]) -> dict[str, Any]:
-    """Those of unwrap and auto_seams."""
-    options = checks.checked(given)
+def _options(given: dict[str, Any]) -> tuple[Mesh, dict[str, Any]]:
+    """Mesh and options of unwrap and auto_seams."""
+    mesh, options = checks.checked(given)
     if "polygon" in options:
-        inside = _edges_inside(options["polygon"], given["mesh"].faces)
+        inside = _edges_inside(options["polygon"], mesh.faces)
         given_edges = options.get("uncuttable", inside[:0])
         options["uncuttable"] = np.concatenate([given_edges, inside])
-    return options
+    return mesh, options
 
 
 def _edges_inside(polygons: IntArray, faces: IntArray) -> IntArray:
@@ -183,10 +173,6 @@ def _as_weights(values: Any) -> dict[str, Any]:
             f"weights has {counted(len(pairs), 'edge')} and {counted(len(numbers), 'factor')}. Give one factor for each edge."
         )
     return {"seams.weighted": pairs, "seams.weights": numbers}
-
-
-#: What a certificate says of distortion.
-DISTORTION = "energy max_energy energy_p99 stretched area level poor_islands needles".split()
 
 
 @dataclass(frozen=True)
@@ -297,12 +283,11 @@ def pack(
     Raises:
         InvalidInput (also for a map with flipped triangles, which are named), NotConverged, Cancelled.
     """
-    mesh = checks.as_mesh(vertices, faces)
     size = checks.whole(1)(texture_size, "texture_size")
     if margin_pixels is not None:
         in_pixels = checks.real(f"of {size} pixels of texture_size", least=0.0, below=size / 2)
         margin = in_pixels(margin_pixels, "margin_pixels") / size
-    options = checks.checked(locals())
+    mesh, options = checks.checked(locals())
     corner_uv, keep_clear_of = options["uv"], options.get("obstacles", np.zeros((0, 2)))
     first = checks.whole(1001, 1100)(tile, "tile") - 1001
     options["first_tile"] = first
@@ -337,7 +322,11 @@ def pack(
         mirrored[packed.certificate.mirrored_faces] = 1
         alone = not (len(options.get("unmoved", ())) or stack_similar or groups is not None)
         how: dict[str, Any] = dict(mirrored=mirrored, disjoint=alone and layouts is None, **limits)
-        return _judged(found, (yield job_of(certify)(vertices, faces, found.uv, **how), 1.0))
+        judging = job_of(certify)(vertices, faces, found.uv, aspect=texture.aspect, **how)
+        certificate = yield judging, 1.0
+        cure = "Leave aspect out, or pack fewer faces at once."
+        require(certificate, "The packed map failed its check", cure)
+        return replace(found, certificate=certificate)
 
     return StagedJob(stages())
 
@@ -349,18 +338,10 @@ def _in_uv(packed: Parametrization, before: FloatArray, texture: Texture) -> Par
             "What stays leaves no room in the texture's tile. Pack into another tile, or leave aspect out."
         )
     stays = (packed.uv == texture.in_pixels(before)).all(axis=2, keepdims=True)
-    uv = frozen(np.where(stays, before, texture.in_uv(packed.uv)))
+    uv = np.where(stays, before, texture.in_uv(packed.uv))
     stats = {**packed.stats, "tile": texture.column + 10 * texture.row}
     stats["fill"] *= max(texture.aspect, 1.0 / texture.aspect)
-    return replace(packed, uv=uv, uv64=uv, _uv32=frozen(uv.astype(np.float32)), stats=stats)
-
-
-def _judged(packed: Parametrization, found: Certificate) -> Parametrization:
-    cure = "Leave aspect out, or pack fewer faces at once."
-    require(found, "The packed map failed its check", cure)
-    # Distortion is that of the texture on the surface.
-    seen = {name: getattr(packed.certificate, name) for name in DISTORTION}
-    return replace(packed, certificate=replace(found, **seen))
+    return replace(packed, uv=uv, uv64=uv, _uv32=uv.astype(np.float32), stats=stats)
 
 
 def _packed_from(data: dict[str, Any], mesh: Mesh) -> Parametrization:

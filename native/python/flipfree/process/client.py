@@ -7,8 +7,6 @@ thread of the parent is involved, and nothing in it waits for a child unless it 
 own: Blender leaves SIGPIPE at what ends a process.
 """
 
-from __future__ import annotations
-
 import collections
 import contextlib
 import ctypes
@@ -47,7 +45,7 @@ _PR_SET_PDEATHSIG = 1
 
 
 class Child(subprocess.Popen[bytes]):
-    """``said``: the last lines that are no messages."""
+    """``said``: the last lines that are no messages; ``spoke``: whether there was a message."""
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str]) -> None:
         """Raises OSError."""
@@ -67,6 +65,7 @@ class Child(subprocess.Popen[bytes]):
             self._job = windows.tie(int(self._handle))
         self.said: collections.deque[str] = collections.deque(maxlen=_KEPT_LINES)
         self._read = b""
+        self.spoke = False
 
     def tell(self, message: Message) -> None:
         """If it has died, whoever waits for its answer will see."""
@@ -85,6 +84,7 @@ class Child(subprocess.Popen[bytes]):
             for line in lines:
                 if line.startswith(_MARK):
                     found.append(json.loads(line[len(_MARK) :]))
+                    self.spoke = True
                 elif line.strip():
                     self.said.append(line.decode(errors="replace").rstrip())
             seconds = 0.0
@@ -111,9 +111,7 @@ class Child(subprocess.Popen[bytes]):
 
 def say(message: Message) -> None:
     """The child's side: in one piece, on a line of its own, past whatever is still in buffers."""
-    data = b"\n" + _MARK + json.dumps(message, allow_nan=False).encode() + b"\n"
-    while data:
-        data = data[os.write(1, data) :]
+    _write(1, b"\n" + _MARK + json.dumps(message, allow_nan=False).encode() + b"\n")
 
 
 def how_ended(status: int, if_killed: str) -> str:
@@ -127,11 +125,13 @@ def how_ended(status: int, if_killed: str) -> str:
 
 def send(stream: IO[bytes], data: bytes) -> bool:
     """Writes all of it to an unbuffered pipe; False if nobody reads there any more."""
+    if stream.closed:
+        return False
     if os.name == "nt":
-        return _write(stream, data)
+        return _write(stream.fileno(), data)
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})
     try:
-        sent = _write(stream, data)
+        sent = _write(stream.fileno(), data)
         if not sent and signal.SIGPIPE in signal.sigpending():
             signal.sigwait({signal.SIGPIPE})  # it is this write's
         return sent
@@ -139,12 +139,12 @@ def send(stream: IO[bytes], data: bytes) -> bool:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _write(stream: IO[bytes], data: bytes) -> bool:
+def _write(file: int, data: bytes) -> bool:
     rest = memoryview(data)
     try:
         while rest:
-            rest = rest[os.write(stream.fileno(), rest) :]
-    except (OSError, ValueError):  # ValueError: it was closed here
+            rest = rest[os.write(file, rest) :]
+    except OSError:
         return False
     return True
 
@@ -169,21 +169,11 @@ def die_with(parent: int, by: int | None = None) -> bool:
     """
     if sys.platform.startswith("linux"):
         ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, by or signal.SIGKILL)
-        return os.getppid() == parent or _is_ancestor(parent)
-    return True
-
-
-def _is_ancestor(pid: int) -> bool:
-    """A launcher may stand between a child and its parent."""
-    at = os.getpid()
-    while at > 1:
         try:
-            at = int(Path(f"/proc/{at}/stat").read_text().rpartition(")")[2].split()[1])
-        except (OSError, ValueError, IndexError):
-            return True
-        if at == pid:
-            return True
-    return False
+            os.kill(parent, 0)  # a launcher may stand between it and its child
+        except ProcessLookupError:
+            return False
+    return True
 
 
 def write_object(path: Path, value: object) -> None:
@@ -222,7 +212,6 @@ class SolverProcess:
         self._or_here = or_here
         self._process: Child | None = None
         self._folder: Path | None = None
-        self._ready = False
         self._calls = 0
         self._job: ProcessJob | None = None
         self.solved_here = ""
@@ -234,8 +223,8 @@ class SolverProcess:
 
     def start(self, name: str, *arguments: Any, **options: Any) -> Job[Any]:
         """Starts ``flipfree.jobs.<name>`` there. What it raises at once here, the job's ``result`` raises."""
-        if self._job is not None and not self._job.ended:
-            self.close()  # whoever started it has let go of it
+        if self._job is not None:
+            self._job.cancel()  # whoever started it has let go of it
         here: Callable[[], Job[Any]] = partial(getattr(jobs, name), *arguments, **options)
         if self.solved_here:
             return here()
@@ -250,8 +239,9 @@ class SolverProcess:
                 raise not_started(why) from error
             self.solved_here = why
             return here()
-        self.send({"call": self._calls})
-        self._job = ProcessJob(self, self._calls)
+        assert self._process is not None
+        self._process.tell({"call": self._calls})
+        self._job = ProcessJob(self, self._process, self._calls)
         return StagedJob(self._there_or(here, self._job)) if self._or_here else self._job
 
     def _there_or(self, here: Callable[[], Job[Any]], job: Job[Any]) -> Stages[Any]:
@@ -282,7 +272,6 @@ class SolverProcess:
             return self._folder
         self.close()
         self._folder = folder = Path(tempfile.mkdtemp(prefix="flipfree-"))
-        self._ready = False
         opening = {
             "parent": os.getpid(),
             "folder": str(folder),
@@ -291,16 +280,6 @@ class SolverProcess:
         command = [*self._command, "-I", "-B", "-c", _BOOT, json.dumps(opening)]
         self._process = Child(command, {})
         return folder
-
-    def send(self, message: Message) -> None:
-        assert self._process is not None
-        self._process.tell(message)
-
-    def receive(self, seconds: float) -> list[dict[str, Any]] | None:
-        """What it has said by then; None once it has ended and all was read."""
-        found = None if self._process is None else self._process.heard(seconds)
-        self._ready |= any("ready" in message for message in found or ())
-        return found
 
     def answer(self, number: int) -> tuple[str, Any]:
         """("result" or "error", the value) of a call that has ended."""
@@ -320,7 +299,7 @@ class SolverProcess:
         assert self._process is not None
         status = self._process.wait()
         said = next(reversed(self._process.said), "")
-        if not self._ready:
+        if not self._process.spoke:
             return not_started(said or f"it ended with status {status}")
         how = how_ended(status, ", perhaps because memory ran out")
         return _ended(f"{how}. {said}")
@@ -329,8 +308,8 @@ class SolverProcess:
 class ProcessJob(Job[Any]):
     """A call that is being solved in another process."""
 
-    def __init__(self, process: SolverProcess, number: int) -> None:
-        self._process = process
+    def __init__(self, process: SolverProcess, child: Child, number: int) -> None:
+        self._process, self._child = process, child
         self._number = number
         self._progress = ("starting a process", 0.0)
         self._answer: tuple[str, Any] | None = None
@@ -344,7 +323,7 @@ class ProcessJob(Job[Any]):
         end = time.monotonic() + min(max(seconds, 0.0), LONGEST_WAIT)
         while self._answer is None:
             left = end - time.monotonic()
-            messages = self._process.receive(max(left, 0.0))
+            messages = self._child.heard(max(left, 0.0))
             if messages is None:
                 self._answer = ("error", self._process.death())
                 self._process.close()
@@ -366,7 +345,7 @@ class ProcessJob(Job[Any]):
     def accept(self) -> None:
         """Takes the map as it is, as ``Job.accept`` does."""
         if not self.ended:
-            self._process.send({"accept": True})
+            self._child.tell({"accept": True})
 
     def cancel(self) -> None:
         """Ends the process at once. Then ``result`` raises Cancelled."""

@@ -4,8 +4,6 @@ want a clean surface, which they make of what they get (embed, match, conformal,
 Solvers that want one connected surface get the parts one after the other; they are packed together at the end.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from itertools import pairwise
@@ -18,7 +16,6 @@ import flipfree as ff
 
 from ...calls.matching import edges_between_pins, held_by_pins
 from ...checks import shown
-from ...distortion import STRETCH_BOUND
 from ...errors import bad_angles, bad_option, bad_pins
 from ...points import split_edges
 from ...results import FloatArray, IntArray
@@ -34,9 +31,7 @@ from ...separated import (
 from ...texts import counted
 from ..results import beside, field_files
 from .model import (
-    ASPECT,
-    MARGIN,
-    OVERLAPS,
+    BOUND,
     Model,
     Solved,
     arguments,
@@ -52,43 +47,27 @@ _AS_GIVEN: dict[str, Any] = dict(
     seams="given", may_add_cuts=False, cut_extremities=False, effort=0.0
 )
 
-#: Of the scale, in what ``seamless`` suggests.
-BOUND = 2.0
-
 _FREE = "a boundary is free, as no map was found with one along the axes"
 _ENLARGED = "parts too small beside the others for 32 bits are larger than in scale"
 _MORE_QUADS = "whole numbers leave no mesh of so few quads: there are more"
 # Edges at which a surface folds by more are sharp, where nobody says from where on.
 _SHARP = math.radians(30.0)
 
-_ALIGNED = """
---boundary aligned_or_free|aligned|free
-"""
-_SEAMLESS = f"""{_ALIGNED}
---no-optimise  leave the distortion as the engine does
---meet-pins  points of the file with the pins keep their place; cuts and boundaries stay as without them
---surface-scale  one UV unit is one unit of the model; otherwise the map fits the unit square
---engine auto|penner|padding
-"""
-_ALONG = """
---curvature=0.5  its weight, 0 to 1
---sharp-from=30  degrees, for edges
-"""
 
-
-@command(
-    f"""islands onto the plane, packed
---seams auto|given  auto: also where islands are closed, have handles, or would be stretched more than --stretch; given: no more
-    than it takes to open them
---stretch={STRETCH_BOUND}  of automatic seams: lengths change by about this factor at most
---keep-charts  cut where the file's charts end
-{OVERLAPS}
---no-new-cuts  crush islands that would lie on top of themselves rather than cut them
---short-cuts  do not cut closed parts along legs and fingers
-{MARGIN}{ASPECT}""",
-    cure="--seams auto and a lower --stretch cut it further",
-)
+@command(cure="--seams auto and a lower --stretch cut it further")
 def unwrap(model: Model, options: dict[str, Any]) -> Solved:
+    """islands onto the plane, packed
+
+    --seams auto|given  auto: also where islands are closed, have handles, or would be stretched more than --stretch; given: no
+        more than it takes to open them
+    --stretch={stretch}  of automatic seams: lengths change by about this factor at most
+    --keep-charts  cut where the file's charts end
+    {overlaps}
+    --no-new-cuts  crush islands that would lie on top of themselves rather than cut them
+    --short-cuts  do not cut closed parts along legs and fingers
+    {margin}
+    {aspect}
+    """
     found = model.call(
         ff.unwrap,
         cuts=model.seams if options["keep_charts"] else None,
@@ -107,22 +86,29 @@ def unwrap(model: Model, options: dict[str, Any]) -> Solved:
     return Solved(found.certificate, found, figures={"islands": int(found.stats["charts"])})
 
 
-@command(f"less distortion\n{OVERLAPS}--iterations=200  most steps per island{ASPECT}")
+@command()
 def improve(model: Model, options: dict[str, Any]) -> Solved:
+    """less distortion
+
+    {overlaps}
+    --iterations=200  most steps per island
+    {aspect}
+    """
     mesh = model.vertices, model.faces, model.uv()
     found = ff.improve(mesh, **taken(options, "keep_bijective iterations aspect"), **model.limits)
     return Solved(found.certificate, found)
 
 
-@command(
-    f"""flips mended
---overlaps cut|open|keep  what becomes of islands on themselves
---stretched keep|improve  what becomes of islands drawn out much more than an unwrap of them is
-{MARGIN}
---move-apart  islands that lie on larger ones are put where there is room
-{ASPECT}"""
-)
+@command()
 def repair(model: Model, options: dict[str, Any]) -> Solved:
+    """flips mended
+
+    --overlaps cut|open|keep  what becomes of islands on themselves
+    --stretched keep|improve  what becomes of islands drawn out much more than an unwrap of them is
+    {margin}
+    --move-apart  islands that lie on larger ones are put where there is room
+    {aspect}
+    """
     how = taken(options, "overlaps stretched margin aspect") | {"uncuttable": model.diagonals}
     uv = model.uv(whole=False)
     found = model.call(ff.repair, uv, disjoint=options["move_apart"], **how)
@@ -136,19 +122,20 @@ def repair(model: Model, options: dict[str, Any]) -> Solved:
     return Solved(found.certificate, found, figures=figures)
 
 
-@command(
-    f"""islands nested into a tile
-{MARGIN}
---rotation straight|free|quarters|none
---tile=1001  UDIM tile to pack into
---tiles=1  UDIM tiles to spread islands over
---effort=1  of the search
---keep-sizes  islands keep their sizes relative to each other, not one texel density
---stack-similar  islands of equal outline lie on top of each other
---stack-mirrored  with it, mirror images too, mirrored
-{ASPECT}"""
-)
+@command()
 def pack(model: Model, options: dict[str, Any]) -> Solved:
+    """islands nested into a tile
+
+    {margin}
+    --rotation straight|free|quarters|none
+    --tile=1001  UDIM tile to pack into
+    --tiles=1  UDIM tiles to spread islands over
+    --effort=1  of the search
+    --keep-sizes  islands keep their sizes relative to each other, not one texel density
+    --stack-similar  islands of equal outline lie on top of each other
+    --stack-mirrored  with it, mirror images too, mirrored
+    {aspect}
+    """
     names = "scale_true margin rotation stack_similar stack_mirrored tile tiles effort aspect"
     found = model.call(ff.pack, model.uv(), **taken(options, names))
     gap = f"The gap of {options['margin_pixels']:g} pixels (--margin-pixels) is not met everywhere."
@@ -156,19 +143,26 @@ def pack(model: Model, options: dict[str, Any]) -> Solved:
     return Solved(found.certificate, found, warnings, {"fill": float(found.stats["fill"])})
 
 
-@command(f"islands of quads as straight strips and grids\n{MARGIN}{ASPECT}")
+@command()
 def rectify(model: Model, options: dict[str, Any]) -> Solved:
+    """islands of quads as straight strips and grids
+
+    {margin}
+    {aspect}
+    """
     uv = None if model.file.uv is None else model.uv()
     how = taken(options, "margin aspect")
     found = model.call(ff.rectify, uv, polygons=model.file.polygons, **how)
     return Solved(found.certificate, found, figures={"islands": int(found.stats["charts"])})
 
 
-@command(
-    f"the certificate of a map\n--allow-stacked  islands may lie on each other{ASPECT}",
-    writes=False,
-)
+@command(writes=False)
 def check(model: Model, options: dict[str, Any]) -> Solved:
+    """the certificate of a map
+
+    --allow-stacked  islands may lie on each other
+    {aspect}
+    """
     how = taken(options, "disjoint aspect")
     certificate = model.call(ff.certify, model.uv(), bijective=True, mirrored="islands", **how)
     return Solved(certificate)
@@ -181,16 +175,16 @@ def _judged(model: Model, clean: ff.SeparatedSurface, found: Any, **how: Any) ->
     return Solved(whole.certificate, whole)
 
 
-@command(
-    f"""disks onto a convex polygon
---boundary circle|square|triangle|pinned  pinned: straight between boundary points of the file with the pins
---method ladder|progressive|tutte
---optimise  lower the distortion, with the boundary held
---no-pack  all parts lie around the origin
-{MARGIN}""",
-    cure="--optimise, or a boundary more like the part's own",
-)
+@command(cure="--optimise, or a boundary more like the part's own")
 def embed(model: Model, options: dict[str, Any]) -> Solved:
+    """disks onto a convex polygon
+
+    --boundary circle|square|triangle|pinned  pinned: straight between boundary points of the file with the pins
+    --method ladder|progressive|tutte
+    --optimise  lower the distortion, with the boundary held
+    --no-pack  all parts lie around the origin
+    {margin}
+    """
     own = options["boundary"] == "pinned"
     clean = model.clean()
     points = pins_of(model, clean).points if own else {}
@@ -248,17 +242,17 @@ def _refuse_split_cuts(
         )
 
 
-@command(
-    f"""pins met exactly
-{OVERLAPS}
---no-new-vertices  refuse pins that cannot be met by the mesh as it is
---bend-lines  edges between two pins need not stay straight
---cut-open  cut parts with pins that are closed or have handles
---unwrap-rest  unwrap parts without pins, beside the others
-{ASPECT}""",
-    cure="move pins nearer to where their surroundings are",
-)
+@command(cure="move pins nearer to where their surroundings are")
 def match(model: Model, options: dict[str, Any]) -> Solved:
+    """pins met exactly
+
+    {overlaps}
+    --no-new-vertices  refuse pins that cannot be met by the mesh as it is
+    --bend-lines  edges between two pins need not stay straight
+    --cut-open  cut parts with pins that are closed or have handles
+    --unwrap-rest  unwrap parts without pins, beside the others
+    {aspect}
+    """
     clean, cuts = model.clean(), np.zeros((0, 2), np.int32)
     pins = pins_of(model, clean)
     if options["cut_open"]:
@@ -331,12 +325,13 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
     return _judged(model, clean, found, **how)
 
 
-@command(
-    """one surface in the shape of another, through their maps
---source=''  model whose shape is taken, at the same places of its map"""
-)
+@command()
 def transfer(model: Model, options: dict[str, Any]) -> Solved:
-    """The file's mesh with every vertex on the other surface (thesis 3.4.1)."""
+    """one surface in the shape of another, through their maps
+
+    --source=''  model whose shape is taken, at the same places of its map
+    """
+    # The file's mesh with every vertex on the other surface (thesis 3.4.1).
     if not options["source"]:
         raise bad_option("--source names no model. Say whose shape is taken.")
     other = read_model(Path(options["source"]), merge=not options["no_merge"], **model.limits)
@@ -348,17 +343,17 @@ def transfer(model: Model, options: dict[str, Any]) -> Solved:
     return Solved(there.first.certificate, replace(model.file, vertices=vertices))
 
 
-@command(
-    f"""maps without shear
---cones auto|suggested|none  auto: of the file beside the model, else suggested for closed parts
---boundary free|straight|circle
---refined-start auto|on|off  metric of a surface without needles
---bound=4  of the scale, for suggested cones
---precision=auto  bits of the metric's numbers, 53 to 4096, or auto
-{MARGIN}""",
-    cure="more cones even it out: --cones suggested with a lower --bound",
-)
+@command(cure="more cones even it out: --cones suggested with a lower --bound")
 def conformal(model: Model, options: dict[str, Any]) -> Solved:
+    """maps without shear
+
+    --cones auto|suggested|none  auto: of the file beside the model, else suggested for closed parts
+    --boundary free|straight|circle
+    --refined-start auto|on|off  metric of a surface without needles
+    --bound=4  of the scale, for suggested cones
+    --precision=auto  bits of the metric's numbers, 53 to 4096, or auto
+    {margin}
+    """
     clean = model.clean()
     cones = _cones(model, clean) if options["cones"] == "auto" else {}
     precision, refined = options["precision"] or "auto", options["refined_start"]
@@ -400,12 +395,13 @@ def _suggested(
     return found, ratio, holds
 
 
-@command(
-    """suggested cones, into a file beside the output
---bound=4  of the scale
---quarter-turns  angles in multiples of 90 degrees"""
-)
+@command()
 def cones(model: Model, options: dict[str, Any]) -> Solved:
+    """suggested cones, into a file beside the output
+
+    --bound=4  of the scale
+    --quarter-turns  angles in multiples of 90 degrees
+    """
     clean = model.clean()
     found, ratio, holds = _suggested(model, clean, options["bound"], options["quarter_turns"])
     told = {str(clean.vertex_origin[v]): angle for v, angle in found.items()}
@@ -414,12 +410,13 @@ def cones(model: Model, options: dict[str, Any]) -> Solved:
     return Solved(None, model.file, warnings, figures, {"cones": told})
 
 
-@command(
-    """closed surfaces cut into disks with right angles
---follow cones|field  those of the file beside the model; or also the turns of the smoothest field with these, or of a signature
-    there"""
-)
+@command()
 def cut(model: Model, options: dict[str, Any]) -> Solved:
+    """closed surfaces cut into disks with right angles
+
+    --follow cones|field  those of the file beside the model; or also the turns of the smoothest field with these, or of a
+        signature there
+    """
     clean = model.clean()
     quarters = _quarters(clean, _cones(model, clean))
     field = None
@@ -461,14 +458,15 @@ def _is_closed(faces: IntArray) -> bool:
     )
 
 
-@command(
-    f"""seams match by quarters
---cones auto|suggested  auto: of the file beside the model, else suggested
---bound={BOUND}  of the scale, for suggested cones
-{_SEAMLESS}""",
-    cure="more cones, in the file beside the model, even it out",
-)
+@command(cure="more cones, in the file beside the model, even it out")
 def seamless(model: Model, options: dict[str, Any]) -> Solved:
+    """seams match by quarters
+
+    --cones auto|suggested  auto: of the file beside the model, else suggested
+    --bound={bound}  of the scale, for suggested cones
+    {aligned}
+    {placed}
+    """
     clean = model.clean()
     quarters = _quarters(clean, _cones(model, clean) if options["cones"] == "auto" else {})
     if not quarters and options["bound"] != BOUND:
@@ -549,19 +547,21 @@ def _along_field(
     return follow(False), True, features
 
 
-@command(
-    f"""seamless, along a field
---field curvature|smooth|edges|flow|cones|file|signature  what the map's lines run along: edges at which the surface folds, the
-    flow of quads; a field in a file beside the model (.rawfield, .ffield, .rotation); its cones, or its signature, of such a file
---field-file=''  with field or signature, instead of that beside the model
-{_ALONG}
---edge-weight=1  of edges, 0.01 to 1
---keep-near-cones  that bend opposite ways
---no-reroute  of padding: loops turn as they happen to
-{_SEAMLESS}""",
-    cure="a finer mesh or another field follows the surface better",
-)
+@command(cure="a finer mesh or another field follows the surface better")
 def field(model: Model, options: dict[str, Any]) -> Solved:
+    """seamless, along a field
+
+    --field curvature|smooth|edges|flow|cones|file|signature  what the map's lines run along: edges at which the surface folds,
+        the flow of quads; a field in a file beside the model (.rawfield, .ffield, .rotation); its cones, or its signature, of
+        such a file
+    --field-file=''  with field or signature, instead of that beside the model
+    {along}
+    --edge-weight=1  of edges, 0.01 to 1
+    --keep-near-cones  that bend opposite ways
+    --no-reroute  of padding: loops turn as they happen to
+    {aligned}
+    {placed}
+    """
     clean = model.clean()
     found, freed, features = _along_field(model, clean, options)
     solved = _placed(model, clean, found, options, freed)
@@ -579,16 +579,17 @@ _OF_FIELD: dict[str, Any] = {
 }
 
 
-@command(
-    f"""textures that repeat run on through seams
---tile-count=100  about how many cover the model
---tile-size=0  length of a tile's side, instead
---field curvature|smooth|edges|flow|map  what its lines run along; map: the file's own UVs, seamless, are fitted
---no-prefer-translations  seams that turn stay, however long
-{_ALONG}{_ALIGNED}""",
-    cure="more tiles, or a finer mesh, follow the surface better",
-)
+@command(cure="more tiles, or a finer mesh, follow the surface better")
 def tiles(model: Model, options: dict[str, Any]) -> Solved:
+    """textures that repeat run on through seams
+
+    --tile-count=100  about how many cover the model
+    --tile-size=0  length of a tile's side, instead
+    --field curvature|smooth|edges|flow|map  what its lines run along; map: the file's own UVs, seamless, are fitted
+    --no-prefer-translations  seams that turn stay, however long
+    {along}
+    {aligned}
+    """
     clean = model.clean()
     options = arguments(options | _OF_FIELD)
     freed, features = False, None
@@ -609,16 +610,17 @@ def tiles(model: Model, options: dict[str, Any]) -> Solved:
     return solved
 
 
-@command(
-    """a mesh of quads
---target=2000  about how many quads
---edge-length=0  of their sides, instead
---field automatic|curvature|smooth|edges|flow  what the edges of quads run along
---adaptive=0  0 to 100, how much denser quads are where the surface bends more
---symmetry none|x|y|z  the half on the positive side of the axis becomes quads and is mirrored, along a field of its own or edges
-"""
-)
+@command()
 def quads(model: Model, options: dict[str, Any]) -> Solved:
+    """a mesh of quads
+
+    --target=2000  about how many quads
+    --edge-length=0  of their sides, instead
+    --field automatic|curvature|smooth|edges|flow  what the edges of quads run along
+    --adaptive=0  0 to 100, how much denser quads are where the surface bends more
+    --symmetry none|x|y|z  the half on the positive side of the axis becomes quads and is mirrored, along a field of its own or
+        edges
+    """
     clean = model.clean()
     wanted, symmetry = options["field"], options["symmetry"]
     told_density = _numbers_at(model, clean, "density", "number")

@@ -4,6 +4,7 @@ file."""
 from __future__ import annotations
 
 import glob
+import inspect
 import json
 import math
 import os
@@ -21,16 +22,15 @@ import numpy as np
 
 from ... import _native
 from ...calls.mesh_files import MeshFile, read, write
-from ...distortion import LEVELS, derivatives, percentiles
+from ...distortion import LEVELS, STRETCH_BOUND, derivatives, percentiles
 from ...errors import InvalidInput, bad_option, bad_pins
 from ...results import Certificate, FloatArray, IntArray, Parametrization
 from ...separated import SeparatedSurface, edge_keys, separate
 from ...texts import above_bound, turned_over
-from ..child import Engine
+from ..child import Engine, Unit
 from ..plan import Formats
 from ..results import Record, beside
 from ..run import not_written
-from ..worker import Unit
 
 Result = TypeVar("Result")
 
@@ -228,27 +228,35 @@ class Command:
 
 COMMANDS: dict[str, Command] = {}
 
-#: Options of several commands.
-ASPECT = """
---aspect=1  of the texture, if it is no square: 2, 16:9, 2048x1024
-"""
-MARGIN = """
---margin-pixels=4  least gap between islands, of the texture
---texture-size=1024  pixels to a side
-"""
-OVERLAPS = """
---allow-overlaps  islands may overlap themselves
-"""
+#: Of the scale, in what ``seamless`` suggests.
+BOUND = 2.0
+
+#: Names in the usage of commands: options of several ones, and numbers.
+_SHARED = {
+    "aligned": "--boundary aligned_or_free|aligned|free",
+    "along": """--curvature=0.5  its weight, 0 to 1
+--sharp-from=30  degrees, for edges""",
+    "aspect": "--aspect=1  of the texture, if it is no square: 2, 16:9, 2048x1024",
+    "bound": BOUND,
+    "margin": """--margin-pixels=4  least gap between islands, of the texture
+--texture-size=1024  pixels to a side""",
+    "overlaps": "--allow-overlaps  islands may overlap themselves",
+    "placed": """--no-optimise  leave the distortion as the engine does
+--meet-pins  points of the file with the pins keep their place; cuts and boundaries stay as without them
+--surface-scale  one UV unit is one unit of the model; otherwise the map fits the unit square
+--engine auto|penner|padding""",
+    "stretch": STRETCH_BOUND,
+}
 
 
 def command(
-    usage: str, *, writes: bool = True, cure: str = "unwrap it, which finds seams"
+    *, writes: bool = True, cure: str = "unwrap it, which finds seams"
 ) -> Callable[[Solve], Solve]:
-    """What ``python -m flipfree NAME`` makes of a model, NAME that of the function. usage: what that is, and from the second line
-    on its own options."""
+    """What ``python -m flipfree NAME`` makes of a model, NAME that of the function, whose docstring is what users are told: what
+    that is, and the command's own options."""
 
     def declared(solve: Solve) -> Solve:
-        text, _, options = usage.partition("\n")
+        text, _, options = inspect.cleandoc(solve.__doc__ or "").format(**_SHARED).partition("\n")
         COMMANDS[solve.__name__] = Command(text, solve, options, writes, cure)
         return solve
 
