@@ -20,6 +20,7 @@
 #include "flipfree/base/types.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/unwrap/islands/islands.h"
@@ -91,214 +92,174 @@ constexpr double kMostCells = 64.0;
 // An edge of a part between faces that may be apart.
 struct Hinge {
   HalfedgeId h = kInvalid;  // the lower one of the edge's two
-  double length = 0.0;
-  double weight = 1.0;  // times the length: what joining it is worth, as the caller says
-  double angle = 0.0;   // where a flat face has bevels, from it to what is beyond them
+  double worth = 0.0;       // of joining it: its length, times what the caller says
+  double angle = 0.0;       // where a flat face has bevels, from it to what is beyond them
 };
 
 using Corners = std::array<Vector2, 3>;
-
-// A connected part of the surface: what is measured of it.
-struct MadePart {
-  std::vector<FaceId> faces;
-  std::vector<Hinge> hinges;       // edges that may become seams
-  std::vector<HalfedgeId> joined;  // edges that may not
-  double area = 0.0;
-  double extent = 0.0;  // the longest edge, or size() if that is longer
-  bool bevelled = false;
-  double size() const { return std::sqrt(area); }
-};
-
-// What all parts share.
-struct Shapes {
-  Shapes(const mesh::Surface& whole, const mesh::EdgeFlags& given)
-      : surface(whole),
-        faces(whole.faces),
-        adjacency(whole.adjacency()),
-        seams(given),
-        curvature(at(whole.vertices.rows()), 0.0),
-        bend(curvature),
-        soft(at(faces.rows()), 0.0) {
-    std::vector<double> corners(curvature.size(), 0.0);
-    std::vector<char> is_border(corners.size(), 0);
-    double sum = 0.0;
-    for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
-      const std::array<Vector3, 3> p = surface.corners(f);
-      const Vector3 e = p[1] - p[0];
-      const Vector3 d = p[2] - p[0];
-      const double length = e.norm();
-      const double doubled = e.cross(d).norm();
-      area.push_back(0.5 * doubled);
-      sum += 0.5 * doubled;
-      flat.push_back(
-          {Vector2::Zero(), Vector2(length, 0.0),
-           length > 0.0 ? Vector2(e.dot(d) / length, doubled / length) : Vector2(d.norm(), 0.0)});
-      for (Index k = 0; k < 3; ++k) {
-        const Vector3 a = p[at((k + 1) % 3)] - p[at(k)];
-        const Vector3 b = p[at((k + 2) % 3)] - p[at(k)];
-        curvature[at(faces(f, k))] -= std::atan2(a.cross(b).norm(), a.dot(b));
-        corners[at(faces(f, k))] += 1.0;
-        const HalfedgeId h = 3 * f + k;
-        if (adjacency.opposite[at(h)] != kInvalid && seams[at(h)] == 0) continue;
-        is_border[at(mesh::source(faces, h))] = is_border[at(mesh::target(faces, h))] = 1;
-      }
-    }
-    for (std::size_t v = 0; v < is_border.size(); ++v) {
-      const double own = curvature[v] + 2 * std::numbers::pi;
-      curvature[v] = is_border[v] != 0 ? 0.0 : std::abs(own) / corners[v];
-    }
-    size = std::sqrt(sum);
-  }
-
-  const mesh::Surface& surface;
-  const Triangles& faces;
-  const mesh::Adjacency& adjacency;
-  const mesh::EdgeFlags& seams;
-  double size = 0.0;          // root of the whole area
-  std::vector<double> area;   // per face
-  std::vector<Corners> flat;  // per face, laid into the plane
-  // Per vertex: the size of its angle defect over the number of its corners, 0 at borders and
-  // seams; and the largest angle between faces at an edge there.
-  std::vector<double> curvature;
-  std::vector<double> bend;
-  std::vector<Index> place;  // per face: its number among its part's
-  // Per face: itself, or beside it one that is no needle, of its polygon if there is: how it bends.
-  std::vector<FaceId> shaped;
-  std::vector<double> soft;  // per face: how deep others may lie in it; bevels
-};
-
-// Faces joined across edges that bend by less than an angle, or are no seams.
-class Regions {
- public:
-  Regions(const Shapes& shapes, const MadePart& part, double angle)
-      : shapes_(shapes),
-        sets_(static_cast<Index>(part.faces.size())),
-        area_(part.faces.size(), 0.0),
-        curvature_(part.faces.size(), 0.0) {
-    const auto join = [&](HalfedgeId h) {
-      sets_.join(shapes.place[at(h / 3)], shapes.place[at(shapes.adjacency.opposite[at(h)] / 3)]);
-    };
-    for (const HalfedgeId h : part.joined) join(h);
-    for (const Hinge& hinge : part.hinges) {
-      if (hinge.angle < angle) join(hinge.h);
-    }
-    for (const FaceId f : part.faces) {
-      area_[at(of(f))] += shapes.area[at(f)];
-      for (Index k = 0; k < 3; ++k) {
-        const std::size_t v = at(shapes.faces(f, k));
-        if (shapes.bend[v] < angle) curvature_[at(of(f))] += shapes.curvature[v];
-      }
-    }
-  }
-
-  Index of(FaceId f) { return sets_.find(shapes_.place[at(f)]); }
-  double area(Index region) const { return area_[at(region)]; }
-  // Sum of the sizes of angle defects at the vertices inside, at which no edge bends more.
-  double curvature(Index region) const { return curvature_[at(region)]; }
-
- private:
-  const Shapes& shapes_;
-  DisjointSets sets_;  // of the part's faces
-  std::vector<double> area_;
-  std::vector<double> curvature_;
-};
 
 double longest_of(const Corners& p) {
   return std::max({(p[1] - p[0]).norm(), (p[2] - p[1]).norm(), (p[0] - p[2]).norm()});
 }
 
-// The connected parts between seams. Edges of infinite `cost` (per half-edge) are none of their
-// hinges.
-std::vector<MadePart> parts_of(const std::vector<double>& cost, Shapes& shapes) {
-  const mesh::Surface& surface = shapes.surface;
-  const Triangles& faces = shapes.faces;
-  const mesh::Components components = mesh::components_between(shapes.adjacency, shapes.seams);
-  std::vector<MadePart> parts(at(components.count));
-  shapes.place.resize(components.of_face.size());
-  const auto width = [&](FaceId f) {
-    const double longest = longest_of(shapes.flat[at(f)]);
-    return shapes.area[at(f)] / (longest * longest);
-  };
-  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
-    FaceId& shaped = shapes.shaped.emplace_back(f);
-    for (const bool in_polygon : {true, false}) {
-      if (width(shaped) >= kNeedle) break;
-      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-        const HalfedgeId o = shapes.adjacency.opposite[at(h)];
-        if (o == kInvalid || (cost[at(h)] == mesh::ShortestPaths::kUnreached) != in_polygon)
-          continue;
-        const FaceId other = o / 3 < f ? shapes.shaped[at(o / 3)] : o / 3;
-        if (width(other) > width(shaped)) shaped = other;
+// A connected part of the surface between seams, and what is measured of it.
+struct MadePart {
+  // own: must outlive this. Edges of infinite `cost` (per half-edge) are none of its hinges.
+  MadePart(const mesh::Surface& own, const std::vector<double>& cost)
+      : surface(own),
+        faces(own.faces),
+        opposite(own.adjacency().opposite),
+        areas(face_areas(own)),
+        curvature(at(own.vertices.rows()), 0.0),
+        bend(curvature),
+        soft(areas.size(), 0.0) {
+    measure();
+    for (FaceId f = 0; f < static_cast<FaceId>(areas.size()); ++f) {
+      FaceId& shape = shaped.emplace_back(f);
+      for (const bool in_polygon : {true, false}) {
+        if (width(shape) >= kNeedle) break;
+        for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+          const HalfedgeId o = opposite[at(h)];
+          if (o == kInvalid || (cost[at(h)] == mesh::ShortestPaths::kUnreached) != in_polygon)
+            continue;
+          const FaceId other = o / 3 < f ? shaped[at(o / 3)] : o / 3;
+          if (width(other) > width(shape)) shape = other;
+        }
       }
     }
-  }
-  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
-    MadePart& part = parts[at(components.of_face[at(f)])];
-    shapes.place[at(f)] = static_cast<Index>(part.faces.size());
-    part.faces.push_back(f);
-    part.area += shapes.area[at(f)];
-    part.extent = std::max(part.extent, longest_of(shapes.flat[at(f)]));
-    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-      const HalfedgeId o = shapes.adjacency.opposite[at(h)];
-      if (o == kInvalid || o < h || shapes.seams[at(h)] != 0) continue;
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(opposite.size()); ++h) {
+      const HalfedgeId o = opposite[at(h)];
+      if (o < h) continue;
       if (cost[at(h)] == mesh::ShortestPaths::kUnreached) {
-        part.joined.push_back(h);
+        joined.push_back(h);
         continue;
       }
       const double length = edge_length(surface, h);
       const double plain = length * bend_factor(surface, h, o);
-      const double weight = plain > 0.0 ? cost[at(h)] / plain : 1.0;
-      const double angle = bend_between(surface, shapes.shaped[at(f)], shapes.shaped[at(o / 3)]);
+      const double worth = plain > 0.0 ? cost[at(h)] / plain * length : length;
+      hinges.push_back({h, worth, angle(h / 3, o / 3)});
       for (const VertexId v : {mesh::source(faces, h), mesh::target(faces, h)})
-        shapes.bend[at(v)] = std::max(shapes.bend[at(v)], angle);
-      part.hinges.push_back({h, length, weight, angle});
+        bend[at(v)] = std::max(bend[at(v)], hinges.back().angle);
     }
   }
-  for (MadePart& part : parts) part.extent = std::max(part.extent, part.size());
-  return parts;
-}
+
+  double size() const { return std::sqrt(area); }
+  // Between the normals of two faces, needles aside.
+  double angle(FaceId f, FaceId g) const {
+    return bend_between(surface, shaped[at(f)], shaped[at(g)]);
+  }
+
+  const mesh::Surface& surface;
+  const Triangles& faces;
+  const std::vector<HalfedgeId>& opposite;
+  std::vector<Hinge> hinges;       // edges that may become seams
+  std::vector<HalfedgeId> joined;  // edges that may not
+  double area = 0.0;
+  double extent = 0.0;  // the longest edge, or size() if that is longer
+  bool bevelled = false;
+  std::vector<double> areas;  // per face
+  std::vector<Corners> flat;  // per face, laid into the plane
+  // Per vertex: the size of its angle defect over the number of its corners, 0 at borders; and the
+  // largest angle between faces at an edge there.
+  std::vector<double> curvature;
+  std::vector<double> bend;
+  // Per face: itself, or beside it one that is no needle, of its polygon if there is: how it bends.
+  std::vector<FaceId> shaped;
+  std::vector<double> soft;  // per face: how deep others may lie in it; bevels
+
+ private:
+  double width(FaceId f) const {
+    const double longest = longest_of(flat[at(f)]);
+    return areas[at(f)] / (longest * longest);
+  }
+
+  void measure() {
+    std::vector<double> corners(curvature.size(), 0.0);
+    for (FaceId f = 0; f < static_cast<FaceId>(areas.size()); ++f) {
+      const auto [e, d] = mesh::sides_at(surface, 3 * f);
+      const double length = e.norm();
+      flat.push_back({Vector2::Zero(), Vector2(length, 0.0),
+                      length > 0.0 ? Vector2(e.dot(d) / length, e.cross(d).norm() / length)
+                                   : Vector2(d.norm(), 0.0)});
+      area += areas[at(f)];
+      extent = std::max(extent, longest_of(flat.back()));
+      for (CornerId c = 3 * f; c < 3 * f + 3; ++c) {
+        const auto [a, b] = mesh::sides_at(surface, c);
+        curvature[at(mesh::source(faces, c))] -= std::atan2(a.cross(b).norm(), a.dot(b));
+        corners[at(mesh::source(faces, c))] += 1.0;
+      }
+    }
+    for (std::size_t v = 0; v < corners.size(); ++v)
+      curvature[v] = std::abs(curvature[v] + 2 * std::numbers::pi) / corners[v];
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(opposite.size()); ++h)
+      if (opposite[at(h)] == kInvalid)
+        curvature[at(mesh::source(faces, h))] = curvature[at(mesh::target(faces, h))] = 0.0;
+    extent = std::max(extent, size());
+  }
+};
+
+// Faces joined across edges that bend by less than an angle, or are no seams.
+class Regions {
+ public:
+  Regions(const MadePart& part, double angle)
+      : sets_(static_cast<Index>(part.areas.size())),
+        area_(part.areas.size(), 0.0),
+        curvature_(area_) {
+    const auto join = [&](HalfedgeId h) { sets_.join(h / 3, part.opposite[at(h)] / 3); };
+    for (const HalfedgeId h : part.joined) join(h);
+    for (const Hinge& hinge : part.hinges) {
+      if (hinge.angle < angle) join(hinge.h);
+    }
+    for (FaceId f = 0; f < part.faces.rows(); ++f) {
+      area_[at(of(f))] += part.areas[at(f)];
+      for (const VertexId v : part.faces.row(f))
+        if (part.bend[at(v)] < angle) curvature_[at(of(f))] += part.curvature[at(v)];
+    }
+  }
+
+  Index of(FaceId f) { return sets_.find(f); }
+  double area(Index region) const { return area_[at(region)]; }
+  // Sum of the sizes of angle defects at the vertices inside, at which no edge bends more.
+  double curvature(Index region) const { return curvature_[at(region)]; }
+
+ private:
+  DisjointSets sets_;
+  std::vector<double> area_;
+  std::vector<double> curvature_;
+};
 
 // What share of a part is flat, in regions that count; nothing where that and what is rolled is too
 // little for a hard surface.
-std::optional<double> flat_if_hard(const Shapes& shapes, const MadePart& part) {
+std::optional<double> flat_if_hard(const MadePart& part) {
   if (part.hinges.empty() || !(part.extent < kWire * part.size())) return {};
-  Regions flat(shapes, part, kFlatAngle);
-  Regions smooth(shapes, part, kSmoothAngle);
+  Regions flat(part, kFlatAngle);
+  Regions smooth(part, kSmoothAngle);
   // Faces of a fine mesh bend little from each to the next one, however much in all.
-  std::vector<Vector3> direction(part.faces.size(), Vector3::Zero());
-  for (const FaceId f : part.faces)
-    direction[at(flat.of(f))] += shapes.area[at(f)] * shapes.surface.area_vector(f).normalized();
-  const auto is_plane = [&](Index region) {
-    return direction[at(region)].norm() >= std::cos(kPlateAngle) * flat.area(region);
-  };
+  std::vector<Vector3> direction(part.areas.size(), Vector3::Zero());
+  for (FaceId f = 0; f < part.faces.rows(); ++f)
+    direction[at(flat.of(f))] += part.areas[at(f)] * part.surface.area_vector(f).normalized();
   double hard = 0.0;
   double flat_area = 0.0;
-  for (const FaceId f : part.faces) {
-    const bool is_flat = flat.area(flat.of(f)) >= kRegion * part.area && is_plane(flat.of(f));
+  for (FaceId f = 0; f < part.faces.rows(); ++f) {
+    const Index own = flat.of(f);
+    const bool is_flat = flat.area(own) >= kRegion * part.area &&
+                         direction[at(own)].norm() >= std::cos(kPlateAngle) * flat.area(own);
     const bool is_rolled = smooth.area(smooth.of(f)) >= kRegion * part.area &&
                            smooth.curvature(smooth.of(f)) < kRolled;
-    if (is_flat || is_rolled) hard += shapes.area[at(f)];
-    if (is_flat) flat_area += shapes.area[at(f)];
+    if (is_flat || is_rolled) hard += part.areas[at(f)];
+    if (is_flat) flat_area += part.areas[at(f)];
   }
   if (hard < kHardRegions * part.area) return {};
   return flat_area / part.area;
 }
 
-// Lets others lie in a face of a bevel.
-void soften(Shapes& shapes, FaceId f) {
-  shapes.soft[at(f)] = 2.0 * kBevelDepth * shapes.area[at(f)] / longest_of(shapes.flat[at(f)]);
-}
-
 // Edges inside what flat faces have of the bevels around them, of which larger ones have all. First
 // those along which they grew. Hinges between them get the angle from flat face to flat face; faces
 // become soft.
-std::vector<HalfedgeId> bevels_of(Shapes& shapes, MadePart& part) {
+std::vector<HalfedgeId> bevels_of(MadePart& part) {
   part.bevelled = true;
-  Regions flat(shapes, part, kPlateAngle);
-  const auto angle = [&](FaceId f, FaceId g) {
-    return bend_between(shapes.surface, shapes.shaped[at(f)], shapes.shaped[at(g)]);
-  };
-  const auto beyond = [&](HalfedgeId h) { return shapes.adjacency.opposite[at(h)]; };
+  Regions flat(part, kPlateAngle);
+  const auto beyond = [&](HalfedgeId h) { return part.opposite[at(h)]; };
   std::unordered_map<Index, std::vector<HalfedgeId>> around;
   for (const Hinge& hinge : part.hinges) {
     for (const HalfedgeId h : {hinge.h, beyond(hinge.h)}) {
@@ -306,17 +267,18 @@ std::vector<HalfedgeId> bevels_of(Shapes& shapes, MadePart& part) {
         around[flat.of(h / 3)].push_back(h);
     }
   }
-  std::unordered_map<Index, FaceId> owner;
+  // Per region the first face of the plate that has it; kInvalid: none.
+  std::vector<FaceId> owner(part.areas.size(), kInvalid);
   std::vector<std::pair<double, FaceId>> plates;  // the largest first, those of one size by number
-  for (const FaceId f : part.faces) {
+  for (FaceId f = 0; f < part.faces.rows(); ++f) {
     const Index region = flat.of(f);
-    const double area = flat.area(region);
-    if (area >= kRegion * part.area && owner.emplace(region, f).second)
-      plates.emplace_back(-std::round(1e3 * area / part.area), f);
+    if (flat.area(region) < kRegion * part.area || owner[at(region)] != kInvalid) continue;
+    owner[at(region)] = f;
+    plates.emplace_back(-std::round(1e3 * flat.area(region) / part.area), f);
   }
   std::sort(plates.begin(), plates.end());
   std::vector<HalfedgeId> inside;
-  std::unordered_map<Index, double> depth;
+  std::vector<double> depth(owner.size(), 0.0);  // per region
   // What is parallel to a plate beyond a step goes to the nearest one, with the step; then one
   // plate after the other takes what is left.
   for (const bool to_parallels : {true, false}) {
@@ -326,13 +288,13 @@ std::vector<HalfedgeId> bevels_of(Shapes& shapes, MadePart& part) {
     const auto go_on = [&](Index region, std::size_t turn, double reached, FaceId plate) {
       for (const HalfedgeId h : around[region]) {
         const HalfedgeId o = beyond(h);
-        const auto own = owner.find(flat.of(o / 3));
-        if (own != owner.end() && own->second != plate) continue;
-        const Vector2 side =
-            shapes.flat[at(o / 3)][at((o % 3 + 1) % 3)] - shapes.flat[at(o / 3)][at(o % 3)];
-        const double width = flat.area(flat.of(o / 3)) / side.norm();
+        const FaceId own = owner[at(flat.of(o / 3))];
+        if (own != kInvalid && own != plate) continue;
+        const Corners& corners = part.flat[at(o / 3)];
+        const double width = flat.area(flat.of(o / 3)) /
+                             (corners[at(next_corner(o) % 3)] - corners[at(o % 3)]).norm();
         if (width < kBevelWidth * part.size() && reached + width < kBevelReach * part.size() &&
-            angle(plate, o / 3) < kBevelTurn)
+            part.angle(plate, o / 3) < kBevelTurn)
           next.emplace(turn, reached + width, o, plate);
       }
     };
@@ -344,32 +306,32 @@ std::vector<HalfedgeId> bevels_of(Shapes& shapes, MadePart& part) {
       Index region = flat.of(h / 3);
       if (!into.emplace(region, std::pair(h, width)).second) continue;
       go_on(region, turn, width, plate);
-      if (to_parallels && angle(plate, h / 3) >= kPlateAngle) continue;
-      while (owner.emplace(region, plate).second) {
+      if (to_parallels && part.angle(plate, h / 3) >= kPlateAngle) continue;
+      while (owner[at(region)] == kInvalid) {
+        owner[at(region)] = plate;
         const auto& [entry, reached] = into.at(region);
         inside.push_back(entry);
-        depth[region] = kBevelDepth * reached;
+        depth[at(region)] = kBevelDepth * reached;
         region = flat.of(beyond(entry) / 3);
       }
     }
   }
   for (Hinge& hinge : part.hinges) {
-    const HalfedgeId o = beyond(hinge.h);
-    const auto a = owner.find(flat.of(hinge.h / 3));
-    const auto b = owner.find(flat.of(o / 3));
-    if (hinge.angle < kFlatAngle || (a == owner.end() && b == owner.end())) continue;
-    const FaceId f = a == owner.end() ? hinge.h / 3 : a->second;
-    const FaceId g = b == owner.end() ? o / 3 : b->second;
-    if (f == g || angle(f, g) < kFlatAngle) {
+    const auto plate_of = [&](FaceId f) {
+      const FaceId own = owner[at(flat.of(f))];
+      return own == kInvalid ? f : own;
+    };
+    const FaceId f = plate_of(hinge.h / 3);
+    const FaceId g = plate_of(beyond(hinge.h) / 3);
+    if (hinge.angle < kFlatAngle) continue;
+    if (f == g || part.angle(f, g) < kFlatAngle) {
       inside.push_back(hinge.h);
     } else {
-      hinge.angle = angle(f, g);
+      hinge.angle = part.angle(f, g);
     }
   }
-  for (const FaceId f : part.faces) {
-    const auto own = depth.find(flat.of(f));
-    if (own != depth.end()) shapes.soft[at(f)] = own->second;
-  }
+  for (std::size_t f = 0; f < depth.size(); ++f)
+    part.soft[f] = depth[at(flat.of(static_cast<FaceId>(f)))];
   return inside;
 }
 
@@ -399,33 +361,32 @@ struct Rules {
 // Faces of one part in nets, each with a plane of its own.
 class Nets {
  public:
-  Nets(const Shapes& shapes, const MadePart& part, const ExecutionContext& context)
-      : shapes_(shapes),
-        part_(part),
+  // longest: a net may be, unless it was before.
+  Nets(const MadePart& part, double longest, const ExecutionContext& context)
+      : part_(part),
+        longest_(longest),
         context_(context),
         cell_(part.extent /
-              std::clamp(kCellsToFaces * std::sqrt(static_cast<double>(part.faces.size())),
-                         kFewestCells, kMostCells)) {
-    for (const FaceId f : part.faces) {
-      const auto i = static_cast<Index>(members_.size());
-      at_.push_back(shapes.flat[at(f)]);
-      net_.push_back(i);
-      members_.push_back({i});
-      Spans& spans = spans_.emplace_back();
-      for (const Vector2& p : at_.back()) spans.add(p);
-      enter(i);
+              std::clamp(kCellsToFaces * std::sqrt(static_cast<double>(part.faces.rows())),
+                         kFewestCells, kMostCells)),
+        at_(part.flat),
+        is_joined_(part.opposite.size(), 0),
+        is_forced_(is_joined_),
+        bins_(at_.size()),
+        spans_(at_.size()) {
+    for (FaceId f = 0; f < part.faces.rows(); ++f) {
+      net_.push_back(f);
+      members_.push_back({f});
+      for (const Vector2& p : at_[at(f)]) spans_[at(f)].add(p);
+      enter(f);
     }
-    is_joined_.assign(3 * at_.size(), 0);
-    bins_.resize(members_.size());
-    is_forced_ = is_joined_;
     force(part.joined);
   }
 
-  bool is_joined(HalfedgeId h) const { return is_joined_[at(corner(h))] != 0; }
-  std::size_t count() const { return members_.size(); }
+  bool is_joined(HalfedgeId h) const { return is_joined_[at(h)] != 0; }
   double area_of(Index net) const {
     double sum = 0.0;
-    for (const Index i : members_[at(net)]) sum += shapes_.area[at(part_.faces[at(i)])];
+    for (const FaceId f : members_[at(net)]) sum += part_.areas[at(f)];
     return sum;
   }
 
@@ -459,12 +420,9 @@ class Nets {
   // Whatever comes to lie on what; nets between which there are several of these edges lie in their
   // middle.
   void force(const std::vector<HalfedgeId>& edges) {
-    for (const HalfedgeId h : edges) {
-      if (opposite(h) == kInvalid) continue;
-      is_forced_[at(corner(h))] = is_forced_[at(corner(opposite(h)))] = 1;
-    }
+    for (const HalfedgeId h : edges) is_forced_[at(h)] = is_forced_[at(opposite(h))] = 1;
     for (HalfedgeId h : edges) {
-      if (opposite(h) == kInvalid || is_joined(h)) continue;
+      if (is_joined(h)) continue;
       if (net_at(h) == net_at(opposite(h))) {
         mark(h);
         continue;
@@ -473,12 +431,10 @@ class Nets {
         h = opposite(h);
       const Index other = net_at(opposite(h));
       std::vector<HalfedgeId> between;
-      for (const Index i : members_[at(other)]) {
-        for (Index k = 0; k < 3; ++k) {
-          const HalfedgeId o = 3 * part_.faces[at(i)] + k;
-          if (is_forced_[3 * at(i) + at(k)] != 0 && net_at(opposite(o)) == net_at(h))
+      for (const FaceId f : members_[at(other)]) {
+        for (HalfedgeId o = 3 * f; o < 3 * f + 3; ++o)
+          if (is_forced_[at(o)] != 0 && net_at(opposite(o)) == net_at(h))
             between.push_back(opposite(o));
-        }
       }
       take(h, motion(between), net_at(h), other);
     }
@@ -500,34 +456,27 @@ class Nets {
       context_.check();
       const HalfedgeId h = best_border(net);
       if (h == kInvalid) continue;
-      const std::vector<Index> moved = members_[at(net)];
+      const std::vector<FaceId> moved = members_[at(net)];
       const Index into = net_at(h);
       take(h, motion({h}), into, net);
-      for (const Index i : moved) {
-        for (Index k = 0; k < 3; ++k) {
-          const HalfedgeId g = 3 * part_.faces[at(i)] + k;
+      for (const FaceId f : moved) {
+        for (HalfedgeId g = 3 * f; g < 3 * f + 3; ++g) {
           const HalfedgeId o = opposite(g);
-          if (o == kInvalid || is_joined(g) || net_at(o) != into) continue;
-          if (gap(g) <= 0.5 * (at_[at(i)][at((k + 1) % 3)] - at_[at(i)][at(k)]).norm()) mark(g);
+          if (o != kInvalid && !is_joined(g) && net_at(o) == into && gap(g) <= 0.5 * side(g).norm())
+            mark(g);
         }
       }
     }
   }
 
  private:
-  // kInvalid also across seams.
-  HalfedgeId opposite(HalfedgeId h) const {
-    return shapes_.seams[at(h)] != 0 ? kInvalid : shapes_.adjacency.opposite[at(h)];
-  }
-  Index corner(HalfedgeId h) const { return 3 * shapes_.place[at(h / 3)] + h % 3; }
-  Index net_at(HalfedgeId h) const { return net_[at(shapes_.place[at(h / 3)])]; }
-  Vector2 from(HalfedgeId h) const { return at_[at(corner(h) / 3)][at(h % 3)]; }
-  Vector2 to(HalfedgeId h) const { return at_[at(corner(h) / 3)][at((h % 3 + 1) % 3)]; }
+  HalfedgeId opposite(HalfedgeId h) const { return part_.opposite[at(h)]; }
+  Index net_at(HalfedgeId h) const { return net_[at(h / 3)]; }
+  Vector2 from(HalfedgeId h) const { return at_[at(h / 3)][at(h % 3)]; }
+  Vector2 to(HalfedgeId h) const { return from(next_corner(h)); }
+  Vector2 side(HalfedgeId h) const { return to(h) - from(h); }
 
-  void mark(HalfedgeId h) {
-    is_joined_[at(corner(h))] = 1;
-    is_joined_[at(corner(opposite(h)))] = 1;
-  }
+  void mark(HalfedgeId h) { is_joined_[at(h)] = is_joined_[at(opposite(h))] = 1; }
 
   // Between the two sides of an edge, whose faces are in one net.
   double gap(HalfedgeId h) const {
@@ -543,7 +492,7 @@ class Nets {
     double length = 0.0;
     for (const HalfedgeId h : edges) {
       const HalfedgeId o = opposite(h);
-      const Vector2 x = to(h) - from(h);
+      const Vector2 x = side(h);
       const Vector2 y = from(o) - to(o);
       turn += Vector2(x.dot(y), cross(y, x));
       here += 0.5 * x.norm() * (from(h) + to(h));
@@ -556,8 +505,8 @@ class Nets {
     return m;
   }
 
-  Corners moved(Index i, const Similarity& m) const {
-    return {m(at_[at(i)][0]), m(at_[at(i)][1]), m(at_[at(i)][2])};
+  Corners moved(FaceId f, const Similarity& m) const {
+    return {m(at_[at(f)][0]), m(at_[at(f)][1]), m(at_[at(f)][2])};
   }
 
   // Keys of different cells may be the same: what is found there is compared.
@@ -577,30 +526,26 @@ class Nets {
     }
   }
 
-  void enter(Index i) {
-    for_cells(at_[at(i)],
-              [&](std::int64_t x, std::int64_t y) { cells_[key(net_[at(i)], x, y)].push_back(i); });
+  void enter(FaceId f) {
+    for_cells(at_[at(f)],
+              [&](std::int64_t x, std::int64_t y) { cells_[key(net_[at(f)], x, y)].push_back(f); });
   }
 
   // Deeper than `care`.
   bool overlaps(Index stays, Index moves, const Similarity& m, double care) const {
-    bool found = false;
-    for (const Index i : members_[at(moves)]) {
-      const Corners corners = moved(i, m);
+    return std::ranges::any_of(members_[at(moves)], [&](FaceId f) {
+      const Corners corners = moved(f, m);
+      bool found = false;
       for_cells(corners, [&](std::int64_t x, std::int64_t y) {
         const auto cell = cells_.find(key(stays, x, y));
-        if (found || cell == cells_.end()) return;
-        for (const Index j : cell->second) {
-          const double own =
-              care + shapes_.soft[at(part_.faces[at(i)])] + shapes_.soft[at(part_.faces[at(j)])];
-          if (net_[at(j)] != stays || !overlap(at_[at(j)], corners, own)) continue;
-          found = true;
-          return;
-        }
+        found = found || (cell != cells_.end() && std::ranges::any_of(cell->second, [&](FaceId g) {
+                            return net_[at(g)] == stays &&
+                                   overlap(at_[at(g)], corners,
+                                           care + part_.soft[at(f)] + part_.soft[at(g)]);
+                          }));
       });
-      if (found) return true;
-    }
-    return false;
+      return found;
+    });
   }
 
   // Lengths of a net's outline by direction, turned by `m`.
@@ -613,11 +558,9 @@ class Nets {
     bins[at(bin)] += weight * length;
   }
   void add_outline(Index net, const Similarity& m, Bins& bins) const {
-    for (const Index i : members_[at(net)]) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (is_joined_[3 * at(i) + k] != 0) continue;
-        add_side(m(at_[at(i)][(k + 1) % 3]) - m(at_[at(i)][k]), 1.0, bins);
-      }
+    for (const FaceId f : members_[at(net)]) {
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h)
+        if (!is_joined(h)) add_side(m(to(h)) - m(from(h)), 1.0, bins);
     }
   }
   const Bins& outline(Index net) {
@@ -649,11 +592,11 @@ class Nets {
   // Longer than nets may be, and than either is.
   bool is_longer(Index a, Index b, const Similarity& m) const {
     const double before = std::max(spans_[at(a)].length(), spans_[at(b)].length());
-    const double most = std::max(kLongest * shapes_.size, 1.001 * before);
+    const double most = std::max(longest_, 1.001 * before);
     Spans whole = spans_[at(a)];
     if (whole.length() + spans_[at(b)].length() <= most) return false;
-    for (const Index i : members_[at(b)]) {
-      for (const Vector2& p : at_[at(i)]) whole.add(m(p));
+    for (const FaceId f : members_[at(b)]) {
+      for (const Vector2& p : at_[at(f)]) whole.add(m(p));
     }
     return whole.length() > most;
   }
@@ -681,17 +624,17 @@ class Nets {
   // Net b becomes part of a.
   void take(HalfedgeId h, const Similarity& m, Index a, Index b) {
     if (!bins_[at(a)].empty()) add_outline(b, m, bins_[at(a)]);
-    for (const Index i : members_[at(b)]) {
-      at_[at(i)] = moved(i, m);
-      net_[at(i)] = a;
-      members_[at(a)].push_back(i);
-      for (const Vector2& p : at_[at(i)]) spans_[at(a)].add(p);
-      enter(i);
+    for (const FaceId f : members_[at(b)]) {
+      at_[at(f)] = moved(f, m);
+      net_[at(f)] = a;
+      members_[at(a)].push_back(f);
+      for (const Vector2& p : at_[at(f)]) spans_[at(a)].add(p);
+      enter(f);
     }
     members_[at(b)].clear();
     bins_[at(b)].clear();
     mark(h);
-    if (!bins_[at(a)].empty()) add_side(to(h) - from(h), -2.0, bins_[at(a)]);
+    if (!bins_[at(a)].empty()) add_side(side(h), -2.0, bins_[at(a)]);
   }
 
   // Of a net's outline towards others the best edge to join it by, seen from there.
@@ -699,16 +642,15 @@ class Nets {
     HalfedgeId best = kInvalid;
     std::pair<int, double> most(-1, 0.0);
     const double size = std::sqrt(area_of(net));
-    for (const Index i : members_[at(net)]) {
-      for (Index k = 0; k < 3; ++k) {
-        const HalfedgeId g = 3 * part_.faces[at(i)] + k;
+    for (const FaceId f : members_[at(net)]) {
+      for (HalfedgeId g = 3 * f; g < 3 * f + 3; ++g) {
         const HalfedgeId o = opposite(g);
         if (o == kInvalid || is_joined(g) || net_at(o) == net) continue;
         // The least overlap, then the longest edge.
         int depth = 0;
         const auto care = [&] { return std::max(kOverlaps * part_.size(), depth * kDepth * size); };
         while (depth < kDepths && overlaps(net_at(o), net, motion({o}), care())) ++depth;
-        const std::pair<int, double> own(kDepths - depth, (to(g) - from(g)).norm());
+        const std::pair<int, double> own(kDepths - depth, side(g).norm());
         if (!(own > most)) continue;
         most = own;
         best = o;
@@ -717,18 +659,18 @@ class Nets {
     return best;
   }
 
-  const Shapes& shapes_;
   const MadePart& part_;
+  double longest_;
   const ExecutionContext& context_;
   double cell_;
-  std::vector<Corners> at_;                  // per face of the part, in its net's plane
-  std::vector<Index> net_;                   // per face of the part
-  std::vector<std::vector<Index>> members_;  // per net: faces of the part
-  std::vector<char> is_joined_;              // 3 per face of the part
-  std::vector<char> is_forced_;              // 3 per face of the part
-  std::vector<Bins> bins_;                   // per net; empty: not counted
-  std::vector<Spans> spans_;                 // per net
-  std::unordered_map<std::uint64_t, std::vector<Index>> cells_;
+  std::vector<Corners> at_;                   // per face, in its net's plane
+  std::vector<Index> net_;                    // per face
+  std::vector<std::vector<FaceId>> members_;  // per net
+  std::vector<char> is_joined_;               // per half-edge
+  std::vector<char> is_forced_;               // per half-edge
+  std::vector<Bins> bins_;                    // per net; empty: not counted
+  std::vector<Spans> spans_;                  // per net
+  std::unordered_map<std::uint64_t, std::vector<FaceId>> cells_;
   std::size_t tried_ = 0;
 };
 
@@ -737,7 +679,7 @@ std::vector<Hinge> in_order(const MadePart& part) {
   const double unit = 1e-6 * part.size();
   const auto rank = [&](const Hinge& hinge) {
     const int kind = hinge.angle < kFlatAngle ? 0 : hinge.angle < kBendAngle ? 1 : 2;
-    return std::tuple(kind, -std::round(hinge.weight * hinge.length / unit), hinge.h);
+    return std::tuple(kind, -std::round(hinge.worth / unit), hinge.h);
   };
   std::vector<Hinge> order = part.hinges;
   std::sort(order.begin(), order.end(),
@@ -745,10 +687,11 @@ std::vector<Hinge> in_order(const MadePart& part) {
   return order;
 }
 
-void flag_part(const Shapes& shapes, const MadePart& part, const std::vector<HalfedgeId>& bevels,
-               mesh::EdgeFlags& flags, const ExecutionContext& context) {
+// Flags of a part's edges that no net runs over, none where it is not hard.
+mesh::EdgeFlags seams_of(const MadePart& part, double longest,
+                         const std::vector<HalfedgeId>& bevels, const ExecutionContext& context) {
   const std::vector<Hinge> order = in_order(part);
-  Nets nets(shapes, part, context);
+  Nets nets(part, longest, context);
   for (const Hinge& hinge : order) {
     if (hinge.angle < kFlatAngle) nets.join(hinge.h, {});
   }
@@ -759,16 +702,16 @@ void flag_part(const Shapes& shapes, const MadePart& part, const std::vector<Hal
   }
   nets.gather_slivers();
   double counted = 0.0;
-  for (Index net = 0; net < static_cast<Index>(nets.count()); ++net) {
+  for (FaceId net = 0; net < part.faces.rows(); ++net) {
     const double area = nets.area_of(net);
     if (area >= kNet * part.area) counted += area;
   }
-  if (counted < kHardNets * part.area || nets.straightness() < kHardOutlines) return;
+  if (counted < kHardNets * part.area || nets.straightness() < kHardOutlines) return {};
+  mesh::EdgeFlags flags(part.opposite.size(), 0);
   for (const Hinge& hinge : part.hinges) {
-    if (nets.is_joined(hinge.h)) continue;
-    flags[at(hinge.h)] = 1;
-    flags[at(shapes.adjacency.opposite[at(hinge.h)])] = 1;
+    if (!nets.is_joined(hinge.h)) flags[at(hinge.h)] = flags[at(part.opposite[at(hinge.h)])] = 1;
   }
+  return flags;
 }
 
 }  // namespace
@@ -777,19 +720,24 @@ mesh::EdgeFlags net_seams(const mesh::Surface& surface, const mesh::EdgeFlags& s
                           const std::vector<double>& cost, const std::vector<char>& is_rim,
                           const ExecutionContext& context) {
   mesh::EdgeFlags flags(seams.size(), 0);
-  Shapes shapes(surface, seams);
-  for (MadePart& part : parts_of(cost, shapes)) {
+  const std::vector<double> areas = face_areas(surface);
+  const double longest = kLongest * std::sqrt(std::accumulate(areas.begin(), areas.end(), 0.0));
+  for (const mesh::Chart& chart : mesh::split_into_charts(
+           surface.vertices, mesh::cut_along(surface.faces, surface.adjacency(), seams))) {
     context.check();
-    const auto flat = flat_if_hard(shapes, part);
+    MadePart part(chart.surface, part_of(chart, cost));
+    const auto flat = flat_if_hard(part);
     if (!flat) continue;
     std::vector<HalfedgeId> bevels;
     if (*flat >= kBevelled) {
-      bevels = bevels_of(shapes, part);
+      bevels = bevels_of(part);
     } else {
-      for (const FaceId f : part.faces)
-        if (!is_rim.empty() && is_rim[at(f)] != 0) soften(shapes, f);
+      for (std::size_t f = 0; f < chart.faces.size() && !is_rim.empty(); ++f) {
+        if (is_rim[at(chart.faces[f])] != 0)
+          part.soft[f] = 2.0 * kBevelDepth * part.areas[f] / longest_of(part.flat[f]);
+      }
     }
-    flag_part(shapes, part, bevels, flags, context);
+    put_part(chart, seams_of(part, longest, bevels, context), flags);
   }
   return flags;
 }
