@@ -7,9 +7,9 @@
 #include <numbers>
 
 #include "flipfree/unwrap/islands/islands.h"
+#include "flipfree/unwrap/islands/sheet.h"
 #include "flipfree/unwrap/seams/costs.h"
 #include "flipfree/unwrap/seams/nets.h"
-#include "flipfree/unwrap/seams/sheet.h"
 #include "support/shapes.h"
 
 namespace flipfree::unwrap::seams_test {

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "flipfree/unwrap/islands/islands.h"
+#include "flipfree/unwrap/islands/sheet.h"
 #include "flipfree/unwrap/unwrap.h"
 #include "support/shapes.h"
 
@@ -74,7 +75,7 @@ TEST(ScaleField, is_zero_on_flat_surfaces_and_at_open_vertices) {
   for (VertexId v = 0; v < 49; ++v)
     open[static_cast<std::size_t>(v)] = v % 7 % 6 == 0 || v / 7 % 6 == 0 ? 1 : 0;
   ExecutionContext context;
-  for (const double u : ScaleField(sheet).solve(open, context)) EXPECT_NEAR(u, 0.0, 1e-12);
+  for (const double u : scale_field(sheet, open, context)) EXPECT_NEAR(u, 0.0, 1e-12);
 }
 
 // On a sphere of radius 1 that is open at one pole only up to a small circle of radius r around it:
@@ -91,7 +92,7 @@ TEST(ScaleField, grows_towards_the_far_pole_of_a_ball_as_its_stereographic_map_d
     if (ball.vertices(v, 2) < ball.vertices(far, 2)) far = v;
   }
   ExecutionContext context;
-  const std::vector<double> u = ScaleField(ball).solve(open, context);
+  const std::vector<double> u = scale_field(ball, open, context);
   const double radius = 8.0 * std::numbers::pi / kRings;
   EXPECT_NEAR(u[static_cast<std::size_t>(far)], std::log(2.0 / (1.0 - std::cos(radius))), 0.1);
 }

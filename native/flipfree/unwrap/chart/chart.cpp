@@ -74,49 +74,29 @@ double energy_of(const mesh::Surface& chart, const Points2& uv) {
 
 // Each triangle with its own shape, joined to the one before it, breadth first: isometric but for
 // rounding where the chart is developable, and torn out of shape where it is not, so that triangles
-// may flip. Empty if not all vertices are reached.
-Points2 unfolded(const mesh::Surface& chart, const ExecutionContext& context) {
-  const auto count = static_cast<Index>(chart.vertices.rows());
-  const mesh::Adjacency& adjacency = chart.adjacency();
-  Points2 uv = Points2::Zero(count, 2);
-  std::vector<char> placed(at(count), 0);
-  Index left = count;
-  const auto place = [&](VertexId v, const Vector2& p) {
-    if (placed[at(v)] != 0) return;
-    uv.row(v) = p.transpose();
-    placed[at(v)] = 1;
-    --left;
-  };
-  const auto place_of = [&](VertexId v) -> Vector3 { return chart.vertices.row(v).transpose(); };
-  if (chart.faces.rows() == 0) return Points2(0, 2);
-  place(chart.faces(0, 0), Vector2::Zero());
-  place(chart.faces(0, 1),
-        Vector2((place_of(chart.faces(0, 1)) - place_of(chart.faces(0, 0))).norm(), 0.0));
-  std::vector<char> seen(at(static_cast<Index>(chart.faces.rows())), 0);
-  std::vector<HalfedgeId> queue{0};  // of faces that are next, the side whose ends have places
-  seen[0] = 1;
-  for (std::size_t i = 0; i < queue.size(); ++i) {
-    if (i % 65536 == 0) context.check();
-    const HalfedgeId h = queue[i];
-    const VertexId a = mesh::source(chart.faces, h);
-    const VertexId b = mesh::target(chart.faces, h);
-    const CornerId apex = previous_corner(h);
-    const VertexId c = chart.faces(apex / 3, apex % 3);
-    const Vector3 side = place_of(b) - place_of(a);
-    const Vector3 other = place_of(c) - place_of(a);
+// may flip.
+Points2 unfolded(const mesh::Surface& chart) {
+  Points2 uv = Points2::Zero(chart.vertices.rows(), 2);
+  std::vector<char> placed(at(chart.vertices.rows()), 0);
+  // The third corner of the face of h, whose side there has its place.
+  const auto place_third = [&](HalfedgeId h) {
+    const VertexId third = mesh::source(chart.faces, previous_corner(h));
+    if (std::exchange(placed[at(third)], 1) != 0) return;
+    const auto [side, other] = mesh::sides_at(chart, h);
+    const Vector2 a = uv.row(mesh::source(chart.faces, h));
     // On the unfolded side, however long that is by now: the direction counts.
-    const Vector2 along = (uv.row(b) - uv.row(a)).transpose().normalized();
+    const Vector2 along = (uv.row(mesh::target(chart.faces, h)).transpose() - a).normalized();
     const double length = side.norm();
-    place(c, uv.row(a).transpose() + along * (side.dot(other) / length) +
-                 Vector2(-along.y(), along.x()) * (side.cross(other).norm() / length));
-    for (Index k = 0; k < 3; ++k) {
-      const HalfedgeId o = adjacency.opposite[at(3 * (h / 3) + k)];
-      if (o == kInvalid || seen[at(o / 3)] != 0) continue;
-      seen[at(o / 3)] = 1;
-      queue.push_back(o);
-    }
-  }
-  return left == 0 ? uv : Points2(0, 2);
+    uv.row(third) = a + along * (side.dot(other) / length) +
+                    Vector2(-along.y(), along.x()) * (side.cross(other).norm() / length);
+  };
+  placed[at(chart.faces(0, 0))] = placed[at(chart.faces(0, 1))] = 1;
+  uv(chart.faces(0, 1), 0) = mesh::sides_at(chart, 0).next.norm();
+  place_third(0);
+  mesh::for_each_face_across(
+      chart.adjacency(), [](HalfedgeId, HalfedgeId) { return true; },
+      [&](HalfedgeId, HalfedgeId beyond) { place_third(beyond); });
+  return uv;
 }
 
 // The conformal map if it is flip-free and one-to-one, by exact test, and less distorted than the
@@ -128,11 +108,11 @@ Points2 better_start(const mesh::Surface& chart, Points2 circle, ExecutionContex
   if (conformal.rows() == 0) return circle;
   const double most = energy_of(chart, circle);
   const auto usable = [&](const Points2& uv) {
-    return uv.rows() > 0 && uv.allFinite() && distortion::is_flip_free(chart.faces, uv, context) &&
+    return uv.allFinite() && distortion::is_flip_free(chart.faces, uv, context) &&
            !overlaps_itself(chart.faces, uv, context);
   };
   if (usable(conformal)) return energy_of(chart, conformal) < most ? conformal : circle;
-  Points2 flat = unfolded(chart, context);
+  Points2 flat = unfolded(chart);
   return usable(flat) && energy_of(chart, flat) < most ? flat : circle;
 }
 

@@ -3,15 +3,15 @@
 #include <CGAL/box_intersection_d.h>
 #include <boost/graph/adjacency_list.hpp>
 #include <boost/graph/boykov_kolmogorov_max_flow.hpp>
+#include <boost/graph/dijkstra_shortest_paths.hpp>
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <map>
 #include <numeric>
-#include <queue>
 #include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
@@ -164,65 +164,133 @@ constexpr double kUncuttableCost = 1e3;
 
 enum class Side : char { kNone, kFirst, kSecond };
 
+// The faces of a piece as nodes, joined across edges: what cutting these costs is their capacity,
+// between the faces' centres is their weight. Two nodes more are where a flow begins and ends.
+using Link =
+    boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>::edge_descriptor;
+using Graph = boost::adjacency_list<
+    boost::vecS, boost::vecS, boost::directedS,
+    boost::property<boost::vertex_color_t, boost::default_color_type,
+                    boost::property<boost::vertex_distance_t, Index,
+                                    boost::property<boost::vertex_predecessor_t, Link>>>,
+    boost::property<
+        boost::edge_capacity_t, double,
+        boost::property<boost::edge_residual_capacity_t, double,
+                        boost::property<boost::edge_reverse_t, Link,
+                                        boost::property<boost::edge_weight_t, double>>>>>;
+
+void connect(std::size_t from, std::size_t to, double there, double back, double weight,
+             Graph& graph) {
+  const Link link = boost::add_edge(from, to, graph).first;
+  const Link reverse = boost::add_edge(to, from, graph).first;
+  boost::put(boost::edge_capacity, graph, link, there);
+  boost::put(boost::edge_capacity, graph, reverse, back);
+  boost::put(boost::edge_reverse, graph, link, reverse);
+  boost::put(boost::edge_reverse, graph, reverse, link);
+  boost::put(boost::edge_weight, graph, link, weight);
+  boost::put(boost::edge_weight, graph, reverse, weight);
+}
+
+std::vector<double> distances(std::size_t from, const Graph& graph) {
+  std::vector<double> distance(boost::num_vertices(graph));
+  boost::dijkstra_shortest_paths(graph, from,
+                                 boost::distance_map(boost::make_iterator_property_map(
+                                     distance.begin(), boost::get(boost::vertex_index, graph))));
+  return distance;
+}
+
+// Of two nodes that are on different sides, those with the nearer one of the two that are farthest
+// apart.
+std::vector<Side> sides_by_distance(const std::vector<std::array<std::size_t, 2>>& pairs,
+                                    const Graph& graph) {
+  const std::vector<double> from_first = distances(pairs.front()[0], graph);
+  const auto apart = [&](const auto& p) { return std::abs(from_first[p[0]] - from_first[p[1]]); };
+  auto ends = pairs.front();
+  for (const auto& pair : pairs)
+    if (apart(pair) > apart(ends)) ends = pair;
+  const std::vector<double> a = distances(ends[0], graph);
+  const std::vector<double> b = distances(ends[1], graph);
+  std::vector<Side> side(a.size(), Side::kNone);
+  for (const auto& [p, q] : pairs) {
+    if ((a[p] < b[p]) == (a[q] < b[q])) continue;
+    side[p] = a[p] < b[p] ? Side::kFirst : Side::kSecond;
+    side[q] = a[q] < b[q] ? Side::kFirst : Side::kSecond;
+  }
+  // The two ends differ in any case, even where all distances are the same.
+  side[ends[0]] = Side::kFirst;
+  side[ends[1]] = Side::kSecond;
+  return side;
+}
+
 class Separator {
  public:
   Separator(const mesh::Surface& chart, const Points2& uv, double tolerated,
             const mesh::EdgeFlags& uncuttable, ExecutionContext& context)
-      : chart_(chart), adjacency_(chart.adjacency()), tolerated_(tolerated), context_(context) {
+      : adjacency_(chart.adjacency()),
+        tolerated_(tolerated),
+        context_(context),
+        cut_(adjacency_.opposite.size(), 0),
+        node_(cut_.size() / 3) {
     for (FaceId f = 0; f < chart.faces.rows(); ++f) area_.push_back(uv_area(chart.faces, uv, f));
-    cut_.assign(adjacency_.opposite.size(), 0);
-    weigh_edges(uncuttable);
+    weigh_edges(chart, uncuttable);
   }
 
   mesh::EdgeFlags run(const std::vector<FacePair>& overlapping) {
     std::vector<FacePair> pairs = overlapping;
     while (!pairs.empty()) {
       context_.check();
-      const mesh::Components pieces = components();
+      const std::vector<Index> piece = components().of_face;
       std::erase_if(pairs, [&](const FacePair& pair) {
-        return pieces.of_face[at(pair.first)] != pieces.of_face[at(pair.second)];
+        return piece[at(pair.first)] != piece[at(pair.second)];
       });
-      std::vector<std::vector<FacePair>> own(at(pieces.count));
-      std::vector<std::vector<FaceId>> faces(own.size());
-      std::vector<double> spare(own.size(), 0.0);  // what may overlap, less what does
+      struct Piece {
+        std::vector<FacePair> pairs;
+        std::vector<FaceId> faces;
+        double spare = 0.0;  // what may overlap, less what does
+      };
+      std::map<Index, Piece> pieces;
       for (const FacePair& pair : pairs) {
-        own[at(pieces.of_face[at(pair.first)])].push_back(pair);
-        spare[at(pieces.of_face[at(pair.first)])] -= pair.area;
+        Piece& own = pieces[piece[at(pair.first)]];
+        own.pairs.push_back(pair);
+        own.spare -= pair.area;
       }
-      for (std::size_t f = 0; f < pieces.of_face.size(); ++f) {
-        faces[at(pieces.of_face[f])].push_back(static_cast<FaceId>(f));
-        spare[at(pieces.of_face[f])] += tolerated_ * area_[f];
+      for (FaceId f = 0; at(f) < piece.size(); ++f) {
+        const auto own = pieces.find(piece[at(f)]);
+        if (own == pieces.end()) continue;
+        own->second.faces.push_back(f);
+        own->second.spare += tolerated_ * area_[at(f)];
       }
       std::erase_if(pairs, [&](const FacePair& pair) {
-        return spare[at(pieces.of_face[at(pair.first)])] >= 0.0;
+        return pieces.at(piece[at(pair.first)]).spare >= 0.0;
       });
-      for (std::size_t p = 0; p < own.size(); ++p) {
-        if (spare[p] < 0.0) divide(faces[p], own[p]);
-      }
+      for (const auto& [i, own] : pieces)
+        if (own.spare < 0.0) divide(own.faces, own.pairs);
     }
     join_pieces(area_, cost_, tolerated_, adjacency_, components(), overlapping, cut_);
     return std::move(cut_);
   }
 
  private:
-  void weigh_edges(const mesh::EdgeFlags& uncuttable) {
-    Points3 normals(chart_.faces.rows(), 3);
-    centre_.resize(chart_.faces.rows(), 3);
-    for (FaceId f = 0; f < chart_.faces.rows(); ++f) {
-      normals.row(f) = chart_.area_vector(f).normalized().transpose();
-      const auto [a, b, c] = chart_.corners(f);
-      centre_.row(f) = ((a + b + c) / 3.0).transpose();
+  void weigh_edges(const mesh::Surface& chart, const mesh::EdgeFlags& uncuttable) {
+    Points3 normals(chart.faces.rows(), 3);
+    Points3 centres(chart.faces.rows(), 3);
+    for (FaceId f = 0; f < chart.faces.rows(); ++f) {
+      normals.row(f) = chart.area_vector(f).normalized().transpose();
+      const auto [a, b, c] = chart.corners(f);
+      centres.row(f) = ((a + b + c) / 3.0).transpose();
     }
     cost_.assign(cut_.size(), 0.0);
+    length_ = cost_;
     double longest = 0.0;
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost_.size()); ++h) {
       const HalfedgeId o = adjacency_.opposite[at(h)];
       if (o == kInvalid) continue;
-      const double length = edge_length(chart_, h);
+      const double length = edge_length(chart, h);
       const double cosine = std::clamp(normals.row(h / 3).dot(normals.row(o / 3)), 0.0, 1.0);
       const double share = kCreaseShare + (1.0 - kCreaseShare) * cosine;
       cost_[at(h)] = length * (std::isfinite(share) ? share : 1.0) *
                      (uncuttable.empty() || !uncuttable[at(h)] ? 1.0 : kUncuttableCost);
+      length_[at(h)] = (centres.row(h / 3) - centres.row(o / 3)).norm();
       longest = std::max(longest, length);
     }
     // No edge is free: of two cuts of the same length the one with fewer edges is the smoother.
@@ -231,130 +299,51 @@ class Separator {
 
   mesh::Components components() const { return mesh::components_between(adjacency_, cut_); }
 
-  HalfedgeId across(HalfedgeId h) const {
-    return cut_[at(h)] ? kInvalid : adjacency_.opposite[at(h)];
-  }
-
-  // Cuts one piece between triangles that lie on top of each other; at least one pair is separated.
+  // Cuts one piece between triangles that lie on top of each other, where that costs least (Boykov,
+  // Kolmogorov 2004); at least one pair is separated.
   void divide(const std::vector<FaceId>& faces, const std::vector<FacePair>& pairs) {
-    const std::vector<Side> side = sides_by_distance(pairs);
-    const std::vector<char> first = minimum_cut(faces, side);
-    for (const FaceId f : faces) {
-      for (Index k = 0; k < 3; ++k) {
-        const HalfedgeId h = 3 * f + k;
-        const HalfedgeId o = across(h);
-        if (o == kInvalid || first[at(f)] == first[at(o / 3)]) continue;
-        cut_[at(h)] = cut_[at(o)] = 1;
+    const std::size_t source = faces.size(), sink = source + 1;
+    for (std::size_t i = 0; i < faces.size(); ++i) node_[at(faces[i])] = i;
+    const auto for_edges = [&](auto visit) {
+      for (const FaceId f : faces) {
+        for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+          const HalfedgeId o = adjacency_.opposite[at(h)];
+          if (o > h && cut_[at(h)] == 0) visit(h, o, node_[at(f)], node_[at(o / 3)]);
+        }
       }
-    }
-  }
-
-  // By the nearer of the two faces of the pair that is farthest apart.
-  std::vector<Side> sides_by_distance(const std::vector<FacePair>& pairs) const {
-    const std::vector<double> from_first = distances(pairs.front().first);
-    FacePair ends = pairs.front();
-    for (const FacePair& pair : pairs) {
-      const auto apart = [&](const FacePair& p) {
-        return std::abs(from_first[at(p.first)] - from_first[at(p.second)]);
-      };
-      if (apart(pair) > apart(ends)) ends = pair;
-    }
-    const std::vector<double> a = distances(ends.first);
-    const std::vector<double> b = distances(ends.second);
-    std::vector<Side> side(a.size(), Side::kNone);
-    for (const FacePair& pair : pairs) {
-      const bool first = a[at(pair.first)] < b[at(pair.first)];
-      const bool second = a[at(pair.second)] < b[at(pair.second)];
-      if (first == second) continue;
-      side[at(pair.first)] = first ? Side::kFirst : Side::kSecond;
-      side[at(pair.second)] = second ? Side::kFirst : Side::kSecond;
-    }
-    // The two ends differ in any case, even where all distances are the same.
-    side[at(ends.first)] = Side::kFirst;
-    side[at(ends.second)] = Side::kSecond;
-    return side;
-  }
-
-  // Over the faces' centres.
-  std::vector<double> distances(FaceId from) const {
-    std::vector<double> distance(at(static_cast<Index>(chart_.faces.rows())),
-                                 std::numeric_limits<double>::infinity());
-    using Entry = std::pair<double, FaceId>;
-    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-    distance[at(from)] = 0.0;
-    queue.emplace(0.0, from);
-    while (!queue.empty()) {
-      const auto [d, f] = queue.top();
-      queue.pop();
-      if (d > distance[at(f)]) continue;
-      for (Index k = 0; k < 3; ++k) {
-        const HalfedgeId o = across(3 * f + k);
-        if (o == kInvalid) continue;
-        const double next = d + (centre_.row(f) - centre_.row(o / 3)).norm();
-        if (!(next < distance[at(o / 3)])) continue;
-        distance[at(o / 3)] = next;
-        queue.emplace(next, o / 3);
-      }
-    }
-    return distance;
-  }
-
-  // Per face of the chart: is it on the first side of the least cut? Only `faces` are looked at.
-  std::vector<char> minimum_cut(const std::vector<FaceId>& faces,
-                                const std::vector<Side>& side) const {
-    using Edge =
-        boost::adjacency_list_traits<boost::vecS, boost::vecS, boost::directedS>::edge_descriptor;
-    using OfNode =
-        boost::property<boost::vertex_color_t, boost::default_color_type,
-                        boost::property<boost::vertex_distance_t, Index,
-                                        boost::property<boost::vertex_predecessor_t, Edge>>>;
-    using OfEdge = boost::property<boost::edge_capacity_t, double,
-                                   boost::property<boost::edge_residual_capacity_t, double,
-                                                   boost::property<boost::edge_reverse_t, Edge>>>;
-    boost::adjacency_list<boost::vecS, boost::vecS, boost::directedS, OfNode, OfEdge> graph(
-        faces.size() + 2);
-    const std::size_t source = faces.size();
-    const std::size_t sink = source + 1;
-    const auto connect = [&](std::size_t from, std::size_t to, double there, double back) {
-      const Edge edge = boost::add_edge(from, to, graph).first;
-      const Edge reverse = boost::add_edge(to, from, graph).first;
-      boost::put(boost::edge_capacity, graph, edge, there);
-      boost::put(boost::edge_capacity, graph, reverse, back);
-      boost::put(boost::edge_reverse, graph, edge, reverse);
-      boost::put(boost::edge_reverse, graph, reverse, edge);
     };
-    std::vector<std::size_t> node(side.size());
-    for (std::size_t i = 0; i < faces.size(); ++i) node[at(faces[i])] = i;
-    double total = 1.0;
-    for (const FaceId f : faces) {
-      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-        total += cost_[at(h)];
-        const HalfedgeId o = across(h);
-        if (o > h) connect(node[at(f)], node[at(o / 3)], cost_[at(h)], cost_[at(h)]);
-      }
-    }
-    for (const FaceId f : faces) {
-      if (side[at(f)] == Side::kFirst) connect(source, node[at(f)], total, 0.0);
-      if (side[at(f)] == Side::kSecond) connect(node[at(f)], sink, total, 0.0);
+    Graph graph(sink + 1);
+    for_edges([&](HalfedgeId h, HalfedgeId, std::size_t a, std::size_t b) {
+      connect(a, b, cost_[at(h)], cost_[at(h)], length_[at(h)], graph);
+    });
+    std::vector<std::array<std::size_t, 2>> apart;
+    for (const FacePair& pair : pairs)
+      apart.push_back({node_[at(pair.first)], node_[at(pair.second)]});
+    const std::vector<Side> side = sides_by_distance(apart, graph);
+    const double infinite = 1.0 + std::accumulate(cost_.begin(), cost_.end(), 0.0);
+    for (std::size_t n = 0; n < source; ++n) {
+      if (side[n] == Side::kFirst) connect(source, n, infinite, 0.0, 0.0, graph);
+      if (side[n] == Side::kSecond) connect(n, sink, infinite, 0.0, 0.0, graph);
     }
     boost::boykov_kolmogorov_max_flow(graph, source, sink);
     const auto color_of = [&](std::size_t n) { return boost::get(boost::vertex_color, graph, n); };
-    std::vector<char> first(side.size(), 0);
-    for (const FaceId f : faces) {
-      const bool reached = color_of(node[at(f)]) == color_of(source);
-      first[at(f)] = side[at(f)] == Side::kFirst || (reached && side[at(f)] != Side::kSecond);
-    }
-    return first;
+    const auto is_first = [&](std::size_t n) {
+      return side[n] == Side::kFirst ||
+             (side[n] != Side::kSecond && color_of(n) == color_of(source));
+    };
+    for_edges([&](HalfedgeId h, HalfedgeId o, std::size_t a, std::size_t b) {
+      if (is_first(a) != is_first(b)) cut_[at(h)] = cut_[at(o)] = 1;
+    });
   }
 
-  const mesh::Surface& chart_;
   const mesh::Adjacency& adjacency_;
   double tolerated_;
   ExecutionContext& context_;
   std::vector<double> area_;  // per face, in the map
   mesh::EdgeFlags cut_;
-  std::vector<double> cost_;  // per half-edge
-  Points3 centre_;            // per face
+  std::vector<std::size_t> node_;  // per face: its number in the piece that is divided
+  std::vector<double> cost_;       // per half-edge
+  std::vector<double> length_;     // per half-edge: from its face's centre to the one beyond
 };
 
 }  // namespace

@@ -15,26 +15,15 @@
 #include "flipfree/unwrap/chart/chart.h"
 #include "flipfree/unwrap/chart/separate.h"
 #include "flipfree/unwrap/islands/islands.h"
+#include "flipfree/unwrap/islands/sheet.h"
 #include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/seams/costs.h"
 #include "flipfree/unwrap/seams/nets.h"
 #include "flipfree/unwrap/seams/search.h"
-#include "flipfree/unwrap/seams/sheet.h"
 #include "flipfree/unwrap/seams/tubes.h"
 
 namespace flipfree::unwrap {
 namespace {
-
-// Edges that must not be seams, but there may be no other way to open a closed surface.
-std::vector<double> positive(const mesh::Surface& surface, std::vector<double> cost) {
-  constexpr double kForbidden = 1e6;
-  constexpr double kLeast = 1e-12;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost.size()); ++h) {
-    const double most = std::max(kForbidden * edge_length(surface, h), kLeast);
-    cost[at(h)] = std::clamp(cost[at(h)], kLeast, most);
-  }
-  return cost;
-}
 
 // What a seam costs grows with the root of how much is seen there, between these.
 constexpr double kHidden = 0.5;
@@ -314,34 +303,14 @@ constexpr double kPriceOfIsland = 0.03;
 // More islands than were found only for nets, which are not stretched.
 constexpr Stretch kNets = {1.002, 1.2};
 
-// Per half-edge, on which side of the plane its edge lies: 1, -1, or 0 in the middle.
-std::vector<int> sides_of(const mesh::Surface& surface, const Mirror& mirror) {
-  const auto way = [&](VertexId v) -> Vector3 {
-    return (surface.vertices.row(v) - surface.vertices.row(mirror.image[at(v)])).transpose();
-  };
-  Vector3 normal = Vector3::Zero();
-  for (const VertexId v : surface.faces.triangles().reshaped()) {
-    if (way(v).squaredNorm() > normal.squaredNorm()) normal = way(v);
-  }
-  const double least = 1e-4 * normal.squaredNorm();
-  std::vector<int> sides(at(static_cast<Index>(surface.faces.size())));
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(sides.size()); ++h) {
-    const double x =
-        normal.dot(way(mesh::source(surface.faces, h)) + way(mesh::target(surface.faces, h)));
-    sides[at(h)] = x > least ? 1 : x < -least ? -1 : 0;
-  }
-  return sides;
-}
-
 // Seams as they are on this side of the plane, and their images; 0: those of both sides.
-mesh::EdgeFlags mirrored_cut(const mesh::EdgeFlags& cut, const Mirror& mirror,
-                             const std::vector<int>& sides, int side) {
+mesh::EdgeFlags mirrored_cut(const mesh::EdgeFlags& cut, const Mirror& mirror, int side) {
   mesh::EdgeFlags result = cut;
   for (std::size_t h = 0; h < cut.size(); ++h) {
     const HalfedgeId image = mirror.edge[h];
-    if (image == kInvalid || sides[h] * side > 0) continue;
+    if (image == kInvalid || mirror.side[h] * side > 0) continue;
     result[h] = cut[at(image)];
-    if (sides[h] * side == 0) result[h] |= cut[h];
+    if (mirror.side[h] * side == 0) result[h] |= cut[h];
   }
   return result;
 }
@@ -490,8 +459,7 @@ AutoIslands find_islands(const mesh::Surface& surface, const mesh::Surface& plac
                          const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
                          const UnwrapOptions& options, ExecutionContext& context, Stats& stats) {
   const std::vector<double> cost = edge_costs(surface, uncuttable, options.seams);
-  const mesh::InOwnUnit in_own_unit(placed);
-  const Mirror mirror = find_mirror(in_own_unit.surface(), cost);
+  const Mirror mirror = find_mirror(mesh::InOwnUnit(placed).surface(), cost);
   AutoIslands found;
   {
     const ProgressRange range(context, 0.0, 0.95);
@@ -500,13 +468,11 @@ AutoIslands find_islands(const mesh::Surface& surface, const mesh::Surface& plac
   }
   if (found.uv.empty() || mirror.empty()) return found;
   const ProgressRange range(context, 0.95, 1.0);
-  const std::vector<int> sides = sides_of(in_own_unit.surface(), mirror);
   const mesh::EdgeFlags& cut = found.islands.cut;
-  if (mirrored_cut(cut, mirror, sides, 0) == cut || mirrored_cut(seams, mirror, sides, 0) != seams)
-    return found;
+  if (mirrored_cut(cut, mirror, 0) == cut || mirrored_cut(seams, mirror, 0) != seams) return found;
   Symmetrizer symmetrizer(found, surface, uncuttable, cost, mirror, options, context);
   ended_in_time([&] {
-    for (const int side : {1, -1, 0}) symmetrizer.use(mirrored_cut(cut, mirror, sides, side));
+    for (const int side : {1, -1, 0}) symmetrizer.use(mirrored_cut(cut, mirror, side));
   });
   return symmetrizer.result();
 }

@@ -16,9 +16,9 @@
 #include "flipfree/mesh/decimated/decimated.h"
 #include "flipfree/unwrap/chart/chart.h"
 #include "flipfree/unwrap/islands/islands.h"
+#include "flipfree/unwrap/islands/sheet.h"
 #include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/seams/costs.h"
-#include "flipfree/unwrap/seams/sheet.h"
 
 namespace flipfree::unwrap {
 namespace {

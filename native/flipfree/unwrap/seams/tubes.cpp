@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
-#include <numeric>
 #include <utility>
 #include <vector>
 
+#include "flipfree/mesh/islands.h"
 #include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/unwrap/islands/grids.h"
 #include "flipfree/unwrap/islands/islands.h"
@@ -84,8 +83,7 @@ mesh::EdgeFlags ends_of(const mesh::Surface& surface, const Grids& all,
   const auto bend = [&](HalfedgeId h) { return bend_between(surface, h / 3, opposite[at(h)] / 3); };
   std::vector<char> is_round(seams.size(), 0);
   for (const std::vector<Index>& ring : rings) {
-    if (std::any_of(ring.begin(), ring.end(),
-                    [&](Index side) { return bend(all.edge(side)) < kRoundBend; }))
+    if (std::ranges::any_of(ring, [&](Index side) { return bend(all.edge(side)) < kRoundBend; }))
       continue;
     for (const Index side : ring)
       is_round[at(all.edge(side))] = is_round[at(opposite[at(all.edge(side))])] = 1;
@@ -105,37 +103,39 @@ class TubeFinder {
   TubeFinder(const mesh::Surface& surface, const mesh::EdgeFlags& ends,
              const std::vector<double>& cost, Grids grids)
       : surface_(surface),
-        adjacency_(surface.adjacency()),
+        opposite_(surface.adjacency().opposite),
         ends_(ends),
         cost_(cost),
-        grids_(std::move(grids)) {
-    for (std::size_t q = 0; q < grids_.quads.size(); ++q) {
-      members_.resize(std::max(members_.size(), at(grids_.island[q] + 1)));
-      members_[at(grids_.island[q])].push_back(static_cast<Index>(q));
-    }
-    is_tube_.assign(members_.size(), 1);
-    for (const auto* faults : {&grids_.irregular, &grids_.misplaced})
-      for (const Index q : *faults) is_tube_[at(grids_.island[at(q)])] = 0;
-  }
+        grids_(std::move(grids)) {}
 
   Tubes run(const std::vector<double>& sizes, const Stretch& bound) {
-    for (std::size_t i = 0; i < members_.size(); ++i) {
-      if (is_tube_[i] != 0)
-        is_tube_[i] = ends_well(members_[i]) && turn_to_cheapest(members_[i]) ? 1 : 0;
-    }
+    std::map<Index, std::vector<Index>> tubes_of;  // by island: quads
+    for (std::size_t q = 0; q < grids_.quads.size(); ++q)
+      tubes_of[grids_.island[q]].push_back(static_cast<Index>(q));
+    for (const auto* faults : {&grids_.irregular, &grids_.misplaced})
+      for (const Index q : *faults) tubes_of.erase(grids_.island[at(q)]);
+    std::erase_if(tubes_of, [&](const auto& island) {
+      return !ends_well(island.second) || !turn_to_cheapest(island.second);
+    });
     const std::vector<char> none(cost_.size() / 3, 0);
     Tubes tubes{mesh::EdgeFlags(cost_.size(), 0), {}, none, none};
-    if (!any_flag(is_tube_)) return tubes;
+    if (tubes_of.empty()) return tubes;
     tubes.corner_uv = straight_corners(surface_, grids_);
-    for (std::size_t i = 0; i < members_.size(); ++i) {
-      if (is_tube_[i] == 0) continue;
-      const std::vector<CornerId> corners = corners_of(members_[i]);
-      Vector2 extent = Vector2::Zero();
-      for (const CornerId c : corners) extent = extent.cwiseMax(tubes.corner_uv.row(c).transpose());
-      if (extent.minCoeff() < kLeastTube * sizes[at(corners.front() / 3)]) continue;
-      if (!unrolls(members_[i], sizes[at(corners.front() / 3)]) &&
-          stretch(corners, tubes.corner_uv).within(bound))
-        take(members_[i], tubes);
+    const mesh::EdgeFlags torn = mesh::uv_cuts(surface_.adjacency(), tubes.corner_uv);
+    std::vector<Index> local(at(surface_.vertices.rows()), kInvalid);
+    for (const auto& [island, quads] : tubes_of) {
+      std::vector<FaceId> faces;
+      for (const Index q : quads)
+        for (const HalfedgeId h : grids_.quads[at(q)].diagonal) faces.push_back(h / 3);
+      Points2 uv(3 * static_cast<Eigen::Index>(faces.size()), 2);
+      for (std::size_t i = 0; i < faces.size(); ++i)
+        uv.middleRows(3 * static_cast<Eigen::Index>(i), 3) =
+            tubes.corner_uv.middleRows(3 * faces[i], 3);
+      const double size = sizes[at(faces.front())];
+      if (uv.colwise().maxCoeff().minCoeff() < kLeastTube * size || unrolls(quads, size)) continue;
+      const mesh::Part part = mesh::part_of(surface_.faces, faces, local);
+      const mesh::Surface own{surface_.vertices(part.vertices, Eigen::all), part.faces};
+      if (stretch_of(own, uv).within(bound)) take(quads, torn, tubes);
     }
     return tubes;
   }
@@ -145,7 +145,7 @@ class TubeFinder {
     for (const Index q : quads) {
       for (Index j = 0; j < 4; ++j) {
         const HalfedgeId h = grids_.quads[at(q)].side[at(j)];
-        const HalfedgeId o = adjacency_.opposite[at(h)];
+        const HalfedgeId o = opposite_[at(h)];
         if (grids_.across[at(4 * q + j)] == kInvalid && o != kInvalid && ends_[at(h)] == 0 &&
             bend_between(surface_, h / 3, o / 3) < kLeastEnd)
           return false;
@@ -159,32 +159,25 @@ class TubeFinder {
   bool turn_to_cheapest(const std::vector<Index>& quads) {
     bool closes = false;
     for (std::size_t axis = 0; axis < 2; ++axis) {
-      Index low = std::numeric_limits<Index>::max();
-      Index high = std::numeric_limits<Index>::min();
-      for (const Index q : quads) {
-        low = std::min(low, grids_.cell[at(q)][axis]);
-        high = std::max(high, grids_.cell[at(q)][axis]);
-      }
-      const Index count = high - low + 1;
+      const auto line_of = [&](Index q) -> Index& { return grids_.cell[at(q)][axis]; };
+      const Index low = line_of(std::ranges::min(quads, {}, line_of));
+      const Index count = line_of(std::ranges::max(quads, {}, line_of)) - low + 1;
       // Beyond the lower side of every first cell, or the left one, is the last.
       const Index way = axis == 0 ? 3 : 0;
       bool is_closed = count > 2;
       std::vector<double> price(at(count), 0.0);
       for (const Index q : quads) {
-        const Index line = grids_.cell[at(q)][axis] - low;
+        const Index line = line_of(q) - low;
         const Index beyond = grids_.across[at(4 * q + (grids_.turn[at(q)] + way) % 4)];
         is_closed = is_closed && beyond != kInvalid &&
-                    grids_.cell[at(beyond / 4)][axis] - low == (line + count - 1) % count;
+                    line_of(beyond / 4) - low == (line + count - 1) % count;
         price[at(line)] += cost_[at(grids_.side(q, way))];
       }
       if (!is_closed) continue;
       const auto best =
           static_cast<Index>(std::min_element(price.begin(), price.end()) - price.begin());
       if (!(price[at(best)] < mesh::ShortestPaths::kUnreached)) return false;
-      for (const Index q : quads) {
-        Index& line = grids_.cell[at(q)][axis];
-        line = (line - low - best + count) % count;
-      }
+      for (const Index q : quads) line_of(q) = (line_of(q) - low - best + count) % count;
       closes = true;
     }
     return closes;
@@ -203,7 +196,7 @@ class TubeFinder {
         bool bends = false;
         for (const Index way : {1, 3}) {
           const HalfedgeId h = grids_.side(q, way - static_cast<Index>(axis));
-          const HalfedgeId o = adjacency_.opposite[at(h)];
+          const HalfedgeId o = opposite_[at(h)];
           bends = bends || o == kInvalid || bend_between(surface_, h / 3, o / 3) >= kStepBend;
         }
         if (bends && length(q, axis) < kStepWidth * size)
@@ -217,63 +210,31 @@ class TubeFinder {
         if (is_step[0].count(column) == 0 && is_step[1].count(row) == 0)
           lengths[grids_.cell[at(q)][axis]] += length(q, 1 - axis);
       }
-      double least = std::numeric_limits<double>::infinity();
-      double most = 0.0;
-      for (const auto& [line, own] : lengths) {
-        least = std::min(least, own);
-        most = std::max(most, own);
-      }
-      if (least < (1.0 - kSame) * most) return false;
+      if (lengths.empty()) continue;
+      const auto [least, most] =
+          std::ranges::minmax_element(lengths, {}, [](const auto& line) { return line.second; });
+      if (least->second < (1.0 - kSame) * most->second) return false;
     }
     return true;
   }
 
-  std::vector<CornerId> corners_of(const std::vector<Index>& quads) const {
-    std::vector<CornerId> corners;
-    for (const Index q : quads) {
-      for (const HalfedgeId h : grids_.quads[at(q)].diagonal)
-        for (HalfedgeId k = h - h % 3; k < h - h % 3 + 3; ++k) corners.push_back(k);
-    }
-    return corners;
-  }
-
-  Stretch stretch(const std::vector<CornerId>& corners, const Points2& corner_uv) const {
-    const auto count = static_cast<Eigen::Index>(corners.size());
-    Triangles faces(count / 3, 3);
-    std::iota(faces.data(), faces.data() + faces.size(), 0);
-    mesh::Surface own{Points3(count, 3), std::move(faces)};
-    Points2 uv(count, 2);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const CornerId c = corners[at(i)];
-      own.vertices.row(i) = surface_.vertices.row(mesh::source(surface_.faces, c));
-      uv.row(i) = corner_uv.row(c);
-    }
-    return stretch_of(own, uv);
-  }
-
-  void take(const std::vector<Index>& quads, Tubes& tubes) const {
+  void take(const std::vector<Index>& quads, const mesh::EdgeFlags& torn, Tubes& tubes) const {
     for (const Index q : quads) {
       for (const HalfedgeId h : grids_.quads[at(q)].diagonal) tubes.of_face[at(h / 3)] = 1;
       for (Index j = 0; j < 4; ++j) {
         const HalfedgeId h = grids_.quads[at(q)].side[at(j)];
-        const HalfedgeId o = adjacency_.opposite[at(h)];
-        const Points2& uv = tubes.corner_uv;
-        const bool meets = grids_.across[at(4 * q + j)] != kInvalid &&
-                           uv.row(h) == uv.row(next_corner(o)) &&
-                           uv.row(next_corner(h)) == uv.row(o);
-        if (o == kInvalid || meets) continue;
-        tubes.cut[at(h)] = tubes.cut[at(o)] = 1;
+        const HalfedgeId o = opposite_[at(h)];
+        if (o != kInvalid && (grids_.across[at(4 * q + j)] == kInvalid || torn[at(h)] != 0))
+          tubes.cut[at(h)] = tubes.cut[at(o)] = 1;
       }
     }
   }
 
   const mesh::Surface& surface_;
-  const mesh::Adjacency& adjacency_;
+  const std::vector<HalfedgeId>& opposite_;
   const mesh::EdgeFlags& ends_;
   const std::vector<double>& cost_;
   Grids grids_;
-  std::vector<std::vector<Index>> members_;  // per island: quads
-  std::vector<char> is_tube_;                // per island
 };
 
 }  // namespace
@@ -295,10 +256,9 @@ Tubes find_tubes(const mesh::Surface& surface, const mesh::EdgeFlags& seams,
       const HalfedgeId h = all.edge(side);
       return is_step[at(h / 3)] != 0 && edge_length(surface, h) < kStepWidth * sizes[at(h / 3)];
     };
-    if (!std::all_of(ring.begin(), ring.end(), is_narrow)) continue;
-    for (const Index side : ring) {
+    if (!std::ranges::all_of(ring, is_narrow)) continue;
+    for (const Index side : ring)
       for (const HalfedgeId h : all.quads[at(side / 4)].diagonal) tubes.is_rim[at(h / 3)] = 1;
-    }
   }
   return tubes;
 }
