@@ -22,6 +22,7 @@
 #include "flipfree/unwrap/packing/place.h"
 #include "flipfree/unwrap/seams/auto_islands.h"
 #include "flipfree/unwrap/seams/costs.h"
+#include "flipfree/unwrap/seams/search.h"
 
 namespace flipfree::unwrap {
 
@@ -106,8 +107,9 @@ class Unwrapping {
     } else {
       const ProgressRange range(context_, 0.02, 0.05);
       islands_ = make_islands(working_, seams, uncuttable_, context_,
-                              {.pinned = pinned_vertices(surface_, options_.pins),
-                               .extremities = options_.cut_extremities && options_.pins.empty()});
+                              {.pinned = pinned_vertices(surface_, options_.pins)});
+      if (options_.cut_extremities && options_.pins.empty())
+        slit_to_extremities(islands_, working_, uncuttable_, context_);
     }
     pins_ = pins_by_chart(islands_, options_.pins);
     stats_["opened_charts"] = static_cast<std::int64_t>(islands_.opened);

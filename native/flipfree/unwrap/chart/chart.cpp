@@ -497,49 +497,42 @@ Error in_terms_of_input(Error error, const Islands& islands, std::size_t c) {
 
 namespace {
 
-// Calls solve(chart, context, stats) for every chart and keeps the stats of the largest.
-template <typename Solve>
-void for_charts(const Islands& islands, ExecutionContext& context, Stats& stats, Solve solve) {
-  std::vector<Stats> own(islands.charts.size());
-  const std::vector<std::size_t> order = largest_first(islands.charts);
-  for_each_chart(islands.charts, order, "flattening charts", context,
-                 [&](std::size_t c, ExecutionContext& part) {
-                   with_errors(
-                       [&](const Error& error) { return in_terms_of_input(error, islands, c); },
-                       [&] { solve(c, part, own[c]); });
-                 });
-  if (!order.empty()) stats.insert(own[order[0]].begin(), own[order[0]].end());
-  if (std::any_of(own.begin(), own.end(),
-                  [](const Stats& s) { return s.contains("time_limit_reached"); }))
-    note_time_limit(stats);
-}
-
-// Lays the charts flat whose map `maps` does not have; true if some of them have to be cut, which
-// is done: their pieces are known to be such then.
+// Lays the charts flat whose map `maps` does not have, and keeps the stats of the largest; true if
+// some of them have to be cut, which is done: their pieces are known to be such then.
 bool flatten_unknown(Islands& islands, const mesh::Surface& surface,
                      const mesh::EdgeFlags& uncuttable, const ChartPins& pins,
                      const UnwrapOptions& options, KnownMaps& maps, ExecutionContext& context,
                      Stats& stats) {
   std::vector<FlatChart> flat(islands.charts.size());
-  for_charts(islands, context, stats,
-             [&](std::size_t c, ExecutionContext& chart_context, Stats& chart_stats) {
-               const mesh::Chart& chart = islands.charts[c];
-               const char known = maps.of_face[at(chart.faces.front())];
-               if (known == KnownMaps::kFlat) return;
-               FlattenOptions own_options(options);
-               if (known == KnownMaps::kNothing && !pins.empty()) own_options.pins = pins[c];
-               own_options.may_add_cuts =
-                   options.bijective && options.may_add_cuts && own_options.pins.empty();
-               if (own_options.may_add_cuts) own_options.uncuttable = part_of(chart, uncuttable);
-               const mesh::InOwnUnit own(chart.surface);
-               flat[c] =
-                   known == KnownMaps::kNothing
-                       ? flatten_chart(own.surface(), own_options, chart_context, chart_stats)
-                       : flatten_piece(own.surface(), by_vertex(chart, maps.corner_uv) / own.unit(),
-                                       own_options, chart_context, chart_stats);
-               // Pins have a unit of their own.
-               if (own_options.pins.empty()) flat[c].uv *= own.unit();
-             });
+  std::vector<Stats> own_stats(flat.size());
+  const std::vector<std::size_t> order = largest_first(islands.charts);
+  const auto flatten = [&](std::size_t c, ExecutionContext& part) {
+    const mesh::Chart& chart = islands.charts[c];
+    const char known = maps.of_face[at(chart.faces.front())];
+    if (known == KnownMaps::kFlat) return;
+    FlattenOptions own_options(options);
+    if (known == KnownMaps::kNothing && !pins.empty()) own_options.pins = pins[c];
+    own_options.may_add_cuts =
+        options.bijective && options.may_add_cuts && own_options.pins.empty();
+    if (own_options.may_add_cuts) own_options.uncuttable = part_of(chart, uncuttable);
+    const mesh::InOwnUnit own(chart.surface);
+    flat[c] = known == KnownMaps::kNothing
+                  ? flatten_chart(own.surface(), own_options, part, own_stats[c])
+                  : flatten_piece(own.surface(), by_vertex(chart, maps.corner_uv) / own.unit(),
+                                  own_options, part, own_stats[c]);
+    // Pins have a unit of their own.
+    if (own_options.pins.empty()) flat[c].uv *= own.unit();
+  };
+  for_each_chart(islands.charts, order, "flattening charts", context,
+                 [&](std::size_t c, ExecutionContext& part) {
+                   with_errors(
+                       [&](const Error& error) { return in_terms_of_input(error, islands, c); },
+                       [&] { flatten(c, part); });
+                 });
+  if (!order.empty()) stats.insert(own_stats[order[0]].begin(), own_stats[order[0]].end());
+  if (std::ranges::any_of(own_stats,
+                          [](const Stats& s) { return s.contains("time_limit_reached"); }))
+    note_time_limit(stats);
   mesh::EdgeFlags further(at(surface.faces.size()), 0);
   std::fill(maps.of_face.begin(), maps.of_face.end(), KnownMaps::kFlat);
   for (std::size_t c = 0; c < flat.size(); ++c) {

@@ -33,11 +33,9 @@ Quad quad_across(HalfedgeId h, HalfedgeId o) {
 }
 
 HalfedgeId longest_side(const mesh::Surface& surface, FaceId f) {
-  HalfedgeId longest = 3 * f;
-  for (HalfedgeId h = 3 * f + 1; h < 3 * f + 3; ++h) {
-    if (edge_length(surface, h) > edge_length(surface, longest)) longest = h;
-  }
-  return longest;
+  return std::max({3 * f, 3 * f + 1, 3 * f + 2}, [&](HalfedgeId a, HalfedgeId b) {
+    return edge_length(surface, a) < edge_length(surface, b);
+  });
 }
 
 // Gives each quad its island, its lower side and its cell.

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -11,7 +10,6 @@
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut_graph.h"
-#include "flipfree/unwrap/islands/sheet.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -27,45 +25,33 @@ Islands make_islands(const mesh::Surface& surface, const mesh::EdgeFlags& seams,
                      const mesh::EdgeFlags& uncuttable, ExecutionContext& context,
                      const Opening& opening) {
   Islands islands{seams, mesh::EdgeFlags(seams.size(), 0), {}, {}};
-  std::vector<char> opened(at(surface.faces.rows()), 0);  // faces of charts that were cut
-  // Cuts every chart along what find(chart) flags of its edges (none: nothing). Returns how many.
-  const auto cut_charts = [&](auto find) {
+  // Opens every chart that is closed or has handles. Returns how many.
+  const auto open_up = [&] {
     mesh::EdgeFlags further(seams.size(), 0);
     Index count = 0;
     for (const mesh::Chart& chart : islands.charts) {
       context.check();
-      const mesh::EdgeFlags own = find(chart);
-      if (!any_flag(own)) continue;
-      ++count;
+      if (!opening.spheres && is_sphere(chart.surface)) continue;
+      std::vector<char> avoided;
+      for (std::size_t i = 0; i < chart.vertices.size() && !opening.pinned.empty(); ++i)
+        avoided.push_back(opening.pinned[at(islands.mesh.vertex_origin[at(chart.vertices[i])])]);
+      const mesh::EdgeFlags own =
+          mesh::planar_cut(chart.surface, chart.surface.adjacency(), context,
+                           part_of(chart, uncuttable), avoided, part_of(chart, opening.cost));
+      if (any_flag(own)) ++count;
       put_part(chart, own, further);
-      for (const FaceId f : chart.faces) opened[at(f)] = 1;
     }
     if (count > 0) cut_further(islands, surface, further);
     return count;
-  };
-  const auto open_up = [&](const mesh::Chart& chart) {
-    if (!opening.spheres && is_sphere(chart.surface)) return mesh::EdgeFlags();
-    std::vector<char> avoided;
-    for (std::size_t i = 0; i < chart.vertices.size() && !opening.pinned.empty(); ++i)
-      avoided.push_back(opening.pinned[at(islands.mesh.vertex_origin[at(chart.vertices[i])])]);
-    return mesh::planar_cut(chart.surface, chart.surface.adjacency(), context,
-                            part_of(chart, uncuttable), avoided, part_of(chart, opening.cost));
   };
   cut_further(islands, surface, {});
   // One round opens every piece; seams around a handle can leave a part that needs another. Each
   // round lowers the genus or opens a closed piece.
   constexpr int kMostRounds = 64;
-  islands.opened = cut_charts(open_up);
+  islands.opened = open_up();
   Index last = islands.opened;
-  for (int round = 1; round < kMostRounds && last > 0; ++round) last = cut_charts(open_up);
+  for (int round = 1; round < kMostRounds && last > 0; ++round) last = open_up();
   if (last > 0) throw InternalError("a chart could not be cut open; please report this mesh");
-  if (opening.extremities && islands.opened > 0) {
-    cut_charts([&](const mesh::Chart& chart) {
-      return opened[at(chart.faces.front())] == 0
-                 ? mesh::EdgeFlags()
-                 : cut_to_extremities(chart.surface, part_of(chart, uncuttable), context);
-    });
-  }
   return islands;
 }
 
@@ -102,25 +88,19 @@ Points3 normalised(const Points3& positions, const Triangles& faces) {
     components.join(faces(f, 0), faces(f, 1));
     components.join(faces(f, 1), faces(f, 2));
   }
-  const Vector3 infinite = Vector3::Constant(std::numeric_limits<double>::infinity());
-  std::vector<Vector3> low(count, infinite);
-  std::vector<Vector3> high(count, -infinite);
-  for (const VertexId v : faces.reshaped()) {
-    const auto c = at(components.find(v));
-    low[c] = low[c].cwiseMin(positions.row(v).transpose());
-    high[c] = high[c].cwiseMax(positions.row(v).transpose());
-  }
+  std::vector<Eigen::AlignedBox3d> boxes(count);
+  for (const VertexId v : faces.reshaped())
+    boxes[at(components.find(v))].extend(positions.row(v).transpose());
+  // Halves first: the difference of two huge coordinates may not be finite.
   double size = 0.0;
-  for (std::size_t c = 0; c < count; ++c) {
-    // Halves first: the difference of two huge coordinates may not be finite.
-    if (low[c].x() <= high[c].x()) size = std::max(size, (0.5 * high[c] - 0.5 * low[c]).maxCoeff());
-  }
+  for (const Eigen::AlignedBox3d& box : boxes)
+    if (!box.isEmpty()) size = std::max(size, (0.5 * box.max() - 0.5 * box.min()).maxCoeff());
   int exponent = 0;
   std::frexp(size, &exponent);
   Points3 result = positions;
   for (VertexId v = 0; v < static_cast<VertexId>(count); ++v) {
-    const auto c = at(components.find(v));
-    if (low[c].x() <= high[c].x()) result.row(v) -= (0.5 * low[c] + 0.5 * high[c]).transpose();
+    const Eigen::AlignedBox3d& box = boxes[at(components.find(v))];
+    if (!box.isEmpty()) result.row(v) -= (0.5 * box.min() + 0.5 * box.max()).transpose();
   }
   for (double& x : result.reshaped()) x = std::ldexp(x, -exponent);
   return result;

@@ -102,17 +102,13 @@ struct Opening {
   std::vector<char> pinned = {};
   std::vector<double> cost = {};  // per half-edge, or empty: of cuts, instead of lengths
   bool spheres = true;            // false: closed pieces of genus 0 stay closed
-  // Charts that had to be opened are also slit to their extremities (cut_to_extremities()); pieces
-  // whose seams were enough never are.
-  bool extremities = false;
 };
 
 // Cuts along the seams; every piece that is closed or has handles is cut further along a short cut
 // graph (mesh/cut_graph.h) until each chart is connected, of genus 0 and has a boundary. Holes
 // stay. A seam that opens nothing (a single edge inside a chart) is not a cut of the result.
 // Added cuts avoid the flagged edges of `uncuttable` (may be empty); see planar_cut.
-// Precondition: a validated surface. Cost: O(#F log #F), and a sparse
-// factorization or two with extremities.
+// Precondition: a validated surface. Cost: O(#F log #F).
 Islands make_islands(const mesh::Surface& surface, const mesh::EdgeFlags& seams,
                      const mesh::EdgeFlags& uncuttable, ExecutionContext& context,
                      const Opening& opening = {});

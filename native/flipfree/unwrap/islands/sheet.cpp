@@ -15,11 +15,9 @@
 #include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
-#include "flipfree/mesh/cut_graph.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/islands.h"
 #include "flipfree/numeric/cholesky/cholesky.h"
-#include "flipfree/unwrap/islands/islands.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -39,32 +37,26 @@ class Matcher {
  public:
   Matcher(const mesh::Surface& chart, const std::vector<double>& cost)
       : chart_(chart), adjacency_(chart.adjacency()), cost_(cost) {
-    for (std::size_t v = 0; v < adjacency_.vertex_halfedge.size(); ++v) {
-      if (adjacency_.vertex_halfedge[v] == kInvalid) continue;
-      used_.push_back(static_cast<VertexId>(v));
-      middle_ += place(used_.back());
-    }
-    middle_ /= std::max(static_cast<double>(used_.size()), 1.0);
-    double size = 0.0;
-    for (const VertexId v : used_) {
-      const Vector3 p = place(v) - middle_;
-      size = std::max(size, p.cwiseAbs().maxCoeff());
-      spread_ += p * p.transpose();
-    }
-    tolerance_ = kMirrorTolerance * size;
+    for (VertexId v = 0; v < chart.vertices.rows(); ++v)
+      if (adjacency_.vertex_halfedge[at(v)] != kInvalid) used_.push_back(v);
   }
 
   Mirror run() {
-    if (used_.empty() || !(tolerance_ > 0.0)) return {};
+    if (used_.empty()) return {};
+    Points3 places = chart_.vertices(used_, Eigen::all);
+    middle_ = places.colwise().mean();
+    places.rowwise() -= middle_.transpose();
+    tolerance_ = kMirrorTolerance * places.cwiseAbs().maxCoeff();
+    if (!(tolerance_ > 0.0)) return {};
     std::vector<Entry> entries;
     for (const VertexId v : used_) entries.emplace_back(point(place(v)), v);
     at_place_ = decltype(at_place_)(entries);
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost_.size()); ++h)
       edges_.emplace(mesh::ends(chart_.faces, h), h);
     std::vector<Vector3> normals = {Vector3::UnitX(), Vector3::UnitY(), Vector3::UnitZ()};
-    const Eigen::Matrix3d axes =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread_).eigenvectors();
-    for (Index k = 0; k < 3; ++k) normals.emplace_back(axes.col(k));
+    const Eigen::Matrix3d spread = places.transpose() * places;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(spread);
+    for (Index k = 0; k < 3; ++k) normals.emplace_back(axes.eigenvectors().col(k));
     for (const Vector3& normal : normals) {
       Mirror mirror = across(normal);
       if (!mirror.empty()) return mirror;
@@ -172,7 +164,6 @@ class Matcher {
   const std::vector<double>& cost_;
   std::vector<VertexId> used_;
   Vector3 middle_ = Vector3::Zero();
-  Eigen::Matrix3d spread_ = Eigen::Matrix3d::Zero();
   double tolerance_ = 0.0;
   bg::index::rtree<Entry, bg::index::quadratic<8>> at_place_;
   boost::unordered_map<mesh::VertexPair, HalfedgeId> edges_;
@@ -308,287 +299,6 @@ std::vector<Hill> hills(const mesh::Surface& surface, const std::vector<double>&
     if (sets.find(v) == v) finish(v, moments[at(v)][2], 0.0);
   }
   return found;
-}
-
-namespace {
-
-// Hills with at least this share of the best one's gain for its length are slit in the same round.
-constexpr double kNearlyBest = 0.5;
-// Moves the longest loop to the end.
-mesh::Surface filled_but_for_longest(const mesh::Surface& chart,
-                                     std::vector<std::vector<HalfedgeId>>& loops) {
-  std::swap(loops.back(), loops[longest_loop(chart, loops)]);
-  return mesh::fill_holes(chart, {loops.begin(), loops.end() - 1});
-}
-
-}  // namespace
-
-std::vector<double> positive(const mesh::Surface& surface, std::vector<double> cost) {
-  constexpr double kLeast = 1e-12;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost.size()); ++h) {
-    const double most = std::max(kForbidden * edge_length(surface, h), kLeast);
-    cost[at(h)] = std::clamp(cost[at(h)], kLeast, most);
-  }
-  return cost;
-}
-
-Sheet::Sheet(const mesh::Surface& chart, const std::vector<double>& cost, const Mirror& mirror,
-             Holes holes)
-    : chart_(chart),
-      mirror_(mirror),
-      loops_(mesh::boundary_halfedge_loops(chart.faces, chart.adjacency())),
-      real_(static_cast<HalfedgeId>(cost.size())),
-      surface_(holes == Holes::kOpen || loops_.empty() ? chart
-                                                       : filled_but_for_longest(chart, loops_)),
-      adjacency_(surface_.adjacency()),
-      cost_(adjacency_.opposite.size(), 0.0),
-      area_(adjacency_.vertex_halfedge.size(), 0.0),
-      open_(adjacency_.vertex_halfedge.size(), 0),
-      loop_of_(adjacency_.vertex_halfedge.size(), kInvalid),
-      cut_(cost.size(), 0),
-      paths_(surface_.faces, adjacency_, cost_) {
-  for (std::size_t h = 0; h < cost.size(); ++h) {
-    const HalfedgeId o = adjacency_.opposite[h];
-    if (o < real_) cost_[h] = cost[h];
-  }
-  for (FaceId f = 0; f < chart.faces.rows(); ++f) {
-    const double area = chart.area_vector(f).norm() / 6.0;
-    for (Index k = 0; k < 3; ++k) area_[at(chart.faces(f, k))] += area;
-  }
-  double total = 0.0;
-  for (const double a : area_) total += a;
-  for (double& a : area_) a /= total;
-  for (std::size_t i = 0; i < loops_.size(); ++i) {
-    for (const HalfedgeId h : loops_[i])
-      loop_of_[at(mesh::source(chart.faces, h))] = static_cast<Index>(i);
-  }
-  for (std::size_t i = 0; i < loops_.size(); ++i)
-    if (holes == Holes::kOpen || i + 1 == loops_.size())
-      open_vertex(mesh::source(chart.faces, loops_[i].front()));
-}
-
-bool Sheet::open_closed(ExecutionContext& context) {
-  if (!loops_.empty()) return false;
-  const auto used =
-      std::find_if(adjacency_.vertex_halfedge.begin(), adjacency_.vertex_halfedge.end(),
-                   [](HalfedgeId h) { return h != kInvalid; });
-  const auto first = at(used - adjacency_.vertex_halfedge.begin());
-  open_[first] = 1;
-  const VertexId peak = steepest(scale(context), static_cast<VertexId>(first));
-  open_[first] = 0;
-  // A slit between a hill and its image crosses the plane.
-  const VertexId root = nearest_on_plane(peak, context);
-  open_vertex(root);
-  ways_.push_back({{root}, {}});
-  const std::vector<double> u = scale(context);
-  paths_.grow(context);
-  const VertexId end = root == peak ? steepest(u, root) : peak;
-  if (edges_to(end) >= (root == peak ? 2 : 1)) {
-    slit_to(end, context);
-    return false;
-  }
-  return open_anyhow(context);
-}
-
-bool Sheet::open_anyhow(ExecutionContext& context) {
-  if (!loops_.empty() || any_flag(cut_)) return false;
-  const Grace opening(context);
-  cut_ = mesh::planar_cut(chart_, adjacency_, context, {}, {}, positive(chart_, cost_));
-  for (HalfedgeId h = 0; h < real_; ++h) {
-    if (cut_[at(h)] != 0) open_vertex(mesh::source(surface_.faces, h));
-  }
-  return true;
-}
-
-std::vector<double> Sheet::scale(ExecutionContext& context) const {
-  return scale_field(surface_, open_, context);
-}
-
-double Sheet::excess(const std::vector<double>& u) const {
-  double growing = 0.0;
-  double shrinking = 0.0;
-  for (std::size_t v = 0; v < u.size(); ++v) {
-    growing += area_[v] * std::exp(2.0 * u[v]);
-    shrinking += area_[v] * std::exp(-2.0 * u[v]);
-  }
-  return std::sqrt(growing * shrinking) - 1.0;
-}
-
-bool Sheet::slit_best(const std::vector<double>& u, std::size_t most, ExecutionContext& context) {
-  paths_.grow(context);
-  struct End {
-    VertexId vertex;
-    double worth;
-  };
-  std::vector<End> ends;
-  std::vector<char> reach(open_.size());
-  for (VertexId v = 0; v < static_cast<VertexId>(reach.size()); ++v)
-    reach[at(v)] = paths_.distance(v) < mesh::ShortestPaths::kUnreached ? 1 : 0;
-  for (const Hill& hill : hills(surface_, u, area_, reach)) {
-    const double length = paths_.distance(hill.peak);
-    if (!(hill.gain > 0.0)) continue;
-    ends.push_back({hill.peak, hill.gain / std::max(length, 1e-300)});
-  }
-  std::sort(ends.begin(), ends.end(), [](const End& a, const End& b) {
-    return a.worth != b.worth ? a.worth > b.worth : a.vertex < b.vertex;
-  });
-  for (std::size_t i = 0; i < std::min(ends.size(), most); ++i) {
-    if (ends[i].worth < kNearlyBest * ends[0].worth) break;
-    slit_to(ends[i].vertex, context);
-  }
-  return !ends.empty();
-}
-
-bool Sheet::slit_between(VertexId end, VertexId begin, ExecutionContext& context) {
-  if (end == begin) {
-    if (loops_.empty()) open_vertex(end);
-    return true;
-  }
-  paths_.grow(context);
-  // Which loop of a chart is its outer one may differ.
-  const VertexId closed = open_[at(end)] == 0 ? end : begin;
-  if (open_[at(closed)] != 0) return true;
-  if (paths_.distance(closed) == mesh::ShortestPaths::kUnreached) return false;
-  slit_to(closed, context);
-  return true;
-}
-
-// The peak of the hill with the largest gain, that a slit may end in; `otherwise` if there is
-// none.
-VertexId Sheet::steepest(const std::vector<double>& u, VertexId otherwise) const {
-  Hill best{otherwise, 0.0};
-  std::vector<char> reach(open_.size(), 0);
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost_.size()); ++h) {
-    if (cost_[at(h)] < mesh::ShortestPaths::kUnreached)
-      reach[at(mesh::source(surface_.faces, h))] = 1;
-  }
-  for (const Hill& hill : hills(surface_, u, area_, reach)) {
-    if (hill.gain > best.gain) best = hill;
-  }
-  return best.peak;
-}
-
-int Sheet::edges_to(VertexId v) const {
-  int count = 0;
-  for (; paths_.arrival(v) != kInvalid; v = paths_.before(v)) ++count;
-  return count;
-}
-
-void Sheet::open_vertex(VertexId v) {
-  if (open_[at(v)] != 0) return;
-  open_[at(v)] = 1;
-  paths_.add_source(v);
-  if (loop_of_[at(v)] == kInvalid) return;
-  // A vertex is on one loop, which is taken before the others on it ask for it again.
-  for (const HalfedgeId h : std::exchange(loops_[at(loop_of_[at(v)])], {}))
-    open_vertex(mesh::source(surface_.faces, h));
-}
-
-void Sheet::slit_to(VertexId end, ExecutionContext& context) {
-  paths_.grow(context);
-  Way way;
-  VertexId begin = end;
-  for (; paths_.arrival(begin) != kInvalid; begin = paths_.before(begin)) {
-    way.vertices.push_back(begin);
-    way.edges.push_back(paths_.arrival(begin));
-  }
-  if (way.edges.empty()) return;
-  way.vertices.push_back(begin);
-  take(std::move(way));
-  if (!mirror_.empty()) slit_image(ways_.back());
-}
-
-// Up to where it meets what is open: the slit itself where both cross the plane.
-void Sheet::slit_image(const Way& way) {
-  Way image;
-  for (std::size_t i = 0; i < way.vertices.size(); ++i) {
-    if (way.vertices[i] >= chart_.vertices.rows()) return;  // across a hole
-    const VertexId v = mirror_.image[at(way.vertices[i])];
-    image.vertices.push_back(v);
-    if (open_[at(v)] != 0) break;
-    if (i == way.edges.size() || mirror_.edge[at(way.edges[i])] == kInvalid) return;
-    image.edges.push_back(mirror_.edge[at(way.edges[i])]);
-  }
-  if (!image.edges.empty()) take(std::move(image));
-}
-
-VertexId Sheet::nearest_on_plane(VertexId v, const ExecutionContext& context) const {
-  if (mirror_.empty() || mirror_.image[at(v)] == v) return v;
-  mesh::ShortestPaths from(surface_.faces, adjacency_, cost_);
-  from.add_source(v);
-  from.grow(context);
-  VertexId nearest = v;
-  double least = mesh::ShortestPaths::kUnreached;
-  for (VertexId w = 0; w < static_cast<VertexId>(mirror_.image.size()); ++w) {
-    if (mirror_.image[at(w)] != w || from.distance(w) >= least) continue;
-    least = from.distance(w);
-    nearest = w;
-  }
-  return nearest;
-}
-
-void Sheet::take(Way way) {
-  for (const VertexId v : way.vertices) open_vertex(v);
-  for (const HalfedgeId h : way.edges) {
-    const HalfedgeId o = adjacency_.opposite[at(h)];
-    if (h < real_ && o < real_ && o != kInvalid) cut_[at(h)] = cut_[at(o)] = 1;
-  }
-  ways_.push_back(std::move(way));
-}
-
-// Across holes slits go on as others.
-std::vector<std::vector<VertexId>> Sheet::made() const {
-  const auto own = static_cast<VertexId>(chart_.vertices.rows());
-  std::vector<std::vector<VertexId>> result;
-  for (const Way& slit : ways_) {
-    const std::vector<VertexId>& way = slit.vertices;
-    if (way.size() == 1) result.push_back(way);
-    for (auto last = way.rbegin(); last != way.rend();) {
-      const auto hole = std::find_if(last, way.rend(), [&](VertexId v) { return v >= own; });
-      if (hole - last > 1) {
-        std::vector<VertexId> part(last, hole);
-        std::reverse(part.begin(), part.end());
-        result.push_back(std::move(part));
-      }
-      last = std::find_if(hole, way.rend(), [&](VertexId v) { return v < own; });
-    }
-  }
-  return result;
-}
-
-namespace {
-
-// A peak is high where lengths would shrink or grow by e^2, about 7; it stands out by e^1.5. On the
-// shared corpus this brings the energy of closed models from 1.1 - 4.6 to 1.02 - 1.15
-// (benchmarks/unwrap.py corpus); lower values add seams for a per cent of energy.
-constexpr double kHigh = 2.0;
-constexpr double kProminence = 1.5;
-// Slits lower the peaks beside them; what is left after so many rounds is small.
-constexpr int kSlitRounds = 4;
-
-}  // namespace
-
-mesh::EdgeFlags cut_to_extremities(const mesh::Surface& chart, const mesh::EdgeFlags& uncuttable,
-                                   ExecutionContext& context) {
-  std::vector<double> length;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(chart.faces.size()); ++h)
-    length.push_back(!uncuttable.empty() && uncuttable[at(h)] ? mesh::ShortestPaths::kUnreached
-                                                              : edge_length(chart, h));
-  const std::vector<double> even(at(chart.vertices.rows()), 1.0);
-  const std::vector<char> all(even.size(), 1);
-  Sheet sheet(chart, length, kNoMirror, Sheet::Holes::kOpen);
-  for (int round = 0; round < kSlitRounds; ++round) {
-    std::vector<Hill> ends = hills(chart, sheet.scale(context), even, all);
-    std::erase_if(ends, [](const Hill& hill) {
-      return !(hill.height > kHigh && hill.height - hill.foot > kProminence);
-    });
-    if (ends.empty()) break;
-    std::sort(ends.begin(), ends.end(), [](const Hill& a, const Hill& b) {
-      return a.height != b.height ? a.height > b.height : a.peak < b.peak;
-    });
-    for (const Hill& hill : ends) sheet.slit_to(hill.peak, context);
-  }
-  return sheet.cut();
 }
 
 }  // namespace flipfree::unwrap

@@ -6,8 +6,6 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/cut.h"
-#include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::unwrap {
@@ -39,22 +37,6 @@ struct Hill {
 std::vector<Hill> hills(const mesh::Surface& surface, const std::vector<double>& u,
                         const std::vector<double>& area, const std::vector<char>& reach);
 
-// Where an automatic cut is too short: the extremities of a chart (fingers, legs, horns), which a
-// flat map would have to shrink by orders of magnitude.
-//
-// They are found from the scale factor of the conformal map that keeps the length of the boundary:
-// u = 0 there, and (cotan Laplacian) u = angle defect inside, one sparse solve (Ben-Chen, Gotsman,
-// Bunin 2008, who place cones at its extrema; here they become ends of slits, as in Gu, Gortler and
-// Hoppe 2002, where the largest distortion of a map says where its cut has to grow).
-
-// Flags of edges: slits along shortest paths from the boundary, or from earlier slits, to every
-// peak of |u| that is high and stands out; all zero where a flat map is mild without them. The
-// chart cut along them stays connected and planar. `uncuttable` as in planar_cut(). Precondition:
-// connected, planar, with a boundary. Cost: a few rounds of one factorization with #V unknowns and
-// O(#F log #F).
-mesh::EdgeFlags cut_to_extremities(const mesh::Surface& chart, const mesh::EdgeFlags& uncuttable,
-                                   ExecutionContext& context);
-
 // A plane that maps the chart to itself.
 struct Mirror {
   std::vector<VertexId> image;   // per vertex: its mirror image; itself on the plane
@@ -78,76 +60,5 @@ Mirror find_mirror(const mesh::Surface& chart, const std::vector<double>& cost);
 // Cost: O(#F).
 std::vector<double> mirrored_costs(const Triangles& faces, const Mirror& mirror,
                                    std::vector<double> cost);
-
-// What a seam costs at most where it must not be, but there is no other way.
-inline constexpr double kForbidden = 1e6;
-// Costs per half-edge that are never nothing, and at most that for an edge's length.
-std::vector<double> positive(const mesh::Surface& surface, std::vector<double> cost);
-
-// The chart with its holes filled by fans, which cost nothing to cross, but for the longest loop;
-// or all its holes are open as that loop is. A closed chart is open at one vertex to begin with.
-class Sheet {
- public:
-  enum class Holes { kFilled, kOpen };
-
-  // chart: connected, planar; must outlive this. cost: per half-edge, both sides the same, infinite
-  // where no slit may run. mirror: of the chart, may be empty; otherwise every slit comes with its
-  // image, as far as that leads to what is open.
-  Sheet(const mesh::Surface& chart, const std::vector<double>& cost,
-        const Mirror& mirror = kNoMirror, Holes holes = Holes::kFilled);
-
-  // A closed chart is slit between two hills: no slit ends in the middle of nowhere. True if it had
-  // to be opened anyhow.
-  bool open_closed(ExecutionContext& context);
-  // A closed chart has to be opened, also where there is no time to choose where. True if it was.
-  bool open_anyhow(ExecutionContext& context);
-
-  // The scale field for what is open now, #V of the filled chart.
-  std::vector<double> scale(ExecutionContext& context) const;
-  // What the energy of the conformal map with this scale exceeds 1 by, at the best unit.
-  double excess(const std::vector<double>& u) const;
-  // Slits to the hills that are worth most for their length. False if there is none.
-  bool slit_best(const std::vector<double>& u, std::size_t most, ExecutionContext& context);
-  // The shortest slit to a vertex from what is open; nothing where there is no way.
-  void slit_to(VertexId end, ExecutionContext& context);
-  // A shortest slit between two vertices, one of which is open. The same vertex twice: where a
-  // closed chart is opened first. False if there is no way.
-  bool slit_between(VertexId end, VertexId begin, ExecutionContext& context);
-
-  const mesh::EdgeFlags& cut() const { return cut_; }
-
-  // The slits' parts on the chart, each along vertices from its end to where it began, in the order
-  // in which they were made; where a closed chart was opened first is a slit of one vertex.
-  std::vector<std::vector<VertexId>> made() const;
-
- private:
-  using Loops = std::vector<std::vector<HalfedgeId>>;
-  // Along a slit, also across holes.
-  struct Way {
-    std::vector<VertexId> vertices;  // of the filled chart
-    std::vector<HalfedgeId> edges;   // between them
-  };
-
-  VertexId steepest(const std::vector<double>& u, VertexId otherwise) const;
-  int edges_to(VertexId v) const;
-  void open_vertex(VertexId v);
-  void slit_image(const Way& way);
-  VertexId nearest_on_plane(VertexId v, const ExecutionContext& context) const;
-  void take(Way way);
-
-  const mesh::Surface& chart_;
-  const Mirror& mirror_;
-  Loops loops_;  // of the chart, the outer one last
-  HalfedgeId real_;
-  mesh::Surface surface_;
-  const mesh::Adjacency& adjacency_;
-  std::vector<double> cost_;
-  std::vector<double> area_;  // per vertex, a share of the chart's
-  std::vector<char> open_;    // on the outside, or on what leads there
-  std::vector<Index> loop_of_;
-  mesh::EdgeFlags cut_;
-  mesh::ShortestPaths paths_;
-  std::vector<Way> ways_;
-};
 
 }  // namespace flipfree::unwrap

@@ -21,6 +21,7 @@
 #include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/repair/given_map.h"
 #include "flipfree/unwrap/repair/patches.h"
+#include "flipfree/unwrap/seams/search.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -185,10 +186,9 @@ class ChartMender {
     unwrapping.max_iterations = options_.max_iterations;
     unwrapping.tolerance = options_.tolerance;
     unwrapping.acceptable = false;
-    Opening opening;
-    opening.pinned = pinned_vertices(surface, pins);
-    opening.extremities = pins.empty();
-    Islands islands = make_islands(surface, given_.seams, given_.uncuttable, context_, opening);
+    Islands islands = make_islands(surface, given_.seams, given_.uncuttable, context_,
+                                   {.pinned = pinned_vertices(surface, pins)});
+    if (pins.empty()) slit_to_extremities(islands, surface, given_.uncuttable, context_);
     Stats ignored;
     std::vector<Points2> flat =
         flatten_islands(islands, surface, given_.uncuttable, pins_by_chart(islands, pins),

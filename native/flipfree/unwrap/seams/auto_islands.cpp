@@ -8,7 +8,6 @@
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
-#include "flipfree/base/parallel.h"
 #include "flipfree/certify/separated_map.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/shortest_paths.h"
@@ -28,17 +27,6 @@ namespace {
 // What a seam costs grows with the root of how much is seen there, between these.
 constexpr double kHidden = 0.5;
 constexpr double kSeen = 2.0;
-
-void prefer_hidden(const mesh::Surface& placed, std::vector<double>& cost,
-                   ExecutionContext& context) {
-  const Triangles& faces = placed.faces;
-  const std::vector<double> seen_at = exposure(placed, context);
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost.size()); ++h) {
-    const double seen =
-        0.5 * (seen_at[at(mesh::source(faces, h))] + seen_at[at(mesh::target(faces, h))]);
-    cost[at(h)] *= std::clamp(std::sqrt(seen), kHidden, kSeen);
-  }
-}
 
 bool is_within(const Stretch& bound, const mesh::Surface& chart, const Points2& uv) {
   return stretch_of(chart, by_corner(chart.faces, uv)).within(bound);
@@ -66,7 +54,13 @@ class IslandFinder {
         known_(surface.faces) {}
 
   AutoIslands run(const Mirror& mirror) {
-    find(mirror);
+    try {
+      find(mirror);
+    } catch (const TimeIsOver&) {
+      // Where seams alone are asked for, those that there are will do.
+      if (!options_.seams.edges_only || islands_.charts.empty()) throw;
+      uv_.clear();
+    }
     return {std::move(islands_), std::move(uv_)};
   }
 
@@ -82,12 +76,11 @@ class IslandFinder {
       open(first, {});
       begin = 0.2;
       const ProgressRange range(context_, 0.0, begin);
-      if (!in_time([&] { add_known(first, nets); })) return;
-      if (all_known()) return flatten();
+      add_known(first, nets);
+      if (all_known(known_)) return flatten();
     }
     // Where nets leave nothing to be opened, what is seen decides nothing yet.
-    bool seen = !any_flag(nets);
-    if (seen) prefer_hidden(placed_, cost_, context_);
+    if (!any_flag(nets)) prefer_hidden();
     const bool by_seams = any_flag(seams_);
     for (std::size_t h = 0; h < cost_.size(); ++h) {
       if (known_.of_face[h / 3] == KnownMaps::kNothing) {
@@ -98,9 +91,8 @@ class IslandFinder {
       if (by_seams) wanted[h] = seams_[h];
     }
     open(wanted, positive(surface_, cost_));
-    if (!seen && any_flag(islands_.added)) {
-      prefer_hidden(placed_, cost_, context_);
-      seen = true;
+    if (!is_seen_ && any_flag(islands_.added)) {
+      prefer_hidden();
       open(wanted, positive(surface_, cost_));
     }
     for (const mesh::Chart& chart : islands_.charts) {
@@ -111,25 +103,24 @@ class IslandFinder {
     if (any_flag(nets)) {
       const ProgressRange range(context_, begin, begin + 0.1);
       begin += 0.1;
-      if (!in_time([&] { add_known(nets, {}); })) return;
-      if (all_known()) return flatten();
+      add_known(nets, {});
+      if (all_known(known_)) return flatten();
     }
-    if (!seen) prefer_hidden(placed_, cost_, context_);
+    prefer_hidden();
     const ProgressRange range(context_, begin, 1.0);
     search_until_within();
   }
 
-  // False where time is over and seams alone will do.
-  template <typename Step>
-  bool in_time(Step step) {
-    try {
-      step();
-    } catch (const TimeIsOver&) {
-      if (!options_.seams.edges_only) throw;
-      uv_.clear();
-      return false;
+  // Once.
+  void prefer_hidden() {
+    if (std::exchange(is_seen_, true)) return;
+    const Triangles& faces = placed_.faces;
+    const std::vector<double> seen_at = exposure(placed_, context_);
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost_.size()); ++h) {
+      const double seen =
+          0.5 * (seen_at[at(mesh::source(faces, h))] + seen_at[at(mesh::target(faces, h))]);
+      cost_[at(h)] *= std::clamp(std::sqrt(seen), kHidden, kSeen);
     }
-    return true;
   }
 
   // The cuts of tubes, and nets of all else.
@@ -156,9 +147,8 @@ class IslandFinder {
 
   char known(const mesh::Chart& chart) const { return known_.of_face[at(chart.faces.front())]; }
 
-  bool all_known() const {
-    const auto& of_face = known_.of_face;
-    return std::find(of_face.begin(), of_face.end(), KnownMaps::kNothing) == of_face.end();
+  static bool all_known(const KnownMaps& maps) {
+    return std::ranges::find(maps.of_face, KnownMaps::kNothing) == maps.of_face.end();
   }
 
   // The map (#V x 2) of a chart, as known.
@@ -171,21 +161,17 @@ class IslandFinder {
   // be opened, within the bound of stretch and not on themselves: what is cut well enough is cut no
   // further.
   void add_known(const mesh::EdgeFlags& seams, const mesh::EdgeFlags& nets) {
-    KnownMaps passed = known_;
-    std::vector<char> candidate;
+    KnownMaps passed = known_;  // the others are passed over as if they were known
     for (const mesh::Chart& chart : islands_.charts) {
       const std::vector<HalfedgeId>& opposite = chart.surface.adjacency().opposite;
       const bool in_nets = any_flag(part_of(chart, nets));
       bool bounded = false;
       for (std::size_t h = 0; h < opposite.size() && !bounded; ++h)
         bounded = opposite[h] == kInvalid && (in_nets || seams[corner_of(chart, h)] != 0);
-      candidate.push_back(known(chart) == KnownMaps::kNothing && bounded &&
-                          !any_flag(part_of(chart, islands_.added)));
-      // The others are passed over as if they were known.
-      for (std::size_t f = 0; f < chart.faces.size() && candidate.back() == 0; ++f)
-        passed.of_face[at(chart.faces[f])] = KnownMaps::kFlat;
+      if (bounded && !any_flag(part_of(chart, islands_.added))) continue;
+      for (const FaceId f : chart.faces) passed.of_face[at(f)] = KnownMaps::kFlat;
     }
-    if (!any_flag(candidate)) return;
+    if (all_known(passed)) return;
     // What cannot be flattened whole is searched like what is stretched, and so is what lies on
     // itself: nets with many holes take minutes to be held apart, and are cut in the end.
     UnwrapOptions whole = options_;
@@ -194,9 +180,10 @@ class IslandFinder {
       return flatten_islands(islands_, surface_, uncuttable_, ChartPins{}, whole, context_, stats_,
                              &passed);
     });
-    for (std::size_t c = 0; c < candidate.size() && uv; ++c) {
+    for (std::size_t c = 0; c < islands_.charts.size() && uv; ++c) {
       const mesh::Surface& chart = islands_.charts[c].surface;
-      if (candidate[c] != 0 && is_within(bound_, chart, (*uv)[c]) &&
+      const FaceId first = islands_.charts[c].faces.front();
+      if (passed.of_face[at(first)] == KnownMaps::kNothing && is_within(bound_, chart, (*uv)[c]) &&
           !(options_.bijective && overlaps_itself(chart.faces, (*uv)[c], context_)))
         take_down(islands_.charts[c], (*uv)[c], KnownMaps::kFlat);
     }
@@ -213,7 +200,8 @@ class IslandFinder {
       }
       const ProgressRange range(context_, begin + 0.7 * (end - begin), end);
       begin = end;
-      if (!in_time([&] { flatten(); }) || !any_above()) return;
+      flatten();
+      if (!any_above()) return;
       if (context_.time_is_over() || (options_.acceptable && context_.accepted())) {
         note_time_limit(stats_);
         return;
@@ -226,16 +214,11 @@ class IslandFinder {
   // Slits for the charts without a map that is known, and maps for those that can have one.
   void search(const Stretch& aim) {
     mesh::EdgeFlags further(cost_.size(), 0);
-    const std::size_t count = islands_.charts.size();
-    SharedProgress progress(context_, 0.0);
-    parallel_for(context_, count, 1, [&](std::size_t c, std::size_t, std::size_t) {
-      ExecutionContext part(&context_, count == 1 ? context_.threads : 1, &progress,
-                            1.0 / static_cast<double>(count));
-      if (known(islands_.charts[c]) == KnownMaps::kNothing)
-        search_chart(islands_.charts[c], aim, further, part);
-      const Grace done_with(part);
-      part.report("finding seams", 1.0);
-    });
+    for_each_chart(islands_.charts, largest_first(islands_.charts), "finding seams", context_,
+                   [&](std::size_t c, ExecutionContext& part) {
+                     if (known(islands_.charts[c]) == KnownMaps::kNothing)
+                       search_chart(islands_.charts[c], aim, further, part);
+                   });
     cut_further(islands_, surface_, further);
   }
 
@@ -279,7 +262,7 @@ class IslandFinder {
       const bool within = is_within(bound_, chart.surface, uv_[c]);
       take_down(chart, uv_[c], within ? KnownMaps::kFlat : KnownMaps::kNothing);
     }
-    return !all_known();
+    return !all_known(known_);
   }
 
   const mesh::Surface& surface_;  // in its own unit
@@ -291,6 +274,7 @@ class IslandFinder {
   ExecutionContext& context_;
   Stats& stats_;
   std::vector<double> cost_;  // per half-edge
+  bool is_seen_ = false;      // how much is seen has its share in them
   KnownMaps known_;
   Islands islands_;
   std::vector<Points2> uv_;  // per chart, once all are flat
@@ -494,24 +478,21 @@ IndexPairs find_on_clean(const mesh::Surface& surface, const UnwrapOptions& opti
   return mesh::flagged_edges(surface.faces, adjacency, cut);
 }
 
-IndexPairs find_on_separated(const mesh::Surface& surface, const UnwrapOptions& options,
-                             ExecutionContext& context) {
-  const certify::SeparatedMap separated(surface, separating(options), context);
-  const UnwrapOptions own = on_separated(separated, options);
-  return separated.edges_of_input(
-      separated.solve([&] { return find_on_clean(separated.surface(), own, context); }));
-}
-
 }  // namespace
 
 IndexPairs find_seams(const mesh::Surface& surface, const UnwrapOptions& options,
                       ExecutionContext& context) {
+  const auto find_any = [&] {
+    context.report("checking the mesh", 0.0);
+    if (certify::is_clean(surface, context)) return find_on_clean(surface, options, context);
+    const certify::SeparatedMap separated(surface, separating(options), context);
+    const UnwrapOptions own = on_separated(separated, options);
+    return separated.edges_of_input(
+        separated.solve([&] { return find_on_clean(separated.surface(), own, context); }));
+  };
   return in_time(context, options.max_seconds, "No seams were found", "or find them part by part",
                  [&] {
-                   context.report("checking the mesh", 0.0);
-                   const IndexPairs seams = certify::is_clean(surface, context)
-                                                ? find_on_clean(surface, options, context)
-                                                : find_on_separated(surface, options, context);
+                   const IndexPairs seams = find_any();
                    const Grace finishing(context);
                    context.report("done", 1.0);
                    return seams;

@@ -2,11 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -14,6 +16,8 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/face_area.h"
+#include "flipfree/mesh/islands.h"
 #include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/unwrap/islands/islands.h"
 
@@ -29,79 +33,61 @@ constexpr double kLeastSeamWeight = 1e-3;
 // Height over length of faces whose normal is but rounding.
 constexpr double kThinnestWithNormal = 1e-8;
 
-// Zero where the face has no shape that would tell.
-Vector3 normal_of(const mesh::Surface& surface, FaceId f) {
-  const auto [p, q, r] = surface.corners(f);
-  const Vector3 a = q - p;
-  const Vector3 b = r - p;
-  const Vector3 normal = a.cross(b);
-  const double length = normal.norm();
-  const double longest = std::max({a.squaredNorm(), b.squaredNorm(), (b - a).squaredNorm()});
-  return length > kThinnestWithNormal * longest ? Vector3(normal / length)
-                                                : Vector3(Vector3::Zero());
+// Of the angle between two faces; nothing where one has no shape that would tell.
+std::optional<double> cosine_between(const mesh::Surface& surface, FaceId f, FaceId g) {
+  std::array<Vector3, 2> normal;
+  for (const FaceId face : {f, g}) {
+    const auto [a, b] = mesh::sides_at(surface, 3 * face);
+    const Vector3 upright = a.cross(b);
+    const double length = upright.norm();
+    const double longest = std::max({a.squaredNorm(), b.squaredNorm(), (b - a).squaredNorm()});
+    if (!(length > kThinnestWithNormal * longest)) return {};
+    normal[face == f ? 0 : 1] = upright / length;
+  }
+  return normal[0].dot(normal[1]);
 }
 
-bool tell_their_bend(const Vector3& a, const Vector3& b) {
-  return !a.isZero(0.0) && !b.isZero(0.0);
+// The weights that were given, by edge: the least of several.
+std::map<mesh::VertexPair, double> weights_of(const SeamOptions& options) {
+  const auto count = at(options.weighted.rows());
+  if (options.weights.size() != count) {
+    throw_invalid(ErrorCode::kBadShape, "There are " + std::to_string(count) +
+                                            " edges with weights, but " +
+                                            std::to_string(options.weights.size()) +
+                                            " weights. Give one weight for each edge.");
+  }
+  std::map<mesh::VertexPair, double> weights;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto row = options.weighted.row(static_cast<Eigen::Index>(i));
+    const mesh::VertexPair edge = std::minmax({row[0], row[1]});
+    if (!(options.weights[i] >= 0.0)) {
+      throw_invalid(ErrorCode::kBadOption,
+                    "The weight of edge " + std::to_string(i) +
+                        " is negative or no number. Give 0 for a seam that costs nothing, and "
+                        "infinity for none.",
+                    ElementKind::kEdge, {edge.first, edge.second});
+    }
+    double& weight = weights.try_emplace(edge, options.weights[i]).first->second;
+    weight = std::max(std::min(weight, options.weights[i]), kLeastSeamWeight);
+  }
+  return weights;
 }
-
-// The weights that were given, by edge.
-class Weights {
- public:
-  explicit Weights(const SeamOptions& options) {
-    const auto count = at(options.weighted.rows());
-    if (options.weights.size() != count) {
-      throw_invalid(ErrorCode::kBadShape, "There are " + std::to_string(count) +
-                                              " edges with weights, but " +
-                                              std::to_string(options.weights.size()) +
-                                              " weights. Give one weight for each edge.");
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      const Edge edge = std::minmax({options.weighted(static_cast<Eigen::Index>(i), 0),
-                                     options.weighted(static_cast<Eigen::Index>(i), 1)});
-      if (!(options.weights[i] >= 0.0)) {
-        throw_invalid(ErrorCode::kBadOption,
-                      "The weight of edge " + std::to_string(i) +
-                          " is negative or no number. Give 0 for a seam that costs nothing, and "
-                          "infinity for none.",
-                      ElementKind::kEdge, {edge.first, edge.second});
-      }
-      double& weight = weights_.try_emplace(edge, options.weights[i]).first->second;
-      weight = std::max(std::min(weight, options.weights[i]), kLeastSeamWeight);
-    }
-  }
-
-  bool empty() const { return weights_.empty(); }
-
-  // 1 for edges without a weight; the least of several.
-  double of(VertexId a, VertexId b) const {
-    const auto found = weights_.find(std::minmax(a, b));
-    return found == weights_.end() ? 1.0 : found->second;
-  }
-
- private:
-  using Edge = std::pair<VertexId, VertexId>;
-  std::map<Edge, double> weights_;
-};
 
 }  // namespace
 
 double bend_factor(const mesh::Surface& surface, HalfedgeId h, HalfedgeId o) {
-  const Vector3 a = normal_of(surface, h / 3);
-  const Vector3 b = normal_of(surface, o / 3);
-  if (!tell_their_bend(a, b)) return 1.0;
-  const VertexId apex = surface.faces(o / 3, previous_corner(o) % 3);
-  const Vector3 over =
-      (surface.vertices.row(apex) - surface.vertices.row(mesh::source(surface.faces, h)))
-          .transpose();
-  const double sharpness = std::clamp(1.0 - a.dot(b), 0.0, 1.0);
-  return 1.0 - sharpness * (1.0 - (a.dot(over) > 0.0 ? kHollowCost : kCreaseCost));
+  const std::optional<double> cosine = cosine_between(surface, h / 3, o / 3);
+  if (!cosine) return 1.0;
+  const double over =
+      surface.area_vector(h / 3).dot(-mesh::sides_at(surface, previous_corner(o)).previous);
+  const double sharpness = std::clamp(1.0 - *cosine, 0.0, 1.0);
+  return 1.0 - sharpness * (1.0 - (over > 0.0 ? kHollowCost : kCreaseCost));
 }
 
 std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::EdgeFlags& uncuttable,
                                const SeamOptions& options) {
   const mesh::Adjacency& adjacency = surface.adjacency();
-  const Weights weights(options);
+  const std::map<mesh::VertexPair, double> weights = weights_of(options);
   if (!weights.empty())
     mesh::flag_edges(surface.faces, adjacency, options.weighted);  // refuses what is no edge
   std::vector<double> cost(adjacency.opposite.size(), 0.0);
@@ -115,9 +101,9 @@ std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::EdgeFla
       cost[at(h)] = mesh::ShortestPaths::kUnreached;
       continue;
     }
-    const VertexId a = mesh::source(surface.faces, h);
-    const VertexId b = mesh::target(surface.faces, h);
-    cost[at(h)] = weights.of(a, b) * edge_length(surface, h) * bend_factor(surface, h, o);
+    const auto own = weights.find(mesh::ends(surface.faces, h));
+    cost[at(h)] = (own == weights.end() ? 1.0 : own->second) * edge_length(surface, h) *
+                  bend_factor(surface, h, o);
     // An edge without length that is never to be a seam.
     if (std::isnan(cost[at(h)])) cost[at(h)] = mesh::ShortestPaths::kUnreached;
   }
@@ -138,9 +124,8 @@ mesh::EdgeFlags with_sharp_edges(const mesh::Surface& surface, mesh::EdgeFlags s
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(seams.size()); ++h) {
     const HalfedgeId o = opposite[at(h)];
     if (o < h || (!uncuttable.empty() && uncuttable[at(h)] != 0)) continue;
-    const Vector3 a = normal_of(surface, h / 3);
-    const Vector3 b = normal_of(surface, o / 3);
-    if (tell_their_bend(a, b) && a.dot(b) < least) seams[at(h)] = seams[at(o)] = 1;
+    if (cosine_between(surface, h / 3, o / 3).value_or(1.0) < least)
+      seams[at(h)] = seams[at(o)] = 1;
   }
   return seams;
 }
@@ -155,7 +140,7 @@ mesh::SeparateOptions separating(const UnwrapOptions& options) {
 }
 
 UnwrapOptions on_separated(const certify::SeparatedMap& separated, const UnwrapOptions& of_input) {
-  const Weights weights(of_input.seams);
+  const std::map<mesh::VertexPair, double> weights = weights_of(of_input.seams);
   UnwrapOptions options = of_input;
   options.cuts = separated.edges(of_input.cuts);
   options.uncuttable = separated.edges(of_input.uncuttable);
@@ -167,7 +152,8 @@ UnwrapOptions on_separated(const certify::SeparatedMap& separated, const UnwrapO
   options.seams.weights.clear();
   const std::vector<VertexId>& origin = separated.separated().vertex_origin;
   for (const auto& edge : options.seams.weighted.rowwise())
-    options.seams.weights.push_back(weights.of(origin[at(edge[0])], origin[at(edge[1])]));
+    options.seams.weights.push_back(
+        weights.at(std::minmax(origin[at(edge[0])], origin[at(edge[1])])));
   return options;
 }
 
@@ -206,35 +192,13 @@ Frame frame_of(int direction) {
 
 // Coordinates of about one around the origin, whatever the user's unit.
 Points3 in_own_unit(const Points3& positions, const Triangles& faces) {
-  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
-  Vector3 high = -low;
-  for (const VertexId v : faces.reshaped()) {
-    low = low.cwiseMin(positions.row(v).transpose());
-    high = high.cwiseMax(positions.row(v).transpose());
-  }
+  const Points3 used = positions(faces.reshaped(), Eigen::all);
   // Halves first: the difference of two huge coordinates may not be finite.
-  const Vector3 middle = 0.5 * low + 0.5 * high;
-  double radius = 0.0;
-  Points3 places = positions;
-  for (const VertexId v : faces.reshaped()) {
-    places.row(v) = 0.5 * positions.row(v) - 0.5 * middle.transpose();
-    radius = std::max(radius, places.row(v).cwiseAbs().maxCoeff());
-  }
-  if (radius > 0.0) places /= radius;
-  return places;
-}
-
-// Narrows an interval to where slope x + rest >= 0, but for a pixel: whether one is inside is asked
-// of each. Without it a needle's whole box is walked, and a fan has as many as it has spokes.
-void narrow(double slope, double rest, double& low, double& high) {
-  constexpr double kLevel = 1e-6;  // below, it decides nothing along a row
-  if (std::abs(slope) < kLevel) return;
-  const double x = -rest / slope;
-  if (slope > 0.0) {
-    low = std::max(low, x - 1.0);
-  } else {
-    high = std::min(high, x + 1.0);
-  }
+  const Eigen::RowVector3d middle =
+      0.5 * used.colwise().minCoeff() + 0.5 * used.colwise().maxCoeff();
+  const Points3 places = (0.5 * positions).rowwise() - 0.5 * middle;
+  const double radius = places(faces.reshaped(), Eigen::all).cwiseAbs().maxCoeff();
+  return radius > 0.0 ? Points3(places / radius) : places;
 }
 
 // Which face is in front at each pixel of a picture.
@@ -249,46 +213,42 @@ std::vector<FaceId> picture_of(const Points3& places, const Triangles& faces, co
   drawn.col(0) = (unit * (places * frame.right)).array() + 0.5 * side;
   drawn.col(1) = (unit * (places * frame.up)).array() + 0.5 * side;
   drawn.col(2) = places * frame.away;
-  // Pixels whose centres lie between.
-  const auto first = [](double low) { return std::max(static_cast<int>(std::ceil(low - 0.5)), 0); };
-  const auto last = [&](double high) {
-    return std::min(static_cast<int>(std::floor(high - 0.5)), side - 1);
+  // Calls visit() for the pixels whose centres lie between.
+  const auto for_pixels = [&](double low, double high, auto visit) {
+    const int last = std::min(static_cast<int>(std::floor(high - 0.5)), side - 1);
+    for (int i = std::max(static_cast<int>(std::ceil(low - 0.5)), 0); i <= last; ++i) visit(i);
   };
   for (FaceId f = 0; f < faces.rows(); ++f) {
     if (f % kFacesPerCheck == 0) context.check();
-    const Vector3 a = drawn.row(faces(f, 0));
-    Vector3 b = drawn.row(faces(f, 1));
-    Vector3 c = drawn.row(faces(f, 2));
-    double area = (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
-    if (area < 0.0) {
-      std::swap(b, c);
-      area = -area;
-    }
-    if (!(area > 0.0)) continue;
-    const double leftmost = std::min({a.x(), b.x(), c.x()}) - a.x();
-    const double rightmost = std::max({a.x(), b.x(), c.x()}) - a.x();
-    const int top = last(std::max({a.y(), b.y(), c.y()}));
-    for (int y = first(std::min({a.y(), b.y(), c.y()})); y <= top; ++y) {
-      const double py = y + 0.5 - a.y();
-      double low = leftmost;
-      double high = rightmost;
-      narrow(c.y() - a.y(), (a.x() - c.x()) * py, low, high);
-      narrow(a.y() - b.y(), (b.x() - a.x()) * py, low, high);
-      narrow(b.y() - c.y(), area + (c.x() - b.x()) * py, low, high);
-      if (!(low <= high)) continue;
-      const int right = last(a.x() + high);
-      for (int x = first(a.x() + low); x <= right; ++x) {
-        const double px = x + 0.5 - a.x();
-        const double of_b = px * (c.y() - a.y()) - (c.x() - a.x()) * py;
-        const double of_c = (b.x() - a.x()) * py - px * (b.y() - a.y());
-        if (of_b < 0.0 || of_c < 0.0 || of_b + of_c > area) continue;
-        const double z = a.z() + (of_b * (b.z() - a.z()) + of_c * (c.z() - a.z())) / area;
+    const std::array<Vector3, 3> p = {drawn.row(faces(f, 0)), drawn.row(faces(f, 1)),
+                                      drawn.row(faces(f, 2))};
+    const Vector3 normal = (p[1] - p[0]).cross(p[2] - p[0]);
+    if (normal.z() == 0.0) continue;
+    const Vector2 slope = -normal.head<2>() / normal.z();
+    const auto [top, bottom] = std::minmax({p[0].y(), p[1].y(), p[2].y()});
+    const std::pair<double, double> depths = std::minmax({p[0].z(), p[1].z(), p[2].z()});
+    for_pixels(top, bottom, [&](int y) {
+      const double line = y + 0.5;
+      double left = side;
+      double right = 0.0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vector3& a = p[k];
+        const Vector3& b = p[(k + 1) % 3];
+        if ((a.y() <= line) == (b.y() <= line)) continue;
+        const double x = a.x() + (line - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
+        left = std::min(left, x);
+        right = std::max(right, x);
+      }
+      for_pixels(left, right, [&](int x) {
+        // Of a face seen from its side rounding would leave it.
+        const double z = std::clamp(p[0].z() + slope.dot(Vector2(x + 0.5, line) - p[0].head<2>()),
+                                    depths.first, depths.second);
         const std::size_t pixel = at(y * side + x);
-        if (z >= depth[pixel]) continue;
+        if (!(z < depth[pixel])) return;
         depth[pixel] = z;
         nearest[pixel] = f;
-      }
-    }
+      });
+    });
   }
   return nearest;
 }

@@ -88,6 +88,8 @@ constexpr int kBins = 180;
 constexpr double kCellsToFaces = 2.0;
 constexpr double kFewestCells = 4.0;
 constexpr double kMostCells = 64.0;
+// No point of a cell is farther from its middle than this, in its sides.
+constexpr double kHalfCell = 0.75;
 
 // An edge of a part between faces that may be apart.
 struct Hinge {
@@ -521,8 +523,20 @@ class Nets {
     Eigen::AlignedBox2d box;
     for (const Vector2& p : corners) box.extend(p);
     const auto cell = [&](double x) { return static_cast<std::int64_t>(std::floor(x / cell_)); };
+    // Most of a needle's box is beside it, where spokes have their boxes, too.
+    const auto is_beside = [&](const Vector2& middle) {
+      bool is = false;
+      for (std::size_t k = 0; k < 3 && !is; ++k) {
+        const Vector2 side = corners[(k + 1) % 3] - corners[k];
+        is = cross(side, middle - corners[k]) < -kHalfCell * cell_ * side.norm();
+      }
+      return is;
+    };
     for (std::int64_t x = cell(box.min().x()); x <= cell(box.max().x()); ++x) {
-      for (std::int64_t y = cell(box.min().y()); y <= cell(box.max().y()); ++y) visit(x, y);
+      for (std::int64_t y = cell(box.min().y()); y <= cell(box.max().y()); ++y) {
+        const Eigen::Array2d corner(static_cast<double>(x), static_cast<double>(y));
+        if (!is_beside(cell_ * (corner + 0.5))) visit(x, y);
+      }
     }
   }
 

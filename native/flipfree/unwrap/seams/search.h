@@ -38,4 +38,24 @@ struct Slits {
 Slits find_slits(const mesh::Surface& chart, const std::vector<double>& cost, const Stretch& bound,
                  const UnwrapOptions& options, ExecutionContext& context);
 
+// What a seam costs at most where it must not be, but there is no other way.
+inline constexpr double kForbidden = 1e6;
+// Costs per half-edge that are never nothing, and at most that for an edge's length.
+std::vector<double> positive(const mesh::Surface& surface, std::vector<double> cost);
+
+// Where an automatic cut is too short: the extremities of a chart (fingers, legs, horns), which a
+// flat map would have to shrink by orders of magnitude.
+//
+// They are found from the scale factor of the conformal map that keeps the length of the boundary:
+// u = 0 there, and (cotan Laplacian) u = angle defect inside, one sparse solve (Ben-Chen, Gotsman,
+// Bunin 2008, who place cones at its extrema; here they become ends of slits, as in Gu, Gortler and
+// Hoppe 2002, where the largest distortion of a map says where its cut has to grow).
+
+// Slits charts that had to be opened, those with added cuts, along shortest paths from the
+// boundary, or from earlier slits, to every peak of |u| that is high and stands out; pieces whose
+// seams were enough never are. They stay connected and planar. `uncuttable` as in planar_cut().
+// Cost: a few rounds of one factorization with #V unknowns and O(#F log #F).
+void slit_to_extremities(Islands& islands, const mesh::Surface& surface,
+                         const mesh::EdgeFlags& uncuttable, ExecutionContext& context);
+
 }  // namespace flipfree::unwrap
