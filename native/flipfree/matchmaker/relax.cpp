@@ -113,8 +113,8 @@ bool winds_more(const mesh::RefinedMap& map, const Patch& patch, FaceId valid, c
   const auto add = [&](double sign, const Points2& corners, const Mesh::Triangle& vertices) {
     for (Index k = 0; k < 3; ++k) {
       const auto [next, last] = std::pair((k + 1) % 3, (k + 2) % 3);
-      gain[vertices[at(k)]] += sign * turn(corners.row(next) - corners.row(k),
-                                           corners.row(last) - corners.row(k));
+      gain[vertices[at(k)]] +=
+          sign * turn(corners.row(next) - corners.row(k), corners.row(last) - corners.row(k));
     }
   };
   for (FaceId f = 0; f < valid; ++f) {
@@ -122,8 +122,7 @@ bool winds_more(const mesh::RefinedMap& map, const Patch& patch, FaceId valid, c
     const auto vertex = [&](Index k) { return patch.vertices[at(corner[k])]; };
     add(1.0, uv(corner, Eigen::all), {vertex(0), vertex(1), vertex(2)});
   }
-  for (const FaceId f : replaced)
-    add(-1.0, map.uv(mesh.corners(f), Eigen::all), mesh.corners(f));
+  for (const FaceId f : replaced) add(-1.0, map.uv(mesh.corners(f), Eigen::all), mesh.corners(f));
   return std::ranges::any_of(gain, [&](const auto& of) {
     return of.second >= std::numbers::pi && !mesh.is_boundary_vertex(of.first);
   });
