@@ -561,3 +561,12 @@ def test_a_line_that_leaves_its_sheet_is_refused_by_name() -> None:
         )
     assert refused.value.kind == "vertex" and line[-1] in refused.value.elements
     assert refused.value.witness
+
+
+def test_lines_that_cross_on_one_sheet_are_refused_by_name() -> None:
+    chains = spoke(4)[1:3], spoke(20)[1:3]
+    places = [(-0.1, -1.0), (0.1, -1.0)], [(0.0, -1.1), (0.0, -0.9)]
+    with pytest.raises(ff.Infeasible, match="on one sheet") as refused:
+        onto("lobes", lines=list(zip(chains, places, strict=True)))
+    assert set(refused.value.elements) == {*chains[0], *chains[1]}
+    assert refused.value.witness

@@ -211,15 +211,12 @@ struct Ladder {
       const Outcome<bool> valid = attempt_part([&] {
         PlanarMap map = start_map(options.initial ? initial_map() : tutte_map());
         result.stats["tutte_flips"] = count_bad(map);
-        return finish(map, ProgressiveStart::kInitial);
+        return finish(std::move(map), ProgressiveStart::kInitial);
       });
       if (valid && *valid) return;
-      if (!valid) result.stats["restarts"] = std::int64_t{1};
     }
-    const Outcome<bool> valid = attempt([&] {
-      PlanarMap map = start_map(boundary_only(disk));
-      return finish(map, ProgressiveStart::kNothing);
-    });
+    const Outcome<bool> valid =
+        attempt([&] { return finish(start_map(boundary_only(disk)), ProgressiveStart::kNothing); });
     if (!valid) {
       require_room_for_all();
       throw NotConverged(valid.error());
@@ -280,7 +277,7 @@ struct Ladder {
                        {"bits", {options.float32 ? 32.0 : 64.0}}}});
   }
 
-  bool finish(PlanarMap& map, ProgressiveStart start) {
+  bool finish(PlanarMap map, ProgressiveStart start) {
     progressive_embedding(map, start, context);
     if (count_bad(map) > 0) return false;
     result.uv = map.uv;

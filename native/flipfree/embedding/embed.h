@@ -26,7 +26,7 @@ struct Embedding {
   // Inner edges whose ends lie on one straight side of the polygon: vertex #V + i halves edge i,
   // one after another as mesh::EditableTriangulation splits them.
   std::vector<std::pair<VertexId, VertexId>> halved;
-  Stats stats;  // "rung", "tutte_flips", "restarts", "seconds_*", "added_vertices"
+  Stats stats;  // "rung", "tutte_flips", "seconds_*", "added_vertices"
 };
 
 // Inner edges whose two ends lie on one straight side of the target polygon: no straight-line map

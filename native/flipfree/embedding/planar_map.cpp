@@ -22,13 +22,10 @@ PlanarMesh::PlanarMesh(const Triangles& faces, Index vertex_count,
 
 bool PlanarMesh::adjacent(VertexId v, VertexId w) const {
   if (degree(w) < degree(v)) std::swap(v, w);
-  const HalfedgeId first = outgoing(v);
-  HalfedgeId h = first;
-  do {
-    if (target(h) == w || apex(h) == w) return true;
-    h = rotate(h);
-  } while (h != kInvalid && h != first);
-  return false;
+  bool found = false;
+  for_each_outgoing(outgoing(v),
+                    [&](HalfedgeId h) { found = found || target(h) == w || apex(h) == w; });
+  return found;
 }
 
 bool PlanarMesh::can_collapse(HalfedgeId h) const {

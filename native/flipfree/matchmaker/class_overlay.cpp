@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <numeric>
 
 #include "flipfree/base/parallel.h"
@@ -38,26 +37,18 @@ constexpr double kLeastStep = 1e-9;
 // this filter, by the exact predicate's own, thirty pins take 10.6 CPU s instead of 7.6.
 constexpr double kDoubt = 1.5e-14;
 
-// The Delaunay triangulation of pins strictly inside a strictly convex polygon, all distinct. Its
-// vertices: pins first, then the rim's.
-Triangles triangulate_pins(const Polygon& rim, const std::vector<Vector2>& pins) {
-  // There the rim comes first.
-  const auto count = static_cast<Index>(rim.size() + pins.size());
-  Triangles faces = triangulate_embedded(rim, pins, {}).triangulation.faces();
-  for (VertexId& v : faces.reshaped()) v = (v + static_cast<Index>(pins.size())) % count;
-  return faces;
-}
-
-// The triangulation of the pins, closed by a vertex beyond the rim.
-intrinsic::FlipMesh closed_triangulation(const Polygon& rim, const std::vector<Vector2>& pins) {
-  const Triangles inside = triangulate_pins(rim, pins);
-  const auto first = static_cast<Index>(pins.size());
-  const auto corners = static_cast<Index>(rim.size());
-  Triangles faces(inside.rows() + corners, 3);
-  faces.topRows(inside.rows()) = inside;
-  for (Index i = 0; i < corners; ++i)
-    faces.row(inside.rows() + i) << first + (i + 1) % corners, first + i, first + corners;
-  return intrinsic::build_intrinsic_mesh(first + corners + 1, faces).mesh;
+// The triangles of a triangulation that have none of its first `outline` vertices, without these,
+// closed by a vertex beyond their rim, which is the vertices from `rim` on.
+intrinsic::FlipMesh closed_triangulation(const mesh::Surface& sources, Index outline, Index rim) {
+  std::vector<mesh::EditableTriangulation::Triangle> faces;
+  for (const auto& t : sources.faces.triangles().rowwise()) {
+    if (t.minCoeff() >= outline) faces.push_back({t[0] - outline, t[1] - outline, t[2] - outline});
+  }
+  const Index beyond = static_cast<Index>(sources.vertices.rows()) - outline;
+  const Index first = rim - outline;
+  for (Index v = first; v < beyond; ++v)
+    faces.push_back({v + 1 < beyond ? v + 1 : first, v, beyond});
+  return intrinsic::build_intrinsic_mesh(beyond + 1, rows_of(faces)).mesh;
 }
 
 // Pins that move inside a fixed convex polygon, and what becomes of arcs between them: the isotopy
@@ -73,12 +64,15 @@ intrinsic::FlipMesh closed_triangulation(const Polygon& rim, const std::vector<V
 
 class MovingPins {
  public:
-  // Preconditions: those of triangulate_pins(), whose edges are the arcs.
-  MovingPins(const Polygon& rim, const std::vector<Vector2>& pins)
-      : place_(pins), arcs_(closed_triangulation(rim, pins)) {
-    place_.insert(place_.end(), rim.begin(), rim.end());
+  // The pins of sources_of(), by their numbers there less `outline`; edges between them and the rim
+  // are the arcs.
+  MovingPins(const mesh::Surface& sources, Index outline, Index rim)
+      : arcs_(closed_triangulation(sources, outline, rim)) {
     Eigen::AlignedBox2d box;
-    for (const Vector2& p : rim) box.extend(p);
+    for (Eigen::Index v = outline; v < sources.vertices.rows(); ++v) {
+      place_.emplace_back(sources.vertices.row(v).head(2));
+      box.extend(place_.back());
+    }
     doubt_ = kDoubt * std::pow(box.sizes().maxCoeff(), 4);
     leaving_.resize(place_.size() + 1);
     for (std::size_t h = 0; h < mesh().halfedge_count(); ++h)
@@ -199,11 +193,12 @@ constexpr double kNearest = 0.005;
 
 class Search {
  public:
-  Search(const Polygon& rim, const std::vector<Vector2>& from, const std::vector<Vector2>& to,
+  Search(const Polygon& rim, const MovingPins& from, const std::vector<Vector2>& to,
          std::uint64_t seed)
-      : rim_(rim), to_(to), random_(seed), before_(from.size(), MovingPins(rim, from)) {
-    for (std::size_t i = 0; i < from.size(); ++i) way_.push_back(0.5 * (from[i] + to[i]));
-    first_ = from.size();
+      : rim_(rim), to_(to), random_(seed), before_(to.size(), from) {
+    for (std::size_t i = 0; i < to.size(); ++i)
+      way_.push_back(0.5 * (from.place(static_cast<VertexId>(i)) + to[i]));
+    first_ = to.size();
     for (const Vector2& a : rim) size_ = std::max(size_, (a - rim[0]).norm());
   }
 
@@ -275,7 +270,7 @@ class Search {
 // none was found that doubles can follow. Preconditions: the rim is strictly convex, sources and
 // targets are strictly inside, each distinct. The same for any number of threads. Cost: about 2 s
 // for thirty pins, growing with the square of their number.
-std::vector<Vector2> plan_motion(const Polygon& rim, const std::vector<Vector2>& from,
+std::vector<Vector2> plan_motion(const Polygon& rim, const MovingPins& from,
                                  const std::vector<Vector2>& to, ExecutionContext& context) {
   std::vector<std::pair<double, std::vector<Vector2>>> found(kSearches);
   parallel_for(context, kSearches, 1, [&](std::size_t begin, std::size_t end, std::size_t) {
@@ -312,14 +307,9 @@ mesh::Surface frame_around(const Points2& points) {
 // The map from one plane to the other, its vertices after the frame's, which no face uses.
 mesh::RefinedMap framed(const mesh::Surface& frame, const Triangles& faces, const Points2& from,
                         const Points2& to) {
-  mesh::RefinedMap map;
+  mesh::RefinedMap map{mesh::unrefined(frame), {}};
   mesh::RefinedSurface& surface = map.surface;
   const double size = frame.vertices(1, 0);
-  surface.input = &frame;
-  for (VertexId v = 0; v < kFrame; ++v) {
-    surface.support.push_back({{v, kInvalid, kInvalid}, {1.0, 0.0, 0.0}});
-    surface.position.emplace_back(frame.vertices.row(v).transpose());
-  }
   for (Eigen::Index v = 0; v < from.rows(); ++v) {
     const double x = from(v, 0) / size, y = from(v, 1) / size;
     surface.support.push_back({{0, 1, 2}, {1.0 - x - y, x, y}});
@@ -390,12 +380,6 @@ constexpr int kStepsOfThinning = 10;
 // following the plan adds.
 constexpr std::size_t kMostPins = 40;
 
-// A polygon around all pins inside a convex outline, and where it is joined to it.
-struct Ring {
-  Polygon polygon;
-  std::vector<std::size_t> place;  // of each corner's partner in the outline
-};
-
 // The largest share of the way from `centre` to the polygon at which one of these points lies.
 double reach_of(const std::vector<Vector2>& points, const Polygon& polygon, const Vector2& centre) {
   double reach = 0;
@@ -408,9 +392,9 @@ double reach_of(const std::vector<Vector2>& points, const Polygon& polygon, cons
   return reach;
 }
 
-// Corners of the outline at even distances, drawn in halfway to the pins. Empty if there is no
-// room.
-Ring ring_around(const Polygon& outline, const std::vector<Vector2>& pins) {
+// A polygon around all pins inside a convex outline: corners of it at even distances, drawn in
+// halfway to the pins. Empty if there is no room.
+Polygon ring_around(const Polygon& outline, const std::vector<Vector2>& pins) {
   const std::size_t n = outline.size();
   const Vector2 centre =
       std::accumulate(outline.begin(), outline.end(), Vector2(0, 0)) / static_cast<double>(n);
@@ -418,30 +402,30 @@ Ring ring_around(const Polygon& outline, const std::vector<Vector2>& pins) {
   around.push_back(outline.front());
   const std::vector<double> length = lengths_along(around);
   for (std::size_t corners = kRingCorners; corners <= std::min(n, kMostRingCorners); corners *= 2) {
-    Ring ring;
+    std::vector<std::size_t> places;
     for (std::size_t i = 0; i < corners; ++i) {
       const double along = length[n] * static_cast<double>(i) / static_cast<double>(corners);
       const auto place = std::lower_bound(length.begin(), length.end(), along) - length.begin();
-      ring.place.push_back(std::min(n - 1, at(place)));
+      places.push_back(std::min(n - 1, at(place)));
     }
-    sort_unique(ring.place);
+    sort_unique(places);
+    Polygon ring;
+    for (const std::size_t place : places) ring.push_back(outline[place]);
     // Collinear corners add nothing.
-    for (std::size_t i = 0; i < ring.place.size() && ring.place.size() > 3;) {
-      const std::size_t m = ring.place.size();
-      const Vector2& p = outline[ring.place[i]];
-      const Vector2 a = p - outline[ring.place[(i + m - 1) % m]];
-      const Vector2 b = outline[ring.place[(i + 1) % m]] - p;
+    for (std::size_t i = 0; i < ring.size() && ring.size() > 3;) {
+      const std::size_t m = ring.size();
+      const Vector2 a = ring[i] - ring[(i + m - 1) % m];
+      const Vector2 b = ring[(i + 1) % m] - ring[i];
       if (cross(a, b) > 1e-6 * a.norm() * b.norm()) {
         ++i;
       } else {
-        ring.place.erase(ring.place.begin() + static_cast<std::ptrdiff_t>(i));
+        ring.erase(ring.begin() + static_cast<std::ptrdiff_t>(i));
       }
     }
-    for (const std::size_t place : ring.place) ring.polygon.push_back(outline[place]);
-    const double reach = reach_of(pins, ring.polygon, centre);
+    const double reach = reach_of(pins, ring, centre);
     const double share = 0.5 * (1.0 + reach);
     if (reach > kFarthestPin * share) continue;
-    for (Vector2& p : ring.polygon) p = centre + share * (p - centre);
+    for (Vector2& p : ring) p = centre + share * (p - centre);
     return ring;
   }
   return {};
@@ -450,17 +434,17 @@ Ring ring_around(const Polygon& outline, const std::vector<Vector2>& pins) {
 // Lays the triangulation of the targets over that of the sources.
 class Overlayer {
  public:
-  Overlayer(mesh::RefinedSurface& base, const MovingPins& after, const std::vector<VertexId>& id)
-      : after_(after),
-        id_(id),
-        uv_(base.position.size(), Vector2(0, 0)),
-        overlay_(base),
-        cut_(after.arcs().input().edge_count()) {}
+  // The pins' and the rim's vertices come last in `base`, in this order, after `outline` others.
+  Overlayer(mesh::RefinedSurface& base, const MovingPins& after, Index outline)
+      : after_(after), outline_(outline), overlay_(base) {
+    for (const Vector3& p : base.position) uv_.push_back(p.head(2));
+    for (VertexId v = outline; at(v) < uv_.size(); ++v) uv_[at(v)] = after.place(v - outline);
+  }
 
   // Where all vertices go; empty if the two do not fit together, which they always should.
   Polygon run(const ExecutionContext& context) {
     const intrinsic::OverlayCoordinates& arcs = after_.arcs();
-    std::vector<HalfedgeId> curves(cut_.size());
+    std::vector<HalfedgeId> curves(arcs.input().edge_count());
     for (std::size_t e = 0; e < curves.size(); ++e)
       curves[e] = intrinsic::FlipMesh::halfedge(static_cast<EdgeId>(e));
     const intrinsic::OverlayTrace trace =
@@ -476,8 +460,6 @@ class Overlayer {
       if (!after_.bound(h) && !lay(h, crossed[at(h / 2)])) return {};
     }
     overlay_.finish();
-    for (std::size_t v = 0; v < id_.size(); ++v)
-      uv_[at(id_[v])] = after_.place(static_cast<VertexId>(v));
     return std::move(uv_);
   }
 
@@ -492,74 +474,52 @@ class Overlayer {
     const intrinsic::FlipMesh& mesh = after_.arcs().current();
     const Vector2& from = after_.place(mesh.origin_of(edge));
     const Vector2& to = after_.place(mesh.target(edge));
-    VertexId here = id_[at(mesh.origin_of(edge))];
+    VertexId here = outline_ + mesh.origin_of(edge);
     const double parts = static_cast<double>(crossings.size() + 1);
     for (std::size_t k = 0; k < crossings.size(); ++k) {
       const auto& [arc, i] = crossings[k];
       const auto base = static_cast<HalfedgeId>(2 * arc);
-      std::map<std::size_t, VertexId>& cuts = cut_[arc];
-      const auto after = cuts.upper_bound(i);
-      const VertexId a = after == cuts.begin() ? id_[at(after_.arcs().input().origin_of(base))]
-                                               : std::prev(after)->second;
-      const VertexId b =
-          after == cuts.end() ? id_[at(after_.arcs().input().target(base))] : after->second;
-      const VertexId fresh = overlay_.cross(here, a, b, edge);
+      const intrinsic::FlipMesh& arcs = after_.arcs().input();
+      const VertexId fresh =
+          overlay_.cross_at(here, outline_ + arcs.origin_of(base), outline_ + arcs.target(base),
+                            static_cast<double>(i), edge);
       if (fresh == kInvalid) return false;
-      cuts[i] = fresh;
       const double t = static_cast<double>(k + 1) / parts;
       uv_.push_back((1 - t) * from + t * to);
       here = fresh;
     }
-    return overlay_.reach(here, id_[at(mesh.target(edge))], edge);
+    return overlay_.reach(here, outline_ + mesh.target(edge), edge);
   }
 
   const MovingPins& after_;
-  const std::vector<VertexId>& id_;
-  Polygon uv_;  // per vertex of the base; none of those that `id` does not name
+  Index outline_;
+  Polygon uv_;  // per vertex of the base
   mesh::CurveOverlay overlay_;
-  std::vector<std::map<std::size_t, VertexId>> cut_;  // per arc: where it is cut so far
 };
 
-// The triangulation of the sources and of the space between the ring and the boundary, flat. Its
-// vertices: the boundary's, the pins, the ring's.
-mesh::Surface sources(const std::vector<Vector2>& outline, const Ring& ring,
-                      const std::vector<Vector2>& pins) {
-  const auto n = static_cast<Index>(outline.size());
-  const auto m = static_cast<Index>(ring.polygon.size());
-  const auto first = n + static_cast<Index>(pins.size());
-  const Triangles inside = triangulate_pins(ring.polygon, pins);
-  std::vector<mesh::EditableTriangulation::Triangle> faces;
-  for (Eigen::Index f = 0; f < inside.rows(); ++f)
-    faces.push_back({n + inside(f, 0), n + inside(f, 1), n + inside(f, 2)});
-  const auto inner = [&](Index i) { return first + i % m; };
-  for (Index i = 0; i < m; ++i) {
-    // Each corner is joined to the outline from halfway to the one before to halfway to the next.
-    const auto begin = static_cast<Index>(ring.place[at(i)]);
-    const Index end = i + 1 < m ? static_cast<Index>(ring.place[at(i + 1)])
-                                : static_cast<Index>(ring.place[0]) + n;
-    const Index middle = (begin + end) / 2;
-    for (Index k = begin; k < middle; ++k) faces.push_back({inner(i), k % n, (k + 1) % n});
-    faces.push_back({inner(i), middle % n, inner(i + 1)});
-    for (Index k = middle; k < end; ++k) faces.push_back({inner(i + 1), k % n, (k + 1) % n});
-  }
-  Polygon places = outline;
-  places.insert(places.end(), pins.begin(), pins.end());
-  places.insert(places.end(), ring.polygon.begin(), ring.polygon.end());
-  return flat_surface(rows_of(faces), rows_of(places));
+// The triangulation of the sources and of the space between the ring and the outline, flat. Its
+// vertices: the outline's, the pins, the ring's.
+mesh::Surface sources_of(const Polygon& outline, const std::vector<Vector2>& pins,
+                         const Polygon& ring) {
+  Polygon inner = pins;
+  inner.insert(inner.end(), ring.begin(), ring.end());
+  const auto end = static_cast<Index>(outline.size() + inner.size());
+  const Index first = end - static_cast<Index>(ring.size());
+  std::vector<std::pair<Index, Index>> sides;
+  for (Index v = first; v < end; ++v) sides.emplace_back(v, v + 1 < end ? v + 1 : first);
+  const TargetDomain domain = triangulate_embedded(outline, inner, sides);
+  return flat_surface(domain.triangulation.faces(), rows_of(domain.point));
 }
 
 // Both triangulations laid over each other, as a map of the sources' that is flip-free in both
 // planes.
 std::optional<mesh::RefinedMap> overlay(const mesh::Surface& base, const MovingPins& after,
                                         Index outline, ExecutionContext& context) {
-  mesh::RefinedMap map{mesh::make_refined_surface(base), base.vertices.leftCols(2)};
-  std::vector<VertexId> id(at(base.vertices.rows() - outline));
-  std::iota(id.begin(), id.end(), outline);
-  const Polygon places = Overlayer(map.surface, after, id).run(context);
+  mesh::RefinedMap map{mesh::make_refined_surface(base), {}};
+  const Polygon places = Overlayer(map.surface, after, outline).run(context);
   if (places.empty()) return std::nullopt;
-  const mesh::Surface fine = to_surface(map.surface);
   map.uv = rows_of(places);
-  map.uv.topRows(outline) = base.vertices.topLeftCorner(outline, 2);
+  const mesh::Surface fine = to_surface(map.surface);
   if (!PlaneMap{fine.faces, fine.vertices.leftCols(2), map.uv, {}}.valid(context))
     return std::nullopt;
   return map;
@@ -602,19 +562,18 @@ bool place_pins(mesh::RefinedMap& map, const Constraints& constraints, Execution
   }
   std::vector<Vector2> all = from;
   all.insert(all.end(), to.begin(), to.end());
-  const Ring ring = ring_around(constraints.outline, all);
-  if (ring.polygon.size() < 3) return false;
+  const Polygon ring = ring_around(constraints.outline, all);
+  if (ring.size() < 3) return false;
+  const mesh::Surface base = sources_of(constraints.outline, from, ring);
+  const auto outline = static_cast<Index>(constraints.outline.size());
+  MovingPins pins(base, outline, outline + static_cast<Index>(from.size()));
   const std::vector<Vector2> way =
-      in_range(context, 0.0, 0.6, [&] { return plan_motion(ring.polygon, from, to, context); });
+      in_range(context, 0.0, 0.6, [&] { return plan_motion(ring, pins, to, context); });
   if (way.empty()) return false;
   const ProgressRange range(context, 0.6, 1.0);
-  const mesh::Surface base = sources(constraints.outline, ring, from);
-  MovingPins pins(ring.polygon, from);
   for (const std::vector<Vector2>& places : {way, to}) {
     for (std::size_t i = 0; i < places.size(); ++i) pins.move(static_cast<VertexId>(i), places[i]);
   }
-  const auto outline = static_cast<Index>(constraints.outline.size());
-  if (!distortion::is_flip_free(base.faces, base.vertices.leftCols(2), context)) return false;
   std::optional<mesh::RefinedMap> fine = overlay(base, pins, outline, context);
   if (!fine) return false;
   const Index held = outline + static_cast<Index>(from.size());

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <map>
 #include <numbers>
 #include <optional>
 
@@ -161,14 +161,14 @@ std::vector<PinnedVertex> held_to_the_end(const mesh::RefinedSurface& surface,
 }
 
 // Pins of all corners at pinned vertices.
-std::vector<certify::CornerPin> corner_pins(const Triangles& faces, std::size_t vertex_count,
+std::vector<certify::CornerPin> corner_pins(const Triangles& faces,
                                             const std::vector<PinnedVertex>& pins) {
-  std::vector<const Vector2*> target(vertex_count, nullptr);
-  for (const PinnedVertex& p : pins) target[at(p.vertex)] = &p.uv;
+  std::map<VertexId, Vector2> target;
+  for (const PinnedVertex& p : pins) target.emplace(p.vertex, p.uv);
   std::vector<certify::CornerPin> result;
   for (CornerId c = 0; c < faces.size(); ++c) {
-    const Vector2* uv = target[at(faces.data()[c])];
-    if (uv != nullptr) result.push_back({c, *uv});
+    const auto found = target.find(faces.data()[c]);
+    if (found != target.end()) result.push_back({c, found->second});
   }
   return result;
 }
@@ -311,24 +311,19 @@ std::size_t outer_loop(const mesh::Surface& surface, const std::vector<Loop>& lo
   return unwrap::longest_loop(surface, loops);
 }
 
-// Lifts the fan's centre off the loop's middle where a triangle would be much thinner than the loop
-// is wide: match() refuses triangles without area.
+// Lifts the fan's centre off the loop's middle: match() refuses triangles without area.
 void lift_apex(const mesh::Surface& piece, const Loop& hole, VertexId apex, Points3& vertices) {
   const auto at = [&](VertexId v) -> Vector3 { return vertices.row(v); };
   const Vector3 centre = at(apex);
   Vector3 normal = Vector3::Zero();
   double radius = 0.0;
-  double thinnest = std::numeric_limits<double>::infinity();
   for (const HalfedgeId h : hole) {
     const Vector3 start = at(mesh::source(piece.faces, h));
     const Vector3 a = start - centre;
-    const Vector3 side = at(mesh::target(piece.faces, h)) - start;
-    normal += a.cross(side);
+    normal += a.cross(at(mesh::target(piece.faces, h)) - start);
     radius = std::max(radius, a.norm());
-    thinnest = std::min(thinnest, a.cross(side).norm() / side.norm());
   }
   constexpr double kThin = 0.05;  // of the loop's radius
-  if (thinnest > kThin * radius) return;
   // A loop without an area of its own is left across any of its sides.
   if (normal.norm() < kThin * radius * radius) {
     const HalfedgeId h = hole.front();
@@ -389,7 +384,7 @@ std::optional<certify::Parametrization> unwrapped(const mesh::Surface& surface,
                                                   ExecutionContext& context) {
   unwrap::UnwrapOptions unwrapping;
   unwrapping.max_iterations = options.max_iterations;
-  unwrapping.pins = corner_pins(surface.faces, at(surface.vertices.rows()), pins);
+  unwrapping.pins = corner_pins(surface.faces, pins);
   std::optional<certify::Parametrization> found;
   ended_in_time(context, [&] {
     const TimeLimit share(context, kShareOfWay * context.seconds_left());
@@ -456,7 +451,7 @@ certify::Parametrization match_in_time(const mesh::Surface& piece, const MatchRe
   map.stats = std::move(stats);
   certify::CertifyRequest extra;
   extra.require_bijective = bijective;
-  extra.pins = corner_pins(map.surface.faces, at(map.surface.vertices.rows()), held);
+  extra.pins = corner_pins(map.surface.faces, held);
   if (!holes.empty() && options.optimise) {
     const ProgressRange range(context, 0.7, 0.95);
     release_holes(map, extra, options, context);

@@ -1,15 +1,15 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "flipfree/base/failure.h"
-#include "flipfree/base/plane.h"
+#include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/outline_target.h"
 #include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/ways.h"
 #include "flipfree/numeric/dense_factors.h"
-#include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
 namespace {
@@ -18,25 +18,25 @@ namespace {
 
 using Mesh = mesh::EditableTriangulation;
 
-struct SurfacePatch {
-  std::vector<VertexId> loop;  // boundary, patch on the left
-  std::vector<Index> side;     // per loop edge (from loop[i]): number of its straight side
-  std::vector<FaceId> faces;
-};
-
 // An affine frame in which a polygon is about as wide as high, near the origin: thin polygons are
 // judged and solved there as well as any other. Affine maps keep convex combinations, hence
 // embeddings.
 struct Frame {
-  Vector2 origin;
-  Eigen::Matrix2d to_round, from_round;
+  Vector2 origin = Vector2::Zero();
+  Eigen::Matrix2d to_round = Eigen::Matrix2d::Identity(), from_round = to_round;
+
+  Points2 round(const Points2& points) const {
+    return (points.rowwise() - origin.transpose()) * to_round.transpose();
+  }
+  Points2 plain(const Points2& points) const {
+    return (points * from_round.transpose()).rowwise() + origin.transpose();
+  }
 };
 
 Frame round_frame(const Points2& polygon) {
   Frame frame;
   frame.origin = polygon.colwise().mean().transpose();
-  const Eigen::Matrix<double, Eigen::Dynamic, 2> centred =
-      polygon.rowwise() - frame.origin.transpose();
+  const Points2 centred = frame.round(polygon);
   const Eigen::Matrix2d spread =
       centred.transpose() * centred / static_cast<double>(polygon.rows());
   const auto [values, vectors] = numeric::symmetric_eigen(spread);
@@ -68,97 +68,27 @@ class PatchEmbedder {
       : surface_(surface), domain_(domain), partition_(partition), paths_(paths) {}
 
   Points2 run(ExecutionContext& context) {
-    std::vector<SurfacePatch> patches;
-    for (const auto& polygon : partition_.polygons) {
-      context.check();
-      patches.push_back(outline(polygon));
-      split_chords(patches.back());
-    }
     place_paths();
-    local_.assign(at(mesh_.vertex_count()), kInvalid);
-    for (std::size_t i = 0; i < patches.size(); ++i) {
+    const auto count = static_cast<double>(partition_.polygons.size());
+    for (const auto& polygon : partition_.polygons) {
       context.report("embedding patches",
-                     static_cast<double>(i) / static_cast<double>(patches.size()));
-      flood(patches[i]);
-      embed(patches[i], context);
+                     static_cast<double>(&polygon - partition_.polygons.data()) / count);
+      embed(outline_of(polygon), context);
     }
     if (!distortion::is_flip_free(mesh_.faces(), uv_, context)) refuse_thin();
     return std::move(uv_);
   }
 
  private:
-  // Loop of the patch left of the polygon's paths; sides are numbered by runs without a strict
-  // corner.
-  SurfacePatch outline(const std::vector<ConvexPartition::Side>& polygon) const {
-    SurfacePatch patch;
-    const std::size_t n = polygon.size();
-    const auto corner = [&](std::size_t i) -> const Vector2& {
-      const auto& [e, forward] = polygon[i % n];
-      const auto& edge = partition_.edges[at(e)];
-      return domain_.at(forward ? edge.a : edge.b);
-    };
-    // Samples of a straight side are collinear up to rounding only; embed_disk judges them by a
-    // tolerance as well. A corner that is taken for straight costs a few splits, nothing else.
-    constexpr double kStraight = 1e-5;
-    const auto bend = [&](std::size_t i) {
-      const Vector2 a = corner(i) - corner(i + n - 1);
-      const Vector2 b = corner(i + 1) - corner(i);
-      return cross(a, b) / (a.norm() * b.norm());
-    };
-    std::size_t strict = 0;
-    for (std::size_t i = 0; i < n; ++i) strict += bend(i) > kStraight ? 1 : 0;
-    const auto is_corner = [&](std::size_t i) {
-      if (strict >= 3) return bend(i) > kStraight;
-      return numeric::orientation(corner(i + n - 1), corner(i), corner(i + 1)) != 0;
-    };
-    std::size_t first = 0;
-    while (first < n && !is_corner(first)) ++first;
-    Index side = -1;
-    for (std::size_t i = first; i < first + n; ++i) {
-      if (is_corner(i)) ++side;
-      std::vector<VertexId> path = paths_[at(polygon[i % n].edge)];
-      if (!polygon[i % n].forward) std::reverse(path.begin(), path.end());
-      for (std::size_t k = 0; k + 1 < path.size(); ++k) {
-        patch.loop.push_back(path[k]);
-        patch.side.push_back(side);
-      }
+  // Of the patch left of the polygon's paths.
+  std::vector<VertexId> outline_of(const std::vector<ConvexPartition::Side>& polygon) const {
+    std::vector<VertexId> outline;
+    for (const auto& [edge, forward] : polygon) {
+      std::vector<VertexId> path = paths_[at(edge)];
+      if (!forward) std::ranges::reverse(path);
+      outline.insert(outline.end(), path.begin(), path.end() - 1);
     }
-    return patch;
-  }
-
-  HalfedgeId loop_halfedge(const SurfacePatch& patch, std::size_t i) const {
-    const HalfedgeId h = mesh_.find(patch.loop[i], patch.loop[(i + 1) % patch.loop.size()]);
-    if (h == kInvalid || mesh_.source(h) != patch.loop[i])
-      throw InternalError("a patch is not closed");
-    return h;
-  }
-
-  // Splits inner edges whose two ends lie on one side (its corners included).
-  void split_chords(const SurfacePatch& patch) {
-    const std::size_t n = patch.loop.size();
-    const Index sides = patch.side.back() + 1;
-    std::map<VertexId, std::size_t> place;
-    for (std::size_t i = 0; i < n; ++i) place.emplace(patch.loop[i], i);
-    const auto on_side = [&](std::size_t i, Index side) {
-      return patch.side[i] == side || patch.side[(i + n - 1) % n] == side;
-    };
-    const auto share_side = [&](std::size_t i, std::size_t j) {
-      const Index a = patch.side[i];
-      const Index b = patch.side[(i + n - 1) % n];
-      return on_side(j, a) || (sides > 1 && on_side(j, b));
-    };
-    for (std::size_t i = 0; i < n; ++i) {
-      // Around loop[i] inside the patch: from the loop's edge counter-clockwise to the one that
-      // arrives.
-      std::vector<VertexId> chords;
-      for (HalfedgeId h = loop_halfedge(patch, i);;) {
-        h = mesh_.rotate_ccw(h);
-        if (h == kInvalid || mesh_.mark(h) != Mesh::kUnmarked) break;
-        const auto found = place.find(mesh_.target(h));
-        if (found != place.end() && share_side(i, found->second)) chords.push_back(found->first);
-      }
-      for (const VertexId w : chords) surface_.split_edge(mesh_.find(patch.loop[i], w));
-    }
+    return outline;
   }
 
   void place_paths() {
@@ -181,60 +111,73 @@ class PatchEmbedder {
     }
   }
 
-  void flood(SurfacePatch& patch) {
-    visited_.resize(at(mesh_.face_slots()), false);
-    patch.faces = {loop_halfedge(patch, 0) / 3};
-    visited_[at(patch.faces.front())] = true;
-    for (std::size_t i = 0; i < patch.faces.size(); ++i) {
-      for (HalfedgeId h = 3 * patch.faces[i]; h < 3 * patch.faces[i] + 3; ++h) {
-        if (mesh_.is_boundary(h) || mesh_.mark(h) != Mesh::kUnmarked) continue;
-        const FaceId g = mesh_.opposite(h) / 3;
-        if (visited_[at(g)]) continue;
-        visited_[at(g)] = true;
-        patch.faces.push_back(g);
-      }
-    }
-    std::sort(patch.faces.begin(), patch.faces.end());
-  }
+  // Some of the surface's faces, with numbers of their own.
+  struct SurfacePatch {
+    std::vector<VertexId> vertices;  // of the surface
+    Triangles faces;
+    std::vector<VertexId> loop;  // boundary, patch on the left
 
-  void embed(const SurfacePatch& patch, ExecutionContext& context) {
-    std::vector<VertexId> vertices;
-    Triangles faces(static_cast<Eigen::Index>(patch.faces.size()), 3);
-    for (std::size_t f = 0; f < patch.faces.size(); ++f) {
-      for (Index k = 0; k < 3; ++k) {
-        const VertexId v = mesh_.source(3 * patch.faces[f] + k);
-        Index& number = local_[at(v)];
-        if (number == kInvalid) {
-          number = static_cast<Index>(vertices.size());
-          vertices.push_back(v);
-        }
-        faces(static_cast<Eigen::Index>(f), k) = number;
+    Index vertex_count() const { return static_cast<Index>(vertices.size()); }
+  };
+
+  SurfacePatch patch_inside(const std::vector<VertexId>& outline) {
+    const HalfedgeId first = mesh_.find(outline[0], outline[1]);
+    if (first == kInvalid || mesh_.source(first) != outline[0])
+      throw InternalError("a patch is not closed");
+    std::vector<FaceId> found = {first / 3};
+    std::set<FaceId> seen = {first / 3};
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      for (HalfedgeId h = 3 * found[i]; h < 3 * found[i] + 3; ++h) {
+        if (mesh_.is_boundary(h) || mesh_.mark(h) != Mesh::kUnmarked) continue;
+        if (seen.insert(mesh_.opposite(h) / 3).second) found.push_back(mesh_.opposite(h) / 3);
       }
     }
-    std::vector<VertexId> loop;
-    for (const VertexId v : patch.loop) loop.push_back(local_[at(v)]);
-    for (const VertexId v : vertices) local_[at(v)] = kInvalid;
-    if (vertices.size() <= loop.size()) return;
-    const Points2 boundary = uv_(patch.loop, Eigen::all);
-    uv_(vertices, Eigen::all) =
-        filled({faces, static_cast<Index>(vertices.size()), loop, boundary}, context);
+    SurfacePatch patch;
+    std::map<VertexId, Index> number;
+    const auto number_of = [&](VertexId v) {
+      const auto [place, fresh] = number.emplace(v, patch.vertex_count());
+      if (fresh) patch.vertices.push_back(v);
+      return place->second;
+    };
+    std::vector<Mesh::Triangle> faces;
+    for (const FaceId f : seen) {
+      const auto [a, b, c] = mesh_.corners(f);
+      faces.push_back({number_of(a), number_of(b), number_of(c)});
+    }
+    patch.faces = rows_of(faces);
+    for (const VertexId v : outline) patch.loop.push_back(number_of(v));
+    return patch;
   }
 
   // Places the inner vertices of a patch; in the coordinates in which it will be judged where
   // rounding folds what was made in others.
-  static Points2 filled(const embedding::Disk& disk, ExecutionContext& context) {
-    const Frame plain{Vector2::Zero(), Eigen::Matrix2d::Identity(), Eigen::Matrix2d::Identity()};
-    for (const Frame& frame : {round_frame(disk.boundary), plain}) {
-      const Points2 boundary =
-          (disk.boundary.rowwise() - frame.origin.transpose()) * frame.to_round.transpose();
+  void embed(const std::vector<VertexId>& outline, ExecutionContext& context) {
+    const Points2 boundary = uv_(outline, Eigen::all);
+    const Frame frame = round_frame(boundary);
+    SurfacePatch patch = patch_inside(outline);
+    // Inner edges that join two points of one straight side, up to rounding: points of a side are
+    // collinear so far only. What is taken for straight costs a few splits, nothing else.
+    const std::vector<HalfedgeId> chords = embedding::chords_to_split(
+        {patch.faces, patch.vertex_count(), patch.loop, frame.round(boundary)}, true);
+    for (const HalfedgeId h : chords) {
+      surface_.split_edge(mesh_.find(patch.vertices[at(mesh::source(patch.faces, h))],
+                                     patch.vertices[at(mesh::target(patch.faces, h))]));
+    }
+    if (!chords.empty()) patch = patch_inside(outline);
+    if (patch.vertices.size() <= outline.size()) return;
+    uv_.conservativeResize(mesh_.vertex_count(), 2);
+    for (const Frame& in : {frame, Frame()}) {
+      const Points2 polygon = in.round(boundary);
       const ProgressRange quiet(context, 0.0, 0.0);
-      const Outcome<Points2> round = attempt([&] {
-        return embedded({disk.faces, disk.vertex_count, disk.loop, boundary}, context);
+      const Outcome<Points2> placed = attempt([&] {
+        return embedded({patch.faces, patch.vertex_count(), patch.loop, polygon}, context);
       });
-      if (!round) continue;
-      Points2 uv = (*round * frame.from_round.transpose()).rowwise() + frame.origin.transpose();
-      uv(disk.loop, Eigen::all) = disk.boundary;
-      if (distortion::is_flip_free(disk.faces, uv, context)) return uv;
+      if (!placed) continue;
+      Points2 uv = in.plain(*placed);
+      uv(patch.loop, Eigen::all) = boundary;
+      if (!distortion::is_flip_free(patch.faces, uv, context)) continue;
+      uv_(patch.vertices, Eigen::all) = uv;
+      return;
     }
     refuse_thin();  // ids would be the patch's own
   }
@@ -245,8 +188,6 @@ class PatchEmbedder {
   const ConvexPartition& partition_;
   const Paths& paths_;
   Points2 uv_;
-  std::vector<Index> local_;
-  std::vector<bool> visited_;
 };
 
 // Guarantee: the result exists for every target that full_target() accepts, up to the resolution of

@@ -6,7 +6,8 @@
 #include <utility>
 
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/matchmaker/request.h"
+#include "flipfree/matchmaker/target_domain.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/refined/curve_overlay.h"
 
 namespace flipfree::matchmaker {
@@ -14,40 +15,14 @@ namespace {
 
 using Mesh = mesh::EditableTriangulation;
 
-// A face's places, by which points in it are looked for, and the box around them.
-struct Placed {
-  Vector2 a, b, c;
-  Eigen::AlignedBox2d box() const { return {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)}; }
-};
-
-// For each point the first face that holds it, kInvalid if none does. Cost: O(#points #faces)
-// comparisons.
-std::vector<FaceId> locate_points(const Points2& points, const Triangles& faces,
-                                  const Points2& place) {
-  std::vector<FaceId> result(at(points.rows()), kInvalid);
-  for (FaceId f = 0; f < faces.rows(); ++f) {
-    const Placed t{place.row(faces(f, 0)), place.row(faces(f, 1)), place.row(faces(f, 2))};
-    const Eigen::AlignedBox2d box = t.box();
-    for (Eigen::Index i = 0; i < points.rows(); ++i) {
-      const Vector2 p = points.row(i);
-      if (result[at(i)] == kInvalid && box.contains(p) && numeric::orientation(t.a, t.b, p) >= 0 &&
-          numeric::orientation(t.b, t.c, p) >= 0 && numeric::orientation(t.c, t.a, p) >= 0)
-        result[at(i)] = f;
-    }
-  }
-  return result;
-}
-
 class Overlay {
  public:
   Overlay(mesh::RefinedMap& map, const PlaneMap& plane)
       : surface_(map.surface),
         mesh_(surface_.mesh),
         plane_(plane),
-        own_(map.uv.rows()),
-        id_(plane.vertex) {
-    for (Eigen::Index v = 0; v < map.uv.rows(); ++v) place_.push_back(map.uv.row(v).transpose());
-  }
+        id_(plane.vertex),
+        place_(points_of(map.uv)) {}
 
   bool run(mesh::RefinedMap& map, ExecutionContext& context) {
     for (VertexId v = 0; v < plane_.before.rows(); ++v) {
@@ -55,8 +30,7 @@ class Overlay {
     }
     const Mesh base = mesh_;
     mesh::CurveOverlay curves(surface_);
-    cut_.resize(at(base.halfedge_slots()));
-    after_ = follow();
+    after_ = follow(context);
     Index steps = 0;
     for (FaceId f = 0; f < plane_.faces.rows(); ++f) {
       for (Index k = 0; k < 3; ++k) {
@@ -73,11 +47,6 @@ class Overlay {
   }
 
  private:
-  struct Cut {
-    double t;  // along the base edge
-    VertexId vertex;
-  };
-
   const Vector2& place(VertexId v) const { return place_[at(v)]; }
   Vector2 before(VertexId v) const { return plane_.before.row(v).transpose(); }
   Vector2 after(VertexId v) const { return plane_.after.row(v).transpose(); }
@@ -92,11 +61,11 @@ class Overlay {
     for (FaceId f = 0; f < mesh_.face_slots(); ++f) {
       if (!mesh_.alive(f)) continue;
       const auto [i, j, k] = mesh_.corners(f);
-      const Placed t{place(i), place(j), place(k)};
+      const Vector2 &a = place(i), &b = place(j), &c = place(k);
+      const Eigen::AlignedBox2d box(a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c));
       // What lies next to the face is within its reach.
-      const Vector2 reach = Vector2::Constant(kOnLine * t.box().diagonal().norm());
-      if (Eigen::AlignedBox2d(t.box().min() - reach, t.box().max() + reach).contains(p) &&
-          side_of(t.a, t.b, p) >= 0 && side_of(t.b, t.c, p) >= 0 && side_of(t.c, t.a, p) >= 0)
+      if (box.exteriorDistance(p) <= kOnLine * box.diagonal().norm() && side_of(a, b, p) >= 0 &&
+          side_of(b, c, p) >= 0 && side_of(c, a, p) >= 0)
         return f;
     }
     return kInvalid;
@@ -153,19 +122,16 @@ class Overlay {
     return true;
   }
 
-  // Where the mesh's own vertices go.
-  std::vector<Vector2> follow() const {
-    std::vector<Vector2> result(place_.size(), Vector2(0, 0));
-    const Points2 own = rows_of(Polygon(place_.begin(), place_.begin() + own_));
-    const std::vector<FaceId> face = locate_points(own, plane_.faces, plane_.before);
-    for (std::size_t v = 0; v < face.size(); ++v) {
-      if (face[v] == kInvalid) continue;  // beside the boundary by rounding, and named below
-      const auto corner = [&](Index k) { return plane_.faces(face[v], k); };
-      const Vector3 w =
-          barycentric(before(corner(0)), before(corner(1)), before(corner(2)), place_[v]);
-      result[v] = w[0] * after(corner(0)) + w[1] * after(corner(1)) + w[2] * after(corner(2));
-    }
-    for (VertexId v = 0; v < plane_.before.rows(); ++v) result[at(id_[at(v)])] = after(v);
+  // Where the vertices go as they lie in the plane's triangles.
+  std::vector<Vector2> follow(const ExecutionContext& context) const {
+    const auto count = static_cast<Index>(plane_.before.rows());
+    const TargetDomain domain{
+        Mesh(count, plane_.faces), points_of(plane_.before), id_,
+        mesh::boundary_loops(plane_.faces, mesh::build_adjacency(count, plane_.faces)).front()};
+    const Points2 places = rows_of(place_);
+    Polygon result = points_of(
+        Carrier(surface_, places, domain, domain.point, context).vertices(points_of(plane_.after)));
+    for (VertexId v = 0; v < count; ++v) result[at(id_[at(v)])] = after(v);
     return result;
   }
 
@@ -222,35 +188,17 @@ class Overlay {
     const double t = right / (right - cross(q - p, l - p));
     const double first = cross(l - r, p - r);
     const double s = std::clamp(first / (first - cross(l - r, q - r)), 0.0, 1.0);
-    std::vector<Cut>& cuts = cut_[at(edge)];
-    const auto found =
-        std::lower_bound(cuts.begin(), cuts.end(), t,
-                         [](const Cut& cut, double value) { return cut.t < value; }) -
-        cuts.begin();
-    const auto count = static_cast<std::ptrdiff_t>(cuts.size());
-    // Where cuts are too close together for rounding to tell their order, one of the pieces beside
-    // fits.
-    for (const std::ptrdiff_t i : {found, found - 1, found + 1}) {
-      if (i < 0 || i > count) continue;
-      const VertexId from = i == 0 ? base.source(edge) : cuts[at(i - 1)].vertex;
-      const VertexId to = i == count ? base.target(edge) : cuts[at(i)].vertex;
-      const VertexId fresh = curves.cross(here, from, to, 0);
-      if (fresh == kInvalid) continue;
-      cuts.insert(cuts.begin() + i, {t, fresh});
-      after_.push_back(after(a) + s * (after(b) - after(a)));
-      return fresh;
-    }
-    return kInvalid;
+    const VertexId fresh = curves.cross_at(here, base.source(edge), base.target(edge), t, 0);
+    if (fresh != kInvalid) after_.push_back(after(a) + s * (after(b) - after(a)));
+    return fresh;
   }
 
   mesh::RefinedSurface& surface_;
   Mesh& mesh_;
   const PlaneMap& plane_;
-  Eigen::Index own_;            // vertices of the mesh before
   std::vector<VertexId> id_;    // of the plane's vertices in the mesh
   std::vector<Vector2> place_;  // of the mesh's vertices, before
   std::vector<Vector2> after_;
-  std::vector<std::vector<Cut>> cut_;  // by base edge, in order
 };
 
 }  // namespace

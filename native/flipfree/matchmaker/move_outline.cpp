@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <deque>
-#include <map>
 #include <numeric>
 #include <set>
 
@@ -64,18 +62,14 @@ class OutlineHomotopy {
     const Mesh& mesh = domain_.triangulation;
     std::vector<char> seen(at(mesh.face_slots()), 0);
     seen[at(root_)] = 1;
-    std::deque<FaceId> queue = {root_};
-    while (!queue.empty()) {
-      const FaceId f = queue.front();
-      queue.pop_front();
+    const auto glue_to = [&](FaceId f) {
       for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
-        if (mesh.is_boundary(h)) continue;
-        const HalfedgeId o = mesh.opposite(h);
-        if (seen[at(o / 3)]++ != 0) continue;
-        glue_.push_back(o);
-        queue.push_back(o / 3);
+        if (!mesh.is_boundary(h) && seen[at(mesh.opposite(h) / 3)]++ == 0)
+          glue_.push_back(mesh.opposite(h));
       }
-    }
+    };
+    glue_to(root_);
+    for (std::size_t i = 0; i < glue_.size(); ++i) glue_to(glue_[i] / 3);
     place_on_circle();
     for (const SheetPin& p : pins_) {
       const auto [a, b, c] = mesh.corners(p.face);
@@ -336,13 +330,12 @@ constexpr Index kOutlineRefinement = 40;
 // The constraints of the homotopy's first frame.
 Constraints at_first_frame(const mesh::RefinedSurface& surface, const OutlineHomotopy& homotopy) {
   Constraints disk;
-  disk.outline.resize(surface.boundary.size());
-  std::map<VertexId, Vector2> place;
-  for (const auto& [v, uv] : homotopy.places(0.0, homotopy.corners(0.0))) place.emplace(v, uv);
-  for (std::size_t i = 0; i < surface.boundary.size(); ++i)
-    disk.outline[i] = place.at(surface.boundary[i]);
-  for (const SheetPin& p : homotopy.pins())
-    disk.pins.push_back({p.pin.vertex, place.at(p.pin.vertex)});
+  for (const auto& [v, uv] : homotopy.places(0.0, homotopy.corners(0.0))) {
+    if (disk.outline.size() < surface.boundary.size())
+      disk.outline.push_back(uv);  // the boundary's come first, in its order
+    else
+      disk.pins.push_back({v, uv});
+  }
   return disk;
 }
 

@@ -90,27 +90,23 @@ SlitOutline cut_slits(const mesh::RefinedSurface& surface, const Constraints& co
     slit.corners.push_back(corner);
     slit.vertex.push_back(static_cast<Index>(domain_vertex));
   };
-  std::map<std::size_t, std::vector<Index>> pins;  // at a boundary place: slits' ends, in order
-  for (std::size_t i = surface.boundary.size(); i-- > 0;) {
-    std::vector<const std::vector<VertexId>*> leaving;
-    surface.mesh.for_each_outgoing(surface.boundary[i], [&](HalfedgeId h) {
+  for (std::size_t i = 0; i < surface.boundary.size(); ++i) {
+    const VertexId v = surface.boundary[i];
+    add(i, constraints.outline[i]);
+    std::vector<VertexId> pins;  // at the other ends of slits, counter-clockwise around v
+    surface.mesh.for_each_outgoing(v, [&](HalfedgeId h) {
       for (const auto& path : constraints.paths) {
-        if (path.back() == surface.boundary[i] && surface.mesh.target(h) == path[path.size() - 2])
-          leaving.push_back(&path);
+        if (path.back() == v && surface.mesh.target(h) == path[path.size() - 2])
+          pins.push_back(path.front());
       }
     });
-    // Counter-clockwise around the vertex, from its outgoing boundary edge on; walking the outline,
-    // with the surface on the left, the arriving edge comes first: the reverse order.
-    for (auto path = leaving.rbegin(); path != leaving.rend(); ++path) {
-      pins[i].push_back(static_cast<Index>(slit.mesh_vertex.size()));
-      slit.mesh_vertex.push_back((*path)->front());
-    }
-  }
-  for (std::size_t i = 0; i < surface.boundary.size(); ++i) {
-    add(i, constraints.outline[i]);
-    for (const Index pin : pins[i]) {
-      add(at(pin), uv.at(slit.mesh_vertex[at(pin)]));
+    // That is from its outgoing boundary edge on; walking the outline, with the surface on the
+    // left, the arriving edge comes first: the reverse order.
+    std::ranges::reverse(pins);
+    for (const VertexId pin : pins) {
+      add(slit.mesh_vertex.size(), uv.at(pin));
       add(i, constraints.outline[i]);
+      slit.mesh_vertex.push_back(pin);
     }
   }
   return slit;
@@ -372,11 +368,9 @@ SheetTarget sheet_target(const mesh::RefinedSurface& surface, const Constraints&
     result.domain = immersed_outline(surface, constraints, context);
   }
   for (const PinnedVertex& p : constraints.pins) result.pins.push_back({p, kInvalid});
-  std::vector<char> outer(result.domain.point.size(), 0);
-  for (const Index v : result.domain.outline) outer[at(v)] = 1;
-  for (std::size_t v = 0; v < outer.size(); ++v) {
-    if (outer[v] == 0) remove_inner(result.domain, static_cast<Index>(v), result.pins, context);
-  }
+  // The outline's vertices come first, then those at the ends of slits.
+  for (std::size_t v = constraints.outline.size(); v < result.domain.point.size(); ++v)
+    remove_inner(result.domain, static_cast<Index>(v), result.pins, context);
   const auto find_only_sheets = [&](bool last) {
     for (SheetPin& p : result.pins) {
       if (p.face != kInvalid) continue;
@@ -386,11 +380,9 @@ SheetTarget sheet_target(const mesh::RefinedSurface& surface, const Constraints&
         refuse_sheets(p.pin, sheets.size(), constraints);
     }
   };
-  find_only_sheets(constraints.edges.empty());
-  if (!constraints.edges.empty()) {
-    follow_lines(result, constraints);
-    find_only_sheets(true);
-  }
+  find_only_sheets(false);
+  follow_lines(result, constraints);
+  find_only_sheets(true);
   return result;
 }
 

@@ -78,6 +78,12 @@ Triangles rows_of(const std::vector<mesh::EditableTriangulation::Triangle>& tria
   return rows;
 }
 
+Polygon points_of(const Points2& rows) {
+  Polygon points;
+  for (const auto& row : rows.rowwise()) points.emplace_back(row);
+  return points;
+}
+
 std::vector<double> lengths_along(const mesh::RefinedSurface& surface,
                                   const std::vector<VertexId>& chain) {
   std::vector<Vector3> places;

@@ -29,9 +29,10 @@ int locate_in_polygon(const Polygon& polygon, const Vector2& point);
 // The weights of a point by the corners of a triangle that has an area. They sum to one.
 Vector3 barycentric(const Vector2& a, const Vector2& b, const Vector2& c, const Vector2& point);
 
-// One point, one triangle per row.
+// One point, one triangle per row; and back.
 Points2 rows_of(const Polygon& points);
 Triangles rows_of(const std::vector<mesh::EditableTriangulation::Triangle>& triangles);
+Polygon points_of(const Points2& rows);
 // x0, y0, x1, y1, ..., as witnesses hold points.
 std::vector<double> numbers_of(const Polygon& points);
 

@@ -267,7 +267,7 @@ FaceId find_along(const TargetDomain& domain, const std::vector<Vector2>& place,
     if (entered == kInvalid) return kInvalid;
     f = entered / 3;
   }
-  // The dual of the domain is a tree and the walk never turns back: no triangle comes twice.
+  // The walk goes along a segment and never turns back: no triangle comes twice.
   while (!holds(domain, place, f, b)) {
     HalfedgeId exit = kInvalid;
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {

@@ -113,7 +113,7 @@ FaceId find_along(const TargetDomain& domain, const std::vector<Vector2>& place,
 class Carrier {
  public:
   // Preconditions: uv is flip-free, its boundary vertices are at `here`, a shape of the domain (a
-  // point per domain vertex); the domain has no inner vertices. All must outlive it. Cost: O(#E +
+  // point per domain vertex) without folds. All must outlive it. Cost: O(#E +
   // domain edges crossed by a spanning tree of mesh edges).
   Carrier(const mesh::RefinedSurface& surface, const Points2& uv, const TargetDomain& domain,
           const std::vector<Vector2>& here, const ExecutionContext& context);

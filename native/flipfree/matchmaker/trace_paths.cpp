@@ -33,12 +33,11 @@ struct PathEnd {
 using Mesh = mesh::EditableTriangulation;
 
 // What crossing an edge of the surface costs besides the way, as it adds a vertex: this share of
-// the edge, and a bit that decides where all is too near to tell. It depends on the edge alone:
-// then a path that enters a face twice, or turns back, is never shorter than the one that leaves
-// the detour out, and hence does not get into its own way. (A price in proportion to the way makes
-// paths go down a blind alley and back, as diagonals inside cells cost less.)
+// the edge. It depends on the edge alone: then a path that enters a face twice, or turns back, is
+// never shorter than the one that leaves the detour out, and hence does not get into its own way.
+// (A price in proportion to the way makes paths go down a blind alley and back, as diagonals inside
+// cells cost less.)
 constexpr double kCrossingShare = 0.25;
-constexpr double kCrossingCost = 1e-4;  // in units of the mean edge
 constexpr int kVisitsPerCheck = 1 << 14;
 
 double distance(const Vector3& a, const Vector3& b) { return (a - b).norm(); }
@@ -152,16 +151,7 @@ class PathSearch {
   double cost(HalfedgeId h, const Vector3& here) const {
     const double way = distance(here, crossing(h));
     if (!overlay_.on_base_edge(h)) return way;
-    return way + kCrossingShare * distance(place(h), place(next_corner(h))) + crossing_cost_;
-  }
-
-  // Of an edge.
-  double mean_length() const {
-    double sum = 0;
-    for (HalfedgeId h = 0; h < mesh_.halfedge_slots(); ++h) {
-      if (mesh_.alive(h / 3)) sum += distance(place(h), place(next_corner(h)));
-    }
-    return sum / static_cast<double>(std::max(mesh_.halfedge_slots(), Index{1}));
+    return way + kCrossingShare * distance(place(h), place(next_corner(h)));
   }
 
   // Nodes: vertex v, or, entering the face of h, the middle of the edge of h: a path that has
@@ -189,7 +179,6 @@ class PathSearch {
   const Mesh& mesh_ = surface_.mesh;
   const mesh::CurveOverlay& overlay_;
   const std::vector<bool>& taken_;
-  double crossing_cost_ = kCrossingCost * mean_length();
   double length_ = 0;
   std::vector<Label> label_;  // per node
   std::priority_queue<std::pair<double, std::size_t>, std::vector<std::pair<double, std::size_t>>,

@@ -113,6 +113,22 @@ VertexId CurveOverlay::cross(VertexId here, VertexId a, VertexId b, Index mark) 
   return fresh;
 }
 
+VertexId CurveOverlay::cross_at(VertexId here, VertexId a, VertexId b, double along, Index mark) {
+  auto& cuts = cuts_[{a, b}];
+  const auto count = static_cast<std::ptrdiff_t>(cuts.size());
+  const auto found =
+      std::ranges::lower_bound(cuts, along, {}, &std::pair<double, VertexId>::first) - cuts.begin();
+  for (const std::ptrdiff_t i : {found, found - 1, found + 1}) {
+    if (i < 0 || i > count) continue;
+    const VertexId fresh =
+        cross(here, i == 0 ? a : cuts[at(i - 1)].second, i == count ? b : cuts[at(i)].second, mark);
+    if (fresh == kInvalid) continue;
+    cuts.insert(cuts.begin() + i, {along, fresh});
+    return fresh;
+  }
+  return kInvalid;
+}
+
 bool CurveOverlay::reach(VertexId here, VertexId there, Index mark) {
   if (const HalfedgeId h = mesh_.find(here, there); h != kInvalid) {
     if (mesh_.mark(h) != EditableTriangulation::kUnmarked) return false;

@@ -16,6 +16,8 @@
 //   a---------b
 #pragma once
 
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "flipfree/mesh/refined/refined_surface.h"
@@ -34,6 +36,9 @@ class CurveOverlay {
   // (a, b). Returns it, or kInvalid, with nothing changed, if no cell has both on its outline or
   // the piece is taken by a curve.
   VertexId cross(VertexId here, VertexId a, VertexId b, Index mark);
+  // The same across the base edge from a to b, `along` which curves cross it in this order; where
+  // places are too close together for rounding to tell, across one of the pieces beside.
+  VertexId cross_at(VertexId here, VertexId a, VertexId b, double along, Index mark);
   // Continues a curve to an existing vertex, along an edge or through one cell. False, with nothing
   // changed, if that is not possible.
   bool reach(VertexId here, VertexId there, Index mark);
@@ -57,6 +62,8 @@ class CurveOverlay {
   EditableTriangulation& mesh_;
   std::vector<FaceId> parent_;  // per base slot
   Index base_vertices_;
+  // By base edge where cross_at() has cut it, and the vertices there, in order.
+  std::map<std::pair<VertexId, VertexId>, std::vector<std::pair<double, VertexId>>> cuts_;
 };
 
 }  // namespace flipfree::mesh
