@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -156,6 +157,31 @@ std::vector<FaceId> flipped_faces(const Points2f& corner_uv) { return collect(co
 
 namespace {
 
+// The weights of a vertex in a face of the parent; none if it does not lie in that face.
+std::optional<Vector3> weights_in(const Provenance& provenance, VertexId v, FaceId f) {
+  const Triangles& faces = provenance.parent->faces;
+  Vector3 weights = Vector3::Zero();
+  const auto add = [&](VertexId corner, double weight) {
+    for (Index k = 0; k < 3; ++k) {
+      if (faces(f, k) != corner) continue;
+      weights[k] += weight;
+      return true;
+    }
+    return weight == 0.0;
+  };
+  bool inside = true;
+  if (v < provenance.parent->vertices.rows()) {
+    inside = add(v, 1.0);
+  } else {
+    const FaceId own = (*provenance.vertex_parent)[at(v)];
+    const Vector3 given = provenance.vertex_barycentric->row(v);
+    if (own == f) return given;
+    inside = own >= 0 && own < faces.rows();
+    for (Index k = 0; k < 3 && inside; ++k) inside = add(faces(own, k), given[k]);
+  }
+  return inside ? std::optional(weights) : std::nullopt;
+}
+
 struct Checker {
   const mesh::Surface& refined;
   const Provenance& provenance;
@@ -205,33 +231,6 @@ struct Checker {
     }
   }
 
-  // Weights of vertex v in face f of the parent; false if v does not lie in that face.
-  bool weights_in(VertexId v, FaceId f, Vector3& weights) const {
-    const mesh::Surface& parent = *provenance.parent;
-    weights.setZero();
-    const auto add = [&](VertexId corner, double weight) {
-      for (Index k = 0; k < 3; ++k) {
-        if (parent.faces(f, k) == corner) {
-          weights[k] += weight;
-          return true;
-        }
-      }
-      return weight == 0.0;
-    };
-    if (v < parent.vertices.rows()) return add(v, 1.0);
-    const FaceId own = (*provenance.vertex_parent)[at(v)];
-    if (own < 0 || own >= parent.faces.rows()) return false;
-    if (own == f) {
-      weights = provenance.vertex_barycentric->row(v).transpose();
-      return true;
-    }
-    bool inside = true;
-    for (Index k = 0; k < 3; ++k) {
-      inside = add(parent.faces(own, k), (*provenance.vertex_barycentric)(v, k)) && inside;
-    }
-    return inside;
-  }
-
   void check_faces() {
     const mesh::Surface& parent = *provenance.parent;
     std::vector<double> covered(static_cast<std::size_t>(parent.faces.rows()), 0.0);
@@ -244,15 +243,14 @@ struct Checker {
       }
       FaceId& first_part = first[at(p)];
       if (first_part == kInvalid) first_part = f;
-      Vector3 a;
-      Vector3 b;
-      Vector3 c;
-      if (!weights_in(refined.faces(f, 0), p, a) || !weights_in(refined.faces(f, 1), p, b) ||
-          !weights_in(refined.faces(f, 2), p, c)) {
+      const auto a = weights_in(provenance, refined.faces(f, 0), p);
+      const auto b = weights_in(provenance, refined.faces(f, 1), p);
+      const auto c = weights_in(provenance, refined.faces(f, 2), p);
+      if (!a || !b || !c) {
         fail("face " + face_id(f) + " leaves its parent face " + face_id(p), f);
         continue;
       }
-      const double area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+      const double area = twice_area(a->head<2>(), b->head<2>(), c->head<2>());
       if (!(area >= -kProvenanceTolerance)) {
         fail("face " + face_id(f) + " is turned over within its parent face " + face_id(p), f);
       }
@@ -276,7 +274,7 @@ struct Checker {
     for (FaceId f = 0; f < refined.faces.rows(); ++f) {
       const FaceId p = (*provenance.parent_face)[at(f)];
       Vector3 corner[3];
-      for (Index k = 0; k < 3; ++k) weights_in(refined.faces(f, k), p, corner[k]);
+      for (Index k = 0; k < 3; ++k) corner[k] = *weights_in(provenance, refined.faces(f, k), p);
       for (Index k = 0; k < 3; ++k) {
         const FaceId other = neighbour(adjacency, 3 * f + k);
         const FaceId parent = other == kInvalid ? kInvalid : (*provenance.parent_face)[at(other)];
@@ -382,14 +380,6 @@ double distance(const Vector& a, const Vector& b) {
                     (a.y.high - b.y.high) + (a.y.low - b.y.low));
 }
 
-// R^turns of a point.
-Vector2 turned(double x, double y, Index turns) {
-  if (turns == 0) return {x, y};
-  if (turns == 1) return {-y, x};
-  if (turns == 2) return {-x, -y};
-  return {y, -x};
-}
-
 }  // namespace
 
 std::vector<SeamMeasure> measure_seams(const mesh::Adjacency& adjacency,
@@ -410,9 +400,9 @@ std::vector<SeamMeasure> measure_seams(const mesh::Adjacency& adjacency,
       best.deviation = off;
       best.quarter_turns = turns;
     }
-    const CornerId end = next_corner(o);
-    const Vector2 image = turned(corner_uv(h, 0), corner_uv(h, 1), best.quarter_turns);
-    best.translation = corner_uv.row(end).transpose() - image;
+    Vector2 image = corner_uv.row(h);
+    for (Index i = 0; i < best.quarter_turns; ++i) image = Vector2(-image.y(), image.x());
+    best.translation = corner_uv.row(next_corner(o)).transpose() - image;
     measures.push_back(best);
   }
   return measures;
@@ -471,69 +461,50 @@ struct Piece {
   HalfedgeId h = kInvalid;
 };
 
-class Tracer {
- public:
-  Tracer(const IndexPairs& features, const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-         const Provenance& parent)
-      : surface_(surface), adjacency_(adjacency), parent_(parent) {
-    for (Eigen::Index i = 0; i < features.rows(); ++i)
-      wanted_.emplace_back(std::minmax(features(i, 0), features(i, 1)), static_cast<Index>(i));
-    std::sort(wanted_.begin(), wanted_.end());
-  }
-
-  std::vector<Piece> pieces() const {
-    std::vector<Piece> found;
-    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(3 * surface_.faces.rows()); ++h) {
-      if (parent_.parent == nullptr) {
-        add({mesh::source(surface_.faces, h), mesh::target(surface_.faces, h)}, 0.0, 1.0, h, found);
-        continue;
-      }
-      const FaceId f = (*parent_.parent_face)[at(h / 3)];
-      const HalfedgeId o = adjacency_.opposite[at(h)];
-      if (o != kInvalid && (*parent_.parent_face)[at(o / 3)] == f) continue;
-      for (int k = 0; k < 3; ++k) {
-        const VertexId a = parent_.parent->faces(f, k), b = parent_.parent->faces(f, (k + 1) % 3);
-        const auto [from, on] = place(mesh::source(surface_.faces, h), a, b);
-        const auto [to, also_on] = place(mesh::target(surface_.faces, h), a, b);
-        if (on && also_on && from < to) add({a, b}, from, to, h, found);
-      }
-    }
-    std::sort(found.begin(), found.end(), [](const Piece& a, const Piece& b) {
-      return std::pair(a.feature, a.from) < std::pair(b.feature, b.from);
-    });
-    return found;
-  }
-
- private:
-  // Every row that names the edge; its direction is that of the lower vertex first.
-  void add(EdgeEnds edge, double from, double to, HalfedgeId h, std::vector<Piece>& found) const {
+// By feature, and by where they begin. A row that names its edge the other way round has the
+// direction of the lower vertex first as well.
+std::vector<Piece> pieces_of(const IndexPairs& features, const mesh::Surface& surface,
+                             const mesh::Adjacency& adjacency, const Provenance& provenance) {
+  std::vector<std::pair<EdgeEnds, Index>> wanted;
+  for (Eigen::Index i = 0; i < features.rows(); ++i)
+    wanted.emplace_back(std::minmax(features(i, 0), features(i, 1)), static_cast<Index>(i));
+  std::sort(wanted.begin(), wanted.end());
+  std::vector<Piece> found;
+  const auto add = [&](EdgeEnds edge, double from, double to, HalfedgeId h) {
     if (edge.first > edge.second) {
       std::swap(edge.first, edge.second);
       from = 1.0 - from;
       to = 1.0 - to;
     }
-    for (auto i = std::lower_bound(wanted_.begin(), wanted_.end(), std::pair(edge, Index{0}));
-         i != wanted_.end() && i->first == edge; ++i)
+    for (auto i = std::lower_bound(wanted.begin(), wanted.end(), std::pair(edge, Index{0}));
+         i != wanted.end() && i->first == edge; ++i)
       found.push_back({i->second, std::min(from, to), std::max(from, to), h});
-  }
-
-  // How far along the parent's edge a vertex lies, and whether it does.
-  std::pair<double, bool> place(VertexId v, VertexId a, VertexId b) const {
-    const FaceId f = (*parent_.vertex_parent)[at(v)];
-    double to_a = 0.0, to_b = 0.0;
-    for (int k = 0; k < 3; ++k) {
-      const VertexId corner = parent_.parent->faces(f, k);
-      if (corner == a) to_a = (*parent_.vertex_barycentric)(v, k);
-      if (corner == b) to_b = (*parent_.vertex_barycentric)(v, k);
+  };
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(3 * surface.faces.rows()); ++h) {
+    const VertexId source = mesh::source(surface.faces, h), target = mesh::target(surface.faces, h);
+    if (provenance.parent == nullptr) {
+      add({source, target}, 0.0, 1.0, h);
+      continue;
     }
-    return {to_b, to_a + to_b >= 1.0 - kProvenanceTolerance};
+    const FaceId f = (*provenance.parent_face)[at(h / 3)];
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o != kInvalid && (*provenance.parent_face)[at(o / 3)] == f) continue;
+    const auto begin = weights_in(provenance, source, f), end = weights_in(provenance, target, f);
+    for (int k = 0; k < 3 && begin && end; ++k) {
+      const int next = (k + 1) % 3;
+      const auto on = [&](const Vector3& w) {
+        return w[k] + w[next] >= 1.0 - kProvenanceTolerance;
+      };
+      const double from = (*begin)[next], to = (*end)[next];
+      if (on(*begin) && on(*end) && from < to)
+        add({provenance.parent->faces(f, k), provenance.parent->faces(f, next)}, from, to, h);
+    }
   }
-
-  const mesh::Surface& surface_;
-  const mesh::Adjacency& adjacency_;
-  const Provenance& parent_;
-  std::vector<std::pair<EdgeEnds, Index>> wanted_;
-};
+  std::sort(found.begin(), found.end(), [](const Piece& a, const Piece& b) {
+    return std::pair(a.feature, a.from) < std::pair(b.feature, b.from);
+  });
+  return found;
+}
 
 // Whether the corners on the left between two sides of one boundary, the first of which ends where
 // the second begins, make half a turn.
@@ -569,7 +540,7 @@ std::vector<Index> missed_features(const IndexPairs& features, const mesh::Surfa
                                    const Points2& corner_uv) {
   std::vector<char> found(static_cast<std::size_t>(features.rows()), 0);
   std::vector<char> bent(found.size(), 0);
-  const std::vector<Piece> pieces = Tracer(features, surface, adjacency, parent).pieces();
+  const std::vector<Piece> pieces = pieces_of(features, surface, adjacency, parent);
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const Piece& piece = pieces[i];
     found[at(piece.feature)] = 1;

@@ -1,4 +1,4 @@
-#include "flipfree/certify/measures.h"
+#include "flipfree/certify/overlap.h"
 
 #include <CGAL/box_intersection_d.h>
 #include <Eigen/Geometry>
@@ -7,12 +7,15 @@
 #include <boost/geometry/geometries/box.hpp>
 #include <boost/geometry/geometries/point_xy.hpp>
 #include <boost/geometry/index/rtree.hpp>
+#include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
+#include "flipfree/certify/measures.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::certify {
@@ -103,38 +106,56 @@ std::optional<std::pair<FaceId, FaceId>> meeting(const ChartTriangles& a, const 
   return std::nullopt;
 }
 
+// All charts of a map, with trees where they were asked for.
+struct PlaneCharts {
+  const Points2& corner_uv;
+  std::vector<Box> bounds;
+  std::vector<std::vector<FaceId>> faces;
+  std::vector<std::optional<ChartTriangles>> triangles;
+
+  PlaneCharts(const mesh::Components& charts, const Points2& uv)
+      : corner_uv(uv), bounds(at(charts.count)), faces(bounds.size()), triangles(bounds.size()) {
+    for (std::size_t f = 0; f < charts.of_face.size(); ++f) {
+      const auto c = at(charts.of_face[f]);
+      faces[c].push_back(static_cast<FaceId>(f));
+      for (Index k = 0; k < 3; ++k) {
+        const Vector2 p = corner_uv.row(3 * static_cast<Eigen::Index>(f) + k).transpose();
+        if (p.allFinite()) bounds[c].extend(p);
+      }
+    }
+  }
+
+  std::optional<std::pair<FaceId, FaceId>> meeting(std::size_t a, std::size_t b) {
+    if (!share_area(bounds[a], bounds[b])) return std::nullopt;
+    for (const std::size_t c : {a, b})
+      if (!triangles[c]) triangles[c].emplace(faces[c], corner_uv);
+    return certify::meeting(*triangles[a], *triangles[b]);
+  }
+};
+
 }  // namespace
+
+std::function<bool(std::size_t, std::size_t)> sharing_area(const mesh::Components& charts,
+                                                           const Points2& corner_uv) {
+  return [own = std::make_shared<PlaneCharts>(charts, corner_uv)](std::size_t a, std::size_t b) {
+    return own->meeting(a, b).has_value();
+  };
+}
 
 IslandOverlaps island_overlaps(const mesh::Components& charts, const Points2& corner_uv) {
   IslandOverlaps result;
-  const auto count = at(charts.count);
-  if (count < 2) return result;
-  std::vector<Box> bounds(count);
-  std::vector<std::vector<FaceId>> faces(count);
-  for (std::size_t f = 0; f < charts.of_face.size(); ++f) {
-    const auto c = at(charts.of_face[f]);
-    faces[c].push_back(static_cast<FaceId>(f));
-    for (Index k = 0; k < 3; ++k) {
-      const Vector2 p = corner_uv.row(3 * static_cast<Eigen::Index>(f) + k).transpose();
-      if (p.allFinite()) bounds[c].extend(p);
-    }
-  }
-  std::vector<std::optional<ChartTriangles>> charts_with_trees(count);
-  const auto of_chart = [&](std::size_t c) -> const ChartTriangles& {
-    if (!charts_with_trees[c]) charts_with_trees[c].emplace(faces[c], corner_uv);
-    return *charts_with_trees[c];
-  };
+  if (charts.count < 2) return result;
+  PlaneCharts own(charts, corner_uv);
   using Bounds = CGAL::Box_intersection_d::Box_with_handle_d<double, 2, const Box*>;
   std::vector<Bounds> boxes;
-  for (Box& box : bounds) {
+  for (Box& box : own.bounds) {
     if (!box.isEmpty()) boxes.emplace_back(box.min().data(), box.max().data(), &box);
   }
   CGAL::box_self_intersection_d(
       boxes.begin(), boxes.end(), [&](const Bounds& first, const Bounds& second) {
         if (result.pairs >= IslandOverlaps::kMostPairs) return;
-        if (!share_area(*first.handle(), *second.handle())) return;
-        const auto found = meeting(of_chart(at(first.handle() - bounds.data())),
-                                   of_chart(at(second.handle() - bounds.data())));
+        const auto found = own.meeting(at(first.handle() - own.bounds.data()),
+                                       at(second.handle() - own.bounds.data()));
         if (!found) return;
         ++result.pairs;
         result.faces.push_back(found->first);

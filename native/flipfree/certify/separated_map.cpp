@@ -37,25 +37,17 @@ Values taken_from_input(const mesh::SeparatedSurface& separated, const Values& o
   return result;
 }
 
-struct SortedPins {
-  std::vector<CornerPin> moved;      // of corners of the separated surface
-  std::vector<CornerPin> collapsed;  // of corners of the input's faces without a triangle
-};
-
-SortedPins sorted_pins(const mesh::SeparatedSurface& separated,
-                       const std::vector<CornerPin>& of_input) {
-  if (of_input.empty()) return {};
-  const std::vector<CornerId> corner = corners_from_input(separated);
+// The pins of corners of the separated surface; those of faces without a triangle in `left_out`.
+std::vector<CornerPin> moved_pins(const std::vector<CornerPin>& of_input,
+                                  const std::vector<CornerId>& corner,
+                                  std::vector<CornerPin>& left_out) {
   require_corners(of_input, static_cast<Index>(corner.size()));
-  SortedPins result;
+  std::vector<CornerPin> moved;
   for (const CornerPin& pin : of_input) {
-    if (corner[at(pin.corner)] != kInvalid) {
-      result.moved.push_back({corner[at(pin.corner)], pin.uv});
-    } else {
-      result.collapsed.push_back(pin);
-    }
+    const CornerId c = corner[at(pin.corner)];
+    (c != kInvalid ? moved : left_out).push_back(c != kInvalid ? CornerPin{c, pin.uv} : pin);
   }
-  return result;
+  return moved;
 }
 
 // A corner of a face without a triangle has no chart to be contradictory in.
@@ -72,36 +64,28 @@ void require_one_place(std::vector<CornerPin> pins) {
   }
 }
 
-struct SortedCones {
-  std::vector<std::pair<VertexId, double>> moved;  // every copy of a vertex is to have its angle
-  std::vector<VertexId> unused;                    // of the input: no face with a triangle is there
-};
-
-SortedCones sorted_cones(const mesh::SeparatedSurface& separated,
-                         const std::vector<std::pair<VertexId, double>>& of_input) {
-  SortedCones result;
+// Every copy of a vertex is to have its angle; vertices of no face with a triangle in `left_out`.
+std::vector<std::pair<VertexId, double>> moved_cones(
+    const std::vector<std::pair<VertexId, double>>& of_input,
+    const mesh::SeparatedSurface& separated, std::vector<VertexId>& left_out) {
+  std::vector<std::pair<VertexId, double>> moved;
   const auto& origin = separated.vertex_origin;
   for (const auto& [v, angle] : of_input) {
-    auto copy = std::lower_bound(origin.begin(), origin.end(), v);
-    if (copy == origin.end() || *copy != v) result.unused.push_back(v);
-    for (; copy != origin.end() && *copy == v; ++copy)
-      result.moved.emplace_back(static_cast<VertexId>(copy - origin.begin()), angle);
+    const auto copies = std::equal_range(origin.begin(), origin.end(), v);
+    if (copies.first == copies.second) left_out.push_back(v);
+    for (auto copy = copies.first; copy != copies.second; ++copy)
+      moved.emplace_back(static_cast<VertexId>(copy - origin.begin()), angle);
   }
-  sort_unique(result.unused);
-  return result;
+  sort_unique(left_out);
+  return moved;
 }
 
-struct SortedLoops {
-  std::vector<std::pair<std::vector<HalfedgeId>, Index>> moved;  // of the separated surface
-  std::size_t collapsed = 0;  // so many pass faces without a triangle
-};
-
-// What turns to the left on faces that were turned over turns to the right on the surface.
-SortedLoops sorted_loops(const mesh::SeparatedSurface& separated,
-                         const std::vector<std::pair<std::vector<HalfedgeId>, Index>>& of_input) {
-  SortedLoops result;
-  if (of_input.empty()) return result;
-  const std::vector<CornerId> corner = corners_from_input(separated);
+// Loops that pass no face without a triangle. What turns to the left on faces that were turned over
+// turns to the right on the surface.
+std::vector<std::pair<std::vector<HalfedgeId>, Index>> moved_loops(
+    const std::vector<std::pair<std::vector<HalfedgeId>, Index>>& of_input,
+    const mesh::SeparatedSurface& separated, const std::vector<CornerId>& corner) {
+  std::vector<std::pair<std::vector<HalfedgeId>, Index>> result;
   for (const auto& [loop, turns] : of_input) {
     std::vector<HalfedgeId> moved;
     for (const HalfedgeId h : loop) {
@@ -111,12 +95,9 @@ SortedLoops sorted_loops(const mesh::SeparatedSurface& separated,
       const CornerId to = corner[at(next_corner(h))];
       moved.push_back(next_corner(from) == to ? from : to);
     }
-    if (moved.size() == loop.size() && !loop.empty()) {
-      const bool turned = separated.turned[at(moved.front() / 3)] != 0;
-      result.moved.emplace_back(std::move(moved), turned ? -turns : turns);
-    } else {
-      ++result.collapsed;
-    }
+    if (moved.size() < loop.size() || loop.empty()) continue;
+    const bool turned = separated.turned[at(moved.front() / 3)] != 0;
+    result.emplace_back(std::move(moved), turned ? -turns : turns);
   }
   return result;
 }
@@ -167,26 +148,16 @@ void add_failures(const char* figure, std::size_t count, const std::string& what
   certificate.failures.push_back(figure + (": " + std::to_string(count)) + " of " + what);
 }
 
-// G3 at corners of faces without a triangle, which no chart has.
-void judge_collapsed_pins(const std::vector<CornerPin>& pins, const CertifyRequest& request,
-                          Certificate& certificate) {
+// The faces of those pins that the map does not meet.
+std::vector<FaceId> missed_by(const CertifyRequest& map, const std::vector<CornerPin>& pins) {
   std::vector<FaceId> missed;
   for (const CornerPin& pin : pins) {
     const bool met =
-        (request.uv->row(pin.corner).array() == pin.uv.transpose().array()).all() &&
-        (request.uv32 == nullptr ||
-         (request.uv32->row(pin.corner).array() == pin.uv.transpose().cast<float>().array()).all());
+        map.uv->row(pin.corner).transpose() == pin.uv &&
+        (map.uv32 == nullptr || map.uv32->row(pin.corner).transpose() == pin.uv.cast<float>());
     if (!met) missed.push_back(pin.corner / 3);
   }
-  if (pins.empty()) return;
-  const std::string first = missed.empty() ? "" : face_id(missed.front());
-  add_failures(
-      "G3", missed.size(),
-      "the pins of faces that use a vertex twice are not met bit for bit, first at face " + first,
-      certificate.pin_failures, certificate);
-  for (const FaceId f : missed) {
-    if (certificate.failed_faces.size() < kMostElements) certificate.failed_faces.push_back(f);
-  }
+  return missed;
 }
 
 // All edges of the separated surface on the input's.
@@ -225,28 +196,37 @@ Certificate judge(const mesh::SeparatedSurface& separated, const CertifyRequest&
   own.mirrored.clear();
   if (!request.mirrored.empty())
     for (const FaceId f : separated.face_origin) own.mirrored.push_back(request.mirrored.at(at(f)));
-  const SortedPins pins = sorted_pins(separated, request.pins);
-  own.pins = pins.moved;
-  SortedCones cones = sorted_cones(separated, request.cone_angles);
-  own.cone_angles = std::move(cones.moved);
+  const std::vector<CornerId> corner = corners_from_input(separated);
+  std::vector<CornerPin> collapsed;
+  own.pins = moved_pins(request.pins, corner, collapsed);
+  std::vector<VertexId> unused;
+  own.cone_angles = moved_cones(request.cone_angles, separated, unused);
   own.require_distortion = request.require_distortion && any_shape(separated.surface);
-  SortedLoops loops = sorted_loops(separated, request.loops);
-  own.loops = std::move(loops.moved);
+  own.loops = moved_loops(request.loops, separated, corner);
   own.features = sorted_features(separated, request.features);
   own.provenance = {};
   Certificate result = in_input_terms(separated, certify(own, context));
   if (result.feature_edges >= 0) result.feature_edges = request.features.rows();
-  judge_collapsed_pins(pins.collapsed, request, result);
-  if (!cones.unused.empty())
-    add_failures("G5", cones.unused.size(),
+  if (!collapsed.empty()) {
+    const std::vector<FaceId> missed = missed_by(request, collapsed);
+    add_failures(
+        "G3", missed.size(),
+        "the pins of faces that use a vertex twice are not met bit for bit, first at face " +
+            (missed.empty() ? "" : face_id(missed.front())),
+        result.pin_failures, result);
+    result.failed_faces.insert(result.failed_faces.end(), missed.begin(), missed.end());
+    result.failed_faces = first_elements(result.failed_faces);
+  }
+  if (!unused.empty())
+    add_failures("G5", unused.size(),
                  "the vertices with a prescribed angle are used by no face with a triangle, first "
                  "vertex " +
-                     vertex_id(cones.unused.front()),
+                     vertex_id(unused.front()),
                  result.cone_failures, result);
   // Loops through such faces are no strips. As others they are judged where G4 holds.
-  if (loops.collapsed > 0 && result.seam_failures == 0 && result.flips64 == 0 &&
-      result.flips32 == 0)
-    add_failures("G6", loops.collapsed, "the loops pass faces that use a vertex twice",
+  const std::size_t lost = request.loops.size() - own.loops.size();
+  if (lost > 0 && result.seam_failures == 0 && result.flips64 == 0 && result.flips32 == 0)
+    add_failures("G6", lost, "the loops pass faces that use a vertex twice",
                  result.holonomy_failures, result);
   result.mends = separated.mends;
   return result;
@@ -323,9 +303,10 @@ IndexPairs SeparatedMap::edges_of_input(const IndexPairs& of_surface) const {
 }
 
 std::vector<CornerPin> SeparatedMap::pins(const std::vector<CornerPin>& of_input) const {
-  SortedPins sorted = sorted_pins(separated_, of_input);
-  require_one_place(std::move(sorted.collapsed));
-  return std::move(sorted.moved);
+  std::vector<CornerPin> collapsed;
+  std::vector<CornerPin> moved = moved_pins(of_input, corners_from_input(separated_), collapsed);
+  require_one_place(std::move(collapsed));
+  return moved;
 }
 
 std::vector<CornerId> SeparatedMap::corners(const std::vector<CornerId>& of_input) const {
@@ -354,7 +335,8 @@ Parametrization SeparatedMap::on_input(const Parametrization& solved, const Cert
   Parametrization map;
   map.surface = input_;
   map.stats = solved.stats;
-  const std::vector<CornerPin> pins = sorted_pins(separated_, request.pins).collapsed;
+  std::vector<CornerPin> pins;
+  moved_pins(request.pins, corners_from_input(separated_), pins);
   const auto bring = [&](const auto& solved_uv, auto& uv) {
     if (solved_uv.rows() == 0) return;
     uv.resize(input_.faces.size(), 2);
