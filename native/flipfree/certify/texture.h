@@ -15,15 +15,13 @@ inline Points2 on_texture(const Points2& uv, double aspect) {
 inline Vector2 on_texture(const Vector2& uv, double aspect) { return {uv.x() * aspect, uv.y()}; }
 
 // The UVs of what the texture shows; what is where `before` is seen has its values bit for bit.
-inline Eigen::RowVector2d row_from_texture(const Eigen::RowVector2d& seen, double aspect,
-                                           const Eigen::RowVector2d& before) {
-  const bool stays = seen.x() == before.x() * aspect && seen.y() == before.y();
-  return stays ? before : Eigen::RowVector2d(seen.x() / aspect, seen.y());
-}
 inline Points2 from_texture(const Points2& seen, double aspect, const Points2& before) {
-  Points2 uv(seen.rows(), 2);
-  for (Eigen::Index i = 0; i < uv.rows(); ++i)
-    uv.row(i) = row_from_texture(seen.row(i), aspect, before.row(i));
+  Points2 uv = seen;
+  for (Eigen::Index i = 0; i < uv.rows(); ++i) {
+    const bool stays = seen(i, 0) == before(i, 0) * aspect && seen(i, 1) == before(i, 1);
+    uv(i, 0) = stays ? before(i, 0) : seen(i, 0) / aspect;
+    if (stays) uv(i, 1) = before(i, 1);
+  }
   return uv;
 }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
@@ -38,137 +39,121 @@ class Rejoining {
     if (!(scale_ > 0.0)) return 0;
     const mesh::CutMesh cut =
         mesh::cut_along(surface_.faces, adjacency_, mesh::uv_cuts(adjacency_, uv_));
-    const std::size_t places = cut.vertex_origin.size();
-    std::vector<char> stray(places, 1);
-    for (CornerId c = 0; c < static_cast<CornerId>(surface_.faces.size()); ++c) {
-      if (energy_of(c / 3) <= limit_ || fixed[at(c)] != 0) stray[at(cut.faces.data()[c])] = 0;
+    const VertexId* const place_of = cut.faces.data();  // per corner
+    const auto corner_count = static_cast<CornerId>(surface_.faces.size());
+    std::vector<char> stray(cut.vertex_origin.size(), 1);
+    for (CornerId c = 0; c < corner_count; ++c) {
+      if (energies_[at(c / 3)] <= limit_ || fixed[at(c)] != 0) stray[at(place_of[c])] = 0;
     }
-    // The places beside, seen from the first and the last corner of each stray one.
-    std::vector<std::array<CornerId, 2>> candidates(places, {kInvalid, kInvalid});
-    std::vector<CornerId> corners;
-    for (CornerId c = 0; c < static_cast<CornerId>(surface_.faces.size()); ++c) {
-      const VertexId place = cut.faces.data()[c];
-      if (stray[at(place)] == 0) continue;
-      corners.push_back(c);
+    const Lists<CornerId> corners(stray.size(), [&](const auto& add) {
+      for (CornerId c = 0; c < corner_count; ++c)
+        if (stray[at(place_of[c])] != 0) add(place_of[c], c);
+    });
+    std::vector<CornerId> beside;
+    for (VertexId place = 0; place < corners.size(); ++place)
+      beside.push_back(better_beside(corners[place], stray, place_of));
+    const Points2 before = uv_;
+    for (VertexId place = 0; place < corners.size(); ++place) {
+      for (const CornerId c : corners[place])
+        if (beside[at(place)] != kInvalid) uv_.row(c) = before.row(beside[at(place)]);
+    }
+    take_back(corners, place_of, before, beside);
+    Index joined = 0;
+    for (VertexId place = 0; place < corners.size(); ++place)
+      if (beside[at(place)] != kInvalid) joined += static_cast<Index>(corners[place].size());
+    return joined;
+  }
+
+ private:
+  // A corner at the place beside, seen from the first or from the last corner of a stray one, with
+  // which its faces come out better.
+  CornerId better_beside(std::span<const CornerId> corners, const std::vector<char>& stray,
+                         const VertexId* place_of) {
+    std::array<CornerId, 2> found{kInvalid, kInvalid};
+    for (const CornerId c : corners) {
       for (const HalfedgeId h : {c, previous_corner(c)}) {
         const HalfedgeId opposite = adjacency_.opposite[at(h)];
         if (opposite == kInvalid || (!seams_.empty() && seams_[at(h)] != 0)) continue;
         const CornerId other = h == c ? next_corner(opposite) : opposite;
-        if (stray[at(cut.faces.data()[other])] == 0) candidates[at(place)][h == c] = other;
+        if (stray[at(place_of[other])] == 0) found[h == c] = other;
       }
     }
-    std::vector<CornerId> beside = chosen(corners, candidates, cut);
-    const Points2 before = uv_;
-    for (const CornerId c : corners) {
-      const CornerId other = beside[at(cut.faces.data()[c])];
-      if (other != kInvalid) uv_.row(c) = before.row(other);
+    std::array<double, 2> worst{0.0, 0.0};
+    for (const std::size_t i : {0u, 1u}) {
+      if (found[i] == kInvalid) worst[i] = std::numeric_limits<double>::infinity();
+      for (const CornerId c : corners) {
+        if (found[i] == kInvalid) break;
+        const Eigen::RowVector2d own = uv_.row(c);
+        // What is where a neighbour is was cut off by what happened elsewhere.
+        if (uv_.row(found[i]) == own) return kInvalid;
+        uv_.row(c) = uv_.row(found[i]);
+        worst[i] = std::max(worst[i], energy_now(c / 3));
+        uv_.row(c) = own;
+      }
     }
-    return taken_back(corners, beside, cut, before);
+    return found[found[0] == kInvalid || worst[1] < worst[0]];
   }
 
- private:
   // Places whose faces are not good now either go back, which may spoil others: round by round
   // those of the faces that changed in the one before.
-  Index taken_back(const std::vector<CornerId>& corners, std::vector<CornerId>& beside,
-                   const mesh::CutMesh& cut, const Points2& before) {
-    const auto place_of = [&](CornerId c) { return at(cut.faces.data()[c]); };
-    const Lists<CornerId> corners_at(beside.size(), [&](const auto& add) {
-      for (const CornerId c : corners) add(cut.faces.data()[c], c);
-    });
+  void take_back(const Lists<CornerId>& corners, const VertexId* place_of, const Points2& before,
+                 std::vector<CornerId>& beside) {
     std::vector<FaceId> changed;
-    for (const CornerId c : corners) {
-      if (changed.empty() || changed.back() != c / 3) changed.push_back(c / 3);
-    }
+    for (VertexId place = 0; place < corners.size(); ++place)
+      for (const CornerId c : corners[place]) changed.push_back(c / 3);
     while (!changed.empty()) {
-      std::vector<std::size_t> back;
+      sort_unique(changed);
+      std::vector<VertexId> back;
       for (const FaceId f : changed) {
         if (!(energy_now(f) > limit_)) continue;
-        for (CornerId c = 3 * f; c < 3 * f + 3; ++c) {
-          if (beside[place_of(c)] != kInvalid) back.push_back(place_of(c));
-        }
+        for (CornerId c = 3 * f; c < 3 * f + 3; ++c) back.push_back(place_of[c]);
       }
       changed.clear();
-      for (const std::size_t place : back) {
-        if (std::exchange(beside[place], kInvalid) == kInvalid) continue;
-        for (const CornerId c : corners_at[static_cast<Index>(place)]) {
+      for (const VertexId place : back) {
+        if (std::exchange(beside[at(place)], kInvalid) == kInvalid) continue;
+        for (const CornerId c : corners[place]) {
           uv_.row(c) = before.row(c);
           changed.push_back(c / 3);
         }
       }
     }
-    return static_cast<Index>(std::count_if(corners.begin(), corners.end(), [&](CornerId c) {
-      return beside[place_of(c)] != kInvalid;
-    }));
   }
 
   void find_limit() {
-    parts_ = certify::symmetric_dirichlet_parts(surface_, uv_);
-    std::vector<std::pair<double, double>> ratios;
-    for (FaceId f = 0; f < surface_.faces.rows(); ++f) {
+    const Points3 parts = certify::symmetric_dirichlet_parts(surface_, uv_);
+    std::vector<std::pair<double, double>> ratios, finite;
+    for (FaceId f = 0; f < parts.rows(); ++f) {
       // |J|^2 / |J^-1|^2 is the square of the determinant.
-      const double ratio = std::sqrt(parts_(f, 0) / parts_(f, 1));
-      if (std::isnormal(ratio)) ratios.emplace_back(ratio, parts_(f, 2));
+      const double ratio = std::sqrt(parts(f, 0) / parts(f, 1));
+      if (std::isnormal(ratio)) ratios.emplace_back(ratio, parts(f, 2));
     }
     scale_ = weighted_percentile(std::move(ratios));
-    std::vector<std::pair<double, double>> energies;
-    for (FaceId f = 0; f < surface_.faces.rows(); ++f) {
-      const double energy = energy_of(f);
-      if (std::isfinite(energy)) energies.emplace_back(energy, parts_(f, 2));
+    for (FaceId f = 0; f < parts.rows(); ++f) {
+      energies_.push_back(energy_of(parts.row(f)));
+      if (std::isfinite(energies_.back())) finite.emplace_back(energies_.back(), parts(f, 2));
     }
-    limit_ = kDrawnOutOverMedian * weighted_percentile(std::move(energies));
+    limit_ = kDrawnOutOverMedian * weighted_percentile(std::move(finite));
   }
 
-  double energy_of(FaceId f) const {
-    return 0.25 * (parts_(f, 0) / scale_ + parts_(f, 1) * scale_);
-  }
-
-  // Of two candidates that with which the faces of the place come out best.
-  std::vector<CornerId> chosen(const std::vector<CornerId>& corners,
-                               const std::vector<std::array<CornerId, 2>>& candidates,
-                               const mesh::CutMesh& cut) {
-    std::vector<CornerId> beside(candidates.size(), kInvalid);
-    std::vector<std::array<double, 2>> worst(candidates.size(), {0.0, 0.0});
-    for (const CornerId c : corners) {
-      const std::size_t place = at(cut.faces.data()[c]);
-      if (candidates[place][0] == kInvalid || candidates[place][1] == kInvalid) continue;
-      const Eigen::RowVector2d own = uv_.row(c);
-      for (const std::size_t i : {0u, 1u}) {
-        uv_.row(c) = uv_.row(candidates[place][i]);
-        worst[place][i] = std::max(worst[place][i], energy_now(c / 3));
-      }
-      uv_.row(c) = own;
-    }
-    for (const CornerId c : corners) {
-      const std::size_t place = at(cut.faces.data()[c]);
-      const auto& [first, second] = candidates[place];
-      // What is where a neighbour is was cut off by what happened elsewhere.
-      const auto same = [&](CornerId other) {
-        return other != kInvalid && uv_.row(other) == uv_.row(c);
-      };
-      if (same(first) || same(second)) continue;
-      const bool take_second =
-          first == kInvalid || (second != kInvalid && worst[place][1] < worst[place][0]);
-      beside[place] = take_second ? second : first;
-    }
-    return beside;
+  double energy_of(const Eigen::RowVector3d& parts) const {
+    const double energy = 0.25 * (parts[0] / scale_ + parts[1] * scale_);
+    return std::isfinite(energy) ? energy : std::numeric_limits<double>::infinity();
   }
 
   // With its places as they are now.
   double energy_now(FaceId f) const {
     mesh::Surface one{Points3(3, 3), Triangles{{0, 1, 2}}};
     for (Index k = 0; k < 3; ++k) one.vertices.row(k) = surface_.vertices.row(surface_.faces(f, k));
-    const Points3 parts = certify::symmetric_dirichlet_parts(one, uv_.middleRows(3 * f, 3));
-    const double energy = 0.25 * (parts(0, 0) / scale_ + parts(0, 1) * scale_);
-    return std::isfinite(energy) ? energy : std::numeric_limits<double>::infinity();
+    return energy_of(certify::symmetric_dirichlet_parts(one, uv_.middleRows(3 * f, 3)).row(0));
   }
 
   const mesh::Surface& surface_;
   const mesh::Adjacency& adjacency_;
   const mesh::EdgeFlags& seams_;
   Points2& uv_;
-  Points3 parts_;
-  double scale_ = 0.0;  // UV area per area
-  double limit_ = 0.0;  // of the energy of a good face
+  std::vector<double> energies_;  // #F, of the map that is given
+  double scale_ = 0.0;            // UV area per area
+  double limit_ = 0.0;            // of the energy of a good face
 };
 
 // Gives corners without a value that of one beside them at their vertex, as read_map() says, or
@@ -276,14 +261,14 @@ GivenMap read_map(const mesh::Surface& surface, const Points2& corner_uv,
   return map;
 }
 
-SeenMap on_texture(const GivenMap& map, double aspect) {
-  SeenMap seen{map.places, map.pins};
-  if (aspect == 1.0) return seen;
-  for (Points2& places : seen.places) places = certify::on_texture(places, aspect);
-  for (auto& pins : seen.pins) {
-    for (auto& [v, place] : pins) place = certify::on_texture(place, aspect);
-  }
-  return seen;
+std::vector<Points2> on_texture(std::vector<Points2> places, double aspect) {
+  for (Points2& own : places) own = certify::on_texture(own, aspect);
+  return places;
+}
+
+VertexPins on_texture(VertexPins pins, double aspect) {
+  for (auto& [v, place] : pins) place = certify::on_texture(place, aspect);
+  return pins;
 }
 
 void measure_before(const mesh::Surface& surface, const GivenMap& map, const Points2& corner_uv,

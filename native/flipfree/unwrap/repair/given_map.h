@@ -36,12 +36,9 @@ struct GivenMap {
 GivenMap read_map(const mesh::Surface& surface, const Points2& corner_uv,
                   const mesh::EdgeFlags& seams, const std::vector<certify::CornerPin>& pins);
 
-// Where the texture shows the map: its charts' places and pins, see CertifyRequest::aspect.
-struct SeenMap {
-  std::vector<Points2> places;
-  ChartPins pins;
-};
-SeenMap on_texture(const GivenMap& map, double aspect);
+// Where the texture shows the charts' places and pins, see CertifyRequest::aspect.
+std::vector<Points2> on_texture(std::vector<Points2> places, double aspect);
+VertexPins on_texture(VertexPins pins, double aspect);
 
 // What repair() says of the map as it was: "flips_before" and their like, see repair.h.
 // `corner_uv`: as it was given to read_map().

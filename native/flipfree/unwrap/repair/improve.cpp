@@ -21,17 +21,11 @@
 #include "flipfree/unwrap/chart/chart.h"
 #include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/place.h"
+#include "flipfree/unwrap/repair/given_map.h"
 #include "flipfree/unwrap/repair/repair.h"
 
 namespace flipfree::unwrap {
 namespace {
-
-struct ChartMap {
-  Points2 uv;
-  Points2f uv32;
-  VertexPins pins;
-  Stats stats;
-};
 
 // Turns `uv` by the angle that brings it nearest to `like`, centres it there, scales it; only if it
 // stays flip-free.
@@ -45,23 +39,24 @@ void place_like(const Triangles& faces, const Points2& like, double scale, bool 
 
 // From the texture to UVs, with every pin at its place. What rounding on the way would fold stays
 // as it was given; with pins, storing it will say so.
-void bring_back(const Triangles& faces, const Points2& given, double aspect, ChartMap& map,
-                const ExecutionContext& context) {
-  if (aspect == 1.0) return;
-  Points2 uv = certify::from_texture(map.uv, aspect, given);
-  for (const auto& [v, target] : map.pins) uv.row(v) = target.transpose();
-  map.uv =
-      !map.pins.empty() || distortion::is_flip_free(faces, uv, context) ? std::move(uv) : given;
+Points2 brought_back(const Points2& uv, const Triangles& faces, const Points2& given,
+                     const VertexPins& pins, double aspect, const ExecutionContext& context) {
+  if (aspect == 1.0) return uv;
+  Points2 back = certify::from_texture(uv, aspect, given);
+  for (const auto& [v, target] : pins) back.row(v) = target.transpose();
+  return !pins.empty() || distortion::is_flip_free(faces, back, context) ? back : given;
 }
 
-// scale: length on the texture of a surface length 1, over the whole map.
-void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, double scale,
-                   ChartMap& map, ExecutionContext& context) {
+// The chart's map for `uv`, which is given, and what is stored of it, which is returned. scale:
+// length on the texture of a surface length 1, over the whole map.
+Points2f improve_chart(const mesh::Chart& chart, const VertexPins& pins,
+                       const ImproveOptions& options, double scale, Points2& uv, Stats& stats,
+                       ExecutionContext& context) {
   const mesh::InOwnUnit own(chart.surface);
   scale *= own.unit();
-  const Points2 given = map.uv;
+  const Points2 given = uv;
   const Points2 before = certify::on_texture(given, options.aspect);
-  map.uv = before;
+  uv = before;
   const Triangles& faces = chart.surface.faces;
   distortion::MinimizeOptions minimize;
   minimize.max_iterations = options.max_iterations;
@@ -73,25 +68,24 @@ void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, doub
   distortion::RoundingOptions rounding;
   rounding.bijective = minimize.bijective;
   try {
-    if (map.pins.empty()) {
-      improve_in_time(context, map.stats, [&] {
+    if (pins.empty()) {
+      improve_in_time(context, stats, [&] {
         const MapInHand before_is_valid(context);
         distortion::Minimized better = distortion::with_own_map([&] {
           return distortion::minimize_distortion(own.surface(), before, minimize, context);
         });
-        report(better, map.stats);
-        map.uv = std::move(better.uv);
+        report(better, stats);
+        uv = std::move(better.uv);
       });
       const Grace placing(context);
-      place_like(faces, before, scale, minimize.bijective, map.uv, context);
+      place_like(faces, before, scale, minimize.bijective, uv, context);
     } else {
       minimize.acceptable = true;
-      VertexPins targets = map.pins;
-      for (auto& [v, target] : targets) target = certify::on_texture(target, options.aspect);
+      const VertexPins targets = on_texture(pins, options.aspect);
       distortion::TargetsResult result = distortion::with_own_map([&] {
         return distortion::minimize_with_targets(own.surface(), before, targets, minimize, context);
       });
-      report(result, map.stats);
+      report(result, stats);
       if (!result.missed.empty()) {
         const VertexId v = result.missed.front();
         throw_not_converged(ErrorCode::kLineSearchStalled,
@@ -101,15 +95,15 @@ void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, doub
                                 " % of its way without flipping a triangle. Match pins instead, "
                                 "which refines the mesh.");
       }
-      map.uv = std::move(result.uv);
-      for (const auto& [v, target] : map.pins) rounding.fixed.push_back(v);
+      uv = std::move(result.uv);
+      for (const auto& [v, target] : pins) rounding.fixed.push_back(v);
     }
     const Grace storing(context, Grace::kShort);
-    bring_back(faces, given, options.aspect, map, context);
-    map.uv32 = distortion::round_to_storage(faces, map.uv, rounding, context, map.stats);
+    uv = brought_back(uv, faces, given, pins, options.aspect, context);
+    return distortion::round_to_storage(faces, uv, rounding, context, stats);
   } catch (const TimeIsOver&) {
     if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
-    if (map.pins.empty())
+    if (pins.empty())
       throw_out_of_time("The map was not stored", options.max_seconds, "or cut it into parts");
     throw_out_of_time("The pins were not reached", options.max_seconds,
                       "or move pins nearer to where their surroundings are");
@@ -132,14 +126,13 @@ certify::Parametrization improve_clean(const mesh::Surface& surface, const Point
       mesh::split_into_charts(surface.vertices, mesh::cut_along(surface.faces, adjacency, cuts));
   const ChartPins pins =
       pins_of_charts(charts, options.pins, static_cast<Index>(surface.faces.size()));
-  std::vector<ChartMap> maps(charts.size());
-  std::vector<Points2> seen;
-  for (std::size_t c = 0; c < charts.size(); ++c) {
-    maps[c].uv = by_vertex(charts[c], corner_uv);
-    maps[c].pins = pins[c];
-    seen.push_back(certify::on_texture(maps[c].uv, options.aspect));
-  }
-  const double scale = areas_of(charts, seen, std::vector<char>(charts.size(), 1)).density();
+  std::vector<Points2> uv;
+  for (const mesh::Chart& chart : charts) uv.push_back(by_vertex(chart, corner_uv));
+  std::vector<Points2f> stored(charts.size());
+  std::vector<Stats> stats(charts.size());
+  const double scale =
+      areas_of(charts, on_texture(uv, options.aspect), std::vector<char>(charts.size(), 1))
+          .density();
   certify::CertifyRequest request;
   request.surface = &surface;
   request.uv = &corner_uv;
@@ -157,24 +150,18 @@ certify::Parametrization improve_clean(const mesh::Surface& surface, const Point
     // Charts for which there is no time keep their maps.
     const ExecutionContext timed(&context, 1);
     const Grace all(context);
-    for_each_chart(charts, order, "reducing distortion", context,
-                   [&](std::size_t c, ExecutionContext& part) {
-                     const TimeLimit own(part, timed.seconds_left());
-                     improve_chart(charts[c], options, scale, maps[c], part);
-                   });
+    for_each_chart(
+        charts, order, "reducing distortion", context, [&](std::size_t c, ExecutionContext& part) {
+          const TimeLimit own(part, timed.seconds_left());
+          stored[c] = improve_chart(charts[c], pins[c], options, scale, uv[c], stats[c], part);
+        });
     hurried = timed.time_is_over() || context.accepted();
   }
   const Grace finishing(context);
   context.report("certifying", 0.95);
-  std::vector<Points2> uv;
-  std::vector<Points2f> stored;
-  for (ChartMap& map : maps) {
-    uv.push_back(std::move(map.uv));
-    stored.push_back(std::move(map.uv32));
-  }
   certify::Parametrization map = map_of_charts(
       surface, mesh::flagged_edges(surface.faces, adjacency, cuts), charts, uv, stored);
-  map.stats = maps[order[0]].stats;
+  map.stats = std::move(stats[order[0]]);
   certify::CertifyRequest final_request;
   final_request.pins = options.pins;
   final_request.aspect = options.aspect;

@@ -33,27 +33,17 @@ constexpr double kOddSize = 5.0;
 // Mean energy of a mirrored chart that is not worth turning over.
 constexpr double kMostMirroredEnergy = 5.0;
 
-// A part of a chart with the map that it has there.
-struct Piece {
-  mesh::Chart chart;                    // faces of the whole; vertices of its own
-  std::vector<VertexId> vertex_origin;  // of the whole
-  Points2 uv;                           // #V x 2
-};
-
-// What the whole falls into along `cut` (empty: nothing). corner_uv: 3 #F x 2 of the whole.
+// What the whole falls into along `cut` (empty: nothing), with its parts of the map (#V x 2).
 std::vector<Piece> pieces_of(const mesh::Surface& whole, const mesh::EdgeFlags& cut,
-                             const Points2& corner_uv) {
+                             const Points2& uv) {
   const mesh::CutMesh mesh =
       mesh::cut_along(whole.faces, whole.adjacency(),
                       cut.empty() ? mesh::EdgeFlags(at(whole.faces.size()), 0) : cut);
   std::vector<Piece> pieces;
   for (mesh::Chart& chart : mesh::split_into_charts(whole.vertices, mesh)) {
-    Piece& piece = pieces.emplace_back();
-    piece.uv = by_vertex(chart, corner_uv);
-    for (const VertexId v : chart.vertices)
-      piece.vertex_origin.push_back(mesh.vertex_origin[at(v)]);
-    std::iota(chart.vertices.begin(), chart.vertices.end(), 0);
-    piece.chart = std::move(chart);
+    for (VertexId& v : chart.vertices) v = mesh.vertex_origin[at(v)];
+    Points2 own = uv(chart.vertices, Eigen::all);
+    pieces.push_back({std::move(chart), std::move(own)});
   }
   return pieces;
 }
@@ -66,6 +56,12 @@ Place put_near(const Triangles& faces, const Points2& from, const Points2& to, P
   if (!distortion::is_flip_free(faces, placed, context)) return Place::kNone;
   uv = std::move(placed);
   return Place::kWhereItWas;
+}
+
+// Exact: positive, 0, or negative.
+int side_of(const Triangles& faces, const Points2& uv, FaceId f) {
+  return numeric::orientation(uv.row(faces(f, 0)).data(), uv.row(faces(f, 1)).data(),
+                              uv.row(faces(f, 2)).data());
 }
 
 class ChartMender {
@@ -111,7 +107,7 @@ class ChartMender {
       if (!mend_in_place(damaged_, uv, context_) && bad) return false;
       if (uv != before) result_.change = Change::kUnfolded;
     }
-    take(uv);
+    result_.pieces = pieces_of(given_.chart.surface, {}, uv);
     return true;
   }
 
@@ -128,8 +124,7 @@ class ChartMender {
     Index right = 0;
     Index wrong = 0;
     for (FaceId f = 0; f < faces_.rows(); ++f) {
-      const auto corner = [&](Index k) { return uv.row(faces_(f, k)).data(); };
-      const int side = numeric::orientation(corner(0), corner(1), corner(2));
+      const int side = side_of(faces_, uv, f);
       right += side > 0;
       wrong += side < 0;
     }
@@ -154,19 +149,9 @@ class ChartMender {
   }
 
   double mean_of(const std::vector<double>& energies) const {
-    double sum = 0.0;
-    double area = 0.0;
-    for (std::size_t f = 0; f < energies.size(); ++f) {
-      sum += damaged_.area[f] * energies[f];
-      area += damaged_.area[f];
-    }
-    return sum / area;
-  }
-
-  void take(const Points2& uv) {
-    result_.uv = by_corner(faces_, uv);
-    result_.place.assign(at(static_cast<Index>(faces_.rows())), Place::kStays);
-    result_.remade.assign(result_.place.size(), 0);
+    const std::vector<double>& area = damaged_.area;
+    return std::inner_product(area.begin(), area.end(), energies.begin(), 0.0) /
+           std::accumulate(area.begin(), area.end(), 0.0);
   }
 
   // The whole chart, as an unwrap maps it, at its former size, direction and place.
@@ -193,58 +178,41 @@ class ChartMender {
     std::vector<Points2> flat =
         flatten_islands(islands, surface, given_.uncuttable, pins_by_chart(islands, pins),
                         unwrapping, context_, ignored);
-    result_.cut = islands.cut;
-    result_.uv.resize(faces_.size(), 2);
-    result_.place.resize(at(faces_.rows()));
-    result_.remade.resize(result_.place.size());
     const ChartPins of_pieces = pins_by_chart(islands, pins);
     for (std::size_t c = 0; c < islands.charts.size(); ++c) {
-      const mesh::Chart& piece = islands.charts[c];
+      mesh::Chart& piece = islands.charts[c];
+      for (VertexId& v : piece.vertices) v = islands.mesh.vertex_origin[at(v)];
       const bool free = of_pieces[c].empty();
-      const Place place = free ? put_back(islands, c, before, flat[c]) : Place::kStays;
-      put_corners(piece, flat[c], result_.uv);
-      for (const FaceId f : piece.faces) {
-        result_.place[at(f)] = place;
-        result_.remade[at(f)] = free;
-      }
+      const Place place = free ? put_back(piece, before, flat[c]) : Place::kStays;
+      piece.surface.vertices = given_.chart.surface.vertices(piece.vertices, Eigen::all);
+      result_.pieces.push_back({std::move(piece), std::move(flat[c]), place, free});
     }
+    result_.cut = std::move(islands.cut);
   }
 
   // Scales a piece to the chart's density, and moves it to where its open faces were, if most of it
   // was open.
-  Place put_back(const Islands& islands, std::size_t c, const Points2& before, Points2& uv) const {
+  Place put_back(const mesh::Chart& piece, const Points2& before, Points2& uv) const {
     if (!(damaged_.density > 0.0)) {
       uv *= own_.unit();
       return Place::kNone;
     }
-    const mesh::Chart& piece = islands.charts[c];
-    const double own = density_of(piece.surface, uv).value;
-    uv *= damaged_.density / (own > 0.0 ? own : 1.0);
-    std::vector<char> is_open(piece.vertices.size(), 0);
-    const auto origin = [&](VertexId v) {
-      return islands.mesh.vertex_origin[at(piece.vertices[at(v)])];
-    };
+    const double density = density_of(piece.surface, uv).value;
+    uv *= damaged_.density / (density > 0.0 ? density : 1.0);
+    const Points2 there = before(piece.vertices, Eigen::all);
+    std::vector<VertexId> open;
     double area = 0.0;
     double healthy = 0.0;
     for (FaceId f = 0; f < piece.surface.faces.rows(); ++f) {
-      const auto corner = [&](Index k) {
-        return before.row(origin(piece.surface.faces(f, k))).data();
-      };
       const double own = damaged_.area[at(piece.faces[at(f)])];
       area += own;
-      if (numeric::orientation(corner(0), corner(1), corner(2)) <= 0) continue;
+      if (side_of(piece.surface.faces, there, f) <= 0) continue;
       healthy += own;
-      for (Index k = 0; k < 3; ++k) is_open[at(piece.surface.faces(f, k))] = 1;
-    }
-    std::vector<VertexId> open;
-    std::vector<VertexId> there;
-    for (VertexId v = 0; v < static_cast<VertexId>(is_open.size()); ++v) {
-      if (is_open[at(v)] == 0) continue;
-      open.push_back(v);
-      there.push_back(origin(v));
+      for (const VertexId v : piece.surface.faces.row(f)) open.push_back(v);
     }
     if (!healthy_place_ || healthy < kEnoughHealthy * area || open.empty()) return Place::kNone;
-    return put_near(piece.surface.faces, uv(open, Eigen::all), before(there, Eigen::all), uv,
+    sort_unique(open);
+    return put_near(piece.surface.faces, uv(open, Eigen::all), there(open, Eigen::all), uv,
                     context_);
   }
 
@@ -260,24 +228,22 @@ class ChartMender {
     mesh::EdgeFlags cut =
         separating_cut(own_.surface(), uv, pairs, 0.0, given_.uncuttable, context_);
     if (!any_flag(cut)) return false;
-    const std::vector<Piece> pieces = pieces_of(own_.surface(), cut, by_corner(faces_, uv));
-    std::size_t largest = 0;
+    std::vector<Piece> pieces = pieces_of(given_.chart.surface, cut, uv);
+    Piece* largest = pieces.data();
     double most = -1.0;
-    for (std::size_t p = 0; p < pieces.size(); ++p) {
-      if (overlaps_itself(pieces[p].chart.surface.faces, pieces[p].uv, context_)) return false;
-      double area = 0.0;
-      for (const FaceId f : pieces[p].chart.faces) area += uv_area(faces_, uv, f);
-      if (area > most) largest = p;
+    for (Piece& piece : pieces) {
+      const Triangles& faces = piece.chart.surface.faces;
+      if (overlaps_itself(faces, piece.uv, context_)) return false;
+      const double area = uv_area(faces, piece.uv);
+      if (area > most) largest = &piece;
       most = std::max(most, area);
+      const std::vector<VertexId>& vertices = piece.chart.vertices;
+      const bool pinned = std::any_of(vertices.begin(), vertices.end(),
+                                      [&](VertexId v) { return damaged_.pinned[at(v)] != 0; });
+      piece.place = pinned ? Place::kStays : Place::kNone;
     }
-    for (std::size_t p = 0; p < pieces.size(); ++p) {
-      const std::vector<VertexId>& origin = pieces[p].vertex_origin;
-      const bool stays = p == largest || std::any_of(origin.begin(), origin.end(), [&](VertexId v) {
-                           return damaged_.pinned[at(v)] != 0;
-                         });
-      for (const FaceId f : pieces[p].chart.faces)
-        result_.place[at(f)] = stays ? Place::kStays : Place::kNone;
-    }
+    largest->place = Place::kStays;
+    result_.pieces = std::move(pieces);
     result_.cut = std::move(cut);
     result_.was_cut = true;
     return true;
@@ -306,11 +272,9 @@ Error in_terms_of_surface(Error error, const ChartToMend& given) {
 double common_density(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& places) {
   std::vector<std::pair<double, double>> known;
   for (std::size_t c = 0; c < charts.size(); ++c) {
-    const mesh::InOwnUnit own(charts[c].surface);
-    const Density density = density_of(own.surface(), places[c]);
-    const double area = density.area * own.unit() * own.unit();
-    if (density.share >= kEnoughHealthy && density.value > 0.0 && area > 0.0)
-      known.emplace_back(density.value / own.unit(), area);
+    const Density density = density_of(charts[c].surface, places[c]);
+    if (density.share >= kEnoughHealthy && density.value > 0.0 && density.area > 0.0)
+      known.emplace_back(density.value, density.area);
   }
   return weighted_percentile(std::move(known));
 }
@@ -347,7 +311,7 @@ double meant_density(const mesh::Surface& surface, const Points2& uv, double usu
   for (const auto& [ratio, area] : ratios) below += ratio <= scaled * scaled ? area : 0.0;
   constexpr double kFew = 0.05;
   const bool among = below >= kFew * total && below <= (1.0 - kFew) * total;
-  return among ? usual : median_density(surface, uv);
+  return among ? usual : density_of(surface, uv).value;
 }
 
 class Judgement {
@@ -357,18 +321,21 @@ class Judgement {
       : given_(given), options_(options), mended_(mended), context_(context) {}
 
   void run() {
-    const mesh::EdgeFlags cut = mended_.cut;
-    for (const Piece& piece : pieces_of(given_.chart.surface, cut, mended_.uv)) judge(piece);
+    std::vector<Piece> judged;
+    for (const Piece& piece : mended_.pieces)
+      for (Piece& part : judge(piece)) judged.push_back(std::move(part));
+    mended_.pieces = std::move(judged);
   }
 
  private:
-  void judge(const Piece& piece) {
+  // The piece, or what takes its place.
+  std::vector<Piece> judge(const Piece& piece) {
     const mesh::Surface& surface = piece.chart.surface;
     const double energy = energy_in_own_unit(surface, piece.uv);
     // No map's energy is below 1.
-    if (!(energy > kStretchedRatio)) return;
+    if (!(energy > kStretchedRatio)) return {piece};
     const bool count_only = options_.stretched != StretchedIslands::kImprove;
-    if (count_only && surface.faces.rows() > kMostJudged) return;
+    if (count_only && surface.faces.rows() > kMostJudged) return {piece};
     const VertexPins pins = pins_of(piece);
     bool holds_pins = true;
     Outcome<MendedChart> anew = unwrapped(piece, pins);
@@ -376,45 +343,45 @@ class Judgement {
       holds_pins = false;
       anew = unwrapped(piece, {});
     }
-    if (!anew) return;  // nothing to compare with
-    const std::vector<Piece> parts = pieces_of(surface, anew->cut, anew->uv);
-    const double bound = kStretchedRatio * energy_of_all(parts);
-    if (energy <= bound) return;
+    if (!anew) return {piece};  // nothing to compare with
+    const double bound = kStretchedRatio * energy_of_all(anew->pieces);
+    if (energy <= bound) return {piece};
     if (count_only) {
       ++mended_.stretched.left;
-      return;
+      return {piece};
     }
-    if (mended_.before.rows() == 0) mended_.before = mended_.uv;
-    Points2 improved = improved_in_place(piece, pins);
-    const double now = energy_in_own_unit(surface, improved);
+    Piece better = piece;
+    better.uv = improved_in_place(piece, pins);
+    const double now = energy_in_own_unit(surface, better.uv);
     if (now > bound && holds_pins) {
-      take_anew(piece, parts, anew->cut);
       ++mended_.stretched.anew;
-      return;
-    }
-    if (now < energy) {
-      take(piece, piece, pins, std::move(improved));
-      ++mended_.stretched.improved;
+      return parts_of(piece, std::move(*anew));
     }
     mended_.stretched.left += now > bound;
+    if (!(now < energy)) return {piece};
+    ++mended_.stretched.improved;
+    better.before = piece.uv;
+    put_where_it_was(piece, pins.empty(), better);
+    return {better};
   }
 
   VertexPins pins_of(const Piece& piece) const {
     VertexPins pins;
-    for (std::size_t v = 0; v < piece.vertex_origin.size(); ++v) {
+    const std::vector<VertexId>& vertices = piece.chart.vertices;
+    for (std::size_t v = 0; v < vertices.size(); ++v) {
       const auto found = std::lower_bound(
-          given_.pins.begin(), given_.pins.end(), piece.vertex_origin[v],
+          given_.pins.begin(), given_.pins.end(), vertices[v],
           [](const std::pair<VertexId, Vector2>& pin, VertexId w) { return pin.first < w; });
-      if (found == given_.pins.end() || found->first != piece.vertex_origin[v]) continue;
+      if (found == given_.pins.end() || found->first != vertices[v]) continue;
       pins.emplace_back(static_cast<VertexId>(v), found->second);
     }
     return pins;
   }
 
   Outcome<MendedChart> unwrapped(const Piece& piece, const VertexPins& pins) const {
-    const std::vector<char> known(piece.vertex_origin.size(), 0);
+    const std::vector<char> known(piece.chart.vertices.size(), 0);
     const ChartToMend whole{piece.chart,
-                            piece.vertex_origin,
+                            given_.chart.vertices,
                             piece.uv,
                             known,
                             pins,
@@ -453,40 +420,33 @@ class Judgement {
     return improved ? std::move(improved->uv) : piece.uv;
   }
 
-  void take_anew(const Piece& piece, const std::vector<Piece>& parts, const mesh::EdgeFlags& cut) {
-    for (const Piece& part : parts) {
-      Piece before = part;  // of the whole, with the map that it had
-      for (FaceId& f : before.chart.faces) f = piece.chart.faces[at(f)];
-      for (VertexId& v : before.vertex_origin) {
-        before.uv.row(&v - before.vertex_origin.data()) = piece.uv.row(v);
-        v = piece.vertex_origin[at(v)];
-      }
-      take(piece, before, pins_of(before), part.uv);
+  // The pieces of the piece as those of the whole.
+  std::vector<Piece> parts_of(const Piece& piece, MendedChart anew) {
+    for (Piece& part : anew.pieces) {
+      part.before = piece.uv(part.chart.vertices, Eigen::all);
+      for (FaceId& f : part.chart.faces) f = piece.chart.faces[at(f)];
+      for (VertexId& v : part.chart.vertices) v = piece.chart.vertices[at(v)];
+      put_where_it_was(piece, pins_of(part).empty(), part);
     }
-    if (cut.empty()) return;
-    if (mended_.cut.empty()) mended_.cut.assign(at(given_.chart.surface.faces.size()), 0);
-    for (std::size_t h = 0; h < cut.size(); ++h) mended_.cut[corner_of(piece.chart, h)] |= cut[h];
+    if (!anew.cut.empty() && mended_.cut.empty()) mended_.cut.assign(corner_count(given_.chart), 0);
+    for (std::size_t h = 0; h < anew.cut.size(); ++h)
+      mended_.cut[corner_of(piece.chart, h)] |= anew.cut[h];
+    return std::move(anew.pieces);
   }
 
-  // `uv` as the map of the part, at the size and the place of the piece.
-  void take(const Piece& piece, const Piece& part, const VertexPins& pins, Points2 uv) {
-    Place place = Place::kStays;
-    if (pins.empty()) {
-      place = put_back(part, meant_density(piece.chart.surface, piece.uv, given_.density), uv);
-      if (mended_.place[at(part.chart.faces.front())] == Place::kNone) place = Place::kNone;
-    }
-    put_corners(part.chart, uv, mended_.uv);
-    for (const FaceId f : part.chart.faces) {
-      mended_.place[at(f)] = place;
-      if (pins.empty()) mended_.remade[at(f)] = 1;
-    }
-  }
-
-  Place put_back(const Piece& part, double density, Points2& uv) const {
-    const double own = median_density(part.chart.surface, uv);
-    if (!(density > 0.0) || !(own > 0.0)) return Place::kNone;
-    uv *= density / own;
-    return put_near(part.chart.surface.faces, uv, part.uv, uv, context_);
+  // A part of the piece that is free of pins: at the piece's size, where it was.
+  void put_where_it_was(const Piece& piece, bool free, Piece& part) const {
+    part.place = Place::kStays;
+    part.remade = free;
+    if (!free) return;
+    const mesh::Surface& surface = part.chart.surface;
+    const double density = meant_density(piece.chart.surface, piece.uv, given_.density);
+    const double own = density_of(surface, part.uv).value;
+    part.place = Place::kNone;
+    if (!(density > 0.0) || !(own > 0.0)) return;
+    part.uv *= density / own;
+    const Place place = put_near(surface.faces, part.uv, part.before, part.uv, context_);
+    if (piece.place != Place::kNone) part.place = place;
   }
 
   const ChartToMend& given_;

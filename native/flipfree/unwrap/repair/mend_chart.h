@@ -46,8 +46,12 @@ struct RepairOptions {
 // How much of a chart had to change, least first.
 enum class Change { kNone, kMirrored, kUnfolded, kAnew };
 
-// What becomes of the place of a face.
-enum class Place : char { kStays, kWhereItWas, kNone };
+// What becomes of the place of a piece.
+enum class Place : char {
+  kStays,
+  kWhereItWas,  // near to it, if there is room
+  kNone,        // anywhere
+};
 
 struct ChartToMend {
   const mesh::Chart& chart;
@@ -67,17 +71,22 @@ struct StretchedPieces {
   std::int64_t left = 0;      // stretched in the result
 };
 
+// A part of a chart that is one of the result.
+struct Piece {
+  mesh::Chart chart;  // faces and vertices of the whole
+  Points2 uv;         // #V x 2, positive faces
+  Place place = Place::kStays;
+  bool remade = false;  // as an unwrap or a descent left it, without pins: any size will do
+  Points2 before = {};  // `uv` before it was made better, as it was stretched; empty: it was not
+};
+
 struct MendedChart {
-  Points2 uv;                // 3 #F x 2, positive faces
-  mesh::EdgeFlags cut;       // further cuts; empty: none
-  std::vector<Place> place;  // #F. kWhereItWas: near to it, if there is room. kNone: anywhere
-  std::vector<char>
-      remade;  // #F: as an unwrap or a descent left it, without pins: any size will do
+  std::vector<Piece> pieces;  // what it falls into along `cut`
+  mesh::EdgeFlags cut;        // further cuts; empty: none
   Change change = Change::kNone;
   bool was_cut = false;     // because it lay on itself
   bool has_density = true;  // false: its size means nothing
   StretchedPieces stretched;
-  Points2 before;  // `uv` before stretched pieces were made better; empty: none was
 };
 
 // Mirrors the chart if most of its faces are flipped, unfolds what is bad in place
@@ -100,14 +109,13 @@ inline constexpr double kStretchedRatio = 1.1;
 // Islands of more faces are not judged for a mere count.
 inline constexpr Index kMostJudged = 50'000;
 
-// Judges the pieces that `mended` falls into, each as an island of its own and at its own best
-// scale, and counts those that are stretched (options.stretched), in mended.stretched. With
-// kImprove they are made better: where they are, all vertices but the pinned free, or by that
-// unwrap where this is not enough. Both keep the island's size, direction and middle, and are
-// flip-free. Its size is the median density of its faces, or given.density where a twentieth of
-// them has less and a twentieth more. What is unwrapped already is not stretched. Throws Cancelled,
-// TimeIsOver (kImprove only). Cost: O(#F), and for islands of an energy above 1.1 an unwrap of
-// them.
+// Judges the pieces of `mended`, each as an island of its own and at its own best scale, and counts
+// those that are stretched (options.stretched), in mended.stretched. With kImprove they are made
+// better: where they are, all vertices but the pinned free, or by that unwrap where this is not
+// enough. Both keep the island's size, direction and middle, and are flip-free. Its size is the
+// median density of its faces, or given.density where a twentieth of them has less and a twentieth
+// more. What is unwrapped already is not stretched. Throws Cancelled, TimeIsOver (kImprove only).
+// Cost: O(#F), and for islands of an energy above 1.1 an unwrap of them.
 void judge_stretched(const ChartToMend& given, const RepairOptions& options, MendedChart& mended,
                      ExecutionContext& context);
 

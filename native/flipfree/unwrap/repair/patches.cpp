@@ -8,6 +8,7 @@
 #include <queue>
 #include <utility>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
@@ -37,23 +38,6 @@ void for_faces_around(const mesh::Adjacency& adjacency, VertexId v, Visit visit)
   mesh::for_each_outgoing(adjacency, v, [&](HalfedgeId h) { visit(static_cast<FaceId>(h / 3)); });
 }
 
-// Interior vertices whose faces, all positive, wind around them other than once (certify/measures:
-// G2; here of some vertices only).
-bool winds_once(const DamagedChart& chart, const Points2& uv, VertexId v) {
-  const HalfedgeId start = chart.adjacency.vertex_halfedge[at(v)];
-  if (start == kInvalid || chart.adjacency.opposite[at(start)] == kInvalid) return true;
-  const auto upper = [&](VertexId p) {
-    return uv(p, 1) > uv(v, 1) || (uv(p, 1) == uv(v, 1) && uv(p, 0) > uv(v, 0));
-  };
-  Index turns = 0;
-  mesh::for_each_outgoing(chart.adjacency, v, [&](HalfedgeId h) {
-    const bool from = upper(mesh::target(chart.surface.faces, h));
-    const bool to = upper(mesh::source(chart.surface.faces, previous_corner(h)));
-    if (!from && to) ++turns;
-  });
-  return turns == 1;
-}
-
 // Flags of the vertices at exactly the same place as another one.
 std::vector<char> stacked_vertices(const Points2& uv) {
   std::vector<VertexId> order(at(static_cast<Index>(uv.rows())));
@@ -73,7 +57,8 @@ std::vector<char> stacked_vertices(const Points2& uv) {
 
 Density density_of(const mesh::Surface& surface, const Points2& uv,
                    const std::vector<char>& unknown) {
-  const std::vector<double> areas = face_areas(surface);
+  const mesh::InOwnUnit own(surface);
+  const std::vector<double> areas = face_areas(own.surface());
   std::vector<char> stacked = stacked_vertices(uv);
   for (std::size_t v = 0; v < unknown.size(); ++v) stacked[v] |= unknown[v];
   const auto usable = [&](FaceId f) {
@@ -91,17 +76,12 @@ Density density_of(const mesh::Surface& surface, const Points2& uv,
   }
   const double value = std::sqrt(weighted_percentile(std::move(ratios)));
   if (!std::isnormal(value) || !(total > 0.0)) return {};
-  const std::vector<double> energies = face_energies(surface, uv, value);
+  const std::vector<double> energies = face_energies(own.surface(), uv, value);
   double healthy = 0.0;
   for (FaceId f = 0; f < surface.faces.rows(); ++f) {
     if (energies[at(f)] <= kOrdinary && usable(f)) healthy += areas[at(f)];
   }
-  return {value, healthy, healthy / total};
-}
-
-double median_density(const mesh::Surface& surface, const Points2& uv) {
-  const mesh::InOwnUnit own(surface);
-  return density_of(own.surface(), uv).value / own.unit();
+  return {value / own.unit(), healthy * own.unit() * own.unit(), healthy / total};
 }
 
 std::vector<double> face_energies(const mesh::Surface& surface, const Points2& uv, double density) {
@@ -154,8 +134,11 @@ std::vector<char> find_damage(const DamagedChart& chart, const Points2& uv,
       if (chart.unknown[at(faces(f, k))] != 0) add(f);
     }
   }
+  const std::vector<Index> quarters =
+      certify::quarter_turns_around(chart.adjacency, by_corner(faces, uv));
   for (VertexId v = 0; v < static_cast<VertexId>(touched.size()); ++v) {
-    if (touched[at(v)] == 0 && !winds_once(chart, uv, v)) for_faces_around(chart.adjacency, v, add);
+    const bool winds_once = quarters[at(v)] == kInvalid || quarters[at(v)] == 4;
+    if (touched[at(v)] == 0 && !winds_once) for_faces_around(chart.adjacency, v, add);
   }
   std::vector<char> looked_around(touched.size(), 0);
   while (!front.empty()) {
@@ -202,7 +185,7 @@ std::vector<char> free_around(const DamagedChart& chart, std::vector<char> set, 
 
 struct Patch {
   mesh::Surface surface;
-  std::vector<FaceId> faces;       // of the chart
+  std::vector<FaceId> faces;       // of the chart, ascending
   std::vector<VertexId> vertices;  // of the chart
   std::vector<char> fixed;
   std::vector<VertexId> held;  // the fixed ones
@@ -214,31 +197,29 @@ struct Patch {
 std::vector<Patch> patches_of(const DamagedChart& chart, const std::vector<char>& free,
                               const Points2& uv) {
   const Triangles& faces = chart.surface.faces;
-  std::vector<Patch> patches;
-  std::vector<char> seen_face(at(static_cast<Index>(faces.rows())), 0);
-  std::vector<char> seen(free.size(), 0);
-  std::vector<Index> local(free.size(), kInvalid);
-  for (VertexId seed = 0; seed < static_cast<VertexId>(free.size()); ++seed) {
-    if (free[at(seed)] == 0 || seen[at(seed)] != 0) continue;
-    Patch& patch = patches.emplace_back();
-    std::vector<VertexId> front{seed};
-    seen[at(seed)] = 1;
-    while (!front.empty()) {
-      const VertexId v = front.back();
-      front.pop_back();
-      for_faces_around(chart.adjacency, v, [&](FaceId f) {
-        if (seen_face[at(f)] != 0) return;
-        seen_face[at(f)] = 1;
-        patch.faces.push_back(f);
-        for (Index k = 0; k < 3; ++k) {
-          const VertexId w = faces(f, k);
-          if (free[at(w)] == 0 || seen[at(w)] != 0) continue;
-          seen[at(w)] = 1;
-          front.push_back(w);
-        }
-      });
+  DisjointSets parts(static_cast<Index>(free.size()));
+  std::vector<VertexId> free_corner(at(faces.rows()), kInvalid);
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    VertexId& first = free_corner[at(f)];
+    for (const VertexId v : faces.row(f)) {
+      if (free[at(v)] == 0) continue;
+      if (first == kInvalid) first = v;
+      parts.join(v, first);
     }
-    std::sort(patch.faces.begin(), patch.faces.end());
+  }
+  std::vector<Patch> patches;
+  std::vector<Index> number(free.size(), kInvalid);
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    if (free_corner[at(f)] == kInvalid) continue;
+    Index& own = number[at(parts.find(free_corner[at(f)]))];
+    if (own == kInvalid) {
+      own = static_cast<Index>(patches.size());
+      patches.emplace_back();
+    }
+    patches[at(own)].faces.push_back(f);
+  }
+  std::vector<Index> local(free.size(), kInvalid);
+  for (Patch& patch : patches) {
     mesh::Part part = mesh::part_of(faces, patch.faces, local);
     patch.vertices = std::move(part.vertices);
     patch.surface = {chart.surface.vertices(patch.vertices, Eigen::all), std::move(part.faces)};
@@ -307,20 +288,14 @@ bool unfold(Patch& patch, double density, ExecutionContext& context) {
 class Mender {
  public:
   Mender(const DamagedChart& chart, Points2& uv, ExecutionContext& context)
-      : chart_(chart), uv_(uv), context_(context) {
-    const std::vector<double> energies = face_energies(chart.surface, uv, chart.density);
-    healthy_ = healthy_energy(chart.area, energies);
-    area_ = mesh::area_of(chart.surface);
-    unknown_ = chart.unknown;
-  }
+      : chart_(chart), uv_(uv), context_(context) {}
 
   bool run() {
     for (std::size_t round = 0;; ++round) {
       context_.check();
-      DamagedChart now = chart_;
-      now.unknown = unknown_;
       energies_ = face_energies(chart_.surface, uv_, chart_.density);
-      const std::vector<char> bad = find_damage(now, uv_, energies_, healthy_, true, context_);
+      if (round == 0) healthy_ = healthy_energy(chart_.area, energies_);
+      const std::vector<char> bad = find_damage(chart_, uv_, energies_, healthy_, true, context_);
       if (!any_flag(bad)) return true;
       if (round == std::size(kGrowingRings)) return false;
       const std::vector<char> free =
@@ -335,7 +310,7 @@ class Mender {
         for (std::size_t v = 0; v < patch.vertices.size(); ++v) {
           if (patch.fixed[v] != 0) continue;
           uv_.row(patch.vertices[v]) = patch.uv.row(static_cast<Eigen::Index>(v));
-          unknown_[at(patch.vertices[v])] = 0;
+          chart_.unknown[at(patch.vertices[v])] = 0;
         }
       }
     }
@@ -359,7 +334,8 @@ class Mender {
     for (FaceId f = 0; f < faces.rows(); ++f) {
       for (Index k = 0; k < 3 && bad[at(f)] != 0; ++k) {
         const VertexId v = faces(f, k);
-        if ((stacked[at(v)] == 0 && unknown_[at(v)] == 0) || chart_.pinned[at(v)] != 0) continue;
+        if ((stacked[at(v)] == 0 && chart_.unknown[at(v)] == 0) || chart_.pinned[at(v)] != 0)
+          continue;
         chosen[at(v)] = 1;
         open[at(f)] = 0;
       }
@@ -416,7 +392,8 @@ class Mender {
       excess += areas[f] * (energies[f] - usual);
       area += areas[f];
     }
-    return excess <= usual * std::max(kOwnExcess * area, kChartExcess * area_);
+    return excess <=
+           usual * std::max(kOwnExcess * area, kChartExcess * mesh::area_of(chart_.surface));
   }
 
   // Mean of the healthy faces beside the patch; 0 without any.
@@ -434,13 +411,11 @@ class Mender {
     return area > 0.0 ? sum / area : 0.0;
   }
 
-  const DamagedChart& chart_;
+  DamagedChart chart_;  // known where vertices have been placed
   Points2& uv_;
   ExecutionContext& context_;
-  Healthy healthy_;
+  Healthy healthy_;               // of the map that is given
   std::vector<double> energies_;  // #F, of this round's map
-  double area_ = 0.0;
-  std::vector<char> unknown_;
 };
 
 }  // namespace

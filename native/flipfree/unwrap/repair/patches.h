@@ -30,12 +30,8 @@ struct Density {
   double area = 0.0;   // of those of these faces with an energy of at most 10
   double share = 0.0;  // that of the surface's area
 };
-// Of a surface in a unit of its own.
 Density density_of(const mesh::Surface& surface, const Points2& uv,
                    const std::vector<char>& unknown = {});
-
-// The value alone, of a surface and a map in any units.
-double median_density(const mesh::Surface& surface, const Points2& uv);
 
 // Per face (|J|^2 + |J^-1|^2) / 4 at the density; infinite where it is not positive.
 std::vector<double> face_energies(const mesh::Surface& surface, const Points2& uv, double density);

@@ -18,6 +18,7 @@
 #include "flipfree/base/types.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/measures.h"
+#include "flipfree/certify/overlap.h"
 #include "flipfree/certify/separated_map.h"
 #include "flipfree/certify/texture.h"
 #include "flipfree/distortion/energy/energy.h"
@@ -40,11 +41,6 @@ namespace flipfree::unwrap {
 
 namespace {
 
-// Do boxes share area?
-bool meet(const Eigen::AlignedBox2d& a, const Eigen::AlignedBox2d& b) {
-  return (a.intersection(b).sizes().array() > 0.0).all();
-}
-
 // Mended charts, put where they belong and stored.
 
 // The charts of a result, on their way to where they are stored. By chart:
@@ -54,37 +50,11 @@ struct Charts {
   std::vector<Points2> uv;          // #V x 2
   std::vector<Points2> before;      // as uv, or empty. What it lay on there, it may lie on
   std::vector<Place> place;
-  std::vector<char> remade;        // MendedChart::remade
+  std::vector<char> remade;        // Piece::remade
   std::vector<KeptAsStored> kept;  // does not overlap itself, pinned vertices
   std::vector<char> moved;         // to where there is room
   std::vector<Points2f> stored;
-  std::vector<std::size_t> of_face;  // per face of the surface: its chart
 };
-
-// The corners of those faces that may meet the box, and an island of that number for each.
-Points2 corners_near(const Triangles& faces, const Points2& uv, const Eigen::AlignedBox2d& box,
-                     Index island, mesh::Components& islands) {
-  Points2 corners = by_corner(faces, uv);
-  Eigen::Index kept = 0;
-  for (Eigen::Index c = 0; c < corners.rows(); c += 3) {
-    if (!box.intersects(bounds_of(corners.middleRows(c, 3)))) continue;
-    corners.middleRows(kept, 3) = corners.middleRows(c, 3).eval();
-    kept += 3;
-    islands.of_face.push_back(island);
-  }
-  return corners.topRows(kept);
-}
-
-bool share_area(const Triangles& faces_a, const Points2& uv_a, const Triangles& faces_b,
-                const Points2& uv_b) {
-  const Eigen::AlignedBox2d a = bounds_of(uv_a), b = bounds_of(uv_b);
-  if (!meet(a, b)) return false;
-  mesh::Components two;
-  two.count = 2;
-  const std::vector<Points2> near{corners_near(faces_a, uv_a, b, 0, two),
-                                  corners_near(faces_b, uv_b, a, 1, two)};
-  return certify::island_overlaps(two, below_each_other(near)).pairs > 0;
-}
 
 constexpr double kSameDensity = 1.1;
 constexpr double kMost = 2.0 / 3.0;
@@ -97,48 +67,47 @@ constexpr double kShrunk = 0.999;
 // Charts that lie on others, near to their place or with `all` any, are moved: those with pins and
 // those at their place stay, then the others, those of most faces first, each unless it shares area
 // with one that stays - and `all`, or it did not before, or has no `before`. Throws Cancelled,
-// TimeIsOver. Cost: O(n log n) and a comparison of boxes for charts above each other, O(#F) of a
-// pair whose boxes meet.
+// TimeIsOver. Cost: O(#F log #F) and a comparison of boxes for charts above each other, a search in
+// the trees of a pair whose boxes meet.
 void move_apart(Charts& own, bool all, const ExecutionContext& context) {
   const std::vector<mesh::Chart>& charts = own.charts;
   std::vector<std::size_t> order;
   std::vector<char> may_move;
-  std::vector<Eigen::AlignedBox2d> boxes;
+  mesh::Components islands{static_cast<Index>(charts.size()), {}};
+  std::vector<Points2> now, before;
   for (std::size_t c = 0; c < charts.size(); ++c) {
-    boxes.push_back(bounds_of(own.uv[c]));
     may_move.push_back(own.kept[c].fixed.empty() && (all || own.place[c] == Place::kWhereItWas));
     if (own.moved[c] == 0) order.push_back(c);
+    const Triangles& faces = charts[c].surface.faces;
+    islands.of_face.insert(islands.of_face.end(), charts[c].faces.size(), static_cast<Index>(c));
+    now.push_back(by_corner(faces, own.uv[c]));
+    before.push_back(own.before[c].rows() > 0 ? by_corner(faces, own.before[c]) : now.back());
   }
-  if (std::find(own.place.begin(), own.place.end(), Place::kWhereItWas) == own.place.end()) {
-    Items staying;
-    for (const std::size_t c : order) staying.push_back({c});
-    if (!all || disjoint(charts, staying, own.uv, Points2(0, 2))) return;
-  }
+  if (!any_flag(may_move)) return;
+  const Points2 corners = below_each_other(now), corners_before = below_each_other(before);
+  const auto meet = certify::sharing_area(islands, corners);
+  const auto met = certify::sharing_area(islands, corners_before);
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return std::pair(!may_move[a], charts[a].faces.size()) >
            std::pair(!may_move[b], charts[b].faces.size());
   });
-  const auto before = [&](std::size_t c) -> const Points2& {
-    return own.before[c].rows() > 0 ? own.before[c] : own.uv[c];
-  };
   // By size, up to the next power of two, and by left end.
   std::map<int, std::multimap<double, std::size_t>> staying;
   for (const std::size_t c : order) {
     context.check();
+    const Eigen::AlignedBox2d box = bounds_of(own.uv[c]);
     const auto in_the_way = [&](const auto& entry) {
       const std::size_t d = entry.second;
-      const Triangles &faces = charts[c].surface.faces, &its = charts[d].surface.faces;
-      return meet(boxes[c], boxes[d]) && share_area(faces, own.uv[c], its, own.uv[d]) &&
-             (all || own.before[c].rows() == 0 || !share_area(faces, before(c), its, before(d)));
+      return meet(c, d) && (all || own.before[c].rows() == 0 || !met(c, d));
     };
     const auto any_in_the_way = [&](const auto& of_size) {
       const auto& [size, others] = of_size;
-      return std::any_of(others.lower_bound(boxes[c].min().x() - std::ldexp(1.0, size)),
-                         others.upper_bound(boxes[c].max().x()), in_the_way);
+      return std::any_of(others.lower_bound(box.min().x() - std::ldexp(1.0, size)),
+                         others.upper_bound(box.max().x()), in_the_way);
     };
     own.moved[c] = may_move[c] && std::any_of(staying.begin(), staying.end(), any_in_the_way);
     if (own.moved[c] == 0)
-      staying[std::ilogb(boxes[c].sizes().maxCoeff()) + 1].emplace(boxes[c].min().x(), c);
+      staying[std::ilogb(box.sizes().maxCoeff()) + 1].emplace(box.min().x(), c);
   }
 }
 
@@ -227,33 +196,26 @@ void follow_neighbours(const std::vector<FaceId>& collapsed, const mesh::Surface
   const auto place_of = [&](CornerId c) {
     return Place{surface.faces.data()[c], corner_uv(c, 0), corner_uv(c, 1)};
   };
-  std::map<Place, CornerId> at_place;  // of the faces that have a triangle
-  std::vector<CornerId> following;
-  const auto corners = static_cast<CornerId>(surface.faces.size());
-  std::vector<char> held(at(corners), 0);
+  std::vector<char> held(at(static_cast<Index>(surface.faces.size())), 0);
   for (const certify::CornerPin& pin : pins) held[at(pin.corner)] = 1;
-  for (const FaceId f : collapsed) {
-    for (CornerId c = 3 * f; c < 3 * f + 3; ++c) {
-      if (held[at(c)] != 0 || !is_storable(corner_uv.row(c).transpose())) continue;
-      following.push_back(c);
-      at_place.try_emplace(place_of(c), kInvalid);
-    }
-  }
-  for (CornerId c = 0; c < corners; ++c) {
-    if (!is_storable(corner_uv.row(c).transpose()) ||
-        std::binary_search(collapsed.begin(), collapsed.end(), c / 3))
-      continue;
-    const auto found = at_place.find(place_of(c));
-    if (found != at_place.end() && found->second == kInvalid) found->second = c;
+  std::vector<char> followed(at(surface.vertices.rows()), 0);
+  for (const FaceId f : collapsed)
+    for (const VertexId v : surface.faces.row(f)) followed[at(v)] = 1;
+  std::map<Place, CornerId> leaders;  // of the faces that have a triangle
+  const auto has_place = [&](CornerId c) { return is_storable(corner_uv.row(c).transpose()); };
+  for (CornerId c = 0; c < static_cast<CornerId>(surface.faces.size()); ++c) {
+    if (followed[at(surface.faces.data()[c])] != 0 && has_place(c) &&
+        !std::binary_search(collapsed.begin(), collapsed.end(), c / 3))
+      leaders.try_emplace(place_of(c), c);
   }
   const auto follow = [&](auto& values) {
     using Scalar = typename std::decay_t<decltype(values)>::Scalar;
-    for (const CornerId c : following) {
-      const CornerId leader = at_place.at(place_of(c));
-      if (leader == kInvalid) {
-        values.row(c) = corner_uv.row(c).template cast<Scalar>();
-      } else {
-        values.row(c) = values.row(leader);
+    for (const FaceId f : collapsed) {
+      for (CornerId c = 3 * f; c < 3 * f + 3; ++c) {
+        if (held[at(c)] != 0 || !has_place(c)) continue;
+        const auto leader = leaders.find(place_of(c));
+        values.row(c) = leader == leaders.end() ? corner_uv.row(c).template cast<Scalar>().eval()
+                                                : values.row(leader->second).eval();
       }
     }
   };
@@ -282,8 +244,8 @@ class Repair {
         seams_(mesh::flag_edges(surface.faces, adjacency_, options.cuts)),
         uncuttable_(flags_of(surface, options.uncuttable)),
         given_(read_map(surface, corner_uv, seams_, options.pins)),
-        seen_(on_texture(given_, options.aspect)),
-        density_(common_density(given_.charts, seen_.places)),
+        seen_(on_texture(given_.places, options.aspect)),
+        density_(common_density(given_.charts, seen_)),
         mended_(given_.charts.size()),
         anew_(given_.charts.size(), 0) {
     measure_before(surface, given_, corner_uv, options.aspect, stats_, context);
@@ -344,11 +306,18 @@ class Repair {
       const ProgressRange range(context_, 0.86, 0.95);
       const std::vector<std::size_t> unstorable = settle(made_, sized_, options_, context_);
       wanted.assign(wanted.size(), 0);
-      for (const std::size_t c : unstorable) want_anew(c, wanted);
+      for (const std::size_t c : unstorable) want_anew(made_.source[c], wanted);
       if (any_flag(wanted)) continue;
       if (!unstorable.empty()) throw_unstorable(made_.charts[unstorable.front()].faces.front());
       certify::Parametrization map = finished();
-      for (const FaceId f : map.certificate.failed_faces) want_anew(made_.of_face[at(f)], wanted);
+      for (const FaceId f : map.certificate.failed_faces) {
+        const auto holds_face = [&](const mesh::Chart& chart) {
+          return std::binary_search(chart.faces.begin(), chart.faces.end(), f);
+        };
+        const auto& charts = given_.charts;
+        want_anew(at(std::find_if(charts.begin(), charts.end(), holds_face) - charts.begin()),
+                  wanted);
+      }
       if (map.certificate.ok || !any_flag(wanted)) {
         certify::require_certificate(map, "The repaired map");
         return map;
@@ -356,9 +325,8 @@ class Repair {
     }
   }
 
-  // c: a chart of the result. That of the given map which it comes from is made anew, once.
-  void want_anew(std::size_t c, std::vector<char>& wanted) {
-    const std::size_t given = made_.source[c];
+  // A chart of the given map is made anew once.
+  void want_anew(std::size_t given, std::vector<char>& wanted) {
     if (anew_[given] != 0 || mended_[given].change == Change::kAnew) return;
     wanted[given] = anew_[given] = 1;
   }
@@ -374,11 +342,12 @@ class Repair {
   void mend(const std::vector<char>& wanted) {
     const auto mend_one = [&](std::size_t c, ExecutionContext& context) {
       const mesh::Chart& given = given_.charts[c];
+      const VertexPins pins = on_texture(given_.pins[c], options_.aspect);
       const ChartToMend chart{given,
                               given_.vertex_origin,
-                              seen_.places[c],
+                              seen_[c],
                               given_.unknown[c],
-                              seen_.pins[c],
+                              pins,
                               part_of(given, seams_),
                               part_of(given, uncuttable_),
                               density_};
@@ -389,59 +358,39 @@ class Repair {
                    mend_one);
   }
 
-  // The charts of the result, from the mended ones and their further cuts.
+  // The charts of the result, by their smallest face: the pieces of the mended ones.
   void collect() {
     made_ = {};
     cuts_ = given_.cuts;
     sized_ = true;
-    std::vector<std::size_t> source(at(surface_.faces.rows()));
-    std::vector<Place> place(source.size());
-    std::vector<char> remade(source.size());
-    Points2 uv(surface_.faces.size(), 2);
-    Points2 before(uv.rows(), 2);  // that stretched islands were made better
+    std::map<FaceId, std::pair<std::size_t, const Piece*>> pieces;
     for (std::size_t c = 0; c < mended_.size(); ++c) {
       const mesh::Chart& chart = given_.charts[c];
-      const MendedChart& mended = mended_[c];
-      sized_ = sized_ && mended.has_density;
-      const auto stored_places = [&](const Points2& own, Points2& corners) {
-        for (std::size_t h = 0; h < at(own.rows()); ++h) {
-          corners.row(static_cast<Eigen::Index>(corner_of(chart, h))) =
-              certify::row_from_texture(own.row(static_cast<Eigen::Index>(h)), options_.aspect,
-                                        given_.places[c].row(chart.surface.faces.data()[h]));
-        }
+      sized_ = sized_ && mended_[c].has_density;
+      for (std::size_t h = 0; h < mended_[c].cut.size(); ++h)
+        cuts_[corner_of(chart, h)] |= mended_[c].cut[h];
+      for (const Piece& piece : mended_[c].pieces)
+        pieces[chart.faces[at(piece.chart.faces.front())]] = {c, &piece};
+    }
+    for (const auto& [first, from] : pieces) {
+      const auto& [c, piece] = from;
+      const auto stored_places = [&, c = c, piece = piece](const Points2& uv) {
+        return certify::from_texture(uv, options_.aspect,
+                                     given_.places[c](piece->chart.vertices, Eigen::all));
       };
-      stored_places(mended.uv, uv);
-      stored_places(mended.before, before);
-      for (std::size_t h = 0; h < mended.cut.size(); ++h)
-        cuts_[corner_of(chart, h)] |= mended.cut[h];
-      for (std::size_t f = 0; f < chart.faces.size(); ++f) {
-        place[at(chart.faces[f])] = mended.place[f];
-        remade[at(chart.faces[f])] = mended.remade[f];
-        source[at(chart.faces[f])] = c;
-      }
+      mesh::Chart& chart = made_.charts.emplace_back(piece->chart);
+      for (FaceId& f : chart.faces) f = given_.charts[c].faces[at(f)];
+      made_.source.push_back(c);
+      made_.place.push_back(piece->place);
+      made_.remade.push_back(piece->remade);
+      made_.uv.push_back(stored_places(piece->uv));
+      made_.before.push_back(stored_places(piece->before));
     }
-    made_.charts = mesh::split_into_charts(surface_.vertices,
-                                           mesh::cut_along(surface_.faces, adjacency_, cuts_));
-    made_.of_face.resize(source.size());
     made_.kept.resize(made_.charts.size());
-    for (std::size_t c = 0; c < made_.charts.size(); ++c) {
-      const mesh::Chart& chart = made_.charts[c];
-      const std::size_t first = at(chart.faces.front());
-      made_.source.push_back(source[first]);
-      made_.place.push_back(place[first]);
-      made_.remade.push_back(remade[first]);
-      made_.uv.push_back(by_vertex(chart, uv));
-      made_.before.push_back(mended_[source[first]].before.rows() > 0 ? by_vertex(chart, before)
-                                                                      : Points2(0, 2));
-      for (const FaceId f : chart.faces) made_.of_face[at(f)] = c;
-    }
-    for (const certify::CornerPin& pin : options_.pins) {
-      const std::size_t c = made_.of_face[at(pin.corner / 3)];
-      const mesh::Chart& chart = made_.charts[c];
-      const auto f = std::lower_bound(chart.faces.begin(), chart.faces.end(), pin.corner / 3) -
-                     chart.faces.begin();
-      made_.kept[c].fixed.push_back(chart.surface.faces(f, pin.corner % 3));
-    }
+    const ChartPins pins =
+        pins_of_charts(made_.charts, options_.pins, static_cast<Index>(surface_.faces.size()));
+    for (std::size_t c = 0; c < pins.size(); ++c)
+      for (const auto& [v, place] : pins[c]) made_.kept[c].fixed.push_back(v);
     if (options_.stretched == StretchedIslands::kImprove && sized_) take_one_scale();
     parallel_for(context_, made_.charts.size(), 16,
                  [&](std::size_t begin, std::size_t end, std::size_t) {
@@ -453,7 +402,7 @@ class Repair {
   }
 
   // Where most of what stands has one scale: charts that are remade take the density
-  // (median_density()) that two thirds by area of those that are not, or of all if there are no
+  // (density_of()) that two thirds by area of those that are not, or of all if there are no
   // others, have within a tenth.
   void take_one_scale() {
     const bool all = std::find(made_.remade.begin(), made_.remade.end(), 0) == made_.remade.end();
@@ -462,7 +411,8 @@ class Repair {
     double total = 0.0;
     for (std::size_t c = 0; c < made_.charts.size(); ++c) {
       const mesh::Surface& chart = made_.charts[c].surface;
-      densities.push_back(median_density(chart, certify::on_texture(made_.uv[c], options_.aspect)));
+      densities.push_back(
+          density_of(chart, certify::on_texture(made_.uv[c], options_.aspect)).value);
       if ((made_.remade[c] != 0 && !all) || !(densities[c] > 0.0)) continue;
       standing.emplace_back(densities[c], mesh::area_of(chart));
       total += standing.back().second;
@@ -535,7 +485,7 @@ class Repair {
   const mesh::EdgeFlags seams_;
   const mesh::EdgeFlags uncuttable_;
   const GivenMap given_;
-  const SeenMap seen_;
+  const std::vector<Points2> seen_;  // its charts' places as the texture shows them
   const double density_;
   const Points2* corner_uv_ = nullptr;
   Stats stats_;
