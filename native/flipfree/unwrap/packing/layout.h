@@ -1,7 +1,6 @@
 // Turning and moving charts in UV space.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <vector>
 
 #include "flipfree/base/types.h"
@@ -17,11 +16,6 @@ Points2 mirror_image(const Points2& uv);
 
 // The rows of all parts.
 Points2 below_each_other(const std::vector<Points2>& parts);
-
-template <typename Rows>
-Eigen::AlignedBox2d bounds_of(const Eigen::MatrixBase<Rows>& uv) {
-  return {uv.colwise().minCoeff().transpose(), uv.colwise().maxCoeff().transpose()};
-}
 
 // The map (#V x 2) corner by corner, 3 #F x 2.
 Points2 by_corner(const Triangles& faces, const Points2& uv);

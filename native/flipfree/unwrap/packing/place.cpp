@@ -52,7 +52,8 @@ constexpr double kLeastSmooth = 2e-5;
 // Nested islands lie askew: only if it is worth it.
 constexpr double kWorthNesting = 1.004;
 
-using Item = std::vector<std::size_t>;
+using Item = std::vector<std::size_t>;  // charts that move as one
+using Items = std::vector<Item>;
 
 Areas areas(const mesh::Surface& surface, const Points2& uv) {
   Areas sum;
@@ -64,13 +65,6 @@ Areas areas(const mesh::Surface& surface, const Points2& uv) {
 }
 
 Points2 mirrored_if(bool mirrored, const Points2& uv) { return mirrored ? mirror_image(uv) : uv; }
-
-double outline_area(const Points2& outline) {
-  double area = 0.0;
-  for (Eigen::Index i = 0; i < outline.rows(); ++i)
-    area += 0.5 * cross(outline.row(i), outline.row((i + 1) % outline.rows()));
-  return area;
-}
 
 Points2 from_corner(const Points2& outline, Eigen::Index first) {
   Points2 result(outline.rows(), 2);
@@ -165,35 +159,27 @@ class Placing {
     return box;
   }
 
-  distortion::Boundary boundary_of(std::size_t c) const {
-    return distortion::find_boundary(static_cast<Index>(uv_[c].rows()), charts_[c].surface.faces);
-  }
-
   // The boundary loops of the item's charts in their maps.
   std::vector<Loop> outlines_of(const Item& item, const std::vector<Points2>& uv) const {
     std::vector<Loop> loops;
     for (const std::size_t c : item) {
-      for (const std::vector<VertexId>& own : boundary_of(c).loops) {
-        Loop& loop = loops.emplace_back();
-        for (const VertexId v : own) loop.push_back(uv[c].row(v).transpose());
-      }
+      const Triangles& faces = charts_[c].surface.faces;
+      for (const auto& own :
+           distortion::find_boundary(static_cast<Index>(uv[c].rows()), faces).loops)
+        loops.emplace_back(uv[c](own, Eigen::all));
     }
     return loops;
   }
 
   // Of a chart that has one.
   Points2 outline_of(std::size_t c, const std::vector<Points2>& uv) const {
-    const distortion::Boundary boundary = boundary_of(c);
-    return boundary.loops.size() == 1 ? Points2(uv[c](boundary.loops.front(), Eigen::all))
-                                      : Points2(0, 2);
+    std::vector<Loop> loops = outlines_of({c}, uv);
+    return loops.size() == 1 ? std::move(loops.front()) : Points2(0, 2);
   }
 
   double plane_area(const Item& item, const std::vector<Points2>& uv) const {
     double area = 0.0;
-    for (const std::size_t c : item) {
-      const Triangles& faces = charts_[c].surface.faces;
-      for (FaceId f = 0; f < faces.rows(); ++f) area += std::abs(uv_area(faces, uv[c], f));
-    }
+    for (const std::size_t c : item) area += areas(charts_[c].surface, uv[c]).plane;
     return area;
   }
 
@@ -303,7 +289,7 @@ class Placing {
     placed.mirrored.assign(charts_.size(), 0);
     placed.fill = areas_of(charts_, placed.uv, moved_).plane;
     return in_tiles(stored, items, std::vector<Index>(charts_.size(), 0), 0.0) &&
-           disjoint(charts_, items, stored, stays_);
+           disjoint(items, stored);
   }
 
   // Of the charts that move, those whose outline, turned and moved but not scaled, and mirrored
@@ -322,7 +308,7 @@ class Placing {
       if (!moved_[c]) continue;
       Points2 outline = outline_of(c, uv_);
       if (outline.rows() < 3) continue;
-      const double area = outline_area(outline);
+      const double area = uv_area(charts_[c].surface.faces, uv_[c]);
       const double tolerance =
           kSameOutline * (outline.colwise().maxCoeff() - outline.colwise().minCoeff()).maxCoeff();
       const auto stacks_on = [&](const Kind& kind) {
@@ -396,8 +382,8 @@ class Placing {
       for (const Stacked& s : stacked) put_on(s, placed.uv);
       placed.stored = round_(placed.uv);
       const std::vector<Points2> stored = in_doubles(placed.stored);
-      placed.margin_met = in_tiles(stored, items, tile, 0.5 * margin) &&
-                          disjoint(charts_, items, stored, stays_) && apart(items, stored, margin);
+      placed.margin_met = in_tiles(stored, items, tile, 0.5 * margin) && disjoint(items, stored) &&
+                          apart(items, stored, margin);
       if (placed.margin_met) break;
       for (std::size_t c = 0; c < stored.size(); ++c) {
         if (moved_[c])
@@ -514,8 +500,7 @@ class Placing {
       for (std::size_t i = 0; i < items.size(); ++i) {
         if (i % 256 == 0) context_.check();
         std::vector<Loop> loops = outlines_of(items[i], uv);
-        for (Loop& loop : loops)
-          for (Vector2& p : loop) p = (p - low[i]) / unit;
+        for (Loop& loop : loops) loop = (loop.rowwise() - low[i].transpose()) / unit;
         shapes.push_back(make_shape(loops, smooth, middles[i]));
       }
       // None if time runs out; half of it stays for storing what is packed.
@@ -527,12 +512,12 @@ class Placing {
     const bool nested = layout.scale > kWorthNesting;
     for (std::size_t i = 0; i < items.size(); ++i) {
       for (const std::size_t c : items[i]) {
-        for (Eigen::Index v = 0; v < uv[c].rows(); ++v) {
-          const Vector2 p = uv[c].row(v).transpose() - low[i];
-          const Vector2 q =
-              nested ? Vector2(layout.poses[i](p / unit - middles[i], layout.scale) + tile)
-                     : Vector2(side_by_side.scale * p + side_by_side.corner[i]);
-          uv[c].row(v) = q.transpose();
+        Points2 own = uv[c].rowwise() - low[i].transpose();
+        if (nested) {
+          own = (own / unit).rowwise() - middles[i].transpose();
+          uv[c] = layout.poses[i](own, layout.scale).rowwise() + tile.transpose();
+        } else {
+          uv[c] = (side_by_side.scale * own).rowwise() + side_by_side.corner[i].transpose();
         }
       }
     }
@@ -545,7 +530,6 @@ class Placing {
     nesting.margin = fitting_margin(options.margin, items);
     nesting.rotation = options.rotation;
     nesting.scale = options.scale > 0.0 ? options.scale * unit : 0.0;
-    nesting.least_scale = 0.7;
     nesting.effort = options.effort;
     if (options.obstacles == nullptr) return nesting;
     const Points2 fixed = options.obstacles->rowwise() - tile.transpose();
@@ -568,6 +552,22 @@ class Placing {
     });
   }
 
+  // Is no item on top of another or of what stays?
+  bool disjoint(const Items& items, const std::vector<Points2>& uv) const {
+    mesh::Components islands;
+    islands.count = 1;
+    islands.of_face.assign(at(stays_.rows() / 3), 0);
+    std::vector<Points2> parts{stays_};
+    for (const Item& item : items) {
+      for (const std::size_t c : item) {
+        parts.push_back(by_corner(charts_[c].surface.faces, uv[c]));
+        islands.of_face.insert(islands.of_face.end(), charts_[c].faces.size(), islands.count);
+      }
+      ++islands.count;
+    }
+    return certify::island_overlaps(islands, below_each_other(parts)).pairs == 0;
+  }
+
   // Are all items, as stored, at least so far apart, and from the triangles that stay? In double
   // precision, whose rounding counts against them. Items must not overlap. Cost: O(outlines'
   // corners + pairs closer than that).
@@ -585,23 +585,13 @@ class Placing {
       if (near.intersects(bounds_of(stays_.middleRows(i, 3))))
         outlines.add(triangle_of(stays_, i), items.size());
     }
-    const std::vector<Vector2>& corners = outlines.corners;
-    Points2 places(static_cast<Eigen::Index>(corners.size()), 2);
-    for (std::size_t c = 0; c < corners.size(); ++c)
-      places.row(static_cast<Eigen::Index>(c)) = corners[c].transpose();
-    const distortion::BoundaryGrid grid(outlines.boundary, places);
-    std::vector<Index> edges;
-    for (std::size_t c = 0; c < corners.size(); ++c) {
-      if (c % 4096 == 0) context_.check();
-      grid.near(corners[c], least, edges);
-      for (const Index e : edges) {
-        const auto& [from, to] = outlines.boundary.edges[at(e)];
-        if (outlines.owner[at(from)] != outlines.owner[c] &&
-            distance_to_segment(corners[c], corners[at(from)], corners[at(to)]) < least)
-          return false;
-      }
-    }
-    return true;
+    Points2 places(static_cast<Eigen::Index>(outlines.corners.size()), 2);
+    for (Eigen::Index c = 0; c < places.rows(); ++c) places.row(c) = outlines.corners[at(c)];
+    bool all_apart = true;
+    outlines.for_near(places, least, context_, [&](Index, Index, double distance) {
+      all_apart = all_apart && distance >= least;
+    });
+    return all_apart;
   }
 
   const std::vector<mesh::Chart>& charts_;
@@ -615,22 +605,6 @@ class Placing {
 };
 
 }  // namespace
-
-bool disjoint(const std::vector<mesh::Chart>& charts, const Items& items,
-              const std::vector<Points2>& uv, const Points2& stays) {
-  mesh::Components islands;
-  islands.count = 1;
-  islands.of_face.assign(at(stays.rows() / 3), 0);
-  std::vector<Points2> parts{stays};
-  for (const std::vector<std::size_t>& item : items) {
-    for (const std::size_t c : item) {
-      parts.push_back(by_corner(charts[c].surface.faces, uv[c]));
-      islands.of_face.insert(islands.of_face.end(), charts[c].faces.size(), islands.count);
-    }
-    ++islands.count;
-  }
-  return certify::island_overlaps(islands, below_each_other(parts)).pairs == 0;
-}
 
 void report(const PlacedCharts& placed, Stats& stats) {
   stats["tile"] = static_cast<std::int64_t>(placed.tile);

@@ -17,9 +17,6 @@
 
 namespace flipfree::unwrap {
 
-// Charts that move as one.
-using Items = std::vector<std::vector<std::size_t>>;
-
 struct PlacingOptions {
   double margin = 0.005;  // between charts, in units of the unit square; half of it to its border
   // Every component (every chart, if they are not together) is scaled to the size of its surface;
@@ -90,10 +87,6 @@ struct StoredCharts {
 };
 StoredCharts store_charts(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& uv,
                           const std::vector<KeptAsStored>& kept, const ExecutionContext& context);
-
-// Is no item on top of another or of what stays (3 k x 2: triangles)?
-bool disjoint(const std::vector<mesh::Chart>& charts, const Items& items,
-              const std::vector<Points2>& uv, const Points2& stays);
 
 // Rounds all charts to what is stored; may throw NotConverged.
 using RoundCharts = std::function<std::vector<Points2f>(const std::vector<Points2>&)>;

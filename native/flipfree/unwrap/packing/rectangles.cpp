@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/unwrap/packing/nest/shape.h"
@@ -55,17 +57,17 @@ CellBox largest_free(const Grid& taken) {
 // of either orientation, finite) are drawn into 256 x 256 cells; crumbs are left out. Cost:
 // O(#cells touched by obstacles + #boxes #cells), at most 64 boxes.
 std::vector<FreeBox> free_boxes(const Points2& obstacles, const Vector2& tile, double margin) {
-  constexpr int kWords = kCells / 64;
-  std::vector<Word> drawn(at(kCells * kWords), 0);
   // Half the margin is around obstacles, and half of it around rectangles in their middle.
   const Vector2 origin = tile + Vector2::Constant(0.5 * margin);
-  for (Eigen::Index i = 0; i + 2 < obstacles.rows(); i += 3) {
-    Loop loop = triangle_of(obstacles, i);
-    for (Vector2& p : loop) p -= origin;
-    draw_loop(loop, kCells, 0.5 * margin * kCells, kWords, drawn);
+  std::vector<Loop> loops;
+  for (Eigen::Index i = 0; i + 2 < obstacles.rows(); i += 3)
+    loops.emplace_back(triangle_of(obstacles, i).rowwise() - origin.transpose());
+  const Mask drawn = draw_in_unit(std::move(loops), kCells, 0.5 * margin * kCells);
+  Grid taken(at(kCells * kCells), 0);
+  for (int row = 0; row < kCells; ++row) {
+    for (const Run& run : drawn.row(row))
+      std::fill_n(taken.begin() + row * kCells + run.first, run.last - run.first + 1, char{1});
   }
-  Grid taken(at(kCells * kCells));
-  for (std::size_t i = 0; i < taken.size(); ++i) taken[i] = (drawn[i / 64] >> (i % 64)) & 1;
   std::vector<FreeBox> boxes;
   while (boxes.size() < kMostBoxes) {
     const CellBox box = largest_free(taken);
@@ -97,7 +99,7 @@ constexpr std::size_t kFewRectangles = 2000;
 // The upper rim of what is placed in a box, as steps from left to right.
 class Skyline {
  public:
-  explicit Skyline(const FreeBox& box) : box_(box), steps_{{0.0, 0.0, box.size.x()}} {}
+  explicit Skyline(const FreeBox& box) : box_(box), steps_{{0.0, 0.0}} {}
 
   // Puts a rectangle where its top is lowest, leftmost of equals; its corner within the tile.
   std::optional<Vector2> put(const Vector2& size) {
@@ -117,34 +119,25 @@ class Skyline {
     }
     if (best == steps_.size()) return std::nullopt;
     const Vector2 corner(steps_[best].x, best_floor);
-    raise(best, size.x(), best_floor + size.y());
+    raise(best, corner.x() + size.x(), best_floor + size.y());
     return box_.low + corner;
   }
 
  private:
+  // To the next one, or to the box's right side.
   struct Step {
-    double x, y, width;
+    double x, y;
   };
 
-  void raise(std::size_t first, double width, double height) {
-    const double left = steps_[first].x;
-    const double right = left + width;
-    std::size_t end = first;
-    while (end < steps_.size() && steps_[end].x + steps_[end].width <= right) ++end;
-    if (end < steps_.size() && steps_[end].x < right) {
-      steps_[end].width -= right - steps_[end].x;
-      steps_[end].x = right;
-    }
-    const auto step_at = [&](std::size_t i) {
-      return steps_.begin() + static_cast<std::ptrdiff_t>(i);
-    };
-    const Step step{left, height, width};
-    if (end == first) {
-      steps_.insert(step_at(first), step);
-      return;
-    }
-    steps_[first] = step;
-    steps_.erase(step_at(first + 1), step_at(end));
+  // From the begin of the first step on.
+  void raise(std::size_t first, double right, double height) {
+    const auto begin = steps_.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto end =
+        std::find_if(begin + 1, steps_.end(), [&](const Step& s) { return s.x > right; });
+    const Step beyond{right, std::prev(end)->y};
+    begin->y = height;
+    const auto after = steps_.erase(begin + 1, end);
+    if (right < box_.size.x()) steps_.insert(after, beyond);
   }
 
   FreeBox box_;
@@ -215,15 +208,10 @@ double scale_bound(const std::vector<Vector2>& sizes, const std::vector<FreeBox>
   return (1.0 - 1e-12) * (root > 0.0 ? std::min(bound, left / root) : bound);
 }
 
-struct Packed {
-  std::vector<Vector2> corner;
-  double scale = 0.0;  // 0: nothing fits
-};
-
-// The largest scale up to `most` that the search finds.
-Packed pack_into(const std::vector<Vector2>& sizes, const std::vector<Order>& orders,
-                 const std::vector<FreeBox>& boxes, double margin, double most) {
-  Packed best;
+// The largest scale up to `most` that the search finds; 0 if nothing fits.
+Placement pack_into(const std::vector<Vector2>& sizes, const std::vector<Order>& orders,
+                    const std::vector<FreeBox>& boxes, double margin, double most) {
+  Placement best{{}, 0.0};
   if (boxes.empty()) return best;
   const double bound = std::min(most, scale_bound(sizes, boxes, margin));
   if (!(bound > 0.0)) return best;
@@ -268,9 +256,7 @@ double fitting_margin(double margin, std::size_t count) {
 }
 
 Placement pack_rectangles(const std::vector<Vector2>& sizes, const RoomOptions& options) {
-  Placement placement;
-  placement.corner.assign(sizes.size(), Vector2::Zero());
-  if (sizes.empty()) return placement;
+  if (sizes.empty()) return {};
   const double margin = fitting_margin(options.margin, sizes.size());
   const double wanted =
       options.scale > 0.0 ? options.scale : std::numeric_limits<double>::infinity();
@@ -283,23 +269,18 @@ Placement pack_rectangles(const std::vector<Vector2>& sizes, const RoomOptions& 
       obstacles.rows() == 0
           ? 0.0
           : kLeastShare * std::min(wanted, pack_into(sizes, orders, {whole}, margin, wanted).scale);
-  Packed packed;
-  for (placement.tile = options.first_tile; placement.tile < kTiles; ++placement.tile) {
-    const Vector2 tile = tile_corner(placement.tile);
-    packed = pack_into(sizes, orders, free_boxes(obstacles, tile, margin), margin, wanted);
+  for (Index number = options.first_tile; number < kTiles; ++number) {
+    const Vector2 tile = tile_corner(number);
+    Placement packed =
+        pack_into(sizes, orders, free_boxes(obstacles, tile, margin), margin, wanted);
+    if (!(packed.scale > 0.0 && packed.scale >= least)) continue;
     for (Vector2& corner : packed.corner) corner += tile;
-    if (packed.scale > 0.0 && packed.scale >= least) break;
-    packed.scale = 0.0;
+    packed.tile = number;
+    return packed;
   }
-  if (!(packed.scale > 0.0)) {
-    throw_invalid(
-        ErrorCode::kBadOption,
-        "There is no room for the islands in any of 100 tiles: others lie everywhere. Move "
-        "those out of the way, or pack everything together.");
-  }
-  placement.corner = std::move(packed.corner);
-  placement.scale = packed.scale;
-  return placement;
+  throw_invalid(ErrorCode::kBadOption,
+                "There is no room for the islands in any of 100 tiles: others lie everywhere. Move "
+                "those out of the way, or pack everything together.");
 }
 
 }  // namespace flipfree::unwrap

@@ -15,10 +15,9 @@ enum class Rotation { kNone, kQuarters, kStraight, kFree };
 struct NestOptions {
   double margin = 0.002;  // least gap, positive; half of it to the tile's border
   Rotation rotation = Rotation::kFree;
-  double scale = 0.0;        // wanted; 0: the largest
-  double least_scale = 0.0;  // of no interest below
-  std::vector<Loop> fixed;   // to keep clear of, with their inside
-  double effort = 1.0;       // at most, about seconds for some hundred shapes
+  double scale = 0.0;       // wanted; 0: the largest
+  std::vector<Loop> fixed;  // to keep clear of, with their inside
+  double effort = 1.0;      // at most, about seconds for some hundred shapes
 };
 
 // By less than quarters?
@@ -31,14 +30,9 @@ struct Layout {
   double scale = 0.0;  // 0: none was found
 };
 
-// All gaps are at least the margin. Deterministic, the same for any number of threads.
+// All gaps are at least the margin; no scale below 0.7 is looked for. Deterministic, the same for
+// any number of threads.
 Layout nest(const std::vector<Shape>& shapes, const NestOptions& options,
             ExecutionContext& context);
-
-// A layout whose gaps are at least the margin, at a larger scale if pushing shapes aside and
-// turning them (those that may turn by eighths) makes room; it has these gaps as well.
-// Deterministic. Cost: at most `work`, in pushes of one corner.
-Layout inflate(const std::vector<Shape>& shapes, const NestOptions& options, Layout layout,
-               double work, const ExecutionContext& context);
 
 }  // namespace flipfree::unwrap

@@ -17,11 +17,11 @@ namespace flipfree::unwrap {
 namespace {
 
 // The corner strictly between first and last (cyclic) that is farthest from their line.
-std::pair<std::size_t, double> farthest(const Loop& loop, std::size_t first, std::size_t last) {
-  const std::size_t n = loop.size();
-  std::pair<std::size_t, double> found{first, -1.0};
-  for (std::size_t i = first + 1; i < last; ++i) {
-    const double d = distance_to_segment(loop[i % n], loop[first % n], loop[last % n]);
+std::pair<Eigen::Index, double> farthest(const Loop& loop, Eigen::Index first, Eigen::Index last) {
+  const Eigen::Index n = loop.rows();
+  std::pair<Eigen::Index, double> found{first, -1.0};
+  for (Eigen::Index i = first + 1; i < last; ++i) {
+    const double d = distance_to_segment(loop.row(i % n), loop.row(first % n), loop.row(last % n));
     if (d > found.second) found = {i, d};
   }
   return found;
@@ -30,41 +30,32 @@ std::pair<std::size_t, double> farthest(const Loop& loop, std::size_t first, std
 // The loop with fewer corners, none of its points farther than `tolerance` from it (Douglas and
 // Peucker); at least three corners if it has them. Cost: O(n log n) as a rule.
 Loop simplified(const Loop& loop, double tolerance) {
-  const std::size_t n = loop.size();
+  const Eigen::Index n = loop.rows();
   if (n <= 3) return loop;
   // Two corners far apart stay in any case.
-  std::size_t start = 0;
-  for (std::size_t i = 1; i < n; ++i) {
-    if (loop[i].x() < loop[start].x()) start = i;
-  }
-  std::size_t other = start;
-  for (std::size_t i = 0; i < n; ++i) {
-    if ((loop[i] - loop[start]).squaredNorm() > (loop[other] - loop[start]).squaredNorm())
-      other = i;
-  }
-  if (other == start) return {loop[start]};
+  Eigen::Index start = 0, other = 0;
+  loop.col(0).minCoeff(&start);
+  const double most = (loop.rowwise() - loop.row(start)).rowwise().squaredNorm().maxCoeff(&other);
+  if (!(most > 0.0)) return loop.row(start);
   if (other < start) other += n;
-  std::vector<char> kept(n, 0);
-  kept[start] = kept[other % n] = 1;
-  std::vector<std::pair<std::size_t, std::size_t>> open = {{start, other}, {other, start + n}};
-  std::pair<std::size_t, double> third{start, -1.0};
+  std::vector<Eigen::Index> kept{start, other % n};
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> open = {{start, other}, {other, start + n}};
+  std::pair<Eigen::Index, double> third{start, -1.0};
   while (!open.empty()) {
     const auto [first, last] = open.back();
     open.pop_back();
     const auto [corner, d] = farthest(loop, first, last);
     if (d > tolerance) {
-      kept[corner % n] = 1;
+      kept.push_back(corner % n);
       open.emplace_back(first, corner);
       open.emplace_back(corner, last);
     } else if (d > third.second) {
       third = {corner, d};
     }
   }
-  if (std::count(kept.begin(), kept.end(), 1) < 3) kept[third.first % n] = 1;
-  Loop result;
-  for (std::size_t i = 0; i < n; ++i)
-    if (kept[i] != 0) result.push_back(loop[i]);
-  return result;
+  if (kept.size() < 3) kept.push_back(third.first % n);
+  std::sort(kept.begin(), kept.end());
+  return loop(kept, Eigen::all);
 }
 
 // Directions modulo a quarter turn, in bins of half a degree; a cross is three of them.
@@ -84,8 +75,8 @@ MainCross main_cross(const std::vector<Loop>& outlines) {
       moment{};  // length times what the direction is beyond the bin's begin
   double whole = 0.0;
   for (const Loop& loop : outlines) {
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      const Vector2 side = loop[(i + 1) % loop.size()] - loop[i];
+    for (Eigen::Index i = 0; i < loop.rows(); ++i) {
+      const Vector2 side = loop.row((i + 1) % loop.rows()) - loop.row(i);
       const double own = side.norm();
       if (!(own > 0.0)) continue;
       const double angle =
@@ -150,21 +141,24 @@ Vector2 straight_axis(const std::vector<Loop>& outlines) {
   if (cross.share > kStraight) return cross.turn;
   Spans spans;
   for (const Loop& loop : outlines)
-    for (const Vector2& p : loop) spans.add(p);
+    for (const auto p : loop.rowwise()) spans.add(p);
   return spans.roundness() > kRound ? cross.turn : Vector2::Zero();
 }
 
 Loop triangle_of(const Points2& corners, Eigen::Index i) {
-  Loop loop;
-  for (Eigen::Index k = 0; k < 3; ++k) loop.push_back(corners.row(i + k).transpose());
-  if (twice_area(loop[0], loop[1], loop[2]) < 0.0) std::swap(loop[1], loop[2]);
+  Loop loop = corners.middleRows(i, 3);
+  if (twice_area(loop.row(0), loop.row(1), loop.row(2)) < 0.0) loop.row(1).swap(loop.row(2));
   return loop;
 }
 
-Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& middle) {
+Eigen::AlignedBox2d box_of(const std::vector<Loop>& loops, const Pose& pose) {
   Eigen::AlignedBox2d box;
-  for (const Loop& loop : outlines)
-    for (const Vector2& p : loop) box.extend(p);
+  for (const Loop& loop : loops) box.extend(bounds_of(pose(loop, 1.0)));
+  return box;
+}
+
+Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& middle) {
+  const Eigen::AlignedBox2d box = box_of(outlines);
   middle = 0.5 * (box.min() + box.max());
   const Vector2 turn = straight_axis(outlines);
   Shape shape;
@@ -172,17 +166,14 @@ Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& m
   // Bins that begin elsewhere have another mean.
   shape.upright = turn.x() > 0.0 && std::abs(turn.y()) < kCrossBin;
   for (const Loop& outline : outlines) {
-    Loop loop = simplified(outline, tolerance);
-    for (Vector2& p : loop) {
-      p -= middle;
-      shape.radius = std::max(shape.radius, p.norm());
-    }
-    for (std::size_t i = 0; i < outline.size(); ++i) {
-      const Vector2 a = outline[i] - middle;
-      const Vector2 b = outline[(i + 1) % outline.size()] - middle;
+    const Loop& loop =
+        shape.loops.emplace_back(simplified(outline, tolerance).rowwise() - middle.transpose());
+    shape.radius = std::max(shape.radius, loop.rowwise().norm().maxCoeff());
+    for (Eigen::Index i = 0; i < outline.rows(); ++i) {
+      const Vector2 a = outline.row(i).transpose() - middle;
+      const Vector2 b = outline.row((i + 1) % outline.rows()).transpose() - middle;
       shape.area += 0.5 * cross(a, b);
     }
-    shape.loops.push_back(std::move(loop));
   }
   return shape;
 }
@@ -194,11 +185,9 @@ Vector2 squarest_turn(const Shape& shape) {
   for (int i = 0; i < kTurns; ++i) {
     const double angle = kQuarterTurn * i / kTurns;
     const Pose pose{Vector2::Zero(), {std::cos(angle), std::sin(angle)}};
-    Eigen::AlignedBox2d box;
-    for (const Loop& loop : shape.loops)
-      for (const Vector2& p : loop) box.extend(pose(p, 1.0));
-    if (!(box.sizes().maxCoeff() < least)) continue;
-    least = box.sizes().maxCoeff();
+    const double side = box_of(shape.loops, pose).sizes().maxCoeff();
+    if (!(side < least)) continue;
+    least = side;
     best = pose.turn;
   }
   return best;
@@ -209,51 +198,55 @@ namespace {
 // Against rounding of what touches a cell's edge, in cells.
 constexpr double kTouchingCare = 1e-9;
 
-// The x of the disc's points with y in [bottom, bottom + 1].
-void add_disc(const Vector2& p, double radius, double bottom, Span& span) {
-  const double off = std::max({0.0, bottom - p.y(), p.y() - bottom - 1.0});
-  if (off > radius) return;
-  const double half = std::sqrt(radius * radius - off * off);
-  span.add(p.x() - half);
-  span.add(p.x() + half);
+// The largest x of the points within `radius` of the segment whose y is in [low, high], where some
+// are: at the height of the end that is farther right, or at the height nearest to that, as what is
+// within the radius is convex.
+double rightmost(const Vector2& a, const Vector2& b, double radius, double low, double high) {
+  const double y = std::clamp(a.x() > b.x() ? a.y() : b.y(), low, high);
+  double x = -std::numeric_limits<double>::infinity();
+  for (const Vector2& p : {a, b}) {
+    const double square = radius * radius - (y - p.y()) * (y - p.y());
+    if (square >= 0.0) x = std::max(x, p.x() + std::sqrt(square));
+  }
+  // The side on the right, from the lower end to the upper one.
+  const Vector2 side = a.y() < b.y() ? Vector2(b - a) : Vector2(a - b);
+  if (side.y() < 1e-12) return x;
+  const Vector2 foot =
+      (a.y() < b.y() ? a : b) + Vector2(side.y(), -side.x()) * (radius / side.norm());
+  const double along = (y - foot.y()) / side.y();
+  return along >= 0.0 && along <= 1.0 ? std::max(x, foot.x() + along * side.x()) : x;
 }
 
-// A side of a strip: from its lower end to its upper one.
-struct StripSide {
-  Vector2 low, high;
-  double slope;  // of x by y
+// Cells as they are drawn, in any order: a row's from the first to the last.
+struct Drawing {
+  int width, height;
+  std::vector<std::pair<int, Run>> runs = {};
 
-  StripSide(const Vector2& a, const Vector2& b)
-      : low(a.y() <= b.y() ? a : b), high(a.y() <= b.y() ? b : a) {
-    const double rise = high.y() - low.y();
-    slope = rise < 1e-12 ? 0.0 : (high.x() - low.x()) / rise;
+  // The cells of a row from x = first to x = last that the drawing has.
+  void add(int row, double first, double last) {
+    const Run run{static_cast<int>(std::clamp(std::floor(first), 0.0, width + 0.0)),
+                  static_cast<int>(std::clamp(std::floor(last), -1.0, width - 1.0))};
+    if (run.first <= run.last) runs.emplace_back(row, run);
   }
 
-  // Its points with y in [bottom, bottom + 1].
-  void add(double bottom, Span& span) const {
-    if (low.y() > bottom + 1.0 || high.y() < bottom) return;
-    const bool begins = low.y() >= bottom;
-    const bool ends = high.y() <= bottom + 1.0;
-    span.add(begins ? low.x() : low.x() + slope * (bottom - low.y()));
-    span.add(ends ? high.x() : low.x() + slope * (bottom + 1.0 - low.y()));
+  Mask mask() && {
+    std::sort(runs.begin(), runs.end(), [](const auto& a, const auto& b) {
+      return std::pair(a.first, a.second.first) < std::pair(b.first, b.second.first);
+    });
+    Mask mask{width, height};
+    for (const auto& [row, run] : runs) {
+      const bool begins = static_cast<int>(mask.row_begin.size()) <= row;
+      mask.row_begin.resize(at(row + 1), static_cast<int>(mask.runs.size()));
+      if (begins || run.first > mask.runs.back().last + 1) {
+        mask.runs.push_back(run);
+      } else {
+        mask.runs.back().last = std::max(mask.runs.back().last, run.last);
+      }
+    }
+    mask.row_begin.resize(at(height + 1), static_cast<int>(mask.runs.size()));
+    return mask;
   }
 };
-
-// Of the cells [first, last] of a row those in word w.
-Word word_of(int w, int first, int last) {
-  Word word = ~Word{0};
-  if (w == first / 64) word <<= first % 64;
-  if (w == last / 64) word &= ~Word{0} >> (63 - last % 64);
-  return word;
-}
-
-// Sets the cells [first, last] of a row, cut to the row's `width`.
-void set_cells(Word* row, int width, double first, double last) {
-  const int a = static_cast<int>(std::clamp(std::floor(first), 0.0, static_cast<double>(width)));
-  const int b = static_cast<int>(std::clamp(std::floor(last), -1.0, width - 1.0));
-  if (a > b) return;
-  for (int w = a / 64; w <= b / 64; ++w) row[w] |= word_of(w, a, b);
-}
 
 // Where an outline crosses the middle of a row.
 struct Crossing {
@@ -263,16 +256,16 @@ struct Crossing {
 };
 
 // The inside of the loops at the rows' middles; cells that only touch it are the outline's.
-void draw_inside(const std::vector<Loop>& loops, int width, int height, int words,
-                 std::vector<Word>& bits) {
+void draw_inside(const std::vector<Loop>& loops, Drawing& drawing) {
   std::vector<Crossing> crossings;
   for (const Loop& loop : loops) {
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      Vector2 a = loop[i];
-      Vector2 b = loop[(i + 1) % loop.size()];
+    for (Eigen::Index i = 0; i < loop.rows(); ++i) {
+      Vector2 a = loop.row(i);
+      Vector2 b = loop.row((i + 1) % loop.rows());
       const int way = a.y() < b.y() ? 1 : -1;
       if (way < 0) std::swap(a, b);
-      const int first = static_cast<int>(std::clamp(std::ceil(a.y() - 0.5), 0.0, height + 0.0));
+      const double height = drawing.height;
+      const int first = static_cast<int>(std::clamp(std::ceil(a.y() - 0.5), 0.0, height));
       const int last =
           static_cast<int>(std::clamp(std::ceil(b.y() - 0.5) - 1.0, -1.0, height - 1.0));
       if (first > last) continue;
@@ -289,101 +282,53 @@ void draw_inside(const std::vector<Loop>& loops, int width, int height, int word
     const Crossing& from = crossings[i];
     const Crossing& to = crossings[i + 1];
     winding = from.row == to.row ? winding + from.way : 0;
-    if (winding != 0) set_cells(&bits[at(from.row * words)], width, from.x, to.x);
+    if (winding != 0) drawing.add(from.row, from.x, to.x);
   }
 }
 
-// Sets, in a grid of so many cells with its corner at the origin, every cell that a point within
-// `radius` of the segment lies in. All in cells.
-void draw_segment(const Vector2& a, const Vector2& b, double radius, int width, int height,
-                  int words, std::vector<Word>& bits) {
+// Every cell that a point within `radius` of the segment lies in. All in cells.
+void draw_segment(const Vector2& a, const Vector2& b, double radius, Drawing& drawing) {
   const double reach = radius + kTouchingCare;
-  const auto row_of = [&](double y) {
-    return static_cast<int>(std::clamp(std::floor(y), -1.0, static_cast<double>(height)));
-  };
-  const int first = std::max(0, row_of(std::min(a.y(), b.y()) - reach));
-  const int last = std::min(height - 1, row_of(std::max(a.y(), b.y()) + reach));
-  const Vector2 side = b - a;
-  const double length = side.norm();
-  const Vector2 off =
-      length > 0.0 ? Vector2(-side.y(), side.x()) * (reach / length) : Vector2(0.0, 0.0);
-  // The strip's ends are within the discs.
-  const StripSide left(a + off, b + off);
-  const StripSide right(a - off, b - off);
+  const double low = std::min(a.y(), b.y()) - reach;
+  const double high = std::max(a.y(), b.y()) + reach;
+  const int first = static_cast<int>(std::clamp(std::floor(low), 0.0, drawing.height + 0.0));
+  const int last = static_cast<int>(std::clamp(std::floor(high), -1.0, drawing.height - 1.0));
+  const Vector2 mirrored_a(-a.x(), a.y()), mirrored_b(-b.x(), b.y());
   for (int row = first; row <= last; ++row) {
-    Span span;
-    add_disc(a, reach, row, span);
-    add_disc(b, reach, row, span);
-    if (length > 0.0) {
-      left.add(row, span);
-      right.add(row, span);
-    }
-    if (span.low <= span.high) set_cells(&bits[at(row * words)], width, span.low, span.high);
+    const double bottom = std::max(low, row + 0.0), top = std::min(high, row + 1.0);
+    drawing.add(row, -rightmost(mirrored_a, mirrored_b, reach, bottom, top),
+                rightmost(a, b, reach, bottom, top));
   }
 }
 
-void draw(const std::vector<Loop>& loops, double radius, int width, int height, int words,
-          std::vector<Word>& bits) {
-  draw_inside(loops, width, height, words, bits);
+Mask drawn(const std::vector<Loop>& loops, double radius, int width, int height) {
+  Drawing drawing{width, height};
+  draw_inside(loops, drawing);
   for (const Loop& loop : loops) {
-    for (std::size_t i = 0; i < loop.size(); ++i)
-      draw_segment(loop[i], loop[(i + 1) % loop.size()], radius, width, height, words, bits);
+    for (Eigen::Index i = 0; i < loop.rows(); ++i)
+      draw_segment(loop.row(i), loop.row((i + 1) % loop.rows()), radius, drawing);
   }
-}
-
-// The first cell of a row from x on that is set, or that is not; `end` if there is none.
-int next_cell(const Word* row, int x, int end, bool is_set) {
-  for (; x < end; x = (x / 64 + 1) * 64) {
-    const Word word = (is_set ? row[x / 64] : ~row[x / 64]) >> (x % 64);
-    if (word != 0) return x + std::countr_zero(word);
-  }
-  return end;
-}
-
-void find_runs(Mask& mask) {
-  mask.row_begin.assign(1, 0);
-  mask.runs.reserve(at(mask.height));
-  const int end = 64 * mask.words;
-  for (int j = 0; j < mask.height; ++j) {
-    const Word* row = &mask.bits[at(j * mask.words)];
-    for (int x = next_cell(row, 0, end, true); x < end;) {
-      const int beyond = next_cell(row, x, end, false);
-      mask.runs.push_back({x, beyond - 1});
-      x = next_cell(row, beyond, end, true);
-    }
-    mask.row_begin.push_back(static_cast<int>(mask.runs.size()));
-  }
+  return std::move(drawing).mask();
 }
 
 }  // namespace
 
-void draw_loop(Loop loop, int cells, double radius, int words, std::vector<Word>& bits) {
-  for (Vector2& p : loop) p *= cells;
-  draw({std::move(loop)}, radius, cells, cells, words, bits);
+Mask draw_in_unit(std::vector<Loop> loops, int cells, double radius) {
+  for (Loop& loop : loops) loop *= cells;
+  return drawn(loops, radius, cells, cells);
 }
 
 Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double radius) {
   Eigen::AlignedBox2d box;
-  const Pose pose{Vector2::Zero(), turn};
-  std::vector<Loop> loops = shape.loops;
-  for (Loop& loop : loops) {
-    for (Vector2& p : loop) {
-      p = pose(p, scale);
-      box.extend(p);
-    }
-  }
-  Mask mask;
+  std::vector<Loop> loops;
+  for (const Loop& loop : shape.loops)
+    box.extend(bounds_of(loops.emplace_back(Pose{Vector2::Zero(), turn}(loop, scale))));
   const Vector2 care = Vector2::Constant(radius + 2.0 * kTouchingCare);
-  mask.origin = care - box.min();
-  const Vector2 size = box.sizes() + 2.0 * care;
-  mask.width = std::max(1, static_cast<int>(std::ceil(size.x())));
-  mask.height = std::max(1, static_cast<int>(std::ceil(size.y())));
-  mask.words = (mask.width + 63) / 64;
-  mask.bits.assign(at(mask.words) * at(mask.height), 0);
-  for (Loop& loop : loops)
-    for (Vector2& p : loop) p += mask.origin;
-  draw(loops, radius, mask.width, mask.height, mask.words, mask.bits);
-  find_runs(mask);
+  const Vector2 origin = care - box.min();
+  for (Loop& loop : loops) loop.rowwise() += origin.transpose();
+  const Vector2 size = (box.sizes() + 2.0 * care).array().ceil().max(1.0);
+  Mask mask = drawn(loops, radius, static_cast<int>(size.x()), static_cast<int>(size.y()));
+  mask.origin = origin;
   return mask;
 }
 
@@ -395,23 +340,24 @@ constexpr int kMostWords = 128;  // tiles of at most 8192 cells
 int levels_of(int cells) { return static_cast<int>(std::bit_width(static_cast<unsigned>(cells))); }
 
 // Word w of a row shifted to lower cells by `by`; the row has an empty word more.
-Word shifted(const Word* row, int by, int w) {
+std::uint64_t shifted(const std::uint64_t* row, int by, int w) {
   const int i = w + by / 64;
   const int bits = by % 64;
   return (row[i] >> bits) | (row[i + 1] << 1 << (63 - bits));
+}
+
+// Of the cells [first, last] of a row those in word w.
+std::uint64_t word_of(int w, int first, int last) {
+  std::uint64_t word = ~std::uint64_t{0};
+  if (w == first / 64) word <<= first % 64;
+  if (w == last / 64) word &= ~std::uint64_t{0} >> (63 - last % 64);
+  return word;
 }
 
 }  // namespace
 
 Tile::Tile(int cells) : cells_(cells), words_((cells + 63) / 64), count_(levels_of(cells)) {
   levels_.assign(at(count_) * at(cells_) * at(words_ + 1), 0);
-}
-
-Tile::Tile(int cells, const std::vector<Word>& taken) : Tile(cells) {
-  for (int row = 0; row < cells_; ++row) {
-    std::copy_n(taken.begin() + static_cast<std::ptrdiff_t>(row) * words_, words_, level(0, row));
-    widen(row, 0, words_ - 1);
-  }
 }
 
 void Tile::widen(int row, int first, int last) {
@@ -509,17 +455,14 @@ double Tile::contact(const Mask& mask, const Cell& cell) const {
 
 template <typename Change>
 void Tile::change(const Mask& mask, const Cell& cell, Change change) {
-  const int skip = cell.x / 64;
-  const int bits = cell.x % 64;
   for (int j = 0; j < mask.height; ++j) {
     Word* row = level(0, cell.y + j);
-    const Word* own = &mask.bits[at(j * mask.words)];
-    for (int w = 0; w < mask.words; ++w) {
-      change(row[w + skip], own[w] << bits);
-      if (bits != 0 && w + skip + 1 < words_) change(row[w + skip + 1], own[w] >> (64 - bits));
+    for (const Run& run : mask.row(j)) {
+      const int first = cell.x + run.first;
+      const int last = cell.x + run.last;
+      for (int w = first / 64; w <= last / 64; ++w) change(row[w], word_of(w, first, last));
     }
-    const int last = bits != 0 ? std::min(skip + mask.words, words_ - 1) : skip + mask.words - 1;
-    widen(cell.y + j, skip, last);
+    widen(cell.y + j, cell.x / 64, (cell.x + mask.width - 1) / 64);
   }
 }
 

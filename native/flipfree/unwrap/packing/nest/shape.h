@@ -1,6 +1,7 @@
 // What is packed: outlines in the plane that turn, move and grow as one.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -10,12 +11,13 @@
 #include <utility>
 #include <vector>
 
+#include "flipfree/base/context.h"
 #include "flipfree/base/types.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 
 namespace flipfree::unwrap {
 
-using Loop = std::vector<Vector2>;  // closed; what it bounds on the left
+using Loop = Points2;  // corners, closed; what it bounds on the left
 
 // From the least to the largest of some numbers.
 struct Span {
@@ -46,6 +48,10 @@ struct Pose {
     return {scale * (turn.x() * p.x() - turn.y() * p.y()) + centre.x(),
             scale * (turn.y() * p.x() + turn.x() * p.y()) + centre.y()};
   }
+  Loop operator()(Loop loop, double scale) const {
+    for (auto p : loop.rowwise()) p = (*this)(Vector2(p), scale).transpose();
+    return loop;
+  }
 };
 
 // Rows i to i + 2 of triangles' corners, counter-clockwise.
@@ -65,13 +71,36 @@ struct Outlines {
   std::vector<std::size_t> owner;  // per corner, and of the edge from there to the next one
   distortion::Boundary boundary;   // its edges and vertices
 
+  // Calls visit(corner, edge, distance) for every corner, at `places` (#corners x 2), and edge of
+  // different owners that are at most so far apart. Returns how many edges it looked at.
+  template <typename Visit>
+  std::size_t for_near(const Points2& places, double reach, const ExecutionContext& context,
+                       Visit visit) const {
+    const distortion::BoundaryGrid grid(boundary, places);
+    std::vector<Index> edges;
+    std::size_t looked = 0;
+    for (Index c = 0; c < places.rows(); ++c) {
+      if (c % 4096 == 0) context.check();
+      grid.near(places.row(c), reach, edges);
+      looked += edges.size();
+      for (const Index e : edges) {
+        const auto& [from, to] = boundary.edges[at(e)];
+        if (owner[at(from)] == owner[at(c)]) continue;
+        const double distance =
+            distance_to_segment(places.row(c), places.row(from), places.row(to));
+        if (distance <= reach) visit(c, e, distance);
+      }
+    }
+    return looked;
+  }
+
   void add(const Loop& loop, std::size_t of) {
     const auto first = static_cast<Index>(corners.size());
-    const auto count = static_cast<Index>(loop.size());
+    const auto count = static_cast<Index>(loop.rows());
     for (Index i = 0; i < count; ++i) {
       boundary.edges.push_back({first + i, first + (i + 1) % count});
       boundary.vertices.push_back(first + i);
-      corners.push_back(loop[at(i)]);
+      corners.push_back(loop.row(i));
       owner.push_back(of);
     }
   }
@@ -85,6 +114,13 @@ Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& m
 // plates with holes - and of round ones, which no turn makes fit better, the turn that brings most
 // of them onto the axes, by half a quarter at most; (0, 0) of others.
 Vector2 straight_axis(const std::vector<Loop>& outlines);
+template <typename Rows>
+Eigen::AlignedBox2d bounds_of(const Eigen::MatrixBase<Rows>& uv) {
+  return {uv.colwise().minCoeff().transpose(), uv.colwise().maxCoeff().transpose()};
+}
+
+// Around all of them, posed at scale 1.
+Eigen::AlignedBox2d box_of(const std::vector<Loop>& loops, const Pose& pose = {});
 // The turn by less than a quarter after which the square around the shape, sides along the axes, is
 // smallest, up to a quarter of a degree. Cost: 360 times the corners.
 Vector2 squarest_turn(const Shape& shape);
@@ -105,9 +141,7 @@ class Spans {
   std::array<Span, kDirections> spans_;
 };
 
-// Shapes as cells of a grid, 64 to a word.
-
-using Word = std::uint64_t;
+// Shapes as cells of a grid.
 
 // Cells from `first` to `last` of a row, both included.
 struct Run {
@@ -116,21 +150,19 @@ struct Run {
 };
 
 struct Mask {
-  int width = 0;   // cells
-  int height = 0;  // rows
-  int words = 0;   // per row
-  std::vector<Word> bits;
-  std::vector<int> row_begin;  // height + 1: the runs of each row
-  std::vector<Run> runs;
+  int width = 0;                    // cells
+  int height = 0;                   // rows
+  std::vector<int> row_begin = {};  // height + 1: the runs of each row
+  std::vector<Run> runs = {};       // by row, with gaps between them
   std::span<const Run> row(int j) const {
     return {runs.data() + row_begin[at(j)], runs.data() + row_begin[at(j) + 1]};
   }
   Vector2 origin = Vector2::Zero();  // of the item from the mask's lower left corner, in cells
 };
 
-// Sets, in such a grid of `cells` to the unit, every cell that a point within `radius` (cells) of
-// the loop's inside lies in.
-void draw_loop(Loop loop, int cells, double radius, int words, std::vector<Word>& bits);
+// Of the unit square's cells, so many to a side, all that a point within `radius` (cells) of the
+// loops' inside lies in.
+Mask draw_in_unit(std::vector<Loop> loops, int cells, double radius);
 
 // Every cell that a point within `radius` (cells) of the shape lies in, the shape turned and of
 // `scale` cells to its unit. Cost: O(rows that its edges pass through + cells / 64).
@@ -146,12 +178,9 @@ struct Cell {
 class Tile {
  public:
   explicit Tile(int cells);  // to a side
-  // The same with these cells taken, rows of words() words.
-  Tile(int cells, const std::vector<Word>& taken);
 
   // Words that lowest() has looked at: a measure of work that is the same everywhere.
   std::uint64_t looked() const { return looked_; }
-  int words() const { return words_; }
 
   // The lowest place, of the lowest ones the leftmost, whose row is in [from, to]: the mask's lower
   // left corner. Cost: a few words per run of the mask and row of the tile.
@@ -165,6 +194,8 @@ class Tile {
   void take(const Mask& mask, const Cell& cell);  // what was put there
 
  private:
+  using Word = std::uint64_t;  // 64 cells of a row
+
   const Word* level(int k, int row) const {
     return &levels_[(at(k) * at(cells_) + at(row)) * at(words_ + 1)];
   }
