@@ -410,7 +410,7 @@ std::vector<HalfedgeId> flattened_edges(const Aligning& to) {
     if (to.on_border(origin) && (!to.aligned() || on_feature[at(origin)] == 0))
       turns[v] = to.aligned() ? to.needed.cones[at(origin)] : 0;
   }
-  return seamless::side_chords(beside, turns, to.context);
+  return seamless::side_chords(beside, turns);
 }
 
 // The same; what an aligned boundary or features would flatten is divided first. Padding alone

@@ -1,18 +1,453 @@
 #include "flipfree/seamless/request.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/certified_map.h"
+#include "flipfree/conformal/boundary_angles.h"
+#include "flipfree/mesh/cut_graph.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/validate.h"
-#include "flipfree/seamless/corners.h"
 
 namespace flipfree::seamless {
+
+namespace {
+
+// No cone has less than one quarter turn.
+[[noreturn]] void throw_too_sharp(VertexId v, Index quarter_turns) {
+  throw_invalid(ErrorCode::kBadAngles,
+                "The cone at vertex " + vertex_id(v) + " has " + std::to_string(quarter_turns) +
+                    " quarter turns. Give every cone at least 1 (4 is flat inside, 2 is straight "
+                    "at the boundary).",
+                ElementKind::kVertex, {v});
+}
+
+// `what` sum, `but` needed; `whose` quarter turns k are to be others.
+[[noreturn]] void throw_angle_sum(const std::string& what, std::int64_t sum, const std::string& but,
+                                  std::int64_t needed, const std::string& whose) {
+  throw_infeasible(ErrorCode::kGaussBonnet,
+                   what + std::to_string(sum) + but + std::to_string(needed) + " (Gauss-Bonnet). " +
+                       (sum > needed ? "Add " + std::to_string(sum - needed) + " to"
+                                     : "Take " + std::to_string(needed - sum) + " from") +
+                       " the sum of the " + whose + "quarter turns k.",
+                   {"angle sum",
+                    {{"sum", {static_cast<double>(sum) * kQuarterTurn}},
+                     {"needed", {static_cast<double>(needed) * kQuarterTurn}}}});
+}
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+// Directions of the axes that are tried, per quarter turn.
+constexpr Index kAxes = 16;
+// What a corner costs that stands where the curve does not turn: twice this share of the curve off
+// by a quarter turn. Waves that are shorter are ridden over.
+constexpr double kCornerShare = 0.01;
+// Directions of an edge that are tried: so many quarter turns to either side of the nearest one,
+// more if none of these leads around.
+constexpr Index kReach = 3;
+
+// Vertices between two looks at the clock.
+constexpr Index kCheckVertices = 1024;
+
+// A curve of a boundary, surface on the left; edge i leads from its vertex i to the next one.
+struct BorderCurve {
+  std::vector<double> direction;  // of the edges, quarter turns from an axis
+  std::vector<double> turning;    // at vertex i, from edge i - 1 to edge i
+  std::vector<double> length;     // of the edges; the sum is 1
+  double whole = 0.0;             // length of the curve
+  Index wanted = 0;               // quarter turns to the left, in all
+  Index least = 0;                // most negative turn at a vertex that is tried
+};
+
+struct Labels {
+  double cost = kInfinite;
+  std::vector<Index> of_edge;
+};
+
+double corner_cost(double turning, Index turn) {
+  if (turn == 0) return 0.0;
+  const double wrong = std::abs(turning - turn) - std::abs(turning);
+  return kCornerShare * (std::abs(static_cast<double>(turn)) + wrong);
+}
+
+// The cheapest directions of the edges for one direction of the axes.
+class Program {
+ public:
+  Program(const BorderCurve& curve, double axis, Index reach, ExecutionContext& context)
+      : curve_(curve), axis_(axis), reach_(reach), width_(2 * reach + 1), context_(context) {}
+
+  Labels run() {
+    Labels best;
+    for (Index first = -1; first <= 1; ++first) {
+      const double cost = forward(reach_ + first);
+      if (cost < best.cost) best = {cost, backward(reach_ + first)};
+    }
+    return best;
+  }
+
+ private:
+  Index size() const { return static_cast<Index>(curve_.length.size()); }
+  double relative(Index i) const { return curve_.direction[at(i)] - axis_; }
+  // The direction in the middle of those that are tried for edge i, i up to size().
+  Index middle(Index i) const {
+    return i == size() ? middle(0) + curve_.wanted : static_cast<Index>(std::lround(relative(i)));
+  }
+  double edge_cost(Index i, Index label) const {
+    const double off = relative(i) - (middle(i) + label - reach_);
+    return curve_.length[at(i)] * off * off;
+  }
+
+  // Cost of the cheapest way around on which edge 0 has the given label.
+  double forward(Index first) {
+    const Index n = size();
+    from_.assign(at(width_) * at(n + 1), kInvalid);
+    std::vector<double> cost(at(width_), kInfinite), next(at(width_));
+    cost[at(first)] = edge_cost(0, first);
+    for (Index i = 1; i <= n; ++i) {
+      if (i % kCheckVertices == 0) context_.check();
+      std::fill(next.begin(), next.end(), kInfinite);
+      const Index rise = middle(i) - middle(i - 1);
+      const double turning = curve_.turning[at(i % n)];
+      for (Index turn = curve_.least; turn <= 1; ++turn) {
+        const double corner = corner_cost(turning, turn);
+        for (Index a = 0; a < width_; ++a) {
+          const Index b = a + turn - rise;
+          if (b < 0 || b >= width_ || cost[at(a)] + corner >= next[at(b)]) continue;
+          next[at(b)] = cost[at(a)] + corner;
+          from_[at(width_) * at(i) + at(b)] = a;
+        }
+      }
+      for (Index b = 0; i < n && b < width_; ++b) next[at(b)] += edge_cost(i, b);
+      std::swap(cost, next);
+    }
+    return cost[at(first)];
+  }
+
+  // Directions of edges 0 to size(), the last one edge 0 again after one way around.
+  std::vector<Index> backward(Index first) const {
+    std::vector<Index> labels(at(size()) + 1);
+    Index label = first;
+    for (Index i = size(); i >= 0; --i) {
+      labels[at(i)] = middle(i) + label - reach_;
+      label = from_[at(width_) * at(i) + at(label)];
+      if (i == 0) break;
+    }
+    return labels;
+  }
+
+  const BorderCurve& curve_;
+  double axis_;
+  Index reach_, width_;
+  ExecutionContext& context_;
+  std::vector<Index> from_;  // per vertex and label after it: the label before it
+};
+
+Labels cheapest(const BorderCurve& curve, double axis, ExecutionContext& context) {
+  const Index most = curve.wanted + static_cast<Index>(curve.length.size());
+  for (Index reach = kReach;; reach *= 2) {
+    Labels found = Program(curve, axis, reach, context).run();
+    context.check();
+    if (found.cost < kInfinite || reach > 4 * std::abs(most)) return found;
+  }
+}
+
+// Of curves together, for the direction of the axes that is best for all: per curve the quarter
+// turns k of the angles at its vertices, 1 or more; the sum of 2 - k is what is wanted. Cost:
+// linear, about a thousand steps a vertex.
+std::vector<std::vector<Index>> choose_corners(std::span<const BorderCurve> curves,
+                                               ExecutionContext& context) {
+  std::vector<Labels> best;
+  double least = kInfinite;
+  for (Index axis = 0; axis < kAxes; ++axis) {
+    std::vector<Labels> labels;
+    double cost = 0.0;
+    for (const BorderCurve& curve : curves) {
+      labels.push_back(cheapest(curve, static_cast<double>(axis) / kAxes, context));
+      cost += curve.whole * labels.back().cost;
+    }
+    if (!best.empty() && cost >= least) continue;
+    best = std::move(labels);
+    least = cost;
+  }
+  std::vector<std::vector<Index>> angles;
+  for (const Labels& labels : best) {
+    std::vector<Index>& k = angles.emplace_back();
+    const std::size_t n = labels.of_edge.size() - 1;
+    for (std::size_t i = 0; i < n; ++i)
+      k.push_back(2 - (labels.of_edge[i == 0 ? n : i] - labels.of_edge[i == 0 ? n - 1 : i - 1]));
+  }
+  return angles;
+}
+
+// Sum of the curvatures inside a surface that is as good as flat, quarter turns.
+constexpr double kNearlyFlat = 0.2;
+
+struct Border {
+  std::vector<std::vector<VertexId>> loops;
+  std::vector<char> on_boundary;
+  Index euler = 0;
+};
+
+Border border_of(const mesh::Surface& surface) {
+  const auto count = static_cast<Index>(surface.vertices.rows());
+  const mesh::Adjacency& adjacency = surface.adjacency();
+  Border border{mesh::boundary_loops(surface.faces, adjacency), std::vector<char>(at(count), 0),
+                mesh::topology(surface.faces, adjacency).euler()};
+  for (const auto& loop : border.loops) {
+    for (const VertexId v : loop) border.on_boundary[at(v)] = 1;
+  }
+  return border;
+}
+
+// What the boundary has to turn in all, quarter turns: 4 chi less the curvature inside.
+Index needed_turning(const Border& border, const std::vector<Index>& cones) {
+  Index needed = 4 * border.euler;
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    if (border.on_boundary[v]) continue;
+    if (cones[v] < 1) throw_too_sharp(static_cast<Index>(v), cones[v]);
+    needed -= 4 - cones[v];
+  }
+  return needed;
+}
+
+// Quarter turns.
+double corner_angle(const mesh::Surface& surface, CornerId c) {
+  const auto [a, b] = mesh::sides_at(surface, c);
+  return std::atan2(a.cross(b).norm(), a.dot(b)) / kQuarterTurn;
+}
+
+// Total angles of the surface at its vertices, quarter turns.
+std::vector<double> own_angles(const mesh::Surface& surface) {
+  std::vector<double> angle(at(surface.vertices.rows()), 0.0);
+  for (CornerId c = 0; c < static_cast<CornerId>(surface.faces.size()); ++c)
+    angle[at(surface.faces(c / 3, c % 3))] += corner_angle(surface, c);
+  return angle;
+}
+
+// Whole numbers near to the given ones with a given sum.
+std::vector<Index> whole_with_sum(const std::vector<double>& values, Index sum) {
+  std::vector<Index> whole;
+  for (const double x : values) whole.push_back(static_cast<Index>(std::lround(x)));
+  Index missing = sum - std::accumulate(whole.begin(), whole.end(), Index{0});
+  const Index step = missing < 0 ? -1 : 1;
+  for (; missing != 0; missing -= step) {
+    std::size_t best = 0;
+    double most = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+      const double lacks = step * (values[i] - whole[i]);
+      if (lacks > most) {
+        most = lacks;
+        best = i;
+      }
+    }
+    whole[best] += step;
+  }
+  return whole;
+}
+
+// Directions of the half-edges of a connected surface, quarter turns: unfolded face after face, so
+// that where it is flat they are those in the plane.
+std::vector<double> unfolded_directions(const mesh::Surface& surface) {
+  std::vector<double> direction(at(surface.faces.size()), 0.0);
+  const auto unfold = [&](HalfedgeId h) {
+    for (int k = 0; k < 2; ++k, h = next_corner(h)) {
+      const HalfedgeId next = next_corner(h);
+      direction[at(next)] = direction[at(h)] + (2.0 - corner_angle(surface, next));
+    }
+  };
+  unfold(0);
+  mesh::for_each_face_across(
+      surface.adjacency(), [](HalfedgeId, HalfedgeId) { return true; },
+      [&](HalfedgeId h, HalfedgeId o) {
+        direction[at(o)] = direction[at(h)] + 2.0;
+        unfold(o);
+      });
+  return direction;
+}
+
+// Is the surface so flat inside that one unfolding of it is like another, and is its map to be?
+bool is_flat_inside(const Border& border, const std::vector<double>& angles,
+                    const std::vector<Index>& cones) {
+  double curved = 0.0;
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    if (border.on_boundary[v]) continue;
+    if (cones[v] != 4) return false;
+    curved += std::abs(4.0 - angles[v]);
+  }
+  return curved < kNearlyFlat;
+}
+
+// Curves of the boundary, as bent as they are but for what each lacks of the turning that is
+// wanted, which is spread along it.
+std::vector<BorderCurve> border_curves(const mesh::Surface& surface,
+                                       const std::vector<double>& angles,
+                                       const std::vector<Index>& wanted) {
+  const std::vector<double> direction = unfolded_directions(surface);
+  std::vector<BorderCurve> curves;
+  for (const auto& loop : mesh::boundary_halfedge_loops(surface.faces, surface.adjacency())) {
+    BorderCurve curve;
+    curve.wanted = wanted[curves.size()];
+    const std::size_t n = loop.size();
+    for (const HalfedgeId h : loop) {
+      const VertexId from = mesh::source(surface.faces, h), to = mesh::target(surface.faces, h);
+      curve.length.push_back((surface.vertices.row(from) - surface.vertices.row(to)).stableNorm());
+      curve.turning.push_back(2.0 - angles[at(from)]);
+    }
+    curve.whole = std::accumulate(curve.length.begin(), curve.length.end(), 0.0);
+    const double lacking = static_cast<double>(curve.wanted) -
+                           std::accumulate(curve.turning.begin(), curve.turning.end(), 0.0);
+    for (double& length : curve.length) length /= curve.whole;
+    double least = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      curve.turning[i] += 0.5 * (curve.length[(i + n - 1) % n] + curve.length[i]) * lacking;
+      curve.direction.push_back(i == 0 ? direction[at(loop.front())]
+                                       : curve.direction.back() + curve.turning[i]);
+      least = std::min(least, std::floor(curve.turning[i]));
+    }
+    curve.least = static_cast<Index>(least) - 1;
+    curves.push_back(std::move(curve));
+  }
+  return curves;
+}
+
+[[noreturn]] void throw_sum(Index sum, Index needed) {
+  throw_angle_sum("The corners at the boundary turn by ", sum,
+                  " quarter turns (2 - k each), but the surface and its cones need ", needed, "");
+}
+
+[[noreturn]] void throw_too_few(std::size_t vertices, Index wanted) {
+  throw_infeasible(ErrorCode::kGaussBonnet,
+                   "A boundary of " + std::to_string(vertices) + " vertices cannot turn by " +
+                       std::to_string(wanted) +
+                       " quarter turns: a corner turns by one. Subdivide its edges, or add cones "
+                       "of 3 quarter turns inside.",
+                   {"corner turning",
+                    {{"vertices", {static_cast<double>(vertices)}},
+                     {"turning", {static_cast<double>(wanted) * kQuarterTurn}}}});
+}
+
+}  // namespace
+
+std::vector<Index> flat_inside(std::vector<Index> cones, const mesh::Surface& surface) {
+  const mesh::Adjacency& adjacency = surface.adjacency();
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    const HalfedgeId h = adjacency.vertex_halfedge[v];
+    if (cones[v] == kNotGiven && adjacency.opposite[at(h)] != kInvalid) cones[v] = 4;
+  }
+  return cones;
+}
+
+std::vector<Index> aligned_cones(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                 ExecutionContext& context) {
+  const Border border = border_of(surface);
+  if (border.loops.empty()) return cones;
+  const Index needed = needed_turning(border, cones);
+  std::vector<Index> all = cones;
+  Index sum = 0;
+  bool any = false;
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    if (!border.on_boundary[v]) continue;
+    if (cones[v] < kNotGiven) throw_too_sharp(static_cast<Index>(v), cones[v]);
+    any = any || cones[v] != kNotGiven;
+    if (cones[v] == kNotGiven) all[v] = 2;
+    sum += 2 - all[v];
+  }
+  if (any) {
+    if (sum != needed) throw_sum(sum, needed);
+    return all;
+  }
+  const mesh::InOwnUnit own(surface);
+  const std::vector<double> angles = own_angles(own.surface());
+  std::vector<double> turning;
+  for (const auto& loop : border.loops) {
+    turning.push_back(0.0);
+    for (const VertexId v : loop) turning.back() += 2.0 - angles[at(v)];
+  }
+  const std::vector<Index> wanted = whole_with_sum(turning, needed);
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    if (wanted[i] > static_cast<Index>(border.loops[i].size()))
+      throw_too_few(border.loops[i].size(), wanted[i]);
+  }
+  const std::vector<BorderCurve> curves = border_curves(own.surface(), angles, wanted);
+  // Where it is flat, the axes of one curve are those of all.
+  const std::size_t together = is_flat_inside(border, angles, cones) ? curves.size() : 1;
+  for (std::size_t i = 0; i < curves.size(); i += together) {
+    const auto corners = choose_corners(std::span(curves).subspan(i, together), context);
+    for (std::size_t c = 0; c < together; ++c) {
+      for (std::size_t j = 0; j < corners[c].size(); ++j)
+        all[at(border.loops[i + c][j])] = corners[c][j];
+    }
+  }
+  return all;
+}
+
+std::vector<std::pair<VertexId, double>> prescribed_angles(const std::vector<Index>& cones,
+                                                           const mesh::Surface& surface,
+                                                           bool aligned) {
+  const std::vector<char> on_boundary = border_of(surface).on_boundary;
+  std::vector<std::pair<VertexId, double>> angles;
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    if (on_boundary[v] != 0 ? aligned && cones[v] != kNotGiven : cones[v] != 4)
+      angles.emplace_back(static_cast<VertexId>(v), cones[v] * kQuarterTurn);
+  }
+  return angles;
+}
+
+void check_free(const mesh::Surface& surface, const std::vector<Index>& cones) {
+  const Border border = border_of(surface);
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    if (border.on_boundary[v] && cones[v] != kNotGiven) {
+      throw_invalid(ErrorCode::kBadAngles,
+                    "Vertex " + vertex_id(v) +
+                        " lies on the boundary, which is free: its angle cannot be given. Leave "
+                        "it out, or take the aligned boundary.",
+                    ElementKind::kVertex, {static_cast<Index>(v)});
+    }
+  }
+}
+
+std::vector<double> free_angles(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                Boundary boundary, ExecutionContext& context) {
+  if (boundary == Boundary::kFree) check_free(surface, cones);
+  const Border border = border_of(surface);
+  const Index needed = needed_turning(border, cones);
+  conformal::BoundaryAnglesOptions options;
+  options.boundary = conformal::BoundaryGoal::kFree;
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    const auto id = static_cast<VertexId>(v);
+    if (!border.on_boundary[v] && cones[v] != 4)
+      options.cones.emplace_back(id, cones[v] * kQuarterTurn);
+  }
+  std::vector<double> angles = conformal::boundary_angles(surface, options, context);
+  std::vector<double> sum, turning;
+  std::vector<Index> wanted;
+  for (const auto& loop : border.loops) {
+    sum.push_back(0.0);
+    wanted.push_back(0);
+    for (const VertexId v : loop) {
+      sum.back() += angles[at(v)];
+      wanted.back() += 2 - cones[at(v)];
+    }
+    turning.push_back(2.0 * static_cast<double>(loop.size()) - sum.back() / kQuarterTurn);
+  }
+  if (boundary != Boundary::kTurning) wanted = whole_with_sum(turning, needed);
+  const Index all = std::accumulate(wanted.begin(), wanted.end(), Index{0});
+  if (all != needed) throw_sum(all, needed);
+  for (std::size_t i = 0; i < border.loops.size(); ++i) {
+    const double whole =
+        (2.0 * static_cast<double>(border.loops[i].size()) - wanted[i]) * kQuarterTurn;
+    for (const VertexId v : border.loops[i]) angles[at(v)] *= whole / sum[i];
+  }
+  return angles;
+}
+
 namespace {
 
 bool all_divided_by(Index m, const std::vector<Index>& turns) {

@@ -1,8 +1,4 @@
-// The seams of a map as branches, and the quarter turn and translation across each.
-//
-// A branch is a chain of cut edges between two nodes: vertices where other than two cut edges meet,
-// cones, and vertices of the surface's boundary. Along a branch the two sides of a seamless map
-// differ by one rigid motion. Closed chains without a node begin at their lowest vertex.
+// The seams of a map: across each the two sides differ by a quarter turn and a translation.
 #pragma once
 
 #include <functional>
@@ -32,9 +28,12 @@ inline Vector2 turned(const Vector2& v, Index quarters) {
 void turn_to_axes(const std::vector<Index>& chart_of_face, Index charts,
                   const std::function<bool(HalfedgeId)>& counts, Points2& corner_uv);
 
-// Puts the map's cut_edges in the order of the branches, and writes the transition of each.
-// `cones`: vertices. Precondition: cut_edges are edges inside the surface; the surface cut along
-// them has disks as pieces. Cost: O(#F).
-void write_transitions(const std::vector<VertexId>& cones, certify::Parametrization& map);
+// From the side of h to that of o, its opposite, by the middles of the edge: uv there = turned uv
+// here + translation. `uv`: 3 #F x 2.
+certify::Transition across(const Points2& uv, HalfedgeId h, HalfedgeId o);
+
+// Puts the map's cut_edges in the order of their half-edges, and writes the transition of each.
+// Precondition: cut_edges are different edges inside the surface. Cost: O(#F).
+void write_transitions(certify::Parametrization& map);
 
 }  // namespace flipfree::seamless

@@ -11,7 +11,7 @@
 
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
-#include "flipfree/seamless/corners.h"
+#include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {
 
@@ -61,25 +61,14 @@ namespace {
 // up on one line: what they enclose has no area, whatever the map. So it is with every triangle
 // that has a tip at a straight vertex. A vertex on the middle of each of these edges is as much
 // refinement as that needs, and as little.
-
-// The largest disk that is looked for: so many faces, and so many more per edge of the side.
-constexpr Index kLeastFaces = 1000;
-constexpr Index kFacesPerEdge = 16;
-// Disks and faces between two looks at the clock.
-constexpr Index kCheckDisks = 64;
-constexpr Index kCheckFaces = 4096;
-
+//
+// All edges with both ends on one side cut the surface into pieces. What one of them encloses with
+// the side is a disk if its piece is one whose boundary has, beside it, only edges of the side and
+// edges that enclose smaller disks.
 class ChordFinder {
  public:
-  ChordFinder(const mesh::Surface& surface, const std::vector<Index>& cones,
-              ExecutionContext& context)
-      : faces_(surface.faces),
-        adjacency_(surface.adjacency()),
-        context_(context),
-        place_(cones.size()),
-        vertex_seen_(cones.size(), kInvalid),
-        face_seen_(at(faces_.rows()), kInvalid),
-        disk_faces_(adjacency_.opposite.size(), 0) {
+  ChordFinder(const mesh::Surface& surface, const std::vector<Index>& cones)
+      : faces_(surface.faces), adjacency_(surface.adjacency()), place_(cones.size()) {
     for (const auto& loop : mesh::boundary_loops(faces_, adjacency_)) {
       // Corners up to each vertex, twice around.
       std::vector<Index>& corners = corners_.emplace_back(1, 0);
@@ -90,24 +79,36 @@ class ChordFinder {
     }
   }
 
-  // Disks that lie in others come before them: they are not walked through again.
   std::vector<HalfedgeId> run() {
     const auto count = static_cast<HalfedgeId>(adjacency_.opposite.size());
+    mesh::EdgeFlags between(at(count), 0);
     std::vector<std::pair<Index, HalfedgeId>> candidates;
     for (HalfedgeId h = 0; h < count; ++h) {
       const Index edges = edges_behind(h);
-      if (edges > 0) candidates.emplace_back(edges, h);
+      if (edges == 0) continue;
+      candidates.emplace_back(edges, h);
+      between[at(h)] = between[at(adjacency_.opposite[at(h)])] = 1;
     }
+    cut_into_pieces(between);
+    // Disks that lie in others come before them.
     std::sort(candidates.begin(), candidates.end());
-    for (std::size_t i = 0; i < candidates.size(); ++i) {
-      if (i % at(kCheckDisks) == 0) context_.check();
-      const auto [edges, h] = candidates[i];
-      disk_faces_[at(h)] = disk_behind(h, place_[at(mesh::target(faces_, h))], edges);
+    std::vector<char> encloses(at(count), 0);
+    for (const auto& [edges, h] : candidates) {
+      const HalfedgeId o = adjacency_.opposite[at(h)];
+      const Piece& own = pieces_[at(piece_of_.of_face[at(h / 3)])];
+      const bool closed = encloses[at(o)] != 0;  // is what lies beyond h a disk?
+      if (own.euler() != 1 || own.open != (closed ? 0 : 1) ||
+          own.side_edges != edges + (closed ? edges_behind(o) : 0))
+        continue;
+      encloses[at(h)] = 1;
+      Piece& beyond = pieces_[at(piece_of_.of_face[at(o / 3)])];
+      --beyond.open;
+      beyond.side_edges += edges;
     }
     std::vector<HalfedgeId> chords;
     for (HalfedgeId h = 0; h < count; ++h) {
       const HalfedgeId o = adjacency_.opposite[at(h)];
-      if (o > h && (disk_faces_[at(h)] > 0 || disk_faces_[at(o)] > 0)) chords.push_back(h);
+      if (o > h && (encloses[at(h)] != 0 || encloses[at(o)] != 0)) chords.push_back(h);
     }
     return chords;
   }
@@ -116,6 +117,13 @@ class ChordFinder {
   struct Place {
     Index loop = kInvalid;
     Index number = 0;
+  };
+  struct Piece {
+    Index vertices = 0, faces = 0, border = 0;
+    Index open = 0;        // of its border edges: with no disk known beyond them
+    Index side_edges = 0;  // edges of the boundary, those of the disks beyond it included
+
+    Index euler() const { return vertices - (3 * faces + border) / 2 + faces; }
   };
 
   // Edges of the straight side from the target of an inner half-edge to its source; 0: none.
@@ -134,65 +142,28 @@ class ChordFinder {
     return between == 0 ? edges : 0;
   }
 
-  // Floods what lies left of h; its boundary must be h and the side, its Euler characteristic 1.
-  // Disks in it that are known count as their chords. Returns the number of its faces; 0: no disk.
-  Index disk_behind(HalfedgeId h, const Place& from, Index edges) {
-    ++round_;
-    std::vector<FaceId> queue = {h / 3};
-    face_seen_[at(h / 3)] = round_;
-    Index vertices = 0, inner_sides = 0, side_edges = 0;
-    Index chords = 0, known_edges = 0, known_faces = 0;  // disks in it
-    for (std::size_t i = 0; i < queue.size(); ++i) {
-      if (i % at(kCheckFaces) == at(kCheckFaces) - 1) context_.check();
-      if (static_cast<Index>(queue.size()) + known_faces > kLeastFaces + kFacesPerEdge * edges)
-        return 0;
-      for (HalfedgeId g = 3 * queue[i]; g < 3 * queue[i] + 3; ++g) {
-        Index& seen = vertex_seen_[at(mesh::source(faces_, g))];
-        if (seen != round_) ++vertices;
-        seen = round_;
-        if (g == h) continue;
-        const HalfedgeId o = adjacency_.opposite[at(g)];
-        if (o == kInvalid) {
-          if (on_side(mesh::source(faces_, g), from) >= edges) return 0;
-          ++side_edges;
-          continue;
-        }
-        if (o == h) return 0;
-        if (disk_faces_[at(o)] > 0 && face_seen_[at(o / 3)] != round_) {
-          const Index between = edges_behind(o);
-          if (on_side(mesh::target(faces_, o), from) + between > edges) return 0;
-          known_edges += between;
-          known_faces += disk_faces_[at(o)];
-          ++chords;
-          continue;
-        }
-        ++inner_sides;
-        if (face_seen_[at(o / 3)] == round_) continue;
-        face_seen_[at(o / 3)] = round_;
-        queue.push_back(o / 3);
-      }
+  void cut_into_pieces(const mesh::EdgeFlags& between) {
+    piece_of_ = mesh::components_between(adjacency_, between);
+    pieces_.resize(at(piece_of_.count));
+    const mesh::CutMesh cut = mesh::cut_along(faces_, adjacency_, between);
+    std::vector<char> seen(cut.vertex_origin.size(), 0);
+    for (HalfedgeId h = 0; at(h) < between.size(); ++h) {
+      Piece& piece = pieces_[at(piece_of_.of_face[at(h / 3)])];
+      const bool side = adjacency_.opposite[at(h)] == kInvalid;
+      if (h % 3 == 0) ++piece.faces;
+      if (std::exchange(seen[at(cut.faces(h / 3, h % 3))], 1) == 0) ++piece.vertices;
+      if (side) ++piece.side_edges;
+      if (between[at(h)] != 0) ++piece.open;
+      if (side || between[at(h)] != 0) ++piece.border;
     }
-    const Index all_edges = 1 + side_edges + chords + inner_sides / 2;
-    const auto own_faces = static_cast<Index>(queue.size());
-    const bool disk = side_edges + known_edges == edges && vertices - all_edges + own_faces == 1;
-    return disk ? own_faces + known_faces : 0;
-  }
-
-  // Edges of the boundary from `from` to the vertex; as many as there can be on another curve.
-  Index on_side(VertexId v, const Place& from) const {
-    const Place place = place_[at(v)];
-    const Index around = static_cast<Index>(corners_[at(from.loop)].size()) / 2;
-    return place.loop == from.loop ? (place.number - from.number + around) % around : around;
   }
 
   const Triangles& faces_;
   const mesh::Adjacency& adjacency_;
-  ExecutionContext& context_;
   std::vector<Place> place_;
   std::vector<std::vector<Index>> corners_;
-  std::vector<Index> vertex_seen_, face_seen_;  // in which round
-  Index round_ = 0;
-  std::vector<Index> disk_faces_;  // left of a half-edge that flattens them; 0: of another
+  mesh::Components piece_of_;
+  std::vector<Piece> pieces_;
 };
 
 [[noreturn]] void throw_undivided(const std::string& what, const std::string& why, ElementKind kind,
@@ -230,19 +201,13 @@ DividedSides split_in_the_middle(const mesh::Surface& surface, const std::vector
   return out;
 }
 
-// Edges inside faces, and what `diagonals` were divided into.
-IndexPairs diagonals_of(const mesh::Surface& surface, const DividedSides& pieces,
-                        const IndexPairs& diagonals) {
-  const auto count = static_cast<Index>(surface.vertices.rows());
+// Edges inside faces, and what `diagonals` were divided into where these edges were.
+IndexPairs diagonals_of(const mesh::Surface& surface, const std::vector<HalfedgeId>& edges,
+                        const DividedSides& pieces, const IndexPairs& diagonals) {
+  auto v = static_cast<VertexId>(surface.vertices.rows());
   std::map<std::pair<VertexId, VertexId>, VertexId> middle;
-  for (VertexId v = count; v < static_cast<VertexId>(pieces.surface.vertices.rows()); ++v) {
-    const mesh::SurfacePoint& point = pieces.provenance.vertex[at(v)];
-    std::vector<VertexId> ends;
-    for (Index k = 0; k < 3; ++k) {
-      if (point.weight[k] != 0.0) ends.push_back(surface.faces(point.face, k));
-    }
-    middle[std::minmax(ends[0], ends[1])] = v;
-  }
+  for (const HalfedgeId h : edges)
+    middle[std::minmax({mesh::source(surface.faces, h), mesh::target(surface.faces, h)})] = v++;
   std::vector<std::pair<VertexId, VertexId>> pairs;
   for (Eigen::Index e = 0; e < diagonals.rows(); ++e) {
     const VertexId a = diagonals(e, 0), b = diagonals(e, 1);
@@ -270,9 +235,8 @@ IndexPairs diagonals_of(const mesh::Surface& surface, const DividedSides& pieces
 
 }  // namespace
 
-std::vector<HalfedgeId> side_chords(const mesh::Surface& surface, const std::vector<Index>& cones,
-                                    ExecutionContext& context) {
-  return ChordFinder(surface, cones, context).run();
+std::vector<HalfedgeId> side_chords(const mesh::Surface& surface, const std::vector<Index>& cones) {
+  return ChordFinder(surface, cones).run();
 }
 
 std::optional<DividedSides> divided_sides(const mesh::Surface& surface,
@@ -281,7 +245,7 @@ std::optional<DividedSides> divided_sides(const mesh::Surface& surface,
                                           const IndexPairs& uncuttable) {
   if (chords.empty()) return std::nullopt;
   DividedSides out = split_in_the_middle(surface, chords, cones);
-  out.uncuttable = diagonals_of(surface, out, uncuttable);
+  out.uncuttable = diagonals_of(surface, chords, out, uncuttable);
   for (const mesh::SurfacePoint& point : out.provenance.vertex) {
     Index k = 0;
     point.weight.maxCoeff(&k);

@@ -20,7 +20,6 @@
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/mesh/validate.h"
-#include "flipfree/seamless/corners.h"
 #include "flipfree/seamless/exact/parts.h"
 #include "flipfree/seamless/exact/take_back.h"
 #include "flipfree/seamless/padding/padding.h"
@@ -164,8 +163,8 @@ certify::Parametrization map_with_corners(const mesh::Surface& surface,
                                           ExecutionContext& context) {
   SeamlessOptions own = options;
   own.boundary = Boundary::kGiven;
-  const std::optional<DividedSides> divided = divided_sides(
-      surface, cones, side_chords(surface, cones, context), options.engine.uncuttable);
+  const std::optional<DividedSides> divided =
+      divided_sides(surface, cones, side_chords(surface, cones), options.engine.uncuttable);
   if (!divided) return map_at_once(surface, cones, own, context);
   const DividedSides& pieces = *divided;
   own.engine.uncuttable = pieces.uncuttable;
@@ -312,7 +311,7 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   }
   const ProgressRange finishing(context, taken ? kTakenBackShare : 0.0, 1.0);
   make_map_exact(aligned, options, map, context);
-  write_transitions(inner_cones(found.cones, surface), map);
+  write_transitions(map);
   judge(surface, found.cones, strips, options, map, context);
   map.stats.try_emplace("engine", std::string("penner"));
   map.stats.try_emplace("engine.added_vertices", static_cast<std::int64_t>(engine_added));

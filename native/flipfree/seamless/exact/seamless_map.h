@@ -55,7 +55,7 @@ struct SeamlessOptions {
 // Any genus, any number of components; `cones`: quarter turns per vertex, 4 or kNotGiven where
 // it is flat. At boundary vertices 2 is straight, kNotGiven what nobody asks for; boundaries are
 // aligned, exactly along the axes, with corners in quarter turns that are chosen if none is given
-// (corners.h), or free; kAlignedOrFree: free on connected parts that find no map with an
+// (request.h), or free; kAlignedOrFree: free on connected parts that find no map with an
 // aligned one and have no corners given, counted in "freed_boundaries". What an aligned boundary
 // would flatten is divided (parts.h), counted in "divided_chords". Result: certified with
 // G4, cut_edges along the seams' branches with their exact transitions; refined where the layout of
@@ -63,7 +63,7 @@ struct SeamlessOptions {
 // around the origin; but parts that no grid of 32-bit values holds at that scale, or where it finds
 // no map, are enlarged (parts.h), counted in "enlarged_islands". Stats: those of the
 // engine and of make_exact(), "engine", "engine.added_vertices", and "energy.engine" and
-// "energy.optimised". Throws InvalidInput and Infeasible (request.h, corners.h), NotConverged,
+// "energy.optimised". Throws InvalidInput and Infeasible (request.h), NotConverged,
 // Cancelled.
 certify::Parametrization compute_seamless_map(const mesh::Surface& surface,
                                               const std::vector<Index>& cones,

@@ -39,31 +39,18 @@ std::vector<double> vertex_angles(Eigen::Index count, const certify::Parametriza
   return angle;
 }
 
-// p -> p turned by quarters + shift.
-struct Motion {
-  Index turns = 0;
-  Vector2 shift = Vector2::Zero();
+// p -> p turned by quarters + translation.
+using Motion = certify::Transition;
 
-  Vector2 operator()(const Vector2& p) const { return turned(p, turns) + shift; }
-  Motion after(const Motion& first) const {
-    return {(turns + first.turns) % 4, (*this)(first.shift)};
-  }
-  Motion inverse() const {
-    const Index back = (4 - turns) % 4;
-    return {back, -turned(shift, back)};
-  }
-};
-
-// From the chart on the other side of half-edge h to the chart on its own.
-Motion across(const Points2& uv, HalfedgeId h, HalfedgeId o) {
-  const Vector2 source = uv.row(h), target = uv.row(next_corner(h));
-  const Vector2 other_source = uv.row(next_corner(o)), other_target = uv.row(o);
-  const double angle = turn(other_target - other_source, target - source);
-  Motion motion;
-  motion.turns = static_cast<Index>(std::lround(angle / kQuarterTurn) & 3);
-  motion.shift =
-      0.5 * (source + target) - turned(0.5 * (other_source + other_target), motion.turns);
-  return motion;
+Vector2 moved(const Vector2& p, const Motion& by) {
+  return turned(p, by.quarter_turns) + by.translation;
+}
+Motion composed(const Motion& second, const Motion& first) {
+  return {(second.quarter_turns + first.quarter_turns) % 4, moved(first.translation, second)};
+}
+Motion inverse(const Motion& m) {
+  const Index back = (4 - m.quarter_turns) % 4;
+  return {back, -turned(m.translation, back)};
 }
 
 // What each face is moved by to lie in the frame of the first of those that it is joined with,
@@ -73,7 +60,7 @@ template <class Joined, class Link>
 std::vector<Motion> laid_out(const mesh::Adjacency& adjacency, Joined joined, Link link) {
   std::vector<Motion> motion(adjacency.opposite.size() / 3);
   mesh::for_each_face_across(adjacency, joined, [&](HalfedgeId h, HalfedgeId o) {
-    motion[at(o / 3)] = motion[at(h / 3)].after(link(h, o));
+    motion[at(o / 3)] = composed(motion[at(h / 3)], link(h, o));
   });
   return motion;
 }
@@ -93,8 +80,8 @@ certify::Parametrization on_own_triangles(const mesh::Surface& input,
   const auto one_parent = [&](HalfedgeId h, HalfedgeId o) {
     return map.parent_face[at(h / 3)] == map.parent_face[at(o / 3)];
   };
-  const std::vector<Motion> to_parent = laid_out(
-      refined, one_parent, [&](HalfedgeId h, HalfedgeId o) { return across(map.uv, h, o); });
+  const auto from_beyond = [&](HalfedgeId h, HalfedgeId o) { return across(map.uv, o, h); };
+  const std::vector<Motion> to_parent = laid_out(refined, one_parent, from_beyond);
   certify::Parametrization own;
   own.surface = input;
   own.uv.resize(3 * input.faces.rows(), 2);
@@ -105,13 +92,13 @@ certify::Parametrization on_own_triangles(const mesh::Surface& input,
     const FaceId parent = map.parent_face[at(c / 3)];
     int k = 0;
     while (input.faces(parent, k) != v) ++k;
-    own.uv.row(3 * parent + k) = to_parent[at(c / 3)](map.uv.row(c).transpose()).transpose();
+    own.uv.row(3 * parent + k) = moved(map.uv.row(c).transpose(), to_parent[at(c / 3)]).transpose();
     // Of the half-edges from v with the parent on their left, the one with another on its right
     // runs along the parent's own.
     const HalfedgeId o = refined.opposite[at(c)];
     if (o == kInvalid || map.parent_face[at(o / 3)] == parent) continue;
     link[at(3 * parent + k)] =
-        to_parent[at(c / 3)].after(across(map.uv, c, o)).after(to_parent[at(o / 3)].inverse());
+        composed(composed(to_parent[at(c / 3)], from_beyond(c, o)), inverse(to_parent[at(o / 3)]));
   }
   const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
   const mesh::EdgeFlags cuts = mesh::cut_to_disks(input, adjacency, none, cones, avoided, context);
@@ -119,7 +106,7 @@ certify::Parametrization on_own_triangles(const mesh::Surface& input,
   const std::vector<Motion> motion =
       laid_out(adjacency, uncut, [&](HalfedgeId h, HalfedgeId) { return link[at(h)]; });
   for (CornerId c = 0; c < static_cast<CornerId>(own.uv.rows()); ++c)
-    own.uv.row(c) = motion[at(c / 3)](own.uv.row(c).transpose()).transpose();
+    own.uv.row(c) = moved(own.uv.row(c).transpose(), motion[at(c / 3)]).transpose();
   own.cut_edges = mesh::flagged_edges(input.faces, adjacency, cuts);
   certify::set_identity_provenance(own);
   return own;

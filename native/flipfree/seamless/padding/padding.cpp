@@ -18,7 +18,6 @@
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/mesh/validate.h"
-#include "flipfree/seamless/corners.h"
 #include "flipfree/seamless/padding/hole_chain.h"
 #include "flipfree/seamless/padding/padded_metric.h"
 #include "flipfree/seamless/padding/paths.h"

@@ -15,7 +15,7 @@
 #include "flipfree/conformal/metric.h"
 #include "flipfree/intrinsic/loops.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/seamless/corners.h"
+#include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {
 
@@ -60,7 +60,7 @@ struct PennerMetric {
 // conformal metric is nearest to and that some metric has. Given ones must generate the homology
 // and be independent there. With a boundary: of the surface with every curve of it contracted, 2 g;
 // to these come, where it is aligned, strips from the first curve to the others.
-// Precondition: a valid, connected surface. Errors: request.h, corners.h; InvalidInput
+// Precondition: a valid, connected surface. Errors: request.h; InvalidInput
 // (loops of the wrong number, or that are no closed strips), NotConverged (says
 // what was reached), Cancelled.
 PennerMetric compute_penner_metric(const mesh::Surface& surface, const std::vector<Index>& cones,
