@@ -472,11 +472,13 @@ void check_cones(const std::vector<Index>& cones, Index genus) {
     sum += 4 - cones[v];
   }
   const std::int64_t needed = 8 - 8 * std::int64_t{genus};
-  if (sum == needed) return;
-  throw_angle_sum(
-      "The cones' curvatures 4 - k sum to ", sum,
-      " quarter turns, but a closed surface of genus " + std::to_string(genus) + " needs ", needed,
-      "cones' ");
+  if (sum != needed)
+    throw_angle_sum(
+        "The cones' curvatures 4 - k sum to ", sum,
+        " quarter turns, but a closed surface of genus " + std::to_string(genus) + " needs ",
+        needed, "cones' ");
+  // Loops may turn as they need to: only what no loops help is refused here.
+  if (genus == 1) near_turns(cones, 1, {0.0, 0.0}, Eigen::Matrix2d::Identity());
 }
 
 std::string why_impossible(const std::vector<Index>& cones, Index genus,
@@ -558,11 +560,6 @@ std::vector<Index> near_turns(const std::vector<Index>& cones, Index genus,
 namespace {
 
 constexpr std::size_t kMostNamed = 1000;
-
-Index genus_of_part(const SurfacePart& part) {
-  const auto faces = static_cast<Index>(part.faces.size());
-  return (2 - (static_cast<Index>(part.vertices.size()) - faces / 2)) / 2;
-}
 
 // The same error with the place of the part.
 [[noreturn]] void throw_of_part(const Error& error, const SurfacePart& part, bool only_one) {
@@ -654,10 +651,7 @@ void check_request(const mesh::Surface& surface, const std::vector<Index>& cones
     context.check();
     if (part.bordered) continue;
     try {
-      check_cones(part.cones, genus_of_part(part));
-      // Loops may turn as they need to: only what no loops help is refused here.
-      if (genus_of_part(part) == 1)
-        near_turns(part.cones, 1, {0.0, 0.0}, Eigen::Matrix2d::Identity());
+      check_cones(part.cones, mesh::topology(part.surface.faces, part.surface.adjacency()).genus());
     } catch (const Infeasible& refused) {
       throw_of_part(refused.error(), part, parts.size() == 1);
     }

@@ -42,7 +42,8 @@ std::vector<Index> cone_list(const std::vector<Index>& cones);
 // Genus of a closed connected surface whose cone quarter turns fit, by Gauss-Bonnet.
 // `cones`: quarter turns k of every vertex, 4 where the surface is flat. Throws InvalidInput
 // (kBadAngles) for k < 1, Infeasible (kGaussBonnet) with what is missing if the sum of 4 - k is not
-// 8 - 8 genus.
+// 8 - 8 genus, Infeasible (kBadAngles) for cones that no metric has, whatever its loops: 3 and 5 on
+// a torus.
 void check_cones(const std::vector<Index>& cones, Index genus);
 
 // Why there is no metric with these cones and loop turns (quarter turns of a homology basis); empty

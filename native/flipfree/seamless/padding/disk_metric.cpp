@@ -29,43 +29,6 @@ std::vector<HalfedgeId> side_halfedges(const AdmissibleCut& cut, Index side) {
 
 namespace {
 
-// The sides of a cut as a permutation.
-class BoundarySides {
- public:
-  explicit BoundarySides(const AdmissibleCut& cut)
-      : opposite_(cut.surface.adjacency().opposite), side_(opposite_.size(), kInvalid) {
-    for (Index s = 0; at(s) < 2 * cut.branches.size(); ++s) {
-      const std::vector<HalfedgeId> halfedges = side_halfedges(cut, s);
-      if (halfedges.empty()) throw InternalError("a branch without edges");
-      for (const HalfedgeId h : halfedges) {
-        if (std::exchange(side_[at(h)], s) != kInvalid)
-          throw InternalError("two branches share an edge");
-      }
-      first_.push_back(halfedges.front());
-      last_.push_back(halfedges.back());
-    }
-    for (const HalfedgeId h : cut.flat_sectors) {
-      if (side_[at(h)] == kInvalid || first(side_[at(h)]) != h)
-        throw InternalError("a flat sector that does not begin with a branch");
-    }
-  }
-
-  Index count() const { return static_cast<Index>(first_.size()); }
-  HalfedgeId first(Index side) const { return first_[at(side)]; }
-  // The side that follows on the boundary, surface on the left.
-  Index next(Index side) const {
-    HalfedgeId h = next_corner(last_[at(side)]);
-    while (side_[at(h)] == kInvalid) h = next_corner(opposite_[at(h)]);
-    if (first(side_[at(h)]) != h) throw InternalError("a branch that ends on another one's inside");
-    return side_[at(h)];
-  }
-
- private:
-  const std::vector<HalfedgeId>& opposite_;
-  std::vector<Index> side_;               // per half-edge
-  std::vector<HalfedgeId> first_, last_;  // per side
-};
-
 // Flags of the half-edges on branches.
 mesh::EdgeFlags branch_edges(const AdmissibleCut& cut) {
   const std::vector<HalfedgeId>& opposite = cut.surface.adjacency().opposite;
@@ -125,44 +88,44 @@ LinearScale linear_scale(const mesh::Surface& surface, const std::vector<double>
 
 }  // namespace
 
-Index CutSegments::next(Index segment) const {
-  const Index component = segments[at(segment)].component;
-  return segment + 1 < first[at(component) + 1] ? segment + 1 : first[at(component)];
-}
-
-Index CutSegments::previous(Index segment) const {
-  const Index component = segments[at(segment)].component;
-  return segment > first[at(component)] ? segment - 1 : first[at(component) + 1] - 1;
-}
-
 CutSegments cut_segments(const AdmissibleCut& cut) {
-  const BoundarySides sides(cut);
-  CutSegments result;
-  const mesh::Components components =
-      mesh::components_between(cut.surface.adjacency(), branch_edges(cut));
-  result.of_side.assign(at(sides.count()), kInvalid);
-  std::vector<char> flat(at(sides.count()), 0);  // is there a flat sector before the side
-  for (Index s = 0; s < sides.count(); ++s) {
-    flat[at(s)] = std::count(cut.flat_sectors.begin(), cut.flat_sectors.end(), sides.first(s)) > 0;
+  const mesh::Adjacency& adjacency = cut.surface.adjacency();
+  std::vector<Index> side_at(adjacency.opposite.size(), kInvalid);  // per half-edge
+  std::vector<std::vector<HalfedgeId>> halfedges(2 * cut.branches.size());
+  std::vector<char> flat(halfedges.size(), 0);  // is there a flat sector before the side
+  for (std::size_t s = 0; s < halfedges.size(); ++s) {
+    halfedges[s] = side_halfedges(cut, static_cast<Index>(s));
+    for (const HalfedgeId h : halfedges[s]) side_at[at(h)] = static_cast<Index>(s);
+    flat[s] =
+        std::count(cut.flat_sectors.begin(), cut.flat_sectors.end(), halfedges[s].front()) > 0;
   }
+  const mesh::Components components = mesh::components_between(adjacency, branch_edges(cut));
   std::vector<Index> start(at(components.count), kInvalid);
-  for (Index s = sides.count() - 1; s >= 0; --s) {
-    if (flat[at(s)] == 0) start[at(components.of_face[at(sides.first(s) / 3)])] = s;
+  for (std::size_t s = halfedges.size(); s-- > 0;) {
+    if (flat[s] == 0)
+      start[at(components.of_face[at(halfedges[s].front() / 3)])] = static_cast<Index>(s);
   }
-  for (Index c = 0; c < components.count; ++c) {
-    result.first.push_back(static_cast<Index>(result.segments.size()));
-    if (start[at(c)] == kInvalid) throw InternalError("a component of the cut has no corner");
-    Index s = start[at(c)];
+  CutSegments result;
+  result.of_side.assign(halfedges.size(), kInvalid);
+  for (const Index first : start) {
+    if (first == kInvalid) throw InternalError("a component of the cut has no corner");
+    const auto begin = static_cast<Index>(result.segments.size());
+    Index end = begin;
+    Index s = first;
     do {
-      if (flat[at(s)] == 0) result.segments.push_back({c, {}});
+      if (flat[at(s)] == 0) {
+        result.segments.push_back({end - 1, end + 1, {}});
+        ++end;
+      }
       result.segments.back().sides.push_back(s);
-      result.of_side[at(s)] = static_cast<Index>(result.segments.size()) - 1;
-      s = sides.next(s);
-    } while (s != start[at(c)]);
+      result.of_side[at(s)] = end - 1;
+      HalfedgeId h = next_corner(halfedges[at(s)].back());
+      while (side_at[at(h)] == kInvalid) h = next_corner(adjacency.opposite[at(h)]);
+      s = side_at[at(h)];
+    } while (s != first);
+    result.segments[at(begin)].previous = end - 1;
+    result.segments.back().next = begin;
   }
-  result.first.push_back(static_cast<Index>(result.segments.size()));
-  if (std::count(result.of_side.begin(), result.of_side.end(), kInvalid) > 0)
-    throw InternalError("a component of the cut has several boundary loops");
   return result;
 }
 
@@ -262,10 +225,8 @@ class Halver {
     intrinsic::replay_flips(metric_.flips, 0, metric_.flips.size(), context_,
                             [&](EdgeId e) { coordinates_.flip(FlipMesh::halfedge(e)); });
     for (const HalfedgeId h : row_starts()) cut_row(h);
-    HalfTriangulation half;
-    half.mesh = coordinates_.current();
-    mark_inside(half);
-    half.length = length_;
+    mark_inside();
+    HalfTriangulation half{coordinates_.current(), length_, {}, {}};
     go_home(half);
     return half;
   }
@@ -364,9 +325,9 @@ class Halver {
     return corner_[at(coordinates_.star(v)[at(coordinates_.roundabout(h))])];
   }
 
-  void mark_inside(HalfTriangulation& half) {
-    const FlipMesh& mesh = half.mesh;
-    half.inside.assign(mesh.halfedge_count(), 0);
+  void mark_inside() {
+    const FlipMesh& mesh = coordinates_.current();
+    inside_.assign(mesh.halfedge_count(), 0);
     boundary_.assign(mesh.edge_count(), 0);
     std::vector<HalfedgeId> line;
     for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); ++h) {
@@ -379,16 +340,12 @@ class Halver {
     while (!line.empty()) {
       const HalfedgeId h = line.back();
       line.pop_back();
-      if (half.inside[at(h)]) continue;
+      if (inside_[at(h)]) continue;
       for (const HalfedgeId g : {h, mesh.next_of(h), mesh.previous(h)}) {
-        half.inside[at(g)] = 1;
+        inside_[at(g)] = 1;
         if (!boundary_[at(g >> 1)]) line.push_back(g ^ 1);
       }
     }
-    std::size_t count = 0;
-    for (const char in : half.inside) count += in != 0;
-    if (count != metric_.input_halfedge.size())
-      throw InternalError("half triangulation: " + std::to_string(count / 3) + " faces inside");
   }
 
   // Crossings of e now, and after it were flipped; -1 if it is an edge of the disk's own.
@@ -416,7 +373,7 @@ class Halver {
     const FlipMesh& mesh = coordinates_.current();
     std::vector<EdgeId> line;
     for (EdgeId e = 0; at(e) < mesh.edge_count(); ++e) {
-      if (half.inside[at(2 * e)] && half.inside[at(2 * e + 1)]) line.push_back(e);
+      if (inside_[at(2 * e)] && inside_[at(2 * e + 1)]) line.push_back(e);
     }
     const std::vector<EdgeId> all = line;
     const std::size_t most = 1000 * mesh.edge_count() + 1000;
@@ -448,10 +405,7 @@ class Halver {
     }
     half.home.assign(mesh.halfedge_count(), kInvalid);
     for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); ++h) {
-      if (!half.inside[at(h)]) continue;
-      half.home[at(h)] = own_corner(h);
-      if (half.home[at(h)] == kInvalid)
-        throw InternalError("half triangulation: an edge of the other copy inside");
+      if (inside_[at(h)]) half.home[at(h)] = own_corner(h);
     }
   }
 
@@ -469,6 +423,7 @@ class Halver {
   OverlayCoordinates coordinates_;
   std::vector<Wide> length_;
   std::vector<HalfedgeId> corner_;  // of the double cover's own half-edges
+  std::vector<char> inside_;        // per half-edge: its face belongs to the disk
   std::vector<char> boundary_;      // per edge
 };
 

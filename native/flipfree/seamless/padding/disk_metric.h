@@ -45,29 +45,22 @@ struct AdmissibleCut {
   Index extra_path = kInvalid;
 };
 
-constexpr Index mate_of(Index side) { return side ^ 1; }
-
 struct CutSegment {
-  Index component = kInvalid;
+  // The neighbours along the boundary; of the only segment of a component itself.
+  Index previous = kInvalid, next = kInvalid;
   std::vector<Index> sides;  // in order; more than one if there are flat sectors between them
 };
 
 struct CutSegments {
   std::vector<CutSegment> segments;  // component by component, counter-clockwise
-  std::vector<Index> first;          // per component its first segment, and their number
   std::vector<Index> of_side;        // 2 #branches: the segment
-
-  Index component_count() const { return static_cast<Index>(first.size()) - 1; }
-  // The neighbours along the boundary; of the only segment of a component itself.
-  Index next(Index segment) const;
-  Index previous(Index segment) const;
 };
 
 // The half-edges of a side, in order. Cost: linear in them.
 std::vector<HalfedgeId> side_halfedges(const AdmissibleCut& cut, Index side);
 
-// Components are numbered by their smallest face. Throws InternalError if branches do not join up,
-// if a component's boundary is not one loop or has no corner. Cost: O(#F).
+// Components are in order of their smallest face. Throws InternalError if one has no corner. Cost:
+// O(#F).
 CutSegments cut_segments(const AdmissibleCut& cut);
 
 // A piece of the surface cut along an admissible cut, and the angles that it shall have.
@@ -151,14 +144,13 @@ inline constexpr char kImprecise[] =
 //     b ====================b'
 
 struct HalfTriangulation {
-  // The double cover's arrays; what is not in `inside` is of no interest.
+  // The double cover's arrays; what has no `home` is of no interest.
   intrinsic::FlipMesh mesh;
-  std::vector<char> inside;  // per half-edge: its face belongs to the disk
   std::vector<Wide> length;  // per edge of the disk
   // Flips of `mesh`, in order, that lead to the disk's own triangulation; and which of its
-  // half-edges (3 f + k) each half-edge inside is then.
+  // half-edges (3 f + k) each half-edge of the disk is then.
   std::vector<EdgeId> flips_home;
-  std::vector<HalfedgeId> home;  // per half-edge; kInvalid outside
+  std::vector<HalfedgeId> home;  // per half-edge; kInvalid outside the disk
 };
 
 // The pieces of a surface cut along an admissible cut, each with a metric whose boundary is

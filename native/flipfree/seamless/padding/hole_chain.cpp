@@ -1,22 +1,253 @@
 #include "flipfree/seamless/padding/hole_chain.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
+#include <cstdlib>
 #include <limits>
 #include <map>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
 
 namespace flipfree::seamless {
 
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+using Loops = std::vector<std::vector<VertexId>>;
+
+// What curves cost that shall turn little: their length, and the square of the quarter turns by
+// which they miss what they should turn by.
+struct TurningPrice {
+  // As the guide says, beside these loops.
+  TurningPrice(const Canvas& canvas, const Loops& loops, const ChainGuide& guide) {
+    double sum = 0.0;
+    for (const auto& loop : loops) sum += canvas.length(canvas.edges_of(loop));
+    quarter = guide.quarter_price * (sum / static_cast<double>(loops.size()));
+  }
+  double cost(double length, double missed) const {
+    const double quarters = missed / kQuarterTurn;
+    return length + quarter * quarters * quarters;
+  }
+  double quarter;
+};
+
+// Loops of one round may be so much longer than its shortest one.
+constexpr double kNotMuchLonger = 2.0;
+
+// Shortest paths from a root through free vertices.
+class FreeTree {
+ public:
+  FreeTree(const Canvas& canvas, VertexId root)
+      : canvas_(canvas),
+        found_(free_distances(canvas, {}, root)),
+        depth_(found_.distance.size(), 0) {
+    for (const VertexId v : found_.order) {
+      if (v != root) depth_[at(v)] = depth_[at(parent(v))] + 1;
+    }
+  }
+
+  bool has(HalfedgeId h) const {
+    return found_.arrival[at(canvas_.mesh().target(h))] == h ||
+           found_.arrival[at(canvas_.mesh().source(h))] == canvas_.mesh().opposite(h);
+  }
+  // Of the cycle that h closes.
+  double cycle_length(HalfedgeId h) const {
+    const VertexId a = canvas_.mesh().source(h);
+    const VertexId b = canvas_.mesh().target(h);
+    return found_.distance[at(a)] + canvas_.length(h) + found_.distance[at(b)] -
+           2.0 * found_.distance[at(meet(a, b))];
+  }
+  std::vector<VertexId> cycle(HalfedgeId h) const {
+    VertexId a = canvas_.mesh().source(h);
+    VertexId b = canvas_.mesh().target(h);
+    const VertexId top = meet(a, b);
+    std::vector<VertexId> back;
+    for (; a != top; a = parent(a)) back.push_back(a);
+    back.push_back(top);
+    std::vector<VertexId> cycle(back.rbegin(), back.rend());
+    for (; b != top; b = parent(b)) cycle.push_back(b);
+    return cycle;
+  }
+
+ private:
+  VertexId parent(VertexId v) const { return canvas_.mesh().source(found_.arrival[at(v)]); }
+  // Their lowest common ancestor.
+  VertexId meet(VertexId a, VertexId b) const {
+    while (a != b) {
+      VertexId& lower = depth_[at(a)] >= depth_[at(b)] ? a : b;
+      lower = parent(lower);
+    }
+    return a;
+  }
+
+  const Canvas& canvas_;
+  FreeDistances found_;
+  std::vector<Index> depth_;
+};
+
+// The edges that neither tree nor cotree has, by rising length of their cycles.
+std::vector<HalfedgeId> left_over(const Canvas& canvas, const FreeTree& tree) {
+  const mesh::EditableTriangulation& mesh = canvas.mesh();
+  DisjointSets regions(mesh.face_slots());
+  std::vector<std::pair<double, HalfedgeId>> edges;
+  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+    const HalfedgeId o = mesh.opposite(h);
+    if (h > o || canvas.is_drawn(h)) continue;
+    if (!canvas.is_free(mesh.source(h)) || !canvas.is_free(mesh.target(h))) {
+      // Not in the graph of free vertices: a curve and a cone with what is around them are one face
+      // of it.
+      regions.join(h / 3, o / 3);
+    } else if (!tree.has(h)) {
+      edges.emplace_back(-tree.cycle_length(h), h);
+    }
+  }
+  canvas.context().check();
+  std::sort(edges.begin(), edges.end());
+  std::vector<HalfedgeId> left;
+  for (const auto& [length, h] : edges) {
+    if (!regions.join(h / 3, mesh.opposite(h) / 3)) left.push_back(h);
+  }
+  std::reverse(left.begin(), left.end());
+  return left;
+}
+
+// Some of the cycles of one tree, disjoint.
+Loops round_of_loops(const Canvas& canvas, std::size_t most, const CycleTurns& wished) {
+  const auto edges_left = [&](const FreeTree& tree) {
+    std::vector<HalfedgeId> left = left_over(canvas, tree);
+    if (left.empty()) throw InternalError("fewer handles than the genus");
+    return left;
+  };
+  // Cycles are shortest through the root: one on the shortest cycle of any tree is a better root.
+  HalfedgeId any = 0;  // told by the order of faces, not by the numbers of vertices
+  while (!canvas.is_free(canvas.mesh().source(any))) {
+    if (++any == canvas.mesh().halfedge_slots())
+      throw InternalError("a refined surface without free vertices");
+  }
+  const FreeTree any_tree(canvas, canvas.mesh().source(any));
+  const std::vector<VertexId> found = any_tree.cycle(edges_left(any_tree).front());
+  const FreeTree tree(canvas, found[found.size() / 2]);
+  const std::vector<HalfedgeId> left = edges_left(tree);
+  const double longest = kNotMuchLonger * tree.cycle_length(left.front());
+  std::vector<std::pair<Index, std::vector<VertexId>>> cycles;  // with their turns
+  for (const HalfedgeId h : left) {
+    if (tree.cycle_length(h) > longest) break;
+    std::vector<VertexId> cycle = tree.cycle(h);
+    const Index turn = wished ? std::abs(wished(cycle)) : 0;
+    cycles.emplace_back(turn, std::move(cycle));
+  }
+  std::stable_sort(cycles.begin(), cycles.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<char> taken(at(canvas.vertex_count()), 0);
+  Loops loops;
+  for (auto& [turn, cycle] : cycles) {
+    if (loops.size() == most) break;
+    if (std::any_of(cycle.begin(), cycle.end(), [&](VertexId v) { return taken[at(v)] != 0; }))
+      continue;
+    for (const VertexId v : cycle) taken[at(v)] = 1;
+    loops.push_back(std::move(cycle));
+  }
+  return loops;
+}
+
+// A loop that turns by less than this is straight.
+constexpr double kStraight = 0.5 * kQuarterTurn;
+constexpr int kStraighteningRounds = 4;
+// Of a loop's cost: what the first search for another one may cost, and how much more each next.
+constexpr double kFirstSearchShare = 1.0 / 32.0;
+constexpr double kMoreShare = 2.0;
+
+// The cheapest cycle that meets this loop in one vertex, where it crosses it from the right to the
+// left, and no other curve, and turns by less than an eighth; empty if none is found that costs
+// less than `most`.
+std::vector<VertexId> crossing_cycle(const TurnMeter& meter, const std::vector<VertexId>& loop,
+                                     const TurningPrice& price, double most) {
+  const Canvas& canvas = meter.canvas();
+  const std::size_t n = loop.size();
+  const auto edge = [&](std::size_t i, std::size_t by) {
+    return canvas.mesh().find(loop[i], loop[(i + by) % n]);
+  };
+  double least = most;
+  std::vector<VertexId> cycle;
+  std::vector<HalfedgeId> last;
+  for (std::size_t i = 0; i < n; ++i) last.push_back(edge(i, n - 1));
+  const std::vector<double> left = free_distances(canvas, canvas.inside(last)).distance;
+  for (std::size_t i = 0; i < n; ++i) {
+    SheetSearch search = turning_search(meter, left, kSheets[0]);
+    for (const HalfedgeId h : canvas.inside({edge(i, 1)})) search.start(h, h, 0.0);
+    const auto arrive = [&](const SheetSearch::Way& way) {
+      if (canvas.sector_reached(way.arrival) != last[i]) return;
+      const double turned = way.gathered + meter.turn(way.arrival, way.from);
+      const double cost = price.cost(way.length, turned);
+      if (std::abs(turned) >= kStraight || cost >= least) return;
+      least = cost;
+      cycle.clear();
+      for (const HalfedgeId h : search.path(way)) cycle.push_back(canvas.mesh().source(h));
+    };
+    search.run(arrive, least);
+  }
+  return cycle;
+}
+
+// Exchanges each loop that turns by an eighth and more, the first ones aside, for the cheapest
+// cycle that crosses it, if that one costs less. The loops stay disjoint, and no sum of them
+// bounds: no other one crosses what the new one does.
+void straighten_loops(Canvas& canvas, const TurnMeter& meter, const TurningPrice& price,
+                      std::size_t first, Loops& loops) {
+  // What crosses a new loop runs beside the old one: perhaps on the other side of a cone.
+  std::vector<char> is_new(loops.size(), 0);
+  bool changed = true;
+  for (int round = 0; std::exchange(changed, false) && round < kStraighteningRounds; ++round) {
+    for (std::size_t i = first; i < loops.size(); ++i) {
+      const double turn = meter.turn(loops[i]);
+      if (std::exchange(is_new[i], 0) == 0 && std::abs(turn) < kStraight) continue;
+      const double now = price.cost(canvas.length(canvas.edges_of(loops[i])), turn);
+      // What is found for little needs no search far around.
+      std::vector<VertexId> cycle;
+      for (double most = kFirstSearchShare * now; cycle.empty() && most < kMoreShare * now;
+           most *= kMoreShare)
+        cycle = crossing_cycle(meter, loops[i], price, std::min(most, now));
+      if (cycle.empty()) continue;
+      canvas.erase(canvas.edges_of(loops[i]));
+      canvas.draw(canvas.edges_of(cycle), Curve::kLoop);
+      loops[i] = std::move(cycle);
+      is_new[i] = 1;
+      changed = true;
+    }
+  }
+}
+
+// Draws loops through free vertices until there are `genus` of them. `first`: one that is there
+// already, or empty. A round finds the shortest loop of its tree and those that are disjoint and
+// not much longer. With crossings, those that turn by an eighth and more are then exchanged for
+// cycles that turn less, if these cost less.
+Loops draw_loops(Canvas& canvas, const std::vector<VertexId>& first, Index genus,
+                 const ChainGuide& guide) {
+  Loops loops;
+  if (!first.empty()) loops.push_back(first);
+  const std::size_t drawn = loops.size();
+  while (loops.size() < at(genus)) {
+    for (std::vector<VertexId>& loop :
+         round_of_loops(canvas, at(genus) - loops.size(), guide.turning)) {
+      // Drawn one by one, an edge between two of them is split before it could be taken for drawn.
+      canvas.draw(canvas.edges_of(loop), Curve::kLoop);
+      loops.push_back(std::move(loop));
+    }
+  }
+  if (guide.crossings != nullptr) {
+    const TurnMeter meter(canvas, *guide.crossings);
+    straighten_loops(canvas, meter, {canvas, loops, guide}, drawn, loops);
+  }
+  return loops;
+}
 
 // Gains of an order below this share are rounding.
 constexpr double kLeastGain = 1e-9;
@@ -88,9 +319,7 @@ class Holes {
 };
 
 // From hole to hole; symmetric, infinite where nothing is known.
-using Costs = std::vector<std::vector<double>>;
-
-Costs no_costs(Index count) { return Costs(at(count), std::vector<double>(at(count), kInfinity)); }
+using Costs = Eigen::MatrixXd;
 
 // Of holes that are neighbours: a path from one to the other meets no third one's surroundings.
 // Cost: O(#F log #F).
@@ -107,7 +336,7 @@ Costs hole_neighbours(const Canvas& canvas, const Holes& holes) {
     nearest_hole[at(v)] = canvas.is_free(before) ? nearest_hole[at(before)]
                                                  : holes.hole_of(canvas.sector_of(arrival[at(v)]));
   }
-  Costs shortest = no_costs(holes.count());
+  Costs shortest = Costs::Constant(holes.count(), holes.count(), kInfinity);
   for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
     const VertexId v = mesh.source(h);
     const VertexId w = mesh.target(h);
@@ -115,8 +344,7 @@ Costs hole_neighbours(const Canvas& canvas, const Holes& holes) {
     const Index b = nearest_hole[at(w)];
     if (a == kInvalid || b == kInvalid || a >= b) continue;
     const double length = distance[at(v)] + canvas.length(h) + distance[at(w)];
-    double& known = shortest[at(a)][at(b)];
-    known = shortest[at(b)][at(a)] = std::min(known, length);
+    shortest(a, b) = shortest(b, a) = std::min(shortest(a, b), length);
   }
   return shortest;
 }
@@ -140,25 +368,19 @@ constexpr std::size_t kLongestPart = 3;
 // What is not known costs `detour` times the cheapest way over other holes.
 void complete(Costs& cost, double detour, const ExecutionContext& context) {
   Costs over = cost;
-  for (std::size_t k = 0; k < cost.size(); ++k) {
+  for (Index k = 0; k < cost.rows(); ++k) {
     context.check();
-    for (std::size_t i = 0; i < cost.size(); ++i) {
-      for (std::size_t j = 0; j < cost.size(); ++j)
-        over[i][j] = std::min(over[i][j], over[i][k] + over[k][j]);
-    }
+    over = over.cwiseMin(over.col(k).replicate(1, cost.cols()) +
+                         over.row(k).replicate(cost.rows(), 1));
   }
-  for (std::size_t i = 0; i < cost.size(); ++i) {
-    for (std::size_t j = 0; j < cost.size(); ++j)
-      cost[i][j] = std::min(cost[i][j], detour * over[i][j]);
-  }
+  cost = cost.cwiseMin(detour * over);
 }
 
 // All holes in an order in which one is near the one before; the first and the last are partners.
 // odd_couple: with two partners between which there is an odd number of holes, which takes three
 // loops or more. From nearest to nearest (thesis 5.4.1).
 std::vector<Index> hole_order(Index first, const Costs& cost, bool odd_couple) {
-  const std::size_t count = cost.size();
-  const auto step = [&](Index a, Index b) { return cost[at(a)][at(b)]; };
+  const auto count = static_cast<std::size_t>(cost.rows());
   std::vector<Index> order = {first};
   std::vector<char> used(count, 0);
   used[at(first)] = used[at(partner_of(first))] = 1;
@@ -166,7 +388,7 @@ std::vector<Index> hole_order(Index first, const Costs& cost, bool odd_couple) {
     Index nearest = kInvalid;
     for (Index hole = 0; at(hole) < count; ++hole) {
       if (used[at(hole)] == 0 &&
-          (nearest == kInvalid || step(order.back(), hole) < step(order.back(), nearest)))
+          (nearest == kInvalid || cost(order.back(), hole) < cost(order.back(), nearest)))
         nearest = hole;
     }
     order.push_back(nearest);
@@ -186,8 +408,8 @@ std::vector<Index> hole_order(Index first, const Costs& cost, bool odd_couple) {
 // moved (Or 1976).
 void shorten(std::vector<Index>& order, const Costs& cost, bool odd_couple,
              const ExecutionContext& context) {
-  const std::size_t count = cost.size();
-  const auto step = [&](Index a, Index b) { return cost[at(a)][at(b)]; };
+  const std::size_t count = order.size();
+  const auto step = [&](std::size_t i, std::size_t k) { return cost(order[i], order[k]); };
   bool changed = true;
   const auto change = [&](double before, double after, const auto& make) {
     if (!(after < (1.0 - kLeastGain) * before)) return;
@@ -201,15 +423,12 @@ void shorten(std::vector<Index>& order, const Costs& cost, bool odd_couple,
     context.check();
     for (std::size_t i = 1; i + 1 < count; ++i) {
       for (std::size_t k = i + 2; k < count; ++k) {
-        change(step(order[i - 1], order[i]) + step(order[k - 1], order[k]),
-               step(order[i - 1], order[k - 1]) + step(order[i], order[k]),
+        change(step(i - 1, i) + step(k - 1, k), step(i - 1, k - 1) + step(i, k),
                [&](Index* begin) { std::reverse(begin + i, begin + k); });
         for (std::size_t j = i + 1; j < k; ++j) {
           if (j > i + kLongestPart && j + kLongestPart < k) j = k - kLongestPart;
-          change(step(order[i - 1], order[i]) + step(order[j - 1], order[j]) +
-                     step(order[k - 1], order[k]),
-                 step(order[i - 1], order[j]) + step(order[k - 1], order[i]) +
-                     step(order[j - 1], order[k]),
+          change(step(i - 1, i) + step(j - 1, j) + step(k - 1, k),
+                 step(i - 1, j) + step(k - 1, i) + step(j - 1, k),
                  [&](Index* begin) { std::rotate(begin + i, begin + j, begin + k); });
         }
       }
@@ -221,12 +440,13 @@ void shorten(std::vector<Index>& order, const Costs& cost, bool odd_couple,
 std::vector<Index> hole_tour(const Costs& cost, bool odd_couple, const ExecutionContext& context) {
   std::vector<Index> best;
   double least = kInfinity;
-  const Index step = 2 * (static_cast<Index>(cost.size()) / (2 * kMostBeginnings) + 1);
-  for (Index first = 0; at(first) < cost.size(); first += step) {
+  const auto count = static_cast<Index>(cost.rows());
+  const Index step = 2 * (count / (2 * kMostBeginnings) + 1);
+  for (Index first = 0; first < count; first += step) {
     std::vector<Index> order = hole_order(first, cost, odd_couple);
     shorten(order, cost, odd_couple, context);
     double sum = 0.0;
-    for (std::size_t i = 1; i < order.size(); ++i) sum += cost[at(order[i - 1])][at(order[i])];
+    for (std::size_t i = 1; i < order.size(); ++i) sum += cost(order[i - 1], order[i]);
     if (!best.empty() && sum >= least) continue;
     least = sum;
     best = std::move(order);
@@ -245,9 +465,7 @@ class HoleFrames {
       std::vector<VertexId> loop = loops[hole / 2];
       if (hole % 2 == 1) std::reverse(loop.begin(), loop.end());
       const std::size_t n = loop.size();
-      std::vector<HalfedgeId> edge;
-      for (std::size_t i = 0; i < n; ++i)
-        edge.push_back(canvas.mesh().find(loop[i], loop[(i + 1) % n]));
+      const std::vector<HalfedgeId> edge = canvas.edges_of(loop);
       // Where each edge heads, from where the first does, and where it begins.
       std::vector<double> heading = {0.0}, start = {0.0};
       for (std::size_t i = 1; i < n; ++i) {
@@ -342,13 +560,13 @@ class TurningWays {
   // What connectors cost, before any is drawn, to the holes that are reached for least.
   Costs costs() const {
     const std::vector<double> nothing(at(canvas_.vertex_count()), 0.0);
-    const std::size_t count = at(holes_.count());
-    const std::size_t last = std::min(kMostReached, count - 1) - 1;
-    Costs cost = no_costs(holes_.count());
-    for (Index hole = 0; at(hole) < count; ++hole) {
+    const Index count = holes_.count();
+    const std::size_t last = std::min(kMostReached, at(count) - 1) - 1;
+    Costs cost = Costs::Constant(count, count, kInfinity);
+    for (Index hole = 0; hole < count; ++hole) {
       SheetSearch search = turning_search(meter_, nothing, kSheets[0]);
       start(holes_.open_sectors(hole), search);
-      std::vector<double> found(count, kInfinity);
+      std::vector<double> found(at(count), kInfinity);
       double limit = kInfinity;
       const auto arrive = [&](const SheetSearch::Way& way) {
         const HalfedgeId back = canvas_.mesh().opposite(way.arrival);
@@ -361,8 +579,8 @@ class TurningWays {
         limit = sorted[last];
       };
       search.run(arrive, limit);
-      for (std::size_t to = 0; to < count; ++to)
-        cost[at(hole)][to] = cost[to][at(hole)] = std::min(cost[to][at(hole)], found[to]);
+      for (Index to = 0; to < count; ++to)
+        cost(hole, to) = cost(to, hole) = std::min(cost(to, hole), found[at(to)]);
     }
     return cost;
   }

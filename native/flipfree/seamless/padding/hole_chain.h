@@ -3,13 +3,28 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <vector>
 
-#include "flipfree/base/context.h"
-#include "flipfree/seamless/padding/loops.h"
 #include "flipfree/seamless/padding/paths.h"
 
 namespace flipfree::seamless {
+
+// By how many quarters a map is to turn along a cycle of vertices.
+using CycleTurns = std::function<Index(const std::vector<VertexId>& cycle)>;
+
+// What curves are led by.
+struct ChainGuide {
+  // Of loops that are not much longer than others, those that are to turn least are taken (thesis
+  // 6.5.1.1); null: the shortest.
+  CycleTurns turning = nullptr;
+  // Angles in which connectors pay for what they miss of the right angles to the loops' mean
+  // directions at both their ends (thesis 6.5.1.2): flat_crossings() of the canvas' surface, or
+  // others in which it is flat but for its cones. Null: they are as short as they can be.
+  const std::vector<double>* crossings = nullptr;
+  // What a quarter turn that a connector misses costs, in mean lengths of the loops.
+  double quarter_price = 0.0;
+};
 
 // A hole chain: connectors from hole to hole, in an order whose ends are partners, that leave a
 // hole elsewhere than they reach it, and reach its partner where they left it: all nodes have

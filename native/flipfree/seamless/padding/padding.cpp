@@ -1,31 +1,691 @@
 #include "flipfree/seamless/padding/padding.h"
 
+#include <Eigen/QR>
 #include <algorithm>
-#include <array>
-#include <cstddef>
-#include <limits>
+#include <cmath>
 #include <numeric>
-#include <optional>
+#include <queue>
 #include <string>
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/base/types.h"
 #include "flipfree/certify/certified_map.h"
-#include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/face_area.h"
+#include "flipfree/conformal/engine/engine.h"
 #include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/mesh/validate.h"
-#include "flipfree/seamless/padding/hole_chain.h"
-#include "flipfree/seamless/padding/padded_metric.h"
-#include "flipfree/seamless/padding/paths.h"
+#include "flipfree/seamless/penner/penner_newton.h"
 #include "flipfree/seamless/request.h"
+#include "flipfree/seamless/seams.h"
 
 namespace flipfree::seamless {
 
 namespace {
+
+// From an admissible cut to a seamless metric (thesis 5.2.2 to 5.2.5, 5.4.2 to 5.4.5).
+//
+//   solve_disks()      metrics with straight boundary         disk_metric.h
+//   assemble()         vectors in frames along the axes
+//   padding_widths()   how far every segment is padded
+//   move_wedge()       stretch and shift
+//   glue(), make_delaunay()
+//
+// Deviation from the thesis: the metric is padded, not a map. A vertex of a segment moves outwards
+// by the segment's width and along it to its place (stretch and shift at once); triangles that it
+// would turn over are flipped. That is the thesis' padded map up to isotopy, with strips thinner
+// than anything, and needs neither lines across the mesh nor new vertices.
+
+using conformal::ConformalMetric;
+
+// A flat surface with cones in quarter turns, as a triangulation whose half-edges are vectors: what
+// a metric is while it is padded.
+//
+// Every face has a frame of its own; across an edge frames differ by quarter turns:
+//
+//     vector(opposite(h)) = -R^turns(h) vector(h),    R = (x, y) -> (-y, x)
+//
+// No place is ever measured from afar: what is small stays exact however large the rest is.
+//
+// `fixed` edges are where the surface is still cut: their two halves are not related, and they are
+// not flipped.
+
+struct FlatSurface {
+  intrinsic::FlipMesh mesh;
+  std::vector<WideVector> vector;  // per half-edge, in the frame of its face
+  std::vector<Index> turns;        // per half-edge, 0 to 3: from its face's frame to its opposite's
+  std::vector<char> fixed;         // per edge
+  std::vector<Index> axis;         // per half-edge of a fixed edge, else any: the direction of the
+                                   // segment that it belongs to in the frame of its face, 0 to 3
+  std::vector<EdgeId> flips;       // done so far
+
+  // Precondition: the two faces of e differ, e is not fixed.
+  void flip(EdgeId e) {
+    const HalfedgeId h = 2 * e, o = h + 1;
+    // The frame of the other face becomes that of this one.
+    const Index t = turns[at(h)];
+    const HalfedgeId on = mesh.next_of(o), op = mesh.next_of(on);
+    if (t != 0) {
+      for (const HalfedgeId g : {o, on, op}) {
+        vector[at(g)] = turned(vector[at(g)], 4 - t);
+        axis[at(g)] = (axis[at(g)] + 4 - t) & 3;
+        turns[at(g)] = (turns[at(g)] + t) & 3;
+        turns[at(g ^ 1)] = (turns[at(g ^ 1)] + 4 - t) & 3;
+      }
+    }
+    const HalfedgeId hn = mesh.next_of(h), hp = mesh.next_of(hn);
+    vector[at(h)] = -(vector[at(hp)] + vector[at(on)]);
+    vector[at(o)] = -(vector[at(op)] + vector[at(hn)]);
+    intrinsic::flip_edge(mesh, e);
+    flips.push_back(e);
+  }
+};
+
+// Flips per edge after which there is no end in sight.
+constexpr std::size_t kMostFlips = 200;
+// Cotangents, relative to their terms, that count as the opposite of each other: cocircular points
+// of a metric that is known to so many places must not be flipped for ever.
+constexpr double kCocircular = 1e-9;
+
+// A corner of the star that moves: the corner at the origin of `h`, and by how much, in its frame.
+struct MovingCorner {
+  HalfedgeId h;
+  WideVector shift;
+};
+
+std::vector<MovingCorner> wedge_of(const FlatSurface& s, HalfedgeId first, WideVector shift) {
+  std::vector<MovingCorner> wedge;
+  for (HalfedgeId h = first;;) {
+    wedge.push_back({h, shift});
+    const HalfedgeId p = s.mesh.previous(h);
+    if (s.fixed[at(p >> 1)]) return wedge;
+    if (wedge.size() > s.mesh.halfedge_count())
+      throw_unpadded("The padded metric was not reached: a wedge has no end");
+    shift = turned(shift, s.turns[at(p)]);
+    h = p ^ 1;
+  }
+}
+
+// A face of the star: area(t) = a + b t + c t^2 while its corners move.
+struct MovingFace {
+  HalfedgeId h;
+  WideVector rate[3];  // of the vectors of h, next(h), previous(h)
+  Wide a, b, c;
+
+  MovingFace(const FlatSurface& s, const std::vector<MovingCorner>& wedge, HalfedgeId face) {
+    h = face;
+    HalfedgeId g = face;
+    WideVector moved[3];
+    for (auto& corner : moved) {
+      for (const MovingCorner& m : wedge) {
+        if (m.h == g) corner = m.shift;
+      }
+      g = s.mesh.next_of(g);
+    }
+    for (int k = 0; k < 3; ++k) rate[k] = moved[(k + 1) % 3] - moved[k];
+    const WideVector& e0 = s.vector[at(h)];
+    const WideVector& e1 = s.vector[at(s.mesh.next_of(h))];
+    a = cross(e0, e1);
+    b = cross(e0, rate[1]) + cross(rate[0], e1);
+    c = cross(rate[0], rate[1]);
+  }
+
+  // When the area stops being positive, from `now` on; more than 1 if it does not.
+  Wide end(const Wide& now) const {
+    const Wide one(1.0), never(2.0), two(2.0);
+    if (c.sign() == 0) {
+      if ((a + b).sign() > 0) return never;
+      if (b.sign() >= 0) return now;
+      return std::max(now, -(a / b));
+    }
+    const Wide square = b * b - Wide(4.0) * a * c;
+    if (square.sign() <= 0) return (a + b + c).sign() > 0 ? never : now;
+    // The root at which the area falls: a + b t + c t^2 has derivative -sqrt(square) there.
+    const Wide root = sqrt(square);
+    const Wide q = b.sign() >= 0 ? -(b + root) : root - b;  // of twice the size
+    const Wide t = b.sign() >= 0 ? q / (two * c) : (two * a) / q;
+    const bool here = t >= now && t <= one;
+    if (here) return t;
+    return (a + b + c).sign() > 0 ? never : now;
+  }
+
+  // The longest side at time t: the one that is in the way.
+  HalfedgeId longest(const FlatSurface& s, const Wide& t) const {
+    HalfedgeId g = h, best = h;
+    Wide most(-1.0);
+    for (const WideVector& r : rate) {
+      const WideVector v = s.vector[at(g)] + t * r;
+      const Wide size = dot(v, v);
+      if (size > most) {
+        most = size;
+        best = g;
+      }
+      g = s.mesh.next_of(g);
+    }
+    return best;
+  }
+};
+
+// Sum of the cotangents opposite to an edge, times both areas; and of their absolute values.
+struct CotangentSum {
+  Wide sum, size;
+};
+CotangentSum cotangents(const FlatSurface& s, EdgeId e) {
+  Wide area[2], along[2];
+  for (int side = 0; side < 2; ++side) {
+    const HalfedgeId n = s.mesh.next_of(2 * e + side), p = s.mesh.next_of(n);
+    along[side] = -dot(s.vector[at(n)], s.vector[at(p)]);
+    area[side] = -cross(s.vector[at(p)], s.vector[at(n)]);
+  }
+  const Wide a = along[0] * area[1], b = along[1] * area[0];
+  return {a + b, abs(a) + abs(b)};
+}
+
+// Moves the wedge of a vertex between two fixed edges by `shift`, given in the frame of the first
+// face: that of the half-edge `first`, which leaves the vertex along a fixed edge, the surface on
+// its left. Triangles that would turn over are flipped out of the way as the vertex reaches them,
+// so the triangulation stays one; where the vertex passes, the surface must have no vertex and no
+// fixed edge. Throws NotConverged (kIterationLimit) if there is one. Cost: a few flips, each the
+// degree.
+void move_wedge(FlatSurface& surface, HalfedgeId first, const WideVector& shift,
+                const ExecutionContext& context) {
+  std::vector<MovingCorner> wedge = wedge_of(surface, first, shift);
+  Wide now(0.0);
+  const Wide one(1.0);
+  for (std::size_t flips = 0;; ++flips) {
+    if (flips % 256 == 255) context.check();
+    if (flips > kMostFlips * surface.mesh.edge_count())
+      throw_unpadded("The padded metric was not reached: a vertex has no way");
+    Wide soonest(2.0);
+    HalfedgeId in_the_way = kInvalid;
+    for (const MovingCorner& corner : wedge) {
+      const MovingFace face(surface, wedge, corner.h);
+      const Wide end = face.end(now);
+      if (end <= one && (in_the_way == kInvalid || end < soonest)) {
+        soonest = end;
+        in_the_way = face.longest(surface, end);
+      }
+    }
+    if (in_the_way == kInvalid) break;
+    const EdgeId e = in_the_way >> 1;
+    if (surface.fixed[at(e)] || intrinsic::is_glued_to_itself(surface.mesh, e))
+      throw_unpadded("The padded metric was not reached: a vertex met the boundary on its way");
+    now = soonest;
+    // Flipping changes the frames of faces and who has a corner where; the first corner stays.
+    const bool first_turns =
+        surface.mesh.previous(first) == (e << 1 | 1) || surface.mesh.next_of(first) == (e << 1 | 1);
+    const Index t = surface.turns[at(e << 1)];
+    WideVector own = wedge.front().shift;
+    if (first_turns) own = turned(own, 4 - t);
+    surface.flip(e);
+    wedge = wedge_of(surface, first, own);
+  }
+  for (const MovingCorner& corner : wedge) {
+    const HalfedgeId p = surface.mesh.previous(corner.h);
+    surface.vector[at(corner.h)] = surface.vector[at(corner.h)] - corner.shift;
+    surface.vector[at(p)] = surface.vector[at(p)] + corner.shift;
+  }
+}
+
+// Flips until every edge that is not fixed is Delaunay, as far as vectors of metrics that were
+// reached to about 1e-10 tell. Precondition: all areas positive. Throws NotConverged if there is no
+// end.
+void make_delaunay(FlatSurface& surface, const ExecutionContext& context) {
+  const std::size_t count = surface.mesh.edge_count();
+  std::vector<EdgeId> line;
+  std::vector<char> waiting(count, 1);
+  line.reserve(count);
+  for (std::size_t e = count; e-- > 0;) line.push_back(static_cast<EdgeId>(e));
+  std::size_t flips = 0, tests = 0;
+  while (!line.empty()) {
+    const EdgeId e = line.back();
+    line.pop_back();
+    waiting[at(e)] = 0;
+    if (++tests % 256 == 0) context.check();
+    if (surface.fixed[at(e)] || intrinsic::is_glued_to_itself(surface.mesh, e)) continue;
+    const CotangentSum cot = cotangents(surface, e);
+    if (!(cot.sum < Wide(-kCocircular) * cot.size)) continue;
+    if (++flips > kMostFlips * count)
+      throw_unpadded("The padded metric was not reached: it has no Delaunay triangulation");
+    surface.flip(e);
+    for (const HalfedgeId h : {2 * e, 2 * e + 1}) {
+      for (const HalfedgeId g : {surface.mesh.next_of(h), surface.mesh.previous(h)}) {
+        if (waiting[at(g >> 1)]) continue;
+        waiting[at(g >> 1)] = 1;
+        line.push_back(g >> 1);
+      }
+    }
+  }
+}
+
+// Radians that a frame may miss a quarter turn by.
+constexpr double kLargestClosingError = 1e-2;
+
+// The flat metric of one disk as vectors, written to `out` under the names `name` (per half-edge of
+// the disk).
+class Development {
+ public:
+  Development(const HalfTriangulation& half, const std::vector<HalfedgeId>& name, FlatSurface& out)
+      : half_(half), name_(name), out_(out) {
+    while (name_[at(first_)] == kInvalid || open(first_)) ++first_;
+  }
+
+  // Returns the closing error.
+  double run(const ExecutionContext& context) {
+    std::vector<char> placed(name_.size(), 0);
+    // Large edges first: small triangles come last, between large ones that are known.
+    std::priority_queue<std::pair<std::int64_t, HalfedgeId>> front;
+    const auto enter = [&](HalfedgeId h, const WideVector& side) {
+      place_face(h, side);
+      for (const HalfedgeId g : {h, half_.mesh.next_of(h), half_.mesh.previous(h)}) {
+        placed[at(g)] = 1;
+        if (open(g) && !placed[at(g ^ 1)]) front.push({exponent(g >> 1), g});
+      }
+    };
+    enter(first_, {half_.length[at(first_ >> 1)], Wide(0.0)});
+    for (std::size_t count = 0; !front.empty(); ++count) {
+      if (count % 1024 == 0) context.check();
+      const HalfedgeId g = front.top().second;
+      front.pop();
+      if (!placed[at(g ^ 1)]) enter(g ^ 1, -vector(g));
+    }
+    double error = 0.0;
+    for (std::size_t h = 0; h < placed.size(); h += 2) {
+      const auto g = static_cast<HalfedgeId>(h);
+      if (open(g)) error = std::max(error, match(g));
+    }
+    return error;
+  }
+
+ private:
+  // Is there more of the disk beyond h?
+  bool open(HalfedgeId h) const { return name_[at(h)] != kInvalid && name_[at(h ^ 1)] != kInvalid; }
+  WideVector& vector(HalfedgeId h) { return out_.vector[at(name_[at(h)])]; }
+  std::int64_t exponent(EdgeId e) const {
+    std::int64_t x = 0;
+    half_.length[at(e)].to_double_scaled(x);
+    return x;
+  }
+
+  // The face of h, from the vector of h and the lengths.
+  void place_face(HalfedgeId h, const WideVector& side) {
+    const HalfedgeId n = half_.mesh.next_of(h), p = half_.mesh.next_of(n);
+    const Wide &a = half_.length[at(h >> 1)], &b = half_.length[at(n >> 1)],
+               &c = half_.length[at(p >> 1)];
+    const Wide two(2.0);
+    const Wide along = (a + ((c - b) / a) * (c + b)) / two;
+    const Wide square = (a + b + c) * ((c - a) + b) * ((b - c) + a) * ((c - b) + a);
+    if (square.sign() <= 0) throw_unpadded(kImprecise);
+    const Wide height = sqrt(square) / (two * a);
+    const Wide x = along / a, y = height / a;
+    vector(h) = side;
+    vector(p) = -(WideVector{x * side.x - y * side.y, x * side.y + y * side.x});
+    vector(n) = -(vector(h) + vector(p));
+  }
+
+  // The quarter turns across an edge; how far from them it is.
+  double match(HalfedgeId h) {
+    const WideVector a = vector(h), b = -vector(h ^ 1);
+    const Index t = turns_between(a, b);
+    out_.turns[at(name_[at(h)])] = t;
+    out_.turns[at(name_[at(h ^ 1)])] = (4 - t) & 3;
+    const WideVector c = turned(a, t);
+    return std::abs(numeric::ratio(cross(c, b), dot(c, b)));
+  }
+
+  const HalfTriangulation& half_;
+  const std::vector<HalfedgeId>& name_;
+  FlatSurface& out_;
+  HalfedgeId first_ = 0;
+};
+
+// The pieces of a cut surface in one triangulation again, each flat, the cut still open. `setup`:
+// of the surface that is cut; `flips` of the result lead from its mesh to that of the result. Edges
+// of the cut are `fixed` and keep their half-edges. Every frame has the cut along its axes. Throws
+// NotConverged if the metrics are not precise enough. Cost: O(#F log #F).
+FlatSurface assemble(const std::vector<CutDisk>& disks, const intrinsic::IntrinsicSetup& setup,
+                     const AdmissibleCut& cut, const ExecutionContext& context) {
+  FlatSurface flat;
+  double closing_error = 0.0;  // largest angle that frames miss quarter turns by, radians
+  flat.mesh = setup.mesh;
+  flat.vector.resize(flat.mesh.halfedge_count());
+  flat.turns.assign(flat.mesh.halfedge_count(), 0);
+  flat.fixed.assign(flat.mesh.edge_count(), 0);
+  flat.axis.assign(flat.mesh.halfedge_count(), 0);
+  for (const auto& branch : cut.branches) {
+    for (const HalfedgeId h : branch) flat.fixed[at(setup.input_halfedge[at(h)] >> 1)] = 1;
+  }
+  for (const CutDisk& disk : disks) {
+    const HalfTriangulation& half = disk.half;
+    std::vector<HalfedgeId> name(half.home.size(), kInvalid);
+    for (std::size_t h = 0; h < name.size(); ++h) {
+      const HalfedgeId c = half.home[h];
+      if (c != kInvalid)
+        name[h] = setup.input_halfedge[at(3 * disk.chart.faces[at(c / 3)] + c % 3)];
+    }
+    // Backwards from home. A flip that undoes another one leaves the halves exchanged.
+    for (std::size_t i = half.flips_home.size(); i-- > 0;) {
+      if (i % 65536 == 65535) context.check();
+      const auto e = at(half.flips_home[i]);
+      intrinsic::flip_edge(flat.mesh, name[2 * e] >> 1);
+      flat.flips.push_back(name[2 * e] >> 1);
+      std::swap(name[2 * e], name[2 * e + 1]);
+    }
+    for (std::size_t h = 0; h < name.size(); ++h) {
+      if (name[h] == kInvalid) continue;
+      const HalfedgeId next = name[at(half.mesh.next[h])];
+      if (flat.mesh.next_of(name[h]) != next)
+        throw InternalError("assembly: the way home does not lead back");
+    }
+    closing_error = std::max(closing_error, Development(half, name, flat).run(context));
+  }
+  for (std::size_t h = 0; h < flat.axis.size(); ++h) {
+    if (flat.fixed[h / 2]) flat.axis[h] = turns_between({Wide(1.0), Wide(0.0)}, flat.vector[h]);
+  }
+  if (!(closing_error < kLargestClosingError)) {
+    throw_unpadded("The metric of a piece of the surface closes only up to " +
+                   std::to_string(closing_error) + " radians");
+  }
+  return flat;
+}
+
+// How far every segment is padded so that the two sides of every branch become equally long
+// (thesis 5.2.5, 5.4.3).
+
+// One of A w = b, the lengths of mates equal after padding (5.3, 5.5): of each segment that is not
+// one of several mates of another one. Both sides of a branch never lie at flat sectors (Definition
+// 5.4).
+struct EqualizationRow {
+  Index segment = kInvalid;
+  std::vector<Index> mates;  // one per side of the segment
+};
+std::vector<EqualizationRow> equalization_rows(const CutSegments& segments) {
+  std::vector<EqualizationRow> rows;
+  for (Index i = 0; at(i) < segments.segments.size(); ++i) {
+    EqualizationRow row{i, {}};
+    for (const Index side : segments.segments[at(i)].sides)
+      row.mates.push_back(segments.of_side[at(side ^ 1)]);
+    // The complex one of the two has the row; of two simple ones the first.
+    const Index j = row.mates.front();
+    const bool has_row =
+        row.mates.size() > 1 || (segments.segments[at(j)].sides.size() == 1 && i <= j);
+    if (has_row) rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+// Lengths are equal if they differ by less than this share of the longest one; every refinement
+// gains some 45 bits of it.
+constexpr int kEqualBits = 160;
+// What rounding of the metric may leave where rows depend on each other: in the fourfold case
+// lengths that cannot be changed alone are equal by themselves.
+constexpr double kLeftOver = 1e-6;
+
+// Of a segment after padding (5.2).
+Wide padded_length(const CutSegments& segments, const std::vector<Wide>& length,
+                   const std::vector<Wide>& width, Index segment) {
+  const auto& [previous, next, sides] = segments.segments[at(segment)];
+  return width[at(previous)] + length[at(segment)] + width[at(next)];
+}
+
+// Widths w >= 0, one per segment, by which mates become equally long in the precision of the
+// lengths (in the fourfold case, where rows depend on each other, up to what the lengths miss of
+// that): a solution of small norm, then the same number added to all of them (those of the extra
+// path stay zero: Proposition 12). Throws InternalError if there is none, which no cut of padding.h
+// allows. Cost: cubic in the number of segments, small.
+std::vector<Wide> padding_widths(const AdmissibleCut& cut, const CutSegments& segments,
+                                 const std::vector<Wide>& length) {
+  const std::vector<EqualizationRow> rows = equalization_rows(segments);
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()),
+                                            static_cast<Eigen::Index>(length.size()));
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    const auto add = [&](Index segment, double sign) {
+      a(static_cast<Eigen::Index>(r), segments.segments[at(segment)].previous) += sign;
+      a(static_cast<Eigen::Index>(r), segments.segments[at(segment)].next) += sign;
+    };
+    add(rows[r].segment, 1.0);
+    for (const Index mate : rows[r].mates) add(mate, -1.0);
+  }
+  std::vector<char> padded(length.size(), 1);
+  for (Index side = 2 * cut.extra_path; cut.extra_path != kInvalid && side < 2 * cut.extra_path + 2;
+       ++side) {
+    const Index unpadded = segments.of_side[at(side)];
+    padded[at(unpadded)] = 0;
+    a.col(unpadded).setZero();
+  }
+  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(a);
+  const Wide longest = *std::max_element(length.begin(), length.end());
+  std::vector<Wide> width(padded.size(), Wide(0.0, kWideBits));
+  Wide before = Wide(2.0 * static_cast<double>(length.size()) + 2.0) * longest;
+  for (;;) {
+    std::vector<Wide> rest;
+    Wide most(0.0);
+    for (const auto& [segment, mates] : rows) {
+      rest.push_back(-padded_length(segments, length, width, segment));
+      for (const Index mate : mates) rest.back() += padded_length(segments, length, width, mate);
+      most = std::max(most, abs(rest.back()));
+    }
+    if (most <= Wide(std::ldexp(1.0, -kEqualBits)) * longest) break;
+    if (most > Wide(0.5) * before) {
+      if (most <= Wide(kLeftOver) * longest) break;
+      throw InternalError("padding: the equalization system has no solution");
+    }
+    before = most;
+    Eigen::VectorXd right(a.rows());
+    for (std::size_t r = 0; r < rows.size(); ++r)
+      right[static_cast<Eigen::Index>(r)] = numeric::ratio(rest[r], most);
+    const Eigen::VectorXd step = solver.solve(right);
+    for (std::size_t s = 0; s < width.size(); ++s) {
+      if (padded[s]) width[s] += most * Wide(step[static_cast<Eigen::Index>(s)]);
+    }
+  }
+  const Wide least = std::min(Wide(0.0), *std::min_element(width.begin(), width.end()));
+  for (std::size_t s = 0; s < width.size(); ++s) {
+    if (padded[s]) width[s] -= least;
+  }
+  return width;
+}
+
+// A side of the cut: its half-edges, in order, and how they are measured.
+struct MeasuredSide {
+  std::vector<HalfedgeId> halfedges;
+  std::vector<Wide> lengths;
+  Wide length = Wide(0.0);
+};
+
+std::vector<MeasuredSide> measured_sides(const AdmissibleCut& cut,
+                                         const intrinsic::IntrinsicSetup& setup,
+                                         const FlatSurface& flat) {
+  std::vector<MeasuredSide> sides(2 * cut.branches.size());
+  for (std::size_t s = 0; s < sides.size(); ++s) {
+    for (const HalfedgeId h : side_halfedges(cut, static_cast<Index>(s))) {
+      const HalfedgeId g = setup.input_halfedge[at(h)];
+      sides[s].halfedges.push_back(g);
+      sides[s].lengths.push_back(norm(flat.vector[at(g)]));
+      sides[s].length += sides[s].lengths.back();
+    }
+  }
+  return sides;
+}
+
+// Where the vertices of a branch lie in the end, as shares of its length, from its start on: half
+// way between where they lie on its two sides.
+std::vector<Wide> common_shares(const MeasuredSide& one, const MeasuredSide& two) {
+  const std::size_t count = one.lengths.size();
+  std::vector<Wide> share{Wide(0.0)};
+  Wide from_one(0.0), from_two(0.0);
+  for (std::size_t i = 0; i < count; ++i) {
+    from_one += one.lengths[i];
+    from_two += two.lengths[count - 1 - i];
+    share.push_back(Wide(0.5) * (from_one / one.length + from_two / two.length));
+  }
+  share.back() = Wide(1.0);
+  return share;
+}
+
+struct Move {
+  HalfedgeId first;
+  Wide along, outward;
+};
+
+class Padder {
+ public:
+  Padder(const AdmissibleCut& cut, const CutSegments& segments, std::vector<MeasuredSide> sides,
+         FlatSurface& flat)
+      : cut_(cut), segments_(segments), sides_(std::move(sides)), flat_(flat) {}
+
+  // Pads every segment.
+  void run(const ExecutionContext& context) {
+    std::vector<Wide> length;
+    for (const CutSegment& segment : segments_.segments) {
+      length.emplace_back(0.0);
+      for (const Index side : segment.sides) length.back() += sides_[at(side)].length;
+    }
+    width_ = padding_widths(cut_, segments_, length);
+    std::vector<Wide> padded;
+    for (std::size_t s = 0; s < length.size(); ++s)
+      padded.push_back(padded_length(segments_, length, width_, static_cast<Index>(s)));
+    final_length_.resize(2 * cut_.branches.size());
+    for (std::size_t side = 0; side < final_length_.size(); ++side) {
+      const Index segment = segments_.of_side[side];
+      if (segments_.segments[at(segment)].sides.size() > 1) continue;
+      const Index other = segments_.of_side[side ^ 1];
+      final_length_[side] = segments_.segments[at(other)].sides.size() > 1
+                                ? padded[at(segment)]
+                                : Wide(0.5) * (padded[at(segment)] + padded[at(other)]);
+      final_length_[side ^ 1] = final_length_[side];
+    }
+    move_all(context);
+  }
+
+ private:
+  // How the vertices of a segment but for its end move; the corner where it begins first.
+  std::vector<Move> moves_of(Index segment) const {
+    std::vector<Move> moves;
+    // Of the new start, along the segment.
+    Wide before = -width_[at(segments_.segments[at(segment)].previous)];
+    Wide old(0.0);
+    for (const Index side : segments_.segments[at(segment)].sides) {
+      const std::vector<HalfedgeId>& halfedges = sides_[at(side)].halfedges;
+      const std::vector<Wide> share = common_shares(sides_[at(side & ~1)], sides_[at(side | 1)]);
+      for (std::size_t i = 0; i < halfedges.size(); ++i) {
+        const Wide place = (side & 1) != 0 ? Wide(1.0) - share[halfedges.size() - i] : share[i];
+        moves.push_back(
+            {halfedges[i], before + place * final_length_[at(side)] - old, width_[at(segment)]});
+        old += sides_[at(side)].lengths[i];
+      }
+      before += final_length_[at(side)];
+    }
+    return moves;
+  }
+
+  void move(const Move& m, const ExecutionContext& context) {
+    // The surface is on the left, outside on the right.
+    move_wedge(flat_, m.first, turned(WideVector{m.along, -m.outward}, flat_.axis[at(m.first)]),
+               context);
+  }
+
+  // Corners first. Then, so that no vertex of a segment passes its neighbour even where nothing
+  // moves outwards, those that move towards the segment's end, last first, and the others.
+  void move_all(const ExecutionContext& context) {
+    std::vector<std::vector<Move>> moves;
+    for (std::size_t s = 0; s < segments_.segments.size(); ++s)
+      moves.push_back(moves_of(static_cast<Index>(s)));
+    for (const auto& of_segment : moves) move(of_segment.front(), context);
+    for (const auto& of_segment : moves) {
+      for (std::size_t i = of_segment.size(); i-- > 1;) {
+        if (of_segment[i].along.sign() > 0) move(of_segment[i], context);
+      }
+      for (std::size_t i = 1; i < of_segment.size(); ++i) {
+        if (of_segment[i].along.sign() <= 0) move(of_segment[i], context);
+      }
+    }
+  }
+
+  const AdmissibleCut& cut_;
+  const CutSegments& segments_;
+  const std::vector<MeasuredSide> sides_;
+  FlatSurface& flat_;
+  std::vector<Wide> width_;         // per segment
+  std::vector<Wide> final_length_;  // per side
+};
+
+// Closes the cut, whose edges must be of the same length on both sides.
+void glue(FlatSurface& flat) {
+  for (HalfedgeId h = 0; at(h / 2) < flat.fixed.size(); h += 2) {
+    if (std::exchange(flat.fixed[at(h / 2)], 0) == 0) continue;
+    flat.turns[at(h)] = turns_between(flat.vector[at(h)], -flat.vector[at(h + 1)]);
+    flat.turns[at(h + 1)] = (4 - flat.turns[at(h)]) & 3;
+  }
+}
+
+// As a metric that was reached by flips from the surface's own triangulation.
+ConformalMetric as_metric(const AdmissibleCut& cut, const intrinsic::IntrinsicSetup& setup,
+                          const std::vector<Index>& cones, const FlatSurface& flat,
+                          ExecutionContext& context) {
+  ConformalMetric out;
+  conformal::EngineInput input;
+  input.setup = setup;
+  input.vertex_count = static_cast<Index>(cones.size());
+  input.positions = &cut.surface.vertices;
+  input.target.assign(cones.size(), 0.0);
+  const auto engine = make_engine(input, 53, context);
+  engine->finish(out, false, context);
+  out.mesh = setup.mesh;
+  // From the Delaunay triangulation of the surface back to its own: four flips are none.
+  const auto add = [&](EdgeId e) {
+    intrinsic::FlipRecord record;
+    record.plain = {1, {e, kInvalid, kInvalid}};
+    out.flips.push_back(record);
+  };
+  for (std::size_t i = out.flips.size(); i-- > 0;) {
+    const EdgeId e = out.flips[i].plain.edges[0];
+    for (int k = 0; k < 3; ++k) add(e);
+  }
+  for (const EdgeId e : flat.flips) {
+    intrinsic::flip_edge(out.mesh, e);
+    add(e);
+  }
+  std::vector<Wide> length;
+  Wide sum(0.0);
+  for (std::size_t e = 0; e < flat.mesh.edge_count(); ++e) {
+    length.push_back(norm(flat.vector[2 * e]));
+    sum += length.back();
+  }
+  const Wide mean = sum / Wide(static_cast<double>(length.size()));
+  std::vector<double> rounded;
+  for (const Wide& l : length) rounded.push_back(numeric::ratio(l, mean));
+  out.scale_factors = vertex_means(out.mesh, ReferenceMetric(out).ratios(rounded));
+  const auto [low, high] = std::minmax_element(out.scale_factors.begin(), out.scale_factors.end());
+  out.scale_range = *high - *low;
+  out.u = out.scale_factors;
+  out.length = std::move(rounded);
+  out.angles.assign(cones.size(), 0.0);
+  out.converged = true;
+  return out;
+}
+
+// On cut.surface: flat but for the cones, all loops turn by quarter turns, up to the angle errors
+// of the disks' metrics. Its flips lead from the surface's own triangulation to it. `cones`:
+// quarter turns per vertex of cut.surface. Throws NotConverged, Cancelled.
+ConformalMetric padded_metric(const AdmissibleCut& cut, const std::vector<Index>& cones,
+                              ExecutionContext& context) {
+  const auto vertex_count = static_cast<Index>(cut.surface.vertices.rows());
+  const CutSegments segments = cut_segments(cut);
+  std::vector<CutDisk> disks;
+  {
+    const ProgressRange range(context, 0.0, 0.8);
+    disks = solve_disks(cut, segments, cones, context);
+  }
+  const intrinsic::IntrinsicSetup setup =
+      intrinsic::build_intrinsic_mesh(vertex_count, cut.surface.faces);
+  context.report("padding", 0.8);
+  FlatSurface flat = assemble(disks, setup, cut, context);
+  Padder(cut, segments, measured_sides(cut, setup, flat), flat).run(context);
+  glue(flat);
+  make_delaunay(flat, context);
+  return as_metric(cut, setup, cones, flat, context);
+}
 
 // The pairs that are still edges of the refined surface.
 IndexPairs edges_left(const IndexPairs& pairs, const mesh::Surface& surface) {
@@ -62,7 +722,6 @@ PennerMap map_padded(const Component& component, const CutMaker& make_cut) {
   const std::vector<Index>& cones = component.cones;
   ExecutionContext& context = component.context;
   const Stopwatch watch;
-  Stats stats;
   AdmissibleCut cut;
   const Eigen::RowVector3d place = place_of(given);
   const mesh::Surface surface{given.vertices.rowwise() - place, given.faces};
@@ -72,8 +731,7 @@ PennerMap map_padded(const Component& component, const CutMaker& make_cut) {
     require_sound(cut.surface, context);
   }
   const Eigen::Index own_count = surface.vertices.rows();
-  stats["seconds_cut"] = watch.seconds();
-  stats["cut_vertices"] = static_cast<std::int64_t>(cut.surface.vertices.rows() - own_count);
+  const double seconds_cut = watch.seconds();
   std::vector<Index> all = cones;
   all.resize(at(cut.surface.vertices.rows()), 4);
   PennerOptions own = component.options;
@@ -85,10 +743,8 @@ PennerMap map_padded(const Component& component, const CutMaker& make_cut) {
     if (cut.branches.empty()) {
       metric = compute_penner_metric(cut.surface, all, {}, own, context);
     } else {
-      PaddedMetric padded = compute_padded_metric(cut, all, context);
-      stats["padding_components"] = static_cast<std::int64_t>(padded.components);
-      stats["padding_width"] = padded.largest_width;
-      metric = finish_penner_metric(cut.surface, all, std::move(padded.metric), own, context);
+      metric =
+          finish_penner_metric(cut.surface, all, padded_metric(cut, all, context), own, context);
     }
     result = map_from_metric(cut.surface, all, std::move(metric), own, context);
   } catch (const NotConverged&) {
@@ -104,7 +760,7 @@ PennerMap map_padded(const Component& component, const CutMaker& make_cut) {
   certify::CertifyRequest request;
   request.cone_angles = prescribed_angles(cones, given, false);
   certify::certify_map(map, given, request, context);
-  map.stats.merge(stats);
+  map.stats["seconds_cut"] = seconds_cut;
   map.stats["added_vertices"] = static_cast<std::int64_t>(map.surface.vertices.rows() - own_count);
   return result;
 }
@@ -120,392 +776,6 @@ PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<In
   PennerMap found = map_each_component(surface, cones, std::nullopt, options, map_one, context);
   found.map.stats["engine"] = std::string("padding");
   return found;
-}
-
-namespace {
-
-// The path that makes two components of one disk, so that the cut can be equalized (thesis 5.3.2,
-// 5.3.3).
-
-// Which cut the cones ask for.
-enum class Pattern {
-  kNone,       // genus 0
-  kChain,      // all cones are multiples of four
-  kTwoTNodes,  // genus 1 and 2
-  kExtraPath,  // genus 3 and more
-  kLoop        // around a cone with k = 1
-};
-
-// One sector of each T-node, each named by its first half-edge.
-using JoinedSectors = std::array<HalfedgeId, 2>;
-
-// Cones whose excess sums to a given number (thesis 5.3.3).
-
-// A cone that alone is right for the part on one side of an extra path.
-bool fits_alone(Index k, Index genus) { return k % 4 != 0 && k >= 2 && k <= 8 * genus - 2; }
-
-// Places that are no corners: all, or those on holes.
-std::vector<Index> straight_places(const DiskBoundary& boundary, bool on_holes) {
-  std::vector<Index> places;
-  for (Index i = 0; i < boundary.size(); ++i) {
-    const bool hole = boundary.canvas.curve(boundary.halfedges[at(i)]) == Curve::kLoop;
-    if (boundary.corner[at(i)] == 0 && (hole || !on_holes)) places.push_back(i);
-  }
-  return places;
-}
-
-// Where T-nodes can be: not at nodes, nor on both sides of one branch at different vertices.
-bool can_be_t_nodes(const DiskBoundary& boundary, const PathEnds& ends) {
-  const mesh::EditableTriangulation& mesh = boundary.canvas.mesh();
-  if (boundary.corner[at(ends.from)] != 0 || boundary.corner[at(ends.to)] != 0) return false;
-  const HalfedgeId from = boundary.halfedges[at(ends.from)];
-  const HalfedgeId to = boundary.halfedges[at(ends.to)];
-  if (boundary.branch[at(ends.from)] != boundary.branch[at(ends.to)]) return true;
-  if (mesh.source(from) == mesh.source(to)) return true;
-  // The same side if no corner is between them, one way or the other.
-  return boundary.corners_between(ends.from, ends.to) == 0 ||
-         boundary.corners_between(ends.to, ends.from) == 0;
-}
-
-// How a sum was reached first.
-struct Step {
-  VertexId last = kInvalid;
-  Index before = 0;  // the sum without it
-};
-
-// Vertices with cones (k other than 4) whose k - 4 sum to `excess`, by dynamic programming; nothing
-// if there are none. `cones`: #V, quarter turns. excess: not zero. Cost: O(number of cones * range
-// of their sums).
-std::optional<std::vector<VertexId>> cones_with_excess(const std::vector<Index>& cones,
-                                                       Index excess) {
-  Index lowest = 0;
-  Index highest = 0;
-  for (const Index k : cones) (k < kFlat ? lowest : highest) += k - kFlat;
-  if (excess < lowest || excess > highest) return std::nullopt;
-  std::vector<Step> steps(static_cast<std::size_t>(highest - lowest + 1));
-  const auto step = [&](Index sum) -> Step& { return steps[at(sum - lowest)]; };
-  std::vector<Index> sums = {0};
-  for (VertexId v = 0; v < static_cast<VertexId>(cones.size()); ++v) {
-    const Index more = cones[at(v)] - kFlat;
-    if (more == 0) continue;
-    // Sums that are new now have v last, so that no cone is taken twice.
-    const std::size_t known = sums.size();
-    for (std::size_t i = 0; i < known; ++i) {
-      const Index sum = sums[i] + more;
-      if (sum == 0 || step(sum).last != kInvalid) continue;
-      step(sum) = {v, sums[i]};
-      sums.push_back(sum);
-    }
-    if (step(excess).last != kInvalid) break;
-  }
-  if (step(excess).last == kInvalid) return std::nullopt;
-  std::vector<VertexId> found;
-  for (Index sum = excess; sum != 0; sum = step(sum).before) found.push_back(step(sum).last);
-  std::sort(found.begin(), found.end());
-  return found;
-}
-// Throws Infeasible (kBadAngles) if there is no surface with such cones: 3 and 5 on a torus.
-// Precondition: check_cones() passed.
-
-Pattern pattern_for(const std::vector<Index>& cones, Index genus) {
-  if (genus == 0) return Pattern::kNone;
-  if (std::all_of(cones.begin(), cones.end(), [](Index k) { return k % 4 == 0; }))
-    return Pattern::kChain;
-  if (genus < 3) {
-    // Of the parts that paths between the T-nodes can make, one of each two.
-    const std::vector<Index> excesses =
-        genus == 1 ? std::vector<Index>{-2} : std::vector<Index>{-2, -1, 1, 2, 3};
-    if (std::any_of(excesses.begin(), excesses.end(),
-                    [&](Index e) { return cones_with_excess(cones, e).has_value(); }))
-      return Pattern::kTwoTNodes;
-  } else if (std::any_of(cones.begin(), cones.end(),
-                         [&](Index k) { return fits_alone(k, genus); })) {
-    return Pattern::kExtraPath;
-  }
-  if (std::find(cones.begin(), cones.end(), 1) != cones.end()) return Pattern::kLoop;
-  throw_infeasible(
-      ErrorCode::kBadAngles,
-      "No torus has cones of 3 and 5 quarter turns alone. Move one of the cones' angles "
-      "to a third one.",
-      {"empty stratum", {{"genus", {1.0}}, {"cones", {3.0, 5.0}}}});
-}
-
-// Are all cones even, and such that a twisted chain along which some loop turns by an odd number of
-// quarters can be joined: with half of all corners, but for one more or less of two, on a side?
-bool can_be_twisted(const std::vector<Index>& cones, Index genus) {
-  // 4 genus - 2 corners of 8 genus; the other cones fit the others.
-  return genus > 0 &&
-         std::none_of(cones.begin(), cones.end(), [](Index k) { return k % 2 != 0; }) &&
-         cones_with_excess(cones, 4 * genus - 6);
-}
-// All between which a path can leave parts that fit the cones. Preconditions:
-// draw_chain_with_t_nodes() or draw_twisted_chain(), then BranchGraph::divide(); pattern_for() is
-// kTwoTNodes, or can_be_twisted().
-
-std::vector<JoinedSectors> joinable_sectors(Canvas& canvas,
-                                            const std::array<VertexId, 2>& t_nodes) {
-  const DiskBoundary boundary(canvas);
-  std::vector<JoinedSectors> joinable;
-  for (const HalfedgeId from : canvas.drawn_around(t_nodes[0])) {
-    for (const HalfedgeId to : canvas.drawn_around(t_nodes[1])) {
-      const Index corners =
-          boundary.left_corners({boundary.place[at(from)], boundary.place[at(to)]});
-      if (corners % 4 != 0 && cones_with_excess(canvas.cones(), corners - kFlat))
-        joinable.push_back({from, to});
-    }
-  }
-  if (joinable.empty()) throw InternalError("no pattern of the cut fits the cones");
-  return joinable;
-}
-
-// From one T-node to the other one, within the disk, between some of these sectors: the shortest
-// path, or, where the search finds none, one around chosen cones, which there always is.
-void draw_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors) {
-  const DiskBoundary boundary(canvas);
-  std::vector<Index> from, to;
-  for (const auto& [f, t] : sectors) {
-    from.push_back(boundary.place[at(f)]);
-    to.push_back(boundary.place[at(t)]);
-  }
-  const auto allowed = [&](const PathEnds& ends) {
-    const JoinedSectors joined = {boundary.halfedges[at(ends.from)],
-                                  boundary.halfedges[at(ends.to)]};
-    return std::find(sectors.begin(), sectors.end(), joined) != sectors.end();
-  };
-  const auto path = shortest_separating_path(boundary, from, to, allowed);
-  if (!path.empty()) return canvas.draw(path, Curve::kExtra);
-  const PathEnds ends{from.front(), to.front()};
-  const auto inside = cones_with_excess(canvas.cones(), boundary.left_corners(ends) - kFlat);
-  if (!inside) throw InternalError("cones that do not fit between the sectors");
-  canvas.draw(fenced_path(boundary, ends, *inside), Curve::kExtra);
-}
-
-// From a hole to anywhere on the boundary, but if it is to the facing side of the same branch to
-// the same vertex: with two T-nodes, or one node. The shortest one, or one around a single cone,
-// likewise. Preconditions: draw_hole_chain(), then BranchGraph::divide(); pattern_for() is
-// kExtraPath.
-void draw_extra_path(Canvas& canvas, Index genus) {
-  const DiskBoundary boundary(canvas);
-  const std::vector<Index>& cones = canvas.cones();
-  const auto allowed = [&](const PathEnds& ends) { return can_be_t_nodes(boundary, ends); };
-  const std::vector<Index> from = straight_places(boundary, true);
-  const std::vector<Index> anywhere = straight_places(boundary, false);
-  const auto path = shortest_separating_path(boundary, from, anywhere, allowed);
-  if (!path.empty()) return canvas.draw(path, Curve::kExtra);
-  // The cone with the fewest corners around it.
-  VertexId cone = kInvalid;
-  for (VertexId v = 0; v < static_cast<VertexId>(cones.size()); ++v) {
-    if (fits_alone(cones[at(v)], genus) && (cone == kInvalid || cones[at(v)] < cones[at(cone)]))
-      cone = v;
-  }
-  for (const Index f : from) {
-    for (const Index t : anywhere) {
-      const PathEnds ends{f, t};
-      if (f == t || !allowed(ends) || boundary.left_corners(ends) != cones[at(cone)] ||
-          // fences need somewhere to begin
-          boundary.places_between(f, t).empty() || boundary.places_between(t, f).empty())
-        continue;
-      canvas.draw(fenced_path(boundary, ends, {cone}), Curve::kExtra);
-      return;
-    }
-  }
-  throw InternalError("no place on the cut is right for the extra path");
-}
-
-// From one of these sectors, or any beside a hole where there are none, around the nearest cone
-// with k = 1 and back. Preconditions: as above, but pattern_for() is kLoop.
-void draw_loop_around_cone(Canvas& canvas, std::vector<HalfedgeId> sectors) {
-  const DiskBoundary boundary(canvas);
-  if (sectors.empty()) {
-    for (const Index place : straight_places(boundary, true))
-      sectors.push_back(boundary.halfedges[at(place)]);
-  }
-  const auto is_end = [&](HalfedgeId h) {
-    return canvas.excess(canvas.mesh().target(h)) == 1 - kFlat;
-  };
-  const std::vector<HalfedgeId> path = free_path(canvas, canvas.inside(sectors), is_end);
-  if (path.empty()) throw InternalError("no way from the cut to a cone");
-  const Index place = boundary.place[at(canvas.sector_of(path.front()))];
-  const VertexId cone = canvas.mesh().target(path.back());
-  canvas.draw(fenced_loop(boundary, place, cone), Curve::kExtra);
-}
-
-// From this scale_range() on a cut is drawn again, led by the cones: shortest curves leave disks
-// that are far from having right angles. Of what the prices below lead to, the smallest range is
-// taken.
-constexpr double kFarOff = 100.0;
-// ChainGuide::quarter_price: in the cones' own flat angles, of which drifts grow from handle to
-// handle, and along a field, whose loops turn by whole quarters.
-constexpr double kConesPrices[] = {0.7, 1.5, 3.0};
-constexpr double kFieldPrice = 2.0;
-
-// Draws the cut for one pattern after the other. `wished`: null, or how its loops are to turn.
-class Drawer {
- public:
-  Drawer(Canvas& canvas, Index genus, const WishedTurns* wished, const ChainGuide& guide)
-      : canvas_(canvas), genus_(genus), wished_(wished), guide_(guide) {
-    if (wished_ == nullptr) return;
-    guide_.turning = [&canvas, wished](const std::vector<VertexId>& cycle) {
-      return wished->turning(strip_on_input(canvas, cycle));
-    };
-  }
-
-  void draw(Pattern pattern) {
-    if (wished_ != nullptr && can_be_twisted(canvas_.cones(), genus_) && draw_twisted()) return;
-    if (pattern == Pattern::kTwoTNodes)
-      return join(draw_chain_with_t_nodes(canvas_, genus_, guide_));
-    draw_hole_chain(canvas_, genus_, guide_);
-    if (pattern == Pattern::kLoop) return close_loop();
-    BranchGraph graph = divided();
-    if (wished_ != nullptr) reroute(graph, {Ending{}}, *wished_);
-    if (pattern == Pattern::kExtraPath) draw_extra_path(canvas_, genus_);
-  }
-
- private:
-  BranchGraph divided() {
-    BranchGraph graph(canvas_);
-    graph.divide();
-    return graph;
-  }
-
-  // False, and nothing is drawn, if no loop is to turn by an odd number of quarters.
-  bool draw_twisted() {
-    ChainGuide short_ones = guide_;
-    short_ones.crossings = nullptr;
-    draw_hole_chain(canvas_, genus_, short_ones);
-    const BranchGraph graph = divided();
-    const std::vector<Index> odd = odd_branches(graph, wished_->turning);
-    if (odd.empty()) {
-      canvas_.erase_all();
-      return false;
-    }
-    join(draw_twisted_chain(canvas_, draw_loop_across(graph, odd), genus_, guide_));
-    return true;
-  }
-
-  void join(const std::array<VertexId, 2>& t_nodes) {
-    BranchGraph graph = divided();
-    std::vector<JoinedSectors> sectors = joinable_sectors(canvas_, t_nodes);
-    if (wished_ != nullptr) {
-      std::vector<Ending> endings;
-      for (const auto& [from, to] : sectors)
-        endings.push_back({{graph.end_of(from), graph.end_of(to)}});
-      const Ending& ending = endings[reroute(graph, endings, *wished_)];
-      sectors = {{graph.leaving(ending.divided[0]), graph.leaving(ending.divided[1])}};
-    }
-    draw_joining_path(canvas_, sectors);
-  }
-
-  void close_loop() {
-    BranchGraph graph = divided();
-    std::vector<HalfedgeId> sectors;
-    if (wished_ != nullptr) {
-      std::vector<Ending> endings;
-      for (Index end = 0; at(end) < graph.next_end.size(); ++end) {
-        if (graph.branch_of(end).kind == Curve::kLoop) endings.push_back({{}, end});
-      }
-      const Ending& ending = endings[reroute(graph, endings, *wished_)];
-      sectors = canvas_.edges_along(graph.walked_from(ending.bent));
-      sectors.erase(sectors.begin());
-    }
-    draw_loop_around_cone(canvas_, sectors);
-  }
-
-  Canvas& canvas_;
-  Index genus_;
-  const WishedTurns* wished_;
-  ChainGuide guide_;
-};
-
-// Branches, flat sectors, and the extra path if T-nodes make it one.
-void read_branches(Canvas& canvas, AdmissibleCut& cut) {
-  const BranchGraph graph(canvas);
-  for (Index b = 0; at(b) < graph.branches.size(); ++b) {
-    const BranchGraph::Branch& branch = graph.branches[at(b)];
-    cut.branches.push_back(canvas.edges_along(branch.vertices));
-    if (branch.kind != Curve::kExtra) continue;
-    for (const Index end : {2 * b, 2 * b + 1}) {
-      const Index next = graph.next_end[at(end)];
-      if (graph.next_end[at(graph.next_end[at(next)])] != end) continue;
-      // A T-node: opposite of the extra path.
-      cut.flat_sectors.push_back(graph.leaving(next));
-      cut.extra_path = b;
-    }
-  }
-}
-
-Index genus_of(const mesh::Surface& surface) {
-  return mesh::topology(surface.faces, surface.adjacency()).genus();
-}
-
-AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& cones, Index genus,
-                       const WishedTurns* wished, const ChainGuide& guide,
-                       const ExecutionContext& context) {
-  const Pattern pattern = pattern_for(cones, genus);
-  // A sphere is not cut: its cones may be neighbours.
-  const std::vector<Index> flat(cones.size(), kFlat);
-  Canvas canvas(surface, pattern == Pattern::kNone ? flat : cones, context);
-  AdmissibleCut cut;
-  if (pattern != Pattern::kNone) Drawer(canvas, genus, wished, guide).draw(pattern);
-  cut.surface = to_surface(canvas.refined());
-  cut.provenance = provenance_of(canvas.refined());
-  if (pattern != Pattern::kNone) read_branches(canvas, cut);
-  return cut;
-}
-
-// A cut of the surface in its own unit, on the surface itself.
-AdmissibleCut in_given_unit(AdmissibleCut cut, const mesh::Surface& surface, double unit) {
-  cut.surface.vertices *= unit;
-  cut.surface.vertices.topRows(surface.vertices.rows()) = surface.vertices;
-  return cut;
-}
-
-}  // namespace
-
-AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
-                                  const std::vector<FaceId>&, ExecutionContext& context) {
-  const Index genus = genus_of(surface);
-  check_cones(cones, genus);
-  const mesh::InOwnUnit scaled(surface);
-  const auto range_of = [&](const AdmissibleCut& cut) {
-    if (cut.branches.empty()) return 0.0;
-    const auto range = attempt([&] { return scale_range(cut, cones, context); });
-    return range ? *range : std::numeric_limits<double>::infinity();
-  };
-  AdmissibleCut best = draw_cut(scaled.surface(), cones, genus, nullptr, {}, context);
-  double least = range_of(best);
-  const bool far_off = least >= kFarOff;
-  for (std::size_t i = 0; far_off && i < std::size(kConesPrices); ++i) {
-    auto led = attempt([&] {
-      const std::vector<double> crossings = flat_crossings(scaled.surface(), cones, context);
-      return draw_cut(scaled.surface(), cones, genus, nullptr,
-                      {nullptr, &crossings, kConesPrices[i]}, context);
-    });
-    const double range = led ? range_of(*led) : least;
-    if (range >= least) continue;
-    least = range;
-    best = std::move(*led);
-  }
-  return in_given_unit(std::move(best), surface, scaled.unit());
-}
-
-AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
-                               const WishedTurns& wished, ExecutionContext& context) {
-  const Index genus = genus_of(surface);
-  check_cones(cones, genus);
-  const mesh::InOwnUnit scaled(surface);
-  const Reroutings before = *wished.done;
-  const auto draw = [&](const std::vector<double>* crossings) {
-    *wished.done = before;
-    if (crossings != nullptr) ++wished.done->straight;
-    return draw_cut(scaled.surface(), cones, genus, &wished, {nullptr, crossings, kFieldPrice},
-                    context);
-  };
-  const auto along = genus == 0 || wished.crossings.empty() ? nullptr : &wished.crossings;
-  auto drawn = attempt([&] { return draw(along); });
-  if (!drawn && along == nullptr) throw NotConverged(drawn.error());
-  AdmissibleCut cut = drawn ? std::move(*drawn) : draw(nullptr);
-  return in_given_unit(std::move(cut), surface, scaled.unit());
 }
 
 }  // namespace flipfree::seamless

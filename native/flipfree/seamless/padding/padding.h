@@ -1,10 +1,10 @@
 // The engine "padding" (thesis 5): a seamless map in doubles from cones, up to the rounding of its
 // metric; always there, whatever the genus.
 //
-//   make_admissible_cut()    cut into disks with right-angled corners   padding.cpp
-//   compute_padded_metric()  rectilinear metrics, padded and glued      padded_metric.h
-//   finish_penner_metric()   rounding removed, then relaxed             penner/penner.h
-//   then overlay and layout as of the engine "penner"                   penner/penner.h
+//   make_admissible_cut()   cut into disks with right-angled corners   admissible_cut.cpp
+//   padded_metric()         rectilinear metrics, padded and glued      padding.cpp
+//   finish_penner_metric()  rounding removed, then relaxed             penner/penner.h
+//   then overlay and layout as of the engine "penner"                  penner/penner.h
 //
 // The map is one of the surface as the cut refined it, refined further where a triangle would flip.
 #pragma once
@@ -28,10 +28,8 @@ using CutMaker =
                                 const std::vector<FaceId>& faces, ExecutionContext& context)>;
 
 // `cones`: quarter turns per vertex, 4 where it is flat. Surfaces
-// of genus 0 have their conformal metric. Stats: those of compute_penner_map(),
-// "padding_components" (pieces of the cut), "padding_width" (largest, over the longest segment),
-// "cut_vertices" (that the cut added). Errors: as compute_penner_map(),
-// NotConverged where the cut or a piece's metric is not reached.
+// of genus 0 have their conformal metric. Stats: those of compute_penner_map(). Errors: as
+// compute_penner_map(), NotConverged where the cut or a piece's metric is not reached.
 PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<Index>& cones,
                               const CutMaker& make_cut, const PennerOptions& options,
                               ExecutionContext& context);

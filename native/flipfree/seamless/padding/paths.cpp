@@ -329,6 +329,35 @@ std::vector<HalfedgeId> SheetSearch::path(const Way& way) const {
   return path;
 }
 
+const TurnMeter::Known& TurnMeter::known(HalfedgeId h) const {
+  if (canvas_.vertex_count() != vertex_count_) {
+    vertex_count_ = canvas_.vertex_count();
+    known_.assign(at(canvas_.mesh().halfedge_slots()), {});
+  }
+  Known& entry = known_[at(h)];
+  if (entry.length >= 0.0) return entry;
+  const double a = canvas_.length(h), b = canvas_.length(previous_corner(h)),
+               c = canvas_.length(next_corner(h));
+  // Half of it, which needles do not spoil (Kahan).
+  const double s = 0.5 * (a + b + c);
+  const double corner = 2.0 * std::atan2(std::sqrt(std::max(0.0, (s - a) * (s - b))),
+                                         std::sqrt(std::max(0.0, s * (s - c))));
+  const HalfedgeId side = canvas_.input_side(h);
+  return entry = {corner, side == kInvalid ? 0.0 : crossings_[at(side)], a};
+}
+
+SheetSearch turning_search(const TurnMeter& meter, const std::vector<double>& left,
+                           std::int64_t sheets) {
+  constexpr double kSheetsPerQuarter = 2.0;
+  constexpr std::size_t kWaysPerSheet = 2;  // looked at, per vertex
+  return {meter.canvas(),
+          left,
+          {[&meter](HalfedgeId arrival, const SheetSearch::Visit& visit) {
+             meter.for_each_turn(arrival, visit);
+           },
+           kSheetsPerQuarter / kQuarterTurn, sheets, kWaysPerSheet * at(sheets)}};
+}
+
 namespace {
 
 // Ways per vertex that are looked at before the search gives up; fewer where there is another way.

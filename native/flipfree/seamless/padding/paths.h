@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/request.h"
@@ -199,6 +200,76 @@ class SheetSearch {
   std::vector<std::pair<double, Index>> queue_;        // a heap by length and what is left
   std::vector<Way> arrivals_;                          // not called yet
 };
+
+// By how much curves on a canvas turn in angles such that the surface is flat but for its cones:
+// the faces keep their own, and crossing an edge turns directions. Halves of an edge that is split
+// turn directions as the edge did, edges inside a face by none: so refinement changes nothing.
+// Remembers what it measured until the canvas is refined; not to be shared by threads.
+class TurnMeter {
+ public:
+  // `crossings`: flat_crossings() of the input, or others in which it is flat but for its cones.
+  // Both must outlive this.
+  TurnMeter(const Canvas& canvas, const std::vector<double>& crossings)
+      : canvas_(canvas), crossings_(crossings) {}
+
+  const Canvas& canvas() const { return canvas_; }
+  // Calls visit(departure, turn) for every half-edge that leaves the target of `arrival`, but back
+  // along it, from the left: by how much a curve turns to the left, its left side measured.
+  template <typename Visit>
+  void for_each_turn(HalfedgeId arrival, const Visit& visit) const {
+    const mesh::EditableTriangulation& mesh = canvas_.mesh();
+    double left = 0.0;
+    HalfedgeId h = next_corner(arrival);
+    for (const HalfedgeId back = mesh.opposite(arrival); h != back; h = mesh.rotate_cw(h)) {
+      left += known(h).corner;
+      visit(h, 2.0 * kQuarterTurn - left);
+      left += known(h).crossing;
+    }
+  }
+  double turn(HalfedgeId arrival, HalfedgeId departure) const {
+    return 2.0 * kQuarterTurn - angle_between(departure, canvas_.mesh().opposite(arrival));
+  }
+  // From a half-edge to another one that leaves the same vertex, counter-clockwise.
+  double angle_between(HalfedgeId first, HalfedgeId second) const {
+    double angle = 0.0;
+    for (HalfedgeId h = first; h != second;) {
+      angle += known(h).corner;
+      h = canvas_.mesh().rotate_ccw(h);
+      if (h != second) angle += known(h).crossing;
+    }
+    return angle;
+  }
+  // Of a closed curve.
+  double turn(const std::vector<VertexId>& cycle) const {
+    const std::vector<HalfedgeId> edges = canvas_.edges_of(cycle);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < edges.size(); ++i)
+      sum += turn(edges[(i + edges.size() - 1) % edges.size()], edges[i]);
+    return sum;
+  }
+
+ private:
+  // Of a half-edge, once it was asked for.
+  struct Known {
+    double corner = 0.0;    // the angle at its source in its face, radians
+    double crossing = 0.0;  // what crossing it adds to the angles around its source
+    double length = -1.0;
+  };
+  const Known& known(HalfedgeId h) const;
+
+  const Canvas& canvas_;
+  const std::vector<double>& crossings_;
+  mutable Index vertex_count_ = 0;  // when these were measured: no edge changes but by splits
+  mutable std::vector<Known> known_;
+};
+
+// Sheets of a quarter turn, so many of them on either side at first and then, where no way is
+// found.
+inline constexpr std::int64_t kSheets[] = {16, 64};
+// A search on sheets that tell by how much ways have turned; `left`: see there. The meter must
+// outlive it, too.
+SheetSearch turning_search(const TurnMeter& meter, const std::vector<double>& left,
+                           std::int64_t sheets);
 
 // The shortest path that divides a disk so that both parts have the corners that the cones in them
 // ask for (thesis 5.2.1, equation 5.1), on the branched cover of the disk, whose sheets are the
