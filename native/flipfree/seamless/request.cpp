@@ -189,30 +189,18 @@ std::vector<std::vector<Index>> choose_corners(std::span<const BorderCurve> curv
 // Sum of the curvatures inside a surface that is as good as flat, quarter turns.
 constexpr double kNearlyFlat = 0.2;
 
-struct Border {
-  std::vector<std::vector<VertexId>> loops;
-  std::vector<char> on_boundary;
-  Index euler = 0;
-};
-
-Border border_of(const mesh::Surface& surface) {
-  const auto count = static_cast<Index>(surface.vertices.rows());
+bool on_border(const mesh::Surface& surface, VertexId v) {
   const mesh::Adjacency& adjacency = surface.adjacency();
-  Border border{mesh::boundary_loops(surface.faces, adjacency), std::vector<char>(at(count), 0),
-                mesh::topology(surface.faces, adjacency).euler()};
-  for (const auto& loop : border.loops) {
-    for (const VertexId v : loop) border.on_boundary[at(v)] = 1;
-  }
-  return border;
+  return adjacency.opposite[at(adjacency.vertex_halfedge[at(v)])] == kInvalid;
 }
 
 // What the boundary has to turn in all, quarter turns: 4 chi less the curvature inside.
-Index needed_turning(const Border& border, const std::vector<Index>& cones) {
-  Index needed = 4 * border.euler;
-  for (std::size_t v = 0; v < cones.size(); ++v) {
-    if (border.on_boundary[v]) continue;
-    if (cones[v] < 1) throw_too_sharp(static_cast<Index>(v), cones[v]);
-    needed -= 4 - cones[v];
+Index needed_turning(const mesh::Surface& surface, const std::vector<Index>& cones) {
+  Index needed = 4 * mesh::topology(surface.faces, surface.adjacency()).euler();
+  for (VertexId v = 0; at(v) < cones.size(); ++v) {
+    if (on_border(surface, v)) continue;
+    if (cones[at(v)] < 1) throw_too_sharp(v, cones[at(v)]);
+    needed -= 4 - cones[at(v)];
   }
   return needed;
 }
@@ -273,13 +261,13 @@ std::vector<double> unfolded_directions(const mesh::Surface& surface) {
 }
 
 // Is the surface so flat inside that one unfolding of it is like another, and is its map to be?
-bool is_flat_inside(const Border& border, const std::vector<double>& angles,
+bool is_flat_inside(const mesh::Surface& surface, const std::vector<double>& angles,
                     const std::vector<Index>& cones) {
   double curved = 0.0;
-  for (std::size_t v = 0; v < cones.size(); ++v) {
-    if (border.on_boundary[v]) continue;
-    if (cones[v] != 4) return false;
-    curved += std::abs(4.0 - angles[v]);
+  for (VertexId v = 0; at(v) < cones.size(); ++v) {
+    if (on_border(surface, v)) continue;
+    if (cones[at(v)] != 4) return false;
+    curved += std::abs(4.0 - angles[at(v)]);
   }
   return curved < kNearlyFlat;
 }
@@ -336,28 +324,26 @@ std::vector<BorderCurve> border_curves(const mesh::Surface& surface,
 }  // namespace
 
 std::vector<Index> flat_inside(std::vector<Index> cones, const mesh::Surface& surface) {
-  const mesh::Adjacency& adjacency = surface.adjacency();
-  for (std::size_t v = 0; v < cones.size(); ++v) {
-    const HalfedgeId h = adjacency.vertex_halfedge[v];
-    if (cones[v] == kNotGiven && adjacency.opposite[at(h)] != kInvalid) cones[v] = 4;
+  for (VertexId v = 0; at(v) < cones.size(); ++v) {
+    if (cones[at(v)] == kNotGiven && !on_border(surface, v)) cones[at(v)] = 4;
   }
   return cones;
 }
 
 std::vector<Index> aligned_cones(const mesh::Surface& surface, const std::vector<Index>& cones,
                                  ExecutionContext& context) {
-  const Border border = border_of(surface);
-  if (border.loops.empty()) return cones;
-  const Index needed = needed_turning(border, cones);
+  const auto loops = mesh::boundary_loops(surface.faces, surface.adjacency());
+  if (loops.empty()) return cones;
+  const Index needed = needed_turning(surface, cones);
   std::vector<Index> all = cones;
   Index sum = 0;
   bool any = false;
-  for (std::size_t v = 0; v < cones.size(); ++v) {
-    if (!border.on_boundary[v]) continue;
-    if (cones[v] < kNotGiven) throw_too_sharp(static_cast<Index>(v), cones[v]);
-    any = any || cones[v] != kNotGiven;
-    if (cones[v] == kNotGiven) all[v] = 2;
-    sum += 2 - all[v];
+  for (VertexId v = 0; at(v) < cones.size(); ++v) {
+    if (!on_border(surface, v)) continue;
+    if (cones[at(v)] < kNotGiven) throw_too_sharp(v, cones[at(v)]);
+    any = any || cones[at(v)] != kNotGiven;
+    if (cones[at(v)] == kNotGiven) all[at(v)] = 2;
+    sum += 2 - all[at(v)];
   }
   if (any) {
     if (sum != needed) throw_sum(sum, needed);
@@ -366,23 +352,21 @@ std::vector<Index> aligned_cones(const mesh::Surface& surface, const std::vector
   const mesh::InOwnUnit own(surface);
   const std::vector<double> angles = own_angles(own.surface());
   std::vector<double> turning;
-  for (const auto& loop : border.loops) {
+  for (const auto& loop : loops) {
     turning.push_back(0.0);
     for (const VertexId v : loop) turning.back() += 2.0 - angles[at(v)];
   }
   const std::vector<Index> wanted = whole_with_sum(turning, needed);
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    if (wanted[i] > static_cast<Index>(border.loops[i].size()))
-      throw_too_few(border.loops[i].size(), wanted[i]);
+    if (wanted[i] > static_cast<Index>(loops[i].size())) throw_too_few(loops[i].size(), wanted[i]);
   }
   const std::vector<BorderCurve> curves = border_curves(own.surface(), angles, wanted);
   // Where it is flat, the axes of one curve are those of all.
-  const std::size_t together = is_flat_inside(border, angles, cones) ? curves.size() : 1;
+  const std::size_t together = is_flat_inside(surface, angles, cones) ? curves.size() : 1;
   for (std::size_t i = 0; i < curves.size(); i += together) {
     const auto corners = choose_corners(std::span(curves).subspan(i, together), context);
     for (std::size_t c = 0; c < together; ++c) {
-      for (std::size_t j = 0; j < corners[c].size(); ++j)
-        all[at(border.loops[i + c][j])] = corners[c][j];
+      for (std::size_t j = 0; j < corners[c].size(); ++j) all[at(loops[i + c][j])] = corners[c][j];
     }
   }
   return all;
@@ -391,44 +375,38 @@ std::vector<Index> aligned_cones(const mesh::Surface& surface, const std::vector
 std::vector<std::pair<VertexId, double>> prescribed_angles(const std::vector<Index>& cones,
                                                            const mesh::Surface& surface,
                                                            bool aligned) {
-  const std::vector<char> on_boundary = border_of(surface).on_boundary;
   std::vector<std::pair<VertexId, double>> angles;
-  for (std::size_t v = 0; v < cones.size(); ++v) {
-    if (on_boundary[v] != 0 ? aligned && cones[v] != kNotGiven : cones[v] != 4)
-      angles.emplace_back(static_cast<VertexId>(v), cones[v] * kQuarterTurn);
+  for (VertexId v = 0; at(v) < cones.size(); ++v) {
+    const Index k = cones[at(v)];
+    if (on_border(surface, v) ? aligned && k != kNotGiven : k != 4)
+      angles.emplace_back(v, k * kQuarterTurn);
   }
   return angles;
 }
 
 void check_free(const mesh::Surface& surface, const std::vector<Index>& cones) {
-  const Border border = border_of(surface);
-  for (std::size_t v = 0; v < cones.size(); ++v) {
-    if (border.on_boundary[v] && cones[v] != kNotGiven) {
-      throw_invalid(ErrorCode::kBadAngles,
-                    "Vertex " + vertex_id(v) +
-                        " lies on the boundary, which is free: its angle cannot be given. Leave "
-                        "it out, or take the aligned boundary.",
-                    ElementKind::kVertex, {static_cast<Index>(v)});
-    }
+  for (VertexId v = 0; at(v) < cones.size(); ++v) {
+    if (!on_border(surface, v) || cones[at(v)] == kNotGiven) continue;
+    throw_invalid(ErrorCode::kBadAngles,
+                  "Vertex " + vertex_id(v) +
+                      " lies on the boundary, which is free: its angle cannot be given. Leave "
+                      "it out, or take the aligned boundary.",
+                  ElementKind::kVertex, {v});
   }
 }
 
 std::vector<double> free_angles(const mesh::Surface& surface, const std::vector<Index>& cones,
                                 Boundary boundary, ExecutionContext& context) {
   if (boundary == Boundary::kFree) check_free(surface, cones);
-  const Border border = border_of(surface);
-  const Index needed = needed_turning(border, cones);
+  const auto loops = mesh::boundary_loops(surface.faces, surface.adjacency());
+  const Index needed = needed_turning(surface, cones);
   conformal::BoundaryAnglesOptions options;
   options.boundary = conformal::BoundaryGoal::kFree;
-  for (std::size_t v = 0; v < cones.size(); ++v) {
-    const auto id = static_cast<VertexId>(v);
-    if (!border.on_boundary[v] && cones[v] != 4)
-      options.cones.emplace_back(id, cones[v] * kQuarterTurn);
-  }
+  options.cones = prescribed_angles(cones, surface, false);
   std::vector<double> angles = conformal::boundary_angles(surface, options, context);
   std::vector<double> sum, turning;
   std::vector<Index> wanted;
-  for (const auto& loop : border.loops) {
+  for (const auto& loop : loops) {
     sum.push_back(0.0);
     wanted.push_back(0);
     for (const VertexId v : loop) {
@@ -440,10 +418,9 @@ std::vector<double> free_angles(const mesh::Surface& surface, const std::vector<
   if (boundary != Boundary::kTurning) wanted = whole_with_sum(turning, needed);
   const Index all = std::accumulate(wanted.begin(), wanted.end(), Index{0});
   if (all != needed) throw_sum(all, needed);
-  for (std::size_t i = 0; i < border.loops.size(); ++i) {
-    const double whole =
-        (2.0 * static_cast<double>(border.loops[i].size()) - wanted[i]) * kQuarterTurn;
-    for (const VertexId v : border.loops[i]) angles[at(v)] *= whole / sum[i];
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    const double whole = (2.0 * static_cast<double>(loops[i].size()) - wanted[i]) * kQuarterTurn;
+    for (const VertexId v : loops[i]) angles[at(v)] *= whole / sum[i];
   }
   return angles;
 }
@@ -598,7 +575,7 @@ std::vector<SurfacePart> connected_parts(const mesh::Surface& surface,
     for (VertexId& v : part.vertices) {
       v = whole.vertex_origin[at(v)];
       part.cones.push_back(cones[at(v)]);
-      if (adjacency.opposite[at(adjacency.vertex_halfedge[at(v)])] != kInvalid) continue;
+      if (!on_border(surface, v)) continue;
       part.bordered = true;
       part.corners_given = part.corners_given || cones[at(v)] != kNotGiven;
     }
@@ -685,45 +662,23 @@ void rethrow_placed(const std::vector<FaceId>& faces, const std::vector<VertexId
   }
 }
 
-namespace {
-
-// Weights of vertex v of the refined surface for the corners of a face of the input that it lies
-// in.
-Vector3 weights_in(const mesh::Surface& input, const mesh::Provenance& provenance, VertexId v,
-                   FaceId face) {
-  const mesh::SurfacePoint& point = provenance.vertex[at(v)];
-  if (point.face == face) return point.weight;
-  Vector3 weight = Vector3::Zero();
-  for (int k = 0; k < 3; ++k) {
-    if (point.weight[k] == 0.0) continue;
-    bool found = false;
-    for (int j = 0; j < 3; ++j) {
-      if (input.faces(face, j) != input.faces(point.face, k)) continue;
-      weight[j] = point.weight[k];
-      found = true;
-    }
-    if (!found) {
-      throw InternalError("refined pieces: vertex " + std::to_string(v) + " lies outside face " +
-                          std::to_string(face));
-    }
-  }
-  return weight;
-}
-
-}  // namespace
-
 void name_input_places(const mesh::Surface& input, const mesh::Provenance& provenance,
                        const Triangles& refined, certify::Parametrization& map) {
   for (std::size_t v = 0; v < map.vertex_parent.size(); ++v) {
-    const FaceId fine = map.vertex_parent[v];
-    const FaceId face = provenance.face[at(fine)];
+    const FaceId fine = map.vertex_parent[v], face = provenance.face[at(fine)];
+    auto own = map.vertex_barycentric.row(static_cast<Eigen::Index>(v));
     Vector3 weight = Vector3::Zero();
     for (Index k = 0; k < 3; ++k) {
-      const double share = map.vertex_barycentric(static_cast<Eigen::Index>(v), k);
-      if (share != 0.0) weight += share * weights_in(input, provenance, refined(fine, k), face);
+      const mesh::SurfacePoint& point = provenance.vertex[at(refined(fine, k))];
+      for (Index i = 0; i < 3; ++i) {
+        for (Index j = 0; j < 3; ++j) {
+          if (input.faces(face, j) == input.faces(point.face, i))
+            weight[j] += own[k] * point.weight[i];
+        }
+      }
     }
     map.vertex_parent[v] = face;
-    map.vertex_barycentric.row(static_cast<Eigen::Index>(v)) = weight;
+    own = weight.transpose();
   }
   for (FaceId& parent : map.parent_face) parent = provenance.face[at(parent)];
 }

@@ -457,7 +457,7 @@ bool go_stepwise(const PennerTargets& targets, CarriedMetric& metric, ExecutionC
     PennerTargets part = targets;
     for (std::size_t v = 0; v < missing.size(); ++v)
       part.vertex_angle[v] -= (1.0 - to) * missing[v];
-    CarriedMetric trial = metric.copy();
+    CarriedMetric trial = metric;
     if (trial.meet(part, Meeting::kConformal, {kNearlyMet, kNewtonSteps}, context).end !=
         PennerEnd::kConverged) {
       share *= 0.5;
@@ -487,7 +487,7 @@ ConformalMetric compute_disk_metric(const mesh::Surface& disk, const std::vector
     const CarriedMetric start(*own, targets, {own->mesh, {}}, context);
     for (const Way& way : ways) {
       if (!start.started()) break;
-      CarriedMetric metric = start.copy();
+      CarriedMetric metric = start;
       if (!way(metric)) continue;
       // All angles from where they are nearly met.
       const PennerRun run = metric.meet(targets, Meeting::kConformal, {}, context);

@@ -141,6 +141,7 @@ class PennerSolver {
     if (start_metric != nullptr) result.metric = std::move(*start_metric);
     finishing_ = start_metric != nullptr;
     result.angles = targets_.vertex_angle;
+    result.stats = {{"relaxed", std::int64_t{0}}, {"seconds_newton", 0.0}};
     result.loops = given ? *given : loops_to_turn(surface_, !free_, context_);
     if (given && static_cast<Index>(result.loops.size()) != loop_count()) {
       throw_invalid(ErrorCode::kBadOption, "A surface of this genus has " +
@@ -157,6 +158,11 @@ class PennerSolver {
     if (!result.loops.empty() && (!flat || finishing_)) reach_turns(result, loops);
     if (!flat) relax(result, loops);
     finish(result.metric, loops);
+    result.stats["iterations"] = static_cast<std::int64_t>(iterations_);
+    result.stats["flips"] = static_cast<std::int64_t>(result.metric.flips.size());
+    result.stats["bits"] = static_cast<std::int64_t>(result.metric.bits);
+    result.stats["angle_error"] = result.metric.angle_error;
+    result.stats["loops"] = static_cast<std::int64_t>(result.loops.size());
     return result;
   }
 
@@ -173,7 +179,6 @@ class PennerSolver {
   // Why no metric turns so along the loops; empty if one does, or nobody knows.
   std::string why_not(const std::vector<LoopTurn>& loops, const std::vector<Index>& turns) const {
     if (free_) return "";
-    if (!setup_.mesh.symmetric()) return why_impossible(cones_, genus_, turns);
     return why_impossible(cones_of_double(cones_, setup_), genus_,
                           turns_of_double(surface_, cones_, loops, turns));
   }
@@ -225,7 +230,7 @@ class PennerSolver {
       result.loops[i].quarter_turns = turns_[i];
       targets_.loop_angle[i] = whole_turns(result.loops[i], turns_[i]) * kQuarterTurn;
     }
-    result.seconds_conformal = watch.seconds();
+    result.stats["seconds_conformal"] = watch.seconds();
   }
 
   // `angles`: of the loops, radians.
@@ -263,19 +268,20 @@ class PennerSolver {
     LoopedMetric looped(make_engine(input, result.metric.bits, context_), loops, context_);
     last_ = run_penner(looped, targets_, newton, context_);
     loops = looped.loops;
-    result.iterations = last_.iterations;
     append(*looped.engine, result.metric, context_);
-    result.seconds_newton = watch.seconds();
-    if (last_.end != PennerEnd::kConverged)
-      throw_not_reached(result.iterations, result.metric.bits);
+    result.stats["seconds_newton"] = watch.seconds();
+    require_reached(result.metric.bits);
   }
 
-  [[noreturn]] void throw_not_reached(int iterations, int bits) const {
+  // Of the last run of Newton's method.
+  void require_reached(int bits) {
+    iterations_ += last_.iterations;
+    if (last_.end == PennerEnd::kConverged) return;
     throw_not_converged(
         last_.end == PennerEnd::kIterations ? ErrorCode::kIterationLimit
                                             : ErrorCode::kLineSearchStalled,
         "The seamless metric was not reached: the largest angle error is " +
-            scientific(last_.error) + " radians after " + std::to_string(iterations) +
+            scientific(last_.error) + " radians after " + std::to_string(iterations_) +
             " Newton steps with " + std::to_string(bits) +
             " bits. Spread the curvature over more vertices, or refine the mesh near the cones.");
   }
@@ -291,12 +297,12 @@ class PennerSolver {
     CarriedMetric carried(metric, targets_, loops, context_);
     // What a padded metric is far off by is shear, which conformal changes would lead back to.
     const Meeting how = finishing_ ? Meeting::kShortest : Meeting::kConformal;
-    result.relaxed = carried.come_near(targets_, how, nearing, area, context_);
-    if (result.relaxed == 0) return;
+    const int steps = carried.come_near(targets_, how, nearing, area, context_);
+    result.stats["relaxed"] = static_cast<std::int64_t>(steps);
+    if (steps == 0) return;
     // All angles, as well as asked for.
     last_ = carried.meet(targets_, Meeting::kConformal, {}, context_);
-    result.iterations += last_.iterations;
-    if (last_.end != PennerEnd::kConverged) throw_not_reached(result.iterations, metric.bits);
+    require_reached(metric.bits);
     // Where the input's edges are crossed is told by the scale that explains the lengths best.
     carried.append_to(metric, context_);
     loops = carried.loops();
@@ -321,6 +327,7 @@ class PennerSolver {
   PennerTargets targets_;
   std::vector<Index> turns_;  // of the loops, quarters
   PennerRun last_;
+  int iterations_ = 0;  // of Newton's method, in all
 };
 
 }  // namespace
@@ -341,17 +348,6 @@ namespace {
 
 // Crossings where 64 bits do not hold the map; what is optimised afterwards need not be near.
 constexpr double kSpread = 0.5;
-
-void add_penner_figures(const PennerMetric& metric, Stats& stats) {
-  stats["seconds_conformal"] = metric.seconds_conformal;
-  stats["seconds_newton"] = metric.seconds_newton;
-  stats["relaxed"] = static_cast<std::int64_t>(metric.relaxed);
-  stats["iterations"] = static_cast<std::int64_t>(metric.iterations);
-  stats["flips"] = static_cast<std::int64_t>(metric.metric.flips.size());
-  stats["bits"] = static_cast<std::int64_t>(metric.metric.bits);
-  stats["angle_error"] = metric.metric.angle_error;
-  stats["loops"] = static_cast<std::int64_t>(metric.loops.size());
-}
 
 // Turns a connected map with an aligned boundary so that this runs along the axes.
 void turn_boundary_to_axes(certify::Parametrization& map) {
@@ -376,15 +372,13 @@ PennerMap map_from_metric(const mesh::Surface& surface, const std::vector<Index>
   conformal::ConformalMapOptions of_map;
   of_map.uncuttable = options.uncuttable;
   of_map.spread = kSpread;
-  Stats stats;
-  add_penner_figures(solved, stats);
   conformal::RefinedMetric metric;
   metric.metric = std::move(solved.metric);
   conformal::ConformalMapResult mapped =
       conformal::map_from_metric(surface, angles, std::move(metric), of_map, context);
   if (mapped.map.surface.faces.rows() == 0) throw NotConverged(*mapped.failure);
   PennerMap result{std::move(mapped.map), cones};
-  result.map.stats.merge(stats);
+  result.map.stats.merge(solved.stats);
   if (aligned) {
     turn_boundary_to_axes(result.map);
     certify::CertifyRequest request;

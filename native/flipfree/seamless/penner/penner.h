@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/conformal/metric.h"
 #include "flipfree/intrinsic/loops.h"
@@ -50,9 +51,7 @@ struct PennerMetric {
   // conformal start, then Ptolemy flips of this one). `u`: the conformal part of the change.
   conformal::ConformalMetric metric;
   std::vector<LoopTurn> loops;  // on the input
-  double seconds_conformal = 0.0, seconds_newton = 0.0;
-  int iterations = 0;  // of Newton's method
-  int relaxed = 0;     // steps of relaxation
+  Stats stats;
 };
 
 // `cones`: quarter turns per vertex, 4 where it is flat; at the boundary as aligned_cones() returns

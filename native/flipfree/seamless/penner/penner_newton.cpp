@@ -355,9 +355,22 @@ bool stretch_by(MetricEngine& engine, const std::vector<double>& direction, doub
   return engine.restore_delaunay(context);
 }
 
-// Halves a step, from `first` on while it is longer than `least`, until the norm of all errors
-// falls (Armijo). move(step) changes the engine, false if it could not follow. `angles`: before and
-// after; false, and everything is as it was, if no step does.
+// Halves a step, from `first` on while it is longer than `least`, until attempt(trial, step), which
+// changes a copy of the metric, is taken. False, and the metric is as it was, if no step is.
+template <typename Metric, typename Attempt>
+bool take_halved(Metric& metric, double first, double least, const Attempt& attempt) {
+  for (double step = first; step > least; step *= 0.5) {
+    Metric trial = metric;
+    if (!attempt(trial, step)) continue;
+    metric = std::move(trial);
+    return true;
+  }
+  return false;
+}
+
+// The same, of the metric itself, until the norm of all errors falls (Armijo). move(step) changes
+// the engine, false if it could not follow; an engine that goes back rounds its lengths anew.
+// `angles`: before and after.
 template <typename Move>
 bool descend(LoopedMetric& metric, const PennerTargets& targets, double first, double least,
              const Move& move, PennerAngles& angles, ExecutionContext& context) {
@@ -475,22 +488,21 @@ class PennerNewton {
     return solve();
   }
 
-  // Halves the step until the loops' error falls where the cones are met again.
+  // Until the loops' error falls where the cones are met again.
   bool restored_step() {
     const double first = first_step();
     const double before = norm_of(angles_.loops);
-    for (double step = first; step >= kSmallestRestoredStep * first; step *= 0.5) {
-      LoopedMetric trial = at_;
-      if (!move(*trial.engine, step) || !meet_cones(trial, before)) continue;
-      PennerAngles angles = measure(trial, targets_, context_);
-      if (!(norm_of(angles.loops) < (1.0 - kArmijo * step) * before)) continue;
-      at_ = std::move(trial);
-      angles_ = std::move(angles);
-      ++run_.restored;
-      restoring_ = step < 1.0;
-      return true;
-    }
-    return false;
+    return take_halved(at_, first, kSmallestRestoredStep * first,
+                       [&](LoopedMetric& trial, double step) {
+                         if (!move(*trial.engine, step) || !meet_cones(trial, before)) return false;
+                         PennerAngles angles = measure(trial, targets_, context_);
+                         if (!(norm_of(angles.loops) < (1.0 - kArmijo * step) * before))
+                           return false;
+                         angles_ = std::move(angles);
+                         ++run_.restored;
+                         restoring_ = step < 1.0;
+                         return true;
+                       });
   }
 
   LoopedMetric& at_;
@@ -752,7 +764,6 @@ int CarriedMetric::come_near(const PennerTargets& targets, Meeting how, const Ne
   constexpr double kMostNearingChange = 3.0;
   const int halvings = how == Meeting::kConformal ? 6 : 3;
   const PennerNewtonOptions newton{options.tolerance, how == Meeting::kConformal ? 20 : 10};
-  double now = distance();
   int steps = 0;
   for (; steps < options.most; ++steps) {
     std::vector<double> wish = ratios();
@@ -762,20 +773,16 @@ int CarriedMetric::come_near(const PennerTargets& targets, Meeting how, const Ne
     const std::vector<double> change =
         shortest_change(at_, angles(targets, context), wish, context);
     if (change.empty()) break;
-    double step = std::min(1.0, kMostNearingChange / largest_of(change));
-    const double before = now;
-    for (int halving = 0; now == before && halving < halvings; ++halving, step *= 0.5) {
+    const double first = std::min(1.0, kMostNearingChange / largest_of(change));
+    const double before = distance();
+    const auto attempt = [&](CarriedMetric& trial, double step) {
       context.check();
-      CarriedMetric trial = copy();
-      if (!stretch_by(*trial.at_.engine, change, step, context)) continue;
+      if (!stretch_by(*trial.at_.engine, change, step, context)) return false;
       trial.at_.follow(context);
-      if (trial.meet(targets, how, newton, context).end != PennerEnd::kConverged ||
-          !(trial.distance() < before))
-        continue;
-      now = trial.distance();
-      *this = std::move(trial);
-    }
-    if (now == before) break;
+      return trial.meet(targets, how, newton, context).end == PennerEnd::kConverged &&
+             trial.distance() < before;
+    };
+    if (!take_halved(*this, first, std::ldexp(first, -halvings), attempt)) break;
   }
   return steps;
 }

@@ -149,7 +149,6 @@ class CarriedMetric {
 
   // False where doubles lead to no Delaunay triangulation. Nothing else may be asked for then.
   bool started() const { return at_.engine->started(); }
-  CarriedMetric copy() const { return *this; }
   PennerRun meet(const PennerTargets& targets, Meeting how, const PennerNewtonOptions& options,
                  ExecutionContext& context);
   // Brings it nearer to the input's, step by step, each of which meets the angles again; ends where
