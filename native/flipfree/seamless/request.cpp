@@ -77,84 +77,63 @@ double corner_cost(double turning, Index turn) {
   return kCornerShare * (std::abs(static_cast<double>(turn)) + wrong);
 }
 
-// The cheapest directions of the edges for one direction of the axes.
-class Program {
- public:
-  Program(const BorderCurve& curve, double axis, Index reach, ExecutionContext& context)
-      : curve_(curve), axis_(axis), reach_(reach), width_(2 * reach + 1), context_(context) {}
-
-  Labels run() {
-    Labels best;
-    for (Index first = -1; first <= 1; ++first) {
-      const double cost = forward(reach_ + first);
-      if (cost < best.cost) best = {cost, backward(reach_ + first)};
-    }
-    return best;
-  }
-
- private:
-  Index size() const { return static_cast<Index>(curve_.length.size()); }
-  double relative(Index i) const { return curve_.direction[at(i)] - axis_; }
-  // The direction in the middle of those that are tried for edge i, i up to size().
-  Index middle(Index i) const {
-    return i == size() ? middle(0) + curve_.wanted : static_cast<Index>(std::lround(relative(i)));
-  }
-  double edge_cost(Index i, Index label) const {
-    const double off = relative(i) - (middle(i) + label - reach_);
-    return curve_.length[at(i)] * off * off;
-  }
-
-  // Cost of the cheapest way around on which edge 0 has the given label.
-  double forward(Index first) {
-    const Index n = size();
-    from_.assign(at(width_) * at(n + 1), kInvalid);
-    std::vector<double> cost(at(width_), kInfinite), next(at(width_));
-    cost[at(first)] = edge_cost(0, first);
-    for (Index i = 1; i <= n; ++i) {
-      if (i % kCheckVertices == 0) context_.check();
-      std::fill(next.begin(), next.end(), kInfinite);
-      const Index rise = middle(i) - middle(i - 1);
-      const double turning = curve_.turning[at(i % n)];
-      for (Index turn = curve_.least; turn <= 1; ++turn) {
-        const double corner = corner_cost(turning, turn);
-        for (Index a = 0; a < width_; ++a) {
-          const Index b = a + turn - rise;
-          if (b < 0 || b >= width_ || cost[at(a)] + corner >= next[at(b)]) continue;
-          next[at(b)] = cost[at(a)] + corner;
-          from_[at(width_) * at(i) + at(b)] = a;
-        }
+// The cheapest directions of the edges for one direction of the axes, of which `reach` to either
+// side of the nearest one are tried; edge 0 has the `first` of these. None if there is no way
+// around.
+Labels cheapest_from(const BorderCurve& curve, double axis, Index reach, Index first,
+                     ExecutionContext& context) {
+  const auto n = static_cast<Index>(curve.length.size());
+  const Index width = 2 * reach + 1;
+  // The directions in the middle of those that are tried; the last one is edge 0 after one way
+  // around.
+  std::vector<Index> middle;
+  for (const double d : curve.direction)
+    middle.push_back(static_cast<Index>(std::lround(d - axis)));
+  middle.push_back(middle.front() + curve.wanted);
+  const auto edge_cost = [&](Index i, Index label) {
+    const double off = curve.direction[at(i)] - axis - (middle[at(i)] + label - reach);
+    return curve.length[at(i)] * off * off;
+  };
+  // Per vertex and label after it: the label before it.
+  std::vector<Index> from(at(width) * at(n + 1), kInvalid);
+  std::vector<double> cost(at(width), kInfinite), next(at(width));
+  cost[at(first)] = edge_cost(0, first);
+  for (Index i = 1; i <= n; ++i) {
+    if (i % kCheckVertices == 0) context.check();
+    std::fill(next.begin(), next.end(), kInfinite);
+    const Index rise = middle[at(i)] - middle[at(i - 1)];
+    const double turning = curve.turning[at(i % n)];
+    for (Index turn = curve.least; turn <= 1; ++turn) {
+      const double corner = corner_cost(turning, turn);
+      for (Index a = 0; a < width; ++a) {
+        const Index b = a + turn - rise;
+        if (b < 0 || b >= width || cost[at(a)] + corner >= next[at(b)]) continue;
+        next[at(b)] = cost[at(a)] + corner;
+        from[at(width) * at(i) + at(b)] = a;
       }
-      for (Index b = 0; i < n && b < width_; ++b) next[at(b)] += edge_cost(i, b);
-      std::swap(cost, next);
     }
-    return cost[at(first)];
+    for (Index b = 0; i < n && b < width; ++b) next[at(b)] += edge_cost(i, b);
+    std::swap(cost, next);
   }
-
-  // Directions of edges 0 to size(), the last one edge 0 again after one way around.
-  std::vector<Index> backward(Index first) const {
-    std::vector<Index> labels(at(size()) + 1);
-    Index label = first;
-    for (Index i = size(); i >= 0; --i) {
-      labels[at(i)] = middle(i) + label - reach_;
-      label = from_[at(width_) * at(i) + at(label)];
-      if (i == 0) break;
-    }
-    return labels;
+  if (cost[at(first)] == kInfinite) return {};
+  Labels found{cost[at(first)], middle};
+  for (Index i = n, label = first; i >= 0; --i) {
+    found.of_edge[at(i)] += label - reach;
+    label = from[at(width) * at(i) + at(label)];
   }
-
-  const BorderCurve& curve_;
-  double axis_;
-  Index reach_, width_;
-  ExecutionContext& context_;
-  std::vector<Index> from_;  // per vertex and label after it: the label before it
-};
+  return found;
+}
 
 Labels cheapest(const BorderCurve& curve, double axis, ExecutionContext& context) {
   const Index most = curve.wanted + static_cast<Index>(curve.length.size());
   for (Index reach = kReach;; reach *= 2) {
-    Labels found = Program(curve, axis, reach, context).run();
+    Labels best;
+    for (Index first = reach - 1; first <= reach + 1; ++first) {
+      Labels found = cheapest_from(curve, axis, reach, first, context);
+      if (found.cost < best.cost) best = std::move(found);
+    }
     context.check();
-    if (found.cost < kInfinite || reach > 4 * std::abs(most)) return found;
+    if (best.cost < kInfinite || reach > 4 * std::abs(most)) return best;
   }
 }
 

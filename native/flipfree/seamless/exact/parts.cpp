@@ -333,10 +333,7 @@ std::optional<EnlargedParts> enlarge_parts(const mesh::Surface& surface, double 
     const double least = least_edge * largest * std::sqrt(static_cast<double>(part.faces));
     if (!(extent > 0.0) || extent >= least) continue;
     // The quotient itself may not be finite.
-    int own = 0, wanted = 0;
-    std::frexp(extent, &own);
-    std::frexp(least, &wanted);
-    part.exponent = wanted - own + 1;
+    part.exponent = std::ilogb(least) - std::ilogb(extent) + 1;
     ++result.count;
   }
   if (result.count == 0) return std::nullopt;
@@ -357,14 +354,10 @@ std::optional<EnlargedParts> enlarge_parts(const mesh::Surface& surface, double 
 void place_on(const mesh::Surface& surface, certify::Parametrization& map) {
   const Eigen::Index own = surface.vertices.rows();
   map.surface.vertices.topRows(own) = surface.vertices;
-  for (Eigen::Index v = own; v < map.surface.vertices.rows(); ++v) {
-    const FaceId f = map.vertex_parent[at(v)];
-    Vector3 place = Vector3::Zero();
-    for (Index k = 0; k < 3; ++k) {
-      place += map.vertex_barycentric(v, k) * surface.vertices.row(surface.faces(f, k)).transpose();
-    }
-    map.surface.vertices.row(v) = place.transpose();
-  }
+  for (Eigen::Index v = own; v < map.surface.vertices.rows(); ++v)
+    map.surface.vertices.row(v) =
+        map.vertex_barycentric.row(v) *
+        surface.vertices(surface.faces.row(map.vertex_parent[at(v)]), Eigen::all);
 }
 
 }  // namespace flipfree::seamless

@@ -132,21 +132,15 @@ struct MovingFace {
 
   // When the area stops being positive, from `now` on; more than 1 if it does not.
   Wide end(const Wide& now) const {
-    const Wide one(1.0), never(2.0), two(2.0);
-    if (c.sign() == 0) {
-      if ((a + b).sign() > 0) return never;
-      if (b.sign() >= 0) return now;
-      return std::max(now, -(a / b));
+    const Wide square = b * b - Wide(4.0) * a * c, two(2.0);
+    if (square.sign() > 0) {
+      // The root at which the area falls: a + b t + c t^2 has derivative -sqrt(square) there. (No
+      // number where c is 0 and the area does not fall.)
+      const Wide root = sqrt(square);
+      const Wide t = b.sign() >= 0 ? -(b + root) / (two * c) : (two * a) / (root - b);
+      if (t >= now && t <= Wide(1.0)) return t;
     }
-    const Wide square = b * b - Wide(4.0) * a * c;
-    if (square.sign() <= 0) return (a + b + c).sign() > 0 ? never : now;
-    // The root at which the area falls: a + b t + c t^2 has derivative -sqrt(square) there.
-    const Wide root = sqrt(square);
-    const Wide q = b.sign() >= 0 ? -(b + root) : root - b;  // of twice the size
-    const Wide t = b.sign() >= 0 ? q / (two * c) : (two * a) / q;
-    const bool here = t >= now && t <= one;
-    if (here) return t;
-    return (a + b + c).sign() > 0 ? never : now;
+    return (a + b + c).sign() > 0 ? two : now;
   }
 
   // The longest side at time t: the one that is in the way.
