@@ -144,90 +144,39 @@ std::vector<HalfedgeId> nearest_spur(const Canvas& canvas, const Vertices& branc
                    [&](HalfedgeId h) { return is_wanted(canvas.excess(canvas.mesh().target(h))); });
 }
 
-// The vertices beside a spur that is drawn as a fence, from the one after its root on the branch
-// around its cone to the one before the root: a half-edge from the spur for each, in that order.
-// One vertex may have several.
-std::vector<HalfedgeId> spokes_around(const Canvas& canvas, VertexId root, VertexId after,
-                                      VertexId before) {
-  const mesh::EditableTriangulation& mesh = canvas.mesh();
-  std::vector<HalfedgeId> spokes;
-  const HalfedgeId last = mesh.find(root, before);
-  for (HalfedgeId h = mesh.rotate_ccw(mesh.find(root, after)); h != last; h = mesh.rotate_ccw(h)) {
-    if (canvas.is_drawn(h)) {
-      h = mesh.opposite(h);
-    } else {
-      spokes.push_back(h);
-    }
-  }
-  return spokes;
+// From the end of the branch back to its start on the other side of the disk on its left, so that
+// the cones between are on the left.
+PathEnds back_along(const DiskBoundary& boundary, const Vertices& branch) {
+  const std::vector<HalfedgeId> along = boundary.canvas.edges_along(branch);
+  return {(boundary.place[at(along.back())] + 1) % boundary.size(),
+          boundary.place[at(along.front())]};
 }
 
-// The vertices beside the spur, each once; refines until there is such a path.
-Vertices path_beside(Canvas& canvas, VertexId root, VertexId after, VertexId before) {
-  // Halved once, every spoke has an end of its own.
-  constexpr int kRounds = 3;
-  for (int round = 0; round < kRounds; ++round) {
-    Vertices beside;
-    std::set<VertexId> seen, met_again;
-    std::vector<std::pair<VertexId, VertexId>> spokes;
-    for (const HalfedgeId h : spokes_around(canvas, root, after, before)) {
-      const VertexId v = canvas.mesh().target(h);
-      spokes.emplace_back(canvas.mesh().source(h), v);
-      if (!beside.empty() && beside.back() == v) continue;
-      if (!seen.insert(v).second) met_again.insert(v);
-      beside.push_back(v);
-    }
-    if (met_again.empty()) return beside;
-    for (const auto& [center, v] : spokes) {
-      if (met_again.contains(v)) canvas.halve(canvas.mesh().find(center, v));
-    }
-  }
-  throw InternalError("the vertices beside a path to a cone make no path");
-}
-
-// Takes the branch, which has the spur on its left, around it.
-Vertices draw_around(Canvas& canvas, const Vertices& branch, const Vertices& spur) {
-  const auto root = std::find(branch.begin() + 1, branch.end() - 1, spur.front());
-  const VertexId before = *(root - 1), after = *(root + 1);
-  const Curve kind = canvas.curve(canvas.mesh().find(before, *root));
-  canvas.draw(canvas.edges_along(spur), Curve::kFence);
-  Vertices beside = path_beside(canvas, *root, after, before);
-  canvas.remove_fences();
-  canvas.erase(canvas.edges_along({before, *root, after}));
-  beside.push_back(before);
-  beside.insert(beside.begin(), after);
-  std::reverse(beside.begin(), beside.end());
-  canvas.draw(canvas.edges_along(beside), kind);
-  beside.insert(beside.begin(), branch.begin(), root - 1);
-  beside.insert(beside.end(), root + 2, branch.end());
-  return beside;
+// Draws the branch along such a path, on its left or its right.
+void draw_instead(Canvas& canvas, const std::vector<HalfedgeId>& path, bool on_right,
+                  Vertices& branch) {
+  const std::vector<HalfedgeId> old = canvas.edges_along(branch);
+  const Curve kind = canvas.curve(old.front());
+  branch = vertices_along(canvas, path);
+  if (!on_right) branch = reversed(std::move(branch));
+  canvas.erase(old);
+  canvas.draw(canvas.edges_along(branch), kind);
 }
 
 // The shortest one on either side, drawn in the branch's place; false, and nothing is drawn, if the
 // search finds none that does not meet itself.
 bool draw_shortest_detour(Canvas& canvas, Index change, Vertices& branch) {
   const DiskBoundary boundary(canvas);
-  Vertices detour;
-  double shortest = 0.0;
+  std::vector<HalfedgeId> found[2];
   for (const bool on_right : {false, true}) {
-    const std::vector<HalfedgeId> along = canvas.edges_along(on_right ? reversed(branch) : branch);
-    // Back from the end of the branch, so that the cones between are on the left.
-    const PathEnds ends{(boundary.place[at(along.back())] + 1) % boundary.size(),
-                        boundary.place[at(along.front())]};
-    const auto path = shortest_enclosing_path(boundary, ends, on_right ? change : -change);
-    if (path.empty()) continue;
-    const double own = canvas.length(path);
-    if (!detour.empty() && own >= shortest) continue;
-    shortest = own;
-    detour = vertices_along(canvas, path);
-    if (!on_right) detour = reversed(detour);
+    found[on_right] = shortest_enclosing_path(
+        boundary, back_along(boundary, on_right ? reversed(branch) : branch),
+        on_right ? change : -change);
   }
-  if (detour.empty()) return false;
-  const std::vector<HalfedgeId> old = canvas.edges_along(branch);
-  const Curve kind = canvas.curve(old.front());
-  canvas.erase(old);
-  canvas.draw(canvas.edges_along(detour), kind);
-  branch = std::move(detour);
+  if (found[0].empty() && found[1].empty()) return false;
+  const bool on_right =
+      found[0].empty() || (!found[1].empty() && canvas.length(found[1]) < canvas.length(found[0]));
+  draw_instead(canvas, found[on_right], on_right, branch);
   return true;
 }
 
@@ -239,13 +188,13 @@ Index draw_detour_around_cone(Canvas& canvas, const std::set<Index>& changes, Ve
   const auto right =
       nearest_spur(canvas, reversed(branch), [&](Index e) { return changes.contains(e); });
   if (left.empty() && right.empty()) throw InternalError("no way from the cut to a cone");
-  const bool on_left =
-      !left.empty() && (right.empty() || canvas.length(left) <= canvas.length(right));
-  const Vertices spur = vertices_along(canvas, on_left ? left : right);
-  const Index excess = canvas.excess(spur.back());
-  branch = on_left ? draw_around(canvas, branch, spur)
-                   : reversed(draw_around(canvas, reversed(branch), spur));
-  return on_left ? -excess : excess;
+  const bool on_right =
+      left.empty() || (!right.empty() && canvas.length(right) < canvas.length(left));
+  const VertexId cone = canvas.mesh().target((on_right ? right : left).back());
+  const DiskBoundary boundary(canvas);
+  const PathEnds ends = back_along(boundary, on_right ? reversed(branch) : branch);
+  draw_instead(canvas, fenced_path(boundary, ends, {cone}), on_right, branch);
+  return on_right ? canvas.excess(cone) : -canvas.excess(cone);
 }
 
 // Quarter turns to the left of the map that padding will make along the loop, on its left side:
