@@ -23,7 +23,6 @@ namespace {
 
 // Which cut the cones ask for.
 enum class Pattern {
-  kNone,       // genus 0
   kChain,      // all cones are multiples of four
   kTwoTNodes,  // genus 1 and 2
   kExtraPath,  // genus 3 and more
@@ -83,7 +82,6 @@ std::optional<std::vector<VertexId>> cones_with_excess(const std::vector<Index>&
 
 // Precondition: check_cones() passed.
 Pattern pattern_for(const std::vector<Index>& cones, Index genus) {
-  if (genus == 0) return Pattern::kNone;
   if (std::all_of(cones.begin(), cones.end(), [](Index k) { return k % 4 == 0; }))
     return Pattern::kChain;
   if (genus < 3) {
@@ -311,15 +309,14 @@ Index genus_of(const mesh::Surface& surface) {
 AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& cones, Index genus,
                        const WishedTurns* wished, const ChainGuide& guide,
                        const ExecutionContext& context) {
-  const Pattern pattern = pattern_for(cones, genus);
   // A sphere is not cut: its cones may be neighbours.
   const std::vector<Index> flat(cones.size(), kFlat);
-  Canvas canvas(surface, pattern == Pattern::kNone ? flat : cones, context);
+  Canvas canvas(surface, genus == 0 ? flat : cones, context);
+  if (genus > 0) Drawer(canvas, genus, wished, guide).draw(pattern_for(cones, genus));
   AdmissibleCut cut;
-  if (pattern != Pattern::kNone) Drawer(canvas, genus, wished, guide).draw(pattern);
   cut.surface = to_surface(canvas.refined());
   cut.provenance = provenance_of(canvas.refined());
-  if (pattern != Pattern::kNone) read_branches(canvas, cut);
+  read_branches(canvas, cut);
   return cut;
 }
 

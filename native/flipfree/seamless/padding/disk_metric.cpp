@@ -449,7 +449,7 @@ bool go_stepwise(const PennerTargets& targets, CarriedMetric& metric, ExecutionC
   constexpr double kFirstShare = 0.25, kLeastShare = 1.0 / 256.0;  // of the way, tried at once
   constexpr Nearing kOnTheWay{kNearlyMet, 8, 10.0};
   constexpr int kNewtonSteps = 40;
-  const std::vector<double> missing = metric.angles(targets, context).vertices.value;
+  const std::vector<double> missing = measure(metric, targets, context).vertices.value;
   const std::vector<double> alike(missing.size(), 1.0);
   double reached = 0.0, share = kFirstShare;
   while (reached < 1.0) {

@@ -108,7 +108,7 @@ struct Reroutings {
 // What a cut shall turn like, and the notes about it.
 struct WishedTurns {
   LoopTurning turning;
-  // What crossing each half-edge adds to the angles around its source (loops.h) in
+  // What crossing each half-edge adds to the angles around its source (paths.h) in
   // angles in which loops turn as `turning` says: less the rotation of a field across it. The
   // chain is drawn straight along it; empty: its curves are as short as they can be.
   std::vector<double> crossings;

@@ -24,7 +24,6 @@
 namespace flipfree::seamless {
 
 using conformal::ConformalMetric;
-using conformal::EngineInput;
 
 std::vector<LoopTurn> loops_to_turn(const mesh::Surface& surface, bool aligned,
                                     const ExecutionContext& context) {
@@ -199,8 +198,7 @@ class PennerSolver {
   // known.
   PennerAngles measured(const ConformalMetric& metric, const intrinsic::LoopCarrier& loops,
                         Eigen::MatrixXd* norm) {
-    const EngineInput input = start_of(metric, targets_.vertex_angle);
-    const LoopedMetric looped(make_engine(input, metric.bits, context_), loops, context_);
+    const LoopedMetric looped(metric, targets_, loops, metric.bits, context_);
     PennerAngles angles = measure(looped, targets_, context_);
     if (norm != nullptr) *norm = norm_of_turns(looped, angles, context_);
     return angles;
@@ -264,11 +262,10 @@ class PennerSolver {
     const Stopwatch watch;
     PennerNewtonOptions newton;
     newton.max_iterations = options_.max_iterations;
-    const EngineInput input = start_of(result.metric, targets_.vertex_angle);
-    LoopedMetric looped(make_engine(input, result.metric.bits, context_), loops, context_);
+    LoopedMetric looped(result.metric, targets_, loops, result.metric.bits, context_);
     last_ = run_penner(looped, targets_, newton, context_);
     loops = looped.loops;
-    append(*looped.engine, result.metric, context_);
+    looped.append_to(result.metric, context_);
     result.stats["seconds_newton"] = watch.seconds();
     require_reached(result.metric.bits);
   }
@@ -303,9 +300,8 @@ class PennerSolver {
     // All angles, as well as asked for.
     last_ = carried.meet(targets_, Meeting::kConformal, {}, context_);
     require_reached(metric.bits);
-    // Where the input's edges are crossed is told by the scale that explains the lengths best.
     carried.append_to(metric, context_);
-    loops = carried.loops();
+    loops = carried.loops;
   }
 
   // The errors of the final lengths, rounded to double as they are for the layout at worst.

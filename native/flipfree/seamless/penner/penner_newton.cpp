@@ -4,7 +4,9 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <utility>
 
 #include "flipfree/base/failure.h"
 #include "flipfree/base/parallel.h"
@@ -192,6 +194,19 @@ numeric::SparseMatrix loop_derivatives(const IntrinsicMesh& mesh,
 }
 
 }  // namespace
+
+LoopedMetric::LoopedMetric(const conformal::ConformalMetric& metric, const PennerTargets& targets,
+                           intrinsic::LoopCarrier carried, int bits, ExecutionContext& context)
+    : loops(std::move(carried)) {
+  conformal::EngineInput start;
+  start.setup = {metric.mesh, metric.input_halfedge, metric.on_boundary};
+  start.vertex_count = static_cast<Index>(targets.vertex_angle.size());
+  start.edge_length = intrinsic::to_doubles(metric.length);
+  start.target = targets.vertex_angle;
+  input = std::make_shared<const conformal::EngineInput>(std::move(start));
+  engine = make_engine(*input, bits, context);
+  follow(context);
+}
 
 void LoopedMetric::follow(const ExecutionContext& context) {
   const std::vector<intrinsic::FlipRecord>& flips = engine->flips();
@@ -686,16 +701,6 @@ double scaling_energy(const std::vector<double>& scale, const std::vector<double
   return std::sqrt((larger / whole) * (smaller / whole));
 }
 
-conformal::EngineInput start_of(const conformal::ConformalMetric& metric,
-                                const std::vector<double>& target) {
-  conformal::EngineInput input;
-  input.setup = {metric.mesh, metric.input_halfedge, metric.on_boundary};
-  input.vertex_count = static_cast<Index>(target.size());
-  input.edge_length = intrinsic::to_doubles(metric.length);
-  input.target = target;
-  return input;
-}
-
 namespace {
 
 void set_scale(conformal::ConformalMetric& metric, std::vector<double> u) {
@@ -707,10 +712,10 @@ void set_scale(conformal::ConformalMetric& metric, std::vector<double> u) {
 
 }  // namespace
 
-void append(const MetricEngine& engine, conformal::ConformalMetric& metric,
-            const ExecutionContext& context) {
+void LoopedMetric::append_to(conformal::ConformalMetric& metric,
+                             const ExecutionContext& context) const {
   conformal::ConformalMetric further;
-  engine.finish(further, false, context);
+  engine->finish(further, false, context);
   metric.flips.insert(metric.flips.end(), further.flips.begin(), further.flips.end());
   metric.mesh = std::move(further.mesh);
   metric.length = std::move(further.length);
@@ -721,26 +726,23 @@ void append(const MetricEngine& engine, conformal::ConformalMetric& metric,
 }
 
 CarriedMetric::CarriedMetric(const conformal::ConformalMetric& metric, const PennerTargets& targets,
-                             intrinsic::LoopCarrier loops, ExecutionContext& context)
-    : input_(
-          std::make_shared<const conformal::EngineInput>(start_of(metric, targets.vertex_angle))),
-      at_(make_engine(*input_, 53, context), std::move(loops), context),
-      reference_(metric) {
+                             intrinsic::LoopCarrier carried, ExecutionContext& context)
+    : LoopedMetric(metric, targets, std::move(carried), 53, context), reference_(metric) {
   if (started()) follow(context);
 }
 
 void CarriedMetric::follow(const ExecutionContext& context) {
-  at_.follow(context);
-  intrinsic::replay_flips(at_.engine->flips(), followed_, at_.followed, context,
+  LoopedMetric::follow(context);
+  intrinsic::replay_flips(engine->flips(), referred_, followed, context,
                           [&](EdgeId e) { reference_.flip(e); });
-  followed_ = at_.followed;
+  referred_ = followed;
 }
 
 PennerRun CarriedMetric::meet(const PennerTargets& targets, Meeting how,
                               const PennerNewtonOptions& options, ExecutionContext& context) {
   const PennerRun result = how == Meeting::kConformal
-                               ? run_penner(at_, targets, options, context)
-                               : run_shortest(at_, targets, options, context);
+                               ? run_penner(*this, targets, options, context)
+                               : run_shortest(*this, targets, options, context);
   follow(context);
   return result;
 }
@@ -753,8 +755,9 @@ double CarriedMetric::distance() const {
 
 void CarriedMetric::append_to(conformal::ConformalMetric& metric,
                               const ExecutionContext& context) const {
-  append(*at_.engine, metric, context);
-  set_scale(metric, vertex_means(at_.mesh(), ratios()));
+  LoopedMetric::append_to(metric, context);
+  // Where the input's edges are crossed is told by the scale that explains the lengths best.
+  set_scale(metric, vertex_means(mesh(), ratios()));
 }
 
 int CarriedMetric::come_near(const PennerTargets& targets, Meeting how, const Nearing& options,
@@ -767,18 +770,18 @@ int CarriedMetric::come_near(const PennerTargets& targets, Meeting how, const Ne
   int steps = 0;
   for (; steps < options.most; ++steps) {
     std::vector<double> wish = ratios();
-    if (scaling_energy(vertex_means(at_.mesh(), wish), area) <= options.enough) break;
+    if (scaling_energy(vertex_means(mesh(), wish), area) <= options.enough) break;
     for (double& w : wish) w = -w;
     // The shortest change that leads to the input's metric to first order, the angles kept.
     const std::vector<double> change =
-        shortest_change(at_, angles(targets, context), wish, context);
+        shortest_change(*this, measure(*this, targets, context), wish, context);
     if (change.empty()) break;
     const double first = std::min(1.0, kMostNearingChange / largest_of(change));
     const double before = distance();
     const auto attempt = [&](CarriedMetric& trial, double step) {
       context.check();
-      if (!stretch_by(*trial.at_.engine, change, step, context)) return false;
-      trial.at_.follow(context);
+      if (!stretch_by(*trial.engine, change, step, context)) return false;
+      trial.follow(context);
       return trial.meet(targets, how, newton, context).end == PennerEnd::kConverged &&
              trial.distance() < before;
     };

@@ -27,21 +27,24 @@ struct PennerTargets {
 
 // A metric in an engine, and loops in its triangulation. Copied by its state.
 struct LoopedMetric {
-  // `carried`: on the triangulation that the engine started from.
-  LoopedMetric(std::unique_ptr<conformal::MetricEngine> started, intrinsic::LoopCarrier carried,
-               const ExecutionContext& context)
-      : engine(std::move(started)), loops(std::move(carried)) {
-    follow(context);
-  }
+  // Goes on from `metric` with so many bits; `carried`: on its final triangulation.
+  LoopedMetric(const conformal::ConformalMetric& metric, const PennerTargets& targets,
+               intrinsic::LoopCarrier carried, int bits, ExecutionContext& context);
   LoopedMetric(const LoopedMetric& other)
-      : engine(other.engine->copy()), loops(other.loops), followed(other.followed) {}
+      : input(other.input),
+        engine(other.engine->copy()),
+        loops(other.loops),
+        followed(other.followed) {}
   LoopedMetric(LoopedMetric&&) = default;
   LoopedMetric& operator=(LoopedMetric&&) = default;
 
   const intrinsic::IntrinsicMesh& mesh() const { return engine->mesh(); }
   // Carries the loops through the engine's flips since it was done last.
   void follow(const ExecutionContext& context);
+  // Appends what was reached to the metric from which this went on.
+  void append_to(conformal::ConformalMetric& metric, const ExecutionContext& context) const;
 
+  std::shared_ptr<const conformal::EngineInput> input;  // which engines read to their end
   std::unique_ptr<conformal::MetricEngine> engine;
   intrinsic::LoopCarrier loops;
   std::size_t followed = 0;  // flips
@@ -127,28 +130,21 @@ std::vector<double> vertex_means(const intrinsic::IntrinsicMesh& mesh,
 // every vertex by exp(scale) alone; area: of the vertices.
 double scaling_energy(const std::vector<double>& scale, const std::vector<double>& area);
 
-// The metric so far as the start of an engine.
-conformal::EngineInput start_of(const conformal::ConformalMetric& metric,
-                                const std::vector<double>& target);
-// What an engine that started there reached, appended to it.
-void append(const conformal::MetricEngine& engine, conformal::ConformalMetric& metric,
-            const ExecutionContext& context);
-
 struct Nearing {
   double tolerance = 0.0;  // of all angles after a step
   int most = 0;            // steps
   double enough = 0.0;     // scaling_energy() at which there is no need for more
 };
 
-// A metric that goes on in double, with what is carried through its flips.
-class CarriedMetric {
+// A metric that goes on in double beside the input's.
+class CarriedMetric : public LoopedMetric {
  public:
-  // `loops`: on the final triangulation of `metric`, from which this goes on.
+  // `carried`: on the final triangulation of `metric`, from which this goes on.
   CarriedMetric(const conformal::ConformalMetric& metric, const PennerTargets& targets,
-                intrinsic::LoopCarrier loops, ExecutionContext& context);
+                intrinsic::LoopCarrier carried, ExecutionContext& context);
 
   // False where doubles lead to no Delaunay triangulation. Nothing else may be asked for then.
-  bool started() const { return at_.engine->started(); }
+  bool started() const { return engine->started(); }
   PennerRun meet(const PennerTargets& targets, Meeting how, const PennerNewtonOptions& options,
                  ExecutionContext& context);
   // Brings it nearer to the input's, step by step, each of which meets the angles again; ends where
@@ -157,24 +153,16 @@ class CarriedMetric {
   // systems a step.
   int come_near(const PennerTargets& targets, Meeting how, const Nearing& options,
                 const std::vector<double>& area, ExecutionContext& context);
-
-  PennerAngles angles(const PennerTargets& targets, ExecutionContext& context) const {
-    return measure(at_, targets, context);
-  }
-  const intrinsic::LoopCarrier& loops() const { return at_.loops; }
-  // Goes on where `metric` ended, from which this started.
   void append_to(conformal::ConformalMetric& metric, const ExecutionContext& context) const;
 
  private:
   // The logarithms of lengths over the input's.
-  std::vector<double> ratios() const { return reference_.ratios(at_.engine->lengths()); }
+  std::vector<double> ratios() const { return reference_.ratios(engine->lengths()); }
   double distance() const;
   void follow(const ExecutionContext& context);
 
-  std::shared_ptr<const conformal::EngineInput> input_;  // which engines read to their end
-  LoopedMetric at_;
   ReferenceMetric reference_;
-  std::size_t followed_ = 0;  // flips of the engine that the reference has taken
+  std::size_t referred_ = 0;  // flips of the engine that the reference has taken
 };
 
 }  // namespace flipfree::seamless
