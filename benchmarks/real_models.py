@@ -19,7 +19,6 @@ import multiprocessing
 import statistics
 import subprocess
 import sys
-import threading
 import zipfile
 import zlib
 from collections import defaultdict
@@ -136,7 +135,7 @@ def outcomes(paths: list[str], options: Options) -> Iterator[dict[str, Any]]:
     engine = Engine([sys.executable, __file__, "--worker"], {}, {"seconds": options.seconds})
     work = Work(engine, Limits(3 * options.seconds + 60), {}, Path("/"))
     items = [Item(Path(path), None) for path in sorted(paths, key=draw)]
-    for told in on_this_machine(options.jobs)(items, work, threading.Event()):
+    for told in on_this_machine(items, work, options.jobs):
         lost = {"error": told["reason"]} if told["status"] == "failed" else {}
         record = {"path": told["input"], **told, **lost}
         if "wrong" in record or ("error" in record and not refused(record)):

@@ -11,8 +11,7 @@ import numpy as np
 
 import flipfree
 from flipfree.batch.child import Engine
-from flipfree.batch.results import STATUSES
-from flipfree.batch.run import not_written
+from flipfree.batch.run import STATUSES, not_written
 
 from . import files
 from .commands import COMMANDS

@@ -17,7 +17,6 @@ import flipfree as ff
 from flipfree.batch import arguments, child
 from flipfree.batch.child import Engine
 from flipfree.batch.plan import Formats, PlanError
-from flipfree.batch.results import MEASURED
 from flipfree.batch.run import NOT_WRITTEN
 
 FORMATS = Formats(reads=(".in", ".flat"), writes=(".in", ".out"))
@@ -33,7 +32,7 @@ def steady(path="results.jsonl", *, ignored=(), folder="out"):
     """Lines without what is measured, in order of the inputs; `folder`: where the outputs lie, named as if it were out."""
     lines = [json.loads(line) for line in Path(path).read_text().splitlines()]
     for line in lines:
-        for name in (*MEASURED, *ignored):
+        for name in ("seconds", "peak_memory", *ignored):
             line.pop(name, None)
         line["output"] = line["output"] and line["output"].replace(f"{folder}/", "out/")
     return sorted(lines, key=lambda line: line["input"])

@@ -220,7 +220,7 @@ def test_it_ends_and_tidies_up_when_its_parent_is_killed(since):
         "from test_process import sheet\nfrom flipfree.process import client\n"
         "process = client.SolverProcess()\njob = process.start('unwrap', *sheet(300, 6.0))\n"
         f"while not job.progress()[1] > {since}: assert not job.wait(0.01)\n"
-        "print(process.pid, process._folder, flush=True)\njob.wait(600)\n"
+        "print(process.pid, process._process.folder, flush=True)\njob.wait(600)\n"
     )
     search = os.pathsep.join([str(Path(ff.__file__).parents[1]), *sys.path])
     parent = subprocess.Popen(
@@ -239,7 +239,7 @@ def test_it_ends_and_tidies_up_when_its_parent_is_killed(since):
 
 def test_closing_stdin_ends_it_and_removes_its_files(process, slow):
     """What it sees where the system cannot end it together with its parent."""
-    pid, folder = process.pid, process._folder
+    pid, folder = process.pid, process._process.folder
     process._process.stdin.close()
     until(lambda: not is_there(pid) and not folder.exists(), 10.0)
 
@@ -272,7 +272,7 @@ def test_what_python_says_at_its_end_is_part_of_the_error():
 def test_the_files_are_gone_afterwards():
     process = client.SolverProcess()
     result = process.start("unwrap", *sheet(4)).result()
-    folder = process._folder
+    folder = process._process.folder
     assert folder.exists() and not list(folder.glob("*-1"))
     process.close()
     assert not folder.exists()

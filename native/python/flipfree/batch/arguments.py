@@ -201,11 +201,6 @@ def is_one_file(given: argparse.Namespace) -> bool:
     return has_outputs and len(given.inputs) == 2
 
 
-def options_of(given: argparse.Namespace) -> dict[str, Any]:
-    """How models are solved: what results depend on."""
-    return {name: value for name, value in sorted(vars(given).items()) if name not in _OF_RUN}
-
-
 def main(
     given: argparse.Namespace,
     formats: Formats,
@@ -213,8 +208,8 @@ def main(
     versions: Mapping[str, str],
 ) -> int:
     """Carries a parsed command line out; the exit status. engine_of: settings -> engine."""
-    progress = Progress(None if given.quiet else sys.stderr)
-    options = options_of(given)
+    # How models are solved: what results depend on.
+    options = {name: value for name, value in sorted(vars(given).items()) if name not in _OF_RUN}
     settings = {
         "command": given.command,
         "options": options,
@@ -253,9 +248,12 @@ def main(
             _print_list(items, left)
             return 0
         address = getattr(given, "dask", None)
-        runner = on_dask(address) if address else on_this_machine(given.jobs)
+        records = (
+            on_dask(left, work, address) if address else on_this_machine(left, work, given.jobs)
+        )
         with results_in(file, kept, left) as add:
-            return run(items, left, work, runner, add, progress, keep_going=given.keep_going)
+            progress = Progress(None if given.quiet else sys.stderr, items, left)
+            return run(records, add, progress, keep_going=given.keep_going)
     except PlanError as error:
         print(f"flipfree: {error}", file=sys.stderr)
         return 2

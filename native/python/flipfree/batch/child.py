@@ -26,7 +26,7 @@ from ..process.client import die_with, how_ended, say
 
 if sys.platform == "win32":
     from ..process import windows
-from .results import Record
+from .plan import Record
 
 _LOOK = 0.05  # seconds between looks at a child's memory
 _START = 300.0  # seconds that a child may take to start: disks of farms can be slow

@@ -1,11 +1,16 @@
-"""What is to be done: files, folders and patterns -> items, each with its output, before anything is solved."""
+"""What is to be done: files, folders and patterns -> items, each with its output, before anything is solved; and what lies beside
+an input and belongs to it."""
 
 import glob
+import hashlib
 import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+Record = dict[str, Any]
 
 #: Complaints of one kind that are listed one by one.
 _MOST_LISTED = 5
@@ -220,3 +225,27 @@ def one_file(source: Path, target: Path, formats: Formats, *, again: bool = Fals
             f"{target}: {_kind(target)} hold no texture coordinates. Use {', '.join(formats.writes)}."
         )
     raise PlanError(f"{source}: {item.refusal}")
+
+
+def beside(source: Path, kind: str) -> Path:
+    """The file with an input's pins, cones or signature: bunny.obj.pins.json."""
+    return source.with_name(f"{source.name}.{kind}.json")
+
+
+def field_files(source: Path) -> list[Path]:
+    """Where a field of an input may be: bunny.obj.rawfield."""
+    return [source.with_name(source.name + end) for end in (".rawfield", ".ffield", ".rotation")]
+
+
+def hash_of(source: Path) -> str | None:
+    """Of the input's content and of what lies beside it, if there is anything; None if it cannot be read."""
+    digest = hashlib.sha256()
+    others = [beside(source, kind) for kind in ("pins", "cones", "signature")]
+    for path in (source, *others, *field_files(source)):
+        try:
+            with path.open("rb") as file:
+                digest.update(hashlib.file_digest(file, "sha256").digest())
+        except OSError:
+            if path is source:
+                return None
+    return digest.hexdigest()

@@ -1,4 +1,5 @@
-"""Solves items in children, several at a time, and writes a line of results as each ends.
+"""Solves items in children, several at a time, and writes a line of results as each ends: the file of results has one line of
+JSON per input, there as soon as the input is done, which decides on resuming what is left.
 
 On the workers of a Dask scheduler too: every worker solves in children of its own, with the same limits.
 """
@@ -8,6 +9,9 @@ from __future__ import annotations
 import asyncio
 import collections
 import contextlib
+import json
+import os
+import sys
 import tempfile
 import threading
 import time
@@ -15,12 +19,17 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, BinaryIO, TextIO
 
 from ..texts import counted
 from .child import Child, Engine, Limits, NotStarted
-from .plan import OTHER_KIND, Item, PlanError, listed
-from .results import STATUSES, Record, begun, hash_of, in_use, line_of, load, still_holds
+from .plan import OTHER_KIND, Item, PlanError, Record, hash_of, listed
+
+if sys.platform == "win32":
+    from ..process import windows
+
+#: Best first.
+STATUSES = ("certified", "warned", "refused", "failed")
 
 #: Reason of a record: the model is solved, and the place for its output fails, as it would for the next one.
 NOT_WRITTEN = "output cannot be written"
@@ -50,9 +59,8 @@ class Work:
     root: Path
 
 
-#: Solves items in whatever order; ends early when the event is set.
+#: Of items, in whatever order they end in; nothing goes on when it is closed.
 Records = Generator[Record, None, None]
-Runner = Callable[[Sequence[Item], Work, threading.Event], Records]
 
 
 def solve_item(child: Child, item: Item, work: Work) -> Record | None:
@@ -83,27 +91,6 @@ def record_of(item: Item, work: Work, content: str | None, answer: Record) -> Re
     return record | {name: answer[name] for name in more}
 
 
-def on_this_machine(jobs: int) -> Runner:
-    """That many models at a time, each in a child process."""
-
-    def runner(items: Sequence[Item], work: Work, stop: threading.Event) -> Records:
-        def begin() -> None:
-            _here.child, _here.work = Child(work.engine, work.limits, stop), work
-
-        pool = ThreadPoolExecutor(max(min(jobs, len(items)), 1), initializer=begin)
-        solved = [pool.submit(solve_on_thread, item, work) for item in items]
-        try:
-            yield from filter(None, (future.result() for future in as_completed(solved)))
-        finally:
-            stop.set()
-            pool.shutdown(cancel_futures=True)
-
-    return runner
-
-
-#: Times that a model is given up by the scheduler, after several workers each, before it counts as failed.
-_MOST_DEATHS = 4
-
 _here = threading.local()  # of a thread that solves: its child, which ends with it
 
 
@@ -115,52 +102,63 @@ def solve_on_thread(item: Item, work: Work) -> Record | None:
     return solve_item(child, item, work)
 
 
-def on_dask(address: str) -> Runner:
-    def runner(items: Sequence[Item], work: Work, stop: threading.Event) -> Records:
-        try:
-            import distributed
-        except ImportError:
-            raise PlanError(
-                "--dask needs the package distributed: pip install distributed."
-            ) from None
-        try:
-            client = distributed.Client(address, timeout=30)
-        except (OSError, ValueError) as error:
-            raise NotStarted(f"--dask {address}: no scheduler answers there: {error}") from error
-        with client:
-            yield from _solved(client, items, work)
+def on_this_machine(items: Sequence[Item], work: Work, jobs: int) -> Records:
+    """That many models at a time, each in a child process."""
+    stop = threading.Event()
 
-    return runner
+    def begin() -> None:
+        _here.child, _here.work = Child(work.engine, work.limits, stop), work
+
+    pool = ThreadPoolExecutor(max(min(jobs, len(items)), 1), initializer=begin)
+    solved = [pool.submit(solve_on_thread, item, work) for item in items]
+    try:
+        yield from filter(None, (future.result() for future in as_completed(solved)))
+    finally:
+        stop.set()
+        pool.shutdown(cancel_futures=True)
 
 
-def _solved(client: Any, items: Sequence[Item], work: Work) -> Records:
-    import distributed
+#: Times that a model is given up by the scheduler, after several workers each, before it counts as failed.
+_MOST_DEATHS = 4
+
+
+def on_dask(items: Sequence[Item], work: Work, address: str) -> Records:
+    """On the workers of the scheduler with this address. Raises PlanError, NotStarted."""
+    try:
+        import distributed
+    except ImportError:
+        raise PlanError("--dask needs the package distributed: pip install distributed.") from None
+    try:
+        client = distributed.Client(address, timeout=30)
+    except (OSError, ValueError) as error:
+        raise NotStarted(f"--dask {address}: no scheduler answers there: {error}") from error
 
     def submitted(item: Item) -> Any:
         return client.submit(solve_on_thread, item, work, pure=False)
 
-    item_of = {submitted(item): item for item in items}
-    deaths: collections.Counter[Item] = collections.Counter()
-    ended = distributed.as_completed(item_of)
-    for future in ended:
-        item = item_of.pop(future)
-        try:
-            record = future.result()
-        except distributed.KilledWorker as error:
-            # Its workers died with it; not necessarily of it, so it is asked for again.
-            deaths[item] += 1
-            if deaths[item] < _MOST_DEATHS:
-                again = submitted(item)
-                item_of[again] = item
-                ended.add(again)
-                continue
-            record = _lost(item, work, f"the workers that solved it died: {error}")
-        except (asyncio.CancelledError, CancelledError, OSError) as error:
-            raise NotStarted(
-                f"The scheduler was lost ({error}). --resume goes on with what is left."
-            ) from error
-        future.release()
-        yield record if record is not None else _lost(item, work, "its worker was stopped")
+    with client:
+        item_of = {submitted(item): item for item in items}
+        deaths: collections.Counter[Item] = collections.Counter()
+        ended = distributed.as_completed(item_of)
+        for future in ended:
+            item = item_of.pop(future)
+            try:
+                record = future.result()
+            except distributed.KilledWorker as error:
+                # Its workers died with it; not necessarily of it, so it is asked for again.
+                deaths[item] += 1
+                if deaths[item] < _MOST_DEATHS:
+                    again = submitted(item)
+                    item_of[again] = item
+                    ended.add(again)
+                    continue
+                record = _lost(item, work, f"the workers that solved it died: {error}")
+            except (asyncio.CancelledError, CancelledError, OSError) as error:
+                raise NotStarted(
+                    f"The scheduler was lost ({error}). --resume goes on with what is left."
+                ) from error
+            future.release()
+            yield record if record is not None else _lost(item, work, "its worker was stopped")
 
 
 def _lost(item: Item, work: Work, message: str) -> Record:
@@ -169,23 +167,14 @@ def _lost(item: Item, work: Work, message: str) -> Record:
 
 
 def run(
-    items: Sequence[Item],
-    left: Sequence[Item],
-    work: Work,
-    runner: Runner,
-    add: Callable[[Record], None],
-    progress: Progress,
-    *,
-    keep_going: bool,
+    records: Records, add: Callable[[Record], None], progress: Progress, *, keep_going: bool
 ) -> int:
-    """Solves those that are left of all items; the exit status. Raises PlanError, NotStarted: nothing more can be solved.
+    """Solves until there are no more; the exit status. Raises PlanError, NotStarted: nothing more can be solved.
 
     keep_going: False ends the run at the first model that is refused or fails.
     """
-    progress.begin(items, left)
-    stop, status = threading.Event(), 0
-    records = runner(left, work, stop)
-    try:
+    status = 0
+    with contextlib.closing(records):
         for record in records:
             add(record)
             progress.ended(record)
@@ -194,11 +183,70 @@ def run(
                 status = 1
             if bad and not keep_going:
                 break
-    finally:
-        stop.set()
-        records.close()
     progress.end()
     return status
+
+
+def load(path: Path) -> list[Record]:
+    """The whole lines; one that was cut off when its run was killed is none."""
+    try:
+        content = path.read_bytes()
+    except OSError:  # there is none, or none can be there: writing says why
+        return []
+    records = []
+    for line in content.split(b"\n")[:-1]:
+        try:
+            record = json.loads(line)
+        except ValueError:
+            continue
+        if isinstance(record, dict) and "input" in record and record.get("status") in STATUSES:
+            records.append(record)
+    return records
+
+
+def still_holds(record: Record, item: Item, wanted: Mapping[str, Any], content: str | None) -> bool:
+    """Whether a line is what solving the item again would give.
+
+    Args:
+        wanted: what the record of this run would say of "command", "options", "versions" and "limits".
+        content: hash of the input now.
+    """
+    target = None if item.target is None else item.target.as_posix()
+    same = record.get("output") == target and record.get("hash") == content
+    same = same and all(record.get(name) == wanted[name] for name in ("command", "options"))
+    same = same and record.get("versions") == wanted["versions"]
+    if record["status"] == "failed":  # more time or memory may help
+        return same and record.get("limits") == wanted["limits"]
+    written = target is None or not record.get("written") or Path(target).is_file()
+    return same and written
+
+
+def in_use(path: Path) -> bool:
+    """Whether a run that lives writes to this file."""
+    try:
+        with path.open("rb") as file:
+            return not _locked(file)
+    except OSError:
+        return False
+
+
+def _locked(file: BinaryIO) -> bool:
+    """Takes the file's lock, which ends with its process."""
+    if sys.platform == "win32":
+        return windows.lock(file)
+    import fcntl
+
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def line_of(record: Record) -> bytes:
+    """Bytes of names that are no UTF-8 are surrogates here, and so written as JSON has them: as \\udce9."""
+    text = json.dumps(record, allow_nan=False, ensure_ascii=False)
+    return text.encode(errors="backslashreplace") + b"\n"
 
 
 @contextlib.contextmanager
@@ -211,10 +259,17 @@ def results_in(
     if file is None:
         yield lambda _record: None
         return
+    part = file.with_name(f".{file.name}.{os.getpid()}.part")
     try:
-        stream = begun(file, kept)
+        part.write_bytes(b"".join(map(line_of, kept)))
+        part.replace(file)
+        stream = file.open("ab", buffering=0)  # lines that are appended are there at once
     except OSError as error:
-        raise _no_results(file, error) from error
+        with contextlib.suppress(OSError):
+            part.unlink()
+        # Windows replaces no open file.
+        in_way = os.name == "nt" and isinstance(error, PermissionError)
+        raise (_busy(file) if in_way else _no_results(file, error)) from error
 
     def add(record: Record) -> None:
         try:
@@ -223,6 +278,8 @@ def results_in(
             raise _no_results(file, error) from error
 
     with stream:
+        if not _locked(stream):
+            raise _busy(file)
         yield add
 
 
@@ -235,7 +292,7 @@ def sorted_out(
             raise PlanError("--resume goes on with a file of results: name it with --json.")
         return [], list(items)
     if in_use(file):
-        raise PlanError(f"{file}: another run writes to this file. Give another one with --json.")
+        raise _busy(file)
     lines = load(file)
     if lines and not resume:
         raise PlanError(
@@ -276,6 +333,10 @@ def _make_folders(items: Sequence[Item], file: Path | None) -> None:
             ) from error
 
 
+def _busy(file: Path) -> PlanError:
+    return PlanError(f"{file}: another run writes to this file. Give another one with --json.")
+
+
 def _no_results(file: Path, error: OSError) -> PlanError:
     return PlanError(f"{file}: the results cannot be written there: {error.strerror or error}.")
 
@@ -287,12 +348,11 @@ _EACH = 20_000
 class Progress:
     """Lines on a stream; None: nothing is said."""
 
-    def __init__(self, stream: TextIO | None) -> None:
+    def __init__(self, stream: TextIO | None, items: Sequence[Item], left: Sequence[Item]) -> None:
+        """left: those of all items that are still to be solved."""
         self._stream = stream
         self._counts: collections.Counter[str] = collections.Counter()
         self._other_kinds: list[str] = []
-
-    def begin(self, items: Sequence[Item], left: Sequence[Item]) -> None:
         self._begin = time.monotonic()
         self._total, self._done = len(items), len(items) - len(left)
         self._sizes = {item.source.as_posix(): _size(item) for item in left}

@@ -18,24 +18,16 @@ from ..results import ConformalMetric, FloatArray, IntArray, Mesh, Parametrizati
 LEAST_BITS, MOST_BITS = 53, 4096
 
 
-def precision_bits(precision: int | str) -> int:
-    """What the compiled module takes: mantissa bits, 0 for "auto"."""
-    if isinstance(precision, str) and precision == "auto":
-        return 0
-    bits = checks.whole(LEAST_BITS, MOST_BITS, "'auto' or mantissa bits, a whole number")
-    return bits(precision, "precision")
-
-
 def _of_angles(given: Mapping[str, Any]) -> tuple[Mesh, dict[str, Any], int]:
     """What metric and map have in common: mesh, options, and the exponent of the metric's unit."""
     mesh, options = checks.checked(given)
     exponent = mesh.exponent
     if given["lengths"] is not None:
         options["lengths"], exponent = checks.as_lengths(given["lengths"])
-    options |= dict(
-        bits=precision_bits(given["precision"]),
-        target_angles=checks.as_floats(given["target_angles"], "target_angles"),
-    )
+    options["target_angles"] = checks.as_floats(given["target_angles"], "target_angles")
+    if not isinstance(given["precision"], str) or given["precision"] != "auto":
+        bits = checks.whole(LEAST_BITS, MOST_BITS, "'auto' or mantissa bits, a whole number")
+        options["bits"] = bits(given["precision"], "precision")
     return mesh, options, exponent
 
 
@@ -157,9 +149,9 @@ def conformal(
 class SuggestedAngles(np.ndarray):
     """(n,) target angles, with ``cones`` (vertex ids in order of placement), ``scale_ratio``, ``bound_holds``."""
 
-    cones: IntArray
-    scale_ratio: float
-    bound_holds: bool
+    cones: IntArray = np.zeros(0, np.int32)
+    scale_ratio: float = float("nan")
+    bound_holds: bool = False
 
     @property
     def quarter_turns(self) -> dict[int, int]:
@@ -169,9 +161,7 @@ class SuggestedAngles(np.ndarray):
         return dict(zip(self.cones.tolist(), turns.tolist(), strict=True))
 
     def __array_finalize__(self, parent: Any) -> None:
-        self.cones = getattr(parent, "cones", np.zeros(0, np.int32))
-        self.scale_ratio = getattr(parent, "scale_ratio", float("nan"))
-        self.bound_holds = getattr(parent, "bound_holds", False)
+        self.__dict__.update(getattr(parent, "__dict__", {}))
 
     def __reduce__(self) -> Any:
         """Arrays that are pickled or copied forget attributes of their own."""

@@ -188,8 +188,8 @@ def rectify(
         InvalidInput (codes "no quad"; "no grid": where three or five quads meet inside, or an island lies on itself; a face of
         each place is named), NotConverged, Cancelled.
     """
-    mesh, options = checked(locals(), "margin aspect")
-    _, finding = checked(locals(), "cuts polygons" + " uv" * (uv is not None))
+    mesh, finding = checked(locals(), "margin aspect cuts polygons" + " uv" * (uv is not None))
+    options = {name: finding.pop(name) for name in ("margin", "aspect")}
     if uv is not None:
         finding["corner_uv"] = finding.pop("uv")
 

@@ -279,7 +279,18 @@ def _moved_to_pins(
         moved = yield job_of(improve)(found, pins=corners, keep_bijective=False, **limits), 0.4
         moved = found.at(moved)
     except (errors.Infeasible, errors.NotConverged):
-        moved = yield from _moved_by_match(found, faces, origin, stored, inside, limits)
+        cut = SeparatedSurface(
+            vertices=found.vertices[origin],
+            faces=faces,
+            vertex_origin=origin,
+            face_origin=np.arange(len(faces), dtype=np.int32),
+            turned=np.zeros(len(faces), bool),
+            collapsed=np.zeros(0, np.int32),
+            mends=(),
+            input_vertices=found.vertices,
+            input_faces=found.faces,
+        )
+        moved = yield from _moved_by_match(found, cut, stored, inside, limits)
     turned = bool(len(found.transitions.quarter_turns))
     cones = {v: k * np.pi / 2 for v, k in found.certificate.quarter_cones.tolist() if k != 4}
     how: dict[str, Any] = dict(pins=pins, cones=cones if turned else None, seamless=turned)
@@ -320,26 +331,9 @@ def _slits(
 
 
 def _moved_by_match(
-    found: Parametrization,
-    faces: IntArray,
-    origin: IntArray,
-    places: FloatArray,
-    pins: Mapping[int, tuple[float, float]],
-    limits: Limits,
+    found: Parametrization, cut: SeparatedSurface, places: FloatArray, pins: Points, limits: Limits
 ) -> Stages[Parametrization]:
-    """The same with vertices added; faces, places and pins of the surface that is cut."""
-    cut = SeparatedSurface(
-        vertices=found.vertices[origin],
-        faces=faces,
-        vertex_origin=origin,
-        face_origin=np.arange(len(faces), dtype=np.int32),
-        turned=np.zeros(len(faces), bool),
-        collapsed=np.zeros(0, np.int32),
-        mends=(),
-        input_vertices=found.vertices,
-        input_faces=found.faces,
-    )
-
+    """The same with vertices added; places and pins of the surface that is cut."""
     pieces = []
     for own, used, part in parts_of(cut):
         number = {int(v): i for i, v in enumerate(used)}
@@ -356,9 +350,9 @@ def _moved_by_match(
     moved = cut.on_input(combined(cut, pieces))
     split = split_edges(moved, len(found.vertices), found.faces)
     rim = np.concatenate(
-        [np.column_stack([loop, np.roll(loop, -1)]) for loop in boundary_loops(faces)]
+        [np.column_stack([loop, np.roll(loop, -1)]) for loop in boundary_loops(cut.faces)]
     )
-    split = split[np.isin(edge_keys(split), edge_keys(origin[rim]))]
+    split = split[np.isin(edge_keys(split), edge_keys(cut.vertex_origin[rim]))]
     if len(split):
         raise errors.NotConverged(
             f"The pins were met only with a vertex on the edge {checks.shown(split[0].tolist())}, which is a cut or the boundary "

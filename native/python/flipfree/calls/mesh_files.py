@@ -151,7 +151,8 @@ def write(
     if corners is not None and len(own_corners) != len(face_array):
         raise errors.bad_shape("corners must have one row per face.")
     if keep is not None:
-        content = _kept(as_path(keep), file, mesh, positions, face_array, corner_uv)
+        found = mesh if isinstance(mesh, Parametrization) else None
+        content = _kept(as_path(keep), file, found, (positions, face_array, corner_uv))
     else:
         with _named(file):
             stored = corner_uv.astype(np.float32)
@@ -160,15 +161,9 @@ def write(
     write_whole(file, content)
 
 
-def _kept(
-    source: Path,
-    file: Path,
-    mesh: Any,
-    vertices: FloatArray,
-    faces: IntArray,
-    corner_uv: FloatArray,
-) -> bytes:
-    """The content of ``source`` with these texture coordinates (3 m, 2); none: without any."""
+def _kept(source: Path, file: Path, found: Parametrization | None, arrays: Any) -> bytes:
+    """The content of ``source`` with a map. arrays: its vertices, faces and texture coordinates (3 m, 2); none: without any."""
+    vertices, faces, corner_uv = arrays
     ending = file.suffix.lower()
     if source.suffix.lower() != ending or ending not in _REWRITERS:
         raise errors.bad_option(
@@ -176,21 +171,20 @@ def _kept(
         )
     content = content_of(source)
     old = _mesh_of(source, content)
-    is_map = isinstance(mesh, Parametrization)
-    parent = mesh.parent_face if is_map else np.arange(len(faces), dtype=np.int32)
+    parent = np.arange(len(faces), dtype=np.int32) if found is None else found.parent_face
     count = len(old.vertices)
     if (
         not np.array_equal(vertices[:count], old.vertices)
         or (len(faces) and not 0 <= parent.min() <= parent.max() < len(old.faces))
-        or (not is_map and (len(vertices) != count or len(faces) != len(old.faces)))
+        or (found is None and (len(vertices) != count or len(faces) != len(old.faces)))
     ):
         raise errors.bad_option(
             f"keep names {source}, which has another mesh. Give the file that the mesh was read from."
         )
     origins, weights = np.zeros((0, 3), np.int32), np.zeros((0, 3))
-    if is_map:
-        origins = old.faces[mesh.vertex_parent[count:]]
-        weights = mesh.vertex_barycentric[count:]
+    if found is not None:
+        origins = old.faces[found.vertex_parent[count:]]
+        weights = found.vertex_barycentric[count:]
     if len(corner_uv) == 0:
         corner_uv = np.full((3 * len(faces), 2), np.nan)
     uv = corner_uv.astype(np.float32).reshape(-1, 3, 2)

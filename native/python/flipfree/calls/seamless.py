@@ -172,12 +172,11 @@ def arrays_of(field: Any, faces: IntArray) -> FieldArrays:
             f"{counted(len(faces), 'face')}. Give the mesh that the "
             "field was made for."
         )
-    none = FieldArrays(field.directions)
-    return FieldArrays(
-        field.directions,
-        none.rotation if field.rotation is None else field.rotation.ravel(),
-        none.quarters if field.matching is None else field.matching.ravel(),
-    )
+    known = {"rotation": field.rotation, "quarters": field.matching}
+    told: dict[str, Any] = {
+        name: array.ravel() for name, array in known.items() if array is not None
+    }
+    return FieldArrays(field.directions, **told)
 
 
 def halfedges_of_strip(faces: IntArray, strip: Any, name: str) -> IntArray:
@@ -512,11 +511,8 @@ class AdmissibleCut(ReadOnly):
     stats: dict[str, Any]
 
     def __repr__(self) -> str:
-        parts = (
-            counted(len(self.branches), "branch", "branches"),
-            counted(len(self.corners), "corner"),
-        )
-        return f"<AdmissibleCut: {', '.join(parts)}>"
+        branches = counted(len(self.branches), "branch", "branches")
+        return f"<AdmissibleCut: {branches}, {counted(len(self.corners), 'corner')}>"
 
     @property
     def cut_edges(self) -> IntArray:

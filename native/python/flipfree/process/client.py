@@ -198,6 +198,44 @@ _BOOT = (
 )
 
 
+class _Solver(Child):
+    """Solves calls, which lie in its folder, as their answers do."""
+
+    def __init__(self, command: Sequence[str]) -> None:
+        """Raises OSError."""
+        self._place = tempfile.TemporaryDirectory(prefix="flipfree-", ignore_cleanup_errors=True)
+        self.folder = Path(self._place.name)
+        path = [entry for entry in sys.path if entry and os.path.exists(entry)]
+        opening = {"parent": os.getpid(), "folder": self._place.name, "path": path}
+        super().__init__([*command, "-I", "-B", "-c", _BOOT, json.dumps(opening)], {})
+
+    def end(self, patience: float | None = 2.0 if os.name == "nt" else 0.05) -> None:
+        """Its files go too; what is mapped from them stays."""
+        super().end(patience)  # Windows removes no open file
+        self._place.cleanup()
+
+    def answer(self, number: int) -> tuple[str, Any]:
+        """("result" or "error", the value) of a call that has ended."""
+        answer: tuple[str, Any]
+        try:
+            answer = read_object(self.folder / f"answer-{number}")
+        except OSError as error:  # somebody tidies up
+            return "error", _ended(f"left no answer: {error}")
+        for name in ("call", "answer"):
+            with contextlib.suppress(OSError):
+                (self.folder / f"{name}-{number}").unlink()
+        return answer
+
+    def death(self) -> FlipfreeError:
+        """Why it is no longer there, as an error for whoever waits for it."""
+        status = self.wait()
+        said = next(reversed(self.said), "")
+        if not self.spoke:
+            return not_started(said or f"it ended with status {status}")
+        how = how_ended(status, ", perhaps because memory ran out")
+        return _ended(f"{how}. {said}")
+
+
 class SolverProcess:
     """Starts with its first call, and again with the first one after it has ended. One call at a time."""
 
@@ -210,8 +248,7 @@ class SolverProcess:
         """
         self._command = list(command)
         self._or_here = or_here
-        self._process: Child | None = None
-        self._folder: Path | None = None
+        self._process: _Solver | None = None
         self._calls = 0
         self._job: ProcessJob | None = None
         self.solved_here = ""
@@ -230,8 +267,11 @@ class SolverProcess:
             return here()
         self._calls += 1
         try:
-            folder = self._open()
-            write_object(folder / f"call-{self._calls}", (name, arguments, options))
+            if self._process is None or self._process.poll() is not None:
+                self.close()
+                self._process = _Solver(self._command)
+            call = self._process.folder / f"call-{self._calls}"
+            write_object(call, (name, arguments, options))
         except OSError as error:
             self.close()
             why = f"{self._command[0]}: {error.strerror or error}"  # the system names no command
@@ -239,7 +279,6 @@ class SolverProcess:
                 raise not_started(why) from error
             self.solved_here = why
             return here()
-        assert self._process is not None
         self._process.tell({"call": self._calls})
         self._job = ProcessJob(self, self._process, self._calls)
         return StagedJob(self._there_or(here, self._job)) if self._or_here else self._job
@@ -254,61 +293,19 @@ class SolverProcess:
         return (yield here(), 1.0)
 
     def close(self) -> None:
-        """Ends the process, whatever it is doing, and removes its files. What is mapped from them stays."""
-        process, self._process = self._process, None
+        """Ends the process, whatever it is doing."""
+        process, self._process, self._job = self._process, None, None
         if process is not None:
-            process.end(patience=2.0 if os.name == "nt" else 0.05)  # no open file is removed there
-        folder, self._folder = self._folder, None
-        if folder is not None:
-            shutil.rmtree(folder, ignore_errors=True)
-        self._job = None
+            process.end()
 
     def __del__(self) -> None:
         self.close()
-
-    def _open(self) -> Path:
-        """The folder of calls and answers. Raises OSError."""
-        if self._process is not None and self._folder is not None and self._process.poll() is None:
-            return self._folder
-        self.close()
-        self._folder = folder = Path(tempfile.mkdtemp(prefix="flipfree-"))
-        opening = {
-            "parent": os.getpid(),
-            "folder": str(folder),
-            "path": [entry for entry in sys.path if entry and os.path.exists(entry)],
-        }
-        command = [*self._command, "-I", "-B", "-c", _BOOT, json.dumps(opening)]
-        self._process = Child(command, {})
-        return folder
-
-    def answer(self, number: int) -> tuple[str, Any]:
-        """("result" or "error", the value) of a call that has ended."""
-        assert self._folder is not None
-        answer: tuple[str, Any]
-        try:
-            answer = read_object(self._folder / f"answer-{number}")
-        except OSError as error:  # somebody tidies up
-            return "error", _ended(f"left no answer: {error}")
-        for name in ("call", "answer"):
-            with contextlib.suppress(OSError):
-                (self._folder / f"{name}-{number}").unlink()
-        return answer
-
-    def death(self) -> FlipfreeError:
-        """Why it is no longer there, as an error for whoever waits for it."""
-        assert self._process is not None
-        status = self._process.wait()
-        said = next(reversed(self._process.said), "")
-        if not self._process.spoke:
-            return not_started(said or f"it ended with status {status}")
-        how = how_ended(status, ", perhaps because memory ran out")
-        return _ended(f"{how}. {said}")
 
 
 class ProcessJob(Job[Any]):
     """A call that is being solved in another process."""
 
-    def __init__(self, process: SolverProcess, child: Child, number: int) -> None:
+    def __init__(self, process: SolverProcess, child: _Solver, number: int) -> None:
         self._process, self._child = process, child
         self._number = number
         self._progress = ("starting a process", 0.0)
@@ -325,7 +322,7 @@ class ProcessJob(Job[Any]):
             left = end - time.monotonic()
             messages = self._child.heard(max(left, 0.0))
             if messages is None:
-                self._answer = ("error", self._process.death())
+                self._answer = ("error", self._child.death())
                 self._process.close()
                 break
             for message in messages:
@@ -333,7 +330,7 @@ class ProcessJob(Job[Any]):
                     stage, fraction = message["progress"]
                     self._progress = (stage, fraction)
                 if message.get("answer") == self._number:
-                    self._answer = self._process.answer(self._number)
+                    self._answer = self._child.answer(self._number)
             if left <= 0.0:
                 break
         return self.ended

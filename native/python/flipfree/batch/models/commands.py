@@ -29,7 +29,7 @@ from ...separated import (
     sides,
 )
 from ...texts import counted
-from ..results import beside, field_files
+from ..plan import beside, field_files
 from .model import (
     BOUND,
     Model,

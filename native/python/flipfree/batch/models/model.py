@@ -28,8 +28,7 @@ from ...results import Certificate, FloatArray, IntArray, Parametrization
 from ...separated import SeparatedSurface, edge_keys, separate
 from ...texts import above_bound, turned_over
 from ..child import Engine, Unit
-from ..plan import Formats
-from ..results import Record, beside
+from ..plan import Formats, Record, beside
 from ..run import not_written
 
 Result = TypeVar("Result")
