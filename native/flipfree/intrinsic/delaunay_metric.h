@@ -5,6 +5,7 @@
 // are enough. Flips are recorded; lengths may be any Penner coordinates.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -62,21 +63,8 @@ class DelaunayMetric {
     shadow_valid_ = false;
   }
   // Of a double cover whose lengths in copy 1 and across the line changed: gives copy 2 those of
-  // its mirror images, and the diagonals of symmetric quadrilaterals theirs (flip_lengths.h).
-  void restore_symmetry() {
-    FlipLengths<T> lengths(length_);
-    for (std::size_t e = 0; e < length_.size(); ++e) {
-      const auto edge = static_cast<EdgeId>(e);
-      const HalfedgeId mirror = mesh_.reflection.empty() ? kInvalid : mesh_.reflection[2 * e];
-      if (mesh_.label_of_edge(edge) == EdgeLabel::kTwo) length_[e] = length_[at(mirror >> 1)];
-    }
-    for (std::size_t e = 0; e < length_.size(); ++e) {
-      const auto edge = static_cast<EdgeId>(e);
-      if (mesh_.label_of_edge(edge) == EdgeLabel::kDiagonal)
-        lengths.symmetric_diagonal(mesh_, edge);
-    }
-    shadow_valid_ = false;
-  }
+  // its mirror images, and the diagonals of symmetric quadrilaterals theirs.
+  void restore_symmetry();
   void scale_length(EdgeId e, const T& factor) {
     length_[at(e)] *= factor;
     update_shadow(e);
@@ -131,6 +119,10 @@ class DelaunayMetric {
   static constexpr std::size_t kMostFlips = 100;
   static constexpr std::size_t kFlipsAnyway = 10'000;
   bool violates_delaunay(EdgeId e);
+  void mirror(EdgeId e) {
+    if (mesh_.label_of_edge(e) == EdgeLabel::kTwo)
+      length_[at(e)] = length_[at(mesh_.reflection[at(2 * e)] >> 1)];
+  }
   void update_shadow(EdgeId e);
   static bool in_safe_range(double x) { return x > kLeastRounded && x < kMostRounded; }
 
@@ -195,7 +187,7 @@ void DelaunayMetric<T>::round_lengths() {
 template <typename T>
 void DelaunayMetric<T>::update_shadow(EdgeId e) {
   if constexpr (!Traits::kIsDouble) {
-    if (e == kInvalid || !shadow_valid_) return;
+    if (!shadow_valid_) return;
     shadow_[at(e)] = Traits::to_double(length_[at(e)]);
     if (!in_safe_range(shadow_[at(e)])) shadow_valid_ = false;
   }
@@ -262,32 +254,58 @@ bool DelaunayMetric<T>::empty_line(const ExecutionContext& context) {
   return true;
 }
 
+// A symmetric quadrilateral with parallel sides s, t and legs l is an inscribed trapezoid, so its
+// diagonal d satisfies d^2 = l^2 + s t under every symmetric metric.
+template <typename T>
+void DelaunayMetric<T>::restore_symmetry() {
+  using std::sqrt;
+  const auto edge_count = static_cast<EdgeId>(mesh_.edge_count());
+  for (EdgeId e = 0; e < edge_count; ++e) mirror(e);
+  for (EdgeId e = 0; e < edge_count; ++e) {
+    if (mesh_.label_of_edge(e) != EdgeLabel::kDiagonal) continue;
+    T leg(0.0), parallel[2] = {leg, leg};
+    for (const HalfedgeId h : {2 * e, 2 * e + 1}) {
+      for (const HalfedgeId side : {mesh_.next_of(h), mesh_.previous(h)}) {
+        const bool across = mesh_.label_of_edge(side >> 1) == EdgeLabel::kPerpendicular;
+        (across ? parallel[h % 2] : leg) = length(side);
+      }
+    }
+    // As quotients: the squares may leave the exponent range.
+    const T scale = std::max({parallel[0], parallel[1], leg});
+    const T a = leg / scale;
+    length_[at(e)] = scale * sqrt(a * a + (parallel[0] / scale) * (parallel[1] / scale));
+  }
+  shadow_valid_ = false;
+}
+
 template <typename T>
 template <FlipRule kRule>
 const FlipRecord* DelaunayMetric<T>::flip(EdgeId e, FlipType type) {
-  FlipLengths<T> lengths(length_);
-  const FlipStencil stencil = flip_stencil(mesh_, e, type);
-  auto before = before_.begin();
-  for (const EdgeId p : stencil.plain) *before++ = length_[at(p)];
-  if constexpr (kRule == FlipRule::kPtolemy) {
-    lengths.ptolemy(stencil);
-  } else {
-    lengths.euclidean(stencil);
-  }
-  for (const EdgeId made :
-       {stencil.new_side, stencil.new_cross, stencil.new_diagonal, stencil.new_diagonal2}) {
-    if (made == kInvalid || is_usable_length(length_[at(made)])) continue;
-    before = before_.begin();
-    for (const EdgeId p : stencil.plain) length_[at(p)] = *before++;
+  const FlipRecord record = flip_of(mesh_, e, type);
+  const auto& edges = record.plain.edges;
+  for (std::size_t i = 0; i < at(record.plain.count); ++i) {
+    T& length = length_[at(edges[i])];
+    before_[i] = length;
+    if constexpr (kRule == FlipRule::kPtolemy) {
+      length = ptolemy_flip(mesh_, length_, edges[i]);
+    } else {
+      length = euclidean_flip(mesh_, length_, edges[i]);
+    }
+    flip_edge(mesh_, edges[i]);
+    if (is_usable_length(length)) continue;
+    for (++i; i-- > 0;) {
+      for (int turn = 0; turn < 3; ++turn) flip_edge(mesh_, edges[i]);  // the fourth is none at all
+      length_[at(edges[i])] = before_[i];
+    }
     return nullptr;
   }
-  flip_symmetrically(mesh_, stencil);
-  flips_.push_back({type, stencil.plain});
-  for (const EdgeId changed : {stencil.e, stencil.new_side, stencil.new_side2, stencil.new_cross,
-                               stencil.new_diagonal, stencil.new_diagonal2}) {
+  relabel(mesh_, record);
+  flips_.push_back(record);
+  for (const EdgeId changed : record.plain) {
+    mirror(changed);
     update_shadow(changed);
   }
-  for (const EdgeId p : stencil.plain) {
+  for (const EdgeId p : record.plain) {
     if (star_.empty()) break;
     for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
       HalfedgeId g = h;

@@ -1,17 +1,12 @@
-// Lengths of an intrinsic triangulation: at the start, and those that the seven symmetric flips
-// create, in closed form, by Ptolemy's theorem (equation 4.6, any Penner coordinates) and in the
-// Euclidean metric of the start. Letters as in
-// symmetric_flips.cpp: the flip exchanges p = (a, c) [and its mirror image] for z = (b, b'); x =
-// (a, b), y = (b, c), w = (a, a'), v = (c, c').
-//
-// A symmetric quadrilateral with parallel sides s, t and legs l is an inscribed trapezoid, so its
-// diagonal d satisfies d^2 = l^2 + s t under every symmetric metric.
+// Lengths of an intrinsic triangulation: at the start, and those that flips create, by Ptolemy's
+// theorem (equation 4.6, any Penner coordinates) and in the Euclidean metric of the start. A
+// symmetric flip composes them along its plain flips.
 #pragma once
 
 #include <cmath>
 #include <vector>
 
-#include "flipfree/intrinsic/symmetric_flips.h"
+#include "flipfree/intrinsic/intrinsic_mesh.h"
 #include "flipfree/numeric/scalar.h"
 
 namespace flipfree::intrinsic {
@@ -37,182 +32,44 @@ std::vector<T> euclidean_lengths(const IntrinsicMesh& mesh, const Points3& posit
   return length;
 }
 
+// Apex over a base, given the side at the base's start and the one at its end.
 template <typename T>
-class FlipLengths {
- public:
-  explicit FlipLengths(std::vector<T>& length) : length_(length) {}
+struct Apex {
+  T along;  // foot of the height, measured from the start of the base
+  T height;
 
-  // Lengths before the flip are read, lengths of the edges that the flip creates are written;
-  // connectivity is not needed. Each formula composes 4.6 along the plain flips, with no
-  // subtraction, so relative errors stay small.
-  void ptolemy(const FlipStencil& s) {
-    switch (s.type) {
-      case FlipType::kInterior:
-      case FlipType::kParallel:
-      case FlipType::kPerpendicular: {
-        const T z = (at(s.jk) / at(s.e)) * at(s.im) + (at(s.ki) / at(s.e)) * at(s.mj);
-        set(s.new_side, z);
-        if (s.new_side2 != kInvalid) set(s.new_side2, z);
-        return;
-      }
-      case FlipType::kTriangle: {
-        const T p = at(s.e);
-        const T d = at(s.x) + (at(s.w) / p) * at(s.y);
-        const T z = (at(s.y) / p) * (at(s.x) + d);
-        set(s.new_diagonal, d);
-        set(s.new_cross, z);
-        return;
-      }
-      case FlipType::kTriangleQuad: {
-        const T p = (at(s.y) / at(s.e)) * (at(s.x) + at(s.diagonal));
-        set(s.new_side, p);
-        set(s.new_side2, p);
-        return;
-      }
-      case FlipType::kQuad: {
-        const T p = at(s.e);
-        const T& d = at(s.diagonal);
-        const T da = (at(s.x) / p) * d + (at(s.w) / p) * at(s.y);
-        const T dc = (at(s.v) / p) * at(s.x) + (at(s.y) / p) * d;
-        const T z = (at(s.y) / p) * da + (at(s.x) / p) * dc;
-        set_quads(s, da, dc, z);
-        return;
-      }
-      case FlipType::kQuadQuad: {
-        const T z = at(s.e);
-        const T da = at(s.diagonal);
-        const T dc = at(s.diagonal2);
-        const T p = (at(s.x) / z) * dc + (at(s.y) / z) * da;
-        const T d = (at(s.x) / z) * at(s.y) + (da / z) * dc;
-        set(s.new_side, p);
-        set(s.new_side2, p);
-        set(s.new_diagonal, d);
-        return;
-      }
-    }
-  }
-
-  // The same in the Euclidean metric: both sides of the edge are unfolded into the plane.
-  void euclidean(const FlipStencil& s) {
-    const T half = number(0.5);
-    switch (s.type) {
-      case FlipType::kInterior: {
-        const T c = at(s.e);
-        const Apex k = apex(c, at(s.ki), at(s.jk));
-        const Apex m = apex(c, at(s.im), at(s.mj));
-        const T z = hypotenuse(k.along - m.along, k.height + m.height);
-        set(s.new_side, z);
-        if (s.new_side2 != kInvalid) set(s.new_side2, z);
-        return;
-      }
-      case FlipType::kParallel:
-      case FlipType::kPerpendicular: {
-        const T c = at(s.e);
-        set(s.e, apex(c, at(s.ki), at(s.jk)).height + apex(c, at(s.im), at(s.mj)).height);
-        return;
-      }
-      case FlipType::kTriangle:
-      case FlipType::kQuad: {
-        // a = (w/2, 0), c = (v/2, h), with v = 0 for a triangle; b lies to the right of the line
-        // from a to c.
-        const bool quad = s.type == FlipType::kQuad;
-        const T p = at(s.e);
-        const T w = at(s.w);
-        const T v = quad ? at(s.v) : number(0.0);
-        const T x = at(s.x);
-        const T y = at(s.y);
-        const T lean = half * (v - w);
-        const T h = leg(p, lean);
-        const Apex b = apex(p, x, y);
-        const T z = w + number(2.0) * ((b.along / p) * lean + (b.height / p) * h);
-        const T da = trapezoid_diagonal(x, w, z);
-        if (quad) {
-          set_quads(s, da, trapezoid_diagonal(y, v, z), z);
-        } else {
-          set(s.new_diagonal, da);
-          set(s.new_cross, z);
-        }
-        return;
-      }
-      case FlipType::kTriangleQuad:
-      case FlipType::kQuadQuad: {
-        const bool quad = s.type == FlipType::kQuadQuad;
-        const T z = at(s.e);
-        const T w = at(s.w);
-        const T v = quad ? at(s.v) : number(0.0);
-        const T height = leg(at(s.x), half * (z - w)) + leg(at(s.y), half * (z - v));
-        const T p = hypotenuse(half * (v - w), height);
-        set(s.new_side, p);
-        set(s.new_side2, p);
-        if (quad) set(s.new_diagonal, trapezoid_diagonal(p, w, v));
-        return;
-      }
-    }
-  }
-
-  // Sets the length of the diagonal e of a symmetric quadrilateral by those of its sides.
-  void symmetric_diagonal(const IntrinsicMesh& mesh, EdgeId e) {
-    T leg = number(0.0);
-    T parallel[2] = {leg, leg};
-    for (int side = 0; side < 2; ++side) {
-      HalfedgeId h = 2 * e + side;
-      for (int k = 0; k < 2; ++k) {
-        h = mesh.next_of(h);
-        const bool across = mesh.label_of_edge(h >> 1) == EdgeLabel::kPerpendicular;
-        (across ? parallel[side] : leg) = at(h >> 1);
-      }
-    }
+  Apex(const T& base, const T& at_start, const T& at_end)
+      : along((base + ((at_start - at_end) / base) * (at_start + at_end)) / T(2.0)), height(0.0) {
     using std::sqrt;
-    // As quotients: the squares may leave the exponent range.
-    const T& unit = parallel[0] < parallel[1] ? parallel[1] : parallel[0];
-    const T scale = unit < leg ? leg : unit;
-    const T a = leg / scale;
-    set(e, scale * sqrt(a * a + (parallel[0] / scale) * (parallel[1] / scale)));
-  }
-
- private:
-  using Traits = numeric::ScalarTraits<T>;
-  struct Apex {
-    T along;  // foot of the height, measured from the start of the base
-    T height;
-  };
-
-  const T& at(EdgeId e) const { return length_[static_cast<std::size_t>(e)]; }
-  void set(EdgeId e, const T& value) { length_[static_cast<std::size_t>(e)] = value; }
-  void set_quads(const FlipStencil& s, const T& da, const T& dc, const T& z) {
-    // The flipped edge becomes the diagonal of the quadrilateral at that end at which its own
-    // triangle was closed.
-    set(s.new_diagonal, da);
-    set(s.new_diagonal2, dc);
-    set(s.new_cross, z);
-  }
-  static T number(double value) { return T(value); }
-  static T hypotenuse(const T& a, const T& b) {
-    using std::sqrt;
-    return sqrt(a * a + b * b);
-  }
-  // Second leg of a right triangle.
-  static T leg(const T& hypotenuse, const T& first) {
-    using std::sqrt;
-    const T square = (hypotenuse - first) * (hypotenuse + first);
-    return square > number(0.0) ? sqrt(square) : number(0.0);
-  }
-  static T trapezoid_diagonal(const T& side, const T& s, const T& t) {
-    using std::sqrt;
-    return sqrt(side * side + s * t);
-  }
-  // Apex over a base, given the side at the base's start and the one at its end.
-  static Apex apex(const T& base, const T& at_start, const T& at_end) {
-    using std::sqrt;
-    const T two = number(2.0);
-    const T along = (base + ((at_start - at_end) / base) * (at_start + at_end)) / two;
     const T s = base + at_start + at_end;
     const T square = s * ((at_start - base) + at_end) * ((at_end - at_start) + base) *
                      ((at_start - at_end) + base);
-    return {along, square > number(0.0) ? sqrt(square) / (two * base) : number(0.0)};
+    if (square > T(0.0)) height = sqrt(square) / (T(2.0) * base);
   }
-
-  std::vector<T>& length_;
+  // Over half-edge h.
+  Apex(const FlipMesh& mesh, const std::vector<T>& length, HalfedgeId h)
+      : Apex(length[at(h >> 1)], length[at(mesh.previous(h) >> 1)],
+             length[at(mesh.next_of(h) >> 1)]) {}
 };
+
+// The length that flip_edge(mesh, e) will give e in the Euclidean metric: both sides of the edge
+// are unfolded into the plane. `length`: per edge.
+template <typename T>
+T euclidean_flip(const FlipMesh& mesh, const std::vector<T>& length, EdgeId e) {
+  using std::sqrt;
+  const Apex<T> k(mesh, length, 2 * e), m(length[at(e)], length[at(mesh.next_of(2 * e + 1) >> 1)],
+                                          length[at(mesh.previous(2 * e + 1) >> 1)]);
+  const T along = k.along - m.along, across = k.height + m.height;
+  return sqrt(along * along + across * across);
+}
+
+// The same by Ptolemy's theorem. No subtraction: relative errors stay small.
+template <typename T>
+T ptolemy_flip(const FlipMesh& mesh, const std::vector<T>& length, EdgeId e) {
+  const auto of = [&](HalfedgeId h) -> const T& { return length[at(h >> 1)]; };
+  const HalfedgeId h = 2 * e, o = h + 1;
+  return (of(mesh.next_of(h)) / of(h)) * of(mesh.next_of(o)) +
+         (of(mesh.previous(h)) / of(h)) * of(mesh.previous(o));
+}
 
 }  // namespace flipfree::intrinsic

@@ -32,14 +32,6 @@ std::vector<long double> widened(const Scalars& values);
 // Whether all are positive and in the range of numbers, which few bits may leave.
 bool are_lengths(const Scalars& values);
 
-// How the triangulation changed, in order. Euclidean flips (intrinsic flips of the initial
-// Euclidean metric, thesis "MakeDelaunay") come first: their number is
-// FlippedMetric::euclidean_flips. All later ones are Ptolemy flips.
-struct FlipRecord {
-  FlipType type = FlipType::kInterior;
-  PlainFlips plain;  // apply flip_edge to these edges in order, from FlippedMetric::initial on
-};
-
 struct FlippedMetric {
   // The input triangulation (or its double cover), half-edge of every input corner, its Euclidean
   // edge lengths.
@@ -48,8 +40,10 @@ struct FlippedMetric {
   std::vector<bool> on_boundary;           // per input vertex
   Scalars initial_length;                  // per edge of `initial`
 
+  // How the triangulation changed, in order. Euclidean flips (intrinsic flips of the initial
+  // Euclidean metric, thesis "MakeDelaunay") come first; all later ones are Ptolemy flips.
   std::vector<FlipRecord> flips;
-  std::size_t euclidean_flips = 0;  // the first so many of `flips` kept the Euclidean metric
+  std::size_t euclidean_flips = 0;
 
   IntrinsicMesh mesh;
   Scalars length;  // per edge of `mesh`, in the new metric

@@ -34,40 +34,24 @@ struct PlainFlips {
   const EdgeId* end() const { return edges.data() + count; }
 };
 
+// A symmetric flip of the edge plain.edges[0].
+struct FlipRecord {
+  FlipType type = FlipType::kInterior;
+  bool turned = false;  // what the labels before it decide of those after it (symmetric_flips.cpp)
+  PlainFlips plain;
+};
+
 // Which flip the edge would get, by its labels and those of its faces. None if its type is never
 // non-Delaunay (Proposition 3: an edge with a symmetric face on both sides that does not cross the
 // line), if it is a diagonal or in copy 2 (its mirror image is flipped instead), or if both its
 // sides are the same face.
 std::optional<FlipType> flip_type(const IntrinsicMesh& mesh, EdgeId e);
 
-// The edges around an edge that is about to be flipped symmetrically, and which lengths its flip
-// creates. Letters: a, c are the ends of a flipped edge of copy 1, b the apex beside it, primes are
-// mirror images; see the drawings in symmetric_flips.cpp. Unused entries are kInvalid.
-struct FlipStencil {
-  FlipType type = FlipType::kInterior;
-  PlainFlips plain;      // what flip_symmetrically will do
-  EdgeId e = kInvalid;   // the edge, and
-  EdgeId jk = kInvalid;  // kInterior: the four edges around it, as in the drawing above
-  EdgeId ki = kInvalid;
-  EdgeId im = kInvalid;
-  EdgeId mj = kInvalid;
-  EdgeId x = kInvalid;          // (a, b)
-  EdgeId y = kInvalid;          // (b, c)
-  EdgeId w = kInvalid;          // (a, a'), perpendicular
-  EdgeId v = kInvalid;          // (c, c'), perpendicular
-  EdgeId diagonal = kInvalid;   // of the quadrilateral next to e, on the a side if there are two
-  EdgeId diagonal2 = kInvalid;  // kQuadQuad: of the one on the c side
-  // Edges whose length the flip sets (ids after the flip).
-  EdgeId new_cross = kInvalid;      // kTriangle, kQuad, kParallel: (b, b'), perpendicular
-  EdgeId new_side = kInvalid;       // the flipped edge, or (a, c) and
-  EdgeId new_side2 = kInvalid;      // its mirror image
-  EdgeId new_diagonal = kInvalid;   // of the only new quadrilateral, or of the one with w
-  EdgeId new_diagonal2 = kInvalid;  // of the one with v
-};
-FlipStencil flip_stencil(const IntrinsicMesh& mesh, EdgeId e, FlipType type);
+// The flip of this type of edge e, which is not done yet.
+FlipRecord flip_of(const IntrinsicMesh& mesh, EdgeId e, FlipType type);
 
-// Flips symmetrically: connectivity, labels, reflection; lengths are the caller's business
-// (flip_lengths.h).
-void flip_symmetrically(IntrinsicMesh& mesh, const FlipStencil& stencil);
+// Labels and reflection after flip_edge() of all plain flips of `flip`, whose lengths are the
+// caller's business (flip_lengths.h).
+void relabel(IntrinsicMesh& mesh, const FlipRecord& flip);
 
 }  // namespace flipfree::intrinsic

@@ -99,19 +99,18 @@ void expect_consistent(const ConformalMetric& m, const std::vector<double>& targ
   ASSERT_EQ(intrinsic::find_broken_invariant(m.mesh), "");
   intrinsic::IntrinsicMesh mesh = m.initial;
   std::vector<double> length = std::get<std::vector<double>>(m.initial_length);
-  intrinsic::FlipLengths<double> lengths(length);
   for (std::size_t i = 0; i < m.flips.size(); ++i) {
     const EdgeId e = m.flips[i].plain.edges[0];
     const auto type = intrinsic::flip_type(mesh, e);
     ASSERT_EQ(type, m.flips[i].type);
-    const intrinsic::FlipStencil stencil = intrinsic::flip_stencil(mesh, e, *type);
-    ASSERT_EQ(stencil.plain.edges, m.flips[i].plain.edges);
-    if (i < m.euclidean_flips) {
-      lengths.euclidean(stencil);
-    } else {
-      lengths.ptolemy(stencil);
+    const intrinsic::FlipRecord flip = intrinsic::flip_of(mesh, e, *type);
+    ASSERT_EQ(flip.plain.edges, m.flips[i].plain.edges);
+    for (const EdgeId p : flip.plain) {
+      length[at(p)] = i < m.euclidean_flips ? intrinsic::euclidean_flip(mesh, length, p)
+                                            : intrinsic::ptolemy_flip(mesh, length, p);
+      intrinsic::flip_edge(mesh, p);
     }
-    intrinsic::flip_symmetrically(mesh, stencil);
+    intrinsic::relabel(mesh, flip);
   }
   ASSERT_EQ(mesh.next, m.mesh.next);
   ASSERT_EQ(mesh.origin, m.mesh.origin);

@@ -26,7 +26,7 @@ namespace {
 // Changes of edge lengths that keep the metric of a double cover symmetric.
 //
 // An edge and its mirror image change alike, and the diagonal d of a symmetric quadrilateral
-// follows from its legs l and its parallel sides w, v by d^2 = l^2 + w v (flip_lengths.h). All
+// follows from its legs l and its parallel sides w, v by d^2 = l^2 + w v (delaunay_metric.h). All
 // equations of a symmetric metric can be asked in these coordinates instead of the edges.
 
 // Per edge its column, and with what factor; none for diagonals.
@@ -641,16 +641,13 @@ PennerRun run_penner(LoopedMetric& metric, const PennerTargets& targets,
 
 ReferenceMetric::ReferenceMetric(const intrinsic::FlippedMetric& metric) {
   std::vector<double> length = intrinsic::to_doubles(metric.initial_length);
-  IntrinsicMesh mesh = metric.initial;
-  intrinsic::FlipLengths<double> lengths(length);
+  mesh_ = metric.initial;
   for (std::size_t i = 0; i < metric.euclidean_flips; ++i) {
-    // The first plain flip of a symmetric one is that of the edge which gave it its type.
-    const auto stencil =
-        intrinsic::flip_stencil(mesh, metric.flips[i].plain.edges[0], metric.flips[i].type);
-    lengths.euclidean(stencil);
-    intrinsic::flip_symmetrically(mesh, stencil);
+    for (const EdgeId e : metric.flips[i].plain) {
+      length[at(e)] = intrinsic::euclidean_flip(mesh_, length, e);
+      intrinsic::flip_edge(mesh_, e);
+    }
   }
-  mesh_ = {std::move(mesh.next), std::move(mesh.origin)};
   logarithm_.reserve(length.size());
   for (const double l : length) logarithm_.push_back(std::log(l));
   for (std::size_t i = metric.euclidean_flips; i < metric.flips.size(); ++i) {
