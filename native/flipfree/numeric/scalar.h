@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstring>
 #include <numbers>
+#include <type_traits>
 
 namespace flipfree::numeric {
 // MPFR numbers of a precision chosen at run time, stored in place: no allocation per number or
@@ -34,13 +35,8 @@ class BigFloat {
     if (this != &other) copy(other);
     return *this;
   }
-  // The same number rounded to another precision.
-  template <int OtherLimbs>
-  static BigFloat rounded(const BigFloat<OtherLimbs>& other, int bits) {
-    BigFloat r(0.0, bits);
-    mpfr_set(r.value_, other.raw(), MPFR_RNDN);
-    return r;
-  }
+  static constexpr bool kIsDouble = false;
+  static BigFloat make(double value, int bits) { return BigFloat(value, bits); }
   static BigFloat power_of_two(int exponent, int bits) {
     BigFloat r(0.0, bits);
     mpfr_set_ui_2exp(r.value_, 1, exponent, MPFR_RNDN);
@@ -51,19 +47,30 @@ class BigFloat {
     mpfr_const_pi(r.value_, MPFR_RNDN);
     return r;
   }
+  // The same number rounded to another precision.
+  template <int OtherLimbs>
+  static BigFloat rounded(const BigFloat<OtherLimbs>& other, int bits) {
+    BigFloat r(0.0, bits);
+    mpfr_set(r.value_, other.raw(), MPFR_RNDN);
+    return r;
+  }
+  static BigFloat<64> to_big(const BigFloat& value) {
+    return BigFloat<64>::rounded(value, value.bits());
+  }
+  static double to_double(const BigFloat& value) { return value.to_double(); }
+  // value = mantissa * 2^exponent with |mantissa| in [1/2, 1); 0 has exponent 0.
+  static double scaled(const BigFloat& value, std::int64_t& exponent) {
+    long e = 0;
+    const double m = mpfr_get_d_2exp(&e, value.value_, MPFR_RNDN);
+    exponent = e;
+    return m;
+  }
+  static bool finite(const BigFloat& value) { return mpfr_number_p(value.value_) != 0; }
 
   int bits() const { return static_cast<int>(mpfr_get_prec(value_)); }
   mpfr_srcptr raw() const { return value_; }
   double to_double() const { return mpfr_get_d(value_, MPFR_RNDN); }
-  // value = mantissa * 2^exponent with |mantissa| in [1/2, 1); 0 has exponent 0.
-  double to_double_scaled(std::int64_t& exponent) const {
-    long e = 0;
-    const double m = mpfr_get_d_2exp(&e, value_, MPFR_RNDN);
-    exponent = e;
-    return m;
-  }
   int sign() const { return mpfr_sgn(value_); }
-  bool finite() const { return mpfr_number_p(value_) != 0; }
 
   friend BigFloat operator+(const BigFloat& a, const BigFloat& b) { return binary(a, b, mpfr_add); }
   friend BigFloat operator-(const BigFloat& a, const BigFloat& b) { return binary(a, b, mpfr_sub); }
@@ -138,11 +145,7 @@ class BigFloat {
   mp_limb_t limbs_[Limbs];
 };
 
-template <typename T>
-struct ScalarTraits;
-
-template <>
-struct ScalarTraits<double> {
+struct DoubleTraits {
   static constexpr bool kIsDouble = true;
   static double make(double value, int /*bits*/) { return value; }
   static double pi(int /*bits*/) { return std::numbers::pi; }
@@ -151,7 +154,7 @@ struct ScalarTraits<double> {
   static double to_double(double value) { return value; }
   static BigFloat<64> to_big(double value) { return BigFloat<64>(value); }
   template <int Limbs>
-  static double from_big(const BigFloat<Limbs>& value, int /*bits*/) {
+  static double rounded(const BigFloat<Limbs>& value, int /*bits*/) {
     return value.to_double();
   }
   static double scaled(double value, std::int64_t& exponent) {
@@ -161,27 +164,8 @@ struct ScalarTraits<double> {
   static bool finite(double value) { return std::isfinite(value); }
 };
 
-template <int Limbs>
-struct ScalarTraits<BigFloat<Limbs>> {
-  static constexpr bool kIsDouble = false;
-  static BigFloat<Limbs> make(double value, int bits) { return BigFloat<Limbs>(value, bits); }
-  static BigFloat<Limbs> pi(int bits) { return BigFloat<Limbs>::pi(bits); }
-  static BigFloat<Limbs> power_of_two(int exponent, int bits) {
-    return BigFloat<Limbs>::power_of_two(exponent, bits);
-  }
-  static double to_double(const BigFloat<Limbs>& value) { return value.to_double(); }
-  static BigFloat<64> to_big(const BigFloat<Limbs>& value) {
-    return BigFloat<64>::rounded(value, value.bits());
-  }
-  template <int OtherLimbs>
-  static BigFloat<Limbs> from_big(const BigFloat<OtherLimbs>& value, int bits) {
-    return BigFloat<Limbs>::rounded(value, bits);
-  }
-  static double scaled(const BigFloat<Limbs>& value, std::int64_t& exponent) {
-    return value.to_double_scaled(exponent);
-  }
-  static bool finite(const BigFloat<Limbs>& value) { return value.finite(); }
-};
+template <typename T>
+using ScalarTraits = std::conditional_t<std::is_same_v<T, double>, DoubleTraits, T>;
 
 // As 80-bit numbers, for their range.
 inline long double widen(double x) { return x; }

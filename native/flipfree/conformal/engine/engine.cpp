@@ -74,7 +74,7 @@ class ScalarEngine final : public MetricEngine {
     for (std::size_t v = 0; v < x.high.size(); ++v) {
       if (v % kCheckLogarithms == kCheckLogarithms - 1) context.check();
       if (!Traits::kIsDouble && !x.full.empty()) {
-        factor_[v] = exp(Traits::from_big(x.full[v], bits_));
+        factor_[v] = exp(Traits::rounded(x.full[v], bits_));
       } else if (x.low.empty()) {
         factor_[v] = one + Traits::make(std::expm1(x.high[v]), bits_);
       } else if constexpr (Traits::kIsDouble) {
@@ -112,7 +112,7 @@ class ScalarEngine final : public MetricEngine {
     std::vector<T> part(x.size());
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (std::size_t v = 0; v < x.size(); ++v) {
-      part[v] = Traits::from_big(x[v], bits_);
+      part[v] = Traits::rounded(x[v], bits_);
       low = std::min(low, Traits::to_double(part[v]));
       high = std::max(high, Traits::to_double(part[v]));
     }

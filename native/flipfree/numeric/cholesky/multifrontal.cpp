@@ -165,7 +165,7 @@ bool Multifrontal::eliminate(Index s, const double* values, Stack& stack,
   if (parallel != nullptr && front_flops(s) < kTileFlops) parallel = nullptr;
   double* panel = factor_ + panel_[at(s)];
   assemble_panel(s, values, panel);
-  const auto on_stack = std::count_if(children_[s].begin(), children_[s].end(),
+  const auto on_stack = std::count_if(s_.children[s].begin(), s_.children[s].end(),
                                       [&](Index child) { return task_of_[at(child)] == kInvalid; });
   const std::size_t first = stack.updates.size() - static_cast<std::size_t>(on_stack);
   std::size_t next = first;
@@ -174,7 +174,8 @@ bool Multifrontal::eliminate(Index s, const double* values, Stack& stack,
     if (task != kInvalid) return memory_.handed.get() + tasks_[at(task)].update;
     return stack.base + stack.updates[next++].second;
   };
-  for (const Index child : children_[s]) add_child(child, update_of(child), true, panel, parallel);
+  for (const Index child : s_.children[s])
+    add_child(child, update_of(child), true, panel, parallel);
   if (!factor_panel(s, panel, parallel)) return false;
 
   const std::int64_t own = wide(below(s)) * below(s);
@@ -182,7 +183,7 @@ bool Multifrontal::eliminate(Index s, const double* values, Stack& stack,
   if (own > 0) {
     form_update(s, panel, update, parallel);
     next = first;
-    for (const Index child : children_[s])
+    for (const Index child : s_.children[s])
       add_child(child, update_of(child), false, update, parallel);
   }
   const std::int64_t place = on_stack > 0 ? stack.updates[first].second : stack.top;
@@ -266,11 +267,6 @@ Multifrontal::Multifrontal(Supernodes supernodes, Index block, Index size_, cons
     total_flops_ += front_flops(s);
     widest_below_ = std::max(widest_below_, below(s));
   }
-  children_ = Lists<Index>(at(count), [&](const auto& add) {
-    for (Index s = 0; s < count; ++s) {
-      if (s_.parent[at(s)] != kInvalid) add(s_.parent[at(s)], s);
-    }
-  });
   plan_entries(column, row, context);
   context.check();
   plan_tasks();
@@ -342,9 +338,7 @@ void Multifrontal::plan_tasks() {
   }
   const double most = std::max(kLeastTask, total_flops_ * kTaskShare);
   std::priority_queue<std::pair<double, Index>> open;
-  for (Index s = 0; s < count; ++s) {
-    if (s_.parent[at(s)] == kInvalid) open.emplace(flops[at(s)], s);
-  }
+  for (const Index root : s_.children[count]) open.emplace(flops[at(root)], root);
   while (!open.empty()) {
     const auto [cost, s] = open.top();
     open.pop();
@@ -353,7 +347,7 @@ void Multifrontal::plan_tasks() {
       continue;
     }
     top_.push_back(s);
-    for (const Index child : children_[s]) open.emplace(flops[at(child)], child);
+    for (const Index child : s_.children[s]) open.emplace(flops[at(child)], child);
   }
   std::sort(top_.begin(), top_.end());
   task_of_.assign(at(count), kInvalid);
@@ -379,7 +373,7 @@ std::int64_t Multifrontal::stack_need(const std::vector<Index>& supernodes) cons
     const std::int64_t own = wide(below(s)) * below(s);
     most = std::max(most, now + own);
     now += own;
-    for (const Index child : children_[s]) {
+    for (const Index child : s_.children[s]) {
       if (task_of_[at(child)] == kInvalid) now -= wide(below(child)) * below(child);
     }
   }

@@ -112,7 +112,6 @@ class Multifrontal {
     Index source, target;
   };
   Lists<Entry> entries_;        // of each supernode's panel
-  Lists<Index> children_;       // of each supernode, ascending
   std::vector<Task> tasks_;     // by falling cost
   std::vector<Index> task_of_;  // supernode -> task whose root it is, or kInvalid
   std::vector<Index> top_;      // supernodes above all tasks, ascending

@@ -4,8 +4,8 @@
 #include <Eigen/SparseCore>
 
 #include <algorithm>
-#include <numeric>
-#include <utility>
+#include <iterator>
+#include <span>
 
 namespace flipfree::numeric {
 namespace {
@@ -17,79 +17,51 @@ void for_adjacent(const Graph& graph, const std::vector<Index>& order,
   for (const Index u : graph[order[at(i)]]) visit(position[at(u)]);
 }
 
-// Parent of each column: the first row below the diagonal of the factor. Path compression over
-// virtual ancestors.
-std::vector<Index> elimination_tree(const Graph& graph, const std::vector<Index>& order,
-                                    const std::vector<Index>& position) {
-  const Index count = graph.size();
-  std::vector<Index> parent(at(count), kInvalid);
-  std::vector<Index> ancestor(at(count), kInvalid);
-  for (Index i = 0; i < count; ++i) {
+// Per column: the first row of the factor below the diagonal, and its entries, diagonal included.
+struct EliminationTree {
+  std::vector<Index> parent, entries;
+};
+
+// Row i of the factor is the paths in the tree from its entries to i, which is the parent of what
+// had none. Cost: O(entries of the factor).
+EliminationTree elimination_tree(const Graph& graph, const std::vector<Index>& order,
+                                 const std::vector<Index>& position) {
+  const std::size_t count = order.size();
+  EliminationTree tree{std::vector<Index>(count, kInvalid), std::vector<Index>(count, 1)};
+  std::vector<Index> row(count, kInvalid);  // the last one in which the column was met
+  for (Index i = 0; i < graph.size(); ++i) {
+    row[at(i)] = i;
     for_adjacent(graph, order, position, i, [&](Index j) {
-      if (j > i) return;
-      while (ancestor[at(j)] != i) {
-        const Index up = ancestor[at(j)];
-        ancestor[at(j)] = i;
-        if (up == kInvalid) {
-          parent[at(j)] = i;
-          return;
-        }
-        j = up;
-        if (j == i) return;
+      for (; j < i && row[at(j)] != i; j = tree.parent[at(j)]) {
+        if (tree.parent[at(j)] == kInvalid) tree.parent[at(j)] = i;
+        row[at(j)] = i;
+        ++tree.entries[at(j)];
       }
     });
   }
-  return parent;
+  return tree;
+}
+
+// The columns whose parent is this one, ascending; the last list is that of the roots.
+Lists<Index> children_of(const std::vector<Index>& parent) {
+  return {parent.size() + 1, [&](const auto& add) {
+            const auto count = static_cast<Index>(parent.size());
+            for (Index j = 0; j < count; ++j)
+              add(parent[at(j)] == kInvalid ? count : parent[at(j)], j);
+          }};
 }
 
 // Postorder of the forest: position -> column; children in ascending order.
 std::vector<Index> postorder(const std::vector<Index>& parent) {
-  const auto count = static_cast<Index>(parent.size());
-  std::vector<Index> child(parent.size(), kInvalid);
-  std::vector<Index> sibling(parent.size(), kInvalid);
-  std::vector<Index> stack;
-  for (Index j = count - 1; j >= 0; --j) {
-    if (parent[at(j)] == kInvalid) continue;
-    sibling[at(j)] = child[at(parent[at(j)])];
-    child[at(parent[at(j)])] = j;
+  const Lists<Index> children = children_of(parent);
+  // Backwards: every column before its children, the last one first.
+  std::vector<Index> post, stack{static_cast<Index>(parent.size())};
+  while (!stack.empty()) {
+    const std::span<const Index> below = children[post.emplace_back(stack.back())];
+    stack.pop_back();
+    stack.insert(stack.end(), below.begin(), below.end());
   }
-  std::vector<Index> post;
-  post.reserve(parent.size());
-  for (Index root = 0; root < count; ++root) {
-    if (parent[at(root)] != kInvalid) continue;
-    stack.push_back(root);
-    while (!stack.empty()) {
-      const Index j = stack.back();
-      const Index next = child[at(j)];
-      if (next == kInvalid) {
-        post.push_back(j);
-        stack.pop_back();
-      } else {
-        child[at(j)] = sibling[at(next)];
-        stack.push_back(next);
-      }
-    }
-  }
-  return post;
-}
-
-// Entries per column of the factor, diagonal included. Row i of the factor is the paths in the
-// elimination tree from its entries to i. Cost: O(entries of the factor).
-std::vector<Index> column_counts(const Graph& graph, const std::vector<Index>& order,
-                                 const std::vector<Index>& position,
-                                 const std::vector<Index>& parent) {
-  std::vector<Index> counts(parent.size(), 1);
-  std::vector<Index> row(parent.size(), kInvalid);  // the last one in which the column was met
-  for (Index i = 0; i < graph.size(); ++i) {
-    row[at(i)] = i;
-    for_adjacent(graph, order, position, i, [&](Index j) {
-      for (; j < i && row[at(j)] != i; j = parent[at(j)]) {
-        row[at(j)] = i;
-        ++counts[at(j)];
-      }
-    });
-  }
-  return counts;
+  return {post.rbegin(), post.rend() - 1};
 }
 
 // A supernode under construction.
@@ -151,37 +123,24 @@ std::vector<Index> find_supernodes(const std::vector<Index>& parent,
 
 // Row structures: union of the graph's columns and the children's rows.
 void find_rows(const Graph& graph, Supernodes& s, const ExecutionContext& context) {
-  const Index count = s.count();
+  s.children = children_of(s.parent);
   s.rows_begin.assign(1, 0);
-  s.parent.assign(at(count), kInvalid);
   std::vector<Index> mark(at(graph.size()), kInvalid);
-  std::vector<Index> child(at(count), kInvalid);
-  std::vector<Index> sibling(at(count), kInvalid);
-  std::vector<Index> rows;
-  for (Index n = 0; n < count; ++n) {
+  for (Index n = 0; n < s.count(); ++n) {
     if (n % 4096 == 0) context.check();
-    rows.clear();
     const Index end = s.first[at(n) + 1];
     const auto add = [&](Index row) {
       if (row < end || mark[at(row)] == n) return;
       mark[at(row)] = n;
-      rows.push_back(row);
+      s.rows.push_back(row);
     };
     for (Index j = s.first[at(n)]; j < end; ++j) for_adjacent(graph, s.order, s.position, j, add);
-    for (Index c = child[at(n)]; c != kInvalid; c = sibling[at(c)]) {
-      for (std::int64_t i = s.rows_begin[at(c)]; i < s.rows_begin[at(c) + 1]; ++i) {
+    for (const Index c : s.children[n]) {
+      for (std::int64_t i = s.rows_begin[at(c)]; i < s.rows_begin[at(c) + 1]; ++i)
         add(s.rows[at(i)]);
-      }
     }
-    std::sort(rows.begin(), rows.end());
-    s.rows.insert(s.rows.end(), rows.begin(), rows.end());
-    s.rows_begin.push_back(static_cast<std::int64_t>(s.rows.size()));
-    if (!rows.empty()) {
-      const Index up = s.of_column[at(rows.front())];
-      s.parent[at(n)] = up;
-      sibling[at(n)] = child[at(up)];
-      child[at(up)] = n;
-    }
+    std::sort(s.rows.begin() + s.rows_begin.back(), s.rows.end());
+    s.rows_begin.push_back(std::ssize(s.rows));
   }
 }
 
@@ -229,26 +188,28 @@ Supernodes analyze_supernodes(const Graph& graph, const ExecutionContext& contex
   Supernodes s;
   const std::vector<Index> order = minimum_degree(graph);
   context.check();
-  const std::vector<Index> tree = elimination_tree(graph, order, inverse(order));
+  const EliminationTree tree = elimination_tree(graph, order, inverse(order));
   context.check();
-  const std::vector<Index> post = postorder(tree);
+  const std::vector<Index> post = postorder(tree.parent);
   const std::vector<Index> place = inverse(post);
-  s.order.resize(order.size());
-  std::vector<Index> parent(order.size());
-  for (std::size_t i = 0; i < post.size(); ++i) {
-    s.order[i] = order[at(post[i])];
-    const Index up = tree[at(post[i])];
-    parent[i] = up == kInvalid ? kInvalid : place[at(up)];
+  std::vector<Index> parent, entries;
+  for (const Index column : post) {
+    s.order.push_back(order[at(column)]);
+    entries.push_back(tree.entries[at(column)]);
+    const Index up = tree.parent[at(column)];
+    parent.push_back(up == kInvalid ? kInvalid : place[at(up)]);
   }
   s.position = inverse(s.order);
-  context.check();
-  const std::vector<Index> counts = column_counts(graph, s.order, s.position, parent);
-  context.check();
-  s.first = find_supernodes(parent, counts);
+  s.first = find_supernodes(parent, entries);
   s.of_column.resize(order.size());
   for (Index n = 0; n < s.count(); ++n) {
     std::fill(s.of_column.begin() + s.first[at(n)], s.of_column.begin() + s.first[at(n) + 1], n);
   }
+  for (Index n = 0; n < s.count(); ++n) {
+    const Index up = parent[at(s.first[at(n) + 1]) - 1];
+    s.parent.push_back(up == kInvalid ? kInvalid : s.of_column[at(up)]);
+  }
+  context.check();
   find_rows(graph, s, context);
   context.check();
   find_relative(s);

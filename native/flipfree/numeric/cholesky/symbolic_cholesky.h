@@ -1,8 +1,8 @@
 // Symbolic analysis of a sparse Cholesky factorization: an order that fills little, elimination
 // tree, supernodes and their row structures.
 //
-// Based on: Liu 1990, "The role of elimination trees in sparse factorization"; Gilbert, Ng, Peyton
-// 1994 (column counts in nearly linear time); Ashcraft, Grimes 1989 (relaxed supernodes).
+// Based on: Liu 1990, "The role of elimination trees in sparse factorization"; Ashcraft, Grimes
+// 1989 (relaxed supernodes).
 //
 //   supernode s = columns [first[s], first[s + 1]) with one common row structure:
 //
@@ -37,6 +37,7 @@ struct Supernodes {
   std::vector<Index> rows;
   std::vector<Index> relative;   // beside rows: place of that row in the front of the parent
   std::vector<Index> parent;     // kInvalid for roots; otherwise greater than the supernode itself
+  Lists<Index> children;         // of each supernode, ascending; behind them the roots
   std::vector<Index> of_column;  // column -> supernode
 
   Index count() const { return static_cast<Index>(first.size()) - 1; }

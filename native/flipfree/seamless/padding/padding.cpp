@@ -297,7 +297,7 @@ class Development {
   WideVector& vector(HalfedgeId h) { return out_.vector[at(name_[at(h)])]; }
   std::int64_t exponent(EdgeId e) const {
     std::int64_t x = 0;
-    half_.length[at(e)].to_double_scaled(x);
+    Wide::scaled(half_.length[at(e)], x);
     return x;
   }
 
